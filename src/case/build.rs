@@ -1,0 +1,231 @@
+//! The typed case from the document: reads every key once, in the order of the table.
+
+use serde_json::{Map, Value};
+
+use super::error::{CaseError, describe, list, quote};
+use super::record::Record;
+use super::scope::{Choice, Scope};
+use super::words::Word;
+use super::{
+    Case, Compression, Crossover, Edge, Edges, Fabric, InitialDeflection, MembraneForce, Output, Pack, Shear, Solver,
+    Yarn,
+};
+use super::{expect, limits, projectile};
+
+/// A case from its document, fabric inlined and changes applied; `as_run` and the names are the caller's.
+pub(super) fn case(map: &Map<String, Value>) -> Result<Case, CaseError> {
+    let record = Record::new(map.get("sources"));
+    let root = Scope::root(&record, map)?;
+    let title = root.text("title")?;
+    let fabric = fabric(&root.object("fabric")?, &record)?;
+    let pack = pack(&root.object("pack")?, &fabric, &record)?;
+    let projectile = root.object_if_given("projectile")?.map(|scope| projectile::read(&scope)).transpose()?;
+    let solver = solver(&root.object("solver")?)?;
+    let output = output(&root.object("output")?)?;
+    let expect = root.items("expect")?.iter().map(expect::read).collect::<Result<_, _>>()?;
+    root.raw("sources")?;
+    if root.given("notes").is_some() {
+        root.text("notes")?;
+    }
+    let fields = record.into_fields();
+    let (name, as_run, path) = Default::default();
+    Ok(Case { name, title, fabric, pack, projectile, solver, output, expect, fields, as_run, path })
+}
+
+fn fabric(scope: &Scope<'_>, record: &Record) -> Result<Fabric, CaseError> {
+    let name = scope.text("name")?;
+    let fibre_density = scope.number("fibre_density_kg_m3")?;
+    let areal_density = scope.number_if_given("areal_density_g_m2")?;
+    let warp = yarn(&scope.object("warp")?)?;
+    let weft = yarn(&scope.object("weft")?)?;
+    if !warp.present && !weft.present {
+        let error = CaseError::at(&scope.pointer, "at least one yarn", "both absent");
+        return Err(error.help("leave \"absent\" out of \"warp\" or \"weft\""));
+    }
+    let areal_density = match areal_density {
+        Some(given) => given,
+        None => {
+            let per_area = |yarn: &Yarn, other: &Yarn| yarn.linear_density * (1.0 + yarn.crimp) * other.count;
+            let assumed = record.any_assumed_below(&[&scope.at("warp"), &scope.at("weft")]);
+            scope.derive("areal_density_g_m2", per_area(&warp, &weft) + per_area(&weft, &warp), assumed)?
+        }
+    };
+    let crossover = crossover(&scope.object("crossover")?)?;
+    let (thickness, shear) = thickness_and_shear(scope, record)?;
+    Ok(Fabric { name, fibre_density, areal_density, warp, weft, crossover, shear, thickness })
+}
+
+fn yarn(scope: &Scope<'_>) -> Result<Yarn, CaseError> {
+    if scope.flag("absent")? {
+        let count = scope.one_of("count")?;
+        // A yarn that carries nothing, weighs nothing and never breaks.
+        let (linear_density, modulus, failure_strain, crimp) = (0.0, 0.0, 1.0, 0.0);
+        return Ok(Yarn { present: false, linear_density, modulus, failure_strain, count, crimp });
+    }
+    Ok(Yarn {
+        present: true,
+        linear_density: scope.one_of("linear density")?,
+        modulus: scope.number("modulus_gpa")?,
+        failure_strain: scope.number("failure_strain")?,
+        count: scope.one_of("count")?,
+        crimp: scope.number("crimp")?,
+    })
+}
+
+fn crossover(scope: &Scope<'_>) -> Result<Crossover, CaseError> {
+    let law = scope.word("law")?;
+    let membrane_force = scope.word("membrane_force")?;
+    if membrane_force != MembraneForce::Tension && law != super::Law::Published {
+        let expected = "\"tension\" where \"law\" is not \"published\"";
+        let error = CaseError::at(scope.at("membrane_force"), expected, "\"projected\"");
+        return Err(error.help("the other laws derive the membrane force from their geometry"));
+    }
+    let gap = scope.number("gap_mm")?;
+    let compression = match scope.choice("compression")? {
+        Choice::Word(_) => None,
+        Choice::Keys(keys) => compression(&keys)?,
+    };
+    Ok(Crossover { law, membrane_force, gap, compression })
+}
+
+fn compression(scope: &Scope<'_>) -> Result<Option<Compression>, CaseError> {
+    let (a, b) = (scope.number("a_mm")?, scope.number("b_mm_n13")?);
+    match (a > 0.0, b > 0.0) {
+        (true, true) => Ok(Some(Compression { a, b })),
+        (false, false) => Ok(None),
+        (a_positive, _) => {
+            let found = if a_positive { "b_mm_n13 = 0 with a_mm > 0" } else { "a_mm = 0 with b_mm_n13 > 0" };
+            let error = CaseError::at(&scope.pointer, "a_mm and b_mm_n13 both above 0, or both 0", found);
+            Err(error.help("write \"compression\": \"rigid\" for a crossover without compression"))
+        }
+    }
+}
+
+/// The thickness may stand with the fabric or with its shear; both must agree.
+fn thickness_and_shear(scope: &Scope<'_>, record: &Record) -> Result<(f64, Option<Shear>), CaseError> {
+    let choice = scope.choice("shear")?;
+    let Choice::Keys(keys) = choice else {
+        return Ok((scope.number("thickness_mm")?, None));
+    };
+    let own = keys.number_if_given("thickness_mm")?;
+    let thickness = match own {
+        Some(own) if scope.given("thickness_mm").is_none() => {
+            let assumed = record.is_assumed(&keys.at("thickness_mm"));
+            scope.derive_as("thickness_mm", own, "shear's thickness_mm", assumed)?
+        }
+        _ => scope.number("thickness_mm")?,
+    };
+    match own {
+        Some(own) if own != thickness => {
+            let expected = format!("the thickness at {}", scope.at("thickness_mm"));
+            let found = keys.given("thickness_mm").map(describe).unwrap_or_default();
+            let help = "give one of the two: a fabric has one thickness";
+            return Err(CaseError::at(keys.at("thickness_mm"), expected, found).help(help));
+        }
+        Some(_) => {}
+        None => {
+            keys.derive("thickness_mm", thickness, record.is_assumed(&scope.at("thickness_mm")))?;
+        }
+    }
+    let shear = Shear {
+        g1: keys.number("g1_mpa")?,
+        g2: keys.number("g2_mpa")?,
+        gamma1: keys.number("gamma1")?,
+        gamma2: keys.number("gamma2")?,
+        modulus: keys.word("modulus")?,
+    };
+    for (low, high, ordered) in
+        [("g1_mpa", "g2_mpa", shear.g1 <= shear.g2), ("gamma1", "gamma2", shear.gamma1 <= shear.gamma2)]
+    {
+        if !ordered {
+            let text = |name: &str| record.value(&keys.at(name));
+            let expected = format!("at most {high}, which is {}", text(high));
+            return Err(CaseError::at(keys.at(low), expected, text(low)));
+        }
+    }
+    Ok((thickness, Some(shear)))
+}
+
+fn pack(scope: &Scope<'_>, fabric: &Fabric, record: &Record) -> Result<Pack, CaseError> {
+    let plies = scope.whole("plies")?;
+    if plies > 1 {
+        let error = CaseError::at(scope.at("plies"), "1 in this version", plies.to_string());
+        return Err(error.help("not yet: packs of several plies come with the packs release"));
+    }
+    let (width, height) = (scope.number("width_mm")?, scope.number("height_mm")?);
+    let edges = edges(scope)?;
+    let crossovers_per_element = scope.whole("crossovers_per_element")?;
+    let element_length_x = f64::from(crossovers_per_element) * 2.0 * fabric.warp.half_span();
+    let element_length_y = f64::from(crossovers_per_element) * 2.0 * fabric.weft.half_span();
+    let [columns, rows] = limits::mesh([width, height], [element_length_x, element_length_y])?;
+    let how = "the size over the element length, to the nearest whole number";
+    scope.derive_text("columns", columns.to_string(), how);
+    scope.derive_text("rows", rows.to_string(), how);
+    let spacing = match scope.number_if_given("spacing_mm")? {
+        Some(given) => given,
+        None => scope.derive("spacing_mm", fabric.thickness, record.is_assumed("/fabric/thickness_mm"))?,
+    };
+    let pretension = scope.object("pretension")?;
+    let pretension = [pretension.number_if_given("warp_n_per_m")?, pretension.number_if_given("weft_n_per_m")?];
+    let initial_velocity = scope.vector("initial_velocity_m_s")?;
+    let initial_deflection = scope.object_if_given("initial_deflection")?;
+    Ok(Pack {
+        plies,
+        spacing,
+        columns,
+        rows,
+        element_length_x,
+        element_length_y,
+        crossovers_per_element,
+        edges,
+        pretension: pretension.iter().any(Option::is_some).then_some(pretension),
+        initial_velocity,
+        initial_deflection: initial_deflection.map(|scope| deflection(&scope)).transpose()?,
+    })
+}
+
+fn edges(scope: &Scope<'_>) -> Result<Edges, CaseError> {
+    let (left, right, bottom, top) = match scope.choice("edges")? {
+        Choice::Word(word) => {
+            let unknown = || CaseError::at(scope.at("edges"), list(Edge::WORDS.iter().copied()), quote(&word));
+            let all = Edge::from_word(&word).ok_or_else(unknown)?;
+            (all, all, all, all)
+        }
+        Choice::Keys(keys) => (keys.word("left")?, keys.word("right")?, keys.word("bottom")?, keys.word("top")?),
+    };
+    Ok(Edges { left, right, bottom, top })
+}
+
+fn deflection(scope: &Scope<'_>) -> Result<InitialDeflection, CaseError> {
+    Ok(InitialDeflection {
+        amplitude: scope.number("amplitude_mm")?,
+        warp_half_waves: scope.whole("warp_half_waves")?,
+        weft_half_waves: scope.whole("weft_half_waves")?,
+    })
+}
+
+fn solver(scope: &Scope<'_>) -> Result<Solver, CaseError> {
+    Ok(Solver {
+        end_time: scope.number("end_time_us")?,
+        courant: scope.number("courant")?,
+        hourglass: scope.number("hourglass")?,
+        symmetry: scope.word("symmetry")?,
+        run_until: scope.word("run_until")?,
+    })
+}
+
+fn output(scope: &Scope<'_>) -> Result<Output, CaseError> {
+    let output = Output {
+        history_interval: scope.number("history_interval_us")?,
+        frames: scope.whole("frames")?,
+        profile_times: scope.numbers("profile_times_us")?.unwrap_or_default(),
+        profile_along: scope.word("profile_along")?,
+    };
+    if let Some(index) = output.profile_times.windows(2).position(|pair| pair[0] >= pair[1]) {
+        let item = scope.given("profile_times_us").and_then(|list| list.get(index + 1));
+        let location = format!("{}/{}", scope.at("profile_times_us"), index + 1);
+        let expected = format!("more than item {} of {}: ascending times", index, quote("profile_times_us"));
+        return Err(CaseError::at(location, expected, item.map(describe).unwrap_or_default()));
+    }
+    Ok(output)
+}

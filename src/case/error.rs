@@ -1,0 +1,146 @@
+//! What is wrong with a case: where, what was expected, what was found, and help.
+
+use serde_json::Value;
+
+use super::value::number_text;
+
+/// The one error a case is refused with.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("error: {file}: {location}\n  expected: {expected}\n  found: {found}{}", help_line(.help))]
+pub struct CaseError {
+    /// The file, as the user named it.
+    pub file: String,
+    /// JSON pointer, `line L, column C`, or `--set /pointer`.
+    pub location: String,
+    /// What may stand there.
+    pub expected: String,
+    /// What stands there.
+    pub found: String,
+    /// What to do about it, where that is known.
+    pub help: Option<String>,
+}
+
+fn help_line(help: &Option<String>) -> String {
+    help.as_ref().map(|text| format!("\n  help: {text}")).unwrap_or_default()
+}
+
+impl CaseError {
+    /// An error at `location` of a file that the caller names with [`CaseError::in_file`].
+    pub(super) fn at(location: impl Into<String>, expected: impl Into<String>, found: impl Into<String>) -> Self {
+        Self {
+            file: String::new(),
+            location: location.into(),
+            expected: expected.into(),
+            found: found.into(),
+            help: None,
+        }
+    }
+
+    pub(super) fn help(mut self, help: impl Into<String>) -> Self {
+        self.help = Some(help.into());
+        self
+    }
+
+    /// Names the file, unless an inner reader already did.
+    pub(super) fn in_file(mut self, file: &str) -> Self {
+        if self.file.is_empty() {
+            self.file = file.to_owned();
+        }
+        self
+    }
+}
+
+/// A JSON value in words, short enough for one line.
+pub(super) fn describe(value: &Value) -> String {
+    match value {
+        Value::Null => "null".to_owned(),
+        Value::Bool(flag) => flag.to_string(),
+        Value::Number(number) => number.as_f64().map_or_else(|| number.to_string(), number_text),
+        Value::String(text) => quote(text),
+        Value::Array(items) => format!("a list of {}", items.len()),
+        Value::Object(map) => match map.keys().next() {
+            Some(key) => format!("an object with {}", quote(key)),
+            None => "an empty object".to_owned(),
+        },
+    }
+}
+
+/// Text in quotes, control characters escaped, cut at 60 characters.
+pub(super) fn quote(text: &str) -> String {
+    let mut short: String = text.chars().take(60).collect();
+    if short.len() < text.len() {
+        short.push('…');
+    }
+    format!("{short:?}")
+}
+
+/// `"a", "b" or "c"`.
+pub(super) fn list<'a>(words: impl IntoIterator<Item = &'a str>) -> String {
+    let words: Vec<String> = words.into_iter().map(quote).collect();
+    match words.split_last() {
+        Some((last, rest)) if !rest.is_empty() => format!("{} or {last}", rest.join(", ")),
+        Some((last, _)) => last.clone(),
+        None => "nothing".to_owned(),
+    }
+}
+
+/// The candidate nearest to `word`: fewest edits, and among those the longest common beginning.
+pub(super) fn nearest<'a>(word: &str, candidates: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
+    // Beyond this length nothing resembles a key, and the table of edits would only cost time.
+    let word: Vec<char> = word.chars().take(100).collect();
+    candidates.into_iter().min_by_key(|candidate| {
+        let candidate: Vec<char> = candidate.chars().collect();
+        let common = word.iter().zip(&candidate).take_while(|(a, b)| a == b).count();
+        // `mass` is meant as `mass_g`, however long the unit that was left out.
+        let beginning = common == word.len().min(candidate.len()) && common >= 3;
+        let edits = edits(&word, &candidate);
+        (if beginning { edits.min(2) } else { edits }, std::cmp::Reverse(common))
+    })
+}
+
+/// Insertions, deletions, replacements and swaps of neighbours that turn `a` into `b`.
+fn edits(a: &[char], b: &[char]) -> usize {
+    let mut rows: Vec<Vec<usize>> = vec![(0..=b.len()).collect()];
+    for i in 1..=a.len() {
+        let mut row = vec![i];
+        for j in 1..=b.len() {
+            let replace = rows[i - 1][j - 1] + usize::from(a[i - 1] != b[j - 1]);
+            let mut best = replace.min(rows[i - 1][j] + 1).min(row[j - 1] + 1);
+            if i > 1 && j > 1 && a[i - 1] == b[j - 2] && a[i - 2] == b[j - 1] {
+                best = best.min(rows[i - 2][j - 2] + 1);
+            }
+            row.push(best);
+        }
+        rows.push(row);
+    }
+    rows[a.len()][b.len()]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn counts_edits_and_neighbour_swaps() {
+        let count = |a: &str, b: &str| edits(&a.chars().collect::<Vec<_>>(), &b.chars().collect::<Vec<_>>());
+        assert_eq!(count("", "abc"), 3);
+        assert_eq!(count("kitten", "sitting"), 3);
+        assert_eq!(count("crmip", "crimp"), 1);
+    }
+
+    #[test]
+    fn the_nearest_key_is_the_one_meant() {
+        let keys = ["mass_g", "velocity_m_s", "standoff_mm", "yaw_deg"];
+        assert_eq!(nearest("mass_gg", keys), Some("mass_g"));
+        assert_eq!(nearest("velocity", keys), Some("velocity_m_s"));
+        assert_eq!(nearest("stand_off_mm", keys), Some("standoff_mm"));
+        assert_eq!(nearest("x", []), None);
+    }
+
+    #[test]
+    fn prints_where_expected_found_and_help() {
+        let error = CaseError::at("/a/b", "a number", "\"x\"").help("write a number").in_file("case.json");
+        let text = "error: case.json: /a/b\n  expected: a number\n  found: \"x\"\n  help: write a number";
+        assert_eq!(error.to_string(), text);
+    }
+}

@@ -1,0 +1,128 @@
+//! `"fabric": {"file": …}`: the fabric kept in a file of its own, or built into the program.
+
+use std::path::{Component, Path, PathBuf};
+
+use serde_json::{Map, Value};
+
+use super::error::{CaseError, describe, quote};
+use super::pointer::{escape, is_at_or_below};
+use super::{json, read, sources};
+
+/// Where a fabric file is looked up.
+pub(super) enum Shelf<'a> {
+    /// The folder of the case file.
+    Folder(&'a Path),
+    /// The fabrics built into the program.
+    BuiltIn,
+}
+
+/// The text of a fabric that is built into the program, by its name in a case: `fabrics/s-720.json`.
+pub fn builtin_fabric(file: &str) -> Option<&'static str> {
+    match file {
+        "fabrics/s-720.json" => Some(include_str!("../../cases/fabrics/s-720.json")),
+        "fabrics/s-728.json" => Some(include_str!("../../cases/fabrics/s-728.json")),
+        _ => None,
+    }
+}
+
+/// Puts the fabric of a file in place of its name; returns the file that was read, if any was.
+pub(super) fn inline(document: &mut Map<String, Value>, shelf: &Shelf<'_>) -> Result<Option<String>, CaseError> {
+    let Some(name) = file_name(document.get("fabric"))? else {
+        return Ok(None);
+    };
+    let (file, text) = match shelf {
+        Shelf::Folder(folder) => {
+            let path = resolve(folder, &name)?;
+            let file = folder.join(&name).display().to_string();
+            let text = read::text_of_file(&path).map_err(|error| error.in_file(&file))?;
+            (file, text)
+        }
+        Shelf::BuiltIn => match builtin_fabric(&name) {
+            Some(text) => (format!("{name} (built in)"), text.to_owned()),
+            None => {
+                let error = CaseError::at("/fabric/file", "a fabric that is built in", quote(&name));
+                return Err(error.help("a case without a file of its own cannot name a fabric file; write it out"));
+            }
+        },
+    };
+    let fabric =
+        json::parse(&text).and_then(|value| own_sources(value, &name)).map_err(|error| error.in_file(&file))?;
+    let (fabric, fabric_sources) = fabric;
+    document.insert("fabric".to_owned(), Value::Object(fabric));
+    add_sources(document, fabric_sources);
+    Ok(Some(file))
+}
+
+/// The name in `{"file": name}`; `None` for a fabric written out in the case.
+fn file_name(fabric: Option<&Value>) -> Result<Option<String>, CaseError> {
+    let map = match fabric {
+        Some(Value::Array(_)) => {
+            let error = CaseError::at("/fabric", "one fabric", "a list of fabrics");
+            return Err(error.help("not yet: different fabrics per ply come with the packs release"));
+        }
+        Some(Value::Object(map)) => map,
+        _ => return Ok(None),
+    };
+    let Some(file) = map.get("file") else { return Ok(None) };
+    if let Some(other) = map.keys().find(|key| *key != "file") {
+        let location = format!("/fabric/{}", escape(other));
+        let error = CaseError::at(location, "\"file\" alone", format!("{} beside it", quote(other)));
+        return Err(error.help("write the fabric out in the case to change it, or use --set"));
+    }
+    match file.as_str() {
+        Some(name) => Ok(Some(name.to_owned())),
+        None => Err(CaseError::at("/fabric/file", "the name of a file", describe(file))),
+    }
+}
+
+/// The file, which must lie inside the case's folder, links followed.
+fn resolve(folder: &Path, name: &str) -> Result<PathBuf, CaseError> {
+    let inside = "a file inside the case's folder";
+    let escapes = |found: &str| CaseError::at("/fabric/file", inside, format!("{}, {found}", quote(name)));
+    let path = Path::new(name);
+    if path.is_absolute() {
+        return Err(escapes("an absolute path").help("name it relative to the case's folder"));
+    }
+    if !path.components().all(|part| matches!(part, Component::Normal(_) | Component::CurDir)) || name.is_empty() {
+        return Err(escapes("which leaves the folder").help("copy the fabric file beside the case"));
+    }
+    let failed = |error: std::io::Error| escapes(&error.to_string());
+    let folder = folder.canonicalize().map_err(failed)?;
+    let path = folder.join(path).canonicalize().map_err(failed)?;
+    if !path.starts_with(&folder) {
+        return Err(escapes("a link that leaves the folder").help("copy the fabric file beside the case"));
+    }
+    Ok(path)
+}
+
+type Fabric = (Map<String, Value>, Vec<(String, Value)>);
+
+/// A fabric file without its `sources`, and these as pointers of a case.
+fn own_sources(value: Value, name: &str) -> Result<Fabric, CaseError> {
+    let Value::Object(mut fabric) = value else {
+        return Err(CaseError::at("line 1, column 1", "an object with the keys of \"fabric\"", describe(&value)));
+    };
+    let own = fabric.shift_remove("sources");
+    let mut prefixed: Vec<(String, Value)> = Vec::new();
+    if let Some(own) = own {
+        sources::check(&own, "/fabric", &Value::Object(fabric.clone()))?;
+        let own = own.as_object().into_iter().flatten();
+        prefixed.extend(own.map(|(pointer, text)| (format!("/fabric{pointer}"), text.clone())));
+    }
+    if !prefixed.iter().any(|(pointer, _)| pointer == "/fabric") {
+        prefixed.insert(0, ("/fabric".to_owned(), Value::from(name)));
+    }
+    Ok((fabric, prefixed))
+}
+
+/// What the case itself says about its fabric holds over what the file says.
+fn add_sources(document: &mut Map<String, Value>, added: Vec<(String, Value)>) {
+    let sources = document.entry("sources").or_insert_with(|| Value::Object(Map::new()));
+    let Value::Object(sources) = sources else { return };
+    let of_case: Vec<String> = sources.keys().filter(|pointer| is_at_or_below(pointer, "/fabric")).cloned().collect();
+    for (pointer, text) in added {
+        if !of_case.iter().any(|above| is_at_or_below(&pointer, above)) {
+            sources.insert(pointer, text);
+        }
+    }
+}

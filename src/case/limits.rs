@@ -1,0 +1,137 @@
+//! What the fields of a case must satisfy together: times, mesh, number of steps, memory.
+
+use super::error::CaseError;
+use super::value::{number_text, short_number_text};
+use super::{Case, Fabric, Pack};
+
+/// More steps than this are a mistake in the units of the case.
+const MAX_STEPS: f64 = 1e9;
+/// Elements are counted in 32 bits on the GPU.
+const MAX_ELEMENTS: f64 = 2_147_483_648.0;
+/// State and forces of one element with its node [bytes].
+const ELEMENT_BYTES: f64 = 400.0;
+/// One row of the history [bytes].
+const ROW_BYTES: f64 = 200.0;
+
+/// Columns and rows nearest to a size [m], from the length of an element along each direction [m].
+pub(super) fn mesh(size: [f64; 2], element: [f64; 2]) -> Result<[usize; 2], CaseError> {
+    let [columns, rows] = [0, 1].map(|i| (size[i] / element[i]).round().max(1.0));
+    if columns * rows > MAX_ELEMENTS {
+        let expected = format!("at most {MAX_ELEMENTS:.2e} elements in the pack");
+        let found = format!("{columns} × {rows} elements");
+        return Err(CaseError::at("/pack", expected, found).help(SMALLER));
+    }
+    Ok([columns as usize, rows as usize])
+}
+
+const SMALLER: &str = "reduce width_mm and height_mm, or raise crossovers_per_element";
+
+/// Refuses what cannot be run: times after the end, too many steps, too much memory.
+pub(super) fn check(case: &Case) -> Result<(), CaseError> {
+    times(case)?;
+    steps(case)?;
+    memory(memory_needed(case), memory_available())
+}
+
+fn times(case: &Case) -> Result<(), CaseError> {
+    let end = case.solver.end_time;
+    // The end, and a time like it computed from another unit, may differ in the last digit.
+    let refuse = |pointer: String, time: f64| {
+        if time <= end * (1.0 + 1e-12) {
+            return Ok(());
+        }
+        let us = |time: f64| format!("{} µs", short_number_text(time * 1e6));
+        let expected = format!("at most the end of the run, /solver/end_time_us = {}", us(end));
+        Err(CaseError::at(pointer, expected, us(time)).help("the run would end before; raise /solver/end_time_us"))
+    };
+    refuse("/output/history_interval_us".to_owned(), case.output.history_interval)?;
+    for (index, time) in case.output.profile_times.iter().enumerate() {
+        refuse(format!("/output/profile_times_us/{index}"), *time)?;
+    }
+    for (index, expect) in case.expect.iter().enumerate() {
+        if let Some(at) = expect.at {
+            refuse(format!("/expect/{index}/at_us"), at)?;
+        }
+        if let Some([_, last]) = expect.between {
+            refuse(format!("/expect/{index}/between_us/1"), last)?;
+        }
+    }
+    Ok(())
+}
+
+/// Critical step of the one-point orthotropic quad, min(Lx √(Ad/C1), Ly √(Ad/C2)) [s] (model.md §4).
+fn critical_step(fabric: &Fabric, pack: &Pack) -> f64 {
+    let area = |linear_density: f64| linear_density / fabric.fibre_density;
+    let stiffness_x = fabric.warp.modulus * area(fabric.warp.linear_density) * fabric.weft.count;
+    let stiffness_y = fabric.weft.modulus * area(fabric.weft.linear_density) * fabric.warp.count;
+    let step_x = pack.element_length_x * (fabric.areal_density / stiffness_x).sqrt();
+    let step_y = pack.element_length_y * (fabric.areal_density / stiffness_y).sqrt();
+    step_x.min(step_y)
+}
+
+fn steps(case: &Case) -> Result<(), CaseError> {
+    let step = case.solver.courant * critical_step(&case.fabric, &case.pack);
+    let steps = (case.solver.end_time / step).ceil();
+    if steps <= MAX_STEPS {
+        return Ok(());
+    }
+    let longest = short_number_text(MAX_STEPS * step * 1e6);
+    let expected = format!("at most 1e9 time steps: up to {longest} µs with steps of {:.3e} µs", step * 1e6);
+    Err(CaseError::at("/solver/end_time_us", expected, format!("{steps:.3e} steps")))
+}
+
+/// Bytes that the run will hold, about.
+fn memory_needed(case: &Case) -> f64 {
+    let elements = case.pack.columns as f64 * case.pack.rows as f64 * f64::from(case.pack.plies);
+    let rows = case.solver.end_time / case.output.history_interval + 2.0;
+    elements * ELEMENT_BYTES + rows * ROW_BYTES
+}
+
+/// Bytes that this machine, or the container around the process, has left; `None` where it does not say.
+fn memory_available() -> Option<f64> {
+    let mut system = sysinfo::System::new();
+    system.refresh_memory();
+    let machine = system.available_memory();
+    let available = system.cgroup_limits().map_or(machine, |limits| limits.free_memory.min(machine));
+    (machine > 0).then_some(available as f64)
+}
+
+fn memory(needed: f64, available: Option<f64>) -> Result<(), CaseError> {
+    match available {
+        Some(available) if needed > available => {
+            let expected = format!("a case that fits into the memory available, {}", bytes(available));
+            let found = format!("{} needed", bytes(needed));
+            Err(CaseError::at("/pack", expected, found).help(format!("{SMALLER}, or raise history_interval_us")))
+        }
+        _ => Ok(()),
+    }
+}
+
+fn bytes(count: f64) -> String {
+    let (size, unit) =
+        [(1e12, "TB"), (1e9, "GB"), (1e6, "MB")].into_iter().find(|(size, _)| count >= *size).unwrap_or((1e3, "kB"));
+    let number = count / size;
+    if number < 1e4 { format!("{number:.1} {unit}") } else { format!("{} {unit}", number_text(number.round())) }
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
+    use super::*;
+
+    #[test]
+    fn the_mesh_is_the_nearest_whole_number_and_never_overflows() {
+        assert_eq!(mesh([0.203, 0.001], [0.00127, 0.00127]).unwrap(), [160, 1]);
+        assert_eq!(mesh([1e-9, 0.00635], [0.00127, 0.00127]).unwrap(), [1, 5]);
+        assert!(mesh([1e6, 1e6], [1e-5, 1e-5]).unwrap_err().found.contains("elements"));
+        assert!(mesh([f64::MAX, f64::MAX], [1e-300, 1e-300]).is_err());
+    }
+
+    #[test]
+    fn refuses_more_memory_than_there_is_and_says_both_numbers() {
+        assert!(memory(1e9, Some(2e9)).is_ok());
+        assert!(memory(1e30, None).is_ok());
+        let error = memory(2.56e12, Some(1.2e9)).unwrap_err();
+        assert!(error.expected.contains("1.2 GB") && error.found.contains("2.6 TB"), "{error}");
+    }
+}

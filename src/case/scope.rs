@@ -1,0 +1,302 @@
+//! Typed reading of one object of the case, recording every value with where it came from.
+
+use std::borrow::Cow;
+
+use serde_json::{Map, Value};
+
+use super::error::{CaseError, describe, list, nearest, quote};
+use super::fields::{Key, Kind, Literal, Presence};
+use super::pointer::escape;
+use super::record::{Record, is_assumed};
+use super::value::{check, mismatch, short_number_text, text_of, whole};
+use super::words::Word;
+use super::{Field, Origin, table};
+
+/// A word, or the object that stands in its place.
+pub(super) enum Choice<'a> {
+    Word(String),
+    Keys(Scope<'a>),
+}
+
+/// One object of the case and the keys it may have.
+pub(super) struct Scope<'a> {
+    record: &'a Record,
+    pub(super) pointer: String,
+    keys: &'static [Key],
+    /// `None` where the object itself was left out.
+    map: Option<&'a Map<String, Value>>,
+    /// Values inside lists are not recorded one by one.
+    quiet: bool,
+}
+
+impl<'a> Scope<'a> {
+    /// The whole document.
+    pub(super) fn root(record: &'a Record, map: &'a Map<String, Value>) -> Result<Self, CaseError> {
+        Self { record, pointer: String::new(), keys: table::CASE, map: Some(map), quiet: false }.checked()
+    }
+
+    fn below(&self, key: &Key, map: Option<&'a Map<String, Value>>) -> Result<Self, CaseError> {
+        let pointer = self.at(key.name);
+        Self { record: self.record, pointer, keys: key.keys(), map, quiet: self.quiet }.checked()
+    }
+
+    /// Refuses unknown keys, keys that do not belong here, and halves of pairs.
+    fn checked(self) -> Result<Self, CaseError> {
+        for (name, value) in self.map.into_iter().flatten() {
+            let Some(key) = self.keys.iter().find(|key| key.name == name) else {
+                return Err(self.unknown(name));
+            };
+            if let Some(only) = key.only
+                && let Some(found) = self.plain(only.key)
+                && !only.values.contains(&found.as_str())
+            {
+                let expected = format!("no {} where {} is {}", quote(name), quote(only.key), quote(&found));
+                let help = format!("it belongs where {} is {}", quote(only.key), list(only.values.iter().copied()));
+                return Err(CaseError::at(self.at(name), expected, describe(value)).help(help));
+            }
+            if !key.with.is_empty() && self.given(key.with).is_none() {
+                let expected = format!("{} and {} together, or none of them", quote(name), quote(key.with));
+                return Err(CaseError::at(self.at(name), expected, format!("only {}", quote(name))));
+            }
+        }
+        Ok(self)
+    }
+
+    fn unknown(&self, name: &str) -> CaseError {
+        let keys = list(self.keys.iter().map(|key| key.name));
+        let object = if self.pointer.is_empty() { "the case" } else { &self.pointer };
+        let elsewhere = table::pointers().into_iter().find(|pointer| pointer.rsplit('/').next() == Some(name));
+        let help = match (elsewhere, nearest(name, self.keys.iter().map(|key| key.name))) {
+            (Some(pointer), _) => format!("{} belongs at {pointer}", quote(name)),
+            (None, Some(near)) => format!("did you mean {}?", quote(near)),
+            (None, None) => format!("{object} has no keys"),
+        };
+        let location = format!("{}/{}", self.pointer, escape(name));
+        CaseError::at(location, format!("a key of {object}: {keys}"), format!("unknown key {}", quote(name))).help(help)
+    }
+
+    /// The value of a key that other keys depend on, when it is one that may stand there.
+    fn plain(&self, name: &str) -> Option<String> {
+        let key = self.keys.iter().find(|key| key.name == name)?;
+        match (self.given(name), key.presence) {
+            (Some(value), _) => key.accepts(value).then(|| text_of(value)),
+            (None, Presence::Default(literal, _)) => Some(text_of(&literal.value())),
+            (None, _) => None,
+        }
+    }
+
+    pub(super) fn at(&self, name: &str) -> String {
+        format!("{}/{name}", self.pointer)
+    }
+
+    pub(super) fn given(&self, name: &str) -> Option<&'a Value> {
+        self.map.and_then(|map| map.get(name))
+    }
+
+    fn key(&self, name: &str) -> Result<&'static Key, CaseError> {
+        let missing = || CaseError::at(self.at(name), "a key that the table of the case file has", "none");
+        self.keys.iter().find(|key| key.name == name).ok_or_else(missing)
+    }
+
+    /// The value of a key, given or by default, checked against the table and recorded.
+    fn take(&self, name: &str) -> Result<(&'static Key, Option<Cow<'a, Value>>), CaseError> {
+        let key = self.key(name)?;
+        if let Some(value) = self.given(name) {
+            check(key, value, &self.at(name))?;
+            let recorded = key.keys().is_empty() && !matches!(key.kind, Kind::Sources);
+            if recorded || value.is_string() {
+                let source = self.record.source(&self.at(name));
+                self.note(key, text_of(value), Origin::Read, source, is_assumed(source));
+            }
+            return Ok((key, Some(Cow::Borrowed(value))));
+        }
+        let default = |literal: Literal, source: &str| {
+            self.note(key, text_of(&literal.value()), Origin::Default, source, is_assumed(source));
+            Some(Cow::Owned(literal.value()))
+        };
+        let value = match key.presence {
+            Presence::Default(literal, source) => default(literal, source),
+            Presence::RequiredUnless(other, word, literal, source)
+                if self.plain(other).is_some_and(|found| found == word) =>
+            {
+                default(literal, source)
+            }
+            Presence::Required | Presence::RequiredUnless(..) => return Err(self.missing(key)),
+            Presence::Optional("") | Presence::Derived(_) => None,
+            Presence::Optional(without) => {
+                self.note(key, "none".to_owned(), Origin::Default, without, false);
+                None
+            }
+        };
+        Ok((key, value))
+    }
+
+    fn missing(&self, key: &Key) -> CaseError {
+        let error = CaseError::at(self.at(key.name), key.expected(), "nothing");
+        error.help(format!("{} is required: {}", quote(key.name), key.doc))
+    }
+
+    fn note(&self, key: &Key, value: String, origin: Origin, source: &str, assumed: bool) {
+        let source = match (source, key.note) {
+            (source, "") => source.to_owned(),
+            (source, note) => format!("{source}; {note}"),
+        };
+        self.note_as(key.name, value, key.unit(), origin, source, assumed);
+    }
+
+    fn note_as(&self, name: &str, value: String, unit: &'static str, origin: Origin, source: String, assumed: bool) {
+        if !self.quiet {
+            let pointer = self.at(name);
+            self.record.push(Field { pointer, value, unit, origin, source, assumed });
+        }
+    }
+
+    /// Records a number [SI] computed, as the table says, for a key that was left out.
+    pub(super) fn derive(&self, name: &str, si: f64, assumed: bool) -> Result<f64, CaseError> {
+        let how = if let Presence::Derived(how) = self.key(name)?.presence { how } else { "" };
+        self.derive_as(name, si, how, assumed)
+    }
+
+    /// Records a number [SI] computed for a key that was left out.
+    pub(super) fn derive_as(&self, name: &str, si: f64, how: &str, assumed: bool) -> Result<f64, CaseError> {
+        let key = self.key(name)?;
+        if let Kind::Number(unit, _) = key.kind {
+            self.note(key, short_number_text(unit.of_si(si)), Origin::Derived, how, assumed);
+        }
+        Ok(si)
+    }
+
+    /// Records something computed that is no number of the table.
+    pub(super) fn derive_text(&self, name: &str, value: String, how: &str) {
+        self.note_as(name, value, "", Origin::Derived, how.to_owned(), false);
+    }
+
+    /// Records an item of a list in one line.
+    pub(super) fn summarise(&self, value: String, source: &str) {
+        let field = Field {
+            pointer: self.pointer.clone(),
+            value,
+            unit: "",
+            origin: Origin::Read,
+            source: source.to_owned(),
+            assumed: is_assumed(source),
+        };
+        self.record.push(field);
+    }
+
+    /// A number in SI units.
+    pub(super) fn number(&self, name: &str) -> Result<f64, CaseError> {
+        self.number_if_given(name)?.ok_or_else(|| CaseError::at(self.at(name), "a number", "nothing"))
+    }
+
+    /// A number in SI units, where the case or the table has one.
+    pub(super) fn number_if_given(&self, name: &str) -> Result<Option<f64>, CaseError> {
+        let (key, value) = self.take(name)?;
+        let Some(value) = value else { return Ok(None) };
+        match (key.kind, value.as_f64()) {
+            (Kind::Number(unit, _), Some(number)) => Ok(Some(unit.to_si(number))),
+            _ => Err(mismatch(key, &value, &self.at(name))),
+        }
+    }
+
+    /// The one given number of a group of keys, in SI units.
+    pub(super) fn one_of(&self, group: &str) -> Result<f64, CaseError> {
+        let names: Vec<&str> = self.keys.iter().filter(|key| key.group == group).map(|key| key.name).collect();
+        let given: Vec<&str> = names.iter().copied().filter(|name| self.given(name).is_some()).collect();
+        match given[..] {
+            [name] => self.number(name),
+            [] => Err(CaseError::at(&self.pointer, format!("a {group}: {}", list(names)), "none of them")),
+            [_, second, ..] => {
+                let found = format!("{} of them", given.len());
+                Err(CaseError::at(self.at(second), format!("one {group}: {}", list(names)), found))
+            }
+        }
+    }
+
+    pub(super) fn whole(&self, name: &str) -> Result<u32, CaseError> {
+        let (key, value) = self.take(name)?;
+        let value = value.unwrap_or_default();
+        whole(&value).ok_or_else(|| mismatch(key, &value, &self.at(name)))
+    }
+
+    pub(super) fn flag(&self, name: &str) -> Result<bool, CaseError> {
+        let (key, value) = self.take(name)?;
+        let value = value.unwrap_or_default();
+        value.as_bool().ok_or_else(|| mismatch(key, &value, &self.at(name)))
+    }
+
+    pub(super) fn text(&self, name: &str) -> Result<String, CaseError> {
+        let (key, value) = self.take(name)?;
+        let value = value.unwrap_or_default();
+        value.as_str().map(str::to_owned).ok_or_else(|| mismatch(key, &value, &self.at(name)))
+    }
+
+    pub(super) fn word<W: Word>(&self, name: &str) -> Result<W, CaseError> {
+        let (key, value) = self.take(name)?;
+        let value = value.unwrap_or_default();
+        value.as_str().and_then(W::from_word).ok_or_else(|| mismatch(key, &value, &self.at(name)))
+    }
+
+    /// A list of numbers in SI units.
+    pub(super) fn numbers(&self, name: &str) -> Result<Option<Vec<f64>>, CaseError> {
+        let (key, value) = self.take(name)?;
+        let Some(value) = value else { return Ok(None) };
+        match (key.kind, value.as_array()) {
+            (Kind::Numbers(unit, ..), Some(items)) => {
+                Ok(Some(items.iter().filter_map(Value::as_f64).map(|number| unit.to_si(number)).collect()))
+            }
+            _ => Err(mismatch(key, &value, &self.at(name))),
+        }
+    }
+
+    pub(super) fn vector<const N: usize>(&self, name: &str) -> Result<[f64; N], CaseError> {
+        let numbers = self.numbers(name)?.unwrap_or_default();
+        let count = numbers.len();
+        let error = |_| CaseError::at(self.at(name), format!("{N} numbers"), count.to_string());
+        numbers.try_into().map_err(error)
+    }
+
+    /// A value of more than one kind, checked against the table.
+    pub(super) fn raw(&self, name: &str) -> Result<Option<&'a Value>, CaseError> {
+        self.take(name).map(|_| self.given(name))
+    }
+
+    /// An object; the defaults of its keys hold where it was left out.
+    pub(super) fn object(&self, name: &str) -> Result<Self, CaseError> {
+        let (key, _) = self.take(name)?;
+        self.below(key, self.given(name).and_then(Value::as_object))
+    }
+
+    /// An object, where it was given.
+    pub(super) fn object_if_given(&self, name: &str) -> Result<Option<Self>, CaseError> {
+        let key = self.key(name)?;
+        if key.is_nullable() && self.given(name).is_some_and(Value::is_null) {
+            if let Presence::Optional(without) = key.presence {
+                self.note(key, "none".to_owned(), Origin::Read, without, false);
+            }
+            return Ok(None);
+        }
+        self.take(name)?;
+        self.given(name).and_then(Value::as_object).map(|map| self.below(key, Some(map))).transpose()
+    }
+
+    pub(super) fn choice(&self, name: &str) -> Result<Choice<'a>, CaseError> {
+        let (key, value) = self.take(name)?;
+        match value.as_deref().and_then(Value::as_str) {
+            Some(word) => Ok(Choice::Word(word.to_owned())),
+            None => Ok(Choice::Keys(self.below(key, self.given(name).and_then(Value::as_object))?)),
+        }
+    }
+
+    /// The objects of a list.
+    pub(super) fn items(&self, name: &str) -> Result<Vec<Self>, CaseError> {
+        let (key, _) = self.take(name)?;
+        let items = self.given(name).and_then(Value::as_array);
+        let item = |(index, value): (usize, &'a Value)| {
+            let pointer = format!("{}/{index}", self.at(name));
+            let map = value.as_object();
+            Self { record: self.record, pointer, keys: key.keys(), map, quiet: true }.checked()
+        };
+        items.into_iter().flatten().enumerate().map(item).collect()
+    }
+}

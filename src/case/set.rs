@@ -1,0 +1,163 @@
+//! `--set /json/pointer=value`: one change to the document.
+
+use serde_json::{Map, Value};
+
+use super::error::{CaseError, describe, nearest, quote};
+use super::fields::{Key, Kind, Presence};
+use super::pointer::{is_at_or_below, unescape};
+use super::record::is_assumed;
+use super::{json, table};
+
+/// One change: the pointer and the value it gets.
+pub(super) struct Set {
+    pub(super) pointer: String,
+    value: Value,
+}
+
+/// Reads `/json/pointer=value`; a value that is not JSON is a word.
+pub(super) fn parse(text: &str) -> Result<Set, CaseError> {
+    let help = "for example --set /projectile/velocity_m_s=200";
+    let form = |found: String| CaseError::at(located(text), "/json/pointer=value", found).help(help);
+    let Some((pointer, value)) = text.split_once('=') else {
+        return Err(form(format!("{}, which has no =", quote(text))));
+    };
+    if !pointer.starts_with('/') || pointer.ends_with('/') || pointer.contains("//") {
+        return Err(form(format!("the pointer {}", quote(pointer))));
+    }
+    let pointer = pointer.to_owned();
+    if value.trim().is_empty() {
+        return Err(CaseError::at(located(&pointer), "a value after =", "nothing").help(help));
+    }
+    match json::parse(value) {
+        Ok(value) => Ok(Set { pointer, value }),
+        Err(error) if value.trim_start().starts_with(['{', '[', '"']) => {
+            let found = format!("{} ({})", error.found, error.location);
+            Err(CaseError { location: located(&pointer), found, ..error })
+        }
+        Err(_) => Ok(Set { pointer, value: Value::from(value.trim()) }),
+    }
+}
+
+fn located(pointer: &str) -> String {
+    let short: String = pointer.chars().filter(|c| !c.is_control()).take(200).collect();
+    format!("--set {short}")
+}
+
+/// Names the change as the place of an error that it caused.
+pub(super) fn blame(mut error: CaseError, sets: &[Set]) -> CaseError {
+    let of_case = error.file.is_empty();
+    if of_case && sets.iter().any(|set| is_at_or_below(&error.location, &set.pointer)) {
+        error.location = located(&error.location);
+    }
+    error
+}
+
+impl Set {
+    /// Whether the change decides which fabric file is read.
+    pub(super) fn chooses_fabric(&self) -> bool {
+        self.pointer == "/fabric" || self.pointer == "/fabric/file"
+    }
+
+    /// Makes the change, creating objects that the table knows.
+    pub(super) fn apply(&self, document: &mut Map<String, Value>) -> Result<(), CaseError> {
+        if self.pointer == "/fabric/file" {
+            // Another file replaces the fabric whole, written out in the case or not.
+            document.insert("fabric".to_owned(), Value::Object(Map::new()));
+        }
+        let parts: Vec<&str> = self.pointer.split('/').skip(1).collect();
+        let Some((last, parents)) = parts.split_last() else { return Ok(()) };
+        let mut place = String::new();
+        let Some((first, rest)) = parents.split_first() else {
+            document.insert(unescape(last), self.value.clone());
+            self.renew_sources(document);
+            return Ok(());
+        };
+        place.push('/');
+        place.push_str(first);
+        let mut node = child_of_object(document, first, &place)?;
+        for part in rest {
+            place.push('/');
+            place.push_str(part);
+            node = child(node, part, &place)?;
+        }
+        match node {
+            Value::Object(map) => {
+                map.insert(unescape(last), self.value.clone());
+            }
+            Value::Array(_) => *item(node, last, &self.pointer)? = self.value.clone(),
+            other => return Err(no_children(&place, other)),
+        }
+        self.renew_sources(document);
+        Ok(())
+    }
+
+    /// What the case says about the old value does not hold for the new one.
+    fn renew_sources(&self, document: &mut Map<String, Value>) {
+        if ["/title", "/notes", "/expect", "/sources"].iter().any(|above| is_at_or_below(&self.pointer, above)) {
+            return;
+        }
+        let sources = document.entry("sources").or_insert_with(|| Value::Object(Map::new()));
+        let Value::Object(sources) = sources else { return };
+        let covering = sources.iter().filter(|(above, _)| is_at_or_below(&self.pointer, above));
+        let nearest = covering.max_by_key(|(above, _)| above.len()).and_then(|(_, text)| text.as_str());
+        let text = if nearest.is_some_and(is_assumed) { "assumed, --set" } else { "--set" };
+        sources.retain(|pointer, _| !is_at_or_below(pointer, &self.pointer));
+        if !self.chooses_fabric() {
+            sources.insert(self.pointer.clone(), Value::from(text));
+        } else {
+            sources.retain(|pointer, _| !is_at_or_below(pointer, "/fabric"));
+        }
+    }
+}
+
+fn child<'a>(node: &'a mut Value, part: &str, place: &str) -> Result<&'a mut Value, CaseError> {
+    match node {
+        Value::Object(map) => child_of_object(map, part, place),
+        Value::Array(_) => item(node, part, place),
+        other => Err(no_children(place.rsplit_once('/').map_or(place, |(parent, _)| parent), other)),
+    }
+}
+
+fn child_of_object<'a>(map: &'a mut Map<String, Value>, part: &str, place: &str) -> Result<&'a mut Value, CaseError> {
+    let name = unescape(part);
+    let absent = map.get(&name).is_none_or(Value::is_null);
+    if absent {
+        let Some(empty) = table::lookup(place).and_then(empty) else {
+            let known = table::pointers();
+            let error =
+                CaseError::at(located(place), "a pointer into the case", format!("nothing at {}", quote(place)));
+            return Err(match nearest(place, known.iter().map(String::as_str)) {
+                Some(near) => error.help(format!("did you mean {near}?")),
+                None => error,
+            });
+        };
+        map.insert(name.clone(), empty);
+    }
+    Ok(map.entry(name).or_insert(Value::Null))
+}
+
+/// What stands at a key before something inside it is set: an object, or the default list.
+fn empty(key: &Key) -> Option<Value> {
+    match (key.kind, key.presence) {
+        (Kind::Numbers(..), Presence::Default(literal, _)) => Some(literal.value()),
+        (Kind::Object(_) | Kind::WordOrObject(..) | Kind::ObjectOrFile(_) | Kind::Sources, _) => {
+            Some(Value::Object(Map::new()))
+        }
+        _ => None,
+    }
+}
+
+fn item<'a>(list: &'a mut Value, part: &str, place: &str) -> Result<&'a mut Value, CaseError> {
+    let count = list.as_array().map_or(0, Vec::len);
+    let expected = match count {
+        0 => "another pointer: the list is empty".to_owned(),
+        count => format!("an index from 0 to {}", count - 1),
+    };
+    let error = CaseError::at(located(place), expected, quote(part));
+    part.parse::<usize>().ok().and_then(|index| list.get_mut(index)).ok_or(error)
+}
+
+fn no_children(place: &str, found: &Value) -> CaseError {
+    CaseError::at(located(place), format!("an object or a list at {place}"), describe(found))
+        .help(format!("set {place} as a whole"))
+}

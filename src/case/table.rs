@@ -1,0 +1,363 @@
+//! Every key of the case file: name, unit, range, default with its source, and meaning.
+
+use std::f64::consts::PI;
+
+use super::fields::{Key, Kind, Unit, above, key, number, within, word};
+use super::words::{ShapeWord, Word};
+use super::{Along, Edge, Law, MembraneForce, Motion, Rotation, RunUntil, ShearModulus, Symmetry};
+
+const NONE: Unit = Unit::new("", 1.0, 1.0);
+const RAD: Unit = Unit::new("rad", 1.0, 1.0);
+const DEG: Unit = Unit::new("deg", PI, 180.0);
+const MM: Unit = Unit::new("mm", 1.0, 1e3);
+const MM_N13: Unit = Unit::new("mm·N^(1/3)", 1.0, 1e3);
+const US: Unit = Unit::new("µs", 1.0, 1e6);
+const M_S: Unit = Unit::new("m/s", 1.0, 1.0);
+const RAD_S: Unit = Unit::new("rad/s", 1.0, 1.0);
+const GRAM: Unit = Unit::new("g", 1.0, 1e3);
+const G_MM2: Unit = Unit::new("g·mm²", 1.0, 1e9);
+const KG_M3: Unit = Unit::new("kg/m³", 1.0, 1.0);
+const G_M2: Unit = Unit::new("g/m²", 1.0, 1e3);
+/// Grams per 9000 m.
+const DENIER: Unit = Unit::new("denier", 1.0, 9e6);
+/// Grams per 1000 m.
+const TEX: Unit = Unit::new("tex", 1.0, 1e6);
+const DTEX: Unit = Unit::new("dtex", 1.0, 1e7);
+const PER_INCH: Unit = Unit::new("1/inch", 1e4, 254.0);
+const PER_CM: Unit = Unit::new("1/cm", 100.0, 1.0);
+const GPA: Unit = Unit::new("GPa", 1e9, 1.0);
+const MPA: Unit = Unit::new("MPa", 1e6, 1.0);
+const N_M: Unit = Unit::new("N/m", 1.0, 1.0);
+
+/// Hourglass stiffness over the full-integration stiffness where the case gives none.
+const HOURGLASS: f64 = 0.02;
+const NOT_PUBLISHED: &str = "assumed: not published for this fabric";
+
+pub(super) static CASE: &[Key] = &[
+    key("title", Kind::Text, "What the case is, for people."),
+    key(
+        "fabric",
+        Kind::ObjectOrFile(FABRIC),
+        "The fabric of every ply; a file is named relative to the case's folder.",
+    ),
+    key("pack", Kind::Object(PACK), "Plies, size, edges and initial state."),
+    key("projectile", Kind::Object(PROJECTILE), "What strikes the pack; null or absent: nothing does.")
+        .optional("nothing strikes the pack"),
+    key("solver", Kind::Object(SOLVER), "Time integration."),
+    key("output", Kind::Object(OUTPUT), "What is written and how often.").optional(""),
+    key("expect", Kind::Items(EXPECT, 1000), "Statements about the result that the run checks.").optional(""),
+    key(
+        "sources",
+        Kind::Sources,
+        "Where values come from: JSON pointer of a value or of an object around it, and text; \
+        a text that begins with \"assumed\" marks its values as assumed.",
+    )
+    .optional(""),
+    key("notes", Kind::Text, "Remarks for people.").optional(""),
+];
+
+pub(super) static FABRIC: &[Key] = &[
+    key("name", Kind::Text, "Designation."),
+    number("fibre_density_kg_m3", KG_M3, within(100.0, 30_000.0), "Density of the fibre; gives the yarn's section."),
+    number("areal_density_g_m2", G_M2, within(0.01, 1e5), "Mass per area of the fabric.")
+        .derived("linear density × (1 + crimp) × count of both yarns"),
+    key("warp", Kind::Object(YARN), "Yarns along X."),
+    key("weft", Kind::Object(YARN), "Yarns along Y."),
+    key("crossover", Kind::Object(CROSSOVER), "Interaction of warp and weft.").optional(""),
+    number("thickness_mm", MM, within(1e-3, 100.0), "Thickness of the fabric: shear resultant and ply spacing.")
+        .default(0.30, NOT_PUBLISHED),
+    key("shear", Kind::WordOrObject(&["none"], SHEAR), "Resistance to trellis shear, (25) of the paper.").optional(""),
+];
+
+static YARN: &[Key] = &[
+    key("absent", Kind::Flag, "True: no yarn in this direction, its count still sets the element size.")
+        .default_false("a woven fabric has both yarns"),
+    number("linear_density_denier", DENIER, within(0.01, 1e6), "Mass of 9000 m of yarn.")
+        .one_of("linear density")
+        .only("absent", &["false"]),
+    number("linear_density_tex", TEX, within(0.001, 1e5), "Mass of 1000 m of yarn.")
+        .one_of("linear density")
+        .only("absent", &["false"]),
+    number("linear_density_dtex", DTEX, within(0.01, 1e6), "Mass of 10 000 m of yarn.")
+        .one_of("linear density")
+        .only("absent", &["false"]),
+    number("modulus_gpa", GPA, within(1e-6, 1e4), "Axial modulus of the fibre.").only("absent", &["false"]),
+    number("failure_strain", NONE, above(0.0, 1.0), "Axial strain at which the yarn breaks.")
+        .only("absent", &["false"]),
+    number("count_per_inch", PER_INCH, within(0.1, 1000.0), "Crossovers along this yarn per inch.").one_of("count"),
+    number("count_per_cm", PER_CM, within(0.04, 400.0), "Crossovers along this yarn per cm.").one_of("count"),
+    number("crimp", NONE, within(0.0, 0.5), "Yarn length over fabric length, minus one.").only("absent", &["false"]),
+];
+
+static CROSSOVER: &[Key] = &[
+    word("law", Law::WORDS, "Unit-cell law.").default_word("published", "the paper's (11)-(24)"),
+    word("membrane_force", MembraneForce::WORDS, "In-plane force of the published law: T, or T cos α.")
+        .default_word("tension", "the paper's yarn tension"),
+    number("gap_mm", MM, within(0.0, 1.0), "Initial gap between the yarns, (22).").default(0.0, NOT_PUBLISHED),
+    key("compression", Kind::WordOrObject(&["rigid"], COMPRESSION), "Transverse compression of the yarns, (21).")
+        .optional(""),
+];
+
+static COMPRESSION: &[Key] = &[
+    number("a_mm", MM, within(0.0, 10.0), "Largest compression a of (21); a = b = 0 is rigid.")
+        .default(0.10, NOT_PUBLISHED),
+    number("b_mm_n13", MM_N13, within(0.0, 10.0), "b of (21).").default(0.10, NOT_PUBLISHED),
+];
+
+static SHEAR: &[Key] = &[
+    number("thickness_mm", MM, within(1e-3, 100.0), "Thickness that carries the shear stress.")
+        .derived("the fabric's thickness_mm"),
+    number("g1_mpa", MPA, within(0.0, 1e6), "Modulus before locking.").default(10.0, NOT_PUBLISHED),
+    number("g2_mpa", MPA, within(0.0, 1e6), "Modulus after locking, at least g1_mpa.").default(1000.0, NOT_PUBLISHED),
+    number("gamma1", RAD, within(0.0, 1.5), "Shear angle where locking begins.").default(0.35, NOT_PUBLISHED),
+    number("gamma2", RAD, within(0.0, 1.5), "Shear angle where locking is complete, at least gamma1.")
+        .default(0.60, NOT_PUBLISHED),
+    word("modulus", ShearModulus::WORDS, "Tangent: dτ/dγ = G(γ); secant: τ = G(γ) γ.")
+        .default_word("tangent", "model: G of (25) as the slope of the stress"),
+];
+
+static PACK: &[Key] = &[
+    key("plies", Kind::Whole(1, 64), "Number of plies; this version computes one.").default(1.0, "a single ply"),
+    number("width_mm", MM, within(1e-3, 1e5), "Size along warp, rounded to whole elements."),
+    number("height_mm", MM, within(1e-3, 1e5), "Size along weft, rounded to whole elements."),
+    key("edges", Kind::WordOrObject(Edge::WORDS, EDGES), "How the sides are held.")
+        .default_word("clamped", "a fixed frame, as in the paper"),
+    key("crossovers_per_element", Kind::Whole(1, 64), "Crossovers along each side of an element.")
+        .default(1.0, "the paper: one element per crossover"),
+    number("spacing_mm", MM, within(1e-3, 100.0), "Distance of neighbouring plies.")
+        .derived("the fabric's thickness_mm"),
+    key("pretension", Kind::Object(PRETENSION), "Initial membrane force.").optional(""),
+    key("initial_velocity_m_s", Kind::Numbers(M_S, within(-5000.0, 5000.0), [3, 3]), "Velocity of every free node.")
+        .default_list(&[0.0; 3], "at rest"),
+    key("initial_deflection", Kind::Object(DEFLECTION), "Initial amplitude·sin(mπX/width)·sin(nπY/height).")
+        .optional("flat"),
+];
+
+static EDGES: &[Key] = &[
+    word("left", Edge::WORDS, "X = 0.").default_word("clamped", "a fixed frame, as in the paper"),
+    word("right", Edge::WORDS, "X = width.").default_word("clamped", "a fixed frame, as in the paper"),
+    word("bottom", Edge::WORDS, "Y = 0.").default_word("clamped", "a fixed frame, as in the paper"),
+    word("top", Edge::WORDS, "Y = height.").default_word("clamped", "a fixed frame, as in the paper"),
+];
+
+static PRETENSION: &[Key] = &[
+    number("warp_n_per_m", N_M, within(0.0, 1e7), "Force along warp per width.").optional("warp keeps its length"),
+    number("weft_n_per_m", N_M, within(0.0, 1e7), "Force along weft per width.").optional("weft keeps its length"),
+];
+
+static DEFLECTION: &[Key] = &[
+    number("amplitude_mm", MM, within(-1000.0, 1000.0), "Largest deflection."),
+    key("warp_half_waves", Kind::Whole(0, 1000), "m; 0: constant along warp."),
+    key("weft_half_waves", Kind::Whole(0, 1000), "n; 0: constant along weft."),
+];
+
+/// The shapes that have a length and edges, and those that can turn.
+const LONG: &[&str] = &["cylinder", "cone"];
+const TURNING: &[&str] = &["cylinder", "sphere", "cone"];
+
+static PROJECTILE: &[Key] = &[
+    word("shape", ShapeWord::WORDS, "Geometry of the rigid body.").later(&["ogive", "fragment"]),
+    number("diameter_mm", MM, within(1e-3, 1000.0), "Diameter."),
+    number("length_mm", MM, within(1e-3, 10_000.0), "Whole length.").only("shape", LONG),
+    number("nose_length_mm", MM, within(1e-3, 10_000.0), "Length of the conical nose, at most length_mm.")
+        .derived("length_mm: a plain cone")
+        .only("shape", &["cone"]),
+    number("edge_radius_mm", MM, within(0.0, 500.0), "Radius of the rounding of every edge.")
+        .default(0.0, "sharp edges")
+        .only("shape", LONG),
+    word("along", Along::WORDS, "The yarn direction a bar lies along.")
+        .default_word("weft", "across the warp")
+        .only("shape", &["bar"]),
+    number("mass_g", GRAM, within(1e-9, 1e6), "Mass.").required_unless(
+        ("motion", "prescribed"),
+        1000.0,
+        "not used: the velocity is prescribed",
+    ),
+    number("axial_inertia_g_mm2", G_MM2, within(1e-9, 1e12), "Moment of inertia about the body's axis.")
+        .derived("a uniform solid of this shape and mass")
+        .with("transverse_inertia_g_mm2")
+        .only("shape", TURNING),
+    number(
+        "transverse_inertia_g_mm2",
+        G_MM2,
+        within(1e-9, 1e12),
+        "Moment of inertia across the axis, about the centre.",
+    )
+    .derived("a uniform solid of this shape and mass")
+    .with("axial_inertia_g_mm2")
+    .only("shape", TURNING),
+    number("velocity_m_s", M_S, above(0.0, 5000.0), "Speed along the line of flight."),
+    key("offset_mm", Kind::Numbers(MM, within(-1e5, 1e5), [2, 2]), "Point of aim from the pack's centre.")
+        .default_list(&[0.0; 2], "centred"),
+    number("standoff_mm", MM, within(0.0, 1000.0), "Gap between nose and first ply at the start.")
+        .default(0.0, "flight through air is not computed"),
+    number("obliquity_deg", DEG, within(0.0, 85.0), "Angle of the line of flight to the pack's normal.")
+        .default(0.0, "normal incidence"),
+    number("azimuth_deg", DEG, within(-360.0, 360.0), "Direction of the obliquity, from warp towards weft.")
+        .default(0.0, "towards warp"),
+    number("yaw_deg", DEG, within(-180.0, 180.0), "Angle of the body's axis to the line of flight.")
+        .default(0.0, "axis along the line of flight")
+        .only("shape", TURNING),
+    key("angular_velocity_rad_s", Kind::Numbers(RAD_S, within(-1e6, 1e6), [3, 3]), "Initial rotation about X, Y, Z.")
+        .default_list(&[0.0; 3], "no rotation")
+        .only("shape", TURNING),
+    number("friction", NONE, within(0.0, 2.0), "Coulomb coefficient against fabric.")
+        .default(0.2, "assumed: not published for this projectile and fabric"),
+    word("motion", Motion::WORDS, "Free flight, or the velocity held.").default_word("free", "a body in flight"),
+    word("rotation", Rotation::WORDS, "Whether the body may turn; a bar never does.")
+        .default_word("free", "a body in flight"),
+];
+
+static SOLVER: &[Key] = &[
+    number("end_time_us", US, within(1e-6, 1e9), "End of the run."),
+    number("courant", NONE, above(0.0, 1.0), "Time step over the critical one.")
+        .default(0.9, "model: margin for contact, shear and hourglass stiffness")
+        .help("above 1 the time step exceeds the critical step and leapfrog integration is unstable"),
+    number("hourglass", NONE, within(0.0, 1.0), "Hourglass stiffness over the full-integration stiffness.")
+        .default(HOURGLASS, "model: keeps hourglass energy small without stiffening"),
+    word("symmetry", Symmetry::WORDS, "Whether mirror symmetry may be used.")
+        .default_word("auto", "same result, less work")
+        .note("this version computes the whole pack"),
+    word("run_until", RunUntil::WORDS, "When the run ends.")
+        .default_word("outcome", "nothing asked for happens after it"),
+];
+
+static OUTPUT: &[Key] = &[
+    number("history_interval_us", US, within(1e-6, 1e9), "Interval of history.csv, at most end_time_us.")
+        .default(0.5, "a few hundred rows for a shot"),
+    key("frames", Kind::Whole(0, 10_000), "Frames for ParaView over the run.")
+        .default(0.0, "none asked for")
+        .note("frames are not written by this version"),
+    key("profile_times_us", Kind::Numbers(US, within(0.0, 1e9), [0, 1000]), "Times of deflection profiles, ascending.")
+        .default_list(&[], "none asked for"),
+    word("profile_along", Along::WORDS, "Direction of the profiles, through the point of impact.")
+        .default_word("warp", "the first axis"),
+];
+
+static EXPECT: &[Key] = &[
+    key("quantity", Kind::Text, "A name of summary.json, a column of history.csv, or a measured wave quantity."),
+    key("value", Kind::NumberOrText(within(-1e15, 1e15)), "The expected number or word.").optional(""),
+    number("min", NONE, within(-1e15, 1e15), "Least value; instead of value.").optional(""),
+    number("max", NONE, within(-1e15, 1e15), "Largest value; instead of value.").optional(""),
+    key("tolerance", Kind::NumberOrPercent(within(0.0, 1e15)), "Allowed difference from a number, absolute or \"1%\".")
+        .optional(""),
+    number("at_us", US, within(0.0, 1e9), "Time at which the quantity is read.").optional(""),
+    key("between_us", Kind::Numbers(US, within(0.0, 1e9), [2, 2]), "Interval of a measured speed or frequency.")
+        .optional(""),
+    key("source", Kind::Text, "Where the statement comes from."),
+];
+
+/// The key that a JSON pointer names, whether or not a document has it.
+pub(super) fn lookup(pointer: &str) -> Option<&'static Key> {
+    let mut keys = CASE;
+    let mut found: Option<&Key> = None;
+    for part in pointer.strip_prefix('/')?.split('/') {
+        if let Some(Key { kind: Kind::Items(items, _), .. }) = found
+            && part.parse::<usize>().is_ok()
+        {
+            keys = items;
+            continue;
+        }
+        let key = keys.iter().find(|key| key.name == part)?;
+        // The keys of a list's items come after the index.
+        keys = if matches!(key.kind, Kind::Items(..)) { &[] } else { key.keys() };
+        found = Some(key);
+    }
+    found
+}
+
+/// Where a pointer stands in the order of this table: the place of each of its parts.
+pub(super) fn order(pointer: &str) -> Vec<usize> {
+    let mut keys = CASE;
+    pointer
+        .split('/')
+        .skip(1)
+        .map(|part| {
+            let place = keys.iter().position(|key| key.name == part);
+            keys = place.map_or(keys, |place| keys[place].keys());
+            place.or_else(|| part.parse().ok()).unwrap_or(usize::MAX)
+        })
+        .collect()
+}
+
+/// Every pointer of the table; those below a list are left out.
+pub(super) fn pointers() -> Vec<String> {
+    fn collect(prefix: &str, keys: &[Key], pointers: &mut Vec<String>) {
+        for key in keys {
+            let pointer = format!("{prefix}/{}", key.name);
+            if !matches!(key.kind, Kind::Items(..)) {
+                collect(&pointer, key.keys(), pointers);
+            }
+            pointers.push(pointer);
+        }
+    }
+    let mut pointers = Vec::new();
+    collect("", CASE, &mut pointers);
+    pointers
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
+    use std::collections::HashSet;
+
+    use super::*;
+
+    /// Cases that together give every key, or have it by default.
+    const EVERY_KEY: &[&str] = &[
+        r#""pack": {"width_mm": 9, "height_mm": 9, "spacing_mm": 1, "edges": {}, "initial_deflection":
+            {"amplitude_mm": 1, "warp_half_waves": 1, "weft_half_waves": 1}},
+            "projectile": {"shape": "cone", "diameter_mm": 5, "length_mm": 9, "mass_g": 1, "velocity_m_s": 9}"#,
+        r#""pack": {"width_mm": 9, "height_mm": 9},
+            "projectile": {"shape": "bar", "diameter_mm": 5, "velocity_m_s": 9, "motion": "prescribed"}"#,
+    ];
+
+    #[test]
+    fn the_reader_reads_every_key() {
+        let yarn = |density: &str, count: &str| {
+            format!(
+                r#"{{"linear_density_{density}": 150, "modulus_gpa": 9, "failure_strain": 1, "{count}": 9, "crimp": 0}}"#
+            )
+        };
+        let mut read = HashSet::new();
+        for (warp, weft) in [("denier", "tex"), ("dtex", "denier"), ("tex", "dtex")] {
+            for part in EVERY_KEY {
+                for counts in [["count_per_inch", "count_per_cm"], ["count_per_cm", "count_per_inch"]] {
+                    let (warp, weft) = (yarn(warp, counts[0]), yarn(weft, counts[1]));
+                    let text = format!(
+                        r#"{{"title": "t", "notes": "n", {part}, "solver": {{"end_time_us": 9}}, "fabric": {{"name": "f",
+                        "fibre_density_kg_m3": 1440, "warp": {warp}, "weft": {weft}}}}}"#
+                    );
+                    let case = crate::case::from_str("t", &text, &[]).unwrap();
+                    read.extend(case.fields.into_iter().map(|field| field.pointer));
+                }
+            }
+        }
+        let leaf = |pointer: &String| lookup(pointer).is_some_and(|key| key.keys().is_empty());
+        let unread: Vec<String> =
+            pointers().into_iter().filter(|pointer| leaf(pointer) && !read.contains(pointer)).collect();
+        assert_eq!(unread, ["/sources"]);
+    }
+
+    #[test]
+    fn defaults_are_values_of_their_own_key() {
+        for pointer in pointers() {
+            let key = lookup(&pointer).unwrap();
+            if let crate::case::fields::Presence::Default(literal, source) = key.presence {
+                assert!(key.accepts(&literal.value()) && !source.is_empty(), "{pointer}");
+            }
+            assert!(key.doc.ends_with('.'), "{pointer}");
+        }
+    }
+
+    #[test]
+    fn pointers_are_looked_up_and_ordered() {
+        assert_eq!(lookup("/expect/3/at_us").unwrap().name, "at_us");
+        assert_eq!(lookup("/expect/0").unwrap().name, "expect");
+        for unknown in ["", "/", "/expect/at_us", "/fabric/warp/", "/title/0", "fabric"] {
+            assert!(lookup(unknown).is_none(), "{unknown}");
+        }
+        assert!(order("/fabric/warp/crimp") < order("/fabric/weft/absent"));
+        assert!(order("/expect/2") < order("/expect/10"));
+    }
+}

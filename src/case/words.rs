@@ -1,0 +1,47 @@
+//! The words of the case file and what they stand for.
+
+use super::{Along, Edge, Law, MembraneForce, Motion, Rotation, RunUntil, ShearModulus, Symmetry};
+
+/// A choice that the case file names by a word.
+pub(super) trait Word: Copy + Sized + 'static {
+    const WORDS: &'static [&'static str];
+
+    fn from_word(word: &str) -> Option<Self>;
+}
+
+macro_rules! words {
+    ($($choice:ident { $($word:literal => $variant:ident),+ })+) => {$(
+        impl Word for $choice {
+            const WORDS: &'static [&'static str] = &[$($word),+];
+
+            fn from_word(word: &str) -> Option<Self> {
+                match word {
+                    $($word => Some(Self::$variant),)+
+                    _ => None,
+                }
+            }
+        }
+    )+};
+}
+
+words! {
+    Law { "published" => Published, "variational" => Variational, "kawabata" => Kawabata }
+    MembraneForce { "tension" => Tension, "projected" => Projected }
+    ShearModulus { "tangent" => Tangent, "secant" => Secant }
+    Edge { "clamped" => Clamped, "free" => Free, "roller" => Roller }
+    Along { "warp" => Warp, "weft" => Weft }
+    Motion { "free" => Free, "prescribed" => Prescribed }
+    Rotation { "free" => Free, "locked" => Locked }
+    Symmetry { "auto" => Auto, "none" => None }
+    RunUntil { "outcome" => Outcome, "end_time" => EndTime }
+    ShapeWord { "cylinder" => Cylinder, "sphere" => Sphere, "cone" => Cone, "bar" => Bar }
+}
+
+/// The shape of a projectile before its lengths are read.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum ShapeWord {
+    Cylinder,
+    Sphere,
+    Cone,
+    Bar,
+}

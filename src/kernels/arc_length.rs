@@ -1,0 +1,138 @@
+//! Arc length of a sinusoidal yarn, (13) in closed form.
+//!
+//! A yarn z = h cos(πx/2w) spans 2w and has slope k = πh/(2w) at its ends. Its length is that of half an ellipse
+//! with semi-axes 1 and a = √(1+k²), scaled: S = 2w·s(k), s = (2/π)·E(−k²). The Gauss–Kummer series of the
+//! ellipse's perimeter converges like λ^2n with λ = k²/(a+1)², which is 0.02 at the crimp of a Kevlar fabric, and
+//! s − 1 comes out without cancellation.
+
+use crate::number::Real;
+
+/// Squares of the binomial coefficients C(1/2, n), n = 1…12: the Gauss–Kummer series in λ².
+const SERIES: [f64; 12] = [
+    1.0 / 4.0,
+    1.0 / 64.0,
+    1.0 / 256.0,
+    25.0 / 16384.0,
+    49.0 / 65536.0,
+    441.0 / 1_048_576.0,
+    1089.0 / 4_194_304.0,
+    184_041.0 / 1_073_741_824.0,
+    511_225.0 / 4_294_967_296.0,
+    5_909_761.0 / 68_719_476_736.0,
+    17_631_601.0 / 274_877_906_944.0,
+    863_948_449.0 / 17_592_186_044_416.0,
+];
+
+/// Length ratio of a sinusoidal yarn and its derivatives at end slope k.
+#[derive(Clone, Copy, Debug)]
+pub struct ArcLength<R> {
+    /// s − 1 = S/(2w) − 1 [-].
+    pub excess: R,
+    /// ds/dk [-].
+    pub slope: R,
+    /// d²s/dk² [-].
+    pub curvature: R,
+    /// √(1 + k²) = 1/cos α [-].
+    pub secant: R,
+}
+
+/// Terms of the series that are ever needed.
+pub const MAX_TERMS: usize = SERIES.len();
+
+/// Terms that keep the truncation below rounding for end slopes up to `k`.
+pub fn terms_for(k: f64) -> usize {
+    let secant = (1.0 + k * k).sqrt();
+    let x = (k * k / (secant + 1.0).powi(2)).powi(2);
+    let mut term = x;
+    for n in 0..MAX_TERMS - 1 {
+        term *= x;
+        if SERIES[n + 1] * term < 1e-17 {
+            return n + 1;
+        }
+    }
+    MAX_TERMS
+}
+
+/// Evaluates s(k) − 1, s′ and s″ for any real end slope k with the given number of terms.
+///
+/// Truncation error of s with all terms: below 1e-16 for |k| ≤ 1.5 (crimp of 40 %), 1e-9 at |k| = 4.4. Fewer terms
+/// keep s increasing in |k|.
+#[inline(always)]
+pub fn arc_length<R: Real>(k: R, terms: usize) -> ArcLength<R> {
+    let one = R::one();
+    let half = R::splat(0.5);
+    let secant = (one + k.squared()).sqrt();
+    let a1 = one / (secant + one);
+    let a_minus_1 = k.squared() * a1;
+    let lambda = a_minus_1 * a1;
+    let x = lambda.squared();
+    // Horner for the series G(x) − 1 = x·p(x) and its derivative G′(x).
+    let mut p = R::zero();
+    let mut dp = R::zero();
+    for c in SERIES[..terms].iter().rev() {
+        dp = dp * x + p;
+        p = p * x + R::splat(*c);
+    }
+    let g_minus_1 = x * p;
+    let dg = p + x * dp;
+    let excess = half * a_minus_1 + half * (secant + one) * g_minus_1;
+    let b = half * (one + g_minus_1) + R::splat(2.0) * lambda * dg * a1;
+    let inverse_secant = one / secant;
+    let slope = k * inverse_secant * b;
+    // E(−k²) obeys k s″ + s′ = k s/(1 + k²), which gives the second derivative without another series.
+    let curvature = (one + excess) * inverse_secant.squared() - b * inverse_secant;
+    ArcLength { excess, slope, curvature, secant }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// S/(2w) by Gauss–Legendre quadrature of (13) in 64 panels: independent of the series.
+    fn by_quadrature(k: f64) -> f64 {
+        let nodes = [-0.774_596_669_241_483_4, 0.0, 0.774_596_669_241_483_4];
+        let weights = [5.0 / 9.0, 8.0 / 9.0, 5.0 / 9.0];
+        let panels = 64;
+        let width = std::f64::consts::FRAC_PI_2 / panels as f64;
+        let mut sum = 0.0;
+        for panel in 0..panels {
+            for (x, w) in nodes.iter().zip(weights) {
+                let angle = width * (panel as f64 + 0.5 + 0.5 * x);
+                sum += 0.5 * width * w * (1.0 + (k * angle.sin()).powi(2)).sqrt();
+            }
+        }
+        sum / std::f64::consts::FRAC_PI_2
+    }
+
+    #[test]
+    fn agrees_with_quadrature_and_with_the_small_slope_series() {
+        for i in 0..=30 {
+            let k = 0.05 * f64::from(i);
+            let s = arc_length(k, MAX_TERMS);
+            assert!((1.0 + s.excess - by_quadrature(k)).abs() < 1e-12, "k = {k}");
+        }
+        let k: f64 = 0.01;
+        let series = k.powi(2) / 4.0 - 3.0 * k.powi(4) / 64.0 + 5.0 * k.powi(6) / 256.0;
+        assert!((arc_length(k, MAX_TERMS).excess / series - 1.0).abs() < 1e-11);
+    }
+
+    #[test]
+    fn fewer_terms_are_exact_up_to_their_slope() {
+        for k in [0.1_f64, 0.3, 0.6, 1.0] {
+            let few = arc_length(k, terms_for(k)).excess;
+            assert!((few - arc_length(k, MAX_TERMS).excess).abs() < 1e-16, "k = {k}");
+        }
+        assert!(terms_for(0.6) <= 6 && terms_for(3.0) == MAX_TERMS);
+    }
+
+    #[test]
+    fn derivatives_match_differences() {
+        for k in [0.02, 0.3, 0.9, 1.4, -0.4] {
+            let at = |k| arc_length(k, MAX_TERMS);
+            let step = 1e-5;
+            let (s, plus, minus) = (at(k), at(k + step), at(k - step));
+            assert!((s.slope - (plus.excess - minus.excess) / (2.0 * step)).abs() < 1e-9, "k = {k}");
+            assert!((s.curvature - (plus.slope - minus.slope) / (2.0 * step)).abs() < 1e-9, "k = {k}");
+        }
+    }
+}

@@ -1,0 +1,342 @@
+//! Element kernel: stretches, crossover equilibrium, shear, failure and corner forces of one row of elements.
+//!
+//! Kinematics are total (model.md §1): F1 = ∂x/∂X and F2 = ∂x/∂Y at the element centre, from displacements, so
+//! nothing drifts and strains keep their precision. Forces are P1 = N1 e1 + (q/Λ1) n2 and P2 = N2 e2 + (q/Λ2) n1
+//! with unit vectors n2 ⟂ e1 and n1 ⟂ e2 in the element's plane (model.md §3). One-point quads get an
+//! hourglass stiffness in total form on ¼(x1 − x2 + x3 − x4).
+//!
+//! An element whose two yarns have failed carries nothing; with one yarn left the trellis is gone, so shear is
+//! released with the first failure.
+
+use crate::kernels::crossover::{self, CellConstants, LawKernel};
+use crate::kernels::shear::{self, ShearConstants};
+use crate::number::{Mask, Real, Scalar};
+use crate::tally::Tally;
+
+/// Fields of an element row, in storage order.
+pub mod field {
+    /// P1·Ly/2 [N], three components.
+    pub const WARP_FORCE: usize = 0;
+    /// P2·Lx/2 [N], three components.
+    pub const WEFT_FORCE: usize = 3;
+    /// Hourglass force per corner [N], three components.
+    pub const HOURGLASS: usize = 6;
+    /// Yarn heights h1, h2 [m].
+    pub const HEIGHT: usize = 9;
+    /// 1 while the yarn carries load, 0 once it failed or where it is absent; warp, weft.
+    pub const ALIVE: usize = 11;
+    /// Number of fields.
+    pub const COUNT: usize = 13;
+}
+
+/// Stretch below which the lever of shear is not shortened further, so that a collapsed, slack element keeps a
+/// bounded stiffness. Enters the step bound.
+pub const STRETCH_FLOOR: f64 = 0.3;
+/// Cosine of the shear angle below which the plane of the yarns is no longer resolved.
+const COSINE_FLOOR: f64 = 1e-3;
+
+/// Constants of the element kernel.
+#[derive(Clone, Copy, Debug)]
+pub struct ElementConstants<R> {
+    /// Unit cell.
+    pub cell: CellConstants<R>,
+    /// Trellis shear.
+    pub shear: ShearConstants<R>,
+    /// 1/(2·Lx), 1/(2·Ly) [1/m].
+    pub gradient: [R; 2],
+    /// Tension to force: (Ly/2)/(2·w02) and (Lx/2)/(2·w01) [-].
+    pub membrane: [R; 2],
+    /// Shear resultant to force: Ly/2, Lx/2 [m].
+    pub half_length: [R; 2],
+    /// Hourglass stiffness contributed by each living yarn [N/m].
+    pub hourglass: [R; 2],
+    /// Crossovers per element, and element area [m²], for energies.
+    pub cells: R,
+    /// [m²]
+    pub area: R,
+}
+
+/// Node rows below and above a row of elements, and the row's own storage.
+pub struct ElementRow<'a, S> {
+    /// Displacement x, y, z then velocity x, y, z of the row of nodes below.
+    pub below: [&'a [S]; 6],
+    /// The same above.
+    pub above: [&'a [S]; 6],
+    /// Element fields; column c is stored at c + 1 so that node c finds its left neighbour at c.
+    pub element: [&'a mut [S]; field::COUNT],
+}
+
+/// A yarn that failed in this step.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Failure {
+    /// Element column.
+    pub column: u32,
+    /// 0 warp, 1 weft.
+    pub yarn: u8,
+    /// Axial strain that broke it [-].
+    pub strain: f64,
+}
+
+/// Sums of one row of elements over one step.
+#[derive(Clone, Debug, Default)]
+pub struct ElementTotals {
+    /// Work of the membrane forces on the element since the last step [J].
+    pub internal_work: f64,
+    /// Energy released by failures in this step: membrane, hourglass [J].
+    pub released: [f64; 2],
+    /// Elastic energy stored now (state function) [J]; only in ledger steps.
+    pub stored: f64,
+    /// Hourglass energy now [J]; only in ledger steps.
+    pub hourglass: f64,
+    /// Unit-cell solves that did not meet the residual.
+    pub unconverged: u32,
+    /// Residual evaluations, and cells that needed any.
+    pub iterations: f64,
+    /// Cells solved.
+    pub solved: f64,
+    /// Largest residual [N].
+    pub max_residual: f64,
+    /// Largest yarn tension now [N]; only in ledger steps.
+    pub max_tension: f64,
+    /// Largest |z displacement| of a corner of a standing element [m]; only in ledger steps.
+    pub max_deflection: f64,
+    /// Yarn failures in column order.
+    pub failures: Vec<Failure>,
+}
+
+impl ElementTotals {
+    /// Ready for the next step; keeps the capacity of the failure list.
+    pub fn clear(&mut self) {
+        let mut failures = std::mem::take(&mut self.failures);
+        failures.clear();
+        *self = Self { failures, ..Self::default() };
+    }
+}
+
+/// What one element is before forces: gradients, stretches and directions.
+struct Kinematics<R> {
+    stretch: [R; 2],
+    direction: [[R; 3]; 2],
+    lambda: [R; 2],
+    sine: R,
+}
+
+type Vector<R> = [R; 3];
+
+#[inline(always)]
+fn dot<R: Real>(a: &Vector<R>, b: &Vector<R>) -> R {
+    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+}
+
+/// Differences over an element of corner values 0…3 (counter-clockwise): twice the edge differences along X and
+/// Y, and the hourglass combination.
+#[inline(always)]
+fn differences<R: Real>(corner: &[R; 4]) -> [R; 3] {
+    let [a, b, c, d] = *corner;
+    let (bottom, top) = (b - a, c - d);
+    [bottom + top, (d - a) + (c - b), top - bottom]
+}
+
+#[inline(always)]
+fn kinematics<R: Real>(c: &ElementConstants<R>, dx: &Vector<R>, dy: &Vector<R>) -> Kinematics<R> {
+    let one = R::one();
+    let two = R::splat(2.0);
+    let g1 = [dx[0] * c.gradient[0], dx[1] * c.gradient[0], dx[2] * c.gradient[0]];
+    let g2 = [dy[0] * c.gradient[1], dy[1] * c.gradient[1], dy[2] * c.gradient[1]];
+    let f1 = [one + g1[0], g1[1], g1[2]];
+    let f2 = [g2[0], one + g2[1], g2[2]];
+    let tiny = R::splat(1e-12);
+    let l1 = dot(&f1, &f1).sqrt().max(tiny);
+    let l2 = dot(&f2, &f2).sqrt().max(tiny);
+    // Λ − 1 from the displacement gradient: no cancellation at small strain.
+    let s1 = (two * g1[0] + dot(&g1, &g1)) / (one + l1);
+    let s2 = (two * g2[1] + dot(&g2, &g2)) / (one + l2);
+    let (i1, i2) = (one / l1, one / l2);
+    let sine = (g2[0] + g1[1] + dot(&g1, &g2)) * i1 * i2;
+    Kinematics {
+        stretch: [s1, s2],
+        direction: [[f1[0] * i1, f1[1] * i1, f1[2] * i1], [f2[0] * i2, f2[1] * i2, f2[2] * i2]],
+        lambda: [l1, l2],
+        sine: sine.max(-one).min(one),
+    }
+}
+
+/// Energy of one element [J]: yarns, crossover compression, shear.
+#[inline(always)]
+fn stored_energy<R: Real>(c: &ElementConstants<R>, tension: &[R; 2], strain: &[R; 2], force: R, shear: R) -> R {
+    let yarn = |i: usize| {
+        let y = &c.cell.yarn[i];
+        tension[i] * strain[i] * y.half_span * (R::one() + y.crimp)
+    };
+    c.cells * (yarn(0) + yarn(1) + crossover::compression_energy(&c.cell, force)) + c.area * shear
+}
+
+/// Computes one row of elements.
+///
+/// `dt` is the time since the forces in the row were computed [s] (0 at the start, when there are none).
+/// `SHEAR` leaves trellis shear out where the case has none; `LEDGER` adds the energies of the state.
+#[inline(always)]
+pub fn element_force<R: Real, L: LawKernel, const SHEAR: bool, const LEDGER: bool>(
+    c: &ElementConstants<R>,
+    row: &mut ElementRow<'_, R::Scalar>,
+    columns: usize,
+    dt: f64,
+    totals: &mut ElementTotals,
+) {
+    let zero = R::zero();
+    let half_dt = R::splat(0.5 * dt);
+    let mut work = Tally::default();
+    let mut stored = Tally::default();
+    let mut hourglass = Tally::default();
+    let mut column = 0;
+    while column < columns {
+        let at = column + 1;
+        let load = |f: usize, e: &[&mut [R::Scalar]; field::COUNT]| R::load(e[f], at);
+        let corner = |f: usize| {
+            [
+                R::load(row.below[f], column),
+                R::load(row.below[f], at),
+                R::load(row.above[f], at),
+                R::load(row.above[f], column),
+            ]
+        };
+        let [ux, uy, uz] = [0, 1, 2].map(|f| differences(&corner(f)));
+        let [vx, vy, vz] = [3, 4, 5].map(|f| differences(&corner(f)));
+        let k = kinematics(c, &[ux[0], uy[0], uz[0]], &[ux[1], uy[1], uz[1]]);
+
+        let half = R::splat(0.5);
+        let was_alive = [0, 1].map(|i| half.lt(load(field::ALIVE + i, &row.element)));
+        let both = was_alive[0] & was_alive[1];
+        let any = was_alive[0] | was_alive[1];
+        let warm = [0, 1].map(|i| load(field::HEIGHT + i, &row.element));
+        let cell = crossover::solve::<R, L>(&c.cell, k.stretch, warm, both);
+
+        let failed = [0, 1].map(|i| was_alive[i] & c.cell.yarn[i].failure_strain.le(cell.strain[i]));
+        let alive = [was_alive[0] & !failed[0], was_alive[1] & !failed[1]];
+        let both_left = alive[0] & alive[1];
+        let any_failed = failed[0] | failed[1];
+        let free = [0, 1].map(|i| {
+            let y = &c.cell.yarn[i];
+            let strain = ((k.stretch[i] - y.crimp) / (R::one() + y.crimp)).max(zero);
+            (y.stiffness * strain, strain)
+        });
+        let pull = [0, 1].map(|i| {
+            let left = R::select(both_left, cell.in_plane[i], free[i].0);
+            R::select(alive[i], left, zero)
+        });
+
+        let (q, gamma) = if SHEAR {
+            let gamma = shear::arc_sine(k.sine);
+            (R::select(both_left, shear::resultant(&c.shear, gamma), zero), gamma)
+        } else {
+            (zero, zero)
+        };
+        let [e1, e2] = k.direction;
+        let (warp, weft) = if SHEAR {
+            let floor = R::splat(COSINE_FLOOR * COSINE_FLOOR);
+            let cosine = (R::one() - k.sine.squared()).max(floor).sqrt();
+            let q = q / cosine;
+            let lever = R::splat(STRETCH_FLOOR);
+            let q1 = q * c.half_length[0] / k.lambda[0].max(lever);
+            let q2 = q * c.half_length[1] / k.lambda[1].max(lever);
+            let (n1, n2) = (pull[0] * c.membrane[0], pull[1] * c.membrane[1]);
+            let warp = [0, 1, 2].map(|a| n1 * e1[a] + q1 * (e2[a] - k.sine * e1[a]));
+            let weft = [0, 1, 2].map(|a| n2 * e2[a] + q2 * (e1[a] - k.sine * e2[a]));
+            (warp, weft)
+        } else {
+            let (n1, n2) = (pull[0] * c.membrane[0], pull[1] * c.membrane[1]);
+            ([0, 1, 2].map(|a| n1 * e1[a]), [0, 1, 2].map(|a| n2 * e2[a]))
+        };
+
+        // Work done on the element between the last positions and these (trapezoid), and the new forces.
+        let mut power = zero;
+        for (a, v) in [vx, vy, vz].iter().enumerate() {
+            let warp_new = R::select(any, warp[a], zero);
+            let weft_new = R::select(any, weft[a], zero);
+            power = power
+                + (load(field::WARP_FORCE + a, &row.element) + warp_new) * v[0]
+                + (load(field::WEFT_FORCE + a, &row.element) + weft_new) * v[1];
+            warp_new.store(row.element[field::WARP_FORCE + a], at);
+            weft_new.store(row.element[field::WEFT_FORCE + a], at);
+        }
+        work.add(half_dt * power, column);
+
+        let stiffness = |alive: &[R::Mask; 2]| {
+            R::select(alive[0], c.hourglass[0], zero) + R::select(alive[1], c.hourglass[1], zero)
+        };
+        let quarter = R::splat(0.25);
+        let mode = [quarter * ux[2], quarter * uy[2], quarter * uz[2]];
+        let kh = stiffness(&alive);
+        for (a, q) in mode.iter().enumerate() {
+            let force = R::select(any, quarter * kh * *q, zero);
+            force.store(row.element[field::HOURGLASS + a], at);
+        }
+
+        R::select(any, cell.height[0], zero).store(row.element[field::HEIGHT], at);
+        R::select(any, cell.height[1], zero).store(row.element[field::HEIGHT + 1], at);
+        totals.unconverged += (both & !cell.converged).count();
+        let mut solved = zero;
+        if both.any() {
+            solved = R::select(both, R::one(), zero);
+        }
+        totals.solved += solved.sum();
+        totals.iterations += cell.iterations.sum();
+        for lane in 0..R::LANES {
+            totals.max_residual = totals.max_residual.max(cell.residual.lane(lane).to_f64());
+        }
+
+        if any_failed.any() {
+            let shear_energy = if SHEAR { shear::energy(&c.shear, gamma) } else { zero };
+            let shear_before = R::select(both, shear_energy, zero);
+            let tension = [0, 1].map(|i| R::select(was_alive[i], cell.tension[i], zero));
+            let before = stored_energy(c, &tension, &cell.strain, cell.force, shear_before);
+            let left = [0, 1].map(|i| R::select(alive[i], free[i].0, zero));
+            let after = stored_energy(c, &left, &[free[0].1, free[1].1], zero, zero);
+            totals.released[0] += R::select(any_failed, before - after, zero).sum();
+            // The part of the hourglass work that the state function ½k|q|² does not hold once k dropped.
+            let last = [vx, vy, vz].map(|v| quarter * v[2] * R::splat(dt));
+            let product = mode[0] * (mode[0] - last[0])
+                + mode[1] * (mode[1] - last[1])
+                + mode[2] * (mode[2] - last[2]);
+            let drop = half * (stiffness(&was_alive) - kh) * product;
+            totals.released[1] += R::select(any_failed, drop, zero).sum();
+            for lane in 0..R::LANES {
+                for yarn in 0..2 {
+                    if failed[yarn].lane(lane) {
+                        row.element[field::ALIVE + yarn][at + lane] = R::Scalar::splat(0.0);
+                        totals.failures.push(Failure {
+                            column: (column + lane) as u32,
+                            yarn: yarn as u8,
+                            strain: cell.strain[yarn].lane(lane).to_f64(),
+                        });
+                    }
+                }
+            }
+        }
+
+        if LEDGER {
+            let tension = [0, 1].map(|i| {
+                let t = R::select(both_left, cell.tension[i], free[i].0);
+                R::select(alive[i], t, zero)
+            });
+            let strain = [0, 1].map(|i| R::select(both_left, cell.strain[i], free[i].1));
+            let force = R::select(both_left, cell.force, zero);
+            let shear_energy = if SHEAR { shear::energy(&c.shear, gamma) } else { zero };
+            let shear_energy = R::select(both_left, shear_energy, zero);
+            let energy = stored_energy(c, &tension, &strain, force, shear_energy);
+            stored.add(R::select(any, energy, zero), column);
+            hourglass.add(R::select(any, half * kh * dot(&mode, &mode), zero), column);
+            let largest = tension[0].max(tension[1]);
+            let [a, b, c, d] = corner(2).map(Real::abs);
+            let deflection = R::select(any, a.max(b).max(c.max(d)), zero);
+            for lane in 0..R::LANES {
+                totals.max_tension = totals.max_tension.max(largest.lane(lane).to_f64());
+                totals.max_deflection = totals.max_deflection.max(deflection.lane(lane).to_f64());
+            }
+        }
+        column += R::LANES;
+    }
+    totals.internal_work += work.total();
+    totals.stored += stored.total();
+    totals.hourglass += hourglass.total();
+}

@@ -1,0 +1,245 @@
+//! Projectile contact: kinematic and perfectly inelastic, with Coulomb friction.
+//!
+//! Nodes that would enter the body during the step share its normal velocity (less what closes a remaining gap),
+//! momentum is conserved exactly, and no contact pulls (model.md §6). With G = (n, r × n) the common motion of a set
+//! of nodes and the body is one 6 × 6 symmetric solve, (M + Σ κ G Gᵀ) V′ = M V + Σ κ G (n·v − target); an active-set
+//! loop finds the nodes that push. There is no stiffness in it, so nothing depends on one.
+
+use nalgebra::{Matrix6, Vector3, Vector6};
+
+use crate::kernels::rigid_body::RigidBody;
+
+/// Changes of the set of pushing nodes allowed in one step.
+const SET_CHANGES: usize = 40;
+/// Alternations between normal impulses and friction.
+const FRICTION_SWEEPS: usize = 6;
+
+/// A node near the body during one step.
+#[derive(Clone, Debug)]
+pub struct ContactPoint {
+    /// Row of nodes and column.
+    pub row: usize,
+    /// Column of the node.
+    pub column: usize,
+    /// Gap at the start of the step [m].
+    pub gap: f64,
+    /// Outward normal of the body.
+    pub normal: Vector3<f64>,
+    /// From the body's centre of mass [m].
+    pub arm: Vector3<f64>,
+    /// Node velocity before the step [m/s].
+    pub before: Vector3<f64>,
+    /// Node velocity after the step without contact [m/s].
+    pub free: Vector3<f64>,
+    /// Inverse mass by direction, 0 where held [1/kg].
+    pub inverse: Vector3<f64>,
+    /// Lumped mass [kg].
+    pub mass: f64,
+    /// Inertia met along the normal, 1/(n·w n) [kg].
+    pub kappa: f64,
+    /// Normal impulse on the node [N·s].
+    pub push: f64,
+    /// Friction impulse on the node [N·s].
+    pub drag: Vector3<f64>,
+    /// Whether the node pushes.
+    pub active: bool,
+}
+
+impl ContactPoint {
+    /// Impulse on the node [N·s].
+    pub fn impulse(&self) -> Vector3<f64> {
+        self.normal * self.push + self.drag
+    }
+
+    /// Velocity with the impulses found [m/s].
+    pub fn velocity(&self) -> Vector3<f64> {
+        self.free + self.inverse.component_mul(&self.impulse())
+    }
+
+    /// Ends the contact: a node that does not push is not dragged either.
+    fn release(&mut self) {
+        self.active = false;
+        self.push = 0.0;
+        self.drag = Vector3::zeros();
+    }
+
+    /// Fills in the inertia along the normal. A held node is as heavy as a thousand million of its kind.
+    pub fn set_kappa(&mut self) {
+        let along = self.normal.dot(&self.inverse.component_mul(&self.normal));
+        self.kappa = 1.0 / along.max(1e-9 / self.mass);
+    }
+}
+
+/// What contact did in one step.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct ContactTotals {
+    /// Energy lost to the inelastic impact [J].
+    pub dissipation: f64,
+    /// Energy lost to friction [J].
+    pub friction: f64,
+    /// Work of the drive that holds a prescribed velocity [J].
+    pub external: f64,
+    /// Impulse on the body [N·s].
+    pub impulse: [f64; 3],
+    /// Impulse that went through held nodes into the supports [N·s], on the system.
+    pub support: [f64; 3],
+    /// Nodes that pushed.
+    pub touching: u32,
+}
+
+/// Finds the impulses of one step and applies them to the body; the caller applies them to the nodes.
+pub fn resolve(body: &mut RigidBody, points: &mut [ContactPoint], friction: f64, dt: f64) -> ContactTotals {
+    let start = body.clone();
+    for p in points.iter_mut() {
+        p.active = p.free.dot(&p.normal) - start.velocity_at(&p.arm).dot(&p.normal) < closing_limit(p, dt);
+    }
+    let sweeps = if friction > 0.0 { FRICTION_SWEEPS } else { 1 };
+    for sweep in 0..sweeps {
+        solve_normal(&start, body, points, dt);
+        if sweep + 1 < sweeps && update_friction(body, points, friction) {
+            continue;
+        }
+        break;
+    }
+    account(&start, body, points)
+}
+
+/// Relative normal velocity below which a node enters the body within the step: what closes its gap exactly.
+fn closing_limit(p: &ContactPoint, dt: f64) -> f64 {
+    -p.gap.max(0.0) / dt
+}
+
+/// Normal impulses of the active set, with changes of the set until none pulls and none enters.
+fn solve_normal(start: &RigidBody, body: &mut RigidBody, points: &mut [ContactPoint], dt: f64) {
+    let tolerance = 1e-9 * (start.speed_bound() + 1e-3);
+    for change in 0..SET_CHANGES {
+        common_velocity(start, body, points, dt);
+        let mut changed = false;
+        for p in points.iter_mut() {
+            let approach = (p.velocity() - body.velocity_at(&p.arm)).dot(&p.normal);
+            if p.active && p.push < 0.0 {
+                p.release();
+                changed = true;
+            } else if !p.active && approach < closing_limit(p, dt) - tolerance && change < SET_CHANGES / 2 {
+                p.active = true;
+                changed = true;
+            }
+        }
+        if !changed {
+            return;
+        }
+    }
+    common_velocity(start, body, points, dt);
+    for p in points.iter_mut().filter(|p| p.push < 0.0) {
+        p.release();
+    }
+    apply(start, body, points);
+}
+
+/// One solve for the body's motion with the active nodes attached, and their impulses.
+fn common_velocity(start: &RigidBody, body: &mut RigidBody, points: &mut [ContactPoint], dt: f64) {
+    let direction = |p: &ContactPoint| {
+        let turn = if start.locked { Vector3::zeros() } else { p.arm.cross(&p.normal) };
+        Vector6::new(p.normal.x, p.normal.y, p.normal.z, turn.x, turn.y, turn.z)
+    };
+    let mut motion = stack(&start.velocity, &start.angular_velocity());
+    if !start.prescribed {
+        let mut matrix = Matrix6::identity();
+        matrix.fixed_view_mut::<3, 3>(0, 0).copy_from(&(nalgebra::Matrix3::identity() * start.mass));
+        if !start.locked {
+            matrix.fixed_view_mut::<3, 3>(3, 3).copy_from(&start.inertia());
+        }
+        let mut right = stack(&(start.velocity * start.mass), &start.angular_momentum);
+        for p in points.iter() {
+            let dragged = p.arm.cross(&p.drag);
+            let turn = if start.locked { Vector3::zeros() } else { dragged };
+            right -= stack(&p.drag, &turn);
+            if p.active {
+                let g = direction(p);
+                let speed = (p.free + p.inverse.component_mul(&p.drag)).dot(&p.normal);
+                right += g * (p.kappa * (speed - closing_limit(p, dt)));
+                matrix += g * g.transpose() * p.kappa;
+            }
+        }
+        if start.locked {
+            for a in 3..6 {
+                right[a] = 0.0;
+            }
+        }
+        if let Some(factor) = matrix.cholesky() {
+            motion = factor.solve(&right);
+        }
+    }
+    for p in points.iter_mut().filter(|p| p.active) {
+        let speed = (p.free + p.inverse.component_mul(&p.drag)).dot(&p.normal);
+        p.push = p.kappa * (direction(p).dot(&motion) + closing_limit(p, dt) - speed);
+    }
+    apply(start, body, points);
+}
+
+fn stack(linear: &Vector3<f64>, angular: &Vector3<f64>) -> Vector6<f64> {
+    Vector6::new(linear.x, linear.y, linear.z, angular.x, angular.y, angular.z)
+}
+
+/// Gives the body the opposite of every impulse, so that momentum is conserved whatever the solve did.
+fn apply(start: &RigidBody, body: &mut RigidBody, points: &[ContactPoint]) {
+    if start.prescribed {
+        return;
+    }
+    let mut momentum = Vector3::zeros();
+    let mut angular = Vector3::zeros();
+    for p in points {
+        let impulse = p.impulse();
+        momentum -= impulse;
+        angular -= p.arm.cross(&impulse);
+    }
+    body.velocity = start.velocity + momentum / start.mass;
+    if !start.locked {
+        body.angular_momentum = start.angular_momentum + angular;
+    }
+}
+
+/// Friction impulses that stop the sliding, cut to μ times the normal impulse. True if any changed.
+fn update_friction(body: &RigidBody, points: &mut [ContactPoint], friction: f64) -> bool {
+    let mut changed = false;
+    for p in points.iter_mut() {
+        let slide = p.velocity() - body.velocity_at(&p.arm);
+        let slide = slide - p.normal * slide.dot(&p.normal);
+        let wanted = p.drag - slide * p.mass;
+        let limit = friction * p.push;
+        let size = wanted.norm();
+        let drag = if size > limit { wanted * (limit / size) } else { wanted };
+        if (drag - p.drag).norm() > 1e-9 * limit {
+            changed = true;
+        }
+        p.drag = drag;
+    }
+    changed
+}
+
+/// Energy, work and momentum of the impulses found.
+fn account(start: &RigidBody, body: &RigidBody, points: &[ContactPoint]) -> ContactTotals {
+    let mut totals = ContactTotals::default();
+    for p in points.iter().filter(|p| p.push > 0.0) {
+        let surface = start.velocity_at(&p.arm) + body.velocity_at(&p.arm);
+        let mean = (p.before + p.velocity() - surface) * 0.5;
+        totals.dissipation -= p.push * p.normal.dot(&mean);
+        totals.friction -= p.drag.dot(&mean);
+        let impulse = p.impulse();
+        if start.prescribed {
+            totals.external += 0.5 * impulse.dot(&surface);
+        }
+        for a in 0..3 {
+            totals.impulse[a] -= impulse[a];
+            let held = p.inverse[a] <= 0.0;
+            if start.prescribed {
+                // The drive is the support; what goes into held nodes never reaches the fabric.
+                totals.support[a] += if held { 0.0 } else { impulse[a] };
+            } else if held {
+                totals.support[a] -= impulse[a];
+            }
+        }
+        totals.touching += 1;
+    }
+    totals
+}

@@ -1,0 +1,142 @@
+//! Rigid-body motion of the projectile, six degrees of freedom.
+//!
+//! Momentum and angular momentum are the state, so that contact impulses are exactly what the fabric receives;
+//! between impulses both are constant and the orientation follows a midpoint rule.
+
+use nalgebra::{Matrix3, UnitQuaternion, Vector3};
+
+use crate::case::{Motion, Projectile, Rotation, Shape};
+use crate::kernels::projectile_shape::{self, Body, Gap};
+
+/// A projectile in motion.
+#[derive(Clone, Debug)]
+pub struct RigidBody {
+    /// Surface and inertia.
+    pub body: Body,
+    /// [kg]
+    pub mass: f64,
+    /// Velocity is held.
+    pub prescribed: bool,
+    /// Orientation is held.
+    pub locked: bool,
+    /// Centre of mass [m].
+    pub position: Vector3<f64>,
+    /// Body frame to world; the body's z axis points to the nose.
+    pub orientation: UnitQuaternion<f64>,
+    /// Of the centre of mass [m/s].
+    pub velocity: Vector3<f64>,
+    /// About the centre of mass, world frame [kg·m²/s].
+    pub angular_momentum: Vector3<f64>,
+    /// Unit vector of the line of flight at the start.
+    pub flight: Vector3<f64>,
+    /// Where the centre of mass started [m].
+    pub start: Vector3<f64>,
+}
+
+impl RigidBody {
+    /// Places a projectile so that its surface is `standoff` away from the plane Z = 0 and its line of flight meets
+    /// that plane at the point asked for.
+    pub fn new(projectile: &Projectile, body: Body) -> Self {
+        let direction = |angle: f64| {
+            let (s, c) = angle.sin_cos();
+            Vector3::new(s * projectile.azimuth.cos(), s * projectile.azimuth.sin(), c)
+        };
+        let flight = direction(projectile.obliquity);
+        let axis_angle = projectile.obliquity + projectile.yaw;
+        let axis = direction(axis_angle);
+        let orientation = match projectile.shape {
+            Shape::Bar { along: crate::case::Along::Warp, .. } => {
+                UnitQuaternion::from_axis_angle(&Vector3::z_axis(), std::f64::consts::FRAC_PI_2)
+            }
+            Shape::Bar { .. } => UnitQuaternion::identity(),
+            _ => UnitQuaternion::rotation_between(&Vector3::z(), &axis).unwrap_or_else(|| {
+                UnitQuaternion::from_axis_angle(&Vector3::x_axis(), std::f64::consts::PI)
+            }),
+        };
+        let support =
+            if matches!(projectile.shape, Shape::Bar { .. }) { body.support(0.0) } else { body.support(axis_angle) };
+        let height = -(projectile.standoff + support);
+        let aim = Vector3::new(projectile.offset[0], projectile.offset[1], 0.0);
+        let position = aim + flight * (height / flight.z);
+        let locked = projectile.rotation == Rotation::Locked || matches!(projectile.shape, Shape::Bar { .. });
+        let mut out = Self {
+            body,
+            mass: projectile.mass,
+            prescribed: projectile.motion == Motion::Prescribed,
+            locked,
+            position,
+            orientation,
+            velocity: flight * projectile.velocity,
+            angular_momentum: Vector3::zeros(),
+            flight,
+            start: position,
+        };
+        if !locked {
+            out.angular_momentum = out.inertia() * Vector3::from(projectile.angular_velocity);
+        }
+        out
+    }
+
+    fn principal(&self) -> Matrix3<f64> {
+        let [axial, across] = self.body.inertia;
+        Matrix3::from_diagonal(&Vector3::new(across, across, axial))
+    }
+
+    /// Inertia tensor, world frame [kg·m²].
+    pub fn inertia(&self) -> Matrix3<f64> {
+        let r = self.orientation.to_rotation_matrix();
+        r * self.principal() * r.inverse()
+    }
+
+    /// Angular velocity, world frame [rad/s].
+    pub fn angular_velocity(&self) -> Vector3<f64> {
+        if self.locked { Vector3::zeros() } else { self.spin_of(&self.orientation) }
+    }
+
+    fn spin_of(&self, orientation: &UnitQuaternion<f64>) -> Vector3<f64> {
+        let local = orientation.inverse_transform_vector(&self.angular_momentum);
+        let [axial, across] = self.body.inertia;
+        orientation.transform_vector(&Vector3::new(local.x / across, local.y / across, local.z / axial))
+    }
+
+    /// Kinetic energy of translation and rotation [J].
+    pub fn kinetic_energy(&self) -> f64 {
+        let spin = 0.5 * self.angular_velocity().dot(&self.angular_momentum);
+        0.5 * self.mass * self.velocity.norm_squared() + if self.locked { 0.0 } else { spin }
+    }
+
+    /// Velocity of the body's material at a point given from the centre of mass [m/s].
+    pub fn velocity_at(&self, arm: &Vector3<f64>) -> Vector3<f64> {
+        self.velocity + self.angular_velocity().cross(arm)
+    }
+
+    /// Velocity along the line of flight at the start [m/s].
+    pub fn forward_velocity(&self) -> f64 {
+        self.velocity.dot(&self.flight)
+    }
+
+    /// Gap and outward normal (world frame) at a point [m].
+    pub fn gap(&self, point: &Vector3<f64>) -> (f64, Vector3<f64>) {
+        let local = self.orientation.inverse_transform_vector(&(point - self.position));
+        let Gap { distance, normal } = projectile_shape::gap(&self.body.profile, local.into());
+        (distance, self.orientation.transform_vector(&Vector3::from(normal)))
+    }
+
+    /// Upper bound of the speed of any point of the body [m/s].
+    pub fn speed_bound(&self) -> f64 {
+        self.velocity.norm() + self.angular_velocity().norm() * self.body.reach
+    }
+
+    /// Moves the body through `dt` [s] of free flight.
+    pub fn advance(&mut self, dt: f64) {
+        self.position += self.velocity * dt;
+        if self.locked || self.angular_momentum == Vector3::zeros() {
+            return;
+        }
+        let spin = self.angular_velocity();
+        let half = UnitQuaternion::from_scaled_axis(spin * (0.5 * dt)) * self.orientation;
+        let spin = self.spin_of(&half);
+        self.orientation = UnitQuaternion::from_scaled_axis(spin * dt) * self.orientation;
+        self.orientation.renormalize();
+    }
+}

@@ -1,0 +1,162 @@
+//! Trellis shear with locking, (25).
+//!
+//! G is the tangent modulus by default, so the shear resultant is q = t·∫G dγ: odd in γ and continuous where
+//! locking begins and ends. With the secant modulus q = t·G(γ)·γ.
+
+use crate::number::Real;
+
+/// asin(x)/x as a polynomial in x² on |x| ≤ ½, highest power first: Chebyshev fit, error 2e-17.
+const ARC_SINE: [f64; 13] = [
+    0.031_879_621_400_812_84,
+    -0.016_187_392_271_599_133,
+    0.019_513_468_251_252_168,
+    0.006_529_302_004_736_569,
+    0.012_170_138_592_391_726,
+    0.013_884_842_826_402_08,
+    0.017_359_779_641_349_98,
+    0.022_371_749_733_164_053,
+    0.030_381_959_697_685_14,
+    0.044_642_856_805_998_94,
+    0.075_000_000_003_852_02,
+    0.166_666_666_666_649_4,
+    1.0,
+];
+
+/// Constants of (25), modulus times thickness.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ShearConstants<R> {
+    /// G1·t [N/m].
+    pub g1: R,
+    /// (G2 − G1)·t [N/m].
+    pub rise: R,
+    /// Where locking begins [rad].
+    pub gamma1: R,
+    /// γ2 − γ1 [rad].
+    pub ramp: R,
+    /// rise/ramp, or 0 where the ramp has no width [N/m per rad].
+    pub slope: R,
+    /// 1 with the secant modulus, 0 with the tangent one.
+    pub secant: R,
+}
+
+impl<R: Real> ShearConstants<R> {
+    /// Constants of `shear` for a fabric of the given thickness [m].
+    pub fn new(shear: &crate::case::Shear, thickness: f64) -> Self {
+        let rise = (shear.g2 - shear.g1) * thickness;
+        let ramp = shear.gamma2 - shear.gamma1;
+        let secant = shear.modulus == crate::case::ShearModulus::Secant;
+        Self {
+            g1: R::splat(shear.g1 * thickness),
+            rise: R::splat(rise),
+            gamma1: R::splat(shear.gamma1),
+            ramp: R::splat(ramp),
+            slope: R::splat(if ramp > 0.0 { rise / ramp } else { 0.0 }),
+            secant: R::splat(f64::from(u8::from(secant))),
+        }
+    }
+}
+
+/// Arc sine of a number in [−1, 1].
+#[inline(always)]
+pub fn arc_sine<R: Real>(x: R) -> R {
+    let half = R::splat(0.5);
+    let size = x.abs().min(R::one());
+    let small = size.le(half);
+    // asin x = π/2 − 2 asin √((1 − x)/2) brings the upper half of the range into the polynomial's.
+    let folded = (half * (R::one() - size)).sqrt();
+    let argument = R::select(small, size, folded);
+    let square = argument.squared();
+    let mut p = R::zero();
+    for c in ARC_SINE {
+        p = p * square + R::splat(c);
+    }
+    let angle = argument * p;
+    let angle = R::select(small, angle, R::splat(std::f64::consts::FRAC_PI_2) - R::splat(2.0) * angle);
+    R::select(x.lt(R::zero()), -angle, angle)
+}
+
+/// Shear resultant q(γ) [N/m] at γ [rad].
+#[inline(always)]
+pub fn resultant<R: Real>(c: &ShearConstants<R>, gamma: R) -> R {
+    let size = gamma.abs();
+    let into = (size - c.gamma1).max(R::zero()).min(c.ramp);
+    let past = (size - c.gamma1 - c.ramp).max(R::zero());
+    let tangent = c.g1 * size + R::splat(0.5) * c.slope * into.squared() + c.rise * past;
+    let locked = (c.gamma1 + c.ramp).le(size);
+    let secant = size * (c.g1 + R::select(locked, c.rise, c.slope * into));
+    let q = R::select(c.secant.le(R::zero()), tangent, secant);
+    R::select(gamma.lt(R::zero()), -q, q)
+}
+
+/// Shear energy per reference area, ∫q dγ [J/m²].
+#[inline(always)]
+pub fn energy<R: Real>(c: &ShearConstants<R>, gamma: R) -> R {
+    let size = gamma.abs();
+    let half = R::splat(0.5);
+    let third = R::splat(1.0 / 3.0);
+    let into = (size - c.gamma1).max(R::zero()).min(c.ramp);
+    let past = (size - c.gamma1 - c.ramp).max(R::zero());
+    let base = half * c.g1 * size.squared();
+    let ramp = half * third * c.slope * into * into * into;
+    let tangent = base + ramp + half * c.slope * into.squared() * past + half * c.rise * past.squared();
+    // ∫(y − γ1) y dy over the ramp, and rise·∫y dy past it.
+    let over_ramp = into * into * (third * into + half * c.gamma1);
+    let locked = c.gamma1 + c.ramp;
+    let past_ramp = half * c.rise * past * (past + R::splat(2.0) * locked);
+    let secant = base + c.slope * over_ramp + past_ramp;
+    R::select(c.secant.le(R::zero()), tangent, secant)
+}
+
+/// Largest tangent modulus dq/dγ of the law [N/m], for the step bound.
+pub fn largest_tangent(c: &ShearConstants<f64>) -> f64 {
+    let tangent = c.g1 + c.rise.max(0.0);
+    if c.secant > 0.0 { tangent + c.slope * (c.gamma1 + c.ramp) } else { tangent }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::case::{Shear, ShearModulus};
+
+    #[test]
+    fn arc_sine_is_exact_to_rounding() {
+        for i in -1000..=1000 {
+            let x = f64::from(i) / 1000.0;
+            assert!((arc_sine(x) - x.asin()).abs() < 4e-16, "{x}");
+            assert!((arc_sine(x as f32) - (x as f32).asin()).abs() < 3e-7, "{x}");
+        }
+    }
+
+    #[test]
+    fn resultant_is_odd_continuous_and_the_derivative_of_the_energy() {
+        for modulus in [ShearModulus::Tangent, ShearModulus::Secant] {
+            for (gamma1, gamma2) in [(0.35, 0.60), (0.0, 0.0), (0.2, 0.2)] {
+                let shear = Shear { g1: 1e7, g2: 1e9, gamma1, gamma2, modulus };
+                let c = ShearConstants::<f64>::new(&shear, 3e-4);
+                for i in 1..150 {
+                    let gamma = 0.01 * f64::from(i) + 0.001;
+                    let q = resultant(&c, gamma);
+                    assert_eq!(resultant(&c, -gamma), -q);
+                    let step = 1e-6;
+                    let slope = (energy(&c, gamma + step) - energy(&c, gamma - step)) / (2.0 * step);
+                    assert!((slope / q - 1.0).abs() < 1e-5, "{modulus:?} {gamma}: {slope} {q}");
+                    // Value by Simpson's rule on the modulus (tangent) or G(γ)·γ (secant).
+                    let g = |y: f64| match y {
+                        y if y <= gamma1 => 1e7,
+                        y if y >= gamma2 => 1e9,
+                        y => 1e7 + 9.9e8 * (y - gamma1) / (gamma2 - gamma1),
+                    };
+                    let expected = match modulus {
+                        ShearModulus::Secant => 3e-4 * g(gamma) * gamma,
+                        ShearModulus::Tangent => {
+                            let n = 20_000;
+                            let h = gamma / f64::from(n);
+                            (0..n).map(|j| 3e-4 * g((f64::from(j) + 0.5) * h) * h).sum()
+                        }
+                    };
+                    assert!((q / expected - 1.0).abs() < 2e-4, "{modulus:?} {gamma}: {q} {expected}");
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,182 @@
+//! The energy and momentum ledger, always on.
+//!
+//! Internal work is the work of element forces on element deformation, by the trapezoidal rule; kinetic energy is
+//! taken at the time of the positions, K = ½ Σ m v⁺·(v⁺ − Δt f/m). With these two the leapfrog keeps
+//! K + work + hourglass + contact + friction + failure − external constant to round-off, so that any difference is an error of
+//! assembly, contact, failure or number range, and not of bookkeeping.
+
+use nalgebra::Vector3;
+
+use crate::kernels::element_force::ElementTotals;
+use crate::kernels::node_update::NodeTotals;
+use crate::kernels::projectile_contact::{ContactPoint, ContactTotals};
+use crate::kernels::rigid_body::RigidBody;
+
+/// Running sums and the last sample.
+#[derive(Clone, Debug, Default)]
+pub struct Ledger {
+    /// Work done on the elements since the start [J].
+    pub work: f64,
+    /// Energy released by yarn failures: membrane and shear, hourglass [J].
+    pub released: [f64; 2],
+    /// Lost in inelastic contact [J].
+    pub contact: f64,
+    /// Lost to friction [J].
+    pub friction: f64,
+    /// Work of prescribed motion [J].
+    pub external: f64,
+    /// Impulse of supports and drives on fabric and projectile [N·s].
+    pub support: [f64; 3],
+    /// Impulse of the projectile on the fabric since the last sample was taken [N·s].
+    pub contact_impulse: [f64; 3],
+    /// Fabric kinetic energy [J], at the last sample.
+    kinetic: f64,
+    stored: f64,
+    hourglass: f64,
+    max_tension: f64,
+    projectile: f64,
+    momentum: [f64; 3],
+    initial: Option<Initial>,
+}
+
+#[derive(Clone, Copy, Debug)]
+struct Initial {
+    stored: f64,
+    total: f64,
+    scale: f64,
+    momentum: [f64; 3],
+    momentum_scale: f64,
+}
+
+/// Energies at one time [J]; the columns of `history.csv`.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Balance {
+    /// Fabric kinetic energy.
+    pub kinetic: f64,
+    /// Internal work, less what failures released.
+    pub internal: f64,
+    /// Elastic energy by its state function (equal to `internal` for conservative laws).
+    pub stored: f64,
+    /// Hourglass energy.
+    pub hourglass: f64,
+    /// Lost in inelastic contact.
+    pub contact: f64,
+    /// Lost to friction.
+    pub friction: f64,
+    /// Released by failures.
+    pub failure: f64,
+    /// Projectile kinetic energy.
+    pub projectile: f64,
+    /// Work of prescribed motion.
+    pub external: f64,
+    /// (total − initial total) over the initial energy, or over the work put in where that is larger [-].
+    pub error: f64,
+    /// Length of the momentum error vector over the initial momentum (or the largest impulse) [-].
+    pub momentum_error: f64,
+    /// Largest yarn tension [N].
+    pub max_tension: f64,
+}
+
+impl Ledger {
+    /// Adds the contact of one step.
+    pub fn add_contact(&mut self, c: &ContactTotals) {
+        self.contact += c.dissipation;
+        self.friction += c.friction;
+        self.external += c.external;
+        for a in 0..3 {
+            self.contact_impulse[a] -= c.impulse[a];
+            self.support[a] += c.support[a];
+        }
+    }
+
+    /// Takes the element sums of a sampling step.
+    pub fn sample_elements(&mut self, rows: &[ElementTotals]) {
+        self.stored = rows.iter().map(|r| r.stored).sum();
+        self.hourglass = rows.iter().map(|r| r.hourglass).sum();
+        self.max_tension = rows.iter().map(|r| r.max_tension).fold(0.0, f64::max);
+    }
+
+    /// Takes the node sums of a sampling step.
+    pub fn sample_nodes(&mut self, rows: &[NodeTotals]) {
+        self.kinetic = rows.iter().map(|r| r.kinetic_now).sum();
+        self.momentum = [0, 1, 2].map(|a| rows.iter().map(|r| r.momentum[a]).sum());
+    }
+
+    /// Replaces a touched node's share of kinetic energy and momentum. `ratio`: drift over kick of the step.
+    pub fn correct_node(&mut self, p: &ContactPoint, ratio: f64) {
+        let pull = (p.free - p.before) * ratio;
+        let energy = |v: &Vector3<f64>| 0.5 * p.mass * v.dot(&(v - pull));
+        let velocity = p.velocity();
+        self.kinetic += energy(&velocity) - energy(&p.free);
+        for a in 0..3 {
+            self.momentum[a] += p.mass * (velocity[a] - p.free[a]);
+        }
+    }
+
+    /// Takes the projectile of a sampling step, after contact.
+    pub fn sample_body(&mut self, body: &RigidBody) {
+        self.projectile = body.kinetic_energy();
+        if body.prescribed {
+            // Momentum of a driven body is the drive's affair; what it gave the fabric counts as support.
+            return;
+        }
+        for a in 0..3 {
+            self.momentum[a] += body.mass * body.velocity[a];
+        }
+    }
+
+    /// Fixes what later samples are compared with. `start`: energy and momentum of fabric and projectile given to
+    /// the scene, for the scale of errors.
+    pub fn begin(&mut self, energy: f64, momentum: Vector3<f64>) {
+        let stored = self.stored;
+        let mut initial =
+            Initial { stored, total: 0.0, scale: energy + stored, momentum: [0.0; 3], momentum_scale: momentum.norm() };
+        initial.total = self.total(stored);
+        initial.momentum = [0, 1, 2].map(|a| self.momentum[a] - self.support[a]);
+        self.initial = Some(initial);
+    }
+
+    fn total(&self, initial_stored: f64) -> f64 {
+        self.kinetic + initial_stored + self.work + self.hourglass + self.contact + self.friction + self.released[1]
+            + self.projectile
+            - self.external
+    }
+
+    /// The balance at the last sample.
+    pub fn balance(&self) -> Balance {
+        let stored = self.initial.map_or(self.stored, |i| i.stored);
+        let mut out = Balance {
+            kinetic: self.kinetic,
+            internal: stored + self.work - self.released[0],
+            stored: self.stored,
+            hourglass: self.hourglass,
+            contact: self.contact,
+            friction: self.friction,
+            failure: self.released[0] + self.released[1],
+            projectile: self.projectile,
+            external: self.external,
+            max_tension: self.max_tension,
+            ..Balance::default()
+        };
+        if let Some(i) = self.initial {
+            let scale = i.scale.max(self.external.abs());
+            let drift = self.total(i.stored) - i.total;
+            out.error = if scale > 0.0 { drift / scale } else { drift };
+            let mut worst = 0.0;
+            let mut supports: f64 = 0.0;
+            for a in 0..3 {
+                let off: f64 = self.momentum[a] - self.support[a] - i.momentum[a];
+                worst += off * off;
+                supports += self.support[a] * self.support[a];
+            }
+            let scale = i.momentum_scale.max(supports.sqrt());
+            out.momentum_error = if scale > 0.0 { f64::sqrt(worst) / scale } else { f64::sqrt(worst) };
+        }
+        out
+    }
+
+    /// Energy that was ever available to the fabric and the projectile [J].
+    pub fn available(&self) -> f64 {
+        self.initial.map_or(f64::INFINITY, |i| i.scale) + self.external.max(0.0)
+    }
+}

@@ -1,0 +1,40 @@
+//! The critical time step and what sets it.
+//!
+//! The highest frequency of the assembled mesh is bounded by that of one element. In a one-point quad with lumped
+//! mass the patterns of ∂/∂X, ∂/∂Y and hourglass are orthogonal, and within each the directions e_i (yarn) and n_i
+//! (shear) are too, so the bound is the largest of the terms below, for any stretch and shear angle. Contact is
+//! kinematic and adds no stiffness.
+
+use crate::case::Case;
+use crate::kernels::element_force::{ElementConstants, STRETCH_FLOOR};
+use crate::kernels::shear;
+
+/// The step bound of a model.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct StepBound {
+    /// 2/ω of the stiffest element mode [s].
+    pub critical_step: f64,
+    /// What that mode is.
+    pub set_by: &'static str,
+}
+
+impl StepBound {
+    /// The bound of a case. Yarn waves give min(Lx √(Ad/C1), Ly √(Ad/C2)) (model.md §4).
+    pub fn new(case: &Case, element: &ElementConstants<f64>) -> Self {
+        let (lx, ly) = (case.pack.element_length_x, case.pack.element_length_y);
+        let yarn = &element.cell.yarn;
+        let c1 = yarn[0].stiffness / (2.0 * yarn[1].half_span);
+        let c2 = yarn[1].stiffness / (2.0 * yarn[0].half_span);
+        let levers = (STRETCH_FLOOR * lx).powi(-2) + (STRETCH_FLOOR * ly).powi(-2);
+        // Tension stiffens the directions across the yarns, where shear acts, by at most its value at failure.
+        let tension = (c1 * yarn[0].failure_strain / (lx * lx)).max(c2 * yarn[1].failure_strain / (ly * ly));
+        let terms = [
+            (4.0 * c1 / (lx * lx), "wave along the warp"),
+            (4.0 * c2 / (ly * ly), "wave along the weft"),
+            (4.0 * (shear::largest_tangent(&element.shear) * levers + tension), "trellis shear"),
+            ((element.hourglass[0] + element.hourglass[1]) / (lx * ly), "hourglass stiffness"),
+        ];
+        let (stiffest, set_by) = terms.into_iter().fold((0.0, ""), |a, b| if b.0 > a.0 { b } else { a });
+        Self { critical_step: 2.0 / (stiffest / case.fabric.areal_density).sqrt(), set_by }
+    }
+}

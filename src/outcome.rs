@@ -1,0 +1,157 @@
+//! What became of the projectile, by a written rule.
+//!
+//! - **stopped**: its velocity along the pack's normal has come to zero, and what speed is left across it is below
+//!   a tenth of the impact speed.
+//! - **rebounded**: the same with more speed left (a ricochet); or, in a run that goes on to `end_time_us`, it flies
+//!   back at more than a hundredth of the impact speed and no longer touches the pack.
+//! - **perforated**: at least one yarn has failed, no element with all its yarns lies ahead of the projectile within
+//!   its cross-section unless it flies ahead of it (a plug, a flap), the projectile still flies forward, and for 20 µs the fabric has taken less than a thousandth of the
+//!   momentum that projectile, or the fabric within twenty radii if that is lighter, would have at impact speed.
+//! - **running**: none of these by the end.
+
+use std::collections::VecDeque;
+
+use crate::kernels::rigid_body::RigidBody;
+use crate::model::{Grid, Model};
+use crate::number::Scalar;
+use crate::state::State;
+use crate::step::node_position;
+
+/// Time without noticeable force after which a perforation is over [s].
+const QUIET: f64 = 20e-6;
+
+/// Outcome of a shot.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Outcome {
+    /// Through the pack.
+    Perforated,
+    /// Brought to rest.
+    Stopped,
+    /// Thrown back or deflected.
+    Rebounded,
+    /// Not decided by the end of the run.
+    Running,
+}
+
+impl Outcome {
+    /// The word in `summary.json`.
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::Perforated => "perforated",
+            Self::Stopped => "stopped",
+            Self::Rebounded => "rebounded",
+            Self::Running => "running",
+        }
+    }
+}
+
+/// Follows the projectile from sample to sample.
+#[derive(Clone, Debug)]
+pub struct Tracker {
+    impact_speed: f64,
+    /// Momentum below which the fabric's pull over [`QUIET`] is nothing [N·s].
+    quiet_impulse: f64,
+    window: VecDeque<(f64, f64)>,
+    last: Option<(f64, f64)>,
+    /// When the velocity along the normal came to zero [s].
+    pub stop_time: Option<f64>,
+    /// Decided so far.
+    pub outcome: Outcome,
+}
+
+impl Tracker {
+    /// A tracker for a projectile striking fabric of the given areal density [kg/m²].
+    pub fn new(body: &RigidBody, areal_density: f64) -> Self {
+        let patch = areal_density * std::f64::consts::PI * (20.0 * body.body.radius).powi(2);
+        let impact_speed = body.velocity.norm();
+        Self {
+            impact_speed,
+            quiet_impulse: 1e-3 * body.mass.min(patch) * impact_speed,
+            window: VecDeque::new(),
+            last: None,
+            stop_time: None,
+            outcome: Outcome::Running,
+        }
+    }
+
+    /// Takes a sample: `time` [s], impulse on the fabric since the last one [N·s], yarns failed so far, and a closure
+    /// that tells whether intact fabric lies ahead. True once the outcome is known.
+    pub fn update(
+        &mut self,
+        time: f64,
+        body: &RigidBody,
+        impulse: f64,
+        failed: u64,
+        covered: impl FnOnce() -> bool,
+    ) -> bool {
+        if body.prescribed {
+            return false;
+        }
+        self.window.push_back((time, impulse));
+        while self.window.front().is_some_and(|w| w.0 <= time - QUIET) {
+            self.window.pop_front();
+        }
+        let normal = body.velocity.z;
+        if let Some((t0, v0)) = self.last {
+            if self.stop_time.is_none() && v0 > 0.0 && normal <= 0.0 {
+                self.stop_time = Some(t0 + (time - t0) * v0 / (v0 - normal));
+                let left = body.velocity.xy().norm();
+                self.outcome =
+                    if left > 0.1 * self.impact_speed { Outcome::Rebounded } else { Outcome::Stopped };
+            }
+        }
+        self.last = Some((time, normal));
+        let taken: f64 = self.window.iter().map(|w| w.1).sum();
+        let quiet = time >= QUIET && taken < self.quiet_impulse;
+        if self.outcome == Outcome::Running && failed > 0 && normal > 0.0 && quiet && !covered() {
+            self.outcome = Outcome::Perforated;
+        }
+        if self.outcome == Outcome::Stopped && normal < -0.01 * self.impact_speed && quiet {
+            self.outcome = Outcome::Rebounded;
+        }
+        self.outcome != Outcome::Running
+    }
+}
+
+/// Whether an element with all its yarns lies ahead of the body's widest section and within its shadow.
+pub fn covered<S: Scalar>(model: &Model<S>, state: &State<S>, body: &RigidBody) -> bool {
+    let grid = &model.grid;
+    let shoulder = shoulder(body);
+    let ahead = |point: nalgebra::Vector3<f64>| {
+        let local = body.orientation.inverse_transform_vector(&(point - body.position));
+        let across = if body.body.profile.bar { local.x.abs() } else { local.xy().norm() };
+        across < body.body.radius && local.z > shoulder
+    };
+    (0..grid.element_rows()).any(|index| {
+        let (ply, row) = grid.element_row(index);
+        let below = ply * (grid.rows + 1) + row;
+        (0..grid.columns).any(|column| {
+            let whole = (0..2).all(|yarn| !model.present[yarn] || state.alive(index, column, yarn));
+            whole
+                && forward_speed(state, below, column) < body.velocity.z
+                && patch(grid, state, below, column).into_iter().any(ahead)
+        })
+    })
+}
+
+/// Position along the axis of the foremost widest section, less a hundredth of the radius [m].
+fn shoulder(body: &RigidBody) -> f64 {
+    let profile = &body.body.profile;
+    let corners = &profile.corner[..profile.count];
+    let widest = corners.iter().map(|c| c[0]).fold(0.0, f64::max);
+    let front = corners.iter().filter(|c| c[0] >= widest).map(|c| c[1]).fold(f64::MIN, f64::max);
+    front - 0.01 * body.body.radius
+}
+
+/// Mean z velocity of an element's corners [m/s].
+fn forward_speed<S: Scalar>(state: &State<S>, row: usize, column: usize) -> f64 {
+    let corners = [(row, column), (row, column + 1), (row + 1, column + 1), (row + 1, column)];
+    0.25 * corners.iter().map(|(r, c)| state.velocity(*r, *c)[2]).sum::<f64>()
+}
+
+/// Corners and centre of an element [m].
+fn patch<S: Scalar>(grid: &Grid, state: &State<S>, row: usize, column: usize) -> [nalgebra::Vector3<f64>; 5] {
+    let [a, b, c, d] = [(row, column), (row, column + 1), (row + 1, column + 1), (row + 1, column)]
+        .map(|(r, c)| node_position(grid, state, r, c));
+    [a, b, c, d, (a + b + c + d) * 0.25]
+}

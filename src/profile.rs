@@ -1,0 +1,129 @@
+//! Deflection profiles along one yarn direction, and the wave quantities read from them.
+
+use crate::case::{Along, Case};
+use crate::kernels::element_force::field as element;
+use crate::model::Model;
+use crate::number::Scalar;
+use crate::state::State;
+use crate::step::node_position;
+
+/// One node of a profile.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ProfilePoint {
+    /// Reference position along the profile, from the point of impact [m].
+    pub reference: f64,
+    /// Present position along the profile, from the point of impact [m].
+    pub position: f64,
+    /// z displacement [m].
+    pub deflection: f64,
+    /// Fabric strain from this node to the next, Λ − 1 (0 at the last) [-].
+    pub strain: f64,
+    /// Membrane force of the element after this node, per reference width (0 at the last) [N/m].
+    pub force: f64,
+}
+
+/// A line of nodes at one time.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Profile {
+    /// [s]
+    pub time: f64,
+    /// In order of position.
+    pub points: Vec<ProfilePoint>,
+}
+
+/// Takes the profile of the first ply along the line of nodes nearest to the point of impact.
+pub fn take<S: Scalar>(model: &Model<S>, state: &State<S>, case: &Case, time: f64) -> Profile {
+    let grid = &model.grid;
+    let impact = case.projectile.as_ref().map_or([0.0; 2], |p| p.offset);
+    let along = case.output.profile_along;
+    let (axis, across) = if along == Along::Warp { (0, 1) } else { (1, 0) };
+    let counts = [grid.columns, grid.rows];
+    let line = ((impact[across] - grid.origin[across]) / grid.length[across]).round();
+    let line = (line.max(0.0) as usize).min(counts[across]);
+    let place = |n: usize| if along == Along::Warp { (line, n) } else { (n, line) };
+    let mut points = Vec::with_capacity(counts[axis] + 1);
+    for n in 0..=counts[axis] {
+        let (row, column) = place(n);
+        let here = node_position(grid, state, row, column);
+        let mut point = ProfilePoint {
+            reference: grid.reference(row, column)[axis] - impact[axis],
+            position: here[axis] - impact[axis],
+            deflection: here.z,
+            strain: 0.0,
+            force: 0.0,
+        };
+        if n < counts[axis] {
+            let (row, column) = place(n + 1);
+            let next = node_position(grid, state, row, column);
+            point.strain = (next - here).norm() / grid.length[axis] - 1.0;
+            let (row, column) = place(n);
+            let (row, column) = (row.min(grid.rows - 1), column.min(grid.columns - 1));
+            let field = if along == Along::Warp { element::WARP_FORCE } else { element::WEFT_FORCE };
+            let square: f64 =
+                (0..3).map(|a| state.elements.get(row, field + a, column + 1).to_f64().powi(2)).sum();
+            point.force = square.sqrt() / (0.5 * grid.length[across]);
+        }
+        points.push(point);
+    }
+    Profile { time, points }
+}
+
+impl Profile {
+    /// Points at and beyond the point of impact.
+    fn outward(&self) -> impl Iterator<Item = &ProfilePoint> {
+        self.points.iter().filter(|p| p.reference > -1e-12)
+    }
+
+    /// Where the straight flank of the transverse wave meets the plane [m], in space: the kink.
+    ///
+    /// `None` without deflection.
+    pub fn kink(&self) -> Option<f64> {
+        let peak = self.outward().map(|p| p.deflection.abs()).fold(0.0, f64::max);
+        if peak <= 0.0 {
+            return None;
+        }
+        // Least squares of position on deflection over the middle of the flank.
+        let flank = self.outward().filter(|p| (0.2..0.8).contains(&(p.deflection.abs() / peak)));
+        let (mut n, mut w, mut x, mut ww, mut wx) = (0.0, 0.0, 0.0, 0.0, 0.0);
+        for p in flank {
+            let d = p.deflection.abs();
+            n += 1.0;
+            w += d;
+            x += p.position;
+            ww += d * d;
+            wx += d * p.position;
+        }
+        let determinant = n * ww - w * w;
+        (n >= 3.0 && determinant > 0.0).then(|| (x * ww - w * wx) / determinant)
+    }
+
+    /// Median strain between kink and longitudinal front [-].
+    pub fn plateau_strain(&self) -> Option<f64> {
+        let peak = self.outward().map(|p| p.strain).fold(0.0, f64::max);
+        let reach = self.outward().filter(|p| p.strain > 0.3 * peak).map(|p| p.reference).fold(0.0, f64::max);
+        let kink = self.kink().unwrap_or(0.0);
+        let from = kink + 0.15 * (reach - kink);
+        let to = reach - 0.15 * (reach - kink);
+        let mut strains: Vec<f64> =
+            self.outward().filter(|p| (from..to).contains(&p.reference)).map(|p| p.strain).collect();
+        strains.sort_by(f64::total_cmp);
+        strains.get(strains.len() / 2).copied()
+    }
+
+    /// Reference position where the strain falls through half the plateau [m]: the longitudinal front.
+    pub fn front(&self) -> Option<f64> {
+        let half = 0.5 * self.plateau_strain()?;
+        let points: Vec<&ProfilePoint> = self.outward().collect();
+        let last = points.windows(2).rposition(|w| w[0].strain >= half && w[1].strain < half)?;
+        let (a, b) = (points[last], points[last + 1]);
+        let share = (a.strain - half) / (a.strain - b.strain);
+        // A strain belongs to the middle between its node and the next.
+        let spacing = b.reference - a.reference;
+        Some(a.reference + (share + 0.5) * spacing)
+    }
+}
+
+/// Speed of `place` between two profiles [m/s].
+pub fn speed(from: &Profile, to: &Profile, place: impl Fn(&Profile) -> Option<f64>) -> Option<f64> {
+    Some((place(to)? - place(from)?) / (to.time - from.time))
+}

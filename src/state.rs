@@ -1,0 +1,150 @@
+//! The state: everything that varies during a run.
+
+use crate::case::Case;
+use crate::kernels::element_force::field as element;
+use crate::kernels::node_update::field as node;
+use crate::kernels::rigid_body::RigidBody;
+use crate::model::Model;
+use crate::number::Scalar;
+
+/// Rows of numbers: all fields of a row lie together, so that a row is one mutable slice for one thread.
+///
+/// Shape (rows, fields, stride); rows run over (shot, ply, row).
+#[derive(Clone, Debug, PartialEq)]
+pub struct Rows<S> {
+    /// The numbers.
+    pub data: Vec<S>,
+    /// Fields per row.
+    pub fields: usize,
+    /// Numbers per field.
+    pub stride: usize,
+}
+
+impl<S: Scalar> Rows<S> {
+    /// Zeros.
+    pub fn new(rows: usize, fields: usize, stride: usize) -> Self {
+        Self { data: vec![S::splat(0.0); rows * fields * stride], fields, stride }
+    }
+
+    /// Numbers per row.
+    pub fn row_length(&self) -> usize {
+        self.fields * self.stride
+    }
+
+    /// One row, all fields.
+    pub fn row(&self, row: usize) -> &[S] {
+        &self.data[row * self.row_length()..(row + 1) * self.row_length()]
+    }
+
+    /// One row, all fields.
+    pub fn row_mut(&mut self, row: usize) -> &mut [S] {
+        let length = self.row_length();
+        &mut self.data[row * length..(row + 1) * length]
+    }
+
+    /// One number.
+    pub fn get(&self, row: usize, field: usize, at: usize) -> S {
+        self.row(row)[field * self.stride + at]
+    }
+
+    /// One number.
+    pub fn set(&mut self, row: usize, field: usize, at: usize, value: S) {
+        let index = field * self.stride + at;
+        self.row_mut(row)[index] = value;
+    }
+}
+
+/// The fields of one row.
+pub fn split<S, const F: usize>(row: &[S], stride: usize) -> [&[S]; F] {
+    std::array::from_fn(|f| &row[f * stride..(f + 1) * stride])
+}
+
+/// The fields of one row, writable.
+pub fn split_mut<S, const F: usize>(row: &mut [S], stride: usize) -> [&mut [S]; F] {
+    let mut rest = row;
+    std::array::from_fn(|_| {
+        let (head, tail) = std::mem::take(&mut rest).split_at_mut(stride);
+        rest = tail;
+        head
+    })
+}
+
+/// State of a run.
+#[derive(Clone, Debug)]
+pub struct State<S> {
+    /// Displacement [m] and velocity [m/s] of the nodes, shape (shots·plies·(rows + 1), 6, node stride).
+    pub nodes: Rows<S>,
+    /// Forces, heights and life of the elements, shape (shots·plies·rows, 13, element stride).
+    pub elements: Rows<S>,
+    /// The projectile.
+    pub body: Option<RigidBody>,
+    /// Steps done.
+    pub step: u64,
+}
+
+impl<S: Scalar> State<S> {
+    /// The state before the first step.
+    pub fn new(case: &Case, model: &Model<S>) -> Self {
+        let grid = &model.grid;
+        let mut nodes = Rows::new(grid.node_rows(), node::COUNT, grid.node_stride);
+        let mut elements = Rows::new(grid.element_rows(), element::COUNT, grid.element_stride);
+        for row in 0..grid.node_rows() {
+            let (_, in_ply) = grid.node_row(row);
+            let mass = model.row_mass(in_ply);
+            for column in 0..=grid.columns {
+                let x = grid.reference(in_ply, column);
+                let z = initial_deflection(case, x);
+                let start = [x[0] * model.initial.stretch[0], x[1] * model.initial.stretch[1], z];
+                for a in 0..3 {
+                    nodes.set(row, node::DISPLACEMENT + a, column, S::splat(start[a]));
+                    let free = mass.inverse[a][column].to_f64() > 0.0;
+                    let speed = if free { case.pack.initial_velocity[a] } else { 0.0 };
+                    nodes.set(row, node::VELOCITY + a, column, S::splat(speed));
+                }
+            }
+        }
+        for row in 0..grid.element_rows() {
+            for column in 1..=grid.columns {
+                for yarn in 0..2 {
+                    let alive = if model.present[yarn] { 1.0 } else { 0.0 };
+                    elements.set(row, element::ALIVE + yarn, column, S::splat(alive));
+                    elements.set(row, element::HEIGHT + yarn, column, S::splat(model.initial.height[yarn]));
+                }
+            }
+        }
+        Self { nodes, elements, body: model.projectile.clone(), step: 0 }
+    }
+
+    /// Displacement of a node [m].
+    pub fn displacement(&self, row: usize, column: usize) -> [f64; 3] {
+        [0, 1, 2].map(|a| self.nodes.get(row, node::DISPLACEMENT + a, column).to_f64())
+    }
+
+    /// Velocity of a node [m/s].
+    pub fn velocity(&self, row: usize, column: usize) -> [f64; 3] {
+        [0, 1, 2].map(|a| self.nodes.get(row, node::VELOCITY + a, column).to_f64())
+    }
+
+    /// Whether a yarn (0 warp, 1 weft) of an element carries load.
+    pub fn alive(&self, row: usize, column: usize, yarn: usize) -> bool {
+        self.elements.get(row, element::ALIVE + yarn, column + 1).to_f64() > 0.5
+    }
+
+    /// Whether any yarn of an element carries load.
+    pub fn standing(&self, row: usize, column: usize) -> bool {
+        self.alive(row, column, 0) || self.alive(row, column, 1)
+    }
+}
+
+/// Initial sine deflection at a reference point [m].
+fn initial_deflection(case: &Case, x: [f64; 2]) -> f64 {
+    let Some(d) = case.pack.initial_deflection else { return 0.0 };
+    let pack = &case.pack;
+    let width = pack.element_length_x * pack.columns as f64;
+    let height = pack.element_length_y * pack.rows as f64;
+    let wave = |count: u32, at: f64, length: f64| match count {
+        0 => 1.0,
+        n => (f64::from(n) * std::f64::consts::PI * (at / length + 0.5)).sin(),
+    };
+    d.amplitude * wave(d.warp_half_waves, x[0], width) * wave(d.weft_half_waves, x[1], height)
+}

@@ -1,0 +1,11 @@
+//! All integration tests, in one binary.
+#![allow(clippy::unwrap_used, clippy::panic, reason = "a test that cannot go on has failed")]
+
+mod case_files;
+mod cli;
+mod conservation;
+mod contact;
+mod element;
+mod shots;
+mod unit_cell;
+mod waves;
