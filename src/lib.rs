@@ -6,6 +6,7 @@ pub mod ledger;
 pub mod model;
 pub mod number;
 pub mod outcome;
+pub mod output;
 pub mod profile;
 pub mod simulation;
 pub mod state;

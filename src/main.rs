@@ -1,0 +1,21 @@
+//! `ripstop`: ballistic impact of woven fabrics, from a case file to a verdict.
+
+use std::process::ExitCode;
+
+use clap::Parser;
+
+mod cli;
+
+use cli::arguments::{Arguments, Command};
+use cli::failure::Failure;
+
+fn main() -> ExitCode {
+    let done = match Arguments::parse().command {
+        Command::Run(arguments) => cli::run::run(&arguments),
+        Command::Check(arguments) => cli::check::check(&arguments),
+        Command::Crossover(arguments) => cli::crossover::crossover(&arguments),
+        Command::Info => cli::info::info(),
+        Command::Schema => cli::schema(),
+    };
+    done.map_or_else(Failure::report, |()| ExitCode::SUCCESS)
+}

@@ -110,16 +110,14 @@ impl Profile {
         strains.get(strains.len() / 2).copied()
     }
 
-    /// Reference position where the strain falls through half the plateau [m]: the longitudinal front.
+    /// Reference position of the longitudinal front [m]: where a step of the plateau's strain would hold the same
+    /// elongation. An undamped mesh spreads a shock into a train of waves whose first one runs ahead; the elongation
+    /// it carries does not.
     pub fn front(&self) -> Option<f64> {
-        let half = 0.5 * self.plateau_strain()?;
+        let plateau = self.plateau_strain().filter(|p| *p > 0.0)?;
         let points: Vec<&ProfilePoint> = self.outward().collect();
-        let last = points.windows(2).rposition(|w| w[0].strain >= half && w[1].strain < half)?;
-        let (a, b) = (points[last], points[last + 1]);
-        let share = (a.strain - half) / (a.strain - b.strain);
-        // A strain belongs to the middle between its node and the next.
-        let spacing = b.reference - a.reference;
-        Some(a.reference + (share + 0.5) * spacing)
+        let elongation: f64 = points.windows(2).map(|w| w[0].strain * (w[1].reference - w[0].reference)).sum();
+        Some(elongation / plateau)
     }
 }
 

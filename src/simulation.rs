@@ -110,6 +110,8 @@ pub struct Run {
     pub events: Vec<FailureEvent>,
     /// Deflection profiles asked for.
     pub profiles: Vec<Profile>,
+    /// Kinetic energy the projectile came with [J]; the first row of the history is after first contact.
+    pub impact_energy: f64,
     /// Largest penetration of a node into the projectile [m].
     pub max_penetration: f64,
     /// Largest |energy error| [-].
@@ -199,6 +201,7 @@ pub struct Simulation<S: Scalar> {
     max_penetration: f64,
     momentum_error: f64,
     energy_error: f64,
+    impact_energy: f64,
     sampled: bool,
     decided: bool,
     interrupted: bool,
@@ -215,6 +218,7 @@ impl<S: Scalar> Simulation<S> {
         let state = State::new(case, &model);
         check_start(&model, &state)?;
         let tracker = state.body.as_ref().map(|b| Tracker::new(b, case.fabric.areal_density));
+        let impact_energy = state.body.as_ref().map_or(0.0, |b| b.kinetic_energy());
         Ok(Self {
             stepper: Stepper::new(&model),
             model,
@@ -232,6 +236,7 @@ impl<S: Scalar> Simulation<S> {
             max_penetration: 0.0,
             momentum_error: 0.0,
             energy_error: 0.0,
+            impact_energy,
             sampled: false,
             decided: false,
             interrupted: false,
@@ -399,6 +404,7 @@ impl<S: Scalar> Simulation<S> {
         Run {
             outcome: self.tracker.as_ref().map_or(Outcome::Running, |t| t.outcome),
             stop_time: self.tracker.as_ref().and_then(|t| t.stop_time),
+            impact_energy: self.impact_energy,
             max_penetration: self.max_penetration,
             energy_error: self.energy_error,
             momentum_error: self.momentum_error,

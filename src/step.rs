@@ -329,7 +329,7 @@ impl<R: Real + Send + Sync> Stepper<R> {
             let [x, y] = grid.reference(in_ply, column);
             let moved = Vector3::from(state.displacement(row, column)) - free * model.dt;
             let position = Vector3::new(x, y, 0.0) + moved;
-            let (gap, normal) = body.gap(&position);
+            let (gap, normal) = body.holding_gap(&position);
             totals.penetration = totals.penetration.max(-gap);
             let arm = position - body.position;
             let approach = (free - body.velocity_at(&arm)).dot(&normal);

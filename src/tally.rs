@@ -5,21 +5,21 @@ use crate::number::{Real, Scalar};
 /// Partial sums by column modulo sixteen, so that one number at a time and sixteen lanes at once add up the same
 /// way, in double precision whatever the number type.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct Tally([f64; Self::WIDTH]);
+pub(crate) struct Tally([f64; Self::WIDTH]);
 
 impl Tally {
     const WIDTH: usize = 16;
 
     /// Adds the lanes of `value`, the first of which belongs to `column`.
     #[inline(always)]
-    pub fn add<R: Real>(&mut self, value: R, column: usize) {
+    pub(crate) fn add<R: Real>(&mut self, value: R, column: usize) {
         for lane in 0..R::LANES {
             self.0[(column + lane) % Self::WIDTH] += value.lane(lane).to_f64();
         }
     }
 
     /// The sum, in fixed order.
-    pub fn total(&self) -> f64 {
+    pub(crate) fn total(&self) -> f64 {
         self.0.iter().sum()
     }
 }

@@ -1,1 +1,198 @@
-//! Tests.
+//! Energy, momentum, determinism and stability of whole runs.
+//!
+//! Promises: the ledger closes; a conservative law returns stored energy for work; momentum is constant where
+//! nothing holds the fabric; any number of threads gives the same bits; what no wave has reached is still exactly at
+//! rest; hard scenes stay bounded or are diagnosed. Red when: a force misses in the gather, work and force disagree,
+//! a failure or contact loses energy unbooked, a sum depends on threads, rest is not rest.
+
+use ripstop::kernels::node_update::field;
+use ripstop::simulation::{Precision, Sample, Simulation};
+
+use crate::scene::{builtin, run, run_as};
+
+const SMALL: &str = "cases/verify/mirror.json";
+
+#[test]
+fn ledger_and_momentum_close_over_a_perforating_shot() {
+    // The ledger's identity is exact but for rounding: 300 steps of sums of 45 J in f64, and of f32 state.
+    for (precision, energy, momentum) in [(Precision::F64, 1e-11, 1e-9), (Precision::F32, 5e-3, 5e-3)] {
+        let run = run_as(&builtin(SMALL, &["/solver/end_time_us=120"]), precision, 2);
+        assert!(!run.events.is_empty(), "yarns must fail for this to mean anything");
+        assert!(run.energy_error < energy, "{precision:?}: {}", run.energy_error);
+        assert!(run.momentum_error < momentum, "{precision:?}: {}", run.momentum_error);
+        let last = run.history.last().unwrap().balance;
+        assert!(last.failure > 0.0 && last.contact > 0.0 && last.friction > 0.0);
+        assert!(run.history.iter().all(|s| s.balance.internal > -0.01 * s.balance.kinetic - 1e-9 && s.balance.hourglass >= 0.0));
+    }
+}
+
+/// (work − stored)/stored of a strike without failure.
+fn work_not_stored(law: &str, courant: f64) -> f64 {
+    let sets = [format!("/fabric/crossover/law={law}"), format!("/solver/courant={courant}")];
+    let sets = [&sets[0], &sets[1], "/solver/end_time_us=15", "/projectile/velocity_m_s=150"];
+    let run = run(&builtin(SMALL, &sets));
+    assert!(run.events.is_empty());
+    let b = run.history.last().unwrap().balance;
+    (b.internal - b.stored) / b.stored
+}
+
+#[test]
+fn conservative_laws_store_all_the_work_and_the_published_one_nearly_all() {
+    for law in ["variational", "kawabata"] {
+        // The trapezoidal work of forces with kinks (slack to taut) meets the energy as the step shrinks.
+        let (long, short) = (work_not_stored(law, 0.6), work_not_stored(law, 0.1));
+        assert!(short.abs() < 2.5e-3 && short.abs() < 0.2 * long.abs(), "{law}: {long} {short}");
+    }
+    // (18) is not conjugate to the sinusoid: its work differs from the stored energy whatever the step.
+    let published = work_not_stored("published", 0.1);
+    assert!((-0.15..-0.005).contains(&published), "{published}");
+}
+
+#[test]
+fn a_vibrating_ply_keeps_its_energy_over_a_hundred_thousand_steps() {
+    let end = "/solver/end_time_us=80300";
+    let sets = [end, "/solver/courant=0.9", "/output/history_interval_us=100", "/pack/width_mm=50.8", "/pack/height_mm=40.64"];
+    let run = run(&builtin("cases/verify/membrane-frequency.json", &sets));
+    assert!(run.steps > 100_000, "{}", run.steps);
+    assert!(run.energy_error < 1e-6, "{}", run.energy_error);
+    // Stored plus kinetic energy without any bookkeeping: bounded oscillation of O((ωΔt)²), no drift. The state is
+    // compared by the vibration's own energy, not by that of the pre-tension.
+    let energy: Vec<f64> = run.history.iter().map(|s| s.balance.kinetic + s.balance.stored + s.balance.hourglass).collect();
+    let vibration = run.history.iter().map(|s| s.balance.kinetic).fold(0.0, f64::max);
+    let third = energy.len() / 3;
+    let mean = |part: &[f64]| part.iter().sum::<f64>() / part.len() as f64;
+    let drift = (mean(&energy[2 * third..]) - mean(&energy[..third])).abs() / vibration;
+    assert!(vibration > 0.0 && drift < 1e-3, "drift {drift} of {vibration} J");
+}
+
+#[test]
+fn threads_do_not_change_a_bit() {
+    for precision in [Precision::F64, Precision::F32] {
+        let case = builtin(SMALL, &[]);
+        let (one, two) = (run_as(&case, precision, 1), run_as(&case, precision, 2));
+        assert!(!one.events.is_empty());
+        assert_eq!(one.events, two.events);
+        assert_eq!(one.history, two.history);
+    }
+}
+
+#[test]
+fn fabric_no_wave_has_reached_is_exactly_at_rest() {
+    let laws = ["published", "variational", "kawabata"];
+    let fabrics = ["/fabric/crossover/compression=rigid", "/fabric/crossover/gap_mm=0.01", "/fabric/warp/crimp=0", "/fabric/weft/crimp=0.2"];
+    for law in laws {
+        for fabric in fabrics {
+            let law_set = format!("/fabric/crossover/law={law}");
+            let sets = [law_set.as_str(), fabric, "/projectile/offset_mm=[0,0]", "/projectile/obliquity_deg=0"];
+            let case = builtin(SMALL, &sets);
+            check_rest::<f64>(&case);
+            check_rest::<f32>(&case);
+        }
+    }
+}
+
+fn check_rest<S: ripstop::number::Scalar>(case: &ripstop::case::Case) {
+    let mut simulation = Simulation::<S>::new(case).unwrap();
+    let steps = 8;
+    for _ in 0..steps {
+        simulation.advance(case);
+    }
+    let grid = simulation.model.grid;
+    let (middle, mut moving) = (grid.columns / 2, false);
+    for row in 0..=grid.rows {
+        for column in 0..=grid.columns {
+            let away = row.abs_diff(grid.rows / 2).max(column.abs_diff(middle));
+            let still = (0..field::COUNT).all(|f| simulation.state.nodes.get(row, f, column) == S::splat(0.0));
+            // Two rings are under the projectile; information travels one ring a step.
+            assert!(still || away <= 3 + steps, "row {row} column {column} moved: {}", case.title);
+            moving |= !still;
+        }
+    }
+    assert!(moving);
+}
+
+#[test]
+fn hard_scenes_stay_bounded() {
+    let scenes: [&[&str]; 17] = [
+        &["/solver/courant=0.99"],
+        &["/projectile/velocity_m_s=1"],
+        &["/projectile/velocity_m_s=10"],
+        &["/projectile/velocity_m_s=2000"],
+        &["/projectile/mass_g=0.01"],
+        &["/projectile/mass_g=100000"],
+        &["/fabric/warp/crimp=0", "/fabric/weft/crimp=0"],
+        &["/fabric/warp/crimp=0.25", "/fabric/weft/crimp=0.25"],
+        &["/fabric/weft/modulus_gpa=0.096"],
+        &["/fabric/weft/count_per_inch=200", "/pack/height_mm=8"],
+        &["/fabric/weft={\"absent\":true,\"count_per_inch\":20}"],
+        &["/projectile/offset_mm=[25.4,0]"],
+        &["/projectile/offset_mm=[25.4,20.32]"],
+        &["/projectile/obliquity_deg=60"],
+        &["/pack/edges=free"],
+        &["/pack/width_mm=1.27", "/pack/height_mm=1.27", "/projectile/offset_mm=[0,0]"],
+        &["/fabric/warp/failure_strain=0.002", "/fabric/weft/failure_strain=0.002"],
+    ];
+    for sets in scenes {
+        for precision in [Precision::F64, Precision::F32] {
+            let run = run_as(&builtin(SMALL, sets), precision, 2);
+            let given = run.history[0].balance.projectile + run.history[0].balance.contact;
+            for s in &run.history {
+                let b = s.balance;
+                let sum = b.kinetic + b.internal + b.hourglass + b.failure + b.projectile + b.contact + b.friction;
+                assert!(sum.is_finite() && sum < 1.02 * given + 1e-9, "{sets:?} {precision:?}: {b:?}");
+                assert!(b.stored >= 0.0 && b.kinetic < 1.02 * given + 1e-9, "{sets:?} {precision:?}: {b:?}");
+            }
+        }
+    }
+}
+
+#[test]
+fn a_perforated_ply_runs_on_with_bounded_energy() {
+    let sets = ["/solver/end_time_us=500", "/projectile/obliquity_deg=0", "/projectile/offset_mm=[0,0]"];
+    let run = run(&builtin(SMALL, &sets));
+    assert!(run.events.len() > 10);
+    // Without any bookkeeping: all energies by their state functions, and what left. The published law and the kinks
+    // between slack and taut at Courant 0.9 invented 1.2 % in 500 µs and some 300 failures when this was written.
+    let sum = |s: &Sample| {
+        let b = s.balance;
+        b.kinetic + b.stored + b.hourglass + b.projectile + b.contact + b.friction + b.failure
+    };
+    let given = sum(&run.history[0]);
+    let most = run.history.iter().map(sum).fold(0.0, f64::max);
+    assert!(most < 1.02 * given, "{given} → {most} J");
+    let fabric = |s: &Sample| s.balance.kinetic + s.balance.stored;
+    assert!(run.history.iter().all(|s| fabric(s) < given), "the fabric never has more than was given");
+}
+
+#[test]
+fn a_number_that_is_not_finite_is_found_with_step_kernel_and_place() {
+    let case = builtin(SMALL, &[]);
+    let mut simulation = Simulation::<f64>::new(&case).unwrap();
+    for _ in 0..20 {
+        simulation.advance(&case);
+    }
+    simulation.state.nodes.set(7, field::VELOCITY + 1, 5, f64::NAN);
+    while !simulation.finished(&case) {
+        simulation.advance(&case);
+    }
+    let run = simulation.into_run(0.0);
+    let trouble = run.trouble.unwrap();
+    assert!(trouble.step >= 20 && trouble.step <= 22, "{trouble:?}");
+    assert_eq!(trouble.place[0], 0);
+    assert!(trouble.place[1].abs_diff(7) <= 1 && trouble.place[2].abs_diff(5) <= 1, "{trouble:?}");
+    assert!(trouble.quantity.contains("NaN"), "{trouble:?}");
+}
+
+#[test]
+fn too_long_a_step_is_diagnosed_and_produces_no_verdict() {
+    // Straight taut yarns reach the bound; a crimped fabric is softer and forgives.
+    let case = builtin("cases/verify/strip-uncrimped-155.json", &[]);
+    let mut simulation = Simulation::<f64>::new(&case).unwrap();
+    simulation.model.dt *= 1.05 / 0.9;
+    while !simulation.finished(&case) {
+        simulation.advance(&case);
+    }
+    let run = simulation.into_run(0.0);
+    let trouble = run.trouble.expect("a run at Courant 1.05 must not pass as a result");
+    assert!(trouble.step > 0 && !trouble.quantity.is_empty());
+}

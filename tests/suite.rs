@@ -6,6 +6,7 @@ mod cli;
 mod conservation;
 mod contact;
 mod element;
+mod scene;
 mod shots;
 mod unit_cell;
 mod waves;

@@ -1,1 +1,35 @@
-//! Tests.
+//! Every shipped case and verification scene keeps its own `expect` block, and an expectation can fail.
+
+use std::path::PathBuf;
+
+use crate::scene::{builtin, checked, run};
+
+fn scenes() -> Vec<PathBuf> {
+    let mut files: Vec<PathBuf> = std::fs::read_dir("cases/verify").unwrap().map(|f| f.unwrap().path()).collect();
+    files.retain(|f| f.extension().is_some_and(|e| e == "json"));
+    files.sort();
+    files
+}
+
+#[test]
+fn every_verification_scene_meets_its_expectations() {
+    let files = scenes();
+    assert!(files.len() >= 9, "{files:?}");
+    for file in files {
+        let case = builtin(file.to_str().unwrap(), &[]);
+        assert!(!case.expect.is_empty(), "{} promises nothing", file.display());
+        let run = run(&case);
+        for c in checked(&case, &run) {
+            assert!(c.pass, "{}: {c:?}", file.display());
+        }
+    }
+}
+
+#[test]
+fn the_strip_goes_red_when_its_physics_is_wrong() {
+    // Without the crossover the same strip is stiffer: every measured wave quantity must notice.
+    let wrong = builtin("cases/verify/strip-crimped-155.json", &["/fabric/warp/crimp=0.001", "/fabric/weft/crimp=0.0005"]);
+    let checked = checked(&wrong, &run(&wrong));
+    assert_eq!(checked.len(), 3);
+    assert!(checked.iter().all(|c| !c.pass), "{checked:?}");
+}

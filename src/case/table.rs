@@ -30,7 +30,7 @@ const MPA: Unit = Unit::new("MPa", 1e6, 1.0);
 const N_M: Unit = Unit::new("N/m", 1.0, 1.0);
 
 /// Hourglass stiffness over the full-integration stiffness where the case gives none.
-const HOURGLASS: f64 = 0.02;
+const HOURGLASS: f64 = 0.001;
 const NOT_PUBLISHED: &str = "assumed: not published for this fabric";
 
 pub(super) static CASE: &[Key] = &[

@@ -161,6 +161,31 @@ fn kinematics<R: Real>(c: &ElementConstants<R>, dx: &Vector<R>, dy: &Vector<R>) 
     }
 }
 
+/// P1·Ly/2 and P2·Lx/2 [N] from in-plane yarn forces and shear resultant.
+#[inline(always)]
+fn membrane<R: Real, const SHEAR: bool>(
+    c: &ElementConstants<R>,
+    k: &Kinematics<R>,
+    pull: &[R; 2],
+    q: R,
+) -> (Vector<R>, Vector<R>) {
+    let [e1, e2] = k.direction;
+    let (n1, n2) = (pull[0] * c.membrane[0], pull[1] * c.membrane[1]);
+    if !SHEAR {
+        return ([0, 1, 2].map(|a| n1 * e1[a]), [0, 1, 2].map(|a| n2 * e2[a]));
+    }
+    let floor = R::splat(COSINE_FLOOR * COSINE_FLOOR);
+    let cosine = (R::one() - k.sine.squared()).max(floor).sqrt();
+    let lever = R::splat(STRETCH_FLOOR);
+    let q = q / cosine;
+    let q1 = q * c.half_length[0] / k.lambda[0].max(lever);
+    let q2 = q * c.half_length[1] / k.lambda[1].max(lever);
+    (
+        [0, 1, 2].map(|a| n1 * e1[a] + q1 * (e2[a] - k.sine * e1[a])),
+        [0, 1, 2].map(|a| n2 * e2[a] + q2 * (e1[a] - k.sine * e2[a])),
+    )
+}
+
 /// Energy of one element [J]: yarns, crossover compression, shear.
 #[inline(always)]
 fn stored_energy<R: Real>(c: &ElementConstants<R>, tension: &[R; 2], strain: &[R; 2], force: R, shear: R) -> R {
@@ -225,28 +250,10 @@ pub fn element_force<R: Real, L: LawKernel, const SHEAR: bool, const LEDGER: boo
             R::select(alive[i], left, zero)
         });
 
-        let (q, gamma) = if SHEAR {
-            let gamma = shear::arc_sine(k.sine);
-            (R::select(both_left, shear::resultant(&c.shear, gamma), zero), gamma)
-        } else {
-            (zero, zero)
-        };
-        let [e1, e2] = k.direction;
-        let (warp, weft) = if SHEAR {
-            let floor = R::splat(COSINE_FLOOR * COSINE_FLOOR);
-            let cosine = (R::one() - k.sine.squared()).max(floor).sqrt();
-            let q = q / cosine;
-            let lever = R::splat(STRETCH_FLOOR);
-            let q1 = q * c.half_length[0] / k.lambda[0].max(lever);
-            let q2 = q * c.half_length[1] / k.lambda[1].max(lever);
-            let (n1, n2) = (pull[0] * c.membrane[0], pull[1] * c.membrane[1]);
-            let warp = [0, 1, 2].map(|a| n1 * e1[a] + q1 * (e2[a] - k.sine * e1[a]));
-            let weft = [0, 1, 2].map(|a| n2 * e2[a] + q2 * (e1[a] - k.sine * e2[a]));
-            (warp, weft)
-        } else {
-            let (n1, n2) = (pull[0] * c.membrane[0], pull[1] * c.membrane[1]);
-            ([0, 1, 2].map(|a| n1 * e1[a]), [0, 1, 2].map(|a| n2 * e2[a]))
-        };
+        let gamma = if SHEAR { shear::arc_sine(k.sine) } else { zero };
+        let trellis = if SHEAR { shear::resultant(&c.shear, gamma) } else { zero };
+        let q = R::select(both_left, trellis, zero);
+        let (warp, weft) = membrane::<R, SHEAR>(c, &k, &pull, q);
 
         // Work done on the element between the last positions and these (trapezoid), and the new forces.
         let mut power = zero;
@@ -292,7 +299,16 @@ pub fn element_force<R: Real, L: LawKernel, const SHEAR: bool, const LEDGER: boo
             let before = stored_energy(c, &tension, &cell.strain, cell.force, shear_before);
             let left = [0, 1].map(|i| R::select(alive[i], free[i].0, zero));
             let after = stored_energy(c, &left, &[free[0].1, free[1].1], zero, zero);
-            totals.released[0] += R::select(any_failed, before - after, zero).sum();
+            // Forces that break in this step never act, so the last half step's work on them was not done either.
+            let intact = [0, 1].map(|i| R::select(was_alive[i], cell.in_plane[i], zero));
+            let (warp_intact, weft_intact) =
+                membrane::<R, SHEAR>(c, &k, &intact, R::select(both, trellis, zero));
+            let mut undone = zero;
+            for (a, v) in [vx, vy, vz].iter().enumerate() {
+                undone = undone + (warp_intact[a] - warp[a]) * v[0] + (weft_intact[a] - weft[a]) * v[1];
+            }
+            let released = before - after - half_dt * undone;
+            totals.released[0] += R::select(any_failed, released, zero).sum();
             // The part of the hourglass work that the state function ½k|q|² does not hold once k dropped.
             let last = [vx, vy, vz].map(|v| quarter * v[2] * R::splat(dt));
             let product = mode[0] * (mode[0] - last[0])

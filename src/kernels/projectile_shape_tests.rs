@@ -94,6 +94,20 @@ fn cone_has_its_centre_of_mass_a_quarter_up_and_its_flank_normal() {
 }
 
 #[test]
+fn the_rim_of_a_flat_nose_holds_what_hangs_behind_it() {
+    let body = cylinder(0.0);
+    let at = |point: [f64; 3]| holding_gap(&body.profile, point, 1.0);
+    let held = at([1.9, 0.0, 4.5]);
+    assert_eq!(held.normal, [0.0, 0.0, 1.0]);
+    assert!((held.distance + 0.1).abs() < 1e-12, "the true sideways depth: {held:?}");
+    assert!(at([2.1, 0.0, 4.5]).distance > 1e29, "outside the shadow nothing holds");
+    assert!((at([1.9, 0.0, 3.5]).normal[0] - 1.0).abs() < 1e-15);
+    assert_eq!(at([1.0, 0.0, 5.1]).normal, [0.0, 0.0, 1.0]);
+    let sphere = Body::new(&projectile(Shape::Sphere { diameter: 2.0 }, 0.0)).unwrap();
+    assert_eq!(holding_gap(&sphere.profile, [0.9, 0.0, -0.1], 1.0).distance, gap(&sphere.profile, [0.9, 0.0, -0.1]).distance);
+}
+
+#[test]
 fn the_normal_is_the_gradient_of_the_gap() {
     let shapes = [
         (Shape::Cylinder { diameter: 4.0, length: 10.0 }, 0.4),

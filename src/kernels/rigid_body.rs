@@ -19,6 +19,8 @@ pub struct RigidBody {
     pub prescribed: bool,
     /// Orientation is held.
     pub locked: bool,
+    /// Depth of the rim zone of a flat nose: one element length [m].
+    pub rim_depth: f64,
     /// Centre of mass [m].
     pub position: Vector3<f64>,
     /// Body frame to world; the body's z axis points to the nose.
@@ -36,7 +38,7 @@ pub struct RigidBody {
 impl RigidBody {
     /// Places a projectile so that its surface is `standoff` away from the plane Z = 0 and its line of flight meets
     /// that plane at the point asked for.
-    pub fn new(projectile: &Projectile, body: Body) -> Self {
+    pub fn new(projectile: &Projectile, body: Body, rim_depth: f64) -> Self {
         let direction = |angle: f64| {
             let (s, c) = angle.sin_cos();
             Vector3::new(s * projectile.azimuth.cos(), s * projectile.azimuth.sin(), c)
@@ -64,6 +66,7 @@ impl RigidBody {
             mass: projectile.mass,
             prescribed: projectile.motion == Motion::Prescribed,
             locked,
+            rim_depth,
             position,
             orientation,
             velocity: flight * projectile.velocity,
@@ -119,6 +122,13 @@ impl RigidBody {
     pub fn gap(&self, point: &Vector3<f64>) -> (f64, Vector3<f64>) {
         let local = self.orientation.inverse_transform_vector(&(point - self.position));
         let Gap { distance, normal } = projectile_shape::gap(&self.body.profile, local.into());
+        (distance, self.orientation.transform_vector(&Vector3::from(normal)))
+    }
+
+    /// The gap and normal that contact acts on at a point; see [`projectile_shape::holding_gap`].
+    pub fn holding_gap(&self, point: &Vector3<f64>) -> (f64, Vector3<f64>) {
+        let local = self.orientation.inverse_transform_vector(&(point - self.position));
+        let Gap { distance, normal } = projectile_shape::holding_gap(&self.body.profile, local.into(), self.rim_depth);
         (distance, self.orientation.transform_vector(&Vector3::from(normal)))
     }
 

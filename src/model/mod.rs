@@ -104,7 +104,10 @@ impl<S: Scalar> Model<S> {
         let law = Variant::of(&fabric.crossover);
         let initial = crate::with_law!(law, L => pretension::solve::<L>(pack, &cell)?);
         let projectile = match &case.projectile {
-            Some(p) => Some(RigidBody::new(p, Body::new(p).map_err(|_| ModelError::EdgeRadius)?)),
+            Some(p) => {
+                let body = Body::new(p).map_err(|_| ModelError::EdgeRadius)?;
+                Some(RigidBody::new(p, body, grid.length[0].max(grid.length[1])))
+            }
             None => None,
         };
         let mass = [0, 1, 2].map(|kind| row_masses(&grid, fabric.areal_density, &pack.edges, kind));

@@ -1,0 +1,144 @@
+//! The arguments of every command.
+
+use std::path::PathBuf;
+
+use clap::{Args, Parser, Subcommand, ValueEnum, builder::RangedU64ValueParser};
+
+use super::range::Range;
+
+/// The whole command line.
+#[derive(Debug, Parser)]
+#[command(
+    name = "ripstop",
+    version,
+    about = "Explicit finite elements for the ballistic impact of woven fabrics",
+    after_help = "Exit codes: 0 done, 1 an expectation failed or the run became unstable, 2 bad input or usage, \
+                  3 no device for what was asked, 130 interrupted."
+)]
+pub(crate) struct Arguments {
+    /// What to do.
+    #[command(subcommand)]
+    pub(crate) command: Command,
+}
+
+/// The commands.
+#[derive(Debug, Subcommand)]
+pub(crate) enum Command {
+    /// Run a case: verdict, energies, files
+    Run(RunArguments),
+    /// Check cases without running them: every field with its value and source, time step, memory
+    Check(CheckArguments),
+    /// Solve the unit cell over a grid of stretches
+    Crossover(CrossoverArguments),
+    /// What this machine offers and what `--backend auto` would choose
+    Info,
+    /// JSON Schema of the case file
+    Schema,
+}
+
+/// `ripstop run`
+#[derive(Args, Debug)]
+#[command(after_help = "Examples:
+  ripstop run cases/s720-1ply-155.json
+  ripstop run shot.json --set /projectile/velocity_m_s=200 --out out/shot-200
+  ripstop run shot.json --set '/pack/edges={\"left\":\"free\"}' --json | jq .residual_velocity_m_s
+
+DIR gets summary.json, history.csv, events.csv, case.json (the case as run), and profiles.csv where the case asks for
+profiles. The first Ctrl-C writes them up to that moment, the second ends at once.")]
+pub(crate) struct RunArguments {
+    /// Case file
+    #[arg(value_name = "CASE.json")]
+    pub(crate) case: PathBuf,
+    /// What computes; auto takes the CPU in this version
+    #[arg(long, value_enum, default_value = "auto")]
+    pub(crate) backend: Backend,
+    /// Folder for the results [default: out/<case name>]
+    #[arg(long, value_name = "DIR")]
+    pub(crate) out: Option<PathBuf>,
+    /// Change of the case, checked like the file; may be given again
+    #[arg(long = "set", value_name = "/POINTER=VALUE")]
+    pub(crate) sets: Vec<String>,
+    /// Worker threads [default: all cores]; results do not depend on it
+    #[arg(long, value_name = "N", value_parser = RangedU64ValueParser::<usize>::new().range(1..=1024))]
+    pub(crate) threads: Option<usize>,
+    /// Number type of the state
+    #[arg(long, value_enum, default_value = "f64")]
+    pub(crate) precision: Precision,
+    /// Print nothing but errors
+    #[arg(long, short)]
+    pub(crate) quiet: bool,
+    /// Print summary.json instead of the table
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+/// What computes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Backend {
+    /// A GPU where this version can use one, else the CPU
+    Auto,
+    /// All cores of the processor
+    Cpu,
+    /// A graphics processor
+    Gpu,
+}
+
+/// Number type.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Precision {
+    /// Double, the reference
+    F64,
+    /// Single
+    F32,
+}
+
+/// `ripstop check`
+#[derive(Args, Debug)]
+pub(crate) struct CheckArguments {
+    /// Case files
+    #[arg(value_name = "CASE.json", required = true)]
+    pub(crate) cases: Vec<PathBuf>,
+    /// Change of every case, checked like the file; may be given again
+    #[arg(long = "set", value_name = "/POINTER=VALUE")]
+    pub(crate) sets: Vec<String>,
+}
+
+/// `ripstop crossover`
+#[derive(Args, Debug)]
+#[command(after_help = "Examples:
+  ripstop crossover cases/s720-1ply-155.json --warp-stretch 1:1.05:26 --weft-stretch 1
+  ripstop crossover shot.json --warp-stretch 1.01 --weft-stretch 1 --law kawabata --json")]
+pub(crate) struct CrossoverArguments {
+    /// Case file; only its fabric matters
+    #[arg(value_name = "CASE.json")]
+    pub(crate) case: PathBuf,
+    /// Fabric stretch along warp: one value, or first:last:count
+    #[arg(long, value_name = "A[:B:N]")]
+    pub(crate) warp_stretch: Range,
+    /// Fabric stretch along weft: one value, or first:last:count
+    #[arg(long, value_name = "C[:D:N]")]
+    pub(crate) weft_stretch: Range,
+    /// Unit-cell law [default: the case's]
+    #[arg(long, value_enum)]
+    pub(crate) law: Option<Law>,
+    /// Change of the case, checked like the file; may be given again
+    #[arg(long = "set", value_name = "/POINTER=VALUE")]
+    pub(crate) sets: Vec<String>,
+    /// Print JSON, every digit
+    #[arg(long, conflicts_with = "csv")]
+    pub(crate) json: bool,
+    /// Print CSV, every digit
+    #[arg(long)]
+    pub(crate) csv: bool,
+}
+
+/// Unit-cell law.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Law {
+    /// The paper's (13)-(24)
+    Published,
+    /// Sinusoidal yarns, forces conjugate to the arc length
+    Variational,
+    /// Saw-tooth cell
+    Kawabata,
+}

@@ -1,0 +1,117 @@
+//! Exit codes, and the one message that goes with each.
+
+use std::process::ExitCode;
+
+use ripstop::case::CaseError;
+use ripstop::model::ModelError;
+use ripstop::output::OutputError;
+use ripstop::simulation::RunError;
+
+use super::screen;
+
+/// A check failed or the run became unstable.
+const CHECK: u8 = 1;
+/// Bad input or usage, or results that cannot be written.
+const INPUT: u8 = 2;
+/// No device for what was asked.
+const DEVICE: u8 = 3;
+/// Stopped by the user.
+pub(crate) const INTERRUPTED: u8 = 130;
+
+/// Why a command ends with another code than 0.
+#[derive(Clone, Debug)]
+pub(crate) struct Failure {
+    code: u8,
+    message: String,
+}
+
+impl Failure {
+    /// Exit code 1.
+    pub(crate) fn check(message: impl Into<String>) -> Self {
+        Self { code: CHECK, message: message.into() }
+    }
+
+    /// Exit code 2.
+    pub(crate) fn input(message: impl Into<String>) -> Self {
+        Self { code: INPUT, message: message.into() }
+    }
+
+    /// Exit code 3.
+    pub(crate) fn device(message: impl Into<String>) -> Self {
+        Self { code: DEVICE, message: message.into() }
+    }
+
+    /// Exit code 130.
+    pub(crate) fn interrupted(message: impl Into<String>) -> Self {
+        Self { code: INTERRUPTED, message: message.into() }
+    }
+
+    /// Both, with the code of the first.
+    pub(crate) fn and(self, other: Self) -> Self {
+        Self { message: format!("{}\n{}", self.message, other.message), ..self }
+    }
+
+    /// Prints the message and gives the exit code.
+    pub(crate) fn report(self) -> ExitCode {
+        if !self.message.is_empty() {
+            screen::complain(&self.message);
+        }
+        ExitCode::from(self.code)
+    }
+
+    /// A case that cannot become a model.
+    pub(crate) fn model(file: &str, error: &ModelError) -> Self {
+        Self::input(in_case(file, error).to_string())
+    }
+
+    /// A run that did not start.
+    pub(crate) fn start(file: &str, error: &RunError) -> Self {
+        match error {
+            RunError::Model(error) => Self::model(file, error),
+            RunError::Threads { .. } => Self::input(format!("error: {error}\n  help: ask for fewer with --threads N")),
+        }
+    }
+}
+
+impl From<CaseError> for Failure {
+    fn from(error: CaseError) -> Self {
+        Self::input(error.to_string())
+    }
+}
+
+impl From<OutputError> for Failure {
+    fn from(error: OutputError) -> Self {
+        Self::input(error.to_string())
+    }
+}
+
+/// What only geometry and equilibrium can judge, said like any other error of the case.
+fn in_case(file: &str, error: &ModelError) -> CaseError {
+    let (location, expected, found, help): (&str, String, String, &str) = match error {
+        ModelError::EdgeRadius => (
+            "/projectile/edge_radius_mm",
+            "a rounding that fits into the shape".to_owned(),
+            "one that does not".to_owned(),
+            "lower it, at most to half the diameter and half the length",
+        ),
+        ModelError::Pretension { yarn, asked } => (
+            "/pack/pretension",
+            format!("a force along {yarn} that a stretch between 0.5 and 1.5 gives"),
+            format!("{asked} N/m"),
+            "lower it",
+        ),
+        ModelError::PretensionBreaks { yarn, strain, limit } => (
+            "/pack/pretension",
+            format!("a force that keeps the {yarn} below its failure strain, {limit}"),
+            format!("one that strains it to {strain:.4}"),
+            "lower it",
+        ),
+        ModelError::InitialPenetration { depth_mm } => (
+            "/projectile",
+            "a projectile that starts outside the fabric".to_owned(),
+            format!("one {depth_mm:.6} mm inside it"),
+            "raise /projectile/standoff_mm or lower /pack/initial_deflection",
+        ),
+    };
+    CaseError { file: file.to_owned(), location: location.to_owned(), expected, found, help: Some(help.to_owned()) }
+}

@@ -1,0 +1,23 @@
+//! The command line: arguments, what people read, exit codes. All physics is in the library.
+
+pub(crate) mod arguments;
+pub(crate) mod check;
+pub(crate) mod crossover;
+pub(crate) mod failure;
+pub(crate) mod info;
+pub(crate) mod interrupt;
+pub(crate) mod notes;
+pub(crate) mod number;
+pub(crate) mod progress;
+pub(crate) mod range;
+pub(crate) mod result;
+pub(crate) mod run;
+pub(crate) mod screen;
+pub(crate) mod table;
+
+use failure::Failure;
+
+/// `ripstop schema`.
+pub(crate) fn schema() -> Result<(), Failure> {
+    screen::print(&format!("{:#}\n", ripstop::case::schema()))
+}

@@ -1,0 +1,54 @@
+//! Numbers as people like to read them.
+
+/// At least `digits` significant digits, trailing zeros of a fraction left out; very large and small with an exponent.
+pub(crate) fn short(value: f64, digits: i32) -> String {
+    if value == 0.0 || !value.is_finite() {
+        return format!("{value}");
+    }
+    let magnitude = value.abs().log10().floor() as i32;
+    if !(-4..7).contains(&magnitude) {
+        return format!("{value:.*e}", (digits - 1).max(0) as usize);
+    }
+    let decimals = (digits - 1 - magnitude).max(0) as usize;
+    let text = format!("{value:.decimals$}");
+    if decimals > 0 { text.trim_end_matches('0').trim_end_matches('.').to_owned() } else { text }
+}
+
+/// A fixed number of decimals, without a sign on zero.
+pub(crate) fn fixed(value: f64, decimals: usize) -> String {
+    let text = format!("{value:.decimals$}");
+    match text.strip_prefix('-') {
+        Some(digits) if digits.chars().all(|c| matches!(c, '0' | '.')) => digits.to_owned(),
+        _ => text,
+    }
+}
+
+/// A fraction in percent, or with an exponent where percent would say nothing.
+pub(crate) fn fraction(value: f64) -> String {
+    if value == 0.0 || value.abs() >= 1e-4 { format!("{:.2} %", value * 100.0) } else { format!("{value:.1e}") }
+}
+
+/// A time [s] in µs without rounding noise.
+pub(crate) fn us(time: f64) -> String {
+    format!("{} µs", short(time * 1e6, 5))
+}
+
+/// A whole number in groups of three.
+pub(crate) fn grouped(count: u64) -> String {
+    let digits = count.to_string();
+    let mut text = String::new();
+    for (at, digit) in digits.chars().enumerate() {
+        if at > 0 && (digits.len() - at).is_multiple_of(3) {
+            text.push(' ');
+        }
+        text.push(digit);
+    }
+    text
+}
+
+/// Bytes in the unit that suits.
+pub(crate) fn bytes(count: f64) -> String {
+    let units = [(1e12, "TB"), (1e9, "GB"), (1e6, "MB")];
+    let (size, unit) = units.into_iter().find(|(size, _)| count >= *size).unwrap_or((1e3, "kB"));
+    format!("{:.1} {unit}", count / size)
+}

@@ -1,0 +1,58 @@
+//! `first[:last:count]`: a value or evenly spaced values, both ends included.
+
+use std::str::FromStr;
+
+/// The largest stretch that is solved.
+const MAX_STRETCH: f64 = 2.0;
+/// The largest number of values.
+const MAX_COUNT: usize = 10_000;
+
+/// A range of stretches Λ.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Range {
+    first: f64,
+    last: f64,
+    count: usize,
+}
+
+impl Range {
+    /// The values in order.
+    pub(crate) fn values(&self) -> Vec<f64> {
+        let value = |n: usize| match n {
+            0 => self.first,
+            n if n + 1 == self.count => self.last,
+            n => self.first + (self.last - self.first) * n as f64 / (self.count - 1) as f64,
+        };
+        (0..self.count).map(value).collect()
+    }
+}
+
+impl FromStr for Range {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let parts: Vec<&str> = text.split(':').collect();
+        match parts[..] {
+            [value] => Ok(Self { first: stretch(value)?, last: stretch(value)?, count: 1 }),
+            [first, last, count] => {
+                Ok(Self { first: stretch(first)?, last: stretch(last)?, count: self::count(count)? })
+            }
+            _ => Err("expected one stretch, or first:last:count like 1:1.05:26".to_owned()),
+        }
+    }
+}
+
+fn stretch(text: &str) -> Result<f64, String> {
+    let value: f64 = text.trim().parse().map_err(|_| format!("expected a stretch, found {text:?}"))?;
+    if value > 0.0 && value <= MAX_STRETCH {
+        return Ok(value);
+    }
+    Err(format!("expected a stretch above 0 and at most {MAX_STRETCH}, found {value}; unstretched is 1"))
+}
+
+fn count(text: &str) -> Result<usize, String> {
+    match text.trim().parse() {
+        Ok(count) if (2..=MAX_COUNT).contains(&count) => Ok(count),
+        _ => Err(format!("expected a count between 2 and {MAX_COUNT}, found {text:?}")),
+    }
+}

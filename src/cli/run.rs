@@ -1,0 +1,105 @@
+//! `ripstop run`.
+
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+use ripstop::case::{self, Case};
+use ripstop::output::{self, Folder};
+use ripstop::simulation::{self, Options, Run};
+use serde_json::Value;
+
+use super::arguments::{Backend, Precision, RunArguments};
+use super::failure::Failure;
+use super::progress::Bar;
+use super::{interrupt, notes, result, screen};
+
+/// Runs a case, writes its results and says what happened.
+pub(crate) fn run(arguments: &RunArguments) -> Result<(), Failure> {
+    let start = Instant::now();
+    let interrupted = interrupt::watch()?;
+    if arguments.backend == Backend::Gpu {
+        return Err(no_gpu());
+    }
+    let case = case::read(&arguments.case, &arguments.sets)?;
+    let folder = Folder::prepare(&out(arguments, &case), &case)?;
+    if !arguments.quiet {
+        notes::notes(&case, arguments.backend).iter().for_each(|note| screen::complain(note));
+    }
+    let bar = Bar::new(!arguments.quiet);
+    let run = simulation::run(&case, options(arguments), &interrupted, &mut |at| bar.show(at));
+    bar.clear();
+    let run = match run {
+        Ok(run) => run,
+        Err(error) => {
+            folder.abandon();
+            return Err(Failure::start(&file(&case), &error));
+        }
+    };
+    let summary = output::summary(&case, &run, start.elapsed().as_secs_f64());
+    let written = folder.write(&case, &run, &summary);
+    if arguments.json {
+        screen::print(&format!("{summary:#}\n"))?;
+    } else if !arguments.quiet {
+        let files = written.as_ref().ok().map(|names| (folder.path(), names.as_slice()));
+        screen::print(&result::text(&case, &run, &summary, files))?;
+    }
+    written?;
+    verdict(&case, &run, &summary, folder.path())
+}
+
+fn no_gpu() -> Failure {
+    Failure::device(
+        "error: --backend gpu\n  expected: a GPU backend\n  found: none, this version computes on the CPU only\n  \
+         help: use --backend cpu or auto",
+    )
+}
+
+fn out(arguments: &RunArguments, case: &Case) -> PathBuf {
+    arguments.out.clone().unwrap_or_else(|| Path::new("out").join(&case.name))
+}
+
+fn options(arguments: &RunArguments) -> Options {
+    let precision = match arguments.precision {
+        Precision::F64 => simulation::Precision::F64,
+        Precision::F32 => simulation::Precision::F32,
+    };
+    Options { threads: arguments.threads, precision }
+}
+
+fn file(case: &Case) -> String {
+    case.path.display().to_string()
+}
+
+/// What the exit code says.
+fn verdict(case: &Case, run: &Run, summary: &Value, folder: &Path) -> Result<(), Failure> {
+    if let Some(trouble) = &run.trouble {
+        return Err(Failure::check(format!(
+            "error: {}: the run became unstable\n  where: {}\n  found: {}\n  help: lower /solver/courant",
+            file(case),
+            result::place(trouble),
+            trouble.quantity
+        )));
+    }
+    if run.interrupted {
+        let reached = result::reached(run);
+        return Err(Failure::interrupted(format!(
+            "interrupted at {reached}; results up to there: {}",
+            folder.display()
+        )));
+    }
+    let expect: Vec<&Value> = summary["expect"].as_array().into_iter().flatten().collect();
+    let failed: Vec<String> = expect
+        .iter()
+        .filter(|check| check["pass"] == false)
+        .map(|check| format!("\n  {}", result::broken(check)))
+        .collect();
+    if failed.is_empty() {
+        return Ok(());
+    }
+    let (failed_count, count) = (failed.len(), expect.len());
+    Err(Failure::check(format!(
+        "error: {}: {failed_count} of {count} expectations failed{}",
+        file(case),
+        failed.concat()
+    )))
+}

@@ -1,0 +1,55 @@
+//! Plain-text tables: columns padded to their widest cell, two blanks between them.
+
+use std::fmt;
+
+/// Side to which a column's cells stand.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Align {
+    /// Words.
+    Left,
+    /// Numbers.
+    Right,
+}
+
+/// A table; print it with `{}`.
+#[derive(Clone, Debug)]
+pub(crate) struct Table {
+    align: Vec<Align>,
+    rows: Vec<Vec<String>>,
+}
+
+impl Table {
+    /// A table without a heading, with one alignment per column.
+    pub(crate) fn plain(align: &[Align]) -> Self {
+        Self { align: align.to_vec(), rows: Vec::new() }
+    }
+
+    /// A table with a heading.
+    pub(crate) fn new(columns: &[(&str, Align)]) -> Self {
+        let mut table = Self::plain(&columns.iter().map(|(_, align)| *align).collect::<Vec<_>>());
+        table.row(columns.iter().map(|(name, _)| *name));
+        table
+    }
+
+    /// Adds a row; cells beyond the last column are left out.
+    pub(crate) fn row<T: Into<String>>(&mut self, cells: impl IntoIterator<Item = T>) {
+        self.rows.push(cells.into_iter().map(Into::into).collect());
+    }
+}
+
+impl fmt::Display for Table {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let cells = |column: usize| self.rows.iter().filter_map(move |row| row.get(column));
+        let width = |column: usize| cells(column).map(|cell| cell.chars().count()).max().unwrap_or(0);
+        let widths: Vec<usize> = (0..self.align.len()).map(width).collect();
+        for row in &self.rows {
+            let padded = row.iter().zip(&widths).zip(&self.align).map(|((cell, &width), align)| match align {
+                Align::Left => format!("{cell:width$}"),
+                Align::Right => format!("{cell:>width$}"),
+            });
+            let line = padded.collect::<Vec<_>>().join("  ");
+            writeln!(f, "{}", line.trim_end())?;
+        }
+        Ok(())
+    }
+}

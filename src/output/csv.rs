@@ -1,0 +1,65 @@
+//! Comma-separated text, and the two small tables: yarn failures and deflection profiles.
+
+use crate::profile::Profile;
+use crate::step::FailureEvent;
+
+/// The first line.
+pub(super) fn header<'a>(names: impl IntoIterator<Item = &'a str>) -> String {
+    let mut line = names.into_iter().collect::<Vec<_>>().join(",");
+    line.push('\n');
+    line
+}
+
+/// Adds a line.
+pub(super) fn row(text: &mut String, cells: impl IntoIterator<Item = String>) {
+    text.push_str(&cells.into_iter().collect::<Vec<_>>().join(","));
+    text.push('\n');
+}
+
+/// A number as the shortest text that reads back the same; whole numbers without a fraction, no negative zero.
+pub(super) fn number(value: f64) -> String {
+    let value = value + 0.0;
+    if value.fract() == 0.0 && value.abs() < 1e15 { format!("{value:.0}") } else { format!("{value:?}") }
+}
+
+/// `events.csv`: every yarn failure. `ply`, `i` (column, along warp) and `j` (row, along weft) count from 0.
+/// `time_step` [s].
+pub(super) fn events(events: &[FailureEvent], time_step: f64) -> String {
+    let mut text = header(["time_us", "ply", "i", "j", "yarn", "strain"]);
+    for event in events {
+        let time = event.step as f64 * time_step * 1e6;
+        let yarn = if event.yarn == 0 { "warp" } else { "weft" };
+        let place = [event.ply, event.i, event.j].map(|n| n.to_string());
+        let [ply, i, j] = place;
+        row(&mut text, [number(time), ply, i, j, yarn.to_owned(), number(event.strain)]);
+    }
+    text
+}
+
+/// `profiles.csv`: every node of every deflection profile.
+pub(super) fn profiles(profiles: &[Profile]) -> String {
+    let mut text = header(["time_us", "reference_mm", "position_mm", "deflection_mm", "strain", "force_n_per_m"]);
+    for profile in profiles {
+        for p in &profile.points {
+            let numbers =
+                [profile.time * 1e6, p.reference * 1e3, p.position * 1e3, p.deflection * 1e3, p.strain, p.force];
+            row(&mut text, numbers.map(number));
+        }
+    }
+    text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::number;
+
+    #[test]
+    fn numbers_read_back_and_stay_short() {
+        for value in [0.1, -3.25e-20, 1.0 / 3.0, 6.02e23, 42.0, f64::MIN_POSITIVE] {
+            assert_eq!(number(value).parse(), Ok(value));
+        }
+        assert_eq!(number(-0.0), "0");
+        assert_eq!(number(400.0), "400");
+        assert_eq!(number(f64::NAN), "NaN");
+    }
+}

@@ -1,0 +1,256 @@
+//! Expectations: what a case says about its result, against the run.
+//!
+//! A quantity is, in this order: a wave quantity measured on deflection profiles (`plateau_strain`,
+//! `shock_speed_m_s`, `kink_speed_m_s`) or on the history (`frequency_hz`); with `at_us`, a column of `history.csv`
+//! at that time; else a key of `summary.json` (`failed_yarns.warp` for one inside another) or the last row of a
+//! column. What cannot be found or measured has failed, with the reason.
+
+use serde_json::{Value, json};
+
+use super::history;
+use crate::case::{Bound, Case, Expect};
+use crate::profile::{self, Profile};
+use crate::simulation::{Run, Sample};
+
+/// One expectation after the run.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Checked {
+    /// What the case states.
+    pub expect: Expect,
+    /// Number, word or flag found; null where there is none.
+    pub got: Value,
+    /// Whether it holds.
+    pub pass: bool,
+    /// Why there is nothing to compare, or how the number was read.
+    pub note: Option<String>,
+}
+
+impl Checked {
+    /// As it stands in `summary.json`; times in µs.
+    pub fn to_json(&self) -> Value {
+        let expect = &self.expect;
+        let mut out = json!({
+            "quantity": expect.quantity,
+            "expected": match &expect.bound {
+                Bound::Word(word) => json!(word),
+                Bound::Value { value, tolerance } => json!({ "value": value, "tolerance": tolerance }),
+                Bound::Range { min, max } => json!({ "min": min, "max": max }),
+            },
+            "got": self.got,
+            "pass": self.pass,
+            "source": expect.source,
+        });
+        if let Some(at) = expect.at {
+            out["at_us"] = json!(microseconds(at));
+        }
+        if let Some(between) = expect.between {
+            out["between_us"] = json!(between.map(microseconds));
+        }
+        if let Some(note) = &self.note {
+            out["note"] = json!(note);
+        }
+        out
+    }
+}
+
+/// A time [s] in µs as the case gave it, without the noise of the conversion.
+fn microseconds(time: f64) -> f64 {
+    (time * 1e15).round() / 1e9
+}
+
+/// Compares every expectation of `case` with the run and its summary (which need not have `expect` itself).
+pub fn check(case: &Case, run: &Run, summary: &Value) -> Vec<Checked> {
+    case.expect
+        .iter()
+        .map(|expect| {
+            let (got, note) = match find(expect, run, summary) {
+                Ok(found) => (found.value, found.note),
+                Err(reason) => (Value::Null, Some(reason)),
+            };
+            Checked { pass: holds(&expect.bound, &got), expect: expect.clone(), got, note }
+        })
+        .collect()
+}
+
+struct Found {
+    value: Value,
+    note: Option<String>,
+}
+
+impl From<f64> for Found {
+    fn from(number: f64) -> Self {
+        Self { value: json!(number), note: None }
+    }
+}
+
+fn holds(bound: &Bound, got: &Value) -> bool {
+    match (bound, got) {
+        (Bound::Word(word), Value::String(got)) => word == got,
+        (Bound::Word(word), Value::Bool(got)) => *word == got.to_string(),
+        (Bound::Word(_), _) => false,
+        (Bound::Value { value, tolerance }, got) => got.as_f64().is_some_and(|got| (got - value).abs() <= *tolerance),
+        (Bound::Range { min, max }, got) => got.as_f64().is_some_and(|got| (*min..=*max).contains(&got)),
+    }
+}
+
+fn find(expect: &Expect, run: &Run, summary: &Value) -> Result<Found, String> {
+    match expect.quantity.as_str() {
+        "plateau_strain" => plateau_strain(expect, run),
+        "shock_speed_m_s" => wave_speed(expect, run, "longitudinal front", Profile::front),
+        "kink_speed_m_s" => wave_speed(expect, run, "kink", Profile::kink),
+        "frequency_hz" => frequency(&run.history, expect.between.unwrap_or([f64::NEG_INFINITY, f64::INFINITY]))
+            .map(Found::from)
+            .ok_or_else(|| "the kinetic energy has fewer than two whole peaks in this interval".to_owned()),
+        name if expect.between.is_some() => {
+            Err(format!("between_us belongs to a measured speed or frequency, not to {name}; use at_us"))
+        }
+        name => match expect.at {
+            Some(time) => at(name, time, run),
+            None => at_end(name, run, summary),
+        },
+    }
+}
+
+/// A history column at a time [s].
+fn at(name: &str, time: f64, run: &Run) -> Result<Found, String> {
+    let column = history::find(name).ok_or_else(|| format!("history.csv has no column {name}"))?;
+    let end = run.history.last().map_or(0.0, |row| row.time);
+    // The last row may stand a rounding before the end asked for.
+    let read = if time > end && time <= end + 1e-3 * run.time_step { end } else { time };
+    let value = history::at(&run.history, column, read)
+        .ok_or_else(|| format!("the run ended at {:.3} µs; \"run_until\": \"end_time\" makes it go on", end * 1e6))?;
+    Ok(value.into())
+}
+
+fn at_end(name: &str, run: &Run, summary: &Value) -> Result<Found, String> {
+    match summary.pointer(&format!("/{}", name.replace('.', "/"))) {
+        Some(value @ (Value::Number(_) | Value::String(_) | Value::Bool(_))) => {
+            return Ok(Found { value: value.clone(), note: None });
+        }
+        Some(Value::Null) => return Err(format!("this run has no {name}")),
+        Some(_) => return Err(format!("{name} is neither a number nor a word")),
+        None => {}
+    }
+    let column = history::find(name)
+        .ok_or_else(|| format!("{name} is no key of summary.json, column of history.csv or measured quantity"))?;
+    run.history.last().map(|row| (column.read)(row).into()).ok_or_else(|| "the history is empty".to_owned())
+}
+
+/// The profile nearest to a time [s].
+fn nearest(profiles: &[Profile], time: f64) -> Result<&Profile, String> {
+    let distance = |profile: &Profile| (profile.time - time).abs();
+    profiles
+        .iter()
+        .min_by(|a, b| distance(a).total_cmp(&distance(b)))
+        .ok_or_else(|| "no profile was taken; list its time in /output/profile_times_us".to_owned())
+}
+
+/// Says which profiles were used where they are not the ones asked for.
+fn other_times(used: &[&Profile], asked: &[f64], time_step: f64) -> Option<String> {
+    let off = used.iter().zip(asked).any(|(profile, time)| (profile.time - time).abs() > time_step);
+    let times: Vec<String> = used.iter().map(|profile| format!("{:.3}", profile.time * 1e6)).collect();
+    off.then(|| format!("measured on the nearest profiles, at {} µs", times.join(" and ")))
+}
+
+fn plateau_strain(expect: &Expect, run: &Run) -> Result<Found, String> {
+    let time = expect.at.ok_or("plateau_strain needs at_us")?;
+    let profile = nearest(&run.profiles, time)?;
+    let strain = profile.plateau_strain().ok_or("the profile has no wave")?;
+    Ok(Found { value: json!(strain), note: other_times(&[profile], &[time], run.time_step) })
+}
+
+fn wave_speed(
+    expect: &Expect,
+    run: &Run,
+    wave: &str,
+    place: impl Fn(&Profile) -> Option<f64>,
+) -> Result<Found, String> {
+    let between = expect.between.ok_or_else(|| format!("{} needs between_us", expect.quantity))?;
+    let [from, to] = [nearest(&run.profiles, between[0])?, nearest(&run.profiles, between[1])?];
+    if from.time >= to.time {
+        return Err("two profiles are needed; list both times in /output/profile_times_us".to_owned());
+    }
+    let speed = profile::speed(from, to, place).ok_or_else(|| format!("the profiles have no {wave}"))?;
+    Ok(Found { value: json!(speed), note: other_times(&[from, to], &between, run.time_step) })
+}
+
+/// Fundamental frequency of a free vibration [Hz] between two times [s]: half the frequency of the peaks of the
+/// fabric's kinetic energy, each located by a parabola. `None` with fewer than two whole peaks.
+pub fn frequency(history: &[Sample], between: [f64; 2]) -> Option<f64> {
+    let rows: Vec<[f64; 2]> = history
+        .iter()
+        .filter(|row| (between[0]..=between[1]).contains(&row.time))
+        .map(|row| [row.time, row.balance.kinetic])
+        .collect();
+    let low = rows.iter().map(|row| row[1]).fold(f64::INFINITY, f64::min);
+    let high = rows.iter().map(|row| row[1]).fold(f64::NEG_INFINITY, f64::max);
+    let middle = 0.5 * (low + high);
+    // A peak lies between rising and falling through the middle, so that ripples on it do not count.
+    let mut peaks = Vec::new();
+    let mut risen: Option<usize> = None;
+    for n in 1..rows.len() {
+        if rows[n - 1][1] < middle && rows[n][1] >= middle {
+            risen = Some(n);
+        } else if rows[n - 1][1] >= middle
+            && rows[n][1] < middle
+            && let Some(start) = risen.take()
+        {
+            let top = (start..n).max_by(|a, b| rows[*a][1].total_cmp(&rows[*b][1]))?;
+            peaks.push(vertex(&rows[top - 1..=top + 1]));
+        }
+    }
+    let (first, last) = (peaks.first()?, peaks.last()?);
+    (peaks.len() >= 2).then(|| 0.5 * (peaks.len() - 1) as f64 / (last - first))
+}
+
+/// Abscissa of the vertex of the parabola through three points.
+fn vertex(points: &[[f64; 2]]) -> f64 {
+    let [a, b, c] = [points[0], points[1], points[2]];
+    let (left, right) = (b[0] - a[0], c[0] - b[0]);
+    let (fall, rise) = (b[1] - c[1], b[1] - a[1]);
+    let below = left * fall + right * rise;
+    if below > 0.0 { b[0] - 0.5 * (left * left * fall - right * right * rise) / below } else { b[0] }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::ledger::Balance;
+
+    #[test]
+    fn finds_the_frequency_of_a_vibration_between_its_samples() {
+        let frequency_hz = 1234.5;
+        let row = |n: u32| {
+            let time = f64::from(n) * 7e-6;
+            let velocity = (std::f64::consts::TAU * frequency_hz * time).sin();
+            Sample {
+                time,
+                balance: Balance { kinetic: velocity * velocity, ..Balance::default() },
+                ..Sample::default()
+            }
+        };
+        let history: Vec<Sample> = (0..800).map(row).collect();
+        let all = [f64::NEG_INFINITY, f64::INFINITY];
+        let got = frequency(&history, all).unwrap_or_default();
+        assert!((got / frequency_hz - 1.0).abs() < 1e-4, "{got}");
+        assert_eq!(frequency(&history[..40], all), None);
+        assert_eq!(frequency(&[], all), None);
+    }
+
+    #[test]
+    fn a_parabola_has_its_vertex_wherever_its_points_are() {
+        let point = |x: f64| [x, 3.0 - 2.0 * (x - 1.3).powi(2)];
+        assert!((vertex(&[point(0.0), point(1.0), point(4.0)]) - 1.3).abs() < 1e-12);
+    }
+
+    #[test]
+    fn bounds_hold_at_their_ends_and_for_the_right_kind() {
+        let value = Bound::Value { value: 10.0, tolerance: 1.0 };
+        assert!(holds(&value, &json!(11)) && !holds(&value, &json!(11.01)) && !holds(&value, &Value::Null));
+        let range = Bound::Range { min: 0.0, max: f64::INFINITY };
+        assert!(holds(&range, &json!(0)) && !holds(&range, &json!("0")));
+        assert!(holds(&Bound::Word("stopped".to_owned()), &json!("stopped")));
+        assert!(!holds(&Bound::Word("stopped".to_owned()), &json!("perforated")));
+        assert!(holds(&Bound::Word("false".to_owned()), &json!(false)));
+    }
+}

@@ -1,0 +1,171 @@
+//! The output folder.
+
+use std::fs::{self, File};
+use std::io::{self, Write};
+use std::path::{Path, PathBuf};
+
+use serde_json::Value;
+use tempfile::NamedTempFile;
+
+use super::{csv, history};
+use crate::case::Case;
+use crate::simulation::Run;
+
+/// The file that is only there when profiles were asked for.
+const PROFILES: &str = "profiles.csv";
+/// Every file this module may write.
+const FILES: [&str; 5] = ["case.json", "history.csv", "events.csv", PROFILES, "summary.json"];
+
+/// Why the results could not be written.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("error: {path}\n  expected: {expected}\n  found: {found}\n  help: {help}")]
+pub struct OutputError {
+    /// File or folder.
+    pub path: String,
+    /// What it should be.
+    pub expected: &'static str,
+    /// What the system said.
+    pub found: String,
+    /// What to do.
+    pub help: &'static str,
+}
+
+impl OutputError {
+    fn new(path: &Path, expected: &'static str, found: impl ToString) -> Self {
+        let help = "choose another folder with --out DIR";
+        Self { path: path.display().to_string(), expected, found: found.to_string(), help }
+    }
+}
+
+/// A folder that exists and can be written.
+#[derive(Debug)]
+pub struct Folder {
+    path: PathBuf,
+    /// The folders made for it, outermost first.
+    made: Vec<PathBuf>,
+}
+
+impl Folder {
+    /// Makes the folder where it is missing and tries to write there, so that a run does not end in vain.
+    ///
+    /// # Errors
+    /// When it is a file, cannot be made or written, or when results would replace the case file itself.
+    pub fn prepare(path: &Path, case: &Case) -> Result<Self, OutputError> {
+        let expected = "a folder for the results";
+        if path.exists() && !path.is_dir() {
+            return Err(OutputError::new(path, expected, "a file"));
+        }
+        let missing = |folder: &&Path| *folder != Path::new("") && !folder.exists();
+        let mut made: Vec<PathBuf> = path.ancestors().take_while(missing).map(Path::to_owned).collect();
+        made.reverse();
+        let folder = Self { path: path.to_owned(), made };
+        let tried = fs::create_dir_all(path).and_then(|()| temporary(path)).map(drop);
+        let checked = tried.map_err(|error| OutputError::new(path, "a folder that can be written", error));
+        let checked = checked.and_then(|()| folder.keeps(case));
+        match checked {
+            Ok(()) => Ok(folder),
+            Err(error) => {
+                folder.abandon();
+                Err(error)
+            }
+        }
+    }
+
+    /// Refuses to write over the case that was read.
+    fn keeps(&self, case: &Case) -> Result<(), OutputError> {
+        let read = case.path.canonicalize().ok(); // a built-in case has no file
+        for name in FILES {
+            let path = self.path.join(name);
+            if path.is_dir() {
+                return Err(OutputError::new(&path, "a file or nothing", "a folder"));
+            }
+            if read.is_some() && path.canonicalize().ok() == read {
+                let found = format!("{name}, which is the case itself");
+                return Err(OutputError::new(&self.path, "a folder where no result replaces the case", found));
+            }
+        }
+        Ok(())
+    }
+
+    /// Where it is.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// Takes back the folders made by [`Folder::prepare`], as far as they are empty.
+    pub fn abandon(self) {
+        for folder in self.made.iter().rev() {
+            if fs::remove_dir(folder).is_err() {
+                return; // something else lies there by now
+            }
+        }
+    }
+
+    /// Writes all results of a run; returns the names of the files.
+    ///
+    /// # Errors
+    /// When the disk refuses; what lay in the folder before is then still there as long as no file was complete.
+    pub fn write(&self, case: &Case, run: &Run, summary: &Value) -> Result<Vec<&'static str>, OutputError> {
+        let mut texts = vec![
+            ("case.json", pretty(&case.as_run)),
+            ("history.csv", history::text(&run.history)),
+            ("events.csv", csv::events(&run.events, run.time_step)),
+        ];
+        if !case.output.profile_times.is_empty() {
+            texts.push((PROFILES, csv::profiles(&run.profiles)));
+        }
+        // Last, so that a summary speaks of the files around it.
+        texts.push(("summary.json", pretty(summary)));
+        let failed = |name: &str, error: io::Error| {
+            OutputError::new(&self.path.join(name), "a disk that takes the results", error)
+        };
+        let mut complete = Vec::new();
+        for (name, text) in &texts {
+            complete.push((*name, self.stage(text).map_err(|error| failed(name, error))?));
+        }
+        for name in ["summary.json", PROFILES] {
+            self.remove(name).map_err(|error| failed(name, error))?;
+        }
+        let mut names = Vec::new();
+        for (name, file) in complete {
+            file.persist(self.path.join(name)).map_err(|error| failed(name, error.error))?;
+            names.push(name);
+        }
+        self.flush().map_err(|error| failed("", error))?;
+        Ok(names)
+    }
+
+    /// A complete file under a temporary name.
+    fn stage(&self, text: &str) -> io::Result<NamedTempFile> {
+        let mut file = temporary(&self.path)?;
+        file.write_all(text.as_bytes())?;
+        file.as_file().sync_all()?;
+        Ok(file)
+    }
+
+    /// Removes what an earlier run left.
+    fn remove(&self, name: &str) -> io::Result<()> {
+        match fs::remove_file(self.path.join(name)) {
+            Err(error) if error.kind() != io::ErrorKind::NotFound => Err(error),
+            _ => Ok(()),
+        }
+    }
+
+    /// Flushes the renames.
+    fn flush(&self) -> io::Result<()> {
+        if cfg!(unix) { File::open(&self.path)?.sync_all() } else { Ok(()) }
+    }
+}
+
+fn pretty(value: &Value) -> String {
+    format!("{value:#}\n")
+}
+
+/// An empty file in `folder` with the rights of any new file.
+fn temporary(folder: &Path) -> io::Result<NamedTempFile> {
+    let mut builder = tempfile::Builder::new();
+    builder.prefix(".ripstop-").suffix(".tmp");
+    #[cfg(unix)]
+    builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
+    builder.tempfile_in(folder)
+}

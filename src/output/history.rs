@@ -1,0 +1,87 @@
+//! `history.csv`: one row per sample. The columns are one table, for the file and for expectations.
+
+use crate::simulation::Sample;
+
+use super::csv;
+
+/// A column of `history.csv`.
+#[derive(Clone, Copy, Debug)]
+pub struct Column {
+    /// Heading, unit last.
+    pub name: &'static str,
+    /// The number, in the heading's unit.
+    pub read: fn(&Sample) -> f64,
+}
+
+const fn column(name: &'static str, read: fn(&Sample) -> f64) -> Column {
+    Column { name, read }
+}
+
+/// Every column of `history.csv`, in order.
+pub const COLUMNS: [Column; 20] = [
+    column("time_us", |s| s.time * 1e6),
+    column("projectile_velocity_m_s", |s| s.projectile_velocity),
+    column("projectile_displacement_mm", |s| s.projectile_displacement * 1e3),
+    column("contact_force_n", |s| s.contact_force),
+    column("kinetic_energy_j", |s| s.balance.kinetic),
+    column("internal_energy_j", |s| s.balance.internal),
+    column("hourglass_energy_j", |s| s.balance.hourglass),
+    column("contact_dissipation_j", |s| s.balance.contact),
+    column("friction_j", |s| s.balance.friction),
+    column("failure_energy_j", |s| s.balance.failure),
+    column("projectile_energy_j", |s| s.balance.projectile),
+    column("energy_error", |s| s.balance.error),
+    column("failed_warp", |s| s.failed[0] as f64),
+    column("failed_weft", |s| s.failed[1] as f64),
+    column("stored_energy_j", |s| s.balance.stored),
+    column("external_work_j", |s| s.balance.external),
+    column("eroded_elements", |s| s.eroded as f64),
+    column("max_deflection_mm", |s| s.deflection * 1e3),
+    column("max_yarn_tension_n", |s| s.balance.max_tension),
+    column("momentum_error", |s| s.balance.momentum_error),
+];
+
+/// The column of a name.
+pub fn find(name: &str) -> Option<&'static Column> {
+    COLUMNS.iter().find(|column| column.name == name)
+}
+
+/// A column at a time [s], linear between rows; `None` outside the history.
+pub fn at(history: &[Sample], column: &Column, time: f64) -> Option<f64> {
+    let after = history.partition_point(|row| row.time < time);
+    let next = history.get(after)?;
+    let value = (column.read)(next);
+    let Some(last) = after.checked_sub(1).and_then(|before| history.get(before)) else {
+        return (next.time <= time).then_some(value);
+    };
+    let share = (time - last.time) / (next.time - last.time);
+    let start = (column.read)(last);
+    Some(start + share * (value - start))
+}
+
+/// The file's text.
+pub(super) fn text(history: &[Sample]) -> String {
+    let mut text = csv::header(COLUMNS.iter().map(|column| column.name));
+    for sample in history {
+        csv::row(&mut text, COLUMNS.iter().map(|column| csv::number((column.read)(sample))));
+    }
+    text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn reads_between_rows_and_never_outside() {
+        let row = |time: f64, velocity: f64| Sample { time, projectile_velocity: velocity, ..Sample::default() };
+        let history = [row(0.0, 100.0), row(1e-6, 90.0), row(3e-6, 80.0)];
+        let velocity = find("projectile_velocity_m_s");
+        let read = |time: f64| velocity.and_then(|column| at(&history, column, time));
+        assert_eq!(read(0.0), Some(100.0));
+        assert_eq!(read(3e-6), Some(80.0));
+        assert!(read(2e-6).is_some_and(|v| (v - 85.0).abs() < 1e-9));
+        assert_eq!(read(3.1e-6), None);
+        assert_eq!(read(-1e-9), None);
+    }
+}

@@ -1,0 +1,184 @@
+//! `summary.json`: the result of a run in one object.
+
+use serde_json::{Map, Value, json};
+
+use super::expect::{self, Checked};
+use crate::case::{Case, Motion};
+use crate::outcome::Outcome;
+use crate::simulation::{Run, Sample};
+use crate::step::Trouble;
+
+/// The summary of a run. `wall_seconds`: time since the command began [s].
+///
+/// Numbers that are not finite become `null`.
+pub fn summary(case: &Case, run: &Run, wall_seconds: f64) -> Value {
+    let mut summary = result(case, run);
+    summary.append(&mut cost(run, wall_seconds));
+    summary.append(&mut origin(case, run));
+    let mut summary = Value::Object(summary);
+    let checked = expect::check(case, run, &summary);
+    summary["expect"] = checked.iter().map(Checked::to_json).collect();
+    summary
+}
+
+/// Kinetic energy the projectile has lost [J].
+pub fn absorbed_energy(run: &Run) -> f64 {
+    run.impact_energy - run.history.last().map_or(run.impact_energy, |row| row.balance.projectile)
+}
+
+/// Velocity along the line of flight that is left [m/s]; `None` where nothing flies.
+pub fn residual_velocity(case: &Case, run: &Run) -> Option<f64> {
+    case.projectile.as_ref()?;
+    match run.outcome {
+        Outcome::Stopped => Some(0.0),
+        _ => run.history.last().map(|row| row.projectile_velocity),
+    }
+}
+
+/// Whether a projectile flies that the fabric can slow down.
+pub fn flies_freely(case: &Case) -> bool {
+    case.projectile.as_ref().is_some_and(|p| p.motion == Motion::Free)
+}
+
+fn peak(run: &Run, quantity: fn(&Sample) -> f64) -> f64 {
+    run.history.iter().map(quantity).fold(0.0, f64::max)
+}
+
+fn object(value: Value) -> Map<String, Value> {
+    match value {
+        Value::Object(map) => map,
+        _ => Map::new(),
+    }
+}
+
+/// What happened, and how far it can be trusted.
+fn result(case: &Case, run: &Run) -> Map<String, Value> {
+    let last = run.history.last().copied().unwrap_or_default();
+    object(json!({
+        "title": case.title,
+        "outcome": run.outcome.word(),
+        "residual_velocity_m_s": residual_velocity(case, run),
+        "stop_time_us": run.stop_time.map(|t| t * 1e6),
+        "absorbed_energy_j": absorbed_energy(run),
+        "max_deflection_mm": peak(run, |s| s.deflection) * 1e3,
+        "max_penetration_mm": run.max_penetration * 1e3,
+        "peak_yarn_tension_n": peak(run, |s| s.balance.max_tension),
+        "peak_contact_force_n": peak(run, |s| s.contact_force),
+        "failed_yarns": { "warp": last.failed[0], "weft": last.failed[1] },
+        "eroded_elements": last.eroded,
+        "energy_error": run.energy_error,
+        "momentum_error": run.momentum_error,
+        "hourglass_fraction": run.hourglass_fraction,
+        "newton": {
+            "max_residual": run.newton.max_residual,
+            "mean_iterations": run.newton.mean_iterations,
+            "unconverged": run.newton.unconverged,
+        },
+        "interrupted": run.interrupted,
+        "unstable": run.trouble.as_ref().map(unstable),
+    }))
+}
+
+fn unstable(trouble: &Trouble) -> Value {
+    let [ply, row, column] = trouble.place;
+    json!({
+        "step": trouble.step,
+        "kernel": trouble.kernel,
+        "quantity": trouble.quantity,
+        "ply": ply,
+        "row": row,
+        "column": column,
+    })
+}
+
+/// What it took.
+fn cost(run: &Run, wall_seconds: f64) -> Map<String, Value> {
+    let element_steps = run.elements as u64 * run.steps;
+    object(json!({
+        "elements": run.elements,
+        "steps": run.steps,
+        "time_us": run.history.last().map_or(0.0, |row| row.time * 1e6),
+        "time_step_us": run.time_step * 1e6,
+        "time_step_set_by": run.step_set_by,
+        "element_steps": element_steps,
+        "element_steps_computed": element_steps,
+        "wall_s": wall_seconds,
+        "loop_s": run.loop_seconds,
+        "element_steps_per_s": element_steps as f64 / run.loop_seconds,
+        "skipped": {},
+    }))
+}
+
+/// What produced it from what.
+fn origin(case: &Case, run: &Run) -> Map<String, Value> {
+    let assumed: Vec<&str> = case.fields.iter().filter(|f| f.assumed).map(|f| f.pointer.as_str()).collect();
+    object(json!({
+        "backend": "cpu",
+        "adapter": null,
+        "threads": run.threads,
+        "precision": run.precision,
+        "version": env!("CARGO_PKG_VERSION"),
+        "case": case.name,
+        "case_hash": case_hash(&case.as_run),
+        "assumed": assumed,
+    }))
+}
+
+/// Fingerprint of what a case computes: 64-bit FNV-1a of the case as run, with keys sorted and numbers in one form,
+/// without the words around it (title, sources, notes) and what is expected of it.
+pub fn case_hash(as_run: &Value) -> String {
+    const WORDS: [&str; 4] = ["title", "sources", "notes", "expect"];
+    let mut text = String::new();
+    match as_run.as_object() {
+        Some(map) => object_text(map.iter().filter(|(key, _)| !WORDS.contains(&key.as_str())), &mut text),
+        None => canonical(as_run, &mut text),
+    }
+    let mix = |hash: u64, byte: u8| (hash ^ u64::from(byte)).wrapping_mul(0x0000_0100_0000_01b3);
+    format!("{:016x}", text.bytes().fold(0xcbf2_9ce4_8422_2325, mix))
+}
+
+fn canonical(value: &Value, text: &mut String) {
+    match value {
+        Value::Number(number) => match number.as_f64() {
+            Some(number) => *text += &format!("{number:?}"),
+            None => *text += &number.to_string(),
+        },
+        Value::Array(items) => {
+            text.push('[');
+            for item in items {
+                canonical(item, text);
+                text.push(',');
+            }
+            text.push(']');
+        }
+        Value::Object(map) => object_text(map, text),
+        other => *text += &other.to_string(),
+    }
+}
+
+fn object_text<'a>(entries: impl IntoIterator<Item = (&'a String, &'a Value)>, text: &mut String) {
+    let mut entries: Vec<_> = entries.into_iter().collect();
+    entries.sort_by_key(|(key, _)| *key);
+    text.push('{');
+    for (key, value) in entries {
+        *text += &format!("{key:?}:");
+        canonical(value, text);
+        text.push(',');
+    }
+    text.push('}');
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_hash_knows_numbers_not_words_or_order() {
+        let one = case_hash(&json!({"title": "a", "pack": {"plies": 1, "width_mm": 30}, "sources": {"/pack": "x"}}));
+        let same = case_hash(&json!({"pack": {"width_mm": 30.0, "plies": 1}, "title": "b", "expect": []}));
+        let other = case_hash(&json!({"title": "a", "pack": {"plies": 1, "width_mm": 31}}));
+        assert_eq!(one, same);
+        assert_ne!(one, other);
+        assert_eq!(case_hash(&json!({})), "08f44b07b5901a25"); // FNV-1a of "{}"
+    }
+}

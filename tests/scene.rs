@@ -1,0 +1,33 @@
+//! Running shipped scenes from tests.
+
+use std::path::Path;
+use std::sync::atomic::AtomicBool;
+
+use ripstop::case::{self, Case};
+use ripstop::output::{self, Checked};
+use ripstop::simulation::{self, Options, Precision, Run};
+
+/// A shipped case with changes, each `/pointer=value`.
+pub(crate) fn builtin(path: &str, sets: &[&str]) -> Case {
+    let sets: Vec<String> = sets.iter().map(ToString::to_string).collect();
+    case::read(Path::new(path), &sets).unwrap_or_else(|e| panic!("{e}"))
+}
+
+/// Runs a case in double precision on two threads.
+pub(crate) fn run(case: &Case) -> Run {
+    run_as(case, Precision::F64, 2)
+}
+
+/// Runs a case.
+pub(crate) fn run_as(case: &Case, precision: Precision, threads: usize) -> Run {
+    let options = Options { threads: Some(threads), precision };
+    let run = simulation::run(case, options, &AtomicBool::new(false), &mut |_| {}).unwrap_or_else(|e| panic!("{e}"));
+    assert!(run.trouble.is_none(), "{}: {:?}", case.title, run.trouble);
+    assert_eq!(run.newton.unconverged, 0, "{}", case.title);
+    run
+}
+
+/// The expectations of a case against its run.
+pub(crate) fn checked(case: &Case, run: &Run) -> Vec<Checked> {
+    output::check(case, run, &output::summary(case, run, 0.0))
+}
