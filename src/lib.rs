@@ -1,7 +1,55 @@
-//! ripstop
+//! ripstop computes the ballistic impact of woven fabrics with the method of Shahkarami & Vaziri (2006): one shell
+//! element per yarn crossover, a Newton solve for the warp–weft interaction in every element, trellis shear with
+//! locking, yarn failure and erosion, explicit time integration.
+//!
+//! # From a case to a verdict
+//!
+//! ```text
+//! case ──► model ──► state ──► step ──► simulation ──► output
+//! JSON     constant  varies    order    host loop      files
+//! ```
+//!
+//! - [`case`] reads JSON, checks it and converts it to SI. Only it knows keys and textile units.
+//! - [`model`] derives what stays constant: mesh, unit-cell constants, masses, critical step.
+//! - [`state`] is what varies, in rows laid out (shot, ply, row, column).
+//! - [`kernels`] hold the arithmetic, one kernel or piece of point physics per file, generic over [`number::Real`].
+//! - [`step`] is the only place that knows the order of the kernels.
+//! - [`simulation`] is the host loop: history, failure events, checks of the numbers, end of the run.
+//!   [`ledger`] keeps energy and momentum, [`outcome`] decides what became of the projectile,
+//!   [`profile`] measures deflection and waves.
+//! - [`output`] writes files and checks expectations; [`verify`] is the built-in verification table.
+//!
+//! # What always holds
+//!
+//! - Kernels never touch files, threads or devices; the model never sees a backend.
+//! - Nothing allocates inside the step loop but records (failures, history rows).
+//! - Sums run in fixed order: same case, same bits, whatever the number of threads.
+//! - What no wave has reached is exactly at rest, to the last bit.
+//! - A number that is not finite, or energy nobody put in, stops the run with step, kernel and place.
+//!
+//! # Example
+//!
+//! ```
+//! use std::sync::atomic::AtomicBool;
+//! use ripstop::{case, simulation::{self, Options, Precision}};
+//!
+//! let text = r#"{
+//!   "title": "small ply",
+//!   "fabric": { "file": "fabrics/s-720.json" },
+//!   "pack": { "width_mm": 25, "height_mm": 25, "edges": "clamped" },
+//!   "projectile": { "shape": "sphere", "diameter_mm": 6, "mass_g": 1, "velocity_m_s": 50 },
+//!   "solver": { "end_time_us": 5 }
+//! }"#;
+//! let case = case::from_str("small", text, &[])?;
+//! let options = Options { threads: None, precision: Precision::F64 };
+//! let run = simulation::run(&case, options, &AtomicBool::new(false), &mut |_| {})?;
+//! assert!(run.energy_error < 1e-9);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 
 pub mod case;
 pub mod kernels;
+pub mod lanes;
 pub mod ledger;
 pub mod model;
 pub mod number;
@@ -12,3 +60,4 @@ pub mod simulation;
 pub mod state;
 pub mod step;
 mod tally;
+pub mod verify;

@@ -59,30 +59,33 @@ pub trait Real:
     fn select(mask: Self::Mask, yes: Self, no: Self) -> Self;
     /// An estimate of the cube root of a positive number within 4 %, from its exponent.
     fn cube_root_estimate(self) -> Self;
-    /// Sum of the lanes in ascending order.
-    fn sum(self) -> f64;
-
     /// Zero.
+    #[inline(always)]
     fn zero() -> Self {
         Self::splat(0.0)
     }
     /// One.
+    #[inline(always)]
     fn one() -> Self {
         Self::splat(1.0)
     }
     /// The larger of two numbers.
+    #[inline(always)]
     fn max(self, other: Self) -> Self {
         Self::select(other.lt(self), self, other)
     }
     /// The smaller of two numbers.
+    #[inline(always)]
     fn min(self, other: Self) -> Self {
         Self::select(self.lt(other), self, other)
     }
     /// The square.
+    #[inline(always)]
     fn squared(self) -> Self {
         self * self
     }
     /// Cube root of a positive number: Halley's iteration (cubic convergence) from the exponent's estimate.
+    #[inline(always)]
     fn cube_root(self) -> Self {
         let mut y = self.cube_root_estimate();
         let two = Self::splat(2.0);
@@ -114,6 +117,7 @@ macro_rules! scalar {
     ($type:ident, $bits:ident, $third:expr) => {
         impl Scalar for $type {
             const NAME: &'static str = stringify!($type);
+            #[inline(always)]
             fn to_f64(self) -> f64 {
                 f64::from(self)
             }
@@ -125,39 +129,46 @@ macro_rules! scalar {
             const LANES: usize = 1;
             const EPSILON: f64 = $type::EPSILON as f64;
 
+            #[inline(always)]
             fn splat(value: f64) -> Self {
                 value as Self
             }
+            #[inline(always)]
             fn load(source: &[Self], index: usize) -> Self {
                 source[index]
             }
+            #[inline(always)]
             fn store(self, target: &mut [Self], index: usize) {
                 target[index] = self;
             }
+            #[inline(always)]
             fn lane(self, _: usize) -> Self {
                 self
             }
+            #[inline(always)]
             fn sqrt(self) -> Self {
                 self.sqrt()
             }
+            #[inline(always)]
             fn abs(self) -> Self {
                 self.abs()
             }
+            #[inline(always)]
             fn lt(self, other: Self) -> bool {
                 self < other
             }
+            #[inline(always)]
             fn le(self, other: Self) -> bool {
                 self <= other
             }
+            #[inline(always)]
             fn select(mask: bool, yes: Self, no: Self) -> Self {
                 if mask { yes } else { no }
             }
+            #[inline(always)]
             fn cube_root_estimate(self) -> Self {
                 // A third of the exponent: bits/3 + two thirds of the bias, less what balances the error.
                 Self::from_bits(self.to_bits() / 3 + $third)
-            }
-            fn sum(self) -> f64 {
-                f64::from(self)
             }
         }
     };

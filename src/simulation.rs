@@ -6,6 +6,7 @@ use std::time::Instant;
 use nalgebra::Vector3;
 
 use crate::case::{Case, RunUntil};
+use crate::lanes::Lanes;
 use crate::ledger::{Balance, Ledger};
 use crate::model::{Model, ModelError};
 use crate::number::Scalar;
@@ -181,13 +182,16 @@ fn run_as<S: Scalar>(
     Ok(simulation.into_run(start.elapsed().as_secs_f64()))
 }
 
+/// Numbers processed at once by the kernels.
+const WIDTH: usize = 4;
+
 /// A run in progress.
 pub struct Simulation<S: Scalar> {
     /// Constant.
     pub model: Model<S>,
     /// Varies.
     pub state: State<S>,
-    stepper: Stepper<S>,
+    stepper: Stepper<Lanes<S, WIDTH>>,
     ledger: Ledger,
     tracker: Option<Tracker>,
     history: Vec<Sample>,

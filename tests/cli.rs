@@ -1,1 +1,118 @@
-//! Tests.
+//! The program as users and scripts meet it: files, exit codes, what is printed where.
+//!
+//! Promise: names and codes are those of the contract; nothing is written when a run is refused; results do not
+//! depend on the number of threads; output that is not a terminal holds no escape codes.
+
+mod crossover;
+mod exit_codes;
+mod expectations;
+mod files;
+mod printing;
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output, Stdio};
+use std::sync::atomic::AtomicBool;
+use std::thread;
+use std::time::{Duration, Instant};
+
+use ripstop::simulation::{self, Options, Precision, Run};
+use ripstop::step::Trouble;
+use ripstop::{case, output};
+use serde_json::{Value, json};
+use tempfile::TempDir;
+
+/// A folder with a case in it.
+struct Bench {
+    folder: TempDir,
+}
+
+impl Bench {
+    fn new(case: &Value) -> Self {
+        let folder = TempDir::new().unwrap();
+        fs::write(folder.path().join("shot.json"), case.to_string()).unwrap();
+        Self { folder }
+    }
+
+    fn path(&self, name: &str) -> PathBuf {
+        self.folder.path().join(name)
+    }
+
+    fn command(&self, arguments: &[&str]) -> Command {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_ripstop"));
+        command.current_dir(self.folder.path()).args(arguments).stdin(Stdio::null());
+        command
+    }
+
+    fn ripstop(&self, arguments: &[&str]) -> Output {
+        self.command(arguments).output().unwrap()
+    }
+
+    fn json(&self, name: &str) -> Value {
+        serde_json::from_str(&self.text(name)).unwrap()
+    }
+
+    fn text(&self, name: &str) -> String {
+        fs::read_to_string(self.path(name)).unwrap()
+    }
+
+    /// Names in the folder, hidden ones too.
+    fn names(&self, folder: &str) -> Vec<String> {
+        let mut names: Vec<String> = fs::read_dir(self.path(folder))
+            .unwrap()
+            .map(|entry| entry.unwrap().file_name().into_string().unwrap())
+            .collect();
+        names.sort();
+        names
+    }
+}
+
+/// 24 × 24 elements, ten microseconds, fast enough to break yarns.
+fn small() -> Value {
+    let fabric: Value = serde_json::from_str(case::builtin_fabric("fabrics/s-720.json").unwrap()).unwrap();
+    let mut fabric = fabric;
+    fabric.as_object_mut().unwrap().remove("sources");
+    json!({
+        "title": "a small shot",
+        "fabric": fabric,
+        "pack": {"width_mm": 30, "height_mm": 30},
+        "projectile": {"shape": "cylinder", "diameter_mm": 5.5, "length_mm": 42.1, "mass_g": 3, "velocity_m_s": 600},
+        "solver": {"end_time_us": 10},
+        "output": {"history_interval_us": 0.5},
+        "sources": {"/fabric/crossover": "assumed: for this test"}
+    })
+}
+
+fn small_with(pointer: &str, value: Value) -> Value {
+    let mut case = small();
+    let (parent, key) = pointer.rsplit_once('/').unwrap();
+    case.pointer_mut(parent).unwrap()[key] = value;
+    case
+}
+
+fn code(output: &Output) -> i32 {
+    output.status.code().unwrap()
+}
+
+fn stdout(output: &Output) -> String {
+    String::from_utf8(output.stdout.clone()).unwrap()
+}
+
+fn stderr(output: &Output) -> String {
+    String::from_utf8(output.stderr.clone()).unwrap()
+}
+
+/// Runs a case through the library.
+fn run(case: &Value) -> (case::Case, Run) {
+    let case = case::from_str("shot.json", &case.to_string(), &[]).unwrap();
+    let options = Options { threads: Some(1), precision: Precision::F64 };
+    let run = simulation::run(&case, options, &AtomicBool::new(false), &mut |_| {}).unwrap();
+    (case, run)
+}
+
+#[test]
+fn relative_and_nested_output_folders_are_made() {
+    let bench = Bench::new(&small());
+    assert_eq!(code(&bench.ripstop(&["run", "shot.json", "--quiet", "--out", "a/b/../c"])), 0);
+    assert!(Path::new(&bench.path("a/c/summary.json")).is_file());
+}

@@ -43,8 +43,9 @@ pub(crate) enum Command {
   ripstop run shot.json --set /projectile/velocity_m_s=200 --out out/shot-200
   ripstop run shot.json --set '/pack/edges={\"left\":\"free\"}' --json | jq .residual_velocity_m_s
 
-DIR gets summary.json, history.csv, events.csv, case.json (the case as run), and profiles.csv where the case asks for
-profiles. The first Ctrl-C writes them up to that moment, the second ends at once.")]
+DIR gets summary.json, history.csv, events.csv, case.json (the case as run),
+and profiles.csv where the case asks for profiles. The first Ctrl-C writes them
+up to that moment, the second ends at once.")]
 pub(crate) struct RunArguments {
     /// Case file
     #[arg(value_name = "CASE.json")]

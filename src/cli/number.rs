@@ -25,7 +25,11 @@ pub(crate) fn fixed(value: f64, decimals: usize) -> String {
 
 /// A fraction in percent, or with an exponent where percent would say nothing.
 pub(crate) fn fraction(value: f64) -> String {
-    if value == 0.0 || value.abs() >= 1e-4 { format!("{:.2} %", value * 100.0) } else { format!("{value:.1e}") }
+    match value.abs() {
+        0.0 => "0".to_owned(),
+        size if size >= 1e-4 => format!("{:.2} %", value * 100.0),
+        _ => format!("{value:.1e}"),
+    }
 }
 
 /// A time [s] in µs without rounding noise.

@@ -97,8 +97,13 @@ fn energy(run: &Run) -> String {
     if scale <= 0.0 || !scale.is_finite() {
         return String::new();
     }
-    let decimals = (4.0 - scale.log10().floor()).clamp(0.0, 12.0) as usize;
-    let joule = |energy: f64| format!("{} J", fixed(energy, decimals));
+    let (factor, unit) = match scale {
+        0.1.. => (1.0, "J"),
+        1e-4.. => (1e3, "mJ"),
+        _ => (1e6, "µJ"),
+    };
+    let decimals = (4.0 - (factor * scale).log10().floor()).clamp(0.0, 4.0) as usize;
+    let joule = |energy: f64| format!("{} {unit}", fixed(factor * energy, decimals));
     let mut table = Table::plain(&[Align::Left, Align::Right, Align::Right]);
     if run.impact_energy > 0.0 && end.external == 0.0 {
         table.row(["lost by the projectile".to_owned(), joule(absorbed), format!("of {}", joule(run.impact_energy))]);

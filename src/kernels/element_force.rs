@@ -213,6 +213,8 @@ pub fn element_force<R: Real, L: LawKernel, const SHEAR: bool, const LEDGER: boo
     let mut work = Tally::default();
     let mut stored = Tally::default();
     let mut hourglass = Tally::default();
+    let mut iterations = Tally::default();
+    let mut released = [Tally::default(); 2];
     let mut column = 0;
     while column < columns {
         let at = column + 1;
@@ -282,12 +284,8 @@ pub fn element_force<R: Real, L: LawKernel, const SHEAR: bool, const LEDGER: boo
         R::select(any, cell.height[0], zero).store(row.element[field::HEIGHT], at);
         R::select(any, cell.height[1], zero).store(row.element[field::HEIGHT + 1], at);
         totals.unconverged += (both & !cell.converged).count();
-        let mut solved = zero;
-        if both.any() {
-            solved = R::select(both, R::one(), zero);
-        }
-        totals.solved += solved.sum();
-        totals.iterations += cell.iterations.sum();
+        totals.solved += f64::from(both.count());
+        iterations.add(cell.iterations, column);
         for lane in 0..R::LANES {
             totals.max_residual = totals.max_residual.max(cell.residual.lane(lane).to_f64());
         }
@@ -307,15 +305,15 @@ pub fn element_force<R: Real, L: LawKernel, const SHEAR: bool, const LEDGER: boo
             for (a, v) in [vx, vy, vz].iter().enumerate() {
                 undone = undone + (warp_intact[a] - warp[a]) * v[0] + (weft_intact[a] - weft[a]) * v[1];
             }
-            let released = before - after - half_dt * undone;
-            totals.released[0] += R::select(any_failed, released, zero).sum();
+            let loss = before - after - half_dt * undone;
+            released[0].add(R::select(any_failed, loss, zero), column);
             // The part of the hourglass work that the state function ½k|q|² does not hold once k dropped.
             let last = [vx, vy, vz].map(|v| quarter * v[2] * R::splat(dt));
             let product = mode[0] * (mode[0] - last[0])
                 + mode[1] * (mode[1] - last[1])
                 + mode[2] * (mode[2] - last[2]);
             let drop = half * (stiffness(&was_alive) - kh) * product;
-            totals.released[1] += R::select(any_failed, drop, zero).sum();
+            released[1].add(R::select(any_failed, drop, zero), column);
             for lane in 0..R::LANES {
                 for yarn in 0..2 {
                     if failed[yarn].lane(lane) {
@@ -353,6 +351,8 @@ pub fn element_force<R: Real, L: LawKernel, const SHEAR: bool, const LEDGER: boo
         column += R::LANES;
     }
     totals.internal_work += work.total();
+    totals.iterations += iterations.total();
+    totals.released = released.map(|r| r.total());
     totals.stored += stored.total();
     totals.hourglass += hourglass.total();
 }

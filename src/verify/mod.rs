@@ -1,0 +1,78 @@
+//! The built-in verification table: closed forms and measured facts against what this build computes.
+//!
+//! Three parts: the unit cell against tabulated values, every scene of `cases/verify` against its `expect` block,
+//! and stability of hard scenes. The same scenes are run by the tests.
+
+mod scenes;
+mod stability;
+mod unit_cell;
+
+use std::sync::atomic::AtomicBool;
+
+use crate::case::Case;
+use crate::simulation::{self, Options, Run};
+
+/// One line of the table.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Row {
+    /// Part of the table.
+    pub group: &'static str,
+    /// What is checked.
+    pub name: String,
+    /// Expected, as text.
+    pub expected: String,
+    /// Found, as text.
+    pub got: String,
+    /// Allowed difference, as text.
+    pub tolerance: String,
+    /// Where the expectation comes from.
+    pub source: String,
+    /// Whether it holds.
+    pub pass: bool,
+}
+
+/// Runs the whole table, handing over each row as it is known. Rows after an interrupt are left out.
+pub fn run(options: Options, interrupt: &AtomicBool, each: &mut dyn FnMut(&Row)) -> Vec<Row> {
+    let mut rows = Vec::new();
+    let mut keep = |row: Row| {
+        each(&row);
+        rows.push(row);
+    };
+    unit_cell::rows(&mut keep);
+    scenes::rows(options, interrupt, &mut keep);
+    stability::rows(options, interrupt, &mut keep);
+    rows
+}
+
+/// A number against an expected one.
+fn number(group: &'static str, name: String, expected: f64, got: f64, tolerance: f64, source: &str) -> Row {
+    Row {
+        group,
+        name,
+        expected: format!("{expected}"),
+        got: format!("{got:.7}"),
+        tolerance: format!("±{tolerance:.1e}"),
+        source: source.to_owned(),
+        pass: (got - expected).abs() <= tolerance,
+    }
+}
+
+/// A scene's run, or a failed row that says why there is none.
+fn simulate(group: &'static str, case: &Case, options: Options, interrupt: &AtomicBool) -> Result<Run, Row> {
+    let failed = |got: String| Row {
+        group,
+        name: case.title.clone(),
+        expected: "a finished run".into(),
+        got,
+        tolerance: String::new(),
+        source: String::new(),
+        pass: false,
+    };
+    match simulation::run(case, options, interrupt, &mut |_| {}) {
+        Ok(run) => match &run.trouble {
+            Some(t) => Err(failed(format!("unstable at step {} in {}: {}", t.step, t.kernel, t.quantity))),
+            None => Ok(run),
+        },
+        Err(error) => Err(failed(error.to_string())),
+    }
+}
