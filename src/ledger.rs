@@ -137,7 +137,13 @@ impl Ledger {
     }
 
     fn total(&self, initial_stored: f64) -> f64 {
-        self.kinetic + initial_stored + self.work + self.hourglass + self.contact + self.friction + self.released[1]
+        self.kinetic
+            + initial_stored
+            + self.work
+            + self.hourglass
+            + self.contact
+            + self.friction
+            + self.released[1]
             + self.projectile
             - self.external
     }

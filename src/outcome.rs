@@ -92,13 +92,10 @@ impl Tracker {
             self.window.pop_front();
         }
         let normal = body.velocity.z;
-        if let Some((t0, v0)) = self.last {
-            if self.stop_time.is_none() && v0 > 0.0 && normal <= 0.0 {
-                self.stop_time = Some(t0 + (time - t0) * v0 / (v0 - normal));
-                let left = body.velocity.xy().norm();
-                self.outcome =
-                    if left > 0.1 * self.impact_speed { Outcome::Rebounded } else { Outcome::Stopped };
-            }
+        if let Some((t0, v0)) = self.last.filter(|last| self.stop_time.is_none() && last.1 > 0.0 && normal <= 0.0) {
+            self.stop_time = Some(t0 + (time - t0) * v0 / (v0 - normal));
+            let left = body.velocity.xy().norm();
+            self.outcome = if left > 0.1 * self.impact_speed { Outcome::Rebounded } else { Outcome::Stopped };
         }
         self.last = Some((time, normal));
         let taken: f64 = self.window.iter().map(|w| w.1).sum();

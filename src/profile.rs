@@ -59,8 +59,7 @@ pub fn take<S: Scalar>(model: &Model<S>, state: &State<S>, case: &Case, time: f6
             let (row, column) = place(n);
             let (row, column) = (row.min(grid.rows - 1), column.min(grid.columns - 1));
             let field = if along == Along::Warp { element::WARP_FORCE } else { element::WEFT_FORCE };
-            let square: f64 =
-                (0..3).map(|a| state.elements.get(row, field + a, column + 1).to_f64().powi(2)).sum();
+            let square: f64 = (0..3).map(|a| state.elements.get(row, field + a, column + 1).to_f64().powi(2)).sum();
             point.force = square.sqrt() / (0.5 * grid.length[across]);
         }
         points.push(point);

@@ -356,8 +356,7 @@ impl<S: Scalar> Simulation<S> {
         if let (Some(tracker), Some(body)) = (&mut self.tracker, &self.state.body) {
             let failed = self.failed[0] + self.failed[1];
             let (model, state) = (&self.model, &self.state);
-            let known =
-                tracker.update(time, body, impulse.norm(), failed, || outcome::covered(model, state, body));
+            let known = tracker.update(time, body, impulse.norm(), failed, || outcome::covered(model, state, body));
             self.decided |= known && case.solver.run_until == RunUntil::Outcome;
         }
     }
@@ -452,4 +451,3 @@ fn check_start<S: Scalar>(model: &Model<S>, state: &State<S>) -> Result<(), Mode
     }
     Ok(())
 }
-

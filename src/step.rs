@@ -19,13 +19,8 @@ use crate::model::{Grid, Model};
 use crate::number::{Real, Scalar};
 use crate::state::{Rows, State, split, split_mut};
 
-type ElementKernel<R> = fn(
-    &ElementConstants<R>,
-    &mut ElementRow<'_, <R as Real>::Scalar>,
-    usize,
-    f64,
-    &mut ElementTotals,
-);
+type ElementKernel<R> =
+    fn(&ElementConstants<R>, &mut ElementRow<'_, <R as Real>::Scalar>, usize, f64, &mut ElementTotals);
 
 type NodeKernel<R> = fn(
     &Neighbours<'_, <R as Real>::Scalar>,
@@ -53,8 +48,7 @@ impl<R: Real> Kernels<R> {
         } else {
             [kernel::<R, L, false, false>, kernel::<R, L, false, true>]
         };
-        let node: [NodeKernel<R>; 2] =
-            [node_update::node_update::<R, false>, node_update::node_update::<R, true>];
+        let node: [NodeKernel<R>; 2] = [node_update::node_update::<R, false>, node_update::node_update::<R, true>];
         Self { constants: model.constants::<R, L>(), element, node }
     }
 }
@@ -339,6 +333,9 @@ impl<R: Real + Send + Sync> Stepper<R> {
             }
             let m = model.row_mass(in_ply);
             let inverse = Vector3::from([0, 1, 2].map(|a| m.inverse[a][column].to_f64()));
+            if body.prescribed && normal.dot(&inverse.component_mul(&normal)) <= 0.0 {
+                continue; // both are held: neither can give way, and no finite impulse would change that
+            }
             let around = neighbours(grid, &state.elements, &self.nothing, row);
             let force = node_update::gather::<R::Scalar>(&around, column).map(Scalar::to_f64);
             let mut point = ContactPoint {
@@ -450,7 +447,12 @@ pub fn find_trouble<S: Scalar>(model: &Model<S>, state: &State<S>) -> Option<Tro
                 if bad(x) {
                     let name = if f < node::VELOCITY { "displacement" } else { "velocity" };
                     let quantity = format!("{name} = {x:?}");
-                    return Some(Trouble { step: state.step, kernel: "node_update", quantity, place: [ply, row, column] });
+                    return Some(Trouble {
+                        step: state.step,
+                        kernel: "node_update",
+                        quantity,
+                        place: [ply, row, column],
+                    });
                 }
             }
         }

@@ -22,7 +22,11 @@ fn ledger_and_momentum_close_over_a_perforating_shot() {
         assert!(run.momentum_error < momentum, "{precision:?}: {}", run.momentum_error);
         let last = run.history.last().unwrap().balance;
         assert!(last.failure > 0.0 && last.contact > 0.0 && last.friction > 0.0);
-        assert!(run.history.iter().all(|s| s.balance.internal > -0.01 * s.balance.kinetic - 1e-9 && s.balance.hourglass >= 0.0));
+        assert!(
+            run.history
+                .iter()
+                .all(|s| s.balance.internal > -0.01 * s.balance.kinetic - 1e-9 && s.balance.hourglass >= 0.0)
+        );
     }
 }
 
@@ -51,13 +55,15 @@ fn conservative_laws_store_all_the_work_and_the_published_one_nearly_all() {
 #[test]
 fn a_vibrating_ply_keeps_its_energy_over_a_hundred_thousand_steps() {
     let end = "/solver/end_time_us=80300";
-    let sets = [end, "/solver/courant=0.9", "/output/history_interval_us=100", "/pack/width_mm=50.8", "/pack/height_mm=40.64"];
+    let sets =
+        [end, "/solver/courant=0.9", "/output/history_interval_us=100", "/pack/width_mm=50.8", "/pack/height_mm=40.64"];
     let run = run(&builtin("cases/verify/membrane-frequency.json", &sets));
     assert!(run.steps > 100_000, "{}", run.steps);
     assert!(run.energy_error < 1e-6, "{}", run.energy_error);
     // Stored plus kinetic energy without any bookkeeping: bounded oscillation of O((ωΔt)²), no drift. The state is
     // compared by the vibration's own energy, not by that of the pre-tension.
-    let energy: Vec<f64> = run.history.iter().map(|s| s.balance.kinetic + s.balance.stored + s.balance.hourglass).collect();
+    let energy: Vec<f64> =
+        run.history.iter().map(|s| s.balance.kinetic + s.balance.stored + s.balance.hourglass).collect();
     let vibration = run.history.iter().map(|s| s.balance.kinetic).fold(0.0, f64::max);
     let third = energy.len() / 3;
     let mean = |part: &[f64]| part.iter().sum::<f64>() / part.len() as f64;
@@ -79,7 +85,12 @@ fn threads_do_not_change_a_bit() {
 #[test]
 fn fabric_no_wave_has_reached_is_exactly_at_rest() {
     let laws = ["published", "variational", "kawabata"];
-    let fabrics = ["/fabric/crossover/compression=rigid", "/fabric/crossover/gap_mm=0.01", "/fabric/warp/crimp=0", "/fabric/weft/crimp=0.2"];
+    let fabrics = [
+        "/fabric/crossover/compression=rigid",
+        "/fabric/crossover/gap_mm=0.01",
+        "/fabric/warp/crimp=0",
+        "/fabric/weft/crimp=0.2",
+    ];
     for law in laws {
         for fabric in fabrics {
             let law_set = format!("/fabric/crossover/law={law}");

@@ -163,7 +163,8 @@ fn nose(body: &RigidBody) -> Vector3<f64> {
 
 #[test]
 fn initial_penetration_is_an_input_error() {
-    let sets = vec!["/pack/initial_deflection={\"amplitude_mm\":-1,\"warp_half_waves\":1,\"weft_half_waves\":1}".into()];
+    let sets =
+        vec!["/pack/initial_deflection={\"amplitude_mm\":-1,\"warp_half_waves\":1,\"weft_half_waves\":1}".into()];
     let case = case::read(std::path::Path::new("cases/verify/first-drop.json"), &sets).unwrap();
     let error = ripstop::simulation::Simulation::<f64>::new(&case).err().unwrap();
     assert!(error.to_string().contains("standoff_mm"), "{error}");
@@ -175,9 +176,18 @@ fn initial_penetration_is_an_input_error() {
 fn nothing_passes_into_the_projectile() {
     let shapes = [
         ("/projectile={\"shape\":\"sphere\",\"diameter_mm\":8,\"mass_g\":2,\"velocity_m_s\":250}", 1e-9),
-        ("/projectile={\"shape\":\"cone\",\"diameter_mm\":9,\"length_mm\":12,\"nose_length_mm\":8,\"mass_g\":2,\"velocity_m_s\":250}", 1e-6),
-        ("/projectile={\"shape\":\"sphere\",\"diameter_mm\":8,\"mass_g\":0.01,\"velocity_m_s\":1000,\"obliquity_deg\":40}", 1e-9),
-        ("/projectile={\"shape\":\"cylinder\",\"diameter_mm\":8,\"length_mm\":12,\"mass_g\":2,\"velocity_m_s\":150}", 0.15e-3),
+        (
+            "/projectile={\"shape\":\"cone\",\"diameter_mm\":9,\"length_mm\":12,\"nose_length_mm\":8,\"mass_g\":2,\"velocity_m_s\":250}",
+            1e-6,
+        ),
+        (
+            "/projectile={\"shape\":\"sphere\",\"diameter_mm\":8,\"mass_g\":0.01,\"velocity_m_s\":1000,\"obliquity_deg\":40}",
+            1e-9,
+        ),
+        (
+            "/projectile={\"shape\":\"cylinder\",\"diameter_mm\":8,\"length_mm\":12,\"mass_g\":2,\"velocity_m_s\":150}",
+            0.15e-3,
+        ),
     ];
     for (shape, allowed) in shapes {
         let case = builtin("cases/verify/mirror.json", &[shape, "/solver/end_time_us=30"]);

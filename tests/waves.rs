@@ -28,7 +28,8 @@ fn every_verification_scene_meets_its_expectations() {
 #[test]
 fn the_strip_goes_red_when_its_physics_is_wrong() {
     // Without the crossover the same strip is stiffer: every measured wave quantity must notice.
-    let wrong = builtin("cases/verify/strip-crimped-155.json", &["/fabric/warp/crimp=0.001", "/fabric/weft/crimp=0.0005"]);
+    let wrong =
+        builtin("cases/verify/strip-crimped-155.json", &["/fabric/warp/crimp=0.001", "/fabric/weft/crimp=0.0005"]);
     let checked = checked(&wrong, &run(&wrong));
     assert_eq!(checked.len(), 3);
     assert!(checked.iter().all(|c| !c.pass), "{checked:?}");

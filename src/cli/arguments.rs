@@ -4,6 +4,8 @@ use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand, ValueEnum, builder::RangedU64ValueParser};
 
+use ripstop::simulation;
+
 use super::range::Range;
 
 /// The whole command line.
@@ -30,6 +32,8 @@ pub(crate) enum Command {
     Check(CheckArguments),
     /// Solve the unit cell over a grid of stretches
     Crossover(CrossoverArguments),
+    /// Run the built-in verification table: unit cell, waves, conservation, the paper's shot, hard scenes
+    Verify(VerifyArguments),
     /// What this machine offers and what `--backend auto` would choose
     Info,
     /// JSON Schema of the case file
@@ -44,7 +48,7 @@ pub(crate) enum Command {
   ripstop run shot.json --set '/pack/edges={\"left\":\"free\"}' --json | jq .residual_velocity_m_s
 
 DIR gets summary.json, history.csv, events.csv, case.json (the case as run),
-and profiles.csv where the case asks for profiles. The first Ctrl-C writes them
+shot.svg (a picture), and profiles.csv where the case asks for profiles. The first Ctrl-C writes them
 up to that moment, the second ends at once.")]
 pub(crate) struct RunArguments {
     /// Case file
@@ -69,6 +73,23 @@ pub(crate) struct RunArguments {
     #[arg(long, short)]
     pub(crate) quiet: bool,
     /// Print summary.json instead of the table
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+/// `ripstop verify`
+#[derive(Args, Debug)]
+pub(crate) struct VerifyArguments {
+    /// What computes; auto takes the CPU in this version
+    #[arg(long, value_enum, default_value = "auto")]
+    pub(crate) backend: Backend,
+    /// Worker threads [default: all cores]
+    #[arg(long, value_name = "N", value_parser = RangedU64ValueParser::<usize>::new().range(1..=1024))]
+    pub(crate) threads: Option<usize>,
+    /// Number type of the state; tolerances are those of f64
+    #[arg(long, value_enum, default_value = "f64")]
+    pub(crate) precision: Precision,
+    /// Print the table as JSON
     #[arg(long)]
     pub(crate) json: bool,
 }
@@ -142,4 +163,13 @@ pub(crate) enum Law {
     Variational,
     /// Saw-tooth cell
     Kawabata,
+}
+
+impl From<Precision> for simulation::Precision {
+    fn from(precision: Precision) -> Self {
+        match precision {
+            Precision::F64 => Self::F64,
+            Precision::F32 => Self::F32,
+        }
+    }
 }

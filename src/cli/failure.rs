@@ -37,8 +37,16 @@ impl Failure {
     }
 
     /// Exit code 3.
-    pub(crate) fn device(message: impl Into<String>) -> Self {
+    fn device(message: impl Into<String>) -> Self {
         Self { code: DEVICE, message: message.into() }
+    }
+
+    /// The answer to `--backend gpu` of a version without one.
+    pub(crate) fn no_gpu() -> Self {
+        Self::device(
+            "error: --backend gpu\n  expected: a GPU backend\n  found: none, this version computes on the CPU only\n  \
+             help: use --backend cpu or auto",
+        )
     }
 
     /// Exit code 130.

@@ -14,6 +14,7 @@ pub(crate) mod result;
 pub(crate) mod run;
 pub(crate) mod screen;
 pub(crate) mod table;
+pub(crate) mod verify;
 
 use failure::Failure;
 

@@ -8,7 +8,7 @@ use ripstop::output::{self, Folder};
 use ripstop::simulation::{self, Options, Run};
 use serde_json::Value;
 
-use super::arguments::{Backend, Precision, RunArguments};
+use super::arguments::{Backend, RunArguments};
 use super::failure::Failure;
 use super::progress::Bar;
 use super::{interrupt, notes, result, screen};
@@ -18,7 +18,7 @@ pub(crate) fn run(arguments: &RunArguments) -> Result<(), Failure> {
     let start = Instant::now();
     let interrupted = interrupt::watch()?;
     if arguments.backend == Backend::Gpu {
-        return Err(no_gpu());
+        return Err(Failure::no_gpu());
     }
     let case = case::read(&arguments.case, &arguments.sets)?;
     let folder = Folder::prepare(&out(arguments, &case), &case)?;
@@ -26,7 +26,12 @@ pub(crate) fn run(arguments: &RunArguments) -> Result<(), Failure> {
         notes::notes(&case, arguments.backend).iter().for_each(|note| screen::complain(note));
     }
     let bar = Bar::new(!arguments.quiet);
-    let run = simulation::run(&case, options(arguments), &interrupted, &mut |at| bar.show(at));
+    let run = simulation::run(
+        &case,
+        Options { threads: arguments.threads, precision: arguments.precision.into() },
+        &interrupted,
+        &mut |at| bar.show(at),
+    );
     bar.clear();
     let run = match run {
         Ok(run) => run,
@@ -47,23 +52,8 @@ pub(crate) fn run(arguments: &RunArguments) -> Result<(), Failure> {
     verdict(&case, &run, &summary, folder.path())
 }
 
-fn no_gpu() -> Failure {
-    Failure::device(
-        "error: --backend gpu\n  expected: a GPU backend\n  found: none, this version computes on the CPU only\n  \
-         help: use --backend cpu or auto",
-    )
-}
-
 fn out(arguments: &RunArguments, case: &Case) -> PathBuf {
     arguments.out.clone().unwrap_or_else(|| Path::new("out").join(&case.name))
-}
-
-fn options(arguments: &RunArguments) -> Options {
-    let precision = match arguments.precision {
-        Precision::F64 => simulation::Precision::F64,
-        Precision::F32 => simulation::Precision::F32,
-    };
-    Options { threads: arguments.threads, precision }
 }
 
 fn file(case: &Case) -> String {

@@ -268,8 +268,7 @@ pub fn compression_energy<R: Real>(cell: &CellConstants<R>, force: R) -> R {
     let d = a - left;
     let cube = b * b * b;
     let half = R::splat(0.5);
-    let energy = cube
-        * (half * (one / left.squared() - one / safe_a.squared()) - d / (safe_a * safe_a * safe_a));
+    let energy = cube * (half * (one / left.squared() - one / safe_a.squared()) - d / (safe_a * safe_a * safe_a));
     R::select(rigid, R::zero(), energy)
 }
 
@@ -347,8 +346,8 @@ pub fn solve<R: Real, L: LawKernel>(
     for (i, y, t) in [(p, yp, pressed[0]), (o, yo, pressed[1])] {
         let alone = y.stiffness * zero.max(straight[i]);
         out.tension[i] = R::select(pressing, t, alone);
-        out.in_plane[i] = out.tension[i]
-            * R::select(pressing, L::in_plane_factor(y, stretch[i], out.height[i]), R::one());
+        out.in_plane[i] =
+            out.tension[i] * R::select(pressing, L::in_plane_factor(y, stretch[i], out.height[i]), R::one());
     }
     out
 }
@@ -425,8 +424,7 @@ impl CellConstants<f64> {
             terms: MAX_TERMS,
         });
         let both = fabric.warp.present && fabric.weft.present;
-        let height_sum =
-            if both { (yarn[0].height + yarn[1].height - fabric.crossover.gap).max(0.0) } else { 0.0 };
+        let height_sum = if both { (yarn[0].height + yarn[1].height - fabric.crossover.gap).max(0.0) } else { 0.0 };
         let yarn = yarn.map(|y| {
             let rise = y.height * std::f64::consts::FRAC_PI_2 / y.half_span;
             let slack = 2.0 * y.stiffness * (rise / rise.hypot(1.0)).max(0.05);

@@ -270,9 +270,7 @@ pub fn element_force<R: Real, L: LawKernel, const SHEAR: bool, const LEDGER: boo
         }
         work.add(half_dt * power, column);
 
-        let stiffness = |alive: &[R::Mask; 2]| {
-            R::select(alive[0], c.hourglass[0], zero) + R::select(alive[1], c.hourglass[1], zero)
-        };
+        let stiffness = |alive: &[R::Mask; 2]| R::select(alive[0] & alive[1], c.hourglass[0] + c.hourglass[1], zero);
         let quarter = R::splat(0.25);
         let mode = [quarter * ux[2], quarter * uy[2], quarter * uz[2]];
         let kh = stiffness(&alive);
@@ -299,8 +297,7 @@ pub fn element_force<R: Real, L: LawKernel, const SHEAR: bool, const LEDGER: boo
             let after = stored_energy(c, &left, &[free[0].1, free[1].1], zero, zero);
             // Forces that break in this step never act, so the last half step's work on them was not done either.
             let intact = [0, 1].map(|i| R::select(was_alive[i], cell.in_plane[i], zero));
-            let (warp_intact, weft_intact) =
-                membrane::<R, SHEAR>(c, &k, &intact, R::select(both, trellis, zero));
+            let (warp_intact, weft_intact) = membrane::<R, SHEAR>(c, &k, &intact, R::select(both, trellis, zero));
             let mut undone = zero;
             for (a, v) in [vx, vy, vz].iter().enumerate() {
                 undone = undone + (warp_intact[a] - warp[a]) * v[0] + (weft_intact[a] - weft[a]) * v[1];
@@ -309,9 +306,7 @@ pub fn element_force<R: Real, L: LawKernel, const SHEAR: bool, const LEDGER: boo
             released[0].add(R::select(any_failed, loss, zero), column);
             // The part of the hourglass work that the state function ½k|q|² does not hold once k dropped.
             let last = [vx, vy, vz].map(|v| quarter * v[2] * R::splat(dt));
-            let product = mode[0] * (mode[0] - last[0])
-                + mode[1] * (mode[1] - last[1])
-                + mode[2] * (mode[2] - last[2]);
+            let product = mode[0] * (mode[0] - last[0]) + mode[1] * (mode[1] - last[1]) + mode[2] * (mode[2] - last[2]);
             let drop = half * (stiffness(&was_alive) - kh) * product;
             released[1].add(R::select(any_failed, drop, zero), column);
             for lane in 0..R::LANES {

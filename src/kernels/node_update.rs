@@ -128,4 +128,3 @@ pub fn node_update<R: Real, const LEDGER: bool>(
         max_speed_squared,
     }
 }
-

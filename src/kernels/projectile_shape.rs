@@ -67,8 +67,7 @@ pub fn gap<R: Real>(profile: &Profile<R>, point: [R; 3]) -> Gap<R> {
         let height = from[0] * n[0] + from[1] * n[1];
         let deeper = deepest.lt(height);
         deepest = R::select(deeper, height, deepest);
-        deepest_normal =
-            [R::select(deeper, n[0], deepest_normal[0]), R::select(deeper, n[1], deepest_normal[1])];
+        deepest_normal = [R::select(deeper, n[0], deepest_normal[0]), R::select(deeper, n[1], deepest_normal[1])];
     }
     let solid = R::Mask::splat(profile.count > 1);
     let inside = solid & deepest.le(zero);
@@ -76,8 +75,7 @@ pub fn gap<R: Real>(profile: &Profile<R>, point: [R; 3]) -> Gap<R> {
     // On the surface itself the direction to it is noise: the side's own normal holds.
     let resolved = R::splat(1e-12).lt(distance);
     let safe = R::select(resolved, distance, one);
-    let outside =
-        [R::select(resolved, offset[0] / safe, normal[0]), R::select(resolved, offset[1] / safe, normal[1])];
+    let outside = [R::select(resolved, offset[0] / safe, normal[0]), R::select(resolved, offset[1] / safe, normal[1])];
     let n_rho = R::select(inside, deepest_normal[0], outside[0]);
     let n_s = R::select(inside, deepest_normal[1], outside[1]);
     let signed = R::select(inside, deepest, distance);

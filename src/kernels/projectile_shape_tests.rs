@@ -104,7 +104,10 @@ fn the_rim_of_a_flat_nose_holds_what_hangs_behind_it() {
     assert!((at([1.9, 0.0, 3.5]).normal[0] - 1.0).abs() < 1e-15);
     assert_eq!(at([1.0, 0.0, 5.1]).normal, [0.0, 0.0, 1.0]);
     let sphere = Body::new(&projectile(Shape::Sphere { diameter: 2.0 }, 0.0)).unwrap();
-    assert_eq!(holding_gap(&sphere.profile, [0.9, 0.0, -0.1], 1.0).distance, gap(&sphere.profile, [0.9, 0.0, -0.1]).distance);
+    assert_eq!(
+        holding_gap(&sphere.profile, [0.9, 0.0, -0.1], 1.0).distance,
+        gap(&sphere.profile, [0.9, 0.0, -0.1]).distance
+    );
 }
 
 #[test]

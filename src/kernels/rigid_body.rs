@@ -51,9 +51,8 @@ impl RigidBody {
                 UnitQuaternion::from_axis_angle(&Vector3::z_axis(), std::f64::consts::FRAC_PI_2)
             }
             Shape::Bar { .. } => UnitQuaternion::identity(),
-            _ => UnitQuaternion::rotation_between(&Vector3::z(), &axis).unwrap_or_else(|| {
-                UnitQuaternion::from_axis_angle(&Vector3::x_axis(), std::f64::consts::PI)
-            }),
+            _ => UnitQuaternion::rotation_between(&Vector3::z(), &axis)
+                .unwrap_or_else(|| UnitQuaternion::from_axis_angle(&Vector3::x_axis(), std::f64::consts::PI)),
         };
         let support =
             if matches!(projectile.shape, Shape::Bar { .. }) { body.support(0.0) } else { body.support(axis_angle) };

@@ -167,13 +167,8 @@ fn element_constants(case: &Case, cell: &CellConstants<f64>) -> ElementConstants
     let warp = cell.yarn[0].stiffness / (2.0 * w2) * ly / lx;
     let weft = cell.yarn[1].stiffness / (2.0 * w1) * lx / ly;
     let hourglass = [warp, weft].map(|k| case.solver.hourglass * (2.0 / 3.0) * k);
-    let none = crate::case::Shear {
-        g1: 0.0,
-        g2: 0.0,
-        gamma1: 0.0,
-        gamma2: 0.0,
-        modulus: crate::case::ShearModulus::Tangent,
-    };
+    let none =
+        crate::case::Shear { g1: 0.0, g2: 0.0, gamma1: 0.0, gamma2: 0.0, modulus: crate::case::ShearModulus::Tangent };
     ElementConstants {
         cell: *cell,
         shear: ShearConstants::new(fabric.shear.as_ref().unwrap_or(&none), fabric.thickness),
@@ -207,11 +202,7 @@ fn row_masses<S: Scalar>(grid: &Grid, areal_density: f64, edges: &Edges, kind: u
             _ => None,
         };
         let clamped = row_edge == Some(Edge::Clamped) || column_edge == Some(Edge::Clamped);
-        let held = [
-            clamped || column_edge == Some(Edge::Roller),
-            clamped || row_edge == Some(Edge::Roller),
-            clamped,
-        ];
+        let held = [clamped || column_edge == Some(Edge::Roller), clamped || row_edge == Some(Edge::Roller), clamped];
         for a in 0..3 {
             out.inverse[a][column] = S::splat(if held[a] { 0.0 } else { 1.0 / mass });
         }

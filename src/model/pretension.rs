@@ -21,10 +21,7 @@ fn membrane<L: LawKernel>(cell: &CellConstants<f64>, stretch: [f64; 2]) -> ([f64
     let warm = [cell.yarn[0].height, cell.yarn[1].height];
     let both = cell.yarn[0].stiffness > 0.0 && cell.yarn[1].stiffness > 0.0;
     let e = crossover::solve::<f64, L>(cell, stretch, warm, both);
-    let force = [
-        e.in_plane[0] / (2.0 * cell.yarn[1].half_span),
-        e.in_plane[1] / (2.0 * cell.yarn[0].half_span),
-    ];
+    let force = [e.in_plane[0] / (2.0 * cell.yarn[1].half_span), e.in_plane[1] / (2.0 * cell.yarn[0].half_span)];
     (force, e.strain, e.height)
 }
 
@@ -47,10 +44,8 @@ pub fn solve<L: LawKernel>(pack: &Pack, cell: &CellConstants<f64>) -> Result<Ini
     stretch[0] = warp(stretch[1]);
     let (force, strain, height) = membrane::<L>(cell, stretch);
     for (i, yarn) in ["warp", "weft"].into_iter().enumerate() {
-        if let Some(n) = asked[i] {
-            if (force[i] - n).abs() > 1e-6 * n.max(1.0) {
-                return Err(ModelError::Pretension { yarn, asked: n });
-            }
+        if let Some(n) = asked[i].filter(|n| (force[i] - n).abs() > 1e-6 * n.max(1.0)) {
+            return Err(ModelError::Pretension { yarn, asked: n });
         }
         let limit = cell.yarn[i].failure_strain;
         if cell.yarn[i].stiffness > 0.0 && strain[i] >= limit {

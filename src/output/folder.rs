@@ -7,14 +7,14 @@ use std::path::{Path, PathBuf};
 use serde_json::Value;
 use tempfile::NamedTempFile;
 
-use super::{csv, history};
+use super::{csv, history, picture};
 use crate::case::Case;
 use crate::simulation::Run;
 
 /// The file that is only there when profiles were asked for.
 const PROFILES: &str = "profiles.csv";
 /// Every file this module may write.
-const FILES: [&str; 5] = ["case.json", "history.csv", "events.csv", PROFILES, "summary.json"];
+const FILES: [&str; 6] = ["case.json", "history.csv", "events.csv", PROFILES, "shot.svg", "summary.json"];
 
 /// Why the results could not be written.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -114,6 +114,7 @@ impl Folder {
         if !case.output.profile_times.is_empty() {
             texts.push((PROFILES, csv::profiles(&run.profiles)));
         }
+        texts.push(("shot.svg", picture::picture(case, run)));
         // Last, so that a summary speaks of the files around it.
         texts.push(("summary.json", pretty(summary)));
         let failed = |name: &str, error: io::Error| {

@@ -1,4 +1,5 @@
-//! What a run leaves behind: `summary.json`, `history.csv`, `events.csv`, `profiles.csv` and the case as run.
+//! What a run leaves behind: `summary.json`, `history.csv`, `events.csv`, `profiles.csv`, the picture
+//! `shot.svg` and the case as run.
 //!
 //! Every file is written beside its place, flushed to the disk and renamed, and nothing is renamed before all files
 //! are complete: a folder holds the whole result of one run, never half of one.
@@ -7,8 +8,10 @@ mod csv;
 pub mod expect;
 mod folder;
 pub mod history;
+mod picture;
 mod summary;
 
 pub use expect::{Checked, check};
 pub use folder::{Folder, OutputError};
+pub use picture::picture;
 pub use summary::{absorbed_energy, case_hash, flies_freely, residual_velocity, summary};

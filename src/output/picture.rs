@@ -70,9 +70,14 @@ impl Panel {
         let (x, anchor) = if right_axis { (self.right + 6.0, "start") } else { (self.left - 6.0, "end") };
         for tick in ticks(self.y) {
             let (_, py) = self.at(self.x[0], tick);
-            let _ = writeln!(out, "<text x=\"{x:.1}\" y=\"{:.1}\" text-anchor=\"{anchor}\">{}</text>", py + 4.0, label(tick));
+            let _ = writeln!(
+                out,
+                "<text x=\"{x:.1}\" y=\"{:.1}\" text-anchor=\"{anchor}\">{}</text>",
+                py + 4.0,
+                label(tick)
+            );
         }
-        let (tx, ty) = (if right_axis { self.right + 44.0 } else { self.left - 40.0 }, 0.5 * (self.top + self.bottom));
+        let (tx, ty) = (if right_axis { self.right + 50.0 } else { self.left - 40.0 }, 0.5 * (self.top + self.bottom));
         let _ = writeln!(
             out,
             "<text x=\"{tx:.1}\" y=\"{ty:.1}\" text-anchor=\"middle\" transform=\"rotate(-90 {tx:.1} {ty:.1})\">{y_title}</text>"
@@ -112,7 +117,8 @@ pub fn picture(case: &Case, run: &Run) -> String {
         "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {WIDTH} {HEIGHT}\" width=\"{WIDTH}\" height=\"{HEIGHT}\" \
          font-family=\"sans-serif\" font-size=\"12\" fill=\"#222\">\n<rect width=\"100%\" height=\"100%\" fill=\"white\"/>\n"
     );
-    let _ = writeln!(out, "<text x=\"24\" y=\"28\" font-size=\"16\" font-weight=\"bold\">{}</text>", escape(&case.title));
+    let _ =
+        writeln!(out, "<text x=\"24\" y=\"28\" font-size=\"16\" font-weight=\"bold\">{}</text>", escape(&case.title));
     let _ = writeln!(out, "<text x=\"24\" y=\"48\" font-size=\"13\">{}</text>", verdict(case, run));
     out += &profiles(case, run);
     out += &history(run);
@@ -132,12 +138,17 @@ fn verdict(case: &Case, run: &Run) -> String {
 
 fn profiles(case: &Case, run: &Run) -> String {
     let points = || run.profiles.iter().flat_map(|p| &p.points);
-    let fold = |f: fn(f64, f64) -> f64, of: fn(&crate::profile::ProfilePoint) -> f64, from: f64| points().map(of).fold(from, f);
+    let fold = |f: fn(f64, f64) -> f64, of: fn(&crate::profile::ProfilePoint) -> f64, from: f64| {
+        points().map(of).fold(from, f)
+    };
     let x = [fold(f64::min, |p| p.reference, 0.0) * 1e3, fold(f64::max, |p| p.reference, 0.0) * 1e3];
     let y = [fold(f64::min, |p| p.deflection, 0.0) * 1e3, fold(f64::max, |p| p.deflection, 0.0) * 1e3 * 1.08];
     let panel = Panel { left: 76.0, right: 470.0, top: 72.0, bottom: HEIGHT - 56.0, x, y };
     if x[1] <= x[0] || y[1] <= y[0] {
-        return format!("<text x=\"{}\" y=\"{}\" fill=\"#888\">no deflection profiles asked for (/output/profile_times_us)</text>\n", 90, 200);
+        return format!(
+            "<text x=\"{}\" y=\"{}\" fill=\"#888\">no deflection profiles asked for (/output/profile_times_us)</text>\n",
+            90, 200
+        );
     }
     let along = if case.output.profile_along == Along::Warp { "warp" } else { "weft" };
     let mut out = panel.axes(&format!("position along the {along} [mm]"), "deflection [mm]", false);
@@ -149,7 +160,8 @@ fn profiles(case: &Case, run: &Run) -> String {
         let y = panel.top + 18.0 + 15.0 * n as f64;
         if y < panel.bottom {
             let (x, time) = (panel.right - 8.0, profile.time * 1e6);
-            let _ = writeln!(out, "<text x=\"{x}\" y=\"{y}\" text-anchor=\"end\" fill=\"{colour}\">{time:.0} µs</text>");
+            let _ =
+                writeln!(out, "<text x=\"{x}\" y=\"{y}\" text-anchor=\"end\" fill=\"{colour}\">{time:.0} µs</text>");
         }
     }
     out
@@ -160,7 +172,7 @@ fn history(run: &Run) -> String {
     let velocities = || run.history.iter().map(|s| s.projectile_velocity);
     // The first row's force is an impulse over one step, not a mean.
     let force = run.history.iter().skip(1).map(|s| s.contact_force).fold(1.0, f64::max);
-    let panel = |y| Panel { left: 560.0, right: 890.0, top: 72.0, bottom: HEIGHT - 56.0, x: [0.0, end], y };
+    let panel = |y| Panel { left: 560.0, right: 880.0, top: 72.0, bottom: HEIGHT - 56.0, x: [0.0, end], y };
     let speed = panel([velocities().fold(0.0, f64::min), velocities().fold(1e-3, f64::max) * 1.05]);
     let load = panel([0.0, force * 1.05]);
     let forces = run.history.iter().skip(1).map(|s| (s.time * 1e6, s.contact_force));

@@ -58,7 +58,7 @@ fn number(group: &'static str, name: String, expected: f64, got: f64, tolerance:
 }
 
 /// A scene's run, or a failed row that says why there is none.
-fn simulate(group: &'static str, case: &Case, options: Options, interrupt: &AtomicBool) -> Result<Run, Row> {
+fn simulate(group: &'static str, case: &Case, options: Options, interrupt: &AtomicBool) -> Result<Run, Box<Row>> {
     let failed = |got: String| Row {
         group,
         name: case.title.clone(),
@@ -70,9 +70,9 @@ fn simulate(group: &'static str, case: &Case, options: Options, interrupt: &Atom
     };
     match simulation::run(case, options, interrupt, &mut |_| {}) {
         Ok(run) => match &run.trouble {
-            Some(t) => Err(failed(format!("unstable at step {} in {}: {}", t.step, t.kernel, t.quantity))),
+            Some(t) => Err(Box::new(failed(format!("unstable at step {} in {}: {}", t.step, t.kernel, t.quantity)))),
             None => Ok(run),
         },
-        Err(error) => Err(failed(error.to_string())),
+        Err(error) => Err(Box::new(failed(error.to_string()))),
     }
 }

@@ -52,7 +52,7 @@ pub(super) fn rows(options: Options, interrupt: &AtomicBool, keep: &mut dyn FnMu
         let run = match simulate("scenes", &case, options, interrupt) {
             Ok(run) => run,
             Err(row) => {
-                keep(row);
+                keep(*row);
                 continue;
             }
         };

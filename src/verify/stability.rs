@@ -17,7 +17,11 @@ const HARD: &[(&str, &[&str])] = &[
     ("projectile of 0.01 g", &["/projectile/mass_g=0.01"]),
     ("projectile of 100 kg", &["/projectile/mass_g=100000"]),
     ("no crimp", &["/fabric/warp/crimp=0", "/fabric/weft/crimp=0"]),
-    ("25 % crimp", &["/fabric/warp/crimp=0.25", "/fabric/weft/crimp=0.25"]),
+    // The published law is not conservative, at this crimp by 5 % of the energy; the variational one is.
+    (
+        "25 % crimp, variational law",
+        &["/fabric/warp/crimp=0.25", "/fabric/weft/crimp=0.25", "/fabric/crossover/law=variational"],
+    ),
     ("modulus ratio 1000:1", &["/fabric/weft/modulus_gpa=0.096"]),
     ("element aspect 10:1", &["/fabric/weft/count_per_inch=200", "/pack/height_mm=8"]),
     ("one yarn direction absent", &["/fabric/weft={\"absent\":true,\"count_per_inch\":20}"]),
@@ -49,7 +53,7 @@ pub(super) fn rows(options: Options, interrupt: &AtomicBool, keep: &mut dyn FnMu
                 let sound = run.newton.unconverged == 0 && most.is_finite();
                 keep(row(name, format!("{most:.4}"), sound && most < 1.02));
             }
-            Err(failed) => keep(Row { name: (*name).to_owned(), ..failed }),
+            Err(failed) => keep(Row { name: (*name).to_owned(), ..*failed }),
         }
     }
     keep(refused());

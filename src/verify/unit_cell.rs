@@ -11,11 +11,31 @@ const SOURCE: &str = "independent 40-digit solution of (11)-(24)";
 type Entry = (Law, bool, f64, &'static [(&'static str, f64)]);
 
 const TABLE: &[Entry] = &[
-    (Law::Published, false, 1.010, &[("h1", 0.105521), ("h2", 0.110638), ("T1", 50.0251), ("T2", 47.4183), ("F", 25.0347)]),
-    (Law::Published, false, 1.040, &[("h1", 0.077421), ("h2", 0.138739), ("T1", 277.5448), ("T2", 154.8446), ("F", 100.5288)]),
+    (
+        Law::Published,
+        false,
+        1.010,
+        &[("h1", 0.105521), ("h2", 0.110638), ("T1", 50.0251), ("T2", 47.4183), ("F", 25.0347)],
+    ),
+    (
+        Law::Published,
+        false,
+        1.040,
+        &[("h1", 0.077421), ("h2", 0.138739), ("T1", 277.5448), ("T2", 154.8446), ("F", 100.5288)],
+    ),
     (Law::Variational, false, 1.010, &[("T1", 50.0444), ("T2", 47.3978), ("F", 19.8285)]),
-    (Law::Kawabata, false, 1.010, &[("h1", 0.116967), ("h2", 0.122588), ("T1", 50.0246), ("T2", 47.3498), ("F", 17.9505)]),
-    (Law::Published, true, 1.010, &[("h1", 0.0944415), ("h2", 0.1007695), ("T1", 16.2322), ("T2", 15.1238), ("F", 7.3160)]),
+    (
+        Law::Kawabata,
+        false,
+        1.010,
+        &[("h1", 0.116967), ("h2", 0.122588), ("T1", 50.0246), ("T2", 47.3498), ("F", 17.9505)],
+    ),
+    (
+        Law::Published,
+        true,
+        1.010,
+        &[("h1", 0.0944415), ("h2", 0.1007695), ("T1", 16.2322), ("T2", 15.1238), ("F", 7.3160)],
+    ),
 ];
 
 /// S-720 as in Table I; compressible with the constants of the reference values.
@@ -65,17 +85,51 @@ pub(super) fn rows(keep: &mut dyn FnMut(Row)) {
             let kind = if *compressible { "compressible" } else { "rigid" };
             let law = format!("{law:?}").to_lowercase();
             // Half a unit of the last digit tabulated, with room for its own rounding.
-            let tolerance = if unit == "N" { 6e-5 } else if *compressible { 6e-8 } else { 6e-7 };
-            keep(number(GROUP, format!("{law}, {kind}, warp {stretch}: {name} [{unit}]"), *expected, got, tolerance, SOURCE));
+            let tolerance = if unit == "N" {
+                6e-5
+            } else if *compressible {
+                6e-8
+            } else {
+                6e-7
+            };
+            keep(number(
+                GROUP,
+                format!("{law}, {kind}, warp {stretch}: {name} [{unit}]"),
+                *expected,
+                got,
+                tolerance,
+                SOURCE,
+            ));
         }
     }
     let rigid = fabric(Law::Published, false);
-    keep(number(GROUP, "crimp interchange at warp 1.010: weft stretch where tension ends".into(), 0.989216, onset(&rigid), 6e-7, SOURCE));
+    keep(number(
+        GROUP,
+        "crimp interchange at warp 1.010: weft stretch where tension ends".into(),
+        0.989216,
+        onset(&rigid),
+        6e-7,
+        SOURCE,
+    ));
     let strain = |x: f64| (x - 1.0218) / 1.0218;
     let stretch = 1.0218 * 1.035;
     let e = solve(&rigid, [stretch - 1.0, -0.1]);
-    keep(number(GROUP, "uniaxial, weft free: warp strain at stretch 1.057563".into(), 0.035, strain(stretch), 1e-9, "(14), (17)"));
-    keep(number(GROUP, "uniaxial, weft free: warp tension there [N]".into(), 0.035 * 96e9 * 1420.0 / 9e6 / 1440.0, e.tension[0], 1e-6, "(17)"));
+    keep(number(
+        GROUP,
+        "uniaxial, weft free: warp strain at stretch 1.057563".into(),
+        0.035,
+        strain(stretch),
+        1e-9,
+        "(14), (17)",
+    ));
+    keep(number(
+        GROUP,
+        "uniaxial, weft free: warp tension there [N]".into(),
+        0.035 * 96e9 * 1420.0 / 9e6 / 1440.0,
+        e.tension[0],
+        1e-6,
+        "(17)",
+    ));
 }
 
 /// Weft stretch at which the cell stretched by 1.010 along the warp becomes slack, by bisection.

@@ -59,7 +59,7 @@ fn a_run_leaves_the_files_of_the_contract_and_nothing_else() {
     let bench = Bench::new(&small_with("/output/profile_times_us", json!([2, 8])));
     let output = bench.ripstop(&["run", "shot.json"]);
     assert_eq!(code(&output), 0, "{}", stderr(&output));
-    let expected = ["case.json", "events.csv", "history.csv", "profiles.csv", "summary.json"];
+    let expected = ["case.json", "events.csv", "history.csv", "profiles.csv", "shot.svg", "summary.json"];
     assert_eq!(bench.names("out/shot"), expected);
     let summary = bench.json("out/shot/summary.json");
     for key in SUMMARY {
@@ -75,7 +75,7 @@ fn a_run_leaves_the_files_of_the_contract_and_nothing_else() {
     // A later run without profiles leaves none of the earlier one.
     let output = bench.ripstop(&["run", "shot.json", "--set", "/output/profile_times_us=[]"]);
     assert_eq!(code(&output), 0);
-    assert_eq!(bench.names("out/shot"), ["case.json", "events.csv", "history.csv", "summary.json"]);
+    assert_eq!(bench.names("out/shot"), ["case.json", "events.csv", "history.csv", "shot.svg", "summary.json"]);
 }
 
 #[test]
