@@ -1,6 +1,10 @@
 //! Every shipped case and verification scene keeps its own `expect` block, and an expectation can fail.
 
 use std::path::PathBuf;
+use std::sync::atomic::AtomicBool;
+
+use ripstop::simulation::{Options, Precision};
+use ripstop::verify;
 
 use crate::scene::{builtin, checked, run};
 
@@ -33,4 +37,17 @@ fn the_strip_goes_red_when_its_physics_is_wrong() {
     let checked = checked(&wrong, &run(&wrong));
     assert_eq!(checked.len(), 3);
     assert!(checked.iter().all(|c| !c.pass), "{checked:?}");
+}
+
+#[test]
+fn the_verification_table_holds_every_scene_and_passes() {
+    let options = Options { threads: Some(2), precision: Precision::F64 };
+    let rows = verify::run(options, &AtomicBool::new(false), &mut |_| {});
+    let failed: Vec<_> = rows.iter().filter(|r| !r.pass).collect();
+    assert!(failed.is_empty(), "{failed:#?}");
+    assert!(rows.len() > 60, "{}", rows.len());
+    for file in scenes() {
+        let name = file.file_stem().unwrap().to_str().unwrap().to_owned();
+        assert!(rows.iter().any(|r| r.name.starts_with(&name)), "{name} is not in the table");
+    }
 }
