@@ -8,5 +8,6 @@ mod contact;
 mod element;
 mod scene;
 mod shots;
+mod support;
 mod unit_cell;
 mod waves;

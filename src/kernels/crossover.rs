@@ -14,6 +14,9 @@ use crate::number::{Mask, Real};
 /// Newton steps allowed; bisection alone needs about 55 in double precision.
 pub const MAX_ITERATIONS: u32 = 80;
 
+/// Span or leg over its rest length below which a collapsed cell is not followed: slack, but finite.
+const SHORTEST: f64 = 1e-9;
+
 /// Constants of one yarn in the cell.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct YarnConstants<R> {
@@ -107,7 +110,7 @@ struct Sinusoid<R: Real> {
 #[inline(always)]
 fn sinusoid<R: Real>(yarn: &YarnConstants<R>, stretch: R, h: R) -> Sinusoid<R> {
     let one = R::one();
-    let length = one + stretch;
+    let length = (one + stretch).max(R::splat(SHORTEST));
     let dk = R::splat(std::f64::consts::FRAC_PI_2) / (yarn.half_span * length);
     let k = h * dk;
     let arc = arc_length(k, yarn.terms);
@@ -187,7 +190,7 @@ fn leg<R: Real>(yarn: &YarnConstants<R>, stretch: R, h: R) -> (R, R) {
     let one = R::one();
     let eta = h / yarn.half_span;
     let square_minus_1 = stretch * (R::splat(2.0) + stretch) + eta.squared();
-    let leg = (R::zero().max(one + square_minus_1)).sqrt();
+    let leg = R::zero().max(one + square_minus_1).sqrt().max(R::splat(SHORTEST));
     (square_minus_1 / (leg + one), leg)
 }
 
@@ -326,6 +329,7 @@ pub fn solve<R: Real, L: LawKernel>(
         best = CellPoint::select(active, point, best);
         iterations = iterations + R::select(active, R::one(), zero);
     }
+    let best = polish::<R, L>(cell, stretch, pressing, best);
     let free = |y: &YarnConstants<R>, s: R| (s - y.crimp) / (R::one() + y.crimp);
     let straight = [free(&cell.yarn[0], stretch[0]), free(&cell.yarn[1], stretch[1])];
     let mut out = Equilibrium {
@@ -350,6 +354,38 @@ pub fn solve<R: Real, L: LawKernel>(
             out.tension[i] * R::select(pressing, L::in_plane_factor(y, stretch[i], out.height[i]), R::one());
     }
     out
+}
+
+/// Lets the other yarn's height meet the force where the unknown's own resolution is too coarse for it.
+///
+/// A stiff crossover in single precision can use up the digits of x before the residual is met. Compatibility (22)
+/// then holds to a rounding of the heights either way, and equilibrium (16) is what forces depend on.
+#[inline(always)]
+fn polish<R: Real, L: LawKernel>(
+    cell: &CellConstants<R>,
+    stretch: [R; 2],
+    pressing: R::Mask,
+    mut best: CellPoint<R>,
+) -> CellPoint<R> {
+    let o = 1 - cell.pivot;
+    let zero = R::zero();
+    for _ in 0..3 {
+        let size = best.residual.abs();
+        let limit = cell.tolerance + R::splat(8.0 * R::EPSILON) * best.pivot.force.abs();
+        let rises = zero.lt(best.other.stiffness);
+        let rough = pressing & !(size.le(limit) | best.slack()) & zero.lt(best.pivot.force) & rises;
+        if !rough.any() {
+            break;
+        }
+        let slope = R::select(rises, best.other.stiffness, R::one());
+        let other_height = best.other_height + best.residual / slope;
+        let other = L::yarn(&cell.yarn[o], stretch[o], other_height);
+        let residual = best.pivot.force - other.force;
+        let better = rough & residual.abs().lt(size);
+        let point = CellPoint { pivot: best.pivot, other, other_height, residual, slope: best.slope };
+        best = CellPoint::select(better, point, best);
+    }
+    best
 }
 
 /// The residual and what it is made of at one trial height.
@@ -428,7 +464,7 @@ impl CellConstants<f64> {
         let yarn = yarn.map(|y| {
             let rise = y.height * std::f64::consts::FRAC_PI_2 / y.half_span;
             let slack = 2.0 * y.stiffness * (rise / rise.hypot(1.0)).max(0.05);
-            YarnConstants { slack, terms: terms_for(steepest_taut(&y, height_sum)), ..y }
+            YarnConstants { slack, terms: terms_for(steepest_taut(&y, height_sum).max(rise)), ..y }
         });
         let [a, b] = fabric.crossover.compression.map_or([0.0; 2], |c| [c.a, c.b]);
         let offset = if a > 0.0 { (b / a).powi(3) } else { 0.0 };
@@ -449,7 +485,7 @@ impl<R: Real> CellConstants<R> {
     /// The crimp is taken from this type's own arc length at its own rest height, plus a few roundings, so that a
     /// fabric at rest is exactly tension-free: what no wave has reached stays at rest to the last bit.
     pub fn cast<L: LawKernel>(cell: &CellConstants<f64>) -> Self {
-        let yarn = cell.yarn.map(|y| {
+        let mut yarn = cell.yarn.map(|y| {
             let mut cast = YarnConstants {
                 stiffness: R::splat(y.stiffness),
                 half_span: R::splat(y.half_span),
@@ -461,9 +497,15 @@ impl<R: Real> CellConstants<R> {
             };
             // At zero crimp the strain of the resting yarn is its length in excess of the span.
             let excess = L::yarn(&cast, R::zero(), cast.height).strain;
-            cast.crimp = excess * R::splat(1.0 + 16.0 * R::EPSILON);
+            cast.crimp = excess * R::splat(1.0 + 4.0 * R::EPSILON);
             cast
         });
+        // The other yarn rests at what the pivot leaves of the height, a rounding away from its own.
+        let (p, o) = (cell.pivot, 1 - cell.pivot);
+        let left = R::splat(cell.height_sum) - yarn[p].height;
+        let bare = YarnConstants { crimp: R::zero(), ..yarn[o] };
+        let excess = L::yarn(&bare, R::zero(), left.max(yarn[o].height)).strain;
+        yarn[o].crimp = excess * R::splat(1.0 + 4.0 * R::EPSILON);
         let noise = if R::EPSILON > 1e-10 { 2e4 } else { 1.0 };
         Self {
             yarn,
