@@ -172,7 +172,7 @@ mod reading {
         assert_eq!(case.expect[4].at, Some(1e-6));
     }
 
-    /// Derived numbers of model.md §10 from the shipped fabrics.
+    /// Derived numbers from the shipped fabrics.
     #[test]
     fn shipped_fabrics_have_the_published_numbers() {
         for (file, stiffness, areal_density, half_span) in

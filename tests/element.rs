@@ -1,4 +1,4 @@
-//! The element (model.md §1, 3, 5): kinematics, forces, energies and failure of small patches.
+//! The element: kinematics, forces, energies and failure of small patches.
 //!
 //! Promised: forces turn with the fabric and are the slope of the energy; a trellis resists by its shear resultant
 //! alone; linear fields leave no force inside and no hourglass; a yarn fails by its own strain, at its limit, in its

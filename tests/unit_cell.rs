@@ -1,4 +1,4 @@
-//! The unit cell (model.md §2): tensions, in-plane forces, contact force and heights for given stretches.
+//! The unit cell: tensions, in-plane forces, contact force and heights for given stretches.
 //!
 //! Promised: over all stretches in [0.5, 1.2], for every law, rigid and compressible, from any start, in double and single
 //! precision, the answer is finite, pulls only, solves (13)–(22), grows with both stretches, and is exactly nothing at
@@ -137,7 +137,7 @@ mod reference {
     }
 }
 
-/// The numbers printed in verification.md, to their last digit.
+/// The numbers printed in the verification table, to their last digit.
 mod printed {
     use super::*;
 
@@ -233,7 +233,7 @@ mod printed {
     #[test]
     fn the_resting_rigid_cell_is_softer_than_the_straight_yarn() {
         let cell = Cell::<f64>::new(&s720(Variant::PublishedTension, None));
-        // Small-strain wave along one yarn over the straight-yarn wave, √(dN/dε/EA) (model.md §2).
+        // Small-strain wave along one yarn over the straight-yarn wave, √(dN/dε/EA).
         let stretch = 1e-6;
         let slope = cell.solve_from_rest([1.0 + stretch, 1.0]).tension[0] / stretch;
         assert!(((slope / S720_STIFFNESS).sqrt() - 0.62).abs() < 0.005);
@@ -327,7 +327,7 @@ mod domain {
                 double.misfit[0].assert_at_most(1e-13);
                 double.misfit[1].assert_at_most(5e-11);
                 double.misfit[2].assert_at_most(1e-15);
-                // What single precision owes (verification.md).
+                // What single precision owes (the verification table).
                 apart.assert_at_most(1e-5);
             }
         }
@@ -733,11 +733,11 @@ mod energy {
         }
     }
 
-    /// (18) is not conjugate to the sinusoid (model.md §2): the published law gains or loses a little on every closed
+    /// (18) is not conjugate to the sinusoid: the published law gains or loses a little on every closed
     /// path. That is a property of the law; who removes it has changed the law.
     #[test]
     fn the_published_law_does_not_return_all_work() {
-        // Tension as in-plane force: 0.05–0.3 % (model.md §2). Its projection loses a hundredth of that.
+        // Tension as in-plane force: 0.05–0.3 %. Its projection loses a hundredth of that.
         for (law, least, most) in [(Variant::PublishedTension, 5e-4, 3e-3), (Variant::PublishedProjected, 5e-6, 5e-4)] {
             for compression in CROSSOVERS {
                 let lost = loop_work(&Cell::new(&s720(law, compression))).abs();

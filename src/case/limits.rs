@@ -59,7 +59,7 @@ fn times(case: &Case) -> Result<(), CaseError> {
     Ok(())
 }
 
-/// Critical step of the one-point orthotropic quad, min(Lx √(Ad/C1), Ly √(Ad/C2)) [s] (model.md §4).
+/// Critical step of the one-point orthotropic quad, min(Lx √(Ad/C1), Ly √(Ad/C2)) [s].
 fn critical_step(fabric: &Fabric, pack: &Pack) -> f64 {
     let area = |linear_density: f64| linear_density / fabric.fibre_density;
     let stiffness_x = fabric.warp.modulus * area(fabric.warp.linear_density) * fabric.weft.count;

@@ -97,7 +97,7 @@ pub struct Yarn {
     pub crimp: f64,
 }
 
-/// The warp–weft interaction law (model.md §2).
+/// The warp–weft interaction law.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Crossover {
     /// Which unit-cell law.
@@ -110,7 +110,7 @@ pub struct Crossover {
     pub compression: Option<Compression>,
 }
 
-/// Unit-cell law (model.md §2).
+/// Unit-cell law.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Law {
     /// The paper's (13)–(24): sinusoidal yarns, F = 2 T sin α.

@@ -1,8 +1,8 @@
 //! Element kernel: stretches, crossover equilibrium, shear, failure and corner forces of one row of elements.
 //!
-//! Kinematics are total (model.md §1): F1 = ∂x/∂X and F2 = ∂x/∂Y at the element centre, from displacements, so
+//! Kinematics are total: F1 = ∂x/∂X and F2 = ∂x/∂Y at the element centre, from displacements, so
 //! nothing drifts and strains keep their precision. Forces are P1 = N1 e1 + (q/Λ1) n2 and P2 = N2 e2 + (q/Λ2) n1
-//! with unit vectors n2 ⟂ e1 and n1 ⟂ e2 in the element's plane (model.md §3). One-point quads get an
+//! with unit vectors n2 ⟂ e1 and n1 ⟂ e2 in the element's plane. One-point quads get an
 //! hourglass stiffness in total form on ¼(x1 − x2 + x3 − x4).
 //!
 //! An element whose two yarns have failed carries nothing; with one yarn left the trellis is gone, so shear is

@@ -1,10 +1,11 @@
 //! The solver's arithmetic, one kernel or one piece of point physics per file.
 //!
 //! Kernels are generic over [`Real`](crate::number::Real), see slices of numbers and constants, and never files,
-//! threads or devices. Point physics (`arc_length`, `crossover`, `shear`, `projectile_shape`) knows no mesh;
+//! threads or devices. Point physics (`arc_length`, `yarn_law`, `crossover`, `shear`, `projectile_shape`) knows no mesh;
 //! element and node kernels know no material law beyond calling it.
 
 pub mod arc_length;
+pub mod cell_constants;
 pub mod crossover;
 pub mod element_force;
 pub mod node_update;
@@ -12,3 +13,4 @@ pub mod projectile_contact;
 pub mod projectile_shape;
 pub mod rigid_body;
 pub mod shear;
+pub mod yarn_law;

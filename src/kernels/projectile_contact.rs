@@ -1,7 +1,7 @@
 //! Projectile contact: kinematic and perfectly inelastic, with Coulomb friction.
 //!
 //! Nodes that would enter the body during the step share its normal velocity (less what closes a remaining gap),
-//! momentum is conserved exactly, and no contact pulls (model.md §6). With G = (n, r × n) the common motion of a set
+//! momentum is conserved exactly, and no contact pulls. With G = (n, r × n) the common motion of a set
 //! of nodes and the body is one 6 × 6 symmetric solve, (M + Σ κ G Gᵀ) V′ = M V + Σ κ G (n·v − target); an active-set
 //! loop finds the nodes that push. There is no stiffness in it, so nothing depends on one.
 

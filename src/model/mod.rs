@@ -157,7 +157,7 @@ impl<S: Scalar> Model<S> {
     }
 }
 
-/// Constants of the element kernel (model.md §3).
+/// Constants of the element kernel.
 fn element_constants(case: &Case, cell: &CellConstants<f64>) -> ElementConstants<f64> {
     let (fabric, pack) = (&case.fabric, &case.pack);
     let (lx, ly) = (pack.element_length_x, pack.element_length_y);

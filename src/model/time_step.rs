@@ -19,7 +19,7 @@ pub struct StepBound {
 }
 
 impl StepBound {
-    /// The bound of a case. Yarn waves give min(Lx √(Ad/C1), Ly √(Ad/C2)) (model.md §4).
+    /// The bound of a case. Yarn waves give min(Lx √(Ad/C1), Ly √(Ad/C2)).
     pub fn new(case: &Case, element: &ElementConstants<f64>) -> Self {
         let (lx, ly) = (case.pack.element_length_x, case.pack.element_length_y);
         let yarn = &element.cell.yarn;

@@ -19,7 +19,7 @@ fn near(value: &Value, expected: f64, tolerance: f64) {
     assert!((value.as_f64().unwrap() - expected).abs() <= tolerance, "{value} {expected}");
 }
 
-/// verification.md, rigid S-720; half a unit of the last digit printed there.
+/// the verification table, rigid S-720; half a unit of the last digit printed there.
 #[test]
 fn meets_the_published_numbers_of_every_law() {
     let at = ["--warp-stretch", "1.010", "--weft-stretch", "1", "--json"];

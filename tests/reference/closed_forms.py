@@ -1,7 +1,7 @@
-"""Independent closed-form wave references (verification.md "Waves"), by mpmath root finding at 40 digits.
+"""Independent closed-form wave references (the verification table "Waves"), by mpmath root finding at 40 digits.
 
     python closed_forms.py            # rewrite closed_forms.json
-    python closed_forms.py --check    # also compare with the numbers printed in verification.md
+    python closed_forms.py --check    # also compare with the numbers printed in the verification table
 
 smith            yarn struck transversely, linear: c = sqrt(E/rho),
                  V^2 = c^2 [2 e sqrt(e(1+e)) - e^2],  U = c (sqrt(e(1+e)) - e)
@@ -101,7 +101,7 @@ def write(groups):
 
 
 def check(groups):
-    """Compare with verification.md, digit by digit; check that each crimped shock is admissible."""
+    """Compare with the verification table, digit by digit; check that each crimped shock is admissible."""
     from unit_cell_check import digits, failures, report
     smith, plain, crimp = (groups[name][1] for name in ("smith", "strip_uncrimped", "strip_crimped"))
     digits("Kevlar 129 wave speed", smith["wave_speed_m_s"], "8164.97")

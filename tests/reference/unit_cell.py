@@ -1,8 +1,8 @@
-"""Independent reference values for the plain-weave unit cell (model.md §2, paper eqs 11-24).
+"""Independent reference values for the plain-weave unit cell (paper, eqs 11-24).
 
     pip install mpmath scipy
     python unit_cell.py            # rewrite unit_cell.json beside this file (a few minutes, fixed seed)
-    python unit_cell.py --check    # compare with verification.md, prove the solver, re-check unit_cell.json
+    python unit_cell.py --check    # compare with the verification table, prove the solver, re-check unit_cell.json
 
 Method, chosen to share nothing with a bracketed Newton on h1 with elliptic series:
   * 40-digit arithmetic (mpmath); every input is the exact value of the f64 written in the JSON;
@@ -245,7 +245,7 @@ def stretch_pairs(rng, count, warp_range, weft_range):
 EDGES = [
     (1.0, 1.0), (1.0218 * 1.01, 0.5), (1.2, 1.2), (0.5, 0.5),
     (1.0218, 1.0), (1.0, 1.0139), (1.0218, 1.0139), (1.0218, 0.5),  # exactly straight yarns
-    (1.01, 1.0), (1.04, 1.0),                                        # the rows of verification.md
+    (1.01, 1.0), (1.04, 1.0),                                        # the rows of the published verification table
     (1.01, 0.989216), (1.000001, 1.0), (1.0, 1.000001),              # just off the slack boundary
     (1.057563, 0.97), (1.2, 0.5), (0.5, 1.2),
 ]

@@ -1,6 +1,6 @@
 """What stands behind unit_cell.json. Run by `python unit_cell.py --check`; exit status 1 if anything fails.
 
-1. every digit of the unit-cell rows of verification.md and of the derived values of model.md §10;
+1. every digit of the unit-cell rows of the published verification table and of the derived values;
 2. the quadrature against mpmath's adaptive quadrature of (13) as printed, against E(m), and its derivatives;
 3. energy: heights by direct minimisation of U, and dU/d(2w_i) = N_i by differences (variational, kawabata);
 4. every record of unit_cell.json put back into the physical conditions, with S, F/T and N/T from E(m) and K(m), not from the quadrature.

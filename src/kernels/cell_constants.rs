@@ -1,0 +1,128 @@
+//! Constants of the unit cell, from the fabric and for each number type: (12), (14), (15).
+
+use crate::case::{Fabric, Law};
+use crate::kernels::arc_length::{MAX_TERMS, arc_length, terms_for};
+use crate::kernels::yarn_law::{LawKernel, YarnConstants};
+use crate::number::Real;
+
+/// Constants of the unit cell, rounded to the number type that uses them.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct CellConstants<R> {
+    /// Warp, weft.
+    pub yarn: [YarnConstants<R>; 2],
+    /// H = h01 + h02 − g, the sum of heights at zero contact force, at least 0 [m].
+    pub height_sum: R,
+    /// Compression constants a [m], b [m·N^(1/3)], (b/a)³ [N]; all zero when rigid.
+    pub compression: [R; 3],
+    /// Index of the yarn whose height is the unknown: the softer one.
+    pub pivot: usize,
+    /// Residual accepted by the iteration [N].
+    pub tolerance: R,
+}
+
+impl CellConstants<f64> {
+    /// Constants of `fabric`'s cell in double precision. Heights at rest solve (15).
+    pub fn new(fabric: &Fabric) -> Self {
+        let law = fabric.crossover.law;
+        let yarn = [&fabric.warp, &fabric.weft].map(|y| YarnConstants {
+            stiffness: if y.present { y.modulus * y.area(fabric.fibre_density) } else { 0.0 },
+            half_span: y.half_span(),
+            crimp: y.crimp,
+            height: y.half_span() * rest_height(law, y.crimp),
+            failure_strain: y.failure_strain,
+            slack: 0.0,
+            terms: MAX_TERMS,
+        });
+        let both = fabric.warp.present && fabric.weft.present;
+        let height_sum = if both { (yarn[0].height + yarn[1].height - fabric.crossover.gap).max(0.0) } else { 0.0 };
+        let yarn = yarn.map(|y| {
+            let rise = y.height * std::f64::consts::FRAC_PI_2 / y.half_span;
+            let slack = 2.0 * y.stiffness * (rise / rise.hypot(1.0)).max(0.05);
+            YarnConstants { slack, terms: terms_for(steepest_taut(&y, height_sum).max(rise)), ..y }
+        });
+        let [a, b] = fabric.crossover.compression.map_or([0.0; 2], |c| [c.a, c.b]);
+        let offset = if a > 0.0 { (b / a).powi(3) } else { 0.0 };
+        let softer = yarn[0].stiffness.min(yarn[1].stiffness);
+        Self {
+            yarn,
+            height_sum,
+            compression: [a, b, offset],
+            pivot: usize::from(yarn[1].stiffness < yarn[0].stiffness),
+            tolerance: 1e-12 * softer,
+        }
+    }
+}
+
+impl<R: Real> CellConstants<R> {
+    /// The constants as another number type sees them.
+    ///
+    /// The crimp is taken from this type's own arc length at its own rest height, plus a few roundings, so that a
+    /// fabric at rest is exactly tension-free: what no wave has reached stays at rest to the last bit.
+    pub fn cast<L: LawKernel>(cell: &CellConstants<f64>) -> Self {
+        let mut yarn = cell.yarn.map(|y| {
+            let mut cast = YarnConstants {
+                stiffness: R::splat(y.stiffness),
+                half_span: R::splat(y.half_span),
+                crimp: R::zero(),
+                height: R::splat(y.height),
+                failure_strain: R::splat(y.failure_strain),
+                slack: R::splat(y.slack),
+                terms: y.terms,
+            };
+            // At zero crimp the strain of the resting yarn is its length in excess of the span.
+            let excess = L::yarn(&cast, R::zero(), cast.height).strain;
+            cast.crimp = excess * R::splat(1.0 + 4.0 * R::EPSILON);
+            cast
+        });
+        // The other yarn rests at what the pivot leaves of the height, a rounding away from its own.
+        let (p, o) = (cell.pivot, 1 - cell.pivot);
+        let left = R::splat(cell.height_sum) - yarn[p].height;
+        let bare = YarnConstants { crimp: R::zero(), ..yarn[o] };
+        let excess = L::yarn(&bare, R::zero(), left.max(yarn[o].height)).strain;
+        yarn[o].crimp = excess * R::splat(1.0 + 4.0 * R::EPSILON);
+        let noise = if R::EPSILON > 1e-10 { 2e4 } else { 1.0 };
+        Self {
+            yarn,
+            height_sum: R::splat(cell.height_sum),
+            compression: cell.compression.map(R::splat),
+            pivot: cell.pivot,
+            tolerance: R::splat(cell.tolerance * noise),
+        }
+    }
+}
+
+/// End slope at the shortest span at which the yarn is still taut at the greatest height there is: steeper yarns are
+/// slack, and their length only has to be known to be too short.
+fn steepest_taut(yarn: &YarnConstants<f64>, height_sum: f64) -> f64 {
+    let slope = |length: f64| std::f64::consts::FRAC_PI_2 * height_sum / (yarn.half_span * length);
+    let (mut slack, mut taut) = (0.01, 1.0 + yarn.crimp);
+    for _ in 0..50 {
+        let middle = 0.5 * (slack + taut);
+        if middle * (1.0 + arc_length(slope(middle), MAX_TERMS).excess) < 1.0 + yarn.crimp {
+            slack = middle;
+        } else {
+            taut = middle;
+        }
+    }
+    slope(taut)
+}
+
+/// Height over half-span at rest for a crimp (15): Newton on s(k) = 1 + crimp, or the saw-tooth's closed form.
+fn rest_height(law: Law, crimp: f64) -> f64 {
+    if crimp <= 0.0 {
+        return 0.0;
+    }
+    if law == Law::Kawabata {
+        return (crimp * (2.0 + crimp)).sqrt();
+    }
+    let mut k = 2.0 * crimp.sqrt();
+    for _ in 0..50 {
+        let s = arc_length(k, MAX_TERMS);
+        let step = (s.excess - crimp) / s.slope;
+        k -= step;
+        if step.abs() <= 1e-16 * k {
+            break;
+        }
+    }
+    k * std::f64::consts::FRAC_2_PI
+}

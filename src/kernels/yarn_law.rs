@@ -1,0 +1,256 @@
+//! One yarn of the unit cell: tension and contact force for a given stretch and height, (13)–(19), for every law.
+//!
+//! A law is a type, so that the choice is made once, outside the loops; [`with_law!`](crate::with_law) makes it.
+
+use crate::case::{Crossover, Law, MembraneForce};
+use crate::kernels::arc_length::{ArcLength, arc_length};
+use crate::number::Real;
+
+/// Span or leg over its rest length below which a collapsed cell is not followed: slack, but finite.
+const SHORTEST: f64 = 1e-9;
+
+/// Constants of one yarn in the cell.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct YarnConstants<R> {
+    /// Axial stiffness E·A [N]; zero when the yarn is absent.
+    pub stiffness: R,
+    /// Half-span w0 [m].
+    pub half_span: R,
+    /// Crimp as this number type sees it, S0/(2w0) − 1 [-].
+    pub crimp: R,
+    /// Height h0 of the centreline at rest [m].
+    pub height: R,
+    /// Failure strain [-].
+    pub failure_strain: R,
+    /// Slope of the continuation of the contact force to slack yarns, dF/dε [N]; see [`YarnResponse::force`].
+    pub slack: R,
+    /// Terms of the arc length series that matter while this yarn can be taut.
+    pub terms: usize,
+}
+
+/// Response of one yarn at a given height.
+#[derive(Clone, Copy, Debug)]
+pub struct YarnResponse<R> {
+    /// Axial strain S/S0 − 1 [-] (17).
+    pub strain: R,
+    /// Tension T ≥ 0 [N].
+    pub tension: R,
+    /// Contact force F [N], odd in h (18); of a slack yarn, which presses with nothing, a negative continuation that
+    /// keeps growing with h. Newton steps over onsets of tension with it instead of bouncing between them.
+    pub force: R,
+    /// dF/dh of `force` [N/m].
+    pub stiffness: R,
+}
+
+impl<R: Real> YarnResponse<R> {
+    /// The contact force without its continuation: 0 where the yarn is slack.
+    #[inline(always)]
+    pub fn real_force(&self) -> R {
+        R::select(R::zero().lt(self.strain), self.force, R::zero())
+    }
+}
+
+/// Which formulas a law uses; resolved at compile time.
+pub trait LawKernel: Copy + Send + Sync + 'static {
+    /// Tension, contact force and their derivatives of one yarn at stretch Λ = 1 + `stretch` and height `h`.
+    fn yarn<R: Real>(yarn: &YarnConstants<R>, stretch: R, h: R) -> YarnResponse<R>;
+    /// In-plane force over tension.
+    fn in_plane_factor<R: Real>(yarn: &YarnConstants<R>, stretch: R, h: R) -> R;
+}
+
+/// The paper's law with the tension itself as in-plane force.
+#[derive(Clone, Copy, Debug)]
+pub struct PublishedTension;
+
+/// The paper's law with T cos α as in-plane force.
+#[derive(Clone, Copy, Debug)]
+pub struct PublishedProjected;
+
+/// Forces conjugate to the arc length.
+#[derive(Clone, Copy, Debug)]
+pub struct Variational;
+
+/// Kawabata's saw-tooth cell.
+#[derive(Clone, Copy, Debug)]
+pub struct Kawabata;
+
+/// State of the sinusoidal yarn shared by the published and variational laws.
+struct Sinusoid<R: Real> {
+    arc: ArcLength<R>,
+    k: R,
+    /// dk/dh [1/m].
+    dk: R,
+    strain: R,
+    tension: R,
+    taut: R::Mask,
+    /// dε/dh [1/m].
+    dstrain: R,
+}
+
+#[inline(always)]
+fn sinusoid<R: Real>(yarn: &YarnConstants<R>, stretch: R, h: R) -> Sinusoid<R> {
+    let one = R::one();
+    let length = (one + stretch).max(R::splat(SHORTEST));
+    let dk = R::splat(std::f64::consts::FRAC_PI_2) / (yarn.half_span * length);
+    let k = h * dk;
+    let arc = arc_length(k, yarn.terms);
+    let per_length = one / (one + yarn.crimp);
+    let strain = (stretch + length * arc.excess - yarn.crimp) * per_length;
+    let taut = R::zero().lt(strain);
+    let tension = R::select(taut, yarn.stiffness * strain, R::zero());
+    let dstrain = length * arc.slope * dk * per_length;
+    Sinusoid { arc, k, dk, strain, tension, taut, dstrain }
+}
+
+impl<R: Real> Sinusoid<R> {
+    /// The response with the contact force of a taut yarn, continued to slack ones.
+    #[inline(always)]
+    fn response(&self, yarn: &YarnConstants<R>, force: R, stiffness: R) -> YarnResponse<R> {
+        YarnResponse {
+            strain: self.strain,
+            tension: self.tension,
+            force: R::select(self.taut, force, yarn.slack * self.strain),
+            stiffness: R::select(self.taut, stiffness, yarn.slack * self.dstrain),
+        }
+    }
+}
+
+#[inline(always)]
+fn published_yarn<R: Real>(yarn: &YarnConstants<R>, stretch: R, h: R) -> YarnResponse<R> {
+    let s = sinusoid(yarn, stretch, h);
+    let cosine = R::one() / s.arc.secant;
+    let twice = R::splat(2.0) * cosine;
+    let force = twice * s.tension * s.k;
+    let stiffness = twice * (yarn.stiffness * s.dstrain * s.k + s.tension * cosine.squared() * s.dk);
+    s.response(yarn, force, stiffness)
+}
+
+impl LawKernel for PublishedTension {
+    #[inline(always)]
+    fn yarn<R: Real>(yarn: &YarnConstants<R>, stretch: R, h: R) -> YarnResponse<R> {
+        published_yarn(yarn, stretch, h)
+    }
+    #[inline(always)]
+    fn in_plane_factor<R: Real>(_: &YarnConstants<R>, _: R, _: R) -> R {
+        R::one()
+    }
+}
+
+impl LawKernel for PublishedProjected {
+    #[inline(always)]
+    fn yarn<R: Real>(yarn: &YarnConstants<R>, stretch: R, h: R) -> YarnResponse<R> {
+        published_yarn(yarn, stretch, h)
+    }
+    #[inline(always)]
+    fn in_plane_factor<R: Real>(yarn: &YarnConstants<R>, stretch: R, h: R) -> R {
+        R::one() / sinusoid(yarn, stretch, h).arc.secant
+    }
+}
+
+impl LawKernel for Variational {
+    #[inline(always)]
+    fn yarn<R: Real>(yarn: &YarnConstants<R>, stretch: R, h: R) -> YarnResponse<R> {
+        let s = sinusoid(yarn, stretch, h);
+        let pi = R::splat(std::f64::consts::PI);
+        let force = pi * s.arc.slope * s.tension;
+        let growth = yarn.stiffness * s.dstrain;
+        let stiffness = pi * (s.arc.curvature * s.dk * s.tension + s.arc.slope * growth);
+        s.response(yarn, force, stiffness)
+    }
+    #[inline(always)]
+    fn in_plane_factor<R: Real>(yarn: &YarnConstants<R>, stretch: R, h: R) -> R {
+        let s = sinusoid(yarn, stretch, h);
+        R::one() + s.arc.excess - s.k * s.arc.slope
+    }
+}
+
+/// Leg length l/w0 − 1 and l/w0 of the saw-tooth.
+#[inline(always)]
+fn leg<R: Real>(yarn: &YarnConstants<R>, stretch: R, h: R) -> (R, R) {
+    let one = R::one();
+    let eta = h / yarn.half_span;
+    let square_minus_1 = stretch * (R::splat(2.0) + stretch) + eta.squared();
+    let leg = R::zero().max(one + square_minus_1).sqrt().max(R::splat(SHORTEST));
+    (square_minus_1 / (leg + one), leg)
+}
+
+impl LawKernel for Kawabata {
+    #[inline(always)]
+    fn yarn<R: Real>(yarn: &YarnConstants<R>, stretch: R, h: R) -> YarnResponse<R> {
+        let one = R::one();
+        let (excess, leg) = leg(yarn, stretch, h);
+        let per_length = one / (one + yarn.crimp);
+        let strain = (excess - yarn.crimp) * per_length;
+        let taut = R::zero().lt(strain);
+        let tension = R::select(taut, yarn.stiffness * strain, R::zero());
+        let eta = h / yarn.half_span;
+        let per_leg = one / leg;
+        let sine = eta * per_leg;
+        let two = R::splat(2.0);
+        let dstrain = per_length * sine / yarn.half_span;
+        let cosine = (one + stretch) * per_leg;
+        let turning = tension * cosine.squared() * per_leg / yarn.half_span;
+        let stiffness = two * (yarn.stiffness * dstrain * sine + turning);
+        YarnResponse {
+            strain,
+            tension,
+            force: R::select(taut, two * tension * sine, yarn.slack * strain),
+            stiffness: R::select(taut, stiffness, yarn.slack * dstrain),
+        }
+    }
+    #[inline(always)]
+    fn in_plane_factor<R: Real>(yarn: &YarnConstants<R>, stretch: R, h: R) -> R {
+        (R::one() + stretch) / leg(yarn, stretch, h).1
+    }
+}
+
+/// Calls `$body` with `$law` bound to the kernel type of a [`Variant`]: the one place where the choice is made.
+#[macro_export]
+macro_rules! with_law {
+    ($variant:expr, $law:ident => $body:expr) => {{
+        use $crate::kernels::yarn_law as laws;
+        match $variant {
+            laws::Variant::PublishedTension => {
+                type $law = laws::PublishedTension;
+                $body
+            }
+            laws::Variant::PublishedProjected => {
+                type $law = laws::PublishedProjected;
+                $body
+            }
+            laws::Variant::Variational => {
+                type $law = laws::Variational;
+                $body
+            }
+            laws::Variant::Kawabata => {
+                type $law = laws::Kawabata;
+                $body
+            }
+        }
+    }};
+}
+
+/// The four kernels a case can choose.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Variant {
+    /// `published` with `"membrane_force": "tension"`.
+    PublishedTension,
+    /// `published` with `"membrane_force": "projected"`.
+    PublishedProjected,
+    /// `variational`.
+    Variational,
+    /// `kawabata`.
+    Kawabata,
+}
+
+impl Variant {
+    /// The kernel a crossover asks for.
+    pub fn of(crossover: &Crossover) -> Self {
+        match (crossover.law, crossover.membrane_force) {
+            (Law::Published, MembraneForce::Tension) => Self::PublishedTension,
+            (Law::Published, MembraneForce::Projected) => Self::PublishedProjected,
+            (Law::Variational, _) => Self::Variational,
+            (Law::Kawabata, _) => Self::Kawabata,
+        }
+    }
+}
