@@ -130,3 +130,32 @@ impl<S: Scalar, const N: usize> Real for Lanes<S, N> {
         Self(self.0.map(Real::cube_root_estimate))
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::kernels::crossover::{CellConstants, PublishedTension, solve};
+
+    #[test]
+    fn lanes_give_the_same_bits_as_one_number_at_a_time() {
+        let text = include_str!("../cases/verify/mirror.json");
+        let fabric = crate::case::from_str("mirror", text, &[]).map(|c| c.fabric);
+        let cell = CellConstants::new(&fabric.expect("a shipped case"));
+        let one = CellConstants::<f64>::cast::<PublishedTension>(&cell);
+        let four = CellConstants::<Lanes<f64, 4>>::cast::<PublishedTension>(&cell);
+        let stretches = |i: usize| [2e-4 * i as f64 - 3e-3, 1.5e-4 * (40 - i) as f64 - 2e-3];
+        for first in 0..37 {
+            let pick = |yarn: usize| Lanes::<f64, 4>(std::array::from_fn(|i| stretches(first + i)[yarn]));
+            let warm = [four.yarn[0].height, four.yarn[1].height];
+            let both = solve::<_, PublishedTension>(&four, [pick(0), pick(1)], warm, LaneMask::splat(true));
+            for lane in 0..4 {
+                let warm = [one.yarn[0].height, one.yarn[1].height];
+                let alone = solve::<_, PublishedTension>(&one, stretches(first + lane), warm, true);
+                for yarn in 0..2 {
+                    assert_eq!(both.tension[yarn].lane(lane).to_bits(), alone.tension[yarn].to_bits());
+                    assert_eq!(both.height[yarn].lane(lane).to_bits(), alone.height[yarn].to_bits());
+                }
+            }
+        }
+    }
+}
