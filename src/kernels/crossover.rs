@@ -105,8 +105,8 @@ pub fn solve<R: Real, L: LawKernel>(
         high_seen = high_seen | (active & above);
         low = R::select(active & !above, x, low);
         low_seen = low_seen | (active & !above);
-        // A step that did not halve the residual is followed by a bisection once both ends are known.
-        let slow = (R::splat(0.5) * last).lt(size) & low_seen & high_seen;
+        // A step that did not halve the residual is followed by a bisection, or by a look at the end not seen yet.
+        let slow = (R::splat(0.5) * last).lt(size);
         last = size;
         let newton = x - best.residual / R::select(zero.lt(best.slope), best.slope, R::one());
         let flat = best.slope.le(zero);
@@ -116,7 +116,8 @@ pub fn solve<R: Real, L: LawKernel>(
         let above_end = high.le(newton);
         let newton = R::select(below_end, R::select(low_seen, middle, low), newton);
         let newton = R::select(above_end, R::select(high_seen, middle, high), newton);
-        let next = R::select(slow, middle, newton);
+        let unseen = R::select(above, R::select(low_seen, middle, low), R::select(high_seen, middle, high));
+        let next = R::select(slow, unseen, newton);
         x = R::select(active, next, x);
         let point = CellPoint::at::<L>(cell, stretch, x);
         best = CellPoint::select(active, point, best);
@@ -166,7 +167,9 @@ fn polish<R: Real, L: LawKernel>(
         let size = best.residual.abs();
         let limit = cell.tolerance + R::splat(8.0 * R::EPSILON) * best.pivot.force.abs();
         let rises = zero.lt(best.other.stiffness);
-        let rough = pressing & !(size.le(limit) | best.slack()) & zero.lt(best.pivot.force) & rises;
+        // A pivot slack by a rounding has lost the force the other yarn still has.
+        let lost = best.pivot.strain.le(zero) & zero.lt(best.other.force);
+        let rough = pressing & !(size.le(limit) | best.slack()) & (zero.lt(best.pivot.force) | lost) & rises;
         if !rough.any() {
             break;
         }

@@ -48,7 +48,7 @@ pub struct ElementConstants<R> {
     pub membrane: [R; 2],
     /// Shear resultant to force: Ly/2, Lx/2 [m].
     pub half_length: [R; 2],
-    /// Hourglass stiffness contributed by each living yarn [N/m].
+    /// Hourglass stiffness contributed by each yarn while both are alive [N/m].
     pub hourglass: [R; 2],
     /// Crossovers per element, and element area [m²], for energies.
     pub cells: R,
