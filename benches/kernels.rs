@@ -13,7 +13,7 @@ use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use ripstop::case::{self, Case};
 use ripstop::kernels::crossover::{self, CellConstants, PublishedTension};
 use ripstop::number::Scalar;
-use ripstop::simulation::{self, Options, Precision, Simulation};
+use ripstop::simulation::{self, Options, Simulation};
 
 fn shot(sets: &[&str]) -> Case {
     let sets: Vec<String> = sets.iter().map(ToString::to_string).collect();
@@ -57,7 +57,7 @@ fn whole_shot(c: &mut Criterion) {
     group.sample_size(10).measurement_time(Duration::from_secs(40));
     group.bench_function("s720-1ply-155", |b| {
         b.iter(|| {
-            let options = Options { threads: None, precision: Precision::F64 };
+            let options = Options::default();
             simulation::run(&case, options, &AtomicBool::new(false), &mut |_| {}).unwrap().steps
         });
     });

@@ -77,6 +77,13 @@ pub struct Balance {
     pub max_tension: f64,
 }
 
+impl Balance {
+    /// Everything there is and everything lost, by state functions: what a step invents or forgets shows here [J].
+    pub fn by_state(&self) -> f64 {
+        self.kinetic + self.stored + self.hourglass + self.projectile + self.contact + self.friction + self.failure
+    }
+}
+
 impl Ledger {
     /// Adds the contact of one step.
     pub fn add_contact(&mut self, c: &ContactTotals) {
@@ -91,15 +98,27 @@ impl Ledger {
 
     /// Takes the element sums of a sampling step.
     pub fn sample_elements(&mut self, rows: &[ElementTotals]) {
-        self.stored = rows.iter().map(|r| r.stored).sum();
-        self.hourglass = rows.iter().map(|r| r.hourglass).sum();
-        self.max_tension = rows.iter().map(|r| r.max_tension).fold(0.0, f64::max);
+        let tension = rows.iter().map(|r| r.max_tension).fold(0.0, f64::max);
+        self.elements_are(rows.iter().map(|r| r.stored).sum(), rows.iter().map(|r| r.hourglass).sum(), tension);
+    }
+
+    /// Sums over the elements now: stored and hourglass energy [J], largest tension [N].
+    pub(crate) fn elements_are(&mut self, stored: f64, hourglass: f64, max_tension: f64) {
+        self.stored = stored;
+        self.hourglass = hourglass;
+        self.max_tension = max_tension;
+    }
+
+    /// Sums over the nodes now: kinetic energy at the time of the positions [J], momentum [kg·m/s].
+    pub(crate) fn nodes_are(&mut self, kinetic: f64, momentum: [f64; 3]) {
+        self.kinetic = kinetic;
+        self.momentum = momentum;
     }
 
     /// Takes the node sums of a sampling step.
     pub fn sample_nodes(&mut self, rows: &[NodeTotals]) {
-        self.kinetic = rows.iter().map(|r| r.kinetic_now).sum();
-        self.momentum = [0, 1, 2].map(|a| rows.iter().map(|r| r.momentum[a]).sum());
+        let momentum = [0, 1, 2].map(|a| rows.iter().map(|r| r.momentum[a]).sum());
+        self.nodes_are(rows.iter().map(|r| r.kinetic_now).sum(), momentum);
     }
 
     /// Replaces a touched node's share of kinetic energy and momentum. `ratio`: drift over kick of the step.
@@ -184,5 +203,10 @@ impl Ledger {
     /// Energy that was ever available to the fabric and the projectile [J].
     pub fn available(&self) -> f64 {
         self.initial.map_or(f64::INFINITY, |i| i.scale) + self.external.max(0.0)
+    }
+
+    /// Kinetic energy beyond which a run is out of hand [J].
+    pub(crate) fn allowed(&self) -> f64 {
+        1.5 * self.available() + 1e-9
     }
 }

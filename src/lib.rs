@@ -31,7 +31,7 @@
 //!
 //! ```
 //! use std::sync::atomic::AtomicBool;
-//! use ripstop::{case, simulation::{self, Options, Precision}};
+//! use ripstop::{case, simulation::{self, Options}};
 //!
 //! let text = r#"{
 //!   "title": "small ply",
@@ -41,13 +41,13 @@
 //!   "solver": { "end_time_us": 5 }
 //! }"#;
 //! let case = case::from_str("small", text, &[])?;
-//! let options = Options { threads: None, precision: Precision::F64 };
-//! let run = simulation::run(&case, options, &AtomicBool::new(false), &mut |_| {})?;
+//! let run = simulation::run(&case, Options::default(), &AtomicBool::new(false), &mut |_| {})?;
 //! assert!(run.energy_error < 1e-9);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
 pub mod case;
+pub mod gpu;
 pub mod kernels;
 pub mod lanes;
 pub mod ledger;
@@ -56,6 +56,7 @@ pub mod number;
 pub mod outcome;
 pub mod output;
 pub mod profile;
+mod record;
 pub mod simulation;
 pub mod state;
 pub mod step;

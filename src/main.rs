@@ -15,7 +15,8 @@ fn main() -> ExitCode {
         Command::Check(arguments) => cli::check::check(&arguments),
         Command::Crossover(arguments) => cli::crossover::crossover(&arguments),
         Command::Verify(arguments) => cli::verify::verify(&arguments),
-        Command::Info => cli::info::info(),
+        Command::Compare(arguments) => cli::compare::compare(&arguments),
+        Command::Info(arguments) => cli::info::info(&arguments),
         Command::Schema => cli::schema(),
     };
     done.map_or_else(Failure::report, |()| ExitCode::SUCCESS)

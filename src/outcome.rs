@@ -132,7 +132,7 @@ pub fn covered<S: Scalar>(model: &Model<S>, state: &State<S>, body: &RigidBody) 
 }
 
 /// Position along the axis of the foremost widest section, less a hundredth of the radius [m].
-fn shoulder(body: &RigidBody) -> f64 {
+pub(crate) fn shoulder(body: &RigidBody) -> f64 {
     let profile = &body.body.profile;
     let corners = &profile.corner[..profile.count];
     let widest = corners.iter().map(|c| c[0]).fold(0.0, f64::max);

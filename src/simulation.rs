@@ -5,32 +5,38 @@ use std::time::Instant;
 
 use nalgebra::Vector3;
 
-use crate::case::{Case, RunUntil};
+use crate::case::Case;
+use crate::gpu::{self, DeviceError};
+use crate::kernels::rigid_body::RigidBody;
 use crate::lanes::Lanes;
 use crate::ledger::{Balance, Ledger};
-use crate::model::{Model, ModelError};
+use crate::model::{Model, ModelError, Terms};
 use crate::number::Scalar;
-use crate::outcome::{self, Outcome, Tracker};
+use crate::outcome::{self, Outcome};
 use crate::profile::{self, Profile};
+use crate::record::{Machine, Moment, Record};
 use crate::state::State;
 use crate::step::{self, FailureEvent, Stepper, Trouble};
 
 /// Number type of a run.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Precision {
     /// Double, the reference.
+    #[default]
     F64,
     /// Single.
     F32,
 }
 
 /// How to run a case.
-#[derive(Clone, Copy, Debug)]
-pub struct Options {
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Options<'a> {
     /// Worker threads; `None` takes all cores.
     pub threads: Option<usize>,
-    /// Number type.
+    /// Number type of the processor; a graphics processor computes in `f32`.
     pub precision: Precision,
+    /// The graphics processor to run on; `None` takes the processor.
+    pub device: Option<&'a gpu::Device>,
 }
 
 /// Why a run did not start.
@@ -47,6 +53,9 @@ pub enum RunError {
         /// What the system said.
         reason: String,
     },
+    /// The device cannot hold the case.
+    #[error(transparent)]
+    Device(#[from] DeviceError),
 }
 
 /// One row of the history, at a time of positions.
@@ -131,25 +140,34 @@ pub struct Run {
     pub time_step: f64,
     /// What set it.
     pub step_set_by: &'static str,
+    /// Terms of the model that the scene has.
+    pub terms: Terms,
     /// Time in the loop [s].
     pub loop_seconds: f64,
+    /// `cpu` or `gpu`.
+    pub backend: &'static str,
+    /// Name of the graphics adapter.
+    pub adapter: Option<String>,
     /// Worker threads.
     pub threads: usize,
     /// `f64` or `f32`.
     pub precision: &'static str,
     /// What went wrong, if the run became unstable.
     pub trouble: Option<Trouble>,
+    /// What the device said when it was lost in mid-run; results end there.
+    pub lost: Option<String>,
     /// Stopped by the user.
     pub interrupted: bool,
 }
 
-/// Runs a case on the CPU.
+/// Runs a case.
 ///
 /// # Errors
-/// When the case cannot become a model; a run that becomes unstable is a [`Run`] with `trouble`.
+/// When the case cannot become a model, or the device cannot hold it. A run that becomes unstable is a [`Run`] with
+/// `trouble`, one whose device was lost a [`Run`] with `lost`.
 pub fn run(
     case: &Case,
-    options: Options,
+    options: Options<'_>,
     interrupt: &AtomicBool,
     progress: &mut (dyn FnMut(&Progress) + Send),
 ) -> Result<Run, RunError> {
@@ -158,9 +176,10 @@ pub fn run(
         .num_threads(threads)
         .build()
         .map_err(|e| RunError::Threads { threads, reason: e.to_string() })?;
-    pool.install(|| match options.precision {
-        Precision::F64 => run_as::<f64>(case, interrupt, progress),
-        Precision::F32 => run_as::<f32>(case, interrupt, progress),
+    pool.install(|| match (options.device, options.precision) {
+        (Some(device), _) => gpu::run(case, device, interrupt, progress),
+        (None, Precision::F64) => run_as::<f64>(case, interrupt, progress),
+        (None, Precision::F32) => run_as::<f32>(case, interrupt, progress),
     })
 }
 
@@ -173,7 +192,7 @@ fn run_as<S: Scalar>(
     let start = Instant::now();
     while !simulation.finished(case) {
         if interrupt.load(Ordering::Relaxed) {
-            simulation.interrupted = true;
+            simulation.record.interrupted = true;
         }
         if simulation.advance(case) {
             progress(&simulation.progress(case));
@@ -185,7 +204,7 @@ fn run_as<S: Scalar>(
 /// Numbers processed at once by the kernels.
 const WIDTH: usize = 4;
 
-/// A run in progress.
+/// A run in progress on the processor.
 pub struct Simulation<S: Scalar> {
     /// Constant.
     pub model: Model<S>,
@@ -193,23 +212,8 @@ pub struct Simulation<S: Scalar> {
     pub state: State<S>,
     stepper: Stepper<Lanes<S, WIDTH>>,
     ledger: Ledger,
-    tracker: Option<Tracker>,
-    history: Vec<Sample>,
-    events: Vec<FailureEvent>,
-    profiles: Vec<Profile>,
-    newton: [f64; 2],
-    unconverged: u64,
-    max_residual: f64,
-    failed: [u64; 2],
-    eroded: u64,
-    max_penetration: f64,
-    momentum_error: f64,
-    energy_error: f64,
-    impact_energy: f64,
+    record: Record,
     sampled: bool,
-    decided: bool,
-    interrupted: bool,
-    trouble: Option<Trouble>,
 }
 
 impl<S: Scalar> Simulation<S> {
@@ -218,33 +222,14 @@ impl<S: Scalar> Simulation<S> {
     /// # Errors
     /// When the case cannot become a model, or the projectile starts inside the fabric.
     pub fn new(case: &Case) -> Result<Self, ModelError> {
-        let model = Model::<S>::new(case)?;
-        let state = State::new(case, &model);
-        check_start(&model, &state)?;
-        let tracker = state.body.as_ref().map(|b| Tracker::new(b, case.fabric.areal_density));
-        let impact_energy = state.body.as_ref().map_or(0.0, |b| b.kinetic_energy());
+        let (model, state) = set_up::<S>(case)?;
         Ok(Self {
             stepper: Stepper::new(&model),
+            record: Record::new(case, state.body.as_ref()),
             model,
             state,
             ledger: Ledger::default(),
-            tracker,
-            history: Vec::new(),
-            events: Vec::new(),
-            profiles: Vec::new(),
-            newton: [0.0; 2],
-            unconverged: 0,
-            max_residual: 0.0,
-            failed: [0; 2],
-            eroded: 0,
-            max_penetration: 0.0,
-            momentum_error: 0.0,
-            energy_error: 0.0,
-            impact_energy,
             sampled: false,
-            decided: false,
-            interrupted: false,
-            trouble: None,
         })
     }
 
@@ -255,182 +240,120 @@ impl<S: Scalar> Simulation<S> {
 
     /// Whether the run is over: the last step taken was a sample, so that the history ends at the end.
     pub fn finished(&self, case: &Case) -> bool {
-        let over = self.trouble.is_some() || self.interrupted || self.decided;
         let time_up = self.state.step > 0 && self.time() - self.model.dt >= case.solver.end_time;
-        self.sampled && (over || time_up)
+        self.sampled && (self.record.over() || time_up)
     }
 
     /// One step; true if it was sampled.
     pub fn advance(&mut self, case: &Case) -> bool {
         let time = self.time();
-        let profile = self.profile_due(case, time);
-        let sample = self.sample_due(case, time);
-        if profile {
-            self.profiles.push(profile::take(&self.model, &self.state, case, time));
+        if self.record.profile_due(case, time, self.model.dt) {
+            self.record.profiles.push(profile::take(&self.model, &self.state, case, time));
         }
+        let sample = self.record.sample_due(case, time, self.model.dt);
         let before = self.state.body.as_ref().map(|b| (b.velocity, b.position));
-        let energy = if self.state.step == 0 { self.given(case) } else { (0.0, Vector3::zeros()) };
+        let given = if self.state.step == 0 { given(&self.model, &self.state, case) } else { (0.0, Vector3::zeros()) };
         let totals = self.stepper.step(&self.model, &mut self.state, &mut self.ledger, sample);
-        self.newton[0] += totals.iterations;
-        self.newton[1] += totals.solved;
-        self.unconverged += totals.unconverged;
-        self.max_residual = self.max_residual.max(totals.max_residual);
-        self.max_penetration = self.max_penetration.max(totals.penetration);
-        self.eroded += totals.eroded;
-        for f in &self.stepper.failures {
-            self.failed[usize::from(f.yarn)] += 1;
-        }
-        self.events.extend_from_slice(&self.stepper.failures);
-        if self.history.is_empty() {
-            self.ledger.begin(energy.0, energy.1);
+        self.record.add_step(&totals, &self.stepper.failures);
+        if self.record.history.is_empty() {
+            self.ledger.begin(given.0, given.1);
         }
         if sample {
-            self.record(case, time, before);
+            let moment = Moment {
+                time,
+                dt: self.model.dt,
+                balance: self.ledger.balance(),
+                deflection: self.stepper.max_deflection(),
+                impulse: Vector3::from(std::mem::take(&mut self.ledger.contact_impulse)),
+                body: self.state.body.as_ref().zip(before),
+            };
+            let (model, state) = (&self.model, &self.state);
+            self.record.sample(case, &moment, |body| outcome::covered(model, state, body));
         }
         self.sampled = sample;
         self.watch(&totals);
         sample
     }
 
-    /// Kinetic energy and momentum the scene starts with.
-    fn given(&self, case: &Case) -> (f64, Vector3<f64>) {
-        let grid = &self.model.grid;
-        let mut energy = 0.0;
-        let mut momentum = Vector3::zeros();
-        if case.pack.initial_velocity != [0.0; 3] {
-            for row in 0..grid.node_rows() {
-                let mass = self.model.row_mass(grid.node_row(row).1);
-                for column in 0..=grid.columns {
-                    let v = Vector3::from(self.state.velocity(row, column));
-                    let m = mass.mass[column].to_f64();
-                    energy += 0.5 * m * v.norm_squared();
-                    momentum += v * m;
-                }
-            }
-        }
-        if let Some(body) = self.state.body.as_ref().filter(|b| !b.prescribed) {
-            energy += body.kinetic_energy();
-            momentum += body.velocity * body.mass;
-        }
-        (energy, momentum)
-    }
-
-    fn sample_due(&self, case: &Case, time: f64) -> bool {
-        let next = self.history.last().map_or(0.0, |s| {
-            // The next multiple of the interval after the last row.
-            let rows = (s.time / case.output.history_interval + 1e-9).floor() + 1.0;
-            rows * case.output.history_interval
-        });
-        let slack = 1e-6 * self.model.dt;
-        let last = time >= case.solver.end_time - slack;
-        time >= next - slack || last || self.interrupted || self.trouble.is_some()
-    }
-
-    fn profile_due(&self, case: &Case, time: f64) -> bool {
-        let next = case.output.profile_times.get(self.profiles.len());
-        next.is_some_and(|t| time >= t - 0.5 * self.model.dt)
-    }
-
-    fn record(&mut self, case: &Case, time: f64, before: Option<(Vector3<f64>, Vector3<f64>)>) {
-        let balance = self.ledger.balance();
-        let mut row = Sample {
-            time,
-            balance,
-            failed: self.failed,
-            eroded: self.eroded,
-            deflection: self.stepper.max_deflection(),
-            ..Sample::default()
-        };
-        let impulse = Vector3::from(std::mem::take(&mut self.ledger.contact_impulse));
-        let since = time - self.history.last().map_or(0.0, |s| s.time);
-        if let (Some(body), Some((velocity, position))) = (&self.state.body, before) {
-            // The mean of the half-step velocities around this time; at the very start, the velocity given.
-            let now = if self.history.is_empty() { velocity } else { (velocity + body.velocity) * 0.5 };
-            row.projectile_velocity = now.dot(&body.flight);
-            row.projectile_displacement = (position - body.start).dot(&body.flight);
-            row.contact_force = impulse.dot(&body.flight) / if since > 0.0 { since } else { self.model.dt };
-        }
-        self.energy_error = self.energy_error.max(balance.error.abs());
-        self.momentum_error = self.momentum_error.max(balance.momentum_error);
-        self.history.push(row);
-        if let (Some(tracker), Some(body)) = (&mut self.tracker, &self.state.body) {
-            let failed = self.failed[0] + self.failed[1];
-            let (model, state) = (&self.model, &self.state);
-            let known = tracker.update(time, body, impulse.norm(), failed, || outcome::covered(model, state, body));
-            self.decided |= known && case.solver.run_until == RunUntil::Outcome;
-        }
-    }
-
     /// Stops a run whose numbers are no longer finite or whose kinetic energy was never put in.
     fn watch(&mut self, totals: &step::StepTotals) {
-        let body = self.state.body.as_ref();
-        let flying = body.map_or(0.0, |b| if b.prescribed { 0.0 } else { b.kinetic_energy() });
-        let kinetic = totals.kinetic + flying;
+        let kinetic = totals.kinetic + flying(self.state.body.as_ref());
         let finite = kinetic.is_finite() && self.ledger.work.is_finite();
-        let allowed = 1.5 * self.ledger.available() + 1e-9;
-        if self.trouble.is_some() || (finite && kinetic <= allowed) {
+        if self.record.trouble.is_some() || (finite && kinetic <= self.ledger.allowed()) {
             return;
         }
-        self.trouble = step::find_trouble(&self.model, &self.state).or_else(|| {
-            let (place, speed) = step::fastest_node(&self.model.grid, &self.state);
-            Some(Trouble {
-                step: self.state.step,
-                kernel: "node_update",
-                quantity: format!(
-                    "kinetic energy {kinetic:.6e} J where at most {:.6e} J was ever put in; fastest node {speed:.6e} m/s",
-                    self.ledger.available()
-                ),
-                place,
-            })
-        });
+        self.record.trouble = Some(diagnose(&self.model, &self.state, kinetic, self.ledger.available()));
     }
 
     fn progress(&self, case: &Case) -> Progress {
-        Progress {
-            time: self.time(),
-            end_time: case.solver.end_time,
-            velocity: self.history.last().map_or(0.0, |s| s.projectile_velocity),
-            failed: self.failed[0] + self.failed[1],
-            steps: self.state.step,
-            elements: self.model.grid.elements(),
-        }
+        self.record.progress(case, self.time(), self.state.step, self.model.grid.elements())
     }
 
     /// The result. `loop_seconds`: time spent in the loop.
     pub fn into_run(self, loop_seconds: f64) -> Run {
-        let cell = &self.model.cell;
-        let breaking = |i: usize| cell.yarn[i].stiffness * cell.yarn[i].failure_strain;
-        let present = (0..2).filter(|i| self.model.present[*i]);
-        let weakest = present.map(breaking).fold(f64::INFINITY, f64::min);
-        let peak = |f: fn(&Balance) -> f64| self.history.iter().map(|s| f(&s.balance)).fold(0.0, f64::max);
-        let internal = peak(|b| b.internal);
-        Run {
-            outcome: self.tracker.as_ref().map_or(Outcome::Running, |t| t.outcome),
-            stop_time: self.tracker.as_ref().and_then(|t| t.stop_time),
-            impact_energy: self.impact_energy,
-            max_penetration: self.max_penetration,
-            energy_error: self.energy_error,
-            momentum_error: self.momentum_error,
-            hourglass_fraction: if internal > 0.0 { peak(|b| b.hourglass) / internal } else { 0.0 },
-            newton: NewtonStatistics {
-                max_residual: self.max_residual / weakest,
-                mean_iterations: self.newton[0] / self.newton[1].max(1.0),
-                unconverged: self.unconverged,
-            },
-            elements: self.model.grid.elements(),
-            steps: self.state.step,
-            time_step: self.model.dt,
-            step_set_by: self.model.bound.set_by,
-            loop_seconds,
+        let machine = Machine {
+            backend: "cpu",
+            adapter: None,
             threads: rayon::current_num_threads(),
             precision: S::NAME,
-            trouble: self.trouble,
-            interrupted: self.interrupted,
-            history: self.history,
-            events: self.events,
-            profiles: self.profiles,
+            loop_seconds,
+        };
+        self.record.into_run(&self.model, self.state.step, machine)
+    }
+}
+
+/// Model and state of a case.
+///
+/// # Errors
+/// When the case cannot become a model, or the projectile starts inside the fabric.
+pub(crate) fn set_up<S: Scalar>(case: &Case) -> Result<(Model<S>, State<S>), ModelError> {
+    let model = Model::<S>::new(case)?;
+    let state = State::new(case, &model);
+    check_start(&model, &state)?;
+    Ok((model, state))
+}
+
+/// Kinetic energy and momentum the scene starts with.
+pub(crate) fn given<S: Scalar>(model: &Model<S>, state: &State<S>, case: &Case) -> (f64, Vector3<f64>) {
+    let grid = &model.grid;
+    let mut energy = 0.0;
+    let mut momentum = Vector3::zeros();
+    if case.pack.initial_velocity != [0.0; 3] {
+        for row in 0..grid.node_rows() {
+            let mass = model.row_mass(grid.node_row(row).1);
+            for column in 0..=grid.columns {
+                let v = Vector3::from(state.velocity(row, column));
+                let m = mass.mass[column].to_f64();
+                energy += 0.5 * m * v.norm_squared();
+                momentum += v * m;
+            }
         }
     }
+    if let Some(body) = state.body.as_ref().filter(|b| !b.prescribed) {
+        energy += body.kinetic_energy();
+        momentum += body.velocity * body.mass;
+    }
+    (energy, momentum)
+}
+
+/// Kinetic energy of a projectile that flies freely [J].
+pub(crate) fn flying(body: Option<&RigidBody>) -> f64 {
+    body.map_or(0.0, |b| if b.prescribed { 0.0 } else { b.kinetic_energy() })
+}
+
+/// What went wrong and where: a number that is not finite, or energy nobody put in.
+pub(crate) fn diagnose<S: Scalar>(model: &Model<S>, state: &State<S>, kinetic: f64, available: f64) -> Trouble {
+    step::find_trouble(model, state).unwrap_or_else(|| {
+        let (place, speed) = step::fastest_node(&model.grid, state);
+        Trouble {
+            step: state.step,
+            kernel: "node_update",
+            quantity: format!(
+                "kinetic energy {kinetic:.6e} J where at most {available:.6e} J was ever put in; fastest node {speed:.6e} m/s"
+            ),
+            place,
+        }
+    })
 }
 
 /// Initial penetration is an input error, not something contact may repair.

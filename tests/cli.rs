@@ -16,7 +16,7 @@ use std::sync::atomic::AtomicBool;
 use std::thread;
 use std::time::{Duration, Instant};
 
-use ripstop::simulation::{self, Options, Precision, Run};
+use ripstop::simulation::{self, Options, Run};
 use ripstop::step::Trouble;
 use ripstop::{case, output};
 use serde_json::{Value, json};
@@ -105,7 +105,7 @@ fn stderr(output: &Output) -> String {
 /// Runs a case through the library.
 fn run(case: &Value) -> (case::Case, Run) {
     let case = case::from_str("shot.json", &case.to_string(), &[]).unwrap();
-    let options = Options { threads: Some(1), precision: Precision::F64 };
+    let options = Options { threads: Some(1), ..Options::default() };
     let run = simulation::run(&case, options, &AtomicBool::new(false), &mut |_| {}).unwrap();
     (case, run)
 }

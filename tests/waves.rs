@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 use std::sync::atomic::AtomicBool;
 
-use ripstop::simulation::{Options, Precision};
+use ripstop::simulation::Options;
 use ripstop::verify;
 
 use crate::scene::{builtin, checked, run};
@@ -41,7 +41,7 @@ fn the_strip_goes_red_when_its_physics_is_wrong() {
 
 #[test]
 fn the_verification_table_holds_every_scene_and_passes() {
-    let options = Options { threads: Some(2), precision: Precision::F64 };
+    let options = Options { threads: Some(2), ..Options::default() };
     let rows = verify::run(options, &AtomicBool::new(false), &mut |_| {});
     let failed: Vec<_> = rows.iter().filter(|r| !r.pass).collect();
     assert!(failed.is_empty(), "{failed:#?}");

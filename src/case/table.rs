@@ -82,7 +82,7 @@ static YARN: &[Key] = &[
         .one_of("linear density")
         .only("absent", &["false"]),
     number("modulus_gpa", GPA, within(1e-6, 1e4), "Axial modulus of the fibre.").only("absent", &["false"]),
-    number("failure_strain", NONE, above(0.0, 1.0), "Axial strain at which the yarn breaks.")
+    number("failure_strain", NONE, above(0.0, 1.0), "Axial strain at which the yarn breaks; 1: never.")
         .only("absent", &["false"]),
     number("count_per_inch", PER_INCH, within(0.1, 1000.0), "Crossovers along this yarn per inch.").one_of("count"),
     number("count_per_cm", PER_CM, within(0.04, 400.0), "Crossovers along this yarn per cm.").one_of("count"),

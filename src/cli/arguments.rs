@@ -34,8 +34,10 @@ pub(crate) enum Command {
     Crossover(CrossoverArguments),
     /// Run the built-in verification table: unit cell, waves, conservation, the paper's shot, hard scenes
     Verify(VerifyArguments),
+    /// CPU and GPU from the same state, kernel by kernel: the first difference
+    Compare(CompareArguments),
     /// What this machine offers and what `--backend auto` would choose
-    Info,
+    Info(InfoArguments),
     /// JSON Schema of the case file
     Schema,
 }
@@ -54,9 +56,8 @@ pub(crate) struct RunArguments {
     /// Case file
     #[arg(value_name = "CASE.json")]
     pub(crate) case: PathBuf,
-    /// What computes; auto takes the CPU in this version
-    #[arg(long, value_enum, default_value = "auto")]
-    pub(crate) backend: Backend,
+    #[command(flatten)]
+    pub(crate) backend: BackendArguments,
     /// Folder for the results [default: out/<case name>]
     #[arg(long, value_name = "DIR")]
     pub(crate) out: Option<PathBuf>,
@@ -66,9 +67,6 @@ pub(crate) struct RunArguments {
     /// Worker threads [default: all cores]; results do not depend on it
     #[arg(long, value_name = "N", value_parser = RangedU64ValueParser::<usize>::new().range(1..=1024))]
     pub(crate) threads: Option<usize>,
-    /// Number type of the state
-    #[arg(long, value_enum, default_value = "f64")]
-    pub(crate) precision: Precision,
     /// Print nothing but errors
     #[arg(long, short)]
     pub(crate) quiet: bool,
@@ -80,28 +78,38 @@ pub(crate) struct RunArguments {
 /// `ripstop verify`
 #[derive(Args, Debug)]
 pub(crate) struct VerifyArguments {
-    /// What computes; auto takes the CPU in this version
-    #[arg(long, value_enum, default_value = "auto")]
-    pub(crate) backend: Backend,
+    #[command(flatten)]
+    pub(crate) backend: BackendArguments,
     /// Worker threads [default: all cores]
     #[arg(long, value_name = "N", value_parser = RangedU64ValueParser::<usize>::new().range(1..=1024))]
     pub(crate) threads: Option<usize>,
-    /// Number type of the state; tolerances are those of f64
-    #[arg(long, value_enum, default_value = "f64")]
-    pub(crate) precision: Precision,
     /// Print the table as JSON
     #[arg(long)]
     pub(crate) json: bool,
 }
 
+/// What computes, and in which numbers.
+#[derive(Args, Debug)]
+pub(crate) struct BackendArguments {
+    /// What computes
+    #[arg(long, value_enum, default_value = "auto")]
+    pub(crate) backend: Backend,
+    /// Graphics adapter, by part of its name or its number in `ripstop info` [default: the best]
+    #[arg(long, value_name = "NAME|INDEX")]
+    pub(crate) adapter: Option<String>,
+    /// Number type of the state [default: f64 on the CPU, f32 on a GPU, which has no other]
+    #[arg(long, value_enum)]
+    pub(crate) precision: Option<Precision>,
+}
+
 /// What computes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub(crate) enum Backend {
-    /// A GPU where this version can use one, else the CPU
+    /// A real GPU if there is one, else the CPU
     Auto,
     /// All cores of the processor
     Cpu,
-    /// A graphics processor
+    /// A graphics processor, software that acts as one included
     Gpu,
 }
 
@@ -112,6 +120,43 @@ pub(crate) enum Precision {
     F64,
     /// Single
     F32,
+}
+
+/// `ripstop compare`
+#[derive(Args, Debug)]
+#[command(after_help = "The CPU runs the case in f32. Before every compared step its state is put on the GPU and, widened, into an
+f64 run; the three compute that step kernel by kernel. The exit code is 1 if a difference exceeds the tolerance.
+
+Examples:
+  ripstop compare cases/s720-1ply-155.json
+  ripstop compare shot.json --steps 200 --every 1 --json")]
+pub(crate) struct CompareArguments {
+    /// Case file
+    #[arg(value_name = "CASE.json")]
+    pub(crate) case: PathBuf,
+    /// Graphics adapter, by part of its name or its number in `ripstop info` [default: the best]
+    #[arg(long, value_name = "NAME|INDEX")]
+    pub(crate) adapter: Option<String>,
+    /// Steps to follow [default: to the end of the case]
+    #[arg(long, value_name = "N")]
+    pub(crate) steps: Option<u64>,
+    /// Compare every so many steps
+    #[arg(long, value_name = "N", default_value = "10", value_parser = RangedU64ValueParser::<u64>::new().range(1..))]
+    pub(crate) every: u64,
+    /// Change of the case, checked like the file; may be given again
+    #[arg(long = "set", value_name = "/POINTER=VALUE")]
+    pub(crate) sets: Vec<String>,
+    /// Print JSON
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+/// `ripstop info`
+#[derive(Args, Debug)]
+pub(crate) struct InfoArguments {
+    /// Also say which terms this case has, which kernels run and what memory a GPU needs
+    #[arg(value_name = "CASE.json")]
+    pub(crate) case: Option<PathBuf>,
 }
 
 /// `ripstop check`

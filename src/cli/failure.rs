@@ -3,10 +3,12 @@
 use std::process::ExitCode;
 
 use ripstop::case::CaseError;
+use ripstop::gpu::DeviceError;
 use ripstop::model::ModelError;
 use ripstop::output::OutputError;
 use ripstop::simulation::RunError;
 
+use super::number::bytes;
 use super::screen;
 
 /// A check failed or the run became unstable.
@@ -36,17 +38,49 @@ impl Failure {
         Self { code: INPUT, message: message.into() }
     }
 
-    /// Exit code 3.
-    fn device(message: impl Into<String>) -> Self {
-        Self { code: DEVICE, message: message.into() }
+    /// Exit code 3: no device, or one that cannot hold the case or was lost.
+    pub(crate) fn device(error: &DeviceError) -> Self {
+        let (expected, found, help) = match error {
+            DeviceError::NoAdapter => (
+                "a graphics adapter".to_owned(),
+                "none".to_owned(),
+                "take --backend cpu, or install a Vulkan driver (mesa-vulkan-drivers has one in software)",
+            ),
+            DeviceError::NoSuchAdapter { wanted, found } => (
+                format!("an adapter called or numbered {wanted}"),
+                found.join(", "),
+                "`ripstop info` lists them",
+            ),
+            DeviceError::Refused { adapter, reason } => (
+                "a device with the limits every WebGPU implementation grants".to_owned(),
+                format!("{adapter}: {reason}"),
+                "take --backend cpu or another --adapter",
+            ),
+            DeviceError::TooLarge { adapter, buffer, needed, limit, total } => (
+                format!("a buffer `{buffer}` of {}; the case needs {} in all", bytes(*needed as f64), bytes(*total as f64)),
+                format!("{adapter}, which holds {} in one buffer", bytes(*limit as f64)),
+                "take --backend cpu or a smaller pack",
+            ),
+            DeviceError::OutOfMemory { adapter, total, reason } => (
+                format!("{} of device memory", bytes(*total as f64)),
+                format!("{adapter}: {reason}"),
+                "take --backend cpu or a smaller pack",
+            ),
+            DeviceError::Crowded { .. } | DeviceError::Lost { .. } => (
+                "a device that stays".to_owned(),
+                error.to_string(),
+                "take --backend cpu",
+            ),
+        };
+        Self {
+            code: DEVICE,
+            message: format!("error: --backend gpu\n  expected: {expected}\n  found: {found}\n  help: {help}"),
+        }
     }
 
-    /// The answer to `--backend gpu` of a version without one.
-    pub(crate) fn no_gpu() -> Self {
-        Self::device(
-            "error: --backend gpu\n  expected: a GPU backend\n  found: none, this version computes on the CPU only\n  \
-             help: use --backend cpu or auto",
-        )
+    /// Exit code 3: a device that was lost on the way; results up to there are written.
+    pub(crate) fn lost(message: impl Into<String>) -> Self {
+        Self { code: DEVICE, message: message.into() }
     }
 
     /// Exit code 130.
@@ -76,6 +110,7 @@ impl Failure {
     pub(crate) fn start(file: &str, error: &RunError) -> Self {
         match error {
             RunError::Model(error) => Self::model(file, error),
+            RunError::Device(error) => Self::device(error),
             RunError::Threads { .. } => Self::input(format!("error: {error}\n  help: ask for fewer with --threads N")),
         }
     }

@@ -2,19 +2,69 @@
 
 use std::thread;
 
+use ripstop::case::{self, Case};
+use ripstop::gpu;
+use ripstop::model::Model;
 use sysinfo::{CpuRefreshKind, MemoryRefreshKind, RefreshKind, System};
 
+use super::arguments::InfoArguments;
+use super::backend;
 use super::failure::Failure;
 use super::number::bytes;
 use super::screen;
 use super::table::{Align, Table};
 
 /// Prints it.
-pub(crate) fn info() -> Result<(), Failure> {
+pub(crate) fn info(arguments: &InfoArguments) -> Result<(), Failure> {
+    let case = arguments.case.as_deref().map(|path| case::read(path, &[])).transpose()?;
+    let mut table = Table::plain(&[Align::Left, Align::Left]);
+    machine(&mut table);
+    let adapters = gpu::adapters();
+    table.row(["backend cpu", "f64 or f32"]);
+    for (number, adapter) in adapters.iter().enumerate() {
+        let what = format!(
+            "{}, {}, {}, buffers up to {}",
+            adapter.name(),
+            adapter.kind(),
+            adapter.driver(),
+            bytes(adapter.largest_buffer() as f64)
+        );
+        table.row([format!("adapter {number}").as_str(), what.as_str()]);
+    }
+    if adapters.is_empty() {
+        table.row(["backend gpu", "no graphics adapter was found"]);
+    }
+    let automatic = match backend::automatic(&adapters) {
+        Ok(adapter) => format!("gpu, {}", adapter.name()),
+        Err(why) => format!("cpu, because {why}"),
+    };
+    table.row(["auto chooses", automatic.as_str()]);
+    if let Some(case) = &case {
+        scene(&mut table, case)?;
+    }
+    screen::print(&table.to_string())
+}
+
+/// What a case needs of a backend.
+fn scene(table: &mut Table, case: &Case) -> Result<(), Failure> {
+    let model = Model::<f32>::new(case).map_err(|e| Failure::model(&case.path.display().to_string(), &e))?;
+    table.row(["", ""]);
+    table.row(["case", case.title.as_str()]);
+    for (name, value) in model.terms().list() {
+        table.row([name, value.as_str()]);
+    }
+    let kernels: Vec<&str> = gpu::shader::KERNELS.iter().map(|k| k.name).filter(|name| model.terms().projectile || *name != "projectile_contact").collect();
+    table.row(["kernels per step", kernels.join(", ").as_str()]);
+    let sizes = gpu::buffers::Sizes::new(&model.grid);
+    table.row(["device memory", bytes(sizes.total() as f64).as_str()]);
+    Ok(())
+}
+
+/// The machine.
+fn machine(table: &mut Table) {
     let what =
         RefreshKind::nothing().with_cpu(CpuRefreshKind::nothing()).with_memory(MemoryRefreshKind::nothing().with_ram());
     let system = System::new_with_specifics(what);
-    let mut table = Table::plain(&[Align::Left, Align::Left]);
     table.row(["ripstop", env!("CARGO_PKG_VERSION")]);
     if let Some(cpu) = system.cpus().first().map(|cpu| cpu.brand().trim()).filter(|name| !name.is_empty()) {
         table.row(["processor", cpu]);
@@ -26,10 +76,6 @@ pub(crate) fn info() -> Result<(), Failure> {
         let [total, free] = [system.total_memory(), system.available_memory()].map(|count| bytes(count as f64));
         table.row(["memory", format!("{total}, {free} available").as_str()]);
     }
-    table.row(["backend cpu", "yes"]);
-    table.row(["backend gpu", "not in this version"]);
-    table.row(["auto chooses", "cpu, because this version has no GPU backend"]);
-    screen::print(&table.to_string())
 }
 
 /// Instruction sets of this processor that matter for the kernels.

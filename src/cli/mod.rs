@@ -1,7 +1,9 @@
 //! The command line: arguments, what people read, exit codes. All physics is in the library.
 
 pub(crate) mod arguments;
+pub(crate) mod backend;
 pub(crate) mod check;
+pub(crate) mod compare;
 pub(crate) mod crossover;
 pub(crate) mod failure;
 pub(crate) mod info;

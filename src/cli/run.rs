@@ -5,33 +5,30 @@ use std::time::Instant;
 
 use ripstop::case::{self, Case};
 use ripstop::output::{self, Folder};
-use ripstop::simulation::{self, Options, Run};
+use ripstop::simulation::{self, Options, Run, RunError};
 use serde_json::Value;
 
 use super::arguments::{Backend, RunArguments};
 use super::failure::Failure;
 use super::progress::Bar;
-use super::{interrupt, notes, result, screen};
+use super::{backend, interrupt, notes, result, screen};
 
 /// Runs a case, writes its results and says what happened.
 pub(crate) fn run(arguments: &RunArguments) -> Result<(), Failure> {
     let start = Instant::now();
     let interrupted = interrupt::watch()?;
-    if arguments.backend == Backend::Gpu {
-        return Err(Failure::no_gpu());
-    }
     let case = case::read(&arguments.case, &arguments.sets)?;
+    let chosen = backend::choose(&arguments.backend)?;
     let folder = Folder::prepare(&out(arguments, &case), &case)?;
-    if !arguments.quiet {
-        notes::notes(&case, arguments.backend).iter().for_each(|note| screen::complain(note));
-    }
+    let say = |note: &str| if !arguments.quiet { screen::complain(note) };
+    chosen.note.iter().chain(&notes::notes(&case)).for_each(|note| say(note));
     let bar = Bar::new(!arguments.quiet);
-    let run = simulation::run(
-        &case,
-        Options { threads: arguments.threads, precision: arguments.precision.into() },
-        &interrupted,
-        &mut |at| bar.show(at),
-    );
+    let options = Options { threads: arguments.threads, precision: chosen.precision, device: chosen.device.as_ref() };
+    let mut run = simulation::run(&case, options, &interrupted, &mut |at| bar.show(at));
+    if let (Err(RunError::Device(error)), Backend::Auto) = (&run, arguments.backend.backend) {
+        say(&backend::took_cpu(error));
+        run = simulation::run(&case, Options { device: None, ..options }, &interrupted, &mut |at| bar.show(at));
+    }
     bar.clear();
     let run = match run {
         Ok(run) => run,
@@ -68,6 +65,14 @@ fn verdict(case: &Case, run: &Run, summary: &Value, folder: &Path) -> Result<(),
             file(case),
             result::place(trouble),
             trouble.quantity
+        )));
+    }
+    if let Some(reason) = &run.lost {
+        return Err(Failure::lost(format!(
+            "error: {}: the device gave up at {}\n  found: {reason}\n  help: take --backend cpu; results up to there: {}",
+            file(case),
+            result::reached(run),
+            folder.display()
         )));
     }
     if run.interrupted {

@@ -4,18 +4,17 @@ use ripstop::simulation::Options;
 use ripstop::verify::{self, Row};
 use serde_json::{Value, json};
 
-use super::arguments::{Backend, VerifyArguments};
+use super::arguments::VerifyArguments;
 use super::failure::Failure;
 use super::table::{Align, Table};
-use super::{interrupt, screen};
+use super::{backend, interrupt, screen};
 
 /// Runs the table and prints it; exit code 1 if a row fails.
 pub(crate) fn verify(arguments: &VerifyArguments) -> Result<(), Failure> {
     let interrupted = interrupt::watch()?;
-    if arguments.backend == Backend::Gpu {
-        return Err(Failure::no_gpu());
-    }
-    let options = Options { threads: arguments.threads, precision: arguments.precision.into() };
+    let chosen = backend::choose(&arguments.backend)?;
+    chosen.note.iter().for_each(|note| screen::complain(note));
+    let options = Options { threads: arguments.threads, precision: chosen.precision, device: chosen.device.as_ref() };
     let rows = verify::run(options, &interrupted, &mut |_| {});
     let failed = rows.iter().filter(|row| !row.pass).count();
     let counts = format!("{} of {} rows pass", rows.len() - failed, rows.len());

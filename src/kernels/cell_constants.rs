@@ -5,6 +5,9 @@ use crate::kernels::arc_length::{MAX_TERMS, arc_length, terms_for};
 use crate::kernels::yarn_law::{LawKernel, YarnConstants};
 use crate::number::Real;
 
+/// Stands for the failure strain of a yarn that does not break.
+pub const NEVER: f64 = 1e30;
+
 /// Constants of the unit cell, rounded to the number type that uses them.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CellConstants<R> {
@@ -29,7 +32,7 @@ impl CellConstants<f64> {
             half_span: y.half_span(),
             crimp: y.crimp,
             height: y.half_span() * rest_height(law, y.crimp),
-            failure_strain: y.failure_strain,
+            failure_strain: if y.failure_strain < 1.0 { y.failure_strain } else { NEVER },
             slack: 0.0,
             terms: MAX_TERMS,
         });
@@ -54,6 +57,12 @@ impl CellConstants<f64> {
 }
 
 impl<R: Real> CellConstants<R> {
+    /// The residual that counts as met where the contact force is `force` [N].
+    #[inline(always)]
+    pub fn accepted(&self, force: R) -> R {
+        self.tolerance + R::splat(8.0 * R::EPSILON) * force.abs()
+    }
+
     /// The constants as another number type sees them.
     ///
     /// The crimp is taken from this type's own arc length at its own rest height, plus a few roundings, so that a

@@ -95,7 +95,7 @@ pub fn solve<R: Real, L: LawKernel>(
     for _ in 0..MAX_ITERATIONS {
         let size = best.residual.abs();
         let resolved = (high - low).abs().le(R::splat(2.0 * R::EPSILON) * high);
-        let limit = cell.tolerance + R::splat(8.0 * R::EPSILON) * best.pivot.force.abs();
+        let limit = cell.accepted(best.pivot.force);
         active = active & !(size.le(limit) | resolved | best.slack());
         if !active.any() {
             break;
@@ -165,7 +165,7 @@ fn polish<R: Real, L: LawKernel>(
     let zero = R::zero();
     for _ in 0..3 {
         let size = best.residual.abs();
-        let limit = cell.tolerance + R::splat(8.0 * R::EPSILON) * best.pivot.force.abs();
+        let limit = cell.accepted(best.pivot.force);
         let rises = zero.lt(best.other.stiffness);
         // A pivot slack by a rounding has lost the force the other yarn still has.
         let lost = best.pivot.strain.le(zero) & zero.lt(best.other.force);

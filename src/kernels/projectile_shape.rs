@@ -113,7 +113,7 @@ pub fn holding_gap<R: Real>(profile: &Profile<R>, point: [R; 3], rim_depth: R) -
 
 impl<R: Real> Profile<R> {
     /// Whether the nose is a flat face.
-    fn is_flat(&self) -> bool {
+    pub fn is_flat(&self) -> bool {
         self.count > 2 && !self.normal[0][1].lt(R::one()).any()
     }
 }

@@ -4,6 +4,7 @@
 
 pub mod grid;
 pub mod pretension;
+pub mod terms;
 pub mod time_step;
 
 use crate::case::{Case, Edge, Edges};
@@ -15,6 +16,7 @@ use crate::kernels::shear::ShearConstants;
 use crate::number::{Real, Scalar};
 pub use grid::Grid;
 pub use pretension::InitialStretch;
+pub use terms::Terms;
 pub use time_step::StepBound;
 
 /// Why a valid case cannot become a model.
@@ -125,6 +127,11 @@ impl<S: Scalar> Model<S> {
             initial,
             projectile,
         })
+    }
+
+    /// Terms of the model that the scene has.
+    pub fn terms(&self) -> Terms {
+        Terms::new(self)
     }
 
     /// Masses of a row of nodes.

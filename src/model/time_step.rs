@@ -27,7 +27,8 @@ impl StepBound {
         let c2 = yarn[1].stiffness / (2.0 * yarn[0].half_span);
         let levers = (STRETCH_FLOOR * lx).powi(-2) + (STRETCH_FLOOR * ly).powi(-2);
         // Tension stiffens the directions across the yarns, where shear acts, by at most its value at failure.
-        let tension = (c1 * yarn[0].failure_strain / (lx * lx)).max(c2 * yarn[1].failure_strain / (ly * ly));
+        let limit = [0, 1].map(|i| yarn[i].failure_strain.min(1.0));
+        let tension = (c1 * limit[0] / (lx * lx)).max(c2 * limit[1] / (ly * ly));
         let terms = [
             (4.0 * c1 / (lx * lx), "wave along the warp"),
             (4.0 * c2 / (ly * ly), "wave along the weft"),

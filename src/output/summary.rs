@@ -75,6 +75,7 @@ fn result(case: &Case, run: &Run) -> Map<String, Value> {
             "unconverged": run.newton.unconverged,
         },
         "interrupted": run.interrupted,
+        "device_lost": run.lost,
         "unstable": run.trouble.as_ref().map(unstable),
     }))
 }
@@ -113,10 +114,11 @@ fn cost(run: &Run, wall_seconds: f64) -> Map<String, Value> {
 fn origin(case: &Case, run: &Run) -> Map<String, Value> {
     let assumed: Vec<&str> = case.fields.iter().filter(|f| f.assumed).map(|f| f.pointer.as_str()).collect();
     object(json!({
-        "backend": "cpu",
-        "adapter": null,
+        "backend": run.backend,
+        "adapter": run.adapter,
         "threads": run.threads,
         "precision": run.precision,
+        "terms": run.terms.list().into_iter().map(|(name, value)| (name.to_owned(), value.into())).collect::<Map<_, _>>(),
         "version": env!("CARGO_PKG_VERSION"),
         "case": case.name,
         "case_hash": case_hash(&case.as_run),

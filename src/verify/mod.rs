@@ -32,7 +32,7 @@ pub struct Row {
 }
 
 /// Runs the whole table, handing over each row as it is known. Rows after an interrupt are left out.
-pub fn run(options: Options, interrupt: &AtomicBool, each: &mut dyn FnMut(&Row)) -> Vec<Row> {
+pub fn run(options: Options<'_>, interrupt: &AtomicBool, each: &mut dyn FnMut(&Row)) -> Vec<Row> {
     let mut rows = Vec::new();
     let mut keep = |row: Row| {
         each(&row);
@@ -58,7 +58,7 @@ fn number(group: &'static str, name: String, expected: f64, got: f64, tolerance:
 }
 
 /// A scene's run, or a failed row that says why there is none.
-fn simulate(group: &'static str, case: &Case, options: Options, interrupt: &AtomicBool) -> Result<Run, Box<Row>> {
+fn simulate(group: &'static str, case: &Case, options: Options<'_>, interrupt: &AtomicBool) -> Result<Run, Box<Row>> {
     let failed = |got: String| Row {
         group,
         name: case.title.clone(),

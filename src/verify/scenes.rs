@@ -29,7 +29,7 @@ scenes!(
 );
 
 /// One row per expectation of each scene.
-pub(super) fn rows(options: Options, interrupt: &AtomicBool, keep: &mut dyn FnMut(Row)) {
+pub(super) fn rows(options: Options<'_>, interrupt: &AtomicBool, keep: &mut dyn FnMut(Row)) {
     for (name, text) in SCENES {
         if interrupt.load(Ordering::Relaxed) {
             return;

@@ -33,7 +33,7 @@ const HARD: &[(&str, &[&str])] = &[
 ];
 
 /// One row per hard scene: the energy there is, by state functions, over the energy given.
-pub(super) fn rows(options: Options, interrupt: &AtomicBool, keep: &mut dyn FnMut(Row)) {
+pub(super) fn rows(options: Options<'_>, interrupt: &AtomicBool, keep: &mut dyn FnMut(Row)) {
     for (name, sets) in HARD {
         if interrupt.load(Ordering::Relaxed) {
             return;
@@ -73,11 +73,7 @@ fn row(name: &str, got: String, pass: bool) -> Row {
 
 /// Largest sum of all energies over the first one.
 fn largest_energy(run: &Run) -> f64 {
-    let sums = run.history.iter().map(|s| {
-        let b = s.balance;
-        b.kinetic + b.stored + b.hourglass + b.projectile + b.contact + b.friction + b.failure
-    });
-    let sums: Vec<f64> = sums.collect();
+    let sums: Vec<f64> = run.history.iter().map(|s| s.balance.by_state()).collect();
     sums.iter().copied().fold(0.0, f64::max) / sums.first().copied().unwrap_or(f64::NAN)
 }
 

@@ -1,0 +1,167 @@
+// crossover: equilibrium of warp and weft where they cross, (11)–(24), by a bracketed Newton iteration.
+// Twin: src/kernels/crossover.rs
+
+const MAX_ITERATIONS: u32 = 80u;
+
+struct Equilibrium {
+    /// T [N], warp and weft.
+    tension: vec2<f32>,
+    /// In-plane force [N].
+    in_plane: vec2<f32>,
+    strain: vec2<f32>,
+    /// h [m].
+    height: vec2<f32>,
+    /// F [N].
+    force: f32,
+    /// |r| [N].
+    residual: f32,
+    /// Evaluations of the residual.
+    iterations: u32,
+    converged: bool,
+}
+
+/// Transverse compression d(F) (21), regularised [m], and its derivative [m/N].
+fn compression(force: f32) -> vec2<f32> {
+    if (!COMPRESSION) {
+        return vec2<f32>(0.0);
+    }
+    let sum = max(0.0, force) + scene.compression_offset;
+    let left = scene.compression_b / cube_root(sum);
+    let derivative = left / (3.0 * sum);
+    return select(vec2<f32>(scene.compression_a - left, derivative), vec2<f32>(0.0), force <= 0.0);
+}
+
+/// Energy stored in the crossover [J].
+fn compression_energy(force: f32) -> f32 {
+    if (!COMPRESSION) {
+        return 0.0;
+    }
+    let a = scene.compression_a;
+    let b = scene.compression_b;
+    let left = b / cube_root(max(0.0, force) + scene.compression_offset);
+    let d = a - left;
+    return b * b * b * (0.5 * (1.0 / (left * left) - 1.0 / (a * a)) - d / (a * a * a));
+}
+
+/// The residual and what it is made of at one trial height.
+struct CellPoint {
+    pivot: YarnResponse,
+    other: YarnResponse,
+    other_height: f32,
+    residual: f32,
+    slope: f32,
+}
+
+fn cell_point(stretch: vec2<f32>, x: f32) -> CellPoint {
+    let pivot = yarn_response(yarn(PIVOT), stretch[PIVOT], x);
+    let d = compression(pivot.force);
+    let other_height = scene.height_sum - d.x - x;
+    let other = yarn_response(yarn(1u - PIVOT), stretch[1u - PIVOT], other_height);
+    return CellPoint(
+        pivot,
+        other,
+        other_height,
+        pivot.force - other.force,
+        pivot.stiffness + other.stiffness * (1.0 + d.y * pivot.stiffness));
+}
+
+fn slack(point: CellPoint) -> bool {
+    return point.pivot.strain <= 0.0 && point.other.strain <= 0.0;
+}
+
+/// The residual that counts as met at a contact force [N].
+fn accepted(force: f32) -> f32 {
+    return scene.tolerance + 8.0 * EPSILON * abs(force);
+}
+
+/// Lets the other yarn's height meet the force where the unknown's own resolution is too coarse for it.
+fn polish(stretch: vec2<f32>, start: CellPoint) -> CellPoint {
+    var best = start;
+    for (var i = 0; i < 3; i++) {
+        let size = abs(best.residual);
+        let rises = 0.0 < best.other.stiffness;
+        let lost = best.pivot.strain <= 0.0 && 0.0 < best.other.force;
+        let met = size <= accepted(best.pivot.force) || slack(best);
+        if (met || !rises || !(0.0 < best.pivot.force || lost)) {
+            break;
+        }
+        let other_height = best.other_height + best.residual / best.other.stiffness;
+        let other = yarn_response(yarn(1u - PIVOT), stretch[1u - PIVOT], other_height);
+        let residual = best.pivot.force - other.force;
+        if (!(abs(residual) < size)) {
+            break;
+        }
+        best.other = other;
+        best.other_height = other_height;
+        best.residual = residual;
+    }
+    return best;
+}
+
+/// Strain of a yarn that nothing presses [-].
+fn straight_strain(y: Yarn, stretch: f32) -> f32 {
+    return (stretch - y.crimp) / (1.0 + y.crimp);
+}
+
+/// Solves the cell for the stretches Λ = 1 + `stretch`, from the heights `warm` of the last step. `both`: both yarns
+/// are alive and present; elsewhere each straightens freely.
+fn solve(stretch: vec2<f32>, warm: vec2<f32>, both: bool) -> Equilibrium {
+    let straight = vec2<f32>(straight_strain(yarn(0u), stretch.x), straight_strain(yarn(1u), stretch.y));
+    let top = scene.height_sum;
+    if (!both || !(0.0 < top)) {
+        let tension = vec2<f32>(scene.warp_stiffness, scene.weft_stiffness) * max(vec2<f32>(0.0), straight);
+        return Equilibrium(tension, tension, straight, vec2<f32>(0.0), 0.0, 0.0, 0u, true);
+    }
+    var x = min(max(0.0, warm[PIVOT]), top);
+    var low = 0.0;
+    var high = top;
+    var low_seen = false;
+    var high_seen = false;
+    var last = 1e30;
+    var best = cell_point(stretch, x);
+    var iterations = 1u;
+    var unmet = true;
+    for (var i = 0u; i < MAX_ITERATIONS; i++) {
+        let size = abs(best.residual);
+        let resolved = abs(high - low) <= 2.0 * EPSILON * high;
+        if (size <= accepted(best.pivot.force) || resolved || slack(best)) {
+            unmet = false;
+            break;
+        }
+        let above = 0.0 < best.residual;
+        if (above) {
+            high = x;
+            high_seen = true;
+        } else {
+            low = x;
+            low_seen = true;
+        }
+        let slow = 0.5 * last < size;
+        last = size;
+        var newton = x - best.residual / select(1.0, best.slope, 0.0 < best.slope);
+        newton = select(newton, select(high, low, above), best.slope <= 0.0);
+        let middle = 0.5 * (low + high);
+        let below_end = newton <= low;
+        let above_end = high <= newton;
+        newton = select(newton, select(low, middle, low_seen), below_end);
+        newton = select(newton, select(high, middle, high_seen), above_end);
+        let unseen = select(select(high, middle, high_seen), select(low, middle, low_seen), above);
+        x = select(newton, unseen, slow);
+        best = cell_point(stretch, x);
+        iterations += 1u;
+    }
+    best = polish(stretch, best);
+    var out = Equilibrium(
+        vec2<f32>(0.0), vec2<f32>(0.0), vec2<f32>(0.0), vec2<f32>(0.0),
+        real_force(best.pivot), abs(real_force(best.pivot) - real_force(best.other)), iterations, !unmet);
+    out.height[PIVOT] = x;
+    out.height[1u - PIVOT] = best.other_height;
+    out.strain[PIVOT] = best.pivot.strain;
+    out.strain[1u - PIVOT] = best.other.strain;
+    out.tension[PIVOT] = best.pivot.tension;
+    out.tension[1u - PIVOT] = best.other.tension;
+    out.in_plane = out.tension * vec2<f32>(
+        in_plane_factor(yarn(0u), stretch.x, out.height.x),
+        in_plane_factor(yarn(1u), stretch.y, out.height.y));
+    return out;
+}

@@ -1,0 +1,264 @@
+// element_force: stretches, crossover equilibrium, shear, failure and corner forces of every element.
+//   in      nodes     array<f32>  (6, N)   displacement [m], velocity [m/s]
+//   in/out  forces    array<f32>  (9, E)   P1·Ly/2, P2·Lx/2, hourglass per corner [N]
+//   in/out  heights   array<f32>  (2, E)   h1, h2 [m], warm start
+//   in/out  flags     array<u32>  (E)      bit 0 warp alive, bit 1 weft alive; evaluations since the last ledger << 8
+//   in/out  accounts  array<f32>  (7, E)   see `ledger`
+//   in/out  status    array<u32>           counters
+//   out     events    array<Event>         yarn failures
+// Twin: src/kernels/element_force.rs
+
+@group(1) @binding(0) var<storage, read> nodes: array<f32>;
+@group(1) @binding(1) var<storage, read_write> forces: array<f32>;
+@group(1) @binding(2) var<storage, read_write> heights: array<f32>;
+@group(1) @binding(3) var<storage, read_write> flags: array<u32>;
+@group(1) @binding(4) var<storage, read_write> accounts: array<f32>;
+@group(1) @binding(5) var<storage, read_write> status: array<atomic<u32>>;
+@group(1) @binding(6) var<storage, read_write> events: array<Event>;
+
+/// A yarn failure.
+struct Event {
+    step: u32,
+    element: u32,
+    /// 0 warp, 1 weft.
+    yarn: u32,
+    strain: f32,
+}
+
+/// Stretch below which the lever of shear is not shortened further.
+const STRETCH_FLOOR: f32 = 0.3;
+/// Cosine of the shear angle below which the plane of the yarns is no longer resolved.
+const COSINE_FLOOR: f32 = 1e-3;
+
+struct Kinematics {
+    /// Λ − 1.
+    stretch: vec2<f32>,
+    warp: vec3<f32>,
+    weft: vec3<f32>,
+    lambda: vec2<f32>,
+    sine: f32,
+}
+
+/// Corner values (columns of four) to twice the edge differences along X and Y and the hourglass combination.
+struct Differences {
+    x: vec3<f32>,
+    y: vec3<f32>,
+    mode: vec3<f32>,
+}
+
+fn load(field: u32, at: u32) -> vec3<f32> {
+    let n = scene.nodes;
+    return vec3<f32>(nodes[field * n + at], nodes[(field + 1u) * n + at], nodes[(field + 2u) * n + at]);
+}
+
+fn differences(field: u32, at: vec4<u32>) -> Differences {
+    let a = load(field, at.x);
+    let b = load(field, at.y);
+    let c = load(field, at.z);
+    let d = load(field, at.w);
+    let bottom = b - a;
+    let top = c - d;
+    return Differences(bottom + top, (d - a) + (c - b), top - bottom);
+}
+
+fn kinematics(u: Differences) -> Kinematics {
+    let g1 = u.x * scene.gradient_x;
+    let g2 = u.y * scene.gradient_y;
+    let f1 = vec3<f32>(1.0 + g1.x, g1.y, g1.z);
+    let f2 = vec3<f32>(g2.x, 1.0 + g2.y, g2.z);
+    let l1 = max(sqrt(dot(f1, f1)), 1e-12);
+    let l2 = max(sqrt(dot(f2, f2)), 1e-12);
+    // Λ − 1 from the displacement gradient: no cancellation at small strain.
+    let s1 = (2.0 * g1.x + dot(g1, g1)) / (1.0 + l1);
+    let s2 = (2.0 * g2.y + dot(g2, g2)) / (1.0 + l2);
+    let i1 = 1.0 / l1;
+    let i2 = 1.0 / l2;
+    let sine = (g2.x + g1.y + dot(g1, g2)) * i1 * i2;
+    return Kinematics(vec2<f32>(s1, s2), f1 * i1, f2 * i2, vec2<f32>(l1, l2), min(max(sine, -1.0), 1.0));
+}
+
+struct Membrane {
+    warp: vec3<f32>,
+    weft: vec3<f32>,
+}
+
+/// P1·Ly/2 and P2·Lx/2 [N] from in-plane yarn forces and shear resultant.
+fn membrane(k: Kinematics, pull: vec2<f32>, resultant: f32) -> Membrane {
+    let n1 = pull.x * scene.membrane_warp;
+    let n2 = pull.y * scene.membrane_weft;
+    if (!SHEAR) {
+        return Membrane(n1 * k.warp, n2 * k.weft);
+    }
+    let cosine = sqrt(max(1.0 - squared(k.sine), COSINE_FLOOR * COSINE_FLOOR));
+    let q = resultant / cosine;
+    let q1 = q * scene.half_length_warp / max(k.lambda.x, STRETCH_FLOOR);
+    let q2 = q * scene.half_length_weft / max(k.lambda.y, STRETCH_FLOOR);
+    return Membrane(
+        n1 * k.warp + q1 * (k.weft - k.sine * k.warp),
+        n2 * k.weft + q2 * (k.warp - k.sine * k.weft));
+}
+
+/// Energy of one element [J]: yarns, crossover compression, shear.
+fn stored_energy(tension: vec2<f32>, strain: vec2<f32>, force: f32, shear: f32) -> f32 {
+    let warp = tension.x * strain.x * scene.warp_half_span * (1.0 + scene.warp_crimp);
+    let weft = tension.y * strain.y * scene.weft_half_span * (1.0 + scene.weft_crimp);
+    return scene.cells * (warp + weft + compression_energy(force)) + scene.area * shear;
+}
+
+fn store(field: u32, element: u32, value: vec3<f32>) {
+    let e = scene.elements;
+    forces[field * e + element] = value.x;
+    forces[(field + 1u) * e + element] = value.y;
+    forces[(field + 2u) * e + element] = value.z;
+}
+
+fn stored(field: u32, element: u32) -> vec3<f32> {
+    let e = scene.elements;
+    return vec3<f32>(forces[field * e + element], forces[(field + 1u) * e + element], forces[(field + 2u) * e + element]);
+}
+
+fn report(element: u32, which: u32, strain: f32) {
+    atomicAdd(&status[FAILED + which], 1u);
+    let at = atomicAdd(&status[EVENTS], 1u);
+    events[at] = Event(step.index, element, which, strain);
+}
+
+/// Both of a pair.
+fn both_of(x: vec2<bool>) -> bool {
+    return x.x && x.y;
+}
+
+fn any_of(x: vec2<bool>) -> bool {
+    return x.x || x.y;
+}
+
+/// One element; gives the bits of its residual, or all ones where the residual was not met.
+fn element_step(element: u32) -> u32 {
+    let e = scene.elements;
+    let word = flags[element];
+    let was_alive = vec2<bool>((word & 1u) != 0u, (word & 2u) != 0u);
+    let both = both_of(was_alive);
+    if (!any_of(was_alive)) {
+        if (LEDGER) {
+            accounts[3u * e + element] = 0.0;
+            accounts[4u * e + element] = 0.0;
+            accounts[5u * e + element] = 0.0;
+            accounts[6u * e + element] = 0.0;
+        }
+        heights[element] = 0.0;
+        heights[e + element] = 0.0;
+        return 0u;
+    }
+    let at = corners(element);
+    let u = differences(0u, at);
+    let v = differences(3u, at);
+    let k = kinematics(u);
+    let warm = vec2<f32>(heights[element], heights[e + element]);
+    let cell = solve(k.stretch, warm, both);
+
+    let limit = vec2<f32>(scene.warp_failure_strain, scene.weft_failure_strain);
+    var failed = vec2<bool>(false);
+    if (FAILURE) {
+        failed = was_alive & (limit <= cell.strain);
+    }
+    let alive = was_alive & !failed;
+    let both_left = both_of(alive);
+    let straight = vec2<f32>(straight_strain(yarn(0u), k.stretch.x), straight_strain(yarn(1u), k.stretch.y));
+    let free_strain = max(straight, vec2<f32>(0.0));
+    let free = vec2<f32>(scene.warp_stiffness, scene.weft_stiffness) * free_strain;
+    let zero = vec2<f32>(0.0);
+    let pull = select(zero, select(free, cell.in_plane, both_left), alive);
+
+    var gamma = 0.0;
+    var trellis = 0.0;
+    if (SHEAR) {
+        gamma = arc_sine(k.sine);
+        trellis = shear_resultant(gamma);
+    }
+    let m = membrane(k, pull, select(0.0, trellis, both_left));
+
+    // Work done on the element between the last positions and these (trapezoid), and the new forces.
+    let power = dot(stored(0u, element) + m.warp, v.x) + dot(stored(3u, element) + m.weft, v.y);
+    store(0u, element, m.warp);
+    store(3u, element, m.weft);
+    accounts[element] += 0.5 * step.span * power;
+
+    let mode = 0.25 * u.mode;
+    let stiffness = select(0.0, scene.hourglass, both_left);
+    if (HOURGLASS) {
+        store(6u, element, 0.25 * stiffness * mode);
+    }
+    heights[element] = cell.height.x;
+    heights[e + element] = cell.height.y;
+
+    if (FAILURE && any_of(failed)) {
+        var shear_left = 0.0;
+        if (SHEAR) {
+            shear_left = select(0.0, shear_energy(gamma), both);
+        }
+        let before = stored_energy(select(zero, cell.tension, was_alive), cell.strain, cell.force, shear_left);
+        let after = stored_energy(select(zero, free, alive), free_strain, 0.0, 0.0);
+        // Forces that break in this step never act, so the last half step's work on them was not done either.
+        let intact = membrane(k, select(zero, cell.in_plane, was_alive), select(0.0, trellis, both));
+        let undone = dot(intact.warp - m.warp, v.x) + dot(intact.weft - m.weft, v.y);
+        accounts[e + element] += before - after - 0.5 * step.span * undone;
+        if (HOURGLASS) {
+            // The part of the hourglass work that the state function ½k|q|² does not hold once k dropped.
+            let lost = select(0.0, scene.hourglass, both) - stiffness;
+            accounts[2u * e + element] += 0.5 * lost * dot(mode, mode - 0.25 * step.span * v.mode);
+        }
+        if (failed.x) { report(element, 0u, cell.strain.x); }
+        if (failed.y) { report(element, 1u, cell.strain.y); }
+        if (!any_of(alive)) { atomicAdd(&status[ERODED], 1u); }
+    }
+    let bits = select(0u, 1u, alive.x) | select(0u, 2u, alive.y);
+    flags[element] = (word & 0xffffff00u) + (cell.iterations << 8u) + bits;
+
+    if (LEDGER) {
+        let tension = select(zero, select(free, cell.tension, both_left), alive);
+        let strain = select(free_strain, cell.strain, both_left);
+        var shear_now = 0.0;
+        if (SHEAR) {
+            shear_now = select(0.0, shear_energy(gamma), both_left);
+        }
+        accounts[3u * e + element] = stored_energy(tension, strain, select(0.0, cell.force, both_left), shear_now);
+        accounts[4u * e + element] = select(0.0, 0.5 * stiffness * dot(mode, mode), HOURGLASS);
+        accounts[5u * e + element] = max(tension.x, tension.y);
+        let n = 2u * scene.nodes;
+        let z = abs(vec4<f32>(nodes[n + at.x], nodes[n + at.y], nodes[n + at.z], nodes[n + at.w]));
+        accounts[6u * e + element] = max(max(z.x, z.y), max(z.z, z.w));
+    }
+    return select(0xffffffffu, bitcast<u32>(cell.residual), cell.converged || !both);
+}
+
+var<workgroup> worst: atomic<u32>;
+var<workgroup> open_cells: atomic<u32>;
+
+@compute @workgroup_size(64)
+fn element_force(
+    @builtin(workgroup_id) group: vec3<u32>,
+    @builtin(num_workgroups) groups: vec3<u32>,
+    @builtin(local_invocation_index) local: u32,
+) {
+    let element = invocation(group, groups, local);
+    // Also when an earlier step went wrong nobody leaves before the barriers.
+    if (element < scene.elements && step.index <= atomicLoad(&status[BAD_STEP])) {
+        let residual = element_step(element);
+        if (residual == 0xffffffffu) {
+            atomicAdd(&open_cells, 1u);
+        } else if (residual != 0u) {
+            atomicMax(&worst, residual);
+        }
+    }
+    workgroupBarrier();
+    if (local == 0u) {
+        let most = atomicLoad(&worst);
+        if (most > atomicLoad(&status[RESIDUAL])) {
+            atomicMax(&status[RESIDUAL], most);
+        }
+        let count = atomicLoad(&open_cells);
+        if (count > 0u) {
+            atomicAdd(&status[UNCONVERGED], count);
+        }
+    }
+}

@@ -1,0 +1,175 @@
+// ledger: sums of energy, momentum and counts over the pack at the end of a step, and the state of the projectile.
+//   in      nodes     array<f32>  (6, N)   displacement [m], velocity [m/s]
+//   in      forces    array<f32>  (9, E)   P1·Ly/2, P2·Lx/2, hourglass per corner [N]
+//   in/out  flags     array<u32>  (E)      evaluations are counted from 0 again
+//   in/out  accounts  array<f32>  (7, E)   since the last ledger: work, released by failures, hourglass released [J];
+//                                          now: stored, hourglass [J], largest tension [N], deflection [m]
+//   in/out  supports  array<f32>  (S, 3)   impulse of the supports, from 0 again [N·s]
+//   in/out  body      Body                 its sums begin at 0 again
+//   in      status    array<u32>           counters
+//   out     samples   array<u32>  (slots, groups·20 + 60)
+// Twin: src/ledger.rs, and `covered` of src/outcome.rs
+
+@group(1) @binding(0) var<storage, read> nodes: array<f32>;
+@group(1) @binding(1) var<storage, read> forces: array<f32>;
+@group(1) @binding(2) var<storage, read_write> flags: array<u32>;
+@group(1) @binding(3) var<storage, read_write> accounts: array<f32>;
+@group(1) @binding(4) var<storage, read_write> supports: array<f32>;
+@group(1) @binding(5) var<storage, read_write> body: Body;
+@group(1) @binding(6) var<storage, read_write> status: array<atomic<u32>>;
+@group(1) @binding(7) var<storage, read_write> samples: array<u32>;
+
+/// Invocations.
+const WIDTH: u32 = 64u;
+/// Numbers a workgroup adds up.
+const SUMS: u32 = 20u;
+/// Words of the body and of the counters.
+const BODY_WORDS: u32 = 52u;
+const STATUS_WORDS: u32 = 8u;
+
+// The sums of `samples`.
+const WORK: u32 = 0u;
+const RELEASED: u32 = 1u;
+const RELEASED_HOURGLASS: u32 = 2u;
+const STORED: u32 = 3u;
+const HOURGLASS_NOW: u32 = 4u;
+const TENSION: u32 = 5u;
+const DEFLECTION: u32 = 6u;
+const EVALUATIONS: u32 = 7u;
+const SOLVED: u32 = 8u;
+const KINETIC: u32 = 9u;
+/// ½ m v⁺·(v⁺ − Δt f/m), at the time of the positions.
+const KINETIC_NOW: u32 = 10u;
+const FASTEST: u32 = 11u;
+const MOMENTUM: u32 = 12u;
+const SUPPORT: u32 = 15u;
+/// Whole elements ahead of the projectile.
+const COVERED: u32 = 18u;
+
+var<workgroup> sums: array<f32, 1300>; // 20 sums of 64 parts, in rows of 65
+
+/// Whether a point lies ahead of the body's widest section and within its shadow.
+fn ahead(arm: vec3<f32>) -> bool {
+    let local = rotate_back(body.orientation, arm);
+    return axis_distance(local) < scene.body_radius && scene.body_shoulder < local.z;
+}
+
+fn arm_to(node: u32) -> vec3<f32> {
+    let n = scene.nodes;
+    let u = vec3<f32>(nodes[node], nodes[n + node], nodes[2u * n + node]);
+    return arm_of(body.coarse, body.fine, reference(node_place(node)), u);
+}
+
+/// Whether an element has all its yarns, is slower than the body and lies ahead of it.
+fn covers(element: u32) -> bool {
+    if ((flags[element] & 3u) != scene.present) {
+        return false;
+    }
+    let at = corners(element);
+    let n = 5u * scene.nodes;
+    let forward = 0.25 * (nodes[n + at.x] + nodes[n + at.y] + nodes[n + at.z] + nodes[n + at.w]);
+    if (!(forward < body.velocity.z)) {
+        return false;
+    }
+    let a = arm_to(at.x);
+    let b = arm_to(at.y);
+    let c = arm_to(at.z);
+    let d = arm_to(at.w);
+    return ahead(a) || ahead(b) || ahead(c) || ahead(d) || ahead(0.25 * ((a + b) + (c + d)));
+}
+
+fn put(at: u32, words: vec4<u32>) {
+    samples[at] = words.x;
+    samples[at + 1u] = words.y;
+    samples[at + 2u] = words.z;
+    samples[at + 3u] = words.w;
+}
+
+/// The body and the counters after the sums; the body's own sums begin anew.
+fn finish(first: u32) {
+    put(first, bitcast<vec4<u32>>(body.coarse));
+    put(first + 4u, bitcast<vec4<u32>>(body.fine));
+    put(first + 8u, bitcast<vec4<u32>>(body.change));
+    put(first + 12u, bitcast<vec4<u32>>(body.orientation));
+    put(first + 16u, bitcast<vec4<u32>>(body.spin));
+    put(first + 20u, bitcast<vec4<u32>>(body.velocity));
+    put(first + 24u, bitcast<vec4<u32>>(body.turning));
+    put(first + 28u, bitcast<vec4<u32>>(body.coarse_before));
+    put(first + 32u, bitcast<vec4<u32>>(body.fine_before));
+    put(first + 36u, bitcast<vec4<u32>>(body.change_before));
+    put(first + 40u, bitcast<vec4<u32>>(body.impulse));
+    put(first + 44u, bitcast<vec4<u32>>(body.support));
+    put(first + 48u, bitcast<vec4<u32>>(body.energy));
+    for (var i = 0u; i < STATUS_WORDS; i++) {
+        samples[first + BODY_WORDS + i] = atomicLoad(&status[i]);
+    }
+    body.impulse = vec4<f32>(0.0);
+    body.support = vec4<f32>(0.0);
+    body.energy = vec4<f32>(0.0, 0.0, 0.0, body.energy.w);
+}
+
+@compute @workgroup_size(64)
+fn ledger(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index) local: u32) {
+    let e = scene.elements;
+    let n = scene.nodes;
+    let stride = scene.groups * WIDTH;
+    let first = step.slot * (scene.groups * SUMS + BODY_WORDS + STATUS_WORDS);
+    var part: array<f32, 20>;
+    for (var element = group.x * WIDTH + local; element < e; element += stride) {
+        let word = flags[element];
+        part[WORK] += accounts[element];
+        accounts[element] = 0.0;
+        if (FAILURE) {
+            part[RELEASED] += accounts[e + element];
+            part[RELEASED_HOURGLASS] += accounts[2u * e + element];
+            accounts[e + element] = 0.0;
+            accounts[2u * e + element] = 0.0;
+        }
+        part[STORED] += accounts[3u * e + element];
+        part[HOURGLASS_NOW] += accounts[4u * e + element];
+        part[TENSION] = max(part[TENSION], accounts[5u * e + element]);
+        part[DEFLECTION] = max(part[DEFLECTION], accounts[6u * e + element]);
+        part[EVALUATIONS] += f32(word >> 8u);
+        part[SOLVED] += select(0.0, f32(step.since), (word & 3u) == 3u);
+        flags[element] = word & 3u;
+        if (PROJECTILE) {
+            part[COVERED] += select(0.0, 1.0, covers(element));
+        }
+    }
+    for (var node = group.x * WIDTH + local; node < n; node += stride) {
+        let place = node_place(node);
+        let v = vec3<f32>(nodes[3u * n + node], nodes[4u * n + node], nodes[5u * n + node]);
+        let mass = node_mass(place);
+        let square = dot(v, v);
+        part[KINETIC] += 0.5 * mass * square;
+        part[KINETIC_NOW] += 0.5 * mass * dot(v, v - scene.dt * gather(node, place) * inverse_mass(place));
+        part[FASTEST] = max(part[FASTEST], square);
+        part[MOMENTUM] += mass * v.x;
+        part[MOMENTUM + 1u] += mass * v.y;
+        part[MOMENTUM + 2u] += mass * v.z;
+    }
+    for (var i = group.x * WIDTH + local; i < arrayLength(&supports) / 3u; i += stride) {
+        part[SUPPORT] += supports[3u * i];
+        part[SUPPORT + 1u] += supports[3u * i + 1u];
+        part[SUPPORT + 2u] += supports[3u * i + 2u];
+        supports[3u * i] = 0.0;
+        supports[3u * i + 1u] = 0.0;
+        supports[3u * i + 2u] = 0.0;
+    }
+    for (var i = 0u; i < SUMS; i++) {
+        sums[i * 65u + local] = part[i];
+    }
+    workgroupBarrier();
+    if (local < SUMS) {
+        let largest = local == TENSION || local == DEFLECTION || local == FASTEST;
+        var sum = 0.0;
+        for (var i = 0u; i < WIDTH; i++) {
+            let x = sums[local * 65u + i];
+            sum = select(sum + x, max(sum, x), largest);
+        }
+        samples[first + group.x * SUMS + local] = bitcast<u32>(sum);
+    }
+    if (group.x == 0u && local == 0u) {
+        finish(first + scene.groups * SUMS);
+    }
+}

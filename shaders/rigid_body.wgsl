@@ -1,0 +1,86 @@
+// rigid_body: the projectile's state and its motion, six degrees of freedom.
+// Twin: src/kernels/rigid_body.rs
+//
+// A position is held in fixed point, `coarse`·2⁻¹⁰ m + `fine`·2⁻³⁴ m, and the velocity as its change since the impact,
+// so that neither a long flight nor a heavy body loses the small steps to rounding.
+
+struct Body {
+    coarse: vec4<i32>,
+    fine: vec4<i32>,
+    /// Velocity since the impact [m/s].
+    change: vec4<f32>,
+    /// Body frame to world, (x, y, z, w).
+    orientation: vec4<f32>,
+    /// Angular momentum, world frame [kg·m²/s].
+    spin: vec4<f32>,
+    /// Velocity [m/s], and in w the bound of the speed of any point.
+    velocity: vec4<f32>,
+    /// Angular velocity [rad/s].
+    turning: vec4<f32>,
+    /// The body before the last step.
+    coarse_before: vec4<i32>,
+    fine_before: vec4<i32>,
+    change_before: vec4<f32>,
+    /// Impulse on the body since the last ledger [N·s].
+    impulse: vec4<f32>,
+    /// Impulse through held nodes or the drive since the last ledger [N·s].
+    support: vec4<f32>,
+    /// Lost to contact, to friction, work of the drive since the last ledger [J]; deepest node so far [m].
+    energy: vec4<f32>,
+}
+
+/// Steps of `fine` per metre.
+const FINE: f32 = 17179869184.0;
+
+fn rotate(q: vec4<f32>, v: vec3<f32>) -> vec3<f32> {
+    let t = 2.0 * cross(q.xyz, v);
+    return v + q.w * t + cross(q.xyz, t);
+}
+
+/// World to body frame.
+fn rotate_back(q: vec4<f32>, v: vec3<f32>) -> vec3<f32> {
+    return rotate(vec4<f32>(-q.xyz, q.w), v);
+}
+
+/// From the centre of mass to a node [m]: the large parts are subtracted first.
+fn arm_of(coarse: vec4<i32>, fine: vec4<i32>, reference: vec3<f32>, displacement: vec3<f32>) -> vec3<f32> {
+    let large = vec3<f32>(coarse.xyz) * (1.0 / 1024.0);
+    return ((reference - large) + displacement) - vec3<f32>(fine.xyz) * (1.0 / FINE);
+}
+
+fn angular_velocity(orientation: vec4<f32>, spin: vec3<f32>) -> vec3<f32> {
+    let local = rotate_back(orientation, spin);
+    return rotate(orientation, local / vec3<f32>(scene.body_across, scene.body_across, scene.body_axial));
+}
+
+/// Turns an orientation by the rotation vector θ; series, because a step's angle is small.
+fn turned(orientation: vec4<f32>, theta: vec3<f32>) -> vec4<f32> {
+    let h = 0.25 * dot(theta, theta);
+    // sin(|θ|/2)/|θ| and cos(|θ|/2) in h = |θ|²/4.
+    let sine = 0.5 * (1.0 - h / 6.0 * (1.0 - h / 20.0 * (1.0 - h / 42.0)));
+    let cosine = 1.0 - 0.5 * h * (1.0 - h / 12.0 * (1.0 - h / 30.0));
+    let q = vec4<f32>(sine * theta, cosine);
+    let p = orientation;
+    return vec4<f32>(q.w * p.xyz + p.w * q.xyz + cross(q.xyz, p.xyz), q.w * p.w - dot(q.xyz, p.xyz));
+}
+
+/// Moves the body through Δt of free flight.
+fn advance(start: Body) -> Body {
+    var b = start;
+    b.velocity = vec4<f32>(vec3<f32>(scene.impact_x, scene.impact_y, scene.impact_z) + b.change.xyz, 0.0);
+    let moved = b.fine.xyz + vec3<i32>(round(b.velocity.xyz * scene.dt * FINE));
+    b.coarse = vec4<i32>(b.coarse.xyz + (moved >> vec3<u32>(24u)), 0);
+    b.fine = vec4<i32>(moved & vec3<i32>(0xffffff), 0);
+    b.turning = vec4<f32>(0.0);
+    if (ROTATION) {
+        let omega = angular_velocity(b.orientation, b.spin.xyz);
+        let half = turned(b.orientation, 0.5 * scene.dt * omega);
+        let middle = angular_velocity(half, b.spin.xyz);
+        let q = turned(b.orientation, scene.dt * middle);
+        b.orientation = q / sqrt(dot(q, q));
+        b.turning = vec4<f32>(angular_velocity(b.orientation, b.spin.xyz), 0.0);
+    }
+    let turning = sqrt(dot(b.turning.xyz, b.turning.xyz));
+    b.velocity.w = sqrt(dot(b.velocity.xyz, b.velocity.xyz)) + turning * scene.body_reach;
+    return b;
+}

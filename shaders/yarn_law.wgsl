@@ -1,0 +1,136 @@
+// yarn_law: tension and contact force of one yarn at a stretch and a height, (13)–(19), for every law.
+// Twin: src/kernels/yarn_law.rs
+
+const SHORTEST: f32 = 1e-9;
+const PI: f32 = 3.14159265358979;
+const HALF_PI: f32 = 1.5707963267948966;
+
+const PUBLISHED_TENSION: u32 = 0u;
+const PUBLISHED_PROJECTED: u32 = 1u;
+const VARIATIONAL: u32 = 2u;
+const KAWABATA: u32 = 3u;
+
+struct Yarn {
+    /// EA [N].
+    stiffness: f32,
+    /// w0 [m].
+    half_span: f32,
+    crimp: f32,
+    failure_strain: f32,
+    /// dF/dε of the continuation to slack yarns [N].
+    slack: f32,
+}
+
+fn yarn(i: u32) -> Yarn {
+    if (i == 0u) {
+        return Yarn(
+            scene.warp_stiffness, scene.warp_half_span, scene.warp_crimp, scene.warp_failure_strain, scene.warp_slack);
+    }
+    return Yarn(
+        scene.weft_stiffness, scene.weft_half_span, scene.weft_crimp, scene.weft_failure_strain, scene.weft_slack);
+}
+
+struct YarnResponse {
+    strain: f32,
+    /// T ≥ 0 [N].
+    tension: f32,
+    /// F [N]; negative and growing with h where the yarn is slack.
+    force: f32,
+    /// dF/dh [N/m].
+    stiffness: f32,
+}
+
+/// The contact force without its continuation.
+fn real_force(r: YarnResponse) -> f32 {
+    return select(0.0, r.force, 0.0 < r.strain);
+}
+
+struct Sinusoid {
+    arc: ArcLength,
+    k: f32,
+    dk: f32,
+    strain: f32,
+    tension: f32,
+    dstrain: f32,
+}
+
+fn sinusoid(y: Yarn, stretch: f32, h: f32) -> Sinusoid {
+    let length = max(1.0 + stretch, SHORTEST);
+    let dk = HALF_PI / (y.half_span * length);
+    let k = h * dk;
+    let arc = arc_length(k);
+    let per_length = 1.0 / (1.0 + y.crimp);
+    let strain = (stretch + length * arc.excess - y.crimp) * per_length;
+    let tension = select(0.0, y.stiffness * strain, 0.0 < strain);
+    let dstrain = length * arc.slope * dk * per_length;
+    return Sinusoid(arc, k, dk, strain, tension, dstrain);
+}
+
+/// Leg of the saw-tooth: l/w0 − 1 and l/w0.
+fn leg(y: Yarn, stretch: f32, h: f32) -> vec2<f32> {
+    let eta = h / y.half_span;
+    let square_minus_1 = stretch * (2.0 + stretch) + eta * eta;
+    let size = max(sqrt(max(0.0, 1.0 + square_minus_1)), SHORTEST);
+    return vec2<f32>(square_minus_1 / (size + 1.0), size);
+}
+
+fn saw_tooth(y: Yarn, stretch: f32, h: f32) -> YarnResponse {
+    let l = leg(y, stretch, h);
+    let per_length = 1.0 / (1.0 + y.crimp);
+    let strain = (l.x - y.crimp) * per_length;
+    let taut = 0.0 < strain;
+    let tension = select(0.0, y.stiffness * strain, taut);
+    let eta = h / y.half_span;
+    let per_leg = 1.0 / l.y;
+    let sine = eta * per_leg;
+    let dstrain = per_length * sine / y.half_span;
+    let cosine = (1.0 + stretch) * per_leg;
+    let turning = tension * squared(cosine) * per_leg / y.half_span;
+    let stiffness = 2.0 * (y.stiffness * dstrain * sine + turning);
+    return YarnResponse(
+        strain,
+        tension,
+        select(y.slack * strain, 2.0 * tension * sine, taut),
+        select(y.slack * dstrain, stiffness, taut));
+}
+
+/// Tension, contact force and their derivatives at Λ = 1 + `stretch` and height `h`.
+fn yarn_response(y: Yarn, stretch: f32, h: f32) -> YarnResponse {
+    if (LAW == KAWABATA) {
+        return saw_tooth(y, stretch, h);
+    }
+    let s = sinusoid(y, stretch, h);
+    var force: f32;
+    var stiffness: f32;
+    if (LAW == VARIATIONAL) {
+        force = PI * s.arc.slope * s.tension;
+        let growth = y.stiffness * s.dstrain;
+        stiffness = PI * (s.arc.curvature * s.dk * s.tension + s.arc.slope * growth);
+    } else {
+        let cosine = 1.0 / s.arc.secant;
+        let twice = 2.0 * cosine;
+        force = twice * s.tension * s.k;
+        stiffness = twice * (y.stiffness * s.dstrain * s.k + s.tension * squared(cosine) * s.dk);
+    }
+    let taut = 0.0 < s.strain;
+    return YarnResponse(
+        s.strain,
+        s.tension,
+        select(y.slack * s.strain, force, taut),
+        select(y.slack * s.dstrain, stiffness, taut));
+}
+
+/// In-plane force over tension.
+fn in_plane_factor(y: Yarn, stretch: f32, h: f32) -> f32 {
+    if (LAW == PUBLISHED_TENSION) {
+        return 1.0;
+    }
+    if (LAW == KAWABATA) {
+        return (1.0 + stretch) / leg(y, stretch, h).y;
+    }
+    let s = sinusoid(y, stretch, h);
+    if (LAW == VARIATIONAL) {
+        return 1.0 + s.arc.excess - s.k * s.arc.slope;
+    }
+    return 1.0 / s.arc.secant;
+}

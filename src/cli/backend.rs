@@ -1,0 +1,72 @@
+//! What computes: the choice between processor and graphics processor, and why.
+
+use ripstop::gpu::{self, Adapter, Device, DeviceError};
+use ripstop::simulation;
+
+use super::arguments::{Backend, BackendArguments, Precision};
+use super::failure::Failure;
+
+/// What was chosen.
+pub(crate) struct Chosen {
+    /// The graphics processor; none for the processor.
+    pub(crate) device: Option<Device>,
+    /// Number type on the processor.
+    pub(crate) precision: simulation::Precision,
+    /// What `auto` took and why.
+    pub(crate) note: Option<String>,
+}
+
+/// What `auto` takes of these adapters: the number of one, or why none.
+pub(crate) fn automatic(adapters: &[Adapter]) -> Result<&Adapter, &'static str> {
+    match adapters.first() {
+        Some(best) if best.is_hardware() => Ok(best),
+        Some(_) => Err("only software adapters were found"),
+        None => Err("no graphics adapter was found"),
+    }
+}
+
+/// Opens what the arguments ask for.
+pub(crate) fn choose(arguments: &BackendArguments) -> Result<Chosen, Failure> {
+    let precision = arguments.precision.unwrap_or(Precision::F64).into();
+    let cpu = |note: Option<String>| Ok(Chosen { device: None, precision, note });
+    let asked_f64 = arguments.precision == Some(Precision::F64);
+    match arguments.backend {
+        Backend::Cpu if arguments.adapter.is_some() => {
+            Err(Failure::input("error: --adapter\n  expected: --backend gpu or auto\n  found: --backend cpu"))
+        }
+        Backend::Gpu if asked_f64 => Err(Failure::input(
+            "error: --precision f64\n  expected: f32, the number type of the GPU backend\n  found: f64\n  \
+             help: leave it out, or take --backend cpu",
+        )),
+        Backend::Cpu => cpu(None),
+        Backend::Gpu => {
+            let adapter = gpu::device::choose(&gpu::adapters(), arguments.adapter.as_deref());
+            let device = adapter.and_then(|a| Device::open(&a)).map_err(|e| Failure::device(&e))?;
+            Ok(Chosen { device: Some(device), precision, note: None })
+        }
+        Backend::Auto if asked_f64 => cpu(Some("note: --backend auto takes the CPU: f64 was asked for".to_owned())),
+        Backend::Auto => {
+            let adapters = gpu::adapters();
+            let wanted = match &arguments.adapter {
+                // An adapter asked for by name is taken, whatever it is.
+                Some(name) => Ok(gpu::device::choose(&adapters, Some(name)).map_err(|e| Failure::device(&e))?),
+                None => automatic(&adapters).cloned(),
+            };
+            match wanted {
+                Ok(adapter) => match Device::open(&adapter) {
+                    Ok(device) => {
+                        let note = format!("note: --backend auto takes the GPU: {} ({})", adapter.name(), adapter.kind());
+                        Ok(Chosen { device: Some(device), precision, note: Some(note) })
+                    }
+                    Err(error) => cpu(Some(took_cpu(&error))),
+                },
+                Err(why) => cpu(Some(format!("note: --backend auto takes the CPU: {why}"))),
+            }
+        }
+    }
+}
+
+/// What is said when `auto` takes the processor because of the device.
+pub(crate) fn took_cpu(error: &DeviceError) -> String {
+    format!("note: --backend auto takes the CPU: {error}")
+}

@@ -1,0 +1,183 @@
+//! Buffers of a run: what each holds, how large it is, and whether a device can hold it.
+
+use super::DeviceError;
+use super::layout::{ACCOUNT_FIELDS, BODY_WORDS, EVENT_WORDS, FORCE_FIELDS, NODE_FIELDS, POINT_WORDS, STATUS_WORDS, SUMS};
+use crate::model::Grid;
+
+/// Samples of a batch at most.
+pub const SLOTS: u32 = 64;
+/// Most contact points there is room for.
+const POINTS: u64 = 1 << 16;
+/// Elements a workgroup of the ledger adds up before another one helps.
+const LEDGER_SHARE: usize = 1024;
+/// Workgroups of the ledger at most.
+const LEDGER_GROUPS: usize = 256;
+
+/// A storage buffer, by the name of its variable in the shaders.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Name {
+    /// Displacement and velocity, shape (6, nodes).
+    Nodes,
+    /// Forces, shape (9, elements).
+    Forces,
+    /// Yarn heights, shape (2, elements).
+    Heights,
+    /// Life of the yarns and evaluations, shape (elements,).
+    Flags,
+    /// Work and energies, shape (7, elements).
+    Accounts,
+    /// Counters, shape (8,).
+    Status,
+    /// Failures, shape (2·elements, 4): every yarn breaks once, so the list cannot overflow.
+    Events,
+    /// Impulse of the supports, shape (rim nodes, 3).
+    Supports,
+    /// The projectile.
+    Body,
+    /// Nodes near the projectile, a bit each.
+    Candidates,
+    /// Contact points.
+    Points,
+    /// Samples of the ledger, shape (slots, words of a sample).
+    Samples,
+}
+
+impl Name {
+    /// Every buffer.
+    pub const ALL: [Self; 12] = [
+        Self::Nodes,
+        Self::Forces,
+        Self::Heights,
+        Self::Flags,
+        Self::Accounts,
+        Self::Status,
+        Self::Events,
+        Self::Supports,
+        Self::Body,
+        Self::Candidates,
+        Self::Points,
+        Self::Samples,
+    ];
+
+    /// Its variable in the shaders.
+    pub fn variable(self) -> &'static str {
+        match self {
+            Self::Nodes => "nodes",
+            Self::Forces => "forces",
+            Self::Heights => "heights",
+            Self::Flags => "flags",
+            Self::Accounts => "accounts",
+            Self::Status => "status",
+            Self::Events => "events",
+            Self::Supports => "supports",
+            Self::Body => "body",
+            Self::Candidates => "candidates",
+            Self::Points => "points",
+            Self::Samples => "samples",
+        }
+    }
+}
+
+/// Sizes of the buffers of a grid.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Sizes {
+    /// Elements.
+    pub elements: u64,
+    /// Nodes.
+    pub nodes: u64,
+    /// Nodes on the rims of the plies.
+    pub rim: u64,
+    /// Room for contact points.
+    pub points: u64,
+    /// Workgroups of the ledger.
+    pub groups: u64,
+}
+
+impl Sizes {
+    /// Sizes for a grid.
+    pub fn new(grid: &Grid) -> Self {
+        let nodes = (grid.node_rows() * (grid.columns + 1)) as u64;
+        let plies = (grid.shots * grid.plies) as u64;
+        Self {
+            elements: grid.elements() as u64,
+            nodes,
+            rim: plies * 2 * (grid.columns + grid.rows + 2) as u64,
+            points: nodes.min(POINTS),
+            groups: grid.elements().div_ceil(LEDGER_SHARE).clamp(1, LEDGER_GROUPS) as u64,
+        }
+    }
+
+    /// Words of one sample.
+    pub fn sample_words(&self) -> usize {
+        self.groups as usize * SUMS + BODY_WORDS + STATUS_WORDS
+    }
+
+    /// Size of a buffer [bytes].
+    pub fn bytes(&self, name: Name) -> u64 {
+        let mask_words = self.nodes.div_ceil(32);
+        4 * match name {
+            Name::Nodes => NODE_FIELDS * self.nodes,
+            Name::Forces => FORCE_FIELDS * self.elements,
+            Name::Heights => 2 * self.elements,
+            Name::Flags => self.elements,
+            Name::Accounts => ACCOUNT_FIELDS * self.elements,
+            Name::Status => STATUS_WORDS as u64,
+            Name::Events => 2 * EVENT_WORDS * self.elements,
+            Name::Supports => 3 * self.rim,
+            Name::Body => BODY_WORDS as u64,
+            Name::Candidates => mask_words + mask_words.div_ceil(32),
+            Name::Points => POINT_WORDS * self.points,
+            Name::Samples => u64::from(SLOTS) * self.sample_words() as u64,
+        }
+    }
+
+    /// All buffers together [bytes].
+    pub fn total(&self) -> u64 {
+        Name::ALL.into_iter().map(|name| self.bytes(name)).sum()
+    }
+
+    /// Whether a device with these limits can hold them.
+    ///
+    /// # Errors
+    /// [`DeviceError::TooLarge`] with the buffer that does not fit and the memory needed.
+    pub fn check(&self, limits: &wgpu::Limits, adapter: &str) -> Result<(), DeviceError> {
+        let binding = limits.max_storage_buffer_binding_size.min(limits.max_buffer_size);
+        // Element numbers, and the yarn beside them, are 32-bit words in the shaders.
+        let words = 4 * u64::from(u32::MAX);
+        for name in Name::ALL {
+            let needed = self.bytes(name);
+            if needed > binding.min(words) {
+                return Err(DeviceError::TooLarge {
+                    adapter: adapter.to_owned(),
+                    buffer: name.variable(),
+                    needed,
+                    limit: binding,
+                    total: self.total(),
+                });
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Workgroups of `count` invocations as a two-dimensional dispatch within `most` per dimension.
+pub fn spread(count: u64, group: u32, most: u32) -> [u32; 2] {
+    let groups = count.div_ceil(u64::from(group)).max(1);
+    let rows = groups.div_ceil(u64::from(most));
+    [groups.div_ceil(rows) as u32, rows as u32]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_dispatch_covers_everything_within_the_limit() {
+        for count in [0, 1, 64, 65, 25_600, 4_194_240, 4_194_241, 100_000_000] {
+            let [x, y] = spread(count, 64, 65_535);
+            assert!(x <= 65_535 && y <= 65_535);
+            assert!(u64::from(x) * u64::from(y) * 64 >= count);
+            assert!(u64::from(x) * u64::from(y) <= count.div_ceil(64) + u64::from(y));
+        }
+    }
+}

@@ -1,0 +1,1 @@
+//! Lock-step comparison of the backends. (under construction)

@@ -1,0 +1,242 @@
+//! Adapters and devices: which graphics processors there are, which one to take, and what goes wrong with them.
+
+use std::sync::{Arc, Mutex, PoisonError};
+
+/// Why no device computes.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum DeviceError {
+    /// No adapter at all.
+    #[error("no graphics adapter was found")]
+    NoAdapter,
+    /// None of that name or number.
+    #[error("no adapter is called or numbered {wanted}")]
+    NoSuchAdapter {
+        /// What was asked for.
+        wanted: String,
+        /// What there is.
+        found: Vec<String>,
+    },
+    /// The adapter gave no device.
+    #[error("{adapter} cannot be opened: {reason}")]
+    Refused {
+        /// Name.
+        adapter: String,
+        /// What the driver said.
+        reason: String,
+    },
+    /// The scene does not fit.
+    #[error("{adapter} cannot hold the case: {buffer} needs {needed} bytes")]
+    TooLarge {
+        /// Name.
+        adapter: String,
+        /// The first buffer that does not fit.
+        buffer: &'static str,
+        /// Its size [bytes].
+        needed: u64,
+        /// What one buffer may have [bytes].
+        limit: u64,
+        /// All buffers together [bytes].
+        total: u64,
+    },
+    /// The device ran out of memory.
+    #[error("{adapter} has not the {total} bytes of memory the case needs")]
+    OutOfMemory {
+        /// Name.
+        adapter: String,
+        /// All buffers together [bytes].
+        total: u64,
+        /// What the driver said.
+        reason: String,
+    },
+    /// More nodes met the projectile in one step than the device has room for.
+    #[error("{found} nodes meet the projectile in one step; {adapter} has room for {room}")]
+    Crowded {
+        /// Name.
+        adapter: String,
+        /// Nodes.
+        found: u32,
+        /// Room.
+        room: u64,
+    },
+    /// The device was lost or a command failed.
+    #[error("{adapter} failed: {reason}")]
+    Lost {
+        /// Name.
+        adapter: String,
+        /// What the driver said.
+        reason: String,
+    },
+}
+
+/// A graphics processor, or software that acts as one.
+#[derive(Clone, Debug)]
+pub struct Adapter {
+    inner: wgpu::Adapter,
+    info: wgpu::AdapterInfo,
+}
+
+impl Adapter {
+    /// Its name.
+    pub fn name(&self) -> &str {
+        &self.info.name
+    }
+
+    /// Whether it is hardware.
+    pub fn is_hardware(&self) -> bool {
+        use wgpu::DeviceType::{DiscreteGpu, IntegratedGpu, VirtualGpu};
+        matches!(self.info.device_type, DiscreteGpu | IntegratedGpu | VirtualGpu)
+    }
+
+    /// What kind it is, in words.
+    pub fn kind(&self) -> &'static str {
+        match self.info.device_type {
+            wgpu::DeviceType::DiscreteGpu => "discrete GPU",
+            wgpu::DeviceType::IntegratedGpu => "integrated GPU",
+            wgpu::DeviceType::VirtualGpu => "virtual GPU",
+            wgpu::DeviceType::Cpu => "software",
+            wgpu::DeviceType::Other => "unknown",
+        }
+    }
+
+    /// Programming interface and driver.
+    pub fn driver(&self) -> String {
+        format!("{} {} {}", self.info.backend, self.info.driver, self.info.driver_info).trim().to_owned()
+    }
+
+    /// Largest storage buffer [bytes].
+    pub fn largest_buffer(&self) -> u64 {
+        let limits = self.inner.limits();
+        limits.max_storage_buffer_binding_size.min(limits.max_buffer_size)
+    }
+
+    /// Lower is better: hardware before software, native interfaces before OpenGL.
+    fn rank(&self) -> u32 {
+        let kind = match self.info.device_type {
+            wgpu::DeviceType::DiscreteGpu => 0,
+            wgpu::DeviceType::IntegratedGpu => 1,
+            wgpu::DeviceType::VirtualGpu => 2,
+            wgpu::DeviceType::Other => 3,
+            wgpu::DeviceType::Cpu => 4,
+        };
+        2 * kind + u32::from(self.info.backend == wgpu::Backend::Gl)
+    }
+}
+
+/// Every adapter, the best first; their numbers on the command line follow this order.
+///
+/// OpenGL is asked only where there is nothing else: its loaders write to the terminal.
+pub fn adapters() -> Vec<Adapter> {
+    let of = |backends: wgpu::Backends| {
+        let descriptor =
+            wgpu::InstanceDescriptor { backends, ..wgpu::InstanceDescriptor::new_without_display_handle() };
+        pollster::block_on(wgpu::Instance::new(descriptor).enumerate_adapters(backends))
+    };
+    let mut found = of(wgpu::Backends::PRIMARY);
+    if found.is_empty() {
+        found = of(wgpu::Backends::SECONDARY);
+    }
+    let mut adapters: Vec<Adapter> =
+        found.into_iter().map(|inner| Adapter { info: inner.get_info(), inner }).collect();
+    adapters.sort_by_key(Adapter::rank);
+    adapters
+}
+
+/// The adapter of that name (or part of it, whatever the case) or number, or the best one.
+///
+/// # Errors
+/// When there is none.
+pub fn choose(adapters: &[Adapter], wanted: Option<&str>) -> Result<Adapter, DeviceError> {
+    let Some(first) = adapters.first() else { return Err(DeviceError::NoAdapter) };
+    let Some(wanted) = wanted else { return Ok(first.clone()) };
+    let by_number = wanted.parse::<usize>().ok().and_then(|n| adapters.get(n));
+    let lower = wanted.to_lowercase();
+    let by_name = || adapters.iter().find(|a| a.name().to_lowercase().contains(&lower));
+    by_number.or_else(by_name).cloned().ok_or_else(|| DeviceError::NoSuchAdapter {
+        wanted: wanted.to_owned(),
+        found: adapters.iter().map(|a| a.name().to_owned()).collect(),
+    })
+}
+
+/// An open device.
+#[derive(Debug)]
+pub struct Device {
+    pub(super) inner: wgpu::Device,
+    pub(super) queue: wgpu::Queue,
+    name: String,
+    fault: Arc<Mutex<Option<String>>>,
+}
+
+impl Device {
+    /// Opens an adapter.
+    ///
+    /// # Errors
+    /// When it grants less than every WebGPU device must, or the driver refuses.
+    pub fn open(adapter: &Adapter) -> Result<Self, DeviceError> {
+        let has = adapter.inner.limits();
+        let limits = wgpu::Limits {
+            max_storage_buffer_binding_size: has.max_storage_buffer_binding_size,
+            max_buffer_size: has.max_buffer_size,
+            ..wgpu::Limits::default()
+        };
+        let timing = wgpu::Features::TIMESTAMP_QUERY | wgpu::Features::TIMESTAMP_QUERY_INSIDE_PASSES;
+        let descriptor = wgpu::DeviceDescriptor {
+            label: Some("ripstop"),
+            required_features: adapter.inner.features() & timing,
+            required_limits: limits,
+            memory_hints: wgpu::MemoryHints::Performance,
+            ..wgpu::DeviceDescriptor::default()
+        };
+        let (inner, queue) = pollster::block_on(adapter.inner.request_device(&descriptor))
+            .map_err(|e| DeviceError::Refused { adapter: adapter.name().to_owned(), reason: e.to_string() })?;
+        Ok(Self::new(inner, queue, adapter.name().to_owned()))
+    }
+
+    /// A device that accepts everything and computes nothing: it checks pipelines and bindings where there is no driver.
+    pub fn noop() -> Self {
+        let (inner, queue) = wgpu::Device::noop(&wgpu::DeviceDescriptor::default());
+        Self::new(inner, queue, "noop".to_owned())
+    }
+
+    fn new(inner: wgpu::Device, queue: wgpu::Queue, name: String) -> Self {
+        let fault = Arc::new(Mutex::new(None));
+        let keep = |fault: &Arc<Mutex<Option<String>>>, text: String| {
+            // The first fault is the cause; what follows are its consequences.
+            fault.lock().unwrap_or_else(PoisonError::into_inner).get_or_insert(text);
+        };
+        let seen = Arc::clone(&fault);
+        inner.on_uncaptured_error(Arc::new(move |error: wgpu::Error| keep(&seen, error.to_string())));
+        let seen = Arc::clone(&fault);
+        inner.set_device_lost_callback(move |reason, message| keep(&seen, format!("device lost ({reason:?}): {message}")));
+        Self { inner, queue, name, fault }
+    }
+
+    /// Name of the adapter.
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// Takes the device away in mid-run, as a driver reset would.
+    pub fn destroy(&self) {
+        self.inner.destroy();
+    }
+
+    /// Largest storage buffer, and other limits.
+    pub fn limits(&self) -> wgpu::Limits {
+        self.inner.limits()
+    }
+
+    /// Waits for everything submitted.
+    pub(super) fn wait(&self) -> Result<(), DeviceError> {
+        let polled = self.inner.poll(wgpu::PollType::wait_indefinitely());
+        let fault = self.fault.lock().unwrap_or_else(PoisonError::into_inner).clone();
+        match (fault, polled) {
+            (Some(reason), _) => Err(self.lost(reason)),
+            (None, Err(error)) => Err(self.lost(error.to_string())),
+            (None, Ok(_)) => Ok(()),
+        }
+    }
+
+    pub(super) fn lost(&self, reason: String) -> DeviceError {
+        DeviceError::Lost { adapter: self.name.clone(), reason }
+    }
+}

@@ -1,0 +1,339 @@
+//! What the shaders see: words of the uniforms, of the projectile and of the ledger, in the order of the WGSL structs.
+//!
+//! Blocks are lists of named words, so that a test can hold every name and offset against the shaders' own structs.
+
+use nalgebra::{Quaternion, UnitQuaternion, Vector3};
+
+use crate::case::{Case, Edge};
+use crate::kernels::element_force::ElementConstants;
+use crate::kernels::rigid_body::RigidBody;
+use crate::model::Model;
+
+/// Invocations per workgroup of the kernels over elements and nodes.
+pub const GROUP: u32 = 64;
+/// Fields of a node: displacement, velocity.
+pub const NODE_FIELDS: u64 = 6;
+/// Fields of an element's forces.
+pub const FORCE_FIELDS: u64 = 9;
+/// Fields of an element's accounts.
+pub const ACCOUNT_FIELDS: u64 = 7;
+/// Words of a failure event.
+pub const EVENT_WORDS: u64 = 4;
+/// Words of a contact point.
+pub const POINT_WORDS: u64 = 20;
+/// Words of the counters.
+pub const STATUS_WORDS: usize = 8;
+/// Words of the projectile.
+pub const BODY_WORDS: usize = 52;
+/// Sums of a workgroup of the ledger.
+pub const SUMS: usize = 20;
+/// Bytes between two steps' uniforms, the alignment every device grants.
+pub const STEP_STRIDE: u64 = 256;
+
+/// Words of `status`.
+pub mod status {
+    /// First step that produced a number that is not finite.
+    pub const BAD_STEP: usize = 0;
+    /// Failure events so far.
+    pub const EVENTS: usize = 1;
+    /// Failed warps and wefts.
+    pub const FAILED: usize = 2;
+    /// Eroded elements.
+    pub const ERODED: usize = 4;
+    /// Unit cells that did not meet the residual.
+    pub const UNCONVERGED: usize = 5;
+    /// Bits of the largest residual.
+    pub const RESIDUAL: usize = 6;
+    /// Nodes that met the projectile when there was no room for them.
+    pub const CROWDED: usize = 7;
+}
+
+/// Sums of the ledger.
+pub mod sum {
+    /// Work on the elements since the last ledger [J].
+    pub const WORK: usize = 0;
+    /// Released by failures since then [J].
+    pub const RELEASED: usize = 1;
+    /// Hourglass energy released since then [J].
+    pub const RELEASED_HOURGLASS: usize = 2;
+    /// Elastic energy by state functions [J].
+    pub const STORED: usize = 3;
+    /// Hourglass energy [J].
+    pub const HOURGLASS_NOW: usize = 4;
+    /// Largest tension [N].
+    pub const TENSION: usize = 5;
+    /// Largest deflection [m].
+    pub const DEFLECTION: usize = 6;
+    /// Residual evaluations since then.
+    pub const EVALUATIONS: usize = 7;
+    /// Unit cells solved since then.
+    pub const SOLVED: usize = 8;
+    /// ½ m v² [J].
+    pub const KINETIC: usize = 9;
+    /// Kinetic energy at the time of the positions [J].
+    pub const KINETIC_NOW: usize = 10;
+    /// Largest squared speed [m²/s²].
+    pub const FASTEST: usize = 11;
+    /// Momentum [kg·m/s], three components.
+    pub const MOMENTUM: usize = 12;
+    /// Impulse of the supports since then [N·s], three components.
+    pub const SUPPORT: usize = 15;
+    /// Whole elements ahead of the projectile.
+    pub const COVERED: usize = 18;
+}
+
+/// Named words of a uniform, in order.
+#[derive(Clone, Debug, Default)]
+pub struct Block(Vec<(&'static str, u32)>);
+
+impl Block {
+    fn count(&mut self, name: &'static str, value: usize) {
+        self.0.push((name, value as u32));
+    }
+
+    fn number(&mut self, name: &'static str, value: f32) {
+        self.0.push((name, value.to_bits()));
+    }
+
+    fn double(&mut self, name: &'static str, value: f64) {
+        self.number(name, value as f32);
+    }
+
+    /// Names in order, arrays once per word.
+    pub fn names(&self) -> impl Iterator<Item = &'static str> {
+        self.0.iter().map(|(name, _)| *name)
+    }
+
+    /// The words.
+    pub fn words(&self) -> Vec<u32> {
+        self.0.iter().map(|(_, word)| *word).collect()
+    }
+}
+
+/// The constants of a run. `points`: room for contact points; `groups`: workgroups of the ledger.
+pub fn scene(case: &Case, model: &Model<f32>, points: u32, groups: u32) -> Block {
+    let mut block = Block::default();
+    let grid = &model.grid;
+    block.count("columns", grid.columns);
+    block.count("rows", grid.rows);
+    block.count("elements", grid.elements());
+    block.count("nodes", grid.node_rows() * (grid.columns + 1));
+    block.double("origin_x", grid.origin[0]);
+    block.double("origin_y", grid.origin[1]);
+    block.double("length_x", grid.length[0]);
+    block.double("length_y", grid.length[1]);
+    element(&mut block, &crate::with_law!(model.law, L => model.constants::<f32, L>()));
+    let present = model.present.map(usize::from);
+    block.count("present", present[0] + 2 * present[1]);
+    masses(&mut block, case, model);
+    block.double("dt", model.dt);
+    projectile(&mut block, model);
+    block.count("points", points as usize);
+    block.count("groups", groups as usize);
+    // The array begins at a multiple of sixteen bytes.
+    for pad in ["pad0"] {
+        block.count(pad, 0);
+    }
+    let profile = model.projectile.as_ref().map(|p| p.body.profile);
+    for i in 0..crate::kernels::projectile_shape::CORNERS {
+        let [corner, normal] = profile.map_or([[0.0; 2]; 2], |p| [p.corner[i], p.normal[i]]);
+        for value in [corner[0], corner[1], normal[0], normal[1]] {
+            block.double("profile", value);
+        }
+    }
+    block
+}
+
+fn element(block: &mut Block, c: &ElementConstants<f32>) {
+    let names = [
+        ["warp_stiffness", "warp_half_span", "warp_crimp", "warp_failure_strain", "warp_slack"],
+        ["weft_stiffness", "weft_half_span", "weft_crimp", "weft_failure_strain", "weft_slack"],
+    ];
+    for (names, y) in names.into_iter().zip(&c.cell.yarn) {
+        let values = [y.stiffness, y.half_span, y.crimp, y.failure_strain, y.slack];
+        names.into_iter().zip(values).for_each(|(name, value)| block.number(name, value));
+    }
+    block.number("height_sum", c.cell.height_sum);
+    block.number("compression_a", c.cell.compression[0]);
+    block.number("compression_b", c.cell.compression[1]);
+    block.number("compression_offset", c.cell.compression[2]);
+    block.number("tolerance", c.cell.tolerance);
+    block.number("shear_g1", c.shear.g1);
+    block.number("shear_rise", c.shear.rise);
+    block.number("shear_gamma1", c.shear.gamma1);
+    block.number("shear_ramp", c.shear.ramp);
+    block.number("shear_slope", c.shear.slope);
+    block.number("gradient_x", c.gradient[0]);
+    block.number("gradient_y", c.gradient[1]);
+    block.number("membrane_warp", c.membrane[0]);
+    block.number("membrane_weft", c.membrane[1]);
+    block.number("half_length_warp", c.half_length[0]);
+    block.number("half_length_weft", c.half_length[1]);
+    block.number("hourglass", c.hourglass[0] + c.hourglass[1]);
+    block.number("cells", c.cells);
+    block.number("area", c.area);
+}
+
+fn masses(block: &mut Block, case: &Case, model: &Model<f32>) {
+    let mass = case.fabric.areal_density * model.grid.length[0] * model.grid.length[1];
+    block.double("mass", mass);
+    block.double("inverse_inner", 1.0 / mass);
+    block.double("inverse_edge", 2.0 / mass);
+    block.double("inverse_corner", 4.0 / mass);
+    let edges = &case.pack.edges;
+    let held = |edge: Edge, roller: usize| match edge {
+        Edge::Clamped => 7,
+        Edge::Roller => roller,
+        Edge::Free => 0,
+    };
+    block.count("held_left", held(edges.left, 1));
+    block.count("held_right", held(edges.right, 1));
+    block.count("held_bottom", held(edges.bottom, 2));
+    block.count("held_top", held(edges.top, 2));
+}
+
+fn projectile(block: &mut Block, model: &Model<f32>) {
+    // Without one the numbers are never read; a mass of one keeps them tame.
+    let body = model.projectile.as_ref();
+    let number = |pick: fn(&RigidBody) -> f64, none: f64| body.map_or(none, pick);
+    let ends = body.map_or([0.0; 2], |b| {
+        let corners = b.body.profile.corner[..b.body.profile.count].iter().map(|c| c[1]);
+        let radius = b.body.profile.radius;
+        [corners.clone().fold(f64::MIN, f64::max) + radius, corners.fold(f64::MAX, f64::min) - radius]
+    });
+    block.double("body_mass", number(|b| b.mass, 1.0));
+    block.double("body_axial", number(|b| b.body.inertia[0], 1.0));
+    block.double("body_across", number(|b| b.body.inertia[1], 1.0));
+    block.double("body_radius", number(|b| b.body.radius, 0.0));
+    block.double("body_reach", number(|b| b.body.reach, 1.0));
+    block.double("body_front", ends[0]);
+    block.double("body_back", ends[1]);
+    block.double("body_shoulder", number(crate::outcome::shoulder, 0.0));
+    block.count("body_prescribed", body.map_or(0, |b| usize::from(b.prescribed)));
+    block.count("body_bar", body.map_or(0, |b| usize::from(b.body.profile.bar)));
+    block.double("impact_x", number(|b| b.velocity.x, 0.0));
+    block.double("impact_y", number(|b| b.velocity.y, 0.0));
+    block.double("impact_z", number(|b| b.velocity.z, 0.0));
+    block.double("friction", model.friction);
+    block.double("rim_depth", number(|b| b.rim_depth, 0.0));
+    block.double("profile_radius", number(|b| b.body.profile.radius, 0.0));
+    block.count("profile_count", body.map_or(1, |b| b.body.profile.count));
+    block.count("profile_flat", body.map_or(0, |b| usize::from(b.body.profile.is_flat())));
+}
+
+/// One step as the kernels see it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct StepInfo {
+    /// Counted from 0.
+    pub index: u64,
+    /// Where the ledger writes, if it runs.
+    pub slot: Option<u32>,
+    /// Steps since the last ledger.
+    pub since: u32,
+    /// Time step [s].
+    pub dt: f64,
+}
+
+/// The uniform of a step.
+pub fn step(info: &StepInfo) -> Block {
+    let first = info.index == 0;
+    let mut block = Block::default();
+    block.count("index", info.index as usize);
+    block.count("slot", info.slot.unwrap_or(0) as usize);
+    block.count("since", info.since as usize);
+    block.double("kick", if first { 0.5 * info.dt } else { info.dt });
+    block.double("span", if first { 0.0 } else { info.dt });
+    for pad in ["pad0", "pad1", "pad2"] {
+        block.count(pad, 0);
+    }
+    block
+}
+
+/// Fine steps of a position per metre.
+const FINE: f64 = (1_u64 << 34) as f64;
+
+fn fixed(position: f64) -> [i32; 2] {
+    let steps = (position * FINE).round() as i64;
+    [(steps >> 24) as i32, (steps & 0xff_ffff) as i32]
+}
+
+fn metres(coarse: u32, fine: u32) -> f64 {
+    ((i64::from(coarse as i32) << 24) + i64::from(fine as i32)) as f64 / FINE
+}
+
+/// The projectile as the shaders hold it. `impact`: its velocity at the start [m/s].
+pub fn body(body: &RigidBody, impact: &Vector3<f64>) -> [u32; BODY_WORDS] {
+    let mut words = [0; BODY_WORDS];
+    let mut put = |at: usize, values: [f64; 4]| {
+        for (i, value) in values.into_iter().enumerate() {
+            words[at + i] = (value as f32).to_bits();
+        }
+    };
+    let vector = |v: &Vector3<f64>, w: f64| [v.x, v.y, v.z, w];
+    let change = body.velocity - impact;
+    let q = body.orientation;
+    put(8, vector(&change, 0.0));
+    put(12, [q.i, q.j, q.k, q.w]);
+    put(16, vector(&body.angular_momentum, 0.0));
+    put(20, vector(&body.velocity, body.speed_bound()));
+    put(24, vector(&body.angular_velocity(), 0.0));
+    put(36, vector(&change, 0.0));
+    for a in 0..3 {
+        let [coarse, fine] = fixed(body.position[a]).map(|x| x as u32);
+        (words[a], words[4 + a], words[28 + a], words[32 + a]) = (coarse, fine, coarse, fine);
+    }
+    words
+}
+
+/// What the shaders say of the projectile after a step.
+#[derive(Clone, Debug)]
+pub struct BodyRecord {
+    /// After the step.
+    pub body: RigidBody,
+    /// Velocity and position before.
+    pub before: (Vector3<f64>, Vector3<f64>),
+    /// Impulse on it since the last ledger [N·s].
+    pub impulse: [f64; 3],
+    /// Impulse of supports and drive through contact since then [N·s].
+    pub support: [f64; 3],
+    /// Lost to contact, to friction, work of the drive since then [J].
+    pub energy: [f64; 3],
+    /// Deepest node so far [m].
+    pub penetration: f64,
+}
+
+/// Reads the projectile back; what never changes comes from `start`, the projectile before its first step.
+pub fn read_body(words: &[u32], start: &RigidBody) -> BodyRecord {
+    let float = |at: usize| f64::from(f32::from_bits(words[at]));
+    let vector = |at: usize| Vector3::new(float(at), float(at + 1), float(at + 2));
+    let position = |coarse: usize, fine: usize| {
+        Vector3::from(std::array::from_fn::<f64, 3, _>(|a| metres(words[coarse + a], words[fine + a])))
+    };
+    let mut body = start.clone();
+    body.position = position(0, 4);
+    body.velocity = start.velocity + vector(8);
+    body.orientation = UnitQuaternion::from_quaternion(Quaternion::new(float(15), float(12), float(13), float(14)));
+    body.angular_momentum = vector(16);
+    BodyRecord {
+        body,
+        before: (start.velocity + vector(36), position(28, 32)),
+        impulse: vector(40).into(),
+        support: vector(44).into(),
+        energy: vector(48).into(),
+        penetration: float(51),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn positions_survive_the_fixed_point() {
+        for x in [0.0, -1e-12, 1e-3, -0.02, 0.314_159, -3.0, 1e3] {
+            let [coarse, fine] = fixed(x);
+            assert!((0..1 << 24).contains(&fine), "{x}: {fine}");
+            assert!((metres(coarse as u32, fine as u32) - x).abs() <= 0.5 / FINE, "{x}");
+        }
+    }
+}

@@ -1,0 +1,21 @@
+//! The GPU backend: the same kernels in WGSL on wgpu, in single precision.
+//!
+//! - [`device`] chooses an adapter and opens it; [`buffers`] says what a run needs of it.
+//! - [`shader`] holds the kernels and what each binds, [`layout`] the words they share with the host.
+//! - [`stepper`] records steps in batches and reads the ledger back; the host loop is in [`simulation`](self::run).
+//!
+//! A step is three dispatches: `element_force` | `node_update` | `projectile_contact`, and `ledger` after those
+//! that the history takes note of. The barriers between them are needed because a node gathers the forces of elements
+//! that other workgroups wrote; because contact is one solve over all touched nodes, whose velocities must be final; and
+//! because elements read the positions contact has corrected. Within a batch nothing is read back.
+
+pub mod buffers;
+pub mod compare;
+pub mod device;
+pub mod layout;
+pub mod shader;
+mod simulation;
+pub mod stepper;
+
+pub use device::{Adapter, Device, DeviceError, adapters};
+pub use simulation::run;

@@ -1,0 +1,126 @@
+//! The kernels: WGSL sources, what each binds, and the constants that compile out what a scene lacks.
+
+use super::buffers::Name;
+use crate::kernels::crossover::Variant;
+use crate::model::Terms;
+
+/// How a kernel uses a buffer.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Access {
+    /// Read only.
+    Read,
+    /// Read and written.
+    Write,
+}
+
+use Access::{Read, Write};
+
+/// One compute kernel.
+#[derive(Clone, Copy, Debug)]
+pub struct Kernel {
+    /// Name of the file, of the entry point, and of the module under `src/kernels`.
+    pub name: &'static str,
+    /// The kernel, then what it shares with others: line numbers of the kernel stay right.
+    pub sources: &'static [&'static str],
+    /// Bindings of group 1 in order; group 0 is the scene and the step.
+    pub bindings: &'static [(Name, Access)],
+}
+
+macro_rules! sources {
+    ($($name:literal),+ $(,)?) => { &[$(include_str!(concat!("../../shaders/", $name, ".wgsl"))),+] };
+}
+
+/// Stretches, unit cells, shear, failure and forces of the elements.
+pub const ELEMENT_FORCE: Kernel = Kernel {
+    name: "element_force",
+    sources: sources!("element_force", "crossover", "yarn_law", "arc_length", "shear", "scene", "number"),
+    bindings: &[
+        (Name::Nodes, Read),
+        (Name::Forces, Write),
+        (Name::Heights, Write),
+        (Name::Flags, Write),
+        (Name::Accounts, Write),
+        (Name::Status, Write),
+        (Name::Events, Write),
+    ],
+};
+
+/// Gather, kick and drift of the nodes.
+pub const NODE_UPDATE: Kernel = Kernel {
+    name: "node_update",
+    sources: sources!("node_update", "gather", "projectile_shape", "rigid_body", "scene", "number"),
+    bindings: &[
+        (Name::Nodes, Write),
+        (Name::Forces, Read),
+        (Name::Supports, Write),
+        (Name::Status, Write),
+        (Name::Body, Read),
+        (Name::Candidates, Write),
+    ],
+};
+
+/// Contact with the projectile, and its motion.
+pub const PROJECTILE_CONTACT: Kernel = Kernel {
+    name: "projectile_contact",
+    sources: sources!("projectile_contact", "gather", "projectile_shape", "rigid_body", "scene", "number"),
+    bindings: &[
+        (Name::Nodes, Write),
+        (Name::Forces, Read),
+        (Name::Flags, Read),
+        (Name::Status, Write),
+        (Name::Body, Write),
+        (Name::Candidates, Write),
+        (Name::Points, Write),
+    ],
+};
+
+/// Sums of energy, momentum and counts.
+pub const LEDGER: Kernel = Kernel {
+    name: "ledger",
+    sources: sources!("ledger", "gather", "projectile_shape", "rigid_body", "scene", "number"),
+    bindings: &[
+        (Name::Nodes, Read),
+        (Name::Forces, Read),
+        (Name::Flags, Write),
+        (Name::Accounts, Write),
+        (Name::Supports, Write),
+        (Name::Body, Write),
+        (Name::Status, Write),
+        (Name::Samples, Write),
+    ],
+};
+
+/// Every kernel, in the order of a step.
+pub const KERNELS: [Kernel; 4] = [ELEMENT_FORCE, NODE_UPDATE, PROJECTILE_CONTACT, LEDGER];
+
+impl Kernel {
+    /// The whole source.
+    pub fn source(&self) -> String {
+        self.sources.concat()
+    }
+}
+
+/// Values of the pipeline-overridable constants, by name. `ledger`: the step fills in the energies of the state.
+pub fn constants(terms: &Terms, ledger: bool) -> [(&'static str, f64); 12] {
+    let law = match terms.law {
+        Variant::PublishedTension => 0.0,
+        Variant::PublishedProjected => 1.0,
+        Variant::Variational => 2.0,
+        Variant::Kawabata => 3.0,
+    };
+    let flag = |yes: bool| f64::from(u8::from(yes));
+    [
+        ("LAW", law),
+        ("PIVOT", terms.pivot as f64),
+        ("TERMS", terms.series as f64),
+        ("COMPRESSION", flag(terms.compression)),
+        ("SHEAR", flag(terms.shear)),
+        ("SECANT", flag(terms.secant)),
+        ("HOURGLASS", flag(terms.hourglass)),
+        ("FAILURE", flag(terms.failure)),
+        ("PROJECTILE", flag(terms.projectile)),
+        ("FRICTION", flag(terms.friction)),
+        ("ROTATION", flag(terms.rotation)),
+        ("LEDGER", flag(ledger)),
+    ]
+}

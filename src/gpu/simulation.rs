@@ -1,0 +1,313 @@
+//! The host loop of the GPU backend: plans batches, keeps the ledger, follows the projectile, ends the run.
+//!
+//! Nothing here depends on how many steps a batch has: which steps are sampled follows from time alone, sums are
+//! taken sample by sample, and what a batch computed beyond the end of the run is dropped.
+
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::{Duration, Instant};
+
+use nalgebra::Vector3;
+
+use super::layout::{self, BODY_WORDS, SUMS, StepInfo, status, sum};
+use super::stepper::{BATCH, BatchResult, Stepper};
+use super::{Device, DeviceError};
+use crate::case::Case;
+use crate::ledger::Ledger;
+use crate::model::Model;
+use crate::profile;
+use crate::record::{Machine, Moment, Record, sample_due};
+use crate::simulation::{self, Progress, Run, RunError};
+use crate::state::State;
+use crate::step::Trouble;
+
+/// How long a batch should take: long enough to hide its submission, short enough to follow progress and Ctrl-C.
+const BATCH_TIME: [Duration; 2] = [Duration::from_millis(20), Duration::from_millis(80)];
+
+/// Runs a case on a device, in single precision.
+///
+/// # Errors
+/// When the case cannot become a model or the device cannot hold it. A device lost on the way ends the run with
+/// `lost` and what was computed so far.
+pub fn run(
+    case: &Case,
+    device: &Device,
+    interrupt: &AtomicBool,
+    progress: &mut (dyn FnMut(&Progress) + Send),
+) -> Result<Run, RunError> {
+    let mut simulation = Simulation::new(case, device)?;
+    let start = Instant::now();
+    while !simulation.finished() {
+        simulation.record.interrupted |= interrupt.load(Ordering::Relaxed);
+        simulation.advance(case);
+        progress(&simulation.progress(case));
+    }
+    Ok(simulation.into_run(start.elapsed().as_secs_f64()))
+}
+
+/// A run in progress on a device.
+pub struct Simulation<'a> {
+    /// Constant.
+    pub model: Model<f32>,
+    /// The state at the start, and after a batch that asked for it.
+    state: State<f32>,
+    stepper: Stepper<'a>,
+    device: &'a Device,
+    ledger: Ledger,
+    record: Record,
+    given: (f64, Vector3<f64>),
+    /// Next step.
+    step: u64,
+    /// Step of the last sample.
+    sampled: Option<u64>,
+    batch: usize,
+    fixed_batch: bool,
+    ended: bool,
+}
+
+impl<'a> Simulation<'a> {
+    /// Sets a case up on a device.
+    ///
+    /// # Errors
+    /// When the case cannot become a model or the device cannot hold it.
+    pub fn new(case: &Case, device: &'a Device) -> Result<Self, RunError> {
+        let (model, state) = simulation::set_up::<f32>(case)?;
+        let mut stepper = Stepper::new(device, case, &model)?;
+        stepper.upload(&model, &state);
+        Ok(Self {
+            given: simulation::given(&model, &state, case),
+            record: Record::new(case, state.body.as_ref()),
+            model,
+            state,
+            stepper,
+            device,
+            ledger: Ledger::default(),
+            step: 0,
+            sampled: None,
+            batch: 16,
+            fixed_batch: false,
+            ended: false,
+        })
+    }
+
+    /// Steps per submission, fixed; results do not depend on it.
+    #[must_use]
+    pub fn with_batch(mut self, steps: usize) -> Self {
+        self.batch = steps.clamp(1, BATCH);
+        self.fixed_batch = true;
+        self
+    }
+
+    /// Whether the run is over.
+    pub fn finished(&self) -> bool {
+        self.ended
+    }
+
+    /// Next step.
+    pub fn steps(&self) -> u64 {
+        self.step
+    }
+
+    fn time_of(&self, step: u64) -> f64 {
+        step as f64 * self.model.dt
+    }
+
+    /// The steps of the next batch, and whether the last of them ends the run by time or request.
+    fn plan(&self, case: &Case) -> (Vec<StepInfo>, bool) {
+        let dt = self.model.dt;
+        let mut last = self.sampled;
+        let mut slots = 0;
+        let mut steps = Vec::with_capacity(self.batch);
+        let mut ends = false;
+        while steps.len() < self.batch && slots < self.stepper.slots() && !ends {
+            let index = self.step + steps.len() as u64;
+            let time = self.time_of(index);
+            if !steps.is_empty() && self.record.profile_due(case, time, dt) {
+                break; // the state is read before that step
+            }
+            let since = index - last.map_or(0, |l| l + 1) + 1;
+            let sampled = sample_due(case, last.map(|l| self.time_of(l)), time, dt) || self.record.interrupted;
+            let slot = sampled.then_some(slots);
+            steps.push(StepInfo { index, slot, since: since as u32, dt });
+            if sampled {
+                slots += 1;
+                last = Some(index);
+                ends = self.record.interrupted || (index > 0 && time >= case.solver.end_time - 1e-6 * dt);
+            }
+        }
+        (steps, ends)
+    }
+
+    /// One batch.
+    pub fn advance(&mut self, case: &Case) {
+        if let Err(error) = self.try_advance(case) {
+            self.record.lost = Some(error.to_string());
+            self.ended = true;
+        }
+    }
+
+    fn try_advance(&mut self, case: &Case) -> Result<(), DeviceError> {
+        let time = self.time_of(self.step);
+        if self.record.profile_due(case, time, self.model.dt) {
+            self.stepper.download(&self.model, &mut self.state)?;
+            self.record.profiles.push(profile::take(&self.model, &self.state, case, time));
+        }
+        let (steps, ends) = self.plan(case);
+        let start = Instant::now();
+        let result = self.stepper.run(&steps)?;
+        self.adapt(start.elapsed(), steps.len());
+        self.take(case, &steps, &result)?;
+        self.ended |= ends || self.record.over();
+        Ok(())
+    }
+
+    fn adapt(&mut self, spent: Duration, steps: usize) {
+        if self.fixed_batch || steps < self.batch {
+            return;
+        }
+        if spent < BATCH_TIME[0] {
+            self.batch = (2 * self.batch).min(BATCH);
+        } else if spent > BATCH_TIME[1] {
+            self.batch = (self.batch / 2).max(1);
+        }
+    }
+
+    /// Takes over what a batch left behind, sample by sample, up to the end of the run.
+    fn take(&mut self, case: &Case, steps: &[StepInfo], result: &BatchResult) -> Result<(), DeviceError> {
+        let bad = u64::from(result.status[status::BAD_STEP]);
+        let mut events = result.events.iter().peekable();
+        let sampled = steps.iter().filter(|s| s.slot.is_some());
+        for (info, words) in sampled.zip(&result.samples) {
+            if info.index >= bad || self.record.over_but_interrupted() {
+                break;
+            }
+            while let Some(event) = events.next_if(|e| e.step <= info.index) {
+                self.record.failed[usize::from(event.yarn)] += 1;
+                self.record.events.push(*event);
+            }
+            self.sample(case, info, words);
+            self.step = info.index + 1;
+            self.sampled = Some(info.index);
+        }
+        if self.record.over_but_interrupted() {
+            return Ok(());
+        }
+        self.step = steps.last().map_or(self.step, |s| s.index + 1).min(bad.saturating_add(1));
+        for event in events {
+            self.record.failed[usize::from(event.yarn)] += 1;
+            self.record.events.push(*event);
+        }
+        if result.status[status::CROWDED] > 0 {
+            return Err(DeviceError::Crowded {
+                adapter: self.device.name().to_owned(),
+                found: result.status[status::CROWDED],
+                room: self.stepper.sizes().points,
+            });
+        }
+        if bad < u64::from(u32::MAX) {
+            self.stepper.download(&self.model, &mut self.state)?;
+            self.state.step = bad;
+            self.diagnose(f64::NAN);
+        }
+        Ok(())
+    }
+
+    fn diagnose(&mut self, kinetic: f64) {
+        let trouble = simulation::diagnose(&self.model, &self.state, kinetic, self.ledger.available());
+        self.record.trouble = Some(Trouble { step: self.state.step, ..trouble });
+    }
+
+    /// One row of the history from one sample.
+    fn sample(&mut self, case: &Case, info: &StepInfo, words: &[u32]) {
+        let sums = Sums::new(&words[..self.stepper.body_at()]);
+        let counters = &words[self.stepper.body_at() + BODY_WORDS..];
+        let record = &mut self.record;
+        record.newton[0] += sums.add(sum::EVALUATIONS);
+        record.newton[1] += sums.add(sum::SOLVED);
+        record.unconverged = u64::from(counters[status::UNCONVERGED]);
+        record.max_residual = f64::from(f32::from_bits(counters[status::RESIDUAL]));
+        record.eroded = u64::from(counters[status::ERODED]);
+        let ledger = &mut self.ledger;
+        ledger.work += sums.add(sum::WORK);
+        ledger.released[0] += sums.add(sum::RELEASED);
+        ledger.released[1] += sums.add(sum::RELEASED_HOURGLASS);
+        ledger.elements_are(sums.add(sum::STORED), sums.add(sum::HOURGLASS_NOW), sums.largest(sum::TENSION));
+        ledger.nodes_are(sums.add(sum::KINETIC_NOW), [0, 1, 2].map(|a| sums.add(sum::MOMENTUM + a)));
+        for a in 0..3 {
+            ledger.support[a] += sums.add(sum::SUPPORT + a);
+        }
+        let at = self.stepper.body_at();
+        let body = self.model.projectile.as_ref().map(|p| layout::read_body(&words[at..at + BODY_WORDS], p));
+        if let Some(b) = &body {
+            record.max_penetration = b.penetration;
+            ledger.contact += b.energy[0];
+            ledger.friction += b.energy[1];
+            ledger.external += b.energy[2];
+            for a in 0..3 {
+                ledger.support[a] += b.support[a];
+                ledger.contact_impulse[a] -= b.impulse[a];
+            }
+            ledger.sample_body(&b.body);
+        }
+        if record.history.is_empty() {
+            ledger.begin(self.given.0, self.given.1);
+        }
+        let moment = Moment {
+            time: info.index as f64 * self.model.dt,
+            dt: self.model.dt,
+            balance: ledger.balance(),
+            deflection: sums.largest(sum::DEFLECTION),
+            impulse: Vector3::from(std::mem::take(&mut ledger.contact_impulse)),
+            body: body.as_ref().map(|b| (&b.body, b.before)),
+        };
+        record.sample(case, &moment, |_| sums.add(sum::COVERED) > 0.5);
+        let kinetic = sums.add(sum::KINETIC) + simulation::flying(body.as_ref().map(|b| &b.body));
+        if !(kinetic <= self.ledger.allowed() && self.ledger.work.is_finite()) {
+            // The place is looked for in the state as it is now, at most a batch later.
+            self.state.step = info.index + 1;
+            if let Err(error) = self.stepper.download(&self.model, &mut self.state) {
+                self.record.lost = Some(error.to_string());
+            }
+            self.diagnose(kinetic);
+        }
+    }
+
+    /// Where the run is.
+    pub fn progress(&self, case: &Case) -> Progress {
+        self.record.progress(case, self.time_of(self.step), self.step, self.model.grid.elements())
+    }
+
+    /// The result. `loop_seconds`: time spent in the loop.
+    pub fn into_run(self, loop_seconds: f64) -> Run {
+        let machine = Machine {
+            backend: "gpu",
+            adapter: Some(self.device.name().to_owned()),
+            threads: rayon::current_num_threads(),
+            precision: "f32",
+            loop_seconds,
+        };
+        self.record.into_run(&self.model, self.step, machine)
+    }
+}
+
+/// Sums of the workgroups of one sample, shape (groups, [`SUMS`]).
+struct Sums<'a>(&'a [u32]);
+
+impl<'a> Sums<'a> {
+    fn new(words: &'a [u32]) -> Self {
+        Self(words)
+    }
+
+    fn parts(&self, which: usize) -> impl Iterator<Item = f64> {
+        self.0.chunks_exact(SUMS).map(move |group| f64::from(f32::from_bits(group[which])))
+    }
+
+    /// The sum over the workgroups, in order.
+    fn add(&self, which: usize) -> f64 {
+        self.parts(which).sum()
+    }
+
+    /// The largest over the workgroups.
+    fn largest(&self, which: usize) -> f64 {
+        self.parts(which).fold(0.0, f64::max)
+    }
+}

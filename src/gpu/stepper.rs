@@ -1,0 +1,496 @@
+//! Steps on the device: pipelines, batches recorded in one submission, and what is read back after each.
+
+use std::sync::mpsc;
+
+use super::buffers::{Name, SLOTS, Sizes, spread};
+use super::layout::{self, BODY_WORDS, EVENT_WORDS, GROUP, STATUS_WORDS, STEP_STRIDE, StepInfo, status};
+use super::shader::{self, Access, Kernel};
+use super::{Device, DeviceError};
+use crate::case::Case;
+use crate::kernels::element_force::field as element;
+use crate::kernels::node_update::field as node;
+use crate::model::{Grid, Model, Terms};
+use crate::state::{Rows, State};
+use crate::step::FailureEvent;
+
+/// Steps in one submission at most.
+pub const BATCH: usize = 256;
+/// Failure events fetched with every batch; more are fetched when there are more.
+const EVENT_WINDOW: u64 = 256;
+
+/// A part of a step.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Stage {
+    /// `element_force`
+    Elements,
+    /// `node_update`
+    Nodes,
+    /// `projectile_contact`, with the motion of the body.
+    Projectile,
+    /// `ledger`
+    Ledger,
+}
+
+/// A pipeline with what it binds.
+struct Program {
+    pipeline: wgpu::ComputePipeline,
+    group: wgpu::BindGroup,
+    dispatch: [u32; 2],
+}
+
+/// What a batch leaves behind.
+#[derive(Clone, Debug, Default)]
+pub struct BatchResult {
+    /// Words of each sample, in order of the slots.
+    pub samples: Vec<Vec<u32>>,
+    /// The counters.
+    pub status: [u32; STATUS_WORDS],
+    /// Failures of the batch in order of step, element and yarn.
+    pub events: Vec<FailureEvent>,
+}
+
+/// Advances a state on a device.
+pub struct Stepper<'a> {
+    device: &'a Device,
+    sizes: Sizes,
+    grid: Grid,
+    terms: Terms,
+    dt: f64,
+    buffers: Vec<wgpu::Buffer>,
+    steps: wgpu::Buffer,
+    staging: wgpu::Buffer,
+    common: wgpu::BindGroup,
+    /// Plain, and with the ledger.
+    element: [Program; 2],
+    node: Program,
+    contact: Program,
+    ledger: Program,
+    events_read: u64,
+}
+
+impl<'a> Stepper<'a> {
+    /// Pipelines and buffers for a model; the state is not there yet.
+    ///
+    /// # Errors
+    /// When the device cannot hold the case, or refuses a pipeline.
+    pub fn new(device: &'a Device, case: &Case, model: &Model<f32>) -> Result<Self, DeviceError> {
+        Self::with_sources(device, case, model, &Kernel::source)
+    }
+
+    /// The same with other sources: for tests that break a shader on purpose.
+    ///
+    /// # Errors
+    /// As [`Self::new`].
+    pub fn with_sources(
+        device: &'a Device,
+        case: &Case,
+        model: &Model<f32>,
+        source: &dyn Fn(&Kernel) -> String,
+    ) -> Result<Self, DeviceError> {
+        let sizes = Sizes::new(&model.grid);
+        sizes.check(&device.limits(), device.name())?;
+        let memory = device.inner.push_error_scope(wgpu::ErrorFilter::OutOfMemory);
+        let validation = device.inner.push_error_scope(wgpu::ErrorFilter::Validation);
+        let built = Self::build(device, case, model, sizes, source);
+        let [invalid, full] = [validation, memory].map(|scope| pollster::block_on(scope.pop()));
+        if let Some(error) = full {
+            let adapter = device.name().to_owned();
+            return Err(DeviceError::OutOfMemory { adapter, total: sizes.total(), reason: error.to_string() });
+        }
+        match invalid {
+            Some(error) => Err(device.lost(error.to_string())),
+            None => Ok(built),
+        }
+    }
+
+    fn build(
+        device: &'a Device,
+        case: &Case,
+        model: &Model<f32>,
+        sizes: Sizes,
+        source: &dyn Fn(&Kernel) -> String,
+    ) -> Self {
+        let gpu = &device.inner;
+        let terms = model.terms();
+        let buffer = |label: &str, size: u64, usage: wgpu::BufferUsages| {
+            let usage = usage | wgpu::BufferUsages::COPY_DST;
+            gpu.create_buffer(&wgpu::BufferDescriptor { label: Some(label), size, usage, mapped_at_creation: false })
+        };
+        let storage = wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_SRC;
+        let buffers: Vec<_> =
+            Name::ALL.map(|name| buffer(name.variable(), sizes.bytes(name), storage)).into_iter().collect();
+        let block = layout::scene(case, model, sizes.points as u32, sizes.groups as u32).words();
+        let scene = buffer("scene", 4 * block.len() as u64, wgpu::BufferUsages::UNIFORM);
+        device.queue.write_buffer(&scene, 0, bytemuck::cast_slice(&block));
+        let steps = buffer("steps", STEP_STRIDE * BATCH as u64, wgpu::BufferUsages::UNIFORM);
+        let staging_size = sizes.bytes(Name::Samples) + 4 * STATUS_WORDS as u64 + 4 * EVENT_WORDS * EVENT_WINDOW;
+        let staging = buffer("staging", staging_size, wgpu::BufferUsages::MAP_READ);
+        let layout = common_layout(gpu);
+        let common = gpu.create_bind_group(&wgpu::BindGroupDescriptor {
+            label: Some("scene and step"),
+            layout: &layout,
+            entries: &[
+                wgpu::BindGroupEntry { binding: 0, resource: scene.as_entire_binding() },
+                wgpu::BindGroupEntry {
+                    binding: 1,
+                    resource: wgpu::BindingResource::Buffer(wgpu::BufferBinding {
+                        buffer: &steps,
+                        offset: 0,
+                        size: wgpu::BufferSize::new(STEP_BYTES),
+                    }),
+                },
+            ],
+        });
+        let program = |kernel: &Kernel, ledger: bool, dispatch: [u32; 2]| {
+            let module = gpu.create_shader_module(wgpu::ShaderModuleDescriptor {
+                label: Some(kernel.name),
+                source: wgpu::ShaderSource::Wgsl(source(kernel).into()),
+            });
+            program(gpu, kernel, &module, &layout, &buffers, &shader::constants(&terms, ledger), dispatch)
+        };
+        let most = device.limits().max_compute_workgroups_per_dimension;
+        let over_elements = spread(sizes.elements, GROUP, most);
+        let over_nodes = spread(sizes.nodes, GROUP, most);
+        Self {
+            element: [false, true].map(|ledger| program(&shader::ELEMENT_FORCE, ledger, over_elements)),
+            node: program(&shader::NODE_UPDATE, false, over_nodes),
+            contact: program(&shader::PROJECTILE_CONTACT, false, [1, 1]),
+            ledger: program(&shader::LEDGER, true, [sizes.groups as u32, 1]),
+            device,
+            sizes,
+            grid: model.grid,
+            terms,
+            dt: model.dt,
+            buffers,
+            steps,
+            staging,
+            common,
+            events_read: 0,
+        }
+    }
+
+    /// The sizes of its buffers.
+    pub fn sizes(&self) -> &Sizes {
+        &self.sizes
+    }
+
+    fn buffer(&self, name: Name) -> &wgpu::Buffer {
+        &self.buffers[name as usize]
+    }
+
+    fn write(&self, name: Name, words: &[u32]) {
+        self.device.queue.write_buffer(self.buffer(name), 0, bytemuck::cast_slice(words));
+    }
+
+    /// Puts a state on the device and forgets everything counted so far.
+    pub fn upload(&mut self, model: &Model<f32>, state: &State<f32>) {
+        let columns = self.grid.columns;
+        let nodes = planes(&state.nodes, 0..node::COUNT, 0, columns + 1);
+        self.write(Name::Nodes, bytemuck::cast_slice(&nodes));
+        let forces = planes(&state.elements, 0..element::HEIGHT, 1, columns);
+        self.write(Name::Forces, bytemuck::cast_slice(&forces));
+        let heights = planes(&state.elements, element::HEIGHT..element::ALIVE, 1, columns);
+        self.write(Name::Heights, bytemuck::cast_slice(&heights));
+        let alive = planes(&state.elements, element::ALIVE..element::COUNT, 1, columns);
+        let (warp, weft) = alive.split_at(self.sizes.elements as usize);
+        let flag = |(warp, weft): (&f32, &f32)| u32::from(*warp > 0.5) + 2 * u32::from(*weft > 0.5);
+        self.write(Name::Flags, &warp.iter().zip(weft).map(flag).collect::<Vec<_>>());
+        let mut counters = [0; STATUS_WORDS];
+        counters[status::BAD_STEP] = u32::MAX;
+        self.write(Name::Status, &counters);
+        if let (Some(body), Some(start)) = (&state.body, &model.projectile) {
+            self.write(Name::Body, &layout::body(body, &start.velocity));
+        }
+        let mut encoder = self.device.inner.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+        for name in [Name::Accounts, Name::Supports, Name::Candidates] {
+            encoder.clear_buffer(self.buffer(name), 0, None);
+        }
+        self.device.queue.submit([encoder.finish()]);
+        self.events_read = 0;
+    }
+
+    /// Reads the state back; of the projectile what moves.
+    ///
+    /// # Errors
+    /// When the device was lost.
+    pub fn download(&self, model: &Model<f32>, state: &mut State<f32>) -> Result<(), DeviceError> {
+        let columns = self.grid.columns;
+        let floats = |name| self.read(name).map(|words| words.into_iter().map(f32::from_bits).collect::<Vec<_>>());
+        set_planes(&mut state.nodes, 0..node::COUNT, 0, columns + 1, &floats(Name::Nodes)?);
+        set_planes(&mut state.elements, 0..element::HEIGHT, 1, columns, &floats(Name::Forces)?);
+        set_planes(&mut state.elements, element::HEIGHT..element::ALIVE, 1, columns, &floats(Name::Heights)?);
+        let flags = self.read(Name::Flags)?;
+        let alive: Vec<f32> = [1, 2].iter().flat_map(|bit| flags.iter().map(move |f| f32::from(u8::from(f & bit != 0)))).collect();
+        set_planes(&mut state.elements, element::ALIVE..element::COUNT, 1, columns, &alive);
+        if let Some(start) = &model.projectile {
+            state.body = Some(layout::read_body(&self.read(Name::Body)?, start).body);
+        }
+        Ok(())
+    }
+
+    /// All words of a buffer.
+    ///
+    /// # Errors
+    /// When the device was lost.
+    pub fn read(&self, name: Name) -> Result<Vec<u32>, DeviceError> {
+        self.read_part(name, 0, self.sizes.bytes(name))
+    }
+
+    fn read_part(&self, name: Name, offset: u64, size: u64) -> Result<Vec<u32>, DeviceError> {
+        let staging = self.device.inner.create_buffer(&wgpu::BufferDescriptor {
+            label: Some("read"),
+            size,
+            usage: wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::COPY_DST,
+            mapped_at_creation: false,
+        });
+        let mut encoder = self.device.inner.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+        encoder.copy_buffer_to_buffer(self.buffer(name), offset, &staging, 0, size);
+        self.device.queue.submit([encoder.finish()]);
+        self.fetch(&staging, size)
+    }
+
+    /// Words of a mappable buffer, once everything submitted is done.
+    fn fetch(&self, staging: &wgpu::Buffer, size: u64) -> Result<Vec<u32>, DeviceError> {
+        let (tell, told) = mpsc::channel();
+        staging.map_async(wgpu::MapMode::Read, 0..size, move |result| {
+            // The receiver lives until the wait below is over.
+            tell.send(result).ok();
+        });
+        self.device.wait()?;
+        let failed = |reason: String| self.device.lost(reason);
+        told.try_recv().map_err(|e| failed(e.to_string()))?.map_err(|e| failed(e.to_string()))?;
+        let words = {
+            let view = staging.get_mapped_range(0..size).map_err(|e| failed(e.to_string()))?;
+            bytemuck::pod_collect_to_vec::<u8, u32>(&view)
+        };
+        staging.unmap();
+        Ok(words)
+    }
+
+    /// Runs some stages of one step and waits.
+    ///
+    /// # Errors
+    /// When the device was lost.
+    pub fn run_stages(&self, info: &StepInfo, stages: &[Stage]) -> Result<(), DeviceError> {
+        self.write_steps(std::slice::from_ref(info));
+        let mut encoder = self.device.inner.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+        {
+            let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
+            self.record(&mut pass, 0, info, stages);
+        }
+        self.device.queue.submit([encoder.finish()]);
+        self.device.wait()
+    }
+
+    /// Runs steps in one submission and reads back what the ledger and the kernels noted.
+    ///
+    /// # Errors
+    /// When the device was lost.
+    pub fn run(&mut self, steps: &[StepInfo]) -> Result<BatchResult, DeviceError> {
+        self.write_steps(steps);
+        let samples = steps.iter().filter(|s| s.slot.is_some()).count();
+        let sample_bytes = 4 * (samples * self.sizes.sample_words()) as u64;
+        let status_bytes = 4 * STATUS_WORDS as u64;
+        let event_bytes = 4 * EVENT_WORDS;
+        let window = EVENT_WINDOW.min(2 * self.sizes.elements - self.events_read);
+        let size = sample_bytes + status_bytes + window * event_bytes;
+        let mut encoder = self.device.inner.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+        {
+            let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
+            for (at, info) in steps.iter().enumerate() {
+                self.record(&mut pass, at, info, &[Stage::Elements, Stage::Nodes, Stage::Projectile, Stage::Ledger]);
+            }
+        }
+        encoder.copy_buffer_to_buffer(self.buffer(Name::Samples), 0, &self.staging, 0, sample_bytes);
+        encoder.copy_buffer_to_buffer(self.buffer(Name::Status), 0, &self.staging, sample_bytes, status_bytes);
+        let offset = self.events_read * event_bytes;
+        encoder.copy_buffer_to_buffer(
+            self.buffer(Name::Events),
+            offset,
+            &self.staging,
+            sample_bytes + status_bytes,
+            window * event_bytes,
+        );
+        self.device.queue.submit([encoder.finish()]);
+        let words = self.fetch(&self.staging, size)?;
+        let (sampled, rest) = words.split_at(samples * self.sizes.sample_words());
+        let (counters, events) = rest.split_at(STATUS_WORDS);
+        let mut result = BatchResult {
+            samples: sampled.chunks(self.sizes.sample_words()).map(<[u32]>::to_vec).collect(),
+            ..BatchResult::default()
+        };
+        result.status.copy_from_slice(counters);
+        let count = u64::from(result.status[status::EVENTS]) - self.events_read;
+        let events = if count <= window {
+            events[..(count * EVENT_WORDS) as usize].to_vec()
+        } else {
+            self.read_part(Name::Events, offset, count * event_bytes)?
+        };
+        self.events_read += count;
+        result.events = self.sorted(&events);
+        Ok(result)
+    }
+
+    fn write_steps(&self, steps: &[StepInfo]) {
+        let stride = STEP_STRIDE as usize / 4;
+        let mut words = vec![0; steps.len() * stride];
+        for (row, info) in words.chunks_mut(stride).zip(steps) {
+            let block = layout::step(info).words();
+            row[..block.len()].copy_from_slice(&block);
+        }
+        self.device.queue.write_buffer(&self.steps, 0, bytemuck::cast_slice(&words));
+    }
+
+    /// Records the stages that the scene and the step have.
+    fn record(&self, pass: &mut wgpu::ComputePass<'_>, at: usize, info: &StepInfo, stages: &[Stage]) {
+        let sampled = info.slot.is_some();
+        pass.set_bind_group(0, &self.common, &[at as u32 * STEP_STRIDE as u32]);
+        for stage in stages {
+            let program = match stage {
+                Stage::Elements => &self.element[usize::from(sampled)],
+                Stage::Nodes => &self.node,
+                Stage::Projectile if self.terms.projectile => &self.contact,
+                Stage::Ledger if sampled => &self.ledger,
+                Stage::Projectile | Stage::Ledger => continue,
+            };
+            pass.set_pipeline(&program.pipeline);
+            pass.set_bind_group(1, &program.group, &[]);
+            let [x, y] = program.dispatch;
+            pass.dispatch_workgroups(x, y, 1);
+        }
+    }
+
+    /// Events in the order the processor would have found them.
+    fn sorted(&self, words: &[u32]) -> Vec<FailureEvent> {
+        let mut raw: Vec<&[u32]> = words.chunks_exact(EVENT_WORDS as usize).collect();
+        raw.sort_by_key(|w| (w[0], w[1], w[2]));
+        raw.into_iter()
+            .map(|w| {
+                let element = w[1] as usize;
+                let (ply, j) = self.grid.element_row(element / self.grid.columns);
+                FailureEvent {
+                    step: u64::from(w[0]),
+                    ply: ply as u32,
+                    i: (element % self.grid.columns) as u32,
+                    j: j as u32,
+                    yarn: w[2] as u8,
+                    strain: f64::from(f32::from_bits(w[3])),
+                }
+            })
+            .collect()
+    }
+
+    /// Time step [s].
+    pub fn dt(&self) -> f64 {
+        self.dt
+    }
+
+    /// Words of the body in a sample begin here.
+    pub(super) fn body_at(&self) -> usize {
+        self.sizes.sample_words() - STATUS_WORDS - BODY_WORDS
+    }
+
+    /// Samples a batch has room for.
+    pub(super) fn slots(&self) -> u32 {
+        SLOTS
+    }
+}
+
+/// Bytes of a step's uniform.
+const STEP_BYTES: u64 = 32;
+
+fn common_layout(gpu: &wgpu::Device) -> wgpu::BindGroupLayout {
+    let uniform = |binding: u32, dynamic: bool, size: u64| wgpu::BindGroupLayoutEntry {
+        binding,
+        visibility: wgpu::ShaderStages::COMPUTE,
+        ty: wgpu::BindingType::Buffer {
+            ty: wgpu::BufferBindingType::Uniform,
+            has_dynamic_offset: dynamic,
+            min_binding_size: wgpu::BufferSize::new(size),
+        },
+        count: None,
+    };
+    gpu.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
+        label: Some("scene and step"),
+        entries: &[uniform(0, false, 0), uniform(1, true, STEP_BYTES)],
+    })
+}
+
+fn program(
+    gpu: &wgpu::Device,
+    kernel: &Kernel,
+    module: &wgpu::ShaderModule,
+    common: &wgpu::BindGroupLayout,
+    buffers: &[wgpu::Buffer],
+    constants: &[(&str, f64)],
+    dispatch: [u32; 2],
+) -> Program {
+    let bindings = kernel.bindings.iter().zip(0..);
+    let entries: Vec<_> = bindings
+        .clone()
+        .map(|((_, access), binding)| wgpu::BindGroupLayoutEntry {
+            binding,
+            visibility: wgpu::ShaderStages::COMPUTE,
+            ty: wgpu::BindingType::Buffer {
+                ty: wgpu::BufferBindingType::Storage { read_only: *access == Access::Read },
+                has_dynamic_offset: false,
+                min_binding_size: None,
+            },
+            count: None,
+        })
+        .collect();
+    let layout = gpu
+        .create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor { label: Some(kernel.name), entries: &entries });
+    let entries: Vec<_> = bindings
+        .map(|((name, _), binding)| wgpu::BindGroupEntry {
+            binding,
+            resource: buffers[*name as usize].as_entire_binding(),
+        })
+        .collect();
+    let group = gpu.create_bind_group(&wgpu::BindGroupDescriptor {
+        label: Some(kernel.name),
+        layout: &layout,
+        entries: &entries,
+    });
+    let pipeline_layout = gpu.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
+        label: Some(kernel.name),
+        bind_group_layouts: &[Some(common), Some(&layout)],
+        immediate_size: 0,
+    });
+    let pipeline = gpu.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
+        label: Some(kernel.name),
+        layout: Some(&pipeline_layout),
+        module,
+        entry_point: Some(kernel.name),
+        compilation_options: wgpu::PipelineCompilationOptions { constants, ..Default::default() },
+        cache: None,
+    });
+    Program { pipeline, group, dispatch }
+}
+
+/// Fields of rows as planes, shape (fields, rows·columns); column c is stored at c + `first`.
+fn planes(rows: &Rows<f32>, fields: std::ops::Range<usize>, first: usize, columns: usize) -> Vec<f32> {
+    let count = rows.data.len() / rows.row_length();
+    let mut out = Vec::with_capacity(fields.len() * count * columns);
+    for field in fields {
+        for row in 0..count {
+            let at = field * rows.stride + first;
+            out.extend_from_slice(&rows.row(row)[at..at + columns]);
+        }
+    }
+    out
+}
+
+/// The inverse of [`planes`].
+fn set_planes(rows: &mut Rows<f32>, fields: std::ops::Range<usize>, first: usize, columns: usize, planes: &[f32]) {
+    let count = rows.data.len() / rows.row_length();
+    let mut parts = planes.chunks_exact(columns);
+    for field in fields {
+        for row in 0..count {
+            let at = field * rows.stride + first;
+            if let Some(part) = parts.next() {
+                rows.row_mut(row)[at..at + columns].copy_from_slice(part);
+            }
+        }
+    }
+}

@@ -1,0 +1,81 @@
+//! Which terms of the model a scene has. A backend leaves the others out.
+
+use super::Model;
+use crate::kernels::arc_length::MAX_TERMS;
+use crate::kernels::cell_constants::NEVER;
+use crate::kernels::crossover::Variant;
+
+/// Terms of the model that a scene has.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Terms {
+    /// Unit-cell law.
+    pub law: Variant,
+    /// The yarn whose height is the unknown of the unit cell: 0 warp, 1 weft.
+    pub pivot: usize,
+    /// Terms of the arc length series.
+    pub series: usize,
+    /// Yarns flatten where they cross.
+    pub compression: bool,
+    /// Trellis shear.
+    pub shear: bool,
+    /// Its modulus is a secant one.
+    pub secant: bool,
+    /// Hourglass stiffness.
+    pub hourglass: bool,
+    /// Yarns may break.
+    pub failure: bool,
+    /// There is a projectile.
+    pub projectile: bool,
+    /// It rubs.
+    pub friction: bool,
+    /// It may turn.
+    pub rotation: bool,
+}
+
+impl Terms {
+    /// The terms of a model.
+    pub fn new<S>(model: &Model<S>) -> Self {
+        let yarns = &model.cell.yarn;
+        let projectile = model.projectile.as_ref();
+        Self {
+            law: model.law,
+            pivot: model.cell.pivot,
+            series: yarns.iter().map(|y| y.terms).max().unwrap_or(MAX_TERMS),
+            compression: model.cell.compression[0] > 0.0,
+            shear: model.has_shear,
+            secant: model.has_shear && model.element.shear.secant > 0.0,
+            hourglass: model.element.hourglass.iter().any(|k| *k > 0.0),
+            failure: (0..2).any(|i| model.present[i] && yarns[i].failure_strain < NEVER),
+            projectile: projectile.is_some(),
+            friction: projectile.is_some() && model.friction > 0.0,
+            rotation: projectile.is_some_and(|p| !p.locked),
+        }
+    }
+
+    /// Name and value of each term, as in `summary.json`.
+    pub fn list(&self) -> [(&'static str, String); 8] {
+        let law = match self.law {
+            Variant::PublishedTension => "published, tension",
+            Variant::PublishedProjected => "published, projected",
+            Variant::Variational => "variational",
+            Variant::Kawabata => "kawabata",
+        };
+        let shear = match (self.shear, self.secant) {
+            (false, _) => "no",
+            (true, false) => "tangent",
+            (true, true) => "secant",
+        };
+        let word = |yes: bool| if yes { "yes" } else { "no" };
+        [
+            ("law", law),
+            ("compression", word(self.compression)),
+            ("shear", shear),
+            ("hourglass", word(self.hourglass)),
+            ("failure", word(self.failure)),
+            ("projectile", word(self.projectile)),
+            ("friction", word(self.friction)),
+            ("rotation", word(self.rotation)),
+        ]
+        .map(|(name, value)| (name, value.to_owned()))
+    }
+}

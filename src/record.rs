@@ -1,0 +1,220 @@
+//! What a run has produced so far, and when the next record is due: the part of the host loop that every backend shares.
+
+use nalgebra::Vector3;
+
+use crate::case::{Case, RunUntil};
+use crate::kernels::rigid_body::RigidBody;
+use crate::ledger::Balance;
+use crate::model::Model;
+use crate::number::Scalar;
+use crate::outcome::{Outcome, Tracker};
+use crate::profile::Profile;
+use crate::simulation::{NewtonStatistics, Progress, Run, Sample};
+use crate::step::{FailureEvent, StepTotals, Trouble};
+
+/// What computed a run.
+pub(crate) struct Machine {
+    /// `cpu` or `gpu`.
+    pub(crate) backend: &'static str,
+    /// Name of the graphics adapter.
+    pub(crate) adapter: Option<String>,
+    /// Worker threads.
+    pub(crate) threads: usize,
+    /// `f64` or `f32`.
+    pub(crate) precision: &'static str,
+    /// Time in the loop [s].
+    pub(crate) loop_seconds: f64,
+}
+
+/// Everything the history takes note of at one time of positions.
+pub(crate) struct Moment<'a> {
+    /// [s]
+    pub(crate) time: f64,
+    /// Time step [s].
+    pub(crate) dt: f64,
+    pub(crate) balance: Balance,
+    /// Largest |z displacement| of standing fabric [m].
+    pub(crate) deflection: f64,
+    /// On the fabric since the last moment [N·s].
+    pub(crate) impulse: Vector3<f64>,
+    /// The projectile after the step, and its velocity and position before.
+    pub(crate) body: Option<(&'a RigidBody, (Vector3<f64>, Vector3<f64>))>,
+}
+
+/// What a run has produced so far.
+#[derive(Clone)]
+pub(crate) struct Record {
+    pub(crate) history: Vec<Sample>,
+    pub(crate) events: Vec<FailureEvent>,
+    pub(crate) profiles: Vec<Profile>,
+    /// Residual evaluations, and unit cells solved.
+    pub(crate) newton: [f64; 2],
+    pub(crate) unconverged: u64,
+    /// [N]
+    pub(crate) max_residual: f64,
+    pub(crate) failed: [u64; 2],
+    pub(crate) eroded: u64,
+    /// [m]
+    pub(crate) max_penetration: f64,
+    pub(crate) decided: bool,
+    pub(crate) interrupted: bool,
+    pub(crate) trouble: Option<Trouble>,
+    /// Why the device gave up, if it did.
+    pub(crate) lost: Option<String>,
+    tracker: Option<Tracker>,
+    momentum_error: f64,
+    energy_error: f64,
+    impact_energy: f64,
+}
+
+impl Record {
+    /// An empty record of a shot with this projectile.
+    pub(crate) fn new(case: &Case, body: Option<&RigidBody>) -> Self {
+        Self {
+            history: Vec::new(),
+            events: Vec::new(),
+            profiles: Vec::new(),
+            newton: [0.0; 2],
+            unconverged: 0,
+            max_residual: 0.0,
+            failed: [0; 2],
+            eroded: 0,
+            max_penetration: 0.0,
+            decided: false,
+            interrupted: false,
+            trouble: None,
+            lost: None,
+            tracker: body.map(|b| Tracker::new(b, case.fabric.areal_density)),
+            momentum_error: 0.0,
+            energy_error: 0.0,
+            impact_energy: body.map_or(0.0, RigidBody::kinetic_energy),
+        }
+    }
+
+    /// Whether something other than time ends the run.
+    pub(crate) fn over(&self) -> bool {
+        self.trouble.is_some() || self.interrupted || self.decided || self.lost.is_some()
+    }
+
+    /// Whether something other than time or the user ends the run.
+    pub(crate) fn over_but_interrupted(&self) -> bool {
+        self.trouble.is_some() || self.decided || self.lost.is_some()
+    }
+
+    /// Whether the step from the positions at `time` [s] is to be sampled.
+    pub(crate) fn sample_due(&self, case: &Case, time: f64, dt: f64) -> bool {
+        let last = self.history.last().map(|s| s.time);
+        sample_due(case, last, time, dt) || self.interrupted || self.trouble.is_some()
+    }
+
+    /// Whether a profile is to be taken before the step from `time` [s].
+    pub(crate) fn profile_due(&self, case: &Case, time: f64, dt: f64) -> bool {
+        let next = case.output.profile_times.get(self.profiles.len());
+        next.is_some_and(|t| time >= t - 0.5 * dt)
+    }
+
+    /// Adds what one step did.
+    pub(crate) fn add_step(&mut self, totals: &StepTotals, failures: &[FailureEvent]) {
+        self.newton[0] += totals.iterations;
+        self.newton[1] += totals.solved;
+        self.unconverged += totals.unconverged;
+        self.max_residual = self.max_residual.max(totals.max_residual);
+        self.max_penetration = self.max_penetration.max(totals.penetration);
+        self.eroded += totals.eroded;
+        for f in failures {
+            self.failed[usize::from(f.yarn)] += 1;
+        }
+        self.events.extend_from_slice(failures);
+    }
+
+    /// Adds a row to the history and follows the projectile. `covered` tells whether whole fabric lies ahead of it.
+    pub(crate) fn sample(&mut self, case: &Case, at: &Moment<'_>, covered: impl FnOnce(&RigidBody) -> bool) {
+        let mut row = Sample {
+            time: at.time,
+            balance: at.balance,
+            failed: self.failed,
+            eroded: self.eroded,
+            deflection: at.deflection,
+            ..Sample::default()
+        };
+        let since = at.time - self.history.last().map_or(0.0, |s| s.time);
+        if let Some((body, (velocity, position))) = at.body {
+            // The mean of the half-step velocities around this time; at the very start, the velocity given.
+            let now = if self.history.is_empty() { velocity } else { (velocity + body.velocity) * 0.5 };
+            row.projectile_velocity = now.dot(&body.flight);
+            row.projectile_displacement = (position - body.start).dot(&body.flight);
+            row.contact_force = at.impulse.dot(&body.flight) / if since > 0.0 { since } else { at.dt };
+        }
+        self.energy_error = self.energy_error.max(at.balance.error.abs());
+        self.momentum_error = self.momentum_error.max(at.balance.momentum_error);
+        self.history.push(row);
+        if let (Some(tracker), Some((body, _))) = (&mut self.tracker, at.body) {
+            let failed = self.failed[0] + self.failed[1];
+            let known = tracker.update(at.time, body, at.impulse.norm(), failed, || covered(body));
+            self.decided |= known && case.solver.run_until == RunUntil::Outcome;
+        }
+    }
+
+    /// Where the run is.
+    pub(crate) fn progress(&self, case: &Case, time: f64, steps: u64, elements: usize) -> Progress {
+        Progress {
+            time,
+            end_time: case.solver.end_time,
+            velocity: self.history.last().map_or(0.0, |s| s.projectile_velocity),
+            failed: self.failed[0] + self.failed[1],
+            steps,
+            elements,
+        }
+    }
+
+    /// The result after `steps` steps.
+    pub(crate) fn into_run<S: Scalar>(self, model: &Model<S>, steps: u64, machine: Machine) -> Run {
+        let cell = &model.cell;
+        let breaking = |i: usize| cell.yarn[i].stiffness * cell.yarn[i].failure_strain.min(1.0);
+        let present = (0..2).filter(|i| model.present[*i]);
+        let weakest = present.map(breaking).fold(f64::INFINITY, f64::min);
+        let peak = |f: fn(&Balance) -> f64| self.history.iter().map(|s| f(&s.balance)).fold(0.0, f64::max);
+        let internal = peak(|b| b.internal);
+        Run {
+            outcome: self.tracker.as_ref().map_or(Outcome::Running, |t| t.outcome),
+            stop_time: self.tracker.as_ref().and_then(|t| t.stop_time),
+            impact_energy: self.impact_energy,
+            max_penetration: self.max_penetration,
+            energy_error: self.energy_error,
+            momentum_error: self.momentum_error,
+            hourglass_fraction: if internal > 0.0 { peak(|b| b.hourglass) / internal } else { 0.0 },
+            newton: NewtonStatistics {
+                max_residual: self.max_residual / weakest,
+                mean_iterations: self.newton[0] / self.newton[1].max(1.0),
+                unconverged: self.unconverged,
+            },
+            elements: model.grid.elements(),
+            steps,
+            time_step: model.dt,
+            step_set_by: model.bound.set_by,
+            terms: model.terms(),
+            loop_seconds: machine.loop_seconds,
+            backend: machine.backend,
+            adapter: machine.adapter,
+            threads: machine.threads,
+            precision: machine.precision,
+            trouble: self.trouble,
+            lost: self.lost,
+            interrupted: self.interrupted,
+            history: self.history,
+            events: self.events,
+            profiles: self.profiles,
+        }
+    }
+}
+
+/// Whether positions at `time` belong into the history, whose last row is at `last` [s].
+pub(crate) fn sample_due(case: &Case, last: Option<f64>, time: f64, dt: f64) -> bool {
+    let next = last.map_or(0.0, |last| {
+        // The next multiple of the interval after the last row.
+        let rows = (last / case.output.history_interval + 1e-9).floor() + 1.0;
+        rows * case.output.history_interval
+    });
+    let slack = 1e-6 * dt;
+    time >= next - slack || time >= case.solver.end_time - slack
+}
