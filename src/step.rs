@@ -14,6 +14,7 @@ use crate::kernels::crossover::LawKernel;
 use crate::kernels::element_force::{self, ElementConstants, ElementRow, ElementTotals, field as element};
 use crate::kernels::node_update::{self, Neighbours, NodeTotals, RowMass, field as node};
 use crate::kernels::projectile_contact::{self, ContactPoint, ContactTotals};
+use crate::kernels::rigid_body::RigidBody;
 use crate::ledger::Ledger;
 use crate::model::{Grid, Model};
 use crate::number::{Real, Scalar};
@@ -149,13 +150,38 @@ impl<R: Real + Send + Sync> Stepper<R> {
         ledger: &mut Ledger,
         sample: bool,
     ) -> StepTotals {
-        let first = state.step == 0;
         let mut totals = StepTotals::default();
-        self.element_pass(model, state, if first { 0.0 } else { model.dt }, sample);
-        self.collect_elements(model, state, ledger, &mut totals, sample);
-        // Half a kick at the start puts the velocities half a step after the positions.
-        let kick = if first { 0.5 * model.dt } else { model.dt };
-        self.node_pass(model, state, kick, sample);
+        self.elements(model, state, ledger, &mut totals, sample);
+        self.nodes(model, state, ledger, &mut totals, sample);
+        self.projectile(model, state, ledger, &mut totals, sample);
+        state.step += 1;
+        totals
+    }
+
+    /// The first part of a step: forces of the elements.
+    pub fn elements(
+        &mut self,
+        model: &Model<R::Scalar>,
+        state: &mut State<R::Scalar>,
+        ledger: &mut Ledger,
+        totals: &mut StepTotals,
+        sample: bool,
+    ) {
+        let span = if state.step == 0 { 0.0 } else { model.dt };
+        self.element_pass(model, state, span, sample);
+        self.collect_elements(model, state, ledger, totals, sample);
+    }
+
+    /// The second part: the nodes move.
+    pub fn nodes(
+        &mut self,
+        model: &Model<R::Scalar>,
+        state: &mut State<R::Scalar>,
+        ledger: &mut Ledger,
+        totals: &mut StepTotals,
+        sample: bool,
+    ) {
+        self.node_pass(model, state, kick(model, state), sample);
         for row in &self.node_totals {
             totals.kinetic += row.kinetic;
             totals.max_speed = totals.max_speed.max(row.max_speed_squared);
@@ -167,16 +193,25 @@ impl<R: Real + Send + Sync> Stepper<R> {
         if sample {
             ledger.sample_nodes(&self.node_totals);
         }
+    }
+
+    /// The third part: contact with the projectile, and its motion.
+    pub fn projectile(
+        &mut self,
+        model: &Model<R::Scalar>,
+        state: &mut State<R::Scalar>,
+        ledger: &mut Ledger,
+        totals: &mut StepTotals,
+        sample: bool,
+    ) {
         if let Some(mut body) = state.body.take() {
-            self.contact(model, state, &mut body, kick, &mut totals, ledger, sample);
+            self.contact(model, state, &mut body, totals, ledger, sample);
             if sample {
                 ledger.sample_body(&body);
             }
             body.advance(model.dt);
             state.body = Some(body);
         }
-        state.step += 1;
-        totals
     }
 
     /// Largest |z displacement| of standing fabric at the last sample [m].
@@ -261,17 +296,16 @@ impl<R: Real + Send + Sync> Stepper<R> {
         rows.enumerate().with_min_len(4).for_each(work);
     }
 
-    #[allow(clippy::too_many_arguments, reason = "the step's own parts, used once")]
     fn contact(
         &mut self,
         model: &Model<R::Scalar>,
         state: &mut State<R::Scalar>,
-        body: &mut crate::kernels::rigid_body::RigidBody,
-        kick: f64,
+        body: &mut RigidBody,
         totals: &mut StepTotals,
         ledger: &mut Ledger,
         sample: bool,
     ) {
+        let kick = kick(model, state);
         let travel = model.dt * (totals.max_speed + body.speed_bound());
         if !travel.is_finite() {
             return; // the run stops on its own check of the numbers
@@ -307,7 +341,7 @@ impl<R: Real + Send + Sync> Stepper<R> {
         &mut self,
         model: &Model<R::Scalar>,
         state: &State<R::Scalar>,
-        body: &crate::kernels::rigid_body::RigidBody,
+        body: &RigidBody,
         kick: f64,
         totals: &mut StepTotals,
     ) {
@@ -359,6 +393,11 @@ impl<R: Real + Send + Sync> Stepper<R> {
     }
 }
 
+/// Time step of the velocities [s]: half a kick at the start puts them half a step after the positions.
+fn kick<S: Scalar>(model: &Model<S>, state: &State<S>) -> f64 {
+    if state.step == 0 { 0.5 * model.dt } else { model.dt }
+}
+
 /// Element rows around a row of nodes; `nothing` where the ply ends.
 fn neighbours<'a, S: Scalar>(grid: &Grid, elements: &'a Rows<S>, nothing: &'a [S], row: usize) -> Neighbours<'a, S> {
     let (ply, in_ply) = grid.node_row(row);
@@ -383,12 +422,7 @@ pub fn node_position<S: Scalar>(grid: &Grid, state: &State<S>, row: usize, colum
 }
 
 /// Nodes within `margin` of the body, in storage order.
-fn near_nodes<S: Scalar>(
-    model: &Model<S>,
-    state: &State<S>,
-    body: &crate::kernels::rigid_body::RigidBody,
-    margin: f64,
-) -> Vec<(u32, u32)> {
+fn near_nodes<S: Scalar>(model: &Model<S>, state: &State<S>, body: &RigidBody, margin: f64) -> Vec<(u32, u32)> {
     let grid = &model.grid;
     let bar = body.body.profile.bar;
     let found = (0..grid.node_rows()).into_par_iter().with_min_len(16).map(|row| {

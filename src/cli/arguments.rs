@@ -124,12 +124,14 @@ pub(crate) enum Precision {
 
 /// `ripstop compare`
 #[derive(Args, Debug)]
-#[command(after_help = "The CPU runs the case in f32. Before every compared step its state is put on the GPU and, widened, into an
+#[command(
+    after_help = "The CPU runs the case in f32. Before every compared step its state is put on the GPU and, widened, into an
 f64 run; the three compute that step kernel by kernel. The exit code is 1 if a difference exceeds the tolerance.
 
 Examples:
   ripstop compare cases/s720-1ply-155.json
-  ripstop compare shot.json --steps 200 --every 1 --json")]
+  ripstop compare shot.json --steps 200 --every 1 --json"
+)]
 pub(crate) struct CompareArguments {
     /// Case file
     #[arg(value_name = "CASE.json")]

@@ -55,7 +55,8 @@ pub(crate) fn choose(arguments: &BackendArguments) -> Result<Chosen, Failure> {
             match wanted {
                 Ok(adapter) => match Device::open(&adapter) {
                     Ok(device) => {
-                        let note = format!("note: --backend auto takes the GPU: {} ({})", adapter.name(), adapter.kind());
+                        let note =
+                            format!("note: --backend auto takes the GPU: {} ({})", adapter.name(), adapter.kind());
                         Ok(Chosen { device: Some(device), precision, note: Some(note) })
                     }
                     Err(error) => cpu(Some(took_cpu(&error))),

@@ -46,18 +46,20 @@ impl Failure {
                 "none".to_owned(),
                 "take --backend cpu, or install a Vulkan driver (mesa-vulkan-drivers has one in software)",
             ),
-            DeviceError::NoSuchAdapter { wanted, found } => (
-                format!("an adapter called or numbered {wanted}"),
-                found.join(", "),
-                "`ripstop info` lists them",
-            ),
+            DeviceError::NoSuchAdapter { wanted, found } => {
+                (format!("an adapter called or numbered {wanted}"), found.join(", "), "`ripstop info` lists them")
+            }
             DeviceError::Refused { adapter, reason } => (
                 "a device with the limits every WebGPU implementation grants".to_owned(),
                 format!("{adapter}: {reason}"),
                 "take --backend cpu or another --adapter",
             ),
             DeviceError::TooLarge { adapter, buffer, needed, limit, total } => (
-                format!("a buffer `{buffer}` of {}; the case needs {} in all", bytes(*needed as f64), bytes(*total as f64)),
+                format!(
+                    "a buffer `{buffer}` of {}; the case needs {} in all",
+                    bytes(*needed as f64),
+                    bytes(*total as f64)
+                ),
                 format!("{adapter}, which holds {} in one buffer", bytes(*limit as f64)),
                 "take --backend cpu or a smaller pack",
             ),
@@ -66,11 +68,9 @@ impl Failure {
                 format!("{adapter}: {reason}"),
                 "take --backend cpu or a smaller pack",
             ),
-            DeviceError::Crowded { .. } | DeviceError::Lost { .. } => (
-                "a device that stays".to_owned(),
-                error.to_string(),
-                "take --backend cpu",
-            ),
+            DeviceError::Crowded { .. } | DeviceError::Lost { .. } => {
+                ("a device that stays".to_owned(), error.to_string(), "take --backend cpu")
+            }
         };
         Self {
             code: DEVICE,

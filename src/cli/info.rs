@@ -53,7 +53,11 @@ fn scene(table: &mut Table, case: &Case) -> Result<(), Failure> {
     for (name, value) in model.terms().list() {
         table.row([name, value.as_str()]);
     }
-    let kernels: Vec<&str> = gpu::shader::KERNELS.iter().map(|k| k.name).filter(|name| model.terms().projectile || *name != "projectile_contact").collect();
+    let kernels: Vec<&str> = gpu::shader::KERNELS
+        .iter()
+        .map(|k| k.name)
+        .filter(|name| model.terms().projectile || *name != "projectile_contact")
+        .collect();
     table.row(["kernels per step", kernels.join(", ").as_str()]);
     let sizes = gpu::buffers::Sizes::new(&model.grid);
     table.row(["device memory", bytes(sizes.total() as f64).as_str()]);

@@ -20,7 +20,11 @@ pub(crate) fn run(arguments: &RunArguments) -> Result<(), Failure> {
     let case = case::read(&arguments.case, &arguments.sets)?;
     let chosen = backend::choose(&arguments.backend)?;
     let folder = Folder::prepare(&out(arguments, &case), &case)?;
-    let say = |note: &str| if !arguments.quiet { screen::complain(note) };
+    let say = |note: &str| {
+        if !arguments.quiet {
+            screen::complain(note)
+        }
+    };
     chosen.note.iter().chain(&notes::notes(&case)).for_each(|note| say(note));
     let bar = Bar::new(!arguments.quiet);
     let options = Options { threads: arguments.threads, precision: chosen.precision, device: chosen.device.as_ref() };

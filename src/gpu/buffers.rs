@@ -1,7 +1,9 @@
 //! Buffers of a run: what each holds, how large it is, and whether a device can hold it.
 
 use super::DeviceError;
-use super::layout::{ACCOUNT_FIELDS, BODY_WORDS, EVENT_WORDS, FORCE_FIELDS, NODE_FIELDS, POINT_WORDS, STATUS_WORDS, SUMS};
+use super::layout::{
+    ACCOUNT_FIELDS, BODY_WORDS, EVENT_WORDS, FORCE_FIELDS, NODE_FIELDS, POINT_WORDS, STATUS_WORDS, SUMS,
+};
 use crate::model::Grid;
 
 /// Samples of a batch at most.

@@ -135,8 +135,7 @@ pub fn adapters() -> Vec<Adapter> {
     if found.is_empty() {
         found = of(wgpu::Backends::SECONDARY);
     }
-    let mut adapters: Vec<Adapter> =
-        found.into_iter().map(|inner| Adapter { info: inner.get_info(), inner }).collect();
+    let mut adapters: Vec<Adapter> = found.into_iter().map(|inner| Adapter { info: inner.get_info(), inner }).collect();
     adapters.sort_by_key(Adapter::rank);
     adapters
 }
@@ -206,7 +205,9 @@ impl Device {
         let seen = Arc::clone(&fault);
         inner.on_uncaptured_error(Arc::new(move |error: wgpu::Error| keep(&seen, error.to_string())));
         let seen = Arc::clone(&fault);
-        inner.set_device_lost_callback(move |reason, message| keep(&seen, format!("device lost ({reason:?}): {message}")));
+        inner.set_device_lost_callback(move |reason, message| {
+            keep(&seen, format!("device lost ({reason:?}): {message}"))
+        });
         Self { inner, queue, name, fault }
     }
 

@@ -2,7 +2,7 @@
 //!
 //! - [`device`] chooses an adapter and opens it; [`buffers`] says what a run needs of it.
 //! - [`shader`] holds the kernels and what each binds, [`layout`] the words they share with the host.
-//! - [`stepper`] records steps in batches and reads the ledger back; the host loop is in [`simulation`](self::run).
+//! - [`stepper`] records steps in batches and reads the ledger back; the host loop is in [`simulation`].
 //!
 //! A step is three dispatches: `element_force` | `node_update` | `projectile_contact`, and `ledger` after those
 //! that the history takes note of. The barriers between them are needed because a node gathers the forces of elements
@@ -14,8 +14,8 @@ pub mod compare;
 pub mod device;
 pub mod layout;
 pub mod shader;
-mod simulation;
+pub mod simulation;
 pub mod stepper;
 
 pub use device::{Adapter, Device, DeviceError, adapters};
-pub use simulation::run;
+pub use simulation::{Simulation, run};

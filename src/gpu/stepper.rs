@@ -220,7 +220,8 @@ impl<'a> Stepper<'a> {
         set_planes(&mut state.elements, 0..element::HEIGHT, 1, columns, &floats(Name::Forces)?);
         set_planes(&mut state.elements, element::HEIGHT..element::ALIVE, 1, columns, &floats(Name::Heights)?);
         let flags = self.read(Name::Flags)?;
-        let alive: Vec<f32> = [1, 2].iter().flat_map(|bit| flags.iter().map(move |f| f32::from(u8::from(f & bit != 0)))).collect();
+        let alive: Vec<f32> =
+            [1, 2].iter().flat_map(|bit| flags.iter().map(move |f| f32::from(u8::from(f & bit != 0)))).collect();
         set_planes(&mut state.elements, element::ALIVE..element::COUNT, 1, columns, &alive);
         if let Some(start) = &model.projectile {
             state.body = Some(layout::read_body(&self.read(Name::Body)?, start).body);
@@ -439,8 +440,8 @@ fn program(
             count: None,
         })
         .collect();
-    let layout = gpu
-        .create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor { label: Some(kernel.name), entries: &entries });
+    let layout =
+        gpu.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor { label: Some(kernel.name), entries: &entries });
     let entries: Vec<_> = bindings
         .map(|((name, _), binding)| wgpu::BindGroupEntry {
             binding,
