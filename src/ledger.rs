@@ -48,6 +48,16 @@ struct Initial {
     momentum_scale: f64,
 }
 
+/// Sums of one sample.
+pub(crate) struct Sums {
+    /// [J]
+    pub(crate) kinetic: f64,
+    /// [J]
+    pub(crate) stored: f64,
+    /// Fabric and free projectile [kg·m/s].
+    pub(crate) momentum: [f64; 3],
+}
+
 /// Energies at one time [J]; the columns of `history.csv`.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Balance {
@@ -203,6 +213,11 @@ impl Ledger {
     /// Energy that was ever available to the fabric and the projectile [J].
     pub fn available(&self) -> f64 {
         self.initial.map_or(f64::INFINITY, |i| i.scale) + self.external.max(0.0)
+    }
+
+    /// Sums of the last sample, for comparison: fabric kinetic and stored energy [J], momentum of fabric and projectile.
+    pub(crate) fn fabric(&self) -> Sums {
+        Sums { kinetic: self.kinetic, stored: self.stored, momentum: self.momentum }
     }
 
     /// Kinetic energy beyond which a run is out of hand [J].

@@ -1,6 +1,101 @@
-//! `ripstop compare`.
+//! `ripstop compare`: CPU and GPU from the same state, kernel by kernel.
+
+use ripstop::case;
+use ripstop::gpu::compare::{self, Comparison, Difference, TOLERANCES};
+use ripstop::gpu::{self, Device};
+use serde_json::{Value, json};
+
 use super::arguments::CompareArguments;
 use super::failure::Failure;
-pub(crate) fn compare(_: &CompareArguments) -> Result<(), Failure> {
-    Ok(())
+use super::table::{Align, Table};
+use super::{interrupt, screen};
+
+/// Follows a case on both backends and prints what differs; exit code 1 if anything differs more than it may.
+pub(crate) fn compare(arguments: &CompareArguments) -> Result<(), Failure> {
+    let interrupted = interrupt::watch()?;
+    let case = case::read(&arguments.case, &arguments.sets)?;
+    let adapter = gpu::device::choose(&gpu::adapters(), arguments.adapter.as_deref());
+    let device = adapter.and_then(|a| Device::open(&a)).map_err(|e| Failure::device(&e))?;
+    let found = compare::compare(&case, &device, arguments.steps, arguments.every, &interrupted)
+        .map_err(|e| Failure::start(&case.path.display().to_string(), &e))?;
+    if arguments.json {
+        screen::print(&format!("{:#}\n", to_json(&found, device.name())))?;
+    } else {
+        screen::print(&text(&found, device.name()))?;
+    }
+    if interrupted.load(std::sync::atomic::Ordering::Relaxed) {
+        return Err(Failure::interrupted("interrupted; steps after this were not compared"));
+    }
+    match &found.first {
+        Some(d) => Err(Failure::check(format!("error: the backends differ\n  {}", first(d)))),
+        None => Ok(()),
+    }
+}
+
+fn first(d: &Difference) -> String {
+    let line = &TOLERANCES[d.what];
+    let [ply, row, column] = d.place;
+    format!(
+        "first: step {}, {}, {}, ply {ply} row {row} column {column} component {}: cpu {:e}, gpu {:e}\n  \
+         {:.1e} of the scale, allowed {:.1e} ({})",
+        d.step, line.kernel, line.buffer, d.component, d.cpu, d.gpu, d.relative, line.tolerance, line.reason
+    )
+}
+
+fn text(found: &Comparison, adapter: &str) -> String {
+    use Align::{Left, Right};
+    let mut table = Table::new(&[
+        ("", Left),
+        ("kernel", Left),
+        ("quantity", Left),
+        ("gpu - cpu f32", Right),
+        ("allowed", Right),
+        ("cpu f32 - f64", Right),
+        ("largest at step, ply, row, column", Right),
+    ]);
+    for (i, line) in TOLERANCES.iter().enumerate() {
+        let Some(worst) = &found.worst[i] else { continue };
+        let [ply, row, column] = worst.place;
+        let mark = if worst.is_over() { "FAIL" } else { "pass" };
+        let number = |x: f64| if x == 0.0 { "0".to_owned() } else { format!("{x:.1e}") };
+        let place =
+            if worst.relative == 0.0 { String::new() } else { format!("{}, {ply}, {row}, {column}", worst.step) };
+        table.row([
+            mark,
+            line.kernel,
+            line.buffer,
+            &number(worst.relative),
+            &number(line.tolerance),
+            &number(found.rounding[i]),
+            &place,
+        ]);
+    }
+    format!(
+        "{table}\ndifferences over the scale of each quantity; {} of {} steps compared, {} numbers, on {adapter}\n",
+        found.compared, found.steps, found.numbers
+    )
+}
+
+fn to_json(found: &Comparison, adapter: &str) -> Value {
+    let one = |d: &Difference| {
+        let line = &TOLERANCES[d.what];
+        json!({
+            "step": d.step, "kernel": line.kernel, "buffer": line.buffer,
+            "ply": d.place[0], "row": d.place[1], "column": d.place[2], "component": d.component,
+            "cpu": d.cpu, "gpu": d.gpu, "cpu_f64": d.wide,
+            "difference": d.relative, "tolerance": line.tolerance, "reason": line.reason, "pass": !d.is_over(),
+        })
+    };
+    json!({
+        "pass": found.first.is_none(),
+        "adapter": adapter,
+        "steps": found.steps,
+        "compared": found.compared,
+        "numbers": found.numbers,
+        "first": found.first.as_ref().map(one),
+        "largest": found.worst.iter().flatten().map(one).collect::<Vec<_>>(),
+        "single_precision": TOLERANCES.iter().zip(&found.rounding).map(|(line, x)| json!({
+            "kernel": line.kernel, "buffer": line.buffer, "difference": x,
+        })).collect::<Vec<_>>(),
+    })
 }

@@ -1,1 +1,423 @@
-//! Lock-step comparison of the backends. (under construction)
+//! Both backends from the same state, kernel by kernel: what differs, where, and by how much.
+//!
+//! The processor runs the case in single precision. For a compared step its state is put on the device, and widened into
+//! a double-precision state; the three compute the step, and after the elements both followers are given the leader's state
+//! again, so that a difference belongs to one kernel. (Contact follows the nodes without this: the nodes mark what it
+//! looks at.) What single precision costs stands beside what the device adds.
+
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use super::layout::{self, BODY_WORDS, SUMS, StepInfo, sum};
+use super::stepper::{Stage, Stepper};
+use super::{Device, DeviceError};
+use crate::case::Case;
+use crate::kernels::element_force::field as element;
+use crate::kernels::node_update::field as node;
+use crate::kernels::rigid_body::RigidBody;
+use crate::lanes::Lanes;
+use crate::ledger::Ledger;
+use crate::model::Model;
+use crate::number::Scalar;
+use crate::simulation::{self, RunError};
+use crate::state::{Rows, State};
+use crate::step::{self, StepTotals};
+
+/// How far a buffer may differ, relative to its scale.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Tolerance {
+    /// Kernel.
+    pub kernel: &'static str,
+    /// Quantity.
+    pub buffer: &'static str,
+    /// Allowed difference over the scale [-].
+    pub tolerance: f64,
+    /// What the scale is, and why so much.
+    pub reason: &'static str,
+}
+
+const fn allow(kernel: &'static str, buffer: &'static str, tolerance: f64, reason: &'static str) -> Tolerance {
+    Tolerance { kernel, buffer, tolerance, reason }
+}
+
+/// The tolerance table, in the order of a step.
+pub const TOLERANCES: [Tolerance; 16] = [
+    allow(
+        "element_force",
+        "membrane force",
+        1e-5,
+        "of the breaking force: strain rounds at 1e-7 of 1, failure is at 0.01 to 0.1",
+    ),
+    allow("element_force", "hourglass force", 1e-5, "of the breaking force, as above"),
+    allow("element_force", "yarn height", 2e-2, "of the sum of heights: not unique where nothing presses"),
+    allow("element_force", "yarn alive", 0.0, "the same yarns fail"),
+    allow("node_update", "displacement", 1e-6, "of the largest: a few roundings"),
+    allow("node_update", "velocity", 1e-6, "of the largest: a few roundings"),
+    allow("projectile_contact", "displacement", 2e-6, "of the largest: a 6 × 6 solve in single precision"),
+    allow("projectile_contact", "velocity", 2e-5, "of the largest: the same, over the time step"),
+    allow("projectile_contact", "body velocity", 1e-6, "of the impact velocity"),
+    allow("projectile_contact", "body position", 1e-6, "of an element length: fixed point at 6e-11 m"),
+    allow("projectile_contact", "body orientation", 1e-6, "of 1"),
+    allow("projectile_contact", "angular momentum", 1e-6, "of mass × impact velocity × reach"),
+    allow("ledger", "kinetic energy", 1e-5, "of the energy there is: sums of single-precision numbers"),
+    allow("ledger", "momentum", 1e-5, "of mass × velocity, as above"),
+    allow("ledger", "stored energy", 1e-5, "of the energy there is, as above"),
+    allow("ledger", "work", 1e-5, "of the energy there is, as above"),
+];
+
+/// One number that differs.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Difference {
+    /// Step.
+    pub step: u64,
+    /// Index into [`TOLERANCES`].
+    pub what: usize,
+    /// Ply, row, column of the node or element.
+    pub place: [usize; 3],
+    /// Component, or yarn.
+    pub component: usize,
+    /// Single precision on the processor.
+    pub cpu: f64,
+    /// The device.
+    pub gpu: f64,
+    /// Double precision on the processor.
+    pub wide: f64,
+    /// |gpu − cpu| over the scale [-].
+    pub relative: f64,
+    /// |cpu − wide| over the scale [-].
+    pub rounding: f64,
+}
+
+impl Difference {
+    /// Whether the device differs more than it may.
+    pub fn is_over(&self) -> bool {
+        // A NaN is over, whatever the tolerance.
+        !(self.relative <= TOLERANCES[self.what].tolerance)
+    }
+}
+
+/// A whole comparison.
+#[derive(Clone, Debug)]
+pub struct Comparison {
+    /// Steps followed.
+    pub steps: u64,
+    /// Steps compared.
+    pub compared: u64,
+    /// Numbers compared.
+    pub numbers: u64,
+    /// The largest difference of each line of [`TOLERANCES`], where it was seen.
+    pub worst: Vec<Option<Difference>>,
+    /// Largest |cpu − wide| over the scale, line by line.
+    pub rounding: Vec<f64>,
+    /// The first difference over its tolerance.
+    pub first: Option<Difference>,
+}
+
+impl Comparison {
+    fn new() -> Self {
+        let count = TOLERANCES.len();
+        Self { steps: 0, compared: 0, numbers: 0, worst: vec![None; count], rounding: vec![0.0; count], first: None }
+    }
+
+    fn see(&mut self, d: Difference) {
+        self.numbers += 1;
+        let what = d.what;
+        self.rounding[what] = self.rounding[what].max(d.rounding);
+        if d.is_over() && self.first.is_none() {
+            self.first = Some(d.clone());
+        }
+        let larger = self.worst[what].as_ref().is_none_or(|w| !(d.relative <= w.relative));
+        if larger {
+            self.worst[what] = Some(d);
+        }
+    }
+}
+
+/// Numbers of one step in three versions.
+struct Triple<'a> {
+    step: u64,
+    cpu: &'a State<f32>,
+    gpu: &'a State<f32>,
+    wide: &'a State<f64>,
+}
+
+/// What differences are measured by.
+#[derive(Clone, Copy, Debug)]
+struct Scales {
+    force: f64,
+    height: f64,
+    length: f64,
+    speed: f64,
+    spin: f64,
+    energy: f64,
+    momentum: f64,
+}
+
+/// The three runs.
+struct Lockstep<'a> {
+    model: Model<f32>,
+    wide_model: Model<f64>,
+    cpu: State<f32>,
+    cpu_stepper: step::Stepper<Lanes<f32, 4>>,
+    wide_stepper: step::Stepper<Lanes<f64, 4>>,
+    cpu_ledger: Ledger,
+    gpu: State<f32>,
+    device: Stepper<'a>,
+    comparison: Comparison,
+}
+
+/// Follows a case for `steps` steps, or to its end, and compares every `every`-th.
+///
+/// # Errors
+/// When the case cannot become a model, or the device cannot hold it or is lost.
+pub fn compare(
+    case: &Case,
+    device: &Device,
+    steps: Option<u64>,
+    every: u64,
+    interrupt: &AtomicBool,
+) -> Result<Comparison, RunError> {
+    let mut lockstep = Lockstep::new(case, device)?;
+    let all = (case.solver.end_time / lockstep.model.dt).ceil() as u64 + 1;
+    let count = steps.unwrap_or(all).min(all);
+    while lockstep.cpu.step < count && !interrupt.load(Ordering::Relaxed) {
+        if lockstep.cpu.step.is_multiple_of(every) {
+            lockstep.compare_step()?;
+        } else {
+            lockstep.cpu_stepper.step(&lockstep.model, &mut lockstep.cpu, &mut lockstep.cpu_ledger, false);
+        }
+    }
+    lockstep.comparison.steps = lockstep.cpu.step;
+    Ok(lockstep.comparison)
+}
+
+impl<'a> Lockstep<'a> {
+    fn new(case: &Case, device: &'a Device) -> Result<Self, RunError> {
+        let (model, cpu) = simulation::set_up::<f32>(case)?;
+        let wide_model = Model::<f64>::new(case).map_err(RunError::Model)?;
+        Ok(Self {
+            cpu_stepper: step::Stepper::new(&model),
+            wide_stepper: step::Stepper::new(&wide_model),
+            cpu_ledger: Ledger::default(),
+            device: Stepper::new(device, case, &model)?,
+            gpu: cpu.clone(),
+            comparison: Comparison::new(),
+            model,
+            wide_model,
+            cpu,
+        })
+    }
+
+    fn compare_step(&mut self) -> Result<(), DeviceError> {
+        let step = self.cpu.step;
+        let info = StepInfo { index: step, slot: Some(0), since: 1, dt: self.model.dt };
+        let mut totals = StepTotals::default();
+        let mut wide = widen(&self.cpu);
+        let mut wide_totals = StepTotals::default();
+        let mut wide_ledger = Ledger::default();
+        let work_before = self.cpu_ledger.work;
+
+        self.device.upload(&self.model, &self.cpu);
+        self.cpu_stepper.elements(&self.model, &mut self.cpu, &mut self.cpu_ledger, &mut totals, true);
+        self.wide_stepper.elements(&self.wide_model, &mut wide, &mut wide_ledger, &mut wide_totals, true);
+        self.device.run_stages(&info, &[Stage::Elements])?;
+        self.device.download(&self.model, &mut self.gpu)?;
+        let scales = self.scales(&self.cpu);
+        self.elements(&scales, &wide);
+
+        // The accounts of the elements stay on the device for the ledger; all else is the leader's.
+        self.device.upload_but_accounts(&self.model, &self.cpu);
+        let work = wide_ledger.work;
+        wide = widen(&self.cpu);
+        self.cpu_stepper.nodes(&self.model, &mut self.cpu, &mut self.cpu_ledger, &mut totals, true);
+        self.wide_stepper.nodes(&self.wide_model, &mut wide, &mut wide_ledger, &mut wide_totals, true);
+        self.device.run_stages(&info, &[Stage::Nodes])?;
+        self.device.download(&self.model, &mut self.gpu)?;
+        let scales = self.scales(&self.cpu);
+        self.nodes(&scales, &wide, 4);
+
+        self.cpu_stepper.projectile(&self.model, &mut self.cpu, &mut self.cpu_ledger, &mut totals, true);
+        self.wide_stepper.projectile(&self.wide_model, &mut wide, &mut wide_ledger, &mut wide_totals, true);
+        self.device.run_stages(&info, &[Stage::Projectile, Stage::Ledger])?;
+        self.device.download(&self.model, &mut self.gpu)?;
+        if self.cpu.body.is_some() {
+            self.nodes(&scales, &wide, 6);
+            self.body(&scales, &wide);
+        }
+        self.cpu.step += 1;
+        let sample = self.device.read_sample()?;
+        self.sums(&scales, step, &sample, self.cpu_ledger.work - work_before, work, &wide_ledger);
+        self.comparison.compared += 1;
+        Ok(())
+    }
+
+    /// Scales of a state.
+    fn scales(&self, state: &State<f32>) -> Scales {
+        let model = &self.wide_model;
+        let breaking = |i: usize| {
+            let y = &model.cell.yarn[i];
+            y.stiffness * y.failure_strain.min(1.0) * model.element.membrane[i]
+        };
+        let largest = |first: usize| {
+            let rows = 0..model.grid.node_rows();
+            let fields = |row: usize| (first..first + 3).map(move |f| (row, f));
+            rows.flat_map(fields)
+                .map(|(row, f)| {
+                    let at = f * state.nodes.stride;
+                    state.nodes.row(row)[at..at + state.nodes.stride].iter().fold(0.0_f32, |a, b| a.max(b.abs()))
+                })
+                .fold(0.0_f32, f32::max)
+        };
+        let body = model.projectile.as_ref();
+        let impact = body.map_or(0.0, |b| b.velocity.norm());
+        let speed = f64::from(largest(node::VELOCITY)).max(impact).max(1e-3);
+        let mass = body.map_or(0.0, |b| b.mass);
+        let node_mass = model.mass[1].mass.iter().sum::<f64>().max(model.mass[0].mass.iter().sum::<f64>());
+        let heaviest = mass.max(node_mass);
+        Scales {
+            force: breaking(0).max(breaking(1)),
+            height: model.cell.height_sum.max(1e-9),
+            length: f64::from(largest(node::DISPLACEMENT)).max(model.grid.length[0].min(model.grid.length[1])),
+            speed,
+            spin: body.map_or(1.0, |b| b.mass * impact.max(1e-3) * b.body.reach),
+            energy: (0.5 * heaviest * speed * speed).max(self.cpu_ledger.balance().stored.abs()),
+            momentum: heaviest * speed,
+        }
+    }
+
+    fn elements(&mut self, scales: &Scales, wide: &State<f64>) {
+        let grid = self.model.grid;
+        let triple = Triple { step: self.cpu.step, cpu: &self.cpu, gpu: &self.gpu, wide };
+        let fields = [
+            (0, element::WARP_FORCE..element::HOURGLASS, scales.force),
+            (1, element::HOURGLASS..element::HEIGHT, scales.force),
+            (2, element::HEIGHT..element::ALIVE, scales.height),
+            (3, element::ALIVE..element::COUNT, 1.0),
+        ];
+        for (what, fields, scale) in fields {
+            for field in fields.clone() {
+                for row in 0..grid.element_rows() {
+                    let (ply, in_ply) = grid.element_row(row);
+                    for column in 0..grid.columns {
+                        let standing = self.cpu.standing(row, column);
+                        if what == 2 && !standing {
+                            continue; // nobody reads the heights of an eroded element
+                        }
+                        let d = triple.element(what, field, fields.start, [row, column], [ply, in_ply, column], scale);
+                        self.comparison.see(d);
+                    }
+                }
+            }
+        }
+    }
+
+    fn nodes(&mut self, scales: &Scales, wide: &State<f64>, first: usize) {
+        let grid = self.model.grid;
+        let triple = Triple { step: self.cpu.step, cpu: &self.cpu, gpu: &self.gpu, wide };
+        for field in 0..node::COUNT {
+            let velocity = usize::from(field >= node::VELOCITY);
+            let scale = [scales.length, scales.speed][velocity];
+            for row in 0..grid.node_rows() {
+                let (ply, in_ply) = grid.node_row(row);
+                for column in 0..=grid.columns {
+                    let pick = |rows: &Rows<f32>| f64::from(rows.get(row, field, column));
+                    let values = [pick(&triple.cpu.nodes), pick(&triple.gpu.nodes), wide.nodes.get(row, field, column)];
+                    self.comparison.see(difference(
+                        triple.step,
+                        first + velocity,
+                        [ply, in_ply, column],
+                        field % 3,
+                        values,
+                        scale,
+                    ));
+                }
+            }
+        }
+    }
+
+    fn body(&mut self, scales: &Scales, wide: &State<f64>) {
+        let (Some(cpu), Some(gpu), Some(wide)) = (&self.cpu.body, &self.gpu.body, &wide.body) else { return };
+        let cell = self.wide_model.grid.length[0].min(self.wide_model.grid.length[1]);
+        let vectors: [(usize, fn(&RigidBody) -> [f64; 4], f64); 4] = [
+            (8, |b| [b.velocity.x, b.velocity.y, b.velocity.z, 0.0], scales.speed),
+            (9, |b| [b.position.x, b.position.y, b.position.z, 0.0], cell),
+            (10, |b| [b.orientation.i, b.orientation.j, b.orientation.k, b.orientation.w], 1.0),
+            (11, |b| [b.angular_momentum.x, b.angular_momentum.y, b.angular_momentum.z, 0.0], scales.spin),
+        ];
+        for (what, pick, scale) in vectors {
+            let values = [pick(cpu), pick(gpu), pick(wide)];
+            for a in 0..4 {
+                let values = values.map(|v| v[a]);
+                self.comparison.see(difference(self.cpu.step, what, [0; 3], a, values, scale));
+            }
+        }
+    }
+
+    /// Sums of the ledger: fabric only.
+    fn sums(&mut self, scales: &Scales, step: u64, sample: &[u32], work: f64, wide_work: f64, wide: &Ledger) {
+        let groups = &sample[..self.device.sizes().groups as usize * SUMS];
+        let total = |which: usize| groups.chunks_exact(SUMS).map(|g| f64::from(f32::from_bits(g[which]))).sum::<f64>();
+        let (cpu, wide) = (self.cpu_ledger.fabric(), wide.fabric());
+        let mut see = |what: usize, component: usize, values: [f64; 3], scale: f64| {
+            self.comparison.see(difference(step, what, [0; 3], component, values, scale));
+        };
+        see(12, 0, [cpu.kinetic, total(sum::KINETIC_NOW), wide.kinetic], scales.energy);
+        // The processor's ledger holds fabric and projectile together; the device's sums are the fabric's.
+        let body = self.model.projectile.as_ref().filter(|p| !p.prescribed).map(|p| {
+            let at = sample.len() - layout::STATUS_WORDS - BODY_WORDS;
+            layout::read_body(&sample[at..], p).body.velocity * p.mass
+        });
+        for a in 0..3 {
+            let flying = body.map_or(0.0, |b| b[a]);
+            let gpu = total(sum::MOMENTUM + a) + flying;
+            see(13, a, [cpu.momentum[a], gpu, wide.momentum[a]], scales.momentum);
+        }
+        see(14, 0, [cpu.stored, total(sum::STORED), wide.stored], scales.energy);
+        see(15, 0, [work, total(sum::WORK), wide_work], scales.energy);
+    }
+}
+
+impl Triple<'_> {
+    fn element(
+        &self,
+        what: usize,
+        field: usize,
+        first: usize,
+        [row, column]: [usize; 2],
+        place: [usize; 3],
+        scale: f64,
+    ) -> Difference {
+        let pick = |rows: &Rows<f32>| f64::from(rows.get(row, field, column + 1));
+        let wide = self.wide.elements.get(row, field, column + 1);
+        difference(
+            self.step,
+            what,
+            place,
+            field - first,
+            [pick(&self.cpu.elements), pick(&self.gpu.elements), wide],
+            scale,
+        )
+    }
+}
+
+fn difference(
+    step: u64,
+    what: usize,
+    place: [usize; 3],
+    component: usize,
+    [cpu, gpu, wide]: [f64; 3],
+    scale: f64,
+) -> Difference {
+    let relative = (gpu - cpu).abs() / scale;
+    let rounding = (cpu - wide).abs() / scale;
+    Difference { step, what, place, component, cpu, gpu, wide, relative, rounding }
+}
+
+/// The same state in double precision.
+fn widen(state: &State<f32>) -> State<f64> {
+    let rows = |rows: &Rows<f32>| Rows {
+        data: rows.data.iter().map(|x| x.to_f64()).collect(),
+        fields: rows.fields,
+        stride: rows.stride,
+    };
+    State { nodes: rows(&state.nodes), elements: rows(&state.elements), body: state.body.clone(), step: state.step }
+}

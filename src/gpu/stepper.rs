@@ -184,6 +184,12 @@ impl<'a> Stepper<'a> {
 
     /// Puts a state on the device and forgets everything counted so far.
     pub fn upload(&mut self, model: &Model<f32>, state: &State<f32>) {
+        self.upload_but_accounts(model, state);
+        self.clear(&[Name::Accounts]);
+    }
+
+    /// The same, but energies and work of the elements stay.
+    pub(super) fn upload_but_accounts(&mut self, model: &Model<f32>, state: &State<f32>) {
         let columns = self.grid.columns;
         let nodes = planes(&state.nodes, 0..node::COUNT, 0, columns + 1);
         self.write(Name::Nodes, bytemuck::cast_slice(&nodes));
@@ -201,12 +207,16 @@ impl<'a> Stepper<'a> {
         if let (Some(body), Some(start)) = (&state.body, &model.projectile) {
             self.write(Name::Body, &layout::body(body, &start.velocity));
         }
+        self.clear(&[Name::Supports, Name::Candidates]);
+        self.events_read = 0;
+    }
+
+    fn clear(&self, names: &[Name]) {
         let mut encoder = self.device.inner.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
-        for name in [Name::Accounts, Name::Supports, Name::Candidates] {
-            encoder.clear_buffer(self.buffer(name), 0, None);
+        for name in names {
+            encoder.clear_buffer(self.buffer(*name), 0, None);
         }
         self.device.queue.submit([encoder.finish()]);
-        self.events_read = 0;
     }
 
     /// Reads the state back; of the projectile what moves.
@@ -235,6 +245,11 @@ impl<'a> Stepper<'a> {
     /// When the device was lost.
     pub fn read(&self, name: Name) -> Result<Vec<u32>, DeviceError> {
         self.read_part(name, 0, self.sizes.bytes(name))
+    }
+
+    /// The words of the first sample.
+    pub(super) fn read_sample(&self) -> Result<Vec<u32>, DeviceError> {
+        self.read_part(Name::Samples, 0, 4 * self.sizes.sample_words() as u64)
     }
 
     fn read_part(&self, name: Name, offset: u64, size: u64) -> Result<Vec<u32>, DeviceError> {

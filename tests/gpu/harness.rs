@@ -1,0 +1,42 @@
+//! One device for all tests, and what becomes of them where there is none.
+
+use std::process::ExitCode;
+use std::sync::OnceLock;
+
+use libtest_mimic::{Arguments, Completion, Trial};
+use ripstop::gpu::{Device, adapters, device};
+
+/// Set to 1 where a missing adapter must not go unnoticed.
+const REQUIRE: &str = "RIPSTOP_REQUIRE_GPU";
+/// Why a test did not run.
+const MISSING: &str = "no graphics adapter";
+
+/// What a test found: nothing wrong, or what is.
+pub(crate) type Outcome = Result<(), String>;
+
+/// The device of all tests, opened by the first; `None` without an adapter.
+fn device() -> Result<Option<&'static Device>, String> {
+    static DEVICE: OnceLock<Result<Option<Device>, String>> = OnceLock::new();
+    let opened = DEVICE.get_or_init(|| {
+        let adapters = adapters();
+        let Ok(adapter) = device::choose(&adapters, None) else { return Ok(None) };
+        Device::open(&adapter).map(Some).map_err(|e| e.to_string())
+    });
+    opened.as_ref().map(Option::as_ref).map_err(Clone::clone)
+}
+
+/// A test on the device; it may also panic.
+pub(crate) fn trial(name: impl Into<String>, test: impl FnOnce(&'static Device) -> Outcome + Send + 'static) -> Trial {
+    Trial::ignorable_test(name, || match device()? {
+        Some(device) => test(device).map(|()| Completion::Completed).map_err(Into::into),
+        None if std::env::var(REQUIRE).is_ok_and(|value| value == "1") => Err(MISSING.into()),
+        None => Ok(Completion::ignored_with(MISSING)),
+    })
+}
+
+/// Runs the tests of every module, one at a time unless asked otherwise: a software adapter has one queue.
+pub(crate) fn run<const N: usize>(modules: [Vec<Trial>; N]) -> ExitCode {
+    let mut arguments = Arguments::from_args();
+    arguments.test_threads.get_or_insert(1);
+    libtest_mimic::run(&arguments, modules.into_iter().flatten().collect()).exit_code()
+}
