@@ -24,6 +24,8 @@ pub(crate) struct Machine {
     pub(crate) precision: &'static str,
     /// Time in the loop [s].
     pub(crate) loop_seconds: f64,
+    /// Part of it in which the host did not wait for a device [s].
+    pub(crate) host_seconds: Option<f64>,
 }
 
 /// Everything the history takes note of at one time of positions.
@@ -194,6 +196,7 @@ impl Record {
             step_set_by: model.bound.set_by,
             terms: model.terms(),
             loop_seconds: machine.loop_seconds,
+            host_seconds: machine.host_seconds,
             backend: machine.backend,
             adapter: machine.adapter,
             threads: machine.threads,

@@ -144,6 +144,8 @@ pub struct Run {
     pub terms: Terms,
     /// Time in the loop [s].
     pub loop_seconds: f64,
+    /// Part of it in which the host did not wait for the device [s]; `None` on the processor.
+    pub host_seconds: Option<f64>,
     /// `cpu` or `gpu`.
     pub backend: &'static str,
     /// Name of the graphics adapter.
@@ -297,6 +299,7 @@ impl<S: Scalar> Simulation<S> {
             threads: rayon::current_num_threads(),
             precision: S::NAME,
             loop_seconds,
+            host_seconds: None,
         };
         self.record.into_run(&self.model, self.state.step, machine)
     }

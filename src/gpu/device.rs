@@ -226,9 +226,9 @@ impl Device {
         self.inner.limits()
     }
 
-    /// Waits for everything submitted.
-    pub(super) fn wait(&self) -> Result<(), DeviceError> {
-        let polled = self.inner.poll(wgpu::PollType::wait_indefinitely());
+    /// Waits for a submission, or for everything submitted.
+    pub(super) fn wait(&self, submission_index: Option<wgpu::SubmissionIndex>) -> Result<(), DeviceError> {
+        let polled = self.inner.poll(wgpu::PollType::Wait { submission_index, timeout: None });
         let fault = self.fault.lock().unwrap_or_else(PoisonError::into_inner).clone();
         match (fault, polled) {
             (Some(reason), _) => Err(self.lost(reason)),

@@ -3,13 +3,14 @@
 //! Nothing here depends on how many steps a batch has: which steps are sampled follows from time alone, sums are
 //! taken sample by sample, and what a batch computed beyond the end of the run is dropped.
 
+use std::collections::VecDeque;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 use nalgebra::Vector3;
 
 use super::layout::{self, BODY_WORDS, SUMS, StepInfo, status, sum};
-use super::stepper::{BATCH, BatchResult, Stepper};
+use super::stepper::{BATCH, BatchResult, Pending, Stepper};
 use super::{Device, DeviceError};
 use crate::case::Case;
 use crate::ledger::Ledger;
@@ -55,13 +56,19 @@ pub struct Simulation<'a> {
     ledger: Ledger,
     record: Record,
     given: (f64, Vector3<f64>),
-    /// Next step.
-    step: u64,
-    /// Step of the last sample.
+    /// Batches on their way with their steps, the oldest first.
+    pending: VecDeque<(Vec<StepInfo>, Pending)>,
+    /// Next step to be sent off, and the last one sent that is sampled.
+    next: u64,
     sampled: Option<u64>,
+    /// Steps whose results are known.
+    step: u64,
     batch: usize,
     fixed_batch: bool,
+    /// The last step of the run is on its way.
+    complete: bool,
     ended: bool,
+    collected: Instant,
 }
 
 impl<'a> Simulation<'a> {
@@ -81,11 +88,15 @@ impl<'a> Simulation<'a> {
             stepper,
             device,
             ledger: Ledger::default(),
-            step: 0,
+            pending: VecDeque::new(),
+            next: 0,
             sampled: None,
+            step: 0,
             batch: 16,
             fixed_batch: false,
+            complete: false,
             ended: false,
+            collected: Instant::now(),
         })
     }
 
@@ -102,7 +113,7 @@ impl<'a> Simulation<'a> {
         self.ended
     }
 
-    /// Next step.
+    /// Steps whose results are known.
     pub fn steps(&self) -> u64 {
         self.step
     }
@@ -119,7 +130,7 @@ impl<'a> Simulation<'a> {
         let mut steps = Vec::with_capacity(self.batch);
         let mut ends = false;
         while steps.len() < self.batch && slots < self.stepper.slots() && !ends {
-            let index = self.step + steps.len() as u64;
+            let index = self.next + steps.len() as u64;
             let time = self.time_of(index);
             if !steps.is_empty() && self.record.profile_due(case, time, dt) {
                 break; // the state is read before that step
@@ -137,7 +148,7 @@ impl<'a> Simulation<'a> {
         (steps, ends)
     }
 
-    /// One batch.
+    /// Sends a batch off, and takes over the one before it, which computed while this one was recorded.
     pub fn advance(&mut self, case: &Case) {
         if let Err(error) = self.try_advance(case) {
             self.record.lost = Some(error.to_string());
@@ -146,21 +157,41 @@ impl<'a> Simulation<'a> {
     }
 
     fn try_advance(&mut self, case: &Case) -> Result<(), DeviceError> {
-        let time = self.time_of(self.step);
+        let time = self.time_of(self.next);
         if self.record.profile_due(case, time, self.model.dt) {
+            while !self.pending.is_empty() && !self.ended {
+                self.collect(case)?;
+            }
             self.stepper.download(&self.model, &mut self.state)?;
             self.record.profiles.push(profile::take(&self.model, &self.state, case, time));
         }
-        let (steps, ends) = self.plan(case);
-        let start = Instant::now();
-        let result = self.stepper.run(&steps)?;
-        self.adapt(start.elapsed(), steps.len());
-        self.take(case, &steps, &result)?;
-        self.ended |= ends || self.record.over();
+        if !self.complete && !self.ended {
+            let (steps, ends) = self.plan(case);
+            self.complete = ends;
+            self.next += steps.len() as u64;
+            self.sampled = steps.iter().rev().find(|s| s.slot.is_some()).map(|s| s.index).or(self.sampled);
+            let batch = self.stepper.submit(&steps);
+            self.pending.push_back((steps, batch));
+        }
+        if !self.ended && (self.complete || self.pending.len() > 1) {
+            self.collect(case)?;
+        }
         Ok(())
     }
 
-    fn adapt(&mut self, spent: Duration, steps: usize) {
+    /// Takes over the oldest batch on its way.
+    fn collect(&mut self, case: &Case) -> Result<(), DeviceError> {
+        let Some((steps, batch)) = self.pending.pop_front() else { return Ok(()) };
+        let result = self.stepper.collect(&batch)?;
+        self.adapt(steps.len());
+        self.take(case, &steps, &result)?;
+        self.ended |= self.record.over_but_interrupted() || (self.complete && self.pending.is_empty());
+        Ok(())
+    }
+
+    fn adapt(&mut self, steps: usize) {
+        let spent = self.collected.elapsed();
+        self.collected = Instant::now();
         if self.fixed_batch || steps < self.batch {
             return;
         }
@@ -186,7 +217,6 @@ impl<'a> Simulation<'a> {
             }
             self.sample(case, info, words);
             self.step = info.index + 1;
-            self.sampled = Some(info.index);
         }
         if self.record.over_but_interrupted() {
             return Ok(());
@@ -262,7 +292,7 @@ impl<'a> Simulation<'a> {
         record.sample(case, &moment, |_| sums.add(sum::COVERED) > 0.5);
         let kinetic = sums.add(sum::KINETIC) + simulation::flying(body.as_ref().map(|b| &b.body));
         if !(kinetic <= self.ledger.allowed() && self.ledger.work.is_finite()) {
-            // The place is looked for in the state as it is now, at most a batch later.
+            // The place is looked for in the state as it is now, at most two batches later.
             self.state.step = info.index + 1;
             if let Err(error) = self.stepper.download(&self.model, &mut self.state) {
                 self.record.lost = Some(error.to_string());
@@ -284,6 +314,7 @@ impl<'a> Simulation<'a> {
             threads: rayon::current_num_threads(),
             precision: "f32",
             loop_seconds,
+            host_seconds: Some((loop_seconds - self.stepper.waited().as_secs_f64()).max(0.0)),
         };
         self.record.into_run(&self.model, self.step, machine)
     }

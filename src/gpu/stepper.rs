@@ -1,6 +1,7 @@
 //! Steps on the device: pipelines, batches recorded in one submission, and what is read back after each.
 
 use std::sync::mpsc;
+use std::time::{Duration, Instant};
 
 use super::buffers::{Name, SLOTS, Sizes, spread};
 use super::layout::{self, BODY_WORDS, EVENT_WORDS, GROUP, STATUS_WORDS, STEP_STRIDE, StepInfo, status};
@@ -49,6 +50,20 @@ pub struct BatchResult {
     pub events: Vec<FailureEvent>,
 }
 
+/// A batch on its way.
+pub struct Pending {
+    /// Which staging buffer it fills.
+    staging: usize,
+    samples: usize,
+    /// Events before these were known when it was recorded, and how many follow.
+    first_event: u64,
+    window: u64,
+    submission: wgpu::SubmissionIndex,
+}
+
+/// Batches on their way at once: one computes while the next is recorded.
+const IN_FLIGHT: usize = 2;
+
 /// Advances a state on a device.
 pub struct Stepper<'a> {
     device: &'a Device,
@@ -58,7 +73,8 @@ pub struct Stepper<'a> {
     dt: f64,
     buffers: Vec<wgpu::Buffer>,
     steps: wgpu::Buffer,
-    staging: wgpu::Buffer,
+    staging: [wgpu::Buffer; IN_FLIGHT],
+    submitted: usize,
     common: wgpu::BindGroup,
     /// Plain, and with the ledger.
     element: [Program; 2],
@@ -66,6 +82,8 @@ pub struct Stepper<'a> {
     contact: Program,
     ledger: Program,
     events_read: u64,
+    /// Time spent waiting for the device.
+    waited: Duration,
 }
 
 impl<'a> Stepper<'a> {
@@ -123,8 +141,8 @@ impl<'a> Stepper<'a> {
         let scene = buffer("scene", 4 * block.len() as u64, wgpu::BufferUsages::UNIFORM);
         device.queue.write_buffer(&scene, 0, bytemuck::cast_slice(&block));
         let steps = buffer("steps", STEP_STRIDE * BATCH as u64, wgpu::BufferUsages::UNIFORM);
-        let staging_size = sizes.bytes(Name::Samples) + 4 * STATUS_WORDS as u64 + 4 * EVENT_WORDS * EVENT_WINDOW;
-        let staging = buffer("staging", staging_size, wgpu::BufferUsages::MAP_READ);
+        let staging_size = sizes.bytes(Name::Samples) + STATUS_BYTES + EVENT_BYTES * EVENT_WINDOW;
+        let staging = [0; IN_FLIGHT].map(|_| buffer("staging", staging_size, wgpu::BufferUsages::MAP_READ));
         let layout = common_layout(gpu);
         let common = gpu.create_bind_group(&wgpu::BindGroupDescriptor {
             label: Some("scene and step"),
@@ -164,8 +182,10 @@ impl<'a> Stepper<'a> {
             buffers,
             steps,
             staging,
+            submitted: 0,
             common,
             events_read: 0,
+            waited: Duration::ZERO,
         }
     }
 
@@ -262,17 +282,22 @@ impl<'a> Stepper<'a> {
         let mut encoder = self.device.inner.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
         encoder.copy_buffer_to_buffer(self.buffer(name), offset, &staging, 0, size);
         self.device.queue.submit([encoder.finish()]);
-        self.fetch(&staging, size)
+        self.fetch(&staging, size, None)
     }
 
-    /// Words of a mappable buffer, once everything submitted is done.
-    fn fetch(&self, staging: &wgpu::Buffer, size: u64) -> Result<Vec<u32>, DeviceError> {
+    /// Words of a mappable buffer, once a submission (or everything) is done.
+    fn fetch(
+        &self,
+        staging: &wgpu::Buffer,
+        size: u64,
+        after: Option<wgpu::SubmissionIndex>,
+    ) -> Result<Vec<u32>, DeviceError> {
         let (tell, told) = mpsc::channel();
         staging.map_async(wgpu::MapMode::Read, 0..size, move |result| {
             // The receiver lives until the wait below is over.
             tell.send(result).ok();
         });
-        self.device.wait()?;
+        self.device.wait(after)?;
         let failed = |reason: String| self.device.lost(reason);
         told.try_recv().map_err(|e| failed(e.to_string()))?.map_err(|e| failed(e.to_string()))?;
         let words = {
@@ -295,21 +320,17 @@ impl<'a> Stepper<'a> {
             self.record(&mut pass, 0, info, stages);
         }
         self.device.queue.submit([encoder.finish()]);
-        self.device.wait()
+        self.device.wait(None)
     }
 
-    /// Runs steps in one submission and reads back what the ledger and the kernels noted.
-    ///
-    /// # Errors
-    /// When the device was lost.
-    pub fn run(&mut self, steps: &[StepInfo]) -> Result<BatchResult, DeviceError> {
+    /// Sends steps off in one submission. At most two batches may be on their way.
+    pub fn submit(&mut self, steps: &[StepInfo]) -> Pending {
         self.write_steps(steps);
         let samples = steps.iter().filter(|s| s.slot.is_some()).count();
-        let sample_bytes = 4 * (samples * self.sizes.sample_words()) as u64;
-        let status_bytes = 4 * STATUS_WORDS as u64;
-        let event_bytes = 4 * EVENT_WORDS;
-        let window = EVENT_WINDOW.min(2 * self.sizes.elements - self.events_read);
-        let size = sample_bytes + status_bytes + window * event_bytes;
+        let (sample_bytes, first_event) = (self.sample_bytes(samples), self.events_read);
+        let window = EVENT_WINDOW.min(2 * self.sizes.elements - first_event);
+        let staging = self.submitted % IN_FLIGHT;
+        let target = &self.staging[staging];
         let mut encoder = self.device.inner.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
         {
             let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
@@ -317,34 +338,65 @@ impl<'a> Stepper<'a> {
                 self.record(&mut pass, at, info, &[Stage::Elements, Stage::Nodes, Stage::Projectile, Stage::Ledger]);
             }
         }
-        encoder.copy_buffer_to_buffer(self.buffer(Name::Samples), 0, &self.staging, 0, sample_bytes);
-        encoder.copy_buffer_to_buffer(self.buffer(Name::Status), 0, &self.staging, sample_bytes, status_bytes);
-        let offset = self.events_read * event_bytes;
-        encoder.copy_buffer_to_buffer(
-            self.buffer(Name::Events),
-            offset,
-            &self.staging,
-            sample_bytes + status_bytes,
-            window * event_bytes,
-        );
-        self.device.queue.submit([encoder.finish()]);
-        let words = self.fetch(&self.staging, size)?;
-        let (sampled, rest) = words.split_at(samples * self.sizes.sample_words());
+        let copies = [
+            (Name::Samples, 0, 0, sample_bytes),
+            (Name::Status, 0, sample_bytes, STATUS_BYTES),
+            (Name::Events, first_event * EVENT_BYTES, sample_bytes + STATUS_BYTES, window * EVENT_BYTES),
+        ];
+        for (name, from, to, size) in copies {
+            encoder.copy_buffer_to_buffer(self.buffer(name), from, target, to, size);
+        }
+        let submission = self.device.queue.submit([encoder.finish()]);
+        self.submitted += 1;
+        Pending { staging, samples, first_event, window, submission }
+    }
+
+    fn sample_bytes(&self, samples: usize) -> u64 {
+        4 * (samples * self.sizes.sample_words()) as u64
+    }
+
+    /// Waits for the oldest batch on its way and reads what the ledger and the kernels noted.
+    ///
+    /// # Errors
+    /// When the device was lost.
+    pub fn collect(&mut self, batch: &Pending) -> Result<BatchResult, DeviceError> {
+        let size = self.sample_bytes(batch.samples) + STATUS_BYTES + batch.window * EVENT_BYTES;
+        let start = Instant::now();
+        let words = self.fetch(&self.staging[batch.staging], size, Some(batch.submission.clone()));
+        self.waited += start.elapsed();
+        let words = words?;
+        let (sampled, rest) = words.split_at(batch.samples * self.sizes.sample_words());
         let (counters, events) = rest.split_at(STATUS_WORDS);
         let mut result = BatchResult {
             samples: sampled.chunks(self.sizes.sample_words()).map(<[u32]>::to_vec).collect(),
             ..BatchResult::default()
         };
         result.status.copy_from_slice(counters);
-        let count = u64::from(result.status[status::EVENTS]) - self.events_read;
-        let events = if count <= window {
-            events[..(count * EVENT_WORDS) as usize].to_vec()
+        let count = u64::from(result.status[status::EVENTS]);
+        let events = if count <= batch.first_event + batch.window {
+            let [from, to] = [self.events_read, count].map(|at| ((at - batch.first_event) * EVENT_WORDS) as usize);
+            events[from..to].to_vec()
         } else {
-            self.read_part(Name::Events, offset, count * event_bytes)?
+            let [from, size] = [self.events_read, count - self.events_read].map(|n| n * EVENT_BYTES);
+            self.read_part(Name::Events, from, size)?
         };
-        self.events_read += count;
+        self.events_read = count;
         result.events = self.sorted(&events);
         Ok(result)
+    }
+
+    /// Runs steps in one submission and waits for them.
+    ///
+    /// # Errors
+    /// When the device was lost.
+    pub fn run(&mut self, steps: &[StepInfo]) -> Result<BatchResult, DeviceError> {
+        let batch = self.submit(steps);
+        self.collect(&batch)
+    }
+
+    /// Time spent waiting for the device.
+    pub fn waited(&self) -> Duration {
+        self.waited
     }
 
     fn write_steps(&self, steps: &[StepInfo]) {
@@ -412,8 +464,10 @@ impl<'a> Stepper<'a> {
     }
 }
 
-/// Bytes of a step's uniform.
+/// Bytes of a step's uniform, of the counters, of an event.
 const STEP_BYTES: u64 = 32;
+const STATUS_BYTES: u64 = 4 * STATUS_WORDS as u64;
+const EVENT_BYTES: u64 = 4 * EVENT_WORDS;
 
 fn common_layout(gpu: &wgpu::Device) -> wgpu::BindGroupLayout {
     let uniform = |binding: u32, dynamic: bool, size: u64| wgpu::BindGroupLayoutEntry {

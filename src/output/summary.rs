@@ -105,6 +105,7 @@ fn cost(run: &Run, wall_seconds: f64) -> Map<String, Value> {
         "element_steps_computed": element_steps,
         "wall_s": wall_seconds,
         "loop_s": run.loop_seconds,
+        "host_s": run.host_seconds,
         "element_steps_per_s": element_steps as f64 / run.loop_seconds,
         "skipped": {},
     }))
