@@ -7,7 +7,7 @@
 //   in/out  supports  array<f32>  (S, 3)   impulse of the supports, from 0 again [N·s]
 //   in/out  body      Body                 its sums begin at 0 again
 //   in      status    array<u32>           counters
-//   out     samples   array<u32>  (slots, groups·20 + 60)
+//   out     samples   array<u32>  (slots, groups·20 + 68)
 // Twin: src/ledger.rs, and `covered` of src/outcome.rs
 
 @group(1) @binding(0) var<storage, read> nodes: array<f32>;
@@ -24,7 +24,7 @@ const WIDTH: u32 = 64u;
 /// Numbers a workgroup adds up.
 const SUMS: u32 = 20u;
 /// Words of the body and of the counters.
-const BODY_WORDS: u32 = 52u;
+const BODY_WORDS: u32 = 60u;
 const STATUS_WORDS: u32 = 8u;
 
 // The sums of `samples`.
@@ -57,7 +57,7 @@ fn ahead(arm: vec3<f32>) -> bool {
 fn arm_to(node: u32) -> vec3<f32> {
     let n = scene.nodes;
     let u = vec3<f32>(nodes[node], nodes[n + node], nodes[2u * n + node]);
-    return arm_of(body.coarse, body.fine, reference(node_place(node)), u);
+    return arm_of(body.nose_coarse, body.nose_fine, reference(node_place(node)), u);
 }
 
 /// Whether an element has all its yarns, is slower than the body and lies ahead of it.
@@ -100,6 +100,8 @@ fn finish(first: u32) {
     put(first + 40u, bitcast<vec4<u32>>(body.impulse));
     put(first + 44u, bitcast<vec4<u32>>(body.support));
     put(first + 48u, bitcast<vec4<u32>>(body.energy));
+    put(first + 52u, bitcast<vec4<u32>>(body.nose_coarse));
+    put(first + 56u, bitcast<vec4<u32>>(body.nose_fine));
     for (var i = 0u; i < STATUS_WORDS; i++) {
         samples[first + BODY_WORDS + i] = atomicLoad(&status[i]);
     }

@@ -31,12 +31,8 @@ fn rim_index(node: u32, place: vec2<u32>) -> u32 {
 /// Marks a node that may touch the body within the step: no further from the box around it than both can go.
 fn mark(node: u32, reference: vec3<f32>, displacement: vec3<f32>, speed: f32) {
     let room = 1.01 * scene.dt * (speed + 1.1 * body.velocity.w) + 1e-6 * scene.body_reach;
-    let arm = arm_of(body.coarse, body.fine, reference, displacement);
-    if (scene.body_bar == 0u && dot(arm, arm) > squared(scene.body_reach + room)) {
-        return;
-    }
-    let local = rotate_back(body.orientation, arm);
-    let gap = max(axis_distance(local) - scene.body_radius, max(local.z - scene.body_front, scene.body_back - local.z));
+    let local = rotate_back(body.orientation, arm_of(body.nose_coarse, body.nose_fine, reference, displacement));
+    let gap = max(axis_distance(local) - scene.body_radius, max(local.z, scene.body_back - local.z));
     if (gap > room) {
         return;
     }

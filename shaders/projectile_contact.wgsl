@@ -166,8 +166,10 @@ fn look(p: u32) -> f32 {
         return 0.0;
     }
     let free = velocity_of(node);
-    let arm = arm_of(body.coarse, body.fine, reference(place), displacement_of(node) - scene.dt * free);
-    let g = holding_gap(rotate_back(body.orientation, arm));
+    let before = displacement_of(node) - scene.dt * free;
+    let from_nose = arm_of(body.nose_coarse, body.nose_fine, reference(place), before);
+    let g = holding_gap(rotate_back(body.orientation, from_nose));
+    let arm = from_nose + nose_of(body.orientation);
     let normal = rotate(body.orientation, g.normal);
     let relative = free - body.velocity.xyz - cross(body.turning.xyz, arm);
     let approach = dot(relative, normal);
@@ -182,7 +184,8 @@ fn look(p: u32) -> f32 {
     }
     let mass = node_mass(place);
     points[p].normal = vec4<f32>(normal, g.distance);
-    points[p].arm = vec4<f32>(arm, 1.0 / max(along, 1e-9 / mass));
+    // A held node weighs as much as a thousand bodies: more would drown the body's momentum in the rounding of its speed.
+    points[p].arm = vec4<f32>(arm, 1.0 / max(along, 1e-3 / max(scene.body_mass, mass)));
     points[p].relative = vec4<f32>(relative, mass);
     points[p].state = select(NEAR, PUSHING, approach < closing_limit(g.distance));
     return depth;

@@ -13,13 +13,14 @@ fn axis_distance(point: vec3<f32>) -> f32 {
     return select(sqrt(squared(point.x) + squared(point.y)), abs(point.x), scene.body_bar != 0u);
 }
 
-/// Gap of a point given in the body's frame [m]: x, y across the axis, z along it towards the nose.
+/// Gap of a point given in the body's frame [m]: x, y across the axis, z along it from the tip of the nose.
 fn surface_gap(point: vec3<f32>) -> Gap {
     let rho = axis_distance(point);
     let s = point.z;
     var best = 1e30;
     var normal = vec2<f32>(0.0, 1.0);
     var offset = vec2<f32>(0.0);
+    var beside = false;
     var deepest = -1e30;
     var deepest_normal = vec2<f32>(0.0, 1.0);
     let sides = max(scene.profile_count, 2u) - 1u;
@@ -36,6 +37,7 @@ fn surface_gap(point: vec3<f32>) -> Gap {
             best = square;
             normal = a.zw;
             offset = away;
+            beside = 0.0 < along && along < 1.0;
         }
         let height = dot(start, a.zw);
         if (deepest < height) {
@@ -45,8 +47,8 @@ fn surface_gap(point: vec3<f32>) -> Gap {
     }
     let inside = scene.profile_count > 1u && deepest <= 0.0;
     let distance = sqrt(best);
-    // On the surface itself the direction to it is noise: the side's own normal holds.
-    let resolved = 1e-12 < distance;
+    // Near the surface the direction to it is noise: beside a side that side's own normal holds.
+    let resolved = !beside && 1e-9 < distance;
     let outside = select(normal, offset / select(1.0, distance, resolved), resolved);
     let n = select(outside, deepest_normal, inside);
     let signed = select(distance, deepest, inside);

@@ -2,7 +2,8 @@
 // Twin: src/kernels/rigid_body.rs
 //
 // A position is held in fixed point, `coarse`·2⁻¹⁰ m + `fine`·2⁻³⁴ m, and the velocity as its change since the impact,
-// so that neither a long flight nor a heavy body loses the small steps to rounding.
+// so that neither a long flight nor a heavy body loses the small steps to rounding. Gaps are measured from the tip of the
+// nose, where contact is: from the centre of mass, 20 mm away, a gap rounds to 2e-9 m, which over a time step is 0.01 m/s.
 
 struct Body {
     coarse: vec4<i32>,
@@ -27,6 +28,9 @@ struct Body {
     support: vec4<f32>,
     /// Lost to contact, to friction, work of the drive since the last ledger [J]; deepest node so far [m].
     energy: vec4<f32>,
+    /// The tip of the nose.
+    nose_coarse: vec4<i32>,
+    nose_fine: vec4<i32>,
 }
 
 /// Steps of `fine` per metre.
@@ -42,10 +46,24 @@ fn rotate_back(q: vec4<f32>, v: vec3<f32>) -> vec3<f32> {
     return rotate(vec4<f32>(-q.xyz, q.w), v);
 }
 
-/// From the centre of mass to a node [m]: the large parts are subtracted first.
+/// From the tip of the nose to a node [m]: the large parts are subtracted first.
 fn arm_of(coarse: vec4<i32>, fine: vec4<i32>, reference: vec3<f32>, displacement: vec3<f32>) -> vec3<f32> {
     let large = vec3<f32>(coarse.xyz) * (1.0 / 1024.0);
     return ((reference - large) + displacement) - vec3<f32>(fine.xyz) * (1.0 / FINE);
+}
+
+/// From the centre of mass to the tip of the nose [m].
+fn nose_of(orientation: vec4<f32>) -> vec3<f32> {
+    return rotate(orientation, vec3<f32>(0.0, 0.0, scene.body_nose));
+}
+
+/// Carries what is too much for `fine` over to `coarse`.
+fn carry(coarse: vec3<i32>, moved: vec3<i32>) -> vec4<i32> {
+    return vec4<i32>(coarse + (moved >> vec3<u32>(24u)), 0);
+}
+
+fn remain(moved: vec3<i32>) -> vec4<i32> {
+    return vec4<i32>(moved & vec3<i32>(0xffffff), 0);
 }
 
 fn angular_velocity(orientation: vec4<f32>, spin: vec3<f32>) -> vec3<f32> {
@@ -69,8 +87,8 @@ fn advance(start: Body) -> Body {
     var b = start;
     b.velocity = vec4<f32>(vec3<f32>(scene.impact_x, scene.impact_y, scene.impact_z) + b.change.xyz, 0.0);
     let moved = b.fine.xyz + vec3<i32>(round(b.velocity.xyz * scene.dt * FINE));
-    b.coarse = vec4<i32>(b.coarse.xyz + (moved >> vec3<u32>(24u)), 0);
-    b.fine = vec4<i32>(moved & vec3<i32>(0xffffff), 0);
+    b.coarse = carry(b.coarse.xyz, moved);
+    b.fine = remain(moved);
     b.turning = vec4<f32>(0.0);
     if (ROTATION) {
         let omega = angular_velocity(b.orientation, b.spin.xyz);
@@ -80,6 +98,11 @@ fn advance(start: Body) -> Body {
         b.orientation = q / sqrt(dot(q, q));
         b.turning = vec4<f32>(angular_velocity(b.orientation, b.spin.xyz), 0.0);
     }
+    let nose = nose_of(b.orientation);
+    let whole = floor(nose * 1024.0);
+    let tip = b.fine.xyz + vec3<i32>(round((nose - whole * (1.0 / 1024.0)) * FINE));
+    b.nose_coarse = carry(b.coarse.xyz + vec3<i32>(whole), tip);
+    b.nose_fine = remain(tip);
     let turning = sqrt(dot(b.turning.xyz, b.turning.xyz));
     b.velocity.w = sqrt(dot(b.velocity.xyz, b.velocity.xyz)) + turning * scene.body_reach;
     return b;

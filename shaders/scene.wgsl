@@ -85,7 +85,9 @@ struct Scene {
     body_across: f32,
     body_radius: f32,
     body_reach: f32,
-    body_front: f32,
+    /// From the centre of mass to the tip of the nose along the axis [m].
+    body_nose: f32,
+    /// From the tip of the nose, as are all places along the axis: the end, the foremost widest section [m].
     body_back: f32,
     body_shoulder: f32,
     body_prescribed: u32,

@@ -13,15 +13,17 @@
 //! - [`model`] derives what stays constant: mesh, unit-cell constants, masses, critical step.
 //! - [`state`] is what varies, in rows laid out (shot, ply, row, column).
 //! - [`kernels`] hold the arithmetic, one kernel or piece of point physics per file, generic over [`number::Real`].
-//! - [`step`] is the only place that knows the order of the kernels.
-//! - [`simulation`] is the host loop: history, failure events, checks of the numbers, end of the run.
+//! - [`step`] is the only place that knows the order of the kernels on the CPU, [`gpu`] on a graphics processor, where every
+//!   kernel has a twin in `shaders/`, by name and by binding order, held to it by tests.
+//! - [`simulation`] is the host loop: checks of the numbers, end of the run; `record` is what a run has produced (history, failure
+//!   events), the same for both backends.
 //!   [`ledger`] keeps energy and momentum, [`outcome`] decides what became of the projectile,
 //!   [`profile`] measures deflection and waves.
 //! - [`output`] writes files and checks expectations; [`verify`] is the built-in verification table.
 //!
 //! # What always holds
 //!
-//! - Kernels never touch files, threads or devices; the model never sees a backend.
+//! - Kernels never touch files, threads or devices; the model never sees a backend; only [`gpu`] knows wgpu.
 //! - Nothing allocates inside the step loop but records (failures, history rows).
 //! - Sums run in fixed order: same case, same bits, whatever the number of threads.
 //! - What no wave has reached is exactly at rest, to the last bit.

@@ -39,9 +39,12 @@ pub(crate) struct Moment<'a> {
     pub(crate) deflection: f64,
     /// On the fabric since the last moment [N·s].
     pub(crate) impulse: Vector3<f64>,
-    /// The projectile after the step, and its velocity and position before.
-    pub(crate) body: Option<(&'a RigidBody, (Vector3<f64>, Vector3<f64>))>,
+    /// The projectile after the step, and what it was before.
+    pub(crate) body: Option<(&'a RigidBody, Flight)>,
 }
+
+/// Velocity [m/s] and position [m] of the projectile.
+pub(crate) type Flight = (Vector3<f64>, Vector3<f64>);
 
 /// What a run has produced so far.
 #[derive(Clone)]

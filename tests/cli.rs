@@ -2,11 +2,13 @@
 //!
 //! Promise: names and codes are those of the contract; nothing is written when a run is refused; results do not
 //! depend on the number of threads; output that is not a terminal holds no escape codes.
+//! Every program here runs as on a machine without a graphics adapter; those that want one are in `tests/gpu`.
 
 mod crossover;
 mod exit_codes;
 mod expectations;
 mod files;
+mod no_gpu;
 mod printing;
 
 use std::fs;
@@ -21,6 +23,9 @@ use ripstop::step::Trouble;
 use ripstop::{case, output};
 use serde_json::{Value, json};
 use tempfile::TempDir;
+
+/// Hides every adapter from a program, hardware or software, where drivers are found by files (not on macOS and Windows).
+const DRIVER_FILES: [&str; 3] = ["VK_DRIVER_FILES", "VK_ICD_FILENAMES", "__EGL_VENDOR_LIBRARY_FILENAMES"];
 
 /// A folder with a case in it.
 struct Bench {
@@ -41,11 +46,17 @@ impl Bench {
     fn command(&self, arguments: &[&str]) -> Command {
         let mut command = Command::new(env!("CARGO_BIN_EXE_ripstop"));
         command.current_dir(self.folder.path()).args(arguments).stdin(Stdio::null());
+        command.envs(DRIVER_FILES.map(|name| (name, "/nowhere/at/all"))).env("NODEVICE_SELECT", "1");
         command
     }
 
     fn ripstop(&self, arguments: &[&str]) -> Output {
         self.command(arguments).output().unwrap()
+    }
+
+    /// `ripstop run shot.json --backend cpu` and more.
+    fn shoot(&self, arguments: &[&str]) -> Output {
+        self.ripstop(&[&["run", "shot.json", "--backend", "cpu"], arguments].concat())
     }
 
     fn json(&self, name: &str) -> Value {
@@ -113,6 +124,6 @@ fn run(case: &Value) -> (case::Case, Run) {
 #[test]
 fn relative_and_nested_output_folders_are_made() {
     let bench = Bench::new(&small());
-    assert_eq!(code(&bench.ripstop(&["run", "shot.json", "--quiet", "--out", "a/b/../c"])), 0);
+    assert_eq!(code(&bench.shoot(&["--quiet", "--out", "a/b/../c"])), 0);
     assert!(Path::new(&bench.path("a/c/summary.json")).is_file());
 }

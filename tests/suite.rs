@@ -7,6 +7,7 @@ mod conservation;
 mod contact;
 mod element;
 mod scene;
+mod shaders;
 mod shots;
 mod support;
 mod unit_cell;

@@ -156,7 +156,8 @@ fn cost(case: &Case, run: &Run, summary: &Value) -> String {
     let time = format!("{wall:.2} s, of which the loop {:.2} s: {rate:.1} M element-steps/s", run.loop_seconds);
     table.row(["wall time", time.as_str()]);
     let threads = if run.threads == 1 { "1 thread".to_owned() } else { format!("{} threads", run.threads) };
-    table.row(["on", format!("cpu, {threads}, {}", run.precision).as_str()]);
+    let what = run.adapter.clone().unwrap_or(threads);
+    table.row(["on", format!("{}, {what}, {}", run.backend, run.precision).as_str()]);
     format!("\ncost\n{}", indent(&table.to_string()))
 }
 

@@ -171,8 +171,18 @@ impl Device {
     /// # Errors
     /// When it grants less than every WebGPU device must, or the driver refuses.
     pub fn open(adapter: &Adapter) -> Result<Self, DeviceError> {
+        Self::open_narrow(adapter, wgpu::Limits::default().max_compute_workgroups_per_dimension)
+    }
+
+    /// The same with at most `workgroups` per dimension of a dispatch: larger ones spread over two dimensions, which
+    /// ordinary limits ask for only from four million elements on.
+    ///
+    /// # Errors
+    /// As [`Self::open`].
+    pub fn open_narrow(adapter: &Adapter, workgroups: u32) -> Result<Self, DeviceError> {
         let has = adapter.inner.limits();
         let limits = wgpu::Limits {
+            max_compute_workgroups_per_dimension: workgroups,
             max_storage_buffer_binding_size: has.max_storage_buffer_binding_size,
             max_buffer_size: has.max_buffer_size,
             ..wgpu::Limits::default()

@@ -24,7 +24,7 @@ pub const POINT_WORDS: u64 = 20;
 /// Words of the counters.
 pub const STATUS_WORDS: usize = 8;
 /// Words of the projectile.
-pub const BODY_WORDS: usize = 52;
+pub const BODY_WORDS: usize = 60;
 /// Sums of a workgroup of the ledger.
 pub const SUMS: usize = 20;
 /// Bytes between two steps' uniforms, the alignment every device grants.
@@ -131,13 +131,11 @@ pub fn scene(case: &Case, model: &Model<f32>, points: u32, groups: u32) -> Block
     block.count("points", points as usize);
     block.count("groups", groups as usize);
     // The array begins at a multiple of sixteen bytes.
-    for pad in ["pad0"] {
-        block.count(pad, 0);
-    }
-    let profile = model.projectile.as_ref().map(|p| p.body.profile);
+    block.count("pad0", 0);
+    let body = model.projectile.as_ref();
     for i in 0..crate::kernels::projectile_shape::CORNERS {
-        let [corner, normal] = profile.map_or([[0.0; 2]; 2], |p| [p.corner[i], p.normal[i]]);
-        for value in [corner[0], corner[1], normal[0], normal[1]] {
+        let [corner, normal] = body.map_or([[0.0; 2]; 2], |b| [b.body.profile.corner[i], b.body.profile.normal[i]]);
+        for value in [corner[0], corner[1] - body.map_or(0.0, nose), normal[0], normal[1]] {
             block.double("profile", value);
         }
     }
@@ -196,19 +194,18 @@ fn projectile(block: &mut Block, model: &Model<f32>) {
     // Without one the numbers are never read; a mass of one keeps them tame.
     let body = model.projectile.as_ref();
     let number = |pick: fn(&RigidBody) -> f64, none: f64| body.map_or(none, pick);
-    let ends = body.map_or([0.0; 2], |b| {
+    let back = |b: &RigidBody| {
         let corners = b.body.profile.corner[..b.body.profile.count].iter().map(|c| c[1]);
-        let radius = b.body.profile.radius;
-        [corners.clone().fold(f64::MIN, f64::max) + radius, corners.fold(f64::MAX, f64::min) - radius]
-    });
+        corners.fold(f64::MAX, f64::min) - b.body.profile.radius - nose(b)
+    };
     block.double("body_mass", number(|b| b.mass, 1.0));
     block.double("body_axial", number(|b| b.body.inertia[0], 1.0));
     block.double("body_across", number(|b| b.body.inertia[1], 1.0));
     block.double("body_radius", number(|b| b.body.radius, 0.0));
     block.double("body_reach", number(|b| b.body.reach, 1.0));
-    block.double("body_front", ends[0]);
-    block.double("body_back", ends[1]);
-    block.double("body_shoulder", number(crate::outcome::shoulder, 0.0));
+    block.double("body_nose", number(nose, 0.0));
+    block.double("body_back", body.map_or(0.0, back));
+    block.double("body_shoulder", number(|b| crate::outcome::shoulder(b) - nose(b), 0.0));
     block.count("body_prescribed", body.map_or(0, |b| usize::from(b.prescribed)));
     block.count("body_bar", body.map_or(0, |b| usize::from(b.body.profile.bar)));
     block.double("impact_x", number(|b| b.velocity.x, 0.0));
@@ -219,6 +216,12 @@ fn projectile(block: &mut Block, model: &Model<f32>) {
     block.double("profile_radius", number(|b| b.body.profile.radius, 0.0));
     block.count("profile_count", body.map_or(1, |b| b.body.profile.count));
     block.count("profile_flat", body.map_or(0, |b| usize::from(b.body.profile.is_flat())));
+}
+
+/// From the centre of mass to the tip of the nose along the axis [m]: what the device measures gaps from.
+fn nose(body: &RigidBody) -> f64 {
+    let profile = &body.body.profile;
+    profile.corner[..profile.count].iter().map(|c| c[1]).fold(f64::MIN, f64::max) + profile.radius
 }
 
 /// One step as the kernels see it.
@@ -250,7 +253,7 @@ pub fn step(info: &StepInfo) -> Block {
 }
 
 /// Fine steps of a position per metre.
-const FINE: f64 = (1_u64 << 34) as f64;
+pub const FINE: f64 = (1_u64 << 34) as f64;
 
 fn fixed(position: f64) -> [i32; 2] {
     let steps = (position * FINE).round() as i64;
@@ -278,9 +281,11 @@ pub fn body(body: &RigidBody, impact: &Vector3<f64>) -> [u32; BODY_WORDS] {
     put(20, vector(&body.velocity, body.speed_bound()));
     put(24, vector(&body.angular_velocity(), 0.0));
     put(36, vector(&change, 0.0));
+    let tip = body.position + body.orientation.transform_vector(&Vector3::new(0.0, 0.0, nose(body)));
     for a in 0..3 {
         let [coarse, fine] = fixed(body.position[a]).map(|x| x as u32);
         (words[a], words[4 + a], words[28 + a], words[32 + a]) = (coarse, fine, coarse, fine);
+        [words[52 + a], words[56 + a]] = fixed(tip[a]).map(|x| x as u32);
     }
     words
 }

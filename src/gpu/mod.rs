@@ -16,6 +16,7 @@ pub mod layout;
 pub mod shader;
 pub mod simulation;
 pub mod stepper;
+pub mod timing;
 
 pub use device::{Adapter, Device, DeviceError, adapters};
 pub use simulation::{Simulation, run};

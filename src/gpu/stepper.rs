@@ -189,6 +189,10 @@ impl<'a> Stepper<'a> {
         }
     }
 
+    pub(super) fn gpu(&self) -> &Device {
+        self.device
+    }
+
     /// The sizes of its buffers.
     pub fn sizes(&self) -> &Sizes {
         &self.sizes
@@ -273,6 +277,10 @@ impl<'a> Stepper<'a> {
     }
 
     fn read_part(&self, name: Name, offset: u64, size: u64) -> Result<Vec<u32>, DeviceError> {
+        self.read_buffer(self.buffer(name), offset, size)
+    }
+
+    pub(super) fn read_buffer(&self, from: &wgpu::Buffer, offset: u64, size: u64) -> Result<Vec<u32>, DeviceError> {
         let staging = self.device.inner.create_buffer(&wgpu::BufferDescriptor {
             label: Some("read"),
             size,
@@ -280,7 +288,7 @@ impl<'a> Stepper<'a> {
             mapped_at_creation: false,
         });
         let mut encoder = self.device.inner.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
-        encoder.copy_buffer_to_buffer(self.buffer(name), offset, &staging, 0, size);
+        encoder.copy_buffer_to_buffer(from, offset, &staging, 0, size);
         self.device.queue.submit([encoder.finish()]);
         self.fetch(&staging, size, None)
     }
@@ -399,7 +407,7 @@ impl<'a> Stepper<'a> {
         self.waited
     }
 
-    fn write_steps(&self, steps: &[StepInfo]) {
+    pub(super) fn write_steps(&self, steps: &[StepInfo]) {
         let stride = STEP_STRIDE as usize / 4;
         let mut words = vec![0; steps.len() * stride];
         for (row, info) in words.chunks_mut(stride).zip(steps) {
@@ -410,7 +418,7 @@ impl<'a> Stepper<'a> {
     }
 
     /// Records the stages that the scene and the step have.
-    fn record(&self, pass: &mut wgpu::ComputePass<'_>, at: usize, info: &StepInfo, stages: &[Stage]) {
+    pub(super) fn record(&self, pass: &mut wgpu::ComputePass<'_>, at: usize, info: &StepInfo, stages: &[Stage]) {
         let sampled = info.slot.is_some();
         pass.set_bind_group(0, &self.common, &[at as u32 * STEP_STRIDE as u32]);
         for stage in stages {

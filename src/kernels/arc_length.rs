@@ -8,7 +8,7 @@
 use crate::number::Real;
 
 /// Squares of the binomial coefficients C(1/2, n), n = 1…12: the Gauss–Kummer series in λ².
-const SERIES: [f64; 12] = [
+pub const SERIES: [f64; 12] = [
     1.0 / 4.0,
     1.0 / 64.0,
     1.0 / 256.0,

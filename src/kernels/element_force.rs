@@ -33,7 +33,7 @@ pub mod field {
 /// bounded stiffness. Enters the step bound.
 pub const STRETCH_FLOOR: f64 = 0.3;
 /// Cosine of the shear angle below which the plane of the yarns is no longer resolved.
-const COSINE_FLOOR: f64 = 1e-3;
+pub const COSINE_FLOOR: f64 = 1e-3;
 
 /// Constants of the element kernel.
 #[derive(Clone, Copy, Debug)]

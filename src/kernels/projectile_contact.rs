@@ -10,9 +10,9 @@ use nalgebra::{Matrix6, Vector3, Vector6};
 use crate::kernels::rigid_body::RigidBody;
 
 /// Changes of the set of pushing nodes allowed in one step.
-const SET_CHANGES: usize = 40;
+pub const SET_CHANGES: usize = 40;
 /// Alternations between normal impulses and friction.
-const FRICTION_SWEEPS: usize = 6;
+pub const FRICTION_SWEEPS: usize = 6;
 
 /// A node near the body during one step.
 #[derive(Clone, Debug)]

@@ -6,7 +6,7 @@
 use crate::number::Real;
 
 /// asin(x)/x as a polynomial in x² on |x| ≤ ½, highest power first: Chebyshev fit, error 2e-17.
-const ARC_SINE: [f64; 13] = [
+pub const ARC_SINE: [f64; 13] = [
     0.031_879_621_400_812_84,
     -0.016_187_392_271_599_133,
     0.019_513_468_251_252_168,

@@ -7,7 +7,7 @@ use crate::kernels::arc_length::{ArcLength, arc_length};
 use crate::number::Real;
 
 /// Span or leg over its rest length below which a collapsed cell is not followed: slack, but finite.
-const SHORTEST: f64 = 1e-9;
+pub const SHORTEST: f64 = 1e-9;
 
 /// Constants of one yarn in the cell.
 #[derive(Clone, Copy, Debug, PartialEq)]

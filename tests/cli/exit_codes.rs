@@ -6,7 +6,7 @@ use super::*;
 fn a_failed_expectation_is_1_and_the_results_are_there() {
     let expect = json!([{"quantity": "outcome", "value": "stopped", "source": "this test"}]);
     let bench = Bench::new(&small_with("/expect", expect));
-    let output = bench.ripstop(&["run", "shot.json", "--quiet"]);
+    let output = bench.shoot(&["--quiet"]);
     assert_eq!(code(&output), 1);
     assert!(stderr(&output).contains("outcome: expected stopped, got running"), "{}", stderr(&output));
     assert!(output.stdout.is_empty());
@@ -19,7 +19,7 @@ fn bad_input_is_2_and_nothing_is_written() {
     fs::write(bench.path("broken.json"), "{ \"title\": ").unwrap();
     fs::write(bench.path("file"), "").unwrap();
     let overlap = r#"/pack/initial_deflection={"amplitude_mm":-2,"warp_half_waves":1,"weft_half_waves":1}"#;
-    let refused: [(&[&str], &str); 12] = [
+    let refused: [(&[&str], &str); 16] = [
         (&["run", "broken.json"], "line 1, column"),
         (&["run", "absent.json"], "absent.json"),
         (&["run", "shot.json", "--set", "/projectile/velocity=1"], "velocity_m_s"),
@@ -29,6 +29,10 @@ fn bad_input_is_2_and_nothing_is_written() {
         (&["run", "shot.json", "--out", "file/below"], "file/below"),
         (&["run", "shot.json", "--threads", "0"], "--threads"),
         (&["run", "shot.json", "--precision", "f16"], "f64"),
+        (&["run", "shot.json", "--backend", "gpu", "--precision", "f64"], "--backend cpu"),
+        (&["verify", "--backend", "gpu", "--precision", "f64"], "--backend cpu"),
+        (&["run", "shot.json", "--backend", "cpu", "--adapter", "0"], "--adapter"),
+        (&["run", "shot.json", "--backend", "tpu"], "auto, cpu, gpu"),
         (&["run", "shot.json", "--frames", "3"], "--frames"),
         (&["run"], "CASE.json"),
         (&["fly"], "fly"),
@@ -55,21 +59,12 @@ fn results_never_replace_the_case() {
     assert_eq!(bench.names("."), ["case.json"]);
 }
 
-#[test]
-fn no_gpu_is_3_and_nothing_is_written() {
-    let bench = Bench::new(&small());
-    let output = bench.ripstop(&["run", "shot.json", "--backend", "gpu"]);
-    assert_eq!(code(&output), 3);
-    assert!(stderr(&output).contains("help: use --backend cpu or auto"));
-    assert_eq!(bench.names("."), ["shot.json"]);
-}
-
 #[cfg(unix)]
 #[test]
 fn ctrl_c_is_130_with_complete_results() {
     let bench = Bench::new(&small());
     let long = ["/solver/end_time_us=1e6", "/solver/run_until=end_time", "/output/history_interval_us=50"];
-    let mut arguments = vec!["run", "shot.json", "--json"];
+    let mut arguments = vec!["run", "shot.json", "--backend", "cpu", "--json"];
     arguments.extend(long.iter().flat_map(|set| ["--set", set]));
     let child = bench.command(&arguments).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
     let patience = Instant::now() + Duration::from_secs(60);

@@ -2,7 +2,7 @@
 
 use super::*;
 
-const SUMMARY: [&str; 37] = [
+const SUMMARY: [&str; 40] = [
     "outcome",
     "residual_velocity_m_s",
     "stop_time_us",
@@ -34,6 +34,9 @@ const SUMMARY: [&str; 37] = [
     "expect",
     "interrupted",
     "unstable",
+    "device_lost",
+    "terms",
+    "host_s",
     "time_step_set_by",
     "peak_yarn_tension_n",
     "peak_contact_force_n",
@@ -57,7 +60,7 @@ fn number(cell: &str) -> f64 {
 #[test]
 fn a_run_leaves_the_files_of_the_contract_and_nothing_else() {
     let bench = Bench::new(&small_with("/output/profile_times_us", json!([2, 8])));
-    let output = bench.ripstop(&["run", "shot.json"]);
+    let output = bench.shoot(&[]);
     assert_eq!(code(&output), 0, "{}", stderr(&output));
     let expected = ["case.json", "events.csv", "history.csv", "profiles.csv", "shot.svg", "summary.json"];
     assert_eq!(bench.names("out/shot"), expected);
@@ -67,13 +70,32 @@ fn a_run_leaves_the_files_of_the_contract_and_nothing_else() {
     }
     assert_eq!(summary.as_object().unwrap().len(), SUMMARY.len());
     assert_eq!(summary["backend"], "cpu");
-    assert_eq!(summary["adapter"], Value::Null);
+    for key in ["adapter", "host_s", "device_lost"] {
+        assert_eq!(summary[key], Value::Null, "{key}");
+    }
+    let terms: Vec<(&str, &str)> = summary["terms"]
+        .as_object()
+        .unwrap()
+        .iter()
+        .map(|(name, value)| (name.as_str(), value.as_str().unwrap()))
+        .collect();
+    let expected = [
+        ("law", "published, tension"),
+        ("compression", "yes"),
+        ("shear", "tangent"),
+        ("hourglass", "yes"),
+        ("failure", "yes"),
+        ("projectile", "yes"),
+        ("friction", "yes"),
+        ("rotation", "yes"),
+    ];
+    assert_eq!(terms, expected);
     assert_eq!(summary["skipped"], json!({}));
     assert_eq!(summary["precision"], "f64");
     let assumed: Vec<&str> = summary["assumed"].as_array().unwrap().iter().map(|p| p.as_str().unwrap()).collect();
     assert!(assumed.contains(&"/fabric/crossover/gap_mm") && !assumed.contains(&"/projectile/mass_g"));
     // A later run without profiles leaves none of the earlier one.
-    let output = bench.ripstop(&["run", "shot.json", "--set", "/output/profile_times_us=[]"]);
+    let output = bench.shoot(&["--set", "/output/profile_times_us=[]"]);
     assert_eq!(code(&output), 0);
     assert_eq!(bench.names("out/shot"), ["case.json", "events.csv", "history.csv", "shot.svg", "summary.json"]);
 }
@@ -81,7 +103,7 @@ fn a_run_leaves_the_files_of_the_contract_and_nothing_else() {
 #[test]
 fn tables_have_the_columns_of_the_contract_and_agree_with_the_summary() {
     let bench = Bench::new(&small_with("/output/profile_times_us", json!([2, 8])));
-    assert_eq!(code(&bench.ripstop(&["run", "shot.json", "--out", "here", "--quiet"])), 0);
+    assert_eq!(code(&bench.shoot(&["--out", "here", "--quiet"])), 0);
     let history = bench.text("here/history.csv");
     assert_eq!(history.lines().next().unwrap(), HISTORY);
     let summary = bench.json("here/summary.json");
@@ -111,13 +133,13 @@ fn tables_have_the_columns_of_the_contract_and_agree_with_the_summary() {
 #[test]
 fn the_case_as_run_computes_the_same_again() {
     let bench = Bench::new(&small());
-    let output = bench.ripstop(&["run", "shot.json", "--set", "/projectile/velocity_m_s=500", "--out", "one"]);
+    let output = bench.shoot(&["--set", "/projectile/velocity_m_s=500", "--out", "one"]);
     assert_eq!(code(&output), 0);
-    assert_eq!(code(&bench.ripstop(&["run", "one/case.json", "--out", "two"])), 0);
+    assert_eq!(code(&bench.ripstop(&["run", "one/case.json", "--backend", "cpu", "--out", "two"])), 0);
     assert_eq!(bench.text("one/history.csv"), bench.text("two/history.csv"));
     let hash = |folder: &str| bench.json(&format!("{folder}/summary.json"))["case_hash"].clone();
     assert_eq!(hash("one"), hash("two"));
-    assert_eq!(code(&bench.ripstop(&["run", "shot.json", "--out", "three"])), 0);
+    assert_eq!(code(&bench.shoot(&["--out", "three"])), 0);
     assert_ne!(hash("one"), hash("three"));
 }
 
@@ -125,7 +147,7 @@ fn the_case_as_run_computes_the_same_again() {
 fn results_do_not_depend_on_the_number_of_threads() {
     let bench = Bench::new(&small());
     for threads in ["1", "2", "5"] {
-        let output = bench.ripstop(&["run", "shot.json", "--threads", threads, "--out", threads]);
+        let output = bench.shoot(&["--threads", threads, "--out", threads]);
         assert_eq!(code(&output), 0);
         assert_eq!(bench.json(&format!("{threads}/summary.json"))["threads"].to_string(), threads);
     }

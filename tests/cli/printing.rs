@@ -11,7 +11,7 @@ fn plain(output: &Output) {
 #[test]
 fn the_table_begins_with_the_verdict_and_holds_what_a_reader_asks_for() {
     let bench = Bench::new(&small_with("/expect", json!([{"quantity": "elements", "min": 1, "source": "t"}])));
-    let output = bench.ripstop(&["run", "shot.json", "--set", "/output/frames=5"]);
+    let output = bench.shoot(&["--set", "/output/frames=5"]);
     assert_eq!(code(&output), 0);
     plain(&output);
     let text = stdout(&output);
@@ -45,15 +45,15 @@ fn the_table_begins_with_the_verdict_and_holds_what_a_reader_asks_for() {
         assert!(text.contains(part), "{part} in\n{text}");
     }
     let notes = stderr(&output);
-    assert!(notes.contains("auto takes the CPU") && notes.contains("frames are not written"), "{notes}");
+    assert!(notes.contains("frames are not written"), "{notes}");
 }
 
 #[test]
 fn quiet_prints_nothing_and_json_prints_the_summary_alone() {
     let bench = Bench::new(&small());
-    let output = bench.ripstop(&["run", "shot.json", "--quiet", "--set", "/output/frames=5"]);
+    let output = bench.shoot(&["--quiet", "--set", "/output/frames=5"]);
     assert_eq!((code(&output), stdout(&output), stderr(&output)), (0, String::new(), String::new()));
-    let output = bench.ripstop(&["run", "shot.json", "--json", "--backend", "cpu"]);
+    let output = bench.shoot(&["--json"]);
     assert_eq!(code(&output), 0);
     plain(&output);
     assert_eq!(stdout(&output), bench.text("out/shot/summary.json"));
@@ -65,7 +65,7 @@ fn a_projectile_between_nodes_is_warned_of() {
     let bench = Bench::new(&small());
     let warned = |diameter: &str| {
         let set = format!("/projectile/diameter_mm={diameter}");
-        let output = bench.ripstop(&["run", "shot.json", "--json", "--set", &set]);
+        let output = bench.shoot(&["--json", "--set", &set]);
         assert_eq!(code(&output), 0, "{}", stderr(&output));
         stderr(&output).contains("elements wide")
     };
@@ -75,7 +75,7 @@ fn a_projectile_between_nodes_is_warned_of() {
 #[test]
 fn single_precision_says_so() {
     let bench = Bench::new(&small());
-    let output = bench.ripstop(&["run", "shot.json", "--json", "--precision", "f32"]);
+    let output = bench.shoot(&["--json", "--precision", "f32"]);
     let summary: Value = serde_json::from_str(&stdout(&output)).unwrap();
     assert_eq!(summary["precision"], "f32");
 }
@@ -113,14 +113,30 @@ fn the_schema_is_one_and_accepts_the_case() {
 }
 
 #[test]
-fn info_says_what_auto_would_choose() {
-    let output = Bench::new(&small()).ripstop(&["info"]);
+fn info_says_what_the_machine_has_and_what_a_case_needs() {
+    let bench = Bench::new(&small());
+    let output = bench.ripstop(&["info"]);
     assert_eq!(code(&output), 0);
     plain(&output);
-    let text = stdout(&output);
-    for part in ["threads", "memory", "backend gpu", "auto chooses", "cpu, because"] {
-        assert!(text.contains(part), "{part} in\n{text}");
+    let machine = stdout(&output);
+    for part in ["threads", "SIMD", "memory", "backend cpu", "f64 or f32", "auto chooses"] {
+        assert!(machine.contains(part), "{part} in\n{machine}");
     }
+    assert!(!machine.contains("kernels per step"), "{machine}");
+    let output = bench.ripstop(&["info", "shot.json"]);
+    assert_eq!(code(&output), 0, "{}", stderr(&output));
+    let scene = stdout(&output);
+    let terms = ["law", "compression", "shear", "hourglass", "failure", "projectile", "friction", "rotation"];
+    for part in terms.into_iter().chain(["a small shot", "device memory", "published, tension", "projectile_contact"]) {
+        assert!(scene.contains(part), "{part} in\n{scene}");
+    }
+    let without = bench.path("without.json");
+    let mut case = small();
+    case.as_object_mut().unwrap().remove("projectile");
+    fs::write(&without, case.to_string()).unwrap();
+    let scene = stdout(&bench.ripstop(&["info", "without.json"]));
+    assert!(scene.contains("element_force, node_update, ledger"), "{scene}");
+    assert_eq!(code(&bench.ripstop(&["info", "absent.json"])), 2);
 }
 
 #[test]

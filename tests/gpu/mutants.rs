@@ -1,8 +1,60 @@
 //! Shaders broken on purpose, each of which the kernel tests must catch.
+//!
+//! Goes red when a defect of a shader would go unseen: then [`kernels`](super::kernels) has a gap.
+
+use std::sync::OnceLock;
 
 use libtest_mimic::Trial;
+use ripstop::gpu::Device;
+use ripstop::gpu::shader::{KERNELS, Kernel};
+
+use super::harness::{Outcome, trial};
+use super::kernels::check;
+use super::kernels::scenes::{self, Scene};
+
+mod table;
+
+/// One defect: in a kernel, replaces a text by another.
+pub(crate) struct Mutant {
+    /// What is wrong.
+    pub(crate) name: &'static str,
+    /// The kernel it is in.
+    pub(crate) kernel: &'static str,
+    /// The scene it shows in.
+    pub(crate) scene: &'static str,
+    pub(crate) find: &'static str,
+    pub(crate) put: &'static str,
+}
+
+impl Mutant {
+    /// The broken source; nothing else is changed.
+    fn source(&self, kernel: &Kernel) -> String {
+        let source = kernel.source();
+        if kernel.name == self.kernel { source.replace(self.find, self.put) } else { source }
+    }
+
+    fn caught(&self, device: &Device) -> Outcome {
+        let kernel = KERNELS.iter().find(|k| k.name == self.kernel).ok_or("no such kernel")?;
+        if !kernel.source().contains(self.find) {
+            return Err(format!("the shader has no {:?}", self.find));
+        }
+        let scene = all_scenes().iter().find(|s| s.name == self.scene).ok_or("no such scene")?;
+        match check(device, scene, &|kernel| self.source(kernel)) {
+            Ok(()) => Err(format!("nothing is wrong with {:?}", self.put)),
+            // A shader that no longer compiles proves nothing.
+            Err(text) if text.contains("failed: ") => Err(text),
+            Err(_) => Ok(()),
+        }
+    }
+}
+
+fn all_scenes() -> &'static [Scene] {
+    static SCENES: OnceLock<Vec<Scene>> = OnceLock::new();
+    SCENES.get_or_init(|| scenes::element_scenes().into_iter().chain(scenes::contact_scenes()).collect())
+}
 
 /// The tests.
 pub(crate) fn tests() -> Vec<Trial> {
-    Vec::new()
+    let name = |m: &Mutant| format!("mutants::{}::{}", m.kernel, m.name.replace(' ', "_"));
+    table::MUTANTS.iter().map(|m| trial(name(m), move |device| m.caught(device))).collect()
 }

@@ -1,8 +1,90 @@
-//! To come.
+//! Whole runs on the device.
+//!
+//! Promises: up to the first broken yarn a shot is the double-precision reference's to 1e-4 of the impact velocity; after
+//! that the outcome is the same and integral quantities agree; a run gives the same bits every time and for every
+//! batch length; no failure is lost; a run that ends early says why and keeps what it had.
+//! Red when: a kernel, the ledger, the order of stages or the host loop of the GPU backend differs from the processor's.
+
+mod batches;
+mod endings;
+mod program;
+mod scenes;
+mod whole;
+
+use std::collections::BTreeMap;
+use std::sync::atomic::AtomicBool;
 
 use libtest_mimic::Trial;
+use ripstop::case::Case;
+use ripstop::gpu::{Device, Simulation};
+use ripstop::simulation::{self, Options, Run};
+
+use super::harness::{Outcome, trial};
 
 /// The tests.
 pub(crate) fn tests() -> Vec<Trial> {
-    Vec::new()
+    let modules = [
+        ("whole", whole::TESTS),
+        ("scenes", scenes::TESTS),
+        ("batches", batches::TESTS),
+        ("endings", endings::TESTS),
+        ("program", program::TESTS),
+    ];
+    let named = |(module, tests): (&'static str, Tests)| {
+        tests.iter().map(move |(name, test)| trial(format!("shots::{module}::{name}"), *test))
+    };
+    modules.into_iter().flat_map(named).collect()
+}
+
+/// Tests by name.
+type Tests = &'static [(&'static str, fn(&'static Device) -> Outcome)];
+
+/// Runs a case on the device, to its end.
+fn run_on(device: &Device, case: &Case) -> Run {
+    sound(case, run_until(device, case, &AtomicBool::new(false)))
+}
+
+/// Runs a case on the device until it ends or is interrupted.
+fn run_until(device: &Device, case: &Case, interrupt: &AtomicBool) -> Run {
+    let options = Options { threads: Some(1), device: Some(device), ..Options::default() };
+    simulation::run(case, options, interrupt, &mut |_| {}).unwrap_or_else(|e| panic!("{}: {e}", case.name))
+}
+
+/// Runs a case on the device in batches of so many steps.
+fn run_in_batches(device: &Device, case: &Case, steps: usize) -> Run {
+    let mut simulation = Simulation::new(case, device).unwrap_or_else(|e| panic!("{e}")).with_batch(steps);
+    while !simulation.finished() {
+        simulation.advance(case);
+    }
+    sound(case, simulation.into_run(1.0))
+}
+
+/// A run that nothing cut short, with every unit cell solved.
+#[track_caller]
+fn sound(case: &Case, run: Run) -> Run {
+    assert!(run.trouble.is_none() && run.lost.is_none(), "{}: {:?} {:?}", case.title, run.trouble, run.lost);
+    assert_eq!(run.newton.unconverged, 0, "{}", case.title);
+    assert_eq!(run.backend, "gpu");
+    failures_add_up(case, &run);
+    run
+}
+
+/// Every failure once and in order, and the counts of the last row are those of the list.
+#[track_caller]
+fn failures_add_up(case: &Case, run: &Run) {
+    let places: Vec<_> = run.events.iter().map(|e| (e.step, e.ply, e.j, e.i, e.yarn)).collect();
+    assert!(places.windows(2).all(|pair| pair[0] < pair[1]), "not in order of step, element, yarn: {places:?}");
+    let mut yarns: Vec<_> = places.iter().map(|p| (p.1, p.2, p.3, p.4)).collect();
+    yarns.sort_unstable();
+    yarns.dedup();
+    assert_eq!(yarns.len(), places.len(), "a yarn of an element breaks once");
+    // The last step is a sample, so that the last row knows every failure.
+    let of = |yarn: u8| places.iter().filter(|p| p.4 == yarn).count() as u64;
+    let last = run.history.last().unwrap();
+    assert_eq!(last.failed, [of(0), of(1)], "failures lost or invented");
+    let woven = usize::from(case.fabric.warp.present) + usize::from(case.fabric.weft.present);
+    let mut broken = BTreeMap::<_, usize>::new();
+    yarns.iter().for_each(|y| *broken.entry((y.0, y.1, y.2)).or_default() += 1);
+    let bare = broken.values().filter(|count| **count == woven).count() as u64;
+    assert_eq!(last.eroded, bare, "eroded is what has lost every yarn");
 }

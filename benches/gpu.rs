@@ -1,0 +1,137 @@
+//! The GPU backend by size: `cargo bench --bench gpu [-- --test] [-- --adapter NAME]`.
+//!
+//! For each pack: device time of every kernel, element-steps per second of whole steps, bytes moved against what a copy
+//! moves in the same run, and what a step costs the host (measured on a device that does nothing). Then the shot.
+#![allow(
+    clippy::unwrap_used,
+    clippy::print_stdout,
+    missing_docs,
+    reason = "a benchmark prints, and stops when it cannot go on"
+)]
+
+use std::path::Path;
+use std::sync::atomic::AtomicBool;
+use std::time::Instant;
+
+use ripstop::case::{self, Case};
+use ripstop::gpu::buffers::Sizes;
+use ripstop::gpu::layout::StepInfo;
+use ripstop::gpu::stepper::{BATCH, Stepper};
+use ripstop::gpu::timing::BYTES;
+use ripstop::gpu::{self, Device};
+use ripstop::model::Model;
+use ripstop::simulation::{self, Options};
+use ripstop::state::State;
+
+/// Packs: name, plies, edge [mm].
+const PACKS: [(&str, u32, u32); 5] = [
+    ("1 ply 160 x 160", 1, 203),
+    ("4 plies 160 x 160", 4, 203),
+    ("16 plies 160 x 160", 16, 203),
+    ("50 plies 160 x 160", 50, 203),
+    ("1 ply of 1 m2", 1, 1000),
+];
+
+fn shot(plies: u32, edge: u32, sets: &[&str]) -> Case {
+    let mut all = vec![format!("/pack/width_mm={edge}"), format!("/pack/height_mm={edge}")];
+    all.push("/output/profile_times_us=[]".to_owned());
+    all.extend(sets.iter().map(ToString::to_string));
+    let mut case = case::read(Path::new("cases/s720-1ply-155.json"), &all).unwrap();
+    // The plies lie in one plane: a pack's load on the kernels, without contact between plies.
+    case.pack.plies = plies;
+    case
+}
+
+/// Steps from `first`, every third sampled, as in a shot with the default history.
+fn steps(first: u64, count: u64, dt: f64) -> Vec<StepInfo> {
+    let slot = |at: u64| (at.is_multiple_of(3)).then_some((at / 3) as u32);
+    (0..count).map(|at| StepInfo { index: first + at, slot: slot(at), since: 3, dt }).collect()
+}
+
+fn pack(device: &Device, name: &str, case: &Case, test: bool) {
+    let model = Model::<f32>::new(case).unwrap();
+    let state = State::new(case, &model);
+    let elements = model.grid.elements() as u64;
+    let mut stepper = match Stepper::new(device, case, &model) {
+        Ok(stepper) => stepper,
+        Err(error) => return println!("{name}: {error}"),
+    };
+    stepper.upload(&model, &state);
+    // Into the shot, so that unit cells have work to do.
+    let mut at = 0;
+    let warm = if test { 3 } else { 90 };
+    let start = Instant::now();
+    while at < warm && start.elapsed().as_secs_f64() < 10.0 {
+        stepper.run(&steps(at, 3, model.dt)).unwrap();
+        at += 3;
+    }
+    let per_step = start.elapsed().as_secs_f64() / at as f64;
+    let count = if test { 3 } else { ((3.0 / per_step) as u64).clamp(3, BATCH as u64 / 2) };
+    let batch = steps(at, count, model.dt);
+    let start = Instant::now();
+    stepper.run(&batch).unwrap();
+    let seconds = start.elapsed().as_secs_f64() / count as f64;
+    at += count;
+    let rate = elements as f64 / seconds;
+    println!("{name}: {elements} elements, {:.1} MB", Sizes::new(&model.grid).total() as f64 * 1e-6);
+    println!("  step                {:10.1} µs  {:10.2} M element-steps/s", seconds * 1e6, rate * 1e-6);
+    let copy = stepper.copy_bandwidth(if test { 1 << 20 } else { 64 << 20 }, 16).unwrap();
+    let timed: Vec<StepInfo> = steps(at, 1, model.dt).repeat(if test { 1 } else { 5 });
+    match stepper.time_stages(&timed).unwrap() {
+        None => println!("  the device has no clock for kernels"),
+        Some(times) => {
+            for (time, (kernel, bytes)) in times.into_iter().zip(BYTES) {
+                let moved = (bytes * elements) as f64 / time;
+                println!(
+                    "  {kernel:19} {:10.1} µs  {bytes:4} bytes per element  {:8.1} GB/s, {:.0} % of a copy",
+                    time * 1e6,
+                    moved * 1e-9,
+                    100.0 * moved / copy
+                );
+            }
+        }
+    }
+    let bytes: u64 = BYTES[..2].iter().map(|b| b.1).sum::<u64>() + BYTES[3].1 / 3;
+    println!(
+        "  a copy moves {:.1} GB/s, so memory allows {:.0} M element-steps/s",
+        copy * 1e-9,
+        copy * 1e-6 / bytes as f64
+    );
+}
+
+/// What recording and submitting a step costs the host.
+fn host(case: &Case, test: bool) {
+    let model = Model::<f32>::new(case).unwrap();
+    let device = Device::noop();
+    let mut stepper = Stepper::new(&device, case, &model).unwrap();
+    stepper.upload(&model, &State::new(case, &model));
+    let batches = if test { 1 } else { 20 };
+    let count = 3 * (BATCH as u64 / 6);
+    stepper.submit(&steps(0, count, model.dt));
+    let start = Instant::now();
+    for _ in 0..batches {
+        stepper.submit(&steps(0, count, model.dt));
+    }
+    let each = start.elapsed().as_secs_f64() / (batches * count) as f64;
+    println!("host: {:.2} µs per step to record and submit", each * 1e6);
+}
+
+fn main() {
+    let arguments: Vec<String> = std::env::args().collect();
+    let test = arguments.iter().any(|a| a == "--test");
+    let wanted = arguments.iter().position(|a| a == "--adapter").and_then(|at| arguments.get(at + 1));
+    host(&shot(1, 203, &[]), test);
+    let device = match gpu::device::choose(&gpu::adapters(), wanted.map(String::as_str)) {
+        Ok(adapter) => Device::open(&adapter).unwrap(),
+        Err(error) => return println!("{error}: nothing else to measure"),
+    };
+    println!("adapter: {}", device.name());
+    for (name, plies, edge) in &PACKS[..if test { 1 } else { PACKS.len() }] {
+        pack(&device, name, &shot(*plies, *edge, &[]), test);
+    }
+    let until = if test { "/solver/end_time_us=5" } else { "/solver/end_time_us=400" };
+    let case = shot(1, 203, &[until]);
+    let options = Options { device: Some(&device), ..Options::default() };
+    let run = simulation::run(&case, options, &AtomicBool::new(false), &mut |_| {}).unwrap();
+    println!("s720-1ply-155: {} steps, loop {:.3} s, {}", run.steps, run.loop_seconds, run.outcome.word());
+}

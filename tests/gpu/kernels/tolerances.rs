@@ -1,0 +1,102 @@
+//! How far the two backends may be apart, in one table, and what was seen.
+
+use std::collections::BTreeMap;
+
+use crate::gpu::harness::Outcome;
+
+/// Set to 1 to see the differences of every comparison, which then fails.
+const SHOW: &str = "RIPSTOP_SHOW_DIFFERENCES";
+
+/// What may differ, and by how much of its scale.
+pub(crate) struct Tolerance {
+    pub(crate) quantity: &'static str,
+    pub(crate) limit: f64,
+    /// What it is measured in, and why it is not zero.
+    pub(crate) reason: &'static str,
+}
+
+const fn row(quantity: &'static str, limit: f64, reason: &'static str) -> Tolerance {
+    Tolerance { quantity, limit, reason }
+}
+
+/// The table. Limits are about four times what was seen in any scene.
+pub(crate) const TOLERANCES: [Tolerance; 38] = [
+    row("alive", 0.0, "the same yarns must break"),
+    row("failures", 0.0, "the same events must be reported"),
+    row("counters", 0.0, "counts"),
+    row("cleared", 0.0, "marks and sums that begin anew"),
+    row("covered", 0.0, "yes or no"),
+    row("force", 5e-6, "of the breaking force of an element and its own: the last Newton step"),
+    row("hourglass", 1e-6, "of the breaking force of an element and its own"),
+    row("height", 2e-7, "of the sum of heights: what the residual leaves open"),
+    row("failure strain", 1e-6, "of the failure strain"),
+    row("residual", 1e-6, "of the breaking force: both are roundings"),
+    row("evaluations", 4e-3, "of their number: a rounding may cost or spare a Newton step"),
+    row("work", 1.5e-6, "of the breaking energy of an element and itself"),
+    row("released", 1e-6, "of the breaking energy of an element and itself"),
+    row("stored", 1.5e-6, "of the breaking energy of an element and itself"),
+    row("tension", 5e-7, "of the breaking force of an element and itself"),
+    row("deflection", 5e-7, "of an element length"),
+    row("displacement", 5e-7, "of an element length"),
+    row("velocity", 5e-7, "of the largest speed"),
+    row("support", 4e-6, "of the impulse that breaks an element in a step and itself: order of summation"),
+    row("contact displacement", 7e-5, "of the way of the body in a step: its gap is a small difference of positions"),
+    row("contact velocity", 5e-5, "of the speed of the body"),
+    row("body velocity", 5e-5, "of what the nodes near it could change, or rounding of itself"),
+    row("body position", 1e-5, "of the way of the body in a step"),
+    row("orientation", 2e-7, "a quaternion of length one"),
+    row("angular momentum", 1.2e-5, "of that of the nodes near the body at its speed and reach, and itself"),
+    row("impulse", 3e-5, "of the momentum of a node at the speed of the body and itself"),
+    row("contact energy", 1.3e-5, "of the energy of a node at the speed of the body and itself"),
+    row("penetration", 4e-6, "of an element length"),
+    row("kinetic", 1e-5, "of itself"),
+    row("kinetic now", 1e-5, "of the kinetic energy"),
+    row("fastest", 3e-6, "of itself"),
+    row("momentum", 2e-5, "of the sum of all m|v|"),
+    // Held nodes weigh a thousand bodies on the device, and more on the processor, which has the digits for it.
+    row("contact displacement, held", 2e-3, "as above"),
+    row("contact velocity, held", 2e-3, "as above"),
+    row("body velocity, held", 0.4, "as above; a body is as heavy as hundreds of nodes"),
+    row("body position, held", 6e-3, "as above"),
+    row("impulse, held", 0.1, "as above"),
+    row("contact energy, held", 1e-3, "as above"),
+];
+
+/// The largest differences seen, over their scale, and where.
+#[derive(Default)]
+pub(crate) struct Seen(BTreeMap<&'static str, (f64, String)>);
+
+impl Seen {
+    /// Takes note of a pair of numbers. `scale`: size of which an error is a fraction.
+    pub(crate) fn see(
+        &mut self,
+        quantity: &'static str,
+        got: f64,
+        expected: f64,
+        scale: f64,
+        place: impl FnOnce() -> String,
+    ) {
+        let error = if got == expected { 0.0 } else { (got - expected).abs() / scale };
+        let error = if error.is_nan() { f64::INFINITY } else { error };
+        let worst = self.0.entry(quantity).or_default();
+        if error > worst.0 {
+            *worst = (error, format!("{}: {got:e} for {expected:e}", place()));
+        }
+    }
+
+    /// Everything against the table.
+    pub(crate) fn verdict(&self) -> Outcome {
+        let limit = |quantity: &str| {
+            TOLERANCES.iter().find(|t| t.quantity == quantity).unwrap_or_else(|| panic!("{quantity} is in no table"))
+        };
+        let show = std::env::var(SHOW).is_ok_and(|value| value == "1");
+        let rows = self.0.iter().filter(|(quantity, (error, _))| show || *error > limit(quantity).limit);
+        let lines: Vec<String> = rows
+            .map(|(quantity, (error, place))| {
+                let t = limit(quantity);
+                format!("{quantity}: {error:.2e} > {:.1e} ({}) at {place}", t.limit, t.reason)
+            })
+            .collect();
+        if lines.is_empty() { Ok(()) } else { Err(lines.join("\n")) }
+    }
+}

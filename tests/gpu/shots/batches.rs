@@ -1,0 +1,55 @@
+//! The same bits every time, and for every batch length.
+
+use ripstop::gpu::Device;
+use ripstop::output;
+use ripstop::simulation::Run;
+
+use super::{Outcome, Tests, run_in_batches, run_on};
+use crate::scene::builtin;
+
+pub(super) const TESTS: Tests =
+    &[("a_run_gives_the_same_bits_again", again), ("the_batch_length_does_not_matter", lengths)];
+
+/// 1280 elements struck at 300 m/s, with failures, friction, rotation, and profiles on and between samples.
+fn shot() -> ripstop::case::Case {
+    let sets = ["/output/profile_times_us=[10,30.03,50]", "/output/history_interval_us=0.7"];
+    builtin("cases/verify/mirror.json", &sets)
+}
+
+/// Everything a run computed, every digit.
+fn result(run: &Run) -> Vec<String> {
+    let Run { history, events, profiles, .. } = run;
+    let rows = history.iter().map(|row| format!("{row:?}"));
+    let events = events.iter().map(|event| format!("{event:?}"));
+    let profiles = profiles.iter().map(|profile| format!("{profile:?}"));
+    let mut summary = output::summary(&shot(), run, 0.0);
+    for cost in ["loop_s", "host_s", "wall_s", "element_steps_per_s", "threads"] {
+        summary.as_object_mut().unwrap().remove(cost).unwrap_or_else(|| panic!("{cost}"));
+    }
+    rows.chain(events).chain(profiles).chain([summary.to_string()]).collect()
+}
+
+#[track_caller]
+fn equal(one: &Run, two: &Run, what: &str) {
+    let (one, two) = (result(one), result(two));
+    for (one, two) in one.iter().zip(&two) {
+        assert_eq!(one, two, "{what}");
+    }
+    assert_eq!(one.len(), two.len(), "{what}");
+}
+
+fn again(device: &'static Device) -> Outcome {
+    let run = run_on(device, &shot());
+    assert!(run.events.len() > 20 && run.profiles.len() == 3, "{} {}", run.events.len(), run.profiles.len());
+    equal(&run, &run_on(device, &shot()), "the second time");
+    Ok(())
+}
+
+fn lengths(device: &'static Device) -> Outcome {
+    let one = run_in_batches(device, &shot(), 1);
+    for steps in [7, 64, 256] {
+        equal(&one, &run_in_batches(device, &shot(), steps), &format!("batches of {steps} steps"));
+    }
+    equal(&one, &run_on(device, &shot()), "batches of the run's own choice");
+    Ok(())
+}

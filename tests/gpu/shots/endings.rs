@@ -1,0 +1,81 @@
+//! Runs that end before their time.
+
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use ripstop::case::Case;
+use ripstop::gpu::Device;
+use ripstop::simulation::{self, Options, Run};
+
+use super::{Outcome, Tests, failures_add_up, run_on, run_until};
+use crate::scene::{builtin, run};
+
+pub(super) const TESTS: Tests = &[
+    ("an_interrupt_ends_with_a_row", interrupted),
+    ("numbers_that_blow_up_are_told_with_step_and_place", unstable),
+    ("a_run_that_is_decided_ends_there", decided),
+];
+
+/// The last row is of the positions that the last step began with.
+#[track_caller]
+fn ends_with_a_row(case: &Case, run: &Run) {
+    let last = run.history.last().unwrap();
+    assert_eq!(last.time, (run.steps - 1) as f64 * run.time_step);
+    assert!(run.history.windows(2).all(|rows| rows[0].time < rows[1].time));
+    failures_add_up(case, run);
+}
+
+fn interrupted(device: &'static Device) -> Outcome {
+    // Rows so far apart that only the interrupt can have asked for the last one.
+    let case = builtin("cases/verify/mirror.json", &["/output/history_interval_us=40", "/projectile/velocity_m_s=600"]);
+    let run = run_until(device, &case, &AtomicBool::new(true));
+    assert!(run.interrupted && run.trouble.is_none() && run.lost.is_none());
+    ends_with_a_row(&case, &run);
+    let interrupt = AtomicBool::new(false);
+    let options = Options { threads: Some(1), device: Some(device), ..Options::default() };
+    let mut stop = |at: &simulation::Progress| interrupt.store(at.steps > 100, Ordering::Relaxed);
+    let run = simulation::run(&case, options, &interrupt, &mut stop).map_err(|e| e.to_string())?;
+    assert!(run.interrupted && run.steps > 100);
+    let last = run.history.last().unwrap();
+    assert!(last.time < 40e-6 && run.history.len() == 2, "{} rows up to {} s", run.history.len(), last.time);
+    assert!(!run.events.is_empty());
+    ends_with_a_row(&case, &run);
+    Ok(())
+}
+
+fn unstable(device: &'static Device) -> Outcome {
+    let mut case = builtin("cases/verify/mirror.json", &[]);
+    case.solver.courant = 2.5;
+    let run = run_until(device, &case, &AtomicBool::new(false));
+    let trouble = run.trouble.as_ref().ok_or("no trouble at 2.5 times the stable step")?;
+    assert!(run.lost.is_none() && !run.interrupted);
+    assert!(trouble.step <= run.steps && trouble.step > 0, "{trouble:?} {}", run.steps);
+    assert!(
+        ["element_force", "node_update", "projectile_contact", "rigid_body"].contains(&trouble.kernel),
+        "{trouble:?}"
+    );
+    let [ply, row, column] = trouble.place;
+    assert!(ply == 0 && row <= case.pack.rows && column <= case.pack.columns, "{trouble:?}");
+    assert!(!trouble.quantity.is_empty());
+    for row in &run.history {
+        let numbers = ripstop::output::history::COLUMNS.map(|column| (column.read)(row));
+        assert!(numbers.iter().all(|x| x.is_finite()), "{row:?}");
+    }
+    Ok(())
+}
+
+fn decided(device: &'static Device) -> Outcome {
+    let sets = [
+        "/projectile/velocity_m_s=60",
+        "/projectile/obliquity_deg=0",
+        "/solver/end_time_us=400",
+        "/solver/run_until=outcome",
+    ];
+    let case = builtin("cases/verify/mirror.json", &sets);
+    let (cpu, gpu) = (run(&case), run_on(device, &case));
+    assert_eq!(gpu.outcome, cpu.outcome);
+    let [c, g] = [&cpu, &gpu].map(|run| run.stop_time.unwrap());
+    assert!((c - g).abs() < 0.2e-6, "stops at {g} for {c} s");
+    assert!(gpu.history.last().unwrap().time < 390e-6);
+    ends_with_a_row(&case, &gpu);
+    Ok(())
+}
