@@ -27,6 +27,8 @@ pub const STATUS_WORDS: usize = 8;
 pub const BODY_WORDS: usize = 60;
 /// Sums of a workgroup of the ledger.
 pub const SUMS: usize = 20;
+/// Bytes of a step's uniform.
+pub const STEP_BYTES: u64 = 32;
 /// Bytes between two steps' uniforms, the alignment every device grants.
 pub const STEP_STRIDE: u64 = 256;
 

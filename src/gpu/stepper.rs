@@ -1,17 +1,14 @@
 //! Steps on the device: pipelines, batches recorded in one submission, and what is read back after each.
 
-use std::sync::mpsc;
 use std::time::{Duration, Instant};
 
 use super::buffers::{Name, SLOTS, Sizes, spread};
-use super::layout::{self, BODY_WORDS, EVENT_WORDS, GROUP, STATUS_WORDS, STEP_STRIDE, StepInfo, status};
-use super::shader::{self, Access, Kernel};
+use super::layout::{self, BODY_WORDS, EVENT_WORDS, GROUP, STATUS_WORDS, STEP_BYTES, STEP_STRIDE, StepInfo, status};
+use super::program::{self, Program};
+use super::shader::{self, Kernel};
 use super::{Device, DeviceError};
 use crate::case::Case;
-use crate::kernels::element_force::field as element;
-use crate::kernels::node_update::field as node;
 use crate::model::{Grid, Model, Terms};
-use crate::state::{Rows, State};
 use crate::step::FailureEvent;
 
 /// Steps in one submission at most.
@@ -30,13 +27,6 @@ pub enum Stage {
     Projectile,
     /// `ledger`
     Ledger,
-}
-
-/// A pipeline with what it binds.
-struct Program {
-    pipeline: wgpu::ComputePipeline,
-    group: wgpu::BindGroup,
-    dispatch: [u32; 2],
 }
 
 /// What a batch leaves behind.
@@ -66,12 +56,12 @@ const IN_FLIGHT: usize = 2;
 
 /// Advances a state on a device.
 pub struct Stepper<'a> {
-    device: &'a Device,
-    sizes: Sizes,
-    grid: Grid,
+    pub(super) device: &'a Device,
+    pub(super) sizes: Sizes,
+    pub(super) grid: Grid,
     terms: Terms,
     dt: f64,
-    buffers: Vec<wgpu::Buffer>,
+    pub(super) buffers: Vec<wgpu::Buffer>,
     steps: wgpu::Buffer,
     staging: [wgpu::Buffer; IN_FLIGHT],
     submitted: usize,
@@ -81,7 +71,7 @@ pub struct Stepper<'a> {
     node: Program,
     contact: Program,
     ledger: Program,
-    events_read: u64,
+    pub(super) events_read: u64,
     /// Time spent waiting for the device.
     waited: Duration,
 }
@@ -143,7 +133,7 @@ impl<'a> Stepper<'a> {
         let steps = buffer("steps", STEP_STRIDE * BATCH as u64, wgpu::BufferUsages::UNIFORM);
         let staging_size = sizes.bytes(Name::Samples) + STATUS_BYTES + EVENT_BYTES * EVENT_WINDOW;
         let staging = [0; IN_FLIGHT].map(|_| buffer("staging", staging_size, wgpu::BufferUsages::MAP_READ));
-        let layout = common_layout(gpu);
+        let layout = program::common_layout(gpu);
         let common = gpu.create_bind_group(&wgpu::BindGroupDescriptor {
             label: Some("scene and step"),
             layout: &layout,
@@ -164,7 +154,7 @@ impl<'a> Stepper<'a> {
                 label: Some(kernel.name),
                 source: wgpu::ShaderSource::Wgsl(source(kernel).into()),
             });
-            program(gpu, kernel, &module, &layout, &buffers, &shader::constants(&terms, ledger), dispatch)
+            program::program(gpu, kernel, &module, &layout, &buffers, &shader::constants(&terms, ledger), dispatch)
         };
         let most = device.limits().max_compute_workgroups_per_dimension;
         let over_elements = spread(sizes.elements, GROUP, most);
@@ -196,124 +186,6 @@ impl<'a> Stepper<'a> {
     /// The sizes of its buffers.
     pub fn sizes(&self) -> &Sizes {
         &self.sizes
-    }
-
-    fn buffer(&self, name: Name) -> &wgpu::Buffer {
-        &self.buffers[name as usize]
-    }
-
-    fn write(&self, name: Name, words: &[u32]) {
-        self.device.queue.write_buffer(self.buffer(name), 0, bytemuck::cast_slice(words));
-    }
-
-    /// Puts a state on the device and forgets everything counted so far.
-    pub fn upload(&mut self, model: &Model<f32>, state: &State<f32>) {
-        self.upload_but_accounts(model, state);
-        self.clear(&[Name::Accounts]);
-    }
-
-    /// The same, but energies and work of the elements stay.
-    pub(super) fn upload_but_accounts(&mut self, model: &Model<f32>, state: &State<f32>) {
-        let columns = self.grid.columns;
-        let nodes = planes(&state.nodes, 0..node::COUNT, 0, columns + 1);
-        self.write(Name::Nodes, bytemuck::cast_slice(&nodes));
-        let forces = planes(&state.elements, 0..element::HEIGHT, 1, columns);
-        self.write(Name::Forces, bytemuck::cast_slice(&forces));
-        let heights = planes(&state.elements, element::HEIGHT..element::ALIVE, 1, columns);
-        self.write(Name::Heights, bytemuck::cast_slice(&heights));
-        let alive = planes(&state.elements, element::ALIVE..element::COUNT, 1, columns);
-        let (warp, weft) = alive.split_at(self.sizes.elements as usize);
-        let flag = |(warp, weft): (&f32, &f32)| u32::from(*warp > 0.5) + 2 * u32::from(*weft > 0.5);
-        self.write(Name::Flags, &warp.iter().zip(weft).map(flag).collect::<Vec<_>>());
-        let mut counters = [0; STATUS_WORDS];
-        counters[status::BAD_STEP] = u32::MAX;
-        self.write(Name::Status, &counters);
-        if let (Some(body), Some(start)) = (&state.body, &model.projectile) {
-            self.write(Name::Body, &layout::body(body, &start.velocity));
-        }
-        self.clear(&[Name::Supports, Name::Candidates]);
-        self.events_read = 0;
-    }
-
-    fn clear(&self, names: &[Name]) {
-        let mut encoder = self.device.inner.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
-        for name in names {
-            encoder.clear_buffer(self.buffer(*name), 0, None);
-        }
-        self.device.queue.submit([encoder.finish()]);
-    }
-
-    /// Reads the state back; of the projectile what moves.
-    ///
-    /// # Errors
-    /// When the device was lost.
-    pub fn download(&self, model: &Model<f32>, state: &mut State<f32>) -> Result<(), DeviceError> {
-        let columns = self.grid.columns;
-        let floats = |name| self.read(name).map(|words| words.into_iter().map(f32::from_bits).collect::<Vec<_>>());
-        set_planes(&mut state.nodes, 0..node::COUNT, 0, columns + 1, &floats(Name::Nodes)?);
-        set_planes(&mut state.elements, 0..element::HEIGHT, 1, columns, &floats(Name::Forces)?);
-        set_planes(&mut state.elements, element::HEIGHT..element::ALIVE, 1, columns, &floats(Name::Heights)?);
-        let flags = self.read(Name::Flags)?;
-        let alive: Vec<f32> =
-            [1, 2].iter().flat_map(|bit| flags.iter().map(move |f| f32::from(u8::from(f & bit != 0)))).collect();
-        set_planes(&mut state.elements, element::ALIVE..element::COUNT, 1, columns, &alive);
-        if let Some(start) = &model.projectile {
-            state.body = Some(layout::read_body(&self.read(Name::Body)?, start).body);
-        }
-        Ok(())
-    }
-
-    /// All words of a buffer.
-    ///
-    /// # Errors
-    /// When the device was lost.
-    pub fn read(&self, name: Name) -> Result<Vec<u32>, DeviceError> {
-        self.read_part(name, 0, self.sizes.bytes(name))
-    }
-
-    /// The words of the first sample.
-    pub(super) fn read_sample(&self) -> Result<Vec<u32>, DeviceError> {
-        self.read_part(Name::Samples, 0, 4 * self.sizes.sample_words() as u64)
-    }
-
-    fn read_part(&self, name: Name, offset: u64, size: u64) -> Result<Vec<u32>, DeviceError> {
-        self.read_buffer(self.buffer(name), offset, size)
-    }
-
-    pub(super) fn read_buffer(&self, from: &wgpu::Buffer, offset: u64, size: u64) -> Result<Vec<u32>, DeviceError> {
-        let staging = self.device.inner.create_buffer(&wgpu::BufferDescriptor {
-            label: Some("read"),
-            size,
-            usage: wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::COPY_DST,
-            mapped_at_creation: false,
-        });
-        let mut encoder = self.device.inner.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
-        encoder.copy_buffer_to_buffer(from, offset, &staging, 0, size);
-        self.device.queue.submit([encoder.finish()]);
-        self.fetch(&staging, size, None)
-    }
-
-    /// Words of a mappable buffer, once a submission (or everything) is done.
-    fn fetch(
-        &self,
-        staging: &wgpu::Buffer,
-        size: u64,
-        after: Option<wgpu::SubmissionIndex>,
-    ) -> Result<Vec<u32>, DeviceError> {
-        let (tell, told) = mpsc::channel();
-        staging.map_async(wgpu::MapMode::Read, 0..size, move |result| {
-            // The receiver lives until the wait below is over.
-            tell.send(result).ok();
-        });
-        self.device.wait(after)?;
-        let failed = |reason: String| self.device.lost(reason);
-        told.try_recv().map_err(|e| failed(e.to_string()))?.map_err(|e| failed(e.to_string()))?;
-        let words = {
-            let view = staging.get_mapped_range(0..size).map_err(|e| failed(e.to_string()))?;
-            bytemuck::pod_collect_to_vec::<u8, u32>(&view)
-        };
-        staging.unmap();
-        Ok(words)
     }
 
     /// Runs some stages of one step and waits.
@@ -472,103 +344,6 @@ impl<'a> Stepper<'a> {
     }
 }
 
-/// Bytes of a step's uniform, of the counters, of an event.
-const STEP_BYTES: u64 = 32;
+/// Bytes of the counters, of an event.
 const STATUS_BYTES: u64 = 4 * STATUS_WORDS as u64;
 const EVENT_BYTES: u64 = 4 * EVENT_WORDS;
-
-fn common_layout(gpu: &wgpu::Device) -> wgpu::BindGroupLayout {
-    let uniform = |binding: u32, dynamic: bool, size: u64| wgpu::BindGroupLayoutEntry {
-        binding,
-        visibility: wgpu::ShaderStages::COMPUTE,
-        ty: wgpu::BindingType::Buffer {
-            ty: wgpu::BufferBindingType::Uniform,
-            has_dynamic_offset: dynamic,
-            min_binding_size: wgpu::BufferSize::new(size),
-        },
-        count: None,
-    };
-    gpu.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
-        label: Some("scene and step"),
-        entries: &[uniform(0, false, 0), uniform(1, true, STEP_BYTES)],
-    })
-}
-
-fn program(
-    gpu: &wgpu::Device,
-    kernel: &Kernel,
-    module: &wgpu::ShaderModule,
-    common: &wgpu::BindGroupLayout,
-    buffers: &[wgpu::Buffer],
-    constants: &[(&str, f64)],
-    dispatch: [u32; 2],
-) -> Program {
-    let bindings = kernel.bindings.iter().zip(0..);
-    let entries: Vec<_> = bindings
-        .clone()
-        .map(|((_, access), binding)| wgpu::BindGroupLayoutEntry {
-            binding,
-            visibility: wgpu::ShaderStages::COMPUTE,
-            ty: wgpu::BindingType::Buffer {
-                ty: wgpu::BufferBindingType::Storage { read_only: *access == Access::Read },
-                has_dynamic_offset: false,
-                min_binding_size: None,
-            },
-            count: None,
-        })
-        .collect();
-    let layout =
-        gpu.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor { label: Some(kernel.name), entries: &entries });
-    let entries: Vec<_> = bindings
-        .map(|((name, _), binding)| wgpu::BindGroupEntry {
-            binding,
-            resource: buffers[*name as usize].as_entire_binding(),
-        })
-        .collect();
-    let group = gpu.create_bind_group(&wgpu::BindGroupDescriptor {
-        label: Some(kernel.name),
-        layout: &layout,
-        entries: &entries,
-    });
-    let pipeline_layout = gpu.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
-        label: Some(kernel.name),
-        bind_group_layouts: &[Some(common), Some(&layout)],
-        immediate_size: 0,
-    });
-    let pipeline = gpu.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
-        label: Some(kernel.name),
-        layout: Some(&pipeline_layout),
-        module,
-        entry_point: Some(kernel.name),
-        compilation_options: wgpu::PipelineCompilationOptions { constants, ..Default::default() },
-        cache: None,
-    });
-    Program { pipeline, group, dispatch }
-}
-
-/// Fields of rows as planes, shape (fields, rows·columns); column c is stored at c + `first`.
-fn planes(rows: &Rows<f32>, fields: std::ops::Range<usize>, first: usize, columns: usize) -> Vec<f32> {
-    let count = rows.data.len() / rows.row_length();
-    let mut out = Vec::with_capacity(fields.len() * count * columns);
-    for field in fields {
-        for row in 0..count {
-            let at = field * rows.stride + first;
-            out.extend_from_slice(&rows.row(row)[at..at + columns]);
-        }
-    }
-    out
-}
-
-/// The inverse of [`planes`].
-fn set_planes(rows: &mut Rows<f32>, fields: std::ops::Range<usize>, first: usize, columns: usize, planes: &[f32]) {
-    let count = rows.data.len() / rows.row_length();
-    let mut parts = planes.chunks_exact(columns);
-    for field in fields {
-        for row in 0..count {
-            let at = field * rows.stride + first;
-            if let Some(part) = parts.next() {
-                rows.row_mut(row)[at..at + columns].copy_from_slice(part);
-            }
-        }
-    }
-}

@@ -12,11 +12,12 @@ use ripstop::gpu::Device;
 use ripstop::gpu::shader::Kernel;
 
 use super::harness::{Outcome, trial};
+use compare::Part;
 use scenes::Scene;
 
-/// One scene, every kernel that has something to do in it.
-pub(crate) fn check(device: &Device, scene: &Scene, source: &dyn Fn(&Kernel) -> String) -> Outcome {
-    compare::differences(device, scene, source)?.verdict().map_err(|e| format!("{}: {e}", scene.name))
+/// One scene, some parts of a step.
+pub(crate) fn check(device: &Device, scene: &Scene, parts: &[Part], source: &dyn Fn(&Kernel) -> String) -> Outcome {
+    compare::differences(device, scene, parts, source)?.verdict().map_err(|e| format!("{}: {e}", scene.name))
 }
 
 /// The tests.
@@ -27,7 +28,7 @@ pub(crate) fn tests() -> Vec<Trial> {
         .chain(contact)
         .map(|(kind, scene)| {
             let name = format!("kernels::{kind}::{}", scene.name.replace(", ", "_").replace(' ', "_"));
-            trial(name, move |device| check(device, &scene, &Kernel::source))
+            trial(name, move |device| check(device, &scene, &Part::ALL, &Kernel::source))
         })
         .collect();
     out.push(trial("kernels::nothing_happens_after_a_bad_step", compare::bad_step));

@@ -10,6 +10,7 @@ use ripstop::gpu::shader::{KERNELS, Kernel};
 
 use super::harness::{Outcome, trial};
 use super::kernels::check;
+use super::kernels::compare::Part;
 use super::kernels::scenes::{self, Scene};
 
 mod table;
@@ -33,13 +34,23 @@ impl Mutant {
         if kernel.name == self.kernel { source.replace(self.find, self.put) } else { source }
     }
 
+    /// Where its kernel shows.
+    fn parts(&self) -> &'static [Part] {
+        match self.kernel {
+            "element_force" => &[Part::Elements],
+            "node_update" => &[Part::Nodes, Part::Contact],
+            "projectile_contact" => &[Part::Contact],
+            _ => &[Part::Ledger],
+        }
+    }
+
     fn caught(&self, device: &Device) -> Outcome {
         let kernel = KERNELS.iter().find(|k| k.name == self.kernel).ok_or("no such kernel")?;
         if !kernel.source().contains(self.find) {
             return Err(format!("the shader has no {:?}", self.find));
         }
         let scene = all_scenes().iter().find(|s| s.name == self.scene).ok_or("no such scene")?;
-        match check(device, scene, &|kernel| self.source(kernel)) {
+        match check(device, scene, self.parts(), &|kernel| self.source(kernel)) {
             Ok(()) => Err(format!("nothing is wrong with {:?}", self.put)),
             // A shader that no longer compiles proves nothing.
             Err(text) if text.contains("failed: ") => Err(text),

@@ -17,6 +17,46 @@ use super::scenes::{Scene, force_scale};
 use super::tolerances::Seen;
 use crate::gpu::harness::Outcome;
 
+/// What is compared: what one kernel leaves behind, with the kernels that must run before it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Part {
+    Elements,
+    Nodes,
+    Contact,
+    Ledger,
+}
+
+impl Part {
+    pub(crate) const ALL: [Self; 4] = [Self::Elements, Self::Nodes, Self::Contact, Self::Ledger];
+
+    /// Whether a scene has it.
+    fn is_in(self, scene: &Scene) -> bool {
+        match self {
+            Self::Elements => scene.elements,
+            Self::Contact => scene.model.projectile.is_some(),
+            Self::Nodes | Self::Ledger => true,
+        }
+    }
+
+    /// Whether it runs a kernel.
+    fn needs(self, kernel: &Kernel) -> bool {
+        match self {
+            Self::Elements => kernel.name == "element_force",
+            Self::Nodes => kernel.name == "node_update",
+            Self::Contact => kernel.name == "node_update" || kernel.name == "projectile_contact",
+            Self::Ledger => true,
+        }
+    }
+}
+
+/// A kernel's source without what its entry point does: drivers take long to compile what will not run.
+fn idle(kernel: &Kernel) -> String {
+    let own = kernel.sources[0];
+    let head = &own[..own.find("@compute").unwrap_or(own.len())];
+    let rest = kernel.sources[1..].concat();
+    format!("{head}@compute @workgroup_size(64) fn {}() {{}}\n{rest}", kernel.name)
+}
+
 /// Steps compared: the second shows whether sums go on and warm starts are used.
 const STEPS: u64 = 2;
 
@@ -116,18 +156,29 @@ impl<'a> Pair<'a> {
     }
 }
 
-/// Largest differences of a scene.
-pub(crate) fn differences(device: &Device, scene: &Scene, source: &dyn Fn(&Kernel) -> String) -> Result<Seen, String> {
-    let mut pair = Pair::new(device, scene, source)?;
+/// Largest differences of a scene in some parts.
+pub(crate) fn differences(
+    device: &Device,
+    scene: &Scene,
+    parts: &[Part],
+    source: &dyn Fn(&Kernel) -> String,
+) -> Result<Seen, String> {
+    let parts: Vec<Part> = parts.iter().copied().filter(|part| part.is_in(scene)).collect();
+    let runs = |kernel: &Kernel| {
+        let idle = kernel.name == "element_force" && !scene.elements;
+        !idle && parts.iter().any(|part| part.needs(kernel))
+    };
+    let sources = |kernel: &Kernel| if runs(kernel) { source(kernel) } else { idle(kernel) };
+    let mut pair = Pair::new(device, scene, &sources)?;
     let mut seen = Seen::default();
-    if scene.elements {
-        elements(&mut pair, &mut seen)?;
+    for part in parts {
+        match part {
+            Part::Elements => elements(&mut pair, &mut seen)?,
+            Part::Nodes => nodes(&mut pair, &mut seen)?,
+            Part::Contact => contact(&mut pair, &mut seen)?,
+            Part::Ledger => ledger(&mut pair, &mut seen)?,
+        }
     }
-    nodes(&mut pair, &mut seen)?;
-    if scene.model.projectile.is_some() {
-        contact(&mut pair, &mut seen)?;
-    }
-    ledger(&mut pair, &mut seen)?;
     Ok(seen)
 }
 

@@ -293,7 +293,7 @@ pub(crate) const MUTANTS: [Mutant; 103] = [
     ),
     in_node_update(
         "nodes ahead not marked",
-        "sphere",
+        "rim of a flat cylinder",
         "let room = 1.01 * scene.dt * (speed + 1.1 * body.velocity.w)",
         "let room = 0.0 * scene.dt * (speed + 1.1 * body.velocity.w)",
     ),
@@ -307,8 +307,8 @@ pub(crate) const MUTANTS: [Mutant; 103] = [
     in_node_update(
         "body frame turned the wrong way",
         "cylinder, yawed, friction",
-        "rotate_back(body.orientation, arm)",
-        "rotate(body.orientation, arm)",
+        "rotate_back(body.orientation, arm_of(",
+        "rotate(body.orientation, arm_of(",
     ),
     in_projectile_contact(
         "word of marks left out",
@@ -326,8 +326,8 @@ pub(crate) const MUTANTS: [Mutant; 103] = [
     in_projectile_contact(
         "gap after the step",
         "sphere",
-        "displacement_of(node) - scene.dt * free)",
-        "displacement_of(node))",
+        "displacement_of(node) - scene.dt * free;",
+        "displacement_of(node);",
     ),
     in_projectile_contact("gap not left open", "sphere", "return -max(gap, 0.0) / scene.dt;", "return 0.0 * gap;"),
     in_projectile_contact(

@@ -1,0 +1,160 @@
+//! State to the device and back.
+
+use std::ops::Range;
+use std::sync::mpsc;
+
+use super::DeviceError;
+use super::buffers::Name;
+use super::layout::{self, STATUS_WORDS, status};
+use super::stepper::Stepper;
+use crate::kernels::element_force::field as element;
+use crate::kernels::node_update::field as node;
+use crate::model::Model;
+use crate::state::{Rows, State};
+
+impl Stepper<'_> {
+    pub(super) fn buffer(&self, name: Name) -> &wgpu::Buffer {
+        &self.buffers[name as usize]
+    }
+
+    pub(super) fn write(&self, name: Name, words: &[u32]) {
+        self.device.queue.write_buffer(self.buffer(name), 0, bytemuck::cast_slice(words));
+    }
+
+    /// Puts a state on the device and forgets everything counted so far.
+    pub fn upload(&mut self, model: &Model<f32>, state: &State<f32>) {
+        self.upload_but_accounts(model, state);
+        self.clear(&[Name::Accounts]);
+    }
+
+    /// The same, but energies and work of the elements stay.
+    pub(super) fn upload_but_accounts(&mut self, model: &Model<f32>, state: &State<f32>) {
+        let columns = self.grid.columns;
+        let nodes = planes(&state.nodes, 0..node::COUNT, 0, columns + 1);
+        self.write(Name::Nodes, bytemuck::cast_slice(&nodes));
+        let forces = planes(&state.elements, 0..element::HEIGHT, 1, columns);
+        self.write(Name::Forces, bytemuck::cast_slice(&forces));
+        let heights = planes(&state.elements, element::HEIGHT..element::ALIVE, 1, columns);
+        self.write(Name::Heights, bytemuck::cast_slice(&heights));
+        let alive = planes(&state.elements, element::ALIVE..element::COUNT, 1, columns);
+        let (warp, weft) = alive.split_at(self.sizes.elements as usize);
+        let flag = |(warp, weft): (&f32, &f32)| u32::from(*warp > 0.5) + 2 * u32::from(*weft > 0.5);
+        self.write(Name::Flags, &warp.iter().zip(weft).map(flag).collect::<Vec<_>>());
+        let mut counters = [0; STATUS_WORDS];
+        counters[status::BAD_STEP] = u32::MAX;
+        self.write(Name::Status, &counters);
+        if let (Some(body), Some(start)) = (&state.body, &model.projectile) {
+            self.write(Name::Body, &layout::body(body, &start.velocity));
+        }
+        self.clear(&[Name::Supports, Name::Candidates]);
+        self.events_read = 0;
+    }
+
+    fn clear(&self, names: &[Name]) {
+        let mut encoder = self.device.inner.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+        for name in names {
+            encoder.clear_buffer(self.buffer(*name), 0, None);
+        }
+        self.device.queue.submit([encoder.finish()]);
+    }
+
+    /// Reads the state back; of the projectile what moves.
+    ///
+    /// # Errors
+    /// When the device was lost.
+    pub fn download(&self, model: &Model<f32>, state: &mut State<f32>) -> Result<(), DeviceError> {
+        let columns = self.grid.columns;
+        let floats = |name| self.read(name).map(|words| words.into_iter().map(f32::from_bits).collect::<Vec<_>>());
+        set_planes(&mut state.nodes, 0..node::COUNT, 0, columns + 1, &floats(Name::Nodes)?);
+        set_planes(&mut state.elements, 0..element::HEIGHT, 1, columns, &floats(Name::Forces)?);
+        set_planes(&mut state.elements, element::HEIGHT..element::ALIVE, 1, columns, &floats(Name::Heights)?);
+        let flags = self.read(Name::Flags)?;
+        let alive: Vec<f32> =
+            [1, 2].iter().flat_map(|bit| flags.iter().map(move |f| f32::from(u8::from(f & bit != 0)))).collect();
+        set_planes(&mut state.elements, element::ALIVE..element::COUNT, 1, columns, &alive);
+        if let Some(start) = &model.projectile {
+            state.body = Some(layout::read_body(&self.read(Name::Body)?, start).body);
+        }
+        Ok(())
+    }
+
+    /// All words of a buffer.
+    ///
+    /// # Errors
+    /// When the device was lost.
+    pub fn read(&self, name: Name) -> Result<Vec<u32>, DeviceError> {
+        self.read_part(name, 0, self.sizes.bytes(name))
+    }
+
+    /// The words of the first sample.
+    pub(super) fn read_sample(&self) -> Result<Vec<u32>, DeviceError> {
+        self.read_part(Name::Samples, 0, 4 * self.sizes.sample_words() as u64)
+    }
+
+    pub(super) fn read_part(&self, name: Name, offset: u64, size: u64) -> Result<Vec<u32>, DeviceError> {
+        self.read_buffer(self.buffer(name), offset, size)
+    }
+
+    pub(super) fn read_buffer(&self, from: &wgpu::Buffer, offset: u64, size: u64) -> Result<Vec<u32>, DeviceError> {
+        let staging = self.device.inner.create_buffer(&wgpu::BufferDescriptor {
+            label: Some("read"),
+            size,
+            usage: wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::COPY_DST,
+            mapped_at_creation: false,
+        });
+        let mut encoder = self.device.inner.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+        encoder.copy_buffer_to_buffer(from, offset, &staging, 0, size);
+        self.device.queue.submit([encoder.finish()]);
+        self.fetch(&staging, size, None)
+    }
+
+    /// Words of a mappable buffer, once a submission (or everything) is done.
+    pub(super) fn fetch(
+        &self,
+        staging: &wgpu::Buffer,
+        size: u64,
+        after: Option<wgpu::SubmissionIndex>,
+    ) -> Result<Vec<u32>, DeviceError> {
+        let (tell, told) = mpsc::channel();
+        staging.map_async(wgpu::MapMode::Read, 0..size, move |result| {
+            // The receiver lives until the wait below is over.
+            tell.send(result).ok();
+        });
+        self.device.wait(after)?;
+        let failed = |reason: String| self.device.lost(reason);
+        told.try_recv().map_err(|e| failed(e.to_string()))?.map_err(|e| failed(e.to_string()))?;
+        let words = {
+            let view = staging.get_mapped_range(0..size).map_err(|e| failed(e.to_string()))?;
+            bytemuck::pod_collect_to_vec::<u8, u32>(&view)
+        };
+        staging.unmap();
+        Ok(words)
+    }
+}
+
+/// Fields of rows as planes, shape (fields, rows·columns); column c is stored at c + `first`.
+fn planes(rows: &Rows<f32>, fields: Range<usize>, first: usize, columns: usize) -> Vec<f32> {
+    let count = rows.data.len() / rows.row_length();
+    let mut out = Vec::with_capacity(fields.len() * count * columns);
+    for field in fields {
+        for row in 0..count {
+            let at = field * rows.stride + first;
+            out.extend_from_slice(&rows.row(row)[at..at + columns]);
+        }
+    }
+    out
+}
+
+/// The inverse of [`planes`].
+fn set_planes(rows: &mut Rows<f32>, fields: Range<usize>, first: usize, columns: usize, planes: &[f32]) {
+    let count = rows.data.len() / rows.row_length();
+    let mut parts = planes.chunks_exact(columns);
+    for field in fields {
+        for row in 0..count {
+            let at = field * rows.stride + first;
+            if let Some(part) = parts.next() {
+                rows.row_mut(row)[at..at + columns].copy_from_slice(part);
+            }
+        }
+    }
+}
