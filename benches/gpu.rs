@@ -43,9 +43,9 @@ fn shot(plies: u32, edge: u32, sets: &[&str]) -> Case {
 }
 
 /// Steps from `first`, every third sampled, as in a shot with the default history.
-fn steps(first: u64, count: u64, dt: f64) -> Vec<StepInfo> {
+fn steps(stepper: &Stepper<'_>, first: u64, count: u64) -> Vec<StepInfo> {
     let slot = |at: u64| (at.is_multiple_of(3)).then_some((at / 3) as u32);
-    (0..count).map(|at| StepInfo { index: first + at, slot: slot(at), since: 3, dt }).collect()
+    (0..count).map(|at| stepper.whole_step(first + at, slot(at), 3)).collect()
 }
 
 fn pack(device: &Device, name: &str, case: &Case, test: bool) {
@@ -62,12 +62,12 @@ fn pack(device: &Device, name: &str, case: &Case, test: bool) {
     let warm = if test { 3 } else { 90 };
     let start = Instant::now();
     while at < warm && start.elapsed().as_secs_f64() < 10.0 {
-        stepper.run(&steps(at, 3, model.dt)).unwrap();
+        stepper.run(&steps(&stepper, at, 3)).unwrap();
         at += 3;
     }
     let per_step = start.elapsed().as_secs_f64() / at as f64;
     let count = if test { 3 } else { ((3.0 / per_step) as u64).clamp(3, BATCH as u64 / 2) };
-    let batch = steps(at, count, model.dt);
+    let batch = steps(&stepper, at, count);
     let start = Instant::now();
     stepper.run(&batch).unwrap();
     let seconds = start.elapsed().as_secs_f64() / count as f64;
@@ -76,7 +76,7 @@ fn pack(device: &Device, name: &str, case: &Case, test: bool) {
     println!("{name}: {elements} elements, {:.1} MB", Sizes::new(&model.grid).total() as f64 * 1e-6);
     println!("  step                {:10.1} µs  {:10.2} M element-steps/s", seconds * 1e6, rate * 1e-6);
     let copy = stepper.copy_bandwidth(if test { 1 << 20 } else { 64 << 20 }, 16).unwrap();
-    let timed: Vec<StepInfo> = steps(at, 1, model.dt).repeat(if test { 1 } else { 5 });
+    let timed: Vec<StepInfo> = steps(&stepper, at, 1).repeat(if test { 1 } else { 5 });
     match stepper.time_stages(&timed).unwrap() {
         None => println!("  the device has no clock for kernels"),
         Some(times) => {
@@ -107,10 +107,11 @@ fn host(case: &Case, test: bool) {
     stepper.upload(&model, &State::new(case, &model));
     let batches = if test { 1 } else { 20 };
     let count = 3 * (BATCH as u64 / 6);
-    stepper.submit(&steps(0, count, model.dt));
+    let batch = steps(&stepper, 0, count);
+    stepper.submit(&batch);
     let start = Instant::now();
     for _ in 0..batches {
-        stepper.submit(&steps(0, count, model.dt));
+        stepper.submit(&batch);
     }
     let each = start.elapsed().as_secs_f64() / (batches * count) as f64;
     println!("host: {:.2} µs per step to record and submit", each * 1e6);

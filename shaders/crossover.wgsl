@@ -33,7 +33,7 @@ fn compression(force: f32) -> vec2<f32> {
 
 /// Energy stored in the crossover [J].
 fn compression_energy(force: f32) -> f32 {
-    if (!COMPRESSION) {
+    if (!COMPRESSION || force <= 0.0) {
         return 0.0;
     }
     let a = scene.compression_a;

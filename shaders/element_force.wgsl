@@ -240,9 +240,9 @@ fn element_force(
     @builtin(num_workgroups) groups: vec3<u32>,
     @builtin(local_invocation_index) local: u32,
 ) {
-    let element = invocation(group, groups, local);
+    let element = step.first_element + invocation(group, groups, local);
     // Also when an earlier step went wrong nobody leaves before the barriers.
-    if (element < scene.elements && step.index <= atomicLoad(&status[BAD_STEP])) {
+    if (element < step.end_element && step.index <= atomicLoad(&status[BAD_STEP])) {
         let residual = element_step(element);
         if (residual == 0xffffffffu) {
             atomicAdd(&open_cells, 1u);

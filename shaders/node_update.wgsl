@@ -48,8 +48,8 @@ fn node_update(
     @builtin(num_workgroups) groups: vec3<u32>,
     @builtin(local_invocation_index) local: u32,
 ) {
-    let node = invocation(group, groups, local);
-    if (node >= scene.nodes || step.index > atomicLoad(&status[BAD_STEP])) {
+    let node = step.first_node + invocation(group, groups, local);
+    if (node >= step.end_node || step.index > atomicLoad(&status[BAD_STEP])) {
         return;
     }
     let n = scene.nodes;

@@ -120,9 +120,14 @@ struct Step {
     kick: f32,
     /// Time since the last forces [s]: 0 at the start.
     span: f32,
-    pad0: f32,
-    pad1: f32,
-    pad2: f32,
+    /// What may have moved; the rest is at rest and left alone.
+    first_element: u32,
+    end_element: u32,
+    first_node: u32,
+    end_node: u32,
+    pad0: u32,
+    pad1: u32,
+    pad2: u32,
 }
 
 // Words of `status`.

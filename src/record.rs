@@ -26,6 +26,8 @@ pub(crate) struct Machine {
     pub(crate) loop_seconds: f64,
     /// Part of it in which the host did not wait for a device [s].
     pub(crate) host_seconds: Option<f64>,
+    /// Elements times steps computed.
+    pub(crate) computed: u64,
 }
 
 /// Everything the history takes note of at one time of positions.
@@ -195,6 +197,7 @@ impl Record {
             },
             elements: model.grid.elements(),
             steps,
+            element_steps_computed: machine.computed,
             time_step: model.dt,
             step_set_by: model.bound.set_by,
             terms: model.terms(),

@@ -136,6 +136,8 @@ pub struct Run {
     pub elements: usize,
     /// Steps done.
     pub steps: u64,
+    /// Elements times steps computed; what was known to be at rest is left out.
+    pub element_steps_computed: u64,
     /// [s]
     pub time_step: f64,
     /// What set it.
@@ -300,6 +302,7 @@ impl<S: Scalar> Simulation<S> {
             precision: S::NAME,
             loop_seconds,
             host_seconds: None,
+            computed: self.state.step * self.model.grid.elements() as u64,
         };
         self.record.into_run(&self.model, self.state.step, machine)
     }

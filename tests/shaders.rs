@@ -183,7 +183,7 @@ fn the_scene_is_laid_out_as_the_host_fills_it() {
 
 #[test]
 fn the_step_is_laid_out_as_the_host_fills_it() {
-    let info = StepInfo { index: 7, slot: Some(3), since: 5, dt: 1e-7 };
+    let info = StepInfo { index: 7, slot: Some(3), since: 5, dt: 1e-7, active: [[10, 20], [30, 40]] };
     assert_block("Step", &[layout::step(&info)]);
     let kicks = |info: &StepInfo| layout::step(info).words()[3..5].to_vec();
     let bits = |numbers: [f32; 2]| numbers.map(f32::to_bits).to_vec();

@@ -7,7 +7,7 @@
 
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use super::layout::{self, BODY_WORDS, SUMS, StepInfo, sum};
+use super::layout::{self, BODY_WORDS, SUMS, sum};
 use super::stepper::{Stage, Stepper};
 use super::{Device, DeviceError};
 use crate::case::Case;
@@ -216,7 +216,7 @@ impl<'a> Lockstep<'a> {
 
     fn compare_step(&mut self) -> Result<(), DeviceError> {
         let step = self.cpu.step;
-        let info = StepInfo { index: step, slot: Some(0), since: 1, dt: self.model.dt };
+        let info = self.device.whole_step(step, Some(0), 1);
         let mut totals = StepTotals::default();
         let mut wide = widen(&self.cpu);
         let mut wide_totals = StepTotals::default();

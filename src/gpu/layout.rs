@@ -28,7 +28,7 @@ pub const BODY_WORDS: usize = 60;
 /// Sums of a workgroup of the ledger.
 pub const SUMS: usize = 20;
 /// Bytes of a step's uniform.
-pub const STEP_BYTES: u64 = 32;
+pub const STEP_BYTES: u64 = 48;
 /// Bytes between two steps' uniforms, the alignment every device grants.
 pub const STEP_STRIDE: u64 = 256;
 
@@ -237,6 +237,8 @@ pub struct StepInfo {
     pub since: u32,
     /// Time step [s].
     pub dt: f64,
+    /// Elements and nodes that may have moved: first, and one past the last.
+    pub active: [[u32; 2]; 2],
 }
 
 /// The uniform of a step.
@@ -248,6 +250,11 @@ pub fn step(info: &StepInfo) -> Block {
     block.count("since", info.since as usize);
     block.double("kick", if first { 0.5 * info.dt } else { info.dt });
     block.double("span", if first { 0.0 } else { info.dt });
+    let [elements, nodes] = info.active;
+    block.count("first_element", elements[0] as usize);
+    block.count("end_element", elements[1] as usize);
+    block.count("first_node", nodes[0] as usize);
+    block.count("end_node", nodes[1] as usize);
     for pad in ["pad0", "pad1", "pad2"] {
         block.count(pad, 0);
     }

@@ -7,8 +7,6 @@ use super::shader::{Access, Kernel};
 pub(super) struct Program {
     pub(super) pipeline: wgpu::ComputePipeline,
     pub(super) group: wgpu::BindGroup,
-    /// Workgroups.
-    pub(super) dispatch: [u32; 2],
 }
 
 /// Layout of group 0: the scene, and the step at a dynamic offset.
@@ -37,7 +35,6 @@ pub(super) fn program(
     common: &wgpu::BindGroupLayout,
     buffers: &[wgpu::Buffer],
     constants: &[(&str, f64)],
-    dispatch: [u32; 2],
 ) -> Program {
     let bindings = kernel.bindings.iter().zip(0..);
     let entries: Vec<_> = bindings
@@ -79,5 +76,5 @@ pub(super) fn program(
         compilation_options: wgpu::PipelineCompilationOptions { constants, ..Default::default() },
         cache: None,
     });
-    Program { pipeline, group, dispatch }
+    Program { pipeline, group }
 }

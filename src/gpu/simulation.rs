@@ -9,6 +9,7 @@ use std::time::{Duration, Instant};
 
 use nalgebra::Vector3;
 
+use super::front::Front;
 use super::layout::{self, BODY_WORDS, SUMS, StepInfo, status, sum};
 use super::stepper::{BATCH, BatchResult, Pending, Stepper};
 use super::{Device, DeviceError};
@@ -56,6 +57,7 @@ pub struct Simulation<'a> {
     ledger: Ledger,
     record: Record,
     given: (f64, Vector3<f64>),
+    front: Option<Front>,
     /// Batches on their way with their steps, the oldest first.
     pending: VecDeque<(Vec<StepInfo>, Pending)>,
     /// Next step to be sent off, and the last one sent that is sampled.
@@ -81,6 +83,7 @@ impl<'a> Simulation<'a> {
         let mut stepper = Stepper::new(device, case, &model)?;
         stepper.upload(&model, &state);
         Ok(Self {
+            front: Front::new(case, &model),
             given: simulation::given(&model, &state, case),
             record: Record::new(case, state.body.as_ref()),
             model,
@@ -122,6 +125,22 @@ impl<'a> Simulation<'a> {
         step as f64 * self.model.dt
     }
 
+    /// Elements and nodes that may have moved by the end of a step.
+    fn active(&self, step: u64) -> [[u32; 2]; 2] {
+        let grid = &self.model.grid;
+        let rows = self.front.map_or(0..grid.node_rows(), |f| f.node_rows(step));
+        let elements = self.front.map_or(0..grid.element_rows(), |_| rows.start..rows.end - 1);
+        let span = |rows: std::ops::Range<usize>, columns: usize| [rows.start, rows.end].map(|r| (r * columns) as u32);
+        [span(elements, grid.columns), span(rows, grid.columns + 1)]
+    }
+
+    /// Computes everything, also what is known to be at rest.
+    #[must_use]
+    pub fn without_front(mut self) -> Self {
+        self.front = None;
+        self
+    }
+
     /// The steps of the next batch, and whether the last of them ends the run by time or request.
     fn plan(&self, case: &Case) -> (Vec<StepInfo>, bool) {
         let dt = self.model.dt;
@@ -138,7 +157,7 @@ impl<'a> Simulation<'a> {
             let since = index - last.map_or(0, |l| l + 1) + 1;
             let sampled = sample_due(case, last.map(|l| self.time_of(l)), time, dt) || self.record.interrupted;
             let slot = sampled.then_some(slots);
-            steps.push(StepInfo { index, slot, since: since as u32, dt });
+            steps.push(StepInfo { active: self.active(index), ..self.stepper.whole_step(index, slot, since as u32) });
             if sampled {
                 slots += 1;
                 last = Some(index);
@@ -315,6 +334,7 @@ impl<'a> Simulation<'a> {
             precision: "f32",
             loop_seconds,
             host_seconds: Some((loop_seconds - self.stepper.waited().as_secs_f64()).max(0.0)),
+            computed: (0..self.step).map(|s| self.active(s)[0]).map(|[first, end]| u64::from(end - first)).sum(),
         };
         self.record.into_run(&self.model, self.step, machine)
     }

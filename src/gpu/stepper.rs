@@ -61,6 +61,8 @@ pub struct Stepper<'a> {
     pub(super) grid: Grid,
     terms: Terms,
     dt: f64,
+    /// Per dimension of a dispatch.
+    most_workgroups: u32,
     pub(super) buffers: Vec<wgpu::Buffer>,
     steps: wgpu::Buffer,
     staging: [wgpu::Buffer; IN_FLIGHT],
@@ -149,21 +151,19 @@ impl<'a> Stepper<'a> {
                 },
             ],
         });
-        let program = |kernel: &Kernel, ledger: bool, dispatch: [u32; 2]| {
+        let program = |kernel: &Kernel, ledger: bool| {
             let module = gpu.create_shader_module(wgpu::ShaderModuleDescriptor {
                 label: Some(kernel.name),
                 source: wgpu::ShaderSource::Wgsl(source(kernel).into()),
             });
-            program::program(gpu, kernel, &module, &layout, &buffers, &shader::constants(&terms, ledger), dispatch)
+            program::program(gpu, kernel, &module, &layout, &buffers, &shader::constants(&terms, ledger))
         };
-        let most = device.limits().max_compute_workgroups_per_dimension;
-        let over_elements = spread(sizes.elements, GROUP, most);
-        let over_nodes = spread(sizes.nodes, GROUP, most);
         Self {
-            element: [false, true].map(|ledger| program(&shader::ELEMENT_FORCE, ledger, over_elements)),
-            node: program(&shader::NODE_UPDATE, false, over_nodes),
-            contact: program(&shader::PROJECTILE_CONTACT, false, [1, 1]),
-            ledger: program(&shader::LEDGER, true, [sizes.groups as u32, 1]),
+            element: [false, true].map(|ledger| program(&shader::ELEMENT_FORCE, ledger)),
+            node: program(&shader::NODE_UPDATE, false),
+            contact: program(&shader::PROJECTILE_CONTACT, false),
+            ledger: program(&shader::LEDGER, true),
+            most_workgroups: device.limits().max_compute_workgroups_per_dimension,
             device,
             sizes,
             grid: model.grid,
@@ -301,11 +301,26 @@ impl<'a> Stepper<'a> {
                 Stage::Ledger if sampled => &self.ledger,
                 Stage::Projectile | Stage::Ledger => continue,
             };
+            let [x, y] = match stage {
+                Stage::Elements => self.spread(info.active[0]),
+                Stage::Nodes => self.spread(info.active[1]),
+                Stage::Projectile => [1, 1],
+                Stage::Ledger => [self.sizes.groups as u32, 1],
+            };
             pass.set_pipeline(&program.pipeline);
             pass.set_bind_group(1, &program.group, &[]);
-            let [x, y] = program.dispatch;
             pass.dispatch_workgroups(x, y, 1);
         }
+    }
+
+    fn spread(&self, [first, end]: [u32; 2]) -> [u32; 2] {
+        spread(u64::from(end - first), GROUP, self.most_workgroups)
+    }
+
+    /// One step over everything. `slot`: where the ledger writes, if it runs; `since`: steps since it did.
+    pub fn whole_step(&self, index: u64, slot: Option<u32>, since: u32) -> StepInfo {
+        let active = [self.sizes.elements, self.sizes.nodes].map(|count| [0, count as u32]);
+        StepInfo { index, slot, since, dt: self.dt, active }
     }
 
     /// Events in the order the processor would have found them.

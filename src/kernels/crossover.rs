@@ -65,7 +65,7 @@ pub fn compression_energy<R: Real>(cell: &CellConstants<R>, force: R) -> R {
     let cube = b * b * b;
     let half = R::splat(0.5);
     let energy = cube * (half * (one / left.squared() - one / safe_a.squared()) - d / (safe_a * safe_a * safe_a));
-    R::select(rigid, R::zero(), energy)
+    R::select(rigid | force.le(R::zero()), R::zero(), energy)
 }
 
 /// Solves the cell for the stretches Λ_i = 1 + `stretch[i]`, from the heights `warm` of the last step.

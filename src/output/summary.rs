@@ -95,6 +95,8 @@ fn unstable(trouble: &Trouble) -> Value {
 /// What it took.
 fn cost(run: &Run, wall_seconds: f64) -> Map<String, Value> {
     let element_steps = run.elements as u64 * run.steps;
+    let at_rest = element_steps - run.element_steps_computed;
+    let skipped = if at_rest > 0 { json!({ "wavefront": at_rest }) } else { json!({}) };
     object(json!({
         "elements": run.elements,
         "steps": run.steps,
@@ -102,12 +104,12 @@ fn cost(run: &Run, wall_seconds: f64) -> Map<String, Value> {
         "time_step_us": run.time_step * 1e6,
         "time_step_set_by": run.step_set_by,
         "element_steps": element_steps,
-        "element_steps_computed": element_steps,
+        "element_steps_computed": run.element_steps_computed,
         "wall_s": wall_seconds,
         "loop_s": run.loop_seconds,
         "host_s": run.host_seconds,
         "element_steps_per_s": element_steps as f64 / run.loop_seconds,
-        "skipped": {},
+        "skipped": skipped,
     }))
 }
 

@@ -104,7 +104,7 @@ impl<'a> Pair<'a> {
     /// One step of some stages on both.
     fn advance(&mut self, stages: &[Stage], slot: Option<u32>) -> Result<(), String> {
         let model = &self.scene.model;
-        let info = StepInfo { index: self.expected.step, slot, since: STEPS as u32, dt: model.dt };
+        let info = self.gpu.whole_step(self.expected.step, slot, STEPS as u32);
         self.gpu.run_stages(&info, stages).map_err(|e| e.to_string())?;
         let sample = slot.is_some();
         self.totals = StepTotals::default();
@@ -507,7 +507,7 @@ fn compare_counts(pair: &Pair<'_>, seen: &mut Seen, add: impl Fn(usize) -> f64) 
 
 /// A second ledger straight after the first finds that everything that adds up began anew.
 fn anew(pair: &mut Pair<'_>, seen: &mut Seen) -> Outcome {
-    let info = StepInfo { index: pair.expected.step, slot: Some(0), since: 0, dt: pair.scene.model.dt };
+    let info = pair.gpu.whole_step(pair.expected.step, Some(0), 0);
     pair.gpu.run_stages(&info, &[Stage::Ledger]).map_err(|e| e.to_string())?;
     let words = pair.read(Name::Samples)?;
     let per_sample = pair.gpu.sizes().sample_words();
@@ -535,7 +535,9 @@ pub(crate) fn bad_step(device: &Device) -> Outcome {
     spoilt.nodes.set(3, node::VELOCITY + 1, 2, f32::NAN);
     pair.gpu.upload(&scene.model, &spoilt);
     let index = scene.state.step;
-    let info = |index| StepInfo { index, slot: None, since: 1, dt: scene.model.dt };
+    let whole = |index| StepInfo { index, ..pair.gpu.whole_step(0, None, 1) };
+    let infos = [index, index + 1].map(whole);
+    let info = |at: u64| infos[(at - index) as usize];
     let all = [Stage::Elements, Stage::Nodes, Stage::Projectile];
     pair.gpu.run_stages(&info(index), &all).map_err(|e| e.to_string())?;
     let names = [Name::Nodes, Name::Forces, Name::Heights, Name::Flags, Name::Accounts, Name::Body, Name::Supports];

@@ -226,8 +226,8 @@ pub(crate) const MUTANTS: [Mutant; 103] = [
     in_element_force(
         "last element not computed",
         "one element",
-        "if (element < scene.elements &&",
-        "if (element + 1u < scene.elements &&",
+        "if (element < step.end_element &&",
+        "if (element + 1u < step.end_element &&",
     ),
     in_node_update(
         "hourglass of the wrong corner",

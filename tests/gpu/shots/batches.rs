@@ -1,14 +1,17 @@
 //! The same bits every time, and for every batch length.
 
-use ripstop::gpu::Device;
+use ripstop::gpu::{Device, Simulation};
 use ripstop::output;
 use ripstop::simulation::Run;
 
 use super::{Outcome, Tests, run_in_batches, run_on};
 use crate::scene::builtin;
 
-pub(super) const TESTS: Tests =
-    &[("a_run_gives_the_same_bits_again", again), ("the_batch_length_does_not_matter", lengths)];
+pub(super) const TESTS: Tests = &[
+    ("a_run_gives_the_same_bits_again", again),
+    ("the_batch_length_does_not_matter", lengths),
+    ("what_is_left_at_rest_changes_no_bit", front),
+];
 
 /// 1280 elements struck at 300 m/s, with failures, friction, rotation, and profiles on and between samples.
 fn shot() -> ripstop::case::Case {
@@ -36,6 +39,32 @@ fn equal(one: &Run, two: &Run, what: &str) {
         assert_eq!(one, two, "{what}");
     }
     assert_eq!(one.len(), two.len(), "{what}");
+}
+
+/// A long strip: the wave takes most of the run to its ends. Yarns break in the middle meanwhile.
+fn front(device: &'static Device) -> Outcome {
+    let sets =
+        ["/pack/width_mm=30", "/projectile/velocity_m_s=400", "/solver/end_time_us=16", "/output/profile_times_us=[]"];
+    let case = builtin("cases/s720-1ply-155.json", &sets);
+    let run = |whole: bool| {
+        let simulation = Simulation::new(&case, device).unwrap();
+        let mut simulation = if whole { simulation.without_front() } else { simulation };
+        while !simulation.finished() {
+            simulation.advance(&case);
+        }
+        simulation.into_run(1.0)
+    };
+    let [part, whole] = [false, true].map(run);
+    assert!(part.events.len() > 10, "{}", part.events.len());
+    assert_eq!(part.events, whole.events);
+    for (one, two) in part.history.iter().zip(&whole.history) {
+        assert_eq!(format!("{one:?}"), format!("{two:?}"));
+    }
+    assert_eq!(part.history.len(), whole.history.len());
+    assert_eq!(whole.element_steps_computed, whole.steps * whole.elements as u64);
+    let saved = 1.0 - part.element_steps_computed as f64 / whole.element_steps_computed as f64;
+    assert!(saved > 0.25, "{saved}");
+    Ok(())
 }
 
 fn again(device: &'static Device) -> Outcome {

@@ -35,7 +35,8 @@ const WHOLE: Allowed = &[
     ("max_yarn_tension_n", 2e-2),
 ];
 
-/// Torn fabric is chaotic: one failure a step later moves the next. Single precision on the processor is off as much.
+/// Torn fabric is chaotic: one failure a step later moves the next. Single precision on the processor is off as much,
+/// and double-precision runs of free-impact with the hit moved by a few nanometres break 50, 52, 58, 65, 69 yarns.
 const TORN: Allowed = &[
     ("projectile_velocity_m_s", 0.02),
     ("projectile_energy_j", 0.04),
@@ -55,8 +56,8 @@ const TEARING: Allowed = &[
     ("failure_energy_j", 2e-2),
 ];
 
-/// What of `allowed` does not hold.
-fn off(cpu: &Run, gpu: &Run, allowed: Allowed) -> Vec<String> {
+/// What of `allowed` does not hold, or a number of failures that is off by more than `part` of them.
+fn off(cpu: &Run, gpu: &Run, allowed: Allowed, part: f64) -> Vec<String> {
     assert_eq!(cpu.time_step, gpu.time_step);
     let difference = |(name, allowed): &(&str, f64)| {
         let column = history::find(name).unwrap();
@@ -69,7 +70,7 @@ fn off(cpu: &Run, gpu: &Run, allowed: Allowed) -> Vec<String> {
     };
     let mut wrong: Vec<String> = allowed.iter().filter_map(difference).collect();
     let [c, g] = [cpu, gpu].map(|run| run.events.len());
-    if c.abs_diff(g) > (c / 6).max(3) {
+    if c.abs_diff(g) as f64 > (part * c as f64).max(3.0) {
         wrong.push(format!("{g} failures for {c}"));
     }
     if gpu.energy_error > 2e-6 {
@@ -91,7 +92,8 @@ fn shipped(device: &'static Device) -> Outcome {
     for file in files {
         let case = builtin(file.to_str().unwrap(), &[]);
         let (cpu, gpu) = (run(&case), run_on(device, &case));
-        let mut found = off(&cpu, &gpu, if cpu.events.is_empty() { WHOLE } else { TORN });
+        let (allowed, part) = if cpu.events.is_empty() { (WHOLE, 0.0) } else { (TORN, 0.5) };
+        let mut found = off(&cpu, &gpu, allowed, part);
         if gpu.outcome != cpu.outcome || gpu.history.len() != cpu.history.len() {
             found.push(format!("{:?} for {:?}", gpu.outcome, cpu.outcome));
         }
@@ -127,7 +129,7 @@ fn variants(device: &'static Device) -> Outcome {
     for sets in variants {
         let case = builtin("cases/verify/mirror.json", &[sets, &["/solver/end_time_us=12"]].concat());
         let (cpu, gpu) = (run(&case), run_on(device, &case));
-        wrong.extend(off(&cpu, &gpu, TEARING).into_iter().map(|line| format!("{sets:?}: {line}")));
+        wrong.extend(off(&cpu, &gpu, TEARING, 0.1).into_iter().map(|line| format!("{sets:?}: {line}")));
     }
     report(wrong)
 }
