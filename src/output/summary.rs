@@ -96,7 +96,6 @@ fn unstable(trouble: &Trouble) -> Value {
 fn cost(run: &Run, wall_seconds: f64) -> Map<String, Value> {
     let element_steps = run.elements as u64 * run.steps;
     let at_rest = element_steps - run.element_steps_computed;
-    let skipped = if at_rest > 0 { json!({ "wavefront": at_rest }) } else { json!({}) };
     object(json!({
         "elements": run.elements,
         "steps": run.steps,
@@ -109,7 +108,7 @@ fn cost(run: &Run, wall_seconds: f64) -> Map<String, Value> {
         "loop_s": run.loop_seconds,
         "host_s": run.host_seconds,
         "element_steps_per_s": element_steps as f64 / run.loop_seconds,
-        "skipped": skipped,
+        "skipped": { "wavefront": at_rest },
     }))
 }
 
