@@ -100,7 +100,7 @@ impl Record {
 
     /// Whether something other than time ends the run.
     pub(crate) fn over(&self) -> bool {
-        self.trouble.is_some() || self.interrupted || self.decided || self.lost.is_some()
+        self.interrupted || self.over_but_interrupted()
     }
 
     /// Whether something other than time or the user ends the run.
@@ -128,6 +128,11 @@ impl Record {
         self.max_residual = self.max_residual.max(totals.max_residual);
         self.max_penetration = self.max_penetration.max(totals.penetration);
         self.eroded += totals.eroded;
+        self.add_failures(failures);
+    }
+
+    /// Adds yarn failures to the list and to the counts.
+    pub(crate) fn add_failures(&mut self, failures: &[FailureEvent]) {
         for f in failures {
             self.failed[usize::from(f.yarn)] += 1;
         }
@@ -224,6 +229,13 @@ pub(crate) fn sample_due(case: &Case, last: Option<f64>, time: f64, dt: f64) -> 
         let rows = (last / case.output.history_interval + 1e-9).floor() + 1.0;
         rows * case.output.history_interval
     });
-    let slack = 1e-6 * dt;
-    time >= next - slack || time >= case.solver.end_time - slack
+    time >= next - SLACK * dt || time_up(case, time, dt)
 }
+
+/// Whether the run's time ends with positions at `time` [s].
+pub(crate) fn time_up(case: &Case, time: f64, dt: f64) -> bool {
+    time >= case.solver.end_time - SLACK * dt
+}
+
+/// Rounding allowed in comparing times, in steps.
+const SLACK: f64 = 1e-6;

@@ -7,7 +7,7 @@
 
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use super::layout::{self, BODY_WORDS, SUMS, sum};
+use super::layout::{self, Sums, sum};
 use super::stepper::{Stage, Stepper};
 use super::{Device, DeviceError};
 use crate::case::Case;
@@ -364,25 +364,27 @@ impl<'a> Lockstep<'a> {
 
     /// Sums of the ledger: fabric only.
     fn sums(&mut self, scales: &Scales, step: u64, sample: &[u32], work: f64, wide_work: f64, wide: &Ledger) {
-        let groups = &sample[..self.device.sizes().groups as usize * SUMS];
-        let total = |which: usize| groups.chunks_exact(SUMS).map(|g| f64::from(f32::from_bits(g[which]))).sum::<f64>();
+        let (sums, rest) = sample.split_at(self.device.body_at());
+        let sums = Sums::new(sums);
         let (cpu, wide) = (self.cpu_ledger.fabric(), wide.fabric());
         let mut see = |what: usize, component: usize, values: [f64; 3], scale: f64| {
             self.comparison.see(difference(step, what, [0; 3], component, values, scale));
         };
-        see(12, 0, [cpu.kinetic, total(sum::KINETIC_NOW), wide.kinetic], scales.energy);
+        see(12, 0, [cpu.kinetic, sums.add(sum::KINETIC_NOW), wide.kinetic], scales.energy);
         // The processor's ledger holds fabric and projectile together; the device's sums are the fabric's.
-        let body = self.model.projectile.as_ref().filter(|p| !p.prescribed).map(|p| {
-            let at = sample.len() - layout::STATUS_WORDS - BODY_WORDS;
-            layout::read_body(&sample[at..], p).body.velocity * p.mass
-        });
+        let body = self
+            .model
+            .projectile
+            .as_ref()
+            .filter(|p| !p.prescribed)
+            .map(|p| layout::read_body(rest, p).body.velocity * p.mass);
         for a in 0..3 {
             let flying = body.map_or(0.0, |b| b[a]);
-            let gpu = total(sum::MOMENTUM + a) + flying;
+            let gpu = sums.add(sum::MOMENTUM + a) + flying;
             see(13, a, [cpu.momentum[a], gpu, wide.momentum[a]], scales.momentum);
         }
-        see(14, 0, [cpu.stored, total(sum::STORED), wide.stored], scales.energy);
-        see(15, 0, [work, total(sum::WORK), wide_work], scales.energy);
+        see(14, 0, [cpu.stored, sums.add(sum::STORED), wide.stored], scales.energy);
+        see(15, 0, [work, sums.add(sum::WORK), wide_work], scales.energy);
     }
 }
 

@@ -338,6 +338,30 @@ pub fn read_body(words: &[u32], start: &RigidBody) -> BodyRecord {
     }
 }
 
+/// Sums of the workgroups of one sample, shape (groups, [`SUMS`]).
+pub(super) struct Sums<'a>(&'a [u32]);
+
+impl<'a> Sums<'a> {
+    /// Of the words of a sample before the projectile's.
+    pub(super) fn new(words: &'a [u32]) -> Self {
+        Self(words)
+    }
+
+    fn parts(&self, which: usize) -> impl Iterator<Item = f64> {
+        self.0.chunks_exact(SUMS).map(move |group| f64::from(f32::from_bits(group[which])))
+    }
+
+    /// The sum over the workgroups, in order.
+    pub(super) fn add(&self, which: usize) -> f64 {
+        self.parts(which).sum()
+    }
+
+    /// The largest over the workgroups.
+    pub(super) fn largest(&self, which: usize) -> f64 {
+        self.parts(which).fold(0.0, f64::max)
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -9,18 +9,18 @@ use std::time::{Duration, Instant};
 
 use nalgebra::Vector3;
 
+use super::buffers::SLOTS;
 use super::front::Front;
-use super::layout::{self, BODY_WORDS, SUMS, StepInfo, status, sum};
+use super::layout::{self, BODY_WORDS, StepInfo, Sums, status, sum};
 use super::stepper::{BATCH, BatchResult, Pending, Stepper};
 use super::{Device, DeviceError};
 use crate::case::Case;
 use crate::ledger::Ledger;
 use crate::model::Model;
 use crate::profile;
-use crate::record::{Machine, Moment, Record, sample_due};
+use crate::record::{Machine, Moment, Record, sample_due, time_up};
 use crate::simulation::{self, Progress, Run, RunError};
 use crate::state::State;
-use crate::step::Trouble;
 
 /// How long a batch should take: long enough to hide its submission, short enough to follow progress and Ctrl-C.
 const BATCH_TIME: [Duration; 2] = [Duration::from_millis(20), Duration::from_millis(80)];
@@ -53,7 +53,6 @@ pub struct Simulation<'a> {
     /// The state at the start, and after a batch that asked for it.
     state: State<f32>,
     stepper: Stepper<'a>,
-    device: &'a Device,
     ledger: Ledger,
     record: Record,
     given: (f64, Vector3<f64>),
@@ -89,7 +88,6 @@ impl<'a> Simulation<'a> {
             model,
             state,
             stepper,
-            device,
             ledger: Ledger::default(),
             pending: VecDeque::new(),
             next: 0,
@@ -148,7 +146,7 @@ impl<'a> Simulation<'a> {
         let mut slots = 0;
         let mut steps = Vec::with_capacity(self.batch);
         let mut ends = false;
-        while steps.len() < self.batch && slots < self.stepper.slots() && !ends {
+        while steps.len() < self.batch && slots < SLOTS && !ends {
             let index = self.next + steps.len() as u64;
             let time = self.time_of(index);
             if !steps.is_empty() && self.record.profile_due(case, time, dt) {
@@ -161,7 +159,7 @@ impl<'a> Simulation<'a> {
             if sampled {
                 slots += 1;
                 last = Some(index);
-                ends = self.record.interrupted || (index > 0 && time >= case.solver.end_time - 1e-6 * dt);
+                ends = self.record.interrupted || (index > 0 && time_up(case, time, dt));
             }
         }
         (steps, ends)
@@ -231,8 +229,7 @@ impl<'a> Simulation<'a> {
                 break;
             }
             while let Some(event) = events.next_if(|e| e.step <= info.index) {
-                self.record.failed[usize::from(event.yarn)] += 1;
-                self.record.events.push(*event);
+                self.record.add_failures(std::slice::from_ref(event));
             }
             self.sample(case, info, words);
             self.step = info.index + 1;
@@ -241,13 +238,10 @@ impl<'a> Simulation<'a> {
             return Ok(());
         }
         self.step = steps.last().map_or(self.step, |s| s.index + 1).min(bad.saturating_add(1));
-        for event in events {
-            self.record.failed[usize::from(event.yarn)] += 1;
-            self.record.events.push(*event);
-        }
+        events.for_each(|event| self.record.add_failures(std::slice::from_ref(event)));
         if result.status[status::CROWDED] > 0 {
             return Err(DeviceError::Crowded {
-                adapter: self.device.name().to_owned(),
+                adapter: self.stepper.device.name().to_owned(),
                 found: result.status[status::CROWDED],
                 room: self.stepper.sizes().points,
             });
@@ -261,14 +255,16 @@ impl<'a> Simulation<'a> {
     }
 
     fn diagnose(&mut self, kinetic: f64) {
-        let trouble = simulation::diagnose(&self.model, &self.state, kinetic, self.ledger.available());
-        self.record.trouble = Some(Trouble { step: self.state.step, ..trouble });
+        let available = self.ledger.available();
+        self.record.trouble = Some(simulation::diagnose(&self.model, &self.state, kinetic, available));
     }
 
     /// One row of the history from one sample.
     fn sample(&mut self, case: &Case, info: &StepInfo, words: &[u32]) {
-        let sums = Sums::new(&words[..self.stepper.body_at()]);
-        let counters = &words[self.stepper.body_at() + BODY_WORDS..];
+        let (sums, rest) = words.split_at(self.stepper.body_at());
+        let (body, counters) = rest.split_at(BODY_WORDS);
+        let sums = Sums::new(sums);
+        let body = self.model.projectile.as_ref().map(|p| layout::read_body(body, p));
         let record = &mut self.record;
         record.newton[0] += sums.add(sum::EVALUATIONS);
         record.newton[1] += sums.add(sum::SOLVED);
@@ -284,8 +280,6 @@ impl<'a> Simulation<'a> {
         for a in 0..3 {
             ledger.support[a] += sums.add(sum::SUPPORT + a);
         }
-        let at = self.stepper.body_at();
-        let body = self.model.projectile.as_ref().map(|p| layout::read_body(&words[at..at + BODY_WORDS], p));
         if let Some(b) = &body {
             record.max_penetration = b.penetration;
             ledger.contact += b.energy[0];
@@ -329,7 +323,7 @@ impl<'a> Simulation<'a> {
     pub fn into_run(self, loop_seconds: f64) -> Run {
         let machine = Machine {
             backend: "gpu",
-            adapter: Some(self.device.name().to_owned()),
+            adapter: Some(self.stepper.device.name().to_owned()),
             threads: rayon::current_num_threads(),
             precision: "f32",
             loop_seconds,
@@ -337,28 +331,5 @@ impl<'a> Simulation<'a> {
             computed: (0..self.step).map(|s| self.active(s)[0]).map(|[first, end]| u64::from(end - first)).sum(),
         };
         self.record.into_run(&self.model, self.step, machine)
-    }
-}
-
-/// Sums of the workgroups of one sample, shape (groups, [`SUMS`]).
-struct Sums<'a>(&'a [u32]);
-
-impl<'a> Sums<'a> {
-    fn new(words: &'a [u32]) -> Self {
-        Self(words)
-    }
-
-    fn parts(&self, which: usize) -> impl Iterator<Item = f64> {
-        self.0.chunks_exact(SUMS).map(move |group| f64::from(f32::from_bits(group[which])))
-    }
-
-    /// The sum over the workgroups, in order.
-    fn add(&self, which: usize) -> f64 {
-        self.parts(which).sum()
-    }
-
-    /// The largest over the workgroups.
-    fn largest(&self, which: usize) -> f64 {
-        self.parts(which).fold(0.0, f64::max)
     }
 }

@@ -2,7 +2,7 @@
 
 use std::time::{Duration, Instant};
 
-use super::buffers::{Name, SLOTS, Sizes, spread};
+use super::buffers::{Name, Sizes, spread};
 use super::layout::{self, BODY_WORDS, EVENT_WORDS, GROUP, STATUS_WORDS, STEP_BYTES, STEP_STRIDE, StepInfo, status};
 use super::program::{self, Program};
 use super::shader::{self, Kernel};
@@ -151,18 +151,22 @@ impl<'a> Stepper<'a> {
                 },
             ],
         });
-        let program = |kernel: &Kernel, ledger: bool| {
-            let module = gpu.create_shader_module(wgpu::ShaderModuleDescriptor {
+        let module = |kernel: &Kernel| {
+            gpu.create_shader_module(wgpu::ShaderModuleDescriptor {
                 label: Some(kernel.name),
                 source: wgpu::ShaderSource::Wgsl(source(kernel).into()),
-            });
-            program::program(gpu, kernel, &module, &layout, &buffers, &shader::constants(&terms, ledger))
+            })
         };
+        let program = |kernel: &Kernel, module: &wgpu::ShaderModule, ledger: bool| {
+            program::program(gpu, kernel, module, &layout, &buffers, &shader::constants(&terms, ledger))
+        };
+        let single = |kernel: &Kernel, ledger: bool| program(kernel, &module(kernel), ledger);
+        let elements = module(&shader::ELEMENT_FORCE);
         Self {
-            element: [false, true].map(|ledger| program(&shader::ELEMENT_FORCE, ledger)),
-            node: program(&shader::NODE_UPDATE, false),
-            contact: program(&shader::PROJECTILE_CONTACT, false),
-            ledger: program(&shader::LEDGER, true),
+            element: [false, true].map(|ledger| program(&shader::ELEMENT_FORCE, &elements, ledger)),
+            node: single(&shader::NODE_UPDATE, false),
+            contact: single(&shader::PROJECTILE_CONTACT, false),
+            ledger: single(&shader::LEDGER, true),
             most_workgroups: device.limits().max_compute_workgroups_per_dimension,
             device,
             sizes,
@@ -177,10 +181,6 @@ impl<'a> Stepper<'a> {
             events_read: 0,
             waited: Duration::ZERO,
         }
-    }
-
-    pub(super) fn gpu(&self) -> &Device {
-        self.device
     }
 
     /// The sizes of its buffers.
@@ -343,19 +343,9 @@ impl<'a> Stepper<'a> {
             .collect()
     }
 
-    /// Time step [s].
-    pub fn dt(&self) -> f64 {
-        self.dt
-    }
-
     /// Words of the body in a sample begin here.
     pub(super) fn body_at(&self) -> usize {
         self.sizes.sample_words() - STATUS_WORDS - BODY_WORDS
-    }
-
-    /// Samples a batch has room for.
-    pub(super) fn slots(&self) -> u32 {
-        SLOTS
     }
 }
 

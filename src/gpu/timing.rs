@@ -13,7 +13,7 @@ impl Stepper<'_> {
     /// # Errors
     /// When the device was lost.
     pub fn time_stages(&self, steps: &[StepInfo]) -> Result<Option<[f64; 4]>, DeviceError> {
-        let gpu = self.gpu();
+        let gpu = self.device;
         let inside = wgpu::Features::TIMESTAMP_QUERY_INSIDE_PASSES;
         if !gpu.inner.features().contains(inside) {
             return Ok(None);
@@ -59,7 +59,7 @@ impl Stepper<'_> {
     /// # Errors
     /// When the device was lost.
     pub fn copy_bandwidth(&self, size: u64, repeats: u32) -> Result<f64, DeviceError> {
-        let gpu = self.gpu();
+        let gpu = self.device;
         let usage = wgpu::BufferUsages::COPY_SRC | wgpu::BufferUsages::COPY_DST;
         let [from, to] = ["from", "to"].map(|label| {
             let descriptor = wgpu::BufferDescriptor { label: Some(label), size, usage, mapped_at_creation: false };
