@@ -48,10 +48,10 @@ const COVERED: u32 = 18u;
 
 var<workgroup> sums: array<f32, 1300>; // 20 sums of 64 parts, in rows of 65
 
-/// Whether a point lies ahead of the body's widest section and within its shadow.
+/// Whether a point lies ahead of the body's widest section, or of the faces of its chisel nose, and within its shadow.
 fn ahead(arm: vec3<f32>) -> bool {
     let local = rotate_back(body.orientation, arm);
-    return axis_distance(local) < scene.body_radius && scene.body_shoulder < local.z;
+    return axis_distance(local) < scene.body_radius && scene.body_shoulder < local.z + recess(local);
 }
 
 fn arm_to(node: u32) -> vec3<f32> {

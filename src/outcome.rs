@@ -11,6 +11,7 @@
 
 use std::collections::VecDeque;
 
+use crate::kernels::projectile_shape::recess;
 use crate::kernels::rigid_body::RigidBody;
 use crate::model::{Grid, Model};
 use crate::number::Scalar;
@@ -110,14 +111,15 @@ impl Tracker {
     }
 }
 
-/// Whether an element with all its yarns lies ahead of the body's widest section and within its shadow.
+/// Whether an element with all its yarns lies ahead of the body's widest section, or of the faces of its chisel nose, and
+/// within its shadow.
 pub fn covered<S: Scalar>(model: &Model<S>, state: &State<S>, body: &RigidBody) -> bool {
     let grid = &model.grid;
     let shoulder = shoulder(body);
     let ahead = |point: nalgebra::Vector3<f64>| {
         let local = body.orientation.inverse_transform_vector(&(point - body.position));
         let across = if body.body.profile.bar { local.x.abs() } else { local.xy().norm() };
-        across < body.body.radius && local.z > shoulder
+        across < body.body.radius && local.z + recess(&body.body.profile, local.into()) > shoulder
     };
     (0..grid.element_rows()).any(|index| {
         let (ply, row) = grid.element_row(index);
@@ -131,7 +133,7 @@ pub fn covered<S: Scalar>(model: &Model<S>, state: &State<S>, body: &RigidBody) 
     })
 }
 
-/// Position along the axis of the foremost widest section, less a hundredth of the radius [m].
+/// Position along the axis of the foremost widest section, less a hundredth of the radius [m]; of a chisel the strip's.
 pub(crate) fn shoulder(body: &RigidBody) -> f64 {
     let profile = &body.body.profile;
     let corners = &profile.corner[..profile.count];

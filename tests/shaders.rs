@@ -14,7 +14,9 @@ use ripstop::gpu::shader::{self, Access, KERNELS, Kernel};
 use ripstop::gpu::stepper::Stepper;
 use ripstop::gpu::{Device, buffers};
 use ripstop::kernels::rigid_body::RigidBody;
-use ripstop::kernels::{arc_length, crossover, element_force, projectile_contact, projectile_shape, shear, yarn_law};
+use ripstop::kernels::{
+    arc_length, crossover, element_force, projectile_chisel, projectile_contact, projectile_shape, shear, yarn_law,
+};
 use ripstop::model::Model;
 use wgpu::naga;
 
@@ -47,7 +49,13 @@ fn cases() -> Vec<Case> {
         p.shape = ripstop::case::Shape::Bar { diameter: 5e-3, along: ripstop::case::Along::Warp };
         p.edge_radius = 0.0;
     }
-    vec![patch, bar, moving]
+    let nose = |shape: &str| {
+        let set = format!(
+            "/projectile={{\"shape\":\"{shape}\",\"diameter_mm\":6,\"length_mm\":12,\"mass_g\":2,\"velocity_m_s\":150}}"
+        );
+        shot(&[&set])
+    };
+    vec![patch, bar, moving, nose("ogive"), nose("fragment")]
 }
 
 #[test]
@@ -324,6 +332,8 @@ fn constants() -> Vec<(&'static str, Vec<f64>)> {
         count("MAX_ITERATIONS", crossover::MAX_ITERATIONS as usize),
         count("SET_CHANGES", projectile_contact::SET_CHANGES),
         count("FRICTION_SWEEPS", projectile_contact::FRICTION_SWEEPS),
+        count("ELLIPSE_STEPS", projectile_chisel::ELLIPSE_STEPS),
+        number("RESOLVED", projectile_shape::RESOLVED),
         number("STRETCH_FLOOR", element_force::STRETCH_FLOOR),
         number("COSINE_FLOOR", element_force::COSINE_FLOOR),
         number("SHORTEST", yarn_law::SHORTEST),

@@ -48,7 +48,15 @@ pub const ELEMENT_FORCE: Kernel = Kernel {
 /// Gather, kick and drift of the nodes.
 pub const NODE_UPDATE: Kernel = Kernel {
     name: "node_update",
-    sources: sources!("node_update", "gather", "projectile_shape", "rigid_body", "scene", "number"),
+    sources: sources!(
+        "node_update",
+        "gather",
+        "projectile_shape",
+        "projectile_chisel",
+        "rigid_body",
+        "scene",
+        "number"
+    ),
     bindings: &[
         (Name::Nodes, Write),
         (Name::Forces, Read),
@@ -62,7 +70,15 @@ pub const NODE_UPDATE: Kernel = Kernel {
 /// Contact with the projectile, and its motion.
 pub const PROJECTILE_CONTACT: Kernel = Kernel {
     name: "projectile_contact",
-    sources: sources!("projectile_contact", "gather", "projectile_shape", "rigid_body", "scene", "number"),
+    sources: sources!(
+        "projectile_contact",
+        "gather",
+        "projectile_shape",
+        "projectile_chisel",
+        "rigid_body",
+        "scene",
+        "number"
+    ),
     bindings: &[
         (Name::Nodes, Write),
         (Name::Forces, Read),
@@ -77,7 +93,7 @@ pub const PROJECTILE_CONTACT: Kernel = Kernel {
 /// Sums of energy, momentum and counts.
 pub const LEDGER: Kernel = Kernel {
     name: "ledger",
-    sources: sources!("ledger", "gather", "projectile_shape", "rigid_body", "scene", "number"),
+    sources: sources!("ledger", "gather", "projectile_shape", "projectile_chisel", "rigid_body", "scene", "number"),
     bindings: &[
         (Name::Nodes, Read),
         (Name::Forces, Read),
