@@ -195,4 +195,4 @@ impl<R: Real> Profile<R> {
 
 #[cfg(test)]
 #[path = "projectile_shape_tests.rs"]
-mod tests;
+pub(crate) mod tests;

@@ -2,8 +2,8 @@
 
 use std::f64::consts::PI;
 
-/// Intervals of Simpson's rule for the integrals over an ogive: relative errors below 1e-9.
-const INTERVALS: usize = 200;
+/// Intervals of Simpson's rule for the integrals over an ogive: relative errors below 1e-10.
+const INTERVALS: usize = 1000;
 
 /// Volume of a solid and its moments; heights are along the axis, from its tail.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -216,6 +216,9 @@ fn projectile(shape: Shape) -> Projectile {
 
 const SPHERE: Shape = Shape::Sphere { diameter: 7e-3 };
 const CYLINDER: Shape = Shape::Cylinder { diameter: 7e-3, length: 5e-3 };
+const OGIVE: Shape = Shape::Ogive { diameter: 7e-3, length: 8e-3, nose_length: 5e-3 };
+const FRAGMENT: Shape =
+    Shape::Fragment { diameter: 7e-3, length: 6e-3, nose_flat: 3.2e-3, nose_angle: 0.611, roll: 0.5 };
 const CONE: Shape = Shape::Cone { diameter: 7e-3, length: 8e-3, nose_length: 4e-3 };
 
 /// Every shape, motion and kind of contact.
@@ -255,6 +258,21 @@ pub(crate) fn contact_scenes() -> Vec<Scene> {
             case.pack.plies = 2;
         }),
         make("cone, oblique, friction", CONE, &|p, _| oblique(p)),
+        make("ogive", OGIVE, &|p, case| {
+            p.edge_radius = 0.3e-3;
+            case.pack.plies = 2;
+        }),
+        make("ogive, oblique, friction", OGIVE, &|p, _| oblique(p)),
+        make("fragment", FRAGMENT, &|_, case| case.pack.plies = 3),
+        make("fragment, oblique, rounded, friction", FRAGMENT, &|p, case| {
+            oblique(p);
+            p.edge_radius = 0.6e-3;
+            case.pack.plies = 3;
+        }),
+        make("rim of a fragment", FRAGMENT, &|p, case| {
+            p.friction = 0.1;
+            case.pack.plies = 3;
+        }),
         make("bar along warp, clamped ends", Shape::Bar { diameter: 5e-3, along: Along::Warp }, &|p, case| {
             p.rotation = Rotation::Locked;
             case.pack.edges.left = Edge::Clamped;
