@@ -63,7 +63,7 @@ fn outside_offset(radius: f32, back: f32, point: vec3<f32>, rho: f32, over_flat:
     let down = over_flat * vec2<f32>(scene.chisel_sine, scene.chisel_cosine);
     let foot = point.y - down.x;
     let on_flat = scene.chisel_half <= foot && squared(point.x) + squared(foot) <= squared(radius);
-    best = see(best, on_flat && 0.0 <= over_flat, vec3<f32>(0.0, down));
+    best = see(best, on_flat, vec3<f32>(0.0, down));
     // The edge between flat and wall.
     let rim = radius * nearest_on_ellipse(radius, point);
     let drop = (rim.y - scene.chisel_half) * scene.chisel_slope;

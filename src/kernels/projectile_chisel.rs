@@ -145,7 +145,7 @@ fn outside<R: Real>(chisel: &Chisel<R>, size: [R; 2], point: [R; 3], rho: R, ove
     // The flat.
     let down = [over_flat * chisel.sine, over_flat * chisel.cosine];
     let foot = y - down[0];
-    let on_flat = chisel.half.le(foot) & (x.squared() + foot.squared()).le(radius.squared()) & zero.le(over_flat);
+    let on_flat = chisel.half.le(foot) & (x.squared() + foot.squared()).le(radius.squared());
     best.see(on_flat, [zero, down[0], down[1]]);
     // The edge between flat and wall.
     let [c, s] = chisel.nearest_on_ellipse(radius, point);

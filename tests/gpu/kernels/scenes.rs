@@ -217,6 +217,7 @@ fn projectile(shape: Shape) -> Projectile {
 const SPHERE: Shape = Shape::Sphere { diameter: 7e-3 };
 const CYLINDER: Shape = Shape::Cylinder { diameter: 7e-3, length: 5e-3 };
 const OGIVE: Shape = Shape::Ogive { diameter: 7e-3, length: 8e-3, nose_length: 5e-3 };
+const BLUNT: Shape = Shape::Ogive { diameter: 7e-3, length: 5e-3, nose_length: 5e-3 };
 const FRAGMENT: Shape =
     Shape::Fragment { diameter: 7e-3, length: 6e-3, nose_flat: 3.2e-3, nose_angle: 0.611, roll: 0.5 };
 const CONE: Shape = Shape::Cone { diameter: 7e-3, length: 8e-3, nose_length: 4e-3 };
@@ -260,6 +261,12 @@ pub(crate) fn contact_scenes() -> Vec<Scene> {
         make("cone, oblique, friction", CONE, &|p, _| oblique(p)),
         make("ogive", OGIVE, &|p, case| {
             p.edge_radius = 0.3e-3;
+            p.offset = [0.6e-3, -0.65e-3]; // a node before its tip
+            case.pack.plies = 2;
+        }),
+        make("ogive, side first", OGIVE, &|p, _| p.yaw = 1.75),
+        make("ogive without a shank, tail first", BLUNT, &|p, case| {
+            p.yaw = 2.9;
             case.pack.plies = 2;
         }),
         make("ogive, oblique, friction", OGIVE, &|p, _| oblique(p)),
@@ -268,6 +275,16 @@ pub(crate) fn contact_scenes() -> Vec<Scene> {
             oblique(p);
             p.edge_radius = 0.6e-3;
             case.pack.plies = 3;
+        }),
+        make("fragment, side first", FRAGMENT, &|p, case| {
+            p.yaw = 1.75;
+            case.pack.plies = 2;
+        }),
+        make("fragment in front of a slit", FRAGMENT, &|p, _| {
+            if let Shape::Fragment { roll, .. } = &mut p.shape {
+                *roll = 0.0;
+            }
+            p.offset = [0.0; 2];
         }),
         make("rim of a fragment", FRAGMENT, &|p, case| {
             p.friction = 0.1;
@@ -378,6 +395,15 @@ fn struck(name: &str, case: Case) -> Scene {
     if name.contains("hole") {
         for (row, at) in (0..grid.rows).flat_map(|row| (1..=grid.columns).map(move |at| (row, at))) {
             state.elements.set(row, element::ALIVE + (row + at) % 2, at, 0.0);
+        }
+    }
+    if name.contains("slit") {
+        // What lies on the strip is torn; what lies on the flats is not.
+        for (row, at) in (0..grid.rows).flat_map(|row| (1..=grid.columns).map(move |at| (row, at))) {
+            let torn = (3..8).contains(&row);
+            for yarn in 0..2 {
+                state.elements.set(row, element::ALIVE + yarn, at, if torn { 0.0 } else { 1.0 });
+            }
         }
     }
     state.body = Some(body);
