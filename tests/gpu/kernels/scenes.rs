@@ -259,25 +259,29 @@ pub(crate) fn contact_scenes() -> Vec<Scene> {
             case.pack.plies = 2;
         }),
         make("cone, oblique, friction", CONE, &|p, _| oblique(p)),
-        make("ogive", OGIVE, &|p, case| {
-            p.edge_radius = 0.3e-3;
-            p.offset = [0.6e-3, -0.65e-3]; // a node before its tip
+        make("edges of an ogive", OGIVE, &|p, case| {
+            p.edge_radius = 0.8e-3;
             case.pack.plies = 2;
         }),
         make("ogive, side first", OGIVE, &|p, _| p.yaw = 1.75),
-        make("ogive without a shank, tail first", BLUNT, &|p, case| {
+        make("edges of an ogive, tail first", BLUNT, &|p, _| {
             p.yaw = 2.9;
-            case.pack.plies = 2;
+            p.edge_radius = 0.3e-3;
         }),
         make("ogive, oblique, friction", OGIVE, &|p, _| oblique(p)),
         make("fragment", FRAGMENT, &|_, case| case.pack.plies = 3),
-        make("fragment, oblique, rounded, friction", FRAGMENT, &|p, case| {
+        make("edges of a fragment", FRAGMENT, &|p, case| {
             oblique(p);
             p.edge_radius = 0.6e-3;
             case.pack.plies = 3;
         }),
         make("fragment, side first", FRAGMENT, &|p, case| {
             p.yaw = 1.75;
+            case.pack.plies = 2;
+        }),
+        make("edges of a fragment, tail first", FRAGMENT, &|p, case| {
+            p.yaw = 2.9;
+            p.edge_radius = 0.3e-3;
             case.pack.plies = 2;
         }),
         make("fragment in front of a slit", FRAGMENT, &|p, _| {
@@ -359,6 +363,13 @@ fn struck(name: &str, case: Case) -> Scene {
                     let (gap, normal) = body.gap(&at);
                     let goes = inside && normal.z > 0.2;
                     at.z -= if goes { gap / normal.z } else { 0.0 };
+                }
+                let near = (at - body.position).xy().norm() < 1.5 * body.body.radius;
+                if name.contains("edges") && near && random.between(0.0, 1.0) < 0.6 {
+                    // Where the surface is nearest to a far point is an edge or a corner more often than a face.
+                    at = body.position + nalgebra::Vector3::from(random.vector(4.0 * body.body.reach));
+                    let (gap, normal) = body.gap(&at);
+                    at -= normal * gap;
                 }
                 at += nalgebra::Vector3::from(random.vector(3e-6));
                 if name.contains("rim") && random.between(0.0, 1.0) < 0.3 {

@@ -42,7 +42,7 @@ pub(crate) const TOLERANCES: [Tolerance; 38] = [
     row("support", 4e-6, "of the impulse that breaks an element in a step and itself: order of summation"),
     row("contact displacement", 7e-5, "of the way of the body in a step: its gap is a small difference of positions"),
     row("contact velocity", 5e-5, "of the speed of the body"),
-    row("body velocity", 5e-5, "of what the nodes near it could change, or rounding of itself"),
+    row("body velocity", 1.8e-4, "of what the nodes near it could change, or rounding of itself"),
     row("body position", 1e-5, "of the way of the body in a step"),
     row("orientation", 2e-7, "a quaternion of length one"),
     row("angular momentum", 1.2e-5, "of that of the nodes near the body at its speed and reach, and itself"),
