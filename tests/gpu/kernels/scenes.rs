@@ -265,7 +265,7 @@ pub(crate) fn contact_scenes() -> Vec<Scene> {
         }),
         make("ogive, side first", OGIVE, &|p, _| p.yaw = 1.75),
         make("edges of an ogive, tail first", BLUNT, &|p, _| {
-            p.yaw = 2.9;
+            (p.yaw, p.velocity) = (2.9, 500.0); // gaps are measured from the nose, with the rounding of its distance
             p.edge_radius = 0.3e-3;
         }),
         make("ogive, oblique, friction", OGIVE, &|p, _| oblique(p)),
@@ -275,12 +275,17 @@ pub(crate) fn contact_scenes() -> Vec<Scene> {
             p.edge_radius = 0.6e-3;
             case.pack.plies = 3;
         }),
+        make("rounded fragment", FRAGMENT, &|p, case| {
+            oblique(p);
+            p.edge_radius = 0.6e-3;
+            case.pack.plies = 3;
+        }),
         make("fragment, side first", FRAGMENT, &|p, case| {
             p.yaw = 1.75;
             case.pack.plies = 2;
         }),
         make("edges of a fragment, tail first", FRAGMENT, &|p, case| {
-            p.yaw = 2.9;
+            (p.yaw, p.velocity) = (2.9, 500.0); // gaps are measured from the nose, with the rounding of its distance
             p.edge_radius = 0.3e-3;
             case.pack.plies = 2;
         }),
@@ -366,8 +371,12 @@ fn struck(name: &str, case: Case) -> Scene {
                 }
                 let near = (at - body.position).xy().norm() < 1.5 * body.body.radius;
                 if name.contains("edges") && near && random.between(0.0, 1.0) < 0.6 {
-                    // Where the surface is nearest to a far point is an edge or a corner more often than a face.
-                    at = body.position + nalgebra::Vector3::from(random.vector(4.0 * body.body.reach));
+                    // Where the surface is nearest to a far point is an edge or a corner more often than a face; one in
+                    // three lies about the axis, where the tip is.
+                    let across = if random.between(0.0, 1.0) < 0.33 { 0.2 } else { 1.0 };
+                    let [x, y, z] = random.vector(4.0 * body.body.reach);
+                    let far = nalgebra::Vector3::new(across * x, across * y, z);
+                    at = body.position + body.orientation.transform_vector(&far);
                     let (gap, normal) = body.gap(&at);
                     at -= normal * gap;
                 }
@@ -411,7 +420,7 @@ fn struck(name: &str, case: Case) -> Scene {
     if name.contains("slit") {
         // What lies on the strip is torn; what lies on the flats is not.
         for (row, at) in (0..grid.rows).flat_map(|row| (1..=grid.columns).map(move |at| (row, at))) {
-            let torn = (3..8).contains(&row);
+            let torn = (4..7).contains(&row);
             for yarn in 0..2 {
                 state.elements.set(row, element::ALIVE + yarn, at, if torn { 0.0 } else { 1.0 });
             }

@@ -602,12 +602,7 @@ pub(crate) const MUTANTS: [Mutant; 139] = [
         "min(point.x, scene.chisel_corner)",
         "point.x",
     ),
-    in_projectile_contact(
-        "flat left out",
-        "edges of a fragment",
-        "best = see(best, on_flat, vec3<f32>(0.0, down));",
-        "",
-    ),
+    in_projectile_contact("flat left out", "rounded fragment", "best = see(best, on_flat, vec3<f32>(0.0, down));", ""),
     in_projectile_contact(
         "flat without end",
         "edges of a fragment",
