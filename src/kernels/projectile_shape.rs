@@ -3,7 +3,7 @@
 //! Every body is a convex profile (ρ, s) around its axis, shrunk by the edge radius and grown again, so that one
 //! kernel covers cylinder, sphere, cone and ogive with rounded edges. A bar lying in the fabric's plane is the same with
 //! ρ measured across it; a chisel nose is cut from the profile of a cylinder, see
-//! [`projectile_chisel`](super::projectile_chisel). s runs along the body axis towards the nose, from the centre of mass.
+//! [`projectile_chisel`]. s runs along the body axis towards the nose, from the centre of mass.
 
 pub use super::projectile_body::{Body, EdgeRadiusTooLarge};
 use super::projectile_chisel::{self, Chisel};
