@@ -152,7 +152,7 @@ mod reading {
         close(shear.g2, 1e9, 0.0);
         close(case.fabric.thickness, 0.25e-3, 1e-15);
         assert_eq!((case.pack.columns, case.pack.rows), (16, 8));
-        close(case.pack.spacing, 0.4e-3, 1e-15);
+        close(case.pack.spacing.unwrap(), 0.4e-3, 1e-15);
         assert_eq!((case.pack.edges.left, case.pack.edges.right), (Edge::Clamped, Edge::Free));
         assert_eq!(case.pack.pretension, Some([Some(100.0), Some(200.0)]));
         assert_eq!(case.pack.initial_velocity, [1.0, 2.0, -3.0]);
@@ -236,7 +236,7 @@ mod reading {
         ];
         assert_eq!(assumed, expected);
         close(case.fabric.thickness, 0.30e-3, 1e-15);
-        close(case.pack.spacing, 0.30e-3, 1e-15);
+        assert_eq!(case.pack.spacing, None);
         assert_eq!(case.pack.edges.top, Edge::Clamped);
         let projectile = case.projectile.as_ref().unwrap();
         assert_eq!((projectile.friction, projectile.inertia), (0.2, None));

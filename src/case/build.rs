@@ -148,10 +148,6 @@ fn thickness_and_shear(scope: &Scope<'_>, record: &Record) -> Result<(f64, Optio
 
 fn pack(scope: &Scope<'_>, fabric: &Fabric, record: &Record) -> Result<Pack, CaseError> {
     let plies = scope.whole("plies")?;
-    if plies > 1 {
-        let error = CaseError::at(scope.at("plies"), "1 in this version", plies.to_string());
-        return Err(error.help("not yet: packs of several plies come with the packs release"));
-    }
     let (width, height) = (scope.number("width_mm")?, scope.number("height_mm")?);
     let edges = edges(scope)?;
     let crossovers_per_element = scope.whole("crossovers_per_element")?;
@@ -162,8 +158,11 @@ fn pack(scope: &Scope<'_>, fabric: &Fabric, record: &Record) -> Result<Pack, Cas
     scope.derive_text("columns", columns.to_string(), how);
     scope.derive_text("rows", rows.to_string(), how);
     let spacing = match scope.number_if_given("spacing_mm")? {
-        Some(given) => given,
-        None => scope.derive("spacing_mm", fabric.thickness, record.is_assumed("/fabric/thickness_mm"))?,
+        Some(given) => Some(given),
+        None => {
+            scope.derive("spacing_mm", fabric.thickness, record.is_assumed("/fabric/thickness_mm"))?;
+            None
+        }
     };
     let pretension = scope.object("pretension")?;
     let pretension = [pretension.number_if_given("warp_n_per_m")?, pretension.number_if_given("weft_n_per_m")?];
@@ -172,6 +171,8 @@ fn pack(scope: &Scope<'_>, fabric: &Fabric, record: &Record) -> Result<Pack, Cas
     Ok(Pack {
         plies,
         spacing,
+        friction: scope.number("friction")?,
+        layup: Vec::new(),
         columns,
         rows,
         element_length_x,

@@ -117,15 +117,17 @@ static SHEAR: &[Key] = &[
 ];
 
 static PACK: &[Key] = &[
-    key("plies", Kind::Whole(1, 64), "Number of plies; this version computes one.").default(1.0, "a single ply"),
+    key("plies", Kind::Whole(1, 64), "Number of plies.").default(1.0, "a single ply"),
     number("width_mm", MM, within(1e-3, 1e5), "Size along warp, rounded to whole elements."),
     number("height_mm", MM, within(1e-3, 1e5), "Size along weft, rounded to whole elements."),
     key("edges", Kind::WordOrObject(Edge::WORDS, EDGES), "How the sides are held.")
         .default_word("clamped", "a fixed frame, as in the paper"),
     key("crossovers_per_element", Kind::Whole(1, 64), "Crossovers along each side of an element.")
         .default(1.0, "the paper: one element per crossover"),
-    number("spacing_mm", MM, within(1e-3, 100.0), "Distance of neighbouring plies.")
+    number("spacing_mm", MM, within(0.0, 100.0), "Distance of neighbouring plies' mid-planes.")
         .derived("the fabric's thickness_mm"),
+    number("friction", NONE, within(0.0, 2.0), "Coulomb coefficient between plies.")
+        .default(0.2, "assumed: not published for this fabric"),
     key("pretension", Kind::Object(PRETENSION), "Initial membrane force.").optional(""),
     key("initial_velocity_m_s", Kind::Numbers(M_S, within(-5000.0, 5000.0), [3, 3]), "Velocity of every free node.")
         .default_list(&[0.0; 3], "at rest"),
