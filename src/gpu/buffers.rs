@@ -99,13 +99,14 @@ impl Sizes {
     /// Sizes for a grid.
     pub fn new(grid: &Grid) -> Self {
         let nodes = (grid.node_rows() * (grid.columns + 1)) as u64;
-        let plies = (grid.shots * grid.plies) as u64;
+        let plies = grid.plies as u64;
+        let elements = grid.element_rows() * grid.columns;
         Self {
-            elements: grid.elements() as u64,
+            elements: elements as u64,
             nodes,
             rim: plies * 2 * (grid.columns + grid.rows + 2) as u64,
             points: nodes.min(POINTS),
-            groups: grid.elements().div_ceil(LEDGER_SHARE).clamp(1, LEDGER_GROUPS) as u64,
+            groups: elements.div_ceil(LEDGER_SHARE).clamp(1, LEDGER_GROUPS) as u64,
         }
     }
 

@@ -6,9 +6,8 @@
 
 use std::ops::Range;
 
-use crate::case::Case;
 use crate::kernels::rigid_body::RigidBody;
-use crate::model::{Grid, Model};
+use crate::model::{Mesh, Model};
 
 /// Rows around the projectile that count as touched from the start.
 const MARGIN: usize = 3;
@@ -26,16 +25,14 @@ pub struct Front {
 
 impl Front {
     /// The front of a single ply at rest struck by a projectile; `None` where everything may move at once.
-    pub fn new(case: &Case, model: &Model<f32>) -> Option<Self> {
-        let (grid, pack) = (&model.grid, &case.pack);
+    pub fn new(model: &Model<f32>) -> Option<Self> {
+        let mesh = &model.sheet(0).mesh;
         let body = model.projectile.as_ref()?;
-        let at_rest =
-            pack.initial_velocity == [0.0; 3] && pack.initial_deflection.is_none() && pack.pretension.is_none();
-        let slow = FASTER * body.speed_bound() * model.dt < grid.length[1];
-        (at_rest && slow && grid.shots * grid.plies == 1).then(|| Self::around(grid, body))
+        let slow = FASTER * body.speed_bound() * model.dt < mesh.length[1];
+        (model.at_rest && slow && model.plies.len() == 1).then(|| Self::around(mesh, body))
     }
 
-    fn around(grid: &Grid, body: &RigidBody) -> Self {
+    fn around(grid: &Mesh, body: &RigidBody) -> Self {
         // Any turn of the body stays within its reach; a bar goes on across the ply.
         let reach = if body.body.profile.bar { f64::INFINITY } else { body.body.reach };
         let row = |y: f64| ((y - grid.origin[1]) / grid.length[1]).clamp(0.0, grid.rows as f64);

@@ -116,16 +116,18 @@ impl Block {
 pub fn scene(case: &Case, model: &Model<f32>, points: u32, groups: u32) -> Block {
     let mut block = Block::default();
     let grid = &model.grid;
+    let sheet = model.sheet(0);
+    let mesh = &sheet.mesh;
     block.count("columns", grid.columns);
     block.count("rows", grid.rows);
-    block.count("elements", grid.elements());
+    block.count("elements", grid.element_rows() * grid.columns);
     block.count("nodes", grid.node_rows() * (grid.columns + 1));
-    block.double("origin_x", grid.origin[0]);
-    block.double("origin_y", grid.origin[1]);
-    block.double("length_x", grid.length[0]);
-    block.double("length_y", grid.length[1]);
-    element(&mut block, &crate::with_law!(model.law, L => model.constants::<f32, L>()));
-    let present = model.present.map(usize::from);
+    block.double("origin_x", mesh.origin[0]);
+    block.double("origin_y", mesh.origin[1]);
+    block.double("length_x", mesh.length[0]);
+    block.double("length_y", mesh.length[1]);
+    element(&mut block, &crate::with_law!(sheet.law, L => sheet.constants::<f32, L>()));
+    let present = sheet.present.map(usize::from);
     block.count("present", present[0] + 2 * present[1]);
     masses(&mut block, case, model);
     block.double("dt", model.dt);
@@ -175,7 +177,7 @@ fn element(block: &mut Block, c: &ElementConstants<f32>) {
 }
 
 fn masses(block: &mut Block, case: &Case, model: &Model<f32>) {
-    let mass = case.fabric.areal_density * model.grid.length[0] * model.grid.length[1];
+    let mass = model.sheet(0).areal_density * model.sheet(0).mesh.length[0] * model.sheet(0).mesh.length[1];
     block.double("mass", mass);
     block.double("inverse_inner", 1.0 / mass);
     block.double("inverse_edge", 2.0 / mass);

@@ -15,7 +15,7 @@ use super::layout::{self, BODY_WORDS, StepInfo, Sums, status, sum};
 use super::stepper::{BATCH, BatchResult, Pending, Stepper};
 use super::{Device, DeviceError};
 use crate::case::Case;
-use crate::ledger::Ledger;
+use crate::ledger::{Ledger, PlyMoment};
 use crate::model::Model;
 use crate::profile;
 use crate::record::{Machine, Moment, Record, sample_due, time_up};
@@ -82,9 +82,9 @@ impl<'a> Simulation<'a> {
         let mut stepper = Stepper::new(device, case, &model)?;
         stepper.upload(&model, &state);
         Ok(Self {
-            front: Front::new(case, &model),
-            given: simulation::given(&model, &state, case),
-            record: Record::new(case, state.body.as_ref()),
+            front: Front::new(&model),
+            given: simulation::given(&model, &state),
+            record: Record::new(&model, state.body.as_ref()),
             model,
             state,
             stepper,
@@ -281,7 +281,7 @@ impl<'a> Simulation<'a> {
             ledger.support[a] += sums.add(sum::SUPPORT + a);
         }
         if let Some(b) = &body {
-            record.max_penetration = b.penetration;
+            record.max_penetration[0] = b.penetration;
             ledger.contact += b.energy[0];
             ledger.friction += b.energy[1];
             ledger.external += b.energy[2];
@@ -294,15 +294,16 @@ impl<'a> Simulation<'a> {
         if record.history.is_empty() {
             ledger.begin(self.given.0, self.given.1);
         }
+        let plies = [PlyMoment { deflection: sums.largest(sum::DEFLECTION), ..PlyMoment::default() }];
         let moment = Moment {
             time: info.index as f64 * self.model.dt,
             dt: self.model.dt,
             balance: ledger.balance(),
-            deflection: sums.largest(sum::DEFLECTION),
+            plies: &plies,
             impulse: Vector3::from(std::mem::take(&mut ledger.contact_impulse)),
             body: body.as_ref().map(|b| (&b.body, b.before)),
         };
-        record.sample(case, &moment, |_| sums.add(sum::COVERED) > 0.5);
+        record.sample(case, &moment, |_, _| sums.add(sum::COVERED) > 0.5);
         let kinetic = sums.add(sum::KINETIC) + simulation::flying(body.as_ref().map(|b| &b.body));
         if !(kinetic <= self.ledger.allowed() && self.ledger.work.is_finite()) {
             // The place is looked for in the state as it is now, at most two batches later.
@@ -316,7 +317,7 @@ impl<'a> Simulation<'a> {
 
     /// Where the run is.
     pub fn progress(&self, case: &Case) -> Progress {
-        self.record.progress(case, self.time_of(self.step), self.step, self.model.grid.elements())
+        self.record.progress(case, self.time_of(self.step), self.step, self.model.elements())
     }
 
     /// The result. `loop_seconds`: time spent in the loop.
@@ -328,8 +329,10 @@ impl<'a> Simulation<'a> {
             precision: "f32",
             loop_seconds,
             host_seconds: Some((loop_seconds - self.stepper.waited().as_secs_f64()).max(0.0)),
-            computed: (0..self.step).map(|s| self.active(s)[0]).map(|[first, end]| u64::from(end - first)).sum(),
         };
-        self.record.into_run(&self.model, self.step, machine)
+        let computed = (0..self.step).map(|s| self.active(s)[0]).map(|[first, end]| u64::from(end - first)).sum();
+        let mut record = self.record;
+        record.computed = computed;
+        record.into_run(&self.model, self.step, machine)
     }
 }
