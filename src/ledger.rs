@@ -172,7 +172,14 @@ impl Ledger {
 
     /// Replaces a touched node's share of kinetic energy and momentum. `pull`: what the forces at the time of the positions
     /// do to the velocity in a step [m/s].
-    pub fn correct_node(&mut self, ply: usize, mass: f64, free: &Vector3<f64>, now: &Vector3<f64>, pull: &Vector3<f64>) {
+    pub fn correct_node(
+        &mut self,
+        ply: usize,
+        mass: f64,
+        free: &Vector3<f64>,
+        now: &Vector3<f64>,
+        pull: &Vector3<f64>,
+    ) {
         let energy = |v: &Vector3<f64>| 0.5 * mass * v.dot(&(v - pull));
         let change = energy(now) - energy(free);
         self.kinetic += change;

@@ -11,6 +11,8 @@ use nalgebra::Vector3;
 
 /// Fraction of a penetration that is driven out in a step.
 pub const RECOVERY: f64 = 0.2;
+/// Depth that is let be, over the thickness: rounding of places is no penetration.
+pub const SLOP: f64 = 1e-4;
 /// Steps over neighbouring cells a node may take in one time step.
 pub const WALK: usize = 4;
 /// Beyond the edge of a cell that still counts as over it, over the cell's length [-].
@@ -94,9 +96,10 @@ pub fn closing_limit(gap: f64, dt: f64) -> f64 {
 
 /// Speed at which a node is moved out of a surface, beyond what its own velocity `along` the push does [m/s]. It moves the
 /// node but is no part of its velocity, so that driving a penetration out gives nothing back of what the impact lost.
+/// `slop`: depth that is let be [m].
 #[inline]
-pub fn recovery(gap: f64, along: f64, dt: f64) -> f64 {
-    (-RECOVERY * gap / dt - along.max(0.0)).max(0.0)
+pub fn recovery(gap: f64, slop: f64, along: f64, dt: f64) -> f64 {
+    (-RECOVERY * (gap + slop) / dt - along.max(0.0)).max(0.0)
 }
 
 /// Impulse of one contact on its node [N·s]: along the push and across it.
@@ -134,8 +137,7 @@ mod tests {
         for twist in [0.0, 0.05] {
             let corner = cell(twist);
             for at in [[0.0, 0.0], [0.3, -0.4], [-0.5, 0.5], [0.7, 0.1]] {
-                let on: Vector3<f64> =
-                    corner.iter().zip([0, 1, 2, 3]).map(|(c, i)| c * unclamped(at)[i]).sum();
+                let on: Vector3<f64> = corner.iter().zip([0, 1, 2, 3]).map(|(c, i)| c * unclamped(at)[i]).sum();
                 let flat = foot(&corner, &on, 2.0).map(|f| f.normal).unwrap_or_default();
                 let found = foot(&corner, &(on + flat * 0.1), 2.0);
                 let Some(f) = found else { unreachable!("a sound cell") };
@@ -178,7 +180,7 @@ mod tests {
         assert_eq!(impulse(&-coming, &push, 0.0, 2.0, 0.1), (0.0, Vector3::zeros()));
         assert_eq!(closing_limit(2.0, 0.5), -4.0);
         assert_eq!(closing_limit(-2.0, 0.5), 0.0);
-        assert_eq!(recovery(-2.0, -1.0, 0.5), 4.0 * RECOVERY);
-        assert_eq!((recovery(2.0, -1.0, 0.5), recovery(-2.0, 9.0, 0.5)), (0.0, 0.0));
+        assert_eq!(recovery(-2.5, 0.5, -1.0, 0.5), 4.0 * RECOVERY);
+        assert_eq!((recovery(2.0, 0.5, -1.0, 0.5), recovery(-2.0, 0.0, 9.0, 0.5)), (0.0, 0.0));
     }
 }

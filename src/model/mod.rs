@@ -134,7 +134,6 @@ impl<S: Scalar> Model<S> {
     pub fn elements(&self) -> usize {
         self.plies.iter().map(|ply| self.sheets[ply.sheet].mesh.elements()).sum()
     }
-
 }
 
 impl<S> Model<S> {
@@ -152,4 +151,3 @@ impl<S: Scalar> Model<S> {
         mesh.to_pack([x, y, self.plies[ply].z])
     }
 }
-

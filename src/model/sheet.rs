@@ -139,10 +139,8 @@ fn row_masses<S: Scalar>(mesh: &Mesh, areal_density: f64, edges: &Edges, kind: u
         _ => None,
     };
     let stride = Grid::node_stride(mesh.columns);
-    let mut out = RowMasses {
-        inverse: std::array::from_fn(|_| vec![S::splat(0.0); stride]),
-        mass: vec![S::splat(0.0); stride],
-    };
+    let mut out =
+        RowMasses { inverse: std::array::from_fn(|_| vec![S::splat(0.0); stride]), mass: vec![S::splat(0.0); stride] };
     for column in 0..=mesh.columns {
         let along = if column == 0 || column == mesh.columns { 0.5 } else { 1.0 };
         let mass = areal_density * mesh.length[0] * mesh.length[1] * along * across;

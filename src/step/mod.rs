@@ -255,8 +255,7 @@ impl<R: Real + Send + Sync> Stepper<R> {
             let (ply, row) = grid.element_row(index);
             let mesh = &model.sheet(ply).mesh;
             // The first step computes everything, so that yarn heights at rest are those the unit cell finds.
-            let [rows, columns] =
-                if all { [0..mesh.rows, 0..mesh.columns] } else { reach[ply].elements(mesh) };
+            let [rows, columns] = if all { [0..mesh.rows, 0..mesh.columns] } else { reach[ply].elements(mesh) };
             totals.clear();
             if !rows.contains(&row) {
                 return;

@@ -12,7 +12,7 @@ use rayon::prelude::*;
 use super::projectile::node_stands;
 use super::{Frame, neighbours};
 use crate::kernels::node_update::{self, field as node};
-use crate::kernels::ply_contact::{self, PASSED, WALK};
+use crate::kernels::ply_contact::{self, PASSED, SLOP, WALK};
 use crate::model::{Mesh, Model, Sheet, over::SIDES, over::neighbour};
 use crate::number::Scalar;
 use crate::reach::Reach;
@@ -167,11 +167,13 @@ impl PlyContact {
                 let Some((theirs, shares)) = &views[usize::from(p.side)] else { continue };
                 let [row, column] = [p.row as usize, p.column as usize];
                 let mut velocity = own.velocity(row, column);
-                let mut compliance = plies[ply].shares[row * across + column] * own.inverse(row, column, &p.push);
+                // A share below one would let a light touch of a corner throw it away.
+                let mut compliance =
+                    plies[ply].shares[row * across + column].max(1.0) * own.inverse(row, column, &p.push);
                 let cell = p.cell.map(|at| at as usize);
                 for ((r, c), weight) in places(cell).into_iter().zip(p.weights) {
                     velocity -= theirs.velocity(r, c) * weight;
-                    compliance += weight * shares[r * across + c] * theirs.inverse(r, c, &p.push);
+                    compliance += weight * shares[r * across + c].max(1.0) * theirs.inverse(r, c, &p.push);
                 }
                 if compliance <= 0.0 {
                     continue;
@@ -483,7 +485,7 @@ impl<'a, S: Scalar> Look<'a, S> {
         let along = velocity.dot(&push);
         let gap = end - along * dt;
         let limit = ply_contact::closing_limit(gap, dt);
-        let recovery = ply_contact::recovery(gap, along, dt);
+        let recovery = ply_contact::recovery(gap, SLOP * self.thickness, along, dt);
         let point = (along < limit || recovery > 0.0).then(|| Point {
             side: self.side as u8,
             row: row as u32,

@@ -61,7 +61,13 @@ impl ProjectileContact {
             }
             frame.state.reach[p.ply].touch(p.row, p.column);
             if frame.sample {
-                frame.ledger.correct_node(p.ply, p.mass, &p.free, &velocity, &((p.free - p.before) * (model.dt / kick)));
+                frame.ledger.correct_node(
+                    p.ply,
+                    p.mass,
+                    &p.free,
+                    &velocity,
+                    &((p.free - p.before) * (model.dt / kick)),
+                );
             }
         }
     }
@@ -151,10 +157,7 @@ pub(super) fn fabric_between<S: Scalar>(
         let [x, y] = model.sheet(front + 1).mesh.reference(place[0], place[1]);
         let [x, y, _] = mesh.to_ply(model.sheet(front + 1).mesh.to_pack([x, y, 0.0]));
         let [left, below] = mesh.reference(r, c);
-        place = [
-            r + usize::from(y - below > 0.5 * mesh.length[1]),
-            c + usize::from(x - left > 0.5 * mesh.length[0]),
-        ];
+        place = [r + usize::from(y - below > 0.5 * mesh.length[1]), c + usize::from(x - left > 0.5 * mesh.length[0])];
     }
     thickness
 }
