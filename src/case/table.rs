@@ -171,8 +171,12 @@ static LAYER: &[Key] = &[
         at any other angle it is cut along its yarns, width along warp and height along weft, then laid turned.",
     )
     .default(0.0, "warp along the pack's X axis"),
-    key("edges", Kind::WordOrObject(Edge::WORDS, EDGES), "How the sides are held, in the ply's own axes.")
-        .derived("the pack's edges"),
+    key(
+        "edges",
+        Kind::WordOrObject(Edge::WORDS, EDGES),
+        "How the sides are held, in the ply's own axes; sides left out of an object are clamped.",
+    )
+    .derived("the pack's edges"),
     key(
         "initial_velocity_m_s",
         Kind::Numbers(M_S, within(-5000.0, 5000.0), [3, 3]),
