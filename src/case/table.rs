@@ -372,6 +372,13 @@ mod tests {
             "projectile": {"shape": "bar", "diameter_mm": 5, "velocity_m_s": 9, "motion": "prescribed"}"#,
     ];
 
+    /// Every pointer, those of one group of plies too.
+    fn with_layup() -> Vec<String> {
+        let mut known = pointers();
+        collect("/pack/layup/0", LAYER, &mut known);
+        known
+    }
+
     #[test]
     fn the_reader_reads_every_key() {
         let yarn = |density: &str, count: &str| {
@@ -396,16 +403,14 @@ mod tests {
             }
         }
         let leaf = |pointer: &String| lookup(pointer).is_some_and(|key| key.keys().is_empty());
-        let mut known = pointers();
-        collect("/pack/layup/0", LAYER, &mut known);
         let unread: Vec<String> =
-            known.into_iter().filter(|pointer| leaf(pointer) && !read.contains(pointer)).collect();
+            with_layup().into_iter().filter(|pointer| leaf(pointer) && !read.contains(pointer)).collect();
         assert_eq!(unread, ["/sources"]);
     }
 
     #[test]
     fn defaults_are_values_of_their_own_key() {
-        for pointer in pointers() {
+        for pointer in with_layup() {
             let key = lookup(&pointer).unwrap();
             if let crate::case::fields::Presence::Default(literal, source) = key.presence {
                 assert!(key.accepts(&literal.value()) && !source.is_empty(), "{pointer}");
