@@ -231,6 +231,16 @@ fn element_step(element: u32) -> u32 {
     return select(0xffffffffu, bitcast<u32>(cell.residual), cell.converged || !both);
 }
 
+/// Whether an element is one of the sheet at hand and may have moved.
+fn is_due(element: u32) -> bool {
+    if (element >= scene.elements) {
+        return false;
+    }
+    let ply = element_ply(element);
+    let place = element_place(element);
+    return is_element(ply, place) && plies[ply].sheet == scene.sheet && element_in_reach(reach_of(ply), place);
+}
+
 var<workgroup> worst: atomic<u32>;
 var<workgroup> open_cells: atomic<u32>;
 
@@ -240,9 +250,9 @@ fn element_force(
     @builtin(num_workgroups) groups: vec3<u32>,
     @builtin(local_invocation_index) local: u32,
 ) {
-    let element = step.first_element + invocation(group, groups, local);
+    let element = invocation(group, groups, local);
     // Also when an earlier step went wrong nobody leaves before the barriers.
-    if (element < step.end_element && step.index <= atomicLoad(&status[BAD_STEP])) {
+    if (is_due(element) && step.index <= atomicLoad(&status[BAD_STEP])) {
         let residual = element_step(element);
         if (residual == 0xffffffffu) {
             atomicAdd(&open_cells, 1u);

@@ -18,28 +18,41 @@ fn corner_force(element: u32, there: bool, warp: f32, weft: f32, mode: f32) -> v
     return membrane + mode * element_forces(6u, element);
 }
 
-/// First element above and to the right of a node, as if the ply went on.
-fn element_above(node: u32, place: vec2<u32>) -> u32 {
-    let ply = (node / (scene.columns + 1u)) / (scene.rows + 1u);
-    return (ply * scene.rows + place.x) * scene.columns + place.y;
-}
-
-/// Which of the elements above right, above left, below left and below right of a node there are.
-fn around(place: vec2<u32>) -> vec4<bool> {
-    let above = place.x < scene.rows;
-    let below = place.x > 0u;
-    let right = place.y < scene.columns;
-    let left = place.y > 0u;
-    return vec4<bool>(above && right, above && left, below && left, below && right);
-}
-
 /// Internal force on a node [N].
 fn gather(node: u32, place: vec2<u32>) -> vec3<f32> {
-    let there = around(place);
+    let there = around(node_ply(node), place);
     let e = element_above(node, place);
     let first = corner_force(e, there.x, 1.0, 1.0, -1.0);
     let second = corner_force(e - 1u, there.y, -1.0, 1.0, 1.0);
     let third = corner_force(e - scene.columns - 1u, there.z, 1.0, 1.0, 1.0);
     let fourth = corner_force(e - scene.columns, there.w, 1.0, -1.0, 1.0);
     return (first + second) + (fourth - third);
+}
+
+/// A force on a node in two parts [N].
+struct Parts {
+    membrane: vec3<f32>,
+    mode: vec3<f32>,
+}
+
+/// Hourglass force of one element [N]; none beyond the edge.
+fn corner_mode(element: u32, there: bool) -> vec3<f32> {
+    if (!there) {
+        return vec3<f32>(0.0);
+    }
+    return element_forces(6u, element);
+}
+
+/// The internal force in two parts: of the membrane, of the hourglass stiffness.
+fn gather_parts(node: u32, place: vec2<u32>) -> Parts {
+    let whole = gather(node, place);
+    if (!HOURGLASS) {
+        return Parts(whole, vec3<f32>(0.0));
+    }
+    let there = around(node_ply(node), place);
+    let e = element_above(node, place);
+    let above = corner_mode(e - 1u, there.y) - corner_mode(e, there.x);
+    let below = corner_mode(e - scene.columns, there.w) - corner_mode(e - scene.columns - 1u, there.z);
+    let mode = above + below;
+    return Parts(whole - mode, mode);
 }

@@ -3,11 +3,12 @@
 //   in      forces    array<f32>  (9, E)   P1·Ly/2, P2·Lx/2, hourglass per corner [N]
 //   in/out  flags     array<u32>  (E)      evaluations are counted from 0 again
 //   in/out  accounts  array<f32>  (7, E)   since the last ledger: work, released by failures, hourglass released [J];
-//                                          now: stored, hourglass [J], largest tension [N], deflection [m]
+//                                          now: stored, hourglass [J], largest tension [N], deflection [m];
+//                             then (4, N)  of contact between plies, since the last ledger, see PLY_LOSS
 //   in/out  supports  array<f32>  (S, 3)   impulse of the supports, from 0 again [N·s]
 //   in/out  body      Body                 its sums begin at 0 again
 //   in      status    array<u32>           counters
-//   out     samples   array<u32>  (slots, groups·20 + 68)
+//   out     samples   array<u32>  (slots, groups·24 + 71)
 // Twin: src/ledger.rs, and `covered` of src/outcome.rs
 
 @group(1) @binding(0) var<storage, read> nodes: array<f32>;
@@ -22,10 +23,10 @@
 /// Invocations.
 const WIDTH: u32 = 64u;
 /// Numbers a workgroup adds up.
-const SUMS: u32 = 20u;
+const SUMS: u32 = 24u;
 /// Words of the body and of the counters.
 const BODY_WORDS: u32 = 60u;
-const STATUS_WORDS: u32 = 8u;
+const STATUS_WORDS: u32 = 11u;
 
 // The sums of `samples`.
 const WORK: u32 = 0u;
@@ -45,8 +46,12 @@ const MOMENTUM: u32 = 12u;
 const SUPPORT: u32 = 15u;
 /// Whole elements ahead of the projectile.
 const COVERED: u32 = 18u;
+/// Lost in contact between plies, of it to friction, and the work of moving nodes against membrane, hourglass forces.
+const PLY_LOSS: u32 = 19u;
+const PLY_RUBBED: u32 = 20u;
+const PLY_LIFTED: u32 = 21u;
 
-var<workgroup> sums: array<f32, 1300>; // 20 sums of 64 parts, in rows of 65
+var<workgroup> sums: array<f32, 1560>; // 24 sums of 64 parts, in rows of 65
 
 /// Whether a point lies ahead of the body's widest section, or of the faces of its chisel nose, and within its shadow.
 fn ahead(arm: vec3<f32>) -> bool {
@@ -57,12 +62,14 @@ fn ahead(arm: vec3<f32>) -> bool {
 fn arm_to(node: u32) -> vec3<f32> {
     let n = scene.nodes;
     let u = vec3<f32>(nodes[node], nodes[n + node], nodes[2u * n + node]);
-    return arm_of(body.nose_coarse, body.nose_fine, reference(node_place(node)), u);
+    let ply = node_ply(node);
+    let lies = to_pack(ply, reference(ply, node_place(node)));
+    return arm_of(body.nose_coarse, body.nose_fine, lies, to_pack(ply, u));
 }
 
 /// Whether an element has all its yarns, is slower than the body and lies ahead of it.
 fn covers(element: u32) -> bool {
-    if ((flags[element] & 3u) != scene.present) {
+    if ((flags[element] & 3u) != plies[element_ply(element)].present) {
         return false;
     }
     let at = corners(element);
@@ -114,10 +121,19 @@ fn finish(first: u32) {
 fn ledger(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index) local: u32) {
     let e = scene.elements;
     let n = scene.nodes;
-    let stride = scene.groups * WIDTH;
+    // Each ply has as many workgroups, so that their sums are those of a ply.
+    let share = scene.groups / scene.plies;
+    let ply = group.x / share;
+    let begin = (group.x % share) * WIDTH + local;
+    let stride = share * WIDTH;
     let first = step.slot * (scene.groups * SUMS + BODY_WORDS + STATUS_WORDS);
-    var part: array<f32, 20>;
-    for (var element = group.x * WIDTH + local; element < e; element += stride) {
+    var part: array<f32, 24>;
+    let ply_elements = scene.rows * scene.columns;
+    for (var i = begin; i < ply_elements; i += stride) {
+        let element = ply * ply_elements + i;
+        if (!is_element(ply, element_place(element))) {
+            continue;
+        }
         let word = flags[element];
         part[WORK] += accounts[element];
         accounts[element] = 0.0;
@@ -138,25 +154,44 @@ fn ledger(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_ind
             part[COVERED] += select(0.0, 1.0, covers(element));
         }
     }
-    for (var node = group.x * WIDTH + local; node < n; node += stride) {
+    let ply_nodes = (scene.rows + 1u) * (scene.columns + 1u);
+    for (var i = begin; i < ply_nodes; i += stride) {
+        let node = ply * ply_nodes + i;
         let place = node_place(node);
+        if (!is_node(ply, place)) {
+            continue;
+        }
         let v = vec3<f32>(nodes[3u * n + node], nodes[4u * n + node], nodes[5u * n + node]);
-        let mass = node_mass(place);
+        let mass = node_mass(ply, place);
         let square = dot(v, v);
         part[KINETIC] += 0.5 * mass * square;
-        part[KINETIC_NOW] += 0.5 * mass * dot(v, v - scene.dt * gather(node, place) * inverse_mass(place));
+        part[KINETIC_NOW] += 0.5 * mass * dot(v, v - scene.dt * gather(node, place) * inverse_mass(ply, place));
         part[FASTEST] = max(part[FASTEST], square);
-        part[MOMENTUM] += mass * v.x;
-        part[MOMENTUM + 1u] += mass * v.y;
-        part[MOMENTUM + 2u] += mass * v.z;
+        let momentum = mass * to_pack(ply, v);
+        part[MOMENTUM] += momentum.x;
+        part[MOMENTUM + 1u] += momentum.y;
+        part[MOMENTUM + 2u] += momentum.z;
+        if (PLIES) {
+            let at = 7u * e + node;
+            part[PLY_LOSS] += accounts[at];
+            part[PLY_RUBBED] += accounts[at + n];
+            part[PLY_LIFTED] += accounts[at + 2u * n];
+            part[PLY_LIFTED + 1u] += accounts[at + 3u * n];
+            accounts[at] = 0.0;
+            accounts[at + n] = 0.0;
+            accounts[at + 2u * n] = 0.0;
+            accounts[at + 3u * n] = 0.0;
+        }
     }
-    for (var i = group.x * WIDTH + local; i < arrayLength(&supports) / 3u; i += stride) {
-        part[SUPPORT] += supports[3u * i];
-        part[SUPPORT + 1u] += supports[3u * i + 1u];
-        part[SUPPORT + 2u] += supports[3u * i + 2u];
-        supports[3u * i] = 0.0;
-        supports[3u * i + 1u] = 0.0;
-        supports[3u * i + 2u] = 0.0;
+    let rim = 2u * (scene.columns + scene.rows + 2u);
+    for (var i = begin; i < rim; i += stride) {
+        let at = 3u * (ply * rim + i);
+        part[SUPPORT] += supports[at];
+        part[SUPPORT + 1u] += supports[at + 1u];
+        part[SUPPORT + 2u] += supports[at + 2u];
+        supports[at] = 0.0;
+        supports[at + 1u] = 0.0;
+        supports[at + 2u] = 0.0;
     }
     for (var i = 0u; i < SUMS; i++) {
         sums[i * 65u + local] = part[i];

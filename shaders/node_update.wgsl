@@ -14,25 +14,16 @@
 @group(1) @binding(4) var<storage, read> body: Body;
 @group(1) @binding(5) var<storage, read_write> candidates: array<atomic<u32>>;
 
-/// Number of a node of a ply's rim.
-fn rim_index(node: u32, place: vec2<u32>) -> u32 {
-    let across = scene.columns + 1u;
-    let along = scene.rows + 1u;
-    let first = (node / across) / along * 2u * (across + along);
-    if (place.x == 0u) {
-        return first + place.y;
-    }
-    if (place.x == scene.rows) {
-        return first + across + place.y;
-    }
-    return first + 2u * across + select(along, 0u, place.y == 0u) + place.x;
-}
-
-/// Marks a node that may touch the body within the step: no further from the box around it than both can go.
-fn mark(node: u32, reference: vec3<f32>, displacement: vec3<f32>, speed: f32) {
+/// Marks a node that may touch the body within the step: no further from the box around it than both can go, seen from
+/// where it is to where it would be without the fabric in front of it. Vectors are in the axes of the pack.
+fn mark(node: u32, reference: vec3<f32>, displacement: vec3<f32>, speed: f32, depth: f32) {
     let room = 1.01 * scene.dt * (speed + 1.1 * body.velocity.w) + 1e-6 * scene.body_reach;
     let local = rotate_back(body.orientation, arm_of(body.nose_coarse, body.nose_fine, reference, displacement));
-    let gap = max(axis_distance(local) - scene.body_radius, max(local.z, scene.body_back - local.z));
+    let moved = rotate_back(body.orientation, vec3<f32>(0.0, 0.0, -depth));
+    let pressed = local + moved;
+    let across = min(axis_distance(local), axis_distance(pressed)) - 0.5 * sqrt(dot(moved.xy, moved.xy));
+    let along = max(min(local.z, pressed.z), scene.body_back - max(local.z, pressed.z));
+    let gap = max(across - scene.body_radius, along);
     if (gap > room) {
         return;
     }
@@ -48,14 +39,26 @@ fn node_update(
     @builtin(num_workgroups) groups: vec3<u32>,
     @builtin(local_invocation_index) local: u32,
 ) {
-    let node = step.first_node + invocation(group, groups, local);
-    if (node >= step.end_node || step.index > atomicLoad(&status[BAD_STEP])) {
+    let node = invocation(group, groups, local);
+    if (node >= scene.nodes || step.index > atomicLoad(&status[BAD_STEP])) {
         return;
     }
     let n = scene.nodes;
+    let ply = node_ply(node);
     let place = node_place(node);
+    if (!is_node(ply, place)) {
+        return;
+    }
+    let lies = reference(ply, place);
+    let in_pack = to_pack(ply, lies);
+    if (!in_reach(reach_of(ply), place)) {
+        if (PROJECTILE) {
+            mark(node, in_pack, vec3<f32>(0.0), 0.0, plies[ply].depth);
+        }
+        return;
+    }
     let force = gather(node, place);
-    let inverse = inverse_mass(place);
+    let inverse = inverse_mass(ply, place);
     let u = vec3<f32>(nodes[node], nodes[n + node], nodes[2u * n + node]);
     let v = vec3<f32>(nodes[3u * n + node], nodes[4u * n + node], nodes[5u * n + node]) + step.kick * force * inverse;
     let moved = u + scene.dt * v;
@@ -69,14 +72,10 @@ fn node_update(
     if (!finite(square)) {
         atomicMin(&status[BAD_STEP], step.index);
     }
-    if (held(place) != 0u) {
-        let impulse = select(vec3<f32>(0.0), -step.kick * force, inverse <= vec3<f32>(0.0));
-        let at = 3u * rim_index(node, place);
-        supports[at] += impulse.x;
-        supports[at + 1u] += impulse.y;
-        supports[at + 2u] += impulse.z;
+    if (held(ply, place) != 0u) {
+        add_support(ply, place, select(vec3<f32>(0.0), -step.kick * force, inverse <= vec3<f32>(0.0)));
     }
     if (PROJECTILE) {
-        mark(node, reference(place), u, sqrt(square));
+        mark(node, in_pack, to_pack(ply, u), sqrt(square), plies[ply].depth);
     }
 }

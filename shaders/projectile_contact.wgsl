@@ -7,6 +7,7 @@
 //   in/out  body        Body                   the projectile
 //   in/out  candidates  array<u32>             a bit per node, then a bit per word of these; cleared
 //   scratch points      array<Point>
+//   in      over        array<u32>    (2, N)   element in front of, behind a node
 // Twin: src/kernels/projectile_contact.rs
 
 @group(1) @binding(0) var<storage, read_write> nodes: array<f32>;
@@ -16,6 +17,7 @@
 @group(1) @binding(4) var<storage, read_write> body: Body;
 @group(1) @binding(5) var<storage, read_write> candidates: array<atomic<u32>>;
 @group(1) @binding(6) var<storage, read_write> points: array<Point>;
+@group(1) @binding(7) var<storage, read> over: array<u32>;
 
 /// A node near the body during one step.
 struct Point {
@@ -29,8 +31,9 @@ struct Point {
     relative: vec4<f32>,
     node: u32,
     state: u32,
+    /// Coulomb coefficient.
+    friction: f32,
     pad0: u32,
-    pad1: u32,
 }
 
 // States of a point.
@@ -134,16 +137,27 @@ fn collect(local: u32) -> u32 {
     return min(total, scene.points);
 }
 
-/// Whether any element around a node still carries load.
-fn stands(node: u32, place: vec2<u32>) -> bool {
-    let there = around(place);
-    let e = element_above(node, place);
-    var bits = 0u;
-    if (there.x) { bits |= flags[e]; }
-    if (there.y) { bits |= flags[e - 1u]; }
-    if (there.z) { bits |= flags[e - scene.columns - 1u]; }
-    if (there.w) { bits |= flags[e - scene.columns]; }
-    return (bits & 3u) != 0u;
+/// Thickness of the fabric between a node and the struck side [m]: of each ply in front whose element there stands.
+fn fabric_between(node: u32) -> f32 {
+    if (!PLIES) {
+        return 0.0;
+    }
+    var at = node;
+    var thickness = 0.0;
+    for (var front = node_ply(node); front > 0u; front--) {
+        let ply = front - 1u;
+        let cell = over[at];
+        let element = element_at(ply, vec2<u32>(cell / plies[ply].columns, cell % plies[ply].columns));
+        let place = element_place(element);
+        thickness += select(0.0, plies[ply].touching, (flags[element] & 3u) != 0u);
+        // On through the corner nearest to the node by its place in the ply behind.
+        let lies = to_ply(ply, to_pack(front, reference(front, node_place(at))));
+        let corner = reference(ply, place);
+        let further = vec2<u32>(
+            u32(lies.y - corner.y > 0.5 * plies[ply].length_y), u32(lies.x - corner.x > 0.5 * plies[ply].length_x));
+        at = node_at(ply, place + further);
+    }
+    return thickness;
 }
 
 fn velocity_of(node: u32) -> vec3<f32> {
@@ -161,14 +175,17 @@ fn look(p: u32) -> f32 {
     let node = points[p].node;
     points[p].state = AWAY;
     points[p].drag = vec4<f32>(0.0);
+    let ply = node_ply(node);
     let place = node_place(node);
     if (!stands(node, place)) {
         return 0.0;
     }
-    let free = velocity_of(node);
-    let before = displacement_of(node) - scene.dt * free;
-    let from_nose = arm_of(body.nose_coarse, body.nose_fine, reference(place), before);
-    let g = holding_gap(rotate_back(body.orientation, from_nose));
+    let own = velocity_of(node);
+    let free = to_pack(ply, own);
+    let before = to_pack(ply, displacement_of(node) - scene.dt * own);
+    let from_nose = arm_of(body.nose_coarse, body.nose_fine, to_pack(ply, reference(ply, place)), before);
+    let between = fabric_between(node);
+    let g = holding_gap(rotate_back(body.orientation, from_nose - vec3<f32>(0.0, 0.0, between)));
     let arm = from_nose + nose_of(body.orientation);
     let normal = rotate(body.orientation, g.normal);
     let relative = free - body.velocity.xyz - cross(body.turning.xyz, arm);
@@ -178,15 +195,17 @@ fn look(p: u32) -> f32 {
     if (g.distance + scene.dt * (approach - 0.1 * body.velocity.w) > 0.0) {
         return depth;
     }
-    let along = dot(normal, inverse_mass(place) * normal);
+    let along = dot(normal, inverse_in_pack(ply, place) * normal);
     if (scene.body_prescribed != 0u && along <= 0.0) {
         return depth; // both are held: neither can give way
     }
-    let mass = node_mass(place);
+    let mass = node_mass(ply, place);
     points[p].normal = vec4<f32>(normal, g.distance);
     // A held node weighs as much as a thousand bodies: more would drown the body's momentum in the rounding of its speed.
     points[p].arm = vec4<f32>(arm, 1.0 / max(along, 1e-3 / max(scene.body_mass, mass)));
     points[p].relative = vec4<f32>(relative, mass);
+    // What the projectile rubs against is the fabric it touches; further plies rub against each other.
+    points[p].friction = select(scene.friction, min(scene.friction, scene.ply_friction), between > 0.0);
     points[p].state = select(NEAR, PUSHING, approach < closing_limit(g.distance));
     return depth;
 }
@@ -200,9 +219,15 @@ fn impulse_of(p: u32) -> vec3<f32> {
     return points[p].normal.xyz * points[p].drag.w + points[p].drag.xyz;
 }
 
+/// Inverse masses of a point by direction [1/kg].
+fn inverse_of(p: u32) -> vec3<f32> {
+    let node = points[p].node;
+    return inverse_in_pack(node_ply(node), node_place(node));
+}
+
 /// Velocity of a node relative to the body's material with the impulses and the motion found so far [m/s].
 fn slip_of(p: u32) -> vec3<f32> {
-    let inverse = inverse_mass(node_place(points[p].node));
+    let inverse = inverse_of(p);
     let linear = vec3<f32>(motion[0], motion[1], motion[2]);
     let angular = vec3<f32>(motion[3], motion[4], motion[5]);
     return (points[p].relative.xyz + inverse * impulse_of(p)) - linear - cross(angular, points[p].arm.xyz);
@@ -210,7 +235,7 @@ fn slip_of(p: u32) -> vec3<f32> {
 
 /// Normal speed relative to the body before contact, with friction [m/s].
 fn normal_speed(p: u32) -> f32 {
-    let inverse = inverse_mass(node_place(points[p].node));
+    let inverse = inverse_of(p);
     return dot(points[p].relative.xyz + inverse * points[p].drag.xyz, points[p].normal.xyz);
 }
 
@@ -387,7 +412,7 @@ fn update_friction(count: u32, local: u32) -> bool {
         let slip = slip_of(p);
         let slide = slip - normal * dot(slip, normal);
         let wanted = points[p].drag.xyz - slide * points[p].relative.w;
-        let limit = scene.friction * push;
+        let limit = points[p].friction * push;
         let size = sqrt(dot(wanted, wanted));
         let drag = select(wanted, wanted * (limit / max(size, 1e-30)), size > limit);
         let moved = drag - points[p].drag.xyz;
@@ -406,11 +431,11 @@ fn account(count: u32, local: u32) {
             continue;
         }
         let node = points[p].node;
-        let place = node_place(node);
-        let inverse = inverse_mass(place);
+        let ply = node_ply(node);
+        let inverse = inverse_of(p);
         let impulse = impulse_of(p);
         let turn = cross(points[p].arm.xyz, impulse);
-        let before = points[p].relative.xyz - inverse * gather(node, place) * step.kick;
+        let before = points[p].relative.xyz - inverse * to_pack(ply, gather(node, node_place(node))) * step.kick;
         let mean = 0.5 * (before + slip_of(p));
         let prescribed = scene.body_prescribed != 0u;
         let fixed = inverse <= vec3<f32>(0.0);
@@ -444,7 +469,9 @@ fn correct_nodes(count: u32, local: u32) {
             continue;
         }
         let node = points[p].node;
-        let change = inverse_mass(node_place(node)) * impulse_of(p);
+        let ply = node_ply(node);
+        let change = to_ply(ply, inverse_of(p) * impulse_of(p));
+        touch(ply, node_place(node));
         let u = displacement_of(node) + scene.dt * change;
         let v = velocity_of(node) + change;
         nodes[node] = u.x;
@@ -456,12 +483,45 @@ fn correct_nodes(count: u32, local: u32) {
     }
 }
 
+/// Takes note of the elements computed in this step, and lets what may have moved grow by a ring of nodes.
+fn spread(local: u32) {
+    if (local == 0u) {
+        for (var ply = 0u; ply < scene.plies; ply++) {
+            let p = plies[ply];
+            let reach = reach_of(ply);
+            let all = step.index == 0u;
+            let none = reach.x >= reach.y;
+            // A ring more on each side, cut at the edges of the ply.
+            let rows = min(reach.y, p.rows) - (max(reach.x, 1u) - 1u);
+            let columns = min(reach.w, p.columns) - (max(reach.z, 1u) - 1u);
+            let count = select(select(rows * columns, 0u, none), p.rows * p.columns, all);
+            let before = atomicAdd(&status[VISITED], count);
+            if (before + count < before) {
+                atomicAdd(&status[VISITED + 1u], 1u);
+            }
+        }
+    }
+    workgroupBarrier();
+    storageBarrier();
+    let reach = reach_of(min(local, scene.plies - 1u));
+    if (local < scene.plies && reach.x < reach.y) {
+        let at = REACH + 4u * local;
+        atomicStore(&status[at], max(reach.x, 1u) - 1u);
+        atomicStore(&status[at + 1u], min(reach.y + 1u, plies[local].rows + 1u));
+        atomicStore(&status[at + 2u], max(reach.z, 1u) - 1u);
+        atomicStore(&status[at + 3u], min(reach.w + 1u, plies[local].columns + 1u));
+    }
+    workgroupBarrier();
+    storageBarrier();
+}
+
 @compute @workgroup_size(64)
 fn projectile_contact(@builtin(local_invocation_index) local: u32) {
     let sound = step.index <= atomicLoad(&status[BAD_STEP]);
     if (!vote(sound, local)) {
         return;
     }
+    spread(local);
     let found = collect(local);
     if (local == 0u) {
         verdict = found;

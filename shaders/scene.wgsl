@@ -21,20 +21,27 @@ override FRICTION: bool = true;
 override ROTATION: bool = true;
 /// Whether the step fills in the energies of the state.
 override LEDGER: bool = true;
+/// Whether there are plies that may touch each other.
+override PLIES: bool = true;
+/// Whether they rub.
+override PLY_FRICTION: bool = true;
 
 /// Invocations per workgroup of the kernels over elements and nodes.
 const GROUP: u32 = 64u;
 
+/// Constants of a run and of one of its sheets, that is of alike plies.
 struct Scene {
-    // Mesh.
+    // Storage: every ply has room for so many elements along weft and warp.
     columns: u32,
     rows: u32,
     elements: u32,
     nodes: u32,
-    origin_x: f32,
-    origin_y: f32,
-    length_x: f32,
-    length_y: f32,
+    plies: u32,
+    /// Which sheet the constants below are of.
+    sheet: u32,
+    ply_friction: f32,
+    /// An impulse between plies is counted in these [N·s].
+    impulse_unit: f32,
     // Unit cell; forces [N], lengths [m].
     warp_stiffness: f32,
     warp_half_span: f32,
@@ -67,17 +74,6 @@ struct Scene {
     hourglass: f32,
     cells: f32,
     area: f32,
-    /// Yarns that are there: 1 warp, 2 weft.
-    present: u32,
-    // Nodes: mass [kg] of an inner one, 1/mass of an inner, edge and corner node, held directions (1 x, 2 y, 4 z).
-    mass: f32,
-    inverse_inner: f32,
-    inverse_edge: f32,
-    inverse_corner: f32,
-    held_left: u32,
-    held_right: u32,
-    held_bottom: u32,
-    held_top: u32,
     dt: f32,
     // Projectile.
     body_mass: f32,
@@ -131,14 +127,10 @@ struct Step {
     kick: f32,
     /// Time since the last forces [s]: 0 at the start.
     span: f32,
-    /// What may have moved; the rest is at rest and left alone.
-    first_element: u32,
-    end_element: u32,
-    first_node: u32,
-    end_node: u32,
+    /// How far any node may have gone since the start [m].
+    travel: f32,
     pad0: u32,
     pad1: u32,
-    pad2: u32,
 }
 
 // Words of `status`.
@@ -152,62 +144,18 @@ const UNCONVERGED: u32 = 5u;
 const RESIDUAL: u32 = 6u;
 /// Set when more nodes meet the projectile than there is room for.
 const CROWDED: u32 = 7u;
+/// Elements computed so far, low and high word.
+const VISITED: u32 = 8u;
+/// Bits of the largest depth of a node in a neighbouring ply [m].
+const PLY_DEPTH: u32 = 10u;
+/// Nodes that may have moved: first and one past the last row, then column, of each ply.
+const REACH: u32 = 11u;
 
 @group(0) @binding(0) var<uniform> scene: Scene;
 @group(0) @binding(1) var<uniform> step: Step;
+@group(0) @binding(2) var<uniform> plies: array<Ply, 64>;
 
 /// Number of an invocation in a dispatch that may spread over two dimensions.
 fn invocation(group: vec3<u32>, groups: vec3<u32>, local: u32) -> u32 {
     return (group.y * groups.x + group.x) * GROUP + local;
-}
-
-/// Row within its ply and column of a node.
-fn node_place(node: u32) -> vec2<u32> {
-    let across = scene.columns + 1u;
-    return vec2<u32>((node / across) % (scene.rows + 1u), node % across);
-}
-
-/// Corners of an element, counter-clockwise.
-fn corners(element: u32) -> vec4<u32> {
-    let row = element / scene.columns;
-    let column = element % scene.columns;
-    let across = scene.columns + 1u;
-    let first = (row + row / scene.rows) * across + column;
-    return vec4<u32>(first, first + 1u, first + 1u + across, first + across);
-}
-
-/// Directions in which a node is held.
-fn held(place: vec2<u32>) -> u32 {
-    var bits = 0u;
-    bits |= select(0u, scene.held_bottom, place.x == 0u);
-    bits |= select(0u, scene.held_top, place.x == scene.rows);
-    bits |= select(0u, scene.held_left, place.y == 0u);
-    bits |= select(0u, scene.held_right, place.y == scene.columns);
-    return bits;
-}
-
-/// Edges a node lies on: 0, 1 or 2.
-fn edges(place: vec2<u32>) -> u32 {
-    let row = place.x == 0u || place.x == scene.rows;
-    let column = place.y == 0u || place.y == scene.columns;
-    return u32(row) + u32(column);
-}
-
-fn node_mass(place: vec2<u32>) -> f32 {
-    return scene.mass * select(select(1.0, 0.5, edges(place) == 1u), 0.25, edges(place) == 2u);
-}
-
-/// 1/mass by direction [1/kg], 0 where held.
-fn inverse_mass(place: vec2<u32>) -> vec3<f32> {
-    let count = edges(place);
-    let inverse = select(select(scene.inverse_inner, scene.inverse_edge, count == 1u), scene.inverse_corner, count == 2u);
-    let bits = held(place);
-    return select(vec3<f32>(inverse), vec3<f32>(0.0), (vec3<u32>(bits) & vec3<u32>(1u, 2u, 4u)) != vec3<u32>(0u));
-}
-
-/// Reference position of a node [m].
-fn reference(place: vec2<u32>) -> vec3<f32> {
-    let x = scene.origin_x + scene.length_x * f32(place.y);
-    let y = scene.origin_y + scene.length_y * f32(place.x);
-    return vec3<f32>(x, y, 0.0);
 }

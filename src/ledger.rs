@@ -9,8 +9,9 @@ use nalgebra::Vector3;
 
 use crate::kernels::element_force::ElementTotals;
 use crate::kernels::node_update::NodeTotals;
-use crate::kernels::projectile_contact::{ContactPoint, ContactTotals};
+use crate::kernels::projectile_contact::ContactTotals;
 use crate::kernels::rigid_body::RigidBody;
+use crate::model::Grid;
 
 /// Running sums and the last sample.
 #[derive(Clone, Debug, Default)]
@@ -36,7 +37,19 @@ pub struct Ledger {
     max_tension: f64,
     projectile: f64,
     momentum: [f64; 3],
+    plies: Vec<PlyMoment>,
     initial: Option<Initial>,
+}
+
+/// What one ply holds at one time.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct PlyMoment {
+    /// Kinetic energy [J].
+    pub kinetic: f64,
+    /// Elastic energy by its state function [J].
+    pub stored: f64,
+    /// Largest |z displacement| of standing fabric [m].
+    pub deflection: f64,
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -106,10 +119,27 @@ impl Ledger {
         }
     }
 
-    /// Takes the element sums of a sampling step.
-    pub fn sample_elements(&mut self, rows: &[ElementTotals]) {
+    /// Takes the element sums of a sampling step, row by row.
+    pub fn sample_elements(&mut self, rows: &[ElementTotals], grid: &Grid) {
         let tension = rows.iter().map(|r| r.max_tension).fold(0.0, f64::max);
         self.elements_are(rows.iter().map(|r| r.stored).sum(), rows.iter().map(|r| r.hourglass).sum(), tension);
+        let plies = rows.chunks(grid.rows).map(|rows| PlyMoment {
+            stored: rows.iter().map(|r| r.stored).sum(),
+            deflection: rows.iter().map(|r| r.max_deflection).fold(0.0, f64::max),
+            kinetic: 0.0,
+        });
+        self.plies_are(plies);
+    }
+
+    /// What each ply holds now.
+    pub(crate) fn plies_are(&mut self, plies: impl Iterator<Item = PlyMoment>) {
+        self.plies.clear();
+        self.plies.extend(plies);
+    }
+
+    /// What each ply held at the last sample.
+    pub fn plies(&self) -> &[PlyMoment] {
+        &self.plies
     }
 
     /// Sums over the elements now: stored and hourglass energy [J], largest tension [N].
@@ -125,20 +155,39 @@ impl Ledger {
         self.momentum = momentum;
     }
 
-    /// Takes the node sums of a sampling step.
-    pub fn sample_nodes(&mut self, rows: &[NodeTotals]) {
-        let momentum = [0, 1, 2].map(|a| rows.iter().map(|r| r.momentum[a]).sum());
+    /// Takes the node sums of a sampling step, row by row. `to_pack`: a vector of a row in the axes of the pack.
+    pub fn sample_nodes(&mut self, rows: &[NodeTotals], grid: &Grid, to_pack: impl Fn(usize, [f64; 3]) -> [f64; 3]) {
+        let mut momentum = [0.0; 3];
+        for (index, row) in rows.iter().enumerate() {
+            let part = to_pack(index, row.momentum);
+            for a in 0..3 {
+                momentum[a] += part[a];
+            }
+        }
         self.nodes_are(rows.iter().map(|r| r.kinetic_now).sum(), momentum);
+        for (ply, rows) in self.plies.iter_mut().zip(rows.chunks(grid.rows + 1)) {
+            ply.kinetic = rows.iter().map(|r| r.kinetic_now).sum();
+        }
     }
 
-    /// Replaces a touched node's share of kinetic energy and momentum. `ratio`: drift over kick of the step.
-    pub fn correct_node(&mut self, p: &ContactPoint, ratio: f64) {
-        let pull = (p.free - p.before) * ratio;
-        let energy = |v: &Vector3<f64>| 0.5 * p.mass * v.dot(&(v - pull));
-        let velocity = p.velocity();
-        self.kinetic += energy(&velocity) - energy(&p.free);
+    /// Replaces a touched node's share of kinetic energy and momentum. `pull`: what the forces at the time of the positions
+    /// do to the velocity in a step [m/s].
+    pub fn correct_node(
+        &mut self,
+        ply: usize,
+        mass: f64,
+        free: &Vector3<f64>,
+        now: &Vector3<f64>,
+        pull: &Vector3<f64>,
+    ) {
+        let energy = |v: &Vector3<f64>| 0.5 * mass * v.dot(&(v - pull));
+        let change = energy(now) - energy(free);
+        self.kinetic += change;
+        if let Some(ply) = self.plies.get_mut(ply) {
+            ply.kinetic += change;
+        }
         for a in 0..3 {
-            self.momentum[a] += p.mass * (velocity[a] - p.free[a]);
+            self.momentum[a] += mass * (now[a] - free[a]);
         }
     }
 

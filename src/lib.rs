@@ -58,6 +58,7 @@ pub mod number;
 pub mod outcome;
 pub mod output;
 pub mod profile;
+pub mod reach;
 mod record;
 pub mod simulation;
 pub mod state;

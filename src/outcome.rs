@@ -11,9 +11,11 @@
 
 use std::collections::VecDeque;
 
+use nalgebra::Vector3;
+
 use crate::kernels::projectile_shape::recess;
 use crate::kernels::rigid_body::RigidBody;
-use crate::model::{Grid, Model};
+use crate::model::Model;
 use crate::number::Scalar;
 use crate::state::State;
 use crate::step::node_position;
@@ -111,24 +113,23 @@ impl Tracker {
     }
 }
 
-/// Whether an element with all its yarns lies ahead of the body's widest section, or of the faces of its chisel nose, and
-/// within its shadow.
-pub fn covered<S: Scalar>(model: &Model<S>, state: &State<S>, body: &RigidBody) -> bool {
-    let grid = &model.grid;
+/// Whether an element of a ply with all its yarns lies ahead of the body's widest section, or of the faces of its chisel
+/// nose, and within its shadow.
+pub fn covered<S: Scalar>(model: &Model<S>, state: &State<S>, body: &RigidBody, ply: usize) -> bool {
     let shoulder = shoulder(body);
-    let ahead = |point: nalgebra::Vector3<f64>| {
+    let ahead = |point: Vector3<f64>| {
         let local = body.orientation.inverse_transform_vector(&(point - body.position));
         let across = if body.body.profile.bar { local.x.abs() } else { local.xy().norm() };
         across < body.body.radius && local.z + recess(&body.body.profile, local.into()) > shoulder
     };
-    (0..grid.element_rows()).any(|index| {
-        let (ply, row) = grid.element_row(index);
-        let below = ply * (grid.rows + 1) + row;
-        (0..grid.columns).any(|column| {
-            let whole = (0..2).all(|yarn| !model.present[yarn] || state.alive(index, column, yarn));
+    let sheet = model.sheet(ply);
+    let (nodes, elements) = (model.grid.first_node_row(ply), model.grid.first_element_row(ply));
+    (0..sheet.mesh.rows).any(|row| {
+        (0..sheet.mesh.columns).any(|column| {
+            let whole = (0..2).all(|yarn| !sheet.present[yarn] || state.alive(elements + row, column, yarn));
             whole
-                && forward_speed(state, below, column) < body.velocity.z
-                && patch(grid, state, below, column).into_iter().any(ahead)
+                && forward_speed(state, nodes + row, column) < body.velocity.z
+                && patch(model, state, ply, row, column).into_iter().any(ahead)
         })
     })
 }
@@ -149,8 +150,8 @@ fn forward_speed<S: Scalar>(state: &State<S>, row: usize, column: usize) -> f64 
 }
 
 /// Corners and centre of an element [m].
-fn patch<S: Scalar>(grid: &Grid, state: &State<S>, row: usize, column: usize) -> [nalgebra::Vector3<f64>; 5] {
+fn patch<S: Scalar>(model: &Model<S>, state: &State<S>, ply: usize, row: usize, column: usize) -> [Vector3<f64>; 5] {
     let [a, b, c, d] = [(row, column), (row, column + 1), (row + 1, column + 1), (row + 1, column)]
-        .map(|(r, c)| node_position(grid, state, r, c));
+        .map(|(r, c)| node_position(model, state, ply, r, c));
     [a, b, c, d, (a + b + c + d) * 0.25]
 }

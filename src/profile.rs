@@ -33,20 +33,20 @@ pub struct Profile {
 
 /// Takes the profile of the first ply along the line of nodes nearest to the point of impact.
 pub fn take<S: Scalar>(model: &Model<S>, state: &State<S>, case: &Case, time: f64) -> Profile {
-    let grid = &model.grid;
+    let mesh = &model.sheet(0).mesh;
     let impact = case.projectile.as_ref().map_or([0.0; 2], |p| p.offset);
     let along = case.output.profile_along;
     let (axis, across) = if along == Along::Warp { (0, 1) } else { (1, 0) };
-    let counts = [grid.columns, grid.rows];
-    let line = ((impact[across] - grid.origin[across]) / grid.length[across]).round();
+    let counts = [mesh.columns, mesh.rows];
+    let line = ((impact[across] - mesh.origin[across]) / mesh.length[across]).round();
     let line = (line.max(0.0) as usize).min(counts[across]);
     let place = |n: usize| if along == Along::Warp { (line, n) } else { (n, line) };
     let mut points = Vec::with_capacity(counts[axis] + 1);
     for n in 0..=counts[axis] {
         let (row, column) = place(n);
-        let here = node_position(grid, state, row, column);
+        let here = node_position(model, state, 0, row, column);
         let mut point = ProfilePoint {
-            reference: grid.reference(row, column)[axis] - impact[axis],
+            reference: mesh.reference(row, column)[axis] - impact[axis],
             position: here[axis] - impact[axis],
             deflection: here.z,
             strain: 0.0,
@@ -54,13 +54,13 @@ pub fn take<S: Scalar>(model: &Model<S>, state: &State<S>, case: &Case, time: f6
         };
         if n < counts[axis] {
             let (row, column) = place(n + 1);
-            let next = node_position(grid, state, row, column);
-            point.strain = (next - here).norm() / grid.length[axis] - 1.0;
+            let next = node_position(model, state, 0, row, column);
+            point.strain = (next - here).norm() / mesh.length[axis] - 1.0;
             let (row, column) = place(n);
-            let (row, column) = (row.min(grid.rows - 1), column.min(grid.columns - 1));
+            let (row, column) = (row.min(mesh.rows - 1), column.min(mesh.columns - 1));
             let field = if along == Along::Warp { element::WARP_FORCE } else { element::WEFT_FORCE };
             let square: f64 = (0..3).map(|a| state.elements.get(row, field + a, column + 1).to_f64().powi(2)).sum();
-            point.force = square.sqrt() / (0.5 * grid.length[across]);
+            point.force = square.sqrt() / (0.5 * mesh.length[across]);
         }
         points.push(point);
     }

@@ -4,12 +4,12 @@ use nalgebra::Vector3;
 
 use crate::case::{Case, RunUntil};
 use crate::kernels::rigid_body::RigidBody;
-use crate::ledger::Balance;
+use crate::ledger::{Balance, PlyMoment};
 use crate::model::Model;
 use crate::number::Scalar;
 use crate::outcome::{Outcome, Tracker};
 use crate::profile::Profile;
-use crate::simulation::{NewtonStatistics, Progress, Run, Sample};
+use crate::simulation::{NewtonStatistics, PlySample, Progress, Run, Sample};
 use crate::step::{FailureEvent, StepTotals, Trouble};
 
 /// What computed a run.
@@ -26,8 +26,6 @@ pub(crate) struct Machine {
     pub(crate) loop_seconds: f64,
     /// Part of it in which the host did not wait for a device [s].
     pub(crate) host_seconds: Option<f64>,
-    /// Elements times steps computed.
-    pub(crate) computed: u64,
 }
 
 /// Everything the history takes note of at one time of positions.
@@ -37,8 +35,8 @@ pub(crate) struct Moment<'a> {
     /// Time step [s].
     pub(crate) dt: f64,
     pub(crate) balance: Balance,
-    /// Largest |z displacement| of standing fabric [m].
-    pub(crate) deflection: f64,
+    /// What each ply holds.
+    pub(crate) plies: &'a [PlyMoment],
     /// On the fabric since the last moment [N·s].
     pub(crate) impulse: Vector3<f64>,
     /// The projectile after the step, and what it was before.
@@ -59,10 +57,14 @@ pub(crate) struct Record {
     pub(crate) unconverged: u64,
     /// [N]
     pub(crate) max_residual: f64,
-    pub(crate) failed: [u64; 2],
+    /// By ply.
+    failed: Vec<[u64; 2]>,
     pub(crate) eroded: u64,
-    /// [m]
-    pub(crate) max_penetration: f64,
+    /// Into the projectile, and of plies into each other [m].
+    pub(crate) max_penetration: [f64; 2],
+    /// Elements times steps computed.
+    pub(crate) computed: u64,
+    plies: Vec<PlySample>,
     pub(crate) decided: bool,
     pub(crate) interrupted: bool,
     pub(crate) trouble: Option<Trouble>,
@@ -76,7 +78,8 @@ pub(crate) struct Record {
 
 impl Record {
     /// An empty record of a shot with this projectile.
-    pub(crate) fn new(case: &Case, body: Option<&RigidBody>) -> Self {
+    pub(crate) fn new<S: Scalar>(model: &Model<S>, body: Option<&RigidBody>) -> Self {
+        let areal_density = model.plies.iter().map(|ply| model.sheets[ply.sheet].areal_density).sum();
         Self {
             history: Vec::new(),
             events: Vec::new(),
@@ -84,14 +87,16 @@ impl Record {
             newton: [0.0; 2],
             unconverged: 0,
             max_residual: 0.0,
-            failed: [0; 2],
+            failed: vec![[0; 2]; model.plies.len()],
             eroded: 0,
-            max_penetration: 0.0,
+            max_penetration: [0.0; 2],
+            computed: 0,
+            plies: Vec::new(),
             decided: false,
             interrupted: false,
             trouble: None,
             lost: None,
-            tracker: body.map(|b| Tracker::new(b, case.fabric.areal_density)),
+            tracker: body.map(|b| Tracker::new(b, areal_density)),
             momentum_error: 0.0,
             energy_error: 0.0,
             impact_energy: body.map_or(0.0, RigidBody::kinetic_energy),
@@ -126,7 +131,9 @@ impl Record {
         self.newton[1] += totals.solved;
         self.unconverged += totals.unconverged;
         self.max_residual = self.max_residual.max(totals.max_residual);
-        self.max_penetration = self.max_penetration.max(totals.penetration);
+        let penetration = [totals.penetration, totals.ply_penetration];
+        self.max_penetration = [0, 1].map(|i| self.max_penetration[i].max(penetration[i]));
+        self.computed += totals.computed;
         self.eroded += totals.eroded;
         self.add_failures(failures);
     }
@@ -134,35 +141,57 @@ impl Record {
     /// Adds yarn failures to the list and to the counts.
     pub(crate) fn add_failures(&mut self, failures: &[FailureEvent]) {
         for f in failures {
-            self.failed[usize::from(f.yarn)] += 1;
+            self.failed[f.ply as usize][usize::from(f.yarn)] += 1;
         }
         self.events.extend_from_slice(failures);
     }
 
-    /// Adds a row to the history and follows the projectile. `covered` tells whether whole fabric lies ahead of it.
-    pub(crate) fn sample(&mut self, case: &Case, at: &Moment<'_>, covered: impl FnOnce(&RigidBody) -> bool) {
+    /// Yarns failed, warp and weft.
+    pub(crate) fn failed(&self) -> [u64; 2] {
+        [0, 1].map(|yarn| self.failed.iter().map(|ply| ply[yarn]).sum())
+    }
+
+    /// Adds a row to the history and follows the projectile. `covered` tells whether whole fabric of a ply lies ahead of it.
+    pub(crate) fn sample(&mut self, case: &Case, at: &Moment<'_>, covered: impl Fn(&RigidBody, usize) -> bool) {
+        let last = self.history.last().copied().unwrap_or_default();
+        let failed = self.failed();
         let mut row = Sample {
             time: at.time,
             balance: at.balance,
-            failed: self.failed,
+            failed,
             eroded: self.eroded,
-            deflection: at.deflection,
+            deflection: at.plies.iter().map(|ply| ply.deflection).fold(0.0, f64::max),
+            last_deflection: at.plies.last().map_or(0.0, |ply| ply.deflection),
+            perforated_plies: last.perforated_plies,
             ..Sample::default()
         };
-        let since = at.time - self.history.last().map_or(0.0, |s| s.time);
+        let since = at.time - last.time;
         if let Some((body, (velocity, position))) = at.body {
             // The mean of the half-step velocities around this time; at the very start, the velocity given.
             let now = if self.history.is_empty() { velocity } else { (velocity + body.velocity) * 0.5 };
             row.projectile_velocity = now.dot(&body.flight);
             row.projectile_displacement = (position - body.start).dot(&body.flight);
             row.contact_force = at.impulse.dot(&body.flight) / if since > 0.0 { since } else { at.dt };
+            if body.velocity.z > 0.0 {
+                let torn = self.failed.iter().enumerate().filter(|(_, failed)| failed[0] + failed[1] > 0);
+                row.perforated_plies = torn.filter(|(ply, _)| !covered(body, *ply)).count() as u32;
+            }
         }
         self.energy_error = self.energy_error.max(at.balance.error.abs());
         self.momentum_error = self.momentum_error.max(at.balance.momentum_error);
+        if at.plies.len() > 1 {
+            let row = |(ply, moment): (usize, &PlyMoment)| PlySample {
+                time: at.time,
+                ply,
+                moment: *moment,
+                failed: self.failed[ply],
+            };
+            self.plies.extend(at.plies.iter().enumerate().map(row));
+        }
         self.history.push(row);
         if let (Some(tracker), Some((body, _))) = (&mut self.tracker, at.body) {
-            let failed = self.failed[0] + self.failed[1];
-            let known = tracker.update(at.time, body, at.impulse.norm(), failed, || covered(body));
+            let all = || (0..at.plies.len()).any(|ply| covered(body, ply));
+            let known = tracker.update(at.time, body, at.impulse.norm(), failed[0] + failed[1], all);
             self.decided |= known && case.solver.run_until == RunUntil::Outcome;
         }
     }
@@ -173,7 +202,7 @@ impl Record {
             time,
             end_time: case.solver.end_time,
             velocity: self.history.last().map_or(0.0, |s| s.projectile_velocity),
-            failed: self.failed[0] + self.failed[1],
+            failed: self.failed().iter().sum(),
             steps,
             elements,
         }
@@ -181,17 +210,17 @@ impl Record {
 
     /// The result after `steps` steps.
     pub(crate) fn into_run<S: Scalar>(self, model: &Model<S>, steps: u64, machine: Machine) -> Run {
-        let cell = &model.cell;
-        let breaking = |i: usize| cell.yarn[i].stiffness * cell.yarn[i].failure_strain.min(1.0);
-        let present = (0..2).filter(|i| model.present[*i]);
-        let weakest = present.map(breaking).fold(f64::INFINITY, f64::min);
+        let present = model.sheets.iter().flat_map(|s| (0..2).filter(|i| s.present[*i]).map(|i| &s.cell.yarn[i]));
+        let breaking = present.map(|yarn| yarn.stiffness * yarn.failure_strain.min(1.0));
+        let weakest = breaking.fold(f64::INFINITY, f64::min);
         let peak = |f: fn(&Balance) -> f64| self.history.iter().map(|s| f(&s.balance)).fold(0.0, f64::max);
         let internal = peak(|b| b.internal);
         Run {
             outcome: self.tracker.as_ref().map_or(Outcome::Running, |t| t.outcome),
             stop_time: self.tracker.as_ref().and_then(|t| t.stop_time),
             impact_energy: self.impact_energy,
-            max_penetration: self.max_penetration,
+            max_penetration: self.max_penetration[0],
+            max_ply_penetration: self.max_penetration[1],
             energy_error: self.energy_error,
             momentum_error: self.momentum_error,
             hourglass_fraction: if internal > 0.0 { peak(|b| b.hourglass) / internal } else { 0.0 },
@@ -200,9 +229,10 @@ impl Record {
                 mean_iterations: self.newton[0] / self.newton[1].max(1.0),
                 unconverged: self.unconverged,
             },
-            elements: model.grid.elements(),
+            elements: model.elements(),
+            plies: model.plies.len(),
             steps,
-            element_steps_computed: machine.computed,
+            element_steps_computed: self.computed,
             time_step: model.dt,
             step_set_by: model.bound.set_by,
             terms: model.terms(),
@@ -218,6 +248,7 @@ impl Record {
             history: self.history,
             events: self.events,
             profiles: self.profiles,
+            ply_history: self.plies,
         }
     }
 }

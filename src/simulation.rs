@@ -9,7 +9,7 @@ use crate::case::Case;
 use crate::gpu::{self, DeviceError};
 use crate::kernels::rigid_body::RigidBody;
 use crate::lanes::Lanes;
-use crate::ledger::{Balance, Ledger};
+use crate::ledger::{Balance, Ledger, PlyMoment};
 use crate::model::{Model, ModelError, Terms};
 use crate::number::Scalar;
 use crate::outcome::{self, Outcome};
@@ -77,6 +77,23 @@ pub struct Sample {
     pub eroded: u64,
     /// Largest |z displacement| of standing fabric [m].
     pub deflection: f64,
+    /// The same of the last ply [m].
+    pub last_deflection: f64,
+    /// Plies with failures and no whole element left ahead of the projectile.
+    pub perforated_plies: u32,
+}
+
+/// One ply at a time of positions.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct PlySample {
+    /// [s]
+    pub time: f64,
+    /// Counted from the struck side.
+    pub ply: usize,
+    /// Energies and deflection.
+    pub moment: PlyMoment,
+    /// Warp and weft failures so far.
+    pub failed: [u64; 2],
 }
 
 /// Where a run is, for the progress bar.
@@ -120,10 +137,14 @@ pub struct Run {
     pub events: Vec<FailureEvent>,
     /// Deflection profiles asked for.
     pub profiles: Vec<Profile>,
+    /// Every ply of a pack of several, time by time.
+    pub ply_history: Vec<PlySample>,
     /// Kinetic energy the projectile came with [J]; the first row of the history is after first contact.
     pub impact_energy: f64,
     /// Largest penetration of a node into the projectile [m].
     pub max_penetration: f64,
+    /// Largest penetration of a node into a neighbouring ply [m].
+    pub max_ply_penetration: f64,
     /// Largest |energy error| [-].
     pub energy_error: f64,
     /// Largest momentum error [-].
@@ -132,6 +153,8 @@ pub struct Run {
     pub hourglass_fraction: f64,
     /// Unit-cell solver.
     pub newton: NewtonStatistics,
+    /// Plies.
+    pub plies: usize,
     /// Elements.
     pub elements: usize,
     /// Steps done.
@@ -229,7 +252,7 @@ impl<S: Scalar> Simulation<S> {
         let (model, state) = set_up::<S>(case)?;
         Ok(Self {
             stepper: Stepper::new(&model),
-            record: Record::new(case, state.body.as_ref()),
+            record: Record::new(&model, state.body.as_ref()),
             model,
             state,
             ledger: Ledger::default(),
@@ -256,23 +279,24 @@ impl<S: Scalar> Simulation<S> {
         }
         let sample = self.record.sample_due(case, time, self.model.dt);
         let before = self.state.body.as_ref().map(|b| (b.velocity, b.position));
-        let given = if self.state.step == 0 { given(&self.model, &self.state, case) } else { (0.0, Vector3::zeros()) };
+        let given = if self.state.step == 0 { given(&self.model, &self.state) } else { (0.0, Vector3::zeros()) };
         let totals = self.stepper.step(&self.model, &mut self.state, &mut self.ledger, sample);
         self.record.add_step(&totals, &self.stepper.failures);
         if self.record.history.is_empty() {
             self.ledger.begin(given.0, given.1);
         }
         if sample {
+            let impulse = Vector3::from(std::mem::take(&mut self.ledger.contact_impulse));
             let moment = Moment {
                 time,
                 dt: self.model.dt,
                 balance: self.ledger.balance(),
-                deflection: self.stepper.max_deflection(),
-                impulse: Vector3::from(std::mem::take(&mut self.ledger.contact_impulse)),
+                impulse,
+                plies: self.ledger.plies(),
                 body: self.state.body.as_ref().zip(before),
             };
             let (model, state) = (&self.model, &self.state);
-            self.record.sample(case, &moment, |body| outcome::covered(model, state, body));
+            self.record.sample(case, &moment, |body, ply| outcome::covered(model, state, body, ply));
         }
         self.sampled = sample;
         self.watch(&totals);
@@ -290,7 +314,7 @@ impl<S: Scalar> Simulation<S> {
     }
 
     fn progress(&self, case: &Case) -> Progress {
-        self.record.progress(case, self.time(), self.state.step, self.model.grid.elements())
+        self.record.progress(case, self.time(), self.state.step, self.model.elements())
     }
 
     /// The result. `loop_seconds`: time spent in the loop.
@@ -302,7 +326,6 @@ impl<S: Scalar> Simulation<S> {
             precision: S::NAME,
             loop_seconds,
             host_seconds: None,
-            computed: self.state.step * self.model.grid.elements() as u64,
         };
         self.record.into_run(&self.model, self.state.step, machine)
     }
@@ -320,19 +343,17 @@ pub(crate) fn set_up<S: Scalar>(case: &Case) -> Result<(Model<S>, State<S>), Mod
 }
 
 /// Kinetic energy and momentum the scene starts with.
-pub(crate) fn given<S: Scalar>(model: &Model<S>, state: &State<S>, case: &Case) -> (f64, Vector3<f64>) {
-    let grid = &model.grid;
+pub(crate) fn given<S: Scalar>(model: &Model<S>, state: &State<S>) -> (f64, Vector3<f64>) {
     let mut energy = 0.0;
     let mut momentum = Vector3::zeros();
-    if case.pack.initial_velocity != [0.0; 3] {
-        for row in 0..grid.node_rows() {
-            let mass = model.row_mass(grid.node_row(row).1);
-            for column in 0..=grid.columns {
-                let v = Vector3::from(state.velocity(row, column));
-                let m = mass.mass[column].to_f64();
-                energy += 0.5 * m * v.norm_squared();
-                momentum += v * m;
-            }
+    if model.sheets.iter().any(|sheet| sheet.initial_velocity != [0.0; 3]) {
+        for [ply, row, column] in step::nodes(model) {
+            let sheet = model.sheet(ply);
+            let velocity = state.velocity(model.grid.first_node_row(ply) + row, column);
+            let v = Vector3::from(sheet.mesh.to_pack(velocity));
+            let m = sheet.row_mass(row).mass[column].to_f64();
+            energy += 0.5 * m * v.norm_squared();
+            momentum += v * m;
         }
     }
     if let Some(body) = state.body.as_ref().filter(|b| !b.prescribed) {
@@ -350,7 +371,7 @@ pub(crate) fn flying(body: Option<&RigidBody>) -> f64 {
 /// What went wrong and where: a number that is not finite, or energy nobody put in.
 pub(crate) fn diagnose<S: Scalar>(model: &Model<S>, state: &State<S>, kinetic: f64, available: f64) -> Trouble {
     step::find_trouble(model, state).unwrap_or_else(|| {
-        let (place, speed) = step::fastest_node(&model.grid, state);
+        let (place, speed) = step::fastest_node(model, state);
         Trouble {
             step: state.step,
             kernel: "node_update",
@@ -365,13 +386,10 @@ pub(crate) fn diagnose<S: Scalar>(model: &Model<S>, state: &State<S>, kinetic: f
 /// Initial penetration is an input error, not something contact may repair.
 fn check_start<S: Scalar>(model: &Model<S>, state: &State<S>) -> Result<(), ModelError> {
     let Some(body) = &state.body else { return Ok(()) };
-    let grid = &model.grid;
     let mut deepest: f64 = 0.0;
-    for row in 0..grid.node_rows() {
-        for column in 0..=grid.columns {
-            let (gap, _) = body.gap(&step::node_position(grid, state, row, column));
-            deepest = deepest.max(-gap);
-        }
+    for [ply, row, column] in step::nodes(model) {
+        let (gap, _) = body.gap(&step::node_position(model, state, ply, row, column));
+        deepest = deepest.max(-gap);
     }
     // Room for rounding of a touching start in the state's precision.
     let rounding = 16.0 * S::EPSILON * (body.body.reach + body.position.norm());

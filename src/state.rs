@@ -4,8 +4,9 @@ use crate::case::Case;
 use crate::kernels::element_force::field as element;
 use crate::kernels::node_update::field as node;
 use crate::kernels::rigid_body::RigidBody;
-use crate::model::Model;
+use crate::model::{Mesh, Model, over};
 use crate::number::Scalar;
+use crate::reach::Reach;
 
 /// Rows of numbers: all fields of a row lie together, so that a row is one mutable slice for one thread.
 ///
@@ -69,13 +70,18 @@ pub fn split_mut<S, const F: usize>(row: &mut [S], stride: usize) -> [&mut [S]; 
     })
 }
 
-/// State of a run.
+/// State of a run. Nodes and elements are in the axes of their ply.
 #[derive(Clone, Debug)]
 pub struct State<S> {
-    /// Displacement [m] and velocity [m/s] of the nodes, shape (shots·plies·(rows + 1), 6, node stride).
+    /// Displacement [m] and velocity [m/s] of the nodes, shape (plies·(rows + 1), 6, node stride).
     pub nodes: Rows<S>,
-    /// Forces, heights and life of the elements, shape (shots·plies·rows, 13, element stride).
+    /// Forces, heights and life of the elements, shape (plies·rows, 13, element stride).
     pub elements: Rows<S>,
+    /// Nodes of each ply that may have moved.
+    pub reach: Vec<Reach>,
+    /// Element (row·columns + column) of the ply in front, and of the ply behind, that a node is over or was last;
+    /// shape (plies, 2, (rows + 1)·(columns + 1)), empty for a single ply.
+    pub over: Vec<u32>,
     /// The projectile.
     pub body: Option<RigidBody>,
     /// Steps done.
@@ -88,31 +94,44 @@ impl<S: Scalar> State<S> {
         let grid = &model.grid;
         let mut nodes = Rows::new(grid.node_rows(), node::COUNT, grid.node_stride);
         let mut elements = Rows::new(grid.element_rows(), element::COUNT, grid.element_stride);
-        for row in 0..grid.node_rows() {
-            let (_, in_ply) = grid.node_row(row);
-            let mass = model.row_mass(in_ply);
-            for column in 0..=grid.columns {
-                let x = grid.reference(in_ply, column);
-                let z = initial_deflection(case, x);
-                let start = [x[0] * model.initial.stretch[0], x[1] * model.initial.stretch[1], z];
-                for a in 0..3 {
-                    nodes.set(row, node::DISPLACEMENT + a, column, S::splat(start[a]));
-                    let free = mass.inverse[a][column].to_f64() > 0.0;
-                    let speed = if free { case.pack.initial_velocity[a] } else { 0.0 };
-                    nodes.set(row, node::VELOCITY + a, column, S::splat(speed));
+        let mut reach = Vec::with_capacity(grid.plies);
+        for ply in 0..grid.plies {
+            let sheet = model.sheet(ply);
+            let mesh = &sheet.mesh;
+            for row in 0..=mesh.rows {
+                let mass = sheet.row_mass(row);
+                let at = grid.first_node_row(ply) + row;
+                for column in 0..=mesh.columns {
+                    let x = mesh.reference(row, column);
+                    let z = initial_deflection(case, mesh, x);
+                    let start = [x[0] * sheet.initial.stretch[0], x[1] * sheet.initial.stretch[1], z];
+                    for a in 0..3 {
+                        nodes.set(at, node::DISPLACEMENT + a, column, S::splat(start[a]));
+                        let free = mass.inverse[a][column].to_f64() > 0.0;
+                        let speed = if free { sheet.initial_velocity[a] } else { 0.0 };
+                        nodes.set(at, node::VELOCITY + a, column, S::splat(speed));
+                    }
                 }
             }
-        }
-        for row in 0..grid.element_rows() {
-            for column in 1..=grid.columns {
-                for yarn in 0..2 {
-                    let alive = if model.present[yarn] { 1.0 } else { 0.0 };
-                    elements.set(row, element::ALIVE + yarn, column, S::splat(alive));
-                    elements.set(row, element::HEIGHT + yarn, column, S::splat(model.initial.height[yarn]));
+            for row in 0..mesh.rows {
+                let at = grid.first_element_row(ply) + row;
+                for column in 1..=mesh.columns {
+                    for yarn in 0..2 {
+                        let alive = if sheet.present[yarn] { 1.0 } else { 0.0 };
+                        elements.set(at, element::ALIVE + yarn, column, S::splat(alive));
+                        elements.set(at, element::HEIGHT + yarn, column, S::splat(sheet.initial.height[yarn]));
+                    }
                 }
             }
+            reach.push(if model.at_rest { Reach::nothing() } else { Reach::whole(mesh) });
         }
-        Self { nodes, elements, body: model.projectile.clone(), step: 0 }
+        let over = over::over_at_rest(model);
+        Self { nodes, elements, reach, over, body: model.projectile.clone(), step: 0 }
+    }
+
+    /// Lets everything count as moving, so that nothing is left out.
+    pub fn reach_everything(&mut self, model: &Model<S>) {
+        self.reach = (0..model.grid.plies).map(|ply| Reach::whole(&model.sheet(ply).mesh)).collect();
     }
 
     /// Displacement of a node [m].
@@ -137,11 +156,10 @@ impl<S: Scalar> State<S> {
 }
 
 /// Initial sine deflection at a reference point [m].
-fn initial_deflection(case: &Case, x: [f64; 2]) -> f64 {
+fn initial_deflection(case: &Case, mesh: &Mesh, x: [f64; 2]) -> f64 {
     let Some(d) = case.pack.initial_deflection else { return 0.0 };
-    let pack = &case.pack;
-    let width = pack.element_length_x * pack.columns as f64;
-    let height = pack.element_length_y * pack.rows as f64;
+    let width = mesh.length[0] * mesh.columns as f64;
+    let height = mesh.length[1] * mesh.rows as f64;
     let wave = |count: u32, at: f64, length: f64| match count {
         0 => 1.0,
         n => (f64::from(n) * std::f64::consts::PI * (at / length + 0.5)).sin(),

@@ -10,7 +10,7 @@ use super::{
     Case, Compression, Crossover, Edge, Edges, Fabric, InitialDeflection, MembraneForce, Output, Pack, Shear, Solver,
     Yarn,
 };
-use super::{expect, limits, projectile};
+use super::{expect, layup, limits, projectile};
 
 /// A case from its document, fabric inlined and changes applied; `as_run` and the names are the caller's.
 pub(super) fn case(map: &Map<String, Value>) -> Result<Case, CaseError> {
@@ -22,7 +22,7 @@ pub(super) fn case(map: &Map<String, Value>) -> Result<Case, CaseError> {
     let projectile = root.object_if_given("projectile")?.map(|scope| projectile::read(&scope)).transpose()?;
     let solver = solver(&root.object("solver")?)?;
     let output = output(&root.object("output")?)?;
-    let expect = root.items("expect")?.iter().map(expect::read).collect::<Result<_, _>>()?;
+    let expect = root.quiet_items("expect")?.iter().map(expect::read).collect::<Result<_, _>>()?;
     root.raw("sources")?;
     if root.given("notes").is_some() {
         root.text("notes")?;
@@ -32,7 +32,8 @@ pub(super) fn case(map: &Map<String, Value>) -> Result<Case, CaseError> {
     Ok(Case { name, title, fabric, pack, projectile, solver, output, expect, fields, as_run, path })
 }
 
-fn fabric(scope: &Scope<'_>, record: &Record) -> Result<Fabric, CaseError> {
+/// A fabric written out in the case.
+pub(super) fn fabric(scope: &Scope<'_>, record: &Record) -> Result<Fabric, CaseError> {
     let name = scope.text("name")?;
     let fibre_density = scope.number("fibre_density_kg_m3")?;
     let areal_density = scope.number_if_given("areal_density_g_m2")?;
@@ -147,31 +148,30 @@ fn thickness_and_shear(scope: &Scope<'_>, record: &Record) -> Result<(f64, Optio
 }
 
 fn pack(scope: &Scope<'_>, fabric: &Fabric, record: &Record) -> Result<Pack, CaseError> {
-    let plies = scope.whole("plies")?;
-    if plies > 1 {
-        let error = CaseError::at(scope.at("plies"), "1 in this version", plies.to_string());
-        return Err(error.help("not yet: packs of several plies come with the packs release"));
-    }
-    let (width, height) = (scope.number("width_mm")?, scope.number("height_mm")?);
+    let size = [scope.number("width_mm")?, scope.number("height_mm")?];
     let edges = edges(scope)?;
     let crossovers_per_element = scope.whole("crossovers_per_element")?;
-    let element_length_x = f64::from(crossovers_per_element) * 2.0 * fabric.warp.half_span();
-    let element_length_y = f64::from(crossovers_per_element) * 2.0 * fabric.weft.half_span();
-    let [columns, rows] = limits::mesh([width, height], [element_length_x, element_length_y])?;
-    let how = "the size over the element length, to the nearest whole number";
-    scope.derive_text("columns", columns.to_string(), how);
-    scope.derive_text("rows", rows.to_string(), how);
-    let spacing = match scope.number_if_given("spacing_mm")? {
-        Some(given) => given,
-        None => scope.derive("spacing_mm", fabric.thickness, record.is_assumed("/fabric/thickness_mm"))?,
-    };
+    let ([columns, rows], [element_length_x, element_length_y]) = mesh(scope, fabric, size, crossovers_per_element)?;
     let pretension = scope.object("pretension")?;
     let pretension = [pretension.number_if_given("warp_n_per_m")?, pretension.number_if_given("weft_n_per_m")?];
     let initial_velocity = scope.vector("initial_velocity_m_s")?;
     let initial_deflection = scope.object_if_given("initial_deflection")?;
+    let common = layup::Common { fabric, size, crossovers_per_element, edges, initial_velocity };
+    let layup = layup::read(scope, &common, record)?;
+    let plies = layup::plies(scope, &layup)?;
+    let spacing = scope.number_if_given("spacing_mm")?;
+    match spacing {
+        Some(_) => {}
+        None if layup.is_empty() => {
+            scope.derive("spacing_mm", fabric.thickness, record.is_assumed("/fabric/thickness_mm"))?;
+        }
+        None => layup::derive_spacing(scope, &layup, record)?,
+    }
     Ok(Pack {
         plies,
         spacing,
+        friction: scope.number("friction")?,
+        layup,
         columns,
         rows,
         element_length_x,
@@ -184,7 +184,23 @@ fn pack(scope: &Scope<'_>, fabric: &Fabric, record: &Record) -> Result<Pack, Cas
     })
 }
 
-fn edges(scope: &Scope<'_>) -> Result<Edges, CaseError> {
+/// Columns and rows, and the element lengths [m], for a size [m]: of the pack or of a group of its plies.
+pub(super) fn mesh(
+    scope: &Scope<'_>,
+    fabric: &Fabric,
+    size: [f64; 2],
+    crossovers_per_element: u32,
+) -> Result<([usize; 2], [f64; 2]), CaseError> {
+    let length = [&fabric.warp, &fabric.weft].map(|yarn| f64::from(crossovers_per_element) * 2.0 * yarn.half_span());
+    let count = limits::mesh(&scope.pointer, size, length)?;
+    let how = "the size over the element length, to the nearest whole number";
+    for (name, count) in [("columns", count[0]), ("rows", count[1])] {
+        scope.derive_text(name, count.to_string(), how);
+    }
+    Ok((count, length))
+}
+
+pub(super) fn edges(scope: &Scope<'_>) -> Result<Edges, CaseError> {
     let (left, right, bottom, top) = match scope.choice("edges")? {
         Choice::Word(word) => {
             let unknown = || CaseError::at(scope.at("edges"), list(Edge::WORDS.iter().copied()), quote(&word));

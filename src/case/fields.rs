@@ -40,8 +40,8 @@ pub(super) enum Kind {
     WordOrObject(&'static [&'static str], &'static [Key]),
     /// The keys themselves, or `{"file": …}` naming a file with them.
     ObjectOrFile(&'static [Key]),
-    /// A list of objects and its longest length.
-    Items(&'static [Key], usize),
+    /// A list of objects and its shortest and longest length.
+    Items(&'static [Key], [usize; 2]),
     NumberOrText(Range),
     /// A number, or a percentage as text.
     NumberOrPercent(Range),

@@ -2,7 +2,7 @@
 
 use super::error::CaseError;
 use super::value::{number_text, short_number_text};
-use super::{Case, Fabric, Pack};
+use super::{Case, Fabric, Layer};
 
 /// More steps than this are a mistake in the units of the case.
 const MAX_STEPS: f64 = 1e9;
@@ -10,16 +10,19 @@ const MAX_STEPS: f64 = 1e9;
 const MAX_ELEMENTS: f64 = 2_147_483_648.0;
 /// State and forces of one element with its node [bytes].
 const ELEMENT_BYTES: f64 = 400.0;
+/// What contact between plies keeps of one node [bytes].
+const CONTACT_BYTES: f64 = 350.0;
 /// One row of the history [bytes].
 const ROW_BYTES: f64 = 200.0;
 
-/// Columns and rows nearest to a size [m], from the length of an element along each direction [m].
-pub(super) fn mesh(size: [f64; 2], element: [f64; 2]) -> Result<[usize; 2], CaseError> {
+/// Columns and rows nearest to a size [m], from the length of an element along each direction [m]; `pointer` is what
+/// has that size.
+pub(super) fn mesh(pointer: &str, size: [f64; 2], element: [f64; 2]) -> Result<[usize; 2], CaseError> {
     let [columns, rows] = [0, 1].map(|i| (size[i] / element[i]).round().max(1.0));
     if columns * rows > MAX_ELEMENTS {
-        let expected = format!("at most {MAX_ELEMENTS:.2e} elements in the pack");
+        let expected = format!("at most {MAX_ELEMENTS:.2e} elements in a ply");
         let found = format!("{columns} × {rows} elements");
-        return Err(CaseError::at("/pack", expected, found).help(SMALLER));
+        return Err(CaseError::at(pointer, expected, found).help(SMALLER));
     }
     Ok([columns as usize, rows as usize])
 }
@@ -29,6 +32,7 @@ const SMALLER: &str = "reduce width_mm and height_mm, or raise crossovers_per_el
 /// Refuses what cannot be run: times after the end, too many steps, too much memory.
 pub(super) fn check(case: &Case) -> Result<(), CaseError> {
     times(case)?;
+    elements(case)?;
     steps(case)?;
     memory(memory_needed(case), memory_available())
 }
@@ -59,18 +63,66 @@ fn times(case: &Case) -> Result<(), CaseError> {
     Ok(())
 }
 
+/// Plies that are alike.
+struct Group<'a> {
+    plies: f64,
+    fabric: &'a Fabric,
+    columns: f64,
+    rows: f64,
+    /// Element lengths [m].
+    length: [f64; 2],
+}
+
+impl<'a> Group<'a> {
+    fn of_layer(layer: &'a Layer) -> Self {
+        Self {
+            plies: f64::from(layer.plies),
+            fabric: &layer.fabric,
+            columns: layer.columns as f64,
+            rows: layer.rows as f64,
+            length: [layer.element_length_x, layer.element_length_y],
+        }
+    }
+}
+
+/// The groups of the layup; the whole pack where it has none.
+fn groups(case: &Case) -> Vec<Group<'_>> {
+    let pack = &case.pack;
+    if !pack.layup.is_empty() {
+        return pack.layup.iter().map(Group::of_layer).collect();
+    }
+    vec![Group {
+        plies: f64::from(pack.plies),
+        fabric: &case.fabric,
+        columns: pack.columns as f64,
+        rows: pack.rows as f64,
+        length: [pack.element_length_x, pack.element_length_y],
+    }]
+}
+
+fn elements(case: &Case) -> Result<(), CaseError> {
+    let count: f64 = groups(case).iter().map(|group| group.plies * group.columns * group.rows).sum();
+    if count <= MAX_ELEMENTS {
+        return Ok(());
+    }
+    let expected = format!("at most {MAX_ELEMENTS:.2e} elements over all plies");
+    Err(CaseError::at("/pack", expected, format!("{count:.2e} elements")).help(SMALLER))
+}
+
 /// Critical step of the one-point orthotropic quad, min(Lx √(Ad/C1), Ly √(Ad/C2)) [s].
-fn critical_step(fabric: &Fabric, pack: &Pack) -> f64 {
+fn critical_step(group: &Group<'_>) -> f64 {
+    let fabric = group.fabric;
     let area = |linear_density: f64| linear_density / fabric.fibre_density;
     let stiffness_x = fabric.warp.modulus * area(fabric.warp.linear_density) * fabric.weft.count;
     let stiffness_y = fabric.weft.modulus * area(fabric.weft.linear_density) * fabric.warp.count;
-    let step_x = pack.element_length_x * (fabric.areal_density / stiffness_x).sqrt();
-    let step_y = pack.element_length_y * (fabric.areal_density / stiffness_y).sqrt();
+    let step_x = group.length[0] * (fabric.areal_density / stiffness_x).sqrt();
+    let step_y = group.length[1] * (fabric.areal_density / stiffness_y).sqrt();
     step_x.min(step_y)
 }
 
 fn steps(case: &Case) -> Result<(), CaseError> {
-    let step = case.solver.courant * critical_step(&case.fabric, &case.pack);
+    let critical = groups(case).iter().map(critical_step).fold(f64::INFINITY, f64::min);
+    let step = case.solver.courant * critical;
     let steps = (case.solver.end_time / step).ceil();
     if steps <= MAX_STEPS {
         return Ok(());
@@ -82,9 +134,13 @@ fn steps(case: &Case) -> Result<(), CaseError> {
 
 /// Bytes that the run will hold, about.
 fn memory_needed(case: &Case) -> f64 {
-    let elements = case.pack.columns as f64 * case.pack.rows as f64 * f64::from(case.pack.plies);
+    let contact = if case.pack.plies > 1 { CONTACT_BYTES } else { 0.0 };
+    let of_group = |group: &Group<'_>| {
+        let nodes = (group.columns + 1.0) * (group.rows + 1.0);
+        group.plies * (group.columns * group.rows * ELEMENT_BYTES + nodes * contact)
+    };
     let rows = case.solver.end_time / case.output.history_interval + 2.0;
-    elements * ELEMENT_BYTES + rows * ROW_BYTES
+    groups(case).iter().map(of_group).sum::<f64>() + rows * ROW_BYTES
 }
 
 /// Bytes that this machine, or the container around the process, has left; `None` where it does not say.
@@ -121,10 +177,29 @@ mod tests {
 
     #[test]
     fn the_mesh_is_the_nearest_whole_number_and_never_overflows() {
-        assert_eq!(mesh([0.203, 0.001], [0.00127, 0.00127]).unwrap(), [160, 1]);
-        assert_eq!(mesh([1e-9, 0.00635], [0.00127, 0.00127]).unwrap(), [1, 5]);
-        assert!(mesh([1e6, 1e6], [1e-5, 1e-5]).unwrap_err().found.contains("elements"));
-        assert!(mesh([f64::MAX, f64::MAX], [1e-300, 1e-300]).is_err());
+        assert_eq!(mesh("/pack", [0.203, 0.001], [0.00127, 0.00127]).unwrap(), [160, 1]);
+        assert_eq!(mesh("/pack", [1e-9, 0.00635], [0.00127, 0.00127]).unwrap(), [1, 5]);
+        assert!(mesh("/pack/layup/1", [1e6, 1e6], [1e-5, 1e-5]).unwrap_err().found.contains("elements"));
+        assert!(mesh("/pack", [f64::MAX, f64::MAX], [1e-300, 1e-300]).is_err());
+    }
+
+    #[test]
+    fn memory_counts_every_ply_with_its_own_mesh_and_contact_where_there_are_several() {
+        let needed = |pack: &str| {
+            let text = format!(
+                r#"{{"title": "t", "fabric": {{"file": "fabrics/s-720.json"}}, "solver": {{"end_time_us": 100}},
+                    "output": {{"history_interval_us": 100}}, "pack": {{"width_mm": 14, "height_mm": 25.4, {pack}}}}}"#
+            );
+            memory_needed(&crate::case::from_str("t", &text, &[]).unwrap()) - 3.0 * ROW_BYTES
+        };
+        let (one, two) = (220.0 * ELEMENT_BYTES, 2.0 * (220.0 * ELEMENT_BYTES + 252.0 * CONTACT_BYTES));
+        assert_eq!(needed(r#""plies": 1"#), one);
+        assert_eq!(needed(r#""plies": 2"#), two);
+        assert_eq!(needed(r#""layup": [{}]"#), one);
+        assert_eq!(needed(r#""layup": [{}, {"orientation_deg": 90}]"#), two);
+        // 14 mm are 9.4 crossovers of S-728 and 11.0 of S-720, 25.4 mm 17 and 20.
+        let own = 9.0 * 17.0 * ELEMENT_BYTES + 10.0 * 18.0 * CONTACT_BYTES;
+        assert_eq!(needed(r#""layup": [{}, {"fabric": {"file": "fabrics/s-728.json"}}]"#), 0.5 * two + own);
     }
 
     #[test]

@@ -12,7 +12,9 @@ mod expect;
 mod fabric_file;
 mod fields;
 mod json;
+mod layup;
 mod limits;
+mod places;
 mod pointer;
 mod projectile;
 mod read;
@@ -168,8 +170,12 @@ pub enum ShearModulus {
 pub struct Pack {
     /// Number of plies.
     pub plies: u32,
-    /// Distance between mid-planes of neighbouring plies [m].
-    pub spacing: f64,
+    /// Distance between mid-planes of neighbouring plies [m]; `None`: the mean of their two thicknesses.
+    pub spacing: Option<f64>,
+    /// Coulomb coefficient between plies [-].
+    pub friction: f64,
+    /// The plies in groups from the struck side, where they are not all of the case's fabric, laid alike; else empty.
+    pub layup: Vec<Layer>,
     /// Elements along warp (X); the asked width rounded to whole elements.
     pub columns: usize,
     /// Elements along weft (Y).
@@ -188,6 +194,29 @@ pub struct Pack {
     pub initial_velocity: [f64; 3],
     /// Initial sine deflection, if any.
     pub initial_deflection: Option<InitialDeflection>,
+}
+
+/// Consecutive plies that are alike.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Layer {
+    /// Number of plies.
+    pub plies: u32,
+    /// Their fabric.
+    pub fabric: Fabric,
+    /// Angle of the warp to the pack's X axis, towards Y [rad]. The ply's own axes turn with it, its edges too.
+    pub orientation: f64,
+    /// Boundary conditions, in the ply's own axes.
+    pub edges: Edges,
+    /// Initial velocity of every free node, in the pack's axes [m/s].
+    pub initial_velocity: [f64; 3],
+    /// Elements along warp.
+    pub columns: usize,
+    /// Elements along weft.
+    pub rows: usize,
+    /// Undeformed element length along warp [m].
+    pub element_length_x: f64,
+    /// Undeformed element length along weft [m].
+    pub element_length_y: f64,
 }
 
 /// w = amplitude · sin(m π X/width) · sin(n π Y/height); 0 half waves along a direction: constant there.

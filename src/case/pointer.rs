@@ -5,6 +5,12 @@ pub(super) fn is_at_or_below(pointer: &str, above: &str) -> bool {
     pointer.strip_prefix(above).is_some_and(|rest| rest.is_empty() || rest.starts_with('/'))
 }
 
+/// The index that a part of a pointer stands for: digits without a leading zero.
+pub(super) fn index(part: &str) -> Option<usize> {
+    let canonical = part == "0" || part.starts_with(|c: char| ('1'..='9').contains(&c));
+    part.parse().ok().filter(|_| canonical)
+}
+
 /// A key as part of a JSON pointer.
 pub(super) fn escape(key: &str) -> String {
     let short: String = key.chars().take(200).collect();

@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use serde_json::Value;
 
 use super::error::{CaseError, describe};
-use super::fabric_file::{self, Shelf};
+use super::fabric_file::{self, Inlined, Shelf};
 use super::pointer::is_at_or_below;
 use super::set::{self, Set};
 use super::{Case, build, json, limits, sources};
@@ -84,18 +84,15 @@ fn assemble(file: &str, text: &str, sets: &[String], shelf: &Shelf<'_>) -> Resul
     for set in sets.iter().filter(|set| set.chooses_fabric()) {
         set.apply(&mut document).map_err(named)?;
     }
-    let fabric_file = fabric_file::inline(&mut document, shelf).map_err(blamed)?;
+    let mut files = fabric_file::inline(&mut document, shelf).map_err(blamed)?;
     for set in sets.iter().filter(|set| !set.chooses_fabric()) {
         set.apply(&mut document).map_err(named)?;
     }
     let as_run = Value::Object(document);
     // Where a change reaches into the fabric, the file alone is not to blame.
-    let fabric_file =
-        fabric_file.filter(|_| sets.iter().all(|set| set.chooses_fabric() || !is_at_or_below(&set.pointer, "/fabric")));
-    let case = checked(&as_run).map_err(|error| match &fabric_file {
-        Some(fabric_file) => blamed(in_fabric_file(error, fabric_file)),
-        None => blamed(error),
-    })?;
+    let changes = |set: &Set, place: &str| !set.chooses_fabric() && is_at_or_below(&set.pointer, place);
+    files.retain(|file| !sets.iter().any(|set| changes(set, &file.place)));
+    let case = checked(&as_run).map_err(|error| blamed(in_fabric_file(error, &files)))?;
     Ok(Case { as_run, ..case })
 }
 
@@ -110,9 +107,13 @@ fn checked(document: &Value) -> Result<Case, CaseError> {
 }
 
 /// An error inside an inlined fabric is one of the file it came from.
-fn in_fabric_file(error: CaseError, fabric_file: &str) -> CaseError {
-    match error.location.strip_prefix("/fabric").filter(|inside| inside.starts_with('/')) {
-        Some(inside) => CaseError { location: inside.to_owned(), ..error }.in_file(fabric_file),
+fn in_fabric_file(error: CaseError, files: &[Inlined]) -> CaseError {
+    let inside = |file: &Inlined| {
+        let inside = error.location.strip_prefix(&file.place).filter(|inside| inside.starts_with('/'))?;
+        Some((inside.to_owned(), file.name.clone()))
+    };
+    match files.iter().find_map(inside) {
+        Some((location, file)) => CaseError { location, ..error }.in_file(&file),
         None => error,
     }
 }

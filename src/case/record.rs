@@ -28,6 +28,11 @@ impl Record {
         self.fields.borrow_mut().push(field);
     }
 
+    /// Whether a field was recorded earlier.
+    pub(super) fn has(&self, pointer: &str) -> bool {
+        self.fields.borrow().iter().any(|field| field.pointer == pointer)
+    }
+
     /// Whether a field recorded earlier is assumed.
     pub(super) fn is_assumed(&self, pointer: &str) -> bool {
         self.fields.borrow().iter().any(|field| field.pointer == pointer && field.assumed)
@@ -43,6 +48,13 @@ impl Record {
     pub(super) fn value(&self, pointer: &str) -> String {
         let fields = self.fields.borrow();
         fields.iter().find(|field| field.pointer == pointer).map(Field::with_unit).unwrap_or_default()
+    }
+
+    /// The values of a field recorded earlier, or of those inside it, in their key's unit.
+    pub(super) fn values_below(&self, above: &str) -> String {
+        let fields = self.fields.borrow();
+        let inside = fields.iter().filter(|field| is_at_or_below(&field.pointer, above));
+        inside.map(|field| field.value.as_str()).collect::<Vec<_>>().join(", ")
     }
 
     /// The fields in the order of the table.

@@ -1,6 +1,7 @@
 //! What `ripstop check` prints: every field of a case with where its value came from.
 
-use super::{Case, Field, Origin};
+use super::value::short_number_text;
+use super::{Case, Field, Layer, Origin};
 
 /// Values longer than this do not widen their column.
 const WIDEST_VALUE: usize = 24;
@@ -30,15 +31,29 @@ pub fn report(case: &Case) -> String {
     lines.join("\n") + "\n"
 }
 
+/// The mesh of the pack; of a layup in one line per group, from the struck side.
 fn mesh(case: &Case) -> String {
     let pack = &case.pack;
-    let [x, y] = [pack.element_length_x * 1e3, pack.element_length_y * 1e3];
-    let [width, height] = [pack.columns as f64 * x, pack.rows as f64 * y];
-    let plies = if pack.plies == 1 { "ply" } else { "plies" };
-    format!(
-        "{} {plies}, {} × {} elements of {x:.4} × {y:.4} mm: {width:.2} × {height:.2} mm",
-        pack.plies, pack.columns, pack.rows
-    )
+    if pack.layup.is_empty() {
+        let mesh = elements([pack.columns, pack.rows], [pack.element_length_x, pack.element_length_y]);
+        return format!("{}, {mesh}", plies(pack.plies));
+    }
+    let line = |layer: &Layer| {
+        let mesh = elements([layer.columns, layer.rows], [layer.element_length_x, layer.element_length_y]);
+        let turned = short_number_text(layer.orientation.to_degrees());
+        format!("{} of {} at {turned}°, {mesh}", plies(layer.plies), layer.fabric.name)
+    };
+    pack.layup.iter().map(line).collect::<Vec<_>>().join("\n")
+}
+
+fn plies(count: u32) -> String {
+    format!("{count} {}", if count == 1 { "ply" } else { "plies" })
+}
+
+fn elements([columns, rows]: [usize; 2], length: [f64; 2]) -> String {
+    let [x, y] = length.map(|length| length * 1e3);
+    let [width, height] = [columns as f64 * x, rows as f64 * y];
+    format!("{columns} × {rows} elements of {x:.4} × {y:.4} mm: {width:.2} × {height:.2} mm")
 }
 
 fn origin(origin: Origin) -> &'static str {

@@ -115,7 +115,9 @@ fn property(key: &Key) -> Value {
         Kind::Object(keys) => object(keys),
         Kind::WordOrObject(words, keys) => json!({"anyOf": [{"enum": words}, object(keys)]}),
         Kind::ObjectOrFile(keys) => json!({"anyOf": [file(), object(keys)]}),
-        Kind::Items(keys, max) => json!({"type": "array", "items": object(keys), "maxItems": max}),
+        Kind::Items(keys, [min, max]) => {
+            json!({"type": "array", "items": object(keys), "minItems": min, "maxItems": max})
+        }
         Kind::NumberOrText(range) => json!({"anyOf": [number(range), {"type": "string"}]}),
         Kind::NumberOrPercent(range) => json!({"anyOf": [number(range), {"type": "string", "pattern": "%$"}]}),
         Kind::Sources => json!({

@@ -25,7 +25,7 @@ pub(super) struct Scope<'a> {
     keys: &'static [Key],
     /// `None` where the object itself was left out.
     map: Option<&'a Map<String, Value>>,
-    /// Values inside lists are not recorded one by one.
+    /// Values are not recorded one by one.
     quiet: bool,
 }
 
@@ -166,6 +166,18 @@ impl<'a> Scope<'a> {
         Ok(si)
     }
 
+    /// Records a value that is no single number, computed, as the table says, for a key that was left out.
+    pub(super) fn derive_value(&self, name: &str, value: String, assumed: bool) -> Result<(), CaseError> {
+        let how = if let Presence::Derived(how) = self.key(name)?.presence { how } else { "" };
+        self.derive_value_as(name, value, how, assumed)
+    }
+
+    /// Records a value that is no single number, computed for a key that was left out.
+    pub(super) fn derive_value_as(&self, name: &str, value: String, how: &str, assumed: bool) -> Result<(), CaseError> {
+        self.note(self.key(name)?, value, Origin::Derived, how, assumed);
+        Ok(())
+    }
+
     /// Records something computed that is no number of the table.
     pub(super) fn derive_text(&self, name: &str, value: String, how: &str) {
         self.note_as(name, value, "", Origin::Derived, how.to_owned(), false);
@@ -288,14 +300,23 @@ impl<'a> Scope<'a> {
         }
     }
 
-    /// The objects of a list.
+    /// The objects of a list, every value of theirs recorded.
     pub(super) fn items(&self, name: &str) -> Result<Vec<Self>, CaseError> {
+        self.list(name, self.quiet)
+    }
+
+    /// The objects of a list, each to be recorded as a whole with [`Scope::summarise`].
+    pub(super) fn quiet_items(&self, name: &str) -> Result<Vec<Self>, CaseError> {
+        self.list(name, true)
+    }
+
+    fn list(&self, name: &str, quiet: bool) -> Result<Vec<Self>, CaseError> {
         let (key, _) = self.take(name)?;
         let items = self.given(name).and_then(Value::as_array);
         let item = |(index, value): (usize, &'a Value)| {
             let pointer = format!("{}/{index}", self.at(name));
             let map = value.as_object();
-            Self { record: self.record, pointer, keys: key.keys(), map, quiet: true }.checked()
+            Self { record: self.record, pointer, keys: key.keys(), map, quiet }.checked()
         };
         items.into_iter().flatten().enumerate().map(item).collect()
     }

@@ -1,10 +1,11 @@
 //! `--set /json/pointer=value`: one change to the document.
 
-use serde_json::{Map, Value};
+use serde_json::{Map, Value, json};
 
 use super::error::{CaseError, describe, nearest, quote};
 use super::fields::{Key, Kind, Presence};
-use super::pointer::{is_at_or_below, unescape};
+use super::places;
+use super::pointer::{index, is_at_or_below, unescape};
 use super::record::is_assumed;
 use super::{json, table};
 
@@ -29,12 +30,22 @@ pub(super) fn parse(text: &str) -> Result<Set, CaseError> {
         return Err(CaseError::at(located(&pointer), "a value after =", "nothing").help(help));
     }
     match json::parse(value) {
-        Ok(value) => Ok(Set { pointer, value }),
+        Ok(value) => Ok(whole_fabric(Set { pointer, value })),
         Err(error) if value.trim_start().starts_with(['{', '[', '"']) => {
             let found = format!("{} ({})", error.found, error.location);
             Err(CaseError { location: located(&pointer), found, ..error })
         }
-        Err(_) => Ok(Set { pointer, value: Value::from(value.trim()) }),
+        Err(_) => Ok(whole_fabric(Set { pointer, value: Value::from(value.trim()) })),
+    }
+}
+
+/// Another file replaces a fabric whole, written out in the case or not.
+fn whole_fabric(set: Set) -> Set {
+    match set.pointer.strip_suffix("/file") {
+        Some(place) if places::around(place) == Some(place) => {
+            Set { pointer: place.to_owned(), value: json!({"file": set.value}) }
+        }
+        _ => set,
     }
 }
 
@@ -53,16 +64,20 @@ pub(super) fn blame(mut error: CaseError, sets: &[Set]) -> CaseError {
 }
 
 impl Set {
-    /// Whether the change decides which fabric file is read.
+    /// Whether the change decides which fabrics there are, so that it comes before fabric files are read.
     pub(super) fn chooses_fabric(&self) -> bool {
-        self.pointer == "/fabric" || self.pointer == "/fabric/file"
+        let with_layup = self.pointer == "/pack" && self.value.get("layup").is_some();
+        self.is_fabric() || places::holds_places(&self.pointer) || with_layup
+    }
+
+    fn is_fabric(&self) -> bool {
+        places::around(&self.pointer) == Some(self.pointer.as_str())
     }
 
     /// Makes the change, creating objects that the table knows.
     pub(super) fn apply(&self, document: &mut Map<String, Value>) -> Result<(), CaseError> {
-        if self.pointer == "/fabric/file" {
-            // Another file replaces the fabric whole, written out in the case or not.
-            document.insert("fabric".to_owned(), Value::Object(Map::new()));
+        if let Some(place) = places::around(&self.pointer).filter(|place| *place != self.pointer) {
+            places::make_own(document, place);
         }
         let parts: Vec<&str> = self.pointer.split('/').skip(1).collect();
         let Some((last, parents)) = parts.split_last() else { return Ok(()) };
@@ -85,7 +100,7 @@ impl Set {
                 map.insert(unescape(last), self.value.clone());
             }
             Value::Array(_) => *item(node, last, &self.pointer)? = self.value.clone(),
-            other => return Err(no_children(&place, other)),
+            other => return Err(no_children(&place, Some(other))),
         }
         self.renew_sources(document);
         Ok(())
@@ -102,10 +117,9 @@ impl Set {
         let nearest = covering.max_by_key(|(above, _)| above.len()).and_then(|(_, text)| text.as_str());
         let text = if nearest.is_some_and(is_assumed) { "assumed, --set" } else { "--set" };
         sources.retain(|pointer, _| !is_at_or_below(pointer, &self.pointer));
-        if !self.chooses_fabric() {
+        // A fabric's file brings its own sources.
+        if !(self.is_fabric() && self.value.get("file").is_some()) {
             sources.insert(self.pointer.clone(), Value::from(text));
-        } else {
-            sources.retain(|pointer, _| !is_at_or_below(pointer, "/fabric"));
         }
     }
 }
@@ -114,7 +128,7 @@ fn child<'a>(node: &'a mut Value, part: &str, place: &str) -> Result<&'a mut Val
     match node {
         Value::Object(map) => child_of_object(map, part, place),
         Value::Array(_) => item(node, part, place),
-        other => Err(no_children(place.rsplit_once('/').map_or(place, |(parent, _)| parent), other)),
+        other => Err(no_children(place.rsplit_once('/').map_or(place, |(parent, _)| parent), Some(other))),
     }
 }
 
@@ -123,6 +137,9 @@ fn child_of_object<'a>(map: &'a mut Map<String, Value>, part: &str, place: &str)
     let absent = map.get(&name).is_none_or(Value::is_null);
     if absent {
         let Some(empty) = table::lookup(place).and_then(empty) else {
+            if table::lookup(place).is_some() {
+                return Err(no_children(place, map.get(&name)));
+            }
             let known = table::pointers();
             let error =
                 CaseError::at(located(place), "a pointer into the case", format!("nothing at {}", quote(place)));
@@ -154,10 +171,11 @@ fn item<'a>(list: &'a mut Value, part: &str, place: &str) -> Result<&'a mut Valu
         count => format!("an index from 0 to {}", count - 1),
     };
     let error = CaseError::at(located(place), expected, quote(part));
-    part.parse::<usize>().ok().and_then(|index| list.get_mut(index)).ok_or(error)
+    index(part).and_then(|index| list.get_mut(index)).ok_or(error)
 }
 
-fn no_children(place: &str, found: &Value) -> CaseError {
-    CaseError::at(located(place), format!("an object or a list at {place}"), describe(found))
+fn no_children(place: &str, found: Option<&Value>) -> CaseError {
+    let found = found.map_or_else(|| "nothing".to_owned(), describe);
+    CaseError::at(located(place), format!("an object or a list at {place}"), found)
         .help(format!("set {place} as a whole"))
 }

@@ -3,6 +3,7 @@
 use std::f64::consts::PI;
 
 use super::fields::{Key, Kind, Unit, above, key, number, within, word};
+use super::pointer::index;
 use super::words::{ShapeWord, Word};
 use super::{Along, Edge, Law, MembraneForce, Motion, Rotation, RunUntil, ShearModulus, Symmetry};
 
@@ -31,6 +32,8 @@ const N_M: Unit = Unit::new("N/m", 1.0, 1.0);
 
 /// Hourglass stiffness over the full-integration stiffness where the case gives none.
 const HOURGLASS: f64 = 0.001;
+/// Plies of a pack at most.
+pub(super) const MAX_PLIES: u32 = 64;
 const NOT_PUBLISHED: &str = "assumed: not published for this fabric";
 
 pub(super) static CASE: &[Key] = &[
@@ -38,14 +41,14 @@ pub(super) static CASE: &[Key] = &[
     key(
         "fabric",
         Kind::ObjectOrFile(FABRIC),
-        "The fabric of every ply; a file is named relative to the case's folder.",
+        "The fabric of every ply that pack.layup gives no other; a file is named relative to the case's folder.",
     ),
     key("pack", Kind::Object(PACK), "Plies, size, edges and initial state."),
     key("projectile", Kind::Object(PROJECTILE), "What strikes the pack; null or absent: nothing does.")
         .optional("nothing strikes the pack"),
     key("solver", Kind::Object(SOLVER), "Time integration."),
     key("output", Kind::Object(OUTPUT), "What is written and how often.").optional(""),
-    key("expect", Kind::Items(EXPECT, 1000), "Statements about the result that the run checks.").optional(""),
+    key("expect", Kind::Items(EXPECT, [0, 1000]), "Statements about the result that the run checks.").optional(""),
     key(
         "sources",
         Kind::Sources,
@@ -117,20 +120,69 @@ static SHEAR: &[Key] = &[
 ];
 
 static PACK: &[Key] = &[
-    key("plies", Kind::Whole(1, 64), "Number of plies; this version computes one.").default(1.0, "a single ply"),
+    key("plies", Kind::Whole(1, MAX_PLIES), "Number of plies; with a layup the sum over it, which need not be given.")
+        .default(1.0, "a single ply"),
     number("width_mm", MM, within(1e-3, 1e5), "Size along warp, rounded to whole elements."),
     number("height_mm", MM, within(1e-3, 1e5), "Size along weft, rounded to whole elements."),
     key("edges", Kind::WordOrObject(Edge::WORDS, EDGES), "How the sides are held.")
         .default_word("clamped", "a fixed frame, as in the paper"),
     key("crossovers_per_element", Kind::Whole(1, 64), "Crossovers along each side of an element.")
         .default(1.0, "the paper: one element per crossover"),
-    number("spacing_mm", MM, within(1e-3, 100.0), "Distance of neighbouring plies.")
-        .derived("the fabric's thickness_mm"),
-    key("pretension", Kind::Object(PRETENSION), "Initial membrane force.").optional(""),
+    number(
+        "spacing_mm",
+        MM,
+        within(0.0, 100.0),
+        "Distance of neighbouring plies' mid-planes; in a layup by default the mean of the two thicknesses.",
+    )
+    .derived("the fabric's thickness_mm"),
+    number("friction", NONE, within(0.0, 2.0), "Coulomb coefficient between plies.")
+        .default(0.2, "assumed: not published for this fabric"),
+    key("pretension", Kind::Object(PRETENSION), "Initial membrane force of every ply, along its own yarns.")
+        .optional(""),
     key("initial_velocity_m_s", Kind::Numbers(M_S, within(-5000.0, 5000.0), [3, 3]), "Velocity of every free node.")
         .default_list(&[0.0; 3], "at rest"),
-    key("initial_deflection", Kind::Object(DEFLECTION), "Initial amplitude·sin(mπX/width)·sin(nπY/height).")
-        .optional("flat"),
+    key(
+        "initial_deflection",
+        Kind::Object(DEFLECTION),
+        "Initial amplitude·sin(mπX/width)·sin(nπY/height) of every ply, in its own axes.",
+    )
+    .optional("flat"),
+    key(
+        "layup",
+        Kind::Items(LAYER, [1, MAX_PLIES as usize]),
+        "The plies in groups of consecutive ones, from the struck side, where they are not all alike.",
+    )
+    .optional(""),
+];
+
+static LAYER: &[Key] = &[
+    key("plies", Kind::Whole(1, MAX_PLIES), "Number of plies of this group.").default(1.0, "a single ply"),
+    key(
+        "fabric",
+        Kind::ObjectOrFile(FABRIC),
+        "The fabric of these plies; a file is named relative to the case's folder.",
+    )
+    .derived("the case's fabric"),
+    number(
+        "orientation_deg",
+        DEG,
+        within(-360.0, 360.0),
+        "Angle of the warp to the pack's X axis, towards Y. At a multiple of 90 the ply covers the pack's rectangle; \
+        at any other angle it is cut along its yarns, width along warp and height along weft, then laid turned.",
+    )
+    .default(0.0, "warp along the pack's X axis"),
+    key(
+        "edges",
+        Kind::WordOrObject(Edge::WORDS, EDGES),
+        "How the sides are held, in the ply's own axes; sides left out of an object are clamped.",
+    )
+    .derived("the pack's edges"),
+    key(
+        "initial_velocity_m_s",
+        Kind::Numbers(M_S, within(-5000.0, 5000.0), [3, 3]),
+        "Velocity of every free node, in the pack's axes.",
+    )
+    .derived("the pack's initial_velocity_m_s"),
 ];
 
 static EDGES: &[Key] = &[
@@ -270,16 +322,20 @@ static EXPECT: &[Key] = &[
 pub(super) fn lookup(pointer: &str) -> Option<&'static Key> {
     let mut keys = CASE;
     let mut found: Option<&Key> = None;
+    // The keys of a list's items, where the next part is an index.
+    let mut items: Option<&'static [Key]> = None;
     for part in pointer.strip_prefix('/')?.split('/') {
-        if let Some(Key { kind: Kind::Items(items, _), .. }) = found
-            && part.parse::<usize>().is_ok()
+        if let Some(of_item) = items.take()
+            && index(part).is_some()
         {
-            keys = items;
+            keys = of_item;
             continue;
         }
         let key = keys.iter().find(|key| key.name == part)?;
-        // The keys of a list's items come after the index.
-        keys = if matches!(key.kind, Kind::Items(..)) { &[] } else { key.keys() };
+        (keys, items) = match key.kind {
+            Kind::Items(of_item, _) => (&[] as &[Key], Some(of_item)),
+            _ => (key.keys(), None),
+        };
         found = Some(key);
     }
     found
@@ -301,18 +357,19 @@ pub(super) fn order(pointer: &str) -> Vec<usize> {
 
 /// Every pointer of the table; those below a list are left out.
 pub(super) fn pointers() -> Vec<String> {
-    fn collect(prefix: &str, keys: &[Key], pointers: &mut Vec<String>) {
-        for key in keys {
-            let pointer = format!("{prefix}/{}", key.name);
-            if !matches!(key.kind, Kind::Items(..)) {
-                collect(&pointer, key.keys(), pointers);
-            }
-            pointers.push(pointer);
-        }
-    }
     let mut pointers = Vec::new();
     collect("", CASE, &mut pointers);
     pointers
+}
+
+fn collect(prefix: &str, keys: &[Key], pointers: &mut Vec<String>) {
+    for key in keys {
+        let pointer = format!("{prefix}/{}", key.name);
+        if !matches!(key.kind, Kind::Items(..)) {
+            collect(&pointer, key.keys(), pointers);
+        }
+        pointers.push(pointer);
+    }
 }
 
 #[cfg(test)]
@@ -327,11 +384,21 @@ mod tests {
         r#""pack": {"width_mm": 9, "height_mm": 9, "spacing_mm": 1, "edges": {}, "initial_deflection":
             {"amplitude_mm": 1, "warp_half_waves": 1, "weft_half_waves": 1}},
             "projectile": {"shape": "cone", "diameter_mm": 5, "length_mm": 9, "mass_g": 1, "velocity_m_s": 9}"#,
+        // The fabric of the group is the case's.
+        r#""pack": {"width_mm": 9, "height_mm": 9, "layup": [{"fabric": FABRIC, "edges": {}}]}"#,
+        r#""pack": {"width_mm": 9, "height_mm": 9, "layup": [{"edges": "free"}]}"#,
         r#""pack": {"width_mm": 9, "height_mm": 9},
             "projectile": {"shape": "fragment", "diameter_mm": 5, "length_mm": 6, "mass_g": 1, "velocity_m_s": 9}"#,
         r#""pack": {"width_mm": 9, "height_mm": 9},
             "projectile": {"shape": "bar", "diameter_mm": 5, "velocity_m_s": 9, "motion": "prescribed"}"#,
     ];
+
+    /// Every pointer, those of one group of plies too.
+    fn with_layup() -> Vec<String> {
+        let mut known = pointers();
+        collect("/pack/layup/0", LAYER, &mut known);
+        known
+    }
 
     #[test]
     fn the_reader_reads_every_key() {
@@ -345,9 +412,11 @@ mod tests {
             for part in EVERY_KEY {
                 for counts in [["count_per_inch", "count_per_cm"], ["count_per_cm", "count_per_inch"]] {
                     let (warp, weft) = (yarn(warp, counts[0]), yarn(weft, counts[1]));
+                    let fabric =
+                        format!(r#"{{"name": "f", "fibre_density_kg_m3": 1440, "warp": {warp}, "weft": {weft}}}"#);
+                    let part = part.replace("FABRIC", &fabric);
                     let text = format!(
-                        r#"{{"title": "t", "notes": "n", {part}, "solver": {{"end_time_us": 9}}, "fabric": {{"name": "f",
-                        "fibre_density_kg_m3": 1440, "warp": {warp}, "weft": {weft}}}}}"#
+                        r#"{{"title": "t", "notes": "n", {part}, "solver": {{"end_time_us": 9}}, "fabric": {fabric}}}"#
                     );
                     let case = crate::case::from_str("t", &text, &[]).unwrap();
                     read.extend(case.fields.into_iter().map(|field| field.pointer));
@@ -356,13 +425,13 @@ mod tests {
         }
         let leaf = |pointer: &String| lookup(pointer).is_some_and(|key| key.keys().is_empty());
         let unread: Vec<String> =
-            pointers().into_iter().filter(|pointer| leaf(pointer) && !read.contains(pointer)).collect();
+            with_layup().into_iter().filter(|pointer| leaf(pointer) && !read.contains(pointer)).collect();
         assert_eq!(unread, ["/sources"]);
     }
 
     #[test]
     fn defaults_are_values_of_their_own_key() {
-        for pointer in pointers() {
+        for pointer in with_layup() {
             let key = lookup(&pointer).unwrap();
             if let crate::case::fields::Presence::Default(literal, source) = key.presence {
                 assert!(key.accepts(&literal.value()) && !source.is_empty(), "{pointer}");
@@ -375,10 +444,23 @@ mod tests {
     fn pointers_are_looked_up_and_ordered() {
         assert_eq!(lookup("/expect/3/at_us").unwrap().name, "at_us");
         assert_eq!(lookup("/expect/0").unwrap().name, "expect");
-        for unknown in ["", "/", "/expect/at_us", "/fabric/warp/", "/title/0", "fabric"] {
+        assert_eq!(lookup("/pack/layup/12/fabric/warp/crimp").unwrap().name, "crimp");
+        for unknown in [
+            "/pack/layup/fabric",
+            "/pack/layup/0/1",
+            "/pack/layup/01",
+            "",
+            "/",
+            "/expect/at_us",
+            "/fabric/warp/",
+            "/title/0",
+            "fabric",
+        ] {
             assert!(lookup(unknown).is_none(), "{unknown}");
         }
         assert!(order("/fabric/warp/crimp") < order("/fabric/weft/absent"));
         assert!(order("/expect/2") < order("/expect/10"));
+        assert!(order("/pack/layup/2/edges") < order("/pack/layup/10/plies"));
+        assert!(order("/pack/layup/0/fabric/shear/modulus") < order("/pack/layup/0/orientation_deg"));
     }
 }

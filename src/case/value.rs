@@ -22,9 +22,9 @@ impl Key {
             Kind::WordOrObject(words, _) => {
                 value.is_object() || value.as_str().is_some_and(|word| words.contains(&word))
             }
-            Kind::Items(_, max) => {
-                value.as_array().is_some_and(|items| items.len() <= max && items.iter().all(Value::is_object))
-            }
+            Kind::Items(_, [min, max]) => value
+                .as_array()
+                .is_some_and(|items| (min..=max).contains(&items.len()) && items.iter().all(Value::is_object)),
             Kind::NumberOrText(range) => value.is_string() || in_range(value, range),
             Kind::NumberOrPercent(range) => in_range(value, range) || percent(value).is_some(),
         }
@@ -46,7 +46,8 @@ impl Key {
             Kind::WordOrObject(words, keys) => {
                 format!("{} or an object with {}", list(words.iter().copied()), names(keys))
             }
-            Kind::Items(keys, max) => format!("a list of at most {max} objects with {}", names(keys)),
+            Kind::Items(keys, [0, max]) => format!("a list of at most {max} objects with {}", names(keys)),
+            Kind::Items(keys, [min, max]) => format!("a list of {min} to {max} objects with {}", names(keys)),
             Kind::NumberOrText(range) => format!("a number in {range} or a word"),
             Kind::NumberOrPercent(range) => {
                 format!("a number in {range}, or a percentage from \"0%\" to \"100%\" of the value")
@@ -67,6 +68,13 @@ pub(super) fn check(key: &Key, value: &Value, pointer: &str) -> Result<(), CaseE
             items.iter().enumerate().find(|(_, item)| !item.as_f64().is_some_and(|number| range.contains(number)))
     {
         let expected = format!("a number in {range} {}", unit.name);
+        return Err(CaseError::at(format!("{pointer}/{index}"), expected, describe(item)));
+    }
+    if let (Kind::Items(keys, [_, max]), Some(items)) = (key.kind, value.as_array())
+        && items.len() <= max
+        && let Some((index, item)) = items.iter().enumerate().find(|(_, item)| !item.is_object())
+    {
+        let expected = format!("an object with {}", names(keys));
         return Err(CaseError::at(format!("{pointer}/{index}"), expected, describe(item)));
     }
     Err(mismatch(key, value, pointer))

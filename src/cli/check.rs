@@ -44,7 +44,7 @@ fn the_run(case: &Case, simulation: &Simulation<f64>) -> Table {
     let rows = (case.solver.end_time / case.output.history_interval).ceil() + 1.0;
     let numbers = (state.nodes.data.len() + state.elements.data.len()) * size_of::<f64>();
     let memory = numbers as f64 + rows * size_of::<Sample>() as f64;
-    let elements = model.grid.elements() as u64;
+    let elements = model.elements() as u64;
     let mut table = Table::plain(&[Align::Left, Align::Left]);
     let critical = format!("{}, set by: {}", us(model.bound.critical_step), model.bound.set_by);
     table.row(["  critical time step", critical.as_str()]);

@@ -59,7 +59,7 @@ fn scene(table: &mut Table, case: &Case) -> Result<(), Failure> {
         .filter(|name| model.terms().projectile || *name != "projectile_contact")
         .collect();
     table.row(["kernels per step", kernels.join(", ").as_str()]);
-    let sizes = gpu::buffers::Sizes::new(&model.grid);
+    let sizes = gpu::buffers::Sizes::new(&model);
     table.row(["device memory", bytes(sizes.total() as f64).as_str()]);
     Ok(())
 }

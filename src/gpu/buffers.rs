@@ -2,9 +2,10 @@
 
 use super::DeviceError;
 use super::layout::{
-    ACCOUNT_FIELDS, BODY_WORDS, EVENT_WORDS, FORCE_FIELDS, NODE_FIELDS, POINT_WORDS, STATUS_WORDS, SUMS,
+    ACCOUNT_FIELDS, BODY_WORDS, CONTACT_WORDS, EVENT_WORDS, FORCE_FIELDS, IMPULSE_FIELDS, NODE_FIELDS,
+    PLY_ACCOUNT_FIELDS, POINT_WORDS, REACH_WORDS, STATUS_WORDS, SUMS,
 };
-use crate::model::Grid;
+use crate::model::Model;
 
 /// Samples of a batch at most.
 pub const SLOTS: u32 = 64;
@@ -42,11 +43,19 @@ pub enum Name {
     Points,
     /// Samples of the ledger, shape (slots, words of a sample).
     Samples,
+    /// Element in front of a node, behind it, shape (2, nodes).
+    Over,
+    /// Contacts of a node with the ply in front, with the one behind, shape (2, nodes, 8).
+    Contacts,
+    /// Contacts of a node by weight, shape (nodes,).
+    Shares,
+    /// Counted impulses, shape (nodes, 6).
+    Impulses,
 }
 
 impl Name {
     /// Every buffer.
-    pub const ALL: [Self; 12] = [
+    pub const ALL: [Self; 16] = [
         Self::Nodes,
         Self::Forces,
         Self::Heights,
@@ -59,6 +68,10 @@ impl Name {
         Self::Candidates,
         Self::Points,
         Self::Samples,
+        Self::Over,
+        Self::Contacts,
+        Self::Shares,
+        Self::Impulses,
     ];
 
     /// Its variable in the shaders.
@@ -76,37 +89,51 @@ impl Name {
             Self::Candidates => "candidates",
             Self::Points => "points",
             Self::Samples => "samples",
+            Self::Over => "over",
+            Self::Contacts => "contacts",
+            Self::Shares => "shares",
+            Self::Impulses => "impulses",
         }
     }
 }
 
-/// Sizes of the buffers of a grid.
+/// Sizes of the buffers of a model.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Sizes {
-    /// Elements.
+    /// Plies.
+    pub plies: u64,
+    /// Places for elements.
     pub elements: u64,
-    /// Nodes.
+    /// Places for nodes.
     pub nodes: u64,
     /// Nodes on the rims of the plies.
     pub rim: u64,
     /// Room for contact points.
     pub points: u64,
-    /// Workgroups of the ledger.
+    /// Workgroups of the ledger, as many for each ply.
     pub groups: u64,
 }
 
 impl Sizes {
-    /// Sizes for a grid.
-    pub fn new(grid: &Grid) -> Self {
-        let nodes = (grid.node_rows() * (grid.columns + 1)) as u64;
-        let plies = (grid.shots * grid.plies) as u64;
+    /// Sizes for a model.
+    pub fn new(model: &Model<f32>) -> Self {
+        let grid = &model.grid;
+        let nodes = (model.plies.len() * model.nodes_per_ply()) as u64;
+        let per_ply = grid.rows * grid.columns;
+        let most = (LEDGER_GROUPS / grid.plies).max(1);
         Self {
-            elements: grid.elements() as u64,
+            plies: grid.plies as u64,
+            elements: (grid.plies * per_ply) as u64,
             nodes,
-            rim: plies * 2 * (grid.columns + grid.rows + 2) as u64,
+            rim: (grid.plies * 2 * (grid.columns + grid.rows + 2)) as u64,
             points: nodes.min(POINTS),
-            groups: grid.elements().div_ceil(LEDGER_SHARE).clamp(1, LEDGER_GROUPS) as u64,
+            groups: (grid.plies * per_ply.div_ceil(LEDGER_SHARE).clamp(1, most)) as u64,
         }
+    }
+
+    /// Nodes for which there is contact between plies.
+    fn meeting(&self) -> u64 {
+        if self.plies > 1 { self.nodes } else { 1 }
     }
 
     /// Words of one sample.
@@ -122,14 +149,18 @@ impl Sizes {
             Name::Forces => FORCE_FIELDS * self.elements,
             Name::Heights => 2 * self.elements,
             Name::Flags => self.elements,
-            Name::Accounts => ACCOUNT_FIELDS * self.elements,
-            Name::Status => STATUS_WORDS as u64,
+            Name::Accounts => ACCOUNT_FIELDS * self.elements + PLY_ACCOUNT_FIELDS * self.meeting(),
+            Name::Status => STATUS_WORDS as u64 + REACH_WORDS * self.plies,
             Name::Events => 2 * EVENT_WORDS * self.elements,
             Name::Supports => 3 * self.rim,
             Name::Body => BODY_WORDS as u64,
             Name::Candidates => mask_words + mask_words.div_ceil(32),
             Name::Points => POINT_WORDS * self.points,
             Name::Samples => u64::from(SLOTS) * self.sample_words() as u64,
+            Name::Over => 2 * self.meeting(),
+            Name::Contacts => 2 * CONTACT_WORDS * self.meeting(),
+            Name::Shares => self.meeting(),
+            Name::Impulses => IMPULSE_FIELDS * self.meeting(),
         }
     }
 

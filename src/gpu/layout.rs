@@ -4,10 +4,10 @@
 
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 
-use crate::case::{Case, Edge};
+use crate::case::{Edge, Edges};
 use crate::kernels::element_force::ElementConstants;
 use crate::kernels::rigid_body::RigidBody;
-use crate::model::Model;
+use crate::model::{Model, Sheet};
 
 /// Invocations per workgroup of the kernels over elements and nodes.
 pub const GROUP: u32 = 64;
@@ -17,18 +17,32 @@ pub const NODE_FIELDS: u64 = 6;
 pub const FORCE_FIELDS: u64 = 9;
 /// Fields of an element's accounts.
 pub const ACCOUNT_FIELDS: u64 = 7;
+/// Fields of a node's accounts of contact between plies.
+pub const PLY_ACCOUNT_FIELDS: u64 = 4;
+/// Words of a contact between plies.
+pub const CONTACT_WORDS: u64 = 8;
+/// Fields of the impulses of contact between plies.
+pub const IMPULSE_FIELDS: u64 = 6;
+/// Words of what may have moved of a ply.
+pub const REACH_WORDS: u64 = 4;
+/// Most plies there are.
+pub const PLIES: usize = 64;
+/// Words of a ply.
+pub const PLY_WORDS: usize = 20;
+/// Bytes between the constants of two sheets.
+pub const SCENE_STRIDE: u64 = 512;
 /// Words of a failure event.
 pub const EVENT_WORDS: u64 = 4;
 /// Words of a contact point.
 pub const POINT_WORDS: u64 = 20;
 /// Words of the counters.
-pub const STATUS_WORDS: usize = 8;
+pub const STATUS_WORDS: usize = 11;
 /// Words of the projectile.
 pub const BODY_WORDS: usize = 60;
 /// Sums of a workgroup of the ledger.
-pub const SUMS: usize = 20;
+pub const SUMS: usize = 24;
 /// Bytes of a step's uniform.
-pub const STEP_BYTES: u64 = 48;
+pub const STEP_BYTES: u64 = 32;
 /// Bytes between two steps' uniforms, the alignment every device grants.
 pub const STEP_STRIDE: u64 = 256;
 
@@ -48,6 +62,12 @@ pub mod status {
     pub const RESIDUAL: usize = 6;
     /// Nodes that met the projectile when there was no room for them.
     pub const CROWDED: usize = 7;
+    /// Elements computed so far, low and high word.
+    pub const VISITED: usize = 8;
+    /// Bits of the largest depth of a node in a neighbouring ply.
+    pub const PLY_DEPTH: usize = 10;
+    /// What may have moved of each ply begins here.
+    pub const REACH: usize = 11;
 }
 
 /// Sums of the ledger.
@@ -82,6 +102,12 @@ pub mod sum {
     pub const SUPPORT: usize = 15;
     /// Whole elements ahead of the projectile.
     pub const COVERED: usize = 18;
+    /// Lost in contact between plies since then [J].
+    pub const PLY_LOSS: usize = 19;
+    /// Of it to friction [J].
+    pub const PLY_RUBBED: usize = 20;
+    /// Work of moving nodes out of other plies, against membrane and hourglass forces [J].
+    pub const PLY_LIFTED: usize = 21;
 }
 
 /// Named words of a uniform, in order.
@@ -112,28 +138,30 @@ impl Block {
     }
 }
 
-/// The constants of a run. `points`: room for contact points; `groups`: workgroups of the ledger.
-pub fn scene(case: &Case, model: &Model<f32>, points: u32, groups: u32) -> Block {
+/// The constants of a run and of one of its sheets. `points`: room for contact points; `groups`: workgroups of the ledger.
+pub fn scene(model: &Model<f32>, sheet: usize, points: u32, groups: u32) -> Block {
     let mut block = Block::default();
     let grid = &model.grid;
     block.count("columns", grid.columns);
     block.count("rows", grid.rows);
-    block.count("elements", grid.elements());
+    block.count("elements", grid.element_rows() * grid.columns);
     block.count("nodes", grid.node_rows() * (grid.columns + 1));
-    block.double("origin_x", grid.origin[0]);
-    block.double("origin_y", grid.origin[1]);
-    block.double("length_x", grid.length[0]);
-    block.double("length_y", grid.length[1]);
-    element(&mut block, &crate::with_law!(model.law, L => model.constants::<f32, L>()));
-    let present = model.present.map(usize::from);
-    block.count("present", present[0] + 2 * present[1]);
-    masses(&mut block, case, model);
+    block.count("plies", grid.plies);
+    block.count("sheet", sheet);
+    block.double("ply_friction", model.ply_friction);
+    block.double("impulse_unit", impulse_unit(model));
+    let constants = &model.sheets[sheet];
+    element(&mut block, &crate::with_law!(constants.law, L => constants.constants::<f32, L>()));
     block.double("dt", model.dt);
     projectile(&mut block, model);
     block.count("points", points as usize);
     block.count("groups", groups as usize);
     // The array begins at a multiple of sixteen bytes.
-    block.count("pad0", 0);
+    while !block.0.len().is_multiple_of(4) {
+        let pads = ["pad0", "pad1", "pad2"];
+        let at = block.names().filter(|name| pads.contains(name)).count();
+        block.count(pads[at], 0);
+    }
     let body = model.projectile.as_ref();
     for i in 0..crate::kernels::projectile_shape::CORNERS {
         let [corner, normal] = body.map_or([[0.0; 2]; 2], |b| [b.body.profile.corner[i], b.body.profile.normal[i]]);
@@ -142,6 +170,76 @@ pub fn scene(case: &Case, model: &Model<f32>, points: u32, groups: u32) -> Block
         }
     }
     block
+}
+
+/// What impulses between plies are counted in [N·s]: sums are whole numbers of 32 bits, with room for eight times the
+/// largest speed there is at the start.
+fn impulse_unit(model: &Model<f32>) -> f64 {
+    let heaviest = model.sheets.iter().map(node_mass).fold(0.0, f64::max);
+    8.0 * heaviest * start_speed(model) / f64::from(1_u32 << 31)
+}
+
+/// Mass of an inner node [kg].
+fn node_mass(sheet: &Sheet<f32>) -> f64 {
+    sheet.areal_density * sheet.mesh.length[0] * sheet.mesh.length[1]
+}
+
+/// Largest speed at the start [m/s], or 1 where nothing moves yet.
+pub(super) fn start_speed(model: &Model<f32>) -> f64 {
+    let fabric = model.sheets.iter().map(|sheet| Vector3::from(sheet.initial_velocity).norm()).fold(0.0, f64::max);
+    let speed = fabric.max(model.projectile.as_ref().map_or(0.0, RigidBody::speed_bound));
+    if speed > 0.0 { speed } else { 1.0 }
+}
+
+/// The plies as the shaders see them.
+pub fn plies(model: &Model<f32>) -> Vec<Block> {
+    let mut depth = 0.0;
+    let mut out = Vec::with_capacity(PLIES);
+    for (at, ply) in model.plies.iter().enumerate() {
+        let sheet = &model.sheets[ply.sheet];
+        let mesh = &sheet.mesh;
+        let mass = node_mass(sheet);
+        let behind = model.plies.get(at + 1);
+        let thickness = behind.map_or(0.0, |next| 0.5 * (sheet.thickness + model.sheets[next.sheet].thickness));
+        // Plies that touch at rest do so exactly, whatever their places round to.
+        let apart = behind.map_or(0.0, |next| next.z as f32 - ply.z as f32);
+        let touching = (ply.touching as f32).min(apart);
+        let present = sheet.present.map(usize::from);
+        let mut block = Block::default();
+        block.count("rows", mesh.rows);
+        block.count("columns", mesh.columns);
+        block.count("sheet", ply.sheet);
+        block.count("present", present[0] + 2 * present[1]);
+        block.double("origin_x", mesh.origin[0]);
+        block.double("origin_y", mesh.origin[1]);
+        block.double("length_x", mesh.length[0]);
+        block.double("length_y", mesh.length[1]);
+        block.double("cosine", mesh.turn[0]);
+        block.double("sine", mesh.turn[1]);
+        block.double("z", ply.z);
+        block.double("depth", depth);
+        block.number("touching", touching);
+        block.double("thickness", thickness);
+        block.double("mass", mass);
+        block.double("inverse_inner", 1.0 / mass);
+        block.double("inverse_edge", 2.0 / mass);
+        block.double("inverse_corner", 4.0 / mass);
+        block.count("held", held(&sheet.edges));
+        block.count("pad0", 0);
+        depth += ply.touching;
+        out.push(block);
+    }
+    out
+}
+
+/// Held directions of the sides, three bits each: left, right, bottom, top.
+fn held(edges: &Edges) -> usize {
+    let side = |edge: Edge, roller: usize| match edge {
+        Edge::Clamped => 7,
+        Edge::Roller => roller,
+        Edge::Free => 0,
+    };
+    side(edges.left, 1) | side(edges.right, 1) << 3 | side(edges.bottom, 2) << 6 | side(edges.top, 2) << 9
 }
 
 fn element(block: &mut Block, c: &ElementConstants<f32>) {
@@ -172,24 +270,6 @@ fn element(block: &mut Block, c: &ElementConstants<f32>) {
     block.number("hourglass", c.hourglass[0] + c.hourglass[1]);
     block.number("cells", c.cells);
     block.number("area", c.area);
-}
-
-fn masses(block: &mut Block, case: &Case, model: &Model<f32>) {
-    let mass = case.fabric.areal_density * model.grid.length[0] * model.grid.length[1];
-    block.double("mass", mass);
-    block.double("inverse_inner", 1.0 / mass);
-    block.double("inverse_edge", 2.0 / mass);
-    block.double("inverse_corner", 4.0 / mass);
-    let edges = &case.pack.edges;
-    let held = |edge: Edge, roller: usize| match edge {
-        Edge::Clamped => 7,
-        Edge::Roller => roller,
-        Edge::Free => 0,
-    };
-    block.count("held_left", held(edges.left, 1));
-    block.count("held_right", held(edges.right, 1));
-    block.count("held_bottom", held(edges.bottom, 2));
-    block.count("held_top", held(edges.top, 2));
 }
 
 fn projectile(block: &mut Block, model: &Model<f32>) {
@@ -246,8 +326,8 @@ pub struct StepInfo {
     pub since: u32,
     /// Time step [s].
     pub dt: f64,
-    /// Elements and nodes that may have moved: first, and one past the last.
-    pub active: [[u32; 2]; 2],
+    /// How far any node may have gone since the start [m].
+    pub travel: f64,
 }
 
 /// The uniform of a step.
@@ -259,12 +339,8 @@ pub fn step(info: &StepInfo) -> Block {
     block.count("since", info.since as usize);
     block.double("kick", if first { 0.5 * info.dt } else { info.dt });
     block.double("span", if first { 0.0 } else { info.dt });
-    let [elements, nodes] = info.active;
-    block.count("first_element", elements[0] as usize);
-    block.count("end_element", elements[1] as usize);
-    block.count("first_node", nodes[0] as usize);
-    block.count("end_node", nodes[1] as usize);
-    for pad in ["pad0", "pad1", "pad2"] {
+    block.double("travel", info.travel);
+    for pad in ["pad0", "pad1"] {
         block.count(pad, 0);
     }
     block
@@ -347,13 +423,20 @@ pub fn read_body(words: &[u32], start: &RigidBody) -> BodyRecord {
     }
 }
 
-/// Sums of the workgroups of one sample, shape (groups, [`SUMS`]).
+/// Sums of the workgroups of one sample, shape (plies, groups of a ply, [`SUMS`]).
+#[derive(Clone, Copy)]
 pub(super) struct Sums<'a>(&'a [u32]);
 
 impl<'a> Sums<'a> {
     /// Of the words of a sample before the projectile's.
     pub(super) fn new(words: &'a [u32]) -> Self {
         Self(words)
+    }
+
+    /// Those of one ply of so many.
+    pub(super) fn ply(&self, ply: usize, plies: usize) -> Self {
+        let words = self.0.len() / plies;
+        Self(&self.0[ply * words..(ply + 1) * words])
     }
 
     fn parts(&self, which: usize) -> impl Iterator<Item = f64> {

@@ -2,7 +2,6 @@
 //!
 //! - [`device`] chooses an adapter and opens it; [`buffers`] says what a run needs of it.
 //! - [`shader`] holds the kernels and what each binds, [`layout`] the words they share with the host.
-//! - [`front`] says which rows may have moved.
 //! - [`stepper`] records steps in batches and reads the ledger back, [`timing`] asks the device how long kernels take; the host loop is in [`simulation`].
 //!
 //! A step is three dispatches: `element_force` | `node_update` | `projectile_contact`, and `ledger` after those
@@ -13,7 +12,6 @@
 pub mod buffers;
 pub mod compare;
 pub mod device;
-pub mod front;
 pub mod layout;
 mod program;
 pub mod shader;

@@ -33,7 +33,17 @@ macro_rules! sources {
 /// Stretches, unit cells, shear, failure and forces of the elements.
 pub const ELEMENT_FORCE: Kernel = Kernel {
     name: "element_force",
-    sources: sources!("element_force", "crossover", "yarn_law", "arc_length", "shear", "scene", "number"),
+    sources: sources!(
+        "element_force",
+        "crossover",
+        "yarn_law",
+        "arc_length",
+        "shear",
+        "reach",
+        "pack",
+        "scene",
+        "number"
+    ),
     bindings: &[
         (Name::Nodes, Read),
         (Name::Forces, Write),
@@ -51,9 +61,13 @@ pub const NODE_UPDATE: Kernel = Kernel {
     sources: sources!(
         "node_update",
         "gather",
+        "around",
+        "supports",
         "projectile_shape",
         "projectile_chisel",
         "rigid_body",
+        "reach",
+        "pack",
         "scene",
         "number"
     ),
@@ -73,9 +87,13 @@ pub const PROJECTILE_CONTACT: Kernel = Kernel {
     sources: sources!(
         "projectile_contact",
         "gather",
+        "around",
+        "standing",
         "projectile_shape",
         "projectile_chisel",
         "rigid_body",
+        "reach",
+        "pack",
         "scene",
         "number"
     ),
@@ -87,13 +105,78 @@ pub const PROJECTILE_CONTACT: Kernel = Kernel {
         (Name::Body, Write),
         (Name::Candidates, Write),
         (Name::Points, Write),
+        (Name::Over, Read),
+    ],
+};
+
+/// Contacts between plies, and how many each node takes part in.
+pub const PLY_SEARCH: Kernel = Kernel {
+    name: "ply_search",
+    sources: sources!(
+        "ply_search",
+        "ply_contact",
+        "ply_views",
+        "standing",
+        "around",
+        "reach",
+        "pack",
+        "scene",
+        "number"
+    ),
+    bindings: &[
+        (Name::Nodes, Read),
+        (Name::Flags, Read),
+        (Name::Over, Write),
+        (Name::Contacts, Write),
+        (Name::Shares, Write),
+        (Name::Status, Write),
+    ],
+};
+
+/// Impulses of the contacts between plies.
+pub const PLY_IMPULSE: Kernel = Kernel {
+    name: "ply_impulse",
+    sources: sources!("ply_impulse", "ply_contact", "ply_views", "pack", "scene", "number"),
+    bindings: &[
+        (Name::Nodes, Read),
+        (Name::Over, Read),
+        (Name::Contacts, Read),
+        (Name::Shares, Read),
+        (Name::Impulses, Write),
+        (Name::Accounts, Write),
+        (Name::Status, Write),
+    ],
+};
+
+/// The nodes take the impulses of contact between plies.
+pub const PLY_MOVE: Kernel = Kernel {
+    name: "ply_move",
+    sources: sources!("ply_move", "ply_views", "gather", "around", "supports", "reach", "pack", "scene", "number"),
+    bindings: &[
+        (Name::Nodes, Write),
+        (Name::Forces, Read),
+        (Name::Shares, Write),
+        (Name::Impulses, Write),
+        (Name::Accounts, Write),
+        (Name::Supports, Write),
+        (Name::Status, Write),
     ],
 };
 
 /// Sums of energy, momentum and counts.
 pub const LEDGER: Kernel = Kernel {
     name: "ledger",
-    sources: sources!("ledger", "gather", "projectile_shape", "projectile_chisel", "rigid_body", "scene", "number"),
+    sources: sources!(
+        "ledger",
+        "gather",
+        "around",
+        "projectile_shape",
+        "projectile_chisel",
+        "rigid_body",
+        "pack",
+        "scene",
+        "number"
+    ),
     bindings: &[
         (Name::Nodes, Read),
         (Name::Forces, Read),
@@ -107,7 +190,8 @@ pub const LEDGER: Kernel = Kernel {
 };
 
 /// Every kernel, in the order of a step.
-pub const KERNELS: [Kernel; 4] = [ELEMENT_FORCE, NODE_UPDATE, PROJECTILE_CONTACT, LEDGER];
+pub const KERNELS: [Kernel; 7] =
+    [ELEMENT_FORCE, NODE_UPDATE, PLY_SEARCH, PLY_IMPULSE, PLY_MOVE, PROJECTILE_CONTACT, LEDGER];
 
 impl Kernel {
     /// The whole source.
@@ -117,7 +201,7 @@ impl Kernel {
 }
 
 /// Values of the pipeline-overridable constants, by name. `ledger`: the step fills in the energies of the state.
-pub fn constants(terms: &Terms, ledger: bool) -> [(&'static str, f64); 12] {
+pub fn constants(terms: &Terms, ledger: bool) -> [(&'static str, f64); 14] {
     let law = match terms.law {
         Variant::PublishedTension => 0.0,
         Variant::PublishedProjected => 1.0,
@@ -138,5 +222,7 @@ pub fn constants(terms: &Terms, ledger: bool) -> [(&'static str, f64); 12] {
         ("FRICTION", flag(terms.friction)),
         ("ROTATION", flag(terms.rotation)),
         ("LEDGER", flag(ledger)),
+        ("PLIES", flag(terms.plies)),
+        ("PLY_FRICTION", flag(terms.ply_friction)),
     ]
 }

@@ -10,12 +10,11 @@ use std::time::{Duration, Instant};
 use nalgebra::Vector3;
 
 use super::buffers::SLOTS;
-use super::front::Front;
 use super::layout::{self, BODY_WORDS, StepInfo, Sums, status, sum};
 use super::stepper::{BATCH, BatchResult, Pending, Stepper};
 use super::{Device, DeviceError};
 use crate::case::Case;
-use crate::ledger::Ledger;
+use crate::ledger::{Ledger, PlyMoment};
 use crate::model::Model;
 use crate::profile;
 use crate::record::{Machine, Moment, Record, sample_due, time_up};
@@ -56,7 +55,6 @@ pub struct Simulation<'a> {
     ledger: Ledger,
     record: Record,
     given: (f64, Vector3<f64>),
-    front: Option<Front>,
     /// Batches on their way with their steps, the oldest first.
     pending: VecDeque<(Vec<StepInfo>, Pending)>,
     /// Next step to be sent off, and the last one sent that is sampled.
@@ -79,12 +77,11 @@ impl<'a> Simulation<'a> {
     /// When the case cannot become a model or the device cannot hold it.
     pub fn new(case: &Case, device: &'a Device) -> Result<Self, RunError> {
         let (model, state) = simulation::set_up::<f32>(case)?;
-        let mut stepper = Stepper::new(device, case, &model)?;
+        let mut stepper = Stepper::new(device, &model)?;
         stepper.upload(&model, &state);
         Ok(Self {
-            front: Front::new(case, &model),
-            given: simulation::given(&model, &state, case),
-            record: Record::new(case, state.body.as_ref()),
+            given: simulation::given(&model, &state),
+            record: Record::new(&model, state.body.as_ref()),
             model,
             state,
             stepper,
@@ -123,19 +120,11 @@ impl<'a> Simulation<'a> {
         step as f64 * self.model.dt
     }
 
-    /// Elements and nodes that may have moved by the end of a step.
-    fn active(&self, step: u64) -> [[u32; 2]; 2] {
-        let grid = &self.model.grid;
-        let rows = self.front.map_or(0..grid.node_rows(), |f| f.node_rows(step));
-        let elements = self.front.map_or(0..grid.element_rows(), |_| rows.start..rows.end - 1);
-        let span = |rows: std::ops::Range<usize>, columns: usize| [rows.start, rows.end].map(|r| (r * columns) as u32);
-        [span(elements, grid.columns), span(rows, grid.columns + 1)]
-    }
-
     /// Computes everything, also what is known to be at rest.
     #[must_use]
-    pub fn without_front(mut self) -> Self {
-        self.front = None;
+    pub fn without_skips(mut self) -> Self {
+        self.state.reach_everything(&self.model);
+        self.stepper.upload(&self.model, &self.state);
         self
     }
 
@@ -155,7 +144,7 @@ impl<'a> Simulation<'a> {
             let since = index - last.map_or(0, |l| l + 1) + 1;
             let sampled = sample_due(case, last.map(|l| self.time_of(l)), time, dt) || self.record.interrupted;
             let slot = sampled.then_some(slots);
-            steps.push(StepInfo { active: self.active(index), ..self.stepper.whole_step(index, slot, since as u32) });
+            steps.push(self.stepper.whole_step(index, slot, since as u32));
             if sampled {
                 slots += 1;
                 last = Some(index);
@@ -271,17 +260,27 @@ impl<'a> Simulation<'a> {
         record.unconverged = u64::from(counters[status::UNCONVERGED]);
         record.max_residual = f64::from(f32::from_bits(counters[status::RESIDUAL]));
         record.eroded = u64::from(counters[status::ERODED]);
+        record.max_penetration[1] = f64::from(f32::from_bits(counters[status::PLY_DEPTH]));
+        // Without a projectile everything moves, or nothing ever does.
+        record.computed = match self.model.projectile {
+            Some(_) => u64::from(counters[status::VISITED]) + (u64::from(counters[status::VISITED + 1]) << 32),
+            None => (info.index + 1) * self.model.elements() as u64,
+        };
         let ledger = &mut self.ledger;
         ledger.work += sums.add(sum::WORK);
         ledger.released[0] += sums.add(sum::RELEASED);
         ledger.released[1] += sums.add(sum::RELEASED_HOURGLASS);
+        let [membrane, mode] = [0, 1].map(|part| sums.add(sum::PLY_LIFTED + part));
+        ledger.contact += sums.add(sum::PLY_LOSS) - sums.add(sum::PLY_RUBBED) - membrane - mode;
+        ledger.friction += sums.add(sum::PLY_RUBBED);
+        ledger.work += membrane;
         ledger.elements_are(sums.add(sum::STORED), sums.add(sum::HOURGLASS_NOW), sums.largest(sum::TENSION));
         ledger.nodes_are(sums.add(sum::KINETIC_NOW), [0, 1, 2].map(|a| sums.add(sum::MOMENTUM + a)));
         for a in 0..3 {
             ledger.support[a] += sums.add(sum::SUPPORT + a);
         }
         if let Some(b) = &body {
-            record.max_penetration = b.penetration;
+            record.max_penetration[0] = b.penetration;
             ledger.contact += b.energy[0];
             ledger.friction += b.energy[1];
             ledger.external += b.energy[2];
@@ -294,15 +293,24 @@ impl<'a> Simulation<'a> {
         if record.history.is_empty() {
             ledger.begin(self.given.0, self.given.1);
         }
+        let count = self.model.plies.len();
+        let plies: Vec<PlyMoment> = (0..count)
+            .map(|ply| sums.ply(ply, count))
+            .map(|sums| PlyMoment {
+                kinetic: sums.add(sum::KINETIC_NOW),
+                stored: sums.add(sum::STORED),
+                deflection: sums.largest(sum::DEFLECTION),
+            })
+            .collect();
         let moment = Moment {
             time: info.index as f64 * self.model.dt,
             dt: self.model.dt,
             balance: ledger.balance(),
-            deflection: sums.largest(sum::DEFLECTION),
+            plies: &plies,
             impulse: Vector3::from(std::mem::take(&mut ledger.contact_impulse)),
             body: body.as_ref().map(|b| (&b.body, b.before)),
         };
-        record.sample(case, &moment, |_| sums.add(sum::COVERED) > 0.5);
+        record.sample(case, &moment, |_, ply| sums.ply(ply, count).add(sum::COVERED) > 0.5);
         let kinetic = sums.add(sum::KINETIC) + simulation::flying(body.as_ref().map(|b| &b.body));
         if !(kinetic <= self.ledger.allowed() && self.ledger.work.is_finite()) {
             // The place is looked for in the state as it is now, at most two batches later.
@@ -316,7 +324,7 @@ impl<'a> Simulation<'a> {
 
     /// Where the run is.
     pub fn progress(&self, case: &Case) -> Progress {
-        self.record.progress(case, self.time_of(self.step), self.step, self.model.grid.elements())
+        self.record.progress(case, self.time_of(self.step), self.step, self.model.elements())
     }
 
     /// The result. `loop_seconds`: time spent in the loop.
@@ -328,7 +336,6 @@ impl<'a> Simulation<'a> {
             precision: "f32",
             loop_seconds,
             host_seconds: Some((loop_seconds - self.stepper.waited().as_secs_f64()).max(0.0)),
-            computed: (0..self.step).map(|s| self.active(s)[0]).map(|[first, end]| u64::from(end - first)).sum(),
         };
         self.record.into_run(&self.model, self.step, machine)
     }

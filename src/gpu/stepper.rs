@@ -3,12 +3,14 @@
 use std::time::{Duration, Instant};
 
 use super::buffers::{Name, Sizes, spread};
-use super::layout::{self, BODY_WORDS, EVENT_WORDS, GROUP, STATUS_WORDS, STEP_BYTES, STEP_STRIDE, StepInfo, status};
+use super::layout::{
+    self, BODY_WORDS, EVENT_WORDS, GROUP, PLIES, PLY_WORDS, SCENE_STRIDE, STATUS_WORDS, STEP_BYTES, STEP_STRIDE,
+    StepInfo, status,
+};
 use super::program::{self, Program};
 use super::shader::{self, Kernel};
 use super::{Device, DeviceError};
-use crate::case::Case;
-use crate::model::{Grid, Model, Terms};
+use crate::model::{Grid, Model, Sheet, Terms};
 use crate::step::FailureEvent;
 
 /// Steps in one submission at most.
@@ -23,11 +25,18 @@ pub enum Stage {
     Elements,
     /// `node_update`
     Nodes,
+    /// `ply_search`, `ply_impulse`, `ply_move`
+    Plies,
     /// `projectile_contact`, with the motion of the body.
     Projectile,
     /// `ledger`
     Ledger,
 }
+
+/// A whole step.
+const STAGES: [Stage; 5] = [Stage::Elements, Stage::Nodes, Stage::Plies, Stage::Projectile, Stage::Ledger];
+/// Speed of any node over the largest at the start, at most: all the energy in one place.
+const FASTER: f64 = 4.0;
 
 /// What a batch leaves behind.
 #[derive(Clone, Debug, Default)]
@@ -61,6 +70,8 @@ pub struct Stepper<'a> {
     pub(super) grid: Grid,
     terms: Terms,
     dt: f64,
+    /// How far any node may go in a step [m].
+    farthest: f64,
     /// Per dimension of a dispatch.
     most_workgroups: u32,
     pub(super) buffers: Vec<wgpu::Buffer>,
@@ -68,9 +79,10 @@ pub struct Stepper<'a> {
     staging: [wgpu::Buffer; IN_FLIGHT],
     submitted: usize,
     common: wgpu::BindGroup,
-    /// Plain, and with the ledger.
-    element: [Program; 2],
+    /// By sheet: plain, and with the ledger.
+    element: Vec<[Program; 2]>,
     node: Program,
+    plies: [Program; 3],
     contact: Program,
     ledger: Program,
     pub(super) events_read: u64,
@@ -83,8 +95,8 @@ impl<'a> Stepper<'a> {
     ///
     /// # Errors
     /// When the device cannot hold the case, or refuses a pipeline.
-    pub fn new(device: &'a Device, case: &Case, model: &Model<f32>) -> Result<Self, DeviceError> {
-        Self::with_sources(device, case, model, &Kernel::source)
+    pub fn new(device: &'a Device, model: &Model<f32>) -> Result<Self, DeviceError> {
+        Self::with_sources(device, model, &Kernel::source)
     }
 
     /// The same with other sources: for tests that break a shader on purpose.
@@ -93,15 +105,14 @@ impl<'a> Stepper<'a> {
     /// As [`Self::new`].
     pub fn with_sources(
         device: &'a Device,
-        case: &Case,
         model: &Model<f32>,
         source: &dyn Fn(&Kernel) -> String,
     ) -> Result<Self, DeviceError> {
-        let sizes = Sizes::new(&model.grid);
+        let sizes = Sizes::new(model);
         sizes.check(&device.limits(), device.name())?;
         let memory = device.inner.push_error_scope(wgpu::ErrorFilter::OutOfMemory);
         let validation = device.inner.push_error_scope(wgpu::ErrorFilter::Validation);
-        let built = Self::build(device, case, model, sizes, source);
+        let built = Self::build(device, model, sizes, source);
         let [invalid, full] = [validation, memory].map(|scope| pollster::block_on(scope.pop()));
         if let Some(error) = full {
             let adapter = device.name().to_owned();
@@ -113,13 +124,7 @@ impl<'a> Stepper<'a> {
         }
     }
 
-    fn build(
-        device: &'a Device,
-        case: &Case,
-        model: &Model<f32>,
-        sizes: Sizes,
-        source: &dyn Fn(&Kernel) -> String,
-    ) -> Self {
+    fn build(device: &'a Device, model: &Model<f32>, sizes: Sizes, source: &dyn Fn(&Kernel) -> String) -> Self {
         let gpu = &device.inner;
         let terms = model.terms();
         let buffer = |label: &str, size: u64, usage: wgpu::BufferUsages| {
@@ -129,9 +134,15 @@ impl<'a> Stepper<'a> {
         let storage = wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_SRC;
         let buffers: Vec<_> =
             Name::ALL.map(|name| buffer(name.variable(), sizes.bytes(name), storage)).into_iter().collect();
-        let block = layout::scene(case, model, sizes.points as u32, sizes.groups as u32).words();
-        let scene = buffer("scene", 4 * block.len() as u64, wgpu::BufferUsages::UNIFORM);
-        device.queue.write_buffer(&scene, 0, bytemuck::cast_slice(&block));
+        let sheets = 0..model.sheets.len();
+        let scene = buffer("scene", SCENE_STRIDE * sheets.len() as u64, wgpu::BufferUsages::UNIFORM);
+        for sheet in sheets {
+            let block = layout::scene(model, sheet, sizes.points as u32, sizes.groups as u32).words();
+            device.queue.write_buffer(&scene, SCENE_STRIDE * sheet as u64, bytemuck::cast_slice(&block));
+        }
+        let plies = buffer("plies", 4 * (PLIES * PLY_WORDS) as u64, wgpu::BufferUsages::UNIFORM);
+        let words: Vec<u32> = layout::plies(model).iter().flat_map(|ply| ply.words()).collect();
+        device.queue.write_buffer(&plies, 0, bytemuck::cast_slice(&words));
         let steps = buffer("steps", STEP_STRIDE * BATCH as u64, wgpu::BufferUsages::UNIFORM);
         let staging_size = sizes.bytes(Name::Samples) + STATUS_BYTES + EVENT_BYTES * EVENT_WINDOW;
         let staging = [0; IN_FLIGHT].map(|_| buffer("staging", staging_size, wgpu::BufferUsages::MAP_READ));
@@ -140,15 +151,9 @@ impl<'a> Stepper<'a> {
             label: Some("scene and step"),
             layout: &layout,
             entries: &[
-                wgpu::BindGroupEntry { binding: 0, resource: scene.as_entire_binding() },
-                wgpu::BindGroupEntry {
-                    binding: 1,
-                    resource: wgpu::BindingResource::Buffer(wgpu::BufferBinding {
-                        buffer: &steps,
-                        offset: 0,
-                        size: wgpu::BufferSize::new(STEP_BYTES),
-                    }),
-                },
+                wgpu::BindGroupEntry { binding: 0, resource: part(&scene, SCENE_STRIDE) },
+                wgpu::BindGroupEntry { binding: 1, resource: part(&steps, STEP_BYTES) },
+                wgpu::BindGroupEntry { binding: 2, resource: plies.as_entire_binding() },
             ],
         });
         let module = |kernel: &Kernel| {
@@ -157,13 +162,19 @@ impl<'a> Stepper<'a> {
                 source: wgpu::ShaderSource::Wgsl(source(kernel).into()),
             })
         };
-        let program = |kernel: &Kernel, module: &wgpu::ShaderModule, ledger: bool| {
-            program::program(gpu, kernel, module, &layout, &buffers, &shader::constants(&terms, ledger))
+        let program = |kernel: &Kernel, module: &wgpu::ShaderModule, terms: &Terms, ledger: bool| {
+            program::program(gpu, kernel, module, &layout, &buffers, &shader::constants(terms, ledger))
         };
-        let single = |kernel: &Kernel, ledger: bool| program(kernel, &module(kernel), ledger);
+        let single = |kernel: &Kernel, ledger: bool| program(kernel, &module(kernel), &terms, ledger);
         let elements = module(&shader::ELEMENT_FORCE);
+        let element = |sheet: &Sheet<f32>| {
+            let terms = Terms::new(model, sheet);
+            [false, true].map(|ledger| program(&shader::ELEMENT_FORCE, &elements, &terms, ledger))
+        };
         Self {
-            element: [false, true].map(|ledger| program(&shader::ELEMENT_FORCE, &elements, ledger)),
+            element: model.sheets.iter().map(element).collect(),
+            plies: [&shader::PLY_SEARCH, &shader::PLY_IMPULSE, &shader::PLY_MOVE].map(|kernel| single(kernel, false)),
+            farthest: model.dt * FASTER * layout::start_speed(model),
             node: single(&shader::NODE_UPDATE, false),
             contact: single(&shader::PROJECTILE_CONTACT, false),
             ledger: single(&shader::LEDGER, true),
@@ -215,7 +226,7 @@ impl<'a> Stepper<'a> {
         {
             let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
             for (at, info) in steps.iter().enumerate() {
-                self.record(&mut pass, at, info, &[Stage::Elements, Stage::Nodes, Stage::Projectile, Stage::Ledger]);
+                self.record(&mut pass, at, info, &STAGES);
             }
         }
         let copies = [
@@ -292,35 +303,33 @@ impl<'a> Stepper<'a> {
     /// Records the stages that the scene and the step have.
     pub(super) fn record(&self, pass: &mut wgpu::ComputePass<'_>, at: usize, info: &StepInfo, stages: &[Stage]) {
         let sampled = info.slot.is_some();
-        pass.set_bind_group(0, &self.common, &[at as u32 * STEP_STRIDE as u32]);
-        for stage in stages {
-            let program = match stage {
-                Stage::Elements => &self.element[usize::from(sampled)],
-                Stage::Nodes => &self.node,
-                Stage::Projectile if self.terms.projectile => &self.contact,
-                Stage::Ledger if sampled => &self.ledger,
-                Stage::Projectile | Stage::Ledger => continue,
-            };
-            let [x, y] = match stage {
-                Stage::Elements => self.spread(info.active[0]),
-                Stage::Nodes => self.spread(info.active[1]),
-                Stage::Projectile => [1, 1],
-                Stage::Ledger => [self.sizes.groups as u32, 1],
-            };
+        let step = at as u32 * STEP_STRIDE as u32;
+        let mut dispatch = |program: &Program, sheet: usize, [x, y]: [u32; 2]| {
+            pass.set_bind_group(0, &self.common, &[sheet as u32 * SCENE_STRIDE as u32, step]);
             pass.set_pipeline(&program.pipeline);
             pass.set_bind_group(1, &program.group, &[]);
             pass.dispatch_workgroups(x, y, 1);
+        };
+        let [elements, nodes] = [self.sizes.elements, self.sizes.nodes].map(|n| spread(n, GROUP, self.most_workgroups));
+        for stage in stages {
+            match stage {
+                Stage::Elements => {
+                    for (sheet, programs) in self.element.iter().enumerate() {
+                        dispatch(&programs[usize::from(sampled)], sheet, elements);
+                    }
+                }
+                Stage::Nodes => dispatch(&self.node, 0, nodes),
+                Stage::Plies if self.terms.plies => self.plies.iter().for_each(|program| dispatch(program, 0, nodes)),
+                Stage::Projectile if self.terms.projectile => dispatch(&self.contact, 0, [1, 1]),
+                Stage::Ledger if sampled => dispatch(&self.ledger, 0, [self.sizes.groups as u32, 1]),
+                Stage::Plies | Stage::Projectile | Stage::Ledger => {}
+            }
         }
     }
 
-    fn spread(&self, [first, end]: [u32; 2]) -> [u32; 2] {
-        spread(u64::from(end - first), GROUP, self.most_workgroups)
-    }
-
-    /// One step over everything. `slot`: where the ledger writes, if it runs; `since`: steps since it did.
+    /// One step. `slot`: where the ledger writes, if it runs; `since`: steps since it did.
     pub fn whole_step(&self, index: u64, slot: Option<u32>, since: u32) -> StepInfo {
-        let active = [self.sizes.elements, self.sizes.nodes].map(|count| [0, count as u32]);
-        StepInfo { index, slot, since, dt: self.dt, active }
+        StepInfo { index, slot, since, dt: self.dt, travel: self.farthest * (index + 1) as f64 }
     }
 
     /// Events in the order the processor would have found them.
@@ -352,3 +361,8 @@ impl<'a> Stepper<'a> {
 /// Bytes of the counters, of an event.
 const STATUS_BYTES: u64 = 4 * STATUS_WORDS as u64;
 const EVENT_BYTES: u64 = 4 * EVENT_WORDS;
+
+/// The first bytes of a buffer, to be moved by a dynamic offset.
+fn part(buffer: &wgpu::Buffer, size: u64) -> wgpu::BindingResource<'_> {
+    wgpu::BindingResource::Buffer(wgpu::BufferBinding { buffer, offset: 0, size: wgpu::BufferSize::new(size) })
+}

@@ -5,11 +5,12 @@ use std::sync::mpsc;
 
 use super::DeviceError;
 use super::buffers::Name;
-use super::layout::{self, STATUS_WORDS, status};
+use super::layout::{self, REACH_WORDS, STATUS_WORDS, status};
 use super::stepper::Stepper;
 use crate::kernels::element_force::field as element;
 use crate::kernels::node_update::field as node;
-use crate::model::Model;
+use crate::model::{Model, over::SIDES};
+use crate::reach::Reach;
 use crate::state::{Rows, State};
 
 impl Stepper<'_> {
@@ -40,13 +41,17 @@ impl Stepper<'_> {
         let (warp, weft) = alive.split_at(self.sizes.elements as usize);
         let flag = |(warp, weft): (&f32, &f32)| u32::from(*warp > 0.5) + 2 * u32::from(*weft > 0.5);
         self.write(Name::Flags, &warp.iter().zip(weft).map(flag).collect::<Vec<_>>());
-        let mut counters = [0; STATUS_WORDS];
+        let mut counters = vec![0; STATUS_WORDS];
         counters[status::BAD_STEP] = u32::MAX;
+        counters.extend(state.reach.iter().flat_map(reach_words));
         self.write(Name::Status, &counters);
+        if !state.over.is_empty() {
+            self.write(Name::Over, &by_side(&state.over, model.nodes_per_ply()));
+        }
         if let (Some(body), Some(start)) = (&state.body, &model.projectile) {
             self.write(Name::Body, &layout::body(body, &start.velocity));
         }
-        self.clear(&[Name::Supports, Name::Candidates]);
+        self.clear(&[Name::Supports, Name::Candidates, Name::Contacts, Name::Shares, Name::Impulses]);
         self.events_read = 0;
     }
 
@@ -72,6 +77,11 @@ impl Stepper<'_> {
         let alive: Vec<f32> =
             [1, 2].iter().flat_map(|bit| flags.iter().map(move |f| f32::from(u8::from(f & bit != 0)))).collect();
         set_planes(&mut state.elements, element::ALIVE..element::COUNT, 1, columns, &alive);
+        let status = self.read(Name::Status)?;
+        state.reach = status[status::REACH..].chunks_exact(REACH_WORDS as usize).map(reach_from).collect();
+        if !state.over.is_empty() {
+            state.over = by_ply(&self.read(Name::Over)?, model.nodes_per_ply());
+        }
         if let Some(start) = &model.projectile {
             state.body = Some(layout::read_body(&self.read(Name::Body)?, start).body);
         }
@@ -157,4 +167,29 @@ fn set_planes(rows: &mut Rows<f32>, fields: Range<usize>, first: usize, columns:
             }
         }
     }
+}
+
+/// What may have moved of a ply as the shaders hold it; of nothing, a first beyond every end.
+fn reach_words(reach: &Reach) -> [u32; 4] {
+    if reach.is_nothing() {
+        return [u32::MAX, 0, u32::MAX, 0];
+    }
+    [reach.rows.start, reach.rows.end, reach.columns.start, reach.columns.end].map(|at| at as u32)
+}
+
+fn reach_from(words: &[u32]) -> Reach {
+    let [rows, columns] = [0, 2].map(|at| words[at] as usize..words[at + 1] as usize);
+    if rows.is_empty() { Reach::nothing() } else { Reach { rows, columns } }
+}
+
+/// From shape (plies, sides, nodes) to (sides, plies, nodes).
+fn by_side(over: &[u32], nodes: usize) -> Vec<u32> {
+    (0..SIDES).flat_map(|side| over.chunks(nodes).skip(side).step_by(SIDES).flatten().copied()).collect()
+}
+
+/// From shape (sides, plies, nodes) to (plies, sides, nodes).
+fn by_ply(over: &[u32], nodes: usize) -> Vec<u32> {
+    let plies = over.len() / (SIDES * nodes);
+    let part = |at: usize| &over[at * nodes..(at + 1) * nodes];
+    (0..plies).flat_map(|ply| (0..SIDES).flat_map(move |side| part(side * plies + ply))).copied().collect()
 }

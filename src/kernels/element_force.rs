@@ -8,6 +8,8 @@
 //! An element whose two yarns have failed carries nothing; with one yarn left the trellis is gone, so shear is
 //! released with the first failure.
 
+use std::ops::Range;
+
 use crate::kernels::crossover::{self, CellConstants, LawKernel};
 use crate::kernels::shear::{self, ShearConstants};
 use crate::number::{Mask, Real, Scalar};
@@ -100,6 +102,8 @@ pub struct ElementTotals {
     pub max_tension: f64,
     /// Largest |z displacement| of a corner of a standing element [m]; only in ledger steps.
     pub max_deflection: f64,
+    /// Elements computed.
+    pub computed: usize,
     /// Yarn failures in column order.
     pub failures: Vec<Failure>,
 }
@@ -196,7 +200,7 @@ fn stored_energy<R: Real>(c: &ElementConstants<R>, tension: &[R; 2], strain: &[R
     c.cells * (yarn(0) + yarn(1) + crossover::compression_energy(&c.cell, force)) + c.area * shear
 }
 
-/// Computes one row of elements.
+/// Computes `range` of one row of elements.
 ///
 /// `dt` is the time since the forces in the row were computed [s] (0 at the start, when there are none).
 /// `SHEAR` leaves trellis shear out where the case has none; `LEDGER` adds the energies of the state.
@@ -204,7 +208,7 @@ fn stored_energy<R: Real>(c: &ElementConstants<R>, tension: &[R; 2], strain: &[R
 pub fn element_force<R: Real, L: LawKernel, const SHEAR: bool, const LEDGER: bool>(
     c: &ElementConstants<R>,
     row: &mut ElementRow<'_, R::Scalar>,
-    columns: usize,
+    range: Range<usize>,
     dt: f64,
     totals: &mut ElementTotals,
 ) {
@@ -215,8 +219,8 @@ pub fn element_force<R: Real, L: LawKernel, const SHEAR: bool, const LEDGER: boo
     let mut hourglass = Tally::default();
     let mut iterations = Tally::default();
     let mut released = [Tally::default(); 2];
-    let mut column = 0;
-    while column < columns {
+    let mut column = range.start;
+    while column < range.end {
         let at = column + 1;
         let load = |f: usize, e: &[&mut [R::Scalar]; field::COUNT]| R::load(e[f], at);
         let corner = |f: usize| {

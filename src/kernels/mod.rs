@@ -9,6 +9,7 @@ pub mod cell_constants;
 pub mod crossover;
 pub mod element_force;
 pub mod node_update;
+pub mod ply_contact;
 pub mod projectile_body;
 pub mod projectile_chisel;
 pub mod projectile_contact;

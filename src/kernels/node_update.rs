@@ -3,6 +3,8 @@
 //! Each node adds the forces of its up to four elements in a fixed order (gather, no scatter), so the sum does
 //! not depend on threads. Held degrees of freedom have zero inverse mass.
 
+use std::ops::Range;
+
 use crate::kernels::element_force::field as element;
 use crate::number::{Real, Scalar};
 use crate::tally::Tally;
@@ -67,12 +69,26 @@ pub fn gather<R: Real>(around: &Neighbours<'_, R::Scalar>, column: usize) -> [R;
     })
 }
 
-/// Advances one row of nodes: v += kick·f/m, u += drift·v.
+/// The same force in two parts: of the membrane, of the hourglass stiffness [N].
+#[inline(always)]
+pub fn gather_parts<R: Real>(around: &Neighbours<'_, R::Scalar>, column: usize) -> [[R; 3]; 2] {
+    let (left, right) = (column, column + 1);
+    let modes = [0, 1, 2].map(|a| {
+        let mode = |row: &[&[R::Scalar]; element::COUNT], at| R::load(row[element::HOURGLASS + a], at);
+        let (above, below) = (&around.above, &around.below);
+        (mode(above, left) - mode(above, right)) + (mode(below, right) - mode(below, left))
+    });
+    let whole = gather::<R>(around, column);
+    [[0, 1, 2].map(|a| whole[a] - modes[a]), modes]
+}
+
+/// Advances `range` of one row of `columns` nodes: v += kick·f/m, u += drift·v.
 #[inline(always)]
 pub fn node_update<R: Real, const LEDGER: bool>(
     around: &Neighbours<'_, R::Scalar>,
     mass: &RowMass<'_, R::Scalar>,
     node: &mut [&mut [R::Scalar]; field::COUNT],
+    range: Range<usize>,
     columns: usize,
     edge_row: bool,
     kick: f64,
@@ -85,8 +101,8 @@ pub fn node_update<R: Real, const LEDGER: bool>(
     let mut momentum = [Tally::default(); 3];
     let mut support = [Tally::default(); 3];
     let mut fastest = R::zero();
-    let mut column = 0;
-    while column < columns {
+    let mut column = range.start;
+    while column < range.end {
         let force = gather::<R>(around, column);
         let m = R::load(mass.mass, column);
         let mut speed = R::zero();

@@ -17,7 +17,9 @@ pub const FRICTION_SWEEPS: usize = 6;
 /// A node near the body during one step.
 #[derive(Clone, Debug)]
 pub struct ContactPoint {
-    /// Row of nodes and column.
+    /// Ply of the node.
+    pub ply: usize,
+    /// Row of the node in its ply.
     pub row: usize,
     /// Column of the node.
     pub column: usize,
@@ -35,6 +37,8 @@ pub struct ContactPoint {
     pub inverse: Vector3<f64>,
     /// Lumped mass [kg].
     pub mass: f64,
+    /// Coulomb coefficient [-].
+    pub friction: f64,
     /// Inertia met along the normal, 1/(n·w n) [kg].
     pub kappa: f64,
     /// Normal impulse on the node [N·s].
@@ -88,15 +92,15 @@ pub struct ContactTotals {
 }
 
 /// Finds the impulses of one step and applies them to the body; the caller applies them to the nodes.
-pub fn resolve(body: &mut RigidBody, points: &mut [ContactPoint], friction: f64, dt: f64) -> ContactTotals {
+pub fn resolve(body: &mut RigidBody, points: &mut [ContactPoint], dt: f64) -> ContactTotals {
     let start = body.clone();
     for p in points.iter_mut() {
         p.active = p.free.dot(&p.normal) - start.velocity_at(&p.arm).dot(&p.normal) < closing_limit(p, dt);
     }
-    let sweeps = if friction > 0.0 { FRICTION_SWEEPS } else { 1 };
+    let sweeps = if points.iter().any(|p| p.friction > 0.0) { FRICTION_SWEEPS } else { 1 };
     for sweep in 0..sweeps {
         solve_normal(&start, body, points, dt);
-        if sweep + 1 < sweeps && update_friction(body, points, friction) {
+        if sweep + 1 < sweeps && update_friction(body, points) {
             continue;
         }
         break;
@@ -200,13 +204,13 @@ fn apply(start: &RigidBody, body: &mut RigidBody, points: &[ContactPoint]) {
 }
 
 /// Friction impulses that stop the sliding, cut to μ times the normal impulse. True if any changed.
-fn update_friction(body: &RigidBody, points: &mut [ContactPoint], friction: f64) -> bool {
+fn update_friction(body: &RigidBody, points: &mut [ContactPoint]) -> bool {
     let mut changed = false;
     for p in points.iter_mut() {
         let slide = p.velocity() - body.velocity_at(&p.arm);
         let slide = slide - p.normal * slide.dot(&p.normal);
         let wanted = p.drag - slide * p.mass;
-        let limit = friction * p.push;
+        let limit = p.friction * p.push;
         let size = wanted.norm();
         let drag = if size > limit { wanted * (limit / size) } else { wanted };
         if (drag - p.drag).norm() > 1e-9 * limit {

@@ -1,25 +1,19 @@
-//! The structured mesh and how its state is stored.
+//! How the state of a pack is stored: rows of nodes and elements, ply after ply.
 
-use crate::case::Pack;
+use super::mesh::Mesh;
 
 /// Numbers processed at once at most; rows are padded so that every load stays inside its row.
 const PAD: usize = 16;
 
-/// Mesh of a pack: plies of `rows` × `columns` elements, warp along X (columns), weft along Y (rows).
-#[derive(Clone, Copy, Debug, PartialEq)]
+/// Storage of a pack. Every ply has room for the largest mesh among them; what a smaller one leaves is never computed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Grid {
-    /// Independent shots held side by side.
-    pub shots: usize,
-    /// Plies per shot.
+    /// Plies, the struck one first.
     pub plies: usize,
-    /// Elements along Y.
+    /// Most elements along weft.
     pub rows: usize,
-    /// Elements along X.
+    /// Most elements along warp.
     pub columns: usize,
-    /// Undeformed element lengths Lx, Ly [m].
-    pub length: [f64; 2],
-    /// Reference position of node (0, 0) [m]; the pack's centre is the origin.
-    pub origin: [f64; 2],
     /// Numbers stored per field of a row of nodes.
     pub node_stride: usize,
     /// Numbers stored per field of a row of elements; element c is at c + 1.
@@ -27,49 +21,45 @@ pub struct Grid {
 }
 
 impl Grid {
-    /// Mesh of one shot at a pack.
-    pub fn new(pack: &Pack) -> Self {
-        let padded = (pack.columns + 1).next_multiple_of(PAD) + PAD;
-        let length = [pack.element_length_x, pack.element_length_y];
-        Self {
-            shots: 1,
-            plies: pack.plies as usize,
-            rows: pack.rows,
-            columns: pack.columns,
-            length,
-            origin: [-0.5 * length[0] * pack.columns as f64, -0.5 * length[1] * pack.rows as f64],
-            node_stride: padded,
-            element_stride: padded + PAD,
-        }
+    /// Storage for `plies` plies of these meshes.
+    pub fn new<'a>(plies: usize, meshes: impl Iterator<Item = &'a Mesh>) -> Self {
+        let [rows, columns] = meshes.fold([0; 2], |[r, c], mesh| [r.max(mesh.rows), c.max(mesh.columns)]);
+        let node_stride = Self::node_stride(columns);
+        Self { plies, rows, columns, node_stride, element_stride: node_stride + PAD }
     }
 
-    /// Rows of nodes over all shots and plies.
+    /// Numbers stored per field of a row of nodes of a mesh with so many columns.
+    pub fn node_stride(columns: usize) -> usize {
+        (columns + 1).next_multiple_of(PAD) + PAD
+    }
+
+    /// Rows of nodes over all plies.
     pub fn node_rows(&self) -> usize {
-        self.shots * self.plies * (self.rows + 1)
+        self.plies * (self.rows + 1)
     }
 
-    /// Rows of elements over all shots and plies.
+    /// Rows of elements over all plies.
     pub fn element_rows(&self) -> usize {
-        self.shots * self.plies * self.rows
+        self.plies * self.rows
     }
 
-    /// Elements over all shots and plies.
-    pub fn elements(&self) -> usize {
-        self.element_rows() * self.columns
-    }
-
-    /// Ply (counted over shots) and row within it of a row of nodes.
+    /// Ply and row within it of a row of nodes.
     pub fn node_row(&self, row: usize) -> (usize, usize) {
         (row / (self.rows + 1), row % (self.rows + 1))
     }
 
-    /// Ply (counted over shots) and row within it of a row of elements.
+    /// Ply and row within it of a row of elements.
     pub fn element_row(&self, row: usize) -> (usize, usize) {
         (row / self.rows, row % self.rows)
     }
 
-    /// Reference position of a node [m].
-    pub fn reference(&self, row: usize, column: usize) -> [f64; 2] {
-        [self.origin[0] + self.length[0] * column as f64, self.origin[1] + self.length[1] * row as f64]
+    /// First row of nodes of a ply.
+    pub fn first_node_row(&self, ply: usize) -> usize {
+        ply * (self.rows + 1)
+    }
+
+    /// First row of elements of a ply.
+    pub fn first_element_row(&self, ply: usize) -> usize {
+        ply * self.rows
     }
 }

@@ -1,6 +1,6 @@
 //! Which terms of the model a scene has. A backend leaves the others out.
 
-use super::Model;
+use super::{Model, Sheet};
 use crate::kernels::arc_length::MAX_TERMS;
 use crate::kernels::cell_constants::NEVER;
 use crate::kernels::crossover::Variant;
@@ -30,30 +30,49 @@ pub struct Terms {
     pub friction: bool,
     /// It may turn.
     pub rotation: bool,
+    /// There are plies that may touch each other.
+    pub plies: bool,
+    /// They rub.
+    pub ply_friction: bool,
 }
 
 impl Terms {
-    /// The terms of a model.
-    pub fn new<S>(model: &Model<S>) -> Self {
-        let yarns = &model.cell.yarn;
+    /// The terms of one sheet of a model.
+    pub fn new<S>(model: &Model<S>, sheet: &Sheet<S>) -> Self {
+        let yarns = &sheet.cell.yarn;
         let projectile = model.projectile.as_ref();
         Self {
-            law: model.law,
-            pivot: model.cell.pivot,
+            law: sheet.law,
+            pivot: sheet.cell.pivot,
             series: yarns.iter().map(|y| y.terms).max().unwrap_or(MAX_TERMS),
-            compression: model.cell.compression[0] > 0.0,
-            shear: model.has_shear,
-            secant: model.has_shear && model.element.shear.secant > 0.0,
-            hourglass: model.element.hourglass.iter().any(|k| *k > 0.0),
-            failure: (0..2).any(|i| model.present[i] && yarns[i].failure_strain < NEVER),
+            compression: sheet.cell.compression[0] > 0.0,
+            shear: sheet.has_shear,
+            secant: sheet.has_shear && sheet.element.shear.secant > 0.0,
+            hourglass: sheet.element.hourglass.iter().any(|k| *k > 0.0),
+            failure: (0..2).any(|i| sheet.present[i] && yarns[i].failure_strain < NEVER),
             projectile: projectile.is_some(),
             friction: projectile.is_some() && model.friction > 0.0,
             rotation: projectile.is_some_and(|p| !p.locked),
+            plies: model.plies.len() > 1,
+            ply_friction: model.plies.len() > 1 && model.ply_friction > 0.0,
         }
     }
 
+    /// What any sheet of a pack has; law, pivot and series are those of the struck ply.
+    pub(super) fn of_pack<S>(model: &Model<S>) -> Self {
+        let first = Self::new(model, &model.sheets[0]);
+        model.sheets[1..].iter().map(|sheet| Self::new(model, sheet)).fold(first, |all, sheet| Self {
+            compression: all.compression | sheet.compression,
+            shear: all.shear | sheet.shear,
+            secant: all.secant | sheet.secant,
+            hourglass: all.hourglass | sheet.hourglass,
+            failure: all.failure | sheet.failure,
+            ..all
+        })
+    }
+
     /// Name and value of each term, as in `summary.json`.
-    pub fn list(&self) -> [(&'static str, String); 8] {
+    pub fn list(&self) -> [(&'static str, String); 10] {
         let law = match self.law {
             Variant::PublishedTension => "published, tension",
             Variant::PublishedProjected => "published, projected",
@@ -75,6 +94,8 @@ impl Terms {
             ("projectile", word(self.projectile)),
             ("friction", word(self.friction)),
             ("rotation", word(self.rotation)),
+            ("ply contact", word(self.plies)),
+            ("ply friction", word(self.ply_friction)),
         ]
         .map(|(name, value)| (name, value.to_owned()))
     }

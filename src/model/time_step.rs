@@ -5,12 +5,11 @@
 //! (shear) are too, so the bound is the largest of the terms below, for any stretch and shear angle. Contact is
 //! kinematic and adds no stiffness.
 
-use crate::case::Case;
 use crate::kernels::element_force::{ElementConstants, STRETCH_FLOOR};
 use crate::kernels::shear;
 
-/// The step bound of a model.
-#[derive(Clone, Copy, Debug, PartialEq)]
+/// The step bound of a fabric's mesh.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct StepBound {
     /// 2/ω of the stiffest element mode [s].
     pub critical_step: f64,
@@ -19,9 +18,9 @@ pub struct StepBound {
 }
 
 impl StepBound {
-    /// The bound of a case. Yarn waves give min(Lx √(Ad/C1), Ly √(Ad/C2)).
-    pub fn new(case: &Case, element: &ElementConstants<f64>) -> Self {
-        let (lx, ly) = (case.pack.element_length_x, case.pack.element_length_y);
+    /// The bound of a fabric. Yarn waves give min(Lx √(Ad/C1), Ly √(Ad/C2)).
+    /// `length`: of an element [m]; `areal_density` [kg/m²].
+    pub fn new([lx, ly]: [f64; 2], areal_density: f64, element: &ElementConstants<f64>) -> Self {
         let yarn = &element.cell.yarn;
         let c1 = yarn[0].stiffness / (2.0 * yarn[1].half_span);
         let c2 = yarn[1].stiffness / (2.0 * yarn[0].half_span);
@@ -36,6 +35,6 @@ impl StepBound {
             ((element.hourglass[0] + element.hourglass[1]) / (lx * ly), "hourglass stiffness"),
         ];
         let (stiffest, set_by) = terms.into_iter().fold((0.0, ""), |a, b| if b.0 > a.0 { b } else { a });
-        Self { critical_step: 2.0 / (stiffest / case.fabric.areal_density).sqrt(), set_by }
+        Self { critical_step: 2.0 / (stiffest / areal_density).sqrt(), set_by }
     }
 }

@@ -1,0 +1,144 @@
+// pack: the plies, where a node or an element lies, its mass, and what may have moved.
+// Twin: src/model/mesh.rs, src/model/sheet.rs and src/reach.rs
+
+/// A ply of the pack.
+struct Ply {
+    // Its own mesh.
+    rows: u32,
+    columns: u32,
+    /// Which sheet it is.
+    sheet: u32,
+    /// Yarns that are there: 1 warp, 2 weft.
+    present: u32,
+    origin_x: f32,
+    origin_y: f32,
+    length_x: f32,
+    length_y: f32,
+    /// Of the angle from the pack's X axis to the warp.
+    cosine: f32,
+    sine: f32,
+    /// Behind the struck ply [m].
+    z: f32,
+    /// Thickness of the fabric in front of it, where none is missing [m].
+    depth: f32,
+    /// Distance of mid-planes at which it touches the ply behind it, and mean thickness of the two [m].
+    touching: f32,
+    thickness: f32,
+    // Mass [kg] of an inner node, 1/mass of an inner, edge and corner node.
+    mass: f32,
+    inverse_inner: f32,
+    inverse_edge: f32,
+    inverse_corner: f32,
+    /// Held directions (1 x, 2 y, 4 z) of the left, right, bottom and top side, three bits each.
+    held: u32,
+    pad0: u32,
+}
+
+/// Ply of a node.
+fn node_ply(node: u32) -> u32 {
+    return (node / (scene.columns + 1u)) / (scene.rows + 1u);
+}
+
+/// Row within its ply and column of a node.
+fn node_place(node: u32) -> vec2<u32> {
+    let across = scene.columns + 1u;
+    return vec2<u32>((node / across) % (scene.rows + 1u), node % across);
+}
+
+/// The node at a row and column of a ply.
+fn node_at(ply: u32, place: vec2<u32>) -> u32 {
+    return (ply * (scene.rows + 1u) + place.x) * (scene.columns + 1u) + place.y;
+}
+
+/// The element at a row and column of a ply.
+fn element_at(ply: u32, place: vec2<u32>) -> u32 {
+    return (ply * scene.rows + place.x) * scene.columns + place.y;
+}
+
+/// Ply of an element.
+fn element_ply(element: u32) -> u32 {
+    return (element / scene.columns) / scene.rows;
+}
+
+/// Row within its ply and column of an element.
+fn element_place(element: u32) -> vec2<u32> {
+    return vec2<u32>((element / scene.columns) % scene.rows, element % scene.columns);
+}
+
+/// Corners of an element, counter-clockwise.
+fn corners(element: u32) -> vec4<u32> {
+    let row = element / scene.columns;
+    let column = element % scene.columns;
+    let across = scene.columns + 1u;
+    let first = (row + row / scene.rows) * across + column;
+    return vec4<u32>(first, first + 1u, first + 1u + across, first + across);
+}
+
+/// Whether the storage at a place of a ply holds a node.
+fn is_node(ply: u32, place: vec2<u32>) -> bool {
+    return place.x <= plies[ply].rows && place.y <= plies[ply].columns;
+}
+
+/// Whether the storage at a place of a ply holds an element.
+fn is_element(ply: u32, place: vec2<u32>) -> bool {
+    return place.x < plies[ply].rows && place.y < plies[ply].columns;
+}
+
+/// Directions in which a node is held.
+fn held(ply: u32, place: vec2<u32>) -> u32 {
+    let sides = plies[ply].held;
+    var bits = 0u;
+    bits |= select(0u, sides, place.y == 0u);
+    bits |= select(0u, sides >> 3u, place.y == plies[ply].columns);
+    bits |= select(0u, sides >> 6u, place.x == 0u);
+    bits |= select(0u, sides >> 9u, place.x == plies[ply].rows);
+    return bits & 7u;
+}
+
+/// Edges a node lies on: 0, 1 or 2.
+fn edges(ply: u32, place: vec2<u32>) -> u32 {
+    let row = place.x == 0u || place.x == plies[ply].rows;
+    let column = place.y == 0u || place.y == plies[ply].columns;
+    return u32(row) + u32(column);
+}
+
+fn node_mass(ply: u32, place: vec2<u32>) -> f32 {
+    let count = edges(ply, place);
+    return plies[ply].mass * select(select(1.0, 0.5, count == 1u), 0.25, count == 2u);
+}
+
+/// 1/mass by direction of the ply [1/kg], 0 where held.
+fn inverse_mass(ply: u32, place: vec2<u32>) -> vec3<f32> {
+    let count = edges(ply, place);
+    let edge = select(plies[ply].inverse_inner, plies[ply].inverse_edge, count == 1u);
+    let inverse = select(edge, plies[ply].inverse_corner, count == 2u);
+    let bits = vec3<u32>(held(ply, place)) & vec3<u32>(1u, 2u, 4u);
+    return select(vec3<f32>(inverse), vec3<f32>(0.0), bits != vec3<u32>(0u));
+}
+
+/// Inverse masses by direction of the pack. Rollers, which tell the directions apart, hold only plies laid along its axes.
+fn inverse_in_pack(ply: u32, place: vec2<u32>) -> vec3<f32> {
+    let inverse = inverse_mass(ply, place);
+    return select(inverse, inverse.yxz, abs(plies[ply].sine) > 0.5 && inverse.x != inverse.y);
+}
+
+/// A vector of the ply's axes in those of the pack.
+fn to_pack(ply: u32, v: vec3<f32>) -> vec3<f32> {
+    let c = plies[ply].cosine;
+    let s = plies[ply].sine;
+    return vec3<f32>(c * v.x - s * v.y, s * v.x + c * v.y, v.z);
+}
+
+/// A vector of the pack's axes in those of the ply.
+fn to_ply(ply: u32, v: vec3<f32>) -> vec3<f32> {
+    let c = plies[ply].cosine;
+    let s = plies[ply].sine;
+    return vec3<f32>(c * v.x + s * v.y, c * v.y - s * v.x, v.z);
+}
+
+/// Reference position of a node in the ply's axes, its depth in the pack in z [m].
+fn reference(ply: u32, place: vec2<u32>) -> vec3<f32> {
+    let x = plies[ply].origin_x + plies[ply].length_x * f32(place.y);
+    let y = plies[ply].origin_y + plies[ply].length_y * f32(place.x);
+    return vec3<f32>(x, y, plies[ply].z);
+}

@@ -1,0 +1,102 @@
+// ply_contact: where a node stands over a cell of the neighbouring ply, and the impulse between them.
+// Twin: src/kernels/ply_contact.rs
+
+/// Fraction of a penetration that is driven out in a step.
+const RECOVERY: f32 = 0.2;
+/// Depth that is let be, over the thickness.
+const SLOP: f32 = 1e-4;
+/// Steps over neighbouring cells a node may take in one time step.
+const WALK: u32 = 4u;
+/// Beyond the edge of a cell that still counts as over it, over the cell's length.
+const EDGE: f32 = 1e-6;
+/// Depth at which a node counts as having passed through, over the thickness.
+const PASSED: f32 = 2.0;
+/// Least area of a cell, over its area at rest.
+const FOLDED: f32 = 0.05;
+
+/// A node's contact with one of its neighbouring plies.
+struct Contact {
+    /// Unit vector along which the node is driven out; in w the least velocity along it [m/s].
+    push: vec4<f32>,
+    /// Coordinates within the cell, ±½ at its edges; speed at which the node is moved out [m/s]; 1 where there is contact.
+    foot: vec4<f32>,
+}
+
+struct Foot {
+    place: vec2<f32>,
+    /// Towards the rear of the pack.
+    normal: vec3<f32>,
+    /// Of the point over the cell along the normal [m].
+    height: f32,
+    /// Whether the cell is a surface.
+    sound: bool,
+}
+
+/// The foot of a point on the bilinear cell with these corners. `area`: of the cell at rest [m²].
+fn foot_on(a: vec3<f32>, b: vec3<f32>, c: vec3<f32>, d: vec3<f32>, point: vec3<f32>, area: f32) -> Foot {
+    let along = ((b - a) + (c - d)) * 0.5;
+    let across = ((d - a) + (c - b)) * 0.5;
+    let twist = (a - b) + (c - d);
+    let normal = cross(along, across);
+    let square = dot(normal, normal);
+    let sound = square >= squared(FOLDED * area);
+    let safe = select(1.0, square, sound);
+    let arm = point - ((a + c) + (b + d)) * 0.25;
+    let aa = dot(along, along);
+    let ac = dot(along, across);
+    let cc = dot(across, across);
+    let p = vec2<f32>(dot(arm, along), dot(arm, across));
+    let first = vec2<f32>(cc * p.x - ac * p.y, aa * p.y - ac * p.x) / safe;
+    // The twist of the cell is small: one correction.
+    let mended = arm - twist * (first.x * first.y);
+    let q = vec2<f32>(dot(mended, along), dot(mended, across));
+    let place = vec2<f32>(cc * q.x - ac * q.y, aa * q.y - ac * q.x) / safe;
+    let unit = normal / sqrt(safe);
+    return Foot(place, unit, dot(mended, unit), sound);
+}
+
+/// Weights of the corners at a place in a cell; they add up to 1.
+fn weights_at(place: vec2<f32>) -> vec4<f32> {
+    let x = min(max(place.x, -0.5), 0.5);
+    let y = min(max(place.y, -0.5), 0.5);
+    return vec4<f32>((0.5 - x) * (0.5 - y), (0.5 + x) * (0.5 - y), (0.5 + x) * (0.5 + y), (0.5 - x) * (0.5 + y));
+}
+
+/// The cell a foot lies towards along one direction.
+fn step_over(index: u32, x: f32, count: u32) -> u32 {
+    return select(select(index, max(index, 1u) - 1u, x < -0.5 - EDGE), min(index + 1u, count - 1u), x > 0.5 + EDGE);
+}
+
+/// Whether a foot is over its cell.
+fn is_over(place: vec2<f32>) -> bool {
+    return abs(place.x) <= 0.5 + EDGE && abs(place.y) <= 0.5 + EDGE;
+}
+
+/// Least velocity along the push with which a node may leave the step [m/s].
+fn ply_closing_limit(gap: f32) -> f32 {
+    return -max(gap, 0.0) / scene.dt;
+}
+
+/// Speed at which a node is moved out of a surface, beyond what its own velocity does [m/s]; no part of its velocity.
+fn recovery_speed(gap: f32, slop: f32, along: f32) -> f32 {
+    return max(-RECOVERY * (gap + slop) / scene.dt - max(along, 0.0), 0.0);
+}
+
+/// Impulse of one contact on its node [N·s].
+struct Impulse {
+    along: f32,
+    drag: vec3<f32>,
+}
+
+fn impulse_between(velocity: vec3<f32>, push: vec3<f32>, limit: f32, kappa: f32) -> Impulse {
+    let along = dot(velocity, push);
+    let normal = max(kappa * (limit - along), 0.0);
+    if (!PLY_FRICTION) {
+        return Impulse(normal, vec3<f32>(0.0));
+    }
+    let slide = velocity - push * along;
+    let stick = slide * -kappa;
+    let most = scene.ply_friction * normal;
+    let size = sqrt(dot(stick, stick));
+    return Impulse(normal, select(stick, stick * (most / max(size, 1e-30)), size > most));
+}

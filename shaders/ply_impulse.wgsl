@@ -1,0 +1,91 @@
+// ply_impulse: the impulse of every contact between plies, each node's mass shared out among its contacts.
+//   in      nodes     array<f32>      (6, N)   displacement [m], velocity [m/s]
+//   in      over      array<u32>      (2, N)   element of the ply in front, of the ply behind, that a node is over
+//   in      contacts  array<Contact>  (2, N)
+//   in      shares    array<u32>      (N)      contacts of a node, by weight
+//   in/out  impulses  array<i32>      (N, 6)   impulse on a node, then what moves it without a velocity left, counted
+//   in/out  accounts  array<f32>               see `ledger`
+//   in      status    array<u32>               counters
+// Twin: `solve` of src/step/plies.rs
+
+@group(1) @binding(0) var<storage, read> nodes: array<f32>;
+@group(1) @binding(1) var<storage, read> over: array<u32>;
+@group(1) @binding(2) var<storage, read> contacts: array<Contact>;
+@group(1) @binding(3) var<storage, read> shares: array<u32>;
+@group(1) @binding(4) var<storage, read_write> impulses: array<atomic<i32>>;
+@group(1) @binding(5) var<storage, read_write> accounts: array<f32>;
+@group(1) @binding(6) var<storage, read_write> status: array<atomic<u32>>;
+
+/// Contacts of a node by weight. Below one a light touch of a corner would throw it away.
+fn share_of(node: u32) -> f32 {
+    return max(f32(shares[node]) * (1.0 / SHARE_UNIT), 1.0);
+}
+
+/// Adds to a node's sums. Whole numbers add up the same in any order.
+fn add(node: u32, impulse: vec3<i32>, shift: vec3<i32>) {
+    for (var a = 0u; a < 3u; a++) {
+        if (impulse[a] != 0) {
+            atomicAdd(&impulses[6u * node + a], impulse[a]);
+        }
+        if (shift[a] != 0) {
+            atomicAdd(&impulses[6u * node + 3u + a], shift[a]);
+        }
+    }
+}
+
+/// The impulse of one contact, given to its node and taken from the corners of its cell in whole counts, so that what one
+/// gets the others lose.
+fn press(ply: u32, node: u32, side: u32) {
+    let other = neighbour(ply, side);
+    let at = side * scene.nodes + node;
+    let contact = contacts[at];
+    let push = contact.push.xyz;
+    let cell = vec2<u32>(over[at] / plies[other].columns, over[at] % plies[other].columns);
+    let around = cell_corners(other, cell);
+    let weights = weights_at(contact.foot.xy);
+    var velocity = ply_velocity(ply, node);
+    var compliance = share_of(node) * inverse_along(ply, node_place(node), push);
+    for (var i = 0u; i < 4u; i++) {
+        velocity -= ply_velocity(other, around[i]) * weights[i];
+        compliance += weights[i] * share_of(around[i]) * inverse_along(other, node_place(around[i]), push);
+    }
+    if (compliance <= 0.0) {
+        return;
+    }
+    let kappa = 1.0 / compliance;
+    let found = impulse_between(velocity, push, contact.push.w, kappa);
+    let slide = velocity - push * dot(velocity, push);
+    accounts[7u * scene.elements + scene.nodes + node] -= dot(found.drag, slide + found.drag * (0.5 * compliance));
+    let counts = (push * found.along + found.drag) / scene.impulse_unit;
+    let shifts = push * (kappa * contact.foot.z) / scene.impulse_unit;
+    var given = vec3<i32>(0);
+    var moved = vec3<i32>(0);
+    for (var i = 0u; i < 4u; i++) {
+        let part = vec3<i32>(round(counts * weights[i]));
+        let way = vec3<i32>(round(shifts * weights[i]));
+        add(around[i], -part, -way);
+        given += part;
+        moved += way;
+    }
+    add(node, given, moved);
+}
+
+@compute @workgroup_size(64)
+fn ply_impulse(
+    @builtin(workgroup_id) group: vec3<u32>,
+    @builtin(num_workgroups) groups: vec3<u32>,
+    @builtin(local_invocation_index) local: u32,
+) {
+    let node = invocation(group, groups, local);
+    if (node >= scene.nodes || step.index > atomicLoad(&status[BAD_STEP])) {
+        return;
+    }
+    if (shares[node] == 0u) {
+        return; // a node in contact has a share
+    }
+    for (var side = 0u; side < 2u; side++) {
+        if (contacts[side * scene.nodes + node].foot.w != 0.0) {
+            press(node_ply(node), node, side);
+        }
+    }
+}

@@ -1,0 +1,75 @@
+// ply_move: gives the nodes the impulses of contact between plies.
+//   in/out  nodes     array<f32>  (6, N)   displacement [m], velocity [m/s]
+//   in      forces    array<f32>  (9, E)   P1·Ly/2, P2·Lx/2, hourglass per corner [N]
+//   in/out  shares    array<u32>  (N)      contacts of a node, by weight; from 0 again
+//   in/out  impulses  array<i32>  (N, 6)   counted impulses; from 0 again
+//   in/out  accounts  array<f32>           see `ledger`
+//   in/out  supports  array<f32>  (S, 3)   impulse of the supports since the last ledger [N·s], nodes of the rim
+//   in/out  status    array<u32>           counters
+// Twin: `move_nodes` of src/step/plies.rs
+
+@group(1) @binding(0) var<storage, read_write> nodes: array<f32>;
+@group(1) @binding(1) var<storage, read> forces: array<f32>;
+@group(1) @binding(2) var<storage, read_write> shares: array<u32>;
+@group(1) @binding(3) var<storage, read_write> impulses: array<i32>;
+@group(1) @binding(4) var<storage, read_write> accounts: array<f32>;
+@group(1) @binding(5) var<storage, read_write> supports: array<f32>;
+@group(1) @binding(6) var<storage, read_write> status: array<atomic<u32>>;
+
+/// A node's sum in the axes of its ply [N·s], and 0 in its place.
+fn take(ply: u32, at: u32) -> vec3<f32> {
+    let count = vec3<f32>(f32(impulses[at]), f32(impulses[at + 1u]), f32(impulses[at + 2u]));
+    impulses[at] = 0;
+    impulses[at + 1u] = 0;
+    impulses[at + 2u] = 0;
+    return to_ply(ply, count * scene.impulse_unit);
+}
+
+@compute @workgroup_size(64)
+fn ply_move(
+    @builtin(workgroup_id) group: vec3<u32>,
+    @builtin(num_workgroups) groups: vec3<u32>,
+    @builtin(local_invocation_index) local: u32,
+) {
+    let node = invocation(group, groups, local);
+    if (node >= scene.nodes || step.index > atomicLoad(&status[BAD_STEP])) {
+        return;
+    }
+    if (shares[node] == 0u) {
+        return;
+    }
+    shares[node] = 0u;
+    let n = scene.nodes;
+    let ply = node_ply(node);
+    let place = node_place(node);
+    let impulse = take(ply, 6u * node);
+    let shift = take(ply, 6u * node + 3u);
+    if (all(impulse == vec3<f32>(0.0)) && all(shift == vec3<f32>(0.0))) {
+        return;
+    }
+    touch(ply, place);
+    let inverse = inverse_mass(ply, place);
+    let force = gather_parts(node, place);
+    let pull = step.kick * (force.membrane + force.mode) * inverse;
+    let u = ply_vector(0u, node);
+    let free = ply_vector(3u, node);
+    let change = inverse * impulse;
+    let now = free + change;
+    let way = scene.dt * inverse * shift;
+    let moved = u + (scene.dt * change + way);
+    nodes[node] = moved.x;
+    nodes[n + node] = moved.y;
+    nodes[2u * n + node] = moved.z;
+    nodes[3u * n + node] = now.x;
+    nodes[4u * n + node] = now.y;
+    nodes[5u * n + node] = now.z;
+    let at = 7u * scene.elements + node;
+    accounts[at] -= 0.5 * dot(impulse, (free - pull) + now);
+    accounts[at + 2u * n] -= dot(force.membrane, way);
+    if (HOURGLASS) {
+        accounts[at + 3u * n] -= dot(force.mode, way);
+    }
+    if (held(ply, place) != 0u) {
+        add_support(ply, place, -select(vec3<f32>(0.0), impulse, inverse <= vec3<f32>(0.0)));
+    }
+}

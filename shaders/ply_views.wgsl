@@ -1,0 +1,43 @@
+// ply_views: the nodes of a ply in the axes of the pack, and its neighbours. Needs `nodes`.
+// Twin: `View` of src/step/plies.rs
+
+/// Contacts are counted by weight in these.
+const SHARE_UNIT: f32 = 1048576.0;
+
+/// No such ply.
+const NO_PLY: u32 = 0xffffffffu;
+
+/// The ply in front (0) or behind (1).
+fn neighbour(ply: u32, side: u32) -> u32 {
+    if (side == 0u) {
+        return ply - 1u; // of the first: NO_PLY
+    }
+    return select(NO_PLY, ply + 1u, ply + 1u < scene.plies);
+}
+
+fn ply_vector(field: u32, node: u32) -> vec3<f32> {
+    let n = scene.nodes;
+    return vec3<f32>(nodes[field * n + node], nodes[(field + 1u) * n + node], nodes[(field + 2u) * n + node]);
+}
+
+fn ply_velocity(ply: u32, node: u32) -> vec3<f32> {
+    return to_pack(ply, ply_vector(3u, node));
+}
+
+/// Position at the end of the step [m].
+fn ply_position(ply: u32, place: vec2<u32>) -> vec3<f32> {
+    return to_pack(ply, reference(ply, place) + ply_vector(0u, node_at(ply, place)));
+}
+
+/// 1/mass along a direction of the pack [1/kg].
+fn inverse_along(ply: u32, place: vec2<u32>, along: vec3<f32>) -> f32 {
+    let inverse = inverse_mass(ply, place);
+    let own = to_ply(ply, along);
+    let mixed = dot(own * own, inverse);
+    return select(mixed, inverse.x, inverse.x == inverse.y && inverse.y == inverse.z);
+}
+
+/// Nodes at the corners of a cell (row, column) of a ply, counter-clockwise.
+fn cell_corners(ply: u32, cell: vec2<u32>) -> vec4<u32> {
+    return corners(element_at(ply, cell));
+}

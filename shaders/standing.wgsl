@@ -1,0 +1,14 @@
+// standing: what still carries load. Needs `flags`.
+// Twin: `node_stands` of src/step/projectile.rs
+
+/// Whether any element around a node still carries load; debris no longer touches anything.
+fn stands(node: u32, place: vec2<u32>) -> bool {
+    let there = around(node_ply(node), place);
+    let e = element_above(node, place);
+    var bits = 0u;
+    if (there.x) { bits |= flags[e]; }
+    if (there.y) { bits |= flags[e - 1u]; }
+    if (there.z) { bits |= flags[e - scene.columns - 1u]; }
+    if (there.w) { bits |= flags[e - scene.columns]; }
+    return (bits & 3u) != 0u;
+}

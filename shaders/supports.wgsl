@@ -1,0 +1,25 @@
+// supports: what the held nodes on the rim of each ply take. Needs `supports`.
+// Twin: the `support` sums of src/kernels/node_update.rs
+
+/// Number of a node of a ply's rim.
+fn rim_index(ply: u32, place: vec2<u32>) -> u32 {
+    let across = scene.columns + 1u;
+    let along = scene.rows + 1u;
+    let first = ply * 2u * (across + along);
+    if (place.x == 0u) {
+        return first + place.y;
+    }
+    if (place.x == plies[ply].rows) {
+        return first + across + place.y;
+    }
+    return first + 2u * across + select(along, 0u, place.y == 0u) + place.x;
+}
+
+/// Adds to the impulse of the supports [N·s], in the axes of the ply.
+fn add_support(ply: u32, place: vec2<u32>, impulse: vec3<f32>) {
+    let at = 3u * rim_index(ply, place);
+    let turned = to_pack(ply, impulse);
+    supports[at] += turned.x;
+    supports[at + 1u] += turned.y;
+    supports[at + 2u] += turned.z;
+}

@@ -1,0 +1,186 @@
+//! Contact between plies: where a node stands over a cell of the neighbouring ply, and the impulses between them.
+//!
+//! Node to surface, both ways, kinematic and inelastic with Coulomb friction like the projectile's. All contacts of a
+//! step are solved at once: each node's mass is shared out among the contacts it takes part in (Tonge, Benevolenski &
+//! Voroshilov 2012 call it mass splitting), each contact is then an impact of its own, and the impulses add up. Momentum
+//! is conserved pair by pair, energy never grows, no order matters, and two plies that meet at uniform velocities share it
+//! at once. What closes slower than it should (a stack under load) shows as penetration, which is driven out
+//! by a fraction per step.
+
+use nalgebra::Vector3;
+
+/// Fraction of a penetration that is driven out in a step.
+pub const RECOVERY: f64 = 0.2;
+/// Depth that is let be, over the thickness: rounding of places is no penetration.
+pub const SLOP: f64 = 1e-4;
+/// Steps over neighbouring cells a node may take in one time step.
+pub const WALK: usize = 4;
+/// Beyond the edge of a cell that still counts as over it, over the cell's length [-].
+pub const EDGE: f64 = 1e-6;
+/// Depth at which a node counts as having passed through, over the thickness.
+pub const PASSED: f64 = 2.0;
+/// Least area of a cell, over its area at rest: a folded cell is no surface.
+pub const FOLDED: f64 = 0.05;
+
+/// Where a point stands over a cell.
+#[derive(Clone, Copy, Debug)]
+pub struct Foot {
+    /// Coordinates within the cell, ±½ at its edges.
+    pub at: [f64; 2],
+    /// Unit normal of the cell, towards the rear of the pack.
+    pub normal: Vector3<f64>,
+    /// Height of the point over the cell along the normal [m].
+    pub height: f64,
+}
+
+/// The foot of a point on the bilinear cell with these corners (counter-clockwise) [m]; `None` on a folded cell.
+/// `area`: of the cell at rest [m²].
+#[inline]
+pub fn foot(corner: &[Vector3<f64>; 4], point: &Vector3<f64>, area: f64) -> Option<Foot> {
+    let [a, b, c, d] = corner;
+    let along = ((b - a) + (c - d)) * 0.5;
+    let across = ((d - a) + (c - b)) * 0.5;
+    let twist = (a - b) + (c - d);
+    let normal = along.cross(&across);
+    let square = normal.norm_squared();
+    if square < (FOLDED * area).powi(2) {
+        return None;
+    }
+    let arm = point - ((a + c) + (b + d)) * 0.25;
+    let [aa, ac, cc] = [along.dot(&along), along.dot(&across), across.dot(&across)];
+    let solve = |arm: &Vector3<f64>| {
+        let [p, q] = [arm.dot(&along), arm.dot(&across)];
+        [(cc * p - ac * q) / square, (aa * q - ac * p) / square]
+    };
+    // The twist of the cell is small: one correction.
+    let first = solve(&arm);
+    let arm = arm - twist * (first[0] * first[1]);
+    let at = solve(&arm);
+    let normal = normal / square.sqrt();
+    Some(Foot { at, normal, height: arm.dot(&normal) })
+}
+
+/// Weights of the corners at a place in a cell; they add up to 1.
+#[inline]
+pub fn weights([x, y]: [f64; 2]) -> [f64; 4] {
+    let [x, y] = [x.clamp(-0.5, 0.5), y.clamp(-0.5, 0.5)];
+    [(0.5 - x) * (0.5 - y), (0.5 + x) * (0.5 - y), (0.5 + x) * (0.5 + y), (0.5 - x) * (0.5 + y)]
+}
+
+/// The neighbouring cell a foot lies towards; itself where it is over the cell or beyond the ply's edge.
+#[inline]
+pub fn next_cell([row, column]: [usize; 2], at: [f64; 2], rows: usize, columns: usize) -> [usize; 2] {
+    let step = |index: usize, x: f64, count: usize| {
+        if x > 0.5 + EDGE {
+            (index + 1).min(count - 1)
+        } else if x < -0.5 - EDGE {
+            index.saturating_sub(1)
+        } else {
+            index
+        }
+    };
+    [step(row, at[1], rows), step(column, at[0], columns)]
+}
+
+/// Whether a foot is over its cell.
+#[inline]
+pub fn is_over(at: [f64; 2]) -> bool {
+    at.iter().all(|x| x.abs() <= 0.5 + EDGE)
+}
+
+/// Least velocity along the push with which a node may leave the step, from its gap [m] to the surface [m/s].
+#[inline]
+pub fn closing_limit(gap: f64, dt: f64) -> f64 {
+    -gap.max(0.0) / dt
+}
+
+/// Speed at which a node is moved out of a surface, beyond what its own velocity `along` the push does [m/s]. It moves the
+/// node but is no part of its velocity, so that driving a penetration out gives nothing back of what the impact lost.
+/// `slop`: depth that is let be [m].
+#[inline]
+pub fn recovery(gap: f64, slop: f64, along: f64, dt: f64) -> f64 {
+    (-RECOVERY * (gap + slop) / dt - along.max(0.0)).max(0.0)
+}
+
+/// Impulse of one contact on its node [N·s]: along the push and across it.
+///
+/// `velocity` of the node relative to the surface [m/s], `push` the unit vector along which the node is driven out,
+/// `limit` the least velocity along it, `kappa` the inertia the contact meets [kg].
+#[inline]
+pub fn impulse(
+    velocity: &Vector3<f64>,
+    push: &Vector3<f64>,
+    limit: f64,
+    kappa: f64,
+    friction: f64,
+) -> (f64, Vector3<f64>) {
+    let along = velocity.dot(push);
+    let normal = (kappa * (limit - along)).max(0.0);
+    let slide = velocity - push * along;
+    let stick = slide * -kappa;
+    let most = friction * normal;
+    let size = stick.norm();
+    (normal, if size > most { stick * (most / size) } else { stick })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn cell(twist: f64) -> [Vector3<f64>; 4] {
+        // A sheared, tilted cell; its last corner may be lifted out of the plane.
+        [[0.0, 0.0, 0.0], [2.0, 0.2, 0.4], [2.5, 1.2, 0.9], [0.5, 1.0, 0.5 + twist]].map(Vector3::from)
+    }
+
+    #[test]
+    fn a_foot_is_found_where_the_point_was_put() {
+        for twist in [0.0, 0.05] {
+            let corner = cell(twist);
+            for at in [[0.0, 0.0], [0.3, -0.4], [-0.5, 0.5], [0.7, 0.1]] {
+                let on: Vector3<f64> = corner.iter().zip([0, 1, 2, 3]).map(|(c, i)| c * unclamped(at)[i]).sum();
+                let flat = foot(&corner, &on, 2.0).map(|f| f.normal).unwrap_or_default();
+                let found = foot(&corner, &(on + flat * 0.1), 2.0);
+                let Some(f) = found else { unreachable!("a sound cell") };
+                let allowed = 1e-12 + 0.1 * twist;
+                assert!((f.at[0] - at[0]).abs() < allowed && (f.at[1] - at[1]).abs() < allowed, "{at:?}: {f:?}");
+                assert!((f.height - 0.1).abs() < allowed, "{f:?}");
+                assert!(f.normal.z > 0.0);
+            }
+        }
+    }
+
+    fn unclamped([x, y]: [f64; 2]) -> [f64; 4] {
+        [(0.5 - x) * (0.5 - y), (0.5 + x) * (0.5 - y), (0.5 + x) * (0.5 + y), (0.5 - x) * (0.5 + y)]
+    }
+
+    #[test]
+    fn a_folded_cell_has_no_surface() {
+        let line = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 0.01, 0.0], [0.0, 0.01, 0.0]].map(Vector3::from);
+        assert!(foot(&line, &Vector3::zeros(), 1.0).is_none());
+        assert!(foot(&line, &Vector3::zeros(), 0.01).is_some());
+    }
+
+    #[test]
+    fn a_walk_stops_over_its_cell_and_at_the_edge() {
+        assert_eq!(next_cell([3, 4], [0.2, -0.4], 8, 9), [3, 4]);
+        assert_eq!(next_cell([3, 4], [1.2, -0.6], 8, 9), [2, 5]);
+        assert_eq!(next_cell([7, 0], [-1.2, 3.0], 8, 9), [7, 0]);
+        assert!(is_over([0.5, -0.5]) && !is_over([0.6, 0.0]));
+    }
+
+    #[test]
+    fn an_impulse_stops_the_approach_and_rubs_at_most_by_coulomb() {
+        let push = Vector3::z();
+        let coming = Vector3::new(3.0, 4.0, -10.0);
+        let (normal, drag) = impulse(&coming, &push, 0.0, 2.0, 0.1);
+        assert_eq!(normal, 20.0);
+        assert!((drag - Vector3::new(-1.2, -1.6, 0.0)).norm() < 1e-15);
+        let (_, drag) = impulse(&coming, &push, 0.0, 2.0, 1.0);
+        assert!((drag - Vector3::new(-6.0, -8.0, 0.0)).norm() < 1e-15, "sticks: {drag}");
+        assert_eq!(impulse(&-coming, &push, 0.0, 2.0, 0.1), (0.0, Vector3::zeros()));
+        assert_eq!(closing_limit(2.0, 0.5), -4.0);
+        assert_eq!(closing_limit(-2.0, 0.5), 0.0);
+        assert_eq!(recovery(-2.5, 0.5, -1.0, 0.5), 4.0 * RECOVERY);
+        assert_eq!((recovery(2.0, 0.5, -1.0, 0.5), recovery(-2.0, 0.0, 9.0, 0.5)), (0.0, 0.0));
+    }
+}

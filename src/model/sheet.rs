@@ -1,0 +1,160 @@
+//! A sheet: everything that plies of one fabric, laid and held alike, share.
+
+use super::{Grid, InitialStretch, Mesh, ModelError, StepBound, pretension};
+use crate::case::{Case, Edge, Edges, Fabric, Layer};
+use crate::kernels::crossover::{CellConstants, LawKernel, Variant};
+use crate::kernels::element_force::ElementConstants;
+use crate::kernels::shear::ShearConstants;
+use crate::number::{Real, Scalar};
+
+/// Constants of alike plies in the number type of the state.
+#[derive(Clone, Debug)]
+pub struct Sheet<S> {
+    /// Mesh and how it lies in the pack.
+    pub mesh: Mesh,
+    /// Unit cell, double precision.
+    pub cell: CellConstants<f64>,
+    /// Which unit-cell kernel runs.
+    pub law: Variant,
+    /// Element constants, double precision.
+    pub element: ElementConstants<f64>,
+    /// Whether the fabric has trellis shear.
+    pub has_shear: bool,
+    /// Which yarn directions are there.
+    pub present: [bool; 2],
+    /// Critical step and what sets it.
+    pub bound: StepBound,
+    /// Mass per area [kg/m²].
+    pub areal_density: f64,
+    /// Thickness [m].
+    pub thickness: f64,
+    /// How the sides are held.
+    pub edges: Edges,
+    /// Masses by kind of row (first, inner, last), shape (3, node stride).
+    pub mass: [RowMasses<S>; 3],
+    /// Uniform initial stretch.
+    pub initial: InitialStretch,
+    /// Initial velocity of free nodes in the ply's axes [m/s].
+    pub initial_velocity: [f64; 3],
+}
+
+/// Masses of one kind of row, shape (node stride,).
+#[derive(Clone, Debug)]
+pub struct RowMasses<S> {
+    /// 1/mass where free, 0 where held [1/kg]; X, Y, Z of the ply.
+    pub inverse: [Vec<S>; 3],
+    /// Lumped mass [kg].
+    pub mass: Vec<S>,
+}
+
+impl<S: Scalar> Sheet<S> {
+    /// Derives the constants of a layer.
+    pub(super) fn new(case: &Case, layer: &Layer) -> Result<Self, ModelError> {
+        let (fabric, pack) = (&layer.fabric, &case.pack);
+        let length = [layer.element_length_x, layer.element_length_y];
+        let mesh = Mesh::new(layer.columns, layer.rows, length, layer.orientation);
+        let cell = CellConstants::new(fabric);
+        let element = element_constants(fabric, length, case.solver.hourglass, &cell);
+        let law = Variant::of(&fabric.crossover);
+        Ok(Self {
+            bound: StepBound::new(length, fabric.areal_density, &element),
+            initial: crate::with_law!(law, L => pretension::solve::<L>(pack, &cell)?),
+            mass: [0, 1, 2].map(|kind| row_masses(&mesh, fabric.areal_density, &layer.edges, kind)),
+            initial_velocity: mesh.to_ply(layer.initial_velocity),
+            has_shear: fabric.shear.is_some(),
+            present: [fabric.warp.present, fabric.weft.present],
+            areal_density: fabric.areal_density,
+            thickness: fabric.thickness,
+            edges: layer.edges,
+            mesh,
+            cell,
+            law,
+            element,
+        })
+    }
+
+    /// Masses of a row of nodes.
+    pub fn row_mass(&self, row: usize) -> &RowMasses<S> {
+        let kind = if row == 0 { 0 } else { 1 + usize::from(row == self.mesh.rows) };
+        &self.mass[kind]
+    }
+
+    /// Element constants as the number type of a kernel sees them.
+    pub fn constants<R: Real, L: LawKernel>(&self) -> ElementConstants<R> {
+        let e = &self.element;
+        let s = &e.shear;
+        ElementConstants {
+            cell: CellConstants::cast::<L>(&self.cell),
+            shear: ShearConstants {
+                g1: R::splat(s.g1),
+                rise: R::splat(s.rise),
+                gamma1: R::splat(s.gamma1),
+                ramp: R::splat(s.ramp),
+                slope: R::splat(s.slope),
+                secant: R::splat(s.secant),
+            },
+            gradient: e.gradient.map(R::splat),
+            membrane: e.membrane.map(R::splat),
+            half_length: e.half_length.map(R::splat),
+            hourglass: e.hourglass.map(R::splat),
+            cells: R::splat(e.cells),
+            area: R::splat(e.area),
+        }
+    }
+}
+
+/// Constants of the element kernel.
+fn element_constants(
+    fabric: &Fabric,
+    [lx, ly]: [f64; 2],
+    hourglass: f64,
+    cell: &CellConstants<f64>,
+) -> ElementConstants<f64> {
+    let [w1, w2] = [cell.yarn[0].half_span, cell.yarn[1].half_span];
+    // Full integration resists the hourglass mode with (4/3) C Ly/Lx and (4/3) C Lx/Ly; the coefficient scales
+    // their mean.
+    let warp = cell.yarn[0].stiffness / (2.0 * w2) * ly / lx;
+    let weft = cell.yarn[1].stiffness / (2.0 * w1) * lx / ly;
+    let hourglass = [warp, weft].map(|k| hourglass * (2.0 / 3.0) * k);
+    let none =
+        crate::case::Shear { g1: 0.0, g2: 0.0, gamma1: 0.0, gamma2: 0.0, modulus: crate::case::ShearModulus::Tangent };
+    ElementConstants {
+        cell: *cell,
+        shear: ShearConstants::new(fabric.shear.as_ref().unwrap_or(&none), fabric.thickness),
+        gradient: [0.5 / lx, 0.5 / ly],
+        membrane: [0.5 * ly / (2.0 * w2), 0.5 * lx / (2.0 * w1)],
+        half_length: [0.5 * ly, 0.5 * lx],
+        hourglass,
+        cells: lx / (2.0 * w1) * (ly / (2.0 * w2)),
+        area: lx * ly,
+    }
+}
+
+/// Masses of the first (0), an inner (1) or the last (2) row of nodes.
+fn row_masses<S: Scalar>(mesh: &Mesh, areal_density: f64, edges: &Edges, kind: usize) -> RowMasses<S> {
+    let across = if kind == 1 { 1.0 } else { 0.5 };
+    let row_edge = match kind {
+        0 => Some(edges.bottom),
+        2 => Some(edges.top),
+        _ => None,
+    };
+    let stride = Grid::node_stride(mesh.columns);
+    let mut out =
+        RowMasses { inverse: std::array::from_fn(|_| vec![S::splat(0.0); stride]), mass: vec![S::splat(0.0); stride] };
+    for column in 0..=mesh.columns {
+        let along = if column == 0 || column == mesh.columns { 0.5 } else { 1.0 };
+        let mass = areal_density * mesh.length[0] * mesh.length[1] * along * across;
+        let column_edge = match column {
+            0 => Some(edges.left),
+            c if c == mesh.columns => Some(edges.right),
+            _ => None,
+        };
+        let clamped = row_edge == Some(Edge::Clamped) || column_edge == Some(Edge::Clamped);
+        let held = [clamped || column_edge == Some(Edge::Roller), clamped || row_edge == Some(Edge::Roller), clamped];
+        for a in 0..3 {
+            out.inverse[a][column] = S::splat(if held[a] { 0.0 } else { 1.0 / mass });
+        }
+        out.mass[column] = S::splat(mass);
+    }
+    out
+}

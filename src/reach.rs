@@ -1,0 +1,136 @@
+//! What may have moved: a rectangle of nodes of a ply that grows by one ring a step.
+//!
+//! A node feels only its own elements, and they only their corners, so motion spreads by at most one ring of nodes a
+//! step; contact adds what it touches. Everything outside is exactly at rest, to the last bit, and leaving it out
+//! changes nothing.
+
+use std::ops::Range;
+
+use crate::model::Mesh;
+
+/// Rows and columns of nodes of a ply that may have moved or move.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Reach {
+    /// Rows of nodes.
+    pub rows: Range<usize>,
+    /// Columns of nodes.
+    pub columns: Range<usize>,
+}
+
+impl Reach {
+    /// Nothing has moved.
+    pub fn nothing() -> Self {
+        Self { rows: 0..0, columns: 0..0 }
+    }
+
+    /// Everything may have moved.
+    pub fn whole(mesh: &Mesh) -> Self {
+        Self { rows: 0..mesh.rows + 1, columns: 0..mesh.columns + 1 }
+    }
+
+    /// Whether nothing has moved.
+    pub fn is_nothing(&self) -> bool {
+        self.rows.is_empty() || self.columns.is_empty()
+    }
+
+    /// Takes a node in.
+    pub fn touch(&mut self, row: usize, column: usize) {
+        *self = self.union(&Self { rows: row..row + 1, columns: column..column + 1 });
+    }
+
+    /// The smallest rectangle around both.
+    #[must_use]
+    pub fn union(&self, other: &Self) -> Self {
+        if self.is_nothing() {
+            return other.clone();
+        }
+        if other.is_nothing() {
+            return self.clone();
+        }
+        let join = |a: &Range<usize>, b: &Range<usize>| a.start.min(b.start)..a.end.max(b.end);
+        Self { rows: join(&self.rows, &other.rows), columns: join(&self.columns, &other.columns) }
+    }
+
+    /// With `rings` more nodes on every side, within the ply.
+    #[must_use]
+    pub fn grown(&self, rings: usize, mesh: &Mesh) -> Self {
+        if self.is_nothing() {
+            return Self::nothing();
+        }
+        let grow = |r: &Range<usize>, last: usize| r.start.saturating_sub(rings)..(r.end + rings).min(last + 1);
+        Self { rows: grow(&self.rows, mesh.rows), columns: grow(&self.columns, mesh.columns) }
+    }
+
+    /// Rows and columns of the elements that have a corner in it.
+    pub fn elements(&self, mesh: &Mesh) -> [Range<usize>; 2] {
+        if self.is_nothing() {
+            return [0..0, 0..0];
+        }
+        let span = |r: &Range<usize>, count: usize| r.start.saturating_sub(1)..r.end.min(count);
+        [span(&self.rows, mesh.rows), span(&self.columns, mesh.columns)]
+    }
+
+    /// The nodes of another ply that lie over it or within `slack` [m] of that, by their reference positions.
+    #[must_use]
+    pub fn seen_from(&self, own: &Mesh, other: &Mesh, slack: f64) -> Self {
+        if self.is_nothing() {
+            return Self::nothing();
+        }
+        let mut low = [f64::INFINITY; 2];
+        let mut high = [f64::NEG_INFINITY; 2];
+        for row in [self.rows.start, self.rows.end - 1] {
+            for column in [self.columns.start, self.columns.end - 1] {
+                let [x, y] = own.reference(row, column);
+                let [x, y, _] = other.to_ply(own.to_pack([x, y, 0.0]));
+                for (a, at) in [x, y].into_iter().enumerate() {
+                    low[a] = low[a].min(at);
+                    high[a] = high[a].max(at);
+                }
+            }
+        }
+        let slack = slack + 1.5 * own.length[0].max(own.length[1]);
+        let span = |a: usize, count: usize| {
+            let place = |x: f64| ((x - other.origin[a]) / other.length[a]).clamp(-1.0, count as f64 + 1.0);
+            let first = place(low[a] - slack).floor().max(0.0) as usize;
+            let end = (place(high[a] + slack).ceil() + 1.0).max(0.0) as usize;
+            first.min(count + 1)..end.min(count + 1)
+        };
+        Self { rows: span(1, other.rows), columns: span(0, other.columns) }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn mesh(angle: f64) -> Mesh {
+        Mesh::new(20, 10, [1e-3, 2e-3], angle)
+    }
+
+    #[test]
+    fn it_grows_by_a_ring_to_the_edges() {
+        let mesh = mesh(0.0);
+        let mut reach = Reach::nothing();
+        assert!(reach.grown(1, &mesh).is_nothing());
+        reach.touch(4, 7);
+        reach.touch(5, 6);
+        assert_eq!(reach, Reach { rows: 4..6, columns: 6..8 });
+        assert_eq!(reach.grown(2, &mesh), Reach { rows: 2..8, columns: 4..10 });
+        assert_eq!(reach.grown(50, &mesh), Reach::whole(&mesh));
+        assert_eq!(reach.elements(&mesh), [3..6, 5..8]);
+        assert_eq!(Reach::whole(&mesh).elements(&mesh), [0..10, 0..20]);
+    }
+
+    #[test]
+    fn another_ply_sees_it_where_it_lies() {
+        let (flat, turned) = (mesh(0.0), mesh(std::f64::consts::FRAC_PI_2));
+        let mut reach = Reach::nothing();
+        reach.touch(5, 10); // the centre
+        let seen = reach.seen_from(&flat, &turned, 0.0);
+        assert!(seen.rows.contains(&5) && seen.columns.contains(&10) && seen.rows.len() < 8, "{seen:?}");
+        let corner = Reach { rows: 0..1, columns: 0..1 };
+        // The corner (-10, -10) mm of a ply lies at (-10, 10) mm of one turned by 90 degrees.
+        let seen = corner.seen_from(&flat, &turned, 0.0);
+        assert!(seen.rows.contains(&10) && seen.columns.contains(&0) && !seen.rows.contains(&0), "{seen:?}");
+    }
+}

@@ -1,0 +1,354 @@
+//! One time step: the only place that knows the order of the kernels.
+//!
+//! 1. `element_force` on every row of elements, from the positions;
+//! 2. `node_update` on every row of nodes: gather, kick, drift;
+//! 3. `ply_contact` between neighbouring plies, and
+//! 4. `projectile_contact` on the nodes near the projectile, each correcting velocity and position of what it touches;
+//! 5. `rigid_body`: the projectile moves.
+//!
+//! Rows run in parallel; sums are kept by row and added in row order, so results do not depend on threads. Rows and
+//! columns that nothing has reached are left out.
+
+mod plies;
+mod projectile;
+mod trouble;
+
+use std::ops::Range;
+
+use rayon::prelude::*;
+
+use crate::kernels::crossover::LawKernel;
+use crate::kernels::element_force::{self, ElementConstants, ElementRow, ElementTotals, field as element};
+use crate::kernels::node_update::{self, Neighbours, NodeTotals, RowMass, field as node};
+use crate::kernels::projectile_contact::ContactTotals;
+use crate::ledger::Ledger;
+use crate::model::{Model, Sheet};
+use crate::number::{Real, Scalar};
+use crate::state::{Rows, State, split, split_mut};
+use plies::PlyContact;
+use projectile::ProjectileContact;
+pub use projectile::{node_position, node_stands};
+pub use trouble::{elements, fastest_node, find_trouble, nodes};
+
+type ElementKernel<R> =
+    fn(&ElementConstants<R>, &mut ElementRow<'_, <R as Real>::Scalar>, Range<usize>, f64, &mut ElementTotals);
+
+type NodeKernel<R> = fn(
+    &Neighbours<'_, <R as Real>::Scalar>,
+    &RowMass<'_, <R as Real>::Scalar>,
+    &mut [&mut [<R as Real>::Scalar]; node::COUNT],
+    Range<usize>,
+    usize,
+    bool,
+    f64,
+    f64,
+) -> NodeTotals;
+
+/// The kernels a sheet needs, chosen once; what it lacks is not in them.
+struct Kernels<R: Real> {
+    constants: ElementConstants<R>,
+    /// Plain, and with the ledger.
+    element: [ElementKernel<R>; 2],
+}
+
+impl<R: Real> Kernels<R> {
+    fn new<L: LawKernel>(sheet: &Sheet<R::Scalar>) -> Self {
+        use element_force::element_force as kernel;
+        let element: [ElementKernel<R>; 2] = if sheet.has_shear {
+            [kernel::<R, L, true, false>, kernel::<R, L, true, true>]
+        } else {
+            [kernel::<R, L, false, false>, kernel::<R, L, false, true>]
+        };
+        Self { constants: sheet.constants::<R, L>(), element }
+    }
+}
+
+/// A yarn failure, with its place in the pack.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FailureEvent {
+    /// Step it was found in.
+    pub step: u64,
+    /// Ply, counted from the struck side.
+    pub ply: u32,
+    /// Element column (along warp).
+    pub i: u32,
+    /// Element row (along weft).
+    pub j: u32,
+    /// 0 warp, 1 weft.
+    pub yarn: u8,
+    /// Axial strain [-].
+    pub strain: f64,
+}
+
+/// What one step did.
+#[derive(Clone, Debug, Default)]
+pub struct StepTotals {
+    /// ½ m v² of the fabric after the step [J].
+    pub kinetic: f64,
+    /// Largest node speed [m/s].
+    pub max_speed: f64,
+    /// Unit-cell solves that did not meet the residual.
+    pub unconverged: u64,
+    /// Residual evaluations.
+    pub iterations: f64,
+    /// Unit cells solved.
+    pub solved: f64,
+    /// Largest residual [N].
+    pub max_residual: f64,
+    /// Projectile contact.
+    pub contact: ContactTotals,
+    /// Deepest node inside the projectile at the start of the step [m].
+    pub penetration: f64,
+    /// Deepest node inside a neighbouring ply at the start of the step [m].
+    pub ply_penetration: f64,
+    /// Contacts between plies that pushed.
+    pub ply_contacts: u64,
+    /// Elements whose last yarn failed.
+    pub eroded: u64,
+    /// Elements computed; the rest is at rest.
+    pub computed: u64,
+}
+
+/// Where a run went wrong.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Trouble {
+    /// Step.
+    pub step: u64,
+    /// Kernel that produced the number.
+    pub kernel: &'static str,
+    /// Quantity and its value.
+    pub quantity: String,
+    /// Ply, row, column of the node or element.
+    pub place: [usize; 3],
+}
+
+/// What the stages of a step work on.
+pub struct Frame<'a, S> {
+    /// Constant.
+    pub model: &'a Model<S>,
+    /// Varies.
+    pub state: &'a mut State<S>,
+    /// Takes note of work and losses.
+    pub ledger: &'a mut Ledger,
+    /// What the step has done so far.
+    pub totals: StepTotals,
+    /// Whether the ledger takes the energies at the time of the positions.
+    pub sample: bool,
+}
+
+impl<'a, S: Scalar> Frame<'a, S> {
+    /// A step about to begin.
+    pub fn new(model: &'a Model<S>, state: &'a mut State<S>, ledger: &'a mut Ledger, sample: bool) -> Self {
+        Self { model, state, ledger, totals: StepTotals::default(), sample }
+    }
+
+    /// Time step of the velocities [s]: half a kick at the start puts them half a step after the positions.
+    fn kick(&self) -> f64 {
+        if self.state.step == 0 { 0.5 * self.model.dt } else { self.model.dt }
+    }
+}
+
+/// Advances a state step by step.
+pub struct Stepper<R: Real> {
+    /// By sheet.
+    kernels: Vec<Kernels<R>>,
+    /// Plain, and with the ledger.
+    node: [NodeKernel<R>; 2],
+    element_totals: Vec<ElementTotals>,
+    node_totals: Vec<NodeTotals>,
+    /// What a row of nodes without elements on one side reads.
+    nothing: Vec<R::Scalar>,
+    plies: PlyContact,
+    projectile: ProjectileContact,
+    /// Failures of the last step.
+    pub failures: Vec<FailureEvent>,
+}
+
+impl<R: Real + Send + Sync> Stepper<R> {
+    /// A stepper for a model.
+    pub fn new(model: &Model<R::Scalar>) -> Self {
+        let grid = &model.grid;
+        let kernels = model.sheets.iter().map(|sheet| crate::with_law!(sheet.law, L => Kernels::new::<L>(sheet)));
+        Self {
+            kernels: kernels.collect(),
+            node: [node_update::node_update::<R, false>, node_update::node_update::<R, true>],
+            element_totals: vec![ElementTotals::default(); grid.element_rows()],
+            node_totals: vec![NodeTotals::default(); grid.node_rows()],
+            nothing: vec![R::Scalar::splat(0.0); element::COUNT * grid.element_stride],
+            plies: PlyContact::new(model),
+            projectile: ProjectileContact::default(),
+            failures: Vec::new(),
+        }
+    }
+
+    /// One step from the positions at `state.step`·Δt. `sample`: fill in the energies at that time.
+    pub fn step(
+        &mut self,
+        model: &Model<R::Scalar>,
+        state: &mut State<R::Scalar>,
+        ledger: &mut Ledger,
+        sample: bool,
+    ) -> StepTotals {
+        let mut frame = Frame::new(model, state, ledger, sample);
+        self.elements(&mut frame);
+        self.nodes(&mut frame);
+        self.plies(&mut frame);
+        self.projectile(&mut frame);
+        frame.state.step += 1;
+        frame.totals
+    }
+
+    /// The first part of a step: forces of the elements.
+    pub fn elements(&mut self, frame: &mut Frame<'_, R::Scalar>) {
+        self.element_pass(frame);
+        self.collect_elements(frame);
+    }
+
+    /// The second part: the nodes move.
+    pub fn nodes(&mut self, frame: &mut Frame<'_, R::Scalar>) {
+        for (ply, reach) in frame.state.reach.iter_mut().enumerate() {
+            *reach = reach.grown(1, &frame.model.sheet(ply).mesh);
+        }
+        self.node_pass(frame);
+        for (index, row) in self.node_totals.iter().enumerate() {
+            frame.totals.kinetic += row.kinetic;
+            frame.totals.max_speed = frame.totals.max_speed.max(row.max_speed_squared);
+            let support = to_pack(frame.model, index, row.support);
+            for a in 0..3 {
+                frame.ledger.support[a] += support[a];
+            }
+        }
+        frame.totals.max_speed = frame.totals.max_speed.sqrt();
+        if frame.sample {
+            let model = frame.model;
+            frame.ledger.sample_nodes(&self.node_totals, &model.grid, |row, v| to_pack(model, row, v));
+        }
+    }
+
+    /// The third part: contact between the plies.
+    pub fn plies(&mut self, frame: &mut Frame<'_, R::Scalar>) {
+        if frame.model.plies.len() > 1 {
+            self.plies.resolve(frame, &self.nothing);
+        }
+    }
+
+    /// The fourth part: contact with the projectile, and its motion.
+    pub fn projectile(&mut self, frame: &mut Frame<'_, R::Scalar>) {
+        if let Some(mut body) = frame.state.body.take() {
+            self.projectile.resolve(frame, &mut body, &self.nothing);
+            if frame.sample {
+                frame.ledger.sample_body(&body);
+            }
+            body.advance(frame.model.dt);
+            frame.state.body = Some(body);
+        }
+    }
+
+    fn element_pass(&mut self, frame: &mut Frame<'_, R::Scalar>) {
+        let (model, state) = (frame.model, &mut *frame.state);
+        let grid = &model.grid;
+        let dt = if state.step == 0 { 0.0 } else { model.dt };
+        let (nodes, stride, reach) = (&state.nodes, state.elements.stride, &state.reach);
+        let length = state.elements.row_length();
+        let all = state.step == 0;
+        let work = |(index, (storage, totals)): (usize, (&mut [R::Scalar], &mut ElementTotals))| {
+            let (ply, row) = grid.element_row(index);
+            let mesh = &model.sheet(ply).mesh;
+            // The first step computes everything, so that yarn heights at rest are those the unit cell finds.
+            let [rows, columns] = if all { [0..mesh.rows, 0..mesh.columns] } else { reach[ply].elements(mesh) };
+            totals.clear();
+            if !rows.contains(&row) {
+                return;
+            }
+            totals.computed = columns.len();
+            let kernels = &self.kernels[model.plies[ply].sheet];
+            let below = grid.first_node_row(ply) + row;
+            let mut row = ElementRow {
+                below: split(nodes.row(below), nodes.stride),
+                above: split(nodes.row(below + 1), nodes.stride),
+                element: split_mut(storage, stride),
+            };
+            kernels.element[usize::from(frame.sample)](&kernels.constants, &mut row, columns, dt, totals);
+        };
+        let rows = state.elements.data.par_chunks_mut(length).zip(&mut self.element_totals);
+        rows.enumerate().with_min_len(4).for_each(work);
+    }
+
+    /// Adds up what the rows did, in row order.
+    fn collect_elements(&mut self, frame: &mut Frame<'_, R::Scalar>) {
+        let Frame { model, state, ledger, totals, sample } = frame;
+        self.failures.clear();
+        for (index, row) in self.element_totals.iter().enumerate() {
+            ledger.work += row.internal_work;
+            ledger.released[0] += row.released[0];
+            ledger.released[1] += row.released[1];
+            totals.unconverged += u64::from(row.unconverged);
+            totals.iterations += row.iterations;
+            totals.solved += row.solved;
+            totals.max_residual = totals.max_residual.max(row.max_residual);
+            totals.computed += row.computed as u64;
+            let (ply, j) = model.grid.element_row(index);
+            for (at, f) in row.failures.iter().enumerate() {
+                self.failures.push(FailureEvent {
+                    step: state.step,
+                    ply: ply as u32,
+                    i: f.column,
+                    j: j as u32,
+                    yarn: f.yarn,
+                    strain: f.strain,
+                });
+                // The last failure of an element that has nothing left is its erosion.
+                let last = row.failures.get(at + 1).is_none_or(|next| next.column != f.column);
+                totals.eroded += u64::from(last && !state.standing(index, f.column as usize));
+            }
+        }
+        if *sample {
+            ledger.sample_elements(&self.element_totals, &model.grid);
+        }
+    }
+
+    fn node_pass(&mut self, frame: &mut Frame<'_, R::Scalar>) {
+        let kick = frame.kick();
+        let (model, state) = (frame.model, &mut *frame.state);
+        let grid = &model.grid;
+        let kernel = self.node[usize::from(frame.sample)];
+        let (elements, nothing, reach) = (&state.elements, &self.nothing, &state.reach);
+        let (stride, length) = (state.nodes.stride, state.nodes.row_length());
+        let work = |(index, (storage, totals)): (usize, (&mut [R::Scalar], &mut NodeTotals))| {
+            let (ply, row) = grid.node_row(index);
+            *totals = NodeTotals::default();
+            if !reach[ply].rows.contains(&row) {
+                return;
+            }
+            let sheet = model.sheet(ply);
+            let around = neighbours(model, elements, nothing, ply, row);
+            let m = sheet.row_mass(row);
+            let mass = RowMass { inverse: [&m.inverse[0], &m.inverse[1], &m.inverse[2]], mass: &m.mass };
+            let edge = row == 0 || row == sheet.mesh.rows;
+            let mut fields = split_mut(storage, stride);
+            let range = reach[ply].columns.clone();
+            *totals = kernel(&around, &mass, &mut fields, range, sheet.mesh.columns + 1, edge, kick, model.dt);
+        };
+        let rows = state.nodes.data.par_chunks_mut(length).zip(&mut self.node_totals);
+        rows.enumerate().with_min_len(4).for_each(work);
+    }
+}
+
+/// A vector of a row of nodes in the axes of the pack.
+fn to_pack<S: Scalar>(model: &Model<S>, row: usize, vector: [f64; 3]) -> [f64; 3] {
+    model.sheet(model.grid.node_row(row).0).mesh.to_pack(vector)
+}
+
+/// Element rows around a row of nodes; `nothing` where the ply ends.
+fn neighbours<'a, S: Scalar>(
+    model: &Model<S>,
+    elements: &'a Rows<S>,
+    nothing: &'a [S],
+    ply: usize,
+    row: usize,
+) -> Neighbours<'a, S> {
+    let index = model.grid.first_element_row(ply) + row;
+    let below = if row > 0 { elements.row(index - 1) } else { nothing };
+    let above = if row < model.sheet(ply).mesh.rows { elements.row(index) } else { nothing };
+    Neighbours { below: split(below, elements.stride), above: split(above, elements.stride) }
+}

@@ -1,0 +1,226 @@
+//! The nodes near the projectile, and its contact with them.
+//!
+//! Plies pressed between the projectile and a node carry its push: the gap of a node is measured after moving it towards
+//! the struck side by the thickness of the fabric that lies between, hole by hole. So the projectile meets a stack of plies
+//! in one solve, with the mass of all of them, and contact between plies has only their differences to deal with.
+
+use nalgebra::Vector3;
+use rayon::prelude::*;
+
+use super::{Frame, neighbours};
+use crate::kernels::node_update::{self, field as node};
+use crate::kernels::projectile_contact::{self, ContactPoint};
+use crate::kernels::rigid_body::RigidBody;
+use crate::model::{Model, over::SIDES};
+use crate::number::Scalar;
+use crate::state::State;
+
+/// Steps a list of nearby nodes is meant to last.
+const NEAR_STEPS: f64 = 24.0;
+
+/// The nodes near the projectile.
+#[derive(Default)]
+pub(super) struct ProjectileContact {
+    /// Ply, row, column.
+    near: Vec<[u32; 3]>,
+    /// How far nodes and body may still approach each other before `near` is stale [m].
+    reserve: f64,
+    points: Vec<ContactPoint>,
+}
+
+impl ProjectileContact {
+    /// Finds and applies the impulses of a step.
+    pub(super) fn resolve<S: Scalar>(&mut self, frame: &mut Frame<'_, S>, body: &mut RigidBody, nothing: &[S]) {
+        let model = frame.model;
+        let travel = model.dt * (frame.totals.max_speed + body.speed_bound());
+        if !travel.is_finite() {
+            return; // the run stops on its own check of the numbers
+        }
+        self.reserve -= travel;
+        if self.reserve < 0.0 {
+            self.reserve = NEAR_STEPS * travel;
+            self.near = near_nodes(model, frame.state, body, self.reserve + travel);
+        }
+        self.gather_points(frame, body, nothing);
+        if self.points.is_empty() {
+            return;
+        }
+        frame.totals.contact = projectile_contact::resolve(body, &mut self.points, model.dt);
+        frame.ledger.add_contact(&frame.totals.contact);
+        let kick = frame.kick();
+        for p in self.points.iter().filter(|p| p.push > 0.0) {
+            let velocity = p.velocity();
+            let mesh = &model.sheet(p.ply).mesh;
+            let change = mesh.to_ply((velocity - p.free).into());
+            let own = mesh.to_ply(velocity.into());
+            let row = model.grid.first_node_row(p.ply) + p.row;
+            for a in 0..3 {
+                let u = frame.state.nodes.get(row, node::DISPLACEMENT + a, p.column).to_f64();
+                frame.state.nodes.set(row, node::DISPLACEMENT + a, p.column, S::splat(u + model.dt * change[a]));
+                frame.state.nodes.set(row, node::VELOCITY + a, p.column, S::splat(own[a]));
+            }
+            frame.state.reach[p.ply].touch(p.row, p.column);
+            if frame.sample {
+                frame.ledger.correct_node(
+                    p.ply,
+                    p.mass,
+                    &p.free,
+                    &velocity,
+                    &((p.free - p.before) * (model.dt / kick)),
+                );
+            }
+        }
+    }
+
+    /// The nodes that may touch the body in this step.
+    fn gather_points<S: Scalar>(&mut self, frame: &mut Frame<'_, S>, body: &RigidBody, nothing: &[S]) {
+        let kick = frame.kick();
+        let (model, state) = (frame.model, &*frame.state);
+        self.points.clear();
+        for place in &self.near {
+            let [ply, row, column] = place.map(|at| at as usize);
+            if !node_stands(model, state, ply, row, column) {
+                continue;
+            }
+            let sheet = model.sheet(ply);
+            let at = model.grid.first_node_row(ply) + row;
+            let free = Vector3::from(sheet.mesh.to_pack(state.velocity(at, column)));
+            let position = node_position(model, state, ply, row, column) - free * model.dt;
+            let between = fabric_between(model, state, ply, row, column);
+            let pressed = position - Vector3::new(0.0, 0.0, between);
+            let (gap, normal) = body.holding_gap(&pressed);
+            frame.totals.penetration = frame.totals.penetration.max(-gap);
+            let arm = position - body.position;
+            let approach = (free - body.velocity_at(&arm)).dot(&normal);
+            // A body that turns under impulses may reach a little further than its velocity now tells.
+            if gap + model.dt * (approach - 0.1 * body.speed_bound()) > 0.0 {
+                continue;
+            }
+            let m = sheet.row_mass(row);
+            let [x, y, z] = [0, 1, 2].map(|a| m.inverse[a][column].to_f64());
+            let inverse = Vector3::from(turned(sheet.mesh.turn, [x, y, z]));
+            if body.prescribed && normal.dot(&inverse.component_mul(&normal)) <= 0.0 {
+                continue; // both are held: neither can give way, and no finite impulse would change that
+            }
+            let around = neighbours(model, &state.elements, nothing, ply, row);
+            let force = node_update::gather::<S>(&around, column).map(Scalar::to_f64);
+            let force = Vector3::from(sheet.mesh.to_pack(force));
+            let mut point = ContactPoint {
+                ply,
+                row,
+                column,
+                gap,
+                normal,
+                arm,
+                before: free - inverse.component_mul(&force) * kick,
+                free,
+                inverse,
+                mass: m.mass[column].to_f64(),
+                // What the projectile rubs against is the fabric it touches; further plies rub against each other.
+                friction: if between > 0.0 { model.friction.min(model.ply_friction) } else { model.friction },
+                kappa: 0.0,
+                push: 0.0,
+                drag: Vector3::zeros(),
+                active: false,
+            };
+            point.set_kappa();
+            self.points.push(point);
+        }
+    }
+}
+
+/// Inverse masses by direction of a ply in the axes of the pack. Rollers, which tell the directions apart, hold only
+/// plies laid along the pack's axes.
+fn turned([c, s]: [f64; 2], [x, y, z]: [f64; 3]) -> [f64; 3] {
+    if x == y { [x, y, z] } else { [c * c * x + s * s * y, s * s * x + c * c * y, z] }
+}
+
+/// Thickness of the fabric between a node and the struck side [m]: of each ply in front whose element there stands.
+pub(super) fn fabric_between<S: Scalar>(
+    model: &Model<S>,
+    state: &State<S>,
+    ply: usize,
+    row: usize,
+    column: usize,
+) -> f64 {
+    let mut place = [row, column];
+    let mut thickness = 0.0;
+    for front in (0..ply).rev() {
+        let mesh = &model.sheet(front).mesh;
+        let at = ((front + 1) * SIDES * (model.grid.rows + 1) + place[0]) * (model.grid.columns + 1) + place[1];
+        let element = state.over[at] as usize;
+        let [r, c] = [element / mesh.columns, element % mesh.columns];
+        if state.standing(model.grid.first_element_row(front) + r, c) {
+            thickness += model.plies[front].touching;
+        }
+        // On through the corner nearest to the node by its place in the ply behind.
+        let [x, y] = model.sheet(front + 1).mesh.reference(place[0], place[1]);
+        let [x, y, _] = mesh.to_ply(model.sheet(front + 1).mesh.to_pack([x, y, 0.0]));
+        let [left, below] = mesh.reference(r, c);
+        place = [r + usize::from(y - below > 0.5 * mesh.length[1]), c + usize::from(x - left > 0.5 * mesh.length[0])];
+    }
+    thickness
+}
+
+/// Whether any element around a node still carries load; debris no longer touches anything.
+pub fn node_stands<S: Scalar>(model: &Model<S>, state: &State<S>, ply: usize, row: usize, column: usize) -> bool {
+    let mesh = &model.sheet(ply).mesh;
+    let first = model.grid.first_element_row(ply);
+    let rows = row.saturating_sub(1)..(row + 1).min(mesh.rows);
+    let mut columns = column.saturating_sub(1)..(column + 1).min(mesh.columns);
+    columns.any(|c| rows.clone().any(|r| state.standing(first + r, c)))
+}
+
+/// Position of a node in the axes of the pack [m].
+pub fn node_position<S: Scalar>(
+    model: &Model<S>,
+    state: &State<S>,
+    ply: usize,
+    row: usize,
+    column: usize,
+) -> Vector3<f64> {
+    let mesh = &model.sheet(ply).mesh;
+    let u = state.displacement(model.grid.first_node_row(ply) + row, column);
+    Vector3::from(model.reference(ply, row, column)) + Vector3::from(mesh.to_pack(u))
+}
+
+/// Nodes within `margin` of the body, or of it moved through the plies in front, in storage order.
+fn near_nodes<S: Scalar>(model: &Model<S>, state: &State<S>, body: &RigidBody, margin: f64) -> Vec<[u32; 3]> {
+    let bar = body.body.profile.bar;
+    let grid = &model.grid;
+    let depths: Vec<f64> = model
+        .plies
+        .iter()
+        .scan(0.0, |depth, ply| {
+            let here = *depth;
+            *depth += ply.touching;
+            Some(here)
+        })
+        .collect();
+    let found = (0..grid.node_rows()).into_par_iter().with_min_len(16).map(|index| {
+        let (ply, row) = grid.node_row(index);
+        let mut out = Vec::new();
+        let mesh = &model.sheet(ply).mesh;
+        if row > mesh.rows {
+            return out;
+        }
+        let depth = depths[ply];
+        // Places to look at between the node and its place behind no fabric, no further apart than the margin.
+        let looks = (depth / margin).ceil().min(64.0);
+        let room = margin + 0.5 * depth / looks.max(1.0);
+        for column in 0..=mesh.columns {
+            let position = node_position(model, state, ply, row, column);
+            // Cheap test against the sphere around the body first.
+            let far = !bar && (position - body.position).norm() > body.body.reach + margin + depth;
+            let close = |look: u32| {
+                let moved = position - Vector3::new(0.0, 0.0, depth * f64::from(look) / looks.max(1.0));
+                body.gap(&moved).0 < room
+            };
+            if !far && (0..=looks as u32).any(close) {
+                out.push([ply, row, column].map(|at| at as u32));
+            }
+        }
+        out
+    });
+    found.collect::<Vec<_>>().concat()
+}
