@@ -112,6 +112,7 @@ struct Scene {
     /// Workgroups of the ledger.
     groups: u32,
     pad0: u32,
+    pad1: u32,
     /// Corner (ρ, s) and outward normal (ρ, s) of the side that begins there.
     profile: array<vec4<f32>, 5>,
 }
