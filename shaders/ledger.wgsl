@@ -24,6 +24,8 @@
 const WIDTH: u32 = 64u;
 /// Numbers a workgroup adds up.
 const SUMS: u32 = 24u;
+/// Fabric at this part of the projectile's speed or more is carried along and covers nothing.
+const CARRIED: f32 = 0.95;
 /// Words of the body and of the counters.
 const BODY_WORDS: u32 = 60u;
 const STATUS_WORDS: u32 = 11u;
@@ -75,7 +77,7 @@ fn covers(element: u32) -> bool {
     let at = corners(element);
     let n = 5u * scene.nodes;
     let forward = 0.25 * (nodes[n + at.x] + nodes[n + at.y] + nodes[n + at.z] + nodes[n + at.w]);
-    if (!(forward < body.velocity.z)) {
+    if (!(forward < CARRIED * body.velocity.z)) {
         return false;
     }
     let a = arm_to(at.x);

@@ -23,6 +23,9 @@ use crate::step::node_position;
 /// Time without noticeable force after which a perforation is over [s].
 const QUIET: f64 = 20e-6;
 
+/// Fabric at this part of the projectile's speed or more is carried along: a plug or a flap, which covers nothing.
+pub const CARRIED: f64 = 0.95;
+
 /// Outcome of a shot.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Outcome {
@@ -128,7 +131,7 @@ pub fn covered<S: Scalar>(model: &Model<S>, state: &State<S>, body: &RigidBody, 
         (0..sheet.mesh.columns).any(|column| {
             let whole = (0..2).all(|yarn| !sheet.present[yarn] || state.alive(elements + row, column, yarn));
             whole
-                && forward_speed(state, nodes + row, column) < body.velocity.z
+                && forward_speed(state, nodes + row, column) < CARRIED * body.velocity.z
                 && patch(model, state, ply, row, column).into_iter().any(ahead)
         })
     })

@@ -359,7 +359,7 @@ fn constants() -> Vec<(&'static str, Vec<f64>)> {
         number("FOLDED", ply_contact::FOLDED),
         // The processor shares masses out in real numbers, and has no ply number for none.
         number("SHARE_UNIT", f64::from(1_u32 << 20)),
-        number("NO_PLY", f64::from(u32::MAX)),
+        count("NO_PLY", u32::MAX as usize),
         count("MAX_ITERATIONS", crossover::MAX_ITERATIONS as usize),
         count("SET_CHANGES", projectile_contact::SET_CHANGES),
         count("FRICTION_SWEEPS", projectile_contact::FRICTION_SWEEPS),
@@ -372,6 +372,7 @@ fn constants() -> Vec<(&'static str, Vec<f64>)> {
         number("PI", std::f64::consts::PI),
         number("HALF_PI", std::f64::consts::FRAC_PI_2),
         number("FINE", layout::FINE),
+        number("CARRIED", ripstop::outcome::CARRIED),
         list("SERIES", &arc_length::SERIES),
         list("ARC_SINE", &shear::ARC_SINE),
         // The laws are numbered by `shader::constants`.
