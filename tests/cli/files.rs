@@ -92,6 +92,8 @@ fn a_run_leaves_the_files_of_the_contract_and_nothing_else() {
         ("projectile", "yes"),
         ("friction", "yes"),
         ("rotation", "yes"),
+        ("ply contact", "no"),
+        ("ply friction", "no"),
     ];
     assert_eq!(terms, expected);
     assert_eq!(summary["skipped"], json!({"wavefront": 0}));
@@ -112,7 +114,7 @@ fn tables_have_the_columns_of_the_contract_and_agree_with_the_summary() {
     assert_eq!(history.lines().next().unwrap(), HISTORY);
     let summary = bench.json("here/summary.json");
     let table = rows(&history);
-    assert!(table.len() >= 20 && table.iter().all(|row| row.len() == 20));
+    assert!(table.len() >= 20 && table.iter().all(|row| row.len() == 22));
     let last = table.last().unwrap();
     assert_eq!(number(&table[0][0]), 0.0);
     assert_eq!(number(&table[0][1]), 600.0);

@@ -6,6 +6,10 @@ use ripstop::simulation::Simulation;
 
 use super::{advance, motion, pack};
 
+/// Energy error of scenes in which nodes are moved out of penetrations: the work of that against the hourglass stiffness is
+/// counted to first order.
+const ENERGY: f64 = 1e-5;
+
 /// Free plies half a millimetre apart, the first flying at `velocity` [m/s].
 fn flying(velocity: [f64; 3], friction: f64, second: &str) -> Case {
     let layup = format!(
@@ -77,7 +81,7 @@ fn friction_slows_by_coulomb_and_stops_sliding_at_most() {
         assert!((a[0] - first).abs() < allowed && (b[0] - second).abs() < allowed, "μ {friction}: {a:?} {b:?}");
         let run = simulation.into_run(1.0);
         let last = run.history.last().unwrap();
-        assert!(run.energy_error < 1e-12 && run.momentum_error < 1e-12);
+        assert!(run.energy_error < ENERGY && run.momentum_error < 1e-12, "{} {}", run.energy_error, run.momentum_error);
         assert_eq!(last.balance.friction > 1e-6 * mass, friction > 0.0, "{}", last.balance.friction);
         assert!(last.balance.friction >= 0.0 && last.balance.contact > 0.0);
     }
@@ -181,5 +185,5 @@ fn a_heavy_ply_drives_a_stack_through_contact_between_plies_alone() {
     }
     let run = simulation.into_run(1.0);
     assert!(run.max_ply_penetration < 0.25 * 0.3e-3, "{}", run.max_ply_penetration);
-    assert!(run.energy_error < 1e-6 && run.momentum_error < 1e-11, "{} {}", run.energy_error, run.momentum_error);
+    assert!(run.energy_error < ENERGY && run.momentum_error < 1e-11, "{} {}", run.energy_error, run.momentum_error);
 }
