@@ -136,7 +136,7 @@ fn turned([c, s]: [f64; 2], [x, y, z]: [f64; 3]) -> [f64; 3] {
 }
 
 /// Thickness of the fabric between a node and the struck side [m]: of each ply in front whose element there stands.
-pub(super) fn fabric_between<S: Scalar>(
+pub fn fabric_between<S: Scalar>(
     model: &Model<S>,
     state: &State<S>,
     ply: usize,

@@ -48,7 +48,7 @@ fn front(device: &'static Device) -> Outcome {
     let case = builtin("cases/s720-1ply-155.json", &sets);
     let run = |whole: bool| {
         let simulation = Simulation::new(&case, device).unwrap();
-        let mut simulation = if whole { simulation.without_front() } else { simulation };
+        let mut simulation = if whole { simulation.without_skips() } else { simulation };
         while !simulation.finished() {
             simulation.advance(&case);
         }
