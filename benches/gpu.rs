@@ -51,8 +51,8 @@ fn steps(stepper: &Stepper<'_>, first: u64, count: u64) -> Vec<StepInfo> {
 fn pack(device: &Device, name: &str, case: &Case, test: bool) {
     let model = Model::<f32>::new(case).unwrap();
     let state = State::new(case, &model);
-    let elements = model.grid.elements() as u64;
-    let mut stepper = match Stepper::new(device, case, &model) {
+    let elements = model.elements() as u64;
+    let mut stepper = match Stepper::new(device, &model) {
         Ok(stepper) => stepper,
         Err(error) => return println!("{name}: {error}"),
     };
@@ -73,7 +73,7 @@ fn pack(device: &Device, name: &str, case: &Case, test: bool) {
     let seconds = start.elapsed().as_secs_f64() / count as f64;
     at += count;
     let rate = elements as f64 / seconds;
-    println!("{name}: {elements} elements, {:.1} MB", Sizes::new(&model.grid).total() as f64 * 1e-6);
+    println!("{name}: {elements} elements, {:.1} MB", Sizes::new(&model).total() as f64 * 1e-6);
     println!("  step                {:10.1} µs  {:10.2} M element-steps/s", seconds * 1e6, rate * 1e-6);
     let copy = stepper.copy_bandwidth(if test { 1 << 20 } else { 64 << 20 }, 16).unwrap();
     let timed: Vec<StepInfo> = steps(&stepper, at, 1).repeat(if test { 1 } else { 5 });
@@ -103,7 +103,7 @@ fn pack(device: &Device, name: &str, case: &Case, test: bool) {
 fn host(case: &Case, test: bool) {
     let model = Model::<f32>::new(case).unwrap();
     let device = Device::noop();
-    let mut stepper = Stepper::new(&device, case, &model).unwrap();
+    let mut stepper = Stepper::new(&device, &model).unwrap();
     stepper.upload(&model, &State::new(case, &model));
     let batches = if test { 1 } else { 20 };
     let count = 3 * (BATCH as u64 / 6);

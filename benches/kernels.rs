@@ -41,7 +41,7 @@ fn steps<S: Scalar>(c: &mut Criterion, name: &str) {
         simulation.advance(&case);
     }
     let mut group = c.benchmark_group("step");
-    group.throughput(Throughput::Elements(simulation.model.grid.elements() as u64));
+    group.throughput(Throughput::Elements(simulation.model.elements() as u64));
     group.measurement_time(Duration::from_secs(4)).sample_size(20);
     group.bench_function(name, |b| b.iter(|| simulation.advance(&case)));
 }

@@ -8,7 +8,7 @@
 
 use nalgebra::{UnitQuaternion, Vector3};
 use ripstop::case;
-use ripstop::kernels::projectile_contact::{ContactPoint, resolve};
+use ripstop::kernels::projectile_contact::{self, ContactPoint, ContactTotals};
 use ripstop::kernels::projectile_shape::Body;
 use ripstop::kernels::rigid_body::RigidBody;
 use ripstop::simulation::{Precision, Run};
@@ -17,6 +17,7 @@ use crate::scene::{builtin, run, run_as};
 
 fn point(position: [f64; 3], normal: [f64; 3], velocity: [f64; 3], mass: f64, gap: f64) -> ContactPoint {
     let mut p = ContactPoint {
+        ply: 0,
         row: 0,
         column: 0,
         gap,
@@ -26,6 +27,7 @@ fn point(position: [f64; 3], normal: [f64; 3], velocity: [f64; 3], mass: f64, ga
         free: Vector3::from(velocity),
         inverse: Vector3::repeat(1.0 / mass),
         mass,
+        friction: 0.0,
         kappa: 0.0,
         push: 0.0,
         drag: Vector3::zeros(),
@@ -33,6 +35,12 @@ fn point(position: [f64; 3], normal: [f64; 3], velocity: [f64; 3], mass: f64, ga
     };
     p.set_kappa();
     p
+}
+
+/// Resolves contact with the same friction everywhere.
+fn resolve(body: &mut RigidBody, points: &mut [ContactPoint], friction: f64, dt: f64) -> ContactTotals {
+    points.iter_mut().for_each(|p| p.friction = friction);
+    projectile_contact::resolve(body, points, dt)
 }
 
 /// A 3 g cylinder flying along Z at 100 m/s.

@@ -175,15 +175,25 @@ fn assert_block(name: &str, blocks: &[layout::Block]) {
 fn the_scene_is_laid_out_as_the_host_fills_it() {
     let block = |case: &Case| {
         let model = Model::<f32>::new(case).unwrap();
-        let sizes = buffers::Sizes::new(&model.grid);
-        layout::scene(case, &model, sizes.points as u32, sizes.groups as u32)
+        let sizes = buffers::Sizes::new(&model);
+        layout::scene(&model, 0, sizes.points as u32, sizes.groups as u32)
     };
     assert_block("Scene", &cases().iter().map(block).collect::<Vec<_>>());
 }
 
 #[test]
+fn the_plies_are_laid_out_as_the_host_fills_them() {
+    let mut case = patch::case(2, 3);
+    case.pack.plies = 3;
+    let plies = |case: &Case| layout::plies(&Model::<f32>::new(case).unwrap());
+    let all: Vec<_> = cases().iter().chain([&case]).flat_map(plies).collect();
+    assert_block("Ply", &all);
+    assert_eq!(all[0].words().len(), layout::PLY_WORDS);
+}
+
+#[test]
 fn the_step_is_laid_out_as_the_host_fills_it() {
-    let info = StepInfo { index: 7, slot: Some(3), since: 5, dt: 1e-7, active: [[10, 20], [30, 40]] };
+    let info = StepInfo { index: 7, slot: Some(3), since: 5, dt: 1e-7, travel: 0.25 };
     assert_block("Step", &[layout::step(&info)]);
     let kicks = |info: &StepInfo| layout::step(info).words()[3..5].to_vec();
     let bits = |numbers: [f32; 2]| numbers.map(f32::to_bits).to_vec();
@@ -438,10 +448,10 @@ fn pipelines_and_bindings_fit_together_for_every_kind_of_scene() {
     }));
     for case in cases {
         let model = Model::<f32>::new(&case).unwrap();
-        Stepper::new(&device, &case, &model).map(|_| ()).unwrap_or_else(|e| panic!("{}: {e}", case.title));
+        Stepper::new(&device, &model).map(|_| ()).unwrap_or_else(|e| panic!("{}: {e}", case.title));
         let broken =
             |kernel: &Kernel| kernel.source().replace("var<storage, read> nodes", "var<storage, read_write> nodes");
-        let refused = Stepper::with_sources(&device, &case, &model, &broken);
+        let refused = Stepper::with_sources(&device, &model, &broken);
         assert!(refused.is_err(), "a binding that does not fit is refused");
     }
 }

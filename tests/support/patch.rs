@@ -70,7 +70,7 @@ impl<S: Scalar> Patch<S> {
 
     /// Reference positions of the nodes [m].
     pub(crate) fn reference(&self) -> Vec<[f64; 2]> {
-        self.nodes().into_iter().map(|(row, column)| self.model.grid.reference(row, column)).collect()
+        self.nodes().into_iter().map(|(row, column)| self.model.sheets[0].mesh.reference(row, column)).collect()
     }
 
     fn write(&mut self, field: usize, at: usize, value: Vector) {
@@ -116,7 +116,8 @@ impl<S: Scalar> Patch<S> {
     /// Evaluates every element, with energies, `dt` [s] after the last evaluation; one entry per row of elements.
     pub(crate) fn evaluate_rows(&mut self, dt: f64) -> Vec<ElementTotals> {
         let model = &self.model;
-        let shear = model.has_shear;
+        let sheet = model.sheet(0);
+        let shear = sheet.has_shear;
         let (nodes, elements) = (&self.state.nodes, &mut self.state.elements);
         let (columns, stride) = (model.grid.columns, elements.stride);
         let mut all = vec![ElementTotals::default(); model.grid.rows];
@@ -126,12 +127,12 @@ impl<S: Scalar> Patch<S> {
                 above: split(nodes.row(row + 1), nodes.stride),
                 element: split_mut(elements.row_mut(row), stride),
             };
-            with_law!(model.law, L => {
-                let c = model.constants::<S, L>();
+            with_law!(sheet.law, L => {
+                let c = sheet.constants::<S, L>();
                 if shear {
-                    element_force::<S, L, true, true>(&c, &mut storage, columns, dt, totals);
+                    element_force::<S, L, true, true>(&c, &mut storage, 0..columns, dt, totals);
                 } else {
-                    element_force::<S, L, false, true>(&c, &mut storage, columns, dt, totals);
+                    element_force::<S, L, false, true>(&c, &mut storage, 0..columns, dt, totals);
                 }
             });
         }
