@@ -45,7 +45,8 @@ impl Part {
             Self::Elements => scene.elements,
             Self::Plies => scene.pack,
             Self::Contact => scene.model.projectile.is_some(),
-            Self::Nodes | Self::Ledger => true,
+            // Without a projectile the device never lets what may have moved grow: then nothing does, or all of it.
+            Self::Nodes | Self::Ledger => !is_partly_reached(scene),
         }
     }
 
@@ -60,6 +61,12 @@ impl Part {
             Self::Ledger => true,
         }
     }
+}
+
+/// Whether elements are evaluated, but not all of them.
+fn is_partly_reached(scene: &Scene) -> bool {
+    let part = |(ply, reach): (usize, &Reach)| *reach != Reach::whole(&scene.model.sheet(ply).mesh);
+    scene.elements && scene.state.reach.iter().enumerate().any(part)
 }
 
 /// Whether a kernel belongs to contact between plies.

@@ -7,7 +7,10 @@ use ripstop::case::{Case, Edge, ShearModulus};
 use ripstop::kernels::element_force::field as element;
 use ripstop::kernels::node_update::field as node;
 use ripstop::model::Model;
+use ripstop::reach::Reach;
 use ripstop::state::State;
+
+use packs::Group;
 
 use crate::support::patch::{self, affine};
 use crate::support::{CROSSOVERS, LAWS, Random, s720};
@@ -15,7 +18,6 @@ use crate::support::{CROSSOVERS, LAWS, Random, s720};
 /// A state, and which kernels have something to do in it.
 pub(crate) struct Scene {
     pub(crate) name: String,
-    pub(crate) case: Case,
     pub(crate) model: Model<f32>,
     pub(crate) state: State<f32>,
     /// Whether elements are evaluated; contact scenes bring random forces instead.
@@ -87,7 +89,11 @@ fn special_scenes() -> Vec<Scene> {
         change(&mut case);
         deformed(name.to_owned(), case, 3, 100 + columns as u64)
     };
+    let groups = [Group::turned(0), Group::coarse(90), Group::turned(30), Group::coarse(0)];
     vec![
+        deformed("plies of two fabrics".to_owned(), packs::case([7, 6], &groups), 3, 200),
+        special("only a part reached", 7, 6, &|case| case.pack.plies = plies),
+        deformed("the first step of a part".to_owned(), patch::case(7, 6), 0, 201),
         special("one element", 1, 1, &|case| case.pack.plies = plies),
         special("several workgroups of the ledger", 33, 35, &|case| {
             case.pack.edges.left = Edge::Roller;
@@ -129,27 +135,30 @@ fn deformed(name: String, case: Case, step: u64, seed: u64) -> Scene {
     let mut state = State::new(&case, &model);
     state.step = step;
     let mut random = Random(seed);
-    let grid = model.grid;
-    let mesh = &model.sheets[0].mesh;
     let speed = 30.0;
-    for row in 0..grid.node_rows() {
-        let (ply, in_ply) = grid.node_row(row);
-        let (f1, f2, noise) = DEFORMATIONS[if grid.plies == 1 { 2 } else { ply % DEFORMATIONS.len() }];
-        for column in 0..=grid.columns {
-            let uniform = affine(f1, f2, mesh.reference(in_ply, column));
+    for ply in 0..model.grid.plies {
+        let sheet = model.sheet(ply);
+        let mesh = &sheet.mesh;
+        let (f1, f2, noise) = DEFORMATIONS[if model.grid.plies == 1 { 2 } else { ply % DEFORMATIONS.len() }];
+        for (row, column) in (0..=mesh.rows).flat_map(|row| (0..=mesh.columns).map(move |column| (row, column))) {
+            let uniform = affine(f1, f2, mesh.reference(row, column));
+            let at = model.grid.first_node_row(ply) + row;
             for a in 0..3 {
                 let u = uniform[a] + noise * mesh.length[a % 2] * random.between(-1.0, 1.0);
-                state.nodes.set(row, node::DISPLACEMENT + a, column, u as f32);
-                let free = model.sheets[0].row_mass(in_ply).inverse[a][column] > 0.0;
+                state.nodes.set(at, node::DISPLACEMENT + a, column, u as f32);
+                let free = sheet.row_mass(row).inverse[a][column] > 0.0;
                 let v = if free { random.between(-speed, speed) } else { 0.0 };
-                state.nodes.set(row, node::VELOCITY + a, column, v as f32);
+                state.nodes.set(at, node::VELOCITY + a, column, v as f32);
             }
         }
     }
     state.reach_everything(&model);
     kill(&model, &mut state, &mut random, 0.1);
     random_elements(&model, &mut state, &mut random, 0.5);
-    Scene { name, case, model, state, elements: true, pack: false, held: false, speed }
+    if name.contains("part") {
+        state.reach.fill(Reach { rows: 2..4, columns: 1..5 });
+    }
+    Scene { name, model, state, elements: true, pack: false, held: false, speed }
 }
 
 /// Ply, row of the storage and column of every element.

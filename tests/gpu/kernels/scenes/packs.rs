@@ -43,6 +43,11 @@ impl Group {
         self.with(["clamped", "free", "clamped", "free"])
     }
 
+    /// Rolling along two sides.
+    pub(crate) const fn rolling(self) -> Self {
+        self.with(["roller", "free", "roller", "free"])
+    }
+
     /// Left, right, bottom, top.
     const fn with(self, edges: [&'static str; 4]) -> Self {
         Self { edges, ..self }
@@ -111,6 +116,8 @@ pub(super) fn astray(model: &Model<f32>, state: &mut State<f32>, random: &mut Ra
 /// What is unusual about a scene.
 #[derive(Clone, Copy)]
 struct Kind {
+    /// Columns and rows of the fabric of the patches.
+    size: [usize; 2],
     step: u64,
     /// Cells that plies are apart sideways, at most.
     cells: f64,
@@ -126,6 +133,7 @@ struct Kind {
 }
 
 const PLAIN: Kind = Kind {
+    size: [9, 8],
     step: 17,
     cells: 3.0,
     holes: 0.0,
@@ -166,12 +174,18 @@ pub(crate) fn scenes() -> Vec<Scene> {
             &[turned(0), turned(90), turned(0), coarse(30)],
             Kind { reach: small, cells: 0.0, ..PLAIN },
         ),
+        // Far from the centre, and early: what sees what is decided by places, not by the room for travel.
+        pack(
+            "resting plies, a corner",
+            &[turned(0), turned(90), turned(0)],
+            Kind { size: [16, 14], step: 1, reach: Some([1, 4, 11, 14]), cells: 0.0, ..PLAIN },
+        ),
         pack("resting plies of two fabrics", &[coarse(0), turned(0)], Kind { reach: small, cells: 0.0, ..PLAIN }),
     ]
 }
 
 fn pack(name: &str, groups: &[Group], kind: Kind) -> Scene {
-    let mut case = case([9, 8], groups);
+    let mut case = case(kind.size, groups);
     case.pack.spacing = kind.spacing;
     case.pack.friction = kind.friction;
     case.solver.hourglass = kind.hourglass;
@@ -185,7 +199,7 @@ fn pack(name: &str, groups: &[Group], kind: Kind) -> Scene {
     }
     kill(&model, &mut state, &mut random, kind.holes);
     random_elements(&model, &mut state, &mut random, 1.0);
-    Scene { name: name.to_owned(), case, model, state, elements: false, pack: true, held: false, speed: SPEED }
+    Scene { name: name.to_owned(), model, state, elements: false, pack: true, held: false, speed: SPEED }
 }
 
 /// Gives a node a displacement [m] and a velocity [m/s], both in the axes of the pack; held directions stand still.

@@ -6,6 +6,7 @@ use ripstop::kernels::element_force::field as element;
 use ripstop::kernels::node_update::field as node;
 use ripstop::kernels::rigid_body::RigidBody;
 use ripstop::model::Model;
+use ripstop::reach::Reach;
 use ripstop::state::State;
 use ripstop::step::fabric_between;
 
@@ -145,12 +146,19 @@ pub(crate) fn pack_scenes() -> Vec<Scene> {
             (p.friction, case.pack.friction) = (0.1, 0.5);
             case.pack.spacing = Some(0.2e-3);
         }),
-        make("cone on held plies with gaps", &[turned(0).held(), turned(90).held()], CONE, &|p, case| {
+        make("cone on held plies with gaps", &[turned(0).held(), turned(90).rolling()], CONE, &|p, case| {
             p.friction = 0.2;
             p.offset = [-6.5e-3, -7e-3];
             p.rotation = Rotation::Locked;
             case.pack.spacing = Some(0.7e-3);
         }),
+        // Nothing has moved, or been reached, before the first of the steps.
+        make(
+            "face of a cylinder exactly touching resting plies",
+            &[turned(0), turned(90), turned(30)],
+            CYLINDER,
+            &|_, _| {},
+        ),
     ]
 }
 
@@ -159,7 +167,11 @@ pub(crate) fn pack_scenes() -> Vec<Scene> {
 fn struck(name: &str, case: Case) -> Scene {
     let model = Model::<f32>::new(&case).unwrap();
     let mut state = State::new(&case, &model);
-    state.reach_everything(&model);
+    if name.contains("resting") {
+        state.reach.fill(Reach::nothing());
+    } else {
+        state.reach_everything(&model);
+    }
     let mut random = Random(name.len() as u64);
     let mut body = model.projectile.clone().unwrap();
     let touching = name.contains("exactly");
@@ -216,7 +228,7 @@ fn struck(name: &str, case: Case) -> Scene {
     }
     state.body = Some(body);
     let held = name.contains("clamped") || name.contains("held plies");
-    Scene { name: name.to_owned(), case, model, state, elements: false, pack: false, held, speed }
+    Scene { name: name.to_owned(), model, state, elements: false, pack: false, held, speed }
 }
 
 /// Where a node lies on the body, were there no fabric in front of it.
