@@ -213,7 +213,6 @@ pub(super) const MUTANTS: &[Mutant] = &[
         "if (element + 1u >= scene.elements) {",
     ),
     mutant("constants of another sheet", "plies of two fabrics", "plies[ply].sheet == scene.sheet", "true"),
-    mutant("storage without elements computed", "plies of two fabrics", "return place.x < plies[ply].rows && place.y < plies[ply].columns;", "return true;"),
     mutant("what is at rest computed", "only a part reached", "return (row && column && reach.x < reach.y) || step.index == 0u;", "return true;"),
     mutant("row of elements before the reach left out", "only a part reached", "let row = place.x + 1u >= reach.x && place.x < reach.y;", "let row = place.x >= reach.x && place.x < reach.y;"),
     mutant("column of elements after the reach", "only a part reached", "let column = place.y + 1u >= reach.z && place.y < reach.w;", "let column = place.y + 1u >= reach.z && place.y <= reach.w;"),

@@ -94,6 +94,6 @@ pub(super) const MUTANTS: &[Mutant] = &[
     mutant("resting plies behind not marked", "face of a cylinder exactly touching resting plies", "mark(node, in_pack, vec3<f32>(0.0), 0.0, plies[ply].depth);", "mark(node, in_pack, vec3<f32>(0.0), 0.0, 0.0);"),
     mutant("moving plies behind not marked", "sphere on turned plies, friction", "sqrt(square), plies[ply].depth);", "sqrt(square), 0.0);"),
     mutant("place behind the fabric alone", "sphere on turned plies, friction", "max(min(local.z, pressed.z),", "max(local.z,"),
-    mutant("reference of a turned ply", "sphere on turned plies, friction", "let in_pack = to_pack(ply, lies);", "let in_pack = lies;"),
+    mutant("reference of a turned ply", "cone on held plies with gaps", "let in_pack = to_pack(ply, lies);", "let in_pack = lies;"),
     mutant("mass of the first fabric", "two fabrics, holes, no hourglass", "plies[ply].inverse_inner, plies[ply].inverse_edge, count == 1u", "plies[0].inverse_inner, plies[0].inverse_edge, count == 1u"),
 ];

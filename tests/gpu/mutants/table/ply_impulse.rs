@@ -17,7 +17,7 @@ pub(super) const MUTANTS: &[Mutant] = &[
     mutant("velocity of the surface missing", "two free plies", "velocity -= ply_velocity(other, around[i]) * weights[i];", ""),
     mutant("no friction", "two free plies", "if (!PLY_FRICTION) {", "if (true) {"),
     mutant("friction without its limit", "two free plies", "let most = scene.ply_friction * normal;", "let most = normal;"),
-    mutant("sticking missing", "two free plies", "select(stick, stick * (most / max(size, 1e-30)), size > most)", "stick * (most / max(size, 1e-30))"),
+    mutant("sticking missing", "the first step", "select(stick, stick * (most / max(size, 1e-30)), size > most)", "stick * (most / max(size, 1e-30))"),
     mutant("sliding along the normal", "two free plies", "let slide = velocity - push * along;", "let slide = velocity;"),
     mutant("rubbing at the first velocity", "two free plies", "slide + found.drag * (0.5 * compliance)", "slide"),
     mutant("rubbing not noted", "two free plies", "accounts[7u * scene.elements + scene.nodes + node] -=", "accounts[7u * scene.elements + scene.nodes + node] -= 0.0 *"),
