@@ -24,6 +24,8 @@
 const WIDTH: u32 = 64u;
 /// Numbers a workgroup adds up.
 const SUMS: u32 = 24u;
+/// Fabric at this part of the projectile's speed or more is carried along and covers nothing.
+const CARRIED: f32 = 0.95;
 /// Words of the body and of the counters.
 const BODY_WORDS: u32 = 60u;
 const STATUS_WORDS: u32 = 11u;
@@ -53,10 +55,10 @@ const PLY_LIFTED: u32 = 21u;
 
 var<workgroup> sums: array<f32, 1560>; // 24 sums of 64 parts, in rows of 65
 
-/// Whether a point lies ahead of the body's widest section and within its shadow.
+/// Whether a point lies ahead of the body's widest section, or of the faces of its chisel nose, and within its shadow.
 fn ahead(arm: vec3<f32>) -> bool {
     let local = rotate_back(body.orientation, arm);
-    return axis_distance(local) < scene.body_radius && scene.body_shoulder < local.z;
+    return axis_distance(local) < scene.body_radius && scene.body_shoulder < local.z + recess(local);
 }
 
 fn arm_to(node: u32) -> vec3<f32> {
@@ -75,7 +77,7 @@ fn covers(element: u32) -> bool {
     let at = corners(element);
     let n = 5u * scene.nodes;
     let forward = 0.25 * (nodes[n + at.x] + nodes[n + at.y] + nodes[n + at.z] + nodes[n + at.w]);
-    if (!(forward < body.velocity.z)) {
+    if (!(forward < CARRIED * body.velocity.z)) {
         return false;
     }
     let a = arm_to(at.x);

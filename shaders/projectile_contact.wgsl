@@ -251,17 +251,20 @@ fn direction(p: u32) -> array<f32, 6> {
 
 /// Inertia of the body over `body_reach`² [kg], its lower triangle by rows.
 fn body_inertia() -> array<f32, 6> {
+    let side = rotate(body.orientation, vec3<f32>(1.0, 0.0, 0.0));
     let axis = rotate(body.orientation, vec3<f32>(0.0, 0.0, 1.0));
     let scale = 1.0 / squared(scene.body_reach);
-    let across = scene.body_across * scale;
-    let more = (scene.body_axial - scene.body_across) * scale;
+    // What x and z have more than y, for which the rest is the same in every direction.
+    let across = scene.body_inertia_y * scale;
+    let more_x = (scene.body_inertia_x - scene.body_inertia_y) * scale;
+    let more_z = (scene.body_inertia_z - scene.body_inertia_y) * scale;
     return array<f32, 6>(
-        across + more * axis.x * axis.x,
-        more * axis.y * axis.x,
-        across + more * axis.y * axis.y,
-        more * axis.z * axis.x,
-        more * axis.z * axis.y,
-        across + more * axis.z * axis.z);
+        across + more_x * side.x * side.x + more_z * axis.x * axis.x,
+        more_x * side.y * side.x + more_z * axis.y * axis.x,
+        across + more_x * side.y * side.y + more_z * axis.y * axis.y,
+        more_x * side.z * side.x + more_z * axis.z * axis.x,
+        more_x * side.z * side.y + more_z * axis.z * axis.y,
+        across + more_x * side.z * side.z + more_z * axis.z * axis.z);
 }
 
 /// Solves (M + Σ κ G Gᵀ) m = right by Cholesky; `result` holds the sums, lower triangle by rows, then the right side.

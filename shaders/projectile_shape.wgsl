@@ -13,8 +13,52 @@ fn axis_distance(point: vec3<f32>) -> f32 {
     return select(sqrt(squared(point.x) + squared(point.y)), abs(point.x), scene.body_bar != 0u);
 }
 
+/// One side of the profile as a point sees it.
+struct Side {
+    /// From the nearest point of the side to the point [m].
+    away: vec2<f32>,
+    /// Outward normal there.
+    normal: vec2<f32>,
+    /// Whether that is no end of the side.
+    beside: bool,
+    /// Height over the side and what it goes on to beyond its ends [m].
+    height: f32,
+}
+
+/// Nearer to a corner than this the direction to it is noise [m].
+const RESOLVED: f32 = 1e-9;
+
+/// A straight side: `start` and `edge` run from its beginning to the point and to its end.
+fn straight_side(normal: vec2<f32>, edge: vec2<f32>, start: vec2<f32>) -> Side {
+    let length = max(dot(edge, edge), 1e-30);
+    let along = min(max(dot(start, edge) / length, 0.0), 1.0);
+    return Side(start - along * edge, normal, 0.0 < along && along < 1.0, dot(start, normal));
+}
+
+/// A side that is an arc and begins with normal `normal`.
+fn arc_side(normal: vec2<f32>, edge: vec2<f32>, start: vec2<f32>) -> Side {
+    let arc = scene.profile_arc;
+    // From the arc's centre to the point and to the arc's end.
+    let centre = start + arc * normal;
+    let end = edge + arc * normal;
+    let size = max(sqrt(dot(centre, centre)), 1e-30);
+    let out = centre / size;
+    // |centre| - arc by its square: an arc is longer than the body, and its radius would drown the gap in rounding.
+    let past = 2.0 * arc * dot(normal, start) + dot(start, start);
+    let rise = past / (size + arc);
+    let begun = normal.x * centre.y - normal.y * centre.x < 0.0;
+    let ended = end.x * centre.y - end.y * centre.x < 0.0;
+    let away = select(start, select(out * rise, start - edge, ended), begun);
+    // Below its centre the arc goes on as the wall that it is tangent to.
+    let wall = centre.y < 0.0;
+    return Side(away, select(out, vec2<f32>(1.0, 0.0), wall), begun && !ended, select(rise, start.x - edge.x, wall));
+}
+
 /// Gap of a point given in the body's frame [m]: x, y across the axis, z along it from the tip of the nose.
 fn surface_gap(point: vec3<f32>) -> Gap {
+    if (scene.chisel != 0u) {
+        return chisel_gap(point);
+    }
     let rho = axis_distance(point);
     let s = point.z;
     var best = 1e30;
@@ -29,42 +73,45 @@ fn surface_gap(point: vec3<f32>) -> Gap {
         let b = scene.profile[min(i + 1u, scene.profile_count - 1u)];
         let edge = b.xy - a.xy;
         let start = vec2<f32>(rho, s) - a.xy;
-        let length = max(dot(edge, edge), 1e-30);
-        let along = min(max(dot(start, edge) / length, 0.0), 1.0);
-        let away = start - along * edge;
-        let square = dot(away, away);
+        var side = straight_side(a.zw, edge, start);
+        if (i == 0u && 0.0 < scene.profile_arc) {
+            side = arc_side(a.zw, edge, start);
+        }
+        let square = dot(side.away, side.away);
         if (square < best) {
             best = square;
-            normal = a.zw;
-            offset = away;
-            beside = 0.0 < along && along < 1.0;
+            normal = side.normal;
+            offset = side.away;
+            beside = side.beside;
         }
-        let height = dot(start, a.zw);
+        let height = side.height;
         if (deepest < height) {
             deepest = height;
-            deepest_normal = a.zw;
+            deepest_normal = side.normal;
         }
     }
     let inside = scene.profile_count > 1u && deepest <= 0.0;
     let distance = sqrt(best);
     // Near the surface the direction to it is noise: beside a side that side's own normal holds.
-    let resolved = !beside && 1e-9 < distance;
+    let resolved = !beside && RESOLVED < distance;
     let outside = select(normal, offset / select(1.0, distance, resolved), resolved);
     let n = select(outside, deepest_normal, inside);
     let signed = select(distance, deepest, inside);
+    // On the axis no direction across it is nearer than another: the normal lies along it.
     let on_axis = rho <= 1e-30;
     let spread = select(n.x / select(rho, 1.0, on_axis), 0.0, on_axis);
+    let ahead = select(1.0, -1.0, n.y < 0.0);
     let y = select(spread * point.y, 0.0, scene.body_bar != 0u);
-    return Gap(signed - scene.profile_radius, vec3<f32>(spread * point.x, y, n.y));
+    return Gap(signed - scene.profile_radius, vec3<f32>(spread * point.x, y, select(n.y, ahead, on_axis)));
 }
 
-/// The gap that contact acts on: the surface's, except behind the rim of a flat nose.
+/// The gap that contact acts on: the surface's, except behind the rim of a flat or chisel nose.
 fn holding_gap(point: vec3<f32>) -> Gap {
     var g = surface_gap(point);
-    let below = scene.profile[1].y - point.z;
+    let below = scene.profile[1].y - recess(point) - point.z;
     if (scene.profile_flat != 0u && 0.0 < below && below <= scene.rim_depth) {
         g.distance = select(1e30, g.distance, g.distance < 0.0);
-        g.normal = vec3<f32>(0.0, 0.0, 1.0);
+        g.normal = nose_face(point);
     }
     return g;
 }

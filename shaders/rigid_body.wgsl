@@ -68,7 +68,7 @@ fn remain(moved: vec3<i32>) -> vec4<i32> {
 
 fn angular_velocity(orientation: vec4<f32>, spin: vec3<f32>) -> vec3<f32> {
     let local = rotate_back(orientation, spin);
-    return rotate(orientation, local / vec3<f32>(scene.body_across, scene.body_across, scene.body_axial));
+    return rotate(orientation, local / vec3<f32>(scene.body_inertia_x, scene.body_inertia_y, scene.body_inertia_z));
 }
 
 /// Turns an orientation by the rotation vector θ; series, because a step's angle is small.

@@ -77,8 +77,10 @@ struct Scene {
     dt: f32,
     // Projectile.
     body_mass: f32,
-    body_axial: f32,
-    body_across: f32,
+    /// About the body's own axes [kg·m²].
+    body_inertia_x: f32,
+    body_inertia_y: f32,
+    body_inertia_z: f32,
     body_radius: f32,
     body_reach: f32,
     /// From the centre of mass to the tip of the nose along the axis [m].
@@ -96,11 +98,21 @@ struct Scene {
     profile_radius: f32,
     profile_count: u32,
     profile_flat: u32,
+    /// Radius of the first side where that is an arc, or 0 [m].
+    profile_arc: f32,
+    /// Whether flats cut the nose to a chisel; half width of the strip they leave and half length of its sides [m].
+    chisel: u32,
+    chisel_half: f32,
+    chisel_sine: f32,
+    chisel_cosine: f32,
+    chisel_slope: f32,
+    chisel_corner: f32,
     /// Room for contact points.
     points: u32,
     /// Workgroups of the ledger.
     groups: u32,
     pad0: u32,
+    pad1: u32,
     /// Corner (ρ, s) and outward normal (ρ, s) of the side that begins there.
     profile: array<vec4<f32>, 5>,
 }

@@ -13,6 +13,7 @@ use std::collections::VecDeque;
 
 use nalgebra::Vector3;
 
+use crate::kernels::projectile_shape::recess;
 use crate::kernels::rigid_body::RigidBody;
 use crate::model::Model;
 use crate::number::Scalar;
@@ -21,6 +22,9 @@ use crate::step::node_position;
 
 /// Time without noticeable force after which a perforation is over [s].
 const QUIET: f64 = 20e-6;
+
+/// Fabric at this part of the projectile's speed or more is carried along: a plug or a flap, which covers nothing.
+pub const CARRIED: f64 = 0.95;
 
 /// Outcome of a shot.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -112,13 +116,14 @@ impl Tracker {
     }
 }
 
-/// Whether an element of a ply with all its yarns lies ahead of the body's widest section and within its shadow.
+/// Whether an element of a ply with all its yarns lies ahead of the body's widest section, or of the faces of its chisel
+/// nose, and within its shadow.
 pub fn covered<S: Scalar>(model: &Model<S>, state: &State<S>, body: &RigidBody, ply: usize) -> bool {
     let shoulder = shoulder(body);
     let ahead = |point: Vector3<f64>| {
         let local = body.orientation.inverse_transform_vector(&(point - body.position));
         let across = if body.body.profile.bar { local.x.abs() } else { local.xy().norm() };
-        across < body.body.radius && local.z > shoulder
+        across < body.body.radius && local.z + recess(&body.body.profile, local.into()) > shoulder
     };
     let sheet = model.sheet(ply);
     let (nodes, elements) = (model.grid.first_node_row(ply), model.grid.first_element_row(ply));
@@ -126,13 +131,13 @@ pub fn covered<S: Scalar>(model: &Model<S>, state: &State<S>, body: &RigidBody, 
         (0..sheet.mesh.columns).any(|column| {
             let whole = (0..2).all(|yarn| !sheet.present[yarn] || state.alive(elements + row, column, yarn));
             whole
-                && forward_speed(state, nodes + row, column) < body.velocity.z
+                && forward_speed(state, nodes + row, column) < CARRIED * body.velocity.z
                 && patch(model, state, ply, row, column).into_iter().any(ahead)
         })
     })
 }
 
-/// Position along the axis of the foremost widest section, less a hundredth of the radius [m].
+/// Position along the axis of the foremost widest section, less a hundredth of the radius [m]; of a chisel the strip's.
 pub(crate) fn shoulder(body: &RigidBody) -> f64 {
     let profile = &body.body.profile;
     let corners = &profile.corner[..profile.count];

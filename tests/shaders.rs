@@ -14,7 +14,10 @@ use ripstop::gpu::shader::{self, Access, KERNELS, Kernel};
 use ripstop::gpu::stepper::Stepper;
 use ripstop::gpu::{Device, buffers};
 use ripstop::kernels::rigid_body::RigidBody;
-use ripstop::kernels::{arc_length, crossover, element_force, projectile_contact, projectile_shape, shear, yarn_law};
+use ripstop::kernels::{
+    arc_length, crossover, element_force, ply_contact, projectile_chisel, projectile_contact, projectile_shape, shear,
+    yarn_law,
+};
 use ripstop::model::Model;
 use wgpu::naga;
 
@@ -47,7 +50,14 @@ fn cases() -> Vec<Case> {
         p.shape = ripstop::case::Shape::Bar { diameter: 5e-3, along: ripstop::case::Along::Warp };
         p.edge_radius = 0.0;
     }
-    vec![patch, bar, moving]
+    let nose = |shape: &str| {
+        let set = format!(
+            "/projectile={{\"shape\":\"{shape}\",\"diameter_mm\":6,\"length_mm\":12,\"mass_g\":2,\"velocity_m_s\":150}}"
+        );
+        shot(&[&set])
+    };
+    let layup = r#"/pack/layup=[{"plies":2},{"plies":2,"orientation_deg":30,"edges":"free"}]"#;
+    vec![patch, bar, moving, shot(&[layup, "/pack/plies=4"]), nose("ogive"), nose("fragment")]
 }
 
 #[test]
@@ -88,8 +98,9 @@ fn bindings_are_those_the_host_makes() {
             .iter()
             .zip(0..)
             .map(|((name, access), at)| ((1, at), (name.variable().to_owned(), Some(*access))));
-        let common = [((0, 0), ("scene".to_owned(), None)), ((0, 1), ("step".to_owned(), None))];
-        assert_eq!(found, common.into_iter().chain(own).collect(), "{}", kernel.name);
+        let common =
+            ["scene", "step", "plies"].into_iter().zip(0..).map(|(name, at)| ((0, at), (name.to_owned(), None)));
+        assert_eq!(found, common.chain(own).collect(), "{}", kernel.name);
         assert!(kernel.bindings.len() <= 8, "{}: WebGPU promises eight storage buffers", kernel.name);
     }
 }
@@ -176,17 +187,16 @@ fn the_scene_is_laid_out_as_the_host_fills_it() {
     let block = |case: &Case| {
         let model = Model::<f32>::new(case).unwrap();
         let sizes = buffers::Sizes::new(&model);
-        layout::scene(&model, 0, sizes.points as u32, sizes.groups as u32)
+        let last = model.sheets.len() - 1;
+        layout::scene(&model, last, sizes.points as u32, sizes.groups as u32)
     };
     assert_block("Scene", &cases().iter().map(block).collect::<Vec<_>>());
 }
 
 #[test]
 fn the_plies_are_laid_out_as_the_host_fills_them() {
-    let mut case = patch::case(2, 3);
-    case.pack.plies = 3;
     let plies = |case: &Case| layout::plies(&Model::<f32>::new(case).unwrap());
-    let all: Vec<_> = cases().iter().chain([&case]).flat_map(plies).collect();
+    let all: Vec<_> = cases().iter().flat_map(plies).collect();
     assert_block("Ply", &all);
     assert_eq!(all[0].words().len(), layout::PLY_WORDS);
 }
@@ -208,6 +218,10 @@ fn events_and_points_have_the_size_the_host_reads() {
         let members = |name| words(&module, name).into_iter().map(|w| w.map_or(String::new(), |w| w.member));
         assert_eq!(has("Event"), kernel == "element_force");
         assert_eq!(has("Point"), kernel == "projectile_contact");
+        assert_eq!(has("Contact"), kernel == "ply_search" || kernel == "ply_impulse");
+        if has("Contact") {
+            assert_eq!(members("Contact").count() as u64, layout::CONTACT_WORDS);
+        }
         if has("Event") {
             assert_eq!(members("Event").collect::<Vec<_>>(), ["step", "element", "yarn", "strain"]);
             assert_eq!(layout::EVENT_WORDS, 4);
@@ -331,9 +345,26 @@ fn constants() -> Vec<(&'static str, Vec<f64>)> {
         count("MOMENTUM", sum::MOMENTUM),
         count("SUPPORT", sum::SUPPORT),
         count("COVERED", sum::COVERED),
+        count("PLY_LOSS", sum::PLY_LOSS),
+        count("PLY_RUBBED", sum::PLY_RUBBED),
+        count("PLY_LIFTED", sum::PLY_LIFTED),
+        count("VISITED", status::VISITED),
+        count("PLY_DEPTH", status::PLY_DEPTH),
+        count("REACH", status::REACH),
+        count("WALK", ply_contact::WALK),
+        number("RECOVERY", ply_contact::RECOVERY),
+        number("SLOP", ply_contact::SLOP),
+        number("EDGE", ply_contact::EDGE),
+        number("PASSED", ply_contact::PASSED),
+        number("FOLDED", ply_contact::FOLDED),
+        // The processor shares masses out in real numbers, and has no ply number for none.
+        number("SHARE_UNIT", f64::from(1_u32 << 20)),
+        count("NO_PLY", u32::MAX as usize),
         count("MAX_ITERATIONS", crossover::MAX_ITERATIONS as usize),
         count("SET_CHANGES", projectile_contact::SET_CHANGES),
         count("FRICTION_SWEEPS", projectile_contact::FRICTION_SWEEPS),
+        count("ELLIPSE_STEPS", projectile_chisel::ELLIPSE_STEPS),
+        number("RESOLVED", projectile_shape::RESOLVED),
         number("STRETCH_FLOOR", element_force::STRETCH_FLOOR),
         number("COSINE_FLOOR", element_force::COSINE_FLOOR),
         number("SHORTEST", yarn_law::SHORTEST),
@@ -341,6 +372,7 @@ fn constants() -> Vec<(&'static str, Vec<f64>)> {
         number("PI", std::f64::consts::PI),
         number("HALF_PI", std::f64::consts::FRAC_PI_2),
         number("FINE", layout::FINE),
+        number("CARRIED", ripstop::outcome::CARRIED),
         list("SERIES", &arc_length::SERIES),
         list("ARC_SINE", &shear::ARC_SINE),
         // The laws are numbered by `shader::constants`.

@@ -6,6 +6,7 @@ mod cli;
 mod conservation;
 mod contact;
 mod element;
+mod packs;
 mod scene;
 mod shaders;
 mod shots;

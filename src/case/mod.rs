@@ -311,6 +311,28 @@ pub enum Shape {
         /// Length of the conical nose [m].
         nose_length: f64,
     },
+    /// Tangent ogive (nose, an arc that is tangent to the wall) on a cylinder.
+    Ogive {
+        /// [m]
+        diameter: f64,
+        /// Whole length [m].
+        length: f64,
+        /// Length of the nose, at least half the diameter (a hemisphere) [m].
+        nose_length: f64,
+    },
+    /// Fragment simulator: a cylinder whose front two slanted flats cut to a chisel.
+    Fragment {
+        /// [m]
+        diameter: f64,
+        /// Whole length [m].
+        length: f64,
+        /// Width of the flat strip that is left of the front [m].
+        nose_flat: f64,
+        /// Angle between the strip's plane and the slanted flats [rad].
+        nose_angle: f64,
+        /// Turn of the strip about the body's axis; at 0 it lies along X at normal incidence [rad].
+        roll: f64,
+    },
     /// Round bar lying in the pack's plane, as long as the pack: the striker of strip tests.
     Bar {
         /// [m]

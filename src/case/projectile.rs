@@ -10,7 +10,7 @@ use super::{Projectile, Rotation, Shape};
 pub(super) fn read(scope: &Scope<'_>) -> Result<Projectile, CaseError> {
     let word: ShapeWord = scope.word("shape")?;
     let shape = shape(scope, word)?;
-    let long = matches!(word, ShapeWord::Cylinder | ShapeWord::Cone);
+    let long = !matches!(word, ShapeWord::Sphere | ShapeWord::Bar);
     let turning = word != ShapeWord::Bar;
     let edge_radius = if long { edge_radius(scope, &shape)? } else { 0.0 };
     let mass = scope.number("mass_g")?;
@@ -35,26 +35,71 @@ pub(super) fn read(scope: &Scope<'_>) -> Result<Projectile, CaseError> {
 
 fn shape(scope: &Scope<'_>, word: ShapeWord) -> Result<Shape, CaseError> {
     let diameter = scope.number("diameter_mm")?;
+    let length = || scope.number("length_mm");
     Ok(match word {
-        ShapeWord::Cylinder => Shape::Cylinder { diameter, length: scope.number("length_mm")? },
+        ShapeWord::Cylinder => Shape::Cylinder { diameter, length: length()? },
         ShapeWord::Sphere => Shape::Sphere { diameter },
         ShapeWord::Bar => Shape::Bar { diameter, along: scope.word("along")? },
         ShapeWord::Cone => {
-            let length = scope.number("length_mm")?;
+            let length = length()?;
             let nose_length = match scope.number_if_given("nose_length_mm")? {
-                Some(given) if given > length => {
-                    let expected = format!("at most length_mm, which is {}", millimetres(length));
-                    return Err(CaseError::at(scope.at("nose_length_mm"), expected, millimetres(given)));
-                }
-                Some(given) => given,
-                None => scope.derive("nose_length_mm", length, false)?,
+                Some(given) => at_most(scope, "nose_length_mm", given, "length_mm", length)?,
+                None => scope.derive_as("nose_length_mm", length, "length_mm: a plain cone", false)?,
             };
             Shape::Cone { diameter, length, nose_length }
         }
+        ShapeWord::Ogive => ogive(scope, diameter, length()?)?,
+        ShapeWord::Fragment => fragment(scope, diameter, length()?)?,
     })
 }
 
-/// The rounding must leave room for itself: a ball of its radius fits into the body.
+/// Refuses a length above another one [m].
+fn at_most(scope: &Scope<'_>, name: &str, given: f64, limit_name: &str, limit: f64) -> Result<f64, CaseError> {
+    if given > limit {
+        let expected = format!("at most {limit_name}, which is {}", millimetres(limit));
+        return Err(CaseError::at(scope.at(name), expected, millimetres(given)));
+    }
+    Ok(given)
+}
+
+/// A tangent arc is at least as long as the radius that it closes.
+fn ogive(scope: &Scope<'_>, diameter: f64, length: f64) -> Result<Shape, CaseError> {
+    let too_short = |name: &str, found: f64| {
+        let expected = format!("at least half of diameter_mm, which is {}", millimetres(0.5 * diameter));
+        let error = CaseError::at(scope.at(name), expected, millimetres(found));
+        Err(error.help("a tangent ogive of that length is a hemisphere, a shorter one there is not"))
+    };
+    if length < 0.5 * diameter {
+        return too_short("length_mm", length);
+    }
+    let nose_length = match scope.number_if_given("nose_length_mm")? {
+        Some(given) if given < 0.5 * diameter => return too_short("nose_length_mm", given),
+        Some(given) => at_most(scope, "nose_length_mm", given, "length_mm", length)?,
+        None => {
+            let how = "assumed: 1.5 × diameter_mm, at most length_mm";
+            scope.derive_as("nose_length_mm", length.min(1.5 * diameter), how, true)?
+        }
+    };
+    Ok(Shape::Ogive { diameter, length, nose_length })
+}
+
+/// The slanted flats must meet the wall before the tail.
+fn fragment(scope: &Scope<'_>, diameter: f64, length: f64) -> Result<Shape, CaseError> {
+    let nose_flat = match scope.number_if_given("nose_flat_mm")? {
+        Some(given) => at_most(scope, "nose_flat_mm", given, "diameter_mm", diameter)?,
+        None => scope.derive("nose_flat_mm", 0.46 * diameter, true)?,
+    };
+    let nose_angle = scope.number("nose_angle_deg")?;
+    let nose = 0.5 * (diameter - nose_flat) * nose_angle.tan();
+    if nose > length {
+        let expected = format!("flats that end within length_mm, which is {}", millimetres(length));
+        let found = format!("a nose of {}", millimetres(nose));
+        return Err(CaseError::at(scope.at("nose_angle_deg"), expected, found));
+    }
+    Ok(Shape::Fragment { diameter, length, nose_flat, nose_angle, roll: scope.number("roll_deg")? })
+}
+
+/// The rounding must leave room for itself: a ball of its radius fits into the body, and each face is left in part.
 fn edge_radius(scope: &Scope<'_>, shape: &Shape) -> Result<f64, CaseError> {
     let radius = scope.number("edge_radius_mm")?;
     let largest = match *shape {
@@ -62,6 +107,18 @@ fn edge_radius(scope: &Scope<'_>, shape: &Shape) -> Result<f64, CaseError> {
         Shape::Cone { diameter, length, nose_length } => {
             let sine = 0.5 * diameter / nose_length.hypot(0.5 * diameter);
             (0.5 * diameter).min(length * sine / (1.0 + sine))
+        }
+        Shape::Ogive { diameter, length, nose_length } => {
+            let (r, shank) = (0.5 * diameter, length - nose_length);
+            // Of the ball that touches arc and tail, where it is no wider than the wall.
+            let arc = (r * r + nose_length * nose_length) / (2.0 * r);
+            if shank < r { (nose_length * nose_length - shank * shank) / (2.0 * (arc - shank)) } else { r }
+        }
+        Shape::Fragment { diameter, length, nose_flat, nose_angle, .. } => {
+            let turn = (0.5 * nose_angle).tan();
+            let nose = 0.5 * (diameter - nose_flat) * nose_angle.tan();
+            let room = 0.5 * (length - nose) * (1.0 + turn);
+            (0.5 * diameter).min(0.5 * length).min(0.5 * nose_flat / turn).min(room)
         }
         Shape::Sphere { .. } | Shape::Bar { .. } => 0.0,
     };

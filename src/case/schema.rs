@@ -166,9 +166,6 @@ fn description(key: &Key) -> String {
         Presence::RequiredUnless(other, word, ..) => text += &format!(" Not needed where {other} is \"{word}\"."),
         Presence::Required | Presence::Optional(_) => {}
     }
-    for later in key.later {
-        text += &format!(" Not yet: \"{later}\".");
-    }
     if !key.note.is_empty() {
         text += &format!(" Note: {}.", key.note);
     }

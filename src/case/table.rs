@@ -204,16 +204,35 @@ static DEFLECTION: &[Key] = &[
 ];
 
 /// The shapes that have a length and edges, and those that can turn.
-const LONG: &[&str] = &["cylinder", "cone"];
-const TURNING: &[&str] = &["cylinder", "sphere", "cone"];
+const LONG: &[&str] = &["cylinder", "cone", "ogive", "fragment"];
+const TURNING: &[&str] = &["cylinder", "sphere", "cone", "ogive", "fragment"];
 
 static PROJECTILE: &[Key] = &[
-    word("shape", ShapeWord::WORDS, "Geometry of the rigid body.").later(&["ogive", "fragment"]),
+    word("shape", ShapeWord::WORDS, "Geometry of the rigid body."),
     number("diameter_mm", MM, within(1e-3, 1000.0), "Diameter."),
     number("length_mm", MM, within(1e-3, 10_000.0), "Whole length.").only("shape", LONG),
-    number("nose_length_mm", MM, within(1e-3, 10_000.0), "Length of the conical nose, at most length_mm.")
-        .derived("length_mm: a plain cone")
-        .only("shape", &["cone"]),
+    number(
+        "nose_length_mm",
+        MM,
+        within(1e-3, 10_000.0),
+        "Length of the nose, at most length_mm; of an ogive at least half of diameter_mm.",
+    )
+    .derived("a plain cone: length_mm; an ogive: assumed, 1.5 × diameter_mm, at most length_mm")
+    .only("shape", &["cone", "ogive"]),
+    number(
+        "nose_flat_mm",
+        MM,
+        within(1e-3, 1000.0),
+        "Width of the flat strip across the front, at most diameter_mm, between the slanted flats.",
+    )
+    .derived("assumed: 0.46 × diameter_mm, about as chisel-nosed fragment simulators have it")
+    .only("shape", &["fragment"]),
+    number("nose_angle_deg", DEG, within(5.0, 75.0), "Angle between the strip's plane and the slanted flats.")
+        .default(35.0, "assumed: about as chisel-nosed fragment simulators have it")
+        .only("shape", &["fragment"]),
+    number("roll_deg", DEG, within(-360.0, 360.0), "Turn of the strip about the body's axis, from warp towards weft.")
+        .default(0.0, "strip along warp at normal incidence")
+        .only("shape", &["fragment"]),
     number("edge_radius_mm", MM, within(0.0, 500.0), "Radius of the rounding of every edge.")
         .default(0.0, "sharp edges")
         .only("shape", LONG),
@@ -368,6 +387,8 @@ mod tests {
         // The fabric of the group is the case's.
         r#""pack": {"width_mm": 9, "height_mm": 9, "layup": [{"fabric": FABRIC, "edges": {}}]}"#,
         r#""pack": {"width_mm": 9, "height_mm": 9, "layup": [{"edges": "free"}]}"#,
+        r#""pack": {"width_mm": 9, "height_mm": 9},
+            "projectile": {"shape": "fragment", "diameter_mm": 5, "length_mm": 6, "mass_g": 1, "velocity_m_s": 9}"#,
         r#""pack": {"width_mm": 9, "height_mm": 9},
             "projectile": {"shape": "bar", "diameter_mm": 5, "velocity_m_s": 9, "motion": "prescribed"}"#,
     ];

@@ -85,9 +85,6 @@ pub(super) fn mismatch(key: &Key, value: &Value, pointer: &str) -> CaseError {
     let text = value.as_str().unwrap_or_default();
     let is_number = |text: &str| text.parse::<f64>().is_ok_and(f64::is_finite);
     match key.kind {
-        Kind::Word(_) if key.later.contains(&text) => {
-            error.help(format!("not yet: {} comes with a later version", quote(text)))
-        }
         Kind::Word(words) | Kind::WordOrObject(words, _) if !text.is_empty() => match nearest(text, words.to_vec()) {
             Some(near) => error.help(format!("did you mean {}?", quote(near))),
             None => error,

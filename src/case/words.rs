@@ -34,7 +34,9 @@ words! {
     Rotation { "free" => Free, "locked" => Locked }
     Symmetry { "auto" => Auto, "none" => None }
     RunUntil { "outcome" => Outcome, "end_time" => EndTime }
-    ShapeWord { "cylinder" => Cylinder, "sphere" => Sphere, "cone" => Cone, "bar" => Bar }
+    ShapeWord {
+        "cylinder" => Cylinder, "sphere" => Sphere, "cone" => Cone, "ogive" => Ogive, "fragment" => Fragment, "bar" => Bar
+    }
 }
 
 /// The shape of a projectile before its lengths are read.
@@ -43,5 +45,7 @@ pub(super) enum ShapeWord {
     Cylinder,
     Sphere,
     Cone,
+    Ogive,
+    Fragment,
     Bar,
 }

@@ -57,6 +57,7 @@ fn scene(table: &mut Table, case: &Case) -> Result<(), Failure> {
         .iter()
         .map(|k| k.name)
         .filter(|name| model.terms().projectile || *name != "projectile_contact")
+        .filter(|name| model.terms().plies || !name.starts_with("ply_"))
         .collect();
     table.row(["kernels per step", kernels.join(", ").as_str()]);
     let sizes = gpu::buffers::Sizes::new(&model);

@@ -15,7 +15,11 @@ pub(crate) fn notes(case: &Case) -> Vec<String> {
 /// Contact is sampled at nodes: between them a thin projectile is not seen.
 fn thin_projectile(case: &Case) -> Option<String> {
     let diameter = match case.projectile.as_ref()?.shape {
-        Shape::Cylinder { diameter, .. } | Shape::Sphere { diameter } | Shape::Cone { diameter, .. } => diameter,
+        Shape::Cylinder { diameter, .. }
+        | Shape::Sphere { diameter }
+        | Shape::Cone { diameter, .. }
+        | Shape::Ogive { diameter, .. }
+        | Shape::Fragment { diameter, .. } => diameter,
         Shape::Bar { .. } => return None, // meets whole rows of nodes
     };
     let cell = case.pack.element_length_x.max(case.pack.element_length_y);

@@ -55,7 +55,9 @@ fn verdict(case: &Case, run: &Run) -> String {
         return format!("DONE: {} computed, {deflected}", reached(run));
     }
     let struck = case.projectile.as_ref().map_or(0.0, |p| p.velocity);
-    let struck = format!("struck at {} m/s", short(struck, 4));
+    let through = run.history.last().map_or(0, |row| row.perforated_plies);
+    let torn = if run.plies > 1 { format!("{through} of {} plies perforated, ", run.plies) } else { String::new() };
+    let struck = format!("{torn}struck at {} m/s", short(struck, 4));
     match run.outcome {
         Outcome::Perforated => format!("PERFORATED: leaves at {} m/s, {struck}", short(velocity, 4)),
         Outcome::Stopped => format!("STOPPED{stop}, {struck}, {deflected}"),
@@ -131,6 +133,9 @@ fn trust(run: &Run, summary: &Value) -> String {
     let hourglass = fraction(run.hourglass_fraction);
     table.row(["hourglass / internal".to_owned(), hourglass, above(run.hourglass_fraction, HOURGLASS_LIMIT)]);
     table.row(["penetration".to_owned(), format!("{} mm", short(run.max_penetration * 1e3, 2))]);
+    if run.plies > 1 {
+        table.row(["  between plies".to_owned(), format!("{} mm", short(run.max_ply_penetration * 1e3, 2))]);
+    }
     table.row(["Newton unconverged".to_owned(), grouped(run.newton.unconverged)]);
     let assumed: Vec<&str> = summary["assumed"].as_array().into_iter().flatten().filter_map(Value::as_str).collect();
     table.row(["assumed parameters".to_owned(), assumed.len().to_string()]);

@@ -176,6 +176,8 @@ struct Lockstep<'a> {
     cpu_ledger: Ledger,
     gpu: State<f32>,
     device: Stepper<'a>,
+    /// Of the step at hand: the leader's, the follower's.
+    totals: [StepTotals; 2],
     comparison: Comparison,
 }
 
@@ -214,6 +216,7 @@ impl<'a> Lockstep<'a> {
             cpu_ledger: Ledger::default(),
             device: Stepper::new(device, &model)?,
             gpu: cpu.clone(),
+            totals: Default::default(),
             comparison: Comparison::new(),
             model,
             wide_model,
@@ -224,26 +227,25 @@ impl<'a> Lockstep<'a> {
     fn compare_step(&mut self) -> Result<(), DeviceError> {
         let step = self.cpu.step;
         let info = self.device.whole_step(step, Some(0), 1);
-        let mut totals = StepTotals::default();
+        self.totals = Default::default();
         let mut wide = widen(&self.cpu);
-        let mut wide_totals = StepTotals::default();
         let mut wide_ledger = Ledger::default();
         let work_before = self.cpu_ledger.work;
         // One stage of the leader, of the follower.
         macro_rules! leader {
             ($stage:ident) => {
                 let mut frame = Frame::new(&self.model, &mut self.cpu, &mut self.cpu_ledger, true);
-                frame.totals = std::mem::take(&mut totals);
+                frame.totals = std::mem::take(&mut self.totals[0]);
                 self.cpu_stepper.$stage(&mut frame);
-                totals = std::mem::take(&mut frame.totals);
+                self.totals[0] = std::mem::take(&mut frame.totals);
             };
         }
         macro_rules! follower {
             ($stage:ident) => {
                 let mut frame = Frame::new(&self.wide_model, &mut wide, &mut wide_ledger, true);
-                frame.totals = std::mem::take(&mut wide_totals);
+                frame.totals = std::mem::take(&mut self.totals[1]);
                 self.wide_stepper.$stage(&mut frame);
-                wide_totals = std::mem::take(&mut frame.totals);
+                self.totals[1] = std::mem::take(&mut frame.totals);
             };
         }
 
@@ -283,7 +285,6 @@ impl<'a> Lockstep<'a> {
             self.nodes(&scales, &wide, 8);
             self.body(&scales, &wide);
         }
-        drop((totals, wide_totals));
         self.cpu.step += 1;
         let sample = self.device.read_sample()?;
         self.sums(&scales, step, &sample, work, wide_work, &wide_ledger);

@@ -281,8 +281,9 @@ fn projectile(block: &mut Block, model: &Model<f32>) {
         corners.fold(f64::MAX, f64::min) - b.body.profile.radius - nose(b)
     };
     block.double("body_mass", number(|b| b.mass, 1.0));
-    block.double("body_axial", number(|b| b.body.inertia[0], 1.0));
-    block.double("body_across", number(|b| b.body.inertia[1], 1.0));
+    block.double("body_inertia_x", number(|b| b.body.inertia[0], 1.0));
+    block.double("body_inertia_y", number(|b| b.body.inertia[1], 1.0));
+    block.double("body_inertia_z", number(|b| b.body.inertia[2], 1.0));
     block.double("body_radius", number(|b| b.body.radius, 0.0));
     block.double("body_reach", number(|b| b.body.reach, 1.0));
     block.double("body_nose", number(nose, 0.0));
@@ -298,6 +299,14 @@ fn projectile(block: &mut Block, model: &Model<f32>) {
     block.double("profile_radius", number(|b| b.body.profile.radius, 0.0));
     block.count("profile_count", body.map_or(1, |b| b.body.profile.count));
     block.count("profile_flat", body.map_or(0, |b| usize::from(b.body.profile.is_flat())));
+    block.double("profile_arc", number(|b| b.body.profile.arc, 0.0));
+    let chisel = body.and_then(|b| b.body.profile.chisel);
+    block.count("chisel", usize::from(chisel.is_some()));
+    block.double("chisel_half", chisel.map_or(0.0, |c| c.half));
+    block.double("chisel_sine", chisel.map_or(0.0, |c| c.sine));
+    block.double("chisel_cosine", chisel.map_or(0.0, |c| c.cosine));
+    block.double("chisel_slope", chisel.map_or(0.0, |c| c.slope));
+    block.double("chisel_corner", chisel.map_or(0.0, |c| c.corner));
 }
 
 /// From the centre of mass to the tip of the nose along the axis [m]: what the device measures gaps from.

@@ -64,6 +64,7 @@ pub const NODE_UPDATE: Kernel = Kernel {
         "around",
         "supports",
         "projectile_shape",
+        "projectile_chisel",
         "rigid_body",
         "reach",
         "pack",
@@ -89,6 +90,7 @@ pub const PROJECTILE_CONTACT: Kernel = Kernel {
         "around",
         "standing",
         "projectile_shape",
+        "projectile_chisel",
         "rigid_body",
         "reach",
         "pack",
@@ -164,7 +166,17 @@ pub const PLY_MOVE: Kernel = Kernel {
 /// Sums of energy, momentum and counts.
 pub const LEDGER: Kernel = Kernel {
     name: "ledger",
-    sources: sources!("ledger", "gather", "around", "projectile_shape", "rigid_body", "pack", "scene", "number"),
+    sources: sources!(
+        "ledger",
+        "gather",
+        "around",
+        "projectile_shape",
+        "projectile_chisel",
+        "rigid_body",
+        "pack",
+        "scene",
+        "number"
+    ),
     bindings: &[
         (Name::Nodes, Read),
         (Name::Forces, Read),

@@ -1,7 +1,7 @@
 //! The solver's arithmetic, one kernel or one piece of point physics per file.
 //!
 //! Kernels are generic over [`Real`](crate::number::Real), see slices of numbers and constants, and never files,
-//! threads or devices. Point physics (`arc_length`, `yarn_law`, `crossover`, `shear`, `projectile_shape`) knows no mesh;
+//! threads or devices. Point physics (`arc_length`, `yarn_law`, `crossover`, `shear`, `projectile_shape`, `projectile_chisel`) knows no mesh;
 //! element and node kernels know no material law beyond calling it.
 
 pub mod arc_length;
@@ -10,8 +10,11 @@ pub mod crossover;
 pub mod element_force;
 pub mod node_update;
 pub mod ply_contact;
+pub mod projectile_body;
+pub mod projectile_chisel;
 pub mod projectile_contact;
 pub mod projectile_shape;
+mod projectile_solid;
 pub mod rigid_body;
 pub mod shear;
 pub mod yarn_law;

@@ -35,6 +35,17 @@ pub struct RowMass<'a, S> {
     pub mass: &'a [S],
 }
 
+/// What of a row of nodes is to be advanced.
+#[derive(Clone, Debug)]
+pub struct Part {
+    /// Columns.
+    pub range: Range<usize>,
+    /// Columns of the whole row.
+    pub columns: usize,
+    /// Whether the row is on the ply's edge.
+    pub edge_row: bool,
+}
+
 /// Sums of one row of nodes over one step.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct NodeTotals {
@@ -82,18 +93,18 @@ pub fn gather_parts<R: Real>(around: &Neighbours<'_, R::Scalar>, column: usize) 
     [[0, 1, 2].map(|a| whole[a] - modes[a]), modes]
 }
 
-/// Advances `range` of one row of `columns` nodes: v += kick·f/m, u += drift·v.
+/// Advances a part of one row of nodes: v += kick·f/m, u += drift·v.
 #[inline(always)]
 pub fn node_update<R: Real, const LEDGER: bool>(
     around: &Neighbours<'_, R::Scalar>,
     mass: &RowMass<'_, R::Scalar>,
     node: &mut [&mut [R::Scalar]; field::COUNT],
-    range: Range<usize>,
-    columns: usize,
-    edge_row: bool,
+    part: &Part,
     kick: f64,
     drift: f64,
 ) -> NodeTotals {
+    let Part { range, columns, edge_row } = part;
+    let columns = *columns;
     let (kick_r, drift_r) = (R::splat(kick), R::splat(drift));
     let half = R::splat(0.5);
     let mut kinetic = Tally::default();
@@ -107,7 +118,7 @@ pub fn node_update<R: Real, const LEDGER: bool>(
         let m = R::load(mass.mass, column);
         let mut speed = R::zero();
         let mut now = R::zero();
-        let held_here = edge_row || column == 0 || column + R::LANES >= columns;
+        let held_here = *edge_row || column == 0 || column + R::LANES >= columns;
         for a in 0..3 {
             let inverse = R::load(mass.inverse[a], column);
             let change = kick_r * force[a] * inverse;

@@ -1,8 +1,9 @@
-#![allow(clippy::unwrap_used, reason = "a failed unwrap is a failed test")]
+#![allow(clippy::unwrap_used, clippy::panic, reason = "a failed unwrap is a failed test")]
 use super::*;
-use crate::case::{Motion, Rotation};
+use crate::case::{Motion, Projectile, Rotation, Shape};
 
-fn projectile(shape: Shape, edge_radius: f64) -> Projectile {
+/// A projectile of that shape, with nothing else about it.
+pub(crate) fn projectile(shape: Shape, edge_radius: f64) -> Projectile {
     Projectile {
         shape,
         edge_radius,
@@ -33,6 +34,26 @@ fn check(body: &Body, point: [f64; 3], distance: f64, normal: [f64; 3]) {
     }
 }
 
+/// Radius 3, an arc of radius 4.5.
+const OGIVE: Shape = Shape::Ogive { diameter: 6.0, length: 7.0, nose_length: 3.0 * std::f64::consts::SQRT_2 };
+/// The shortest ogive there is.
+const HALF_BALL: Shape = Shape::Ogive { diameter: 6.0, length: 7.0, nose_length: 3.0 };
+const FRAGMENT: Shape = Shape::Fragment { diameter: 6.0, length: 7.0, nose_flat: 2.8, nose_angle: 0.6, roll: 0.0 };
+
+/// Numbers between −8 and 8.
+pub(crate) struct Numbers(pub(crate) u32);
+
+impl Numbers {
+    pub(crate) fn next(&mut self) -> f64 {
+        self.0 = self.0.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+        f64::from(self.0 >> 8) / f64::from(1 << 24) * 16.0 - 8.0
+    }
+
+    pub(crate) fn point(&mut self) -> [f64; 3] {
+        [self.next(), self.next(), self.next()]
+    }
+}
+
 #[test]
 fn flat_cylinder() {
     let body = cylinder(0.0);
@@ -45,8 +66,9 @@ fn flat_cylinder() {
     check(&body, [0.0, 1.0, 4.75], -0.25, [0.0, 0.0, 1.0]);
     check(&body, [1.75, 0.0, 0.0], -0.25, [1.0, 0.0, 0.0]);
     check(&body, [0.0, 0.0, -6.0], 1.0, [0.0, 0.0, -1.0]);
-    assert!((body.support(0.0) - 5.0).abs() < 1e-12);
-    assert!((body.support(0.3) - (5.0 * 0.3_f64.cos() + 2.0 * 0.3_f64.sin())).abs() < 1e-12);
+    assert!((body.support([0.0, 0.0, 1.0]) - 5.0).abs() < 1e-12);
+    let (sine, cosine) = 0.3_f64.sin_cos();
+    assert!((body.support([0.6 * sine, -0.8 * sine, cosine]) - (5.0 * cosine + 2.0 * sine)).abs() < 1e-12);
 }
 
 #[test]
@@ -83,8 +105,8 @@ fn cone_has_its_centre_of_mass_a_quarter_up_and_its_flank_normal() {
     check(&body, [0.0, 0.0, -1.5], 0.5, [0.0, 0.0, -1.0]);
     check(&body, [0.0, 0.0, 3.5], 0.5, [0.0, 0.0, 1.0]);
     // Solid cone about its centre: 3/10 m r² and 3/20 m r² + 3/80 m h².
-    assert!((body.inertia[0] - 3e-3 * 2.7).abs() < 1e-15);
-    assert!((body.inertia[1] - 3e-3 * (0.15 * 9.0 + 0.0375 * 16.0)).abs() < 1e-15);
+    assert!((body.inertia[2] - 3e-3 * 2.7).abs() < 1e-15);
+    assert!((body.inertia[0] - 3e-3 * (0.15 * 9.0 + 0.0375 * 16.0)).abs() < 1e-15);
     // With a shank the whole is heavier at the tail: centre by volumes 4/3 at 3.0 … and 2 at 1.
     let shape = Shape::Cone { diameter: 6.0, length: 6.0, nose_length: 4.0 };
     let body = Body::new(&projectile(shape, 0.0)).unwrap();
@@ -116,17 +138,19 @@ fn the_normal_is_the_gradient_of_the_gap() {
         (Shape::Cylinder { diameter: 4.0, length: 10.0 }, 0.4),
         (Shape::Cone { diameter: 6.0, length: 6.0, nose_length: 4.0 }, 0.3),
         (Shape::Sphere { diameter: 3.0 }, 0.0),
+        (OGIVE, 0.0),
+        (OGIVE, 0.7),
+        (HALF_BALL, 0.0),
+        (FRAGMENT, 0.0),
+        (FRAGMENT, 0.5),
     ];
     for (shape, edge) in shapes {
         let body = Body::new(&projectile(shape, edge)).unwrap();
-        let mut seed = 1_u32;
+        let mut numbers = Numbers(1);
         for _ in 0..500 {
-            let mut next = || {
-                seed = seed.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
-                f64::from(seed >> 8) / f64::from(1 << 24) * 16.0 - 8.0
-            };
-            let point = [next(), next(), next()];
+            let point = numbers.point();
             let g = gap(&body.profile, point);
+            // Inside, the gap bends where two surfaces are as near; outside at the axis and on a sharp edge only.
             if g.distance < 0.05 {
                 continue;
             }
@@ -139,4 +163,90 @@ fn the_normal_is_the_gradient_of_the_gap() {
             }
         }
     }
+}
+
+/// The outline of the ogives, densely, (ρ, s) from the tail.
+fn outline(shape: Shape, at: usize, of: usize) -> [[f64; 2]; 3] {
+    let Shape::Ogive { diameter, length, nose_length } = shape else { panic!("{shape:?}") };
+    let (r, part) = (0.5 * diameter, at as f64 / of as f64);
+    let arc = (r * r + nose_length * nose_length) / (2.0 * r);
+    let angle = part * (nose_length / arc).min(1.0).asin();
+    let shank = length - nose_length;
+    [[r - arc + arc * angle.cos(), shank + arc * angle.sin()], [r, part * shank], [part * r, 0.0]]
+}
+
+#[test]
+fn the_gap_of_an_ogive_is_the_distance_of_its_nearest_point() {
+    const PARTS: usize = 20_000;
+    for shape in [OGIVE, HALF_BALL, Shape::Ogive { diameter: 6.0, length: 9.0, nose_length: 9.0 }] {
+        let body = Body::new(&projectile(shape, 0.0)).unwrap();
+        let tail = body.profile.corner[body.profile.count - 1][1];
+        let mut numbers = Numbers(7);
+        for _ in 0..60 {
+            let point = numbers.point().map(|x| 0.8 * x);
+            let (rho, s) = (point[0].hypot(point[1]), point[2] - tail);
+            let near = |p: &[f64; 2]| (p[0] - rho).hypot(p[1] - s);
+            let nearest = (0..=PARTS).flat_map(|at| outline(shape, at, PARTS)).map(|p| near(&p)).fold(1e9, f64::min);
+            let g = gap(&body.profile, point);
+            assert!((g.distance.abs() - nearest).abs() < 1e-6 / nearest, "{shape:?} {point:?}: {g:?}, {nearest}");
+            assert!((g.normal.map(|n| n * n).iter().sum::<f64>() - 1.0).abs() < 1e-12, "{point:?}: {g:?}");
+        }
+    }
+}
+
+#[test]
+fn an_ogive_has_its_tip_its_arc_and_its_wall() {
+    let body = Body::new(&projectile(OGIVE, 0.0)).unwrap();
+    let [tip, shoulder] = [body.profile.corner[0][1], body.profile.corner[1][1]];
+    assert!((body.profile.arc - 4.5).abs() < 1e-12);
+    check(&body, [0.0, 0.0, tip + 0.5], 0.5, [0.0, 0.0, 1.0]);
+    check(&body, [0.0, 0.0, tip], 0.0, [0.0, 0.0, 1.0]);
+    // From the arc's centre, which lies beyond the axis, at 45°.
+    let h = 0.5_f64.sqrt();
+    check(&body, [0.0, -1.5 + 5.0 * h, shoulder + 5.0 * h], 0.5, [0.0, h, h]);
+    check(&body, [0.0, -1.5 + 4.4 * h, shoulder + 4.4 * h], -0.1, [0.0, h, h]);
+    check(&body, [-3.25, 0.0, shoulder], 0.25, [-1.0, 0.0, 0.0]);
+    check(&body, [-2.75, 0.0, shoulder - 1.0], -0.25, [-1.0, 0.0, 0.0]);
+    assert!((body.support([0.0, 0.0, 1.0]) - tip).abs() < 1e-12);
+    assert!((body.support([h, 0.0, h]) - (-1.5 * h + shoulder * h + 4.5)).abs() < 1e-12);
+    assert!(!body.profile.is_flat() && !Body::new(&projectile(HALF_BALL, 0.0)).unwrap().profile.is_flat());
+}
+
+#[test]
+fn rounded_ogives_keep_their_walls_and_fit_until_a_ball_is_left() {
+    let round = Body::new(&projectile(OGIVE, 0.7)).unwrap();
+    let sharp = Body::new(&projectile(OGIVE, 0.0)).unwrap();
+    let shoulder = sharp.profile.corner[1][1];
+    for point in [[0.0, 3.2, shoulder - 0.3], [2.6, 0.0, shoulder + 1.5], [2.0, 0.0, shoulder + 2.5]] {
+        let [a, b] = [&round, &sharp].map(|body| gap(&body.profile, point));
+        assert!((a.distance - b.distance).abs() < 1e-12 && (a.normal[2] - b.normal[2]).abs() < 1e-12, "{point:?}");
+    }
+    assert!(round.support([0.0, 0.0, 1.0]) < sharp.support([0.0, 0.0, 1.0]) - 0.05, "the tip is blunted");
+    // A nose without a shank: the ball that touches its arc and its tail has this radius.
+    let nose = Shape::Ogive { diameter: 6.0, length: 9.0, nose_length: 9.0 };
+    let largest = 81.0 / (2.0 * 15.0);
+    let ball = Body::new(&projectile(nose, largest * (1.0 - 1e-9))).unwrap();
+    assert!((ball.reach - ball.profile.corner[0][1].abs() - largest).abs() < 1e-3, "{ball:?}");
+    assert_eq!(Body::new(&projectile(nose, 1.001 * largest)), Err(EdgeRadiusTooLarge));
+    assert_eq!(Body::new(&projectile(OGIVE, 3.1)), Err(EdgeRadiusTooLarge));
+}
+
+#[test]
+fn beside_a_side_the_normal_is_that_side_s_however_near() {
+    // In single precision the direction to the surface is noise there.
+    let single = |body: &Body| {
+        let p = body.profile;
+        let pairs = |list: [[f64; 2]; CORNERS]| list.map(|pair| pair.map(|x| x as f32));
+        let (corner, normal) = (pairs(p.corner), pairs(p.normal));
+        Profile { corner, normal, count: p.count, radius: 0.0, arc: p.arc as f32, bar: false, chisel: None }
+    };
+    let cylinder = single(&cylinder(0.0));
+    for distance in [1e-6_f32, 1e-5, 1e-4] {
+        assert_eq!(gap(&cylinder, [1.3, 0.4, 5.0 + distance]).normal, [0.0, 0.0, 1.0]);
+    }
+    let body = Body::new(&projectile(OGIVE, 0.0)).unwrap();
+    let h = 0.5_f64.sqrt();
+    let point = [-1.5 + 4.5 * h, 0.0, body.profile.corner[1][1] + 4.5 * h].map(|x| x as f32);
+    let g = gap(&single(&body), [point[0] + 1e-6, point[1], point[2]]);
+    assert!((g.normal[0] - h as f32).abs() < 1e-6 && (g.normal[2] - h as f32).abs() < 1e-6, "{g:?}");
 }

@@ -23,7 +23,7 @@ pub struct RigidBody {
     pub rim_depth: f64,
     /// Centre of mass [m].
     pub position: Vector3<f64>,
-    /// Body frame to world; the body's z axis points to the nose.
+    /// Body frame to world; the body's z axis points to the nose, a chisel edge lies along its x axis.
     pub orientation: UnitQuaternion<f64>,
     /// Of the centre of mass [m/s].
     pub velocity: Vector3<f64>,
@@ -44,18 +44,20 @@ impl RigidBody {
             Vector3::new(s * projectile.azimuth.cos(), s * projectile.azimuth.sin(), c)
         };
         let flight = direction(projectile.obliquity);
-        let axis_angle = projectile.obliquity + projectile.yaw;
-        let axis = direction(axis_angle);
+        let axis = direction(projectile.obliquity + projectile.yaw);
         let orientation = match projectile.shape {
             Shape::Bar { along: crate::case::Along::Warp, .. } => {
                 UnitQuaternion::from_axis_angle(&Vector3::z_axis(), std::f64::consts::FRAC_PI_2)
             }
             Shape::Bar { .. } => UnitQuaternion::identity(),
-            _ => UnitQuaternion::rotation_between(&Vector3::z(), &axis)
-                .unwrap_or_else(|| UnitQuaternion::from_axis_angle(&Vector3::x_axis(), std::f64::consts::PI)),
+            shape => {
+                let tilt = UnitQuaternion::rotation_between(&Vector3::z(), &axis)
+                    .unwrap_or_else(|| UnitQuaternion::from_axis_angle(&Vector3::x_axis(), std::f64::consts::PI));
+                let roll = if let Shape::Fragment { roll, .. } = shape { roll } else { 0.0 };
+                tilt * UnitQuaternion::from_axis_angle(&Vector3::z_axis(), roll)
+            }
         };
-        let support =
-            if matches!(projectile.shape, Shape::Bar { .. }) { body.support(0.0) } else { body.support(axis_angle) };
+        let support = body.support(orientation.inverse_transform_vector(&Vector3::z()).into());
         let height = -(projectile.standoff + support);
         let aim = Vector3::new(projectile.offset[0], projectile.offset[1], 0.0);
         let position = aim + flight * (height / flight.z);
@@ -80,8 +82,7 @@ impl RigidBody {
     }
 
     fn principal(&self) -> Matrix3<f64> {
-        let [axial, across] = self.body.inertia;
-        Matrix3::from_diagonal(&Vector3::new(across, across, axial))
+        Matrix3::from_diagonal(&Vector3::from(self.body.inertia))
     }
 
     /// Inertia tensor, world frame [kg·m²].
@@ -97,8 +98,7 @@ impl RigidBody {
 
     fn spin_of(&self, orientation: &UnitQuaternion<f64>) -> Vector3<f64> {
         let local = orientation.inverse_transform_vector(&self.angular_momentum);
-        let [axial, across] = self.body.inertia;
-        orientation.transform_vector(&Vector3::new(local.x / across, local.y / across, local.z / axial))
+        orientation.transform_vector(&local.component_div(&Vector3::from(self.body.inertia)))
     }
 
     /// Kinetic energy of translation and rotation [J].

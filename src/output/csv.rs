@@ -1,6 +1,7 @@
-//! Comma-separated text, and the two small tables: yarn failures and deflection profiles.
+//! Comma-separated text, and the small tables: yarn failures, plies, deflection profiles.
 
 use crate::profile::Profile;
+use crate::simulation::PlySample;
 use crate::step::FailureEvent;
 
 /// The first line.
@@ -32,6 +33,21 @@ pub(super) fn events(events: &[FailureEvent], time_step: f64) -> String {
         let place = [event.ply, event.i, event.j].map(|n| n.to_string());
         let [ply, i, j] = place;
         row(&mut text, [number(time), ply, i, j, yarn.to_owned(), number(event.strain)]);
+    }
+    text
+}
+
+/// `plies.csv`: every ply of a pack at the times of the history, counted from 0 at the struck side.
+pub(super) fn plies(history: &[PlySample]) -> String {
+    let names =
+        ["time_us", "ply", "kinetic_energy_j", "stored_energy_j", "max_deflection_mm", "failed_warp", "failed_weft"];
+    let mut text = header(names);
+    for sample in history {
+        let PlySample { time, ply, moment, failed } = sample;
+        let numbers = [moment.kinetic, moment.stored, moment.deflection * 1e3].map(number);
+        let [kinetic, stored, deflection] = numbers;
+        let [warp, weft] = failed.map(|count| count.to_string());
+        row(&mut text, [number(time * 1e6), ply.to_string(), kinetic, stored, deflection, warp, weft]);
     }
     text
 }

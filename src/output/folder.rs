@@ -13,8 +13,10 @@ use crate::simulation::Run;
 
 /// The file that is only there when profiles were asked for.
 const PROFILES: &str = "profiles.csv";
+/// The file that is only there for packs of several plies.
+const PLIES: &str = "plies.csv";
 /// Every file this module may write.
-const FILES: [&str; 6] = ["case.json", "history.csv", "events.csv", PROFILES, "shot.svg", "summary.json"];
+const FILES: [&str; 7] = ["case.json", "history.csv", "events.csv", PLIES, PROFILES, "shot.svg", "summary.json"];
 
 /// Why the results could not be written.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -111,6 +113,9 @@ impl Folder {
             ("history.csv", history::text(&run.history)),
             ("events.csv", csv::events(&run.events, run.time_step)),
         ];
+        if run.plies > 1 {
+            texts.push((PLIES, csv::plies(&run.ply_history)));
+        }
         if !case.output.profile_times.is_empty() {
             texts.push((PROFILES, csv::profiles(&run.profiles)));
         }
@@ -124,7 +129,7 @@ impl Folder {
         for (name, text) in &texts {
             complete.push((*name, self.stage(text).map_err(|error| failed(name, error))?));
         }
-        for name in ["summary.json", PROFILES] {
+        for name in ["summary.json", PLIES, PROFILES] {
             self.remove(name).map_err(|error| failed(name, error))?;
         }
         let mut names = Vec::new();

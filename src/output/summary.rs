@@ -5,7 +5,7 @@ use serde_json::{Map, Value, json};
 use super::expect::{self, Checked};
 use crate::case::{Case, Motion};
 use crate::outcome::Outcome;
-use crate::simulation::{Run, Sample};
+use crate::simulation::{PlySample, Run, Sample};
 use crate::step::Trouble;
 
 /// The summary of a run. `wall_seconds`: time since the command began [s].
@@ -65,6 +65,7 @@ fn result(case: &Case, run: &Run) -> Map<String, Value> {
         "max_ply_penetration_mm": run.max_ply_penetration * 1e3,
         "last_ply_deflection_mm": peak(run, |s| s.last_deflection) * 1e3,
         "perforated_plies": last.perforated_plies,
+        "plies": plies(run),
         "peak_yarn_tension_n": peak(run, |s| s.balance.max_tension),
         "peak_contact_force_n": peak(run, |s| s.contact_force),
         "failed_yarns": { "warp": last.failed[0], "weft": last.failed[1] },
@@ -93,6 +94,25 @@ fn unstable(trouble: &Trouble) -> Value {
         "row": row,
         "column": column,
     })
+}
+
+/// Every ply of a pack at the end of the run, and its largest deflection; empty for a single ply.
+fn plies(run: &Run) -> Vec<Value> {
+    let end = run.ply_history.len().saturating_sub(run.plies);
+    let deflection = |ply: usize| {
+        let own = run.ply_history.iter().filter(|sample| sample.ply == ply);
+        own.map(|sample| sample.moment.deflection).fold(0.0, f64::max)
+    };
+    let ply = |last: &PlySample| {
+        json!({
+            "ply": last.ply,
+            "kinetic_energy_j": last.moment.kinetic,
+            "stored_energy_j": last.moment.stored,
+            "max_deflection_mm": deflection(last.ply) * 1e3,
+            "failed_yarns": { "warp": last.failed[0], "weft": last.failed[1] },
+        })
+    };
+    run.ply_history[end..].iter().map(ply).collect()
 }
 
 /// What it took.

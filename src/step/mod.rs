@@ -19,7 +19,7 @@ use rayon::prelude::*;
 
 use crate::kernels::crossover::LawKernel;
 use crate::kernels::element_force::{self, ElementConstants, ElementRow, ElementTotals, field as element};
-use crate::kernels::node_update::{self, Neighbours, NodeTotals, RowMass, field as node};
+use crate::kernels::node_update::{self, Neighbours, NodeTotals, Part, RowMass, field as node};
 use crate::kernels::projectile_contact::ContactTotals;
 use crate::ledger::Ledger;
 use crate::model::{Model, Sheet};
@@ -37,9 +37,7 @@ type NodeKernel<R> = fn(
     &Neighbours<'_, <R as Real>::Scalar>,
     &RowMass<'_, <R as Real>::Scalar>,
     &mut [&mut [<R as Real>::Scalar]; node::COUNT],
-    Range<usize>,
-    usize,
-    bool,
+    &Part,
     f64,
     f64,
 ) -> NodeTotals;
@@ -324,10 +322,13 @@ impl<R: Real + Send + Sync> Stepper<R> {
             let around = neighbours(model, elements, nothing, ply, row);
             let m = sheet.row_mass(row);
             let mass = RowMass { inverse: [&m.inverse[0], &m.inverse[1], &m.inverse[2]], mass: &m.mass };
-            let edge = row == 0 || row == sheet.mesh.rows;
             let mut fields = split_mut(storage, stride);
-            let range = reach[ply].columns.clone();
-            *totals = kernel(&around, &mass, &mut fields, range, sheet.mesh.columns + 1, edge, kick, model.dt);
+            let part = Part {
+                range: reach[ply].columns.clone(),
+                columns: sheet.mesh.columns + 1,
+                edge_row: row == 0 || row == sheet.mesh.rows,
+            };
+            *totals = kernel(&around, &mass, &mut fields, &part, kick, model.dt);
         };
         let rows = state.nodes.data.par_chunks_mut(length).zip(&mut self.node_totals);
         rows.enumerate().with_min_len(4).for_each(work);

@@ -366,7 +366,7 @@ impl<'a, S: Scalar> View<'a, S> {
     }
 
     #[inline(always)]
-    fn to_pack(&self, vector: [f64; 3]) -> Vector3<f64> {
+    fn to_pack(self, vector: [f64; 3]) -> Vector3<f64> {
         Vector3::from(if self.turned { self.mesh.to_pack(vector) } else { vector })
     }
 

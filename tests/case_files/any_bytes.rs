@@ -15,8 +15,21 @@ fn any_json() -> impl Strategy<Value = Value> {
         any::<f64>().prop_map(Value::from),
         (0.0..1000.0).prop_map(Value::from),
         (0..5).prop_map(Value::from),
-        prop::sample::select(vec!["free", "none", "rigid", "cone", "bar", "sphere", "5%", "weft", "prescribed", ""])
-            .prop_map(Value::from),
+        prop::sample::select(vec![
+            "free",
+            "none",
+            "rigid",
+            "cone",
+            "ogive",
+            "fragment",
+            "bar",
+            "sphere",
+            "5%",
+            "weft",
+            "prescribed",
+            ""
+        ])
+        .prop_map(Value::from),
         ".{0,8}".prop_map(Value::from),
     ];
     leaf.prop_recursive(3, 12, 4, |inner| {

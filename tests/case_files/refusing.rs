@@ -137,9 +137,8 @@ fn values_out_of_range_or_at_odds_with_others_are_refused() {
         ("/projectile/offset_mm", json!([1]), "2 numbers"),
         ("/projectile/offset_mm/1", json!("x"), "\"x\""),
         ("/projectile/edge_radius_mm", json!(2.8), "2.75 mm"),
-        ("/projectile/nose_length_mm", json!(5), "belongs where \"shape\" is \"cone\""),
-        ("/projectile/shape", json!("ogive"), "not yet"),
-        ("/projectile/shape", json!("fragment"), "not yet"),
+        ("/projectile/nose_length_mm", json!(5), "belongs where \"shape\" is \"cone\" or \"ogive\""),
+        ("/projectile/roll_deg", json!(5), "belongs where \"shape\" is \"fragment\""),
         ("/projectile/shape", json!("spere"), "\"sphere\""),
         ("/solver/courant", json!(1.01), "unstable"),
         ("/solver/end_time_us", json!(1e9), "steps"),
@@ -205,4 +204,72 @@ fn a_cone_has_room_for_its_edges() {
     // A cone of radius 3 and height 4 holds a ball of radius 3·4/(3 + 5).
     assert!(cone(1.499).is_ok());
     refused(cone(1.501), "/projectile/edge_radius_mm", "1.5 mm");
+}
+
+/// The good case struck by something else.
+fn struck_by(shape: &str, keys: Value) -> Result<Case, CaseError> {
+    let mut projectile = json!({"shape": shape, "diameter_mm": 6, "length_mm": 12, "mass_g": 1, "velocity_m_s": 1});
+    if let (Value::Object(all), Value::Object(keys)) = (&mut projectile, keys) {
+        all.extend(keys);
+    }
+    read(&with("/projectile", projectile))
+}
+
+/// The largest edge radius that the reader accepts, and what the solver's own check says just below it [mm].
+fn largest_edge(shape: &str, keys: &Value) -> f64 {
+    let (mut fits, mut too_large) = (0.0, 6.0);
+    let at = |edge: f64| {
+        let mut keys = keys.clone();
+        keys["edge_radius_mm"] = json!(edge);
+        struck_by(shape, keys)
+    };
+    for _ in 0..60 {
+        let middle = 0.5 * (fits + too_large);
+        if at(middle).is_ok() { fits = middle } else { too_large = middle }
+    }
+    refused(at(too_large + 1e-6), "/projectile/edge_radius_mm", "room for");
+    let body = |edge: f64| Body::new(at(edge).unwrap().projectile.as_ref().unwrap());
+    assert!(body(fits - 1e-9).is_ok(), "{shape}, {keys}: the reader accepts an edge of {fits} mm");
+    fits
+}
+
+#[test]
+fn an_ogive_is_at_least_half_a_ball_and_at_most_its_length() {
+    let nose_mm = |keys: Value| match struck_by("ogive", keys).unwrap().projectile.unwrap().shape {
+        Shape::Ogive { nose_length, .. } => (nose_length * 1e9).round() / 1e6,
+        other => panic!("{other:?}"),
+    };
+    let bad = |keys: Value, pointer: &str, says: &str| refused(struck_by("ogive", keys), pointer, says);
+    assert_eq!(nose_mm(json!({})), 9.0);
+    assert_eq!(nose_mm(json!({"length_mm": 8})), 8.0);
+    assert_eq!(nose_mm(json!({"nose_length_mm": 3})), 3.0);
+    bad(json!({"nose_length_mm": 2.9}), "/projectile/nose_length_mm", "half of diameter_mm, which is 3 mm");
+    bad(json!({"nose_length_mm": 12.1}), "/projectile/nose_length_mm", "at most length_mm, which is 12 mm");
+    bad(json!({"length_mm": 2.9}), "/projectile/length_mm", "half of diameter_mm");
+    bad(json!({"nose_flat_mm": 2}), "/projectile/nose_flat_mm", "\"fragment\"");
+    // A ball within the wall, and one between arc and tail.
+    assert!((largest_edge("ogive", &json!({})) - 3.0).abs() < 1e-9);
+    assert!((largest_edge("ogive", &json!({"length_mm": 9})) - 2.7).abs() < 1e-9);
+}
+
+#[test]
+fn a_fragment_has_room_for_its_nose_and_its_edges() {
+    let case = struck_by("fragment", json!({})).unwrap();
+    let Shape::Fragment { nose_flat, nose_angle, roll, .. } = case.projectile.unwrap().shape else { panic!() };
+    assert!((nose_flat - 2.76e-3).abs() < 1e-12 && (nose_angle.to_degrees() - 35.0).abs() < 1e-12 && roll == 0.0);
+    for name in ["nose_flat_mm", "nose_angle_deg"] {
+        let field = case.fields.iter().find(|field| field.pointer == format!("/projectile/{name}")).unwrap();
+        assert!(field.assumed && field.source.contains("assumed"), "{field:?}");
+    }
+    let bad = |keys: Value, pointer: &str, says: &str| refused(struck_by("fragment", keys), pointer, says);
+    bad(json!({"nose_flat_mm": 6.1}), "/projectile/nose_flat_mm", "at most diameter_mm, which is 6 mm");
+    bad(json!({"nose_flat_mm": 0}), "/projectile/nose_flat_mm", "mm");
+    bad(json!({"nose_angle_deg": 80}), "/projectile/nose_angle_deg", "[5, 75] deg");
+    bad(json!({"nose_angle_deg": 75, "length_mm": 6}), "/projectile/nose_angle_deg", "within length_mm, which is 6 mm");
+    bad(json!({"nose_length_mm": 2}), "/projectile/nose_length_mm", "\"ogive\"");
+    // The wall, the strip, and the room between flats and tail.
+    assert!((largest_edge("fragment", &json!({})) - 3.0).abs() < 1e-9);
+    let strip = largest_edge("fragment", &json!({"nose_flat_mm": 0.5, "nose_angle_deg": 60}));
+    assert!((strip - 0.25 / 30_f64.to_radians().tan()).abs() < 1e-9, "{strip}");
+    assert!(largest_edge("fragment", &json!({"length_mm": 3, "nose_angle_deg": 50})) < 1.2);
 }

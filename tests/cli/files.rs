@@ -2,13 +2,17 @@
 
 use super::*;
 
-const SUMMARY: [&str; 40] = [
+const SUMMARY: [&str; 44] = [
     "outcome",
     "residual_velocity_m_s",
     "stop_time_us",
     "absorbed_energy_j",
     "max_deflection_mm",
     "max_penetration_mm",
+    "max_ply_penetration_mm",
+    "last_ply_deflection_mm",
+    "perforated_plies",
+    "plies",
     "energy_error",
     "momentum_error",
     "hourglass_fraction",
@@ -47,7 +51,7 @@ const SUMMARY: [&str; 40] = [
 const HISTORY: &str = "time_us,projectile_velocity_m_s,projectile_displacement_mm,contact_force_n,\
     kinetic_energy_j,internal_energy_j,hourglass_energy_j,contact_dissipation_j,friction_j,failure_energy_j,\
     projectile_energy_j,energy_error,failed_warp,failed_weft,stored_energy_j,external_work_j,eroded_elements,\
-    max_deflection_mm,max_yarn_tension_n,momentum_error";
+    max_deflection_mm,max_yarn_tension_n,momentum_error,perforated_plies,last_ply_deflection_mm";
 
 fn rows(text: &str) -> Vec<Vec<String>> {
     text.lines().skip(1).map(|line| line.split(',').map(str::to_owned).collect()).collect()

@@ -9,9 +9,9 @@ use ripstop::gpu::Device;
 use ripstop::gpu::shader::{KERNELS, Kernel};
 
 use super::harness::{Outcome, trial};
-use super::kernels::{all_scenes, check};
 use super::kernels::compare::Part;
 use super::kernels::scenes::Scene;
+use super::kernels::{all_scenes, check};
 
 mod table;
 

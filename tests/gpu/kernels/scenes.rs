@@ -211,4 +211,3 @@ pub(crate) fn force_scale(model: &Model<f32>) -> f64 {
     let yarn = |i: usize| sheet.cell.yarn[i].stiffness * 0.035 * sheet.element.membrane[i];
     yarn(0).max(yarn(1))
 }
-

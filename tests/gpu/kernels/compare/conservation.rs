@@ -61,7 +61,10 @@ pub(crate) fn keeps_momentum(device: &Device, scene: &Scene) -> Outcome {
     }
     // Roundings of single nodes are of either sign and mostly cancel; all of one sign would be a leak.
     if given < 1e4 * rounding || change.norm() > 0.5 * rounding {
-        return Err(format!("momentum changes by {:e}, of {given:e} exchanged; rounding is {rounding:e}", change.norm()));
+        return Err(format!(
+            "momentum changes by {:e}, of {given:e} exchanged; rounding is {rounding:e}",
+            change.norm()
+        ));
     }
     Ok(())
 }

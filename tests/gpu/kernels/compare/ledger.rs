@@ -90,9 +90,7 @@ pub(super) fn compare(pair: &mut Pair<'_>, seen: &mut Seen) -> Outcome {
         }
     }
     let status = pair.read(Name::Status)?;
-    seen.see("counters", f64::from(u8::from(rest[BODY_WORDS..] != status[..STATUS_WORDS])), 0.0, 1.0, || {
-        "copy".into()
-    });
+    seen.see("counters", f64::from(u8::from(rest[BODY_WORDS..] != status[..STATUS_WORDS])), 0.0, 1.0, || "copy".into());
     anew(pair, seen)
 }
 

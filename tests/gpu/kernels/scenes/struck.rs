@@ -51,6 +51,10 @@ fn projectile(shape: Shape) -> Projectile {
 const SPHERE: Shape = Shape::Sphere { diameter: 7e-3 };
 const CYLINDER: Shape = Shape::Cylinder { diameter: 7e-3, length: 5e-3 };
 const CONE: Shape = Shape::Cone { diameter: 7e-3, length: 8e-3, nose_length: 4e-3 };
+const OGIVE: Shape = Shape::Ogive { diameter: 7e-3, length: 8e-3, nose_length: 5e-3 };
+const BLUNT: Shape = Shape::Ogive { diameter: 7e-3, length: 5e-3, nose_length: 5e-3 };
+const FRAGMENT: Shape =
+    Shape::Fragment { diameter: 7e-3, length: 6e-3, nose_flat: 3.2e-3, nose_angle: 0.611, roll: 0.5 };
 
 /// Every shape, motion and kind of contact.
 pub(crate) fn scenes() -> Vec<Scene> {
@@ -89,6 +93,46 @@ pub(crate) fn scenes() -> Vec<Scene> {
             case.pack.plies = 2;
         }),
         make("cone, oblique, friction", CONE, &|p, _| oblique(p)),
+        make("edges of an ogive", OGIVE, &|p, case| {
+            p.edge_radius = 0.8e-3;
+            case.pack.plies = 2;
+        }),
+        make("ogive, side first", OGIVE, &|p, _| p.yaw = 1.75),
+        make("edges of an ogive, tail first", BLUNT, &|p, _| {
+            (p.yaw, p.velocity) = (2.9, 500.0); // gaps are measured from the nose, with the rounding of its distance
+            p.edge_radius = 0.3e-3;
+        }),
+        make("ogive, oblique, friction", OGIVE, &|p, _| oblique(p)),
+        make("fragment", FRAGMENT, &|_, case| case.pack.plies = 3),
+        make("edges of a fragment", FRAGMENT, &|p, case| {
+            oblique(p);
+            p.edge_radius = 0.6e-3;
+            case.pack.plies = 3;
+        }),
+        make("rounded fragment", FRAGMENT, &|p, case| {
+            oblique(p);
+            p.edge_radius = 0.6e-3;
+            case.pack.plies = 3;
+        }),
+        make("fragment, side first", FRAGMENT, &|p, case| {
+            p.yaw = 1.75;
+            case.pack.plies = 2;
+        }),
+        make("edges of a fragment, tail first", FRAGMENT, &|p, case| {
+            (p.yaw, p.velocity) = (2.9, 500.0); // gaps are measured from the nose, with the rounding of its distance
+            p.edge_radius = 0.3e-3;
+            case.pack.plies = 2;
+        }),
+        make("fragment in front of a slit", FRAGMENT, &|p, _| {
+            if let Shape::Fragment { roll, .. } = &mut p.shape {
+                *roll = 0.0;
+            }
+            p.offset = [0.0; 2];
+        }),
+        make("rim of a fragment", FRAGMENT, &|p, case| {
+            p.friction = 0.1;
+            case.pack.plies = 3;
+        }),
         make("bar along warp, clamped ends", Shape::Bar { diameter: 5e-3, along: Along::Warp }, &|p, case| {
             p.rotation = Rotation::Locked;
             case.pack.edges.left = Edge::Clamped;
@@ -138,17 +182,22 @@ pub(crate) fn pack_scenes() -> Vec<Scene> {
     };
     let (turned, coarse) = (Group::turned, Group::coarse);
     vec![
-        make("sphere on turned plies, friction", &[turned(0), turned(90), turned(30), turned(0)], SPHERE, &|p, case| {
-            (p.friction, case.pack.friction) = (0.4, 0.15);
-            p.angular_velocity = [2e3, -3e3, 8e3];
-        }),
+        make(
+            "sphere on turned plies, friction",
+            &[turned(0), turned(90), turned(30), turned(0)],
+            SPHERE,
+            &|p, case| {
+                (p.friction, case.pack.friction) = (0.4, 0.15);
+                p.angular_velocity = [2e3, -3e3, 8e3];
+            },
+        ),
         make("rough cylinder on two fabrics", &[coarse(0), turned(0), coarse(90)], CYLINDER, &|p, case| {
             (p.friction, case.pack.friction) = (0.1, 0.5);
             case.pack.spacing = Some(0.2e-3);
         }),
         make("cone on held plies with gaps", &[turned(0).held(), turned(90).rolling()], CONE, &|p, case| {
             p.friction = 0.2;
-            p.offset = [-6.5e-3, -7e-3];
+            p.offset = [-7.6e-3, -8.8e-3];
             p.rotation = Rotation::Locked;
             case.pack.spacing = Some(0.7e-3);
         }),
@@ -200,6 +249,15 @@ fn struck(name: &str, case: Case) -> Scene {
             state.elements.set(row, element::ALIVE + (row + column + 1) % 2, column + 1, 0.0);
         }
     }
+    if name.contains("slit") {
+        // What lies on the strip is torn; what lies on the flats is not.
+        for [_, row, column] in super::element_places(&model) {
+            let torn = (4..7).contains(&row);
+            for yarn in 0..2 {
+                state.elements.set(row, element::ALIVE + yarn, column + 1, if torn { 0.0 } else { 1.0 });
+            }
+        }
+    }
     for ply in 0..model.grid.plies {
         let mesh = &model.sheet(ply).mesh;
         for (row, column) in (0..=mesh.rows).flat_map(|row| (0..=mesh.columns).map(move |column| (row, column))) {
@@ -239,6 +297,17 @@ fn wrapped(random: &mut Random, name: &str, body: &RigidBody, reference: &Vector
         let (gap, normal) = body.gap(&at);
         let goes = inside && normal.z > 0.2;
         at.z -= if goes { gap / normal.z } else { 0.0 };
+    }
+    let near = (at - body.position).xy().norm() < 1.5 * body.body.radius;
+    if name.contains("edges") && near && random.between(0.0, 1.0) < 0.6 {
+        // Where the surface is nearest to a far point is an edge or a corner more often than a face; one in three lies
+        // about the axis, where the tip is.
+        let across = if random.between(0.0, 1.0) < 0.33 { 0.2 } else { 1.0 };
+        let [x, y, z] = random.vector(4.0 * body.body.reach);
+        let far = Vector3::new(across * x, across * y, z);
+        at = body.position + body.orientation.transform_vector(&far);
+        let (gap, normal) = body.gap(&at);
+        at -= normal * gap;
     }
     at += Vector3::from(random.vector(3e-6));
     if name.contains("rim") && random.between(0.0, 1.0) < 0.3 {

@@ -7,12 +7,7 @@ const fn mutant(name: &'static str, scene: &'static str, find: &'static str, put
 }
 
 pub(super) const MUTANTS: &[Mutant] = &[
-    mutant(
-        "hourglass mode of the wrong sign",
-        "Variational, compressible",
-        "let top = c - d;",
-        "let top = d - c;",
-    ),
+    mutant("hourglass mode of the wrong sign", "Variational, compressible", "let top = c - d;", "let top = d - c;"),
     mutant("weft edges subtracted", "Variational, compressible", "(d - a) + (c - b)", "(d - a) - (c - b)"),
     mutant(
         "slope of the weft missing",
@@ -45,12 +40,7 @@ pub(super) const MUTANTS: &[Mutant] = &[
         "select(free, cell.in_plane, both_left)",
         "select(cell.in_plane, free, both_left)",
     ),
-    mutant(
-        "bit of the warp for the weft",
-        "Variational, compressible",
-        "(word & 2u) != 0u",
-        "(word & 1u) != 0u",
-    ),
+    mutant("bit of the warp for the weft", "Variational, compressible", "(word & 2u) != 0u", "(word & 1u) != 0u"),
     mutant(
         "kick instead of span at the first step",
         "PublishedProjected, rigid",
@@ -75,12 +65,7 @@ pub(super) const MUTANTS: &[Mutant] = &[
         "before - after - 0.5 * step.span * undone",
         "before - after",
     ),
-    mutant(
-        "hourglass force twice",
-        "Variational, compressible",
-        "0.25 * stiffness * mode)",
-        "0.5 * stiffness * mode)",
-    ),
+    mutant("hourglass force twice", "Variational, compressible", "0.25 * stiffness * mode)", "0.5 * stiffness * mode)"),
     mutant(
         "hourglass kept by a single yarn",
         "Variational, compressible",
@@ -93,12 +78,7 @@ pub(super) const MUTANTS: &[Mutant] = &[
         "max(tension.x, tension.y)",
         "min(tension.x, tension.y)",
     ),
-    mutant(
-        "compression missing",
-        "Variational, compressible",
-        "scene.height_sum - d.x - x",
-        "scene.height_sum - x",
-    ),
+    mutant("compression missing", "Variational, compressible", "scene.height_sum - d.x - x", "scene.height_sum - x"),
     mutant("energy of compression", "Kawabata, compressible", "- d / (a * a * a)", "+ d / (a * a * a)"),
     mutant(
         "contact force halved",
@@ -106,12 +86,7 @@ pub(super) const MUTANTS: &[Mutant] = &[
         "force = PI * s.arc.slope",
         "force = HALF_PI * s.arc.slope",
     ),
-    mutant(
-        "projection missing",
-        "PublishedProjected, rigid",
-        "    return 1.0 / s.arc.secant;",
-        "    return 1.0;",
-    ),
+    mutant("projection missing", "PublishedProjected, rigid", "    return 1.0 / s.arc.secant;", "    return 1.0;"),
     mutant("saw tooth force halved", "Kawabata, rigid", "2.0 * tension * sine, taut", "tension * sine, taut"),
     mutant(
         "saw tooth cosine missing",
@@ -146,12 +121,7 @@ pub(super) const MUTANTS: &[Mutant] = &[
         "0.5 * scene.shear_slope * squared(into) * past",
         "scene.shear_slope * squared(into) * past",
     ),
-    mutant(
-        "upper half of the arc sine",
-        "Variational, compressible",
-        "HALF_PI - 2.0 * angle",
-        "HALF_PI - angle",
-    ),
+    mutant("upper half of the arc sine", "Variational, compressible", "HALF_PI - 2.0 * angle", "HALF_PI - angle"),
     mutant(
         "strain of the warp for the weft",
         "Variational, compressible",
@@ -164,36 +134,21 @@ pub(super) const MUTANTS: &[Mutant] = &[
         "report(element, 1u, cell.strain.y)",
         "report(element, 0u, cell.strain.y)",
     ),
-    mutant(
-        "erosion counted too early",
-        "Variational, compressible",
-        "if (!any_of(alive)) {",
-        "if (!both_of(alive)) {",
-    ),
+    mutant("erosion counted too early", "Variational, compressible", "if (!any_of(alive)) {", "if (!both_of(alive)) {"),
     mutant(
         "corners exchanged",
         "Variational, compressible",
         "first + 1u + across, first + across)",
         "first + across, first + 1u + across)",
     ),
-    mutant(
-        "plies not told apart",
-        "Variational, compressible",
-        "(row + row / scene.rows) * across",
-        "row * across",
-    ),
+    mutant("plies not told apart", "Variational, compressible", "(row + row / scene.rows) * across", "row * across"),
     mutant(
         "height of the wrong yarn",
         "Kawabata, compressible",
         "out.height[1u - PIVOT] = best.other_height;",
         "out.height[1u - PIVOT] = x;",
     ),
-    mutant(
-        "warm start not used",
-        "Variational, compressible",
-        "min(max(0.0, warm[PIVOT]), top)",
-        "0.5 * top",
-    ),
+    mutant("warm start not used", "Variational, compressible", "min(max(0.0, warm[PIVOT]), top)", "0.5 * top"),
     mutant(
         "lateral displacement for deflection",
         "Variational, compressible",
@@ -213,8 +168,23 @@ pub(super) const MUTANTS: &[Mutant] = &[
         "if (element + 1u >= scene.elements) {",
     ),
     mutant("constants of another sheet", "plies of two fabrics", "plies[ply].sheet == scene.sheet", "true"),
-    mutant("what is at rest computed", "only a part reached", "return (row && column && reach.x < reach.y) || step.index == 0u;", "return true;"),
-    mutant("row of elements before the reach left out", "only a part reached", "let row = place.x + 1u >= reach.x && place.x < reach.y;", "let row = place.x >= reach.x && place.x < reach.y;"),
-    mutant("column of elements after the reach", "only a part reached", "let column = place.y + 1u >= reach.z && place.y < reach.w;", "let column = place.y + 1u >= reach.z && place.y <= reach.w;"),
+    mutant(
+        "what is at rest computed",
+        "only a part reached",
+        "return (row && column && reach.x < reach.y) || step.index == 0u;",
+        "return true;",
+    ),
+    mutant(
+        "row of elements before the reach left out",
+        "only a part reached",
+        "let row = place.x + 1u >= reach.x && place.x < reach.y;",
+        "let row = place.x >= reach.x && place.x < reach.y;",
+    ),
+    mutant(
+        "column of elements after the reach",
+        "only a part reached",
+        "let column = place.y + 1u >= reach.z && place.y < reach.w;",
+        "let column = place.y + 1u >= reach.z && place.y <= reach.w;",
+    ),
     mutant("rest left out of the first step", "the first step of a part", "|| step.index == 0u;", ";"),
 ];

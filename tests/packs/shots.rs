@@ -1,0 +1,146 @@
+//! Shots at packs.
+
+use std::sync::atomic::AtomicBool;
+
+use ripstop::case::Case;
+use ripstop::outcome::Outcome;
+use ripstop::simulation::{Precision, Run, Simulation};
+
+use super::{advance, pack};
+use crate::scene::run_as;
+
+const BALL: &str =
+    r#""projectile": {"shape": "sphere", "diameter_mm": 6, "mass_g": 0.9, "velocity_m_s": 60, "friction": 0},"#;
+
+/// The same pack hit harder, so that yarns break.
+fn torn(layup: &str, speed: u32) -> Case {
+    let pack_text = format!(r#"{{"width_mm": 38, "height_mm": 33, "spacing_mm": 0.35, {layup}}}"#);
+    let projectile = format!(
+        r#""projectile": {{"shape": "cylinder", "diameter_mm": 5, "length_mm": 6, "mass_g": 0.9, "velocity_m_s": {speed},
+        "offset_mm": [1.7, 0.6], "friction": 0.2}},"#
+    );
+    pack(&pack_text, &projectile, &["/solver/end_time_us=60", "/solver/run_until=end_time"])
+}
+
+fn velocity(run: &Run, time: f64) -> f64 {
+    run.history
+        .iter()
+        .min_by(|a, b| (a.time - time).abs().total_cmp(&(b.time - time).abs()))
+        .unwrap()
+        .projectile_velocity
+}
+
+#[test]
+fn a_pack_without_spacing_or_friction_is_one_ply_so_many_times_as_heavy_and_stiff() {
+    let rigid = "/fabric/crossover/compression=rigid";
+    let sets = [rigid, "/fabric/shear=none"];
+    let many = r#"{"plies": 3, "spacing_mm": 0, "friction": 0, "width_mm": 50, "height_mm": 50}"#;
+    let many = run_as(&pack(many, BALL, &sets), Precision::F64, 2);
+    let thrice = [
+        rigid,
+        "/fabric/shear=none",
+        "/fabric/areal_density_g_m2=765.6",
+        "/fabric/warp/linear_density_denier=4260",
+        "/fabric/weft/linear_density_denier=4260",
+    ];
+    let one = r#"{"width_mm": 50, "height_mm": 50}"#;
+    let one = run_as(&pack(one, BALL, &thrice), Precision::F64, 2);
+    assert_eq!(many.history.last().unwrap().failed, [0, 0]);
+    for time in [5e-6, 10e-6, 20e-6] {
+        let (a, b) = (velocity(&many, time), velocity(&one, time));
+        // Of the velocity lost: 60 − 51 m/s at the end.
+        assert!((a - b).abs() < 0.01 * (60.0 - b), "{time}: {a} and {b}");
+    }
+    let (a, b) = (many.history.last().unwrap().deflection, one.history.last().unwrap().deflection);
+    assert!((a / b - 1.0).abs() < 0.01, "{a} {b}");
+}
+
+#[test]
+fn a_shot_through_a_pack_keeps_its_ledger_and_its_plies_apart() {
+    let run = run_as(&torn(r#""plies": 3"#, 450), Precision::F64, 2);
+    let last = run.history.last().unwrap();
+    assert_eq!(last.perforated_plies, 3);
+    assert!(run.energy_error < 1e-3 && run.momentum_error < 1e-9, "{} {}", run.energy_error, run.momentum_error);
+    // Plies touch at 0.30 mm; the README states how deep shots press them into each other.
+    assert!(run.max_ply_penetration < 0.8 * 0.30e-3, "{}", run.max_ply_penetration);
+    assert!(last.balance.contact > 0.0 && last.balance.friction > 0.0);
+    assert_eq!(run.ply_history.len(), 3 * run.history.len());
+    let end = &run.ply_history[run.ply_history.len() - 3..];
+    let by_ply: [f64; 2] = [end.iter().map(|p| p.moment.kinetic).sum(), end.iter().map(|p| p.moment.stored).sum()];
+    assert!((by_ply[0] / last.balance.kinetic - 1.0).abs() < 1e-9, "{by_ply:?} {:?}", last.balance);
+    assert!((by_ply[1] / last.balance.stored - 1.0).abs() < 1e-9);
+    let failed: Vec<u64> = (0..2).map(|yarn| end.iter().map(|p| p.failed[yarn]).sum()).collect();
+    assert_eq!(failed, last.failed);
+    for ply in 0..3 {
+        assert!(run.events.iter().any(|e| e.ply == ply), "yarns of ply {ply} broke");
+    }
+}
+
+/// Everything that must not change by a bit.
+fn same(a: &Run, b: &Run) {
+    assert_eq!(a.history, b.history);
+    assert_eq!(a.ply_history, b.ply_history);
+    assert_eq!(a.events, b.events);
+    assert_eq!(a.max_ply_penetration.to_bits(), b.max_ply_penetration.to_bits());
+}
+
+#[test]
+fn threads_change_no_bit() {
+    let case = torn(r#""layup": [{"plies": 2}, {"orientation_deg": 90}, {"orientation_deg": 20}]"#, 300);
+    same(&run_as(&case, Precision::F64, 1), &run_as(&case, Precision::F64, 2));
+}
+
+/// The run of a case with everything computed.
+fn unskipped(case: &Case) -> Run {
+    let mut simulation = Simulation::<f64>::new(case).unwrap();
+    let model = simulation.model.clone();
+    simulation.state.reach_everything(&model);
+    while !simulation.finished(case) {
+        simulation.advance(case);
+    }
+    simulation.into_run(1.0)
+}
+
+#[test]
+fn what_nothing_has_reached_costs_nothing_and_changes_no_bit() {
+    for layup in [
+        r#""plies": 3"#,
+        r#""plies": 3, "spacing_mm": 0.9"#,
+        r#""layup": [{}, {"orientation_deg": 30, "fabric": {"file": "fabrics/s-728.json"}}, {"orientation_deg": 90}]"#,
+    ] {
+        let layup = layup.replace(", \"spacing_mm\": 0.9", "");
+        let mut case = torn(&layup, 300);
+        case.solver.end_time = 12e-6;
+        case.pack.spacing = Some(if layup.len() > 20 { 0.3e-3 } else { 0.9e-3 });
+        let skipped = run_as(&case, Precision::F64, 2);
+        let whole = unskipped(&case);
+        same(&skipped, &whole);
+        assert!(skipped.element_steps_computed < whole.element_steps_computed, "something was skipped");
+    }
+}
+
+#[test]
+fn a_rear_ply_waits_until_something_touches_it() {
+    let mut case = torn(r#""plies": 2"#, 300);
+    case.pack.spacing = Some(2e-3);
+    let mut simulation = Simulation::<f64>::new(&case).unwrap();
+    advance(&mut simulation, &case, 4e-6);
+    assert!(simulation.state.reach[1].is_nothing() && !simulation.state.reach[0].is_nothing());
+    advance(&mut simulation, &case, 9e-6);
+    assert!(!simulation.state.reach[1].is_nothing(), "1.7 mm at 300 m/s are 5.7 µs");
+}
+
+#[test]
+fn the_outcome_counts_plies() {
+    let run = run_as(&torn(r#""plies": 4"#, 40), Precision::F64, 2);
+    assert_eq!(run.history.last().unwrap().perforated_plies, 0);
+    assert_ne!(run.outcome, Outcome::Perforated);
+    let interrupted = AtomicBool::new(true);
+    let stopped = ripstop::simulation::run(
+        &torn(r#""plies": 4"#, 40),
+        ripstop::simulation::Options::default(),
+        &interrupted,
+        &mut |_| {},
+    );
+    assert!(stopped.unwrap().interrupted);
+}
