@@ -62,9 +62,9 @@ pub(crate) const TOLERANCES: [Tolerance; 46] = [
         1e-4,
         "of the way at the largest speed in a step: a gap is a small difference of positions",
     ),
-    row("ply velocity", 1e-4, "of the largest speed: a gap that is closed within a step"),
-    row("ply energy", 1e-4, "of the energy of a node at the largest speed and itself"),
-    row("ply support", 1e-4, "of the momentum of a node at the largest speed and itself"),
+    row("ply velocity", 1.5e-5, "of the largest speed: a gap that is closed within a step"),
+    row("ply energy", 7e-6, "of the energy of a node at the largest speed and itself"),
+    row("ply support", 4e-6, "of the momentum of a node at the largest speed and itself"),
     // Held nodes weigh a thousand bodies on the device, and more on the processor, which has the digits for it.
     row("contact displacement, held", 2e-3, "as above"),
     row("contact velocity, held", 2e-3, "as above"),

@@ -61,7 +61,7 @@ pub(super) const MUTANTS: &[Mutant] = &[
     ),
     mutant(
         "nodes ahead not marked",
-        "rim of a flat cylinder",
+        "rough cylinder on two fabrics",
         "let room = 1.01 * scene.dt * (speed + 1.1 * body.velocity.w)",
         "let room = 0.0 * scene.dt * (speed + 1.1 * body.velocity.w)",
     ),
