@@ -38,7 +38,7 @@ pub(crate) fn tests() -> Vec<Trial> {
         let name = format!("kernels::{kind}::{}", word(&scene));
         out.push(trial(name, move |device| check(device, &scene, &Part::ALL, &Kernel::source)));
     }
-    for scene in scenes::packs::scenes() {
+    for scene in scenes::packs::scenes().into_iter().chain([scenes::packs::aligned(), scenes::packs::slow()]) {
         let name = format!("kernels::plies::impulses_cancel::{}", word(&scene));
         out.push(trial(name, move |device| compare::cancels(device, &scene)));
     }

@@ -29,6 +29,13 @@ pub(crate) fn cancels(device: &Device, scene: &Scene) -> Outcome {
     if largest > i64::from(i32::MAX) / 2 {
         return Err(format!("{largest} counts on one node"));
     }
+    // What a node is given without a share would wait there for a later step.
+    let shares = pair.read(Name::Shares)?;
+    let given = counts.chunks_exact(IMPULSE_FIELDS as usize).zip(&shares);
+    let lost = given.filter(|(counts, share)| **share == 0 && counts.iter().any(|count| *count != 0)).count();
+    if lost > 0 {
+        return Err(format!("{lost} nodes are given impulses they do not take"));
+    }
     for field in 0..IMPULSE_FIELDS as usize {
         let sum: i64 = counts.iter().skip(field).step_by(IMPULSE_FIELDS as usize).sum();
         if sum != 0 {

@@ -130,6 +130,10 @@ struct Kind {
     spacing: Option<f64>,
     friction: f64,
     hourglass: f64,
+    /// Nodes lie over nodes and move along Z alone, as where a shot begins.
+    aligned: bool,
+    /// Speed at the start, where it is not that of the scene [m/s].
+    start: f64,
 }
 
 const PLAIN: Kind = Kind {
@@ -142,6 +146,8 @@ const PLAIN: Kind = Kind {
     spacing: None,
     friction: 0.3,
     hourglass: 0.05,
+    aligned: false,
+    start: SPEED,
 };
 
 /// Every angle, fabric, edge and kind of contact.
@@ -185,11 +191,23 @@ pub(crate) fn scenes() -> Vec<Scene> {
     ]
 }
 
+/// Alike plies in line: the feet of nodes lie on edges of cells, and far corners have next to no weight.
+pub(crate) fn aligned() -> Scene {
+    let groups = [Group::turned(0); 3];
+    pack("alike plies in line", &groups, Kind { cells: 0.0, aligned: true, ..PLAIN })
+}
+
+/// Plies that began slowly and are deep inside each other: what drives them out is faster than anything was.
+pub(crate) fn slow() -> Scene {
+    pack("deep plies of a slow start", &[Group::turned(0), Group::turned(90)], Kind { start: 5.0, ..PLAIN })
+}
+
 fn pack(name: &str, groups: &[Group], kind: Kind) -> Scene {
     let mut case = case(kind.size, groups);
     case.pack.spacing = kind.spacing;
     case.pack.friction = kind.friction;
     case.solver.hourglass = kind.hourglass;
+    case.pack.layup.iter_mut().for_each(|layer| layer.initial_velocity[2] = kind.start);
     let model = Model::<f32>::new(&case).unwrap();
     let mut state = State::new(&case, &model);
     state.step = kind.step;
@@ -199,7 +217,7 @@ fn pack(name: &str, groups: &[Group], kind: Kind) -> Scene {
         None => scatter(&model, &mut state, &mut random, &kind),
     }
     kill(&model, &mut state, &mut random, kind.holes);
-    random_elements(&model, &mut state, &mut random, 1.0);
+    random_elements(&model, &mut state, &mut random, if kind.aligned { 0.0 } else { 1.0 });
     Scene { name: name.to_owned(), model, state, elements: false, pack: true, held: false, speed: SPEED }
 }
 
@@ -226,14 +244,16 @@ fn put(
 /// there a node is deep inside its neighbour, or through it.
 fn scatter(model: &Model<f32>, state: &mut State<f32>, random: &mut Random, kind: &Kind) {
     state.reach_everything(model);
-    let slope = SLOPE[0].hypot(SLOPE[1]).hypot(1.0);
+    let slopes = if kind.aligned { [0.0; 2] } else { SLOPE };
+    let slope = slopes[0].hypot(slopes[1]).hypot(1.0);
+    let sideways = if kind.aligned { 0.0 } else { 1.0 };
     let mut depth = 0.0;
     for ply in 0..model.grid.plies {
         let mesh: &Mesh = &model.sheet(ply).mesh;
         let [sx, sy] = [0, 1].map(|a| kind.cells * mesh.length[a] * random.between(-1.0, 1.0));
         for (row, column) in (0..=mesh.rows).flat_map(|row| (0..=mesh.columns).map(move |column| (row, column))) {
             let reference = Vector3::from(model.reference(ply, row, column));
-            let noise = Vector3::from(random.vector(0.1 * mesh.shortest()));
+            let noise = Vector3::from(random.vector(0.1 * sideways * mesh.shortest()));
             let folds = if kind.folded && ply == 1 && column == 4 { -0.98 * mesh.length[0] } else { 0.0 };
             let [fx, fy, _] = mesh.to_pack([folds, 0.0, 0.0]);
             let [x, y] = [reference.x + sx + noise.x + fx, reference.y + sy + noise.y + fy];
@@ -244,8 +264,9 @@ fn scatter(model: &Model<f32>, state: &mut State<f32>, random: &mut Random, kind
                 u if u < 0.1 => random.between(-2e-4, 0.0),
                 _ => 0.0,
             };
-            let z = SLOPE[0] * x + SLOPE[1] * y + (depth + near + deep) * slope;
-            let speed = random.vector(SPEED / 3.0_f64.sqrt());
+            let z = slopes[0] * x + slopes[1] * y + (depth + near + deep) * slope;
+            let [u, v, w] = random.vector(SPEED / 3.0_f64.sqrt());
+            let speed = [sideways * u, sideways * v, w];
             put(model, state, [ply, row, column], &(Vector3::new(x, y, z) - reference), speed);
         }
         depth += model.plies[ply].touching;

@@ -201,6 +201,7 @@ pub(crate) fn pack_scenes() -> Vec<Scene> {
             p.rotation = Rotation::Locked;
             case.pack.spacing = Some(0.7e-3);
         }),
+        make("cone in front of a torn turned ply", &[turned(0), turned(90)], CONE, &|p, _| p.offset = [4e-3, 5e-3]),
         // Nothing has moved, or been reached, before the first of the steps.
         make(
             "face of a cylinder exactly touching resting plies",
@@ -253,6 +254,16 @@ fn struck(name: &str, case: Case) -> Scene {
         // What lies on the strip is torn; what lies on the flats is not.
         for [_, row, column] in super::element_places(&model) {
             let torn = (4..7).contains(&row);
+            for yarn in 0..2 {
+                state.elements.set(row, element::ALIVE + yarn, column + 1, if torn { 0.0 } else { 1.0 });
+            }
+        }
+    }
+    if name.contains("torn turned") {
+        // Where the body comes the ply behind has no yarn left; at that place of its own axes all are whole.
+        for [_, row, column] in super::element_places(&model).into_iter().filter(|place| place[0] == 1) {
+            let [x, y, _] = model.reference(1, row - model.grid.first_element_row(1), column);
+            let torn = (x - body.position.x).hypot(y - body.position.y) < 2.0 * body.body.radius;
             for yarn in 0..2 {
                 state.elements.set(row, element::ALIVE + yarn, column + 1, if torn { 0.0 } else { 1.0 });
             }

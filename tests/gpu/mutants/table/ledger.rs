@@ -106,7 +106,7 @@ pub(super) const MUTANTS: &[Mutant] = &[
     ),
     mutant(
         "a turned ply ahead",
-        "cone on held plies with gaps",
+        "cone in front of a torn turned ply",
         "let lies = to_pack(ply, reference(ply, node_place(node)));",
         "let lies = reference(ply, node_place(node));",
     ),
