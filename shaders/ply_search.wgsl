@@ -91,7 +91,8 @@ fn look(ply: u32, node: u32, place: vec2<u32>, side: u32) -> bool {
     contacts[at] = Contact(vec4<f32>(push, limit), vec4<f32>(foot.place, recovery, 1.0));
     atomicAdd(&shares[node], u32(SHARE_UNIT));
     for (var i = 0u; i < 4u; i++) {
-        let share = u32(weights[i] * SHARE_UNIT + 0.5);
+        // Rounded up: a corner that gets any impulse must have a share, or it would not take it.
+        let share = u32(ceil(weights[i] * SHARE_UNIT));
         if (share > 0u) {
             atomicAdd(&shares[around[i]], share);
         }

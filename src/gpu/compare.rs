@@ -259,7 +259,8 @@ impl<'a> Lockstep<'a> {
 
         // The accounts of the elements stay on the device for the ledger; all else is the leader's.
         self.device.upload_but_accounts(&self.model, &self.cpu);
-        let work = wide_ledger.work;
+        // Contact between plies adds to the work of the membrane later: on the device that is another sum.
+        let [work, wide_work] = [self.cpu_ledger.work - work_before, wide_ledger.work];
         wide = widen(&self.cpu);
         leader!(nodes);
         follower!(nodes);
@@ -286,7 +287,7 @@ impl<'a> Lockstep<'a> {
         }
         self.cpu.step += 1;
         let sample = self.device.read_sample()?;
-        self.sums(&scales, step, &sample, self.cpu_ledger.work - work_before, work, &wide_ledger);
+        self.sums(&scales, step, &sample, work, wide_work, &wide_ledger);
         self.comparison.compared += 1;
         Ok(())
     }

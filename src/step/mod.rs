@@ -27,7 +27,7 @@ use crate::number::{Real, Scalar};
 use crate::state::{Rows, State, split, split_mut};
 use plies::PlyContact;
 use projectile::ProjectileContact;
-pub use projectile::{node_position, node_stands};
+pub use projectile::{fabric_between, node_position, node_stands};
 pub use trouble::{elements, fastest_node, find_trouble, nodes};
 
 type ElementKernel<R> =

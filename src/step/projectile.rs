@@ -136,13 +136,7 @@ fn turned([c, s]: [f64; 2], [x, y, z]: [f64; 3]) -> [f64; 3] {
 }
 
 /// Thickness of the fabric between a node and the struck side [m]: of each ply in front whose element there stands.
-pub(super) fn fabric_between<S: Scalar>(
-    model: &Model<S>,
-    state: &State<S>,
-    ply: usize,
-    row: usize,
-    column: usize,
-) -> f64 {
+pub fn fabric_between<S: Scalar>(model: &Model<S>, state: &State<S>, ply: usize, row: usize, column: usize) -> f64 {
     let mut place = [row, column];
     let mut thickness = 0.0;
     for front in (0..ply).rev() {

@@ -20,17 +20,32 @@ pub(crate) fn check(device: &Device, scene: &Scene, parts: &[Part], source: &dyn
     compare::differences(device, scene, parts, source)?.verdict().map_err(|e| format!("{}: {e}", scene.name))
 }
 
+/// Every scene, by the kernels it is for.
+fn groups() -> [(&'static str, Vec<Scene>); 3] {
+    [("elements", scenes::element_scenes()), ("contact", scenes::contact_scenes()), ("plies", scenes::packs::scenes())]
+}
+
+/// Every scene.
+pub(crate) fn all_scenes() -> Vec<Scene> {
+    groups().into_iter().flat_map(|(_, scenes)| scenes).collect()
+}
+
 /// The tests.
 pub(crate) fn tests() -> Vec<Trial> {
-    let scenes = scenes::element_scenes().into_iter().map(|scene| ("elements", scene));
-    let contact = scenes::contact_scenes().into_iter().map(|scene| ("contact", scene));
-    let mut out: Vec<Trial> = scenes
-        .chain(contact)
-        .map(|(kind, scene)| {
-            let name = format!("kernels::{kind}::{}", scene.name.replace(", ", "_").replace(' ', "_"));
-            trial(name, move |device| check(device, &scene, &Part::ALL, &Kernel::source))
-        })
-        .collect();
+    let word = |scene: &Scene| scene.name.replace(", ", "_").replace(' ', "_");
+    let mut out = Vec::new();
+    for (kind, scene) in groups().into_iter().flat_map(|(kind, scenes)| scenes.into_iter().map(move |s| (kind, s))) {
+        let name = format!("kernels::{kind}::{}", word(&scene));
+        out.push(trial(name, move |device| check(device, &scene, &Part::ALL, &Kernel::source)));
+    }
+    for scene in scenes::packs::scenes().into_iter().chain([scenes::packs::aligned(), scenes::packs::slow()]) {
+        let name = format!("kernels::plies::impulses_cancel::{}", word(&scene));
+        out.push(trial(name, move |device| compare::cancels(device, &scene)));
+    }
+    for scene in scenes::packs::scenes().into_iter().filter(scenes::packs::is_free) {
+        let name = format!("kernels::plies::momentum_stays::{}", word(&scene));
+        out.push(trial(name, move |device| compare::keeps_momentum(device, &scene)));
+    }
     out.push(trial("kernels::nothing_happens_after_a_bad_step", compare::bad_step));
     out
 }

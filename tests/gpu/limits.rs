@@ -9,7 +9,7 @@ use std::sync::atomic::AtomicBool;
 use libtest_mimic::Trial;
 use ripstop::gpu::buffers::{Name, Sizes};
 use ripstop::gpu::{Device, DeviceError, Simulation, adapters, device};
-use ripstop::model::Grid;
+use ripstop::model::{Grid, Model};
 use ripstop::simulation::{self, Options, RunError};
 
 use super::harness::{Outcome, trial};
@@ -27,9 +27,11 @@ pub(crate) fn tests() -> Vec<Trial> {
 }
 
 /// Plies of 1000 × 1000 elements; nothing of that size is held anywhere.
-fn grid(plies: usize) -> Grid {
-    let pack = builtin("cases/verify/mirror.json", &[]).pack;
-    Grid { plies, rows: 1000, columns: 1000, ..Grid::new(&pack) }
+fn model(plies: usize) -> Model<f32> {
+    let mut model = Model::new(&builtin("cases/verify/mirror.json", &[])).unwrap();
+    model.grid = Grid { plies, rows: 1000, columns: 1000, ..model.grid };
+    model.plies = vec![model.plies[0]; plies];
+    model
 }
 
 /// Ordinary limits spread a dispatch only from four million elements on; a narrow device does so at once.
@@ -53,28 +55,27 @@ fn too_large(device: &'static Device) -> Outcome {
     let limits = device.limits();
     let room = limits.max_storage_buffer_binding_size.min(limits.max_buffer_size);
     let fits = |plies: usize| {
-        let sizes = Sizes::new(&grid(plies));
+        let sizes = Sizes::new(&model(plies));
         (sizes, sizes.check(&limits, device.name()))
     };
-    // The largest buffer holds nine words per element.
-    let most = (room / (4 * 9 * 1_000_000)) as usize;
-    if most > 0 {
-        assert_eq!(fits(most).1, Ok(()), "{most} plies");
-    }
+    // The largest buffer of a pack holds sixteen words per node.
+    let most = (room / (4 * 16 * 1001 * 1001)) as usize;
+    assert!(most > 1, "{room} bytes are less than every device must bind");
+    assert_eq!(fits(most).1, Ok(()), "{most} plies");
     let (sizes, refused) = fits(most + 1);
     let Err(DeviceError::TooLarge { adapter, buffer, needed, limit, total }) = refused else {
         return Err(format!("{} plies are not refused: {refused:?}", most + 1));
     };
-    assert_eq!((adapter.as_str(), buffer, limit), (device.name(), "forces", room));
-    assert_eq!(needed, sizes.bytes(Name::Forces));
+    assert_eq!((adapter.as_str(), buffer, limit), (device.name(), "contacts", room));
+    assert_eq!(needed, sizes.bytes(Name::Contacts));
     assert_eq!(total, Name::ALL.iter().map(|name| sizes.bytes(*name)).sum::<u64>());
     assert!(needed > room && total > needed);
     // Where a buffer may be larger than what 32-bit numbers reach, they are the limit.
     let mut endless = limits;
     endless.max_storage_buffer_binding_size = u64::MAX;
     endless.max_buffer_size = u64::MAX;
-    assert!(Sizes::new(&grid(400)).check(&endless, "any").is_ok());
-    assert!(Sizes::new(&grid(500)).check(&endless, "any").is_err());
+    assert!(Sizes::new(&model(260)).check(&endless, "any").is_ok());
+    assert!(Sizes::new(&model(275)).check(&endless, "any").is_err());
     Ok(())
 }
 

@@ -9,9 +9,9 @@ use ripstop::gpu::Device;
 use ripstop::gpu::shader::{KERNELS, Kernel};
 
 use super::harness::{Outcome, trial};
-use super::kernels::check;
 use super::kernels::compare::Part;
-use super::kernels::scenes::{self, Scene};
+use super::kernels::scenes::Scene;
+use super::kernels::{all_scenes, check};
 
 mod table;
 
@@ -40,6 +40,7 @@ impl Mutant {
             "element_force" => &[Part::Elements],
             "node_update" => &[Part::Nodes, Part::Contact],
             "projectile_contact" => &[Part::Contact],
+            "ply_search" | "ply_impulse" | "ply_move" => &[Part::Plies],
             _ => &[Part::Ledger],
         }
     }
@@ -49,7 +50,7 @@ impl Mutant {
         if !kernel.source().contains(self.find) {
             return Err(format!("the shader has no {:?}", self.find));
         }
-        let scene = all_scenes().iter().find(|s| s.name == self.scene).ok_or("no such scene")?;
+        let scene = scenes().iter().find(|s| s.name == self.scene).ok_or("no such scene")?;
         match check(device, scene, self.parts(), &|kernel| self.source(kernel)) {
             Ok(()) => Err(format!("nothing is wrong with {:?}", self.put)),
             // A shader that no longer compiles proves nothing.
@@ -59,13 +60,13 @@ impl Mutant {
     }
 }
 
-fn all_scenes() -> &'static [Scene] {
+fn scenes() -> &'static [Scene] {
     static SCENES: OnceLock<Vec<Scene>> = OnceLock::new();
-    SCENES.get_or_init(|| scenes::element_scenes().into_iter().chain(scenes::contact_scenes()).collect())
+    SCENES.get_or_init(all_scenes)
 }
 
 /// The tests.
 pub(crate) fn tests() -> Vec<Trial> {
     let name = |m: &Mutant| format!("mutants::{}::{}", m.kernel, m.name.replace(' ', "_"));
-    table::MUTANTS.iter().map(|m| trial(name(m), move |device| m.caught(device))).collect()
+    table::MUTANTS.into_iter().flatten().map(|m| trial(name(m), move |device| m.caught(device))).collect()
 }

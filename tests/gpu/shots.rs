@@ -7,6 +7,7 @@
 
 mod batches;
 mod endings;
+mod packs;
 mod program;
 mod scenes;
 mod whole;
@@ -27,6 +28,7 @@ pub(crate) fn tests() -> Vec<Trial> {
         ("whole", whole::TESTS),
         ("scenes", scenes::TESTS),
         ("batches", batches::TESTS),
+        ("packs", packs::TESTS),
         ("endings", endings::TESTS),
         ("program", program::TESTS),
     ];

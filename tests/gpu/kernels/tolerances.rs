@@ -20,12 +20,16 @@ const fn row(quantity: &'static str, limit: f64, reason: &'static str) -> Tolera
 }
 
 /// The table. Limits are about four times what was seen in any scene.
-pub(crate) const TOLERANCES: [Tolerance; 38] = [
+pub(crate) const TOLERANCES: [Tolerance; 46] = [
     row("alive", 0.0, "the same yarns must break"),
     row("failures", 0.0, "the same events must be reported"),
     row("counters", 0.0, "counts"),
     row("cleared", 0.0, "marks and sums that begin anew"),
     row("covered", 0.0, "yes or no"),
+    row("contacts", 0.0, "the same nodes must touch the same plies"),
+    row("over", 0.0, "the same cells must be found"),
+    row("reach", 0.0, "the same nodes may have moved"),
+    row("untouched", 0.0, "what nothing has reached keeps every bit"),
     row("force", 5e-6, "of the breaking force of an element and its own: the last Newton step"),
     row("hourglass", 1e-6, "of the breaking force of an element and its own"),
     row("height", 2e-7, "of the sum of heights: what the residual leaves open"),
@@ -53,6 +57,14 @@ pub(crate) const TOLERANCES: [Tolerance; 38] = [
     row("kinetic now", 1e-5, "of the kinetic energy"),
     row("fastest", 3e-6, "of itself"),
     row("momentum", 2e-5, "of the sum of all m|v|"),
+    row(
+        "ply displacement",
+        1e-4,
+        "of the way at the largest speed in a step: a gap is a small difference of positions",
+    ),
+    row("ply velocity", 1.5e-5, "of the largest speed: a gap that is closed within a step"),
+    row("ply energy", 7e-6, "of the energy of a node at the largest speed and itself"),
+    row("ply support", 4e-6, "of the momentum of a node at the largest speed and itself"),
     // Held nodes weigh a thousand bodies on the device, and more on the processor, which has the digits for it.
     row("contact displacement, held", 2e-3, "as above"),
     row("contact velocity, held", 2e-3, "as above"),

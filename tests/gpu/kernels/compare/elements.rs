@@ -1,0 +1,122 @@
+//! Forces, heights, life and accounts of the elements.
+
+use nalgebra::Vector3;
+use ripstop::gpu::buffers::Name;
+use ripstop::gpu::layout::status;
+use ripstop::gpu::stepper::Stage;
+use ripstop::kernels::element_force::field as element;
+use ripstop::state::State;
+use ripstop::step::FailureEvent;
+
+use super::{Outcome, Pair, Seen};
+use crate::gpu::kernels::scenes::force_scale;
+
+pub(super) fn compare(pair: &mut Pair<'_>, seen: &mut Seen) -> Outcome {
+    pair.begin();
+    pair.advance(&[Stage::Elements], None)?;
+    let first_status = pair.read(Name::Status)?;
+    seen.see(
+        "residual",
+        residual(&first_status),
+        pair.totals.max_residual,
+        force_scale(&pair.scene.model),
+        String::new,
+    );
+    seen.see("counters", first_status[status::ERODED].into(), pair.totals.eroded as f64, 1.0, || "eroded".into());
+    compare_elements(pair, seen)?;
+    let first_unconverged = pair.totals.unconverged;
+    pair.advance(&[Stage::Elements], Some(0))?;
+    compare_elements(pair, seen)?;
+    let words = pair.read(Name::Status)?;
+    let unconverged = (first_unconverged + pair.totals.unconverged) as f64;
+    seen.see("counters", words[status::UNCONVERGED].into(), unconverged, 1.0, || "unconverged".into());
+    seen.see("counters", words[status::BAD_STEP].into(), u32::MAX.into(), 1.0, || "bad step".into());
+    compare_failures(pair, seen, &words)?;
+    let flags = pair.read(Name::Flags)?;
+    let evaluations: u32 = flags.iter().map(|word| word >> 8).sum();
+    seen.see("evaluations", evaluations.into(), pair.evaluations, pair.evaluations.max(1.0), || "sum".into());
+    compare_accounts(pair, seen)
+}
+
+fn residual(words: &[u32]) -> f64 {
+    f32::from_bits(words[status::RESIDUAL]).into()
+}
+
+/// Forces, heights and life of every element.
+fn compare_elements(pair: &Pair<'_>, seen: &mut Seen) -> Outcome {
+    let (model, expected, got) = (&pair.scene.model, &pair.expected, pair.download()?);
+    let cell = &model.sheets[0].cell;
+    let (force, height) = (force_scale(model), cell.height_sum.max(cell.yarn[0].half_span));
+    for row in 0..model.grid.element_rows() {
+        for column in 0..model.grid.columns {
+            let number = |state: &State<f32>, field| f64::from(state.elements.get(row, field, column + 1));
+            let size = |first: usize| force + Vector3::from([0, 1, 2].map(|a| number(expected, first + a))).norm();
+            for field in 0..element::COUNT {
+                let (quantity, scale) = match field {
+                    0..element::HOURGLASS => ("force", size(field / 3 * 3)),
+                    element::HOURGLASS..element::HEIGHT => ("hourglass", size(element::HOURGLASS)),
+                    element::HEIGHT..element::ALIVE => ("height", height),
+                    _ => ("alive", 1.0),
+                };
+                let place = || format!("step {}, row {row}, column {column}, field {field}", expected.step - 1);
+                seen.see(quantity, number(&got, field), number(expected, field), scale, place);
+            }
+        }
+    }
+    Ok(())
+}
+
+fn compare_failures(pair: &Pair<'_>, seen: &mut Seen, words: &[u32]) -> Outcome {
+    let grid = &pair.scene.model.grid;
+    let count = words[status::EVENTS] as usize;
+    let raw = pair.read(Name::Events)?;
+    let mut got: Vec<&[u32]> = raw.chunks_exact(4).take(count).collect();
+    got.sort();
+    let place = |f: &FailureEvent| {
+        [f.step as u32, ((f.ply as usize * grid.rows + f.j as usize) * grid.columns) as u32 + f.i, u32::from(f.yarn)]
+    };
+    let expected: Vec<_> = pair.failures.iter().map(|f| (place(f), f.strain)).collect();
+    let same = got.len() == expected.len() && got.iter().zip(&expected).all(|(g, e)| g[..3] == e.0);
+    seen.see("failures", f64::from(u8::from(!same)), 0.0, 1.0, || format!("{} for {}", got.len(), expected.len()));
+    for yarn in 0..2 {
+        let broken = expected.iter().filter(|e| e.0[2] == yarn as u32).count();
+        seen.see("counters", words[status::FAILED + yarn].into(), broken as f64, 1.0, || format!("failed, {yarn}"));
+    }
+    for (g, e) in got.iter().zip(&expected).filter(|_| same) {
+        let strain = f64::from(f32::from_bits(g[3]));
+        seen.see("failure strain", strain, e.1, 0.035, || format!("{:?}", e.0));
+    }
+    Ok(())
+}
+
+fn compare_accounts(pair: &Pair<'_>, seen: &mut Seen) -> Outcome {
+    let accounts = pair.read_floats(Name::Accounts)?;
+    let count = pair.gpu.sizes().elements as usize;
+    let field = |n: usize| accounts[n * count..(n + 1) * count].iter().copied();
+    let add = |n: usize| field(n).sum::<f64>();
+    let most = |n: usize| field(n).fold(0.0, f64::max);
+    let sums = [add(0), add(1), add(2), add(3), add(4), most(5), most(6)];
+    compare_sums(pair, seen, sums, "accounts");
+    Ok(())
+}
+
+/// Work, released membrane and hourglass energy, stored and hourglass energy, tension, deflection.
+pub(super) fn compare_sums(pair: &Pair<'_>, seen: &mut Seen, got: [f64; 7], place: &str) {
+    let balance = pair.ledger.balance();
+    let energy = pair.energy_scale();
+    let deflection = pair.ledger.plies().iter().map(|ply| ply.deflection).fold(0.0, f64::max);
+    // What contact between plies adds to the work of the membrane has its own sum on the device.
+    let work = if pair.scene.elements { pair.ledger.work } else { 0.0 };
+    let expected = [
+        ("work", work, energy),
+        ("released", pair.ledger.released[0], energy),
+        ("released", pair.ledger.released[1], energy),
+        ("stored", balance.stored, energy),
+        ("stored", balance.hourglass, energy),
+        ("tension", balance.max_tension, force_scale(&pair.scene.model)),
+        ("deflection", deflection, pair.scene.model.sheets[0].mesh.length[0]),
+    ];
+    for (n, (quantity, value, scale)) in expected.into_iter().enumerate() {
+        seen.see(quantity, got[n], value, scale + value.abs(), || format!("{place} {n}"));
+    }
+}

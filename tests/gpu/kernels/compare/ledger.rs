@@ -1,0 +1,149 @@
+//! The sums of the ledger after whole steps.
+
+use nalgebra::Vector3;
+use ripstop::gpu::buffers::Name;
+use ripstop::gpu::layout::{self, BODY_WORDS, STATUS_WORDS, SUMS, sum};
+use ripstop::gpu::stepper::Stage;
+use ripstop::outcome;
+
+use super::elements::compare_sums;
+use super::plies::see_energies;
+use super::{Outcome, Pair, STEPS, Seen, motion, places};
+use crate::gpu::kernels::scenes::force_scale;
+
+/// Sums that begin anew after a sample.
+const ANEW: [usize; 12] = [
+    sum::WORK,
+    sum::RELEASED,
+    sum::RELEASED_HOURGLASS,
+    sum::EVALUATIONS,
+    sum::SOLVED,
+    sum::SUPPORT,
+    sum::SUPPORT + 1,
+    sum::SUPPORT + 2,
+    sum::PLY_LOSS,
+    sum::PLY_RUBBED,
+    sum::PLY_LIFTED,
+    sum::PLY_LIFTED + 1,
+];
+
+pub(super) fn compare(pair: &mut Pair<'_>, seen: &mut Seen) -> Outcome {
+    pair.begin();
+    let mut stages = vec![Stage::Nodes];
+    if pair.scene.elements {
+        stages.insert(0, Stage::Elements);
+    }
+    if pair.scene.pack {
+        stages.push(Stage::Plies);
+    }
+    // In a pack both contacts would share the processor's sums of what is lost; the shots hold their sum.
+    let body = pair.scene.model.projectile.as_ref().filter(|_| !pair.scene.pack);
+    if body.is_some() {
+        stages.push(Stage::Projectile);
+    }
+    stages.push(Stage::Ledger);
+    pair.advance(&stages, None)?;
+    pair.advance(&stages, Some(1))?;
+    let (words, per_sample) = (pair.read(Name::Samples)?, pair.gpu.sizes().sample_words());
+    let (sums, rest) = words[per_sample..2 * per_sample].split_at(per_sample - BODY_WORDS - STATUS_WORDS);
+    let numbers = |which: usize| sums.chunks_exact(SUMS).map(move |s| f64::from(f32::from_bits(s[which])));
+    let add = |which: usize| numbers(which).sum::<f64>();
+    let most = |which: usize| numbers(which).fold(0.0, f64::max);
+    let same = [sum::WORK, sum::RELEASED, sum::RELEASED_HOURGLASS, sum::STORED, sum::HOURGLASS_NOW].map(add);
+    let got = [same[0], same[1], same[2], same[3], same[4], most(sum::TENSION), most(sum::DEFLECTION)];
+    compare_sums(pair, seen, got, "ledger");
+    seen.see("evaluations", add(sum::EVALUATIONS), pair.evaluations, pair.evaluations.max(1.0), || "ledger".into());
+    compare_motion(pair, seen, add, most(sum::FASTEST));
+    compare_counts(pair, seen, add);
+    if pair.scene.pack {
+        let lost = [sum::PLY_LOSS, sum::PLY_RUBBED, sum::PLY_LIFTED, sum::PLY_LIFTED + 1].map(add);
+        see_energies(pair, seen, lost, "ledger");
+    }
+    let impulse = pair.node_mass() * pair.scene.speed;
+    if let Some(start) = body {
+        let record = layout::read_body(&rest[..BODY_WORDS], start);
+        // The supports of the fabric are sums of the ledger now.
+        for a in 0..3 {
+            let got = record.support[a] + add(sum::SUPPORT + a);
+            let expected = pair.ledger.support[a];
+            seen.see(pair.kind("impulse", "impulse, held"), got, expected, impulse + expected.abs(), || {
+                format!("ledger {a}")
+            });
+        }
+        let body = pair.expected.body.as_ref().ok_or("no projectile")?;
+        // Each ply has as many workgroups, one after the other.
+        let count = pair.scene.model.plies.len();
+        for (ply, sums) in sums.chunks_exact(sums.len() / count).enumerate() {
+            let got: f64 = sums.chunks_exact(SUMS).map(|s| f64::from(f32::from_bits(s[sum::COVERED]))).sum();
+            let covered = outcome::covered(&pair.scene.model, &pair.expected, body, ply);
+            seen.see("covered", (got > 0.5).into(), covered.into(), 1.0, || format!("ply {ply}"));
+        }
+    } else {
+        let (name, scale) = if pair.scene.pack {
+            ("ply support", impulse)
+        } else {
+            ("support", force_scale(&pair.scene.model) * pair.scene.model.dt)
+        };
+        for a in 0..3 {
+            let expected = pair.ledger.support[a];
+            seen.see(name, add(sum::SUPPORT + a), expected, scale + expected.abs(), || format!("ledger {a}"));
+        }
+    }
+    let status = pair.read(Name::Status)?;
+    seen.see("counters", f64::from(u8::from(rest[BODY_WORDS..] != status[..STATUS_WORDS])), 0.0, 1.0, || "copy".into());
+    anew(pair, seen)
+}
+
+/// Kinetic energies, momentum and largest speed from the processor's state after the step.
+fn compare_motion(pair: &Pair<'_>, seen: &mut Seen, add: impl Fn(usize) -> f64, fastest: f64) {
+    let (model, state) = (&pair.scene.model, &pair.expected);
+    let (mut kinetic, mut momentum, mut scale, mut square) = (0.0, Vector3::zeros(), 0.0, 0.0_f64);
+    for place in places(model) {
+        let (m, v) = motion(model, state, place);
+        kinetic += 0.5 * m * v.norm_squared();
+        momentum += m * v;
+        scale += m * v.norm();
+        square = square.max(v.norm_squared());
+    }
+    let balance = pair.ledger.balance();
+    seen.see("kinetic", add(sum::KINETIC), kinetic, kinetic, String::new);
+    seen.see("kinetic now", add(sum::KINETIC_NOW), balance.kinetic, kinetic, String::new);
+    seen.see("fastest", fastest, square, square, String::new);
+    for a in 0..3 {
+        seen.see("momentum", add(sum::MOMENTUM + a), momentum[a], scale, || format!("direction {a}"));
+    }
+}
+
+/// Cells with both yarns left, once for every step since the last ledger.
+fn compare_counts(pair: &Pair<'_>, seen: &mut Seen, add: impl Fn(usize) -> f64) {
+    let (model, state) = (&pair.scene.model, &pair.expected);
+    let whole = |ply: usize| {
+        let mesh = &model.sheet(ply).mesh;
+        let first = model.grid.first_element_row(ply);
+        let all = (0..mesh.rows).flat_map(move |row| (0..mesh.columns).map(move |column| (first + row, column)));
+        all.filter(|(row, column)| (0..2).all(|yarn| state.alive(*row, *column, yarn))).count()
+    };
+    let left = (0..model.grid.plies).map(whole).sum::<usize>();
+    seen.see("counters", add(sum::SOLVED), (STEPS as usize * left) as f64, 1.0, || "solved".into());
+}
+
+/// A second ledger straight after the first finds that everything that adds up began anew.
+fn anew(pair: &mut Pair<'_>, seen: &mut Seen) -> Outcome {
+    let info = pair.gpu.whole_step(pair.expected.step, Some(0), 0);
+    pair.gpu.run_stages(&info, &[Stage::Ledger]).map_err(|e| e.to_string())?;
+    let words = pair.read(Name::Samples)?;
+    let per_sample = pair.gpu.sizes().sample_words();
+    let (sums, body) = words[..per_sample].split_at(per_sample - BODY_WORDS - STATUS_WORDS);
+    for which in ANEW {
+        let left = sums.chunks_exact(SUMS).map(|s| f64::from(f32::from_bits(s[which])).abs()).sum();
+        seen.see("cleared", left, 0.0, 1.0, || format!("sum {which}"));
+    }
+    if let Some(start) = &pair.scene.model.projectile {
+        let record = layout::read_body(&body[..BODY_WORDS], start);
+        let left: f64 = record.impulse.iter().chain(&record.support).chain(&record.energy).map(|x| x.abs()).sum();
+        seen.see("cleared", left, 0.0, 1.0, || "body".into());
+        let length = pair.scene.model.sheets[0].mesh.length[0];
+        seen.see("penetration", record.penetration, pair.penetration[0], length, || "kept".into());
+    }
+    Ok(())
+}

@@ -1,0 +1,70 @@
+//! Contact between plies: motion, cells, what may have moved, energies, supports, depth.
+
+use ripstop::gpu::buffers::Name;
+use ripstop::gpu::layout::{CONTACT_WORDS, status};
+use ripstop::gpu::stepper::Stage;
+
+use super::nodes::compare_nodes;
+use super::{Outcome, Pair, STEPS, Seen, reach};
+
+pub(super) fn compare(pair: &mut Pair<'_>, seen: &mut Seen) -> Outcome {
+    pair.begin();
+    let way = pair.scene.speed * pair.scene.model.dt;
+    for _ in 0..STEPS {
+        pair.advance(&[Stage::Nodes, Stage::Plies], None)?;
+        if pair.totals.ply_contacts == 0 {
+            return Err("no ply touches another: the scene shows nothing".into());
+        }
+        compare_nodes(pair, seen, [("ply displacement", way), ("ply velocity", pair.scene.speed)])?;
+        reach::compare(pair, seen)?;
+        let contacts = pair.read_floats(Name::Contacts)?;
+        let found = contacts.chunks_exact(CONTACT_WORDS as usize).filter(|words| words[7] != 0.0).count();
+        seen.see("contacts", found as f64, pair.totals.ply_contacts as f64, 1.0, || {
+            format!("step {}", pair.expected.step - 1)
+        });
+        for name in [Name::Shares, Name::Impulses] {
+            let left = pair.read(name)?.iter().filter(|word| **word != 0).count();
+            seen.see("cleared", left as f64, 0.0, 1.0, || format!("{name:?}"));
+        }
+    }
+    let words = pair.read(Name::Status)?;
+    let depth = f64::from(f32::from_bits(words[status::PLY_DEPTH]));
+    seen.see("penetration", depth, pair.penetration[1], pair.scene.model.sheets[0].mesh.length[0], || "ply".into());
+    compare_energies(pair, seen)?;
+    compare_supports(pair, seen)
+}
+
+/// Accounts of every node: loss, rubbed, and the work of moving nodes against membrane and hourglass.
+fn compare_energies(pair: &Pair<'_>, seen: &mut Seen) -> Outcome {
+    let accounts = pair.read_floats(Name::Accounts)?;
+    let (elements, nodes) = (pair.gpu.sizes().elements as usize, pair.gpu.sizes().nodes as usize);
+    let sum = |field: usize| accounts[7 * elements + field * nodes..][..nodes].iter().sum::<f64>();
+    see_energies(pair, seen, [0, 1, 2, 3].map(sum), "accounts");
+    Ok(())
+}
+
+/// Loss, rubbed, and lifted against membrane and hourglass; the processor's ledger has them in three sums.
+pub(super) fn see_energies(pair: &Pair<'_>, seen: &mut Seen, got: [f64; 4], place: &str) {
+    let energy = pair.node_mass() * pair.scene.speed * pair.scene.speed;
+    let [loss, rubbed, membrane, mode] = got;
+    let sums = [
+        ("inelastic", loss - rubbed - membrane - mode, pair.ledger.contact),
+        ("rubbed", rubbed, pair.ledger.friction),
+        ("lifted", membrane, pair.ledger.work),
+    ];
+    for (name, got, expected) in sums {
+        seen.see("ply energy", got, expected, energy + expected.abs(), || format!("{place}, {name}"));
+    }
+}
+
+/// Impulse that held nodes take out of the pack.
+fn compare_supports(pair: &Pair<'_>, seen: &mut Seen) -> Outcome {
+    let supports = pair.read_floats(Name::Supports)?;
+    let impulse = pair.node_mass() * pair.scene.speed;
+    for a in 0..3 {
+        let got: f64 = supports.iter().skip(a).step_by(3).sum();
+        let expected = pair.ledger.support[a];
+        seen.see("ply support", got, expected, impulse + expected.abs(), || format!("direction {a}"));
+    }
+    Ok(())
+}

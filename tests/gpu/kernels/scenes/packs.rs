@@ -1,0 +1,297 @@
+//! Plies around touch: gaps and penetrations, rubbing, walking over each other's cells, with holes, at every angle.
+
+use nalgebra::Vector3;
+use ripstop::case::{self, Case, Edge};
+use ripstop::kernels::node_update::field as node;
+use ripstop::model::over::{SIDES, neighbour};
+use ripstop::model::{Mesh, Model};
+use ripstop::reach::Reach;
+use ripstop::state::State;
+use serde_json::{Value, json};
+
+use super::{Scene, kill, random_elements};
+use crate::support::Random;
+
+/// Largest component of the velocity of a node [m/s].
+const SPEED: f64 = 200.0;
+/// Slopes of the pack along X and Y: no direction of contact lies along an axis.
+const SLOPE: [f64; 2] = [0.3, -0.2];
+
+/// A ply of a pack.
+#[derive(Clone, Copy)]
+pub(crate) struct Group {
+    /// Of the warp, in degrees.
+    angle: i32,
+    /// Whether it is of the other fabric, with fewer yarns.
+    coarse: bool,
+    edges: [&'static str; 4],
+}
+
+impl Group {
+    /// A free ply of the fabric of the patches.
+    pub(crate) const fn turned(angle: i32) -> Self {
+        Self { angle, coarse: false, edges: ["free"; 4] }
+    }
+
+    /// A free ply of another fabric.
+    pub(crate) const fn coarse(angle: i32) -> Self {
+        Self { coarse: true, ..Self::turned(angle) }
+    }
+
+    /// Held at two sides.
+    pub(crate) const fn held(self) -> Self {
+        self.with(["clamped", "free", "clamped", "free"])
+    }
+
+    /// Rolling along two sides.
+    pub(crate) const fn rolling(self) -> Self {
+        self.with(["roller", "free", "roller", "free"])
+    }
+
+    /// Left, right, bottom, top.
+    const fn with(self, edges: [&'static str; 4]) -> Self {
+        Self { edges, ..self }
+    }
+
+    fn json(self) -> Value {
+        let names = ["left", "right", "bottom", "top"];
+        let edges: serde_json::Map<_, _> =
+            names.into_iter().zip(self.edges).map(|(side, edge)| (side.to_owned(), json!(edge))).collect();
+        let mut group = json!({"plies": 1, "orientation_deg": self.angle, "edges": edges});
+        if self.coarse {
+            group["fabric"] = fabric("coarse", [15, 12], 0.2, 190.0);
+        }
+        group
+    }
+}
+
+/// Warp and weft differ in everything.
+fn fabric(name: &str, counts: [u32; 2], thickness: f64, areal_density: f64) -> Value {
+    let yarn = |denier: u32, modulus: u32, count: u32, crimp: f64| {
+        json!({"linear_density_denier": denier, "modulus_gpa": modulus, "failure_strain": 0.035,
+            "count_per_inch": count, "crimp": crimp})
+    };
+    json!({
+        "name": name, "fibre_density_kg_m3": 1440, "areal_density_g_m2": areal_density, "thickness_mm": thickness,
+        "warp": yarn(1420, 96, counts[0], 0.0218), "weft": yarn(1100, 80, counts[1], 0.0139),
+        "crossover": {"law": "variational", "gap_mm": 0, "compression": {"a_mm": 0.10, "b_mm_n13": 0.10}},
+        "shear": {"g1_mpa": 10, "g2_mpa": 1000, "gamma1": 0.35, "gamma2": 0.6},
+    })
+}
+
+/// A pack of the fabric of the patches, of so many columns and rows of it, flying at the speed of the scenes.
+pub(super) fn case([columns, rows]: [usize; 2], groups: &[Group]) -> Case {
+    let document = json!({
+        "title": "pack",
+        "fabric": fabric("unequal", [20, 15], 0.3, 255.2),
+        "pack": {
+            "width_mm": columns as f64 * 25.4 / 20.0, "height_mm": rows as f64 * 25.4 / 15.0, "edges": "free",
+            "friction": 0.3, "initial_velocity_m_s": [0, 0, SPEED],
+            "layup": groups.iter().map(|group| group.json()).collect::<Vec<_>>(),
+        },
+        "solver": {"end_time_us": 10, "hourglass": 0.05},
+    });
+    case::from_str("pack.json", &document.to_string(), &[]).unwrap()
+}
+
+/// Moves what nodes are over by a cell or two: which cell it is says the state, not the reference place.
+pub(super) fn astray(model: &Model<f32>, state: &mut State<f32>, random: &mut Random) {
+    let across = model.grid.columns + 1;
+    let per_side = model.nodes_per_ply();
+    for (at, part) in state.over.chunks_mut(per_side).enumerate() {
+        let (ply, side) = (at / SIDES, at % SIDES);
+        let Some(other) = neighbour(ply, side, model.plies.len()) else { continue };
+        let (own, theirs) = (&model.sheet(ply).mesh, &model.sheet(other).mesh);
+        for (row, column) in (0..=own.rows).flat_map(|row| (0..=own.columns).map(move |column| (row, column))) {
+            let cell = &mut part[row * across + column];
+            let moved = |at: u32, count: usize, by: f64| (f64::from(at) + by).round().clamp(0.0, count as f64 - 1.0);
+            let columns = theirs.columns as u32;
+            let [r, c] = [random.between(-2.0, 2.0), random.between(-2.0, 2.0)];
+            let place = [moved(*cell / columns, theirs.rows, r), moved(*cell % columns, theirs.columns, c)];
+            *cell = place[0] as u32 * columns + place[1] as u32;
+        }
+    }
+}
+
+/// What is unusual about a scene.
+#[derive(Clone, Copy)]
+struct Kind {
+    /// Columns and rows of the fabric of the patches.
+    size: [usize; 2],
+    step: u64,
+    /// Cells that plies are apart sideways, at most.
+    cells: f64,
+    /// Part of the yarns that are broken.
+    holes: f64,
+    /// A strip of the second ply is folded flat.
+    folded: bool,
+    /// Nodes of the first ply that may have moved; all of every ply where none are given.
+    reach: Option<[usize; 4]>,
+    spacing: Option<f64>,
+    friction: f64,
+    hourglass: f64,
+    /// Nodes lie over nodes and move along Z alone, as where a shot begins.
+    aligned: bool,
+    /// Speed at the start, where it is not that of the scene [m/s].
+    start: f64,
+}
+
+const PLAIN: Kind = Kind {
+    size: [9, 8],
+    step: 17,
+    cells: 3.0,
+    holes: 0.0,
+    folded: false,
+    reach: None,
+    spacing: None,
+    friction: 0.3,
+    hourglass: 0.05,
+    aligned: false,
+    start: SPEED,
+};
+
+/// Every angle, fabric, edge and kind of contact.
+pub(crate) fn scenes() -> Vec<Scene> {
+    let (turned, coarse) = (Group::turned, Group::coarse);
+    let rollers = ["roller", "free", "clamped", "roller"];
+    let others = ["free", "clamped", "roller", "free"];
+    let small = Some([3, 6, 4, 7]);
+    vec![
+        pack("two free plies", &[turned(0), turned(0)], Kind { holes: 0.1, ..PLAIN }),
+        pack(
+            "quarter turns, rollers",
+            &[turned(0).with(rollers), turned(90).with(rollers), turned(-90).with(others)],
+            Kind { cells: 1.0, spacing: Some(0.2e-3), ..PLAIN },
+        ),
+        pack(
+            "thirty degrees, clamped, smooth",
+            &[turned(0).held(), turned(30).held(), turned(-30).with(["free", "clamped", "free", "free"])],
+            Kind { friction: 0.0, holes: 0.05, ..PLAIN },
+        ),
+        pack(
+            "two fabrics, holes, no hourglass",
+            &[turned(0), coarse(0), coarse(30), turned(90)],
+            Kind { hourglass: 0.0, holes: 0.4, spacing: Some(0.4e-3), ..PLAIN },
+        ),
+        pack("the first step", &[coarse(90), turned(0).held()], Kind { step: 0, friction: 1.2, ..PLAIN }),
+        pack("folded cells", &[turned(0), turned(0), coarse(0)], Kind { folded: true, cells: 0.7, ..PLAIN }),
+        pack(
+            "resting plies",
+            &[turned(0), turned(90), turned(0), coarse(30)],
+            Kind { reach: small, cells: 0.0, ..PLAIN },
+        ),
+        // Far from the centre, and early: what sees what is decided by places, not by the room for travel. A gap of two
+        // micrometres keeps rounding from deciding what touches where the motion dies out.
+        pack(
+            "resting plies, a corner",
+            &[turned(0), turned(90), turned(0)],
+            Kind { size: [16, 14], step: 1, reach: Some([1, 4, 11, 14]), spacing: Some(0.302e-3), ..PLAIN },
+        ),
+        pack("resting plies of two fabrics", &[coarse(0), turned(0)], Kind { reach: small, cells: 0.0, ..PLAIN }),
+    ]
+}
+
+/// Alike plies in line: the feet of nodes lie on edges of cells, and far corners have next to no weight.
+pub(crate) fn aligned() -> Scene {
+    let groups = [Group::turned(0); 3];
+    pack("alike plies in line", &groups, Kind { cells: 0.0, aligned: true, ..PLAIN })
+}
+
+/// Plies that began slowly and are deep inside each other: what drives them out is faster than anything was.
+pub(crate) fn slow() -> Scene {
+    pack("deep plies of a slow start", &[Group::turned(0), Group::turned(90)], Kind { start: 5.0, ..PLAIN })
+}
+
+fn pack(name: &str, groups: &[Group], kind: Kind) -> Scene {
+    let mut case = case(kind.size, groups);
+    case.pack.spacing = kind.spacing;
+    case.pack.friction = kind.friction;
+    case.solver.hourglass = kind.hourglass;
+    case.pack.layup.iter_mut().for_each(|layer| layer.initial_velocity[2] = kind.start);
+    let model = Model::<f32>::new(&case).unwrap();
+    let mut state = State::new(&case, &model);
+    state.step = kind.step;
+    let mut random = Random(1000 + name.len() as u64);
+    match kind.reach {
+        Some(reach) => rest(&model, &mut state, &mut random, reach),
+        None => scatter(&model, &mut state, &mut random, &kind),
+    }
+    kill(&model, &mut state, &mut random, kind.holes);
+    random_elements(&model, &mut state, &mut random, if kind.aligned { 0.0 } else { 1.0 });
+    Scene { name: name.to_owned(), model, state, elements: false, pack: true, held: false, speed: SPEED }
+}
+
+/// Gives a node a displacement [m] and a velocity [m/s], both in the axes of the pack; held directions stand still.
+fn put(
+    model: &Model<f32>,
+    state: &mut State<f32>,
+    [ply, row, column]: [usize; 3],
+    moved: &Vector3<f64>,
+    speed: [f64; 3],
+) {
+    let sheet = model.sheet(ply);
+    let [moved, velocity] = [(*moved).into(), speed].map(|v| sheet.mesh.to_ply(v));
+    let at = model.grid.first_node_row(ply) + row;
+    for a in 0..3 {
+        let free = sheet.row_mass(row).inverse[a][column] > 0.0;
+        let velocity = if free { velocity[a] } else { 0.0 };
+        state.nodes.set(at, node::DISPLACEMENT + a, column, moved[a] as f32);
+        state.nodes.set(at, node::VELOCITY + a, column, velocity as f32);
+    }
+}
+
+/// Sloping plies shifted sideways against each other, their gaps around zero by what closes in a step or two; here and
+/// there a node is deep inside its neighbour, or through it.
+fn scatter(model: &Model<f32>, state: &mut State<f32>, random: &mut Random, kind: &Kind) {
+    state.reach_everything(model);
+    let slopes = if kind.aligned { [0.0; 2] } else { SLOPE };
+    let slope = slopes[0].hypot(slopes[1]).hypot(1.0);
+    let sideways = if kind.aligned { 0.0 } else { 1.0 };
+    let mut depth = 0.0;
+    for ply in 0..model.grid.plies {
+        let mesh: &Mesh = &model.sheet(ply).mesh;
+        let [sx, sy] = [0, 1].map(|a| kind.cells * mesh.length[a] * random.between(-1.0, 1.0));
+        for (row, column) in (0..=mesh.rows).flat_map(|row| (0..=mesh.columns).map(move |column| (row, column))) {
+            let reference = Vector3::from(model.reference(ply, row, column));
+            let noise = Vector3::from(random.vector(0.1 * sideways * mesh.shortest()));
+            let folds = if kind.folded && ply == 1 && column == 4 { -0.98 * mesh.length[0] } else { 0.0 };
+            let [fx, fy, _] = mesh.to_pack([folds, 0.0, 0.0]);
+            let [x, y] = [reference.x + sx + noise.x + fx, reference.y + sy + noise.y + fy];
+            let near = random.between(-1.5e-5, 1.5e-5);
+            // One in ten goes deep into the neighbour in front, one in fifty all the way through it.
+            let deep = match random.between(0.0, 1.0) {
+                u if u < 0.02 => -8e-4,
+                u if u < 0.1 => random.between(-2e-4, 0.0),
+                _ => 0.0,
+            };
+            let z = slopes[0] * x + slopes[1] * y + (depth + near + deep) * slope;
+            let [u, v, w] = random.vector(SPEED / 3.0_f64.sqrt());
+            let speed = [sideways * u, sideways * v, w];
+            put(model, state, [ply, row, column], &(Vector3::new(x, y, z) - reference), speed);
+        }
+        depth += model.plies[ply].touching;
+    }
+}
+
+/// Plies at rest and in touch, but for a few nodes of the first, which move about.
+fn rest(model: &Model<f32>, state: &mut State<f32>, random: &mut Random, [top, bottom, left, right]: [usize; 4]) {
+    for ply in 0..model.grid.plies {
+        let mesh = &model.sheet(ply).mesh;
+        for (row, column) in (0..=mesh.rows).flat_map(|row| (0..=mesh.columns).map(move |column| (row, column))) {
+            put(model, state, [ply, row, column], &Vector3::zeros(), [0.0; 3]);
+        }
+        state.reach[ply] = Reach::nothing();
+    }
+    state.reach[0] = Reach { rows: top..bottom, columns: left..right };
+    for (row, column) in (top..bottom).flat_map(|row| (left..right).map(move |column| (row, column))) {
+        let moved = Vector3::from(random.vector(1e-5));
+        let [x, y, z] = random.vector(0.4 * SPEED);
+        put(model, state, [0, row, column], &moved, [x, y, z + 0.4 * SPEED]);
+    }
+}
+
+/// Whether every node of every ply is free.
+pub(crate) fn is_free(scene: &Scene) -> bool {
+    let edges = scene.model.sheets.iter().map(|sheet| &sheet.edges);
+    edges.flat_map(|e| [e.left, e.right, e.bottom, e.top]).all(|edge| edge == Edge::Free)
+}

@@ -1,0 +1,190 @@
+//! Defects of `element_force`.
+
+use super::super::Mutant;
+
+const fn mutant(name: &'static str, scene: &'static str, find: &'static str, put: &'static str) -> Mutant {
+    Mutant { name, kernel: "element_force", scene, find, put }
+}
+
+pub(super) const MUTANTS: &[Mutant] = &[
+    mutant("hourglass mode of the wrong sign", "Variational, compressible", "let top = c - d;", "let top = d - c;"),
+    mutant("weft edges subtracted", "Variational, compressible", "(d - a) + (c - b)", "(d - a) - (c - b)"),
+    mutant(
+        "slope of the weft missing",
+        "Variational, compressible",
+        "vec3<f32>(g2.x, 1.0 + g2.y, g2.z)",
+        "vec3<f32>(g2.x, 1.0 + g2.y, 0.0)",
+    ),
+    mutant(
+        "second order of the stretch missing",
+        "Variational, compressible",
+        "(2.0 * g1.x + dot(g1, g1))",
+        "(2.0 * g1.x)",
+    ),
+    mutant(
+        "shear force not square to the weft",
+        "Variational, compressible",
+        "(k.warp - k.sine * k.weft)",
+        "(k.warp + k.sine * k.weft)",
+    ),
+    mutant(
+        "lower floor of the stretch",
+        "Variational, compressible",
+        "const STRETCH_FLOOR: f32 = 0.3;",
+        "const STRETCH_FLOOR: f32 = 0.2;",
+    ),
+    mutant("cosine of shear missing", "PublishedTension, rigid", "resultant / cosine;", "resultant;"),
+    mutant(
+        "free and pressed yarns exchanged",
+        "Variational, compressible",
+        "select(free, cell.in_plane, both_left)",
+        "select(cell.in_plane, free, both_left)",
+    ),
+    mutant("bit of the warp for the weft", "Variational, compressible", "(word & 2u) != 0u", "(word & 1u) != 0u"),
+    mutant(
+        "kick instead of span at the first step",
+        "PublishedProjected, rigid",
+        "0.5 * step.span * power",
+        "0.5 * step.kick * power",
+    ),
+    mutant(
+        "hourglass work of the first step",
+        "Variational, rigid",
+        "0.25 * step.span * v.mode",
+        "0.25 * step.kick * v.mode",
+    ),
+    mutant(
+        "span of the warp for the weft",
+        "Variational, compressible",
+        "strain.y * scene.weft_half_span",
+        "strain.y * scene.warp_half_span",
+    ),
+    mutant(
+        "work undone by failures missing",
+        "Variational, compressible",
+        "before - after - 0.5 * step.span * undone",
+        "before - after",
+    ),
+    mutant("hourglass force twice", "Variational, compressible", "0.25 * stiffness * mode)", "0.5 * stiffness * mode)"),
+    mutant(
+        "hourglass kept by a single yarn",
+        "Variational, compressible",
+        "select(0.0, scene.hourglass, both_left)",
+        "scene.hourglass",
+    ),
+    mutant(
+        "smaller tension reported",
+        "Variational, compressible",
+        "max(tension.x, tension.y)",
+        "min(tension.x, tension.y)",
+    ),
+    mutant("compression missing", "Variational, compressible", "scene.height_sum - d.x - x", "scene.height_sum - x"),
+    mutant("energy of compression", "Kawabata, compressible", "- d / (a * a * a)", "+ d / (a * a * a)"),
+    mutant(
+        "contact force halved",
+        "Variational, compressible",
+        "force = PI * s.arc.slope",
+        "force = HALF_PI * s.arc.slope",
+    ),
+    mutant("projection missing", "PublishedProjected, rigid", "    return 1.0 / s.arc.secant;", "    return 1.0;"),
+    mutant("saw tooth force halved", "Kawabata, rigid", "2.0 * tension * sine, taut", "tension * sine, taut"),
+    mutant(
+        "saw tooth cosine missing",
+        "Kawabata, compressible",
+        "return (1.0 + stretch) / leg(y, stretch, h).y;",
+        "return 1.0;",
+    ),
+    mutant(
+        "arc length term missing",
+        "PublishedTension, compressible",
+        "0.5 * (secant + 1.0) * g_minus_1",
+        "0.5 * secant * g_minus_1",
+    ),
+    mutant("series coefficient doubled", "Variational, rigid", "    0.015625,", "    0.03125,"),
+    mutant(
+        "curvature of the arc",
+        "Variational, compressible",
+        "(1.0 + excess) * inverse_secant * inverse_secant - b",
+        "(1.0 + excess) * inverse_secant - b",
+    ),
+    mutant(
+        "tangent shear as secant",
+        "Variational, compressible",
+        "0.5 * scene.shear_slope * squared(into) + scene.shear_rise * past;",
+        "scene.shear_slope * squared(into) + scene.shear_rise * past;",
+    ),
+    mutant("locking forgotten", "PublishedTension, rigid", "scene.shear_rise, locked)", "0.0, locked)"),
+    mutant("shear even in its angle", "Kawabata, rigid", "select(q, -q, gamma < 0.0)", "q"),
+    mutant(
+        "shear energy past the ramp",
+        "PublishedProjected, rigid",
+        "0.5 * scene.shear_slope * squared(into) * past",
+        "scene.shear_slope * squared(into) * past",
+    ),
+    mutant("upper half of the arc sine", "Variational, compressible", "HALF_PI - 2.0 * angle", "HALF_PI - angle"),
+    mutant(
+        "strain of the warp for the weft",
+        "Variational, compressible",
+        "report(element, 1u, cell.strain.y)",
+        "report(element, 1u, cell.strain.x)",
+    ),
+    mutant(
+        "failed weft reported as warp",
+        "Variational, compressible",
+        "report(element, 1u, cell.strain.y)",
+        "report(element, 0u, cell.strain.y)",
+    ),
+    mutant("erosion counted too early", "Variational, compressible", "if (!any_of(alive)) {", "if (!both_of(alive)) {"),
+    mutant(
+        "corners exchanged",
+        "Variational, compressible",
+        "first + 1u + across, first + across)",
+        "first + across, first + 1u + across)",
+    ),
+    mutant("plies not told apart", "Variational, compressible", "(row + row / scene.rows) * across", "row * across"),
+    mutant(
+        "height of the wrong yarn",
+        "Kawabata, compressible",
+        "out.height[1u - PIVOT] = best.other_height;",
+        "out.height[1u - PIVOT] = x;",
+    ),
+    mutant("warm start not used", "Variational, compressible", "min(max(0.0, warm[PIVOT]), top)", "0.5 * top"),
+    mutant(
+        "lateral displacement for deflection",
+        "Variational, compressible",
+        "let n = 2u * scene.nodes;",
+        "let n = scene.nodes;",
+    ),
+    mutant(
+        "failed yarns stay",
+        "Variational, compressible",
+        "select(0u, 1u, alive.x) |",
+        "select(0u, 1u, was_alive.x) |",
+    ),
+    mutant(
+        "last element not computed",
+        "one element",
+        "if (element >= scene.elements) {",
+        "if (element + 1u >= scene.elements) {",
+    ),
+    mutant("constants of another sheet", "plies of two fabrics", "plies[ply].sheet == scene.sheet", "true"),
+    mutant(
+        "what is at rest computed",
+        "only a part reached",
+        "return (row && column && reach.x < reach.y) || step.index == 0u;",
+        "return true;",
+    ),
+    mutant(
+        "row of elements before the reach left out",
+        "only a part reached",
+        "let row = place.x + 1u >= reach.x && place.x < reach.y;",
+        "let row = place.x >= reach.x && place.x < reach.y;",
+    ),
+    mutant(
+        "column of elements after the reach",
+        "only a part reached",
+        "let column = place.y + 1u >= reach.z && place.y < reach.w;",
+        "let column = place.y + 1u >= reach.z && place.y <= reach.w;",
+    ),
+    mutant("rest left out of the first step", "the first step of a part", "|| step.index == 0u;", ";"),
+];

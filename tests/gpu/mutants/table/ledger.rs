@@ -1,0 +1,119 @@
+//! Defects of `ledger`.
+
+use super::super::Mutant;
+
+const fn mutant(name: &'static str, scene: &'static str, find: &'static str, put: &'static str) -> Mutant {
+    Mutant { name, kernel: "ledger", scene, find, put }
+}
+
+pub(super) const MUTANTS: &[Mutant] = &[
+    mutant("edge nodes too heavy", "Variational, compressible", "0.25, count == 2u", "0.5, count == 2u"),
+    mutant(
+        "every sample in the first slot",
+        "Variational, compressible",
+        "let first = step.slot * (",
+        "let first = 0u * (",
+    ),
+    mutant("evaluations not counted anew", "Variational, compressible", "flags[element] = word & 3u;", ""),
+    mutant("work not counted anew", "Variational, compressible", "        accounts[element] = 0.0;\n", ""),
+    mutant("supports not counted anew", "Variational, compressible", "supports[at] = 0.0;", ""),
+    mutant("largest tensions added", "Variational, compressible", "local == TENSION ||", ""),
+    mutant("steps since the last ledger", "Variational, compressible", "f32(step.since)", "1.0"),
+    mutant(
+        "kinetic energy of the new velocity",
+        "Variational, compressible",
+        "dot(v, v - scene.dt * gather(node, place) * inverse_mass(ply, place))",
+        "square",
+    ),
+    mutant(
+        "momentum along the wrong axis",
+        "Variational, compressible",
+        "part[MOMENTUM + 1u] += momentum.y;",
+        "part[MOMENTUM + 1u] += momentum.x;",
+    ),
+    mutant(
+        "one workgroup adds alone",
+        "several workgroups of the ledger",
+        "i += stride) {\n        let element",
+        "i += 1000000u) {\n        let element",
+    ),
+    mutant(
+        "holes count as whole",
+        "cylinder in front of a hole",
+        "if ((flags[element] & 3u) != plies[element_ply(element)].present) {",
+        "if ((flags[element] & 3u) == 0u) {",
+    ),
+    mutant(
+        "plugs count as fabric ahead",
+        "cylinder behind a faster plug",
+        "if (!(forward < CARRIED * body.velocity.z)) {",
+        "if (false) {",
+    ),
+    mutant("flats not part of the nose", "fragment in front of a slit", "local.z + recess(local)", "local.z"),
+    mutant("everything behind the nose", "sphere", "scene.body_shoulder < local.z", "local.z < -1.0"),
+    mutant(
+        "losses not counted anew",
+        "cone, oblique, friction",
+        "body.energy = vec4<f32>(0.0, 0.0, 0.0, body.energy.w);",
+        "",
+    ),
+    mutant("depth forgotten", "sphere", "vec4<f32>(0.0, 0.0, 0.0, body.energy.w)", "vec4<f32>(0.0)"),
+    mutant("losses of plies not counted", "two free plies", "part[PLY_LOSS] += accounts[at];", ""),
+    mutant(
+        "rubbing of plies not counted",
+        "two free plies",
+        "part[PLY_RUBBED] += accounts[at + n];",
+        "part[PLY_RUBBED] += accounts[at];",
+    ),
+    mutant("work against the membrane not counted", "two free plies", "part[PLY_LIFTED] += accounts[at + 2u * n];", ""),
+    mutant(
+        "work against the hourglass not counted",
+        "two free plies",
+        "part[PLY_LIFTED + 1u] += accounts[at + 3u * n];",
+        "",
+    ),
+    mutant("losses of plies not counted anew", "two free plies", "            accounts[at] = 0.0;\n", ""),
+    mutant("work of plies not counted anew", "two free plies", "            accounts[at + 3u * n] = 0.0;\n", ""),
+    mutant(
+        "momentum of a turned ply",
+        "thirty degrees, clamped, smooth",
+        "let momentum = mass * to_pack(ply, v);",
+        "let momentum = mass * v;",
+    ),
+    mutant(
+        "elements of every ply in the first",
+        "plies of two fabrics",
+        "let element = ply * ply_elements + i;",
+        "let element = i;",
+    ),
+    mutant(
+        "nodes of every ply in the first",
+        "two fabrics, holes, no hourglass",
+        "let node = ply * ply_nodes + i;",
+        "let node = i;",
+    ),
+    mutant(
+        "supports of every ply in the first",
+        "thirty degrees, clamped, smooth",
+        "let at = 3u * (ply * rim + i);",
+        "let at = 3u * i;",
+    ),
+    mutant(
+        "mass of the first fabric",
+        "two fabrics, holes, no hourglass",
+        "return plies[ply].mass *",
+        "return plies[0].mass *",
+    ),
+    mutant(
+        "a turned ply ahead",
+        "cone in front of a torn turned ply",
+        "let lies = to_pack(ply, reference(ply, node_place(node)));",
+        "let lies = reference(ply, node_place(node));",
+    ),
+    mutant(
+        "fabric carried along covers",
+        "cylinder behind a faster plug",
+        "const CARRIED: f32 = 0.95;",
+        "const CARRIED: f32 = 95.0;",
+    ),
+];

@@ -1,0 +1,97 @@
+//! Defects of `ply_move`.
+
+use super::super::Mutant;
+
+const fn mutant(name: &'static str, scene: &'static str, find: &'static str, put: &'static str) -> Mutant {
+    Mutant { name, kernel: "ply_move", scene, find, put }
+}
+
+pub(super) const MUTANTS: &[Mutant] = &[
+    mutant("shares stay", "two free plies", "    shares[node] = 0u;\n", ""),
+    mutant("impulses stay", "two free plies", "    impulses[at + 1u] = 0;\n", ""),
+    mutant("touched nodes not taken in", "resting plies", "    touch(ply, place);\n", ""),
+    mutant(
+        "last row touched not taken in",
+        "resting plies",
+        "atomicMax(&status[at + 1u], place.x + 1u);",
+        "atomicMax(&status[at + 1u], place.x);",
+    ),
+    mutant(
+        "last column touched not taken in",
+        "resting plies",
+        "atomicMax(&status[at + 3u], place.y + 1u);",
+        "atomicMax(&status[at + 3u], place.y);",
+    ),
+    mutant("first row touched not taken in", "resting plies, a corner", "atomicMin(&status[at], place.x);", ""),
+    mutant("first column touched not taken in", "resting plies, a corner", "atomicMin(&status[at + 2u], place.y);", ""),
+    mutant(
+        "impulses of a turned ply",
+        "thirty degrees, clamped, smooth",
+        "return to_ply(ply, count * scene.impulse_unit);",
+        "return count * scene.impulse_unit;",
+    ),
+    mutant(
+        "whole kick in the loss of the first step",
+        "the first step",
+        "let pull = step.kick *",
+        "let pull = scene.dt *",
+    ),
+    mutant(
+        "hourglass not in the loss",
+        "two free plies",
+        "(force.membrane + force.mode) * inverse",
+        "force.membrane * inverse",
+    ),
+    mutant(
+        "held nodes move",
+        "thirty degrees, clamped, smooth",
+        "let change = inverse * impulse;",
+        "let change = plies[ply].inverse_inner * impulse;",
+    ),
+    mutant("impulses do not move", "two free plies", "u + (scene.dt * change + way)", "u + way"),
+    mutant("nodes not moved out", "two free plies", "u + (scene.dt * change + way)", "u + scene.dt * change"),
+    mutant(
+        "way kept as velocity",
+        "two free plies",
+        "let now = free + change;",
+        "let now = free + change + inverse * shift;",
+    ),
+    mutant(
+        "loss of the free velocity",
+        "two free plies",
+        "0.5 * dot(impulse, (free - pull) + now)",
+        "0.5 * dot(impulse, free + now)",
+    ),
+    mutant("loss not added up", "two free plies", "accounts[at] -= 0.5 *", "accounts[at] = -0.5 *"),
+    mutant(
+        "work against the membrane not noted",
+        "two free plies",
+        "accounts[at + 2u * n] -= dot(force.membrane, way);",
+        "",
+    ),
+    mutant(
+        "work against the hourglass not noted",
+        "two free plies",
+        "accounts[at + 3u * n] -= dot(force.mode, way);",
+        "",
+    ),
+    mutant(
+        "hourglass of the wrong sign",
+        "two free plies",
+        "let above = corner_mode(e - 1u, there.y) - corner_mode(e, there.x);",
+        "let above = corner_mode(e, there.x) - corner_mode(e - 1u, there.y);",
+    ),
+    mutant("hourglass twice", "two free plies", "return Parts(whole - mode, mode);", "return Parts(whole, mode);"),
+    mutant(
+        "supports push instead of pull",
+        "thirty degrees, clamped, smooth",
+        "-select(vec3<f32>(0.0), impulse, inverse <= vec3<f32>(0.0))",
+        "select(vec3<f32>(0.0), impulse, inverse <= vec3<f32>(0.0))",
+    ),
+    mutant(
+        "supports in the axes of the ply",
+        "thirty degrees, clamped, smooth",
+        "let turned = to_pack(ply, impulse);",
+        "let turned = impulse;",
+    ),
+];
