@@ -7,8 +7,10 @@ const RECOVERY: f32 = 0.2;
 const SLOP: f32 = 1e-4;
 /// Steps over neighbouring cells a node may take in one time step.
 const WALK: u32 = 4u;
-/// Beyond the edge of a cell that still counts as over it, over the cell's length.
+/// Beyond the edge of a cell at which a node walks on to the next, over the cell's length.
 const EDGE: f32 = 1e-6;
+/// Beyond the edge of a ply up to which its outermost cells carry a node, over the cell's length.
+const OVERHANG: f32 = 0.25;
 /// Depth at which a node counts as having passed through, over the thickness.
 const PASSED: f32 = 2.0;
 /// Least area of a cell, over its area at rest.
@@ -67,9 +69,9 @@ fn step_over(index: u32, x: f32, count: u32) -> u32 {
     return select(select(index, max(index, 1u) - 1u, x < -0.5 - EDGE), min(index + 1u, count - 1u), x > 0.5 + EDGE);
 }
 
-/// Whether a foot is over its cell.
+/// Whether a cell carries the node whose walk ended there.
 fn is_over(place: vec2<f32>) -> bool {
-    return abs(place.x) <= 0.5 + EDGE && abs(place.y) <= 0.5 + EDGE;
+    return abs(place.x) <= 0.5 + OVERHANG && abs(place.y) <= 0.5 + OVERHANG;
 }
 
 /// Least velocity along the push with which a node may leave the step [m/s].

@@ -82,7 +82,9 @@ fn look(ply: u32, node: u32, place: vec2<u32>, side: u32) -> bool {
     let limit = ply_closing_limit(gap);
     let recovery = recovery_speed(gap, SLOP * front.thickness, along);
     let depth = bitcast<u32>(max(-gap, 0.0));
-    if (depth > atomicLoad(&status[PLY_DEPTH])) {
+    // Torn edges stick into each other: only whole fabric counts.
+    let whole = (flags[element] & 3u) == o.present && is_whole(node, place);
+    if (whole && depth > atomicLoad(&status[PLY_DEPTH])) {
         atomicMax(&status[PLY_DEPTH], depth);
     }
     if (!(along < limit || recovery > 0.0)) {

@@ -12,3 +12,16 @@ fn stands(node: u32, place: vec2<u32>) -> bool {
     if (there.w) { bits |= flags[e - scene.columns]; }
     return (bits & 3u) != 0u;
 }
+
+/// Whether nothing has failed around a node.
+fn is_whole(node: u32, place: vec2<u32>) -> bool {
+    let ply = node_ply(node);
+    let there = around(ply, place);
+    let e = element_above(node, place);
+    var bits = 3u;
+    if (there.x) { bits &= flags[e]; }
+    if (there.y) { bits &= flags[e - 1u]; }
+    if (there.z) { bits &= flags[e - scene.columns - 1u]; }
+    if (there.w) { bits &= flags[e - scene.columns]; }
+    return (bits & 3u) == plies[ply].present;
+}

@@ -15,8 +15,11 @@ pub const RECOVERY: f64 = 0.2;
 pub const SLOP: f64 = 1e-4;
 /// Steps over neighbouring cells a node may take in one time step.
 pub const WALK: usize = 4;
-/// Beyond the edge of a cell that still counts as over it, over the cell's length [-].
+/// Beyond the edge of a cell at which a node walks on to the next, over the cell's length [-].
 pub const EDGE: f64 = 1e-6;
+/// Beyond the edge of a ply up to which its outermost cells carry a node, over the cell's length [-]: a node on the rim
+/// stands for half a cell.
+pub const OVERHANG: f64 = 0.25;
 /// Depth at which a node counts as having passed through, over the thickness.
 pub const PASSED: f64 = 2.0;
 /// Least area of a cell, over its area at rest: a folded cell is no surface.
@@ -82,10 +85,10 @@ pub fn next_cell([row, column]: [usize; 2], at: [f64; 2], rows: usize, columns: 
     [step(row, at[1], rows), step(column, at[0], columns)]
 }
 
-/// Whether a foot is over its cell.
+/// Whether a cell carries the node whose walk ended there.
 #[inline]
 pub fn is_over(at: [f64; 2]) -> bool {
-    at.iter().all(|x| x.abs() <= 0.5 + EDGE)
+    at.iter().all(|x| x.abs() <= 0.5 + OVERHANG)
 }
 
 /// Least velocity along the push with which a node may leave the step, from its gap [m] to the surface [m/s].
@@ -165,7 +168,7 @@ mod tests {
         assert_eq!(next_cell([3, 4], [0.2, -0.4], 8, 9), [3, 4]);
         assert_eq!(next_cell([3, 4], [1.2, -0.6], 8, 9), [2, 5]);
         assert_eq!(next_cell([7, 0], [-1.2, 3.0], 8, 9), [7, 0]);
-        assert!(is_over([0.5, -0.5]) && !is_over([0.6, 0.0]));
+        assert!(is_over([0.5, -0.7]) && !is_over([0.8, 0.0]));
     }
 
     #[test]

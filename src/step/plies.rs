@@ -438,12 +438,30 @@ impl<'a, S: Scalar> Look<'a, S> {
         let Reach { rows, columns } = region;
         for row in rows {
             for column in Range::clone(&columns) {
-                if let Some((point, depth)) = self.node(row, column, &mut over[row * across + column]) {
-                    *penetration = penetration.max(depth);
+                let over = &mut over[row * across + column];
+                if let Some((point, depth)) = self.node(row, column, over) {
+                    if depth > *penetration && self.is_whole(row, column, *over as usize) {
+                        *penetration = depth;
+                    }
                     points.extend(point);
                 }
             }
         }
+    }
+
+    /// Whether nothing has failed around a node and in the cell it is over: torn edges stick into each other.
+    fn is_whole(&self, row: usize, column: usize, over: usize) -> bool {
+        let whole = |sheet: &Sheet<S>, row: usize, column: usize| {
+            (0..2).all(|yarn| !sheet.present[yarn] || self.state.alive(row, column, yarn))
+        };
+        let grid = &self.model.grid;
+        let (own, theirs) = (self.own.mesh, self.theirs.mesh);
+        let cell = [grid.first_element_row(self.other) + over / theirs.columns, over % theirs.columns];
+        let rows = row.max(1) - 1..(row + 1).min(own.rows);
+        let mut columns = column.max(1) - 1..(column + 1).min(own.columns);
+        let first = grid.first_element_row(self.ply);
+        whole(self.theirs.sheet, cell[0], cell[1])
+            && columns.all(|c| rows.clone().all(|r| whole(self.own.sheet, first + r, c)))
     }
 
     /// Looks at one node: a contact if it closes too fast, and its depth [m].

@@ -14,12 +14,13 @@ fn shot(layup: &str, offset: [f64; 2], azimuth: f64, sets: &[&str]) -> Run {
     run_as(&pack(&pack_text, &projectile, sets), Precision::F64, 2)
 }
 
-/// Histories that agree to round-off, over a shot in which nothing breaks.
+/// Histories that agree to round-off, over a shot in which nothing breaks. Contact amplifies it: nodes of alike plies stand on
+/// corners, and walk on only a millionth of a cell beyond.
 fn agree(a: &Run, b: &Run) {
     assert_eq!(a.history.len(), b.history.len());
     assert_eq!(a.history.last().unwrap().failed, [0, 0]);
     for (x, y) in a.history.iter().zip(&b.history) {
-        let close = |p: f64, q: f64, scale: f64| (p - q).abs() <= 1e-6 * scale;
+        let close = |p: f64, q: f64, scale: f64| (p - q).abs() <= 1e-5 * scale;
         assert!(close(x.projectile_velocity, y.projectile_velocity, 120.0), "{x:?}\n{y:?}");
         assert!(close(x.deflection, y.deflection, 5e-3), "{x:?}\n{y:?}");
         assert!(close(x.balance.stored, y.balance.stored, 1.0), "{x:?}\n{y:?}");
