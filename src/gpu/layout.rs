@@ -6,6 +6,7 @@ use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 
 use crate::case::{Edge, Edges};
 use crate::kernels::element_force::ElementConstants;
+use crate::kernels::ply_contact;
 use crate::kernels::rigid_body::RigidBody;
 use crate::model::{Model, Sheet};
 
@@ -173,10 +174,13 @@ pub fn scene(model: &Model<f32>, sheet: usize, points: u32, groups: u32) -> Bloc
 }
 
 /// What impulses between plies are counted in [N·s]: sums are whole numbers of 32 bits, with room for eight times the
-/// largest speed there is at the start.
+/// largest speed there is at the start, and for driving nodes out of the deepest penetration there is, which does not
+/// depend on any speed. Light touches of many corners may add up to a few times that.
 fn impulse_unit(model: &Model<f32>) -> f64 {
     let heaviest = model.sheets.iter().map(node_mass).fold(0.0, f64::max);
-    8.0 * heaviest * start_speed(model) / f64::from(1_u32 << 31)
+    let thickest = model.sheets.iter().map(|sheet| sheet.thickness).fold(0.0, f64::max);
+    let recovery = ply_contact::RECOVERY * ply_contact::PASSED * thickest / model.dt;
+    heaviest * (8.0 * start_speed(model) + 4.0 * recovery) / f64::from(1_u32 << 31)
 }
 
 /// Mass of an inner node [kg].

@@ -132,7 +132,7 @@ struct Kind {
     hourglass: f64,
     /// Nodes lie over nodes and move along Z alone, as where a shot begins.
     aligned: bool,
-    /// Speed at the start, where it is not that of the scene [m/s].
+    /// Speed at the start, and largest speed of a node [m/s].
     start: f64,
 }
 
@@ -218,7 +218,7 @@ fn pack(name: &str, groups: &[Group], kind: Kind) -> Scene {
     }
     kill(&model, &mut state, &mut random, kind.holes);
     random_elements(&model, &mut state, &mut random, if kind.aligned { 0.0 } else { 1.0 });
-    Scene { name: name.to_owned(), model, state, elements: false, pack: true, held: false, speed: SPEED }
+    Scene { name: name.to_owned(), model, state, elements: false, pack: true, held: false, speed: kind.start }
 }
 
 /// Gives a node a displacement [m] and a velocity [m/s], both in the axes of the pack; held directions stand still.
@@ -265,7 +265,7 @@ fn scatter(model: &Model<f32>, state: &mut State<f32>, random: &mut Random, kind
                 _ => 0.0,
             };
             let z = slopes[0] * x + slopes[1] * y + (depth + near + deep) * slope;
-            let [u, v, w] = random.vector(SPEED / 3.0_f64.sqrt());
+            let [u, v, w] = random.vector(kind.start / 3.0_f64.sqrt());
             let speed = [sideways * u, sideways * v, w];
             put(model, state, [ply, row, column], &(Vector3::new(x, y, z) - reference), speed);
         }
