@@ -26,11 +26,7 @@ fn main() {
 }
 
 fn pack(plies: u32, size: f64, warm: u64, steps: u64) {
-    let sets = [
-        format!("/pack/plies={plies}"),
-        format!("/pack/width_mm={size}"),
-        format!("/pack/height_mm={size}"),
-    ];
+    let sets = [format!("/pack/plies={plies}"), format!("/pack/width_mm={size}"), format!("/pack/height_mm={size}")];
     let case = case::read(Path::new("cases/s728-4ply-91.json"), &sets).unwrap();
     let model = Model::<f64>::new(&case).unwrap();
     let mut state = State::new(&case, &model);

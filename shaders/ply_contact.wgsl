@@ -69,9 +69,15 @@ fn step_over(index: u32, x: f32, count: u32) -> u32 {
     return select(select(index, max(index, 1u) - 1u, x < -0.5 - EDGE), min(index + 1u, count - 1u), x > 0.5 + EDGE);
 }
 
-/// Whether a cell carries the node whose walk ended there.
-fn is_over(place: vec2<f32>) -> bool {
-    return abs(place.x) <= 0.5 + OVERHANG && abs(place.y) <= 0.5 + OVERHANG;
+/// How far along one direction a cell carries a node: beyond the ply's edge a little more.
+fn room(outermost: bool) -> f32 {
+    return 0.5 + select(EDGE, OVERHANG, outermost);
+}
+
+/// Whether a cell (row, column) of a ply of so many rows and columns carries a node with this foot.
+fn is_over(place: vec2<f32>, cell: vec2<u32>, rows: u32, columns: u32) -> bool {
+    let along = -room(cell.y == 0u) <= place.x && place.x <= room(cell.y + 1u == columns);
+    return along && -room(cell.x == 0u) <= place.y && place.y <= room(cell.x + 1u == rows);
 }
 
 /// Least velocity along the push with which a node may leave the step [m/s].

@@ -57,7 +57,7 @@ fn look(ply: u32, node: u32, place: vec2<u32>, side: u32) -> bool {
         cell = next;
     }
     over[at] = cell.x * o.columns + cell.y;
-    if (!foot.sound || !is_over(foot.place)) {
+    if (!foot.sound || !is_over(foot.place, cell, o.rows, o.columns)) {
         return false;
     }
     let front = plies[min(ply, other)];

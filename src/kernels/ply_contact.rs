@@ -85,10 +85,13 @@ pub fn next_cell([row, column]: [usize; 2], at: [f64; 2], rows: usize, columns: 
     [step(row, at[1], rows), step(column, at[0], columns)]
 }
 
-/// Whether a cell carries the node whose walk ended there.
+/// Whether a cell of a ply of so many rows and columns carries a node with this foot. An outermost cell carries it a little
+/// beyond the ply's edge.
 #[inline]
-pub fn is_over(at: [f64; 2]) -> bool {
-    at.iter().all(|x| x.abs() <= 0.5 + OVERHANG)
+pub fn is_over(at: [f64; 2], [row, column]: [usize; 2], rows: usize, columns: usize) -> bool {
+    let room = |outermost: bool| 0.5 + if outermost { OVERHANG } else { EDGE };
+    let within = |x: f64, index: usize, count: usize| -room(index == 0) <= x && x <= room(index + 1 == count);
+    within(at[0], column, columns) && within(at[1], row, rows)
 }
 
 /// Least velocity along the push with which a node may leave the step, from its gap [m] to the surface [m/s].
@@ -168,7 +171,9 @@ mod tests {
         assert_eq!(next_cell([3, 4], [0.2, -0.4], 8, 9), [3, 4]);
         assert_eq!(next_cell([3, 4], [1.2, -0.6], 8, 9), [2, 5]);
         assert_eq!(next_cell([7, 0], [-1.2, 3.0], 8, 9), [7, 0]);
-        assert!(is_over([0.5, -0.7]) && !is_over([0.8, 0.0]));
+        assert!(is_over([0.5, -0.7], [0, 4], 8, 9) && !is_over([0.5, -0.8], [0, 4], 8, 9));
+        assert!(is_over([0.7, 0.0], [3, 8], 8, 9) && !is_over([-0.7, 0.0], [3, 8], 8, 9));
+        assert!(!is_over([0.0, 0.6], [6, 4], 8, 9) && is_over([0.0, 0.6], [7, 4], 8, 9));
     }
 
     #[test]

@@ -484,7 +484,7 @@ impl<'a, S: Scalar> Look<'a, S> {
             cell = next;
         }
         *over = (cell[0] * mesh.columns + cell[1]) as u32;
-        let foot = foot.filter(|f| ply_contact::is_over(f.at))?;
+        let foot = foot.filter(|f| ply_contact::is_over(f.at, cell, mesh.rows, mesh.columns))?;
         let sign = if self.side == 0 { 1.0 } else { -1.0 };
         let end = sign * foot.height - self.touching;
         if end >= 0.0 || end < -PASSED * self.thickness {
