@@ -10,8 +10,9 @@
 //! ```
 //!
 //! - [`case`] reads JSON, checks it and converts it to SI. Only it knows keys and textile units.
-//! - [`model`] derives what stays constant: mesh, unit-cell constants, masses, critical step.
-//! - [`state`] is what varies, in rows laid out (shot, ply, row, column).
+//! - [`model`] derives what stays constant: the plies, and for each sheet of alike plies mesh, unit-cell constants, masses,
+//!   critical step.
+//! - [`state`] is what varies, in rows laid out (ply, row, column), each ply in its own axes; [`reach`] is what may have moved.
 //! - [`kernels`] hold the arithmetic, one kernel or piece of point physics per file, generic over [`number::Real`].
 //! - [`step`] is the only place that knows the order of the kernels on the CPU, [`gpu`] on a graphics processor, where every
 //!   kernel has a twin in `shaders/`, by name and by binding order, held to it by tests.
@@ -26,7 +27,7 @@
 //! - Kernels never touch files, threads or devices; the model never sees a backend; only [`gpu`] knows wgpu.
 //! - Nothing allocates inside the step loop but records (failures, history rows).
 //! - Sums run in fixed order: same case, same bits, whatever the number of threads.
-//! - What no wave has reached is exactly at rest, to the last bit, and may be left out.
+//! - What nothing has reached is exactly at rest, to the last bit, and is left out.
 //! - A number that is not finite, or energy nobody put in, stops the run with step, kernel and place.
 //!
 //! # Example
