@@ -2,6 +2,7 @@
 
 use nalgebra::Vector3;
 use ripstop::case::{self, Case, Edge};
+use ripstop::kernels::element_force::field as element;
 use ripstop::kernels::node_update::field as node;
 use ripstop::model::over::{SIDES, neighbour};
 use ripstop::model::{Mesh, Model};
@@ -166,7 +167,7 @@ pub(crate) fn scenes() -> Vec<Scene> {
         pack(
             "thirty degrees, clamped, smooth",
             &[turned(0).held(), turned(30).held(), turned(-30).with(["free", "clamped", "free", "free"])],
-            Kind { friction: 0.0, holes: 0.05, ..PLAIN },
+            Kind { friction: 0.0, holes: 0.1, ..PLAIN },
         ),
         pack(
             "two fabrics, holes, no hourglass",
@@ -174,6 +175,7 @@ pub(crate) fn scenes() -> Vec<Scene> {
             Kind { hourglass: 0.0, holes: 0.4, spacing: Some(0.4e-3), ..PLAIN },
         ),
         pack("the first step", &[coarse(90), turned(0).held()], Kind { step: 0, friction: 1.2, ..PLAIN }),
+        pack("a torn cell", &[turned(0), turned(0)], Kind { cells: 0.0, ..PLAIN }),
         pack("folded cells", &[turned(0), turned(0), coarse(0)], Kind { folded: true, cells: 0.7, ..PLAIN }),
         pack(
             "resting plies",
@@ -217,6 +219,9 @@ fn pack(name: &str, groups: &[Group], kind: Kind) -> Scene {
         None => scatter(&model, &mut state, &mut random, &kind),
     }
     kill(&model, &mut state, &mut random, kind.holes);
+    if name.contains("torn") {
+        tear_under_a_deep_node(&model, &mut state);
+    }
     random_elements(&model, &mut state, &mut random, if kind.aligned { 0.0 } else { 1.0 });
     Scene { name: name.to_owned(), model, state, elements: false, pack: true, held: false, speed: kind.start }
 }
@@ -271,6 +276,17 @@ fn scatter(model: &Model<f32>, state: &mut State<f32>, random: &mut Random, kind
         }
         depth += model.plies[ply].touching;
     }
+}
+
+/// Takes one yarn of each cell of the second ply that a node of the first may be over, and pushes that node into it.
+fn tear_under_a_deep_node(model: &Model<f32>, state: &mut State<f32>) {
+    let (row, column) = (4, 4);
+    for (r, c) in [(0, 0), (0, 1), (1, 0), (1, 1)] {
+        let first = model.grid.first_element_row(1);
+        state.elements.set(first + row - 1 + r, element::ALIVE + c, column + c, 0.0);
+    }
+    let z = node::DISPLACEMENT + 2;
+    state.nodes.set(row, z, column, state.nodes.get(row, z, column) + 4e-4);
 }
 
 /// Plies at rest and in touch, but for a few nodes of the first, which move about.

@@ -42,7 +42,7 @@ pub(super) const MUTANTS: &[Mutant] = &[
     mutant(
         "beyond the edge of the ply",
         "two free plies",
-        "return abs(place.x) <= 0.5 + EDGE && abs(place.y) <= 0.5 + EDGE;",
+        "return abs(place.x) <= 0.5 + OVERHANG && abs(place.y) <= 0.5 + OVERHANG;",
         "return true;",
     ),
     mutant("gap not left open", "two free plies", "return -max(gap, 0.0) / scene.dt;", "return 0.0 * gap;"),
@@ -166,4 +166,18 @@ pub(super) const MUTANTS: &[Mutant] = &[
         "return to_pack(ply, ply_vector(3u, node));",
         "return ply_vector(3u, node);",
     ),
+    mutant(
+        "nothing carried beyond the edge",
+        "two free plies",
+        "const OVERHANG: f32 = 0.25;",
+        "const OVERHANG: f32 = 1e-6;",
+    ),
+    mutant(
+        "torn fabric in the depth",
+        "two fabrics, holes, no hourglass",
+        "let whole = (flags[element] & 3u) == o.present && is_whole(node, place);",
+        "let whole = true;",
+    ),
+    mutant("torn nodes in the depth", "two free plies", "o.present && is_whole(node, place);", "o.present;"),
+    mutant("torn cells in the depth", "a torn cell", "(flags[element] & 3u) == o.present && is_whole", "is_whole"),
 ];
