@@ -63,7 +63,7 @@ fn look(ply: u32, node: u32, place: vec2<u32>, side: u32) -> bool {
     let front = plies[min(ply, other)];
     let direction = select(-1.0, 1.0, side == 0u);
     let end = direction * foot.height - front.touching;
-    if (end >= 0.0 || end < -PASSED * front.thickness) {
+    if (end >= -SLOP * front.thickness || end < -PASSED * front.thickness) {
         return false;
     }
     let element = element_at(other, cell);
