@@ -46,6 +46,15 @@ pub enum ModelError {
         /// Failure strain [-].
         limit: f64,
     },
+    /// A roller holds one direction of the pack, which a ply laid at an odd angle does not have.
+    #[error(
+        "/pack/layup: a ply at {degrees}° has roller edges; rollers hold plies laid at multiples of 90° only, clamp or \
+         free the others"
+    )]
+    TurnedRoller {
+        /// Angle of the warp [°].
+        degrees: f64,
+    },
     /// The projectile overlaps the pack at the start.
     #[error(
         "/projectile: it starts {depth_mm:.6} mm inside the fabric; raise /projectile/standoff_mm or lower \

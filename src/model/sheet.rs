@@ -53,6 +53,11 @@ impl<S: Scalar> Sheet<S> {
         let (fabric, pack) = (&layer.fabric, &case.pack);
         let length = [layer.element_length_x, layer.element_length_y];
         let mesh = Mesh::new(layer.columns, layer.rows, length, layer.orientation);
+        let Edges { left, right, bottom, top } = layer.edges;
+        let along_axes = mesh.turn.iter().any(|part| *part == 0.0);
+        if !along_axes && [left, right, bottom, top].contains(&Edge::Roller) {
+            return Err(ModelError::TurnedRoller { degrees: layer.orientation.to_degrees() });
+        }
         let cell = CellConstants::new(fabric);
         let element = element_constants(fabric, length, case.solver.hourglass, &cell);
         let law = Variant::of(&fabric.crossover);

@@ -187,3 +187,15 @@ fn a_heavy_ply_drives_a_stack_through_contact_between_plies_alone() {
     assert!(run.max_ply_penetration < 0.25 * 0.3e-3, "{}", run.max_ply_penetration);
     assert!(run.energy_error < ENERGY && run.momentum_error < 1e-11, "{} {}", run.energy_error, run.momentum_error);
 }
+
+#[test]
+fn rollers_hold_only_plies_laid_along_the_axes() {
+    let model = |angle: u32| {
+        let layup = format!(
+            r#"{{"width_mm": 15, "height_mm": 12, "layup": [{{}}, {{"orientation_deg": {angle}, "edges": "roller"}}]}}"#
+        );
+        ripstop::model::Model::<f64>::new(&pack(&layup, "", &[])).map(|_| ())
+    };
+    assert!(model(90).is_ok() && model(180).is_ok());
+    assert!(model(30).unwrap_err().to_string().contains("30"));
+}

@@ -57,7 +57,7 @@ fn a_pack_without_spacing_or_friction_is_one_ply_so_many_times_as_heavy_and_stif
 
 #[test]
 fn the_step_and_the_place_of_the_hit_hardly_matter() {
-    let small = ["/pack/width_mm=70", "/pack/height_mm=70", "/solver/end_time_us=60"];
+    let small = ["/pack/width_mm=70", "/pack/height_mm=70", "/solver/end_time_us=60", "/output/profile_times_us=[]"];
     let shot = |more: &str| {
         let mut sets = small.to_vec();
         sets.push(more);
@@ -69,6 +69,7 @@ fn the_step_and_the_place_of_the_hit_hardly_matter() {
     for other in ["/solver/courant=0.45", "/projectile/offset_mm=[0.747,0.747]"] {
         let run = shot(other);
         let lost = 91.0 - velocity(&reference);
+        assert!(run.max_ply_penetration < 0.4 * 0.30e-3, "{other}: {}", run.max_ply_penetration);
         assert!((velocity(&run) - velocity(&reference)).abs() < 0.03 * lost, "{other}: {}", velocity(&run));
         assert!((deflection(&run) / deflection(&reference) - 1.0).abs() < 0.03, "{other}: {}", deflection(&run));
     }
@@ -80,8 +81,8 @@ fn a_shot_through_a_pack_keeps_its_ledger_and_its_plies_apart() {
     let last = run.history.last().unwrap();
     assert_eq!(last.perforated_plies, 3);
     assert!(run.energy_error < 1e-3 && run.momentum_error < 1e-9, "{} {}", run.energy_error, run.momentum_error);
-    // Plies touch at 0.30 mm; the README states how deep shots press them into each other.
-    assert!(run.max_ply_penetration < 0.8 * 0.30e-3, "{}", run.max_ply_penetration);
+    // Plies touch at 0.30 mm; the README states how deep shots press whole fabric into each other.
+    assert!(run.max_ply_penetration < 1.5 * 0.30e-3, "{}", run.max_ply_penetration);
     assert!(last.balance.contact > 0.0 && last.balance.friction > 0.0);
     assert_eq!(run.ply_history.len(), 3 * run.history.len());
     let end = &run.ply_history[run.ply_history.len() - 3..];
