@@ -149,6 +149,12 @@ fn in_case(file: &str, error: &ModelError) -> CaseError {
             format!("one that strains it to {strain:.4}"),
             "lower it",
         ),
+        ModelError::TurnedRoller { degrees } => (
+            "/pack/layup",
+            "roller edges on plies laid at multiples of 90° only".to_owned(),
+            format!("rollers on a ply at {degrees:.6}°"),
+            "clamp or free the edges of plies laid at other angles",
+        ),
         ModelError::InitialPenetration { depth_mm } => (
             "/projectile",
             "a projectile that starts outside the fabric".to_owned(),

@@ -54,7 +54,7 @@ impl<S: Scalar> Sheet<S> {
         let length = [layer.element_length_x, layer.element_length_y];
         let mesh = Mesh::new(layer.columns, layer.rows, length, layer.orientation);
         let Edges { left, right, bottom, top } = layer.edges;
-        let along_axes = mesh.turn.iter().any(|part| *part == 0.0);
+        let along_axes = mesh.turn.contains(&0.0);
         if !along_axes && [left, right, bottom, top].contains(&Edge::Roller) {
             return Err(ModelError::TurnedRoller { degrees: layer.orientation.to_degrees() });
         }
