@@ -42,7 +42,7 @@ pub(super) const MUTANTS: &[Mutant] = &[
     mutant(
         "beyond the edge of the ply",
         "two free plies",
-        "return abs(place.x) <= 0.5 + OVERHANG && abs(place.y) <= 0.5 + OVERHANG;",
+        "return along && -room(cell.x == 0u) <= place.y && place.y <= room(cell.x + 1u == rows);",
         "return true;",
     ),
     mutant("gap not left open", "two free plies", "return -max(gap, 0.0) / scene.dt;", "return 0.0 * gap;"),
