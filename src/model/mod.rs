@@ -48,7 +48,7 @@ pub enum ModelError {
     },
     /// A roller holds one direction of the pack, which a ply laid at an odd angle does not have.
     #[error(
-        "/pack/layup: a ply at {degrees}° has roller edges; rollers hold plies laid at multiples of 90° only, clamp or \
+        "/pack/layup: a ply at {degrees:.6}° has roller edges; rollers hold plies laid at multiples of 90° only, clamp or \
          free the others"
     )]
     TurnedRoller {
