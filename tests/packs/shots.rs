@@ -57,10 +57,9 @@ fn a_pack_without_spacing_or_friction_is_one_ply_so_many_times_as_heavy_and_stif
 
 #[test]
 fn the_step_and_the_place_of_the_hit_hardly_matter() {
-    let small = ["/pack/width_mm=70", "/pack/height_mm=70", "/solver/end_time_us=60", "/output/profile_times_us=[]"];
     let shot = |more: &str| {
-        let mut sets = small.to_vec();
-        sets.push(more);
+        let size = ["/pack/width_mm=70", "/pack/height_mm=70", "/solver/end_time_us=60"];
+        let sets = [&size[..], &["/output/profile_times_us=[]", "/expect=[]", more]].concat();
         run_as(&crate::scene::builtin("cases/s728-4ply-91.json", &sets), Precision::F64, 2)
     };
     let reference = shot("/solver/courant=0.9");
