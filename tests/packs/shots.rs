@@ -65,11 +65,12 @@ fn the_step_and_the_place_of_the_hit_hardly_matter() {
     let reference = shot("/solver/courant=0.9");
     let velocity = |r: &Run| velocity(r, 60e-6);
     let deflection = |r: &Run| r.history.last().unwrap().deflection;
-    for other in ["/solver/courant=0.45", "/projectile/offset_mm=[0.747,0.747]"] {
+    // Contact with the projectile is sampled at nodes: nine to twelve of them lie under its face.
+    for (other, allowed) in [("/solver/courant=0.45", 0.03), ("/projectile/offset_mm=[0.747,0.747]", 0.06)] {
         let run = shot(other);
         let lost = 91.0 - velocity(&reference);
         assert!(run.max_ply_penetration < 0.4 * 0.30e-3, "{other}: {}", run.max_ply_penetration);
-        assert!((velocity(&run) - velocity(&reference)).abs() < 0.03 * lost, "{other}: {}", velocity(&run));
+        assert!((velocity(&run) - velocity(&reference)).abs() < allowed * lost, "{other}: {}", velocity(&run));
         assert!((deflection(&run) / deflection(&reference) - 1.0).abs() < 0.03, "{other}: {}", deflection(&run));
     }
 }
