@@ -24,8 +24,6 @@
 const WIDTH: u32 = 64u;
 /// Numbers a workgroup adds up.
 const SUMS: u32 = 24u;
-/// Fabric at this part of the projectile's speed or more is carried along and covers nothing.
-const CARRIED: f32 = 0.95;
 /// Words of the body and of the counters.
 const BODY_WORDS: u32 = 60u;
 const STATUS_WORDS: u32 = 11u;
@@ -46,7 +44,7 @@ const KINETIC_NOW: u32 = 10u;
 const FASTEST: u32 = 11u;
 const MOMENTUM: u32 = 12u;
 const SUPPORT: u32 = 15u;
-/// Whole elements ahead of the projectile.
+/// Elements ahead of the projectile with a yarn that runs on.
 const COVERED: u32 = 18u;
 /// Lost in contact between plies, of it to friction, and the work of moving nodes against membrane, hourglass forces.
 const PLY_LOSS: u32 = 19u;
@@ -69,22 +67,36 @@ fn arm_to(node: u32) -> vec3<f32> {
     return arm_of(body.nose_coarse, body.nose_fine, lies, to_pack(ply, u));
 }
 
-/// Whether an element has all its yarns, is slower than the body and lies ahead of it.
-fn covers(element: u32) -> bool {
-    if ((flags[element] & 3u) != plies[element_ply(element)].present) {
-        return false;
+/// Whether a yarn (1 warp, 2 weft) of an element is unbroken there and for `span` cells on either side, or to the edge of
+/// the ply. Only the yarns' bits of `flags` are read: the ledger leaves them as they are.
+fn runs_on(ply: u32, place: vec2<u32>, yarn: u32) -> bool {
+    let warp = yarn == 1u;
+    let along = select(place.x, place.y, warp);
+    let end = min(along + plies[ply].span + 1u, select(plies[ply].rows, plies[ply].columns, warp));
+    for (var at = along - min(along, plies[ply].span); at < end; at++) {
+        let cell = select(vec2<u32>(at, place.y), vec2<u32>(place.x, at), warp);
+        if ((flags[element_at(ply, cell)] & yarn) == 0u) {
+            return false;
+        }
     }
+    return true;
+}
+
+/// Whether an element lies ahead of the body and has a yarn that runs on unbroken on both sides.
+fn covers(ply: u32, element: u32) -> bool {
     let at = corners(element);
-    let n = 5u * scene.nodes;
-    let forward = 0.25 * (nodes[n + at.x] + nodes[n + at.y] + nodes[n + at.z] + nodes[n + at.w]);
-    if (!(forward < CARRIED * body.velocity.z)) {
+    let a = arm_to(at.x);
+    // An element with a corner further away is not looked at any closer.
+    let far = scene.body_radius + 2.0 * (plies[ply].length_x + plies[ply].length_y);
+    if ((flags[element] & 3u) == 0u || axis_distance(rotate_back(body.orientation, a)) >= far) {
         return false;
     }
-    let a = arm_to(at.x);
     let b = arm_to(at.y);
     let c = arm_to(at.z);
     let d = arm_to(at.w);
-    return ahead(a) || ahead(b) || ahead(c) || ahead(d) || ahead(0.25 * ((a + b) + (c + d)));
+    let place = element_place(element);
+    return (ahead(a) || ahead(b) || ahead(c) || ahead(d) || ahead(0.25 * ((a + b) + (c + d))))
+        && (runs_on(ply, place, 1u) || runs_on(ply, place, 2u));
 }
 
 fn put(at: u32, words: vec4<u32>) {
@@ -153,7 +165,7 @@ fn ledger(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_ind
         part[SOLVED] += select(0.0, f32(step.since), (word & 3u) == 3u);
         flags[element] = word & 3u;
         if (PROJECTILE) {
-            part[COVERED] += select(0.0, 1.0, covers(element));
+            part[COVERED] += select(0.0, 1.0, covers(ply, element));
         }
     }
     let ply_nodes = (scene.rows + 1u) * (scene.columns + 1u);

@@ -31,7 +31,8 @@ struct Ply {
     inverse_corner: f32,
     /// Held directions (1 x, 2 y, 4 z) of the left, right, bottom and top side, three bits each.
     held: u32,
-    pad0: u32,
+    /// Cells for which a yarn must run on unbroken to cover.
+    span: u32,
 }
 
 /// Ply of a node.

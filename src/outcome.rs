@@ -4,9 +4,10 @@
 //!   a tenth of the impact speed.
 //! - **rebounded**: the same with more speed left (a ricochet); or, in a run that goes on to `end_time_us`, it flies
 //!   back at more than a hundredth of the impact speed and no longer touches the pack.
-//! - **perforated**: at least one yarn has failed, no element with all its yarns lies ahead of the projectile within
-//!   its cross-section unless it flies ahead of it (a plug, a flap), the projectile still flies forward, and for 20 µs the fabric has taken less than a thousandth of the
-//!   momentum that projectile, or the fabric within twenty radii if that is lighter, would have at impact speed.
+//! - **perforated**: at least one yarn has failed, no yarn lies ahead of the projectile within its cross-section that
+//!   runs on unbroken on both sides (plugs and flaps do not), the projectile still flies forward, and for 20 µs the
+//!   fabric has taken less than a thousandth of the momentum that projectile, or the fabric within twenty radii if that
+//!   is lighter, would have at impact speed.
 //! - **running**: none of these by the end.
 
 use std::collections::VecDeque;
@@ -15,16 +16,13 @@ use nalgebra::Vector3;
 
 use crate::kernels::projectile_shape::recess;
 use crate::kernels::rigid_body::RigidBody;
-use crate::model::Model;
+use crate::model::{Mesh, Model, mesh::corners};
 use crate::number::Scalar;
 use crate::state::State;
 use crate::step::node_position;
 
 /// Time without noticeable force after which a perforation is over [s].
 const QUIET: f64 = 20e-6;
-
-/// Fabric at this part of the projectile's speed or more is carried along: a plug or a flap, which covers nothing.
-pub const CARRIED: f64 = 0.95;
 
 /// Outcome of a shot.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -116,25 +114,52 @@ impl Tracker {
     }
 }
 
-/// Whether an element of a ply with all its yarns lies ahead of the body's widest section, or of the faces of its chisel
-/// nose, and within its shadow.
+/// Whether a yarn of a ply lies ahead of the body's widest section, or of the faces of its chisel nose, and within its
+/// shadow, and runs on from there unbroken on both sides: what has been cut out, and a flap, covers nothing.
 pub fn covered<S: Scalar>(model: &Model<S>, state: &State<S>, body: &RigidBody, ply: usize) -> bool {
     let shoulder = shoulder(body);
-    let ahead = |point: Vector3<f64>| {
+    let place = |point: Vector3<f64>| {
         let local = body.orientation.inverse_transform_vector(&(point - body.position));
-        let across = if body.body.profile.bar { local.x.abs() } else { local.xy().norm() };
+        (local, if body.body.profile.bar { local.x.abs() } else { local.xy().norm() })
+    };
+    let ahead = |point: Vector3<f64>| {
+        let (local, across) = place(point);
         across < body.body.radius && local.z + recess(&body.body.profile, local.into()) > shoulder
     };
-    let sheet = model.sheet(ply);
-    let (nodes, elements) = (model.grid.first_node_row(ply), model.grid.first_element_row(ply));
-    (0..sheet.mesh.rows).any(|row| {
-        (0..sheet.mesh.columns).any(|column| {
-            let whole = (0..2).all(|yarn| !sheet.present[yarn] || state.alive(elements + row, column, yarn));
-            whole
-                && forward_speed(state, nodes + row, column) < CARRIED * body.velocity.z
-                && patch(model, state, ply, row, column).into_iter().any(ahead)
+    let mesh = &model.sheet(ply).mesh;
+    let span = unbroken_cells(mesh, body);
+    // An element with a corner further away is not looked at any closer.
+    let far = body.body.radius + 2.0 * (mesh.length[0] + mesh.length[1]);
+    (0..mesh.rows).any(|row| {
+        (0..mesh.columns).any(|column| {
+            state.standing(model.grid.first_element_row(ply) + row, column)
+                && place(node_position(model, state, ply, row, column)).1 < far
+                && patch(model, state, ply, [row, column]).into_iter().any(ahead)
+                && (0..2).any(|yarn| runs_on(model, state, ply, [row, column], yarn, span))
         })
     })
+}
+
+/// Cells for which a yarn must run on unbroken to cover: one and a half times across the body at its widest.
+pub(crate) fn unbroken_cells(mesh: &Mesh, body: &RigidBody) -> usize {
+    (3.0 * body.body.radius / mesh.length[0].min(mesh.length[1])).ceil() as usize
+}
+
+/// Whether a yarn of an element is unbroken there and for `span` cells on either side, or to the edge of the ply.
+fn runs_on<S: Scalar>(
+    model: &Model<S>,
+    state: &State<S>,
+    ply: usize,
+    [row, column]: [usize; 2],
+    yarn: usize,
+    span: usize,
+) -> bool {
+    let (mesh, first) = (&model.sheet(ply).mesh, model.grid.first_element_row(ply));
+    let run = |at: usize, count: usize| at.saturating_sub(span)..(at + span + 1).min(count);
+    match yarn {
+        0 => run(column, mesh.columns).all(|c| state.alive(first + row, c, 0)),
+        _ => run(row, mesh.rows).all(|r| state.alive(first + r, column, 1)),
+    }
 }
 
 /// Position along the axis of the foremost widest section, less a hundredth of the radius [m]; of a chisel the strip's.
@@ -146,15 +171,8 @@ pub(crate) fn shoulder(body: &RigidBody) -> f64 {
     front - 0.01 * body.body.radius
 }
 
-/// Mean z velocity of an element's corners [m/s].
-fn forward_speed<S: Scalar>(state: &State<S>, row: usize, column: usize) -> f64 {
-    let corners = [(row, column), (row, column + 1), (row + 1, column + 1), (row + 1, column)];
-    0.25 * corners.iter().map(|(r, c)| state.velocity(*r, *c)[2]).sum::<f64>()
-}
-
 /// Corners and centre of an element [m].
-fn patch<S: Scalar>(model: &Model<S>, state: &State<S>, ply: usize, row: usize, column: usize) -> [Vector3<f64>; 5] {
-    let [a, b, c, d] = [(row, column), (row, column + 1), (row + 1, column + 1), (row + 1, column)]
-        .map(|(r, c)| node_position(model, state, ply, r, c));
+fn patch<S: Scalar>(model: &Model<S>, state: &State<S>, ply: usize, cell: [usize; 2]) -> [Vector3<f64>; 5] {
+    let [a, b, c, d] = corners(cell).map(|(row, column)| node_position(model, state, ply, row, column));
     [a, b, c, d, (a + b + c + d) * 0.25]
 }

@@ -9,7 +9,7 @@ use std::ops::Range;
 use crate::model::Mesh;
 
 /// Rows and columns of nodes of a ply that may have moved or move.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Reach {
     /// Rows of nodes.
     pub rows: Range<usize>,

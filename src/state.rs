@@ -4,7 +4,7 @@ use crate::case::Case;
 use crate::kernels::element_force::field as element;
 use crate::kernels::node_update::field as node;
 use crate::kernels::rigid_body::RigidBody;
-use crate::model::{Mesh, Model, over};
+use crate::model::{Mesh, Model, Sheet, over};
 use crate::number::Scalar;
 use crate::reach::Reach;
 
@@ -147,6 +147,11 @@ impl<S: Scalar> State<S> {
     /// Whether a yarn (0 warp, 1 weft) of an element carries load.
     pub fn alive(&self, row: usize, column: usize, yarn: usize) -> bool {
         self.elements.get(row, element::ALIVE + yarn, column + 1).to_f64() > 0.5
+    }
+
+    /// Whether an element still has every yarn its fabric has.
+    pub fn whole(&self, sheet: &Sheet<S>, row: usize, column: usize) -> bool {
+        (0..2).all(|yarn| !sheet.present[yarn] || self.alive(row, column, yarn))
     }
 
     /// Whether any yarn of an element carries load.

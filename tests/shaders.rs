@@ -373,7 +373,6 @@ fn constants() -> Vec<(&'static str, Vec<f64>)> {
         number("PI", std::f64::consts::PI),
         number("HALF_PI", std::f64::consts::FRAC_PI_2),
         number("FINE", layout::FINE),
-        number("CARRIED", ripstop::outcome::CARRIED),
         list("SERIES", &arc_length::SERIES),
         list("ARC_SINE", &shear::ARC_SINE),
         // The laws are numbered by `shader::constants`.

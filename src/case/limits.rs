@@ -2,7 +2,7 @@
 
 use super::error::CaseError;
 use super::value::{number_text, short_number_text};
-use super::{Case, Fabric, Layer};
+use super::{Case, Layer};
 
 /// More steps than this are a mistake in the units of the case.
 const MAX_STEPS: f64 = 1e9;
@@ -63,45 +63,9 @@ fn times(case: &Case) -> Result<(), CaseError> {
     Ok(())
 }
 
-/// Plies that are alike.
-struct Group<'a> {
-    plies: f64,
-    fabric: &'a Fabric,
-    columns: f64,
-    rows: f64,
-    /// Element lengths [m].
-    length: [f64; 2],
-}
-
-impl<'a> Group<'a> {
-    fn of_layer(layer: &'a Layer) -> Self {
-        Self {
-            plies: f64::from(layer.plies),
-            fabric: &layer.fabric,
-            columns: layer.columns as f64,
-            rows: layer.rows as f64,
-            length: [layer.element_length_x, layer.element_length_y],
-        }
-    }
-}
-
-/// The groups of the layup; the whole pack where it has none.
-fn groups(case: &Case) -> Vec<Group<'_>> {
-    let pack = &case.pack;
-    if !pack.layup.is_empty() {
-        return pack.layup.iter().map(Group::of_layer).collect();
-    }
-    vec![Group {
-        plies: f64::from(pack.plies),
-        fabric: &case.fabric,
-        columns: pack.columns as f64,
-        rows: pack.rows as f64,
-        length: [pack.element_length_x, pack.element_length_y],
-    }]
-}
-
 fn elements(case: &Case) -> Result<(), CaseError> {
-    let count: f64 = groups(case).iter().map(|group| group.plies * group.columns * group.rows).sum();
+    let of_layer = |layer: &Layer| f64::from(layer.plies) * layer.columns as f64 * layer.rows as f64;
+    let count: f64 = case.layers().iter().map(of_layer).sum();
     if count <= MAX_ELEMENTS {
         return Ok(());
     }
@@ -110,18 +74,18 @@ fn elements(case: &Case) -> Result<(), CaseError> {
 }
 
 /// Critical step of the one-point orthotropic quad, min(Lx √(Ad/C1), Ly √(Ad/C2)) [s].
-fn critical_step(group: &Group<'_>) -> f64 {
-    let fabric = group.fabric;
+fn critical_step(layer: &Layer) -> f64 {
+    let fabric = &layer.fabric;
     let area = |linear_density: f64| linear_density / fabric.fibre_density;
     let stiffness_x = fabric.warp.modulus * area(fabric.warp.linear_density) * fabric.weft.count;
     let stiffness_y = fabric.weft.modulus * area(fabric.weft.linear_density) * fabric.warp.count;
-    let step_x = group.length[0] * (fabric.areal_density / stiffness_x).sqrt();
-    let step_y = group.length[1] * (fabric.areal_density / stiffness_y).sqrt();
+    let step_x = layer.element_length_x * (fabric.areal_density / stiffness_x).sqrt();
+    let step_y = layer.element_length_y * (fabric.areal_density / stiffness_y).sqrt();
     step_x.min(step_y)
 }
 
 fn steps(case: &Case) -> Result<(), CaseError> {
-    let critical = groups(case).iter().map(critical_step).fold(f64::INFINITY, f64::min);
+    let critical = case.layers().iter().map(critical_step).fold(f64::INFINITY, f64::min);
     let step = case.solver.courant * critical;
     let steps = (case.solver.end_time / step).ceil();
     if steps <= MAX_STEPS {
@@ -135,12 +99,12 @@ fn steps(case: &Case) -> Result<(), CaseError> {
 /// Bytes that the run will hold, about.
 fn memory_needed(case: &Case) -> f64 {
     let contact = if case.pack.plies > 1 { CONTACT_BYTES } else { 0.0 };
-    let of_group = |group: &Group<'_>| {
-        let nodes = (group.columns + 1.0) * (group.rows + 1.0);
-        group.plies * (group.columns * group.rows * ELEMENT_BYTES + nodes * contact)
+    let of_layer = |layer: &Layer| {
+        let [columns, rows] = [layer.columns as f64, layer.rows as f64];
+        f64::from(layer.plies) * (columns * rows * ELEMENT_BYTES + (columns + 1.0) * (rows + 1.0) * contact)
     };
     let rows = case.solver.end_time / case.output.history_interval + 2.0;
-    groups(case).iter().map(of_group).sum::<f64>() + rows * ROW_BYTES
+    case.layers().iter().map(of_layer).sum::<f64>() + rows * ROW_BYTES
 }
 
 /// Bytes that this machine, or the container around the process, has left; `None` where it does not say.

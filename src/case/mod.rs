@@ -4,6 +4,7 @@
 //! (`model`, `state`, `step`, …) sees the types below: SI numbers that are finite, in range and
 //! consistent with each other.
 
+use std::borrow::Cow;
 use std::path::PathBuf;
 
 mod build;
@@ -59,6 +60,27 @@ pub struct Case {
     pub as_run: serde_json::Value,
     /// The file the case was read from (empty for a built-in case).
     pub path: PathBuf,
+}
+
+impl Case {
+    /// The plies in groups of alike ones, from the struck side: the layup, or the whole pack where it has none.
+    pub fn layers(&self) -> Cow<'_, [Layer]> {
+        let pack = &self.pack;
+        if !pack.layup.is_empty() {
+            return Cow::Borrowed(&pack.layup);
+        }
+        Cow::Owned(vec![Layer {
+            plies: pack.plies,
+            fabric: self.fabric.clone(),
+            orientation: 0.0,
+            edges: pack.edges,
+            initial_velocity: pack.initial_velocity,
+            columns: pack.columns,
+            rows: pack.rows,
+            element_length_x: pack.element_length_x,
+            element_length_y: pack.element_length_y,
+        }])
+    }
 }
 
 /// One woven fabric (Table I of the paper plus what it leaves open).

@@ -166,18 +166,38 @@ struct Scales {
     momentum: f64,
 }
 
+/// A run on the processor, stage by stage.
+struct Twin<S: Scalar> {
+    model: Model<S>,
+    state: State<S>,
+    stepper: step::Stepper<Lanes<S, 4>>,
+    ledger: Ledger,
+    /// Of the step at hand.
+    totals: StepTotals,
+}
+
+impl<S: Scalar> Twin<S> {
+    fn new((model, state): (Model<S>, State<S>)) -> Self {
+        let stepper = step::Stepper::new(&model);
+        Self { model, state, stepper, ledger: Ledger::default(), totals: StepTotals::default() }
+    }
+
+    fn run(&mut self, stage: fn(&mut step::Stepper<Lanes<S, 4>>, &mut Frame<'_, S>)) {
+        let mut frame = Frame::new(&self.model, &mut self.state, &mut self.ledger, true);
+        frame.totals = std::mem::take(&mut self.totals);
+        stage(&mut self.stepper, &mut frame);
+        self.totals = std::mem::take(&mut frame.totals);
+    }
+}
+
 /// The three runs.
 struct Lockstep<'a> {
-    model: Model<f32>,
-    wide_model: Model<f64>,
-    cpu: State<f32>,
-    cpu_stepper: step::Stepper<Lanes<f32, 4>>,
-    wide_stepper: step::Stepper<Lanes<f64, 4>>,
-    cpu_ledger: Ledger,
+    /// In single precision.
+    leader: Twin<f32>,
+    /// In double precision, from the leader's state before every stage.
+    follower: Twin<f64>,
     gpu: State<f32>,
     device: Stepper<'a>,
-    /// Of the step at hand: the leader's, the follower's.
-    totals: [StepTotals; 2],
     comparison: Comparison,
 }
 
@@ -193,108 +213,88 @@ pub fn compare(
     interrupt: &AtomicBool,
 ) -> Result<Comparison, RunError> {
     let mut lockstep = Lockstep::new(case, device)?;
-    let all = (case.solver.end_time / lockstep.model.dt).ceil() as u64 + 1;
+    let all = (case.solver.end_time / lockstep.leader.model.dt).ceil() as u64 + 1;
     let count = steps.unwrap_or(all).min(all);
-    while lockstep.cpu.step < count && !interrupt.load(Ordering::Relaxed) {
-        if lockstep.cpu.step.is_multiple_of(every) {
+    while lockstep.leader.state.step < count && !interrupt.load(Ordering::Relaxed) {
+        if lockstep.leader.state.step.is_multiple_of(every) {
             lockstep.compare_step()?;
         } else {
-            lockstep.cpu_stepper.step(&lockstep.model, &mut lockstep.cpu, &mut lockstep.cpu_ledger, false);
+            let Twin { model, state, stepper, ledger, .. } = &mut lockstep.leader;
+            stepper.step(model, state, ledger, false);
         }
     }
-    lockstep.comparison.steps = lockstep.cpu.step;
+    lockstep.comparison.steps = lockstep.leader.state.step;
     Ok(lockstep.comparison)
 }
 
 impl<'a> Lockstep<'a> {
     fn new(case: &Case, device: &'a Device) -> Result<Self, RunError> {
-        let (model, cpu) = simulation::set_up::<f32>(case)?;
-        let wide_model = Model::<f64>::new(case).map_err(RunError::Model)?;
+        let leader = Twin::new(simulation::set_up::<f32>(case)?);
+        let wide = Model::<f64>::new(case).map_err(RunError::Model)?;
         Ok(Self {
-            cpu_stepper: step::Stepper::new(&model),
-            wide_stepper: step::Stepper::new(&wide_model),
-            cpu_ledger: Ledger::default(),
-            device: Stepper::new(device, &model)?,
-            gpu: cpu.clone(),
-            totals: Default::default(),
+            device: Stepper::new(device, &leader.model)?,
+            gpu: leader.state.clone(),
+            follower: Twin::new((wide, widen(&leader.state))),
+            leader,
             comparison: Comparison::new(),
-            model,
-            wide_model,
-            cpu,
         })
     }
 
     fn compare_step(&mut self) -> Result<(), DeviceError> {
-        let step = self.cpu.step;
+        let step = self.leader.state.step;
         let info = self.device.whole_step(step, Some(0), 1);
-        self.totals = Default::default();
-        let mut wide = widen(&self.cpu);
-        let mut wide_ledger = Ledger::default();
-        let work_before = self.cpu_ledger.work;
-        // One stage of the leader, of the follower.
-        macro_rules! leader {
-            ($stage:ident) => {
-                let mut frame = Frame::new(&self.model, &mut self.cpu, &mut self.cpu_ledger, true);
-                frame.totals = std::mem::take(&mut self.totals[0]);
-                self.cpu_stepper.$stage(&mut frame);
-                self.totals[0] = std::mem::take(&mut frame.totals);
-            };
-        }
-        macro_rules! follower {
-            ($stage:ident) => {
-                let mut frame = Frame::new(&self.wide_model, &mut wide, &mut wide_ledger, true);
-                frame.totals = std::mem::take(&mut self.totals[1]);
-                self.wide_stepper.$stage(&mut frame);
-                self.totals[1] = std::mem::take(&mut frame.totals);
-            };
-        }
+        self.leader.totals = StepTotals::default();
+        self.follower.totals = StepTotals::default();
+        self.follower.state = widen(&self.leader.state);
+        self.follower.ledger = Ledger::default();
+        let work_before = self.leader.ledger.work;
 
-        self.device.upload(&self.model, &self.cpu);
-        leader!(elements);
-        follower!(elements);
+        self.device.upload(&self.leader.model, &self.leader.state);
+        self.leader.run(step::Stepper::elements);
+        self.follower.run(step::Stepper::elements);
         self.device.run_stages(&info, &[Stage::Elements])?;
-        self.device.download(&self.model, &mut self.gpu)?;
-        let scales = self.scales(&self.cpu);
-        self.elements(&scales, &wide);
+        self.device.download(&self.leader.model, &mut self.gpu)?;
+        let scales = self.scales();
+        self.elements(&scales);
 
         // The accounts of the elements stay on the device for the ledger; all else is the leader's.
-        self.device.upload_but_accounts(&self.model, &self.cpu);
+        self.device.upload_but_accounts(&self.leader.model, &self.leader.state);
         // Contact between plies adds to the work of the membrane later: on the device that is another sum.
-        let [work, wide_work] = [self.cpu_ledger.work - work_before, wide_ledger.work];
-        wide = widen(&self.cpu);
-        leader!(nodes);
-        follower!(nodes);
+        let work = [self.leader.ledger.work - work_before, self.follower.ledger.work];
+        self.follower.state = widen(&self.leader.state);
+        self.leader.run(step::Stepper::nodes);
+        self.follower.run(step::Stepper::nodes);
         self.device.run_stages(&info, &[Stage::Nodes])?;
-        self.device.download(&self.model, &mut self.gpu)?;
-        let scales = self.scales(&self.cpu);
-        self.nodes(&scales, &wide, 4);
+        self.device.download(&self.leader.model, &mut self.gpu)?;
+        let scales = self.scales();
+        self.nodes(&scales, 4);
 
-        if self.model.plies.len() > 1 {
-            leader!(plies);
-            follower!(plies);
+        if self.leader.model.plies.len() > 1 {
+            self.leader.run(step::Stepper::plies);
+            self.follower.run(step::Stepper::plies);
             self.device.run_stages(&info, &[Stage::Plies])?;
-            self.device.download(&self.model, &mut self.gpu)?;
-            self.nodes(&scales, &wide, 6);
+            self.device.download(&self.leader.model, &mut self.gpu)?;
+            self.nodes(&scales, 6);
         }
 
-        leader!(projectile);
-        follower!(projectile);
+        self.leader.run(step::Stepper::projectile);
+        self.follower.run(step::Stepper::projectile);
         self.device.run_stages(&info, &[Stage::Projectile, Stage::Ledger])?;
-        self.device.download(&self.model, &mut self.gpu)?;
-        if self.cpu.body.is_some() {
-            self.nodes(&scales, &wide, 8);
-            self.body(&scales, &wide);
+        self.device.download(&self.leader.model, &mut self.gpu)?;
+        if self.leader.state.body.is_some() {
+            self.nodes(&scales, 8);
+            self.body(&scales);
         }
-        self.cpu.step += 1;
+        self.leader.state.step += 1;
         let sample = self.device.read_sample()?;
-        self.sums(&scales, step, &sample, work, wide_work, &wide_ledger);
+        self.sums(&scales, step, &sample, work);
         self.comparison.compared += 1;
         Ok(())
     }
 
-    /// Scales of a state.
-    fn scales(&self, state: &State<f32>) -> Scales {
-        let model = &self.wide_model;
+    /// Scales of the leader's state.
+    fn scales(&self) -> Scales {
+        let (model, state) = (&self.follower.model, &self.leader.state);
         let breaking = |i: usize| {
             let of = |sheet: &Sheet<f64>| {
                 let y = &sheet.cell.yarn[i];
@@ -331,14 +331,14 @@ impl<'a> Lockstep<'a> {
             speed,
             closing: speed.max(0.01 * length / model.dt),
             spin: body.map_or(1.0, |b| b.mass * impact.max(1e-3) * b.body.reach),
-            energy: (0.5 * heaviest * speed * speed).max(self.cpu_ledger.balance().stored.abs()),
+            energy: (0.5 * heaviest * speed * speed).max(self.leader.ledger.balance().stored.abs()),
             momentum: heaviest * speed,
         }
     }
 
-    fn elements(&mut self, scales: &Scales, wide: &State<f64>) {
-        let grid = self.model.grid;
-        let triple = Triple { step: self.cpu.step, cpu: &self.cpu, gpu: &self.gpu, wide };
+    fn elements(&mut self, scales: &Scales) {
+        let grid = self.leader.model.grid;
+        let triple = Triple::new(&self.leader, &self.gpu, &self.follower);
         let fields = [
             (0, element::WARP_FORCE..element::HOURGLASS, scales.force),
             (1, element::HOURGLASS..element::HEIGHT, scales.force),
@@ -350,7 +350,7 @@ impl<'a> Lockstep<'a> {
                 for row in 0..grid.element_rows() {
                     let (ply, in_ply) = grid.element_row(row);
                     for column in 0..grid.columns {
-                        let standing = self.cpu.standing(row, column);
+                        let standing = triple.cpu.standing(row, column);
                         if what == 2 && !standing {
                             continue; // nobody reads the heights of an eroded element
                         }
@@ -362,9 +362,9 @@ impl<'a> Lockstep<'a> {
         }
     }
 
-    fn nodes(&mut self, scales: &Scales, wide: &State<f64>, first: usize) {
-        let grid = self.model.grid;
-        let triple = Triple { step: self.cpu.step, cpu: &self.cpu, gpu: &self.gpu, wide };
+    fn nodes(&mut self, scales: &Scales, first: usize) {
+        let grid = self.leader.model.grid;
+        let triple = Triple::new(&self.leader, &self.gpu, &self.follower);
         for field in 0..node::COUNT {
             let velocity = usize::from(field >= node::VELOCITY);
             let scale = [scales.length, if first == 4 { scales.speed } else { scales.closing }][velocity];
@@ -372,7 +372,8 @@ impl<'a> Lockstep<'a> {
                 let (ply, in_ply) = grid.node_row(row);
                 for column in 0..=grid.columns {
                     let pick = |rows: &Rows<f32>| f64::from(rows.get(row, field, column));
-                    let values = [pick(&triple.cpu.nodes), pick(&triple.gpu.nodes), wide.nodes.get(row, field, column)];
+                    let values =
+                        [pick(&triple.cpu.nodes), pick(&triple.gpu.nodes), triple.wide.nodes.get(row, field, column)];
                     self.comparison.see(difference(
                         triple.step,
                         first + velocity,
@@ -386,9 +387,12 @@ impl<'a> Lockstep<'a> {
         }
     }
 
-    fn body(&mut self, scales: &Scales, wide: &State<f64>) {
-        let (Some(cpu), Some(gpu), Some(wide)) = (&self.cpu.body, &self.gpu.body, &wide.body) else { return };
-        let cell = self.wide_model.sheet(0).mesh.shortest();
+    fn body(&mut self, scales: &Scales) {
+        let triple = Triple::new(&self.leader, &self.gpu, &self.follower);
+        let (Some(cpu), Some(gpu), Some(wide)) = (&triple.cpu.body, &triple.gpu.body, &triple.wide.body) else {
+            return;
+        };
+        let cell = self.follower.model.sheet(0).mesh.shortest();
         type Pick = fn(&RigidBody) -> [f64; 4];
         let vectors: [(usize, Pick, f64); 4] = [
             (10, |b| [b.velocity.x, b.velocity.y, b.velocity.z, 0.0], scales.speed),
@@ -400,22 +404,23 @@ impl<'a> Lockstep<'a> {
             let values = [pick(cpu), pick(gpu), pick(wide)];
             for a in 0..4 {
                 let values = values.map(|v| v[a]);
-                self.comparison.see(difference(self.cpu.step, what, [0; 3], a, values, scale));
+                self.comparison.see(difference(triple.step, what, [0; 3], a, values, scale));
             }
         }
     }
 
     /// Sums of the ledger: fabric only.
-    fn sums(&mut self, scales: &Scales, step: u64, sample: &[u32], work: f64, wide_work: f64, wide: &Ledger) {
+    fn sums(&mut self, scales: &Scales, step: u64, sample: &[u32], [work, wide_work]: [f64; 2]) {
         let (sums, rest) = sample.split_at(self.device.body_at());
         let sums = Sums::new(sums);
-        let (cpu, wide) = (self.cpu_ledger.fabric(), wide.fabric());
+        let (cpu, wide) = (self.leader.ledger.fabric(), self.follower.ledger.fabric());
         let mut see = |what: usize, component: usize, values: [f64; 3], scale: f64| {
             self.comparison.see(difference(step, what, [0; 3], component, values, scale));
         };
         see(14, 0, [cpu.kinetic, sums.add(sum::KINETIC_NOW), wide.kinetic], scales.energy);
         // The processor's ledger holds fabric and projectile together; the device's sums are the fabric's.
         let body = self
+            .leader
             .model
             .projectile
             .as_ref()
@@ -431,7 +436,11 @@ impl<'a> Lockstep<'a> {
     }
 }
 
-impl Triple<'_> {
+impl<'a> Triple<'a> {
+    fn new(leader: &'a Twin<f32>, gpu: &'a State<f32>, follower: &'a Twin<f64>) -> Self {
+        Self { step: leader.state.step, cpu: &leader.state, gpu, wide: &follower.state }
+    }
+
     fn element(
         &self,
         what: usize,

@@ -9,6 +9,7 @@ use crate::kernels::element_force::ElementConstants;
 use crate::kernels::ply_contact;
 use crate::kernels::rigid_body::RigidBody;
 use crate::model::{Model, Sheet};
+use crate::outcome::{shoulder, unbroken_cells};
 
 /// Invocations per workgroup of the kernels over elements and nodes.
 pub const GROUP: u32 = 64;
@@ -197,14 +198,12 @@ pub(super) fn start_speed(model: &Model<f32>) -> f64 {
 
 /// The plies as the shaders see them.
 pub fn plies(model: &Model<f32>) -> Vec<Block> {
-    let mut depth = 0.0;
     let mut out = Vec::with_capacity(PLIES);
     for (at, ply) in model.plies.iter().enumerate() {
         let sheet = &model.sheets[ply.sheet];
         let mesh = &sheet.mesh;
         let mass = node_mass(sheet);
         let behind = model.plies.get(at + 1);
-        let thickness = behind.map_or(0.0, |next| 0.5 * (sheet.thickness + model.sheets[next.sheet].thickness));
         // Plies that touch at rest do so exactly, whatever their places round to.
         let apart = behind.map_or(0.0, |next| next.z as f32 - ply.z as f32);
         let touching = (ply.touching as f32).min(apart);
@@ -221,16 +220,15 @@ pub fn plies(model: &Model<f32>) -> Vec<Block> {
         block.double("cosine", mesh.turn[0]);
         block.double("sine", mesh.turn[1]);
         block.double("z", ply.z);
-        block.double("depth", depth);
+        block.double("depth", ply.depth);
         block.number("touching", touching);
-        block.double("thickness", thickness);
+        block.double("thickness", ply.thickness);
         block.double("mass", mass);
         block.double("inverse_inner", 1.0 / mass);
         block.double("inverse_edge", 2.0 / mass);
         block.double("inverse_corner", 4.0 / mass);
         block.count("held", held(&sheet.edges));
-        block.count("pad0", 0);
-        depth += ply.touching;
+        block.count("span", model.projectile.as_ref().map_or(0, |body| unbroken_cells(&sheet.mesh, body)));
         out.push(block);
     }
     out
@@ -292,7 +290,7 @@ fn projectile(block: &mut Block, model: &Model<f32>) {
     block.double("body_reach", number(|b| b.body.reach, 1.0));
     block.double("body_nose", number(nose, 0.0));
     block.double("body_back", body.map_or(0.0, back));
-    block.double("body_shoulder", number(|b| crate::outcome::shoulder(b) - nose(b), 0.0));
+    block.double("body_shoulder", number(|b| shoulder(b) - nose(b), 0.0));
     block.count("body_prescribed", body.map_or(0, |b| usize::from(b.prescribed)));
     block.count("body_bar", body.map_or(0, |b| usize::from(b.body.profile.bar)));
     block.double("impact_x", number(|b| b.velocity.x, 0.0));

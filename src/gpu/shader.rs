@@ -26,24 +26,22 @@ pub struct Kernel {
     pub bindings: &'static [(Name, Access)],
 }
 
+/// A kernel's own sources; every one ends with the pack, the scene and numbers.
 macro_rules! sources {
-    ($($name:literal),+ $(,)?) => { &[$(include_str!(concat!("../../shaders/", $name, ".wgsl"))),+] };
+    ($($name:literal),+ $(,)?) => {
+        &[
+            $(include_str!(concat!("../../shaders/", $name, ".wgsl")),)+
+            include_str!("../../shaders/pack.wgsl"),
+            include_str!("../../shaders/scene.wgsl"),
+            include_str!("../../shaders/number.wgsl"),
+        ]
+    };
 }
 
 /// Stretches, unit cells, shear, failure and forces of the elements.
 pub const ELEMENT_FORCE: Kernel = Kernel {
     name: "element_force",
-    sources: sources!(
-        "element_force",
-        "crossover",
-        "yarn_law",
-        "arc_length",
-        "shear",
-        "reach",
-        "pack",
-        "scene",
-        "number"
-    ),
+    sources: sources!("element_force", "crossover", "yarn_law", "arc_length", "shear", "reach"),
     bindings: &[
         (Name::Nodes, Read),
         (Name::Forces, Write),
@@ -66,10 +64,7 @@ pub const NODE_UPDATE: Kernel = Kernel {
         "projectile_shape",
         "projectile_chisel",
         "rigid_body",
-        "reach",
-        "pack",
-        "scene",
-        "number"
+        "reach"
     ),
     bindings: &[
         (Name::Nodes, Write),
@@ -92,10 +87,7 @@ pub const PROJECTILE_CONTACT: Kernel = Kernel {
         "projectile_shape",
         "projectile_chisel",
         "rigid_body",
-        "reach",
-        "pack",
-        "scene",
-        "number"
+        "reach"
     ),
     bindings: &[
         (Name::Nodes, Write),
@@ -112,17 +104,7 @@ pub const PROJECTILE_CONTACT: Kernel = Kernel {
 /// Contacts between plies, and how many each node takes part in.
 pub const PLY_SEARCH: Kernel = Kernel {
     name: "ply_search",
-    sources: sources!(
-        "ply_search",
-        "ply_contact",
-        "ply_views",
-        "standing",
-        "around",
-        "reach",
-        "pack",
-        "scene",
-        "number"
-    ),
+    sources: sources!("ply_search", "ply_contact", "ply_views", "standing", "around", "reach"),
     bindings: &[
         (Name::Nodes, Read),
         (Name::Flags, Read),
@@ -136,7 +118,7 @@ pub const PLY_SEARCH: Kernel = Kernel {
 /// Impulses of the contacts between plies.
 pub const PLY_IMPULSE: Kernel = Kernel {
     name: "ply_impulse",
-    sources: sources!("ply_impulse", "ply_contact", "ply_views", "pack", "scene", "number"),
+    sources: sources!("ply_impulse", "ply_contact", "ply_views"),
     bindings: &[
         (Name::Nodes, Read),
         (Name::Over, Read),
@@ -151,7 +133,7 @@ pub const PLY_IMPULSE: Kernel = Kernel {
 /// The nodes take the impulses of contact between plies.
 pub const PLY_MOVE: Kernel = Kernel {
     name: "ply_move",
-    sources: sources!("ply_move", "ply_views", "gather", "around", "supports", "reach", "pack", "scene", "number"),
+    sources: sources!("ply_move", "ply_views", "gather", "around", "supports", "reach"),
     bindings: &[
         (Name::Nodes, Write),
         (Name::Forces, Read),
@@ -166,17 +148,7 @@ pub const PLY_MOVE: Kernel = Kernel {
 /// Sums of energy, momentum and counts.
 pub const LEDGER: Kernel = Kernel {
     name: "ledger",
-    sources: sources!(
-        "ledger",
-        "gather",
-        "around",
-        "projectile_shape",
-        "projectile_chisel",
-        "rigid_body",
-        "pack",
-        "scene",
-        "number"
-    ),
+    sources: sources!("ledger", "gather", "around", "projectile_shape", "projectile_chisel", "rigid_body"),
     bindings: &[
         (Name::Nodes, Read),
         (Name::Forces, Read),

@@ -11,24 +11,11 @@ pub(super) struct Layup {
     pub(super) plies: Vec<Ply>,
 }
 
-/// The layup of a case; a pack without one is all of the case's fabric.
+/// The layup of a case.
 pub(super) fn layup(case: &Case) -> Layup {
-    let pack = &case.pack;
-    let whole = Layer {
-        plies: pack.plies,
-        fabric: case.fabric.clone(),
-        orientation: 0.0,
-        edges: pack.edges,
-        initial_velocity: pack.initial_velocity,
-        columns: pack.columns,
-        rows: pack.rows,
-        element_length_x: pack.element_length_x,
-        element_length_y: pack.element_length_y,
-    };
-    let given = if pack.layup.is_empty() { std::slice::from_ref(&whole) } else { &pack.layup };
     let mut layers: Vec<Layer> = Vec::new();
     let mut sheets = Vec::new();
-    for layer in given {
+    for layer in case.layers().iter() {
         let alike = |other: &Layer| Layer { plies: other.plies, ..layer.clone() } == *other;
         let sheet = layers.iter().position(alike).unwrap_or(layers.len());
         if sheet == layers.len() {
@@ -36,14 +23,14 @@ pub(super) fn layup(case: &Case) -> Layup {
         }
         sheets.extend(std::iter::repeat_n(sheet, layer.plies as usize));
     }
-    let mut z = 0.0;
+    let thickness = |at: usize| layers[sheets[at]].fabric.thickness;
+    let (mut z, mut depth) = (0.0, 0.0);
     let ply = |(at, sheet): (usize, &usize)| {
-        let thickness = |sheet: usize| layers[sheet].fabric.thickness;
-        let mean = |next: &usize| 0.5 * (thickness(*sheet) + thickness(*next));
-        let mean = sheets.get(at + 1).map_or(0.0, mean);
-        let spacing = pack.spacing.unwrap_or(mean);
-        let ply = Ply { sheet: *sheet, z, touching: mean.min(spacing) };
+        let mean = if at + 1 < sheets.len() { 0.5 * (thickness(at) + thickness(at + 1)) } else { 0.0 };
+        let spacing = case.pack.spacing.unwrap_or(mean);
+        let ply = Ply { sheet: *sheet, z, depth, thickness: mean, touching: mean.min(spacing) };
         z += spacing;
+        depth += ply.touching;
         ply
     };
     let plies = sheets.iter().enumerate().map(ply).collect();

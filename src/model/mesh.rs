@@ -62,10 +62,23 @@ impl Mesh {
         [index(1, self.rows), index(0, self.columns)]
     }
 
+    /// Rows and columns of the up to four elements around a node.
+    pub fn around(&self, row: usize, column: usize) -> impl Iterator<Item = [usize; 2]> + use<> {
+        let rows = row.saturating_sub(1)..(row + 1).min(self.rows);
+        let columns = column.saturating_sub(1)..(column + 1).min(self.columns);
+        columns.flat_map(move |c| rows.clone().map(move |r| [r, c]))
+    }
+
     /// Length of the shorter side of an element [m].
     pub fn shortest(&self) -> f64 {
         self.length[0].min(self.length[1])
     }
+}
+
+/// Row and column of an element's corners, counter-clockwise.
+#[inline]
+pub fn corners([row, column]: [usize; 2]) -> [(usize, usize); 4] {
+    [(row, column), (row, column + 1), (row + 1, column + 1), (row + 1, column)]
 }
 
 #[cfg(test)]

@@ -96,6 +96,10 @@ pub struct Ply {
     pub sheet: usize,
     /// Reference position of its mid-plane behind that of the struck ply [m].
     pub z: f64,
+    /// Thickness of the fabric in front of it, where none is missing [m].
+    pub depth: f64,
+    /// Mean thickness of it and of the ply behind it [m]; 0 for the last.
+    pub thickness: f64,
     /// Distance of mid-planes at which it touches the ply behind it [m]; 0 for the last.
     pub touching: f64,
 }

@@ -20,7 +20,6 @@ use rayon::prelude::*;
 use crate::kernels::crossover::LawKernel;
 use crate::kernels::element_force::{self, ElementConstants, ElementRow, ElementTotals, field as element};
 use crate::kernels::node_update::{self, Neighbours, NodeTotals, Part, RowMass, field as node};
-use crate::kernels::projectile_contact::ContactTotals;
 use crate::ledger::Ledger;
 use crate::model::{Model, Sheet};
 use crate::number::{Real, Scalar};
@@ -93,8 +92,6 @@ pub struct StepTotals {
     pub solved: f64,
     /// Largest residual [N].
     pub max_residual: f64,
-    /// Projectile contact.
-    pub contact: ContactTotals,
     /// Deepest node inside the projectile at the start of the step [m].
     pub penetration: f64,
     /// Deepest node inside a neighbouring ply at the start of the step [m].

@@ -45,8 +45,7 @@ impl ProjectileContact {
         if self.points.is_empty() {
             return;
         }
-        frame.totals.contact = projectile_contact::resolve(body, &mut self.points, model.dt);
-        frame.ledger.add_contact(&frame.totals.contact);
+        frame.ledger.add_contact(&projectile_contact::resolve(body, &mut self.points, model.dt));
         let kick = frame.kick();
         for p in self.points.iter().filter(|p| p.push > 0.0) {
             let velocity = p.velocity();
@@ -158,11 +157,8 @@ pub fn fabric_between<S: Scalar>(model: &Model<S>, state: &State<S>, ply: usize,
 
 /// Whether any element around a node still carries load; debris no longer touches anything.
 pub fn node_stands<S: Scalar>(model: &Model<S>, state: &State<S>, ply: usize, row: usize, column: usize) -> bool {
-    let mesh = &model.sheet(ply).mesh;
     let first = model.grid.first_element_row(ply);
-    let rows = row.saturating_sub(1)..(row + 1).min(mesh.rows);
-    let mut columns = column.saturating_sub(1)..(column + 1).min(mesh.columns);
-    columns.any(|c| rows.clone().any(|r| state.standing(first + r, c)))
+    model.sheet(ply).mesh.around(row, column).any(|[r, c]| state.standing(first + r, c))
 }
 
 /// Position of a node in the axes of the pack [m].
@@ -182,15 +178,6 @@ pub fn node_position<S: Scalar>(
 fn near_nodes<S: Scalar>(model: &Model<S>, state: &State<S>, body: &RigidBody, margin: f64) -> Vec<[u32; 3]> {
     let bar = body.body.profile.bar;
     let grid = &model.grid;
-    let depths: Vec<f64> = model
-        .plies
-        .iter()
-        .scan(0.0, |depth, ply| {
-            let here = *depth;
-            *depth += ply.touching;
-            Some(here)
-        })
-        .collect();
     let found = (0..grid.node_rows()).into_par_iter().with_min_len(16).map(|index| {
         let (ply, row) = grid.node_row(index);
         let mut out = Vec::new();
@@ -198,7 +185,7 @@ fn near_nodes<S: Scalar>(model: &Model<S>, state: &State<S>, body: &RigidBody, m
         if row > mesh.rows {
             return out;
         }
-        let depth = depths[ply];
+        let depth = model.plies[ply].depth;
         // Places to look at between the node and its place behind no fabric, no further apart than the margin.
         let looks = (depth / margin).ceil().min(64.0);
         let room = margin + 0.5 * depth / looks.max(1.0);

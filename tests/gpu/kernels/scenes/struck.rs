@@ -162,9 +162,10 @@ pub(crate) fn scenes() -> Vec<Scene> {
             p.motion = Motion::Prescribed;
             case.pack.edges.top = Edge::Clamped;
         }),
+        make("sphere under a weft", SPHERE, &|_, _| {}),
         make("away from the fabric", SPHERE, &|p, _| p.standoff = 2e-3),
         make("cylinder in front of a hole", CYLINDER, &|_, _| {}),
-        make("cylinder behind a faster plug", CYLINDER, &|p, case| {
+        make("cylinder behind a faster flap", CYLINDER, &|p, case| {
             p.friction = 0.1;
             case.pack.edges.right = Edge::Clamped;
         }),
@@ -212,6 +213,33 @@ pub(crate) fn pack_scenes() -> Vec<Scene> {
     ]
 }
 
+/// Mends the yarn that runs under the body, so that it covers; where the scene says so a weft instead of a warp, or
+/// everything but one cut on one side of every yarn.
+fn run_on(model: &Model<f32>, state: &mut State<f32>, body: &RigidBody, name: &str) {
+    let (flap, weft) = (name.contains("flap"), name.contains("under a weft"));
+    for [ply, row, column] in super::element_places(model) {
+        let mesh = &model.sheet(ply).mesh;
+        let [x, y, _] = mesh.to_ply(body.position.into());
+        let [under_row, under_column] = mesh.element_at([x, y]);
+        let at = row - model.grid.first_element_row(ply);
+        let mut set = |yarn: usize, alive: bool| {
+            let alive = if alive { 1.0 } else { 0.0 };
+            state.elements.set(row, element::ALIVE + yarn, column + 1, alive);
+        };
+        if flap {
+            set(0, column != under_column + 3);
+            set(1, at + 3 != under_row);
+        } else if weft {
+            set(0, column != under_column);
+            if column == under_column {
+                set(1, true);
+            }
+        } else if at == under_row + 2 {
+            set(0, true); // beside the middle, where scenes leave nothing standing
+        }
+    }
+}
+
 /// Fabric wrapped around the nose, behind the fabric in front of it, a rounding to a step's travel away from it or inside
 /// it, at random speeds.
 fn struck(name: &str, case: Case) -> Scene {
@@ -243,6 +271,7 @@ fn struck(name: &str, case: Case) -> Scene {
         if name.contains(" on ") {
             packs::astray(&model, &mut state, &mut random);
         }
+        run_on(&model, &mut state, &body, name);
         random_elements(&model, &mut state, &mut random, 0.2);
     }
     if name.contains("hole") {
@@ -282,7 +311,7 @@ fn struck(name: &str, case: Case) -> Scene {
             let inverse = &model.sheet(ply).row_mass(row).inverse;
             for a in 0..3 {
                 // Away from the body as often as towards it.
-                let forward = if a == 2 { if name.contains("plug") { 1.5 } else { 0.6 } } else { 0.0 };
+                let forward = if a == 2 { if name.contains("flap") { 1.5 } else { 0.6 } } else { 0.0 };
                 // One side is struck and turns the body; the other flies ahead of it until it does.
                 let ahead = a == 2 && name.contains("one side") && at.x < body.position.x;
                 let forward = if ahead { 0.92 } else { forward };

@@ -1,0 +1,215 @@
+//! The search: which nodes of a ply come too close to a cell of its neighbour.
+
+use nalgebra::Vector3;
+
+use crate::kernels::node_update::field as node;
+use crate::kernels::ply_contact::{self, PASSED, SLOP, WALK};
+use crate::model::{Mesh, Model, Sheet, mesh::corners};
+use crate::number::Scalar;
+use crate::state::State;
+use crate::step::node_stands;
+
+/// A node that comes too close to a cell of the neighbouring ply.
+#[derive(Clone, Debug)]
+pub(super) struct Point {
+    /// 0: the ply in front, 1: the ply behind.
+    pub(super) side: u8,
+    pub(super) row: u32,
+    pub(super) column: u32,
+    /// Row and column of the cell.
+    pub(super) cell: [u32; 2],
+    /// Of the cell's corners.
+    pub(super) weights: [f64; 4],
+    /// Unit vector along which the node is driven out.
+    pub(super) push: Vector3<f64>,
+    /// Least velocity along it [m/s].
+    pub(super) limit: f64,
+    /// Speed at which the node is moved out of the surface [m/s].
+    pub(super) recovery: f64,
+    /// On the node [N·s].
+    pub(super) impulse: Vector3<f64>,
+    /// The same for moving it out, without a velocity left [N·s].
+    pub(super) shift: Vector3<f64>,
+}
+
+/// A ply as contact sees it: in the axes of the pack.
+#[derive(Clone, Copy)]
+pub(super) struct View<'a, S> {
+    sheet: &'a Sheet<S>,
+    mesh: &'a Mesh,
+    z: f64,
+    turned: bool,
+    /// Rows of the ply's nodes.
+    nodes: &'a [S],
+    stride: usize,
+}
+
+impl<'a, S: Scalar> View<'a, S> {
+    pub(super) fn new(model: &'a Model<S>, state: &'a State<S>, ply: usize) -> Self {
+        let sheet = model.sheet(ply);
+        let length = state.nodes.row_length();
+        let first = model.grid.first_node_row(ply);
+        Self {
+            sheet,
+            mesh: &sheet.mesh,
+            z: model.plies[ply].z,
+            turned: sheet.mesh.turn != [1.0, 0.0],
+            nodes: &state.nodes.data[first * length..(first + sheet.mesh.rows + 1) * length],
+            stride: state.nodes.stride,
+        }
+    }
+
+    #[inline(always)]
+    fn vector(&self, field: usize, row: usize, column: usize) -> [f64; 3] {
+        let at = (row * node::COUNT + field) * self.stride + column;
+        [self.nodes[at].to_f64(), self.nodes[at + self.stride].to_f64(), self.nodes[at + 2 * self.stride].to_f64()]
+    }
+
+    #[inline(always)]
+    fn to_pack(self, vector: [f64; 3]) -> Vector3<f64> {
+        Vector3::from(if self.turned { self.mesh.to_pack(vector) } else { vector })
+    }
+
+    /// [m/s]
+    #[inline(always)]
+    pub(super) fn velocity(&self, row: usize, column: usize) -> Vector3<f64> {
+        self.to_pack(self.vector(node::VELOCITY, row, column))
+    }
+
+    /// Position at the end of the step [m].
+    #[inline(always)]
+    fn position(&self, row: usize, column: usize) -> Vector3<f64> {
+        let [x, y, z] = self.vector(node::DISPLACEMENT, row, column);
+        let [p, q] = self.mesh.reference(row, column);
+        self.to_pack([p + x, q + y, self.z + z])
+    }
+
+    /// 1/mass along a direction [1/kg].
+    pub(super) fn inverse(&self, row: usize, column: usize, along: &Vector3<f64>) -> f64 {
+        let inverse = &self.sheet.row_mass(row).inverse;
+        let [x, y, z] = [0, 1, 2].map(|a| inverse[a][column].to_f64());
+        if x == y && y == z {
+            return x;
+        }
+        let [p, q, r] = self.mesh.to_ply((*along).into());
+        p * p * x + q * q * y + r * r * z
+    }
+}
+
+/// The search for contacts of one ply with one neighbour.
+pub(super) struct Look<'a, S> {
+    model: &'a Model<S>,
+    state: &'a State<S>,
+    ply: usize,
+    side: usize,
+    other: usize,
+    own: View<'a, S>,
+    theirs: View<'a, S>,
+    /// Distance of mid-planes in touch, and mean thickness [m].
+    touching: f64,
+    thickness: f64,
+    /// Of a cell of the neighbour at rest [m²].
+    area: f64,
+}
+
+impl<'a, S: Scalar> Look<'a, S> {
+    pub(super) fn new(model: &'a Model<S>, state: &'a State<S>, ply: usize, side: usize, other: usize) -> Self {
+        let [own, theirs] = [ply, other].map(|ply| View::new(model, state, ply));
+        Self {
+            touching: model.plies[ply.min(other)].touching,
+            thickness: model.plies[ply.min(other)].thickness,
+            area: theirs.mesh.length[0] * theirs.mesh.length[1],
+            model,
+            state,
+            ply,
+            side,
+            other,
+            own,
+            theirs,
+        }
+    }
+
+    /// Every node that anything may have reached.
+    pub(super) fn all(&self, points: &mut Vec<Point>, penetration: &mut f64, over: &mut [u32], travel: f64) {
+        let (own, theirs) = (self.own.mesh, self.theirs.mesh);
+        let reach = &self.state.reach;
+        let region = reach[self.ply].union(&reach[self.other].seen_from(theirs, own, travel));
+        let across = self.model.grid.columns + 1;
+        for row in region.rows {
+            for column in region.columns.clone() {
+                let over = &mut over[row * across + column];
+                if let Some((point, depth)) = self.node(row, column, over) {
+                    if depth > *penetration && self.is_whole(row, column, *over as usize) {
+                        *penetration = depth;
+                    }
+                    points.extend(point);
+                }
+            }
+        }
+    }
+
+    /// Whether nothing has failed around a node and in the cell it is over: torn edges stick into each other.
+    fn is_whole(&self, row: usize, column: usize, over: usize) -> bool {
+        let (grid, state) = (&self.model.grid, self.state);
+        let columns = self.theirs.mesh.columns;
+        let [first, theirs] = [self.ply, self.other].map(|ply| grid.first_element_row(ply));
+        state.whole(self.theirs.sheet, theirs + over / columns, over % columns)
+            && self.own.mesh.around(row, column).all(|[r, c]| state.whole(self.own.sheet, first + r, c))
+    }
+
+    /// Looks at one node: a contact if it closes too fast, and its depth [m].
+    ///
+    /// The place is looked at as it would be at the end of the step; what came too close on the way is known from there.
+    #[inline]
+    fn node(&self, row: usize, column: usize, over: &mut u32) -> Option<(Option<Point>, f64)> {
+        let (model, dt) = (self.model, self.model.dt);
+        let mesh = self.theirs.mesh;
+        let position = self.own.position(row, column);
+        let mut cell = [*over as usize / mesh.columns, *over as usize % mesh.columns];
+        let mut foot = None;
+        for _ in 0..=WALK {
+            let corner = corners(cell).map(|(r, c)| self.theirs.position(r, c));
+            foot = ply_contact::foot(&corner, &position, self.area);
+            let next = foot.map_or(cell, |f| ply_contact::next_cell(cell, f.at, mesh.rows, mesh.columns));
+            if next == cell {
+                break;
+            }
+            cell = next;
+        }
+        *over = (cell[0] * mesh.columns + cell[1]) as u32;
+        let foot = foot.filter(|f| ply_contact::is_over(f.at, cell, mesh.rows, mesh.columns))?;
+        let sign = if self.side == 0 { 1.0 } else { -1.0 };
+        let end = sign * foot.height - self.touching;
+        // What would only just touch is left alone: rounding would decide it, and with it the shares of all around it.
+        if end >= -SLOP * self.thickness || end < -PASSED * self.thickness {
+            return None;
+        }
+        let stands = self.state.standing(model.grid.first_element_row(self.other) + cell[0], cell[1]);
+        if !stands || !node_stands(model, self.state, self.ply, row, column) {
+            return None;
+        }
+        let push = foot.normal * sign;
+        let weights = ply_contact::weights(foot.at);
+        let mut velocity = self.own.velocity(row, column);
+        for ((r, c), weight) in corners(cell).into_iter().zip(weights) {
+            velocity -= self.theirs.velocity(r, c) * weight;
+        }
+        let along = velocity.dot(&push);
+        let gap = end - along * dt;
+        let limit = ply_contact::closing_limit(gap, dt);
+        let recovery = ply_contact::recovery(gap, SLOP * self.thickness, along, dt);
+        let point = (along < limit || recovery > 0.0).then(|| Point {
+            side: self.side as u8,
+            row: row as u32,
+            column: column as u32,
+            cell: cell.map(|at| at as u32),
+            weights,
+            push,
+            limit,
+            recovery,
+            impulse: Vector3::zeros(),
+            shift: Vector3::zeros(),
+        });
+        Some((point, -gap))
+    }
+}

@@ -1,0 +1,199 @@
+//! Contact between neighbouring plies, over the whole pack.
+//!
+//! Every node remembers the element of the ply in front and of the ply behind that it is over, and walks from there. What
+//! closes faster than its gap allows becomes a contact; each node's mass is shared out among its contacts; then all
+//! impulses are found at once and added up ply by ply, in fixed order.
+
+mod look;
+mod moves;
+
+use rayon::prelude::*;
+
+use super::Frame;
+use crate::kernels::ply_contact;
+use crate::model::{Model, mesh::corners, over::SIDES, over::neighbour};
+use crate::number::Scalar;
+use crate::state::State;
+use look::{Look, Point, View};
+use moves::{Effect, Load, Mover};
+
+/// What contact does to one ply in a step.
+#[derive(Clone, Debug, Default)]
+struct PlyWork {
+    points: Vec<Point>,
+    load: Load,
+    effect: Effect,
+    /// Deepest node inside a neighbouring ply [m].
+    penetration: f64,
+    /// Lost by friction of its points [J].
+    friction: f64,
+}
+
+/// Contact between the plies of a pack.
+pub(super) struct PlyContact {
+    plies: Vec<PlyWork>,
+    /// How far any node may have gone so far [m].
+    travel: f64,
+}
+
+impl PlyContact {
+    pub(super) fn new<S: Scalar>(model: &Model<S>) -> Self {
+        let nodes = if model.plies.len() > 1 { model.nodes_per_ply() } else { 0 };
+        let work = PlyWork { load: Load::new(nodes), ..PlyWork::default() };
+        Self { plies: vec![work; model.plies.len()], travel: 0.0 }
+    }
+
+    /// Finds and applies the impulses of a step.
+    pub(super) fn resolve<S: Scalar>(&mut self, frame: &mut Frame<'_, S>, nothing: &[S]) {
+        let model = frame.model;
+        let body = frame.state.body.as_ref().map_or(0.0, |b| b.speed_bound());
+        self.travel += model.dt * frame.totals.max_speed.max(body);
+        self.find(frame);
+        if self.plies.iter().all(|ply| ply.points.is_empty()) {
+            return;
+        }
+        self.share(model);
+        self.solve(frame);
+        self.apply(frame, nothing);
+        self.collect(frame);
+    }
+
+    /// Nodes that come too close to a cell of a neighbouring ply.
+    fn find<S: Scalar>(&mut self, frame: &mut Frame<'_, S>) {
+        let model = frame.model;
+        let travel = self.travel;
+        let mut over = std::mem::take(&mut frame.state.over);
+        let state = &*frame.state;
+        let per_ply = SIDES * model.nodes_per_ply();
+        let work = |(ply, (work, over)): (usize, (&mut PlyWork, &mut [u32]))| {
+            work.points.clear();
+            work.penetration = 0.0;
+            for (side, over) in over.chunks_mut(per_ply / SIDES).enumerate() {
+                if let Some(other) = neighbour(ply, side, model.plies.len()) {
+                    let look = Look::new(model, state, ply, side, other);
+                    look.all(&mut work.points, &mut work.penetration, over, travel);
+                }
+            }
+        };
+        self.plies.par_iter_mut().zip(over.par_chunks_mut(per_ply)).enumerate().for_each(work);
+        frame.state.over = over;
+    }
+
+    /// Shares each node's mass out among its contacts.
+    fn share<S: Scalar>(&mut self, model: &Model<S>) {
+        let across = model.grid.columns + 1;
+        self.each_load(|ply, load, plies| {
+            for p in &plies[ply].points {
+                load.share(p.row as usize * across + p.column as usize, 1.0);
+            }
+            for p in against(plies, ply) {
+                for (at, weight) in corner_nodes(p.cell, across).into_iter().zip(p.weights) {
+                    if weight > 0.0 {
+                        load.share(at, weight);
+                    }
+                }
+            }
+        });
+    }
+
+    /// Works on the load of every ply while the contacts of all can be read.
+    fn each_load(&mut self, work: impl Fn(usize, &mut Load, &[PlyWork]) + Sync) {
+        let mut loads: Vec<_> = self.plies.iter_mut().map(|ply| std::mem::take(&mut ply.load)).collect();
+        let plies = &self.plies;
+        loads.par_iter_mut().enumerate().for_each(|(ply, load)| work(ply, load, plies));
+        for (ply, load) in self.plies.iter_mut().zip(loads) {
+            ply.load = load;
+        }
+    }
+
+    /// The impulse of every contact, each on its own.
+    fn solve<S: Scalar>(&mut self, frame: &Frame<'_, S>) {
+        let (model, state) = (frame.model, &*frame.state);
+        let across = model.grid.columns + 1;
+        let mut points: Vec<_> = self.plies.iter_mut().map(|w| (std::mem::take(&mut w.points), 0.0)).collect();
+        let plies = &self.plies;
+        points.par_iter_mut().enumerate().for_each(|(ply, (points, friction))| {
+            let own = View::new(model, state, ply);
+            let around = [0, 1].map(|side| neighbour(ply, side, plies.len()));
+            let views =
+                around.map(|other| other.map(|other| (View::new(model, state, other), &plies[other].load.shares)));
+            for p in points {
+                let Some((theirs, shares)) = &views[usize::from(p.side)] else { continue };
+                let [row, column] = [p.row as usize, p.column as usize];
+                let mut velocity = own.velocity(row, column);
+                // A share below one would let a light touch of a corner throw it away.
+                let mut compliance =
+                    plies[ply].load.shares[row * across + column].max(1.0) * own.inverse(row, column, &p.push);
+                let cell = p.cell.map(|at| at as usize);
+                for ((r, c), weight) in corners(cell).into_iter().zip(p.weights) {
+                    velocity -= theirs.velocity(r, c) * weight;
+                    compliance += weight * shares[r * across + c].max(1.0) * theirs.inverse(r, c, &p.push);
+                }
+                if compliance <= 0.0 {
+                    continue;
+                }
+                let kappa = 1.0 / compliance;
+                let (normal, drag) = ply_contact::impulse(&velocity, &p.push, p.limit, kappa, model.ply_friction);
+                let slide = velocity - p.push * velocity.dot(&p.push);
+                *friction -= drag.dot(&(slide + drag * (0.5 * compliance)));
+                p.impulse = p.push * normal + drag;
+                p.shift = p.push * (kappa * p.recovery);
+            }
+        });
+        for (work, (points, friction)) in self.plies.iter_mut().zip(points) {
+            (work.points, work.friction) = (points, friction);
+        }
+    }
+
+    /// Gives the nodes their impulses, ply by ply.
+    fn apply<S: Scalar>(&mut self, frame: &mut Frame<'_, S>, nothing: &[S]) {
+        let across = frame.model.grid.columns + 1;
+        self.each_load(|ply, load, plies| {
+            for p in &plies[ply].points {
+                load.add(p.row as usize * across + p.column as usize, p, 1.0);
+            }
+            for p in against(plies, ply) {
+                for (at, weight) in corner_nodes(p.cell, across).into_iter().zip(p.weights) {
+                    load.add(at, p, -weight);
+                }
+            }
+        });
+        let (kick, sample, model) = (frame.kick(), frame.sample, frame.model);
+        let State { nodes, elements, .. } = &mut *frame.state;
+        let length = nodes.row_length() * (model.grid.rows + 1);
+        let mover = Mover { model, elements, nothing, stride: nodes.stride, kick, sample };
+        let work = |(ply, (work, nodes)): (usize, (&mut PlyWork, &mut [S]))| {
+            work.effect = mover.apply(ply, &mut work.load, nodes);
+        };
+        self.plies.par_iter_mut().zip(nodes.data.par_chunks_mut(length)).enumerate().for_each(work);
+    }
+
+    /// Takes note of what contact did, ply after ply.
+    fn collect<S: Scalar>(&mut self, frame: &mut Frame<'_, S>) {
+        for (ply, work) in self.plies.iter_mut().enumerate() {
+            let (effect, ledger) = (&mut work.effect, &mut *frame.ledger);
+            frame.totals.ply_contacts += work.points.len() as u64;
+            frame.totals.ply_penetration = frame.totals.ply_penetration.max(work.penetration);
+            ledger.contact += effect.loss - work.friction - effect.lifted[0] - effect.lifted[1];
+            ledger.work += effect.lifted[0];
+            ledger.friction += work.friction;
+            for a in 0..3 {
+                ledger.support[a] -= effect.support[a];
+            }
+            effect.correct(ledger, ply);
+            frame.state.reach[ply] = frame.state.reach[ply].union(&effect.reach);
+        }
+    }
+}
+
+/// The points of the neighbouring plies that lie on a ply: of the one in front, then of the one behind.
+fn against(plies: &[PlyWork], ply: usize) -> impl Iterator<Item = &Point> {
+    let front = ply.checked_sub(1).map_or(&[][..], |front| &plies[front].points);
+    let rear = plies.get(ply + 1).map_or(&[][..], |rear| &rear.points);
+    front.iter().filter(|p| p.side == 1).chain(rear.iter().filter(|p| p.side == 0))
+}
+
+/// Corners of a cell as places among a ply's nodes.
+fn corner_nodes(cell: [u32; 2], across: usize) -> [usize; 4] {
+    corners(cell.map(|at| at as usize)).map(|(row, column)| row * across + column)
+}
