@@ -1,5 +1,5 @@
 // ply_views: the nodes of a ply in the axes of the pack, and its neighbours. Needs `nodes`.
-// Twin: `View` of src/step/plies.rs
+// Twin: `View` of src/step/plies/look.rs
 
 /// Contacts are counted by weight in these.
 const SHARE_UNIT: f32 = 1048576.0;
