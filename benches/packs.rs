@@ -6,7 +6,6 @@ use std::path::Path;
 use std::time::{Duration, Instant};
 
 use ripstop::case;
-use ripstop::lanes::Lanes;
 use ripstop::ledger::Ledger;
 use ripstop::model::Model;
 use ripstop::state::State;
@@ -31,7 +30,7 @@ fn pack(plies: u32, size: f64, warm: u64, steps: u64) {
     let model = Model::<f64>::new(&case).unwrap();
     let mut state = State::new(&case, &model);
     let mut ledger = Ledger::default();
-    let mut stepper = Stepper::<Lanes<f64, 4>>::new(&model);
+    let mut stepper = Stepper::new(&model);
     for step in 0..warm {
         stepper.step(&model, &mut state, &mut ledger, step.is_multiple_of(2));
     }

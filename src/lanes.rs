@@ -1,161 +1,223 @@
 //! Several numbers at once: the kernels' fast path on the CPU.
 //!
-//! Arrays with element-wise operations. The compiler turns them into vector instructions where it can and into
-//! independent scalar ones where it cannot, which already hides the latency of the unit cell's divisions and roots.
+//! Vectors of the widest registers that the processor has (AVX-512, AVX2, SSE, Neon), chosen when the program runs.
 //! Every lane does exactly what one number alone would do, so results are the same bits for any width.
 
-use std::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Not, Sub};
+use std::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Not, Range, Sub};
 
-use crate::number::{Mask, Real, Scalar};
+use fearless_simd::{ExtractToken, Select, Simd, SimdBase, SimdFloat, SimdFrom, SimdMask};
 
-/// `N` numbers.
+use crate::number::{F32_BIAS, F32_THIRD, F64_BIAS, F64_THIRD, Mask, Real};
+
+/// The registers the kernels use. They decide how fast a run is, never what it finds.
 #[derive(Clone, Copy, Debug)]
-#[repr(transparent)]
-pub struct Lanes<S, const N: usize>([S; N]);
+pub enum Vectors {
+    /// One number at a time.
+    None,
+    /// 512 bits.
+    #[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
+    Avx512(fearless_simd::Avx512),
+    /// 256 bits.
+    #[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
+    Avx2(fearless_simd::Avx2),
+    /// 128 bits.
+    #[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
+    Sse2(fearless_simd::Sse2),
+    /// 128 bits.
+    #[cfg(target_arch = "aarch64")]
+    Neon(fearless_simd::Neon),
+}
 
-/// `N` truth values.
-#[derive(Clone, Copy, Debug)]
-pub struct LaneMask<const N: usize>([bool; N]);
+impl Vectors {
+    /// Every kind this processor can compute with, the widest first.
+    pub fn all() -> Vec<Self> {
+        let mut all = Vec::new();
+        #[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
+        {
+            let level = fearless_simd::Level::new();
+            all.extend(level.as_avx512().map(Self::Avx512));
+            all.extend(level.as_avx2().map(Self::Avx2));
+            all.extend(level.as_sse2().map(Self::Sse2));
+        }
+        #[cfg(target_arch = "aarch64")]
+        all.extend(fearless_simd::Level::new().as_neon().map(Self::Neon));
+        all.push(Self::None);
+        all
+    }
 
-macro_rules! arithmetic {
-    ($($trait:ident $name:ident),+) => {$(
-        impl<S: Scalar, const N: usize> $trait for Lanes<S, N> {
+    /// The widest there are.
+    pub fn widest() -> Self {
+        Self::all()[0]
+    }
+
+    /// Name of the instruction set.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::None => "scalar",
+            #[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
+            Self::Avx512(_) => "avx512",
+            #[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
+            Self::Avx2(_) => "avx2",
+            #[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
+            Self::Sse2(_) => "sse2",
+            #[cfg(target_arch = "aarch64")]
+            Self::Neon(_) => "neon",
+        }
+    }
+}
+
+macro_rules! lanes {
+    ($name:ident, $mask:ident, $vector:ident, $truth:ident, $scalar:ident, $half:literal, $third:expr, $bias:expr) => {
+        /// As many numbers as a register holds.
+        #[derive(Debug)]
+        #[repr(transparent)]
+        pub struct $name<S: Simd>(S::$vector);
+
+        /// As many truth values.
+        #[derive(Debug)]
+        #[repr(transparent)]
+        pub struct $mask<S: Simd>(S::$truth);
+
+        impl<S: Simd> Clone for $name<S> {
+            #[inline(always)]
+            fn clone(&self) -> Self {
+                *self
+            }
+        }
+        impl<S: Simd> Copy for $name<S> {}
+        impl<S: Simd> Clone for $mask<S> {
+            #[inline(always)]
+            fn clone(&self) -> Self {
+                *self
+            }
+        }
+        impl<S: Simd> Copy for $mask<S> {}
+
+        impl<S: Simd> $name<S> {
+            /// Zeros.
+            pub fn new(simd: S) -> Self {
+                Self(S::$vector::simd_from(simd, 0.0))
+            }
+        }
+
+        lanes!(@operator $name Add add);
+        lanes!(@operator $name Sub sub);
+        lanes!(@operator $name Mul mul);
+        lanes!(@operator $name Div div);
+        lanes!(@operator $mask BitAnd bitand);
+        lanes!(@operator $mask BitOr bitor);
+
+        impl<S: Simd> Neg for $name<S> {
             type Output = Self;
             #[inline(always)]
-            fn $name(self, other: Self) -> Self {
-                Self(std::array::from_fn(|i| self.0[i].$name(other.0[i])))
+            fn neg(self) -> Self {
+                Self(-self.0)
             }
         }
-    )+};
-}
 
-arithmetic!(Add add, Sub sub, Mul mul, Div div);
+        impl<S: Simd> Not for $mask<S> {
+            type Output = Self;
+            #[inline(always)]
+            fn not(self) -> Self {
+                Self(!self.0)
+            }
+        }
 
-impl<S: Scalar, const N: usize> Neg for Lanes<S, N> {
-    type Output = Self;
-    #[inline(always)]
-    fn neg(self) -> Self {
-        Self(self.0.map(|x| -x))
-    }
-}
+        impl<S: Simd> Mask for $mask<S> {
+            #[inline(always)]
+            fn any(self) -> bool {
+                self.0.any_true()
+            }
+            #[inline(always)]
+            fn count(self) -> u32 {
+                self.0.to_bitmask().count_ones()
+            }
+            #[inline(always)]
+            fn lane(self, lane: usize) -> bool {
+                self.0.test(lane)
+            }
+        }
 
-impl<const N: usize> BitAnd for LaneMask<N> {
-    type Output = Self;
-    #[inline(always)]
-    fn bitand(self, other: Self) -> Self {
-        Self(std::array::from_fn(|i| self.0[i] & other.0[i]))
-    }
-}
+        impl<S: Simd> Real for $name<S> {
+            type Scalar = $scalar;
+            type Mask = $mask<S>;
+            const LANES: usize = <S::$vector as SimdBase<S>>::LEN;
+            const EPSILON: f64 = <$scalar as Real>::EPSILON;
 
-impl<const N: usize> BitOr for LaneMask<N> {
-    type Output = Self;
-    #[inline(always)]
-    fn bitor(self, other: Self) -> Self {
-        Self(std::array::from_fn(|i| self.0[i] | other.0[i]))
-    }
-}
-
-impl<const N: usize> Not for LaneMask<N> {
-    type Output = Self;
-    #[inline(always)]
-    fn not(self) -> Self {
-        Self(self.0.map(|b| !b))
-    }
-}
-
-impl<const N: usize> Mask for LaneMask<N> {
-    #[inline(always)]
-    fn splat(value: bool) -> Self {
-        Self([value; N])
-    }
-    #[inline(always)]
-    fn any(self) -> bool {
-        self.0.into_iter().fold(false, |a, b| a | b)
-    }
-    #[inline(always)]
-    fn count(self) -> u32 {
-        self.0.into_iter().map(u32::from).sum()
-    }
-    #[inline(always)]
-    fn lane(self, lane: usize) -> bool {
-        self.0[lane]
-    }
-}
-
-impl<S: Scalar, const N: usize> Real for Lanes<S, N> {
-    type Scalar = S;
-    type Mask = LaneMask<N>;
-    const LANES: usize = N;
-    const EPSILON: f64 = S::EPSILON;
-
-    #[inline(always)]
-    fn splat(value: f64) -> Self {
-        Self([S::splat(value); N])
-    }
-    #[inline(always)]
-    fn load(source: &[S], index: usize) -> Self {
-        let part = &source[index..index + N];
-        Self(std::array::from_fn(|i| part[i]))
-    }
-    #[inline(always)]
-    fn store(self, target: &mut [S], index: usize) {
-        target[index..index + N].copy_from_slice(&self.0);
-    }
-    #[inline(always)]
-    fn lane(self, lane: usize) -> S {
-        self.0[lane]
-    }
-    #[inline(always)]
-    fn sqrt(self) -> Self {
-        Self(self.0.map(Real::sqrt))
-    }
-    #[inline(always)]
-    fn abs(self) -> Self {
-        Self(self.0.map(Real::abs))
-    }
-    #[inline(always)]
-    fn lt(self, other: Self) -> LaneMask<N> {
-        LaneMask(std::array::from_fn(|i| self.0[i] < other.0[i]))
-    }
-    #[inline(always)]
-    fn le(self, other: Self) -> LaneMask<N> {
-        LaneMask(std::array::from_fn(|i| self.0[i] <= other.0[i]))
-    }
-    #[inline(always)]
-    fn select(mask: LaneMask<N>, yes: Self, no: Self) -> Self {
-        Self(std::array::from_fn(|i| if mask.0[i] { yes.0[i] } else { no.0[i] }))
-    }
-    #[inline(always)]
-    fn cube_root_estimate(self) -> Self {
-        Self(self.0.map(Real::cube_root_estimate))
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::kernels::crossover::{CellConstants, PublishedTension, solve};
-
-    #[test]
-    fn lanes_give_the_same_bits_as_one_number_at_a_time() {
-        let text = include_str!("../cases/verify/mirror.json");
-        let fabric = crate::case::from_str("mirror", text, &[]).map(|c| c.fabric);
-        let cell = CellConstants::new(&fabric.expect("a shipped case"));
-        let one = CellConstants::<f64>::cast::<PublishedTension>(&cell);
-        let four = CellConstants::<Lanes<f64, 4>>::cast::<PublishedTension>(&cell);
-        let stretches = |i: usize| [2e-4 * i as f64 - 3e-3, 1.5e-4 * (40 - i) as f64 - 2e-3];
-        for first in 0..37 {
-            let pick = |yarn: usize| Lanes::<f64, 4>(std::array::from_fn(|i| stretches(first + i)[yarn]));
-            let warm = [four.yarn[0].height, four.yarn[1].height];
-            let both = solve::<_, PublishedTension>(&four, [pick(0), pick(1)], warm, LaneMask::splat(true));
-            for lane in 0..4 {
-                let warm = [one.yarn[0].height, one.yarn[1].height];
-                let alone = solve::<_, PublishedTension>(&one, stretches(first + lane), warm, true);
-                for yarn in 0..2 {
-                    assert_eq!(both.tension[yarn].lane(lane).to_bits(), alone.tension[yarn].to_bits());
-                    assert_eq!(both.height[yarn].lane(lane).to_bits(), alone.height[yarn].to_bits());
+            #[inline(always)]
+            fn with(self, value: f64) -> Self {
+                Self(S::$vector::simd_from(self.0.token(), value as $scalar))
+            }
+            #[inline(always)]
+            fn spread(self, value: $scalar) -> Self {
+                Self(S::$vector::simd_from(self.0.token(), value))
+            }
+            #[inline(always)]
+            fn load(self, source: &[$scalar], index: usize) -> Self {
+                Self(S::$vector::from_slice(self.0.token(), &source[index..index + Self::LANES]))
+            }
+            #[inline(always)]
+            fn store(self, target: &mut [$scalar], index: usize) {
+                self.0.store_slice(&mut target[index..index + Self::LANES]);
+            }
+            #[inline(always)]
+            fn lane(self, lane: usize) -> $scalar {
+                self.0[lane]
+            }
+            #[inline(always)]
+            fn within(self, first: usize, range: &Range<usize>) -> $mask<S> {
+                let below = |end: usize| (1_u64 << end.saturating_sub(first).min(Self::LANES)) - 1;
+                $mask(S::$truth::from_bitmask(self.0.token(), below(range.end) & !below(range.start)))
+            }
+            #[inline(always)]
+            fn add_to(self, sums: &mut [f64], index: usize) {
+                let sums = &mut sums[index..index + Self::LANES];
+                for (sum, x) in sums.iter_mut().zip(self.0.as_slice()) {
+                    *sum += f64::from(*x);
                 }
             }
+            #[inline(always)]
+            fn vectorize<T>(self, call: impl FnOnce() -> T) -> T {
+                self.0.token().vectorize(call)
+            }
+            #[inline(always)]
+            fn sqrt(self) -> Self {
+                Self(self.0.sqrt())
+            }
+            #[inline(always)]
+            fn abs(self) -> Self {
+                Self(self.0.abs())
+            }
+            #[inline(always)]
+            fn lt(self, other: Self) -> $mask<S> {
+                $mask(self.0.simd_lt(other.0))
+            }
+            #[inline(always)]
+            fn le(self, other: Self) -> $mask<S> {
+                $mask(self.0.simd_le(other.0))
+            }
+            #[inline(always)]
+            fn select(mask: $mask<S>, yes: Self, no: Self) -> Self {
+                Self(mask.0.select(yes.0, no.0))
+            }
+            #[inline(always)]
+            fn inverse_cube_root_estimate(self) -> Self {
+                let third = (self.0.to_bits() >> $half) * $third;
+                let bias = <S::$vector as SimdFloat<S>>::Bits::simd_from(self.0.token(), $bias);
+                Self(S::$vector::from_bits(bias - third))
+            }
         }
-    }
+    };
+    (@operator $name:ident $trait:ident $method:ident) => {
+        impl<S: Simd> $trait for $name<S> {
+            type Output = Self;
+            #[inline(always)]
+            fn $method(self, other: Self) -> Self {
+                Self(self.0.$method(other.0))
+            }
+        }
+    };
 }
+
+lanes!(F64s, F64Mask, f64s, mask64s, f64, 32, F64_THIRD, F64_BIAS);
+lanes!(F32s, F32Mask, f32s, mask32s, f32, 16, F32_THIRD, F32_BIAS);

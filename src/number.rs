@@ -1,15 +1,37 @@
 //! The number type the kernels are generic over.
 //!
 //! Kernels are written once, branch-free, with masks and [`Real::select`] as in WGSL. `f64` is the reference,
-//! `f32` the twin of the shaders; a lane type can implement the same trait. Every operation used is correctly
+//! `f32` the twin of the shaders; [`crate::lanes`] has vectors of both. Every operation used is correctly
 //! rounded (`+ − × ÷ √`) or built from such operations, so results do not depend on the machine.
+//!
+//! Vector registers may only be filled where the processor is known to have them, and only a vector at hand proves
+//! that: constants are made from a number of the same kind, `n.with(0.5)`, not from its type.
 
-use std::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Not, Sub};
+use fearless_simd::Simd;
+
+use crate::lanes::{F32s, F64s};
+use std::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Not, Range, Sub};
+
+/// An array of an expression for every component: `each!(a in 3 => force[a])`.
+///
+/// Closures would do the same, but a closure is a function, and vector instructions are only inlined into functions
+/// compiled for them.
+macro_rules! each {
+    ($a:ident in 2 => $value:expr) => {
+        [each!(@ $a 0 $value), each!(@ $a 1 $value)]
+    };
+    ($a:ident in 3 => $value:expr) => {
+        [each!(@ $a 0 $value), each!(@ $a 1 $value), each!(@ $a 2 $value)]
+    };
+    (@ $a:ident $at:literal $value:expr) => {{
+        let $a: usize = $at;
+        $value
+    }};
+}
+pub(crate) use each;
 
 /// Outcome of a comparison, one truth value per lane.
 pub trait Mask: Copy + BitAnd<Output = Self> + BitOr<Output = Self> + Not<Output = Self> {
-    /// The same truth value in every lane.
-    fn splat(value: bool) -> Self;
     /// True if any lane is.
     fn any(self) -> bool;
     /// Number of true lanes.
@@ -19,11 +41,19 @@ pub trait Mask: Copy + BitAnd<Output = Self> + BitOr<Output = Self> + Not<Output
 }
 
 /// A storable floating-point number: the element type of state arrays.
-pub trait Scalar: Real<Scalar = Self, Mask = bool> + Default + PartialOrd + Send + Sync + std::fmt::Debug {
+pub trait Scalar:
+    Real<Scalar = Self, Mask = bool> + Default + PartialOrd + Send + Sync + std::fmt::Debug + 'static
+{
+    /// The nearest number of this precision.
+    fn splat(value: f64) -> Self;
     /// The value in double precision.
     fn to_f64(self) -> f64;
     /// Name in reports: `f64` or `f32`.
     const NAME: &'static str;
+    /// As many as a register holds.
+    type Lanes<V: Simd>: Real<Scalar = Self> + Send + Sync + 'static;
+    /// Zeros in a register.
+    fn lanes<V: Simd>(simd: V) -> Self::Lanes<V>;
 }
 
 /// What a kernel may do with a number.
@@ -39,10 +69,18 @@ pub trait Real:
     /// Distance from 1 to the next larger number.
     const EPSILON: f64;
 
-    /// The same value in every lane, rounded to this precision.
-    fn splat(value: f64) -> Self;
-    /// `LANES` consecutive numbers of `source`, starting at `index`.
-    fn load(source: &[Self::Scalar], index: usize) -> Self;
+    /// `value` in every lane of a number like this one, rounded to its precision.
+    fn with(self, value: f64) -> Self;
+    /// The same of a number of this precision.
+    fn spread(self, value: Self::Scalar) -> Self;
+    /// `LANES` consecutive numbers of `source`, starting at `index`, as a number like this one.
+    fn load(self, source: &[Self::Scalar], index: usize) -> Self;
+    /// True in the lanes that fall into `range` when the first one is `first`.
+    fn within(self, first: usize, range: &Range<usize>) -> Self::Mask;
+    /// Adds the lanes in double precision to consecutive sums, starting at `index`.
+    fn add_to(self, sums: &mut [f64], index: usize);
+    /// Calls a function compiled for the processor that numbers like this one need.
+    fn vectorize<T>(self, call: impl FnOnce() -> T) -> T;
     /// Writes the lanes to `target`, starting at `index`.
     fn store(self, target: &mut [Self::Scalar], index: usize);
     /// One lane.
@@ -57,17 +95,22 @@ pub trait Real:
     fn le(self, other: Self) -> Self::Mask;
     /// `yes` where `mask` is true, `no` elsewhere.
     fn select(mask: Self::Mask, yes: Self, no: Self) -> Self;
-    /// An estimate of the cube root of a positive number within 4 %, from its exponent.
-    fn cube_root_estimate(self) -> Self;
+    /// An estimate of 1/∛x of a positive number within 6 %, from its exponent.
+    fn inverse_cube_root_estimate(self) -> Self;
     /// Zero.
     #[inline(always)]
-    fn zero() -> Self {
-        Self::splat(0.0)
+    fn zero(self) -> Self {
+        self.with(0.0)
     }
     /// One.
     #[inline(always)]
-    fn one() -> Self {
-        Self::splat(1.0)
+    fn one(self) -> Self {
+        self.with(1.0)
+    }
+    /// False in every lane.
+    #[inline(always)]
+    fn never(self) -> Self::Mask {
+        self.within(0, &(0..0))
     }
     /// The larger of two numbers.
     #[inline(always)]
@@ -79,29 +122,32 @@ pub trait Real:
     fn min(self, other: Self) -> Self {
         Self::select(self.lt(other), self, other)
     }
+    /// The largest lane, or 0 where none is positive.
+    #[inline(always)]
+    fn largest(self) -> f64 {
+        (0..Self::LANES).map(|lane| self.lane(lane).to_f64()).fold(0.0, f64::max)
+    }
     /// The square.
     #[inline(always)]
     fn squared(self) -> Self {
         self * self
     }
-    /// Cube root of a positive number: Halley's iteration (cubic convergence) from the exponent's estimate.
+    /// 1/∛x of a positive number: two rounds of fourth order from the exponent's estimate, without a division.
     #[inline(always)]
-    fn cube_root(self) -> Self {
-        let mut y = self.cube_root_estimate();
-        let two = Self::splat(2.0);
-        let rounds = if Self::EPSILON < 1e-10 { 3 } else { 2 };
-        for _ in 0..rounds {
-            let cube = y * y * y;
-            y = y * (cube + two * self) / (two * cube + self);
+    fn inverse_cube_root(self) -> Self {
+        let mut y = self.inverse_cube_root_estimate();
+        let one = self.one();
+        for _ in 0..2 {
+            // (1 − r)^(−1/3) = 1 + r/3 + 2r²/9 + 14r³/81 + …
+            let r = one - self * (y * y * y);
+            let more = r * (self.with(1.0 / 3.0) + r * (self.with(2.0 / 9.0) + r * self.with(14.0 / 81.0)));
+            y = y + y * more;
         }
         y
     }
 }
 
 impl Mask for bool {
-    fn splat(value: bool) -> Self {
-        value
-    }
     fn any(self) -> bool {
         self
     }
@@ -114,9 +160,18 @@ impl Mask for bool {
 }
 
 macro_rules! scalar {
-    ($type:ident, $bits:ident, $third:expr) => {
+    ($type:ident, $lanes:ident, $half:expr, $third:expr, $magic:expr) => {
         impl Scalar for $type {
             const NAME: &'static str = stringify!($type);
+            type Lanes<V: Simd> = $lanes<V>;
+            #[inline(always)]
+            fn lanes<V: Simd>(simd: V) -> $lanes<V> {
+                $lanes::new(simd)
+            }
+            #[inline(always)]
+            fn splat(value: f64) -> Self {
+                value as Self
+            }
             #[inline(always)]
             fn to_f64(self) -> f64 {
                 f64::from(self)
@@ -130,12 +185,28 @@ macro_rules! scalar {
             const EPSILON: f64 = $type::EPSILON as f64;
 
             #[inline(always)]
-            fn splat(value: f64) -> Self {
+            fn with(self, value: f64) -> Self {
                 value as Self
             }
             #[inline(always)]
-            fn load(source: &[Self], index: usize) -> Self {
+            fn spread(self, value: Self) -> Self {
+                value
+            }
+            #[inline(always)]
+            fn load(self, source: &[Self], index: usize) -> Self {
                 source[index]
+            }
+            #[inline(always)]
+            fn within(self, first: usize, range: &Range<usize>) -> bool {
+                range.contains(&first)
+            }
+            #[inline(always)]
+            fn add_to(self, sums: &mut [f64], index: usize) {
+                sums[index] += f64::from(self);
+            }
+            #[inline(always)]
+            fn vectorize<T>(self, call: impl FnOnce() -> T) -> T {
+                call()
             }
             #[inline(always)]
             fn store(self, target: &mut [Self], index: usize) {
@@ -166,29 +237,39 @@ macro_rules! scalar {
                 if mask { yes } else { no }
             }
             #[inline(always)]
-            fn cube_root_estimate(self) -> Self {
-                // A third of the exponent: bits/3 + two thirds of the bias, less what balances the error.
-                Self::from_bits(self.to_bits() / 3 + $third)
+            fn inverse_cube_root_estimate(self) -> Self {
+                Self::from_bits($magic - (self.to_bits() >> $half) * $third)
             }
         }
     };
 }
 
-scalar!(f64, u64, 0x2a9f_7893_0000_0000);
-scalar!(f32, u32, 0x2a51_2ce3);
+// A third of the bits, which hold the exponent, taken from four thirds of the bias, less what balances the error.
+scalar!(f64, F64s, 32, F64_THIRD, F64_BIAS);
+scalar!(f32, F32s, 16, F32_THIRD, F32_BIAS);
+
+/// A third of 2³², and of 2¹⁶: multiplied with the upper half of a number's bits they give a third of them.
+pub(crate) const F64_THIRD: u64 = 0x5555_5556;
+pub(crate) const F32_THIRD: u32 = 0x5556;
+/// What is left of the bits of 1/∛x when a third of those of x is taken away.
+pub(crate) const F64_BIAS: u64 = 0x553e_f0ff_289d_d796;
+pub(crate) const F32_BIAS: u32 = 0x54a2_fa8c;
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
     #[test]
-    fn cube_root_is_exact_to_rounding() {
+    fn the_inverse_cube_root_is_exact_to_rounding() {
         let mut x = 1e-12_f64;
         while x < 1e12 {
-            let y = x.cube_root();
-            assert!((y / x.cbrt() - 1.0).abs() < 4.0 * f64::EPSILON, "f64 {x}: {y}");
-            let z = (x as f32).cube_root();
-            assert!((z / (x as f32).cbrt() - 1.0).abs() < 4.0 * f32::EPSILON, "f32 {x}: {z}");
+            let estimate = x.inverse_cube_root_estimate() * x.cbrt();
+            assert!((estimate - 1.0).abs() < 0.06, "{x}: {estimate}");
+            let y = x.inverse_cube_root() * x.cbrt();
+            assert!((y - 1.0).abs() < 4.0 * f64::EPSILON, "f64 {x}: {y}");
+            let x_32 = x as f32;
+            let z = f64::from(x_32.inverse_cube_root()) * f64::from(x_32).cbrt();
+            assert!((z - 1.0).abs() < 3.0 * f64::from(f32::EPSILON), "f32 {x}: {z}");
             x *= 1.37;
         }
     }

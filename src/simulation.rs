@@ -8,7 +8,6 @@ use nalgebra::Vector3;
 use crate::case::Case;
 use crate::gpu::{self, DeviceError};
 use crate::kernels::rigid_body::RigidBody;
-use crate::lanes::Lanes;
 use crate::ledger::{Balance, Ledger, PlyMoment};
 use crate::model::{Model, ModelError, Terms};
 use crate::number::Scalar;
@@ -228,16 +227,13 @@ fn run_as<S: Scalar>(
     Ok(simulation.into_run(start.elapsed().as_secs_f64()))
 }
 
-/// Numbers processed at once by the kernels.
-const WIDTH: usize = 4;
-
 /// A run in progress on the processor.
 pub struct Simulation<S: Scalar> {
     /// Constant.
     pub model: Model<S>,
     /// Varies.
     pub state: State<S>,
-    stepper: Stepper<Lanes<S, WIDTH>>,
+    stepper: Stepper<S>,
     ledger: Ledger,
     record: Record,
     sampled: bool,

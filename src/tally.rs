@@ -1,6 +1,6 @@
 //! Sums whose result does not depend on how many numbers are processed at once.
 
-use crate::number::{Real, Scalar};
+use crate::number::Real;
 
 /// Partial sums by column modulo sixteen, so that one number at a time and sixteen lanes at once add up the same
 /// way, in double precision whatever the number type.
@@ -10,12 +10,10 @@ pub(crate) struct Tally([f64; Self::WIDTH]);
 impl Tally {
     const WIDTH: usize = 16;
 
-    /// Adds the lanes of `value`, the first of which belongs to `column`.
+    /// Adds the lanes of `value`, the first of which belongs to `column`, a multiple of their number.
     #[inline(always)]
     pub(crate) fn add<R: Real>(&mut self, value: R, column: usize) {
-        for lane in 0..R::LANES {
-            self.0[(column + lane) % Self::WIDTH] += value.lane(lane).to_f64();
-        }
+        value.add_to(&mut self.0, column % Self::WIDTH);
     }
 
     /// The sum, in fixed order.

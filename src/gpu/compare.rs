@@ -14,7 +14,6 @@ use crate::case::Case;
 use crate::kernels::element_force::field as element;
 use crate::kernels::node_update::field as node;
 use crate::kernels::rigid_body::RigidBody;
-use crate::lanes::Lanes;
 use crate::ledger::Ledger;
 use crate::model::{Model, Sheet};
 use crate::number::Scalar;
@@ -170,7 +169,7 @@ struct Scales {
 struct Twin<S: Scalar> {
     model: Model<S>,
     state: State<S>,
-    stepper: step::Stepper<Lanes<S, 4>>,
+    stepper: step::Stepper<S>,
     ledger: Ledger,
     /// Of the step at hand.
     totals: StepTotals,
@@ -182,7 +181,7 @@ impl<S: Scalar> Twin<S> {
         Self { model, state, stepper, ledger: Ledger::default(), totals: StepTotals::default() }
     }
 
-    fn run(&mut self, stage: fn(&mut step::Stepper<Lanes<S, 4>>, &mut Frame<'_, S>)) {
+    fn run(&mut self, stage: fn(&mut step::Stepper<S>, &mut Frame<'_, S>)) {
         let mut frame = Frame::new(&self.model, &mut self.state, &mut self.ledger, true);
         frame.totals = std::mem::take(&mut self.totals);
         stage(&mut self.stepper, &mut frame);

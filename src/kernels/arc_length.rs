@@ -32,8 +32,8 @@ pub struct ArcLength<R> {
     pub slope: R,
     /// d²s/dk² [-].
     pub curvature: R,
-    /// √(1 + k²) = 1/cos α [-].
-    pub secant: R,
+    /// cos α = 1/√(1 + k²) [-].
+    pub cosine: R,
 }
 
 /// Terms of the series that are ever needed.
@@ -59,29 +59,33 @@ pub fn terms_for(k: f64) -> usize {
 /// keep s increasing in |k|.
 #[inline(always)]
 pub fn arc_length<R: Real>(k: R, terms: usize) -> ArcLength<R> {
-    let one = R::one();
-    let half = R::splat(0.5);
-    let secant = (one + k.squared()).sqrt();
-    let a1 = one / (secant + one);
-    let a_minus_1 = k.squared() * a1;
+    let n = k;
+    let one = n.one();
+    let half = n.with(0.5);
+    let square = k.squared();
+    let secant = (one + square).sqrt();
+    let a2 = secant + one;
+    // One division for 1/√(1 + k²) and 1/(√(1 + k²) + 1).
+    let both = one / (secant * a2);
+    let (inverse_secant, a1) = (a2 * both, secant * both);
+    let a_minus_1 = square * a1;
     let lambda = a_minus_1 * a1;
     let x = lambda.squared();
     // Horner for the series G(x) − 1 = x·p(x) and its derivative G′(x).
-    let mut p = R::zero();
-    let mut dp = R::zero();
+    let mut p = n.zero();
+    let mut dp = n.zero();
     for c in SERIES[..terms].iter().rev() {
         dp = dp * x + p;
-        p = p * x + R::splat(*c);
+        p = p * x + n.with(*c);
     }
     let g_minus_1 = x * p;
     let dg = p + x * dp;
-    let excess = half * a_minus_1 + half * (secant + one) * g_minus_1;
-    let b = half * (one + g_minus_1) + R::splat(2.0) * lambda * dg * a1;
-    let inverse_secant = one / secant;
+    let excess = half * a_minus_1 + half * a2 * g_minus_1;
+    let b = half * (one + g_minus_1) + n.with(2.0) * lambda * dg * a1;
     let slope = k * inverse_secant * b;
     // E(−k²) obeys k s″ + s′ = k s/(1 + k²), which gives the second derivative without another series.
     let curvature = (one + excess) * inverse_secant.squared() - b * inverse_secant;
-    ArcLength { excess, slope, curvature, secant }
+    ArcLength { excess, slope, curvature, cosine: inverse_secant }
 }
 
 #[cfg(test)]

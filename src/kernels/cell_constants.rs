@@ -3,7 +3,7 @@
 use crate::case::{Fabric, Law};
 use crate::kernels::arc_length::{MAX_TERMS, arc_length, terms_for};
 use crate::kernels::yarn_law::{LawKernel, YarnConstants};
-use crate::number::Real;
+use crate::number::{Real, Scalar};
 
 /// Stands for the failure strain of a yarn that does not break.
 pub const NEVER: f64 = 1e30;
@@ -17,6 +17,12 @@ pub struct CellConstants<R> {
     pub height_sum: R,
     /// Compression constants a [m], b [m·N^(1/3)], (b/a)³ [N]; all zero when rigid.
     pub compression: [R; 3],
+    /// a/b and 1/b, where there is compression; else 1 and 0.
+    pub loose: R,
+    /// See `loose`.
+    pub per_b: R,
+    /// Least stiffness of a contact force that Newton's steps reckon with [N/m].
+    pub softest: R,
     /// Index of the yarn whose height is the unknown: the softer one.
     pub pivot: usize,
     /// Residual accepted by the iteration [N].
@@ -34,6 +40,7 @@ impl CellConstants<f64> {
             height: y.half_span() * rest_height(law, y.crimp),
             failure_strain: if y.failure_strain < 1.0 { y.failure_strain } else { NEVER },
             slack: 0.0,
+            per_rest: 1.0 / (1.0 + y.crimp),
             terms: MAX_TERMS,
         });
         let both = fabric.warp.present && fabric.weft.present;
@@ -50,6 +57,9 @@ impl CellConstants<f64> {
             yarn,
             height_sum,
             compression: [a, b, offset],
+            loose: if a > 0.0 { a / b } else { 1.0 },
+            per_b: if a > 0.0 { 1.0 / b } else { 0.0 },
+            softest: 1e-6 * yarn[0].stiffness.max(yarn[1].stiffness) / yarn[0].half_span,
             pivot: usize::from(yarn[1].stiffness < yarn[0].stiffness),
             tolerance: 1e-12 * softer,
         }
@@ -60,42 +70,73 @@ impl<R: Real> CellConstants<R> {
     /// The residual that counts as met where the contact force is `force` [N].
     #[inline(always)]
     pub fn accepted(&self, force: R) -> R {
-        self.tolerance + R::splat(8.0 * R::EPSILON) * force.abs()
+        self.tolerance + force.with(8.0 * R::EPSILON) * force.abs()
     }
+}
 
-    /// The constants as another number type sees them.
+impl<S: Scalar> CellConstants<S> {
+    /// The constants as another precision sees them.
     ///
-    /// The crimp is taken from this type's own arc length at its own rest height, plus a few roundings, so that a
+    /// The crimp is taken from this precision's own arc length at its own rest height, plus a few roundings, so that a
     /// fabric at rest is exactly tension-free: what no wave has reached stays at rest to the last bit.
     pub fn cast<L: LawKernel>(cell: &CellConstants<f64>) -> Self {
-        let mut yarn = cell.yarn.map(|y| {
-            let mut cast = YarnConstants {
-                stiffness: R::splat(y.stiffness),
-                half_span: R::splat(y.half_span),
-                crimp: R::zero(),
-                height: R::splat(y.height),
-                failure_strain: R::splat(y.failure_strain),
-                slack: R::splat(y.slack),
-                terms: y.terms,
-            };
+        let (zero, one) = (S::splat(0.0), S::splat(1.0));
+        let crimped = |bare: &YarnConstants<S>, height: S| {
             // At zero crimp the strain of the resting yarn is its length in excess of the span.
-            let excess = L::yarn(&cast, R::zero(), cast.height).strain;
-            cast.crimp = excess * R::splat(1.0 + 4.0 * R::EPSILON);
-            cast
+            let excess = L::yarn(bare, zero, height).strain;
+            let crimp = excess * S::splat(1.0 + 4.0 * S::EPSILON);
+            YarnConstants { crimp, per_rest: one / (one + crimp), ..*bare }
+        };
+        let bare = cell.yarn.map(|y| YarnConstants {
+            stiffness: S::splat(y.stiffness),
+            half_span: S::splat(y.half_span),
+            crimp: zero,
+            height: S::splat(y.height),
+            failure_strain: S::splat(y.failure_strain),
+            slack: S::splat(y.slack),
+            per_rest: one,
+            terms: y.terms,
         });
         // The other yarn rests at what the pivot leaves of the height, a rounding away from its own.
         let (p, o) = (cell.pivot, 1 - cell.pivot);
-        let left = R::splat(cell.height_sum) - yarn[p].height;
-        let bare = YarnConstants { crimp: R::zero(), ..yarn[o] };
-        let excess = L::yarn(&bare, R::zero(), left.max(yarn[o].height)).strain;
-        yarn[o].crimp = excess * R::splat(1.0 + 4.0 * R::EPSILON);
-        let noise = if R::EPSILON > 1e-10 { 2e4 } else { 1.0 };
+        let left = S::splat(cell.height_sum) - bare[p].height;
+        let mut yarn = bare;
+        yarn[p] = crimped(&bare[p], bare[p].height);
+        yarn[o] = crimped(&bare[o], Real::max(left, bare[o].height));
+        let noise = if S::EPSILON > 1e-10 { 2e4 } else { 1.0 };
         Self {
             yarn,
-            height_sum: R::splat(cell.height_sum),
-            compression: cell.compression.map(R::splat),
+            height_sum: S::splat(cell.height_sum),
+            compression: cell.compression.map(S::splat),
+            loose: S::splat(cell.loose),
+            per_b: S::splat(cell.per_b),
+            softest: S::splat(cell.softest),
             pivot: cell.pivot,
-            tolerance: R::splat(cell.tolerance * noise),
+            tolerance: S::splat(cell.tolerance * noise),
+        }
+    }
+
+    /// The same constants in every lane of numbers like `n`.
+    pub fn spread<R: Real<Scalar = S>>(&self, n: R) -> CellConstants<R> {
+        let all = |value: S| n.spread(value);
+        CellConstants {
+            yarn: self.yarn.map(|y| YarnConstants {
+                stiffness: all(y.stiffness),
+                half_span: all(y.half_span),
+                crimp: all(y.crimp),
+                height: all(y.height),
+                failure_strain: all(y.failure_strain),
+                slack: all(y.slack),
+                per_rest: all(y.per_rest),
+                terms: y.terms,
+            }),
+            height_sum: all(self.height_sum),
+            compression: self.compression.map(all),
+            loose: all(self.loose),
+            per_b: all(self.per_b),
+            softest: all(self.softest),
+            pivot: self.pivot,
+            tolerance: all(self.tolerance),
         }
     }
 }

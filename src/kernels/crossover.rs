@@ -7,11 +7,12 @@
 //!
 //! Heights in metres, forces in newtons; the stretch enters as Λ − 1 so that single precision keeps small strains.
 
-use crate::number::{Mask, Real};
+use crate::kernels::crossover_joint;
+use crate::number::{Mask, Real, each};
 
 pub use crate::kernels::cell_constants::CellConstants;
 pub use crate::kernels::yarn_law::{
-    Kawabata, LawKernel, PublishedProjected, PublishedTension, Variant, Variational, YarnConstants, YarnResponse,
+    Kawabata, LawKernel, PublishedProjected, PublishedTension, Span, Variant, Variational, YarnConstants, YarnResponse,
 };
 
 /// Newton steps allowed; bisection alone needs about 55 in double precision.
@@ -43,29 +44,32 @@ pub struct Equilibrium<R: Real> {
 #[inline(always)]
 pub fn compression<R: Real>(cell: &CellConstants<R>, force: R) -> (R, R) {
     let [a, b, offset] = cell.compression;
-    let rigid = a.le(R::zero());
-    let sum = R::select(rigid, R::one(), R::zero().max(force) + offset);
-    let left = b / sum.cube_root();
-    let derivative = left / (R::splat(3.0) * sum);
-    let none = rigid | force.le(R::zero());
-    (R::select(none, R::zero(), a - left), R::select(none, R::zero(), derivative))
+    let zero = force.zero();
+    let rigid = a.le(zero);
+    let sum = R::select(rigid, force.one(), zero.max(force) + offset);
+    let root = sum.inverse_cube_root();
+    let left = b * root;
+    let derivative = left * force.with(1.0 / 3.0) * (root * root * root);
+    let none = rigid | force.le(zero);
+    (R::select(none, zero, a - left), R::select(none, zero, derivative))
 }
 
 /// Energy stored in the crossover by compression to d [J]: ∫F dd of the regularised (21).
 #[inline(always)]
 pub fn compression_energy<R: Real>(cell: &CellConstants<R>, force: R) -> R {
     let [a, b, offset] = cell.compression;
-    let rigid = a.le(R::zero());
-    let one = R::one();
+    let n = force;
+    let rigid = a.le(n.zero());
+    let one = n.one();
     let safe_a = R::select(rigid, one, a);
     // a − d = b/∛(F + (b/a)³)
-    let root = R::select(rigid, one, R::zero().max(force) + offset).cube_root();
-    let left = R::select(rigid, one, b) / root;
+    let root = R::select(rigid, one, n.zero().max(force) + offset).inverse_cube_root();
+    let left = R::select(rigid, one, b) * root;
     let d = a - left;
     let cube = b * b * b;
-    let half = R::splat(0.5);
+    let half = n.with(0.5);
     let energy = cube * (half * (one / left.squared() - one / safe_a.squared()) - d / (safe_a * safe_a * safe_a));
-    R::select(rigid | force.le(R::zero()), R::zero(), energy)
+    R::select(rigid | force.le(n.zero()), n.zero(), energy)
 }
 
 /// Solves the cell for the stretches Λ_i = 1 + `stretch[i]`, from the heights `warm` of the last step.
@@ -78,54 +82,29 @@ pub fn solve<R: Real, L: LawKernel>(
     warm: [R; 2],
     both: R::Mask,
 ) -> Equilibrium<R> {
-    let zero = R::zero();
+    let n = cell.height_sum;
+    let zero = n.zero();
     let (p, o) = (cell.pivot, 1 - cell.pivot);
-    let (yp, yo) = (&cell.yarn[p], &cell.yarn[o]);
     let top = cell.height_sum;
     // Cells that cannot press are solved at F = 0 by the straight-yarn branch below.
     let pressing = both & zero.lt(top);
-    let mut active = pressing;
-    let mut x = zero.max(warm[p]).min(top);
-    let (mut low, mut high) = (zero, top);
-    // Ends of the bracket are known signs, not evaluated points, until the iteration goes there.
-    let (mut low_seen, mut high_seen) = (R::Mask::splat(false), R::Mask::splat(false));
-    let mut last = R::splat(f64::MAX.min(1e30));
-    let mut best = CellPoint::at::<L>(cell, stretch, x);
-    let mut iterations = R::select(active, R::one(), zero);
-    for _ in 0..MAX_ITERATIONS {
-        let size = best.residual.abs();
-        let resolved = (high - low).abs().le(R::splat(2.0 * R::EPSILON) * high);
-        let limit = cell.accepted(best.pivot.force);
-        active = active & !(size.le(limit) | resolved | best.slack());
-        if !active.any() {
-            break;
-        }
-        let above = zero.lt(best.residual);
-        high = R::select(active & above, x, high);
-        high_seen = high_seen | (active & above);
-        low = R::select(active & !above, x, low);
-        low_seen = low_seen | (active & !above);
-        // A step that did not halve the residual is followed by a bisection, or by a look at the end not seen yet.
-        let slow = (R::splat(0.5) * last).lt(size);
-        last = size;
-        let newton = x - best.residual / R::select(zero.lt(best.slope), best.slope, R::one());
-        let flat = best.slope.le(zero);
-        let newton = R::select(flat, R::select(above, low, high), newton);
-        let middle = R::splat(0.5) * (low + high);
-        let below_end = newton.le(low);
-        let above_end = high.le(newton);
-        let newton = R::select(below_end, R::select(low_seen, middle, low), newton);
-        let newton = R::select(above_end, R::select(high_seen, middle, high), newton);
-        let unseen = R::select(above, R::select(low_seen, middle, low), R::select(high_seen, middle, high));
-        let next = R::select(slow, unseen, newton);
-        x = R::select(active, next, x);
-        let point = CellPoint::at::<L>(cell, stretch, x);
-        best = CellPoint::select(active, point, best);
-        iterations = iterations + R::select(active, R::one(), zero);
+    let span = each!(i in 2 => L::span(&cell.yarn[i], stretch[i]));
+    let start = [zero.max(warm[p]).min(top), zero.max(warm[o]).min(top)];
+    let joint = crossover_joint::iterate::<R, L>(cell, &span, start, pressing);
+    let mut iterations = joint.iterations;
+    let mut active = pressing & !joint.met;
+    let mut x = joint.height[0];
+    let mut best = CellPoint {
+        pivot: joint.yarn[0],
+        other: joint.yarn[1],
+        other_height: joint.height[1],
+        residual: joint.yarn[0].force - joint.yarn[1].force,
+        slope: n.one(),
+    };
+    if active.any() {
+        (x, best) = bracketed::<R, L>(cell, &span, R::select(active, start[0], x), best, &mut active, &mut iterations);
     }
-    let best = polish::<R, L>(cell, stretch, pressing, best);
-    let free = |y: &YarnConstants<R>, s: R| (s - y.crimp) / (R::one() + y.crimp);
-    let straight = [free(&cell.yarn[0], stretch[0]), free(&cell.yarn[1], stretch[1])];
+    let straight = each!(i in 2 => cell.yarn[i].straight(stretch[i]));
     let mut out = Equilibrium {
         tension: [zero; 2],
         in_plane: [zero; 2],
@@ -141,13 +120,66 @@ pub fn solve<R: Real, L: LawKernel>(
     out.strain[p] = R::select(pressing, best.pivot.strain, straight[p]);
     out.strain[o] = R::select(pressing, best.other.strain, straight[o]);
     let pressed = [best.pivot.tension, best.other.tension];
-    for (i, y, t) in [(p, yp, pressed[0]), (o, yo, pressed[1])] {
+    for (i, t) in [(p, pressed[0]), (o, pressed[1])] {
+        let y = &cell.yarn[i];
         let alone = y.stiffness * zero.max(straight[i]);
         out.tension[i] = R::select(pressing, t, alone);
-        out.in_plane[i] =
-            out.tension[i] * R::select(pressing, L::in_plane_factor(y, stretch[i], out.height[i]), R::one());
+        out.in_plane[i] = out.tension[i] * R::select(pressing, L::in_plane_factor(y, &span[i], out.height[i]), n.one());
     }
     out
+}
+
+/// Solves the cells of `active` by the bracketed iteration, the pivot's height from `x`; the rest keep what is `best`.
+#[inline(always)]
+fn bracketed<R: Real, L: LawKernel>(
+    cell: &CellConstants<R>,
+    span: &[Span<R>; 2],
+    start: R,
+    mut best: CellPoint<R>,
+    active: &mut R::Mask,
+    iterations: &mut R,
+) -> (R, CellPoint<R>) {
+    let n = cell.height_sum;
+    let (zero, top) = (n.zero(), cell.height_sum);
+    let rough = *active;
+    let mut x = start;
+    let (mut low, mut high) = (zero, top);
+    // Ends of the bracket are known signs, not evaluated points, until the iteration goes there.
+    let (mut low_seen, mut high_seen) = (n.never(), n.never());
+    let mut last = n.with(f64::MAX.min(1e30));
+    best = CellPoint::select(*active, CellPoint::at::<L>(cell, span, x), best);
+    *iterations = *iterations + R::select(*active, n.one(), zero);
+    for _ in 0..MAX_ITERATIONS {
+        let size = best.residual.abs();
+        let resolved = (high - low).abs().le(n.with(2.0 * R::EPSILON) * high);
+        let limit = cell.accepted(best.pivot.force);
+        *active = *active & !(size.le(limit) | resolved | best.slack());
+        if !active.any() {
+            break;
+        }
+        let above = zero.lt(best.residual);
+        high = R::select(*active & above, x, high);
+        high_seen = high_seen | (*active & above);
+        low = R::select(*active & !above, x, low);
+        low_seen = low_seen | (*active & !above);
+        // A step that did not halve the residual is followed by a bisection, or by a look at the end not seen yet.
+        let slow = (n.with(0.5) * last).lt(size);
+        last = size;
+        let newton = x - best.residual / R::select(zero.lt(best.slope), best.slope, n.one());
+        let flat = best.slope.le(zero);
+        let newton = R::select(flat, R::select(above, low, high), newton);
+        let middle = n.with(0.5) * (low + high);
+        let below_end = newton.le(low);
+        let above_end = high.le(newton);
+        let newton = R::select(below_end, R::select(low_seen, middle, low), newton);
+        let newton = R::select(above_end, R::select(high_seen, middle, high), newton);
+        let unseen = R::select(above, R::select(low_seen, middle, low), R::select(high_seen, middle, high));
+        let next = R::select(slow, unseen, newton);
+        x = R::select(*active, next, x);
+        best = CellPoint::select(*active, CellPoint::at::<L>(cell, span, x), best);
+        *iterations = *iterations + R::select(*active, n.one(), zero);
+    }
+    (x, polish::<R, L>(cell, span, rough, best))
 }
 
 /// Lets the other yarn's height meet the force where the unknown's own resolution is too coarse for it.
@@ -157,12 +189,13 @@ pub fn solve<R: Real, L: LawKernel>(
 #[inline(always)]
 fn polish<R: Real, L: LawKernel>(
     cell: &CellConstants<R>,
-    stretch: [R; 2],
+    span: &[Span<R>; 2],
     pressing: R::Mask,
     mut best: CellPoint<R>,
 ) -> CellPoint<R> {
     let o = 1 - cell.pivot;
-    let zero = R::zero();
+    let n = cell.height_sum;
+    let zero = n.zero();
     for _ in 0..3 {
         let size = best.residual.abs();
         let limit = cell.accepted(best.pivot.force);
@@ -173,9 +206,9 @@ fn polish<R: Real, L: LawKernel>(
         if !rough.any() {
             break;
         }
-        let slope = R::select(rises, best.other.stiffness, R::one());
+        let slope = R::select(rises, best.other.stiffness, n.one());
         let other_height = best.other_height + best.residual / slope;
-        let other = L::yarn(&cell.yarn[o], stretch[o], other_height);
+        let other = L::respond(&cell.yarn[o], &span[o], other_height);
         let residual = best.pivot.force - other.force;
         let better = rough & residual.abs().lt(size);
         let point = CellPoint { pivot: best.pivot, other, other_height, residual, slope: best.slope };
@@ -197,25 +230,26 @@ struct CellPoint<R: Real> {
 
 impl<R: Real> CellPoint<R> {
     #[inline(always)]
-    fn at<L: LawKernel>(cell: &CellConstants<R>, stretch: [R; 2], x: R) -> Self {
+    fn at<L: LawKernel>(cell: &CellConstants<R>, span: &[Span<R>; 2], x: R) -> Self {
         let (p, o) = (cell.pivot, 1 - cell.pivot);
-        let pivot = L::yarn(&cell.yarn[p], stretch[p], x);
+        let pivot = L::respond(&cell.yarn[p], &span[p], x);
         let (d, dd) = compression(cell, pivot.force);
         let other_height = cell.height_sum - d - x;
-        let other = L::yarn(&cell.yarn[o], stretch[o], other_height);
+        let other = L::respond(&cell.yarn[o], &span[o], other_height);
         Self {
             pivot,
             other,
             other_height,
             residual: pivot.force - other.force,
-            slope: pivot.stiffness + other.stiffness * (R::one() + dd * pivot.stiffness),
+            slope: pivot.stiffness + other.stiffness * (x.one() + dd * pivot.stiffness),
         }
     }
 
     /// Both yarns slack: nothing presses, whatever the heights.
     #[inline(always)]
     fn slack(&self) -> R::Mask {
-        self.pivot.strain.le(R::zero()) & self.other.strain.le(R::zero())
+        let zero = self.residual.zero();
+        self.pivot.strain.le(zero) & self.other.strain.le(zero)
     }
 
     /// The residual of the forces that are really there [N].
@@ -226,15 +260,9 @@ impl<R: Real> CellPoint<R> {
 
     #[inline(always)]
     fn select(mask: R::Mask, yes: Self, no: Self) -> Self {
-        let pick = |a: YarnResponse<R>, b: YarnResponse<R>| YarnResponse {
-            strain: R::select(mask, a.strain, b.strain),
-            tension: R::select(mask, a.tension, b.tension),
-            force: R::select(mask, a.force, b.force),
-            stiffness: R::select(mask, a.stiffness, b.stiffness),
-        };
         Self {
-            pivot: pick(yes.pivot, no.pivot),
-            other: pick(yes.other, no.other),
+            pivot: YarnResponse::select(mask, yes.pivot, no.pivot),
+            other: YarnResponse::select(mask, yes.other, no.other),
             other_height: R::select(mask, yes.other_height, no.other_height),
             residual: R::select(mask, yes.residual, no.residual),
             slope: R::select(mask, yes.slope, no.slope),

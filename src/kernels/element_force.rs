@@ -12,7 +12,7 @@ use std::ops::Range;
 
 use crate::kernels::crossover::{self, CellConstants, LawKernel};
 use crate::kernels::shear::{self, ShearConstants};
-use crate::number::{Mask, Real, Scalar};
+use crate::number::{Mask, Real, Scalar, each};
 use crate::tally::Tally;
 
 /// Fields of an element row, in storage order.
@@ -58,6 +58,23 @@ pub struct ElementConstants<R> {
     pub area: R,
 }
 
+impl<S: Scalar> ElementConstants<S> {
+    /// The same constants in every lane of numbers like `n`.
+    pub fn spread<R: Real<Scalar = S>>(&self, n: R) -> ElementConstants<R> {
+        let all = |value: S| n.spread(value);
+        ElementConstants {
+            cell: self.cell.spread(n),
+            shear: self.shear.spread(n),
+            gradient: self.gradient.map(all),
+            membrane: self.membrane.map(all),
+            half_length: self.half_length.map(all),
+            hourglass: self.hourglass.map(all),
+            cells: all(self.cells),
+            area: all(self.area),
+        }
+    }
+}
+
 /// Node rows below and above a row of elements, and the row's own storage.
 pub struct ElementRow<'a, S> {
     /// Displacement x, y, z then velocity x, y, z of the row of nodes below.
@@ -66,6 +83,15 @@ pub struct ElementRow<'a, S> {
     pub above: [&'a [S]; 6],
     /// Element fields; column c is stored at c + 1 so that node c finds its left neighbour at c.
     pub element: [&'a mut [S]; field::COUNT],
+}
+
+/// What of the kernel a step needs.
+#[derive(Clone, Copy, Debug)]
+pub struct Extent {
+    /// The fabric resists trellis shear.
+    pub shear: bool,
+    /// The energies of the state are asked for.
+    pub ledger: bool,
 }
 
 /// A yarn that failed in this step.
@@ -143,13 +169,14 @@ fn differences<R: Real>(corner: &[R; 4]) -> [R; 3] {
 
 #[inline(always)]
 fn kinematics<R: Real>(c: &ElementConstants<R>, dx: &Vector<R>, dy: &Vector<R>) -> Kinematics<R> {
-    let one = R::one();
-    let two = R::splat(2.0);
+    let n = c.area;
+    let one = n.one();
+    let two = n.with(2.0);
     let g1 = [dx[0] * c.gradient[0], dx[1] * c.gradient[0], dx[2] * c.gradient[0]];
     let g2 = [dy[0] * c.gradient[1], dy[1] * c.gradient[1], dy[2] * c.gradient[1]];
     let f1 = [one + g1[0], g1[1], g1[2]];
     let f2 = [g2[0], one + g2[1], g2[2]];
-    let tiny = R::splat(1e-12);
+    let tiny = n.with(1e-12);
     let l1 = dot(&f1, &f1).sqrt().max(tiny);
     let l2 = dot(&f2, &f2).sqrt().max(tiny);
     // Λ − 1 from the displacement gradient: no cancellation at small strain.
@@ -167,151 +194,149 @@ fn kinematics<R: Real>(c: &ElementConstants<R>, dx: &Vector<R>, dy: &Vector<R>) 
 
 /// P1·Ly/2 and P2·Lx/2 [N] from in-plane yarn forces and shear resultant.
 #[inline(always)]
-fn membrane<R: Real, const SHEAR: bool>(
+fn membrane<R: Real>(
     c: &ElementConstants<R>,
     k: &Kinematics<R>,
     pull: &[R; 2],
     q: R,
+    shear: bool,
 ) -> (Vector<R>, Vector<R>) {
     let [e1, e2] = k.direction;
     let (n1, n2) = (pull[0] * c.membrane[0], pull[1] * c.membrane[1]);
-    if !SHEAR {
-        return ([0, 1, 2].map(|a| n1 * e1[a]), [0, 1, 2].map(|a| n2 * e2[a]));
+    if !shear {
+        return (each!(a in 3 => n1 * e1[a]), each!(a in 3 => n2 * e2[a]));
     }
-    let floor = R::splat(COSINE_FLOOR * COSINE_FLOOR);
-    let cosine = (R::one() - k.sine.squared()).max(floor).sqrt();
-    let lever = R::splat(STRETCH_FLOOR);
+    let n = q;
+    let floor = n.with(COSINE_FLOOR * COSINE_FLOOR);
+    let cosine = (n.one() - k.sine.squared()).max(floor).sqrt();
+    let lever = n.with(STRETCH_FLOOR);
     let q = q / cosine;
     let q1 = q * c.half_length[0] / k.lambda[0].max(lever);
     let q2 = q * c.half_length[1] / k.lambda[1].max(lever);
     (
-        [0, 1, 2].map(|a| n1 * e1[a] + q1 * (e2[a] - k.sine * e1[a])),
-        [0, 1, 2].map(|a| n2 * e2[a] + q2 * (e1[a] - k.sine * e2[a])),
+        each!(a in 3 => n1 * e1[a] + q1 * (e2[a] - k.sine * e1[a])),
+        each!(a in 3 => n2 * e2[a] + q2 * (e1[a] - k.sine * e2[a])),
     )
 }
 
 /// Energy of one element [J]: yarns, crossover compression, shear.
 #[inline(always)]
 fn stored_energy<R: Real>(c: &ElementConstants<R>, tension: &[R; 2], strain: &[R; 2], force: R, shear: R) -> R {
-    let yarn = |i: usize| {
+    let yarn = each!(i in 2 => {
         let y = &c.cell.yarn[i];
-        tension[i] * strain[i] * y.half_span * (R::one() + y.crimp)
-    };
-    c.cells * (yarn(0) + yarn(1) + crossover::compression_energy(&c.cell, force)) + c.area * shear
+        tension[i] * strain[i] * y.half_span * (tension[i].one() + y.crimp)
+    });
+    c.cells * (yarn[0] + yarn[1] + crossover::compression_energy(&c.cell, force)) + c.area * shear
 }
 
-/// Computes `range` of one row of elements.
+/// A field of the nodes at the corners of elements from `column` on, counter-clockwise.
+#[inline(always)]
+fn corners<R: Real>(n: R, row: &ElementRow<'_, R::Scalar>, field: usize, column: usize) -> [R; 4] {
+    let (below, above) = (row.below[field], row.above[field]);
+    [n.load(below, column), n.load(below, column + 1), n.load(above, column + 1), n.load(above, column)]
+}
+
+/// Computes `range` of one row of elements, from the last multiple of `R::LANES` before it on: columns beyond it are at rest and stay
+/// so, or are padding.
 ///
 /// `dt` is the time since the forces in the row were computed [s] (0 at the start, when there are none).
-/// `SHEAR` leaves trellis shear out where the case has none; `LEDGER` adds the energies of the state.
 #[inline(always)]
-pub fn element_force<R: Real, L: LawKernel, const SHEAR: bool, const LEDGER: bool>(
+pub fn element_force<R: Real, L: LawKernel>(
     c: &ElementConstants<R>,
     row: &mut ElementRow<'_, R::Scalar>,
     range: Range<usize>,
     dt: f64,
+    extent: Extent,
     totals: &mut ElementTotals,
 ) {
-    let zero = R::zero();
-    let half_dt = R::splat(0.5 * dt);
+    let Extent { shear, ledger } = extent;
+    let n = c.area;
+    let zero = n.zero();
+    let half_dt = n.with(0.5 * dt);
     let mut work = Tally::default();
     let mut stored = Tally::default();
     let mut hourglass = Tally::default();
     let mut iterations = Tally::default();
     let mut released = [Tally::default(); 2];
-    let mut column = range.start;
+    let (mut residual, mut largest, mut deflection) = (zero, zero, zero);
+    let mut column = range.start - range.start % R::LANES;
     while column < range.end {
         let at = column + 1;
-        let load = |f: usize, e: &[&mut [R::Scalar]; field::COUNT]| R::load(e[f], at);
-        let corner = |f: usize| {
-            [
-                R::load(row.below[f], column),
-                R::load(row.below[f], at),
-                R::load(row.above[f], at),
-                R::load(row.above[f], column),
-            ]
-        };
-        let [ux, uy, uz] = [0, 1, 2].map(|f| differences(&corner(f)));
-        let [vx, vy, vz] = [3, 4, 5].map(|f| differences(&corner(f)));
+        let [ux, uy, uz] = each!(f in 3 => differences(&corners(n, row, f, column)));
+        let [vx, vy, vz] = each!(f in 3 => differences(&corners(n, row, 3 + f, column)));
         let k = kinematics(c, &[ux[0], uy[0], uz[0]], &[ux[1], uy[1], uz[1]]);
 
-        let half = R::splat(0.5);
-        let was_alive = [0, 1].map(|i| half.lt(load(field::ALIVE + i, &row.element)));
+        let half = n.with(0.5);
+        let was_alive = each!(i in 2 => half.lt(n.load(row.element[field::ALIVE + i], at)));
         let both = was_alive[0] & was_alive[1];
         let any = was_alive[0] | was_alive[1];
-        let warm = [0, 1].map(|i| load(field::HEIGHT + i, &row.element));
+        let warm = each!(i in 2 => n.load(row.element[field::HEIGHT + i], at));
         let cell = crossover::solve::<R, L>(&c.cell, k.stretch, warm, both);
 
-        let failed = [0, 1].map(|i| was_alive[i] & c.cell.yarn[i].failure_strain.le(cell.strain[i]));
+        let failed = each!(i in 2 => was_alive[i] & c.cell.yarn[i].failure_strain.le(cell.strain[i]));
         let alive = [was_alive[0] & !failed[0], was_alive[1] & !failed[1]];
         let both_left = alive[0] & alive[1];
         let any_failed = failed[0] | failed[1];
-        let free = [0, 1].map(|i| {
-            let y = &c.cell.yarn[i];
-            let strain = ((k.stretch[i] - y.crimp) / (R::one() + y.crimp)).max(zero);
-            (y.stiffness * strain, strain)
-        });
-        let pull = [0, 1].map(|i| {
-            let left = R::select(both_left, cell.in_plane[i], free[i].0);
-            R::select(alive[i], left, zero)
-        });
+        let free_strain = each!(i in 2 => c.cell.yarn[i].straight(k.stretch[i]).max(zero));
+        let free = each!(i in 2 => c.cell.yarn[i].stiffness * free_strain[i]);
+        let pull = each!(i in 2 => R::select(alive[i], R::select(both_left, cell.in_plane[i], free[i]), zero));
 
-        let gamma = if SHEAR { shear::arc_sine(k.sine) } else { zero };
-        let trellis = if SHEAR { shear::resultant(&c.shear, gamma) } else { zero };
+        let gamma = if shear { shear::arc_sine(k.sine) } else { zero };
+        let trellis = if shear { shear::resultant(&c.shear, gamma) } else { zero };
         let q = R::select(both_left, trellis, zero);
-        let (warp, weft) = membrane::<R, SHEAR>(c, &k, &pull, q);
+        let (warp, weft) = membrane(c, &k, &pull, q, shear);
 
         // Work done on the element between the last positions and these (trapezoid), and the new forces.
         let mut power = zero;
-        for (a, v) in [vx, vy, vz].iter().enumerate() {
+        let v = [vx, vy, vz];
+        for a in 0..3 {
             let warp_new = R::select(any, warp[a], zero);
             let weft_new = R::select(any, weft[a], zero);
             power = power
-                + (load(field::WARP_FORCE + a, &row.element) + warp_new) * v[0]
-                + (load(field::WEFT_FORCE + a, &row.element) + weft_new) * v[1];
+                + (n.load(row.element[field::WARP_FORCE + a], at) + warp_new) * v[a][0]
+                + (n.load(row.element[field::WEFT_FORCE + a], at) + weft_new) * v[a][1];
             warp_new.store(row.element[field::WARP_FORCE + a], at);
             weft_new.store(row.element[field::WEFT_FORCE + a], at);
         }
         work.add(half_dt * power, column);
 
-        let stiffness = |alive: &[R::Mask; 2]| R::select(alive[0] & alive[1], c.hourglass[0] + c.hourglass[1], zero);
-        let quarter = R::splat(0.25);
+        let stiffness = c.hourglass[0] + c.hourglass[1];
+        let quarter = n.with(0.25);
         let mode = [quarter * ux[2], quarter * uy[2], quarter * uz[2]];
-        let kh = stiffness(&alive);
-        for (a, q) in mode.iter().enumerate() {
-            let force = R::select(any, quarter * kh * *q, zero);
+        let kh = R::select(both_left, stiffness, zero);
+        for a in 0..3 {
+            let force = R::select(any, quarter * kh * mode[a], zero);
             force.store(row.element[field::HOURGLASS + a], at);
         }
 
         R::select(any, cell.height[0], zero).store(row.element[field::HEIGHT], at);
         R::select(any, cell.height[1], zero).store(row.element[field::HEIGHT + 1], at);
+        let counted = n.within(column, &range);
         totals.unconverged += (both & !cell.converged).count();
-        totals.solved += f64::from(both.count());
-        iterations.add(cell.iterations, column);
-        for lane in 0..R::LANES {
-            totals.max_residual = totals.max_residual.max(cell.residual.lane(lane).to_f64());
-        }
+        totals.solved += f64::from((both & counted).count());
+        iterations.add(R::select(counted, cell.iterations, zero), column);
+        residual = residual.max(cell.residual);
 
         if any_failed.any() {
-            let shear_energy = if SHEAR { shear::energy(&c.shear, gamma) } else { zero };
+            let shear_energy = if shear { shear::energy(&c.shear, gamma) } else { zero };
             let shear_before = R::select(both, shear_energy, zero);
-            let tension = [0, 1].map(|i| R::select(was_alive[i], cell.tension[i], zero));
+            let tension = each!(i in 2 => R::select(was_alive[i], cell.tension[i], zero));
             let before = stored_energy(c, &tension, &cell.strain, cell.force, shear_before);
-            let left = [0, 1].map(|i| R::select(alive[i], free[i].0, zero));
-            let after = stored_energy(c, &left, &[free[0].1, free[1].1], zero, zero);
+            let left = each!(i in 2 => R::select(alive[i], free[i], zero));
+            let after = stored_energy(c, &left, &free_strain, zero, zero);
             // Forces that break in this step never act, so the last half step's work on them was not done either.
-            let intact = [0, 1].map(|i| R::select(was_alive[i], cell.in_plane[i], zero));
-            let (warp_intact, weft_intact) = membrane::<R, SHEAR>(c, &k, &intact, R::select(both, trellis, zero));
+            let intact = each!(i in 2 => R::select(was_alive[i], cell.in_plane[i], zero));
+            let (warp_intact, weft_intact) = membrane(c, &k, &intact, R::select(both, trellis, zero), shear);
             let mut undone = zero;
-            for (a, v) in [vx, vy, vz].iter().enumerate() {
-                undone = undone + (warp_intact[a] - warp[a]) * v[0] + (weft_intact[a] - weft[a]) * v[1];
+            for a in 0..3 {
+                undone = undone + (warp_intact[a] - warp[a]) * v[a][0] + (weft_intact[a] - weft[a]) * v[a][1];
             }
             let loss = before - after - half_dt * undone;
             released[0].add(R::select(any_failed, loss, zero), column);
             // The part of the hourglass work that the state function ½k|q|² does not hold once k dropped.
-            let last = [vx, vy, vz].map(|v| quarter * v[2] * R::splat(dt));
+            let last = each!(a in 3 => quarter * v[a][2] * n.with(dt));
             let product = mode[0] * (mode[0] - last[0]) + mode[1] * (mode[1] - last[1]) + mode[2] * (mode[2] - last[2]);
-            let drop = half * (stiffness(&was_alive) - kh) * product;
+            let drop = half * (R::select(both, stiffness, zero) - kh) * product;
             released[1].add(R::select(any_failed, drop, zero), column);
             for lane in 0..R::LANES {
                 for yarn in 0..2 {
@@ -327,28 +352,24 @@ pub fn element_force<R: Real, L: LawKernel, const SHEAR: bool, const LEDGER: boo
             }
         }
 
-        if LEDGER {
-            let tension = [0, 1].map(|i| {
-                let t = R::select(both_left, cell.tension[i], free[i].0);
-                R::select(alive[i], t, zero)
-            });
-            let strain = [0, 1].map(|i| R::select(both_left, cell.strain[i], free[i].1));
+        if ledger {
+            let tension = each!(i in 2 => R::select(alive[i], R::select(both_left, cell.tension[i], free[i]), zero));
+            let strain = each!(i in 2 => R::select(both_left, cell.strain[i], free_strain[i]));
             let force = R::select(both_left, cell.force, zero);
-            let shear_energy = if SHEAR { shear::energy(&c.shear, gamma) } else { zero };
+            let shear_energy = if shear { shear::energy(&c.shear, gamma) } else { zero };
             let shear_energy = R::select(both_left, shear_energy, zero);
             let energy = stored_energy(c, &tension, &strain, force, shear_energy);
             stored.add(R::select(any, energy, zero), column);
             hourglass.add(R::select(any, half * kh * dot(&mode, &mode), zero), column);
-            let largest = tension[0].max(tension[1]);
-            let [a, b, c, d] = corner(2).map(Real::abs);
-            let deflection = R::select(any, a.max(b).max(c.max(d)), zero);
-            for lane in 0..R::LANES {
-                totals.max_tension = totals.max_tension.max(largest.lane(lane).to_f64());
-                totals.max_deflection = totals.max_deflection.max(deflection.lane(lane).to_f64());
-            }
+            largest = largest.max(tension[0].max(tension[1]));
+            let [p, q, r, s] = corners(n, row, 2, column);
+            deflection = deflection.max(R::select(any, p.abs().max(q.abs()).max(r.abs().max(s.abs())), zero));
         }
         column += R::LANES;
     }
+    totals.max_residual = totals.max_residual.max(residual.largest());
+    totals.max_tension = totals.max_tension.max(largest.largest());
+    totals.max_deflection = totals.max_deflection.max(deflection.largest());
     totals.internal_work += work.total();
     totals.iterations += iterations.total();
     totals.released = released.map(|r| r.total());

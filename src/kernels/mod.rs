@@ -7,6 +7,7 @@
 pub mod arc_length;
 pub mod cell_constants;
 pub mod crossover;
+pub mod crossover_joint;
 pub mod element_force;
 pub mod node_update;
 pub mod ply_contact;

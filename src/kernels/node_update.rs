@@ -6,7 +6,7 @@
 use std::ops::Range;
 
 use crate::kernels::element_force::field as element;
-use crate::number::{Real, Scalar};
+use crate::number::{Real, each};
 use crate::tally::Tally;
 
 /// Fields of a node row, in storage order.
@@ -35,6 +35,9 @@ pub struct RowMass<'a, S> {
     pub mass: &'a [S],
 }
 
+/// The fields of a row of nodes.
+pub type NodeRow<'a, S> = [&'a mut [S]; field::COUNT];
+
 /// What of a row of nodes is to be advanced.
 #[derive(Clone, Debug)]
 pub struct Part {
@@ -62,96 +65,92 @@ pub struct NodeTotals {
     pub max_speed_squared: f64,
 }
 
-/// Internal force on `LANES` nodes from column `column` on [N].
+/// Internal force on `LANES` nodes like `n` from column `column` on [N].
 #[inline(always)]
-pub fn gather<R: Real>(around: &Neighbours<'_, R::Scalar>, column: usize) -> [R; 3] {
+pub fn gather<R: Real>(n: R, around: &Neighbours<'_, R::Scalar>, column: usize) -> [R; 3] {
     // Columns of elements are stored one further: left neighbour at `column`, right neighbour at `column` + 1.
     let (left, right) = (column, column + 1);
-    [0, 1, 2].map(|a| {
-        let warp = |row: &[&[R::Scalar]; element::COUNT], at| R::load(row[element::WARP_FORCE + a], at);
-        let weft = |row: &[&[R::Scalar]; element::COUNT], at| R::load(row[element::WEFT_FORCE + a], at);
-        let mode = |row: &[&[R::Scalar]; element::COUNT], at| R::load(row[element::HOURGLASS + a], at);
-        let (above, below) = (&around.above, &around.below);
-        let first = (warp(above, right) + weft(above, right)) - mode(above, right);
-        let second = (weft(above, left) - warp(above, left)) + mode(above, left);
-        let third = (warp(below, left) + weft(below, left)) + mode(below, left);
-        let fourth = (warp(below, right) - weft(below, right)) + mode(below, right);
+    let (above, below) = (&around.above, &around.below);
+    each!(a in 3 => {
+        let (warp, weft, mode) = (element::WARP_FORCE + a, element::WEFT_FORCE + a, element::HOURGLASS + a);
+        let first = (n.load(above[warp], right) + n.load(above[weft], right)) - n.load(above[mode], right);
+        let second = (n.load(above[weft], left) - n.load(above[warp], left)) + n.load(above[mode], left);
+        let third = (n.load(below[warp], left) + n.load(below[weft], left)) + n.load(below[mode], left);
+        let fourth = (n.load(below[warp], right) - n.load(below[weft], right)) + n.load(below[mode], right);
         (first + second) + (fourth - third)
     })
 }
 
 /// The same force in two parts: of the membrane, of the hourglass stiffness [N].
 #[inline(always)]
-pub fn gather_parts<R: Real>(around: &Neighbours<'_, R::Scalar>, column: usize) -> [[R; 3]; 2] {
+pub fn gather_parts<R: Real>(n: R, around: &Neighbours<'_, R::Scalar>, column: usize) -> [[R; 3]; 2] {
     let (left, right) = (column, column + 1);
-    let modes = [0, 1, 2].map(|a| {
-        let mode = |row: &[&[R::Scalar]; element::COUNT], at| R::load(row[element::HOURGLASS + a], at);
-        let (above, below) = (&around.above, &around.below);
-        (mode(above, left) - mode(above, right)) + (mode(below, right) - mode(below, left))
+    let (above, below) = (&around.above, &around.below);
+    let modes = each!(a in 3 => {
+        let mode = element::HOURGLASS + a;
+        (n.load(above[mode], left) - n.load(above[mode], right)) + (n.load(below[mode], right) - n.load(below[mode], left))
     });
-    let whole = gather::<R>(around, column);
-    [[0, 1, 2].map(|a| whole[a] - modes[a]), modes]
+    let whole = gather(n, around, column);
+    [each!(a in 3 => whole[a] - modes[a]), modes]
 }
 
-/// Advances a part of one row of nodes: v += kick·f/m, u += drift·v.
+/// Advances a part of one row of nodes, as many like `n` at a time as that holds: v += kick·f/m, u += drift·v.
+/// `ledger`: the energies of the state are asked for.
 #[inline(always)]
-pub fn node_update<R: Real, const LEDGER: bool>(
+pub fn node_update<R: Real>(
+    n: R,
     around: &Neighbours<'_, R::Scalar>,
     mass: &RowMass<'_, R::Scalar>,
-    node: &mut [&mut [R::Scalar]; field::COUNT],
+    node: &mut NodeRow<'_, R::Scalar>,
     part: &Part,
-    kick: f64,
-    drift: f64,
+    [kick, drift]: [f64; 2],
+    ledger: bool,
 ) -> NodeTotals {
     let Part { range, columns, edge_row } = part;
     let columns = *columns;
-    let (kick_r, drift_r) = (R::splat(kick), R::splat(drift));
-    let half = R::splat(0.5);
+    let (kick_r, drift_r) = (n.with(kick), n.with(drift));
+    let half = n.with(0.5);
     let mut kinetic = Tally::default();
     let mut kinetic_now = Tally::default();
     let mut momentum = [Tally::default(); 3];
     let mut support = [Tally::default(); 3];
-    let mut fastest = R::zero();
-    let mut column = range.start;
+    let mut fastest = n.zero();
+    let mut column = range.start - range.start % R::LANES;
     while column < range.end {
-        let force = gather::<R>(around, column);
-        let m = R::load(mass.mass, column);
-        let mut speed = R::zero();
-        let mut now = R::zero();
+        let force = gather(n, around, column);
+        let m = n.load(mass.mass, column);
+        let mut speed = n.zero();
+        let mut now = n.zero();
         let held_here = *edge_row || column == 0 || column + R::LANES >= columns;
         for a in 0..3 {
-            let inverse = R::load(mass.inverse[a], column);
+            let inverse = n.load(mass.inverse[a], column);
             let change = kick_r * force[a] * inverse;
-            let velocity = R::load(node[field::VELOCITY + a], column) + change;
-            let displacement = R::load(node[field::DISPLACEMENT + a], column) + drift_r * velocity;
+            let velocity = n.load(node[field::VELOCITY + a], column) + change;
+            let displacement = n.load(node[field::DISPLACEMENT + a], column) + drift_r * velocity;
             velocity.store(node[field::VELOCITY + a], column);
             displacement.store(node[field::DISPLACEMENT + a], column);
             speed = speed + velocity.squared();
-            if LEDGER {
+            if ledger {
                 now = now + velocity * (velocity - drift_r * force[a] * inverse);
                 momentum[a].add(m * velocity, column);
             }
             if held_here {
-                let held = inverse.le(R::zero());
-                support[a].add(R::select(held, -(kick_r * force[a]), R::zero()), column);
+                let held = inverse.le(n.zero());
+                support[a].add(R::select(held, -(kick_r * force[a]), n.zero()), column);
             }
         }
         kinetic.add(half * m * speed, column);
         fastest = fastest.max(speed);
-        if LEDGER {
+        if ledger {
             kinetic_now.add(half * m * now, column);
         }
         column += R::LANES;
-    }
-    let mut max_speed_squared: f64 = 0.0;
-    for lane in 0..R::LANES {
-        max_speed_squared = max_speed_squared.max(fastest.lane(lane).to_f64());
     }
     NodeTotals {
         kinetic: kinetic.total(),
         kinetic_now: kinetic_now.total(),
         momentum: momentum.map(|t| t.total()),
         support: support.map(|t| t.total()),
-        max_speed_squared,
+        max_speed_squared: fastest.largest(),
     }
 }

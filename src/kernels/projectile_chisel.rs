@@ -6,7 +6,7 @@
 //! the nearest of a few candidates, all of them points of the body. By symmetry everything happens where x, y ≥ 0.
 
 use super::projectile_shape::{Gap, Profile, RESOLVED};
-use crate::number::{Mask, Real};
+use crate::number::Scalar;
 
 /// Newton steps for the nearest point of the ellipse in which a flat meets the wall; four reach double precision.
 pub const ELLIPSE_STEPS: usize = 5;
@@ -26,20 +26,20 @@ pub struct Chisel<R> {
     pub corner: R,
 }
 
-impl<R: Real> Chisel<R> {
+impl<R: Scalar> Chisel<R> {
     /// How far the nose lies behind the strip beside this point, along the axis [m].
     #[inline(always)]
     pub fn recess(&self, point: [R; 3]) -> R {
-        ((point[1].abs() - self.half) * self.slope).max(R::zero())
+        ((point[1].abs() - self.half) * self.slope).max(R::splat(0.0))
     }
 
     /// Outward normal of the face of the nose beside this point.
     #[inline(always)]
     pub fn face(&self, point: [R; 3]) -> [R; 3] {
         let flat = self.half.lt(point[1].abs());
-        let zero = R::zero();
+        let zero = R::splat(0.0);
         let side = R::select(point[1].lt(zero), -self.sine, self.sine);
-        [zero, R::select(flat, side, zero), R::select(flat, self.cosine, R::one())]
+        [zero, R::select(flat, side, zero), R::select(flat, self.cosine, R::splat(1.0))]
     }
 
     /// Cosine and sine of the place on the wall that is nearest to a point on the edge between flat and wall.
@@ -49,7 +49,7 @@ impl<R: Real> Chisel<R> {
     /// that Newton's iteration from below converges without leaving the side it begins on.
     #[inline(always)]
     fn nearest_on_ellipse(&self, radius: R, point: [R; 3]) -> [R; 2] {
-        let (one, tiny) = (R::one(), R::splat(1e-30));
+        let (one, tiny) = (R::splat(1.0), R::splat(1e-30));
         let bend = self.slope.squared();
         let size = radius.max(R::splat(RESOLVED));
         let [x, y] = [point[0] / size, (point[1] - self.slope * (point[2] - self.half * self.slope)) / size];
@@ -72,7 +72,7 @@ struct Nearest<R> {
     offset: [R; 3],
 }
 
-impl<R: Real> Nearest<R> {
+impl<R: Scalar> Nearest<R> {
     /// Takes a candidate into account: `from` runs from it to the point.
     #[inline(always)]
     fn see(&mut self, there: R::Mask, from: [R; 3]) {
@@ -87,8 +87,8 @@ impl<R: Real> Nearest<R> {
 
 /// Gap of a point given in the body's frame [m].
 #[inline(always)]
-pub fn gap<R: Real>(profile: &Profile<R>, chisel: &Chisel<R>, point: [R; 3]) -> Gap<R> {
-    let (zero, one) = (R::zero(), R::one());
+pub fn gap<R: Scalar>(profile: &Profile<R>, chisel: &Chisel<R>, point: [R; 3]) -> Gap<R> {
+    let (zero, one) = (R::splat(0.0), R::splat(1.0));
     let [radius, front] = profile.corner[1];
     let back = profile.corner[2][1];
     // z from the strip.
@@ -129,19 +129,18 @@ pub fn gap<R: Real>(profile: &Profile<R>, chisel: &Chisel<R>, point: [R; 3]) -> 
 /// From the nearest point of the body to a point that has passed several of its surfaces [m]; z from the strip.
 /// `size`: radius, and z of the back.
 #[inline(always)]
-fn outside<R: Real>(chisel: &Chisel<R>, size: [R; 2], point: [R; 3], rho: R, over_flat: R) -> [R; 3] {
-    let (zero, one) = (R::zero(), R::one());
+fn outside<R: Scalar>(chisel: &Chisel<R>, size: [R; 2], point: [R; 3], rho: R, over_flat: R) -> [R; 3] {
+    let (zero, one) = (R::splat(0.0), R::splat(1.0));
     let [radius, back] = size;
     let [x, y, z] = point;
     let mut best = Nearest { square: R::splat(1e30), offset: [zero, zero, one] };
-    let always = R::Mask::splat(true);
     // Inwards to the wall, then along it or across the strip or the back.
     let shrink = R::select(radius.lt(rho), radius / R::select(radius.lt(rho), rho, one), one);
     let at = [x * shrink, y * shrink, z];
     let height = z.min(-chisel.recess(at)).max(back);
-    best.see(always, [x - at[0], y - at[1], z - height]);
+    best.see(true, [x - at[0], y - at[1], z - height]);
     // The edge between strip and flat, with its corner.
-    best.see(always, [x - x.min(chisel.corner), y - chisel.half, z]);
+    best.see(true, [x - x.min(chisel.corner), y - chisel.half, z]);
     // The flat.
     let down = [over_flat * chisel.sine, over_flat * chisel.cosine];
     let foot = y - down[0];

@@ -7,7 +7,7 @@
 
 pub use super::projectile_body::{Body, EdgeRadiusTooLarge};
 use super::projectile_chisel::{self, Chisel};
-use crate::number::{Mask, Real};
+use crate::number::Scalar;
 
 /// Most corners a profile has.
 pub const CORNERS: usize = 5;
@@ -43,7 +43,7 @@ pub struct Gap<R> {
 }
 
 /// One side of a profile as a point sees it.
-struct Side<R: Real> {
+struct Side<R: Scalar> {
     /// From the nearest point of the side to the point [m].
     away: [R; 2],
     /// Outward normal there.
@@ -56,8 +56,8 @@ struct Side<R: Real> {
 
 /// A straight side: `from` and `edge` run from its beginning to the point and to its end.
 #[inline(always)]
-fn straight_side<R: Real>(normal: [R; 2], edge: [R; 2], from: [R; 2]) -> Side<R> {
-    let (zero, one) = (R::zero(), R::one());
+fn straight_side<R: Scalar>(normal: [R; 2], edge: [R; 2], from: [R; 2]) -> Side<R> {
+    let (zero, one) = (R::splat(0.0), R::splat(1.0));
     let length = (edge[0].squared() + edge[1].squared()).max(R::splat(1e-30));
     let along = ((from[0] * edge[0] + from[1] * edge[1]) / length).max(zero).min(one);
     let away = [from[0] - along * edge[0], from[1] - along * edge[1]];
@@ -67,8 +67,8 @@ fn straight_side<R: Real>(normal: [R; 2], edge: [R; 2], from: [R; 2]) -> Side<R>
 
 /// A side that is an arc of radius `arc` and begins with normal `normal`.
 #[inline(always)]
-fn arc_side<R: Real>(normal: [R; 2], arc: R, edge: [R; 2], from: [R; 2]) -> Side<R> {
-    let (zero, one, two) = (R::zero(), R::one(), R::splat(2.0));
+fn arc_side<R: Scalar>(normal: [R; 2], arc: R, edge: [R; 2], from: [R; 2]) -> Side<R> {
+    let (zero, one, two) = (R::splat(0.0), R::splat(1.0), R::splat(2.0));
     // From the arc's centre to the point and to the arc's end.
     let centre = [from[0] + arc * normal[0], from[1] + arc * normal[1]];
     let end = [edge[0] + arc * normal[0], edge[1] + arc * normal[1]];
@@ -92,12 +92,12 @@ fn arc_side<R: Real>(normal: [R; 2], arc: R, edge: [R; 2], from: [R; 2]) -> Side
 
 /// Gap of a point given in the body's frame [m]: x, y across the axis, z along it towards the nose.
 #[inline(always)]
-pub fn gap<R: Real>(profile: &Profile<R>, point: [R; 3]) -> Gap<R> {
+pub fn gap<R: Scalar>(profile: &Profile<R>, point: [R; 3]) -> Gap<R> {
     if let Some(chisel) = &profile.chisel {
         return projectile_chisel::gap(profile, chisel, point);
     }
-    let zero = R::zero();
-    let one = R::one();
+    let zero = R::splat(0.0);
+    let one = R::splat(1.0);
     let tiny = R::splat(1e-30);
     let across = if profile.bar { point[0].squared() } else { point[0].squared() + point[1].squared() };
     let rho = across.sqrt();
@@ -106,7 +106,7 @@ pub fn gap<R: Real>(profile: &Profile<R>, point: [R; 3]) -> Gap<R> {
     let mut best = R::splat(1e30);
     let mut normal = [zero, one];
     let mut offset = [zero, zero];
-    let mut beside = R::Mask::splat(false);
+    let mut beside = false;
     let mut deepest = R::splat(-1e30);
     let mut deepest_normal = [zero, one];
     let sides = profile.count.saturating_sub(1).max(1);
@@ -116,7 +116,7 @@ pub fn gap<R: Real>(profile: &Profile<R>, point: [R; 3]) -> Gap<R> {
         let edge = [b[0] - a[0], b[1] - a[1]];
         let from = [rho - a[0], s - a[1]];
         let n = profile.normal[i];
-        let bent = i == 0 && zero.lt(profile.arc).any();
+        let bent = i == 0 && zero.lt(profile.arc);
         let side = if bent { arc_side(n, profile.arc, edge, from) } else { straight_side(n, edge, from) };
         let square = side.away[0].squared() + side.away[1].squared();
         let closer = square.lt(best);
@@ -131,7 +131,7 @@ pub fn gap<R: Real>(profile: &Profile<R>, point: [R; 3]) -> Gap<R> {
             R::select(deeper, side.normal[1], deepest_normal[1]),
         ];
     }
-    let solid = R::Mask::splat(profile.count > 1);
+    let solid = profile.count > 1;
     let inside = solid & deepest.le(zero);
     let distance = best.sqrt();
     // Near the surface the direction to it is noise: beside a side that side's own normal holds.
@@ -152,8 +152,8 @@ pub fn gap<R: Real>(profile: &Profile<R>, point: [R; 3]) -> Gap<R> {
 
 /// How far the nose lies behind its foremost plane beside this point, along the axis [m]: 0 but for a chisel.
 #[inline(always)]
-pub fn recess<R: Real>(profile: &Profile<R>, point: [R; 3]) -> R {
-    profile.chisel.as_ref().map_or(R::zero(), |chisel| chisel.recess(point))
+pub fn recess<R: Scalar>(profile: &Profile<R>, point: [R; 3]) -> R {
+    profile.chisel.as_ref().map_or(R::splat(0.0), |chisel| chisel.recess(point))
 }
 
 /// The gap that contact acts on: [`gap`], except in the rim zone of a flat or chisel nose.
@@ -167,14 +167,14 @@ pub fn recess<R: Real>(profile: &Profile<R>, point: [R; 3]) -> R {
 /// A chisel nose meets its wall in edges as sharp (55° to 90° of turn at the default angles, where a flat rim has 90°): behind each of
 /// its faces a node is held along the normal of that face, as the fabric on it is.
 #[inline(always)]
-pub fn holding_gap<R: Real>(profile: &Profile<R>, point: [R; 3], rim_depth: R) -> Gap<R> {
-    let zero = R::zero();
+pub fn holding_gap<R: Scalar>(profile: &Profile<R>, point: [R; 3], rim_depth: R) -> Gap<R> {
+    let zero = R::splat(0.0);
     let g = gap(profile, point);
     let below = profile.corner[1][1] - recess(profile, point) - point[2];
-    let flat = R::Mask::splat(profile.is_flat());
+    let flat = profile.is_flat();
     let zone = flat & zero.lt(below) & below.le(rim_depth);
     let inside = g.distance.lt(zero);
-    let face = profile.chisel.as_ref().map_or([zero, zero, R::one()], |chisel| chisel.face(point));
+    let face = profile.chisel.as_ref().map_or([zero, zero, R::splat(1.0)], |chisel| chisel.face(point));
     Gap {
         distance: R::select(zone & !inside, R::splat(1e30), g.distance),
         normal: [
@@ -185,11 +185,11 @@ pub fn holding_gap<R: Real>(profile: &Profile<R>, point: [R; 3], rim_depth: R) -
     }
 }
 
-impl<R: Real> Profile<R> {
+impl<R: Scalar> Profile<R> {
     /// Whether the nose is a flat face, chisel noses included.
     pub fn is_flat(&self) -> bool {
-        let arc = R::zero().lt(self.arc).any();
-        self.count > 2 && !arc && !self.normal[0][1].lt(R::one()).any()
+        let arc = R::splat(0.0).lt(self.arc);
+        self.count > 2 && !arc && !self.normal[0][1].lt(R::splat(1.0))
     }
 }
 

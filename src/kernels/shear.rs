@@ -3,7 +3,7 @@
 //! G is the tangent modulus by default, so the shear resultant is q = t·∫G dγ: odd in γ and continuous where
 //! locking begins and ends. With the secant modulus q = t·G(γ)·γ.
 
-use crate::number::Real;
+use crate::number::{Real, Scalar};
 
 /// asin(x)/x as a polynomial in x² on |x| ≤ ½, highest power first: Chebyshev fit, error 2e-17.
 pub const ARC_SINE: [f64; 13] = [
@@ -39,19 +39,42 @@ pub struct ShearConstants<R> {
     pub secant: R,
 }
 
-impl<R: Real> ShearConstants<R> {
+impl<S: Scalar> ShearConstants<S> {
     /// Constants of `shear` for a fabric of the given thickness [m].
     pub fn new(shear: &crate::case::Shear, thickness: f64) -> Self {
         let rise = (shear.g2 - shear.g1) * thickness;
         let ramp = shear.gamma2 - shear.gamma1;
         let secant = shear.modulus == crate::case::ShearModulus::Secant;
         Self {
-            g1: R::splat(shear.g1 * thickness),
-            rise: R::splat(rise),
-            gamma1: R::splat(shear.gamma1),
-            ramp: R::splat(ramp),
-            slope: R::splat(if ramp > 0.0 { rise / ramp } else { 0.0 }),
-            secant: R::splat(f64::from(u8::from(secant))),
+            g1: S::splat(shear.g1 * thickness),
+            rise: S::splat(rise),
+            gamma1: S::splat(shear.gamma1),
+            ramp: S::splat(ramp),
+            slope: S::splat(if ramp > 0.0 { rise / ramp } else { 0.0 }),
+            secant: S::splat(f64::from(u8::from(secant))),
+        }
+    }
+}
+
+impl<S: Scalar> ShearConstants<S> {
+    /// The same constants in another precision.
+    pub fn cast<T: Scalar>(&self) -> ShearConstants<T> {
+        self.map(|value| T::splat(value.to_f64()))
+    }
+
+    /// The same constants in every lane of numbers like `n`.
+    pub fn spread<R: Real<Scalar = S>>(&self, n: R) -> ShearConstants<R> {
+        self.map(|value| n.spread(value))
+    }
+
+    fn map<R>(&self, to: impl Fn(S) -> R) -> ShearConstants<R> {
+        ShearConstants {
+            g1: to(self.g1),
+            rise: to(self.rise),
+            gamma1: to(self.gamma1),
+            ramp: to(self.ramp),
+            slope: to(self.slope),
+            secant: to(self.secant),
         }
     }
 }
@@ -59,52 +82,55 @@ impl<R: Real> ShearConstants<R> {
 /// Arc sine of a number in [−1, 1].
 #[inline(always)]
 pub fn arc_sine<R: Real>(x: R) -> R {
-    let half = R::splat(0.5);
-    let size = x.abs().min(R::one());
+    let n = x;
+    let half = n.with(0.5);
+    let size = x.abs().min(n.one());
     let small = size.le(half);
     // asin x = π/2 − 2 asin √((1 − x)/2) brings the upper half of the range into the polynomial's.
-    let folded = (half * (R::one() - size)).sqrt();
+    let folded = (half * (n.one() - size)).sqrt();
     let argument = R::select(small, size, folded);
     let square = argument.squared();
-    let mut p = R::zero();
+    let mut p = n.zero();
     for c in ARC_SINE {
-        p = p * square + R::splat(c);
+        p = p * square + n.with(c);
     }
     let angle = argument * p;
-    let angle = R::select(small, angle, R::splat(std::f64::consts::FRAC_PI_2) - R::splat(2.0) * angle);
-    R::select(x.lt(R::zero()), -angle, angle)
+    let angle = R::select(small, angle, n.with(std::f64::consts::FRAC_PI_2) - n.with(2.0) * angle);
+    R::select(x.lt(n.zero()), -angle, angle)
 }
 
 /// Shear resultant q(γ) [N/m] at γ [rad].
 #[inline(always)]
 pub fn resultant<R: Real>(c: &ShearConstants<R>, gamma: R) -> R {
+    let n = gamma;
     let size = gamma.abs();
-    let into = (size - c.gamma1).max(R::zero()).min(c.ramp);
-    let past = (size - c.gamma1 - c.ramp).max(R::zero());
-    let tangent = c.g1 * size + R::splat(0.5) * c.slope * into.squared() + c.rise * past;
+    let into = (size - c.gamma1).max(n.zero()).min(c.ramp);
+    let past = (size - c.gamma1 - c.ramp).max(n.zero());
+    let tangent = c.g1 * size + n.with(0.5) * c.slope * into.squared() + c.rise * past;
     let locked = (c.gamma1 + c.ramp).le(size);
     let secant = size * (c.g1 + R::select(locked, c.rise, c.slope * into));
-    let q = R::select(c.secant.le(R::zero()), tangent, secant);
-    R::select(gamma.lt(R::zero()), -q, q)
+    let q = R::select(c.secant.le(n.zero()), tangent, secant);
+    R::select(gamma.lt(n.zero()), -q, q)
 }
 
 /// Shear energy per reference area, ∫q dγ [J/m²].
 #[inline(always)]
 pub fn energy<R: Real>(c: &ShearConstants<R>, gamma: R) -> R {
+    let n = gamma;
     let size = gamma.abs();
-    let half = R::splat(0.5);
-    let third = R::splat(1.0 / 3.0);
-    let into = (size - c.gamma1).max(R::zero()).min(c.ramp);
-    let past = (size - c.gamma1 - c.ramp).max(R::zero());
+    let half = n.with(0.5);
+    let third = n.with(1.0 / 3.0);
+    let into = (size - c.gamma1).max(n.zero()).min(c.ramp);
+    let past = (size - c.gamma1 - c.ramp).max(n.zero());
     let base = half * c.g1 * size.squared();
     let ramp = half * third * c.slope * into * into * into;
     let tangent = base + ramp + half * c.slope * into.squared() * past + half * c.rise * past.squared();
     // ∫(y − γ1) y dy over the ramp, and rise·∫y dy past it.
     let over_ramp = into * into * (third * into + half * c.gamma1);
     let locked = c.gamma1 + c.ramp;
-    let past_ramp = half * c.rise * past * (past + R::splat(2.0) * locked);
+    let past_ramp = half * c.rise * past * (past + n.with(2.0) * locked);
     let secant = base + c.slope * over_ramp + past_ramp;
-    R::select(c.secant.le(R::zero()), tangent, secant)
+    R::select(c.secant.le(n.zero()), tangent, secant)
 }
 
 /// Largest tangent modulus dq/dγ of the law [N/m], for the step bound.

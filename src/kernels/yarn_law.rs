@@ -24,6 +24,8 @@ pub struct YarnConstants<R> {
     pub failure_strain: R,
     /// Slope of the continuation of the contact force to slack yarns, dF/dε [N]; see [`YarnResponse::force`].
     pub slack: R,
+    /// 1/(1 + crimp) [-].
+    pub per_rest: R,
     /// Terms of the arc length series that matter while this yarn can be taut.
     pub terms: usize,
 }
@@ -42,20 +44,63 @@ pub struct YarnResponse<R> {
     pub stiffness: R,
 }
 
+impl<R: Real> YarnConstants<R> {
+    /// Strain of the yarn without crimp, straightened, at stretch Λ = 1 + `stretch` [-].
+    #[inline(always)]
+    pub fn straight(&self, stretch: R) -> R {
+        (stretch - self.crimp) * self.per_rest
+    }
+}
+
 impl<R: Real> YarnResponse<R> {
+    /// `yes` where `mask` is true, `no` elsewhere.
+    #[inline(always)]
+    pub fn select(mask: R::Mask, yes: Self, no: Self) -> Self {
+        Self {
+            strain: R::select(mask, yes.strain, no.strain),
+            tension: R::select(mask, yes.tension, no.tension),
+            force: R::select(mask, yes.force, no.force),
+            stiffness: R::select(mask, yes.stiffness, no.stiffness),
+        }
+    }
+
     /// The contact force without its continuation: 0 where the yarn is slack.
     #[inline(always)]
     pub fn real_force(&self) -> R {
-        R::select(R::zero().lt(self.strain), self.force, R::zero())
+        let zero = self.strain.zero();
+        R::select(zero.lt(self.strain), self.force, zero)
     }
+}
+
+/// What of a yarn's response depends on its stretch alone.
+#[derive(Clone, Copy, Debug)]
+pub struct Span<R> {
+    /// Λ − 1 [-].
+    stretch: R,
+    /// Λ, and a little where the cell has collapsed [-].
+    length: R,
+    /// End slope over height, π/(2 w0 Λ) [1/m].
+    rise: R,
 }
 
 /// Which formulas a law uses; resolved at compile time.
 pub trait LawKernel: Copy + Send + Sync + 'static {
-    /// Tension, contact force and their derivatives of one yarn at stretch Λ = 1 + `stretch` and height `h`.
-    fn yarn<R: Real>(yarn: &YarnConstants<R>, stretch: R, h: R) -> YarnResponse<R>;
+    /// What depends on the stretch Λ = 1 + `stretch` alone.
+    #[inline(always)]
+    fn span<R: Real>(yarn: &YarnConstants<R>, stretch: R) -> Span<R> {
+        let length = (stretch.one() + stretch).max(stretch.with(SHORTEST));
+        let rise = stretch.with(std::f64::consts::FRAC_PI_2) / (yarn.half_span * length);
+        Span { stretch, length, rise }
+    }
+    /// Tension, contact force and their derivatives of one yarn at height `h`.
+    fn respond<R: Real>(yarn: &YarnConstants<R>, span: &Span<R>, h: R) -> YarnResponse<R>;
     /// In-plane force over tension.
-    fn in_plane_factor<R: Real>(yarn: &YarnConstants<R>, stretch: R, h: R) -> R;
+    fn in_plane_factor<R: Real>(yarn: &YarnConstants<R>, span: &Span<R>, h: R) -> R;
+    /// The response at stretch Λ = 1 + `stretch` and height `h`.
+    #[inline(always)]
+    fn yarn<R: Real>(yarn: &YarnConstants<R>, stretch: R, h: R) -> YarnResponse<R> {
+        Self::respond(yarn, &Self::span(yarn, stretch), h)
+    }
 }
 
 /// The paper's law with the tension itself as in-plane force.
@@ -78,8 +123,6 @@ pub struct Kawabata;
 struct Sinusoid<R: Real> {
     arc: ArcLength<R>,
     k: R,
-    /// dk/dh [1/m].
-    dk: R,
     strain: R,
     tension: R,
     taut: R::Mask,
@@ -88,18 +131,15 @@ struct Sinusoid<R: Real> {
 }
 
 #[inline(always)]
-fn sinusoid<R: Real>(yarn: &YarnConstants<R>, stretch: R, h: R) -> Sinusoid<R> {
-    let one = R::one();
-    let length = (one + stretch).max(R::splat(SHORTEST));
-    let dk = R::splat(std::f64::consts::FRAC_PI_2) / (yarn.half_span * length);
-    let k = h * dk;
+fn sinusoid<R: Real>(yarn: &YarnConstants<R>, span: &Span<R>, h: R) -> Sinusoid<R> {
+    let k = h * span.rise;
     let arc = arc_length(k, yarn.terms);
-    let per_length = one / (one + yarn.crimp);
-    let strain = (stretch + length * arc.excess - yarn.crimp) * per_length;
-    let taut = R::zero().lt(strain);
-    let tension = R::select(taut, yarn.stiffness * strain, R::zero());
-    let dstrain = length * arc.slope * dk * per_length;
-    Sinusoid { arc, k, dk, strain, tension, taut, dstrain }
+    let strain = (span.stretch + span.length * arc.excess - yarn.crimp) * yarn.per_rest;
+    let zero = h.zero();
+    let taut = zero.lt(strain);
+    let tension = R::select(taut, yarn.stiffness * strain, zero);
+    let dstrain = span.length * arc.slope * span.rise * yarn.per_rest;
+    Sinusoid { arc, k, strain, tension, taut, dstrain }
 }
 
 impl<R: Real> Sinusoid<R> {
@@ -116,79 +156,81 @@ impl<R: Real> Sinusoid<R> {
 }
 
 #[inline(always)]
-fn published_yarn<R: Real>(yarn: &YarnConstants<R>, stretch: R, h: R) -> YarnResponse<R> {
-    let s = sinusoid(yarn, stretch, h);
-    let cosine = R::one() / s.arc.secant;
-    let twice = R::splat(2.0) * cosine;
+fn published_yarn<R: Real>(yarn: &YarnConstants<R>, span: &Span<R>, h: R) -> YarnResponse<R> {
+    let s = sinusoid(yarn, span, h);
+    let cosine = s.arc.cosine;
+    let twice = h.with(2.0) * cosine;
     let force = twice * s.tension * s.k;
-    let stiffness = twice * (yarn.stiffness * s.dstrain * s.k + s.tension * cosine.squared() * s.dk);
+    let stiffness = twice * (yarn.stiffness * s.dstrain * s.k + s.tension * cosine.squared() * span.rise);
     s.response(yarn, force, stiffness)
 }
 
 impl LawKernel for PublishedTension {
     #[inline(always)]
-    fn yarn<R: Real>(yarn: &YarnConstants<R>, stretch: R, h: R) -> YarnResponse<R> {
-        published_yarn(yarn, stretch, h)
+    fn respond<R: Real>(yarn: &YarnConstants<R>, span: &Span<R>, h: R) -> YarnResponse<R> {
+        published_yarn(yarn, span, h)
     }
     #[inline(always)]
-    fn in_plane_factor<R: Real>(_: &YarnConstants<R>, _: R, _: R) -> R {
-        R::one()
+    fn in_plane_factor<R: Real>(_: &YarnConstants<R>, _: &Span<R>, h: R) -> R {
+        h.one()
     }
 }
 
 impl LawKernel for PublishedProjected {
     #[inline(always)]
-    fn yarn<R: Real>(yarn: &YarnConstants<R>, stretch: R, h: R) -> YarnResponse<R> {
-        published_yarn(yarn, stretch, h)
+    fn respond<R: Real>(yarn: &YarnConstants<R>, span: &Span<R>, h: R) -> YarnResponse<R> {
+        published_yarn(yarn, span, h)
     }
     #[inline(always)]
-    fn in_plane_factor<R: Real>(yarn: &YarnConstants<R>, stretch: R, h: R) -> R {
-        R::one() / sinusoid(yarn, stretch, h).arc.secant
+    fn in_plane_factor<R: Real>(yarn: &YarnConstants<R>, span: &Span<R>, h: R) -> R {
+        sinusoid(yarn, span, h).arc.cosine
     }
 }
 
 impl LawKernel for Variational {
     #[inline(always)]
-    fn yarn<R: Real>(yarn: &YarnConstants<R>, stretch: R, h: R) -> YarnResponse<R> {
-        let s = sinusoid(yarn, stretch, h);
-        let pi = R::splat(std::f64::consts::PI);
+    fn respond<R: Real>(yarn: &YarnConstants<R>, span: &Span<R>, h: R) -> YarnResponse<R> {
+        let s = sinusoid(yarn, span, h);
+        let pi = h.with(std::f64::consts::PI);
         let force = pi * s.arc.slope * s.tension;
         let growth = yarn.stiffness * s.dstrain;
-        let stiffness = pi * (s.arc.curvature * s.dk * s.tension + s.arc.slope * growth);
+        let stiffness = pi * (s.arc.curvature * span.rise * s.tension + s.arc.slope * growth);
         s.response(yarn, force, stiffness)
     }
     #[inline(always)]
-    fn in_plane_factor<R: Real>(yarn: &YarnConstants<R>, stretch: R, h: R) -> R {
-        let s = sinusoid(yarn, stretch, h);
-        R::one() + s.arc.excess - s.k * s.arc.slope
+    fn in_plane_factor<R: Real>(yarn: &YarnConstants<R>, span: &Span<R>, h: R) -> R {
+        let s = sinusoid(yarn, span, h);
+        h.one() + s.arc.excess - s.k * s.arc.slope
     }
 }
 
 /// Leg length l/w0 − 1 and l/w0 of the saw-tooth.
 #[inline(always)]
-fn leg<R: Real>(yarn: &YarnConstants<R>, stretch: R, h: R) -> (R, R) {
-    let one = R::one();
+fn leg<R: Real>(yarn: &YarnConstants<R>, span: &Span<R>, h: R) -> (R, R) {
+    let one = h.one();
+    let stretch = span.stretch;
     let eta = h / yarn.half_span;
-    let square_minus_1 = stretch * (R::splat(2.0) + stretch) + eta.squared();
-    let leg = R::zero().max(one + square_minus_1).sqrt().max(R::splat(SHORTEST));
+    let square_minus_1 = stretch * (h.with(2.0) + stretch) + eta.squared();
+    let leg = h.zero().max(one + square_minus_1).sqrt().max(h.with(SHORTEST));
     (square_minus_1 / (leg + one), leg)
 }
 
 impl LawKernel for Kawabata {
     #[inline(always)]
-    fn yarn<R: Real>(yarn: &YarnConstants<R>, stretch: R, h: R) -> YarnResponse<R> {
-        let one = R::one();
-        let (excess, leg) = leg(yarn, stretch, h);
-        let per_length = one / (one + yarn.crimp);
+    fn respond<R: Real>(yarn: &YarnConstants<R>, span: &Span<R>, h: R) -> YarnResponse<R> {
+        let n = h;
+        let one = n.one();
+        let (excess, leg) = leg(yarn, span, h);
+        let per_length = yarn.per_rest;
         let strain = (excess - yarn.crimp) * per_length;
-        let taut = R::zero().lt(strain);
-        let tension = R::select(taut, yarn.stiffness * strain, R::zero());
+        let taut = n.zero().lt(strain);
+        let tension = R::select(taut, yarn.stiffness * strain, n.zero());
         let eta = h / yarn.half_span;
         let per_leg = one / leg;
         let sine = eta * per_leg;
-        let two = R::splat(2.0);
+        let two = n.with(2.0);
         let dstrain = per_length * sine / yarn.half_span;
-        let cosine = (one + stretch) * per_leg;
+        let cosine = (one + span.stretch) * per_leg;
         let turning = tension * cosine.squared() * per_leg / yarn.half_span;
         let stiffness = two * (yarn.stiffness * dstrain * sine + turning);
         YarnResponse {
@@ -199,8 +241,8 @@ impl LawKernel for Kawabata {
         }
     }
     #[inline(always)]
-    fn in_plane_factor<R: Real>(yarn: &YarnConstants<R>, stretch: R, h: R) -> R {
-        (R::one() + stretch) / leg(yarn, stretch, h).1
+    fn in_plane_factor<R: Real>(yarn: &YarnConstants<R>, span: &Span<R>, h: R) -> R {
+        (h.one() + span.stretch) / leg(yarn, span, h).1
     }
 }
 

@@ -5,7 +5,7 @@ use crate::case::{Case, Edge, Edges, Fabric, Layer};
 use crate::kernels::crossover::{CellConstants, LawKernel, Variant};
 use crate::kernels::element_force::ElementConstants;
 use crate::kernels::shear::ShearConstants;
-use crate::number::{Real, Scalar};
+use crate::number::Scalar;
 
 /// Constants of alike plies in the number type of the state.
 #[derive(Clone, Debug)]
@@ -84,26 +84,18 @@ impl<S: Scalar> Sheet<S> {
         &self.mass[kind]
     }
 
-    /// Element constants as the number type of a kernel sees them.
-    pub fn constants<R: Real, L: LawKernel>(&self) -> ElementConstants<R> {
+    /// Element constants in the precision of a kernel.
+    pub fn constants<T: Scalar, L: LawKernel>(&self) -> ElementConstants<T> {
         let e = &self.element;
-        let s = &e.shear;
         ElementConstants {
             cell: CellConstants::cast::<L>(&self.cell),
-            shear: ShearConstants {
-                g1: R::splat(s.g1),
-                rise: R::splat(s.rise),
-                gamma1: R::splat(s.gamma1),
-                ramp: R::splat(s.ramp),
-                slope: R::splat(s.slope),
-                secant: R::splat(s.secant),
-            },
-            gradient: e.gradient.map(R::splat),
-            membrane: e.membrane.map(R::splat),
-            half_length: e.half_length.map(R::splat),
-            hourglass: e.hourglass.map(R::splat),
-            cells: R::splat(e.cells),
-            area: R::splat(e.area),
+            shear: e.shear.cast(),
+            gradient: e.gradient.map(T::splat),
+            membrane: e.membrane.map(T::splat),
+            half_length: e.half_length.map(T::splat),
+            hourglass: e.hourglass.map(T::splat),
+            cells: T::splat(e.cells),
+            area: T::splat(e.area),
         }
     }
 }

@@ -9,56 +9,25 @@
 //! Rows run in parallel; sums are kept by row and added in row order, so results do not depend on threads. Rows and
 //! columns that nothing has reached are left out.
 
+mod kernels;
 mod plies;
 mod projectile;
 mod trouble;
 
-use std::ops::Range;
-
 use rayon::prelude::*;
 
-use crate::kernels::crossover::LawKernel;
-use crate::kernels::element_force::{self, ElementConstants, ElementRow, ElementTotals, field as element};
-use crate::kernels::node_update::{self, Neighbours, NodeTotals, Part, RowMass, field as node};
+use crate::kernels::element_force::{ElementRow, ElementTotals, field as element};
+use crate::kernels::node_update::{Neighbours, NodeTotals, Part, RowMass};
+use crate::lanes::Vectors;
 use crate::ledger::Ledger;
-use crate::model::{Model, Sheet};
-use crate::number::{Real, Scalar};
+use crate::model::Model;
+use crate::number::Scalar;
 use crate::state::{Rows, State, split, split_mut};
+use kernels::{RowKernels, kernels};
 use plies::PlyContact;
 use projectile::ProjectileContact;
 pub use projectile::{fabric_between, node_position, node_stands};
 pub use trouble::{elements, fastest_node, find_trouble, nodes};
-
-type ElementKernel<R> =
-    fn(&ElementConstants<R>, &mut ElementRow<'_, <R as Real>::Scalar>, Range<usize>, f64, &mut ElementTotals);
-
-type NodeKernel<R> = fn(
-    &Neighbours<'_, <R as Real>::Scalar>,
-    &RowMass<'_, <R as Real>::Scalar>,
-    &mut [&mut [<R as Real>::Scalar]; node::COUNT],
-    &Part,
-    f64,
-    f64,
-) -> NodeTotals;
-
-/// The kernels a sheet needs, chosen once; what it lacks is not in them.
-struct Kernels<R: Real> {
-    constants: ElementConstants<R>,
-    /// Plain, and with the ledger.
-    element: [ElementKernel<R>; 2],
-}
-
-impl<R: Real> Kernels<R> {
-    fn new<L: LawKernel>(sheet: &Sheet<R::Scalar>) -> Self {
-        use element_force::element_force as kernel;
-        let element: [ElementKernel<R>; 2] = if sheet.has_shear {
-            [kernel::<R, L, true, false>, kernel::<R, L, true, true>]
-        } else {
-            [kernel::<R, L, false, false>, kernel::<R, L, false, true>]
-        };
-        Self { constants: sheet.constants::<R, L>(), element }
-    }
-}
 
 /// A yarn failure, with its place in the pack.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -144,32 +113,33 @@ impl<'a, S: Scalar> Frame<'a, S> {
 }
 
 /// Advances a state step by step.
-pub struct Stepper<R: Real> {
+pub struct Stepper<S: Scalar> {
     /// By sheet.
-    kernels: Vec<Kernels<R>>,
-    /// Plain, and with the ledger.
-    node: [NodeKernel<R>; 2],
+    kernels: Vec<Box<dyn RowKernels<S>>>,
     element_totals: Vec<ElementTotals>,
     node_totals: Vec<NodeTotals>,
     /// What a row of nodes without elements on one side reads.
-    nothing: Vec<R::Scalar>,
+    nothing: Vec<S>,
     plies: PlyContact,
     projectile: ProjectileContact,
     /// Failures of the last step.
     pub failures: Vec<FailureEvent>,
 }
 
-impl<R: Real + Send + Sync> Stepper<R> {
+impl<S: Scalar> Stepper<S> {
+    /// A stepper for a model, on the widest vectors there are.
+    pub fn new(model: &Model<S>) -> Self {
+        Self::with_vectors(model, Vectors::widest())
+    }
+
     /// A stepper for a model.
-    pub fn new(model: &Model<R::Scalar>) -> Self {
+    pub fn with_vectors(model: &Model<S>, vectors: Vectors) -> Self {
         let grid = &model.grid;
-        let kernels = model.sheets.iter().map(|sheet| crate::with_law!(sheet.law, L => Kernels::new::<L>(sheet)));
         Self {
-            kernels: kernels.collect(),
-            node: [node_update::node_update::<R, false>, node_update::node_update::<R, true>],
+            kernels: model.sheets.iter().map(|sheet| kernels(sheet, vectors)).collect(),
             element_totals: vec![ElementTotals::default(); grid.element_rows()],
             node_totals: vec![NodeTotals::default(); grid.node_rows()],
-            nothing: vec![R::Scalar::splat(0.0); element::COUNT * grid.element_stride],
+            nothing: vec![S::splat(0.0); element::COUNT * grid.element_stride],
             plies: PlyContact::new(model),
             projectile: ProjectileContact::default(),
             failures: Vec::new(),
@@ -177,13 +147,7 @@ impl<R: Real + Send + Sync> Stepper<R> {
     }
 
     /// One step from the positions at `state.step`·Δt. `sample`: fill in the energies at that time.
-    pub fn step(
-        &mut self,
-        model: &Model<R::Scalar>,
-        state: &mut State<R::Scalar>,
-        ledger: &mut Ledger,
-        sample: bool,
-    ) -> StepTotals {
+    pub fn step(&mut self, model: &Model<S>, state: &mut State<S>, ledger: &mut Ledger, sample: bool) -> StepTotals {
         let mut frame = Frame::new(model, state, ledger, sample);
         self.elements(&mut frame);
         self.nodes(&mut frame);
@@ -194,13 +158,13 @@ impl<R: Real + Send + Sync> Stepper<R> {
     }
 
     /// The first part of a step: forces of the elements.
-    pub fn elements(&mut self, frame: &mut Frame<'_, R::Scalar>) {
+    pub fn elements(&mut self, frame: &mut Frame<'_, S>) {
         self.element_pass(frame);
         self.collect_elements(frame);
     }
 
     /// The second part: the nodes move.
-    pub fn nodes(&mut self, frame: &mut Frame<'_, R::Scalar>) {
+    pub fn nodes(&mut self, frame: &mut Frame<'_, S>) {
         for (ply, reach) in frame.state.reach.iter_mut().enumerate() {
             *reach = reach.grown(1, &frame.model.sheet(ply).mesh);
         }
@@ -221,14 +185,14 @@ impl<R: Real + Send + Sync> Stepper<R> {
     }
 
     /// The third part: contact between the plies.
-    pub fn plies(&mut self, frame: &mut Frame<'_, R::Scalar>) {
+    pub fn plies(&mut self, frame: &mut Frame<'_, S>) {
         if frame.model.plies.len() > 1 {
             self.plies.resolve(frame, &self.nothing);
         }
     }
 
     /// The fourth part: contact with the projectile, and its motion.
-    pub fn projectile(&mut self, frame: &mut Frame<'_, R::Scalar>) {
+    pub fn projectile(&mut self, frame: &mut Frame<'_, S>) {
         if let Some(mut body) = frame.state.body.take() {
             self.projectile.resolve(frame, &mut body, &self.nothing);
             if frame.sample {
@@ -239,14 +203,14 @@ impl<R: Real + Send + Sync> Stepper<R> {
         }
     }
 
-    fn element_pass(&mut self, frame: &mut Frame<'_, R::Scalar>) {
-        let (model, state) = (frame.model, &mut *frame.state);
+    fn element_pass(&mut self, frame: &mut Frame<'_, S>) {
+        let (model, state, sample) = (frame.model, &mut *frame.state, frame.sample);
         let grid = &model.grid;
         let dt = if state.step == 0 { 0.0 } else { model.dt };
         let (nodes, stride, reach) = (&state.nodes, state.elements.stride, &state.reach);
         let length = state.elements.row_length();
         let all = state.step == 0;
-        let work = |(index, (storage, totals)): (usize, (&mut [R::Scalar], &mut ElementTotals))| {
+        let work = |(index, (storage, totals)): (usize, (&mut [S], &mut ElementTotals))| {
             let (ply, row) = grid.element_row(index);
             let mesh = &model.sheet(ply).mesh;
             // The first step computes everything, so that yarn heights at rest are those the unit cell finds.
@@ -256,21 +220,20 @@ impl<R: Real + Send + Sync> Stepper<R> {
                 return;
             }
             totals.computed = columns.len();
-            let kernels = &self.kernels[model.plies[ply].sheet];
             let below = grid.first_node_row(ply) + row;
             let mut row = ElementRow {
                 below: split(nodes.row(below), nodes.stride),
                 above: split(nodes.row(below + 1), nodes.stride),
                 element: split_mut(storage, stride),
             };
-            kernels.element[usize::from(frame.sample)](&kernels.constants, &mut row, columns, dt, totals);
+            self.kernels[model.plies[ply].sheet].elements(&mut row, columns, dt, sample, totals);
         };
         let rows = state.elements.data.par_chunks_mut(length).zip(&mut self.element_totals);
         rows.enumerate().with_min_len(4).for_each(work);
     }
 
     /// Adds up what the rows did, in row order.
-    fn collect_elements(&mut self, frame: &mut Frame<'_, R::Scalar>) {
+    fn collect_elements(&mut self, frame: &mut Frame<'_, S>) {
         let Frame { model, state, ledger, totals, sample } = frame;
         self.failures.clear();
         for (index, row) in self.element_totals.iter().enumerate() {
@@ -302,14 +265,14 @@ impl<R: Real + Send + Sync> Stepper<R> {
         }
     }
 
-    fn node_pass(&mut self, frame: &mut Frame<'_, R::Scalar>) {
+    fn node_pass(&mut self, frame: &mut Frame<'_, S>) {
         let kick = frame.kick();
         let (model, state) = (frame.model, &mut *frame.state);
         let grid = &model.grid;
-        let kernel = self.node[usize::from(frame.sample)];
+        let (kernels, sample) = (&self.kernels, frame.sample);
         let (elements, nothing, reach) = (&state.elements, &self.nothing, &state.reach);
         let (stride, length) = (state.nodes.stride, state.nodes.row_length());
-        let work = |(index, (storage, totals)): (usize, (&mut [R::Scalar], &mut NodeTotals))| {
+        let work = |(index, (storage, totals)): (usize, (&mut [S], &mut NodeTotals))| {
             let (ply, row) = grid.node_row(index);
             *totals = NodeTotals::default();
             if !reach[ply].rows.contains(&row) {
@@ -325,7 +288,8 @@ impl<R: Real + Send + Sync> Stepper<R> {
                 columns: sheet.mesh.columns + 1,
                 edge_row: row == 0 || row == sheet.mesh.rows,
             };
-            *totals = kernel(&around, &mass, &mut fields, &part, kick, model.dt);
+            let kernels = &kernels[model.plies[ply].sheet];
+            *totals = kernels.nodes(&around, &mass, &mut fields, &part, [kick, model.dt], sample);
         };
         let rows = state.nodes.data.par_chunks_mut(length).zip(&mut self.node_totals);
         rows.enumerate().with_min_len(4).for_each(work);

@@ -102,7 +102,7 @@ impl ProjectileContact {
                 continue; // both are held: neither can give way, and no finite impulse would change that
             }
             let around = neighbours(model, &state.elements, nothing, ply, row);
-            let force = node_update::gather::<S>(&around, column).map(Scalar::to_f64);
+            let force = node_update::gather(S::splat(0.0), &around, column).map(Scalar::to_f64);
             let force = Vector3::from(sheet.mesh.to_pack(force));
             let mut point = ContactPoint {
                 ply,

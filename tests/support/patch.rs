@@ -1,7 +1,7 @@
 //! A patch of elements that a test moves by hand and asks for forces and energies.
 
 use ripstop::case::{self, Case};
-use ripstop::kernels::element_force::{ElementRow, ElementTotals, element_force, field as element};
+use ripstop::kernels::element_force::{ElementRow, ElementTotals, Extent, element_force, field as element};
 use ripstop::kernels::node_update::{Neighbours, field as node, gather};
 use ripstop::model::Model;
 use ripstop::number::Scalar;
@@ -117,7 +117,6 @@ impl<S: Scalar> Patch<S> {
     pub(crate) fn evaluate_rows(&mut self, dt: f64) -> Vec<ElementTotals> {
         let model = &self.model;
         let sheet = model.sheet(0);
-        let shear = sheet.has_shear;
         let (nodes, elements) = (&self.state.nodes, &mut self.state.elements);
         let (columns, stride) = (model.grid.columns, elements.stride);
         let mut all = vec![ElementTotals::default(); model.grid.rows];
@@ -129,11 +128,8 @@ impl<S: Scalar> Patch<S> {
             };
             with_law!(sheet.law, L => {
                 let c = sheet.constants::<S, L>();
-                if shear {
-                    element_force::<S, L, true, true>(&c, &mut storage, 0..columns, dt, totals);
-                } else {
-                    element_force::<S, L, false, true>(&c, &mut storage, 0..columns, dt, totals);
-                }
+                let extent = Extent { shear: sheet.has_shear, ledger: true };
+                element_force::<S, L>(&c, &mut storage, 0..columns, dt, extent, totals);
             });
         }
         all
@@ -165,7 +161,7 @@ impl<S: Scalar> Patch<S> {
             let below = if row > 0 { elements.row(row - 1) } else { &nothing };
             let above = if row < rows { elements.row(row) } else { &nothing };
             let around = Neighbours { below: split(below, elements.stride), above: split(above, elements.stride) };
-            gather::<S>(&around, column).map(|f| f.to_f64())
+            gather(S::splat(0.0), &around, column).map(|f| f.to_f64())
         };
         self.nodes().into_iter().map(force).collect()
     }

@@ -117,7 +117,8 @@ impl<S: Scalar> Mover<'_, S> {
                 around = neighbours(model, self.elements, self.nothing, ply, row);
                 last = row;
             }
-            let [membrane, mode] = node_update::gather_parts::<S>(&around, column).map(|f| f.map(Scalar::to_f64));
+            let [membrane, mode] =
+                node_update::gather_parts(S::splat(0.0), &around, column).map(|f| f.map(Scalar::to_f64));
             let force = [0, 1, 2].map(|a| membrane[a] + mode[a]);
             let place = |field: usize| (row * node::COUNT + field) * stride + column;
             let free = [0, 1, 2].map(|a| nodes[place(node::VELOCITY + a)].to_f64());

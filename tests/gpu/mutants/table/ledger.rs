@@ -43,9 +43,19 @@ pub(super) const MUTANTS: &[Mutant] = &[
         "if ((flags[element_at(ply, cell)] & yarn) == 0u) {",
         "if (false) {",
     ),
-    mutant("plugs cover", "cylinder behind a plug", "at < end; at++", "at <= along; at++"),
-    mutant("flaps cover", "cylinder behind a flap", "var at = along - min(along, plies[ply].span)", "var at = along"),
-    mutant("yarns run on for a cell only", "cylinder behind a plug", "along + plies[ply].span + 1u", "along + 2u"),
+    mutant("flaps cut further on cover", "cylinder behind a faster flap", "at < end; at++", "at <= along; at++"),
+    mutant(
+        "flaps cut before cover",
+        "cylinder behind a faster flap",
+        "var at = along - min(along, plies[ply].span)",
+        "var at = along",
+    ),
+    mutant(
+        "yarns run on for a cell only",
+        "cylinder behind a faster flap",
+        "along + plies[ply].span + 1u",
+        "along + 2u",
+    ),
     mutant("wefts do not cover", "sphere under a weft", "runs_on(ply, place, 2u)", "false"),
     mutant("warps do not cover", "sphere", "runs_on(ply, place, 1u)", "false"),
     mutant(
