@@ -124,6 +124,8 @@ macro_rules! lanes {
         }
 
         impl<S: Simd> Mask for $mask<S> {
+            const LANES: usize = <S::$truth as SimdMask<S>>::LEN;
+
             #[inline(always)]
             fn any(self) -> bool {
                 self.0.any_true()
@@ -221,3 +223,123 @@ macro_rules! lanes {
 
 lanes!(F64s, F64Mask, f64s, mask64s, f64, 32, F64_THIRD, F64_BIAS);
 lanes!(F32s, F32Mask, f32s, mask32s, f32, 16, F32_THIRD, F32_BIAS);
+
+/// Twice as many numbers: two chains of operations side by side hide each other's latency.
+#[derive(Clone, Copy, Debug)]
+pub struct Twice<R>(R, R);
+
+macro_rules! twice {
+    ($($trait:ident $method:ident),+) => {$(
+        impl<R: $trait<Output = R>> $trait for Twice<R> {
+            type Output = Self;
+            #[inline(always)]
+            fn $method(self, other: Self) -> Self {
+                Self(self.0.$method(other.0), self.1.$method(other.1))
+            }
+        }
+    )+};
+    (@one $($trait:ident $method:ident),+) => {$(
+        impl<R: $trait<Output = R>> $trait for Twice<R> {
+            type Output = Self;
+            #[inline(always)]
+            fn $method(self) -> Self {
+                Self(self.0.$method(), self.1.$method())
+            }
+        }
+    )+};
+}
+
+twice!(Add add, Sub sub, Mul mul, Div div, BitAnd bitand, BitOr bitor);
+twice!(@one Neg neg, Not not);
+
+impl<M: Mask> Mask for Twice<M> {
+    const LANES: usize = 2 * M::LANES;
+
+    #[inline(always)]
+    fn any(self) -> bool {
+        (self.0 | self.1).any()
+    }
+    #[inline(always)]
+    fn count(self) -> u32 {
+        self.0.count() + self.1.count()
+    }
+    #[inline(always)]
+    fn lane(self, lane: usize) -> bool {
+        if lane < M::LANES { self.0.lane(lane) } else { self.1.lane(lane - M::LANES) }
+    }
+}
+
+impl<R: Real> Twice<R> {
+    /// The same number twice.
+    pub fn of(number: R) -> Self {
+        Self(number, number)
+    }
+}
+
+impl<R: Real> Real for Twice<R> {
+    type Scalar = R::Scalar;
+    type Mask = Twice<R::Mask>;
+    const LANES: usize = 2 * R::LANES;
+    const EPSILON: f64 = R::EPSILON;
+
+    #[inline(always)]
+    fn with(self, value: f64) -> Self {
+        Self(self.0.with(value), self.1.with(value))
+    }
+    #[inline(always)]
+    fn spread(self, value: R::Scalar) -> Self {
+        Self(self.0.spread(value), self.1.spread(value))
+    }
+    #[inline(always)]
+    fn load(self, source: &[R::Scalar], index: usize) -> Self {
+        let source = &source[index..index + Self::LANES];
+        Self(self.0.load(source, 0), self.1.load(source, R::LANES))
+    }
+    #[inline(always)]
+    fn store(self, target: &mut [R::Scalar], index: usize) {
+        let target = &mut target[index..index + Self::LANES];
+        self.0.store(target, 0);
+        self.1.store(target, R::LANES);
+    }
+    #[inline(always)]
+    fn lane(self, lane: usize) -> R::Scalar {
+        if lane < R::LANES { self.0.lane(lane) } else { self.1.lane(lane - R::LANES) }
+    }
+    #[inline(always)]
+    fn within(self, first: usize, range: &Range<usize>) -> Self::Mask {
+        Twice(self.0.within(first, range), self.1.within(first + R::LANES, range))
+    }
+    #[inline(always)]
+    fn add_to(self, sums: &mut [f64], index: usize) {
+        self.0.add_to(sums, index);
+        self.1.add_to(sums, index + R::LANES);
+    }
+    #[inline(always)]
+    fn vectorize<T>(self, call: impl FnOnce() -> T) -> T {
+        self.0.vectorize(call)
+    }
+    #[inline(always)]
+    fn sqrt(self) -> Self {
+        Self(self.0.sqrt(), self.1.sqrt())
+    }
+    #[inline(always)]
+    fn abs(self) -> Self {
+        Self(self.0.abs(), self.1.abs())
+    }
+    #[inline(always)]
+    fn lt(self, other: Self) -> Self::Mask {
+        Twice(self.0.lt(other.0), self.1.lt(other.1))
+    }
+    #[inline(always)]
+    fn le(self, other: Self) -> Self::Mask {
+        Twice(self.0.le(other.0), self.1.le(other.1))
+    }
+    #[inline(always)]
+    fn select(mask: Self::Mask, yes: Self, no: Self) -> Self {
+        Self(R::select(mask.0, yes.0, no.0), R::select(mask.1, yes.1, no.1))
+    }
+    #[inline(always)]
+    fn inverse_cube_root_estimate(self) -> Self {
+        Self(self.0.inverse_cube_root_estimate(), self.1.inverse_cube_root_estimate())
+    }
+}

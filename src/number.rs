@@ -32,6 +32,8 @@ pub(crate) use each;
 
 /// Outcome of a comparison, one truth value per lane.
 pub trait Mask: Copy + BitAnd<Output = Self> + BitOr<Output = Self> + Not<Output = Self> {
+    /// Truth values.
+    const LANES: usize;
     /// True if any lane is.
     fn any(self) -> bool;
     /// Number of true lanes.
@@ -148,6 +150,8 @@ pub trait Real:
 }
 
 impl Mask for bool {
+    const LANES: usize = 1;
+
     fn any(self) -> bool {
         self
     }

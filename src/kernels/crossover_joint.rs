@@ -55,8 +55,10 @@ pub(super) fn iterate<R: Real, L: LawKernel>(
         let give = b * q * cube * n.with(1.0 / 3.0);
         let misfit = height[0] + height[1] - b * q - (cell.height_sum - a);
         let [sp, so] = each!(i in 2 => yarn[i].stiffness.max(cell.softest));
-        // What the residual F_p(x) − F_o(H − d(F_p) − x) would be, at most.
-        let off = (yarn[0].force - force).abs() * (one + so * give) + (yarn[1].force - force).abs() + so * misfit.abs();
+        // What the residual F_p(x) − F_o(H − d(F_p) − x) would be, at most; heights are as good as their rounding.
+        let gap = misfit.abs() + give * (yarn[0].force - force).abs();
+        let off =
+            (yarn[0].force - yarn[1].force).abs() + so * (gap - cell.height_sum * n.with(32.0 * R::EPSILON)).max(zero);
         // Both yarns slack although the crossover is not compressed: nothing presses.
         let open = (cell.height_sum * n.with(1.0 - 4.0 * R::EPSILON)).le(height[0] + height[1]);
         let slack = open & yarn[0].strain.le(zero) & yarn[1].strain.le(zero);

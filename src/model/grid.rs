@@ -3,7 +3,7 @@
 use super::mesh::Mesh;
 
 /// Numbers processed at once at most; rows are padded so that every load stays inside its row.
-const PAD: usize = 16;
+const PAD: usize = 32;
 
 /// Storage of a pack. Every ply has room for the largest mesh among them; what a smaller one leaves is never computed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -6,7 +6,7 @@ use std::ops::Range;
 use crate::kernels::crossover::LawKernel;
 use crate::kernels::element_force::{ElementConstants, ElementRow, ElementTotals, Extent, element_force};
 use crate::kernels::node_update::{Neighbours, NodeRow, NodeTotals, Part, RowMass, node_update};
-use crate::lanes::Vectors;
+use crate::lanes::{Twice, Vectors};
 use crate::model::Sheet;
 use crate::number::{Real, Scalar};
 
@@ -85,13 +85,13 @@ fn of_law<S: Scalar, L: LawKernel>(sheet: &Sheet<S>, vectors: Vectors) -> Box<dy
     match vectors {
         Vectors::None => compiled::<S, L>(&constants, S::splat(0.0), shear),
         #[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
-        Vectors::Avx512(simd) => compiled::<_, L>(&constants, S::lanes(simd), shear),
+        Vectors::Avx512(simd) => compiled::<_, L>(&constants, Twice::of(S::lanes(simd)), shear),
         #[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
-        Vectors::Avx2(simd) => compiled::<_, L>(&constants, S::lanes(simd), shear),
+        Vectors::Avx2(simd) => compiled::<_, L>(&constants, Twice::of(S::lanes(simd)), shear),
         #[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
-        Vectors::Sse2(simd) => compiled::<_, L>(&constants, S::lanes(simd), shear),
+        Vectors::Sse2(simd) => compiled::<_, L>(&constants, Twice::of(S::lanes(simd)), shear),
         #[cfg(target_arch = "aarch64")]
-        Vectors::Neon(simd) => compiled::<_, L>(&constants, S::lanes(simd), shear),
+        Vectors::Neon(simd) => compiled::<_, L>(&constants, Twice::of(S::lanes(simd)), shear),
     }
 }
 
