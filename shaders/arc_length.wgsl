@@ -1,12 +1,12 @@
 // arc_length: length of a sinusoidal yarn over its span, (13) in closed form, by the Gauss–Kummer series.
 // Twin: src/kernels/arc_length.rs
 
-/// s − 1, ds/dk, d²s/dk² and √(1 + k²) at end slope k.
+/// s − 1, ds/dk, d²s/dk² and cos α = 1/√(1 + k²) at end slope k.
 struct ArcLength {
     excess: f32,
     slope: f32,
     curvature: f32,
-    secant: f32,
+    cosine: f32,
 }
 
 /// Squares of the binomial coefficients C(1/2, n), n = 1…12.
@@ -31,9 +31,14 @@ fn term(sum: vec2<f32>, x: f32, coefficient: f32) -> vec2<f32> {
 }
 
 fn arc_length(k: f32) -> ArcLength {
-    let secant = sqrt(1.0 + k * k);
-    let a1 = 1.0 / (secant + 1.0);
-    let a_minus_1 = k * k * a1;
+    let square = k * k;
+    let secant = sqrt(1.0 + square);
+    let a2 = secant + 1.0;
+    // One division for 1/√(1 + k²) and 1/(√(1 + k²) + 1).
+    let both = 1.0 / (secant * a2);
+    let inverse_secant = a2 * both;
+    let a1 = secant * both;
+    let a_minus_1 = square * a1;
     let lambda = a_minus_1 * a1;
     let x = lambda * lambda;
     // Unrolled, so that the terms a fabric does not need are gone.
@@ -52,10 +57,9 @@ fn arc_length(k: f32) -> ArcLength {
     sum = term(sum, x, SERIES[0]);
     let g_minus_1 = x * sum.x;
     let dg = sum.x + x * sum.y;
-    let excess = 0.5 * a_minus_1 + 0.5 * (secant + 1.0) * g_minus_1;
+    let excess = 0.5 * a_minus_1 + 0.5 * a2 * g_minus_1;
     let b = 0.5 * (1.0 + g_minus_1) + 2.0 * lambda * dg * a1;
-    let inverse_secant = 1.0 / secant;
     let slope = k * inverse_secant * b;
     let curvature = (1.0 + excess) * inverse_secant * inverse_secant - b * inverse_secant;
-    return ArcLength(excess, slope, curvature, secant);
+    return ArcLength(excess, slope, curvature, inverse_secant);
 }

@@ -1,4 +1,4 @@
-// crossover: equilibrium of warp and weft where they cross, (11)–(24), by a bracketed Newton iteration.
+// crossover: equilibrium of warp and weft where they cross, (11)–(24): a bracketed Newton iteration where the joint one fails.
 // Twin: src/kernels/crossover.rs
 
 const MAX_ITERATIONS: u32 = 80u;
@@ -13,7 +13,7 @@ struct Equilibrium {
     height: vec2<f32>,
     /// F [N].
     force: f32,
-    /// |r| [N].
+    /// Difference of the yarns' contact forces [N].
     residual: f32,
     /// Evaluations of the residual.
     iterations: u32,
@@ -26,8 +26,9 @@ fn compression(force: f32) -> vec2<f32> {
         return vec2<f32>(0.0);
     }
     let sum = max(0.0, force) + scene.compression_offset;
-    let left = scene.compression_b / cube_root(sum);
-    let derivative = left / (3.0 * sum);
+    let root = inverse_cube_root(sum);
+    let left = scene.compression_b * root;
+    let derivative = left * (1.0 / 3.0) * (root * root * root);
     return select(vec2<f32>(scene.compression_a - left, derivative), vec2<f32>(0.0), force <= 0.0);
 }
 
@@ -38,7 +39,7 @@ fn compression_energy(force: f32) -> f32 {
     }
     let a = scene.compression_a;
     let b = scene.compression_b;
-    let left = b / cube_root(max(0.0, force) + scene.compression_offset);
+    let left = b * inverse_cube_root(max(0.0, force) + scene.compression_offset);
     let d = a - left;
     return b * b * b * (0.5 * (1.0 / (left * left) - 1.0 / (a * a)) - d / (a * a * a));
 }
@@ -50,6 +51,16 @@ struct CellPoint {
     other_height: f32,
     residual: f32,
     slope: f32,
+}
+
+/// Where an iteration ended.
+struct Found {
+    /// Height of the pivot [m].
+    x: f32,
+    best: CellPoint,
+    /// Evaluations.
+    iterations: u32,
+    met: bool,
 }
 
 fn cell_point(stretch: vec2<f32>, x: f32) -> CellPoint {
@@ -98,28 +109,17 @@ fn polish(stretch: vec2<f32>, start: CellPoint) -> CellPoint {
     return best;
 }
 
-/// Strain of a yarn that nothing presses [-].
-fn straight_strain(y: Yarn, stretch: f32) -> f32 {
-    return (stretch - y.crimp) / (1.0 + y.crimp);
-}
-
-/// Solves the cell for the stretches Λ = 1 + `stretch`, from the heights `warm` of the last step. `both`: both yarns
-/// are alive and present; elsewhere each straightens freely.
-fn solve(stretch: vec2<f32>, warm: vec2<f32>, both: bool) -> Equilibrium {
-    let straight = vec2<f32>(straight_strain(yarn(0u), stretch.x), straight_strain(yarn(1u), stretch.y));
+/// Solves the cell by the bracketed iteration, the pivot's height from `start`, after `before` evaluations.
+fn bracketed(stretch: vec2<f32>, start: f32, before: u32) -> Found {
     let top = scene.height_sum;
-    if (!both || !(0.0 < top)) {
-        let tension = vec2<f32>(scene.warp_stiffness, scene.weft_stiffness) * max(vec2<f32>(0.0), straight);
-        return Equilibrium(tension, tension, straight, vec2<f32>(0.0), 0.0, 0.0, 0u, true);
-    }
-    var x = min(max(0.0, warm[PIVOT]), top);
+    var x = start;
     var low = 0.0;
     var high = top;
     var low_seen = false;
     var high_seen = false;
     var last = 1e30;
     var best = cell_point(stretch, x);
-    var iterations = 1u;
+    var iterations = before + 1u;
     var unmet = true;
     for (var i = 0u; i < MAX_ITERATIONS; i++) {
         let size = abs(best.residual);
@@ -150,11 +150,36 @@ fn solve(stretch: vec2<f32>, warm: vec2<f32>, both: bool) -> Equilibrium {
         best = cell_point(stretch, x);
         iterations += 1u;
     }
-    best = polish(stretch, best);
+    return Found(x, polish(stretch, best), iterations, !unmet);
+}
+
+/// Strain of a yarn that nothing presses [-].
+fn straight_strain(y: Yarn, stretch: f32) -> f32 {
+    return (stretch - y.crimp) / (1.0 + y.crimp);
+}
+
+/// Solves the cell for the stretches Λ = 1 + `stretch`, from the heights `warm` of the last step. `both`: both yarns
+/// are alive and present; elsewhere each straightens freely.
+fn solve(stretch: vec2<f32>, warm: vec2<f32>, both: bool) -> Equilibrium {
+    let straight = vec2<f32>(straight_strain(yarn(0u), stretch.x), straight_strain(yarn(1u), stretch.y));
+    let top = scene.height_sum;
+    if (!both || !(0.0 < top)) {
+        let tension = vec2<f32>(scene.warp_stiffness, scene.weft_stiffness) * max(vec2<f32>(0.0), straight);
+        return Equilibrium(tension, tension, straight, vec2<f32>(0.0), 0.0, 0.0, 0u, true);
+    }
+    let start = min(max(vec2<f32>(0.0), vec2<f32>(warm[PIVOT], warm[1u - PIVOT])), vec2<f32>(top));
+    var found: Found;
+    if (JOINT) {
+        found = joint(stretch, start);
+    }
+    if (!found.met) {
+        found = bracketed(stretch, start.x, found.iterations);
+    }
+    let best = found.best;
     var out = Equilibrium(
         vec2<f32>(0.0), vec2<f32>(0.0), vec2<f32>(0.0), vec2<f32>(0.0),
-        real_force(best.pivot), abs(real_force(best.pivot) - real_force(best.other)), iterations, !unmet);
-    out.height[PIVOT] = x;
+        real_force(best.pivot), abs(real_force(best.pivot) - real_force(best.other)), found.iterations, found.met);
+    out.height[PIVOT] = found.x;
     out.height[1u - PIVOT] = best.other_height;
     out.strain[PIVOT] = best.pivot.strain;
     out.strain[1u - PIVOT] = best.other.strain;

@@ -8,12 +8,12 @@ fn squared(x: f32) -> f32 {
     return x * x;
 }
 
-/// Cube root of a positive number: Halley's iteration from the exponent's estimate.
-fn cube_root(x: f32) -> f32 {
-    var y = bitcast<f32>(bitcast<u32>(x) / 3u + 0x2a512ce3u);
+/// 1/∛x of a positive number: two rounds of fourth order from the exponent's estimate.
+fn inverse_cube_root(x: f32) -> f32 {
+    var y = bitcast<f32>(0x54a2fa8cu - (bitcast<u32>(x) >> 16u) * 0x5556u);
     for (var i = 0; i < 2; i++) {
-        let cube = y * y * y;
-        y = y * (cube + 2.0 * x) / (2.0 * cube + x);
+        let r = 1.0 - x * (y * y * y);
+        y = y + y * (r * (1.0 / 3.0 + r * (2.0 / 9.0 + r * (14.0 / 81.0))));
     }
     return y;
 }

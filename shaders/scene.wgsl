@@ -9,6 +9,8 @@ override PIVOT: u32 = 0u;
 /// Terms of the arc length series.
 override TERMS: u32 = 12u;
 /// Whether yarns flatten where they cross.
+/// Whether the unit cell's joint iteration comes first.
+override JOINT: bool = true;
 override COMPRESSION: bool = true;
 override SHEAR: bool = true;
 /// Whether the shear modulus is a secant one.
@@ -57,6 +59,13 @@ struct Scene {
     compression_a: f32,
     compression_b: f32,
     compression_offset: f32,
+    /// a/b, and 1/b.
+    compression_loose: f32,
+    compression_per_b: f32,
+    /// Least stiffness of a contact force that Newton's steps reckon with [N/m].
+    softest: f32,
+    /// What a contact force may round to [N].
+    noise: f32,
     tolerance: f32,
     // Trellis shear, times thickness [N/m].
     shear_g1: f32,

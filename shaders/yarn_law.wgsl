@@ -107,7 +107,7 @@ fn yarn_response(y: Yarn, stretch: f32, h: f32) -> YarnResponse {
         let growth = y.stiffness * s.dstrain;
         stiffness = PI * (s.arc.curvature * s.dk * s.tension + s.arc.slope * growth);
     } else {
-        let cosine = 1.0 / s.arc.secant;
+        let cosine = s.arc.cosine;
         let twice = 2.0 * cosine;
         force = twice * s.tension * s.k;
         stiffness = twice * (y.stiffness * s.dstrain * s.k + s.tension * squared(cosine) * s.dk);
@@ -132,5 +132,5 @@ fn in_plane_factor(y: Yarn, stretch: f32, h: f32) -> f32 {
     if (LAW == VARIATIONAL) {
         return 1.0 + s.arc.excess - s.k * s.arc.slope;
     }
-    return 1.0 / s.arc.secant;
+    return s.arc.cosine;
 }

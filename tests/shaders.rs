@@ -15,8 +15,8 @@ use ripstop::gpu::stepper::Stepper;
 use ripstop::gpu::{Device, buffers};
 use ripstop::kernels::rigid_body::RigidBody;
 use ripstop::kernels::{
-    arc_length, crossover, element_force, ply_contact, projectile_chisel, projectile_contact, projectile_shape, shear,
-    yarn_law,
+    arc_length, crossover, crossover_joint, element_force, ply_contact, projectile_chisel, projectile_contact,
+    projectile_shape, shear, yarn_law,
 };
 use ripstop::model::Model;
 use wgpu::naga;
@@ -362,6 +362,7 @@ fn constants() -> Vec<(&'static str, Vec<f64>)> {
         number("SHARE_UNIT", f64::from(1_u32 << 20)),
         count("NO_PLY", u32::MAX as usize),
         count("MAX_ITERATIONS", crossover::MAX_ITERATIONS as usize),
+        count("JOINT_ITERATIONS", crossover_joint::JOINT_ITERATIONS as usize),
         count("SET_CHANGES", projectile_contact::SET_CHANGES),
         count("FRICTION_SWEEPS", projectile_contact::FRICTION_SWEEPS),
         count("ELLIPSE_STEPS", projectile_chisel::ELLIPSE_STEPS),

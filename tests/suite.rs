@@ -12,4 +12,5 @@ mod shaders;
 mod shots;
 mod support;
 mod unit_cell;
+mod vectors;
 mod waves;

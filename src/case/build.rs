@@ -226,6 +226,7 @@ fn solver(scope: &Scope<'_>) -> Result<Solver, CaseError> {
         courant: scope.number("courant")?,
         hourglass: scope.number("hourglass")?,
         symmetry: scope.word("symmetry")?,
+        unit_cell: scope.word("unit_cell")?,
         run_until: scope.word("run_until")?,
     })
 }

@@ -402,6 +402,8 @@ pub struct Solver {
     pub hourglass: f64,
     /// Whether mirror symmetry may be used.
     pub symmetry: Symmetry,
+    /// How the unit cell is solved.
+    pub unit_cell: UnitCell,
     /// When the run ends.
     pub run_until: RunUntil,
 }
@@ -413,6 +415,15 @@ pub enum Symmetry {
     Auto,
     /// Never.
     None,
+}
+
+/// How the unit cell is solved; to rounding the result is the same.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum UnitCell {
+    /// Newton on both heights and the compression together; bracketed where that fails.
+    Joint,
+    /// Bracketed Newton on one height: slower.
+    Bracketed,
 }
 
 /// When the run ends.

@@ -5,7 +5,7 @@ use std::f64::consts::PI;
 use super::fields::{Key, Kind, Unit, above, key, number, within, word};
 use super::pointer::index;
 use super::words::{ShapeWord, Word};
-use super::{Along, Edge, Law, MembraneForce, Motion, Rotation, RunUntil, ShearModulus, Symmetry};
+use super::{Along, Edge, Law, MembraneForce, Motion, Rotation, RunUntil, ShearModulus, Symmetry, UnitCell};
 
 const NONE: Unit = Unit::new("", 1.0, 1.0);
 const RAD: Unit = Unit::new("rad", 1.0, 1.0);
@@ -289,6 +289,8 @@ static SOLVER: &[Key] = &[
     word("symmetry", Symmetry::WORDS, "Whether mirror symmetry may be used.")
         .default_word("auto", "same result, less work")
         .note("this version computes the whole pack"),
+    word("unit_cell", UnitCell::WORDS, "How the unit cell is solved: the result is the same to rounding.")
+        .default_word("joint", "the faster one"),
     word("run_until", RunUntil::WORDS, "When the run ends.")
         .default_word("outcome", "nothing asked for happens after it"),
 ];

@@ -1,6 +1,6 @@
 //! The words of the case file and what they stand for.
 
-use super::{Along, Edge, Law, MembraneForce, Motion, Rotation, RunUntil, ShearModulus, Symmetry};
+use super::{Along, Edge, Law, MembraneForce, Motion, Rotation, RunUntil, ShearModulus, Symmetry, UnitCell};
 
 /// A choice that the case file names by a word.
 pub(super) trait Word: Copy + Sized + 'static {
@@ -33,6 +33,7 @@ words! {
     Motion { "free" => Free, "prescribed" => Prescribed }
     Rotation { "free" => Free, "locked" => Locked }
     Symmetry { "auto" => Auto, "none" => None }
+    UnitCell { "joint" => Joint, "bracketed" => Bracketed }
     RunUntil { "outcome" => Outcome, "end_time" => EndTime }
     ShapeWord {
         "cylinder" => Cylinder, "sphere" => Sphere, "cone" => Cone, "ogive" => Ogive, "fragment" => Fragment, "bar" => Bar

@@ -257,6 +257,10 @@ fn element(block: &mut Block, c: &ElementConstants<f32>) {
     block.number("compression_a", c.cell.compression[0]);
     block.number("compression_b", c.cell.compression[1]);
     block.number("compression_offset", c.cell.compression[2]);
+    block.number("compression_loose", c.cell.loose);
+    block.number("compression_per_b", c.cell.per_b);
+    block.number("softest", c.cell.softest);
+    block.number("noise", c.cell.noise);
     block.number("tolerance", c.cell.tolerance);
     block.number("shear_g1", c.shear.g1);
     block.number("shear_rise", c.shear.rise);

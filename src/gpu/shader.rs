@@ -41,7 +41,7 @@ macro_rules! sources {
 /// Stretches, unit cells, shear, failure and forces of the elements.
 pub const ELEMENT_FORCE: Kernel = Kernel {
     name: "element_force",
-    sources: sources!("element_force", "crossover", "yarn_law", "arc_length", "shear", "reach"),
+    sources: sources!("element_force", "crossover", "crossover_joint", "yarn_law", "arc_length", "shear", "reach"),
     bindings: &[
         (Name::Nodes, Read),
         (Name::Forces, Write),
@@ -173,7 +173,7 @@ impl Kernel {
 }
 
 /// Values of the pipeline-overridable constants, by name. `ledger`: the step fills in the energies of the state.
-pub fn constants(terms: &Terms, ledger: bool) -> [(&'static str, f64); 14] {
+pub fn constants(terms: &Terms, ledger: bool) -> [(&'static str, f64); 15] {
     let law = match terms.law {
         Variant::PublishedTension => 0.0,
         Variant::PublishedProjected => 1.0,
@@ -184,6 +184,7 @@ pub fn constants(terms: &Terms, ledger: bool) -> [(&'static str, f64); 14] {
     [
         ("LAW", law),
         ("PIVOT", terms.pivot as f64),
+        ("JOINT", flag(terms.joint)),
         ("TERMS", terms.series as f64),
         ("COMPRESSION", flag(terms.compression)),
         ("SHEAR", flag(terms.shear)),

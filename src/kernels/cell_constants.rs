@@ -23,6 +23,10 @@ pub struct CellConstants<R> {
     pub per_b: R,
     /// Least stiffness of a contact force that Newton's steps reckon with [N/m].
     pub softest: R,
+    /// What a contact force may round to [N]; nothing in double precision.
+    pub noise: R,
+    /// Whether the joint iteration comes first.
+    pub joint: bool,
     /// Index of the yarn whose height is the unknown: the softer one.
     pub pivot: usize,
     /// Residual accepted by the iteration [N].
@@ -60,6 +64,8 @@ impl CellConstants<f64> {
             loose: if a > 0.0 { a / b } else { 1.0 },
             per_b: if a > 0.0 { 1.0 / b } else { 0.0 },
             softest: 1e-6 * yarn[0].stiffness.max(yarn[1].stiffness) / yarn[0].half_span,
+            noise: 0.0,
+            joint: true,
             pivot: usize::from(yarn[1].stiffness < yarn[0].stiffness),
             tolerance: 1e-12 * softer,
         }
@@ -111,6 +117,8 @@ impl<S: Scalar> CellConstants<S> {
             loose: S::splat(cell.loose),
             per_b: S::splat(cell.per_b),
             softest: S::splat(cell.softest),
+            noise: S::splat(if S::EPSILON > 1e-10 { 0.05 * S::EPSILON * cell.yarn[p].stiffness } else { 0.0 }),
+            joint: cell.joint,
             pivot: cell.pivot,
             tolerance: S::splat(cell.tolerance * noise),
         }
@@ -135,6 +143,8 @@ impl<S: Scalar> CellConstants<S> {
             loose: all(self.loose),
             per_b: all(self.per_b),
             softest: all(self.softest),
+            noise: all(self.noise),
+            joint: self.joint,
             pivot: self.pivot,
             tolerance: all(self.tolerance),
         }

@@ -31,7 +31,7 @@ pub struct Equilibrium<R: Real> {
     pub height: [R; 2],
     /// Contact force F [N].
     pub force: R,
-    /// |r| at the end [N].
+    /// Difference of the yarns' contact forces at the end [N].
     pub residual: R,
     /// Evaluations of the residual.
     pub iterations: R,
@@ -90,28 +90,34 @@ pub fn solve<R: Real, L: LawKernel>(
     let pressing = both & zero.lt(top);
     let span = each!(i in 2 => L::span(&cell.yarn[i], stretch[i]));
     let start = [zero.max(warm[p]).min(top), zero.max(warm[o]).min(top)];
-    let joint = crossover_joint::iterate::<R, L>(cell, &span, start, pressing);
-    let mut iterations = joint.iterations;
-    let mut active = pressing & !joint.met;
-    let mut x = joint.height[0];
-    let mut best = CellPoint {
-        pivot: joint.yarn[0],
-        other: joint.yarn[1],
-        other_height: joint.height[1],
-        residual: joint.yarn[0].force - joint.yarn[1].force,
-        slope: n.one(),
-    };
-    if active.any() {
-        (x, best) = bracketed::<R, L>(cell, &span, R::select(active, start[0], x), best, &mut active, &mut iterations);
+    let mut active = pressing;
+    let mut x = start[0];
+    let (mut iterations, mut best);
+    if cell.joint {
+        let joint = crossover_joint::iterate::<R, L>(cell, &span, start, pressing);
+        active = pressing & !joint.met;
+        x = R::select(active, start[0], joint.height[0]);
+        iterations = joint.iterations;
+        let residual = joint.yarn[0].force - joint.yarn[1].force;
+        let [pivot, other] = joint.yarn;
+        best = CellPoint { pivot, other, other_height: joint.height[1], residual, slope: n.one() };
+    } else {
+        iterations = zero;
+        best = CellPoint::at::<L>(cell, &span, x);
     }
+    if active.any() {
+        (x, best) = bracketed::<R, L>(cell, &span, x, best, &mut active, &mut iterations);
+    }
+    let force = best.pivot.real_force();
+    let residual = (force - best.other.real_force()).abs();
     let straight = each!(i in 2 => cell.yarn[i].straight(stretch[i]));
     let mut out = Equilibrium {
         tension: [zero; 2],
         in_plane: [zero; 2],
         strain: straight,
         height: [zero; 2],
-        force: R::select(pressing, best.pivot.real_force(), zero),
-        residual: R::select(pressing, best.real_residual().abs(), zero),
+        force: R::select(pressing, force, zero),
+        residual: R::select(pressing, residual, zero),
         iterations,
         converged: !active,
     };
@@ -250,12 +256,6 @@ impl<R: Real> CellPoint<R> {
     fn slack(&self) -> R::Mask {
         let zero = self.residual.zero();
         self.pivot.strain.le(zero) & self.other.strain.le(zero)
-    }
-
-    /// The residual of the forces that are really there [N].
-    #[inline(always)]
-    fn real_residual(&self) -> R {
-        self.pivot.real_force() - self.other.real_force()
     }
 
     #[inline(always)]

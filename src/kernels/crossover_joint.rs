@@ -3,7 +3,7 @@
 //! Compatibility (22) says x + y + d = H. With q = (F + (b/a)³)^(−1/3) the compression d = a − b q is linear, so the
 //! one strong nonlinearity of the cell, the crossover's stiffening, is not in the way of Newton's steps: each
 //! linearises the contact forces of both yarns at their heights and that of the compression at q, and finds the
-//! force the three have in common. Both yarns are evaluated side by side, without waiting for each other.
+//! force the three have in balance. Both yarns are evaluated side by side, without waiting for each other.
 //!
 //! Three steps suffice from one time step to the next. Nothing guards it: cells it leaves go to the bracketed
 //! iteration of [`super::crossover`], which cannot fail.
@@ -14,6 +14,9 @@ use crate::number::{Mask, Real, each};
 
 /// Evaluations allowed before the bracketed iteration takes over.
 pub const JOINT_ITERATIONS: u32 = 7;
+
+/// Misfit of compatibility accepted, over the sum of heights [-], as far as the precision goes.
+pub const SLIP: f64 = 1e-12;
 
 /// Where the iteration ended.
 pub(super) struct Joint<R: Real> {
@@ -42,8 +45,10 @@ pub(super) fn iterate<R: Real, L: LawKernel>(
     let rigid = a.le(zero);
     let loose = cell.loose;
     let tight = n.with(1e-2) * loose;
-    let mut height = height;
-    let mut q = ((height[0] + height[1] - (cell.height_sum - a)) * cell.per_b).max(tight).min(loose);
+    let slip = n.with(SLIP.max(8.0 * R::EPSILON)) * cell.height_sum;
+    let mut x = height[0];
+    let mut q = opening(cell, x + height[1]).max(tight);
+    let mut height = [x, other_height(cell, x, q)];
     let mut yarn = each!(i in 2 => L::respond(&cell.yarn[index[i]], &span[index[i]], height[i]));
     let mut iterations = R::select(active, one, zero);
     let mut met = n.never();
@@ -53,36 +58,48 @@ pub(super) fn iterate<R: Real, L: LawKernel>(
         // The force that compresses by a − b q, and its compliance.
         let force = R::select(rigid, yarn[0].force, one / cube - offset);
         let give = b * q * cube * n.with(1.0 / 3.0);
-        let misfit = height[0] + height[1] - b * q - (cell.height_sum - a);
         let [sp, so] = each!(i in 2 => yarn[i].stiffness.max(cell.softest));
-        // What the residual F_p(x) − F_o(H − d(F_p) − x) would be, at most; heights are as good as their rounding.
-        let gap = misfit.abs() + give * (yarn[0].force - force).abs();
-        let off =
-            (yarn[0].force - yarn[1].force).abs() + so * (gap - cell.height_sum * n.with(32.0 * R::EPSILON)).max(zero);
+        // How far the heights miss the compression of the pivot's force, but for what that rounds to; and with it what
+        // the residual F_p(x) − F_o(H − d(F_p) − x) would be, at most.
+        let misfit = give * ((yarn[0].force - force).abs() - cell.noise).max(zero);
+        let off = (yarn[0].force - yarn[1].force).abs() + so * misfit;
         // Both yarns slack although the crossover is not compressed: nothing presses.
-        let open = (cell.height_sum * n.with(1.0 - 4.0 * R::EPSILON)).le(height[0] + height[1]);
-        let slack = open & yarn[0].strain.le(zero) & yarn[1].strain.le(zero);
-        let done = off.le(cell.accepted(yarn[0].force)) | slack;
+        let slack = (rigid | loose.le(q)) & yarn[0].strain.le(zero) & yarn[1].strain.le(zero);
+        let done = (off.le(cell.accepted(yarn[0].force)) & misfit.le(slip)) | slack;
         met = met | (pending & done);
         pending = pending & !done;
         if round + 1 == JOINT_ITERATIONS || !pending.any() {
             break;
         }
-        // Common force: Σ F/S over Σ 1/S, less what closes the misfit; one division for all.
+        // The force they have in common, Σ F/S over Σ 1/S; one division for all.
         let product = sp * so;
         let sum = sp + so + give * product;
         let inverse = one / (product * sum);
-        let common =
-            (yarn[0].force * so + yarn[1].force * sp + (force * give - misfit) * product) * (product * inverse);
-        let x = height[0] + (common - yarn[0].force) * (so * sum * inverse);
-        let y = height[1] + (common - yarn[1].force) * (sp * sum * inverse);
-        let x = x.max(zero).min(cell.height_sum);
-        let y = y.max(zero).min(cell.height_sum);
-        let next = ((x + y - (cell.height_sum - a)) * cell.per_b).max(q * n.with(0.3)).min(loose);
-        height = [R::select(pending, x, height[0]), R::select(pending, y, height[1])];
+        let balance = (yarn[0].force * so + yarn[1].force * sp + force * give * product) * (product * inverse);
+        let pivot = (x + (balance - yarn[0].force) * (so * sum * inverse)).max(zero).min(cell.height_sum);
+        let other = height[1] + (balance - yarn[1].force) * (sp * sum * inverse);
+        let next = opening(cell, pivot + other).max(q * n.with(0.3));
+        x = R::select(pending, pivot, x);
         q = R::select(pending, next, q);
+        height = [x, other_height(cell, x, q)];
         yarn = each!(i in 2 => L::respond(&cell.yarn[index[i]], &span[index[i]], height[i]));
         iterations = iterations + R::select(pending, one, zero);
     }
     Joint { height, yarn, iterations, met }
+}
+
+/// q = (a − d)/b where the heights sum up to `sum`; a compression that is none but for rounding is none.
+#[inline(always)]
+fn opening<R: Real>(cell: &CellConstants<R>, sum: R) -> R {
+    let q = (sum - (cell.height_sum - cell.compression[0])) * cell.per_b;
+    let least = cell.loose - sum.with(4.0 * R::EPSILON) * cell.height_sum * cell.per_b;
+    R::select(least.le(q), cell.loose, q)
+}
+
+/// Height that compatibility leaves the other yarn: H − d − x, where d = a − b q is 0 once the crossover is loose.
+#[inline(always)]
+fn other_height<R: Real>(cell: &CellConstants<R>, x: R, q: R) -> R {
+    let [a, b, _] = cell.compression;
+    let d = R::select(cell.loose.le(q), x.zero(), a - b * q);
+    cell.height_sum - d - x
 }

@@ -3,7 +3,7 @@
 //! G is the tangent modulus by default, so the shear resultant is q = t·∫G dγ: odd in γ and continuous where
 //! locking begins and ends. With the secant modulus q = t·G(γ)·γ.
 
-use crate::number::{Real, Scalar};
+use crate::number::{Mask, Real, Scalar};
 
 /// asin(x)/x as a polynomial in x² on |x| ≤ ½, highest power first: Chebyshev fit, error 2e-17.
 pub const ARC_SINE: [f64; 13] = [
@@ -87,8 +87,8 @@ pub fn arc_sine<R: Real>(x: R) -> R {
     let size = x.abs().min(n.one());
     let small = size.le(half);
     // asin x = π/2 − 2 asin √((1 − x)/2) brings the upper half of the range into the polynomial's.
-    let folded = (half * (n.one() - size)).sqrt();
-    let argument = R::select(small, size, folded);
+    let folds = (!small).any();
+    let argument = if folds { R::select(small, size, (half * (n.one() - size)).sqrt()) } else { size };
     let square = argument.squared();
     let mut p = n.zero();
     for c in ARC_SINE {

@@ -1,7 +1,7 @@
 //! A sheet: everything that plies of one fabric, laid and held alike, share.
 
 use super::{Grid, InitialStretch, Mesh, ModelError, StepBound, pretension};
-use crate::case::{Case, Edge, Edges, Fabric, Layer};
+use crate::case::{Case, Edge, Edges, Fabric, Layer, UnitCell};
 use crate::kernels::crossover::{CellConstants, LawKernel, Variant};
 use crate::kernels::element_force::ElementConstants;
 use crate::kernels::shear::ShearConstants;
@@ -58,7 +58,7 @@ impl<S: Scalar> Sheet<S> {
         if !along_axes && [left, right, bottom, top].contains(&Edge::Roller) {
             return Err(ModelError::TurnedRoller { degrees: layer.orientation.to_degrees() });
         }
-        let cell = CellConstants::new(fabric);
+        let cell = CellConstants { joint: case.solver.unit_cell == UnitCell::Joint, ..CellConstants::new(fabric) };
         let element = element_constants(fabric, length, case.solver.hourglass, &cell);
         let law = Variant::of(&fabric.crossover);
         Ok(Self {

@@ -12,6 +12,8 @@ pub struct Terms {
     pub law: Variant,
     /// The yarn whose height is the unknown of the unit cell: 0 warp, 1 weft.
     pub pivot: usize,
+    /// The unit cell's joint iteration comes first.
+    pub joint: bool,
     /// Terms of the arc length series.
     pub series: usize,
     /// Yarns flatten where they cross.
@@ -44,6 +46,7 @@ impl Terms {
         Self {
             law: sheet.law,
             pivot: sheet.cell.pivot,
+            joint: sheet.cell.joint,
             series: yarns.iter().map(|y| y.terms).max().unwrap_or(MAX_TERMS),
             compression: sheet.cell.compression[0] > 0.0,
             shear: sheet.has_shear,

@@ -11,7 +11,7 @@ use crate::model::Sheet;
 use crate::number::{Real, Scalar};
 
 /// The kernels, row by row.
-pub(super) trait RowKernels<S>: Send + Sync {
+pub trait RowKernels<S>: Send + Sync {
     /// Forces of a part of a row of elements; see [`element_force`].
     fn elements(
         &self,
@@ -74,9 +74,24 @@ impl<R: Real + Send + Sync, L: LawKernel> RowKernels<R::Scalar> for Compiled<R, 
     }
 }
 
-/// The kernels of a sheet.
-pub(super) fn kernels<S: Scalar>(sheet: &Sheet<S>, vectors: Vectors) -> Box<dyn RowKernels<S>> {
-    crate::with_law!(sheet.law, L => of_law::<S, L>(sheet, vectors))
+/// A precision that has kernels. They are compiled here, once, not wherever something generic uses them.
+pub trait HasKernels: Sized {
+    /// The kernels of a sheet.
+    fn kernels(sheet: &Sheet<Self>, vectors: Vectors) -> Box<dyn RowKernels<Self>>;
+}
+
+impl HasKernels for f64 {
+    #[inline(never)]
+    fn kernels(sheet: &Sheet<Self>, vectors: Vectors) -> Box<dyn RowKernels<Self>> {
+        crate::with_law!(sheet.law, L => of_law::<Self, L>(sheet, vectors))
+    }
+}
+
+impl HasKernels for f32 {
+    #[inline(never)]
+    fn kernels(sheet: &Sheet<Self>, vectors: Vectors) -> Box<dyn RowKernels<Self>> {
+        crate::with_law!(sheet.law, L => of_law::<Self, L>(sheet, vectors))
+    }
 }
 
 fn of_law<S: Scalar, L: LawKernel>(sheet: &Sheet<S>, vectors: Vectors) -> Box<dyn RowKernels<S>> {

@@ -23,7 +23,7 @@ use crate::ledger::Ledger;
 use crate::model::Model;
 use crate::number::Scalar;
 use crate::state::{Rows, State, split, split_mut};
-use kernels::{RowKernels, kernels};
+pub use kernels::{HasKernels, RowKernels};
 use plies::PlyContact;
 use projectile::ProjectileContact;
 pub use projectile::{fabric_between, node_position, node_stands};
@@ -136,7 +136,7 @@ impl<S: Scalar> Stepper<S> {
     pub fn with_vectors(model: &Model<S>, vectors: Vectors) -> Self {
         let grid = &model.grid;
         Self {
-            kernels: model.sheets.iter().map(|sheet| kernels(sheet, vectors)).collect(),
+            kernels: model.sheets.iter().map(|sheet| S::kernels(sheet, vectors)).collect(),
             element_totals: vec![ElementTotals::default(); grid.element_rows()],
             node_totals: vec![NodeTotals::default(); grid.node_rows()],
             nothing: vec![S::splat(0.0); element::COUNT * grid.element_stride],

@@ -133,8 +133,13 @@ pub(crate) struct Solved {
 
 impl<R: Scalar> Cell<R> {
     pub(crate) fn new(fabric: &Fabric) -> Self {
+        Self::with(fabric, true)
+    }
+
+    /// A cell whose joint iteration comes first, or not.
+    pub(crate) fn with(fabric: &Fabric, joint: bool) -> Self {
         let law = Variant::of(&fabric.crossover);
-        let exact = CellConstants::new(fabric);
+        let exact = CellConstants { joint, ..CellConstants::new(fabric) };
         let constants = with_law!(law, L => CellConstants::cast::<L>(&exact));
         Self { law, exact, constants }
     }

@@ -1,6 +1,7 @@
 //! The whole domain Λ1, Λ2 ∈ [0.5, 1.2].
 
 use super::*;
+use ripstop::kernels::crossover_joint::SLIP;
 
 /// What a tension may fall by where it should rise, over the breaking tension: the residual accepted, 1e-12 EA,
 /// over 2 sin α, for two solutions (double); the roundings of a strain near 1 (single).
@@ -81,10 +82,10 @@ fn grid_of_the_whole_domain() {
             }
             double.assert_rising();
             single.assert_rising();
-            // Residual of 1e-12 EA; tensions follow from the heights to rounding; heights add up to rounding.
+            // Residual of 1e-12 EA; tensions follow from the heights to rounding; heights add up to the misfit accepted.
             double.misfit[0].assert_at_most(1e-13);
             double.misfit[1].assert_at_most(5e-11);
-            double.misfit[2].assert_at_most(1e-15);
+            double.misfit[2].assert_at_most(SLIP);
             // What single precision owes (the verification table).
             apart.assert_at_most(1e-5);
         }
@@ -134,7 +135,12 @@ fn any_probe() -> impl Strategy<Value = Probe> {
 
 /// Everything that must hold at one probe in one precision; the tensions there and further out.
 fn hold<R: Scalar>(probe: &Probe, ripple: f64) -> Result<Solved, TestCaseError> {
-    let cell = Cell::<R>::new(&probe.fabric);
+    hold_by::<R>(probe, ripple, false)?;
+    hold_by::<R>(probe, ripple, true)
+}
+
+fn hold_by<R: Scalar>(probe: &Probe, ripple: f64, joint: bool) -> Result<Solved, TestCaseError> {
+    let cell = Cell::<R>::with(&probe.fabric, joint);
     let warm = probe.warm.map(|w| w * cell.exact.height_sum);
     let here = cell.solve(probe.stretch, warm, true);
     prop_assert!(sound(&here), "{} {here:?}", R::NAME);

@@ -60,15 +60,17 @@ struct Errors {
 fn errors<R: Scalar>(wanted: impl Fn(&Record) -> bool) -> Errors {
     let mut out = Errors::default();
     let mut random = Random(7);
-    for r in records().iter().filter(|r| wanted(r)) {
-        let cell = Cell::<R>::new(&r.fabric);
+    let all = records();
+    let both = all.iter().filter(|r| wanted(r)).flat_map(|r| [(r, true), (r, false)]);
+    for (r, joint) in both {
+        let cell = Cell::<R>::with(&r.fabric, joint);
         let top = cell.exact.height_sum;
         let breaking = cell.breaking();
         let lost = [random.between(-top, 2.0 * top), random.between(-top, 2.0 * top)];
         let within = [random.between(0.0, top), random.between(0.0, top)];
         for warm in [cell.rest_heights(), [0.0; 2], [top; 2], within, lost] {
             let got = cell.solve(r.stretch, warm, true);
-            let place = || format!("{} from {warm:?}: {got:?}", r.place);
+            let place = || format!("{} from {warm:?}, joint {joint}: {got:?}", r.place);
             assert!(got.converged, "{}", place());
             for i in [0, 1] {
                 out.tension.see((got.tension[i] - r.tension[i]) / breaking[i], place);

@@ -3,7 +3,7 @@
 pub(crate) mod packs;
 pub(crate) mod struck;
 
-use ripstop::case::{Case, Edge, ShearModulus};
+use ripstop::case::{Case, Edge, ShearModulus, UnitCell};
 use ripstop::kernels::element_force::field as element;
 use ripstop::kernels::node_update::field as node;
 use ripstop::model::Model;
@@ -74,7 +74,12 @@ pub(crate) fn element_scenes() -> Vec<Scene> {
             case.pack.edges.top = edges[(at + at / 4) % 4];
             case.pack.plies = DEFORMATIONS.len() as u32;
             let step = if at == 2 || at == 4 { 0 } else { 17 };
-            out.push(deformed(format!("{law:?}, {}", ["rigid", "compressible"][c]), case, step, at as u64));
+            let name = format!("{law:?}, {}", ["rigid", "compressible"][c]);
+            out.push(deformed(name.clone(), case.clone(), step, at as u64));
+            if at % 3 == 0 {
+                case.solver.unit_cell = UnitCell::Bracketed;
+                out.push(deformed(format!("{name}, bracketed"), case, step, at as u64));
+            }
         }
     }
     out.extend(special_scenes());

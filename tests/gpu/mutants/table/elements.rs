@@ -78,7 +78,37 @@ pub(super) const MUTANTS: &[Mutant] = &[
         "max(tension.x, tension.y)",
         "min(tension.x, tension.y)",
     ),
-    mutant("compression missing", "Variational, compressible", "scene.height_sum - d.x - x", "scene.height_sum - x"),
+    mutant(
+        "compression missing from the bracketed iteration",
+        "PublishedProjected, compressible, bracketed",
+        "scene.height_sum - d.x - x",
+        "scene.height_sum - x",
+    ),
+    mutant(
+        "bracket on the wrong side",
+        "PublishedTension, rigid, bracketed",
+        "let above = 0.0 < best.residual;",
+        "let above = 0.0 > best.residual;",
+    ),
+    mutant(
+        "bracketed iteration never called",
+        "PublishedTension, rigid, bracketed",
+        "if (!found.met) {",
+        "if (false) {",
+    ),
+    mutant(
+        "compression missing",
+        "Variational, compressible",
+        "scene.compression_a - scene.compression_b * q, 0.0",
+        "0.0, 0.0",
+    ),
+    mutant("unequal contact forces accepted", "PublishedTension, rigid", "abs(pivot.force - other.force) + so", "so"),
+    mutant(
+        "compression forgotten by the steps",
+        "Variational, compressible",
+        "let give = b * q * cube * (1.0 / 3.0);",
+        "let give = 0.0;",
+    ),
     mutant("energy of compression", "Kawabata, compressible", "- d / (a * a * a)", "+ d / (a * a * a)"),
     mutant(
         "contact force halved",
@@ -86,7 +116,7 @@ pub(super) const MUTANTS: &[Mutant] = &[
         "force = PI * s.arc.slope",
         "force = HALF_PI * s.arc.slope",
     ),
-    mutant("projection missing", "PublishedProjected, rigid", "    return 1.0 / s.arc.secant;", "    return 1.0;"),
+    mutant("projection missing", "PublishedProjected, rigid", "    return s.arc.cosine;", "    return 1.0;"),
     mutant("saw tooth force halved", "Kawabata, rigid", "2.0 * tension * sine, taut", "tension * sine, taut"),
     mutant(
         "saw tooth cosine missing",
@@ -97,7 +127,7 @@ pub(super) const MUTANTS: &[Mutant] = &[
     mutant(
         "arc length term missing",
         "PublishedTension, compressible",
-        "0.5 * (secant + 1.0) * g_minus_1",
+        "0.5 * a2 * g_minus_1",
         "0.5 * secant * g_minus_1",
     ),
     mutant("series coefficient doubled", "Variational, rigid", "    0.015625,", "    0.03125,"),
@@ -148,7 +178,12 @@ pub(super) const MUTANTS: &[Mutant] = &[
         "out.height[1u - PIVOT] = best.other_height;",
         "out.height[1u - PIVOT] = x;",
     ),
-    mutant("warm start not used", "Variational, compressible", "min(max(0.0, warm[PIVOT]), top)", "0.5 * top"),
+    mutant(
+        "warm start not used",
+        "Variational, compressible",
+        "vec2<f32>(warm[PIVOT], warm[1u - PIVOT])",
+        "vec2<f32>(0.5 * top)",
+    ),
     mutant(
         "lateral displacement for deflection",
         "Variational, compressible",

@@ -1,0 +1,61 @@
+// crossover_joint: the unit cell's fast iteration, Newton on both heights and the compression together.
+// Twin: src/kernels/crossover_joint.rs
+
+const JOINT_ITERATIONS: u32 = 7u;
+
+/// q = (a − d)/b where the heights sum up to `sum`; a compression that is none but for rounding is none.
+fn opening(sum: f32) -> f32 {
+    let q = (sum - (scene.height_sum - scene.compression_a)) * scene.compression_per_b;
+    let least = scene.compression_loose - 4.0 * EPSILON * scene.height_sum * scene.compression_per_b;
+    return select(q, scene.compression_loose, least <= q);
+}
+
+/// Height that compatibility leaves the other yarn: H − d − x, where d = a − b q is 0 once the crossover is loose.
+fn other_height(x: f32, q: f32) -> f32 {
+    let loose = !COMPRESSION || scene.compression_loose <= q;
+    return scene.height_sum - select(scene.compression_a - scene.compression_b * q, 0.0, loose) - x;
+}
+
+/// Iterates from the heights of the pivot and of the other yarn.
+fn joint(stretch: vec2<f32>, start: vec2<f32>) -> Found {
+    let b = select(0.0, scene.compression_b, COMPRESSION);
+    let loose = scene.compression_loose;
+    var x = start.x;
+    var q = max(opening(x + start.y), 0.01 * loose);
+    var y = other_height(x, q);
+    var pivot = yarn_response(yarn(PIVOT), stretch[PIVOT], x);
+    var other = yarn_response(yarn(1u - PIVOT), stretch[1u - PIVOT], y);
+    var iterations = 1u;
+    var met = false;
+    for (var round = 1u; round <= JOINT_ITERATIONS; round++) {
+        let cube = q * q * q;
+        // The force that compresses by a − b q, and its compliance.
+        let force = select(pivot.force, 1.0 / cube - scene.compression_offset, COMPRESSION);
+        let give = b * q * cube * (1.0 / 3.0);
+        let sp = max(pivot.stiffness, scene.softest);
+        let so = max(other.stiffness, scene.softest);
+        // How far the heights miss the compression of the pivot's force, but for what that rounds to; and with it what
+        // the residual would be, at most.
+        let misfit = give * max(abs(pivot.force - force) - scene.noise, 0.0);
+        let off = abs(pivot.force - other.force) + so * misfit;
+        // Both yarns slack although the crossover is not compressed: nothing presses.
+        let slack = (!COMPRESSION || loose <= q) && pivot.strain <= 0.0 && other.strain <= 0.0;
+        met = (off <= accepted(pivot.force) && misfit <= 8.0 * EPSILON * scene.height_sum) || slack;
+        if (met || round == JOINT_ITERATIONS) {
+            break;
+        }
+        // The force they have in common, Σ F/S over Σ 1/S; one division for all.
+        let product = sp * so;
+        let sum = sp + so + give * product;
+        let inverse = 1.0 / (product * sum);
+        let balance = (pivot.force * so + other.force * sp + force * give * product) * (product * inverse);
+        x = min(max(x + (balance - pivot.force) * (so * sum * inverse), 0.0), scene.height_sum);
+        y = y + (balance - other.force) * (sp * sum * inverse);
+        q = max(opening(x + y), 0.3 * q);
+        y = other_height(x, q);
+        pivot = yarn_response(yarn(PIVOT), stretch[PIVOT], x);
+        other = yarn_response(yarn(1u - PIVOT), stretch[1u - PIVOT], y);
+        iterations += 1u;
+    }
+    return Found(x, CellPoint(pivot, other, y, pivot.force - other.force, 1.0), iterations, met);
+}

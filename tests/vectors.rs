@@ -1,0 +1,74 @@
+//! Vector registers.
+//!
+//! Promised: whatever registers the kernels use, every number of a run is the same to the last bit.
+//! Red when: a lane is computed from its neighbours, a sum depends on how many are added at once, or padding leaks in.
+
+use ripstop::case::{Case, UnitCell};
+use ripstop::lanes::Vectors;
+use ripstop::ledger::{Balance, Ledger};
+use ripstop::model::Model;
+use ripstop::number::Scalar;
+use ripstop::state::State;
+use ripstop::step::{FailureEvent, Stepper};
+
+use crate::scene::builtin;
+
+/// Everything a run of so many steps leaves behind.
+#[derive(Debug, PartialEq)]
+struct Trace<S> {
+    nodes: Vec<S>,
+    elements: Vec<S>,
+    balances: Vec<Balance>,
+    failures: Vec<FailureEvent>,
+    /// Evaluations, solved cells, largest residual, elements computed.
+    counts: Vec<[f64; 4]>,
+}
+
+fn trace<S: Scalar>(case: &Case, vectors: Vectors, steps: u64) -> Trace<S> {
+    let model = Model::<S>::new(case).unwrap();
+    let mut state = State::new(case, &model);
+    let mut ledger = Ledger::default();
+    let mut stepper = Stepper::with_vectors(&model, vectors);
+    let (mut balances, mut failures, mut counts) = (Vec::new(), Vec::new(), Vec::new());
+    for step in 0..steps {
+        let totals = stepper.step(&model, &mut state, &mut ledger, step.is_multiple_of(3));
+        balances.push(ledger.balance());
+        failures.extend(stepper.failures.iter().copied());
+        counts.push([totals.iterations, totals.solved, totals.max_residual, totals.computed as f64]);
+    }
+    Trace { nodes: state.nodes.data, elements: state.elements.data, balances, failures, counts }
+}
+
+fn same_on_all<S: Scalar>(case: &Case, steps: u64) {
+    let all = Vectors::all();
+    let widest = trace::<S>(case, all[0], steps);
+    assert!(!widest.failures.is_empty(), "yarns break");
+    for vectors in &all[1..] {
+        let other = trace::<S>(case, *vectors, steps);
+        assert!(other == widest, "{} against {}", vectors.name(), all[0].name());
+    }
+}
+
+/// A shot through fabric of an odd size, off centre, so that what has been reached begins and ends anywhere.
+fn shot(more: &[&str]) -> Case {
+    let size = ["/pack/width_mm=43", "/pack/height_mm=31", "/projectile/velocity_m_s=400"];
+    let rest = ["/projectile/offset_mm=[3.1,-2.2]", "/output/profile_times_us=[]", "/expect=[]"];
+    builtin("cases/s720-1ply-155.json", &[&size[..], &rest[..], more].concat())
+}
+
+#[test]
+fn every_kind_of_register_gives_the_same_bits() {
+    assert_eq!(Vectors::all().last().unwrap().name(), "scalar");
+    same_on_all::<f64>(&shot(&[]), 130);
+    same_on_all::<f32>(&shot(&[]), 130);
+}
+
+#[test]
+fn every_law_and_iteration_gives_the_same_bits() {
+    for law in ["variational", "kawabata"] {
+        let mut case = shot(&[&format!("/fabric/crossover/law={law}")]);
+        same_on_all::<f64>(&case, 60);
+        case.solver.unit_cell = UnitCell::Bracketed;
+        same_on_all::<f32>(&case, 60);
+    }
+}
