@@ -14,6 +14,7 @@ use ripstop::gpu::Device;
 use ripstop::gpu::buffers::Name;
 use ripstop::gpu::shader::Kernel;
 use ripstop::gpu::stepper::{Stage, Stepper};
+use ripstop::lanes::Vectors;
 use ripstop::ledger::Ledger;
 use ripstop::model::Model;
 use ripstop::reach::Reach;
@@ -108,7 +109,7 @@ impl<'a> Pair<'a> {
         Ok(Self {
             scene,
             gpu,
-            cpu: step::Stepper::new(&scene.model),
+            cpu: step::Stepper::with_vectors(&scene.model, Vectors::None),
             ledger: Ledger::default(),
             totals: StepTotals::default(),
             expected: scene.state.clone(),
@@ -123,7 +124,7 @@ impl<'a> Pair<'a> {
     fn begin(&mut self) {
         let model = &self.scene.model;
         self.gpu.upload(model, &self.scene.state);
-        self.cpu = step::Stepper::new(model);
+        self.cpu = step::Stepper::with_vectors(model, Vectors::None);
         self.ledger = Ledger::default();
         self.expected = self.scene.state.clone();
         self.reach = self.scene.state.reach.clone();

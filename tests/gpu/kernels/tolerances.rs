@@ -32,7 +32,7 @@ pub(crate) const TOLERANCES: [Tolerance; 46] = [
     row("untouched", 0.0, "what nothing has reached keeps every bit"),
     row("force", 5e-6, "of the breaking force of an element and its own: the last Newton step"),
     row("hourglass", 1e-6, "of the breaking force of an element and its own"),
-    row("height", 2e-7, "of the sum of heights: what the residual leaves open"),
+    row("height", 1e-6, "of the sum of heights: the misfit of compatibility accepted"),
     row("failure strain", 1e-6, "of the failure strain"),
     row("residual", 1e-6, "of the breaking force: both are roundings"),
     row("evaluations", 4e-3, "of their number: a rounding may cost or spare a Newton step"),

@@ -176,7 +176,7 @@ pub(super) const MUTANTS: &[Mutant] = &[
         "height of the wrong yarn",
         "Kawabata, compressible",
         "out.height[1u - PIVOT] = best.other_height;",
-        "out.height[1u - PIVOT] = x;",
+        "out.height[1u - PIVOT] = found.x;",
     ),
     mutant(
         "warm start not used",
