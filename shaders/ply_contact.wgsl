@@ -16,6 +16,9 @@ const PASSED: f32 = 2.0;
 /// Least area of a cell, over its area at rest.
 const FOLDED: f32 = 0.05;
 
+/// Beyond the edge of a cell up to which a node that is apart from it need not walk on, over the cell's length.
+const BESIDE: f32 = 0.05;
+
 /// A node's contact with one of its neighbouring plies.
 struct Contact {
     /// Unit vector along which the node is driven out; in w the least velocity along it [m/s].
@@ -32,6 +35,23 @@ struct Foot {
     height: f32,
     /// Whether the cell is a surface.
     sound: bool,
+}
+
+/// Twice the area of the triangle over a side, seen along z.
+fn beside(a: vec3<f32>, b: vec3<f32>, point: vec3<f32>) -> f32 {
+    return (b.x - a.x) * (point.y - a.y) - (b.y - a.y) * (point.x - a.x);
+}
+
+/// Whether a point above a cell, as seen along z, is further from it than `touching` [m] whatever its slope. `direction`:
+/// 1 for a point behind the cell, −1 for one in front.
+fn is_apart(
+    a: vec3<f32>, b: vec3<f32>, c: vec3<f32>, d: vec3<f32>, point: vec3<f32>, direction: f32, touching: f32, area: f32,
+) -> bool {
+    let heights = direction * vec4<f32>(a.z, b.z, c.z, d.z);
+    let low = min(min(heights.x, heights.y), min(heights.z, heights.w));
+    let high = max(max(heights.x, heights.y), max(heights.z, heights.w));
+    let least = min(min(beside(a, b, point), beside(b, c, point)), min(beside(c, d, point), beside(d, a, point)));
+    return direction * point.z - high - touching >= high - low && least >= -BESIDE * area;
 }
 
 /// The foot of a point on the bilinear cell with these corners. `area`: of the cell at rest [m²].

@@ -39,14 +39,19 @@ fn look(ply: u32, node: u32, place: vec2<u32>, side: u32) -> bool {
     let point = ply_position(ply, place);
     let area = o.length_x * o.length_y;
     var cell = vec2<u32>(over[at] / o.columns, over[at] % o.columns);
+    let front = plies[min(ply, other)];
+    let direction = select(-1.0, 1.0, side == 0u);
+    let touching = front.touching - SLOP * front.thickness;
     var foot: Foot;
     for (var walk = 0u; walk <= WALK; walk++) {
-        foot = foot_on(
-            ply_position(other, cell),
-            ply_position(other, cell + vec2<u32>(0u, 1u)),
-            ply_position(other, cell + vec2<u32>(1u, 1u)),
-            ply_position(other, cell + vec2<u32>(1u, 0u)),
-            point, area);
+        let a = ply_position(other, cell);
+        let b = ply_position(other, cell + vec2<u32>(0u, 1u));
+        let c = ply_position(other, cell + vec2<u32>(1u, 1u));
+        let d = ply_position(other, cell + vec2<u32>(1u, 0u));
+        if (walk == 0u && is_apart(a, b, c, d, point, direction, touching, area)) {
+            return false;
+        }
+        foot = foot_on(a, b, c, d, point, area);
         if (!foot.sound) {
             break;
         }
@@ -60,8 +65,6 @@ fn look(ply: u32, node: u32, place: vec2<u32>, side: u32) -> bool {
     if (!foot.sound || !is_over(foot.place, cell, o.rows, o.columns)) {
         return false;
     }
-    let front = plies[min(ply, other)];
-    let direction = select(-1.0, 1.0, side == 0u);
     let end = direction * foot.height - front.touching;
     if (end >= -SLOP * front.thickness || end < -PASSED * front.thickness) {
         return false;

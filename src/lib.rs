@@ -20,7 +20,8 @@
 //!   events), the same for both backends.
 //!   [`ledger`] keeps energy and momentum, [`outcome`] decides what became of the projectile,
 //!   [`profile`] measures deflection and waves.
-//! - [`output`] writes files and checks expectations; [`verify`] is the built-in verification table.
+//! - [`output`] writes files and checks expectations; [`verify`] is the built-in verification table,
+//!   [`bench`] measures run time against error.
 //!
 //! # What always holds
 //!
@@ -49,6 +50,7 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+pub mod bench;
 pub mod case;
 pub mod gpu;
 pub mod kernels;

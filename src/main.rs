@@ -14,6 +14,7 @@ fn main() -> ExitCode {
         Command::Run(arguments) => cli::run::run(&arguments),
         Command::Check(arguments) => cli::check::check(&arguments),
         Command::Crossover(arguments) => cli::crossover::crossover(&arguments),
+        Command::Bench(arguments) => cli::bench::bench(&arguments),
         Command::Verify(arguments) => cli::verify::verify(&arguments),
         Command::Compare(arguments) => cli::compare::compare(&arguments),
         Command::Info(arguments) => cli::info::info(&arguments),

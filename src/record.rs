@@ -9,7 +9,7 @@ use crate::model::Model;
 use crate::number::Scalar;
 use crate::outcome::{Outcome, Tracker};
 use crate::profile::Profile;
-use crate::simulation::{NewtonStatistics, PlySample, Progress, Run, Sample};
+use crate::simulation::{NewtonStatistics, PlySample, Progress, Run, Sample, Skips};
 use crate::step::{FailureEvent, StepTotals, Trouble};
 
 /// What computed a run.
@@ -67,6 +67,7 @@ pub(crate) struct Record {
     plies: Vec<PlySample>,
     pub(crate) decided: bool,
     pub(crate) interrupted: bool,
+    pub(crate) skips: Skips,
     pub(crate) trouble: Option<Trouble>,
     /// Why the device gave up, if it did.
     pub(crate) lost: Option<String>,
@@ -94,6 +95,7 @@ impl Record {
             plies: Vec::new(),
             decided: false,
             interrupted: false,
+            skips: Skips::default(),
             trouble: None,
             lost: None,
             tracker: body.map(|b| Tracker::new(b, areal_density)),
@@ -192,7 +194,7 @@ impl Record {
         if let (Some(tracker), Some((body, _))) = (&mut self.tracker, at.body) {
             let all = || (0..at.plies.len()).any(|ply| covered(body, ply));
             let known = tracker.update(at.time, body, at.impulse.norm(), failed[0] + failed[1], all);
-            self.decided |= known && case.solver.run_until == RunUntil::Outcome;
+            self.decided |= known && self.skips.outcome && case.solver.run_until == RunUntil::Outcome;
         }
     }
 
@@ -233,6 +235,7 @@ impl Record {
             plies: model.plies.len(),
             steps,
             element_steps_computed: self.computed,
+            skips: self.skips,
             time_step: model.dt,
             step_set_by: model.bound.set_by,
             terms: model.terms(),

@@ -27,6 +27,32 @@ pub enum Precision {
     F32,
 }
 
+/// What a run leaves out because it cannot change what is asked for; everything by default.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Skips {
+    /// What nothing has reached is at rest and is not computed.
+    pub wavefront: bool,
+    /// Where the case asks for the outcome, nothing is computed after it is known.
+    pub outcome: bool,
+}
+
+impl Skips {
+    /// Nothing is left out.
+    pub const NONE: Self = Self { wavefront: false, outcome: false };
+
+    /// The kinds that are switched off.
+    pub fn switched_off(self) -> Vec<&'static str> {
+        let kinds = [("wavefront", self.wavefront), ("outcome", self.outcome)];
+        kinds.into_iter().filter(|(_, on)| !on).map(|(name, _)| name).collect()
+    }
+}
+
+impl Default for Skips {
+    fn default() -> Self {
+        Self { wavefront: true, outcome: true }
+    }
+}
+
 /// How to run a case.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Options<'a> {
@@ -36,6 +62,8 @@ pub struct Options<'a> {
     pub precision: Precision,
     /// The graphics processor to run on; `None` takes the processor.
     pub device: Option<&'a gpu::Device>,
+    /// What is left out.
+    pub skips: Skips,
 }
 
 /// Why a run did not start.
@@ -160,6 +188,8 @@ pub struct Run {
     pub steps: u64,
     /// Elements times steps computed; what was known to be at rest is left out.
     pub element_steps_computed: u64,
+    /// What was left out.
+    pub skips: Skips,
     /// [s]
     pub time_step: f64,
     /// What set it.
@@ -203,18 +233,19 @@ pub fn run(
         .build()
         .map_err(|e| RunError::Threads { threads, reason: e.to_string() })?;
     pool.install(|| match (options.device, options.precision) {
-        (Some(device), _) => gpu::run(case, device, interrupt, progress),
-        (None, Precision::F64) => run_as::<f64>(case, interrupt, progress),
-        (None, Precision::F32) => run_as::<f32>(case, interrupt, progress),
+        (Some(device), _) => gpu::run(case, device, options.skips, interrupt, progress),
+        (None, Precision::F64) => run_as::<f64>(case, options.skips, interrupt, progress),
+        (None, Precision::F32) => run_as::<f32>(case, options.skips, interrupt, progress),
     })
 }
 
 fn run_as<S: Scalar>(
     case: &Case,
+    skips: Skips,
     interrupt: &AtomicBool,
     progress: &mut (dyn FnMut(&Progress) + Send),
 ) -> Result<Run, RunError> {
-    let mut simulation = Simulation::<S>::new(case)?;
+    let mut simulation = Simulation::<S>::new(case)?.with_skips(skips);
     let start = Instant::now();
     while !simulation.finished(case) {
         if interrupt.load(Ordering::Relaxed) {
@@ -254,6 +285,16 @@ impl<S: Scalar> Simulation<S> {
             ledger: Ledger::default(),
             sampled: false,
         })
+    }
+
+    /// Leaves out what `skips` says; before the first step.
+    #[must_use]
+    pub fn with_skips(mut self, skips: Skips) -> Self {
+        self.record.skips = skips;
+        if !skips.wavefront {
+            self.state.reach_everything(&self.model);
+        }
+        self
     }
 
     /// Time of the positions [s].

@@ -4,12 +4,14 @@
 //! depend on the number of threads; output that is not a terminal holds no escape codes.
 //! Every program here runs as on a machine without a graphics adapter; those that want one are in `tests/gpu`.
 
+mod bench;
 mod crossover;
 mod exit_codes;
 mod expectations;
 mod files;
 mod no_gpu;
 mod printing;
+mod skips;
 
 use std::fs;
 use std::path::{Path, PathBuf};

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand, ValueEnum, builder::RangedU64ValueParser};
 
-use ripstop::simulation;
+use ripstop::simulation::{self, Skips};
 
 use super::range::Range;
 
@@ -32,6 +32,8 @@ pub(crate) enum Command {
     Check(CheckArguments),
     /// Solve the unit cell over a grid of stretches
     Crossover(CrossoverArguments),
+    /// Run time against error of what a user can choose: precision, time step, mesh, unit cell, GPU
+    Bench(BenchArguments),
     /// Run the built-in verification table: unit cell, waves, conservation, the paper's shot, hard scenes
     Verify(VerifyArguments),
     /// CPU and GPU from the same state, kernel by kernel: the first difference
@@ -67,10 +69,91 @@ pub(crate) struct RunArguments {
     /// Worker threads [default: all cores]; results do not depend on it
     #[arg(long, value_name = "N", value_parser = RangedU64ValueParser::<usize>::new().range(1..=1024))]
     pub(crate) threads: Option<usize>,
+    /// Compute also what cannot change the result: what nothing has reached, what comes after the outcome [default: all]
+    #[arg(
+        long,
+        value_enum,
+        value_name = "KIND,…",
+        num_args = 0..,
+        require_equals = true,
+        value_delimiter = ',',
+        default_missing_value = "all"
+    )]
+    pub(crate) no_skip: Vec<Skip>,
     /// Print nothing but errors
     #[arg(long, short)]
     pub(crate) quiet: bool,
     /// Print summary.json instead of the table
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+impl RunArguments {
+    /// What is left out.
+    pub(crate) fn skips(&self) -> Skips {
+        let on = |kind: Skip| !self.no_skip.iter().any(|off| [kind, Skip::All].contains(off));
+        Skips { wavefront: on(Skip::Wavefront), outcome: on(Skip::Outcome) }
+    }
+}
+
+/// What is left out unless asked for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Skip {
+    /// What nothing has reached
+    Wavefront,
+    /// What comes after the outcome
+    Outcome,
+    /// Both
+    All,
+}
+
+/// `ripstop bench`
+#[derive(Args, Debug)]
+#[command(
+    after_help = "Every case is run once as a reference (CPU, f64, Courant 0.25, bracketed unit cell, one crossover per
+element), then as a user may choose to run it: precision, Courant number, mesh, unit cell, skips, GPU. The error is
+that of the velocity history against the reference, over the velocity the projectile loses.
+
+Examples:
+  ripstop bench
+  ripstop bench shot.json --tolerance 0.5% --repeat 3 --json | jq '.cases[].cheapest_within_tolerance'
+
+DIR gets bench.json and bench.svg."
+)]
+pub(crate) struct BenchArguments {
+    /// Case files [default: the paper's shot, cases/s720-1ply-155.json, which is built in]
+    #[arg(value_name = "CASE.json")]
+    pub(crate) cases: Vec<PathBuf>,
+    /// Largest error of the velocity history, and of what is left or the stop time, that is good enough: 1% or 0.01
+    #[arg(long, value_name = "ERROR", default_value = "1%", allow_hyphen_values = true)]
+    pub(crate) tolerance: String,
+    /// Change of every case, checked like the file; may be given again
+    #[arg(long = "set", value_name = "/POINTER=VALUE")]
+    pub(crate) sets: Vec<String>,
+    /// Whether the GPU is among the choices: auto takes real ones only
+    #[arg(long, value_enum, default_value = "auto")]
+    pub(crate) backend: Backend,
+    /// Graphics adapter, by part of its name or its number in `ripstop info` [default: the best]
+    #[arg(long, value_name = "NAME|INDEX")]
+    pub(crate) adapter: Option<String>,
+    /// Worker threads [default: all cores]
+    #[arg(long, value_name = "N", value_parser = RangedU64ValueParser::<usize>::new().range(1..=1024))]
+    pub(crate) threads: Option<usize>,
+    /// Run every choice so many times and take the shortest
+    #[arg(
+        long,
+        value_name = "N",
+        default_value = "1",
+        value_parser = RangedU64ValueParser::<usize>::new().range(1..=1000)
+    )]
+    pub(crate) repeat: usize,
+    /// Folder for the results
+    #[arg(long, value_name = "DIR", default_value = "out/bench")]
+    pub(crate) out: PathBuf,
+    /// Print nothing but errors
+    #[arg(long, short)]
+    pub(crate) quiet: bool,
+    /// Print bench.json instead of the tables
     #[arg(long)]
     pub(crate) json: bool,
 }

@@ -21,7 +21,7 @@ impl Bar {
         let shown = wanted && io::stderr().is_terminal();
         let target = if shown { ProgressDrawTarget::stderr_with_hz(10) } else { ProgressDrawTarget::hidden() };
         let bar = ProgressBar::with_draw_target(Some(LENGTH as u64), target);
-        if let Ok(style) = ProgressStyle::with_template("{wide_bar} {msg}") {
+        if let Ok(style) = ProgressStyle::with_template("{prefix}{wide_bar} {msg}") {
             bar.set_style(style.progress_chars("=> "));
         }
         Self { bar, start: Instant::now() }
@@ -42,6 +42,14 @@ impl Bar {
             at.failed,
             rate / 1e6,
         ));
+    }
+
+    /// Shows what runs and where it is.
+    pub(crate) fn show_named(&self, name: &str, at: &Progress) {
+        if !self.bar.is_hidden() {
+            self.bar.set_prefix(format!("{name}  "));
+        }
+        self.show(at);
     }
 
     /// Takes the bar away.

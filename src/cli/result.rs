@@ -157,6 +157,10 @@ fn cost(case: &Case, run: &Run, summary: &Value) -> String {
         grouped(element_steps)
     );
     table.row(["work", done.as_str()]);
+    let off = run.skips.switched_off();
+    if !off.is_empty() {
+        table.row(["not skipped", off.join(", ").as_str()]);
+    }
     let wall = summary["wall_s"].as_f64().unwrap_or(0.0);
     let time = format!("{wall:.2} s, of which the loop {:.2} s: {rate:.1} M element-steps/s", run.loop_seconds);
     table.row(["wall time", time.as_str()]);

@@ -27,7 +27,12 @@ pub(crate) fn run(arguments: &RunArguments) -> Result<(), Failure> {
     };
     chosen.note.iter().chain(&notes::notes(&case)).for_each(|note| say(note));
     let bar = Bar::new(!arguments.quiet);
-    let options = Options { threads: arguments.threads, precision: chosen.precision, device: chosen.device.as_ref() };
+    let options = Options {
+        threads: arguments.threads,
+        precision: chosen.precision,
+        device: chosen.device.as_ref(),
+        skips: arguments.skips(),
+    };
     let mut run = simulation::run(&case, options, &interrupted, &mut |at| bar.show(at));
     if let (Err(RunError::Device(error)), Backend::Auto) = (&run, arguments.backend.backend) {
         say(&backend::took_cpu(error));

@@ -14,7 +14,12 @@ pub(crate) fn verify(arguments: &VerifyArguments) -> Result<(), Failure> {
     let interrupted = interrupt::watch()?;
     let chosen = backend::choose(&arguments.backend)?;
     chosen.note.iter().for_each(|note| screen::complain(note));
-    let options = Options { threads: arguments.threads, precision: chosen.precision, device: chosen.device.as_ref() };
+    let options = Options {
+        threads: arguments.threads,
+        precision: chosen.precision,
+        device: chosen.device.as_ref(),
+        ..Options::default()
+    };
     let rows = verify::run(options, &interrupted, &mut |_| {});
     let failed = rows.iter().filter(|row| !row.pass).count();
     let counts = format!("{} of {} rows pass", rows.len() - failed, rows.len());

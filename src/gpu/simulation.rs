@@ -18,7 +18,7 @@ use crate::ledger::{Ledger, PlyMoment};
 use crate::model::Model;
 use crate::profile;
 use crate::record::{Machine, Moment, Record, sample_due, time_up};
-use crate::simulation::{self, Progress, Run, RunError};
+use crate::simulation::{self, Progress, Run, RunError, Skips};
 use crate::state::State;
 
 /// How long a batch should take: long enough to hide its submission, short enough to follow progress and Ctrl-C.
@@ -32,10 +32,11 @@ const BATCH_TIME: [Duration; 2] = [Duration::from_millis(20), Duration::from_mil
 pub fn run(
     case: &Case,
     device: &Device,
+    skips: Skips,
     interrupt: &AtomicBool,
     progress: &mut (dyn FnMut(&Progress) + Send),
 ) -> Result<Run, RunError> {
-    let mut simulation = Simulation::new(case, device)?;
+    let mut simulation = Simulation::new(case, device)?.with_skips(skips);
     let start = Instant::now();
     while !simulation.finished() {
         simulation.record.interrupted |= interrupt.load(Ordering::Relaxed);
@@ -120,9 +121,17 @@ impl<'a> Simulation<'a> {
         step as f64 * self.model.dt
     }
 
+    /// Leaves out what `skips` says; before the first batch.
+    #[must_use]
+    pub fn with_skips(mut self, skips: Skips) -> Self {
+        self.record.skips.outcome = skips.outcome;
+        if skips.wavefront { self } else { self.without_skips() }
+    }
+
     /// Computes everything, also what is known to be at rest.
     #[must_use]
     pub fn without_skips(mut self) -> Self {
+        self.record.skips.wavefront = false;
         self.state.reach_everything(&self.model);
         self.stepper.upload(&self.model, &self.state);
         self

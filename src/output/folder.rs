@@ -53,6 +53,14 @@ impl Folder {
     /// # Errors
     /// When it is a file, cannot be made or written, or when results would replace the case file itself.
     pub fn prepare(path: &Path, case: &Case) -> Result<Self, OutputError> {
+        Self::prepare_for(path, &FILES, &[case.path.as_path()])
+    }
+
+    /// The same for these files, none of which may replace one of those that were read.
+    ///
+    /// # Errors
+    /// As [`Folder::prepare`].
+    pub fn prepare_for(path: &Path, files: &[&str], read: &[&Path]) -> Result<Self, OutputError> {
         let expected = "a folder for the results";
         if path.exists() && !path.is_dir() {
             return Err(OutputError::new(path, expected, "a file"));
@@ -63,7 +71,7 @@ impl Folder {
         let folder = Self { path: path.to_owned(), made };
         let tried = fs::create_dir_all(path).and_then(|()| temporary(path)).map(drop);
         let checked = tried.map_err(|error| OutputError::new(path, "a folder that can be written", error));
-        let checked = checked.and_then(|()| folder.keeps(case));
+        let checked = checked.and_then(|()| folder.keeps(files, read));
         match checked {
             Ok(()) => Ok(folder),
             Err(error) => {
@@ -74,14 +82,15 @@ impl Folder {
     }
 
     /// Refuses to write over the case that was read.
-    fn keeps(&self, case: &Case) -> Result<(), OutputError> {
-        let read = case.path.canonicalize().ok(); // a built-in case has no file
-        for name in FILES {
+    fn keeps(&self, files: &[&str], read: &[&Path]) -> Result<(), OutputError> {
+        // A built-in case has no file.
+        let read: Vec<PathBuf> = read.iter().filter_map(|path| path.canonicalize().ok()).collect();
+        for name in files {
             let path = self.path.join(name);
             if path.is_dir() {
                 return Err(OutputError::new(&path, "a file or nothing", "a folder"));
             }
-            if read.is_some() && path.canonicalize().ok() == read {
+            if path.canonicalize().is_ok_and(|path| read.contains(&path)) {
                 let found = format!("{name}, which is the case itself");
                 return Err(OutputError::new(&self.path, "a folder where no result replaces the case", found));
             }
@@ -122,14 +131,26 @@ impl Folder {
         texts.push(("shot.svg", picture::picture(case, run)));
         // Last, so that a summary speaks of the files around it.
         texts.push(("summary.json", pretty(summary)));
+        self.put(&texts, &["summary.json", PLIES, PROFILES])
+    }
+
+    /// Writes files, all complete before the first gets its name; `stale` ones of an earlier time go before that.
+    ///
+    /// # Errors
+    /// When the disk refuses.
+    pub fn put(
+        &self,
+        texts: &[(&'static str, String)],
+        stale: &[&'static str],
+    ) -> Result<Vec<&'static str>, OutputError> {
         let failed = |name: &str, error: io::Error| {
             OutputError::new(&self.path.join(name), "a disk that takes the results", error)
         };
         let mut complete = Vec::new();
-        for (name, text) in &texts {
+        for (name, text) in texts {
             complete.push((*name, self.stage(text).map_err(|error| failed(name, error))?));
         }
-        for name in ["summary.json", PLIES, PROFILES] {
+        for name in stale {
             self.remove(name).map_err(|error| failed(name, error))?;
         }
         let mut names = Vec::new();

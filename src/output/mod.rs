@@ -13,5 +13,6 @@ mod summary;
 
 pub use expect::{Checked, check};
 pub use folder::{Folder, OutputError};
+pub(crate) use picture::escape;
 pub use picture::picture;
 pub use summary::{absorbed_energy, case_hash, flies_freely, residual_velocity, summary};

@@ -131,7 +131,7 @@ fn cost(run: &Run, wall_seconds: f64) -> Map<String, Value> {
         "loop_s": run.loop_seconds,
         "host_s": run.host_seconds,
         "element_steps_per_s": element_steps as f64 / run.loop_seconds,
-        "skipped": { "wavefront": at_rest },
+        "skipped": { "wavefront": at_rest, "switched_off": run.skips.switched_off() },
     }))
 }
 

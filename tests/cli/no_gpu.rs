@@ -6,11 +6,12 @@ use super::*;
 #[test]
 fn what_needs_an_adapter_is_3_and_nothing_is_written() {
     let bench = Bench::new(&small());
-    let refused: [&[&str]; 5] = [
+    let refused: [&[&str]; 6] = [
         &["run", "shot.json", "--backend", "gpu"],
         &["run", "shot.json", "--backend", "gpu", "--precision", "f32", "--adapter", "0"],
         &["run", "shot.json", "--adapter", "0"],
         &["verify", "--backend", "gpu"],
+        &["bench", "shot.json", "--backend", "gpu"],
         &["compare", "shot.json"],
     ];
     for arguments in refused {

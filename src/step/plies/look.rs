@@ -166,9 +166,14 @@ impl<'a, S: Scalar> Look<'a, S> {
         let mesh = self.theirs.mesh;
         let position = self.own.position(row, column);
         let mut cell = [*over as usize / mesh.columns, *over as usize % mesh.columns];
+        let sign = if self.side == 0 { 1.0 } else { -1.0 };
+        let touching = self.touching - SLOP * self.thickness;
         let mut foot = None;
-        for _ in 0..=WALK {
+        for walk in 0..=WALK {
             let corner = corners(cell).map(|(r, c)| self.theirs.position(r, c));
+            if walk == 0 && ply_contact::is_apart(&corner, &position, sign, touching, self.area) {
+                return None;
+            }
             foot = ply_contact::foot(&corner, &position, self.area);
             let next = foot.map_or(cell, |f| ply_contact::next_cell(cell, f.at, mesh.rows, mesh.columns));
             if next == cell {
@@ -178,7 +183,6 @@ impl<'a, S: Scalar> Look<'a, S> {
         }
         *over = (cell[0] * mesh.columns + cell[1]) as u32;
         let foot = foot.filter(|f| ply_contact::is_over(f.at, cell, mesh.rows, mesh.columns))?;
-        let sign = if self.side == 0 { 1.0 } else { -1.0 };
         let end = sign * foot.height - self.touching;
         // What would only just touch is left alone: rounding would decide it, and with it the shares of all around it.
         if end >= -SLOP * self.thickness || end < -PASSED * self.thickness {

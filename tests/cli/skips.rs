@@ -1,0 +1,76 @@
+//! What a run leaves out changes no result; it can be switched off, kind by kind.
+
+use super::*;
+
+#[test]
+fn without_the_wavefront_skip_every_bit_stays() {
+    let bench = Bench::new(&small());
+    for precision in ["f64", "f32"] {
+        let shoot = |out: &str, more: &[&str]| {
+            let output = bench.shoot(&[&["--quiet", "--precision", precision, "--out", out], more].concat());
+            assert_eq!(code(&output), 0, "{}", stderr(&output));
+            (bench.text(&format!("{out}/history.csv")), bench.json(&format!("{out}/summary.json")))
+        };
+        let (history, summary) = shoot("skipping", &[]);
+        let (whole_history, whole) = shoot("whole", &["--no-skip=wavefront"]);
+        assert_eq!(history, whole_history);
+        assert_eq!(bench.text("skipping/events.csv"), bench.text("whole/events.csv"));
+        assert_eq!(summary["element_steps"], whole["element_steps"]);
+        assert_eq!(whole["element_steps_computed"], whole["element_steps"]);
+        assert!(summary["element_steps_computed"].as_u64().unwrap() < summary["element_steps"].as_u64().unwrap());
+        assert_eq!(whole["skipped"], json!({"wavefront": 0, "switched_off": ["wavefront"]}));
+        assert_eq!(summary["skipped"]["switched_off"], json!([]));
+    }
+}
+
+/// A shot through a small ply whose outcome is known well before the end.
+fn decided() -> Value {
+    let mut case = small_with("/solver/end_time_us", json!(60));
+    case["pack"]["width_mm"] = json!(15);
+    case["pack"]["height_mm"] = json!(15);
+    case
+}
+
+#[test]
+fn without_the_outcome_skip_a_run_goes_on_to_its_end() {
+    let bench = Bench::new(&decided());
+    let shoot = |more: &[&str]| {
+        let output = bench.shoot(&[&["--json"], more].concat());
+        assert_eq!(code(&output), 0, "{}", stderr(&output));
+        (bench.text("out/shot/history.csv"), bench.json("out/shot/summary.json"))
+    };
+    let (history, summary) = shoot(&[]);
+    assert_eq!(summary["outcome"], "perforated");
+    let (asked, by_case) = shoot(&["--set", "/solver/run_until=end_time"]);
+    assert!(asked.starts_with(&history) && asked.len() > history.len());
+    for off in [&["--no-skip=outcome"][..], &["--no-skip"], &["--no-skip=wavefront,outcome"], &["--no-skip=all"]] {
+        let (longer, summary) = shoot(off);
+        assert_eq!(longer, asked, "{off:?}");
+        assert_eq!(summary["time_us"], by_case["time_us"]);
+        assert_eq!(summary["outcome"], "perforated");
+        let both = json!(["wavefront", "outcome"]);
+        let expected = if off[0] == "--no-skip=outcome" { json!(["outcome"]) } else { both };
+        assert_eq!(summary["skipped"]["switched_off"], expected);
+    }
+}
+
+#[test]
+fn the_table_says_what_was_not_skipped() {
+    let bench = Bench::new(&small());
+    assert!(stdout(&bench.shoot(&["--no-skip"])).contains("not skipped  wavefront, outcome"));
+    assert!(!stdout(&bench.shoot(&[])).contains("not skipped"));
+}
+
+#[test]
+fn an_unknown_kind_is_2() {
+    let bench = Bench::new(&small());
+    for wrong in ["--no-skip=wave", "--no-skip=wavefront,symmetry", "--no-skip="] {
+        let output = bench.shoot(&[wrong]);
+        assert_eq!(code(&output), 2, "{wrong}");
+        assert!(stderr(&output).contains("wavefront, outcome, all"), "{}", stderr(&output));
+    }
+    // A kind follows an equals sign only: what stands alone is the case.
+    let output = bench.ripstop(&["run", "--backend", "cpu", "--quiet", "--no-skip", "shot.json"]);
+    assert_eq!(code(&output), 0, "{}", stderr(&output));
+    assert_eq!(bench.names("."), ["out", "shot.json"]);
+}
