@@ -19,6 +19,9 @@ const FOLDED: f32 = 0.05;
 /// Beyond the edge of a cell up to which a node that is apart from it need not walk on, over the cell's length.
 const BESIDE: f32 = 0.05;
 
+/// Most that the corners of a cell may differ along z for the same, over its length at rest.
+const FLAT: f32 = 0.05;
+
 /// A node's contact with one of its neighbouring plies.
 struct Contact {
     /// Unit vector along which the node is driven out; in w the least velocity along it [m/s].
@@ -42,8 +45,8 @@ fn beside(a: vec3<f32>, b: vec3<f32>, point: vec3<f32>) -> f32 {
     return (b.x - a.x) * (point.y - a.y) - (b.y - a.y) * (point.x - a.x);
 }
 
-/// Whether a point above a cell, as seen along z, is further from it than `touching` [m] whatever its slope. `direction`:
-/// 1 for a point behind the cell, −1 for one in front.
+/// Whether a point above a cell, as seen along z, is further from it than `touching` [m], and the cell is almost flat.
+/// `direction`: 1 for a point behind the cell, −1 for one in front.
 fn is_apart(
     a: vec3<f32>, b: vec3<f32>, c: vec3<f32>, d: vec3<f32>, point: vec3<f32>, direction: f32, touching: f32, area: f32,
 ) -> bool {
@@ -51,7 +54,8 @@ fn is_apart(
     let low = min(min(heights.x, heights.y), min(heights.z, heights.w));
     let high = max(max(heights.x, heights.y), max(heights.z, heights.w));
     let least = min(min(beside(a, b, point), beside(b, c, point)), min(beside(c, d, point), beside(d, a, point)));
-    return direction * point.z - high - touching >= high - low && least >= -BESIDE * area;
+    let flat = squared(high - low) <= FLAT * FLAT * area;
+    return flat && direction * point.z - high - touching >= high - low && least >= -BESIDE * area;
 }
 
 /// The foot of a point on the bilinear cell with these corners. `area`: of the cell at rest [m²].

@@ -359,6 +359,7 @@ fn constants() -> Vec<(&'static str, Vec<f64>)> {
         number("FOLDED", ply_contact::FOLDED),
         number("OVERHANG", ply_contact::OVERHANG),
         number("BESIDE", ply_contact::BESIDE),
+        number("FLAT", ply_contact::FLAT),
         // The processor shares masses out in real numbers, and has no ply number for none.
         number("SHARE_UNIT", f64::from(1_u32 << 20)),
         count("NO_PLY", u32::MAX as usize),

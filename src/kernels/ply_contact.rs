@@ -28,6 +28,10 @@ pub const FOLDED: f64 = 0.05;
 /// Beyond the edge of a cell up to which a node that is apart from it need not walk on, over the cell's length [-].
 pub const BESIDE: f64 = 0.05;
 
+/// Most that the corners of a cell may differ along z for the same, over its length at rest [-]: on a slope the foot is
+/// elsewhere than z shows.
+pub const FLAT: f64 = 0.05;
+
 /// Where a point stands over a cell.
 #[derive(Clone, Copy, Debug)]
 pub struct Foot {
@@ -39,13 +43,13 @@ pub struct Foot {
     pub height: f64,
 }
 
-/// Whether a point above a cell, as seen along z, is further from it than `touching` [m] whatever its slope: a cheap test
+/// Whether a point above a cell, as seen along z, is further from it than `touching` [m], and the cell is almost flat: a cheap test
 /// that spares most nodes the search for their foot. `sign`: 1 for a point behind the cell, −1 for one in front.
 #[inline]
 pub fn is_apart(corner: &[Vector3<f64>; 4], point: &Vector3<f64>, sign: f64, touching: f64, area: f64) -> bool {
     let height = corner.map(|c| sign * c.z);
     let [low, high] = [f64::min, f64::max].map(|pick| pick(pick(height[0], height[1]), pick(height[2], height[3])));
-    if sign * point.z - high - touching < high - low {
+    if sign * point.z - high - touching < high - low || (high - low).powi(2) > FLAT * FLAT * area {
         return false;
     }
     let within = |i: usize| {
