@@ -22,7 +22,6 @@ const LETTER: f64 = 6.2;
 const STYLE: &str = "<style>
   .paper { fill: #ffffff; }
   text, .scatter { fill: #1c2430; }
-  text { stroke: #ffffff; stroke-width: 3px; stroke-linejoin: round; paint-order: stroke; }
   .scatter { fill-opacity: 0.07; }
   .grid, .frame, .limit, .lead { stroke: #1c2430; fill: none; }
   .grid { stroke-opacity: 0.1; }
@@ -35,7 +34,6 @@ const STYLE: &str = "<style>
   @media (prefers-color-scheme: dark) {
     .paper { fill: #14181d; }
     text, .scatter { fill: #e6e9ee; }
-    text { stroke: #14181d; }
     .grid, .frame, .limit, .lead { stroke: #e6e9ee; }
     .front { stroke: #6db6ff; }
     .best { fill: #6db6ff; }
