@@ -52,6 +52,20 @@ impl Bench {
         command
     }
 
+    /// Runs a program that would go on for long until its folder is there and something is in the making, then sends Ctrl-C.
+    #[cfg(unix)]
+    fn interrupt(&self, arguments: &[&str], folder: &str) -> Output {
+        let child = self.command(arguments).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+        let patience = Instant::now() + Duration::from_secs(60);
+        while !self.path(folder).exists() && Instant::now() < patience {
+            thread::sleep(Duration::from_millis(5));
+        }
+        thread::sleep(Duration::from_millis(300));
+        let killed = Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap();
+        assert!(killed.success());
+        child.wait_with_output().unwrap()
+    }
+
     fn ripstop(&self, arguments: &[&str]) -> Output {
         self.command(arguments).output().unwrap()
     }

@@ -93,60 +93,47 @@ impl<S: Scalar> CellConstants<S> {
             let crimp = excess * S::splat(1.0 + 4.0 * S::EPSILON);
             YarnConstants { crimp, per_rest: one / (one + crimp), ..*bare }
         };
-        let bare = cell.yarn.map(|y| YarnConstants {
-            stiffness: S::splat(y.stiffness),
-            half_span: S::splat(y.half_span),
-            crimp: zero,
-            height: S::splat(y.height),
-            failure_strain: S::splat(y.failure_strain),
-            slack: S::splat(y.slack),
-            per_rest: one,
-            terms: y.terms,
-        });
+        let cast = cell.map(S::splat);
+        let bare = cast.yarn.map(|y| YarnConstants { crimp: zero, per_rest: one, ..y });
         // The other yarn rests at what the pivot leaves of the height, a rounding away from its own.
         let (p, o) = (cell.pivot, 1 - cell.pivot);
-        let left = S::splat(cell.height_sum) - bare[p].height;
+        let left = cast.height_sum - bare[p].height;
         let mut yarn = bare;
         yarn[p] = crimped(&bare[p], bare[p].height);
         yarn[o] = crimped(&bare[o], Real::max(left, bare[o].height));
-        let noise = if S::EPSILON > 1e-10 { 2e4 } else { 1.0 };
-        Self {
-            yarn,
-            height_sum: S::splat(cell.height_sum),
-            compression: cell.compression.map(S::splat),
-            loose: S::splat(cell.loose),
-            per_b: S::splat(cell.per_b),
-            softest: S::splat(cell.softest),
-            noise: S::splat(if S::EPSILON > 1e-10 { 0.05 * S::EPSILON * cell.yarn[p].stiffness } else { 0.0 }),
-            joint: cell.joint,
-            pivot: cell.pivot,
-            tolerance: S::splat(cell.tolerance * noise),
+        if S::EPSILON < 1e-10 {
+            return Self { yarn, ..cast };
         }
+        let noise = S::splat(0.05 * S::EPSILON * cell.yarn[p].stiffness);
+        Self { yarn, noise, tolerance: S::splat(cell.tolerance * 2e4), ..cast }
     }
 
     /// The same constants in every lane of numbers like `n`.
     pub fn spread<R: Real<Scalar = S>>(&self, n: R) -> CellConstants<R> {
-        let all = |value: S| n.spread(value);
+        self.map(|value| n.spread(value))
+    }
+
+    fn map<R>(&self, to: impl Fn(S) -> R) -> CellConstants<R> {
         CellConstants {
             yarn: self.yarn.map(|y| YarnConstants {
-                stiffness: all(y.stiffness),
-                half_span: all(y.half_span),
-                crimp: all(y.crimp),
-                height: all(y.height),
-                failure_strain: all(y.failure_strain),
-                slack: all(y.slack),
-                per_rest: all(y.per_rest),
+                stiffness: to(y.stiffness),
+                half_span: to(y.half_span),
+                crimp: to(y.crimp),
+                height: to(y.height),
+                failure_strain: to(y.failure_strain),
+                slack: to(y.slack),
+                per_rest: to(y.per_rest),
                 terms: y.terms,
             }),
-            height_sum: all(self.height_sum),
-            compression: self.compression.map(all),
-            loose: all(self.loose),
-            per_b: all(self.per_b),
-            softest: all(self.softest),
-            noise: all(self.noise),
+            height_sum: to(self.height_sum),
+            compression: self.compression.map(&to),
+            loose: to(self.loose),
+            per_b: to(self.per_b),
+            softest: to(self.softest),
+            noise: to(self.noise),
             joint: self.joint,
             pivot: self.pivot,
-            tolerance: all(self.tolerance),
+            tolerance: to(self.tolerance),
         }
     }
 }

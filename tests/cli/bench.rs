@@ -147,15 +147,7 @@ fn results_never_replace_the_case() {
 fn ctrl_c_is_130_and_what_was_measured_is_there() {
     let bench = Bench::new(&small());
     let arguments = ["bench", "shot.json", "--backend", "cpu", "--repeat", "1000", "--quiet"];
-    let child = bench.command(&arguments).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
-    let patience = Instant::now() + Duration::from_secs(60);
-    while !bench.path("out/bench").exists() && Instant::now() < patience {
-        thread::sleep(Duration::from_millis(5));
-    }
-    thread::sleep(Duration::from_millis(300));
-    let killed = Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap();
-    assert!(killed.success());
-    let output = child.wait_with_output().unwrap();
+    let output = bench.interrupt(&arguments, "out/bench");
     assert_eq!(code(&output), 130, "{}", stderr(&output));
     assert_eq!(bench.names("out/bench"), ["bench.json", "bench.svg"]);
     let report = bench.json("out/bench/bench.json");

@@ -66,15 +66,7 @@ fn ctrl_c_is_130_with_complete_results() {
     let long = ["/solver/end_time_us=1e6", "/solver/run_until=end_time", "/output/history_interval_us=50"];
     let mut arguments = vec!["run", "shot.json", "--backend", "cpu", "--json"];
     arguments.extend(long.iter().flat_map(|set| ["--set", set]));
-    let child = bench.command(&arguments).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
-    let patience = Instant::now() + Duration::from_secs(60);
-    while !bench.path("out/shot").exists() && Instant::now() < patience {
-        thread::sleep(Duration::from_millis(5));
-    }
-    thread::sleep(Duration::from_millis(300));
-    let killed = Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap();
-    assert!(killed.success());
-    let output = child.wait_with_output().unwrap();
+    let output = bench.interrupt(&arguments, "out/shot");
     assert_eq!(code(&output), 130, "{}", stderr(&output));
     assert!(stderr(&output).contains("interrupted at"));
     assert_eq!(bench.names("out/shot"), ["case.json", "events.csv", "history.csv", "shot.svg", "summary.json"]);

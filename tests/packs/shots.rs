@@ -4,7 +4,7 @@ use std::sync::atomic::AtomicBool;
 
 use ripstop::case::Case;
 use ripstop::outcome::Outcome;
-use ripstop::simulation::{Precision, Run, Simulation};
+use ripstop::simulation::{Options, Precision, Run, Simulation, Skips};
 
 use super::{advance, pack};
 use crate::scene::run_as;
@@ -120,13 +120,8 @@ fn threads_change_no_bit() {
 
 /// The run of a case with everything computed.
 fn unskipped(case: &Case) -> Run {
-    let mut simulation = Simulation::<f64>::new(case).unwrap();
-    let model = simulation.model.clone();
-    simulation.state.reach_everything(&model);
-    while !simulation.finished(case) {
-        simulation.advance(case);
-    }
-    simulation.into_run(1.0)
+    let options = Options { skips: Skips { wavefront: false, ..Skips::default() }, ..Options::default() };
+    ripstop::simulation::run(case, options, &AtomicBool::new(false), &mut |_| {}).unwrap()
 }
 
 #[test]
