@@ -11,8 +11,11 @@ const WALK: u32 = 4u;
 const EDGE: f32 = 1e-6;
 /// Beyond the edge of a ply up to which its outermost cells carry a node, over the cell's length.
 const OVERHANG: f32 = 0.25;
-/// Depth at which a node counts as having passed through, over the thickness.
-const PASSED: f32 = 2.0;
+/// Depth up to which a node is moved out the faster the deeper it is, over the thickness.
+const DEEPEST: f32 = 2.0;
+/// Depth up to which a node that was outside a step ago may be found inside, over the thickness: what appears deeper has come
+/// through a hole, past an edge or round a fold, and not through the cell.
+const SUDDEN: f32 = 0.25;
 /// Least area of a cell, over its area at rest.
 const FOLDED: f32 = 0.05;
 
@@ -104,14 +107,41 @@ fn is_over(place: vec2<f32>, cell: vec2<u32>, rows: u32, columns: u32) -> bool {
     return along && -room(cell.x == 0u) <= place.y && place.y <= room(cell.x + 1u == rows);
 }
 
+/// The place on an edge of a cell that is nearest to a point, and from there to the point [m].
+struct EdgePlace {
+    place: vec2<f32>,
+    arm: vec3<f32>,
+}
+
+/// The place nearest to a point on the line between two corners.
+fn along_edge(first: vec3<f32>, last: vec3<f32>, point: vec3<f32>) -> vec4<f32> {
+    let edge = last - first;
+    let part = min(max(dot(point - first, edge) / max(dot(edge, edge), 1e-30), 0.0), 1.0);
+    return vec4<f32>(point - (first + edge * part), part - 0.5);
+}
+
+/// The place on the edges of a cell that is nearest to a point beyond them. `foot`: of the point.
+fn on_edge(a: vec3<f32>, b: vec3<f32>, c: vec3<f32>, d: vec3<f32>, point: vec3<f32>, foot: vec2<f32>) -> EdgePlace {
+    let x = min(max(foot.x, -0.5), 0.5);
+    let y = min(max(foot.y, -0.5), 0.5);
+    let across = along_edge(a + (b - a) * (x + 0.5), d + (c - d) * (x + 0.5), point);
+    let along = along_edge(a + (d - a) * (y + 0.5), b + (c - b) * (y + 0.5), point);
+    let nearer = dot(along.xyz, along.xyz) < dot(across.xyz, across.xyz);
+    if (abs(foot.y) > 0.5 && (abs(foot.x) <= 0.5 || nearer)) {
+        return EdgePlace(vec2<f32>(along.w, y), along.xyz);
+    }
+    return EdgePlace(vec2<f32>(x, across.w), across.xyz);
+}
+
 /// Least velocity along the push with which a node may leave the step [m/s].
 fn ply_closing_limit(gap: f32) -> f32 {
     return -max(gap, 0.0) / scene.dt;
 }
 
 /// Speed at which a node is moved out of a surface, beyond what its own velocity does [m/s]; no part of its velocity.
-fn recovery_speed(gap: f32, slop: f32, along: f32) -> f32 {
-    return max(-RECOVERY * (gap + slop) / scene.dt - max(along, 0.0), 0.0);
+fn recovery_speed(gap: f32, thickness: f32, along: f32) -> f32 {
+    let depth = min(-gap, DEEPEST * thickness) - SLOP * thickness;
+    return max(RECOVERY * depth / scene.dt - max(along, 0.0), 0.0);
 }
 
 /// Impulse of one contact on its node [N·s].

@@ -1,6 +1,6 @@
 // ply_impulse: the impulse of every contact between plies, each node's mass shared out among its contacts.
 //   in      nodes     array<f32>      (6, N)   displacement [m], velocity [m/s]
-//   in      over      array<u32>      (2, N)   element of the ply in front, of the ply behind, that a node is over
+//   in      over      array<u32>      (2, N)   element of the ply in front, of the ply behind, that a node is over, INSIDE
 //   in      contacts  array<Contact>  (2, N)
 //   in      shares    array<u32>      (N)      contacts of a node, by weight
 //   in/out  impulses  array<i32>      (N, 6)   impulse on a node, then what moves it without a velocity left, counted
@@ -40,8 +40,7 @@ fn press(ply: u32, node: u32, side: u32) {
     let at = side * scene.nodes + node;
     let contact = contacts[at];
     let push = contact.push.xyz;
-    let cell = vec2<u32>(over[at] / plies[other].columns, over[at] % plies[other].columns);
-    let around = cell_corners(other, cell);
+    let around = cell_corners(other, cell_over(other, over[at]));
     let weights = weights_at(contact.foot.xy);
     var velocity = ply_velocity(ply, node);
     var compliance = share_of(node) * inverse_along(ply, node_place(node), push);

@@ -1,7 +1,7 @@
 // ply_search: which nodes come too close to a cell of a neighbouring ply, and how many contacts each node takes part in.
 //   in      nodes     array<f32>      (6, N)   displacement [m], velocity [m/s]
 //   in      flags     array<u32>      (E)      bit 0 warp alive, bit 1 weft alive
-//   in/out  over      array<u32>      (2, N)   element of the ply in front, of the ply behind, that a node is over
+//   in/out  over      array<u32>      (2, N)   element of the ply in front, of the ply behind, that a node is over, INSIDE
 //   out     contacts  array<Contact>  (2, N)
 //   in/out  shares    array<u32>      (N)      contacts of a node, by weight
 //   in/out  status    array<u32>               counters
@@ -31,69 +31,154 @@ fn sees(own: u32, place: vec2<u32>, other: u32) -> bool {
     return all(lies.xy >= low) && all(lies.xy <= high);
 }
 
+/// Where a node touches a cell of the neighbouring ply, or how far it is from that.
+struct Touch {
+    cell: vec2<u32>,
+    place: vec2<f32>,
+    /// Unit vector along which the node is driven out.
+    push: vec3<f32>,
+    /// Along it, beyond the distance at which plies touch [m].
+    gap: f32,
+    /// Whether the node is over the cell.
+    over: bool,
+}
+
+/// Whether a cell of a ply carries load.
+fn cell_stands(ply: u32, cell: vec2<u32>) -> bool {
+    return (flags[element_at(ply, cell)] & 3u) != 0u;
+}
+
+/// How a point stands over the cells that meet at the corner of a cell to which its foot points: over the nearest of them, or of
+/// their edges.
+fn on_ridge(
+    other: u32, start: vec2<u32>, foot: vec2<f32>, point: vec3<f32>, direction: f32, touching: f32, slop: f32,
+) -> Touch {
+    let o = plies[other];
+    var nearest = Touch(start, vec2<f32>(0.0), vec3<f32>(0.0), 1e30, false);
+    var hole = 1e30;
+    // Columns first, as the processor's twin goes.
+    for (var i = 0u; i < 4u; i++) {
+        let cell = start + vec2<u32>(u32(foot.y > 0.0), u32(foot.x > 0.0)) + vec2<u32>(i & 1u, i >> 1u) - vec2<u32>(1u);
+        if (!is_element(other, cell)) {
+            continue;
+        }
+        let a = ply_position(other, cell);
+        let b = ply_position(other, cell + vec2<u32>(0u, 1u));
+        let c = ply_position(other, cell + vec2<u32>(1u, 1u));
+        let d = ply_position(other, cell + vec2<u32>(1u, 0u));
+        let f = foot_on(a, b, c, d, point, o.length_x * o.length_y);
+        if (!f.sound) {
+            continue;
+        }
+        let over = is_over(f.place, cell, o.rows, o.columns);
+        var edge = EdgePlace(f.place, f.normal * f.height);
+        if (!over) {
+            edge = on_edge(a, b, c, d, point, f.place);
+        }
+        let distance = sqrt(dot(edge.arm, edge.arm));
+        if (!cell_stands(other, cell)) {
+            hole = min(hole, distance);
+        } else if (distance - touching < nearest.gap) {
+            let outside = direction * dot(edge.arm, f.normal) > 0.0;
+            nearest = Touch(cell, edge.place, edge.arm / max(distance, 1e-30), distance - touching, outside);
+        }
+    }
+    // Nobody stands over the rim of a hole, which is as near to the hole as to its neighbour.
+    nearest.over = nearest.over && hole - touching > nearest.gap + slop;
+    if (!nearest.over) {
+        nearest.cell = start;
+    }
+    return nearest;
+}
+
+/// Walks from a cell to that which a point is over; and how it stands over it.
+fn touch_of(other: u32, start: vec2<u32>, point: vec3<f32>, direction: f32, touching: f32, slop: f32) -> Touch {
+    let o = plies[other];
+    let area = o.length_x * o.length_y;
+    var found = Touch(start, vec2<f32>(0.0), vec3<f32>(0.0), 0.0, false);
+    var left: array<u32, WALK>;
+    for (var walk = 0u; walk <= WALK; walk++) {
+        let cell = found.cell;
+        let a = ply_position(other, cell);
+        let b = ply_position(other, cell + vec2<u32>(0u, 1u));
+        let c = ply_position(other, cell + vec2<u32>(1u, 1u));
+        let d = ply_position(other, cell + vec2<u32>(1u, 0u));
+        let foot = foot_on(a, b, c, d, point, area);
+        if (!foot.sound) {
+            break;
+        }
+        if (is_over(foot.place, cell, o.rows, o.columns)) {
+            return Touch(cell, foot.place, foot.normal * direction, direction * foot.height - touching, true);
+        }
+        let next = vec2<u32>(step_over(cell.x, foot.place.y, o.rows), step_over(cell.y, foot.place.x, o.columns));
+        for (var i = 0u; i < walk; i++) {
+            if (left[i] == element_at(other, next)) {
+                // Cells send the point to each other: it is beyond the ridge between them.
+                return on_ridge(other, cell, foot.place, point, direction, touching, slop);
+            }
+        }
+        if (all(next == cell) || walk == WALK) {
+            break;
+        }
+        left[walk] = element_at(other, cell);
+        found.cell = next;
+    }
+    return found;
+}
+
 /// Looks at a node against one neighbour; true where it is a contact.
 fn look(ply: u32, node: u32, place: vec2<u32>, side: u32) -> bool {
     let other = neighbour(ply, side);
     let at = side * scene.nodes + node;
     let o = plies[other];
     let point = ply_position(ply, place);
-    let area = o.length_x * o.length_y;
-    var cell = vec2<u32>(over[at] / o.columns, over[at] % o.columns);
+    let cell = cell_over(other, over[at]);
+    let was_inside = (over[at] & INSIDE) != 0u;
     let front = plies[min(ply, other)];
     let direction = select(-1.0, 1.0, side == 0u);
-    let touching = front.touching - SLOP * front.thickness;
-    var foot: Foot;
-    for (var walk = 0u; walk <= WALK; walk++) {
-        let a = ply_position(other, cell);
-        let b = ply_position(other, cell + vec2<u32>(0u, 1u));
-        let c = ply_position(other, cell + vec2<u32>(1u, 1u));
-        let d = ply_position(other, cell + vec2<u32>(1u, 0u));
-        if (walk == 0u && is_apart(a, b, c, d, point, direction, touching, area)) {
-            return false;
+    let slop = SLOP * front.thickness;
+    let a = ply_position(other, cell);
+    let b = ply_position(other, cell + vec2<u32>(0u, 1u));
+    let c = ply_position(other, cell + vec2<u32>(1u, 1u));
+    let d = ply_position(other, cell + vec2<u32>(1u, 0u));
+    if (is_apart(a, b, c, d, point, direction, front.touching - slop, o.length_x * o.length_y)) {
+        if (was_inside) {
+            over[at] &= ~INSIDE;
         }
-        foot = foot_on(a, b, c, d, point, area);
-        if (!foot.sound) {
-            break;
-        }
-        let next = vec2<u32>(step_over(cell.x, foot.place.y, o.rows), step_over(cell.y, foot.place.x, o.columns));
-        if (all(next == cell)) {
-            break;
-        }
-        cell = next;
-    }
-    over[at] = cell.x * o.columns + cell.y;
-    if (!foot.sound || !is_over(foot.place, cell, o.rows, o.columns)) {
         return false;
     }
-    let end = direction * foot.height - front.touching;
-    if (end >= -SLOP * front.thickness || end < -PASSED * front.thickness) {
+    let touch = touch_of(other, cell, point, direction, front.touching, slop);
+    over[at] = touch.cell.x * o.columns + touch.cell.y;
+    if (!touch.over || touch.gap >= -slop) {
         return false;
     }
-    let element = element_at(other, cell);
-    if ((flags[element] & 3u) == 0u || !stands(node, place)) {
+    if (!cell_stands(other, touch.cell) || !stands(node, place)) {
         return false;
     }
-    let push = foot.normal * direction;
-    let weights = weights_at(foot.place);
-    let around = cell_corners(other, cell);
+    let weights = weights_at(touch.place);
+    let around = cell_corners(other, touch.cell);
     var velocity = ply_velocity(ply, node);
     for (var i = 0u; i < 4u; i++) {
         velocity -= ply_velocity(other, around[i]) * weights[i];
     }
-    let along = dot(velocity, push);
-    let gap = end - along * scene.dt;
+    let along = dot(velocity, touch.push);
+    let gap = touch.gap - along * scene.dt;
+    if (!was_inside && gap < -SUDDEN * front.thickness) {
+        return false;
+    }
+    over[at] |= INSIDE;
     let limit = ply_closing_limit(gap);
-    let recovery = recovery_speed(gap, SLOP * front.thickness, along);
+    let recovery = recovery_speed(gap, front.thickness, along);
     let depth = bitcast<u32>(max(-gap, 0.0));
     // Torn edges stick into each other: only whole fabric counts.
-    let whole = (flags[element] & 3u) == o.present && is_whole(node, place);
+    let whole = (flags[element_at(other, touch.cell)] & 3u) == o.present && is_whole(node, place);
     if (whole && depth > atomicLoad(&status[PLY_DEPTH])) {
         atomicMax(&status[PLY_DEPTH], depth);
     }
     if (!(along < limit || recovery > 0.0)) {
         return false;
     }
-    contacts[at] = Contact(vec4<f32>(push, limit), vec4<f32>(foot.place, recovery, 1.0));
+    contacts[at] = Contact(vec4<f32>(touch.push, limit), vec4<f32>(touch.place, recovery, 1.0));
     atomicAdd(&shares[node], u32(SHARE_UNIT));
     for (var i = 0u; i < 4u; i++) {
         // Rounded up: a corner that gets any impulse must have a share, or it would not take it.

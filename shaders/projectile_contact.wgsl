@@ -146,8 +146,7 @@ fn fabric_between(node: u32) -> f32 {
     var thickness = 0.0;
     for (var front = node_ply(node); front > 0u; front--) {
         let ply = front - 1u;
-        let cell = over[at];
-        let element = element_at(ply, vec2<u32>(cell / plies[ply].columns, cell % plies[ply].columns));
+        let element = element_at(ply, cell_over(ply, over[at]));
         let place = element_place(element);
         thickness += select(0.0, plies[ply].touching, (flags[element] & 3u) != 0u);
         // On through the corner nearest to the node by its place in the ply behind.

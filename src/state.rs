@@ -79,7 +79,8 @@ pub struct State<S> {
     pub elements: Rows<S>,
     /// Nodes of each ply that may have moved.
     pub reach: Vec<Reach>,
-    /// Element (row·columns + column) of the ply in front, and of the ply behind, that a node is over or was last;
+    /// Element (row·columns + column) of the ply in front, and of the ply behind, that a node is over or was last, and
+    /// [`over::INSIDE`] where it is too close to it;
     /// shape (plies, 2, (rows + 1)·(columns + 1)), empty for a single ply.
     pub over: Vec<u32>,
     /// The projectile.

@@ -18,7 +18,7 @@ use ripstop::kernels::{
     arc_length, crossover, crossover_joint, element_force, ply_contact, projectile_chisel, projectile_contact,
     projectile_shape, shear, yarn_law,
 };
-use ripstop::model::Model;
+use ripstop::model::{Model, over};
 use wgpu::naga;
 
 use crate::scene::builtin;
@@ -352,10 +352,12 @@ fn constants() -> Vec<(&'static str, Vec<f64>)> {
         count("PLY_DEPTH", status::PLY_DEPTH),
         count("REACH", status::REACH),
         count("WALK", ply_contact::WALK),
+        count("INSIDE", over::INSIDE as usize),
         number("RECOVERY", ply_contact::RECOVERY),
         number("SLOP", ply_contact::SLOP),
         number("EDGE", ply_contact::EDGE),
-        number("PASSED", ply_contact::PASSED),
+        number("DEEPEST", ply_contact::DEEPEST),
+        number("SUDDEN", ply_contact::SUDDEN),
         number("FOLDED", ply_contact::FOLDED),
         number("OVERHANG", ply_contact::OVERHANG),
         number("BESIDE", ply_contact::BESIDE),

@@ -20,8 +20,11 @@ pub const EDGE: f64 = 1e-6;
 /// Beyond the edge of a ply up to which its outermost cells carry a node, over the cell's length [-]: a node on the rim
 /// stands for half a cell.
 pub const OVERHANG: f64 = 0.25;
-/// Depth at which a node counts as having passed through, over the thickness.
-pub const PASSED: f64 = 2.0;
+/// Depth up to which a node is moved out the faster the deeper it is, over the thickness.
+pub const DEEPEST: f64 = 2.0;
+/// Depth up to which a node that was outside a step ago may be found inside, over the thickness: what appears deeper has come
+/// through a hole, past an edge or round a fold, and not through the cell.
+pub const SUDDEN: f64 = 0.25;
 /// Least area of a cell, over its area at rest: a folded cell is no surface.
 pub const FOLDED: f64 = 0.05;
 
@@ -117,6 +120,30 @@ pub fn is_over(at: [f64; 2], [row, column]: [usize; 2], rows: usize, columns: us
     within(at[0], column, columns) && within(at[1], row, rows)
 }
 
+/// The place on the edges of a cell that is nearest to a point beyond them: from there to the point [m], and its coordinates
+/// within the cell. `at`: foot of the point.
+#[inline]
+pub fn on_edge(corner: &[Vector3<f64>; 4], point: &Vector3<f64>, at: [f64; 2]) -> (Vector3<f64>, [f64; 2]) {
+    let [a, b, c, d] = corner;
+    let edge = |axis: usize| {
+        let fixed = at[axis].clamp(-0.5, 0.5);
+        let between = |p: &Vector3<f64>, q: &Vector3<f64>| p + (q - p) * (fixed + 0.5);
+        let [first, last] = if axis == 0 { [between(a, b), between(d, c)] } else { [between(a, d), between(b, c)] };
+        let along = last - first;
+        let part = ((point - first).dot(&along) / along.norm_squared().max(f64::MIN_POSITIVE)).clamp(0.0, 1.0);
+        let place = if axis == 0 { [fixed, part - 0.5] } else { [part - 0.5, fixed] };
+        (point - (first + along * part), place)
+    };
+    match at.map(|x| x.abs() > 0.5) {
+        [true, true] => {
+            let [first, second] = [edge(0), edge(1)];
+            if second.0.norm_squared() < first.0.norm_squared() { second } else { first }
+        }
+        [false, true] => edge(1),
+        _ => edge(0),
+    }
+}
+
 /// Least velocity along the push with which a node may leave the step, from its gap [m] to the surface [m/s].
 #[inline]
 pub fn closing_limit(gap: f64, dt: f64) -> f64 {
@@ -125,10 +152,11 @@ pub fn closing_limit(gap: f64, dt: f64) -> f64 {
 
 /// Speed at which a node is moved out of a surface, beyond what its own velocity `along` the push does [m/s]. It moves the
 /// node but is no part of its velocity, so that driving a penetration out gives nothing back of what the impact lost.
-/// `slop`: depth that is let be [m].
+/// `thickness` of the fabric [m].
 #[inline]
-pub fn recovery(gap: f64, slop: f64, along: f64, dt: f64) -> f64 {
-    (-RECOVERY * (gap + slop) / dt - along.max(0.0)).max(0.0)
+pub fn recovery(gap: f64, thickness: f64, along: f64, dt: f64) -> f64 {
+    let depth = (-gap).min(DEEPEST * thickness) - SLOP * thickness;
+    (RECOVERY * depth / dt - along.max(0.0)).max(0.0)
 }
 
 /// Impulse of one contact on its node [N·s]: along the push and across it.
@@ -183,6 +211,26 @@ mod tests {
     }
 
     #[test]
+    fn the_place_on_an_edge_is_the_nearest_one() {
+        let corner = cell(0.0);
+        let on = |at: [f64; 2]| -> Vector3<f64> { corner.iter().zip(unclamped(at)).map(|(c, w)| c * w).sum() };
+        for point in
+            [[3.5, 0.9, 2.0], [-1.0, 0.4, 0.1], [1.3, -2.0, 0.3], [1.0, 3.0, 0.0], [4.0, 2.0, 1.0], [-1.0, -1.0, 3.0]]
+        {
+            let point = Vector3::from(point);
+            let Some(foot) = foot(&corner, &point, 2.0) else { unreachable!("a sound cell") };
+            let (arm, at) = on_edge(&corner, &point, foot.at);
+            assert!((point - on(at) - arm).norm() < 1e-12 && at.iter().any(|x| x.abs() == 0.5), "{at:?}");
+            for i in 0..=1000 {
+                let x = f64::from(i) * 1e-3 - 0.5;
+                for other in [[x, -0.5], [x, 0.5], [-0.5, x], [0.5, x]] {
+                    assert!(arm.norm() < (point - on(other)).norm() + 1e-12, "{point}: {at:?}, but {other:?}");
+                }
+            }
+        }
+    }
+
+    #[test]
     fn a_folded_cell_has_no_surface() {
         let line = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 0.01, 0.0], [0.0, 0.01, 0.0]].map(Vector3::from);
         assert!(foot(&line, &Vector3::zeros(), 1.0).is_none());
@@ -211,7 +259,10 @@ mod tests {
         assert_eq!(impulse(&-coming, &push, 0.0, 2.0, 0.1), (0.0, Vector3::zeros()));
         assert_eq!(closing_limit(2.0, 0.5), -4.0);
         assert_eq!(closing_limit(-2.0, 0.5), 0.0);
-        assert_eq!(recovery(-2.5, 0.5, -1.0, 0.5), 4.0 * RECOVERY);
-        assert_eq!((recovery(2.0, 0.5, -1.0, 0.5), recovery(-2.0, 0.0, 9.0, 0.5)), (0.0, 0.0));
+        let full = RECOVERY * 2.0 * (1.0 - SLOP);
+        assert!((recovery(-1.0, 1.0, -1.0, 0.5) - full).abs() < 1e-15);
+        assert!((recovery(-1.0, 1.0, 0.1, 0.5) - (full - 0.1)).abs() < 1e-15);
+        assert_eq!(recovery(-3.0, 1.0, -1.0, 0.5), recovery(-DEEPEST, 1.0, -1.0, 0.5));
+        assert_eq!((recovery(2.0, 0.5, -1.0, 0.5), recovery(-2.0, 0.5, 9.0, 0.5)), (0.0, 0.0));
     }
 }

@@ -5,6 +5,15 @@ use super::Model;
 /// In front, behind: the two neighbours of a ply.
 pub const SIDES: usize = 2;
 
+/// Set beside the element where the node is inside it, closer than the two plies touch.
+pub const INSIDE: u32 = 1 << 31;
+
+/// The element a node is over.
+#[inline]
+pub fn element(over: u32) -> usize {
+    (over & !INSIDE) as usize
+}
+
 /// Element (row·columns + column) of the ply in front, then of the ply behind, nearest to each node at rest; shape
 /// (plies, 2, (rows + 1)·(columns + 1)) of the storage grid. Empty for a single ply.
 pub fn over_at_rest<S>(model: &Model<S>) -> Vec<u32> {

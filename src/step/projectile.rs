@@ -11,7 +11,7 @@ use super::{Frame, neighbours};
 use crate::kernels::node_update::{self, field as node};
 use crate::kernels::projectile_contact::{self, ContactPoint};
 use crate::kernels::rigid_body::RigidBody;
-use crate::model::{Model, over::SIDES};
+use crate::model::{Model, over, over::SIDES};
 use crate::number::Scalar;
 use crate::state::State;
 
@@ -141,7 +141,7 @@ pub fn fabric_between<S: Scalar>(model: &Model<S>, state: &State<S>, ply: usize,
     for front in (0..ply).rev() {
         let mesh = &model.sheet(front).mesh;
         let at = ((front + 1) * SIDES * (model.grid.rows + 1) + place[0]) * (model.grid.columns + 1) + place[1];
-        let element = state.over[at] as usize;
+        let element = over::element(state.over[at]);
         let [r, c] = [element / mesh.columns, element % mesh.columns];
         if state.standing(model.grid.first_element_row(front) + r, c) {
             thickness += model.plies[front].touching;

@@ -2,7 +2,10 @@
 
 use std::sync::atomic::AtomicBool;
 
+use nalgebra::Vector3;
 use ripstop::case::Case;
+use ripstop::kernels::ply_contact;
+use ripstop::model::{mesh::corners, over};
 use ripstop::outcome::Outcome;
 use ripstop::simulation::{Options, Precision, Run, Simulation, Skips};
 
@@ -94,14 +97,59 @@ fn a_shot_through_a_pack_keeps_its_ledger() {
     }
 }
 
+/// Nodes of whole fabric that touch a whole cell of a neighbouring ply, and those of them that are beyond its mid-plane.
+fn inside(simulation: &Simulation<f64>) -> [usize; 2] {
+    let (model, state) = (&simulation.model, &simulation.state);
+    let grid = &model.grid;
+    let place = |ply: usize, row: usize, column: usize| {
+        let u = state.displacement(grid.first_node_row(ply) + row, column);
+        Vector3::from(model.reference(ply, row, column)) + Vector3::from(model.sheet(ply).mesh.to_pack(u))
+    };
+    let whole = |ply: usize, [row, column]: [usize; 2]| {
+        state.whole(model.sheet(ply), grid.first_element_row(ply) + row, column)
+    };
+    let mut count = [0; 2];
+    for (at, part) in state.over.chunks(model.nodes_per_ply()).enumerate() {
+        let (ply, side) = (at / 2, at % 2);
+        let Some(other) = over::neighbour(ply, side, grid.plies) else { continue };
+        let (mesh, theirs) = (&model.sheet(ply).mesh, &model.sheet(other).mesh);
+        for (row, column) in (0..=mesh.rows).flat_map(|row| (0..=mesh.columns).map(move |column| (row, column))) {
+            let over = part[row * (grid.columns + 1) + column];
+            let cell = [over::element(over) / theirs.columns, over::element(over) % theirs.columns];
+            if over & over::INSIDE == 0 || !whole(other, cell) || !mesh.around(row, column).all(|c| whole(ply, c)) {
+                continue;
+            }
+            let corner = corners(cell).map(|(r, c)| place(other, r, c));
+            let Some(foot) = ply_contact::foot(&corner, &place(ply, row, column), theirs.length[0] * theirs.length[1])
+            else {
+                continue;
+            };
+            count[0] += 1;
+            count[1] += usize::from(foot.height * if side == 0 { 1.0 } else { -1.0 } < 0.0);
+        }
+    }
+    count
+}
+
 #[test]
 fn plies_that_are_perforated_do_not_pass_through_each_other() {
-    let run = run_as(&torn(r#""plies": 3"#, 200), Precision::F64, 2);
-    let last = run.history.last().unwrap();
-    assert_eq!(last.perforated_plies, 3);
-    assert!(last.failed.iter().sum::<u64>() > 150, "{:?}", last.failed);
-    // Plies touch at 0.30 mm; the README states how deep faster shots press whole fabric into each other.
-    assert!(run.max_ply_penetration < 0.30e-3, "{}", run.max_ply_penetration);
+    let mut sums = [0; 2];
+    for (speed, perforated) in [(200, 3), (250, 1), (400, 3), (600, 3)] {
+        let case = torn(r#""plies": 3"#, speed);
+        let mut simulation = Simulation::<f64>::new(&case).unwrap();
+        for time in 1..=60 {
+            advance(&mut simulation, &case, f64::from(time) * 1e-6);
+            let [touching, beyond] = inside(&simulation);
+            sums = [sums[0] + touching, sums[1] + beyond];
+            assert!(beyond <= 2, "{speed} m/s, {time} µs: {beyond} of {touching}");
+        }
+        assert_eq!(inside(&simulation)[1], 0, "{speed} m/s: nobody stays behind");
+        let last = simulation.into_run(1.0).history.last().unwrap().clone();
+        assert_eq!(last.perforated_plies, perforated, "{speed} m/s");
+        assert!(last.failed.iter().sum::<u64>() > 150, "{:?}", last.failed);
+    }
+    // One in a thousand, in crumpled fabric, and not for long.
+    assert!(sums[0] > 10_000 && sums[1] * 1000 <= sums[0], "{sums:?}");
 }
 
 /// Everything that must not change by a bit.

@@ -3,8 +3,8 @@
 use nalgebra::Vector3;
 
 use crate::kernels::node_update::field as node;
-use crate::kernels::ply_contact::{self, PASSED, SLOP, WALK};
-use crate::model::{Mesh, Model, Sheet, mesh::corners};
+use crate::kernels::ply_contact::{self, SLOP, SUDDEN, WALK};
+use crate::model::{Mesh, Model, Sheet, mesh::corners, over, over::INSIDE};
 use crate::number::Scalar;
 use crate::state::State;
 use crate::step::node_stands;
@@ -96,6 +96,17 @@ impl<'a, S: Scalar> View<'a, S> {
     }
 }
 
+/// Where a node touches a cell of the neighbouring ply, or how far it is from that.
+struct Touch {
+    cell: [usize; 2],
+    /// Of the cell's corners.
+    weights: [f64; 4],
+    /// Unit vector along which the node is driven out.
+    push: Vector3<f64>,
+    /// Along it, beyond the distance at which plies touch [m].
+    gap: f64,
+}
+
 /// The search for contacts of one ply with one neighbour.
 pub(super) struct Look<'a, S> {
     model: &'a Model<S>,
@@ -139,7 +150,7 @@ impl<'a, S: Scalar> Look<'a, S> {
             for column in region.columns.clone() {
                 let over = &mut over[row * across + column];
                 if let Some((point, depth)) = self.node(row, column, over) {
-                    if depth > *penetration && self.is_whole(row, column, *over as usize) {
+                    if depth > *penetration && self.is_whole(row, column, over::element(*over)) {
                         *penetration = depth;
                     }
                     points.extend(point);
@@ -162,53 +173,129 @@ impl<'a, S: Scalar> Look<'a, S> {
     /// The place is looked at as it would be at the end of the step; what came too close on the way is known from there.
     #[inline]
     fn node(&self, row: usize, column: usize, over: &mut u32) -> Option<(Option<Point>, f64)> {
-        let (model, dt) = (self.model, self.model.dt);
-        let mesh = self.theirs.mesh;
+        let columns = self.theirs.mesh.columns;
         let position = self.own.position(row, column);
-        let mut cell = [*over as usize / mesh.columns, *over as usize % mesh.columns];
-        let sign = if self.side == 0 { 1.0 } else { -1.0 };
-        let touching = self.touching - SLOP * self.thickness;
-        let mut foot = None;
-        for walk in 0..=WALK {
-            let corner = corners(cell).map(|(r, c)| self.theirs.position(r, c));
-            if walk == 0 && ply_contact::is_apart(&corner, &position, sign, touching, self.area) {
-                return None;
+        let (start, was_inside) = (over::element(*over), *over & INSIDE != 0);
+        let cell = [start / columns, start % columns];
+        let corner = self.corners(cell);
+        if ply_contact::is_apart(&corner, &position, self.sign(), self.touching - SLOP * self.thickness, self.area) {
+            if was_inside {
+                *over = start as u32;
             }
-            foot = ply_contact::foot(&corner, &position, self.area);
-            let next = foot.map_or(cell, |f| ply_contact::next_cell(cell, f.at, mesh.rows, mesh.columns));
-            if next == cell {
+            return None;
+        }
+        let (cell, touch) = self.touch(cell, corner, &position);
+        let [r, c] = touch.as_ref().map_or(cell, |touch| touch.cell);
+        *over = (r * columns + c) as u32;
+        let found = touch.and_then(|touch| self.contact(row, column, &touch, was_inside));
+        if found.is_some() {
+            *over |= INSIDE;
+        }
+        found
+    }
+
+    /// 1 where the neighbour is in front, −1 where it is behind.
+    fn sign(&self) -> f64 {
+        if self.side == 0 { 1.0 } else { -1.0 }
+    }
+
+    /// Places of the corners of a cell of the neighbour [m].
+    #[inline(always)]
+    fn corners(&self, cell: [usize; 2]) -> [Vector3<f64>; 4] {
+        corners(cell).map(|(r, c)| self.theirs.position(r, c))
+    }
+
+    /// Whether a cell of the neighbour carries load.
+    fn stands(&self, cell: [usize; 2]) -> bool {
+        self.state.standing(self.model.grid.first_element_row(self.other) + cell[0], cell[1])
+    }
+
+    /// Walks from a cell, whose corners are known, to that which a point is over; and how it stands over it.
+    #[inline]
+    fn touch(
+        &self,
+        mut cell: [usize; 2],
+        mut corner: [Vector3<f64>; 4],
+        position: &Vector3<f64>,
+    ) -> ([usize; 2], Option<Touch>) {
+        let (mesh, sign) = (self.theirs.mesh, self.sign());
+        let mut left = [cell; WALK];
+        for walk in 0..=WALK {
+            let Some(foot) = ply_contact::foot(&corner, position, self.area) else { break };
+            if ply_contact::is_over(foot.at, cell, mesh.rows, mesh.columns) {
+                let gap = sign * foot.height - self.touching;
+                let weights = ply_contact::weights(foot.at);
+                return (cell, Some(Touch { cell, weights, push: foot.normal * sign, gap }));
+            }
+            let next = ply_contact::next_cell(cell, foot.at, mesh.rows, mesh.columns);
+            if left[..walk].contains(&next) {
+                // Cells send the point to each other: it is beyond the ridge between them.
+                return (cell, self.on_ridge(cell, foot.at, position));
+            }
+            if next == cell || walk == WALK {
                 break;
             }
+            left[walk] = cell;
             cell = next;
+            corner = self.corners(cell);
         }
-        *over = (cell[0] * mesh.columns + cell[1]) as u32;
-        let foot = foot.filter(|f| ply_contact::is_over(f.at, cell, mesh.rows, mesh.columns))?;
-        let end = sign * foot.height - self.touching;
+        (cell, None)
+    }
+
+    /// How a point stands over the cells that meet at the corner of a cell to which its foot points: over the nearest of them, or of
+    /// their edges.
+    fn on_ridge(&self, [row, column]: [usize; 2], at: [f64; 2], position: &Vector3<f64>) -> Option<Touch> {
+        let (mesh, sign) = (self.theirs.mesh, self.sign());
+        let (mut nearest, mut hole) = ((f64::INFINITY, None), f64::INFINITY);
+        for cell in mesh.around(row + usize::from(at[1] > 0.0), column + usize::from(at[0] > 0.0)) {
+            let corner = self.corners(cell);
+            let Some(foot) = ply_contact::foot(&corner, position, self.area) else { continue };
+            let (arm, at) = match ply_contact::is_over(foot.at, cell, mesh.rows, mesh.columns) {
+                true => (foot.normal * foot.height, foot.at),
+                false => ply_contact::on_edge(&corner, position, foot.at),
+            };
+            let distance = arm.norm();
+            if !self.stands(cell) {
+                hole = distance.min(hole);
+            } else if distance < nearest.0 {
+                let weights = ply_contact::weights(at);
+                let touch = || Touch { cell, weights, push: arm / distance, gap: distance - self.touching };
+                nearest = (distance, (sign * arm.dot(&foot.normal) > 0.0).then(touch));
+            }
+        }
+        // Nobody stands over the rim of a hole, which is as near to the hole as to its neighbour.
+        nearest.1.filter(|_| hole > nearest.0 + SLOP * self.thickness)
+    }
+
+    /// A contact if a node that touches closes too fast, and its depth [m].
+    #[inline]
+    fn contact(&self, row: usize, column: usize, touch: &Touch, was_inside: bool) -> Option<(Option<Point>, f64)> {
+        let dt = self.model.dt;
         // What would only just touch is left alone: rounding would decide it, and with it the shares of all around it.
-        if end >= -SLOP * self.thickness || end < -PASSED * self.thickness {
+        if touch.gap >= -SLOP * self.thickness
+            || !self.stands(touch.cell)
+            || !node_stands(self.model, self.state, self.ply, row, column)
+        {
             return None;
         }
-        let stands = self.state.standing(model.grid.first_element_row(self.other) + cell[0], cell[1]);
-        if !stands || !node_stands(model, self.state, self.ply, row, column) {
-            return None;
-        }
-        let push = foot.normal * sign;
-        let weights = ply_contact::weights(foot.at);
         let mut velocity = self.own.velocity(row, column);
-        for ((r, c), weight) in corners(cell).into_iter().zip(weights) {
+        for ((r, c), weight) in corners(touch.cell).into_iter().zip(touch.weights) {
             velocity -= self.theirs.velocity(r, c) * weight;
         }
-        let along = velocity.dot(&push);
-        let gap = end - along * dt;
+        let along = velocity.dot(&touch.push);
+        let gap = touch.gap - along * dt;
+        if !was_inside && gap < -SUDDEN * self.thickness {
+            return None;
+        }
         let limit = ply_contact::closing_limit(gap, dt);
-        let recovery = ply_contact::recovery(gap, SLOP * self.thickness, along, dt);
+        let recovery = ply_contact::recovery(gap, self.thickness, along, dt);
         let point = (along < limit || recovery > 0.0).then(|| Point {
             side: self.side as u8,
             row: row as u32,
             column: column as u32,
-            cell: cell.map(|at| at as u32),
-            weights,
-            push,
+            cell: touch.cell.map(|at| at as u32),
+            weights: touch.weights,
+            push: touch.push,
             limit,
             recovery,
             impulse: Vector3::zeros(),

@@ -4,7 +4,7 @@ use nalgebra::Vector3;
 use ripstop::case::{self, Case, Edge};
 use ripstop::kernels::element_force::field as element;
 use ripstop::kernels::node_update::field as node;
-use ripstop::model::over::{SIDES, neighbour};
+use ripstop::model::over::{INSIDE, SIDES, neighbour};
 use ripstop::model::{Mesh, Model};
 use ripstop::reach::Reach;
 use ripstop::state::State;
@@ -126,6 +126,10 @@ struct Kind {
     holes: f64,
     /// A strip of the second ply is folded flat.
     folded: bool,
+    /// Rises of the second ply between its even rows and columns, which are ridges [m].
+    pleats: f64,
+    /// The ply that is torn where a node of the first is deep in the second.
+    torn: Option<usize>,
     /// Nodes of the first ply that may have moved; all of every ply where none are given.
     reach: Option<[usize; 4]>,
     spacing: Option<f64>,
@@ -143,6 +147,8 @@ const PLAIN: Kind = Kind {
     cells: 3.0,
     holes: 0.0,
     folded: false,
+    pleats: 0.0,
+    torn: None,
     reach: None,
     spacing: None,
     friction: 0.3,
@@ -175,7 +181,9 @@ pub(crate) fn scenes() -> Vec<Scene> {
             Kind { hourglass: 0.0, holes: 0.4, spacing: Some(0.4e-3), ..PLAIN },
         ),
         pack("the first step", &[coarse(90), turned(0).held()], Kind { step: 0, friction: 1.2, ..PLAIN }),
-        pack("a torn cell", &[turned(0), turned(0)], Kind { cells: 0.0, ..PLAIN }),
+        pack("a torn cell", &[turned(0), turned(0)], Kind { cells: 0.0, torn: Some(1), ..PLAIN }),
+        pack("a torn node", &[turned(0), turned(0)], Kind { cells: 0.0, torn: Some(0), ..PLAIN }),
+        pack("ridges", &[turned(0), turned(0)], Kind { size: [24, 20], cells: 0.0, pleats: 3e-4, holes: 0.3, ..PLAIN }),
         pack("folded cells", &[turned(0), turned(0), coarse(0)], Kind { folded: true, cells: 0.7, ..PLAIN }),
         pack(
             "resting plies",
@@ -219,8 +227,12 @@ fn pack(name: &str, groups: &[Group], kind: Kind) -> Scene {
         None => scatter(&model, &mut state, &mut random, &kind),
     }
     kill(&model, &mut state, &mut random, kind.holes);
-    if name.contains("torn") {
-        tear_under_a_deep_node(&model, &mut state);
+    // Half of the nodes were inside their neighbours before, wherever they are now.
+    for over in &mut state.over {
+        *over |= if random.between(0.0, 1.0) < 0.5 { INSIDE } else { 0 };
+    }
+    if let Some(ply) = kind.torn {
+        tear_around_a_deep_node(&model, &mut state, ply);
     }
     random_elements(&model, &mut state, &mut random, if kind.aligned { 0.0 } else { 1.0 });
     Scene { name: name.to_owned(), model, state, elements: false, pack: true, held: false, speed: kind.start }
@@ -269,7 +281,14 @@ fn scatter(model: &Model<f32>, state: &mut State<f32>, random: &mut Random, kind
                 u if u < 0.1 => random.between(-2e-4, 0.0),
                 _ => 0.0,
             };
-            let z = slopes[0] * x + slopes[1] * y + (depth + near + deep) * slope;
+            // Where the second ply is furthest behind, nodes of the first are behind it still.
+            let far = (row % 2 + column % 2) as f64;
+            let pleat = match ply {
+                1 => kind.pleats * far,
+                _ if kind.pleats > 0.0 && far == 2.0 => 2.0 * kind.pleats + 1.6 * model.plies[0].touching,
+                _ => 0.0,
+            };
+            let z = slopes[0] * x + slopes[1] * y + (depth + near + deep + pleat) * slope;
             let [u, v, w] = random.vector(kind.start / 3.0_f64.sqrt());
             let speed = [sideways * u, sideways * v, w];
             put(model, state, [ply, row, column], &(Vector3::new(x, y, z) - reference), speed);
@@ -278,15 +297,17 @@ fn scatter(model: &Model<f32>, state: &mut State<f32>, random: &mut Random, kind
     }
 }
 
-/// Takes one yarn of each cell of the second ply that a node of the first may be over, and pushes that node into it.
-fn tear_under_a_deep_node(model: &Model<f32>, state: &mut State<f32>) {
+/// Pushes a node of the first ply deep into the second, and takes one yarn of each cell of a ply around there.
+fn tear_around_a_deep_node(model: &Model<f32>, state: &mut State<f32>, ply: usize) {
     let (row, column) = (4, 4);
     for (r, c) in [(0, 0), (0, 1), (1, 0), (1, 1)] {
-        let first = model.grid.first_element_row(1);
+        let first = model.grid.first_element_row(ply);
         state.elements.set(first + row - 1 + r, element::ALIVE + c, column + c, 0.0);
     }
     let z = node::DISPLACEMENT + 2;
-    state.nodes.set(row, z, column, state.nodes.get(row, z, column) + 4e-4);
+    state.nodes.set(row, z, column, state.nodes.get(row, z, column) + 2e-3);
+    let behind = model.nodes_per_ply() + row * (model.grid.columns + 1) + column;
+    state.over[behind] |= INSIDE;
 }
 
 /// Plies at rest and in touch, but for a few nodes of the first, which move about.

@@ -81,8 +81,8 @@ pub(super) const MUTANTS: &[Mutant] = &[
     mutant(
         "cell of the node's own ply",
         "two fabrics, holes, no hourglass",
-        "over[at] / plies[other].columns, over[at] % plies[other].columns",
-        "over[at] / plies[ply].columns, over[at] % plies[ply].columns",
+        "cell_over(other, over[at])",
+        "cell_over(ply, over[at])",
     ),
     mutant(
         "contacts that are over",

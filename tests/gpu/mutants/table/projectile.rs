@@ -310,8 +310,8 @@ pub(super) const MUTANTS: &[Mutant] = &[
     mutant(
         "cell of the node in every ply",
         "sphere on turned plies, friction",
-        "let cell = over[at];",
-        "let cell = over[node];",
+        "cell_over(ply, over[at])",
+        "cell_over(ply, over[node])",
     ),
     mutant(
         "first corner of the cell",
@@ -328,8 +328,8 @@ pub(super) const MUTANTS: &[Mutant] = &[
     mutant(
         "columns of the first mesh",
         "rough cylinder on two fabrics",
-        "vec2<u32>(cell / plies[ply].columns, cell % plies[ply].columns)",
-        "vec2<u32>(cell / scene.columns, cell % scene.columns)",
+        "element / plies[ply].columns, element % plies[ply].columns",
+        "element / scene.columns, element % scene.columns",
     ),
     mutant(
         "friction of covered plies",
