@@ -120,8 +120,9 @@ struct Scene {
     points: u32,
     /// Workgroups of the ledger.
     groups: u32,
+    /// Directions that mirror planes hold: velocity x, y, z, turning about x, y, z, a bit each.
+    body_held: u32,
     pad0: u32,
-    pad1: u32,
     /// Corner (ρ, s) and outward normal (ρ, s) of the side that begins there.
     profile: array<vec4<f32>, 5>,
 }

@@ -158,6 +158,7 @@ pub fn scene(model: &Model<f32>, sheet: usize, points: u32, groups: u32) -> Bloc
     projectile(&mut block, model);
     block.count("points", points as usize);
     block.count("groups", groups as usize);
+    block.count("body_held", model.projectile.as_ref().map_or(0, body_held));
     // The array begins at a multiple of sixteen bytes.
     while !block.0.len().is_multiple_of(4) {
         let pads = ["pad0", "pad1", "pad2"];
@@ -313,6 +314,13 @@ fn projectile(block: &mut Block, model: &Model<f32>) {
     block.double("chisel_cosine", chisel.map_or(0.0, |c| c.cosine));
     block.double("chisel_slope", chisel.map_or(0.0, |c| c.slope));
     block.double("chisel_corner", chisel.map_or(0.0, |c| c.corner));
+}
+
+/// Directions that mirror planes hold: of velocity, of turning, a bit each.
+fn body_held(body: &RigidBody) -> usize {
+    let [moves, turns] = body.freedom;
+    let free = moves.iter().chain(&turns);
+    free.enumerate().filter(|(_, free)| **free == 0.0).map(|(bit, _)| 1 << bit).sum()
 }
 
 /// From the centre of mass to the tip of the nose along the axis [m]: what the device measures gaps from.

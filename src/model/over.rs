@@ -5,6 +5,9 @@ use super::Model;
 /// In front, behind: the two neighbours of a ply.
 pub const SIDES: usize = 2;
 
+/// A little nearer to the centre than it is [-].
+const INWARD: f64 = 1.0 - 1e-9;
+
 /// Element (row·columns + column) of the ply in front, then of the ply behind, nearest to each node at rest; shape
 /// (plies, 2, (rows + 1)·(columns + 1)) of the storage grid. Empty for a single ply.
 pub fn over_at_rest<S>(model: &Model<S>) -> Vec<u32> {
@@ -22,7 +25,8 @@ pub fn over_at_rest<S>(model: &Model<S>) -> Vec<u32> {
             for column in 0..=mesh.columns {
                 let [x, y] = mesh.reference(row, column);
                 let [x, y, _] = theirs.to_ply(mesh.to_pack([x, y, 0.0]));
-                let [row_over, column_over] = theirs.element_at([x, y]);
+                // Of cells that are as near, the one towards the centre, so that mirror images are over mirror images.
+                let [row_over, column_over] = theirs.element_at([x, y].map(|at| at * INWARD));
                 part[row * (model.grid.columns + 1) + column] = (row_over * theirs.columns + column_over) as u32;
             }
         }
