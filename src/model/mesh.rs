@@ -62,13 +62,36 @@ impl Mesh {
         self
     }
 
-    /// The axis of the ply that lies along one of the pack; `None` where it is laid at an odd angle.
+    /// The axis of the ply that lies along one of the pack, and the other way round; `None` where it is laid at an odd angle.
     pub fn own_axis(&self, axis: usize) -> Option<usize> {
         match self.turn {
             [_, 0.0] => Some(axis),
             [0.0, _] => Some(1 - axis),
             _ => None,
         }
+    }
+
+    /// Column, and row, of the nodes on mirror planes of the pack; `None` where there are none.
+    pub fn on_planes(&self, planes: MirrorPlanes) -> [Option<usize>; 2] {
+        let is_plane = |own: usize| self.own_axis(own).is_some_and(|axis| planes.0[axis]);
+        [0, 1].map(|own| is_plane(own).then_some(self.centre[own] as usize))
+    }
+
+    /// Whether a node lies on a plane that cuts the mesh across its X, across its Y.
+    #[inline]
+    pub fn cut_across(&self, row: usize, column: usize) -> [bool; 2] {
+        let is_cut = |cut: Cut, at: usize, last: usize| match cut {
+            Cut::Nowhere => false,
+            Cut::First => at == 0,
+            Cut::Last => at == last,
+        };
+        [is_cut(self.cut[0], column, self.columns), is_cut(self.cut[1], row, self.rows)]
+    }
+
+    /// The part of a node that the mesh has: a half where a plane cuts it, a quarter where two do.
+    #[inline]
+    pub fn share_of(&self, row: usize, column: usize) -> f64 {
+        self.cut_across(row, column).into_iter().map(|cut| if cut { 0.5 } else { 1.0 }).product()
     }
 
     /// Elements along X and Y of the whole ply.

@@ -12,7 +12,7 @@ pub mod symmetry;
 pub mod terms;
 pub mod time_step;
 
-use crate::case::Case;
+use crate::case::{Case, Symmetry};
 use crate::kernels::projectile_shape::Body;
 use crate::kernels::rigid_body::RigidBody;
 use crate::number::Scalar;
@@ -91,6 +91,8 @@ pub struct Model<S> {
     pub at_rest: bool,
     /// Mirror planes that the scene is cut at: all of the above is the part at x ≥ 0, y ≥ 0.
     pub planes: MirrorPlanes,
+    /// Mirror planes that the scene has, cut or not.
+    pub mirror: MirrorPlanes,
 }
 
 /// A ply in the pack.
@@ -114,18 +116,19 @@ impl<S: Scalar> Model<S> {
     /// # Errors
     /// When a part of the case that only geometry can judge is impossible; see [`ModelError`].
     pub fn new(case: &Case) -> Result<Self, ModelError> {
-        Self::cut(case, |_| MirrorPlanes::NONE)
+        Self::cut(case, false)
     }
 
-    /// Derives the model of the part of a scene that its mirror planes leave; of the whole where it has none.
+    /// Derives the model of the part of a scene that its mirror planes leave; of the whole where it has none, or where the
+    /// case asks for it.
     ///
     /// # Errors
     /// As [`Model::new`].
     pub fn part(case: &Case) -> Result<Self, ModelError> {
-        Self::cut(case, |body| MirrorPlanes::of(case, body))
+        Self::cut(case, case.solver.symmetry == Symmetry::Auto)
     }
 
-    fn cut(case: &Case, planes: impl Fn(Option<&RigidBody>) -> MirrorPlanes) -> Result<Self, ModelError> {
+    fn cut(case: &Case, cut: bool) -> Result<Self, ModelError> {
         let layup = layup::layup(case);
         let cell =
             layup.layers.iter().map(|layer| layer.element_length_x.max(layer.element_length_y)).fold(0.0, f64::max);
@@ -133,7 +136,8 @@ impl<S: Scalar> Model<S> {
             Some(p) => Some(RigidBody::new(p, Body::new(p).map_err(|_| ModelError::EdgeRadius)?, cell)),
             None => None,
         };
-        let planes = planes(projectile.as_ref());
+        let mirror = MirrorPlanes::of(case, projectile.as_ref());
+        let planes = if cut { mirror } else { MirrorPlanes::NONE };
         let sheet = |layer| Sheet::new(case, layer, planes);
         let sheets = layup.layers.iter().map(sheet).collect::<Result<Vec<_>, _>>()?;
         let bounds = sheets.iter().map(|sheet| sheet.bound);
@@ -150,6 +154,7 @@ impl<S: Scalar> Model<S> {
             bound,
             projectile: projectile.map(|body| body.part(planes)),
             planes,
+            mirror,
         })
     }
 

@@ -8,7 +8,7 @@
 use nalgebra::Vector3;
 
 use super::Mesh;
-use crate::case::{Case, Edge, Edges, Layer, Shape, Symmetry};
+use crate::case::{Case, Edge, Edges, Layer, Shape};
 use crate::kernels::rigid_body::RigidBody;
 
 /// Rounding of directions and places allowed in a symmetric scene, over their size [-].
@@ -22,11 +22,8 @@ impl MirrorPlanes {
     /// No plane: the whole scene is computed.
     pub const NONE: Self = Self([false; 2]);
 
-    /// The planes that a case may be cut at. `body`: its projectile, not yet cut.
+    /// The planes of a case. `body`: its projectile, not yet cut.
     pub fn of(case: &Case, body: Option<&RigidBody>) -> Self {
-        if case.solver.symmetry == Symmetry::None {
-            return Self::NONE;
-        }
         let layers = case.layers();
         let is_plane = |axis: usize| {
             let flies = match (&case.projectile, body) {

@@ -20,6 +20,8 @@ pub(super) struct Point {
     pub(super) cell: [u32; 2],
     /// Of the cell's corners.
     pub(super) weights: [f64; 4],
+    /// Part of the node, and so of the contact, that is in the computed part of the scene.
+    pub(super) part: f64,
     /// Unit vector along which the node is driven out.
     pub(super) push: Vector3<f64>,
     /// Least velocity along it [m/s].
@@ -84,10 +86,17 @@ impl<'a, S: Scalar> View<'a, S> {
         self.to_pack([p + x, q + y, self.z + z])
     }
 
-    /// 1/mass along a direction [1/kg].
+    /// 1/mass along a direction [1/kg], in the whole scene: mirror planes hold no node in a single contact, only with its image.
     pub(super) fn inverse(&self, row: usize, column: usize, along: &Vector3<f64>) -> f64 {
         let inverse = &self.sheet.row_mass(row).inverse;
-        let [x, y, z] = [0, 1, 2].map(|a| inverse[a][column].to_f64());
+        let [mut x, mut y, mut z] = [0, 1, 2].map(|a| inverse[a][column].to_f64());
+        if let [across_x, across_y] = self.mesh.cut_across(row, column)
+            && (across_x || across_y)
+        {
+            z *= self.mesh.share_of(row, column);
+            x = if across_x || x > 0.0 { z } else { 0.0 };
+            y = if across_y || y > 0.0 { z } else { 0.0 };
+        }
         if x == y && y == z {
             return x;
         }
@@ -105,6 +114,8 @@ pub(super) struct Look<'a, S> {
     other: usize,
     own: View<'a, S>,
     theirs: View<'a, S>,
+    /// Column, row of the nodes on mirror planes.
+    planes: [Option<usize>; 2],
     /// Distance of mid-planes in touch, and mean thickness [m].
     touching: f64,
     thickness: f64,
@@ -118,6 +129,7 @@ impl<'a, S: Scalar> Look<'a, S> {
         Self {
             touching: model.plies[ply.min(other)].touching,
             thickness: model.plies[ply.min(other)].thickness,
+            planes: own.mesh.on_planes(model.mirror),
             area: theirs.mesh.length[0] * theirs.mesh.length[1],
             model,
             state,
@@ -157,6 +169,22 @@ impl<'a, S: Scalar> Look<'a, S> {
             && self.own.mesh.around(row, column).all(|[r, c]| state.whole(self.own.sheet, first + r, c))
     }
 
+    /// The mirror planes that a node lies on: by coordinate of the neighbour's cells, the axis across them.
+    #[inline]
+    fn edge(&self, row: usize, column: usize) -> [Option<usize>; 2] {
+        if Some(column) != self.planes[0] && Some(row) != self.planes[1] {
+            return [None; 2];
+        }
+        let mut edge = [None; 2];
+        for (own, at) in [column, row].into_iter().enumerate() {
+            let axis = self.own.mesh.own_axis(own).filter(|_| self.planes[own] == Some(at));
+            if let Some((theirs, axis)) = axis.and_then(|axis| Some((self.theirs.mesh.own_axis(axis)?, axis))) {
+                edge[theirs] = Some(axis);
+            }
+        }
+        edge
+    }
+
     /// Looks at one node: a contact if it closes too fast, and its depth [m].
     ///
     /// The place is looked at as it would be at the end of the step; what came too close on the way is known from there.
@@ -174,7 +202,10 @@ impl<'a, S: Scalar> Look<'a, S> {
             if walk == 0 && ply_contact::is_apart(&corner, &position, sign, touching, self.area) {
                 return None;
             }
-            foot = ply_contact::foot(&corner, &position, self.area);
+            foot = match self.edge(row, column) {
+                [None, None] => ply_contact::foot(&corner, &position, self.area),
+                edge => ply_contact::foot_on_planes(&corner, &position, self.area, edge),
+            };
             let next = foot.map_or(cell, |f| ply_contact::next_cell(cell, f.at, mesh.rows, mesh.columns));
             if next == cell {
                 break;
@@ -182,7 +213,7 @@ impl<'a, S: Scalar> Look<'a, S> {
             cell = next;
         }
         *over = (cell[0] * mesh.columns + cell[1]) as u32;
-        let foot = foot.filter(|f| ply_contact::is_over(f.at, cell, mesh.rows, mesh.columns))?;
+        let foot = foot.filter(|f| ply_contact::is_over(f.at, cell, mesh.rows, mesh.columns, mesh.cut))?;
         let end = sign * foot.height - self.touching;
         // What would only just touch is left alone: rounding would decide it, and with it the shares of all around it.
         if end >= -SLOP * self.thickness || end < -PASSED * self.thickness {
@@ -208,6 +239,7 @@ impl<'a, S: Scalar> Look<'a, S> {
             column: column as u32,
             cell: cell.map(|at| at as u32),
             weights,
+            part: self.own.mesh.share_of(row, column),
             push,
             limit,
             recovery,
