@@ -42,6 +42,7 @@ fn look(ply: u32, node: u32, place: vec2<u32>, side: u32) -> bool {
     let front = plies[min(ply, other)];
     let direction = select(-1.0, 1.0, side == 0u);
     let touching = front.touching - SLOP * front.thickness;
+    let edge = planes_at(ply, place, other);
     var foot: Foot;
     for (var walk = 0u; walk <= WALK; walk++) {
         let a = ply_position(other, cell);
@@ -51,7 +52,11 @@ fn look(ply: u32, node: u32, place: vec2<u32>, side: u32) -> bool {
         if (walk == 0u && is_apart(a, b, c, d, point, direction, touching, area)) {
             return false;
         }
-        foot = foot_on(a, b, c, d, point, area);
+        if (all(edge == vec2<u32>(0u))) {
+            foot = foot_on(a, b, c, d, point, area);
+        } else {
+            foot = foot_on_planes(a, b, c, d, point, area, edge);
+        }
         if (!foot.sound) {
             break;
         }
@@ -62,7 +67,7 @@ fn look(ply: u32, node: u32, place: vec2<u32>, side: u32) -> bool {
         cell = next;
     }
     over[at] = cell.x * o.columns + cell.y;
-    if (!foot.sound || !is_over(foot.place, cell, o.rows, o.columns)) {
+    if (!foot.sound || !is_over(foot.place, cell, o.rows, o.columns, cut_sides(other))) {
         return false;
     }
     let end = direction * foot.height - front.touching;
@@ -95,9 +100,11 @@ fn look(ply: u32, node: u32, place: vec2<u32>, side: u32) -> bool {
     }
     contacts[at] = Contact(vec4<f32>(push, limit), vec4<f32>(foot.place, recovery, 1.0));
     atomicAdd(&shares[node], u32(SHARE_UNIT));
+    let part = SHARE_UNIT * part_of(ply, place);
     for (var i = 0u; i < 4u; i++) {
-        // Rounded up: a corner that gets any impulse must have a share, or it would not take it.
-        let share = u32(ceil(weights[i] * SHARE_UNIT));
+        // Rounded up: a corner that gets any impulse must have a share, or it would not take it. One on a mirror plane has the
+        // images of contacts that come from one side of it.
+        let share = u32(ceil(weights[i] * part / part_of(other, node_place(around[i]))));
         if (share > 0u) {
             atomicAdd(&shares[around[i]], share);
         }

@@ -90,7 +90,7 @@ impl Mesh {
 
     /// The part of a node that the mesh has: a half where a plane cuts it, a quarter where two do.
     #[inline]
-    pub fn share_of(&self, row: usize, column: usize) -> f64 {
+    pub fn part_of(&self, row: usize, column: usize) -> f64 {
         self.cut_across(row, column).into_iter().map(|cut| if cut { 0.5 } else { 1.0 }).product()
     }
 

@@ -93,7 +93,7 @@ impl<'a, S: Scalar> View<'a, S> {
         if let [across_x, across_y] = self.mesh.cut_across(row, column)
             && (across_x || across_y)
         {
-            z *= self.mesh.share_of(row, column);
+            z *= self.mesh.part_of(row, column);
             x = if across_x || x > 0.0 { z } else { 0.0 };
             y = if across_y || y > 0.0 { z } else { 0.0 };
         }
@@ -239,7 +239,7 @@ impl<'a, S: Scalar> Look<'a, S> {
             column: column as u32,
             cell: cell.map(|at| at as u32),
             weights,
-            part: self.own.mesh.share_of(row, column),
+            part: self.own.mesh.part_of(row, column),
             push,
             limit,
             recovery,
