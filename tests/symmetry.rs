@@ -142,7 +142,8 @@ fn a_quarter_and_a_half_give_the_history_of_the_whole() {
     torn(&small(&["/projectile/offset_mm=[0,-1]"]), 2);
     torn(&small(&["/projectile/obliquity_deg=20"]), 2);
     torn(&small(&["/projectile/obliquity_deg=20", "/projectile/azimuth_deg=90", "/output/profile_along=weft"]), 2);
-    torn(&small(&["/projectile/shape=sphere", "/projectile/diameter_mm=6", "/pack/edges=free"]), 4);
+    let sphere = r#"/projectile={"shape":"sphere","diameter_mm":6,"mass_g":1,"velocity_m_s":300}"#;
+    agree(&small(&[sphere, "/pack/edges=free"]), Precision::F64, 4, 1e-7);
     // The struck ply turned: its plane lies at the end of its rows.
     torn(&small(&["/pack/layup=[{\"orientation_deg\":90}]", "/output/profile_along=weft"]), 4);
 }
