@@ -29,7 +29,8 @@ struct Ply {
     inverse_inner: f32,
     inverse_edge: f32,
     inverse_corner: f32,
-    /// Held directions (1 x, 2 y, 4 z) of the left, right, bottom and top side, three bits each.
+    /// Held directions (1 x, 2 y, 4 z) of the left, right, bottom and top side, three bits each; from bit 12 on, which of
+    /// these sides mirror planes cut.
     held: u32,
     /// Cells for which a yarn must run on unbroken to cover.
     span: u32,
@@ -124,6 +125,26 @@ fn inverse_mass(ply: u32, place: vec2<u32>) -> vec3<f32> {
     let inverse = select(edge, plies[ply].inverse_corner, count == 2u);
     let bits = vec3<u32>(held(ply, place)) & vec3<u32>(1u, 2u, 4u);
     return select(vec3<f32>(inverse), vec3<f32>(0.0), bits != vec3<u32>(0u));
+}
+
+/// Sides of a ply that mirror planes cut: 1 left, 2 right, 4 bottom, 8 top.
+fn cut_sides(ply: u32) -> u32 {
+    return plies[ply].held >> 12u;
+}
+
+/// Whether a node lies on a plane that cuts the ply across its X, across its Y.
+fn cut_across(ply: u32, place: vec2<u32>) -> vec2<bool> {
+    let cut = cut_sides(ply);
+    let low = vec2<bool>(place.y == 0u && (cut & 1u) != 0u, place.x == 0u && (cut & 4u) != 0u);
+    let high = vec2<bool>(
+        place.y == plies[ply].columns && (cut & 2u) != 0u, place.x == plies[ply].rows && (cut & 8u) != 0u);
+    return low | high;
+}
+
+/// The part of a node that is there: a half where a plane cuts it, a quarter where two do.
+fn part_of(ply: u32, place: vec2<u32>) -> f32 {
+    let parts = select(vec2<f32>(1.0), vec2<f32>(0.5), cut_across(ply, place));
+    return parts.x * parts.y;
 }
 
 /// Inverse masses by direction of the pack. Rollers, which tell the directions apart, hold only plies laid along its axes.

@@ -84,6 +84,41 @@ fn foot_on(a: vec3<f32>, b: vec3<f32>, c: vec3<f32>, d: vec3<f32>, point: vec3<f
     return Foot(place, unit, dot(mended, unit), sound);
 }
 
+/// The foot of a point on mirror planes, which lies on them: along the normal less what of it points across them.
+/// `edge`: by coordinate of the cell, 1 or 2 where there is a plane across x or y, on one of the cell's edges then.
+fn foot_on_planes(
+    a: vec3<f32>, b: vec3<f32>, c: vec3<f32>, d: vec3<f32>, point: vec3<f32>, area: f32, edge: vec2<u32>,
+) -> Foot {
+    let along = ((b - a) + (c - d)) * 0.5;
+    let across = ((d - a) + (c - b)) * 0.5;
+    let twist = (a - b) + (c - d);
+    let normal = cross(along, across);
+    let square = dot(normal, normal);
+    let planes = vec3<bool>(any(edge == vec2<u32>(1u)), any(edge == vec2<u32>(2u)), false);
+    let left = select(normal, vec3<f32>(0.0), planes);
+    let size = dot(left, left);
+    let sound = square >= squared(FOLDED * area) && size >= squared(FOLDED * area);
+    let safe = select(1.0, square, sound);
+    let push = left / sqrt(select(1.0, size, sound));
+    let slope = select(1.0, dot(push, normal), sound);
+    let aa = dot(along, along);
+    let ac = dot(along, across);
+    let cc = dot(across, across);
+    var arm = point - ((a + c) + (b + d)) * 0.25;
+    var place = vec2<f32>(0.0);
+    var height = 0.0;
+    // The twist of the cell is small: one correction.
+    for (var i = 0u; i < 2u; i++) {
+        let mended = arm - twist * (place.x * place.y);
+        height = dot(mended, normal) / slope;
+        let flat = mended - push * height;
+        let p = vec2<f32>(dot(flat, along), dot(flat, across));
+        place = vec2<f32>(cc * p.x - ac * p.y, aa * p.y - ac * p.x) / safe;
+        place = select(place, select(vec2<f32>(-0.5), vec2<f32>(0.5), place > vec2<f32>(0.0)), edge != vec2<u32>(0u));
+    }
+    return Foot(place, push, height, sound);
+}
+
 /// Weights of the corners at a place in a cell; they add up to 1.
 fn weights_at(place: vec2<f32>) -> vec4<f32> {
     let x = min(max(place.x, -0.5), 0.5);
@@ -101,10 +136,12 @@ fn room(outermost: bool) -> f32 {
     return 0.5 + select(EDGE, OVERHANG, outermost);
 }
 
-/// Whether a cell (row, column) of a ply of so many rows and columns carries a node with this foot.
-fn is_over(place: vec2<f32>, cell: vec2<u32>, rows: u32, columns: u32) -> bool {
-    let along = -room(cell.y == 0u) <= place.x && place.x <= room(cell.y + 1u == columns);
-    return along && -room(cell.x == 0u) <= place.y && place.y <= room(cell.x + 1u == rows);
+/// Whether a cell (row, column) of a ply of so many rows and columns carries a node with this foot. At sides that mirror
+/// planes `cut` (1 left, 2 right, 4 bottom, 8 top) the ply goes on.
+fn is_over(place: vec2<f32>, cell: vec2<u32>, rows: u32, columns: u32, cut: u32) -> bool {
+    let ends = (vec4<u32>(cut) & vec4<u32>(1u, 2u, 4u, 8u)) == vec4<u32>(0u);
+    let along = -room(cell.y == 0u && ends.x) <= place.x && place.x <= room(cell.y + 1u == columns && ends.y);
+    return along && -room(cell.x == 0u && ends.z) <= place.y && place.y <= room(cell.x + 1u == rows && ends.w);
 }
 
 /// The place on an edge of a cell that is nearest to a point, and from there to the point [m].

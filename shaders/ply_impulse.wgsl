@@ -54,9 +54,10 @@ fn press(ply: u32, node: u32, side: u32) {
     let kappa = 1.0 / compliance;
     let found = impulse_between(velocity, push, contact.push.w, kappa);
     let slide = velocity - push * dot(velocity, push);
-    accounts[7u * scene.elements + scene.nodes + node] -= dot(found.drag, slide + found.drag * (0.5 * compliance));
-    let counts = (push * found.along + found.drag) / scene.impulse_unit;
-    let shifts = push * (kappa * contact.foot.z) / scene.impulse_unit;
+    let part = part_of(ply, node_place(node));
+    accounts[7u * scene.elements + scene.nodes + node] -= part * dot(found.drag, slide + found.drag * (0.5 * compliance));
+    let counts = (push * found.along + found.drag) * (part / scene.impulse_unit);
+    let shifts = push * (kappa * contact.foot.z) * (part / scene.impulse_unit);
     var given = vec3<i32>(0);
     var moved = vec3<i32>(0);
     for (var i = 0u; i < 4u; i++) {

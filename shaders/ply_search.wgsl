@@ -70,7 +70,7 @@ fn on_ridge(
         if (!f.sound) {
             continue;
         }
-        let over = is_over(f.place, cell, o.rows, o.columns);
+        let over = is_over(f.place, cell, o.rows, o.columns, cut_sides(other));
         var edge = EdgePlace(f.place, f.normal * f.height);
         if (!over) {
             edge = on_edge(a, b, c, d, point, f.place);
@@ -91,8 +91,8 @@ fn on_ridge(
     return nearest;
 }
 
-/// Walks from a cell to that which a point is over; and how it stands over it.
-fn touch_of(other: u32, start: vec2<u32>, point: vec3<f32>, direction: f32, touching: f32, slop: f32) -> Touch {
+/// Walks from a cell to that which a point is over; and how it stands over it. `edge`: mirror planes it lies on.
+fn touch_of(other: u32, start: vec2<u32>, point: vec3<f32>, direction: f32, touching: f32, slop: f32, edge: vec2<u32>) -> Touch {
     let o = plies[other];
     let area = o.length_x * o.length_y;
     var found = Touch(start, vec2<f32>(0.0), vec3<f32>(0.0), 0.0, false);
@@ -103,17 +103,26 @@ fn touch_of(other: u32, start: vec2<u32>, point: vec3<f32>, direction: f32, touc
         let b = ply_position(other, cell + vec2<u32>(0u, 1u));
         let c = ply_position(other, cell + vec2<u32>(1u, 1u));
         let d = ply_position(other, cell + vec2<u32>(1u, 0u));
-        let foot = foot_on(a, b, c, d, point, area);
+        var foot: Foot;
+        if (all(edge == vec2<u32>(0u))) {
+            foot = foot_on(a, b, c, d, point, area);
+        } else {
+            foot = foot_on_planes(a, b, c, d, point, area, edge);
+        }
         if (!foot.sound) {
             break;
         }
-        if (is_over(foot.place, cell, o.rows, o.columns)) {
+        if (is_over(foot.place, cell, o.rows, o.columns, cut_sides(other))) {
             return Touch(cell, foot.place, foot.normal * direction, direction * foot.height - touching, true);
         }
         let next = vec2<u32>(step_over(cell.x, foot.place.y, o.rows), step_over(cell.y, foot.place.x, o.columns));
         for (var i = 0u; i < walk; i++) {
             if (left[i] == element_at(other, next)) {
-                // Cells send the point to each other: it is beyond the ridge between them.
+                // Cells send the point to each other: it is beyond the ridge between them. On a mirror plane the image of the place
+                // nearest to it is as near.
+                if (any(edge != vec2<u32>(0u))) {
+                    return found;
+                }
                 return on_ridge(other, cell, foot.place, point, direction, touching, slop);
             }
         }
@@ -147,7 +156,7 @@ fn look(ply: u32, node: u32, place: vec2<u32>, side: u32) -> bool {
         }
         return false;
     }
-    let touch = touch_of(other, cell, point, direction, front.touching, slop);
+    let touch = touch_of(other, cell, point, direction, front.touching, slop, planes_at(ply, place, other));
     over[at] = touch.cell.x * o.columns + touch.cell.y;
     if (!touch.over || touch.gap >= -slop) {
         return false;
@@ -180,9 +189,11 @@ fn look(ply: u32, node: u32, place: vec2<u32>, side: u32) -> bool {
     }
     contacts[at] = Contact(vec4<f32>(touch.push, limit), vec4<f32>(touch.place, recovery, 1.0));
     atomicAdd(&shares[node], u32(SHARE_UNIT));
+    let part = SHARE_UNIT * part_of(ply, place);
     for (var i = 0u; i < 4u; i++) {
-        // Rounded up: a corner that gets any impulse must have a share, or it would not take it.
-        let share = u32(ceil(weights[i] * SHARE_UNIT));
+        // Rounded up: a corner that gets any impulse must have a share, or it would not take it. One on a mirror plane has the
+        // images of contacts that come from one side of it.
+        let share = u32(ceil(weights[i] * part / part_of(other, node_place(around[i]))));
         if (share > 0u) {
             atomicAdd(&shares[around[i]], share);
         }

@@ -29,12 +29,28 @@ fn ply_position(ply: u32, place: vec2<u32>) -> vec3<f32> {
     return to_pack(ply, reference(ply, place) + ply_vector(0u, node_at(ply, place)));
 }
 
-/// 1/mass along a direction of the pack [1/kg].
+/// 1/mass along a direction of the pack [1/kg], in the whole scene: mirror planes hold no node in a single contact, only with
+/// its image.
 fn inverse_along(ply: u32, place: vec2<u32>, along: vec3<f32>) -> f32 {
-    let inverse = inverse_mass(ply, place);
+    var inverse = inverse_mass(ply, place);
+    let across = cut_across(ply, place);
+    if (any(across)) {
+        let whole = inverse.z * part_of(ply, place);
+        inverse = vec3<f32>(select(vec2<f32>(0.0), vec2<f32>(whole), across | (inverse.xy > vec2<f32>(0.0))), whole);
+    }
     let own = to_ply(ply, along);
     let mixed = dot(own * own, inverse);
     return select(mixed, inverse.x, inverse.x == inverse.y && inverse.y == inverse.z);
+}
+
+/// The mirror planes that a node lies on: by coordinate of a neighbour's cells, 1 or 2 for the one across x or y of the pack.
+fn planes_at(ply: u32, place: vec2<u32>, other: u32) -> vec2<u32> {
+    if (scene.mirror == 0u) {
+        return vec2<u32>(0u);
+    }
+    let near = abs(to_pack(ply, reference(ply, place)).xy) < vec2<f32>(0.25 * min(plies[ply].length_x, plies[ply].length_y));
+    let planes = vec2<u32>(scene.mirror) & vec2<u32>(1u, 2u) & select(vec2<u32>(0u), vec2<u32>(3u), near);
+    return select(planes, planes.yx, abs(plies[other].sine) > 0.5);
 }
 
 /// Nodes at the corners of a cell (row, column) of a ply, counter-clockwise.

@@ -238,12 +238,22 @@ fn normal_speed(p: u32) -> f32 {
     return dot(points[p].relative.xyz + inverse * points[p].drag.xyz, points[p].normal.xyz);
 }
 
+/// What is left of a velocity of the body, or of an impulse on it, where mirror planes hold directions.
+fn in_planes(v: vec3<f32>) -> vec3<f32> {
+    return select(v, vec3<f32>(0.0), (vec3<u32>(scene.body_held) & vec3<u32>(1u, 2u, 4u)) != vec3<u32>(0u));
+}
+
+/// The same of turning.
+fn about_planes(v: vec3<f32>) -> vec3<f32> {
+    return select(v, vec3<f32>(0.0), (vec3<u32>(scene.body_held) & vec3<u32>(8u, 16u, 32u)) != vec3<u32>(0u));
+}
+
 /// (n, r × n) of a point; turns are measured in lengths of `body_reach`.
 fn direction(p: u32) -> array<f32, 6> {
-    let normal = points[p].normal.xyz;
+    let normal = in_planes(points[p].normal.xyz);
     var turn = vec3<f32>(0.0);
     if (ROTATION) {
-        turn = cross(points[p].arm.xyz, normal) / scene.body_reach;
+        turn = about_planes(cross(points[p].arm.xyz, points[p].normal.xyz) / scene.body_reach);
     }
     return array<f32, 6>(normal.x, normal.y, normal.z, turn.x, turn.y, turn.z);
 }
@@ -321,8 +331,8 @@ fn common_velocity(count: u32, local: u32) {
     if (scene.body_prescribed == 0u) {
         var part: array<f32, 27>;
         for (var p = local; p < count; p += WIDTH) {
-            let drag = points[p].drag.xyz;
-            let turn = cross(points[p].arm.xyz, drag) / scene.body_reach;
+            let drag = in_planes(points[p].drag.xyz);
+            let turn = about_planes(cross(points[p].arm.xyz, points[p].drag.xyz) / scene.body_reach);
             part[21] -= drag.x;
             part[22] -= drag.y;
             part[23] -= drag.z;
@@ -559,9 +569,9 @@ fn projectile_contact(@builtin(local_invocation_index) local: u32) {
         let impulse = vec3<f32>(result[0], result[1], result[2]);
         if (count > 0u) {
             if (scene.body_prescribed == 0u) {
-                b.change += vec4<f32>(impulse / scene.body_mass, 0.0);
+                b.change += vec4<f32>(in_planes(impulse) / scene.body_mass, 0.0);
                 if (ROTATION) {
-                    b.spin += vec4<f32>(result[3], result[4], result[5], 0.0);
+                    b.spin += vec4<f32>(about_planes(vec3<f32>(result[3], result[4], result[5])), 0.0);
                 }
             }
             b.impulse += vec4<f32>(impulse, 0.0);

@@ -120,8 +120,10 @@ struct Scene {
     points: u32,
     /// Workgroups of the ledger.
     groups: u32,
-    pad0: u32,
-    pad1: u32,
+    /// Directions that mirror planes hold: velocity x, y, z, turning about x, y, z, a bit each.
+    body_held: u32,
+    /// Mirror planes that the scene has, cut there or not: 1 x = 0, 2 y = 0.
+    mirror: u32,
     /// Corner (ρ, s) and outward normal (ρ, s) of the side that begins there.
     profile: array<vec4<f32>, 5>,
 }

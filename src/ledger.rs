@@ -11,7 +11,7 @@ use crate::kernels::element_force::ElementTotals;
 use crate::kernels::node_update::NodeTotals;
 use crate::kernels::projectile_contact::ContactTotals;
 use crate::kernels::rigid_body::RigidBody;
-use crate::model::Grid;
+use crate::model::{Grid, MirrorPlanes};
 
 /// Running sums and the last sample.
 #[derive(Clone, Debug, Default)]
@@ -39,6 +39,7 @@ pub struct Ledger {
     momentum: [f64; 3],
     plies: Vec<PlyMoment>,
     initial: Option<Initial>,
+    planes: MirrorPlanes,
 }
 
 /// What one ply holds at one time.
@@ -101,6 +102,23 @@ pub struct Balance {
 }
 
 impl Balance {
+    /// The balance of so many scenes like this.
+    #[must_use]
+    pub fn times(self, copies: f64) -> Self {
+        Self {
+            kinetic: self.kinetic * copies,
+            internal: self.internal * copies,
+            stored: self.stored * copies,
+            hourglass: self.hourglass * copies,
+            contact: self.contact * copies,
+            friction: self.friction * copies,
+            failure: self.failure * copies,
+            projectile: self.projectile * copies,
+            external: self.external * copies,
+            ..self
+        }
+    }
+
     /// Everything there is and everything lost, by state functions: what a step invents or forgets shows here [J].
     pub fn by_state(&self) -> f64 {
         self.kinetic + self.stored + self.hourglass + self.projectile + self.contact + self.friction + self.failure
@@ -108,6 +126,11 @@ impl Balance {
 }
 
 impl Ledger {
+    /// A ledger of the part of a scene that these planes leave. Momentum across them it does not look at: in the whole it cancels.
+    pub fn of_part(planes: MirrorPlanes) -> Self {
+        Self { planes, ..Self::default() }
+    }
+
     /// Adds the contact of one step.
     pub fn add_contact(&mut self, c: &ContactTotals) {
         self.contact += c.dissipation;
@@ -248,7 +271,7 @@ impl Ledger {
             out.error = if scale > 0.0 { drift / scale } else { drift };
             let mut worst = 0.0;
             let mut supports: f64 = 0.0;
-            for a in 0..3 {
+            for a in (0..3).filter(|a| *a == 2 || !self.planes.0[*a]) {
                 let off: f64 = self.momentum[a] - self.support[a] - i.momentum[a];
                 worst += off * off;
                 supports += self.support[a] * self.support[a];

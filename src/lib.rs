@@ -28,6 +28,7 @@
 //! - Kernels never touch files, threads or devices; the model never sees a backend; only [`gpu`] knows wgpu.
 //! - Nothing allocates inside the step loop but records (failures, history rows).
 //! - Sums run in fixed order: same case, same bits, whatever the number of threads.
+//! - Of a scene that is its own mirror image a part is computed ([`model::symmetry`]); `record` makes results whole again.
 //! - What nothing has reached is exactly at rest, to the last bit, and is left out.
 //! - A number that is not finite, or energy nobody put in, stops the run with step, kernel and place.
 //!

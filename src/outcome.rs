@@ -64,13 +64,13 @@ pub struct Tracker {
 }
 
 impl Tracker {
-    /// A tracker for a projectile striking fabric of the given areal density [kg/m²].
-    pub fn new(body: &RigidBody, areal_density: f64) -> Self {
+    /// A tracker for a projectile of this mass [kg] striking fabric of the given areal density [kg/m²].
+    pub fn new(body: &RigidBody, mass: f64, areal_density: f64) -> Self {
         let patch = areal_density * std::f64::consts::PI * (20.0 * body.body.radius).powi(2);
         let impact_speed = body.velocity.norm();
         Self {
             impact_speed,
-            quiet_impulse: 1e-3 * body.mass.min(patch) * impact_speed,
+            quiet_impulse: 1e-3 * mass.min(patch) * impact_speed,
             window: VecDeque::new(),
             last: None,
             stop_time: None,
@@ -145,7 +145,8 @@ pub(crate) fn unbroken_cells(mesh: &Mesh, body: &RigidBody) -> usize {
     (3.0 * body.body.radius / mesh.length[0].min(mesh.length[1])).ceil() as usize
 }
 
-/// Whether a yarn of an element is unbroken there and for `span` cells on either side, or to the edge of the ply.
+/// Whether a yarn of an element is unbroken there and for `span` cells on either side, or to the edge of the ply. Beyond a mirror
+/// plane lie images of cells that are no further from it on this side, so that to the plane is far enough.
 fn runs_on<S: Scalar>(
     model: &Model<S>,
     state: &State<S>,

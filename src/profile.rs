@@ -2,7 +2,7 @@
 
 use crate::case::{Along, Case};
 use crate::kernels::element_force::field as element;
-use crate::model::Model;
+use crate::model::{Model, symmetry::Cut};
 use crate::number::Scalar;
 use crate::state::State;
 use crate::step::node_position;
@@ -35,6 +35,7 @@ pub struct Profile {
 pub fn take<S: Scalar>(model: &Model<S>, state: &State<S>, case: &Case, time: f64) -> Profile {
     let mesh = &model.sheet(0).mesh;
     let impact = case.projectile.as_ref().map_or([0.0; 2], |p| p.offset);
+    let impact = mesh.to_ply([impact[0], impact[1], 0.0]);
     let along = case.output.profile_along;
     let (axis, across) = if along == Along::Warp { (0, 1) } else { (1, 0) };
     let counts = [mesh.columns, mesh.rows];
@@ -47,7 +48,7 @@ pub fn take<S: Scalar>(model: &Model<S>, state: &State<S>, case: &Case, time: f6
         let here = node_position(model, state, 0, row, column);
         let mut point = ProfilePoint {
             reference: mesh.reference(row, column)[axis] - impact[axis],
-            position: here[axis] - impact[axis],
+            position: mesh.to_ply(here.into())[axis] - impact[axis],
             deflection: here.z,
             strain: 0.0,
             force: 0.0,
@@ -64,7 +65,29 @@ pub fn take<S: Scalar>(model: &Model<S>, state: &State<S>, case: &Case, time: f6
         }
         points.push(point);
     }
-    Profile { time, points }
+    Profile { time, points: mirrored(points, mesh.cut[axis]) }
+}
+
+/// The points of a line with their mirror images, in order of position. Strain and force belong to the element after a point.
+fn mirrored(points: Vec<ProfilePoint>, cut: Cut) -> Vec<ProfilePoint> {
+    let image = |n: usize| {
+        let point = points[n];
+        // What lies after the image lies before the point.
+        let after = if n > 0 { points[n - 1] } else { points[0] };
+        let (reference, position) = (-point.reference, -point.position);
+        ProfilePoint { reference, position, deflection: point.deflection, strain: after.strain, force: after.force }
+    };
+    match cut {
+        Cut::Nowhere => points,
+        Cut::First => (1..points.len()).rev().map(image).chain(points.iter().copied()).collect(),
+        Cut::Last => {
+            let last = points.len().saturating_sub(1);
+            let edge = ProfilePoint { strain: 0.0, force: 0.0, ..image(0) };
+            let images = (1..last).rev().map(image).chain(std::iter::once(edge));
+            // On the plane itself the element after it is the image of the one before.
+            points[..last].iter().copied().chain(std::iter::once(image(last))).chain(images).collect()
+        }
+    }
 }
 
 impl Profile {

@@ -1,11 +1,14 @@
 //! What a run has produced so far, and when the next record is due: the part of the host loop that every backend shares.
+//!
+//! Here, and only here, the part of a scene that mirror planes leave becomes the whole again: what comes in is of the
+//! part, what goes into history, events and counts is of the whole.
 
 use nalgebra::Vector3;
 
 use crate::case::{Case, RunUntil};
 use crate::kernels::rigid_body::RigidBody;
 use crate::ledger::{Balance, PlyMoment};
-use crate::model::Model;
+use crate::model::{MirrorPlanes, Model};
 use crate::number::Scalar;
 use crate::outcome::{Outcome, Tracker};
 use crate::profile::Profile;
@@ -75,11 +78,13 @@ pub(crate) struct Record {
     momentum_error: f64,
     energy_error: f64,
     impact_energy: f64,
+    planes: MirrorPlanes,
 }
 
 impl Record {
     /// An empty record of a shot with this projectile.
     pub(crate) fn new<S: Scalar>(model: &Model<S>, body: Option<&RigidBody>) -> Self {
+        let copies = model.planes.copies() as f64;
         let areal_density = model.plies.iter().map(|ply| model.sheets[ply.sheet].areal_density).sum();
         Self {
             history: Vec::new(),
@@ -98,10 +103,11 @@ impl Record {
             skips: Skips::default(),
             trouble: None,
             lost: None,
-            tracker: body.map(|b| Tracker::new(b, areal_density)),
+            tracker: body.map(|b| Tracker::new(b, b.mass * copies, areal_density)),
             momentum_error: 0.0,
             energy_error: 0.0,
-            impact_energy: body.map_or(0.0, RigidBody::kinetic_energy),
+            impact_energy: body.map_or(0.0, RigidBody::kinetic_energy) * copies,
+            planes: model.planes,
         }
     }
 
@@ -143,7 +149,7 @@ impl Record {
     /// Adds yarn failures to the list and to the counts.
     pub(crate) fn add_failures(&mut self, failures: &[FailureEvent]) {
         for f in failures {
-            self.failed[f.ply as usize][usize::from(f.yarn)] += 1;
+            self.failed[f.ply as usize][usize::from(f.yarn)] += self.planes.copies();
         }
         self.events.extend_from_slice(failures);
     }
@@ -157,11 +163,13 @@ impl Record {
     pub(crate) fn sample(&mut self, case: &Case, at: &Moment<'_>, covered: impl Fn(&RigidBody, usize) -> bool) {
         let last = self.history.last().copied().unwrap_or_default();
         let failed = self.failed();
+        let copies = self.planes.copies();
+        let impulse = self.planes.whole(at.impulse);
         let mut row = Sample {
             time: at.time,
-            balance: at.balance,
+            balance: at.balance.times(copies as f64),
             failed,
-            eroded: self.eroded,
+            eroded: self.eroded * copies,
             deflection: at.plies.iter().map(|ply| ply.deflection).fold(0.0, f64::max),
             last_deflection: at.plies.last().map_or(0.0, |ply| ply.deflection),
             perforated_plies: last.perforated_plies,
@@ -173,7 +181,7 @@ impl Record {
             let now = if self.history.is_empty() { velocity } else { (velocity + body.velocity) * 0.5 };
             row.projectile_velocity = now.dot(&body.flight);
             row.projectile_displacement = (position - body.start).dot(&body.flight);
-            row.contact_force = at.impulse.dot(&body.flight) / if since > 0.0 { since } else { at.dt };
+            row.contact_force = impulse.dot(&body.flight) / if since > 0.0 { since } else { at.dt };
             if body.velocity.z > 0.0 {
                 let torn = self.failed.iter().enumerate().filter(|(_, failed)| failed[0] + failed[1] > 0);
                 row.perforated_plies = torn.filter(|(ply, _)| !covered(body, *ply)).count() as u32;
@@ -185,7 +193,11 @@ impl Record {
             let row = |(ply, moment): (usize, &PlyMoment)| PlySample {
                 time: at.time,
                 ply,
-                moment: *moment,
+                moment: PlyMoment {
+                    kinetic: moment.kinetic * copies as f64,
+                    stored: moment.stored * copies as f64,
+                    deflection: moment.deflection,
+                },
                 failed: self.failed[ply],
             };
             self.plies.extend(at.plies.iter().enumerate().map(row));
@@ -193,7 +205,7 @@ impl Record {
         self.history.push(row);
         if let (Some(tracker), Some((body, _))) = (&mut self.tracker, at.body) {
             let all = || (0..at.plies.len()).any(|ply| covered(body, ply));
-            let known = tracker.update(at.time, body, at.impulse.norm(), failed[0] + failed[1], all);
+            let known = tracker.update(at.time, body, impulse.norm(), failed[0] + failed[1], all);
             self.decided |= known && self.skips.outcome && case.solver.run_until == RunUntil::Outcome;
         }
     }
@@ -229,9 +241,10 @@ impl Record {
             newton: NewtonStatistics {
                 max_residual: self.max_residual / weakest,
                 mean_iterations: self.newton[0] / self.newton[1].max(1.0),
-                unconverged: self.unconverged,
+                unconverged: self.unconverged * self.planes.copies(),
             },
-            elements: model.elements(),
+            elements: model.whole_elements(),
+            planes: model.planes,
             plies: model.plies.len(),
             steps,
             element_steps_computed: self.computed,
@@ -249,11 +262,25 @@ impl Record {
             lost: self.lost,
             interrupted: self.interrupted,
             history: self.history,
-            events: self.events,
+            events: whole_events(model, self.events),
             profiles: self.profiles,
             ply_history: self.plies,
         }
     }
+}
+
+/// Failures of the part with those of its mirror images, each step in order of ply, row, column and yarn.
+fn whole_events<S: Scalar>(model: &Model<S>, events: Vec<FailureEvent>) -> Vec<FailureEvent> {
+    if model.planes == MirrorPlanes::NONE {
+        return events;
+    }
+    let images = |event: FailureEvent| {
+        let images = model.sheet(event.ply as usize).mesh.images([event.i as usize, event.j as usize]);
+        images.map(move |[column, row]| FailureEvent { i: column as u32, j: row as u32, ..event })
+    };
+    let mut all: Vec<_> = events.into_iter().flat_map(images).collect();
+    all.sort_by_key(|e| (e.step, e.ply, e.j, e.i, e.yarn));
+    all
 }
 
 /// Whether positions at `time` belong into the history, whose last row is at `last` [s].

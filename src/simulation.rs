@@ -9,7 +9,7 @@ use crate::case::Case;
 use crate::gpu::{self, DeviceError};
 use crate::kernels::rigid_body::RigidBody;
 use crate::ledger::{Balance, Ledger, PlyMoment};
-use crate::model::{Model, ModelError, Terms};
+use crate::model::{MirrorPlanes, Model, ModelError, Terms};
 use crate::number::Scalar;
 use crate::outcome::{self, Outcome};
 use crate::profile::{self, Profile};
@@ -34,22 +34,26 @@ pub struct Skips {
     pub wavefront: bool,
     /// Where the case asks for the outcome, nothing is computed after it is known.
     pub outcome: bool,
+    /// Of a scene that is its own mirror image, and whose case allows it, a half or a quarter is computed.
+    pub symmetry: bool,
 }
 
 impl Skips {
     /// Nothing is left out.
-    pub const NONE: Self = Self { wavefront: false, outcome: false };
+    pub const NONE: Self = Self { wavefront: false, outcome: false, symmetry: false };
+    /// The whole scene is computed; nothing else is.
+    pub const WHOLE: Self = Self { wavefront: true, outcome: true, symmetry: false };
 
     /// The kinds that are switched off.
     pub fn switched_off(self) -> Vec<&'static str> {
-        let kinds = [("wavefront", self.wavefront), ("outcome", self.outcome)];
+        let kinds = [("wavefront", self.wavefront), ("outcome", self.outcome), ("symmetry", self.symmetry)];
         kinds.into_iter().filter(|(_, on)| !on).map(|(name, _)| name).collect()
     }
 }
 
 impl Default for Skips {
     fn default() -> Self {
-        Self { wavefront: true, outcome: true }
+        Self { wavefront: true, outcome: true, symmetry: true }
     }
 }
 
@@ -182,11 +186,13 @@ pub struct Run {
     pub newton: NewtonStatistics,
     /// Plies.
     pub plies: usize,
-    /// Elements.
+    /// Elements of the whole scene.
     pub elements: usize,
+    /// Mirror planes that the scene was cut at: one part was computed, everything here is of the whole.
+    pub planes: MirrorPlanes,
     /// Steps done.
     pub steps: u64,
-    /// Elements times steps computed; what was known to be at rest is left out.
+    /// Elements times steps computed; mirror images and what was known to be at rest are left out.
     pub element_steps_computed: u64,
     /// What was left out.
     pub skips: Skips,
@@ -245,7 +251,7 @@ fn run_as<S: Scalar>(
     interrupt: &AtomicBool,
     progress: &mut (dyn FnMut(&Progress) + Send),
 ) -> Result<Run, RunError> {
-    let mut simulation = Simulation::<S>::new(case)?.with_skips(skips);
+    let mut simulation = Simulation::<S>::with_skips(case, skips)?;
     let start = Instant::now();
     while !simulation.finished(case) {
         if interrupt.load(Ordering::Relaxed) {
@@ -260,9 +266,9 @@ fn run_as<S: Scalar>(
 
 /// A run in progress on the processor.
 pub struct Simulation<S: Scalar> {
-    /// Constant.
+    /// Constant; of the part of the scene that is computed.
     pub model: Model<S>,
-    /// Varies.
+    /// Varies; as the model.
     pub state: State<S>,
     stepper: Stepper<S>,
     ledger: Ledger,
@@ -271,30 +277,33 @@ pub struct Simulation<S: Scalar> {
 }
 
 impl<S: Scalar> Simulation<S> {
-    /// Sets a case up.
+    /// Sets the whole scene of a case up.
     ///
     /// # Errors
     /// When the case cannot become a model, or the projectile starts inside the fabric.
     pub fn new(case: &Case) -> Result<Self, ModelError> {
-        let (model, state) = set_up::<S>(case)?;
-        Ok(Self {
-            stepper: Stepper::new(&model),
-            record: Record::new(&model, state.body.as_ref()),
-            model,
-            state,
-            ledger: Ledger::default(),
-            sampled: false,
-        })
+        Self::with_skips(case, Skips::WHOLE)
     }
 
-    /// Leaves out what `skips` says; before the first step.
-    #[must_use]
-    pub fn with_skips(mut self, skips: Skips) -> Self {
-        self.record.skips = skips;
+    /// Sets a case up without what `skips` leaves out.
+    ///
+    /// # Errors
+    /// As [`Simulation::new`].
+    pub fn with_skips(case: &Case, skips: Skips) -> Result<Self, ModelError> {
+        let (model, mut state) = set_up::<S>(case, skips.symmetry)?;
         if !skips.wavefront {
-            self.state.reach_everything(&self.model);
+            state.reach_everything(&model);
         }
-        self
+        let mut record = Record::new(&model, state.body.as_ref());
+        record.skips = skips;
+        Ok(Self {
+            stepper: Stepper::new(&model),
+            record,
+            ledger: Ledger::of_part(model.planes),
+            model,
+            state,
+            sampled: false,
+        })
     }
 
     /// Time of the positions [s].
@@ -351,7 +360,7 @@ impl<S: Scalar> Simulation<S> {
     }
 
     fn progress(&self, case: &Case) -> Progress {
-        self.record.progress(case, self.time(), self.state.step, self.model.elements())
+        self.record.progress(case, self.time(), self.state.step, self.model.whole_elements())
     }
 
     /// The result. `loop_seconds`: time spent in the loop.
@@ -368,12 +377,12 @@ impl<S: Scalar> Simulation<S> {
     }
 }
 
-/// Model and state of a case.
+/// Model and state of a case: of the whole, or of the part that its mirror planes leave.
 ///
 /// # Errors
 /// When the case cannot become a model, or the projectile starts inside the fabric.
-pub(crate) fn set_up<S: Scalar>(case: &Case) -> Result<(Model<S>, State<S>), ModelError> {
-    let model = Model::<S>::new(case)?;
+pub(crate) fn set_up<S: Scalar>(case: &Case, symmetry: bool) -> Result<(Model<S>, State<S>), ModelError> {
+    let model = if symmetry { Model::<S>::part(case)? } else { Model::<S>::new(case)? };
     let state = State::new(case, &model);
     check_start(&model, &state)?;
     Ok((model, state))
@@ -407,8 +416,9 @@ pub(crate) fn flying(body: Option<&RigidBody>) -> f64 {
 
 /// What went wrong and where: a number that is not finite, or energy nobody put in.
 pub(crate) fn diagnose<S: Scalar>(model: &Model<S>, state: &State<S>, kinetic: f64, available: f64) -> Trouble {
-    step::find_trouble(model, state).unwrap_or_else(|| {
+    let mut trouble = step::find_trouble(model, state).unwrap_or_else(|| {
         let (place, speed) = step::fastest_node(model, state);
+        let [kinetic, available] = [kinetic, available].map(|energy| energy * model.planes.copies() as f64);
         Trouble {
             step: state.step,
             kernel: "node_update",
@@ -417,7 +427,9 @@ pub(crate) fn diagnose<S: Scalar>(model: &Model<S>, state: &State<S>, kinetic: f
             ),
             place,
         }
-    })
+    });
+    trouble.place = model.place_in_whole(trouble.place);
+    trouble
 }
 
 /// Initial penetration is an input error, not something contact may repair.

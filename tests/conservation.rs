@@ -6,7 +6,7 @@
 //! a failure or contact loses energy unbooked, a sum depends on threads, rest is not rest.
 
 use ripstop::kernels::node_update::field;
-use ripstop::simulation::{Precision, Sample, Simulation};
+use ripstop::simulation::{Precision, Run, Sample, Simulation};
 
 use crate::scene::{builtin, run, run_as};
 
@@ -159,18 +159,25 @@ fn hard_scenes_stay_bounded() {
 
 #[test]
 fn a_perforated_ply_runs_on_with_bounded_energy() {
-    let sets = ["/solver/end_time_us=500", "/projectile/obliquity_deg=0", "/projectile/offset_mm=[0,0]"];
-    let run = run(&builtin(SMALL, &sets));
+    // What the whole invents at random, a quarter invents four times alike.
+    for (symmetry, allowed) in [("/solver/symmetry=none", 1.02), ("/solver/symmetry=auto", 1.04)] {
+        let sets = ["/solver/end_time_us=500", "/projectile/obliquity_deg=0", "/projectile/offset_mm=[0,0]", symmetry];
+        stays_bounded(&run(&builtin(SMALL, &sets)), allowed);
+    }
+}
+
+#[track_caller]
+fn stays_bounded(run: &Run, allowed: f64) {
     assert!(run.events.len() > 10);
     // Without any bookkeeping: all energies by their state functions, and what left. The published law and the kinks
-    // between slack and taut at Courant 0.9 invented 1.2 % in 500 µs and some 300 failures when this was written.
+    // between slack and taut at Courant 0.9 invented 1.1 % in 500 µs and some 700 failures when this was written, 2.1 % in a quarter.
     let sum = |s: &Sample| {
         let b = s.balance;
         b.kinetic + b.stored + b.hourglass + b.projectile + b.contact + b.friction + b.failure
     };
     let given = sum(&run.history[0]);
     let most = run.history.iter().map(sum).fold(0.0, f64::max);
-    assert!(most < 1.02 * given, "{given} → {most} J");
+    assert!(most < allowed * given, "{given} → {most} J");
     let fabric = |s: &Sample| s.balance.kinetic + s.balance.stored;
     assert!(run.history.iter().all(|s| fabric(s) < given), "the fabric never has more than was given");
 }

@@ -185,7 +185,7 @@ fn assert_block(name: &str, blocks: &[layout::Block]) {
 #[test]
 fn the_scene_is_laid_out_as_the_host_fills_it() {
     let block = |case: &Case| {
-        let model = Model::<f32>::new(case).unwrap();
+        let model = Model::<f32>::part(case).unwrap();
         let sizes = buffers::Sizes::new(&model);
         let last = model.sheets.len() - 1;
         layout::scene(&model, last, sizes.points as u32, sizes.groups as u32)

@@ -11,6 +11,7 @@ mod scene;
 mod shaders;
 mod shots;
 mod support;
+mod symmetry;
 mod unit_cell;
 mod vectors;
 mod waves;

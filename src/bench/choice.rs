@@ -99,6 +99,7 @@ pub fn choices(case: &Case, gpu: bool) -> Vec<Choice> {
         UnitCell::Bracketed => UnitCell::Joint,
     };
     all.push(with().named(word(other)).unit_cell(other));
+    all.push(Choice { skips: Skips::WHOLE, ..with().named("no symmetry") });
     all.push(Choice { skips: Skips::NONE, ..with().named("no skip") });
     let fast = COURANT[0];
     if other_courant(&fast) {
@@ -150,6 +151,7 @@ mod tests {
             "mesh 1",
             "mesh 4",
             "bracketed",
+            "no symmetry",
             "no skip",
             "f32, Courant 0.95",
             "gpu f32",

@@ -18,7 +18,7 @@ use std::sync::atomic::AtomicBool;
 use crate::case::{self, Case, CaseError};
 use crate::gpu::Device;
 use crate::output;
-use crate::simulation::{self, Options, Precision, Progress, Run, RunError};
+use crate::simulation::{self, Options, Precision, Progress, Run, RunError, Skips};
 
 pub use choice::{Choice, Processor};
 pub use error::Errors;
@@ -196,7 +196,8 @@ pub fn measure(
 ) -> Result<Measured, BenchError> {
     let base = subject.case(&[])?;
     let case = subject.case(&reference_sets(&base, REFERENCE_COURANT))?;
-    let options = Options { threads: plan.threads, precision: Precision::F64, ..Options::default() };
+    let skips = Skips::WHOLE;
+    let options = Options { threads: plan.threads, precision: Precision::F64, skips, ..Options::default() };
     let reference = simulation::run(&case, options, interrupt, &mut |at| progress("reference", at))?;
     let stopped = reference.interrupted;
     let mut measured = Measured {

@@ -287,8 +287,7 @@ static SOLVER: &[Key] = &[
     number("hourglass", NONE, within(0.0, 1.0), "Hourglass stiffness over the full-integration stiffness.")
         .default(HOURGLASS, "model: keeps hourglass energy small without stiffening"),
     word("symmetry", Symmetry::WORDS, "Whether mirror symmetry may be used.")
-        .default_word("auto", "same result, less work")
-        .note("this version computes the whole pack"),
+        .default_word("auto", "same result, less work"),
     word("unit_cell", UnitCell::WORDS, "How the unit cell is solved: the result is the same to rounding.")
         .default_word("joint", "the faster one"),
     word("run_until", RunUntil::WORDS, "When the run ends.")

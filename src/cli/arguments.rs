@@ -69,7 +69,8 @@ pub(crate) struct RunArguments {
     /// Worker threads [default: all cores]; results do not depend on it
     #[arg(long, value_name = "N", value_parser = RangedU64ValueParser::<usize>::new().range(1..=1024))]
     pub(crate) threads: Option<usize>,
-    /// Compute also what cannot change the result: what nothing has reached, what comes after the outcome [default: all]
+    /// Compute also what cannot change the result: what nothing has reached, what comes after the outcome, mirror images
+    /// [default: all]
     #[arg(
         long,
         value_enum,
@@ -92,7 +93,7 @@ impl RunArguments {
     /// What is left out.
     pub(crate) fn skips(&self) -> Skips {
         let on = |kind: Skip| !self.no_skip.iter().any(|off| [kind, Skip::All].contains(off));
-        Skips { wavefront: on(Skip::Wavefront), outcome: on(Skip::Outcome) }
+        Skips { wavefront: on(Skip::Wavefront), outcome: on(Skip::Outcome), symmetry: on(Skip::Symmetry) }
     }
 }
 
@@ -103,7 +104,9 @@ pub(crate) enum Skip {
     Wavefront,
     /// What comes after the outcome
     Outcome,
-    /// Both
+    /// What is a mirror image of something else
+    Symmetry,
+    /// Every one
     All,
 }
 

@@ -4,11 +4,12 @@ use std::fmt::Write;
 use std::path::Path;
 
 use ripstop::case::{self, Case};
-use ripstop::simulation::{Sample, Simulation};
+use ripstop::simulation::{Sample, Simulation, Skips};
 
 use super::arguments::CheckArguments;
 use super::failure::Failure;
 use super::number::{bytes, grouped, us};
+use super::result::symmetry;
 use super::screen;
 use super::table::{Align, Table};
 
@@ -29,8 +30,8 @@ pub(crate) fn check(arguments: &CheckArguments) -> Result<(), Failure> {
 
 fn report(path: &Path, sets: &[String]) -> Result<String, Failure> {
     let case = case::read(path, sets)?;
-    let simulation =
-        Simulation::<f64>::new(&case).map_err(|error| Failure::model(&path.display().to_string(), &error))?;
+    let simulation = Simulation::<f64>::with_skips(&case, Skips::default())
+        .map_err(|error| Failure::model(&path.display().to_string(), &error))?;
     let mut report = case::report(&case);
     // Writing to a string cannot fail.
     write!(report, "\nthe run\n{}", the_run(&case, &simulation)).map_err(|error| Failure::input(error.to_string()))?;
@@ -44,7 +45,7 @@ fn the_run(case: &Case, simulation: &Simulation<f64>) -> Table {
     let rows = (case.solver.end_time / case.output.history_interval).ceil() + 1.0;
     let numbers = (state.nodes.data.len() + state.elements.data.len()) * size_of::<f64>();
     let memory = numbers as f64 + rows * size_of::<Sample>() as f64;
-    let elements = model.elements() as u64;
+    let elements = model.whole_elements() as u64;
     let mut table = Table::plain(&[Align::Left, Align::Left]);
     let critical = format!("{}, set by: {}", us(model.bound.critical_step), model.bound.set_by);
     table.row(["  critical time step", critical.as_str()]);
@@ -52,6 +53,7 @@ fn the_run(case: &Case, simulation: &Simulation<f64>) -> Table {
     table.row(["  steps", format!("{} at most", grouped(steps)).as_str()]);
     table.row(["  elements", grouped(elements).as_str()]);
     table.row(["  element-steps", format!("{} at most", grouped(elements.saturating_mul(steps))).as_str()]);
+    table.row(["  symmetry", symmetry(model.planes).as_deref().unwrap_or("none: the whole scene is computed")]);
     table.row(["  memory", format!("{} of state and history", bytes(memory)).as_str()]);
     table
 }

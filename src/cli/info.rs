@@ -11,6 +11,7 @@ use super::arguments::InfoArguments;
 use super::backend;
 use super::failure::Failure;
 use super::number::bytes;
+use super::result::symmetry;
 use super::screen;
 use super::table::{Align, Table};
 
@@ -47,12 +48,13 @@ pub(crate) fn info(arguments: &InfoArguments) -> Result<(), Failure> {
 
 /// What a case needs of a backend.
 fn scene(table: &mut Table, case: &Case) -> Result<(), Failure> {
-    let model = Model::<f32>::new(case).map_err(|e| Failure::model(&case.path.display().to_string(), &e))?;
+    let model = Model::<f32>::part(case).map_err(|e| Failure::model(&case.path.display().to_string(), &e))?;
     table.row(["", ""]);
     table.row(["case", case.title.as_str()]);
     for (name, value) in model.terms().list() {
         table.row([name, value.as_str()]);
     }
+    table.row(["symmetry", symmetry(model.planes).as_deref().unwrap_or("none: the whole scene is computed")]);
     let kernels: Vec<&str> = gpu::shader::KERNELS
         .iter()
         .map(|k| k.name)

@@ -4,6 +4,7 @@
 use std::path::Path;
 
 use ripstop::case::Case;
+use ripstop::model::MirrorPlanes;
 use ripstop::outcome::Outcome;
 use ripstop::output;
 use ripstop::simulation::Run;
@@ -157,6 +158,12 @@ fn cost(case: &Case, run: &Run, summary: &Value) -> String {
         grouped(element_steps)
     );
     table.row(["work", done.as_str()]);
+    let share = 100.0 * run.element_steps_computed as f64 / element_steps.max(1) as f64;
+    let computed = match symmetry(run.planes) {
+        Some(words) => format!("{} % of them: {words}", fixed(share, 1)),
+        None => format!("{} % of them", fixed(share, 1)),
+    };
+    table.row(["computed", computed.as_str()]);
     let off = run.skips.switched_off();
     if !off.is_empty() {
         table.row(["not skipped", off.join(", ").as_str()]);
@@ -168,6 +175,13 @@ fn cost(case: &Case, run: &Run, summary: &Value) -> String {
     let what = run.adapter.clone().unwrap_or(threads);
     table.row(["on", format!("{}, {what}, {}", run.backend, run.precision).as_str()]);
     format!("\ncost\n{}", indent(&table.to_string()))
+}
+
+/// What mirror planes a scene is cut at, if it is.
+pub(crate) fn symmetry(planes: MirrorPlanes) -> Option<String> {
+    let names = planes.names();
+    let part = if names.len() == 2 { "a quarter" } else { "a half" };
+    (!names.is_empty()).then(|| format!("{part}, mirrored at {} = 0", names.join(" = 0 and ")))
 }
 
 fn expectations(summary: &Value) -> String {

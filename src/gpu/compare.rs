@@ -228,7 +228,7 @@ pub fn compare(
 
 impl<'a> Lockstep<'a> {
     fn new(case: &Case, device: &'a Device) -> Result<Self, RunError> {
-        let leader = Twin::new(simulation::set_up::<f32>(case)?);
+        let leader = Twin::new(simulation::set_up::<f32>(case, false)?);
         let wide = Model::<f64>::new(case).map_err(RunError::Model)?;
         Ok(Self {
             device: Stepper::new(device, &leader.model)?,

@@ -8,7 +8,7 @@ use crate::case::{Edge, Edges};
 use crate::kernels::element_force::ElementConstants;
 use crate::kernels::ply_contact;
 use crate::kernels::rigid_body::RigidBody;
-use crate::model::{Model, Sheet};
+use crate::model::{Mesh, Model, Sheet, symmetry::Cut};
 use crate::outcome::{shoulder, unbroken_cells};
 
 /// Invocations per workgroup of the kernels over elements and nodes.
@@ -158,6 +158,8 @@ pub fn scene(model: &Model<f32>, sheet: usize, points: u32, groups: u32) -> Bloc
     projectile(&mut block, model);
     block.count("points", points as usize);
     block.count("groups", groups as usize);
+    block.count("body_held", model.projectile.as_ref().map_or(0, body_held));
+    block.count("mirror", model.mirror.0.into_iter().enumerate().map(|(axis, plane)| usize::from(plane) << axis).sum());
     // The array begins at a multiple of sixteen bytes.
     while !block.0.len().is_multiple_of(4) {
         let pads = ["pad0", "pad1", "pad2"];
@@ -227,7 +229,7 @@ pub fn plies(model: &Model<f32>) -> Vec<Block> {
         block.double("inverse_inner", 1.0 / mass);
         block.double("inverse_edge", 2.0 / mass);
         block.double("inverse_corner", 4.0 / mass);
-        block.count("held", held(&sheet.edges));
+        block.count("held", held(&sheet.edges) | cut_sides(mesh) << 12);
         block.count("span", model.projectile.as_ref().map_or(0, |body| unbroken_cells(&sheet.mesh, body)));
         out.push(block);
     }
@@ -242,6 +244,16 @@ fn held(edges: &Edges) -> usize {
         Edge::Free => 0,
     };
     side(edges.left, 1) | side(edges.right, 1) << 3 | side(edges.bottom, 2) << 6 | side(edges.top, 2) << 9
+}
+
+/// Sides that mirror planes cut: left, right, bottom, top, a bit each.
+fn cut_sides(mesh: &Mesh) -> usize {
+    let [x, y] = mesh.cut.map(|cut| match cut {
+        Cut::Nowhere => 0,
+        Cut::First => 1,
+        Cut::Last => 2,
+    });
+    x | y << 2
 }
 
 fn element(block: &mut Block, c: &ElementConstants<f32>) {
@@ -313,6 +325,13 @@ fn projectile(block: &mut Block, model: &Model<f32>) {
     block.double("chisel_cosine", chisel.map_or(0.0, |c| c.cosine));
     block.double("chisel_slope", chisel.map_or(0.0, |c| c.slope));
     block.double("chisel_corner", chisel.map_or(0.0, |c| c.corner));
+}
+
+/// Directions that mirror planes hold: of velocity, of turning, a bit each.
+fn body_held(body: &RigidBody) -> usize {
+    let [moves, turns] = body.freedom;
+    let free = moves.iter().chain(&turns);
+    free.enumerate().filter(|(_, free)| **free == 0.0).map(|(bit, _)| 1 << bit).sum()
 }
 
 /// From the centre of mass to the tip of the nose along the axis [m]: what the device measures gaps from.

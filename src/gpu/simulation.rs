@@ -36,7 +36,7 @@ pub fn run(
     interrupt: &AtomicBool,
     progress: &mut (dyn FnMut(&Progress) + Send),
 ) -> Result<Run, RunError> {
-    let mut simulation = Simulation::new(case, device)?.with_skips(skips);
+    let mut simulation = Simulation::with_skips(case, device, skips)?;
     let start = Instant::now();
     while !simulation.finished() {
         simulation.record.interrupted |= interrupt.load(Ordering::Relaxed);
@@ -48,7 +48,7 @@ pub fn run(
 
 /// A run in progress on a device.
 pub struct Simulation<'a> {
-    /// Constant.
+    /// Constant; of the part of the scene that is computed.
     pub model: Model<f32>,
     /// The state at the start, and after a batch that asked for it.
     state: State<f32>,
@@ -72,21 +72,34 @@ pub struct Simulation<'a> {
 }
 
 impl<'a> Simulation<'a> {
-    /// Sets a case up on a device.
+    /// Sets the whole scene of a case up on a device.
     ///
     /// # Errors
     /// When the case cannot become a model or the device cannot hold it.
     pub fn new(case: &Case, device: &'a Device) -> Result<Self, RunError> {
-        let (model, state) = simulation::set_up::<f32>(case)?;
+        Self::with_skips(case, device, Skips::WHOLE)
+    }
+
+    /// Sets a case up on a device without what `skips` leaves out.
+    ///
+    /// # Errors
+    /// As [`Simulation::new`].
+    pub fn with_skips(case: &Case, device: &'a Device, skips: Skips) -> Result<Self, RunError> {
+        let (model, mut state) = simulation::set_up::<f32>(case, skips.symmetry)?;
+        if !skips.wavefront {
+            state.reach_everything(&model);
+        }
+        let mut record = Record::new(&model, state.body.as_ref());
+        record.skips = skips;
         let mut stepper = Stepper::new(device, &model)?;
         stepper.upload(&model, &state);
         Ok(Self {
             given: simulation::given(&model, &state),
-            record: Record::new(&model, state.body.as_ref()),
+            record,
+            ledger: Ledger::of_part(model.planes),
             model,
             state,
             stepper,
-            ledger: Ledger::default(),
             pending: VecDeque::new(),
             next: 0,
             sampled: None,
@@ -119,22 +132,6 @@ impl<'a> Simulation<'a> {
 
     fn time_of(&self, step: u64) -> f64 {
         step as f64 * self.model.dt
-    }
-
-    /// Leaves out what `skips` says; before the first batch.
-    #[must_use]
-    pub fn with_skips(mut self, skips: Skips) -> Self {
-        self.record.skips.outcome = skips.outcome;
-        if skips.wavefront { self } else { self.without_skips() }
-    }
-
-    /// Computes everything, also what is known to be at rest.
-    #[must_use]
-    pub fn without_skips(mut self) -> Self {
-        self.record.skips.wavefront = false;
-        self.state.reach_everything(&self.model);
-        self.stepper.upload(&self.model, &self.state);
-        self
     }
 
     /// The steps of the next batch, and whether the last of them ends the run by time or request.
@@ -333,7 +330,7 @@ impl<'a> Simulation<'a> {
 
     /// Where the run is.
     pub fn progress(&self, case: &Case) -> Progress {
-        self.record.progress(case, self.time_of(self.step), self.step, self.model.elements())
+        self.record.progress(case, self.time_of(self.step), self.step, self.model.whole_elements())
     }
 
     /// The result. `loop_seconds`: time spent in the loop.

@@ -9,6 +9,8 @@
 
 use nalgebra::Vector3;
 
+use crate::model::symmetry::Cut;
+
 /// Fraction of a penetration that is driven out in a step.
 pub const RECOVERY: f64 = 0.2;
 /// Depth that is let be, over the thickness: rounding of places is no penetration.
@@ -89,6 +91,44 @@ pub fn foot(corner: &[Vector3<f64>; 4], point: &Vector3<f64>, area: f64) -> Opti
     Some(Foot { at, normal, height: arm.dot(&normal) })
 }
 
+/// The foot of a point on mirror planes, which lies on them: along the normal less what of it points across them.
+/// `edge`: by coordinate of the cell, the axis across which there is a plane, on one of the cell's edges then.
+pub fn foot_on_planes(
+    corner: &[Vector3<f64>; 4],
+    point: &Vector3<f64>,
+    area: f64,
+    edge: [Option<usize>; 2],
+) -> Option<Foot> {
+    let [a, b, c, d] = corner;
+    let along = ((b - a) + (c - d)) * 0.5;
+    let across = ((d - a) + (c - b)) * 0.5;
+    let twist = (a - b) + (c - d);
+    let normal = along.cross(&across);
+    let square = normal.norm_squared();
+    let mut push = normal;
+    for axis in edge.into_iter().flatten() {
+        push[axis] = 0.0;
+    }
+    let size = push.norm();
+    if square < (FOLDED * area).powi(2) || size < FOLDED * area {
+        return None;
+    }
+    let push = push / size;
+    let arm = point - ((a + c) + (b + d)) * 0.25;
+    let [aa, ac, cc] = [along.dot(&along), along.dot(&across), across.dot(&across)];
+    let solve = |arm: &Vector3<f64>| {
+        let height = arm.dot(&normal) / push.dot(&normal);
+        let flat = arm - push * height;
+        let [p, q] = [flat.dot(&along), flat.dot(&across)];
+        let at = [(cc * p - ac * q) / square, (aa * q - ac * p) / square];
+        let on_edge = |i: usize| if edge[i].is_some() { 0.5_f64.copysign(at[i]) } else { at[i] };
+        ([on_edge(0), on_edge(1)], height)
+    };
+    let ([x, y], _) = solve(&arm);
+    let (at, height) = solve(&(arm - twist * (x * y)));
+    Some(Foot { at, normal: push, height })
+}
+
 /// Weights of the corners at a place in a cell; they add up to 1.
 #[inline]
 pub fn weights([x, y]: [f64; 2]) -> [f64; 4] {
@@ -112,12 +152,14 @@ pub fn next_cell([row, column]: [usize; 2], at: [f64; 2], rows: usize, columns: 
 }
 
 /// Whether a cell of a ply of so many rows and columns carries a node with this foot. An outermost cell carries it a little
-/// beyond the ply's edge.
+/// beyond the ply's edge, but not where mirror planes `cut` X, Y: there the ply goes on.
 #[inline]
-pub fn is_over(at: [f64; 2], [row, column]: [usize; 2], rows: usize, columns: usize) -> bool {
+pub fn is_over(at: [f64; 2], [row, column]: [usize; 2], rows: usize, columns: usize, cut: [Cut; 2]) -> bool {
     let room = |outermost: bool| 0.5 + if outermost { OVERHANG } else { EDGE };
-    let within = |x: f64, index: usize, count: usize| -room(index == 0) <= x && x <= room(index + 1 == count);
-    within(at[0], column, columns) && within(at[1], row, rows)
+    let within = |x: f64, index: usize, count: usize, cut: Cut| {
+        -room(index == 0 && cut != Cut::First) <= x && x <= room(index + 1 == count && cut != Cut::Last)
+    };
+    within(at[0], column, columns, cut[0]) && within(at[1], row, rows, cut[1])
 }
 
 /// The place on the edges of a cell that is nearest to a point beyond them: from there to the point [m], and its coordinates
@@ -242,9 +284,13 @@ mod tests {
         assert_eq!(next_cell([3, 4], [0.2, -0.4], 8, 9), [3, 4]);
         assert_eq!(next_cell([3, 4], [1.2, -0.6], 8, 9), [2, 5]);
         assert_eq!(next_cell([7, 0], [-1.2, 3.0], 8, 9), [7, 0]);
-        assert!(is_over([0.5, -0.7], [0, 4], 8, 9) && !is_over([0.5, -0.8], [0, 4], 8, 9));
-        assert!(is_over([0.7, 0.0], [3, 8], 8, 9) && !is_over([-0.7, 0.0], [3, 8], 8, 9));
-        assert!(!is_over([0.0, 0.6], [6, 4], 8, 9) && is_over([0.0, 0.6], [7, 4], 8, 9));
+        let whole = |at, cell| is_over(at, cell, 8, 9, [Cut::Nowhere; 2]);
+        assert!(whole([0.5, -0.7], [0, 4]) && !whole([0.5, -0.8], [0, 4]));
+        assert!(whole([0.7, 0.0], [3, 8]) && !whole([-0.7, 0.0], [3, 8]));
+        assert!(!whole([0.0, 0.6], [6, 4]) && whole([0.0, 0.6], [7, 4]));
+        let cut = |at, cell| is_over(at, cell, 8, 9, [Cut::Last, Cut::First]);
+        assert!(!cut([0.5, -0.7], [0, 4]) && !cut([0.7, 0.0], [3, 8]), "the ply goes on beyond a mirror plane");
+        assert!(cut([-0.7, 0.7], [7, 0]) && cut([0.5, -0.5], [0, 8]));
     }
 
     #[test]

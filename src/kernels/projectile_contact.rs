@@ -142,10 +142,12 @@ fn solve_normal(start: &RigidBody, body: &mut RigidBody, points: &mut [ContactPo
 
 /// One solve for the body's motion with the active nodes attached, and their impulses.
 fn common_velocity(start: &RigidBody, body: &mut RigidBody, points: &mut [ContactPoint], dt: f64) {
-    let direction = |p: &ContactPoint| {
-        let turn = if start.locked { Vector3::zeros() } else { p.arm.cross(&p.normal) };
-        Vector6::new(p.normal.x, p.normal.y, p.normal.z, turn.x, turn.y, turn.z)
+    let [moves, turns] = start.freedom;
+    let act = |p: &ContactPoint, push: &Vector3<f64>| {
+        let turn = if start.locked { Vector3::zeros() } else { p.arm.cross(push).component_mul(&turns) };
+        stack(&push.component_mul(&moves), &turn)
     };
+    let direction = |p: &ContactPoint| act(p, &p.normal);
     let mut motion = stack(&start.velocity, &start.angular_velocity());
     if !start.prescribed {
         let mut matrix = Matrix6::identity();
@@ -155,9 +157,7 @@ fn common_velocity(start: &RigidBody, body: &mut RigidBody, points: &mut [Contac
         }
         let mut right = stack(&(start.velocity * start.mass), &start.angular_momentum);
         for p in points.iter() {
-            let dragged = p.arm.cross(&p.drag);
-            let turn = if start.locked { Vector3::zeros() } else { dragged };
-            right -= stack(&p.drag, &turn);
+            right -= act(p, &p.drag);
             if p.active {
                 let g = direction(p);
                 let speed = (p.free + p.inverse.component_mul(&p.drag)).dot(&p.normal);
@@ -185,7 +185,8 @@ fn stack(linear: &Vector3<f64>, angular: &Vector3<f64>) -> Vector6<f64> {
     Vector6::new(linear.x, linear.y, linear.z, angular.x, angular.y, angular.z)
 }
 
-/// Gives the body the opposite of every impulse, so that momentum is conserved whatever the solve did.
+/// Gives the body the opposite of every impulse, so that momentum is conserved whatever the solve did. What acts across a
+/// mirror plane the image of the node cancels.
 fn apply(start: &RigidBody, body: &mut RigidBody, points: &[ContactPoint]) {
     if start.prescribed {
         return;
@@ -197,9 +198,10 @@ fn apply(start: &RigidBody, body: &mut RigidBody, points: &[ContactPoint]) {
         momentum -= impulse;
         angular -= p.arm.cross(&impulse);
     }
-    body.velocity = start.velocity + momentum / start.mass;
+    let [moves, turns] = start.freedom;
+    body.velocity = start.velocity + momentum.component_mul(&moves) / start.mass;
     if !start.locked {
-        body.angular_momentum = start.angular_momentum + angular;
+        body.angular_momentum = start.angular_momentum + angular.component_mul(&turns);
     }
 }
 

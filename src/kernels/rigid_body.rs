@@ -7,6 +7,7 @@ use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 
 use crate::case::{Motion, Projectile, Rotation, Shape};
 use crate::kernels::projectile_shape::{self, Body, Gap};
+use crate::model::MirrorPlanes;
 
 /// A projectile in motion.
 #[derive(Clone, Debug)]
@@ -33,6 +34,8 @@ pub struct RigidBody {
     pub flight: Vector3<f64>,
     /// Where the centre of mass started [m].
     pub start: Vector3<f64>,
+    /// 1 for directions of velocity and of turning that are free, 0 for those that mirror planes hold.
+    pub freedom: [Vector3<f64>; 2],
 }
 
 impl RigidBody {
@@ -74,11 +77,29 @@ impl RigidBody {
             angular_momentum: Vector3::zeros(),
             flight,
             start: position,
+            freedom: MirrorPlanes::NONE.freedom(),
         };
         if !locked {
             out.angular_momentum = out.inertia() * Vector3::from(projectile.angular_velocity);
         }
         out
+    }
+
+    /// The part of the body between these mirror planes, on which it stays.
+    #[must_use]
+    pub fn part(mut self, planes: MirrorPlanes) -> Self {
+        let share = 1.0 / planes.copies() as f64;
+        self.mass *= share;
+        self.body.inertia = self.body.inertia.map(|moment| moment * share);
+        self.freedom = planes.freedom();
+        let [moves, turns] = self.freedom;
+        // To the last bit: what cosines of right angles left of places and velocities across the planes is no motion.
+        self.velocity.component_mul_assign(&moves);
+        self.position.component_mul_assign(&moves);
+        self.start = self.position;
+        self.angular_momentum = self.angular_momentum.component_mul(&turns) * share;
+        self.locked |= turns == Vector3::zeros();
+        self
     }
 
     fn principal(&self) -> Matrix3<f64> {

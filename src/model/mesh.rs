@@ -1,5 +1,8 @@
 //! The structured mesh of a ply, in its own axes: warp along X (columns), weft along Y (rows).
 
+use super::symmetry::{Cut, MirrorPlanes};
+use crate::case::Layer;
+
 /// Mesh of a ply, one element per crossover or a whole number of them, and how it lies in the pack.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Mesh {
@@ -11,11 +14,21 @@ pub struct Mesh {
     pub length: [f64; 2],
     /// Reference position of node (0, 0) in the ply's axes [m]; the pack's centre is the origin.
     pub origin: [f64; 2],
+    /// Column and row of the pack's centre, counted from node (0, 0): a half where it lies between nodes.
+    pub centre: [f64; 2],
     /// Cosine and sine of the angle from the pack's X axis to the warp.
     pub turn: [f64; 2],
+    /// Where mirror planes cut the ply along its X and Y; the mesh is what is left of it.
+    pub cut: [Cut; 2],
 }
 
 impl Mesh {
+    /// The whole mesh of a ply of a layer.
+    pub(super) fn of_layer(layer: &Layer) -> Self {
+        let length = [layer.element_length_x, layer.element_length_y];
+        Self::new(layer.columns, layer.rows, length, layer.orientation)
+    }
+
     /// A mesh around the pack's centre, its warp at `orientation` [rad] to the pack's X axis.
     pub fn new(columns: usize, rows: usize, length: [f64; 2], orientation: f64) -> Self {
         // Quarter turns are exact, so that a ply laid at 90° is the mirror image of one laid at 0°.
@@ -25,8 +38,83 @@ impl Mesh {
         } else {
             [orientation.cos(), orientation.sin()]
         };
+        let centre = [0.5 * columns as f64, 0.5 * rows as f64];
         let origin = [-0.5 * length[0] * columns as f64, -0.5 * length[1] * rows as f64];
-        Self { rows, columns, length, origin, turn }
+        Self { rows, columns, length, origin, centre, turn, cut: [Cut::Nowhere; 2] }
+    }
+
+    /// What is left at x ≥ 0 and y ≥ 0 of the pack where those are mirror planes.
+    #[must_use]
+    pub fn part(mut self, planes: MirrorPlanes) -> Self {
+        for axis in (0..2).filter(|axis| planes.0[*axis]) {
+            let Some(own) = self.own_axis(axis) else { continue };
+            let along = self.to_pack([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]][own])[axis];
+            let count = if own == 0 { &mut self.columns } else { &mut self.rows };
+            *count /= 2;
+            if along > 0.0 {
+                self.cut[own] = Cut::First;
+                self.origin[own] = 0.0;
+                self.centre[own] = 0.0;
+            } else {
+                self.cut[own] = Cut::Last;
+            }
+        }
+        self
+    }
+
+    /// The axis of the ply that lies along one of the pack, and the other way round; `None` where it is laid at an odd angle.
+    pub fn own_axis(&self, axis: usize) -> Option<usize> {
+        match self.turn {
+            [_, 0.0] => Some(axis),
+            [0.0, _] => Some(1 - axis),
+            _ => None,
+        }
+    }
+
+    /// Column, and row, of the nodes on mirror planes of the pack; `None` where there are none.
+    pub fn on_planes(&self, planes: MirrorPlanes) -> [Option<usize>; 2] {
+        let is_plane = |own: usize| self.own_axis(own).is_some_and(|axis| planes.0[axis]);
+        [0, 1].map(|own| is_plane(own).then_some(self.centre[own] as usize))
+    }
+
+    /// Whether a node lies on a plane that cuts the mesh across its X, across its Y.
+    #[inline]
+    pub fn cut_across(&self, row: usize, column: usize) -> [bool; 2] {
+        let is_cut = |cut: Cut, at: usize, last: usize| match cut {
+            Cut::Nowhere => false,
+            Cut::First => at == 0,
+            Cut::Last => at == last,
+        };
+        [is_cut(self.cut[0], column, self.columns), is_cut(self.cut[1], row, self.rows)]
+    }
+
+    /// The part of a node that the mesh has: a half where a plane cuts it, a quarter where two do.
+    #[inline]
+    pub fn part_of(&self, row: usize, column: usize) -> f64 {
+        self.cut_across(row, column).into_iter().map(|cut| if cut { 0.5 } else { 1.0 }).product()
+    }
+
+    /// Elements along X and Y of the whole ply.
+    pub fn whole_counts(&self) -> [usize; 2] {
+        let counts = [self.columns, self.rows];
+        [0, 1].map(|a| if self.cut[a] == Cut::Nowhere { counts[a] } else { 2 * counts[a] })
+    }
+
+    /// First element (or node) of the mesh along X and Y, counted in the whole ply.
+    pub fn first_in_whole(&self) -> [usize; 2] {
+        let counts = [self.columns, self.rows];
+        [0, 1].map(|a| if self.cut[a] == Cut::First { counts[a] } else { 0 })
+    }
+
+    /// Column and row in the whole ply of an element (column, row), and of its mirror images.
+    pub fn images(&self, element: [usize; 2]) -> impl Iterator<Item = [usize; 2]> + use<> {
+        let (whole, first) = (self.whole_counts(), self.first_in_whole());
+        let along = [0, 1].map(|a| {
+            let own = first[a] + element[a];
+            (own, (self.cut[a] != Cut::Nowhere).then_some(whole[a] - 1 - own))
+        });
+        let [columns, rows] = along.map(|(own, image)| std::iter::once(own).chain(image));
+        rows.flat_map(move |row| columns.clone().map(move |column| [column, row]))
     }
 
     /// Elements.
@@ -84,6 +172,32 @@ pub fn corners([row, column]: [usize; 2]) -> [(usize, usize); 4] {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_part_of_a_mesh_keeps_its_places_and_its_images_make_the_whole() {
+        for angle in [0.0, 0.5, 1.0, -0.5].map(|quarters| quarters * std::f64::consts::PI) {
+            let whole = Mesh::new(6, 4, [1.1, 2.3], angle);
+            for planes in [[true, false], [false, true], [true, true]] {
+                let part = whole.part(MirrorPlanes(planes));
+                assert_eq!(part.whole_counts(), [6, 4]);
+                let [right, up] = part.first_in_whole();
+                let mut seen = vec![0; whole.elements()];
+                for row in 0..=part.rows {
+                    for column in 0..=part.columns {
+                        let ([x, y], [p, q]) = (part.reference(row, column), whole.reference(row + up, column + right));
+                        assert!((x - p).abs() < 1e-14 && (y - q).abs() < 1e-14, "{angle} {planes:?} {row} {column}");
+                        let place = part.to_pack([x, y, 0.0]);
+                        assert!((0..2).all(|a| !planes[a] || place[a] >= 0.0), "{angle} {planes:?} {place:?}");
+                        if row < part.rows && column < part.columns {
+                            part.images([column, row]).for_each(|[c, r]| seen[r * 6 + c] += 1);
+                        }
+                    }
+                }
+                assert!(seen.iter().all(|count| *count == 1), "{angle} {planes:?} {seen:?}");
+            }
+        }
+        assert_eq!(Mesh::new(6, 4, [1.0; 2], 0.4).own_axis(0), None);
+    }
 
     #[test]
     fn vectors_turn_there_and_back() {

@@ -8,10 +8,11 @@ pub mod mesh;
 pub mod over;
 pub mod pretension;
 pub mod sheet;
+pub mod symmetry;
 pub mod terms;
 pub mod time_step;
 
-use crate::case::Case;
+use crate::case::{Case, Symmetry};
 use crate::kernels::projectile_shape::Body;
 use crate::kernels::rigid_body::RigidBody;
 use crate::number::Scalar;
@@ -19,6 +20,7 @@ pub use grid::Grid;
 pub use mesh::Mesh;
 pub use pretension::InitialStretch;
 pub use sheet::{RowMasses, Sheet};
+pub use symmetry::MirrorPlanes;
 pub use terms::Terms;
 pub use time_step::StepBound;
 
@@ -87,6 +89,10 @@ pub struct Model<S> {
     pub ply_friction: f64,
     /// Whether everything is at rest until the projectile touches it.
     pub at_rest: bool,
+    /// Mirror planes that the scene is cut at: all of the above is the part at x ≥ 0, y ≥ 0.
+    pub planes: MirrorPlanes,
+    /// Mirror planes that the scene has, cut or not.
+    pub mirror: MirrorPlanes,
 }
 
 /// A ply in the pack.
@@ -105,20 +111,37 @@ pub struct Ply {
 }
 
 impl<S: Scalar> Model<S> {
-    /// Derives the model from a case.
+    /// Derives the model of the whole scene from a case.
     ///
     /// # Errors
     /// When a part of the case that only geometry can judge is impossible; see [`ModelError`].
     pub fn new(case: &Case) -> Result<Self, ModelError> {
+        Self::cut(case, false)
+    }
+
+    /// Derives the model of the part of a scene that its mirror planes leave; of the whole where it has none, or where the
+    /// case asks for it.
+    ///
+    /// # Errors
+    /// As [`Model::new`].
+    pub fn part(case: &Case) -> Result<Self, ModelError> {
+        Self::cut(case, case.solver.symmetry == Symmetry::Auto)
+    }
+
+    fn cut(case: &Case, cut: bool) -> Result<Self, ModelError> {
         let layup = layup::layup(case);
-        let sheets = layup.layers.iter().map(|layer| Sheet::new(case, layer)).collect::<Result<Vec<_>, _>>()?;
-        let bounds = sheets.iter().map(|sheet| sheet.bound);
-        let bound = bounds.reduce(|a, b| if b.critical_step < a.critical_step { b } else { a }).unwrap_or_default();
-        let cell = sheets.iter().map(|sheet| sheet.mesh.length[0].max(sheet.mesh.length[1])).fold(0.0, f64::max);
+        let cell =
+            layup.layers.iter().map(|layer| layer.element_length_x.max(layer.element_length_y)).fold(0.0, f64::max);
         let projectile = match &case.projectile {
             Some(p) => Some(RigidBody::new(p, Body::new(p).map_err(|_| ModelError::EdgeRadius)?, cell)),
             None => None,
         };
+        let mirror = MirrorPlanes::of(case, projectile.as_ref());
+        let planes = if cut { mirror } else { MirrorPlanes::NONE };
+        let sheet = |layer| Sheet::new(case, layer, planes);
+        let sheets = layup.layers.iter().map(sheet).collect::<Result<Vec<_>, _>>()?;
+        let bounds = sheets.iter().map(|sheet| sheet.bound);
+        let bound = bounds.reduce(|a, b| if b.critical_step < a.critical_step { b } else { a }).unwrap_or_default();
         let still = layup.layers.iter().all(|layer| layer.initial_velocity == [0.0; 3]);
         Ok(Self {
             grid: Grid::new(layup.plies.len(), sheets.iter().map(|sheet| &sheet.mesh)),
@@ -129,7 +152,9 @@ impl<S: Scalar> Model<S> {
             sheets,
             plies: layup.plies,
             bound,
-            projectile,
+            projectile: projectile.map(|body| body.part(planes)),
+            planes,
+            mirror,
         })
     }
 
@@ -146,6 +171,17 @@ impl<S: Scalar> Model<S> {
     /// Elements over all plies.
     pub fn elements(&self) -> usize {
         self.plies.iter().map(|ply| self.sheets[ply.sheet].mesh.elements()).sum()
+    }
+
+    /// Elements of the whole scene, over all plies.
+    pub fn whole_elements(&self) -> usize {
+        self.elements() * self.planes.copies() as usize
+    }
+
+    /// Ply, row and column in the whole scene of a node or element.
+    pub fn place_in_whole(&self, [ply, row, column]: [usize; 3]) -> [usize; 3] {
+        let [right, up] = self.sheet(ply).mesh.first_in_whole();
+        [ply, row + up, column + right]
     }
 }
 

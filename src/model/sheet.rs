@@ -1,6 +1,6 @@
 //! A sheet: everything that plies of one fabric, laid and held alike, share.
 
-use super::{Grid, InitialStretch, Mesh, ModelError, StepBound, pretension};
+use super::{Grid, InitialStretch, Mesh, MirrorPlanes, ModelError, StepBound, pretension};
 use crate::case::{Case, Edge, Edges, Fabric, Layer, UnitCell};
 use crate::kernels::crossover::{CellConstants, LawKernel, Variant};
 use crate::kernels::element_force::ElementConstants;
@@ -48,11 +48,11 @@ pub struct RowMasses<S> {
 }
 
 impl<S: Scalar> Sheet<S> {
-    /// Derives the constants of a layer.
-    pub(super) fn new(case: &Case, layer: &Layer) -> Result<Self, ModelError> {
+    /// Derives the constants of a layer cut at these planes.
+    pub(super) fn new(case: &Case, layer: &Layer, planes: MirrorPlanes) -> Result<Self, ModelError> {
         let (fabric, pack) = (&layer.fabric, &case.pack);
         let length = [layer.element_length_x, layer.element_length_y];
-        let mesh = Mesh::new(layer.columns, layer.rows, length, layer.orientation);
+        let mesh = Mesh::of_layer(layer).part(planes);
         let Edges { left, right, bottom, top } = layer.edges;
         let along_axes = mesh.turn.contains(&0.0);
         if !along_axes && [left, right, bottom, top].contains(&Edge::Roller) {
@@ -61,16 +61,17 @@ impl<S: Scalar> Sheet<S> {
         let cell = CellConstants { joint: case.solver.unit_cell == UnitCell::Joint, ..CellConstants::new(fabric) };
         let element = element_constants(fabric, length, case.solver.hourglass, &cell);
         let law = Variant::of(&fabric.crossover);
+        let edges = MirrorPlanes::edges(&mesh, layer.edges);
         Ok(Self {
             bound: StepBound::new(length, fabric.areal_density, &element),
             initial: crate::with_law!(law, L => pretension::solve::<L>(pack, &cell)?),
-            mass: [0, 1, 2].map(|kind| row_masses(&mesh, fabric.areal_density, &layer.edges, kind)),
+            mass: [0, 1, 2].map(|kind| row_masses(&mesh, fabric.areal_density, &edges, kind)),
             initial_velocity: mesh.to_ply(layer.initial_velocity),
             has_shear: fabric.shear.is_some(),
             present: [fabric.warp.present, fabric.weft.present],
             areal_density: fabric.areal_density,
             thickness: fabric.thickness,
-            edges: layer.edges,
+            edges,
             mesh,
             cell,
             law,

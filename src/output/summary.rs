@@ -118,7 +118,7 @@ fn plies(run: &Run) -> Vec<Value> {
 /// What it took.
 fn cost(run: &Run, wall_seconds: f64) -> Map<String, Value> {
     let element_steps = run.elements as u64 * run.steps;
-    let at_rest = element_steps - run.element_steps_computed;
+    let part = element_steps / run.planes.copies();
     object(json!({
         "elements": run.elements,
         "steps": run.steps,
@@ -131,7 +131,12 @@ fn cost(run: &Run, wall_seconds: f64) -> Map<String, Value> {
         "loop_s": run.loop_seconds,
         "host_s": run.host_seconds,
         "element_steps_per_s": element_steps as f64 / run.loop_seconds,
-        "skipped": { "wavefront": at_rest, "switched_off": run.skips.switched_off() },
+        "skipped": {
+            "symmetry": element_steps - part,
+            "mirror_planes": run.planes.names(),
+            "wavefront": part - run.element_steps_computed,
+            "switched_off": run.skips.switched_off(),
+        },
     }))
 }
 

@@ -10,6 +10,7 @@ mod endings;
 mod packs;
 mod program;
 mod scenes;
+mod symmetry;
 mod whole;
 
 use std::collections::BTreeMap;
@@ -27,6 +28,7 @@ pub(crate) fn tests() -> Vec<Trial> {
     let modules = [
         ("whole", whole::TESTS),
         ("scenes", scenes::TESTS),
+        ("symmetry", symmetry::TESTS),
         ("batches", batches::TESTS),
         ("packs", packs::TESTS),
         ("endings", endings::TESTS),

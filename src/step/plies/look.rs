@@ -20,6 +20,8 @@ pub(super) struct Point {
     pub(super) cell: [u32; 2],
     /// Of the cell's corners.
     pub(super) weights: [f64; 4],
+    /// Part of the node, and so of the contact, that is in the computed part of the scene.
+    pub(super) part: f64,
     /// Unit vector along which the node is driven out.
     pub(super) push: Vector3<f64>,
     /// Least velocity along it [m/s].
@@ -84,10 +86,17 @@ impl<'a, S: Scalar> View<'a, S> {
         self.to_pack([p + x, q + y, self.z + z])
     }
 
-    /// 1/mass along a direction [1/kg].
+    /// 1/mass along a direction [1/kg], in the whole scene: mirror planes hold no node in a single contact, only with its image.
     pub(super) fn inverse(&self, row: usize, column: usize, along: &Vector3<f64>) -> f64 {
         let inverse = &self.sheet.row_mass(row).inverse;
-        let [x, y, z] = [0, 1, 2].map(|a| inverse[a][column].to_f64());
+        let [mut x, mut y, mut z] = [0, 1, 2].map(|a| inverse[a][column].to_f64());
+        if let [across_x, across_y] = self.mesh.cut_across(row, column)
+            && (across_x || across_y)
+        {
+            z *= self.mesh.part_of(row, column);
+            x = if across_x || x > 0.0 { z } else { 0.0 };
+            y = if across_y || y > 0.0 { z } else { 0.0 };
+        }
         if x == y && y == z {
             return x;
         }
@@ -116,6 +125,8 @@ pub(super) struct Look<'a, S> {
     other: usize,
     own: View<'a, S>,
     theirs: View<'a, S>,
+    /// Column, row of the nodes on mirror planes.
+    planes: [Option<usize>; 2],
     /// Distance of mid-planes in touch, and mean thickness [m].
     touching: f64,
     thickness: f64,
@@ -129,6 +140,7 @@ impl<'a, S: Scalar> Look<'a, S> {
         Self {
             touching: model.plies[ply.min(other)].touching,
             thickness: model.plies[ply.min(other)].thickness,
+            planes: own.mesh.on_planes(model.mirror),
             area: theirs.mesh.length[0] * theirs.mesh.length[1],
             model,
             state,
@@ -168,6 +180,22 @@ impl<'a, S: Scalar> Look<'a, S> {
             && self.own.mesh.around(row, column).all(|[r, c]| state.whole(self.own.sheet, first + r, c))
     }
 
+    /// The mirror planes that a node lies on: by coordinate of the neighbour's cells, the axis across them.
+    #[inline]
+    fn edge(&self, row: usize, column: usize) -> [Option<usize>; 2] {
+        if Some(column) != self.planes[0] && Some(row) != self.planes[1] {
+            return [None; 2];
+        }
+        let mut edge = [None; 2];
+        for (own, at) in [column, row].into_iter().enumerate() {
+            let axis = self.own.mesh.own_axis(own).filter(|_| self.planes[own] == Some(at));
+            if let Some((theirs, axis)) = axis.and_then(|axis| Some((self.theirs.mesh.own_axis(axis)?, axis))) {
+                edge[theirs] = Some(axis);
+            }
+        }
+        edge
+    }
+
     /// Looks at one node: a contact if it closes too fast, and its depth [m].
     ///
     /// The place is looked at as it would be at the end of the step; what came too close on the way is known from there.
@@ -184,7 +212,7 @@ impl<'a, S: Scalar> Look<'a, S> {
             }
             return None;
         }
-        let (cell, touch) = self.touch(cell, corner, &position);
+        let (cell, touch) = self.touch(cell, corner, &position, self.edge(row, column));
         let [r, c] = touch.as_ref().map_or(cell, |touch| touch.cell);
         *over = (r * columns + c) as u32;
         let found = touch.and_then(|touch| self.contact(row, column, &touch, was_inside));
@@ -210,27 +238,35 @@ impl<'a, S: Scalar> Look<'a, S> {
         self.state.standing(self.model.grid.first_element_row(self.other) + cell[0], cell[1])
     }
 
-    /// Walks from a cell, whose corners are known, to that which a point is over; and how it stands over it.
+    /// Walks from a cell, whose corners are known, to that which a point is over; and how it stands over it. `edge`: mirror planes it
+    /// lies on.
     #[inline]
     fn touch(
         &self,
         mut cell: [usize; 2],
         mut corner: [Vector3<f64>; 4],
         position: &Vector3<f64>,
+        edge: [Option<usize>; 2],
     ) -> ([usize; 2], Option<Touch>) {
         let (mesh, sign) = (self.theirs.mesh, self.sign());
         let mut left = [cell; WALK];
         for walk in 0..=WALK {
-            let Some(foot) = ply_contact::foot(&corner, position, self.area) else { break };
-            if ply_contact::is_over(foot.at, cell, mesh.rows, mesh.columns) {
+            let foot = match edge {
+                [None, None] => ply_contact::foot(&corner, position, self.area),
+                _ => ply_contact::foot_on_planes(&corner, position, self.area, edge),
+            };
+            let Some(foot) = foot else { break };
+            if ply_contact::is_over(foot.at, cell, mesh.rows, mesh.columns, mesh.cut) {
                 let gap = sign * foot.height - self.touching;
                 let weights = ply_contact::weights(foot.at);
                 return (cell, Some(Touch { cell, weights, push: foot.normal * sign, gap }));
             }
             let next = ply_contact::next_cell(cell, foot.at, mesh.rows, mesh.columns);
             if left[..walk].contains(&next) {
-                // Cells send the point to each other: it is beyond the ridge between them.
-                return (cell, self.on_ridge(cell, foot.at, position));
+                // Cells send the point to each other: it is beyond the ridge between them. On a mirror plane the image of the place nearest
+                // to it is as near.
+                let touch = if edge == [None, None] { self.on_ridge(cell, foot.at, position) } else { None };
+                return (cell, touch);
             }
             if next == cell || walk == WALK {
                 break;
@@ -250,7 +286,7 @@ impl<'a, S: Scalar> Look<'a, S> {
         for cell in mesh.around(row + usize::from(at[1] > 0.0), column + usize::from(at[0] > 0.0)) {
             let corner = self.corners(cell);
             let Some(foot) = ply_contact::foot(&corner, position, self.area) else { continue };
-            let (arm, at) = match ply_contact::is_over(foot.at, cell, mesh.rows, mesh.columns) {
+            let (arm, at) = match ply_contact::is_over(foot.at, cell, mesh.rows, mesh.columns, mesh.cut) {
                 true => (foot.normal * foot.height, foot.at),
                 false => ply_contact::on_edge(&corner, position, foot.at),
             };
@@ -295,6 +331,7 @@ impl<'a, S: Scalar> Look<'a, S> {
             column: column as u32,
             cell: touch.cell.map(|at| at as u32),
             weights: touch.weights,
+            part: self.own.mesh.part_of(row, column),
             push: touch.push,
             limit,
             recovery,

@@ -79,17 +79,19 @@ impl PlyContact {
         frame.state.over = over;
     }
 
-    /// Shares each node's mass out among its contacts.
+    /// Shares each node's mass out among its contacts, in the whole scene: a node on a mirror plane has the images of those
+    /// that come from one side of it.
     fn share<S: Scalar>(&mut self, model: &Model<S>) {
         let across = model.grid.columns + 1;
         self.each_load(|ply, load, plies| {
+            let mesh = &model.sheet(ply).mesh;
             for p in &plies[ply].points {
                 load.share(p.row as usize * across + p.column as usize, 1.0);
             }
             for p in against(plies, ply) {
                 for (at, weight) in corner_nodes(p.cell, across).into_iter().zip(p.weights) {
                     if weight > 0.0 {
-                        load.share(at, weight);
+                        load.share(at, weight * p.part / mesh.part_of(at / across, at % across));
                     }
                 }
             }
@@ -135,9 +137,9 @@ impl PlyContact {
                 let kappa = 1.0 / compliance;
                 let (normal, drag) = ply_contact::impulse(&velocity, &p.push, p.limit, kappa, model.ply_friction);
                 let slide = velocity - p.push * velocity.dot(&p.push);
-                *friction -= drag.dot(&(slide + drag * (0.5 * compliance)));
-                p.impulse = p.push * normal + drag;
-                p.shift = p.push * (kappa * p.recovery);
+                *friction -= drag.dot(&(slide + drag * (0.5 * compliance))) * p.part;
+                p.impulse = (p.push * normal + drag) * p.part;
+                p.shift = p.push * (kappa * p.recovery * p.part);
             }
         });
         for (work, (points, friction)) in self.plies.iter_mut().zip(points) {

@@ -2,7 +2,7 @@
 
 use ripstop::gpu::{Device, Simulation};
 use ripstop::output;
-use ripstop::simulation::Run;
+use ripstop::simulation::{Run, Skips};
 
 use super::{Outcome, Tests, run_in_batches, run_on};
 use crate::scene::builtin;
@@ -57,8 +57,8 @@ fn front(device: &'static Device) -> Outcome {
         ["/pack/width_mm=30", "/projectile/velocity_m_s=400", "/solver/end_time_us=16", "/output/profile_times_us=[]"];
     let case = builtin("cases/s720-1ply-155.json", &sets);
     let run = |whole: bool| {
-        let simulation = Simulation::new(&case, device).unwrap();
-        let mut simulation = if whole { simulation.without_skips() } else { simulation };
+        let skips = Skips { wavefront: !whole, ..Skips::WHOLE };
+        let mut simulation = Simulation::with_skips(&case, device, skips).unwrap();
         while !simulation.finished() {
             simulation.advance(&case);
         }

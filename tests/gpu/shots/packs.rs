@@ -4,7 +4,7 @@ use std::sync::atomic::AtomicBool;
 
 use ripstop::case::Case;
 use ripstop::gpu::{Device, Simulation, compare};
-use ripstop::simulation::{Precision, Run};
+use ripstop::simulation::{Precision, Run, Skips};
 
 use super::batches::equal_rows;
 use super::{Outcome, Tests, run_in_batches, run_on};
@@ -91,8 +91,8 @@ fn skips(device: &'static Device) -> Outcome {
     for (name, pack) in PACKS {
         let case = shot(pack, &["/pack/width_mm=60", "/pack/height_mm=50", "/solver/end_time_us=9"]);
         let run = |whole: bool| {
-            let simulation = Simulation::new(&case, device).unwrap();
-            let mut simulation = if whole { simulation.without_skips() } else { simulation };
+            let skips = Skips { wavefront: !whole, ..Skips::WHOLE };
+            let mut simulation = Simulation::with_skips(&case, device, skips).unwrap();
             while !simulation.finished() {
                 simulation.advance(&case);
             }

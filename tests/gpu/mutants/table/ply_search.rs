@@ -57,7 +57,7 @@ pub(super) const MUTANTS: &[Mutant] = &[
     mutant(
         "beyond the edge of the ply",
         "two free plies",
-        "return along && -room(cell.x == 0u) <= place.y && place.y <= room(cell.x + 1u == rows);",
+        "return along && -room(cell.x == 0u && ends.z) <= place.y && place.y <= room(cell.x + 1u == rows && ends.w);",
         "return true;",
     ),
     mutant("gap not left open", "two free plies", "return -max(gap, 0.0) / scene.dt;", "return 0.0 * gap;"),
@@ -98,8 +98,8 @@ pub(super) const MUTANTS: &[Mutant] = &[
     mutant(
         "closer plies touch as others",
         "quarter turns, rollers",
-        "point, direction, front.touching, slop);",
-        "point, direction, front.thickness, slop);",
+        "point, direction, front.touching, slop, planes",
+        "point, direction, front.thickness, slop, planes",
     ),
     mutant(
         "distance of the next pair",

@@ -1,0 +1,198 @@
+//! Mirror symmetry: a half or a quarter of a scene instead of the whole.
+//!
+//! Promises: a scene is cut exactly where it is its own mirror image; the run of the part gives the history, the failures and the
+//! profiles of the whole to round-off, for one ply and for packs, in f64 and f32; threads change no bit; the paper's shot
+//! computes at most a quarter of what there is; the case and the caller can ask for the whole.
+//! Red when: a plane is taken that is none, a mass or an impulse on a plane is not its share, a sum is not made whole, a failure has
+//! no image, contact between plies looks across a plane.
+
+use std::sync::atomic::AtomicBool;
+
+use ripstop::case::Case;
+use ripstop::model::{MirrorPlanes, Model};
+use ripstop::output::{self, history};
+use ripstop::simulation::{self, Options, Precision, Run, Skips};
+use serde_json::json;
+
+use crate::scene::builtin;
+
+const PAPER: &str = "cases/s720-1ply-155.json";
+
+/// A small ply, 24 × 20 elements, struck in the middle.
+fn small(sets: &[&str]) -> Case {
+    let size = ["/pack/width_mm=30.48", "/pack/height_mm=25.4", "/expect=[]", "/output/profile_times_us=[6]"];
+    let shot = ["/projectile/length_mm=8", "/projectile/mass_g=1", "/projectile/velocity_m_s=300"];
+    let run = ["/solver/end_time_us=14", "/solver/run_until=end_time"];
+    builtin(PAPER, &[&size[..], &shot, &run, sets].concat())
+}
+
+fn planes(sets: &[&str]) -> [bool; 2] {
+    Model::<f64>::part(&small(sets)).unwrap().planes.0
+}
+
+#[test]
+fn a_scene_is_cut_where_it_is_its_own_mirror_image() {
+    const BOTH: [bool; 2] = [true, true];
+    const X: [bool; 2] = [true, false];
+    const Y: [bool; 2] = [false, true];
+    const NONE: [bool; 2] = [false, false];
+    let scenes: [(&[&str], [bool; 2]); 40] = [
+        (&[], BOTH),
+        (&["/solver/symmetry=none"], NONE),
+        (&["/projectile/offset_mm=[1.27,0]"], Y),
+        (&["/projectile/offset_mm=[0,-0.1]"], X),
+        (&["/projectile/offset_mm=[0.635,0.635]"], NONE),
+        (&["/pack/width_mm=31.75"], Y), // 25 columns: the plane runs through cells
+        (&["/pack/height_mm=24.13"], X),
+        (&["/projectile/obliquity_deg=20"], Y),
+        (&["/projectile/obliquity_deg=20", "/projectile/azimuth_deg=90"], X),
+        (&["/projectile/obliquity_deg=20", "/projectile/azimuth_deg=180"], Y),
+        (&["/projectile/obliquity_deg=20", "/projectile/azimuth_deg=45"], NONE),
+        (&["/projectile/yaw_deg=5"], Y),
+        (&["/projectile/yaw_deg=5", "/projectile/azimuth_deg=90"], X),
+        (&["/projectile/angular_velocity_rad_s=[100,0,0]"], X),
+        (&["/projectile/angular_velocity_rad_s=[0,100,0]"], Y),
+        (&["/projectile/angular_velocity_rad_s=[0,0,100]"], NONE),
+        (&["/projectile/angular_velocity_rad_s=[0,0,100]", "/projectile/rotation=locked"], BOTH),
+        (&["/projectile/shape=fragment"], BOTH),
+        (&["/projectile/shape=fragment", "/projectile/roll_deg=90"], BOTH),
+        (&["/projectile/shape=fragment", "/projectile/roll_deg=30"], NONE),
+        (&["/projectile/shape=fragment", "/projectile/obliquity_deg=20"], Y),
+        (&["/projectile/shape=ogive"], BOTH),
+        (&["/projectile/motion=prescribed"], BOTH),
+        (&["/pack/edges=free"], BOTH),
+        (&["/pack/edges={\"left\":\"free\"}"], Y),
+        (&["/pack/edges={\"left\":\"free\",\"right\":\"free\"}"], BOTH),
+        (&["/pack/edges={\"top\":\"roller\"}"], X),
+        (&["/pack/initial_velocity_m_s=[1,0,0]", "/pack/edges=free"], Y),
+        (&["/pack/initial_velocity_m_s=[0,1,0]", "/pack/edges=free"], X),
+        (&["/pack/initial_velocity_m_s=[0,0,-1]", "/pack/edges=free"], BOTH),
+        (&["/pack/pretension={\"warp_n_per_m\":1000}"], BOTH),
+        (&[ARCH, "/pack/initial_deflection/warp_half_waves=1", "/projectile/standoff_mm=1"], BOTH),
+        (&[ARCH, "/pack/initial_deflection/warp_half_waves=2", "/projectile/standoff_mm=1"], Y),
+        (&[ARCH, "/pack/initial_deflection/weft_half_waves=4", "/projectile/standoff_mm=1"], X),
+        (&["/pack/plies=3"], BOTH),
+        (&["/pack/plies=2", "/pack/layup=[{},{\"orientation_deg\":90}]"], BOTH),
+        (&["/pack/plies=2", "/pack/layup=[{},{\"orientation_deg\":30}]"], NONE),
+        (&["/pack/plies=2", "/pack/layup=[{},{\"edges\":{\"left\":\"free\"}}]"], Y),
+        (&["/pack/plies=2", "/pack/layup=[{},{\"orientation_deg\":90,\"edges\":{\"left\":\"free\"}}]"], X),
+        (&["/pack/plies=2", "/pack/layup=[{},{\"orientation_deg\":-180,\"edges\":{\"top\":\"free\"}}]"], X),
+    ];
+    for (sets, expected) in scenes {
+        assert_eq!(planes(sets), expected, "{sets:?}");
+    }
+    assert_eq!(Model::<f64>::new(&small(&[])).unwrap().planes, MirrorPlanes::NONE, "the whole is asked for");
+}
+
+const ARCH: &str = "/pack/initial_deflection={\"amplitude_mm\":0.5,\"warp_half_waves\":1,\"weft_half_waves\":1}";
+
+fn run(case: &Case, skips: Skips, precision: Precision, threads: usize) -> Run {
+    let options = Options { threads: Some(threads), precision, skips, ..Options::default() };
+    let run = simulation::run(case, options, &AtomicBool::new(false), &mut |_| {}).unwrap();
+    assert!(run.trouble.is_none(), "{:?}", run.trouble);
+    run
+}
+
+/// The run of the part against that of the whole: every column of the history within `allowed` of its largest value, the same
+/// failures, and what a summary counts.
+fn agree(case: &Case, precision: Precision, parts: u64, allowed: f64) -> [Run; 2] {
+    let [part, whole] = [Skips::default(), Skips::WHOLE].map(|skips| run(case, skips, precision, 2));
+    assert_eq!((part.planes.copies(), whole.planes.copies()), (parts, 1));
+    assert_eq!((part.elements, part.steps), (whole.elements, whole.steps));
+    assert!(part.element_steps_computed * parts <= whole.element_steps_computed + 64 * whole.steps);
+    assert_eq!(part.history.len(), whole.history.len());
+    for column in history::COLUMNS.iter().filter(|c| !c.name.ends_with("_error")) {
+        let scale = whole.history.iter().map(|row| (column.read)(row).abs()).fold(0.0, f64::max);
+        for (p, w) in part.history.iter().zip(&whole.history) {
+            let off = ((column.read)(p) - (column.read)(w)).abs();
+            assert!(off <= allowed * scale, "{} is {off:e} of {scale:e} off at {} s", column.name, w.time);
+        }
+    }
+    let places = |run: &Run| run.events.iter().map(|e| (e.step, e.ply, e.j, e.i, e.yarn)).collect::<Vec<_>>();
+    assert_eq!(places(&part), places(&whole));
+    assert_eq!(part.profiles.len(), whole.profiles.len());
+    for (p, w) in part.profiles.iter().zip(&whole.profiles) {
+        assert_eq!(p.points.len(), w.points.len());
+        for (p, w) in p.points.iter().zip(&w.points) {
+            let close = |a: f64, b: f64, scale: f64| (a - b).abs() <= (1e2 * allowed).min(1e-2) * scale;
+            assert!(close(p.reference, w.reference, 1e-2) && close(p.position, w.position, 1e-2), "{p:?} {w:?}");
+            assert!(close(p.deflection, w.deflection, 1e-3) && close(p.strain, w.strain, 1e-2), "{p:?} {w:?}");
+            assert!(close(p.force, w.force, 1e5), "{p:?} {w:?}");
+        }
+    }
+    for (p, w) in part.ply_history.iter().zip(&whole.ply_history) {
+        assert_eq!((p.time, p.ply, p.failed), (w.time, w.ply, w.failed));
+        assert!((p.moment.kinetic - w.moment.kinetic).abs() <= 1e2 * allowed * part.impact_energy);
+    }
+    assert_eq!(part.ply_history.len(), whole.ply_history.len());
+    assert!((part.impact_energy / whole.impact_energy - 1.0).abs() < 1e-12);
+    assert!((part.max_penetration - whole.max_penetration).abs() <= allowed * 1e-2);
+    assert!(part.momentum_error <= 10.0 * whole.momentum_error + 1e-10, "{}", part.momentum_error);
+    [part, whole]
+}
+
+#[test]
+fn a_quarter_and_a_half_give_the_history_of_the_whole() {
+    let torn = |case: &Case, parts| {
+        let [part, _] = agree(case, Precision::F64, parts, 1e-7);
+        assert!(part.events.len() >= 8, "{} failures", part.events.len());
+    };
+    torn(&small(&[]), 4);
+    torn(&small(&["/projectile/offset_mm=[2.54,0]"]), 2);
+    torn(&small(&["/projectile/offset_mm=[0,-1]"]), 2);
+    torn(&small(&["/projectile/obliquity_deg=20"]), 2);
+    torn(&small(&["/projectile/obliquity_deg=20", "/projectile/azimuth_deg=90", "/output/profile_along=weft"]), 2);
+    let sphere = r#"/projectile={"shape":"sphere","diameter_mm":6,"mass_g":1,"velocity_m_s":300}"#;
+    agree(&small(&[sphere, "/pack/edges=free"]), Precision::F64, 4, 1e-7);
+    // The struck ply turned: its plane lies at the end of its rows.
+    torn(&small(&["/pack/layup=[{\"orientation_deg\":90}]", "/output/profile_along=weft"]), 4);
+}
+
+#[test]
+fn a_part_of_a_pack_gives_the_history_of_the_whole() {
+    let crossed = ["/pack/plies=2", "/pack/layup=[{},{\"orientation_deg\":90}]", "/output/profile_times_us=[]"];
+    for (more, parts) in [("/projectile/velocity_m_s=250", 4), ("/projectile/offset_mm=[1,0]", 2)] {
+        let [part, whole] = agree(&small(&[&crossed[..], &[more]].concat()), Precision::F64, parts, 1e-7);
+        assert!(part.events.iter().any(|e| e.ply == 1) && part.events.len() > 16, "{}", part.events.len());
+        assert!((part.max_ply_penetration - whole.max_ply_penetration).abs() < 1e-9 && part.max_ply_penetration > 1e-5);
+    }
+    // Cells that do not lie over each other.
+    let other = r#"/pack/layup=[{},{"fabric":{"file":"fabrics/s-728.json"}},{}]"#;
+    agree(
+        &small(&["/pack/plies=3", other, "/output/profile_times_us=[]", "/solver/end_time_us=9"]),
+        Precision::F64,
+        2, // S-728 has an odd number of cells across
+        1e-7,
+    );
+}
+
+#[test]
+fn in_single_precision_the_part_is_the_whole_to_its_rounding() {
+    agree(&small(&["/projectile/velocity_m_s=150", "/solver/end_time_us=10"]), Precision::F32, 4, 1e-3);
+}
+
+#[test]
+fn threads_change_no_bit_of_a_part() {
+    let pack = small(&["/pack/plies=2", "/pack/layup=[{},{\"orientation_deg\":90}]"]);
+    for case in [small(&["/projectile/offset_mm=[1.27,0]"]), pack] {
+        let [one, two] = [1, 2].map(|threads| run(&case, Skips::default(), Precision::F64, threads));
+        assert_eq!(one.history, two.history);
+        assert_eq!(one.events, two.events);
+        assert_eq!(one.profiles, two.profiles);
+    }
+}
+
+#[test]
+fn the_papers_shot_computes_at_most_a_quarter_at_unchanged_history() {
+    let case = builtin(PAPER, &[]);
+    let [part, _] = agree(&case, Precision::F64, 4, 1e-6);
+    let whole = part.elements as u64 * part.steps;
+    assert!(4 * part.element_steps_computed <= whole, "{} of {whole}", part.element_steps_computed);
+    let summary = output::summary(&case, &part, 0.0);
+    let skipped = &summary["skipped"];
+    assert_eq!(skipped["mirror_planes"], json!(["x", "y"]));
+    assert_eq!(skipped["symmetry"], json!(whole - whole / 4));
+    assert_eq!(skipped["wavefront"], json!(whole / 4 - part.element_steps_computed));
+    assert!((part.history.last().unwrap().projectile_velocity - 96.3133).abs() < 1e-4);
+    assert_eq!(part.events.len(), 36);
+}
