@@ -379,7 +379,7 @@ pub(crate) fn set_up<S: Scalar>(case: &Case) -> Result<(Model<S>, State<S>), Mod
     Ok((model, state))
 }
 
-/// Kinetic energy and momentum the scene starts with.
+/// Kinetic energy, at least what rounding can be measured against, and momentum the scene starts with.
 pub(crate) fn given<S: Scalar>(model: &Model<S>, state: &State<S>) -> (f64, Vector3<f64>) {
     let mut energy = 0.0;
     let mut momentum = Vector3::zeros();
@@ -397,7 +397,7 @@ pub(crate) fn given<S: Scalar>(model: &Model<S>, state: &State<S>) -> (f64, Vect
         energy += body.kinetic_energy();
         momentum += body.velocity * body.mass;
     }
-    (energy, momentum)
+    (energy.max(1e3 * model.rounding()), momentum)
 }
 
 /// Kinetic energy of a projectile that flies freely [J].

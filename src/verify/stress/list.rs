@@ -19,6 +19,8 @@ pub(in crate::verify) struct Scene {
     sets: &'static [&'static str],
     /// Set behind the back of the case's checks.
     courant: Option<f64>,
+    /// Energy by state functions over what was put in, less one, at most [-].
+    gain: f64,
     disturbance: Option<Disturbance>,
     expect: Expect,
 }
@@ -36,8 +38,9 @@ enum Expect {
 }
 
 const fn scene(name: &'static str, sets: &'static [&'static str]) -> Scene {
-    let (base, courant, disturbance, expect) = ("mirror", None, None, Expect::Sound);
-    Scene { name, quick: false, base, sets, courant, disturbance, expect }
+    // Kinks between slack and taut at a Courant number near 1 cost that much.
+    let (base, gain, expect) = ("mirror", 0.02, Expect::Sound);
+    Scene { name, quick: false, base, sets, courant: None, gain, disturbance: None, expect }
 }
 
 impl Scene {
@@ -56,6 +59,11 @@ impl Scene {
         self
     }
 
+    const fn gains(mut self, gain: f64) -> Self {
+        self.gain = gain;
+        self
+    }
+
     const fn courant(mut self, courant: f64) -> Self {
         self.courant = Some(courant);
         self
@@ -66,6 +74,16 @@ impl Scene {
         self
     }
 }
+
+/// Stretched along the weft and held at one end of the warp only.
+const COLLAPSE: [&str; 6] = [
+    "/pack/edges={\"left\":\"clamped\",\"right\":\"free\",\"bottom\":\"free\",\"top\":\"free\"}",
+    "/pack/width_mm=5.08",
+    "/pack/height_mm=2.54",
+    "/pack/pretension={\"warp_n_per_m\":0,\"weft_n_per_m\":64930}",
+    "/projectile=null",
+    "/solver/end_time_us=60",
+];
 
 /// Straight on, in the middle.
 const CENTRED: [&str; 2] = ["/projectile/obliquity_deg=0", "/projectile/offset_mm=[0,0]"];
@@ -85,7 +103,8 @@ pub(in crate::verify) const LIST: &[Scene] = &[
     scene("projectile of 0.01 g", &["/projectile/mass_g=0.01"]).quick(),
     scene("projectile of 100 kg", &["/projectile/mass_g=100000"]).quick(),
     scene("no crimp", &["/fabric/warp/crimp=0", "/fabric/weft/crimp=0"]).quick(),
-    scene("25 % crimp", &["/fabric/warp/crimp=0.25", "/fabric/weft/crimp=0.25"]).quick(),
+    // The published law is not conservative, at this crimp by 5 % of the energy; the variational one is.
+    scene("25 % crimp", &["/fabric/warp/crimp=0.25", "/fabric/weft/crimp=0.25"]).quick().gains(0.05),
     scene(
         "25 % crimp, variational law",
         &["/fabric/warp/crimp=0.25", "/fabric/weft/crimp=0.25", "/fabric/crossover/law=variational"],
@@ -102,6 +121,8 @@ pub(in crate::verify) const LIST: &[Scene] = &[
     scene("everything eroded", &[]).disturbed(Disturbance::Broken([true, true])).expect(Expect::And(untouched)),
     scene("three plies touching at the start", &["/pack/plies=3"]),
     scene("three plies in one plane", &["/pack/plies=3", "/pack/spacing_mm=0"]),
+    // Nothing resists compression in the plane, so this ply folds into itself; shear then feeds it energy.
+    scene("a stretched ply let go collapses", &COLLAPSE).expect(Expect::Diagnosed { not_a_number: false }),
     scene("noise of 1e-6 cell on the nodes", &[]).disturbed(Disturbance::Noise(1e-6)),
     scene("a mesh of one element", &["/pack/width_mm=1.27", "/pack/height_mm=1.27", "/projectile/offset_mm=[0,0]"])
         .quick(),
@@ -164,7 +185,7 @@ pub(in crate::verify) fn row(
         (Ok(_), Expect::Refused(_)) => return Some(row("accepted".to_owned(), false)),
         (Ok(case), _) => case,
     };
-    let bound = format!("+{:.0} %", 100.0 * judge::energy_bound(&case));
+    let bound = format!("+{:.0} %", 100.0 * scene.gain);
     let row = |got, pass| match scene.expect {
         Expect::Sound | Expect::And(_) => Row { tolerance: bound.clone(), ..row(got, pass) },
         _ => row(got, pass),
@@ -182,7 +203,7 @@ pub(in crate::verify) fn row(
 
 /// What a run that did what was expected has to show.
 fn judged(scene: &Scene, case: &Case, machine: Machine<'_>, finished: &Finished) -> Result<String, Fault> {
-    let fault = judge::fault(case, machine, finished);
+    let fault = judge::fault(case, machine, finished, scene.gain);
     if let Expect::Diagnosed { not_a_number } = scene.expect {
         return diagnosed(&finished.run, scene.disturbance, not_a_number);
     }
@@ -192,7 +213,7 @@ fn judged(scene: &Scene, case: &Case, machine: Machine<'_>, finished: &Finished)
     if let Expect::And(holds) = scene.expect {
         holds(&finished.run).map_err(|what| Fault::new(Kind::Missed, what))?;
     }
-    Ok(format!("{:.4}", judge::largest_energy(&finished.run)))
+    Ok(format!("{:.4}", judge::largest_energy(finished)))
 }
 
 /// A run that stopped itself must say where, and before what is wrong has spread.

@@ -18,8 +18,8 @@ use serde_json::Value;
 
 use super::Row;
 use crate::case::Case;
-use judge::NoRun;
 pub use judge::{Fault, Kind, Machine};
+use judge::{Judged, NoRun};
 
 /// How many scenes are tried to make a failing one smaller.
 const TRIALS: usize = 300;
@@ -77,6 +77,8 @@ pub struct Report {
 /// What became of a random scene.
 enum Ending {
     Sound,
+    /// Gains energy, so much of what was put in, but not with a shorter step.
+    Coarse(f64),
     Refused(String),
     Found(Box<Found>),
     Interrupted,
@@ -149,6 +151,8 @@ fn random_scenes(
         ending
     });
     let refused = endings.iter().filter(|e| matches!(e, Ending::Refused(_))).count();
+    let coarse: Vec<f64> =
+        endings.iter().filter_map(|e| if let Ending::Coarse(gain) = e { Some(*gain) } else { None }).collect();
     if interrupt.load(Ordering::Relaxed) || scenes == 0 {
         return;
     }
@@ -163,7 +167,7 @@ fn random_scenes(
         source: format!("seed {seed}"),
         pass,
     };
-    let name = format!("{scenes} random scenes, {refused} of them refused by name");
+    let name = format!("{scenes} random scenes, {refused} refused, {} with too long a step", coarse.len());
     report.rows.push(row(name, format!("{} unsound", found.len()), found.is_empty()));
     report
         .rows
@@ -185,17 +189,14 @@ pub fn refusals(seed: u64, numbers: std::ops::Range<u64>) -> Vec<(u64, String)> 
 fn random_scene(seed: u64, number: u64, machine: Machine<'_>, interrupt: &AtomicBool) -> Ending {
     let name = format!("random scene {number} of seed {seed}");
     let Some(mut tree) = random::tree(seed, number) else { return Ending::Refused("no scene was drawn".to_owned()) };
-    let try_it = |draw: &random::Draw| -> Result<Option<(Fault, Case)>, NoRun> {
+    let try_it = |draw: &random::Draw| -> Result<(Judged, Case), NoRun> {
         let case = random::case(draw, &name).map_err(NoRun::Refused)?;
-        match judge::run(&case, machine, None, interrupt) {
-            Ok(finished) => Ok(judge::fault(&case, machine, &finished).map(|fault| (fault, case))),
-            Err(NoRun::Panicked(why)) => Ok(Some((Fault::new(Kind::Panic, why), case))),
-            Err(other) => Err(other),
-        }
+        judge::judge(&case, machine, interrupt).map(|judged| (judged, case))
     };
     let (mut fault, mut case) = match try_it(&tree.current()) {
-        Ok(None) => return Ending::Sound,
-        Ok(Some(found)) => found,
+        Ok((Judged::Sound, _)) => return Ending::Sound,
+        Ok((Judged::Coarse(gain), _)) => return Ending::Coarse(gain),
+        Ok((Judged::Unsound(fault), case)) => (fault, case),
         Err(NoRun::Refused(why) | NoRun::Panicked(why)) => return Ending::Refused(why),
         Err(NoRun::Interrupted) => return Ending::Interrupted,
     };
@@ -206,8 +207,8 @@ fn random_scene(seed: u64, number: u64, machine: Machine<'_>, interrupt: &Atomic
         }
         more = match try_it(&tree.current()) {
             // Another fault would be another story.
-            Ok(Some(found)) if found.0.kind == fault.kind => {
-                (fault, case) = found;
+            Ok((Judged::Unsound(smaller), of)) if smaller.kind == fault.kind => {
+                (fault, case) = (smaller, of);
                 tree.simplify()
             }
             Err(NoRun::Interrupted) => break,
