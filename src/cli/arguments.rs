@@ -174,6 +174,15 @@ pub(crate) struct VerifyArguments {
     /// Random scenes on the CPU, in each precision; on the GPU a fiftieth of them
     #[arg(long, value_name = "N", default_value = "1000", requires = "stress")]
     pub(crate) scenes: u32,
+    /// Steps of the vibrating ply on the CPU; on the GPU a fiftieth of them
+    #[arg(
+        long,
+        value_name = "N",
+        default_value = "1000000",
+        requires = "stress",
+        value_parser = RangedU64ValueParser::<u64>::new().range(100..=1_000_000_000)
+    )]
+    pub(crate) steps: u64,
     /// Where the random scenes come from; the same seed gives the same scenes
     #[arg(long, value_name = "S", default_value = "1", requires = "stress")]
     pub(crate) seed: u64,

@@ -28,7 +28,7 @@ pub(crate) fn verify(arguments: &VerifyArguments) -> Result<(), Failure> {
             device: chosen.device.as_ref(),
             ..Options::default()
         };
-        Report { rows: verify::run(options, &interrupted, &mut |_| {}), found: Vec::new() }
+        Report { rows: verify::run(options, &interrupted, &mut |_| {}), ..Report::default() }
     };
     let rows = &report.rows;
     let failed = rows.iter().filter(|row| !row.pass).count();
@@ -38,6 +38,9 @@ pub(crate) fn verify(arguments: &VerifyArguments) -> Result<(), Failure> {
         let mut all = json!({ "pass": failed == 0, "rows": rows });
         if arguments.stress {
             all["unsound"] = report.found.iter().map(found_json).collect();
+            let refused =
+                |(machine, scene, why): &(&str, u64, String)| json!({"machine": machine, "scene": scene, "why": why});
+            all["refused"] = report.refused.iter().map(refused).collect();
         }
         screen::print(&format!("{all:#}\n"))?;
     } else {
@@ -64,6 +67,7 @@ fn stress(arguments: &VerifyArguments, interrupted: &AtomicBool) -> Result<Repor
     let plan = Plan {
         machines: precisions.into_iter().map(Machine::Cpu).chain(device.as_ref().map(Machine::Gpu)).collect(),
         scenes: arguments.scenes.into(),
+        steps: arguments.steps,
         seed: arguments.seed,
         threads: arguments.threads,
         list: true,

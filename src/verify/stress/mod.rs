@@ -11,7 +11,7 @@ pub(super) mod list;
 mod random;
 
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
-use std::{iter, thread};
+use std::thread;
 
 use proptest::strategy::ValueTree;
 use serde_json::Value;
@@ -23,10 +23,9 @@ use judge::{Judged, NoRun};
 
 /// How many scenes are tried to make a failing one smaller.
 const TRIALS: usize = 300;
-/// A device compiles its kernels for every scene: fewer random ones there.
+/// A device compiles its kernels for every scene, and a step of a small mesh costs it a hundred times as much: fewer random
+/// scenes and a shorter long run there.
 const DEVICE_SHARE: u64 = 50;
-/// Steps of the long run in a device that is software, where a step costs a hundred times as much.
-const DEVICE_STEPS: u64 = 20_000;
 
 /// What to run.
 #[derive(Clone, Debug)]
@@ -35,6 +34,8 @@ pub struct Plan<'a> {
     pub machines: Vec<Machine<'a>>,
     /// Random scenes on the processor; on a device a fiftieth of them.
     pub scenes: u64,
+    /// Steps of the long run on the processor; on a device a fiftieth of them.
+    pub steps: u64,
     /// Where the random scenes come from.
     pub seed: u64,
     /// Worker threads; `None` takes all cores. Scenes run side by side.
@@ -72,13 +73,15 @@ pub struct Report {
     pub rows: Vec<Row>,
     /// Random scenes that are not sound.
     pub found: Vec<Found>,
+    /// Random scenes without a model, on the machines that were asked: numbers and reasons.
+    pub refused: Vec<(&'static str, u64, String)>,
 }
 
 /// What became of a random scene.
 enum Ending {
     Sound,
-    /// Gains energy, so much of what was put in, but not with a shorter step.
-    Coarse(f64),
+    /// Gains energy, but not with a shorter step.
+    Coarse,
     Refused(String),
     Found(Box<Found>),
     Interrupted,
@@ -95,11 +98,11 @@ pub fn run(plan: &Plan<'_>, interrupt: &AtomicBool, progress: &(dyn Fn(&str, usi
             // One queue.
             Machine::Gpu(_) => 1,
         };
+        let share = if matches!(machine, Machine::Gpu(_)) { DEVICE_SHARE } else { 1 };
         if plan.list {
-            report.rows.extend(hard(machine, threads, interrupt, progress));
+            report.rows.extend(hard(plan.steps.div_ceil(share), machine, threads, interrupt, progress));
         }
-        let scenes = if matches!(machine, Machine::Gpu(_)) { plan.scenes.div_ceil(DEVICE_SHARE) } else { plan.scenes };
-        random_scenes(plan.seed, scenes, machine, threads, interrupt, progress, &mut report);
+        random_scenes(plan.seed, plan.scenes.div_ceil(share), machine, threads, interrupt, progress, &mut report);
     }
     report
 }
@@ -115,12 +118,12 @@ fn group(machine: Machine<'_>) -> &'static str {
 
 /// The list and the long run.
 fn hard(
+    steps: u64,
     machine: Machine<'_>,
     threads: usize,
     interrupt: &AtomicBool,
     progress: &(dyn Fn(&str, usize, usize) + Sync),
 ) -> Vec<Row> {
-    let steps = if matches!(machine, Machine::Gpu(_)) { DEVICE_STEPS } else { drift::STEPS };
     let count = list::LIST.len() + 1;
     let done = AtomicUsize::new(0);
     // The long run first: the others fill the time it takes.
@@ -150,14 +153,21 @@ fn random_scenes(
         progress(machine.name(), done.fetch_add(1, Ordering::Relaxed) + 1, scenes as usize);
         ending
     });
-    let refused = endings.iter().filter(|e| matches!(e, Ending::Refused(_))).count();
-    let coarse: Vec<f64> =
-        endings.iter().filter_map(|e| if let Ending::Coarse(gain) = e { Some(*gain) } else { None }).collect();
+    let (mut found, mut refused, mut coarse) = (Vec::new(), 0, 0);
+    for (number, ending) in (0..).zip(endings) {
+        match ending {
+            Ending::Sound | Ending::Interrupted => {}
+            Ending::Coarse => coarse += 1,
+            Ending::Found(one) => found.push(*one),
+            Ending::Refused(why) => {
+                refused += 1;
+                report.refused.push((machine.name(), number, why));
+            }
+        }
+    }
     if interrupt.load(Ordering::Relaxed) || scenes == 0 {
         return;
     }
-    let found: Vec<Found> =
-        endings.into_iter().filter_map(|e| if let Ending::Found(found) = e { Some(*found) } else { None }).collect();
     let row = |name: String, got: String, pass: bool| Row {
         group: group(machine),
         name,
@@ -167,7 +177,7 @@ fn random_scenes(
         source: format!("seed {seed}"),
         pass,
     };
-    let name = format!("{scenes} random scenes, {refused} refused, {} with too long a step", coarse.len());
+    let name = format!("{scenes} random scenes, {refused} refused, {coarse} with too long a step");
     report.rows.push(row(name, format!("{} unsound", found.len()), found.is_empty()));
     report
         .rows
@@ -175,47 +185,50 @@ fn random_scenes(
     report.found.extend(found);
 }
 
-/// Why the scenes with these numbers are refused, for those that are.
-pub fn refusals(seed: u64, numbers: std::ops::Range<u64>) -> Vec<(u64, String)> {
-    let machine = Machine::Cpu(crate::simulation::Precision::F64);
-    let why = |number| match random_scene(seed, number, machine, &AtomicBool::new(false)) {
-        Ending::Refused(why) => Some((number, why)),
-        _ => None,
-    };
-    numbers.filter_map(why).collect()
-}
-
 /// Draws a scene, runs it and, where it is not sound, makes it smaller.
 fn random_scene(seed: u64, number: u64, machine: Machine<'_>, interrupt: &AtomicBool) -> Ending {
     let name = format!("random scene {number} of seed {seed}");
-    let Some(mut tree) = random::tree(seed, number) else { return Ending::Refused("no scene was drawn".to_owned()) };
+    let Some(tree) = random::tree(seed, number) else { return Ending::Refused("no scene was drawn".to_owned()) };
     let try_it = |draw: &random::Draw| -> Result<(Judged, Case), NoRun> {
         let case = random::case(draw, &name).map_err(NoRun::Refused)?;
         judge::judge(&case, machine, interrupt).map(|judged| (judged, case))
     };
-    let (mut fault, mut case) = match try_it(&tree.current()) {
+    let (fault, case) = match try_it(&tree.current()) {
         Ok((Judged::Sound, _)) => return Ending::Sound,
-        Ok((Judged::Coarse(gain), _)) => return Ending::Coarse(gain),
+        Ok((Judged::Coarse, _)) => return Ending::Coarse,
         Ok((Judged::Unsound(fault), case)) => (fault, case),
         Err(NoRun::Refused(why) | NoRun::Panicked(why)) => return Ending::Refused(why),
         Err(NoRun::Interrupted) => return Ending::Interrupted,
     };
+    let smaller = smallest(tree, |draw| match try_it(draw) {
+        // Another fault would be another story.
+        Ok((Judged::Unsound(smaller), of)) if smaller.kind == fault.kind => Some((smaller, of)),
+        _ => None,
+    });
+    let (fault, case) = smaller.unwrap_or((fault, case));
+    Ending::Found(Box::new(Found { seed, number, machine: machine.name(), fault, case: case.as_run }))
+}
+
+/// The smallest that is found of which `fails` still says something, and what it says; `None`: nothing smaller was found.
+fn smallest<T>(
+    mut tree: impl ValueTree<Value = random::Draw>,
+    fails: impl Fn(&random::Draw) -> Option<T>,
+) -> Option<T> {
+    let mut found = None;
     let mut more = tree.simplify();
-    for _ in iter::repeat_n((), TRIALS) {
+    for _ in 0..TRIALS {
         if !more {
             break;
         }
-        more = match try_it(&tree.current()) {
-            // Another fault would be another story.
-            Ok((Judged::Unsound(smaller), of)) if smaller.kind == fault.kind => {
-                (fault, case) = (smaller, of);
+        more = match fails(&tree.current()) {
+            Some(smaller) => {
+                found = Some(smaller);
                 tree.simplify()
             }
-            Err(NoRun::Interrupted) => break,
-            _ => tree.complicate(),
+            None => tree.complicate(),
         };
     }
-    Ending::Found(Box::new(Found { seed, number, machine: machine.name(), fault, case: case.as_run }))
+    found
 }
 
 /// Does `count` pieces of work on some threads, each alone on its thread; results in order.
@@ -242,4 +255,51 @@ fn side_by_side<T: Send>(threads: usize, count: usize, work: impl Fn(usize) -> T
     });
     results.sort_by_key(|(at, _)| *at);
     results.into_iter().map(|(_, result)| result).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
+    use super::*;
+
+    /// The document of a scene.
+    fn document(draw: &random::Draw) -> Value {
+        random::case(draw, "scene").map_or(Value::Null, |case| case.as_run)
+    }
+
+    #[test]
+    fn seed_and_number_give_the_same_scene_and_others_another() {
+        let scene = |seed, number| document(&random::tree(seed, number).unwrap().current());
+        assert_eq!(scene(1, 0), scene(1, 0));
+        let others = [scene(1, 0), scene(1, 1), scene(2, 0), scene(2, 1)];
+        assert!(others.iter().enumerate().all(|(i, a)| others[..i].iter().all(|b| a != b)));
+    }
+
+    #[test]
+    fn shrinking_leaves_the_changes_that_matter() {
+        // As if whatever is faster than 900 m/s and obliquer than 30° failed.
+        let fails = |draw: &random::Draw| {
+            let document = document(draw);
+            let number =
+                |key: &str| document.pointer(&format!("/projectile/{key}")).and_then(Value::as_f64).unwrap_or(0.0);
+            (number("velocity_m_s") > 900.0 && number("obliquity_deg") > 30.0).then_some(document)
+        };
+        let number = (0..).find(|number| fails(&random::tree(3, *number).unwrap().current()).is_some()).unwrap();
+        let before = fails(&random::tree(3, number).unwrap().current()).unwrap();
+        let after = smallest(random::tree(3, number).unwrap(), fails).unwrap();
+        assert!(after.to_string().len() < before.to_string().len());
+        let speed = after["projectile"]["velocity_m_s"].as_f64().unwrap();
+        let angle = after["projectile"]["obliquity_deg"].as_f64().unwrap();
+        assert!((900.0..903.0).contains(&speed) && (30.0..30.1).contains(&angle), "{speed} {angle}");
+        assert_eq!(after["pack"], serde_json::json!({"width_mm": 1.27, "height_mm": 1.27}));
+        assert_eq!(after["projectile"]["shape"], "cylinder");
+        assert_eq!(after["fabric"]["crossover"], serde_json::json!({}));
+    }
+
+    #[test]
+    fn work_side_by_side_comes_back_in_order() {
+        for threads in [1, 2, 7] {
+            assert_eq!(side_by_side(threads, 20, |at| at * at), (0..20).map(|at| at * at).collect::<Vec<_>>());
+        }
+    }
 }
