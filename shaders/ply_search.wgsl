@@ -78,7 +78,7 @@ fn on_ridge(
         let distance = sqrt(dot(edge.arm, edge.arm));
         if (!cell_stands(other, cell)) {
             hole = min(hole, distance);
-        } else if (distance - touching < nearest.gap) {
+        } else if (distance - touching < nearest.gap - slop) {
             let outside = direction * dot(edge.arm, f.normal) > 0.0;
             nearest = Touch(cell, edge.place, edge.arm / max(distance, 1e-30), distance - touching, outside);
         }

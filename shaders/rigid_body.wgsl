@@ -82,6 +82,12 @@ fn turned(orientation: vec4<f32>, theta: vec3<f32>) -> vec4<f32> {
     return vec4<f32>(q.w * p.xyz + p.w * q.xyz + cross(q.xyz, p.xyz), q.w * p.w - dot(q.xyz, p.xyz));
 }
 
+/// An orientation turned about an axis of the body by the angular momentum about it times `rate` [s/(kg·m²)].
+fn spun(orientation: vec4<f32>, spin: vec3<f32>, axis: vec3<f32>, rate: f32) -> vec4<f32> {
+    let along = dot(rotate_back(orientation, spin), axis);
+    return turned(orientation, rotate(orientation, axis * (along * rate)));
+}
+
 /// Moves the body through Δt of free flight.
 fn advance(start: Body) -> Body {
     var b = start;
@@ -91,10 +97,14 @@ fn advance(start: Body) -> Body {
     b.fine = remain(moved);
     b.turning = vec4<f32>(0.0);
     if (ROTATION) {
-        let omega = angular_velocity(b.orientation, b.spin.xyz);
-        let half = turned(b.orientation, 0.5 * scene.dt * omega);
-        let middle = angular_velocity(half, b.spin.xyz);
-        let q = turned(b.orientation, scene.dt * middle);
+        let inertia = vec3<f32>(scene.body_inertia_x, scene.body_inertia_y, scene.body_inertia_z);
+        let inverse = 1.0 / inertia;
+        let uneven = 0.5 * scene.dt * (inverse.x - inverse.y);
+        var q = spun(b.orientation, b.spin.xyz, vec3<f32>(1.0, 0.0, 0.0), uneven);
+        // A symmetric top turns about its axis and, at the same time, about its angular momentum, at constant rates.
+        q = spun(q, b.spin.xyz, vec3<f32>(0.0, 0.0, 1.0), scene.dt * (inverse.z - inverse.y));
+        q = turned(q, scene.dt * inverse.y * b.spin.xyz);
+        q = spun(q, b.spin.xyz, vec3<f32>(1.0, 0.0, 0.0), uneven);
         b.orientation = q / sqrt(dot(q, q));
         b.turning = vec4<f32>(angular_velocity(b.orientation, b.spin.xyz), 0.0);
     }

@@ -230,8 +230,9 @@ impl Ledger {
     /// the scene, for the scale of errors.
     pub fn begin(&mut self, energy: f64, momentum: Vector3<f64>) {
         let stored = self.stored;
-        let mut initial =
-            Initial { stored, total: 0.0, scale: energy + stored, momentum: [0.0; 3], momentum_scale: momentum.norm() };
+        // A slack ply that is bent holds hourglass energy and nothing else; rounding may make it less than nothing.
+        let scale = energy + (stored + self.hourglass).max(0.0);
+        let mut initial = Initial { stored, total: 0.0, scale, momentum: [0.0; 3], momentum_scale: momentum.norm() };
         initial.total = self.total(stored);
         initial.momentum = [0, 1, 2].map(|a| self.momentum[a] - self.support[a]);
         self.initial = Some(initial);

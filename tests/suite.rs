@@ -10,6 +10,7 @@ mod packs;
 mod scene;
 mod shaders;
 mod shots;
+mod stress;
 mod support;
 mod symmetry;
 mod unit_cell;

@@ -2,7 +2,7 @@
 
 use super::error::CaseError;
 use super::scope::Scope;
-use super::value::millimetres;
+use super::value::{millimetres, short_number_text};
 use super::words::ShapeWord;
 use super::{Projectile, Rotation, Shape};
 
@@ -136,6 +136,14 @@ fn inertia(scope: &Scope<'_>) -> Result<Option<[f64; 2]>, CaseError> {
         for name in ["axial_inertia_g_mm2", "transverse_inertia_g_mm2"] {
             scope.derive_text(name, "of the body".to_owned(), "a uniform solid of this shape and mass");
         }
+    }
+    if let (Some(axial), Some(transverse)) = (axial, transverse)
+        && axial > 2.0 * transverse
+    {
+        let g_mm2 = |inertia: f64| format!("{} g·mm²", short_number_text(inertia * 1e9));
+        let expected = format!("at most twice transverse_inertia_g_mm2, which is {}", g_mm2(2.0 * transverse));
+        let error = CaseError::at(scope.at("axial_inertia_g_mm2"), expected, g_mm2(axial));
+        return Err(error.help("no body has a moment of inertia above the sum of the other two"));
     }
     // The table refuses one without the other.
     Ok(axial.zip(transverse).map(Into::into))

@@ -163,7 +163,35 @@ pub(crate) struct BenchArguments {
 
 /// `ripstop verify`
 #[derive(Args, Debug)]
+#[command(after_help = "Examples:
+  ripstop verify --backend gpu
+  ripstop verify --stress --scenes 10000 --seed 7 --out out/stress
+
+--stress runs the list of hard scenes, a million steps of a vibrating ply, and random scenes: on the CPU in f64 and f32, and
+on the GPU that --backend auto would take. A random scene that is not sound is shrunk to few changes of a plain shot
+and shown as a complete case, which `ripstop run` takes; with --out it becomes a file there.")]
 pub(crate) struct VerifyArguments {
+    /// Hard scenes and random ones instead of the table, on every backend and precision
+    #[arg(long)]
+    pub(crate) stress: bool,
+    /// Random scenes on the CPU, in each precision; on the GPU a fiftieth of them
+    #[arg(long, value_name = "N", default_value = "1000", requires = "stress")]
+    pub(crate) scenes: u32,
+    /// Steps of the vibrating ply on the CPU; on the GPU a fiftieth of them
+    #[arg(
+        long,
+        value_name = "N",
+        default_value = "1000000",
+        requires = "stress",
+        value_parser = RangedU64ValueParser::<u64>::new().range(100..=1_000_000_000)
+    )]
+    pub(crate) steps: u64,
+    /// Where the random scenes come from; the same seed gives the same scenes
+    #[arg(long, value_name = "S", default_value = "1", requires = "stress")]
+    pub(crate) seed: u64,
+    /// Folder for the cases of random scenes that are not sound [default: they are printed]
+    #[arg(long, value_name = "DIR", requires = "stress")]
+    pub(crate) out: Option<PathBuf>,
     #[command(flatten)]
     pub(crate) backend: BackendArguments,
     /// Worker threads [default: all cores]

@@ -5,6 +5,7 @@ use ripstop::simulation;
 
 use super::arguments::{Backend, BackendArguments, Precision};
 use super::failure::Failure;
+use super::screen;
 
 /// What was chosen.
 pub(crate) struct Chosen {
@@ -65,6 +66,18 @@ pub(crate) fn choose(arguments: &BackendArguments) -> Result<Chosen, Failure> {
             }
         }
     }
+}
+
+/// Everything the arguments leave open: both number types of the processor, and a device where one is taken.
+pub(crate) fn every(arguments: &BackendArguments) -> Result<(Vec<simulation::Precision>, Option<Device>), Failure> {
+    let chosen = choose(arguments)?;
+    chosen.note.iter().for_each(|note| screen::complain(note));
+    let on_cpu = match (arguments.backend, arguments.precision) {
+        (Backend::Gpu, _) => Vec::new(),
+        (_, Some(precision)) => vec![precision.into()],
+        (_, None) => vec![simulation::Precision::F64, simulation::Precision::F32],
+    };
+    Ok((on_cpu, chosen.device))
 }
 
 /// What is said when `auto` takes the processor because of the device.

@@ -1,41 +1,97 @@
 //! `ripstop verify`: the built-in verification table.
 
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use ripstop::output::Folder;
 use ripstop::simulation::Options;
+use ripstop::verify::stress::{self, Found, Machine, Plan, Report};
 use ripstop::verify::{self, Row};
 use serde_json::{Value, json};
 
 use super::arguments::VerifyArguments;
 use super::failure::Failure;
+use super::progress::Bar;
 use super::table::{Align, Table};
 use super::{backend, interrupt, screen};
 
-/// Runs the table and prints it; exit code 1 if a row fails.
+/// Runs the table, or the stress scenes, and prints it; exit code 1 if a row fails.
 pub(crate) fn verify(arguments: &VerifyArguments) -> Result<(), Failure> {
     let interrupted = interrupt::watch()?;
-    let chosen = backend::choose(&arguments.backend)?;
-    chosen.note.iter().for_each(|note| screen::complain(note));
-    let options = Options {
-        threads: arguments.threads,
-        precision: chosen.precision,
-        device: chosen.device.as_ref(),
-        ..Options::default()
+    let report = if arguments.stress {
+        stress(arguments, &interrupted)?
+    } else {
+        let chosen = backend::choose(&arguments.backend)?;
+        chosen.note.iter().for_each(|note| screen::complain(note));
+        let options = Options {
+            threads: arguments.threads,
+            precision: chosen.precision,
+            device: chosen.device.as_ref(),
+            ..Options::default()
+        };
+        Report { rows: verify::run(options, &interrupted, &mut |_| {}), ..Report::default() }
     };
-    let rows = verify::run(options, &interrupted, &mut |_| {});
+    let rows = &report.rows;
     let failed = rows.iter().filter(|row| !row.pass).count();
     let counts = format!("{} of {} rows pass", rows.len() - failed, rows.len());
     if arguments.json {
         let rows: Vec<Value> = rows.iter().map(to_json).collect();
-        screen::print(&format!("{:#}\n", json!({ "pass": failed == 0, "rows": rows })))?;
+        let mut all = json!({ "pass": failed == 0, "rows": rows });
+        if arguments.stress {
+            all["unsound"] = report.found.iter().map(found_json).collect();
+            let refused =
+                |(machine, scene, why): &(&str, u64, String)| json!({"machine": machine, "scene": scene, "why": why});
+            all["refused"] = report.refused.iter().map(refused).collect();
+        }
+        screen::print(&format!("{all:#}\n"))?;
     } else {
-        screen::print(&format!("{}\n{counts}\n", table(&rows)))?;
+        screen::print(&format!("{}\n{counts}\n", table(rows)))?;
+        if arguments.out.is_none() {
+            for found in &report.found {
+                screen::print(&format!("\n{}, {}\n{:#}\n", found.machine, found.fault.what, found.case))?;
+            }
+        }
     }
-    if interrupted.load(std::sync::atomic::Ordering::Relaxed) {
+    if interrupted.load(Ordering::Relaxed) {
         return Err(Failure::interrupted("interrupted; rows after this are missing"));
     }
     if failed > 0 {
         return Err(Failure::check(format!("error: verification: {counts}")));
     }
     Ok(())
+}
+
+/// Runs the stress scenes; the cases of those that are not sound go to the folder asked for.
+fn stress(arguments: &VerifyArguments, interrupted: &AtomicBool) -> Result<Report, Failure> {
+    let (precisions, device) = backend::every(&arguments.backend)?;
+    let folder = arguments.out.as_deref().map(|path| Folder::prepare_for(path, &[], &[])).transpose()?;
+    let plan = Plan {
+        machines: precisions.into_iter().map(Machine::Cpu).chain(device.as_ref().map(Machine::Gpu)).collect(),
+        scenes: arguments.scenes.into(),
+        steps: arguments.steps,
+        seed: arguments.seed,
+        threads: arguments.threads,
+        list: true,
+    };
+    let bar = Bar::new(!arguments.json);
+    let report = stress::run(&plan, interrupted, &|name, done, of| bar.show_count(name, done, of));
+    bar.clear();
+    if let Some(folder) = folder {
+        let files: Vec<(String, String)> =
+            report.found.iter().map(|found| (found.file(), format!("{:#}\n", found.case))).collect();
+        let texts: Vec<(&str, String)> = files.iter().map(|(name, text)| (name.as_str(), text.clone())).collect();
+        folder.put(&texts, &[])?;
+    }
+    Ok(report)
+}
+
+fn found_json(found: &Found) -> Value {
+    json!({
+        "seed": found.seed,
+        "scene": found.number,
+        "machine": found.machine,
+        "what": found.fault.what,
+        "case": found.case,
+    })
 }
 
 fn table(rows: &[Row]) -> Table {

@@ -134,6 +134,14 @@ impl<'a> Simulation<'a> {
         step as f64 * self.model.dt
     }
 
+    /// Changes the state before the first batch: what no case can ask for.
+    #[must_use]
+    pub fn with_state(mut self, change: impl FnOnce(&Model<f32>, &mut State<f32>)) -> Self {
+        change(&self.model, &mut self.state);
+        self.stepper.upload(&self.model, &self.state);
+        self
+    }
+
     /// The steps of the next batch, and whether the last of them ends the run by time or request.
     fn plan(&self, case: &Case) -> (Vec<StepInfo>, bool) {
         let dt = self.model.dt;

@@ -105,7 +105,10 @@ impl<S: Scalar> CellConstants<S> {
             return Self { yarn, ..cast };
         }
         let noise = S::splat(0.05 * S::EPSILON * cell.yarn[p].stiffness);
-        Self { yarn, noise, tolerance: S::splat(cell.tolerance * 2e4), ..cast }
+        // The force of the stiffer yarn has no more digits than its strain, which the softer one cannot ask for.
+        let stiffer = cell.yarn[0].stiffness.max(cell.yarn[1].stiffness);
+        let tolerance = (cell.tolerance * 2e4).max(0.04 * S::EPSILON * stiffer);
+        Self { yarn, noise, tolerance: S::splat(tolerance), ..cast }
     }
 
     /// The same constants in every lane of numbers like `n`.

@@ -168,6 +168,11 @@ impl<S: Scalar> Model<S> {
         &self.sheets[self.plies[ply].sheet]
     }
 
+    /// What rounding makes of the energy of a pack at rest [J].
+    pub fn rounding(&self) -> f64 {
+        self.plies.iter().map(|ply| self.sheets[ply.sheet].rounding()).sum()
+    }
+
     /// Elements over all plies.
     pub fn elements(&self) -> usize {
         self.plies.iter().map(|ply| self.sheets[ply.sheet].mesh.elements()).sum()

@@ -79,6 +79,16 @@ impl<S: Scalar> Sheet<S> {
         })
     }
 
+    /// What rounding makes of the energy of a ply at rest [J]: one unit in the last place of the stretches, and of the
+    /// compression energy's b³/a².
+    pub(super) fn rounding(&self) -> f64 {
+        let [a, b, _] = self.cell.compression;
+        let yarns: f64 = self.cell.yarn.iter().map(|y| y.stiffness * y.half_span).sum();
+        let pressed = if a > 0.0 { b.powi(3) / a.powi(2) } else { 0.0 };
+        let crossovers = self.element.cells * self.mesh.elements() as f64;
+        crossovers * S::EPSILON * (yarns * S::EPSILON + pressed)
+    }
+
     /// Masses of a row of nodes.
     pub fn row_mass(&self, row: usize) -> &RowMasses<S> {
         let kind = if row == 0 { 0 } else { 1 + usize::from(row == self.mesh.rows) };

@@ -138,11 +138,7 @@ impl Folder {
     ///
     /// # Errors
     /// When the disk refuses.
-    pub fn put(
-        &self,
-        texts: &[(&'static str, String)],
-        stale: &[&'static str],
-    ) -> Result<Vec<&'static str>, OutputError> {
+    pub fn put<'a>(&self, texts: &[(&'a str, String)], stale: &[&str]) -> Result<Vec<&'a str>, OutputError> {
         let failed = |name: &str, error: io::Error| {
             OutputError::new(&self.path.join(name), "a disk that takes the results", error)
         };

@@ -5,6 +5,7 @@
 
 mod scenes;
 mod stability;
+pub mod stress;
 mod unit_cell;
 
 use std::sync::atomic::AtomicBool;

@@ -10,7 +10,7 @@ use crate::simulation::Options;
 macro_rules! scenes {
     ($($name:literal),+ $(,)?) => {
         /// Name and text of every scene of `cases/verify`.
-        pub(super) const SCENES: &[(&str, &str)] =
+        pub(in crate::verify) const SCENES: &[(&str, &str)] =
             &[$(($name, include_str!(concat!("../../cases/verify/", $name, ".json")))),+];
     };
 }

@@ -132,3 +132,61 @@ fn the_total_form_forgets_the_path() {
     assert_eq!((sums.max_tension, sums.stored), (0.0, 0.0));
     assert!(forces.iter().flatten().all(|f| *f == 0.0));
 }
+
+/// A turn of the whole element about an oblique axis changes nothing in its own axes, in which the paper's increments are taken.
+#[test]
+fn rigid_rotation_leaves_no_trace_in_the_increments() {
+    let tumbling = |t: f64| {
+        let angle = 4.0 * std::f64::consts::PI * t;
+        let (s, c) = angle.sin_cos();
+        let turn = |v: Vector| {
+            let v = [c * v[0] - s * v[1], s * v[0] + c * v[1], v[2]];
+            [v[0], c * v[1] - s * v[2], s * v[1] + c * v[2]]
+        };
+        (turn([1.0, 0.0, 0.0]), turn([0.0, 1.0, 0.0]))
+    };
+    for reading in [Reading::Engineering, Reading::Tensor, Reading::Mixed] {
+        let drift = error(tumbling, 1000, reading);
+        assert!(drift < 1e-12, "{reading:?}: two turns leave {drift:e}");
+    }
+}
+
+/// Simple shear to 45°: the weft is √2 long.
+#[test]
+fn large_shear_drifts_by_what_was_measured() {
+    let sheared = |t: f64| ([1.0, 0.0, 0.0], [t, 1.0, 0.0]);
+    let [coarse, fine] = [100, 1000].map(|steps| error(sheared, steps, Reading::Mixed));
+    eprintln!("simple shear to 45°, consistent reading: {coarse:.2e} in 100 steps, {fine:.2e} in 1000");
+    assert!((coarse / fine - 10.0).abs() < 0.2, "first order: {coarse} {fine}");
+    assert!((2.4e-4..2.6e-4).contains(&fine), "{fine}");
+    for (reading, range) in [(Reading::Engineering, 0.58..0.59), (Reading::Tensor, 0.16..0.17)] {
+        let drift = [1000, 10_000].map(|steps| error(sheared, steps, reading));
+        eprintln!("the same, {reading:?} shear in (1) and (7): {drift:.4?} in 1000 and 10 000 steps");
+        assert!(drift.iter().all(|drift| range.contains(drift)), "{reading:?}: {drift:?}");
+    }
+}
+
+/// A hundred cycles of stretch by 3 % and shear by 0.3 rad, as a vibrating ply makes them: the total form is back where it was.
+#[test]
+fn cyclic_straining_drifts_with_every_cycle() {
+    const CYCLES: f64 = 100.0;
+    let cycling = |t: f64| {
+        let phase = 2.0 * std::f64::consts::PI * CYCLES * t;
+        let (stretch, shear) = (0.03 * (1.0 - phase.cos()) * 0.5, 0.3 * phase.sin());
+        ([1.0 + stretch, 0.0, 0.0], [shear, 1.0 + 0.5 * stretch, 0.0])
+    };
+    let drift = |cycles: f64, per_cycle: u32| {
+        let part = |t: f64| cycling(t * cycles / CYCLES);
+        error(part, per_cycle * cycles as u32, Reading::Mixed)
+    };
+    let [ten, hundred, finer] = [drift(10.0, 200), drift(100.0, 200), drift(100.0, 2000)];
+    eprintln!(
+        "cycles of 3 % and 0.3 rad, 200 steps each: {ten:.2e} after 10, {hundred:.2e} after 100; 2000 steps each: {finer:.2e}"
+    );
+    assert!((0.040..0.042).contains(&ten) && (0.49..0.50).contains(&hundred), "{ten} {hundred}");
+    assert!(((1.0 + ten).powi(10) / (1.0 + hundred) - 1.0).abs() < 1e-3, "it multiplies: {ten} {hundred}");
+    assert!((0.040..0.042).contains(&finer), "a tenth of the step, a tenth of what a cycle adds: {finer}");
+    let (f1, f2) = cycling(1.0);
+    let exact = kernel(f1, f2);
+    assert!(exact.iter().all(|stretch| (stretch - 1.0).abs() < 1e-13), "{exact:?}");
+}

@@ -19,7 +19,7 @@ use std::sync::atomic::AtomicBool;
 use libtest_mimic::Trial;
 use ripstop::case::Case;
 use ripstop::gpu::{Device, Simulation};
-use ripstop::simulation::{self, Options, Run};
+use ripstop::simulation::{self, Options, Run, Skips};
 
 use super::harness::{Outcome, trial};
 
@@ -56,7 +56,8 @@ fn run_until(device: &Device, case: &Case, interrupt: &AtomicBool) -> Run {
 
 /// Runs a case on the device in batches of so many steps.
 fn run_in_batches(device: &Device, case: &Case, steps: usize) -> Run {
-    let mut simulation = Simulation::new(case, device).unwrap_or_else(|e| panic!("{e}")).with_batch(steps);
+    let simulation = Simulation::with_skips(case, device, Skips::default());
+    let mut simulation = simulation.unwrap_or_else(|e| panic!("{e}")).with_batch(steps);
     while !simulation.finished() {
         simulation.advance(case);
     }

@@ -144,7 +144,7 @@ fn plies_that_are_perforated_do_not_pass_through_each_other() {
             assert!(beyond <= 2, "{speed} m/s, {time} µs: {beyond} of {touching}");
         }
         assert_eq!(inside(&simulation)[1], 0, "{speed} m/s: nobody stays behind");
-        let last = simulation.into_run(1.0).history.last().unwrap().clone();
+        let last = *simulation.into_run(1.0).history.last().unwrap();
         assert_eq!(last.perforated_plies, perforated, "{speed} m/s");
         assert!(last.failed.iter().sum::<u64>() > 150, "{:?}", last.failed);
     }

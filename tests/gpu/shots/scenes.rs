@@ -90,8 +90,14 @@ fn shipped(device: &'static Device) -> Outcome {
     assert!(files.len() >= 10, "{files:?}");
     let mut wrong = Vec::new();
     for file in files {
-        let case = builtin(file.to_str().unwrap(), &[]);
-        let (cpu, gpu) = (run(&case), run_on(device, &case));
+        let mut case = builtin(file.to_str().unwrap(), &[]);
+        let mut cpu = run(&case);
+        if !cpu.events.is_empty() {
+            // In a part of a scene chance counts twice or four times.
+            case = builtin(file.to_str().unwrap(), &["/solver/symmetry=none"]);
+            cpu = run(&case);
+        }
+        let gpu = run_on(device, &case);
         let (allowed, part) = if cpu.events.is_empty() { (WHOLE, 0.0) } else { (TORN, 0.5) };
         let mut found = off(&cpu, &gpu, allowed, part);
         if gpu.outcome != cpu.outcome || gpu.history.len() != cpu.history.len() {
@@ -112,7 +118,7 @@ fn variants(device: &'static Device) -> Outcome {
     const OGIVE: &str = r#"/projectile={"shape":"ogive","diameter_mm":5.5,"length_mm":9,"mass_g":1,"velocity_m_s":300,
         "offset_mm":[4.4,-2.3],"obliquity_deg":25,"azimuth_deg":35,"friction":0.2}"#;
     const FRAGMENT: &str = r#"/projectile={"shape":"fragment","diameter_mm":5.5,"length_mm":6.4,"mass_g":1.1,
-        "velocity_m_s":300,"offset_mm":[4.4,-2.3],"obliquity_deg":10,"azimuth_deg":35,"roll_deg":30,"friction":0.2}"#;
+        "velocity_m_s":300,"offset_mm":[4.4,-2.3],"obliquity_deg":12,"azimuth_deg":35,"roll_deg":30,"friction":0.2}"#;
     let variants: [&[&str]; 16] = [
         &[SPHERE],
         &[OGIVE],

@@ -227,15 +227,24 @@ fn pack(name: &str, groups: &[Group], kind: Kind) -> Scene {
         None => scatter(&model, &mut state, &mut random, &kind),
     }
     kill(&model, &mut state, &mut random, kind.holes);
-    // Half of the nodes were inside their neighbours before, wherever they are now.
-    for over in &mut state.over {
-        *over |= if random.between(0.0, 1.0) < 0.5 { INSIDE } else { 0 };
-    }
+    were_inside(&model, &mut state, &mut random);
     if let Some(ply) = kind.torn {
         tear_around_a_deep_node(&model, &mut state, ply);
     }
     random_elements(&model, &mut state, &mut random, if kind.aligned { 0.0 } else { 1.0 });
     Scene { name: name.to_owned(), model, state, elements: false, pack: true, held: false, speed: kind.start }
+}
+
+/// Half of the nodes that may have moved were inside their neighbours before, wherever they are now.
+fn were_inside(model: &Model<f32>, state: &mut State<f32>, random: &mut Random) {
+    let across = model.grid.columns + 1;
+    for (at, part) in state.over.chunks_mut(model.nodes_per_ply()).enumerate() {
+        let reach = &state.reach[at / SIDES];
+        for (node, over) in part.iter_mut().enumerate() {
+            let moves = reach.rows.contains(&(node / across)) && reach.columns.contains(&(node % across));
+            *over |= if moves && random.between(0.0, 1.0) < 0.5 { INSIDE } else { 0 };
+        }
+    }
 }
 
 /// Gives a node a displacement [m] and a velocity [m/s], both in the axes of the pack; held directions stand still.

@@ -102,14 +102,20 @@ pub(super) const MUTANTS: &[Mutant] = &[
     mutant(
         "spin without contact",
         "sphere, spinning, oblique, friction",
-        "b.spin += vec4<f32>(result[3], result[4], result[5], 0.0);",
+        "b.spin += vec4<f32>(about_planes(vec3<f32>(result[3], result[4], result[5])), 0.0);",
         "",
     ),
     mutant(
         "half a turn",
         "cylinder, yawed, friction",
-        "turned(b.orientation, scene.dt * middle)",
-        "turned(b.orientation, 0.5 * scene.dt * middle)",
+        "turned(q, scene.dt * inverse.y * b.spin.xyz)",
+        "turned(q, 0.5 * scene.dt * inverse.y * b.spin.xyz)",
+    ),
+    mutant(
+        "no spin about the axis",
+        "sphere, spinning, oblique, friction",
+        "spun(q, b.spin.xyz, vec3<f32>(0.0, 0.0, 1.0), scene.dt * (inverse.z - inverse.y))",
+        "spun(q, b.spin.xyz, vec3<f32>(0.0, 0.0, 1.0), scene.dt * inverse.z)",
     ),
     mutant(
         "inertia of the axis across",

@@ -1,0 +1,310 @@
+//! Stability to stress: the list of hard scenes, long runs, and random scenes, on every backend and precision.
+//!
+//! A scene is sound when every number is finite, every unit cell converged, the ledger closed and no energy was
+//! invented, or when what is impossible is diagnosed by name. A random scene that is not is shrunk to the plain shot with the
+//! fewest changes that still fail alike, as a complete case.
+
+mod disturbance;
+mod drift;
+mod judge;
+pub(super) mod list;
+mod random;
+
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+use std::thread;
+
+use proptest::strategy::ValueTree;
+use serde_json::Value;
+
+use super::Row;
+use crate::case::Case;
+pub use judge::{Fault, Kind, Machine};
+use judge::{Judged, NoRun};
+
+/// How many scenes are tried to make a failing one smaller.
+const TRIALS: usize = 600;
+/// A device compiles its kernels for every scene, and a step of a small mesh costs it a hundred times as much: fewer random
+/// scenes and a shorter long run there.
+const DEVICE_SHARE: u64 = 50;
+
+/// What to run.
+#[derive(Clone, Debug)]
+pub struct Plan<'a> {
+    /// On what.
+    pub machines: Vec<Machine<'a>>,
+    /// Random scenes on the processor; on a device a fiftieth of them.
+    pub scenes: u64,
+    /// Steps of the long run on the processor; on a device a fiftieth of them.
+    pub steps: u64,
+    /// Where the random scenes come from.
+    pub seed: u64,
+    /// Worker threads; `None` takes all cores. Scenes run side by side.
+    pub threads: Option<usize>,
+    /// Also the list and the long runs.
+    pub list: bool,
+}
+
+/// A random scene that is not sound, made as small as it will get.
+#[derive(Clone, Debug)]
+pub struct Found {
+    /// Of the scenes.
+    pub seed: u64,
+    /// Of this one.
+    pub number: u64,
+    /// What computed it.
+    pub machine: &'static str,
+    /// What is wrong.
+    pub fault: Fault,
+    /// A complete case.
+    pub case: Value,
+}
+
+impl Found {
+    /// Name of a file for the case.
+    pub fn file(&self) -> String {
+        format!("stress-{}-{}-{}.json", self.seed, self.number, self.machine.replace(' ', "-"))
+    }
+}
+
+/// What came of a plan.
+#[derive(Clone, Debug, Default)]
+pub struct Report {
+    /// Lines of the table.
+    pub rows: Vec<Row>,
+    /// Random scenes that are not sound.
+    pub found: Vec<Found>,
+    /// Random scenes without a model, on the machines that were asked: numbers and reasons.
+    pub refused: Vec<(&'static str, u64, String)>,
+}
+
+/// What became of a random scene.
+enum Ending {
+    Sound,
+    /// Gains energy, but not with a shorter step.
+    Coarse,
+    /// Gains energy whatever the step.
+    Gaining,
+    Refused(String),
+    Found(Box<Found>),
+    Interrupted,
+}
+
+/// Runs a plan. `progress` is told what runs, how much of it is done and how much there is.
+pub fn run(plan: &Plan<'_>, interrupt: &AtomicBool, progress: &(dyn Fn(&str, usize, usize) + Sync)) -> Report {
+    let mut report = Report::default();
+    for &machine in &plan.machines {
+        let threads = match machine {
+            Machine::Cpu(_) => {
+                plan.threads.or_else(|| thread::available_parallelism().ok().map(Into::into)).unwrap_or(1)
+            }
+            // One queue.
+            Machine::Gpu(_) => 1,
+        };
+        let share = if matches!(machine, Machine::Gpu(_)) { DEVICE_SHARE } else { 1 };
+        if plan.list {
+            report.rows.extend(hard(plan.steps.div_ceil(share), machine, threads, interrupt, progress));
+        }
+        random_scenes(plan.seed, plan.scenes.div_ceil(share), machine, threads, interrupt, progress, &mut report);
+    }
+    report
+}
+
+/// Heading of the rows of a machine.
+fn group(machine: Machine<'_>) -> &'static str {
+    match machine {
+        Machine::Gpu(_) => "stress, gpu f32",
+        cpu if cpu.is_double() => "stress, cpu f64",
+        Machine::Cpu(_) => "stress, cpu f32",
+    }
+}
+
+/// The list and the long run.
+fn hard(
+    steps: u64,
+    machine: Machine<'_>,
+    threads: usize,
+    interrupt: &AtomicBool,
+    progress: &(dyn Fn(&str, usize, usize) + Sync),
+) -> Vec<Row> {
+    let count = list::LIST.len() + 1;
+    let done = AtomicUsize::new(0);
+    // The long run first: the others fill the time it takes.
+    let rows = side_by_side(threads, count, |at| {
+        let rows = match at.checked_sub(1) {
+            None => drift::rows(group(machine), machine, steps, interrupt),
+            Some(at) => list::row(group(machine), &list::LIST[at], machine, interrupt).map(|row| vec![row]),
+        };
+        progress(machine.name(), done.fetch_add(1, Ordering::Relaxed) + 1, count);
+        rows.unwrap_or_default()
+    });
+    rows.into_iter().flatten().collect()
+}
+
+fn random_scenes(
+    seed: u64,
+    scenes: u64,
+    machine: Machine<'_>,
+    threads: usize,
+    interrupt: &AtomicBool,
+    progress: &(dyn Fn(&str, usize, usize) + Sync),
+    report: &mut Report,
+) {
+    let done = AtomicUsize::new(0);
+    let endings = side_by_side(threads, scenes as usize, |at| {
+        let ending = random_scene(seed, at as u64, machine, interrupt);
+        progress(machine.name(), done.fetch_add(1, Ordering::Relaxed) + 1, scenes as usize);
+        ending
+    });
+    let (mut found, mut refused, mut coarse, mut gaining) = (Vec::new(), 0, 0, Vec::new());
+    for (number, ending) in (0..).zip(endings) {
+        match ending {
+            Ending::Sound | Ending::Interrupted => {}
+            Ending::Coarse => coarse += 1,
+            Ending::Gaining => gaining.push(number),
+            Ending::Found(one) => found.push(*one),
+            Ending::Refused(why) => {
+                refused += 1;
+                report.refused.push((machine.name(), number, why));
+            }
+        }
+    }
+    if interrupt.load(Ordering::Relaxed) || scenes == 0 {
+        return;
+    }
+    let row = |name: String, got: String, pass: bool| Row {
+        group: group(machine),
+        name,
+        expected: "0 unsound".to_owned(),
+        got,
+        tolerance: String::new(),
+        source: format!("seed {seed}; scenes that gain energy: {gaining:?}"),
+        pass,
+    };
+    let name =
+        format!("{scenes} random scenes, {refused} refused, {coarse} with too long a step, {} gaining", gaining.len());
+    report.rows.push(row(name, format!("{} unsound", found.len()), found.is_empty()));
+    report
+        .rows
+        .extend(found.iter().map(|found| row(format!("scene {}", found.number), found.fault.what.clone(), false)));
+    report.found.extend(found);
+}
+
+/// Draws a scene, runs it and, where it is not sound, makes it smaller.
+fn random_scene(seed: u64, number: u64, machine: Machine<'_>, interrupt: &AtomicBool) -> Ending {
+    let name = format!("random scene {number} of seed {seed}");
+    let Some(tree) = random::tree(seed, number) else { return Ending::Refused("no scene was drawn".to_owned()) };
+    let try_it = |draw: &random::Draw| -> Result<(Judged, Case), NoRun> {
+        let case = random::case(draw, &name).map_err(NoRun::Refused)?;
+        judge::judge(&case, machine, interrupt).map(|judged| (judged, case))
+    };
+    let (fault, case) = match try_it(&tree.current()) {
+        Ok((Judged::Sound, _)) => return Ending::Sound,
+        Ok((Judged::Coarse, _)) => return Ending::Coarse,
+        Ok((Judged::Gaining, _)) => return Ending::Gaining,
+        Ok((Judged::Unsound(fault), case)) => (fault, case),
+        Err(NoRun::Refused(why) | NoRun::Panicked(why)) => return Ending::Refused(why),
+        Err(NoRun::Interrupted) => return Ending::Interrupted,
+    };
+    let smaller = smallest(tree, |draw| match try_it(draw) {
+        // Another fault would be another story.
+        Ok((Judged::Unsound(smaller), of)) if smaller.kind == fault.kind => Some((smaller, of)),
+        _ => None,
+    });
+    let (fault, case) = smaller.unwrap_or((fault, case));
+    Ending::Found(Box::new(Found { seed, number, machine: machine.name(), fault, case: case.as_run }))
+}
+
+/// The smallest that is found of which `fails` still says something, and what it says; `None`: nothing smaller was found.
+fn smallest<T>(
+    mut tree: impl ValueTree<Value = random::Draw>,
+    fails: impl Fn(&random::Draw) -> Option<T>,
+) -> Option<T> {
+    let mut found = None;
+    let mut more = tree.simplify();
+    for _ in 0..TRIALS {
+        if !more {
+            break;
+        }
+        more = match fails(&tree.current()) {
+            Some(smaller) => {
+                found = Some(smaller);
+                tree.simplify()
+            }
+            None => tree.complicate(),
+        };
+    }
+    found
+}
+
+/// Does `count` pieces of work on some threads, each alone on its thread; results in order.
+fn side_by_side<T: Send>(threads: usize, count: usize, work: impl Fn(usize) -> T + Sync) -> Vec<T> {
+    let next = AtomicUsize::new(0);
+    let worker = || {
+        let mut done = Vec::new();
+        loop {
+            let at = next.fetch_add(1, Ordering::Relaxed);
+            if at >= count {
+                return done;
+            }
+            done.push((at, work(at)));
+        }
+    };
+    // A pool of one thread each, so that the loops over rows stay on it.
+    let alone = || match rayon::ThreadPoolBuilder::new().num_threads(1).build() {
+        Ok(pool) => pool.install(worker),
+        Err(_) => worker(),
+    };
+    let mut results: Vec<(usize, T)> = thread::scope(|scope| {
+        let handles: Vec<_> = (0..threads.min(count)).map(|_| scope.spawn(alone)).collect();
+        handles.into_iter().filter_map(|handle| handle.join().ok()).flatten().collect()
+    });
+    results.sort_by_key(|(at, _)| *at);
+    results.into_iter().map(|(_, result)| result).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
+    use super::*;
+
+    /// The document of a scene.
+    fn document(draw: &random::Draw) -> Value {
+        random::case(draw, "scene").map_or(Value::Null, |case| case.as_run)
+    }
+
+    #[test]
+    fn seed_and_number_give_the_same_scene_and_others_another() {
+        let scene = |seed, number| document(&random::tree(seed, number).unwrap().current());
+        assert_eq!(scene(1, 0), scene(1, 0));
+        let others = [scene(1, 0), scene(1, 1), scene(2, 0), scene(2, 1)];
+        assert!(others.iter().enumerate().all(|(i, a)| others[..i].iter().all(|b| a != b)));
+    }
+
+    #[test]
+    fn shrinking_leaves_the_changes_that_matter() {
+        // As if whatever is faster than 900 m/s and obliquer than 30° failed.
+        let fails = |draw: &random::Draw| {
+            let document = document(draw);
+            let number =
+                |key: &str| document.pointer(&format!("/projectile/{key}")).and_then(Value::as_f64).unwrap_or(0.0);
+            (number("velocity_m_s") > 900.0 && number("obliquity_deg") > 30.0).then_some(document)
+        };
+        let number = (0..).find(|number| fails(&random::tree(3, *number).unwrap().current()).is_some()).unwrap();
+        let before = fails(&random::tree(3, number).unwrap().current()).unwrap();
+        let after = smallest(random::tree(3, number).unwrap(), fails).unwrap();
+        assert!(after.to_string().len() < before.to_string().len());
+        let speed = after["projectile"]["velocity_m_s"].as_f64().unwrap();
+        let angle = after["projectile"]["obliquity_deg"].as_f64().unwrap();
+        assert!((900.0..908.0).contains(&speed) && (30.0..30.1).contains(&angle), "{speed} {angle}");
+        assert_eq!(after["pack"], serde_json::json!({"width_mm": 1.27, "height_mm": 1.27}));
+        assert_eq!(after["projectile"]["shape"], "cylinder");
+        assert_eq!(after["fabric"]["crossover"], serde_json::json!({}));
+    }
+
+    #[test]
+    fn work_side_by_side_comes_back_in_order() {
+        for threads in [1, 2, 7] {
+            assert_eq!(side_by_side(threads, 20, |at| at * at), (0..20).map(|at| at * at).collect::<Vec<_>>());
+        }
+    }
+}
