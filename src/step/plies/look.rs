@@ -3,7 +3,7 @@
 use nalgebra::Vector3;
 
 use crate::kernels::node_update::field as node;
-use crate::kernels::ply_contact::{self, SLOP, SUDDEN, WALK};
+use crate::kernels::ply_contact::{self, SLOP, SUDDEN, TIE, WALK};
 use crate::model::{Mesh, Model, Sheet, mesh::corners, over, over::INSIDE};
 use crate::number::Scalar;
 use crate::state::State;
@@ -282,9 +282,8 @@ impl<'a, S: Scalar> Look<'a, S> {
     /// their edges.
     fn on_ridge(&self, [row, column]: [usize; 2], at: [f64; 2], position: &Vector3<f64>) -> Option<Touch> {
         let (mesh, sign) = (self.theirs.mesh, self.sign());
-        let (mut nearest, mut hole) = ((f64::INFINITY, None), f64::INFINITY);
-        // Two cells share their edge: rounding must not choose between them.
-        let slop = SLOP * self.thickness;
+        let (mut nearest, mut hole) = (None::<Touch>, f64::INFINITY);
+        let (mut least, mut place) = (f64::INFINITY, Vector3::repeat(f64::INFINITY));
         for cell in mesh.around(row + usize::from(at[1] > 0.0), column + usize::from(at[0] > 0.0)) {
             let corner = self.corners(cell);
             let Some(foot) = ply_contact::foot(&corner, position, self.area) else { continue };
@@ -295,14 +294,15 @@ impl<'a, S: Scalar> Look<'a, S> {
             let distance = arm.norm();
             if !self.stands(cell) {
                 hole = distance.min(hole);
-            } else if distance < nearest.0 - slop {
+            } else if distance < least && (arm - place).norm_squared() > (TIE * self.thickness).powi(2) {
+                (least, place) = (distance, arm);
                 let weights = ply_contact::weights(at);
                 let touch = || Touch { cell, weights, push: arm / distance, gap: distance - self.touching };
-                nearest = (distance, (sign * arm.dot(&foot.normal) > 0.0).then(touch));
+                nearest = (sign * arm.dot(&foot.normal) > 0.0).then(touch);
             }
         }
         // Nobody stands over the rim of a hole, which is as near to the hole as to its neighbour.
-        nearest.1.filter(|_| hole > nearest.0 + slop)
+        nearest.filter(|_| hole > least + SLOP * self.thickness)
     }
 
     /// A contact if a node that touches closes too fast, and its depth [m].
