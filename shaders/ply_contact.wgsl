@@ -11,8 +11,6 @@ const WALK: u32 = 4u;
 const EDGE: f32 = 1e-6;
 /// Beyond the edge of a ply up to which its outermost cells carry a node, over the cell's length.
 const OVERHANG: f32 = 0.25;
-/// Places closer than this are the same, over the thickness: two cells share their edge, and rounding must not choose.
-const TIE: f32 = 1e-5;
 /// Depth up to which a node is moved out the faster the deeper it is, over the thickness.
 const DEEPEST: f32 = 2.0;
 /// Depth up to which a node that was outside a step ago may be found inside, over the thickness: what appears deeper has come

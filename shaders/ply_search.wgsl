@@ -56,11 +56,10 @@ fn on_ridge(
     let o = plies[other];
     var nearest = Touch(start, vec2<f32>(0.0), vec3<f32>(0.0), 1e30, false);
     var hole = 1e30;
-    var arm = vec3<f32>(1e15);
-    let tie = slop * (TIE / SLOP);
-    // Columns first, as the processor's twin goes.
+    // In an order that is its own mirror image; beyond the first row and column a number wraps around.
+    let way = vec2<u32>(select(~0u, 1u, foot.y > 0.0), select(~0u, 1u, foot.x > 0.0));
     for (var i = 0u; i < 4u; i++) {
-        let cell = start + vec2<u32>(u32(foot.y > 0.0), u32(foot.x > 0.0)) + vec2<u32>(i & 1u, i >> 1u) - vec2<u32>(1u);
+        let cell = start + way * vec2<u32>(i >> 1u, i & 1u);
         if (!is_element(other, cell)) {
             continue;
         }
@@ -80,8 +79,7 @@ fn on_ridge(
         let distance = sqrt(dot(edge.arm, edge.arm));
         if (!cell_stands(other, cell)) {
             hole = min(hole, distance);
-        } else if (distance - touching < nearest.gap && dot(edge.arm - arm, edge.arm - arm) > squared(tie)) {
-            arm = edge.arm;
+        } else if (distance - touching < nearest.gap) {
             let outside = direction * dot(edge.arm, f.normal) > 0.0;
             nearest = Touch(cell, edge.place, edge.arm / max(distance, 1e-30), distance - touching, outside);
         }

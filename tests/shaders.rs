@@ -358,7 +358,6 @@ fn constants() -> Vec<(&'static str, Vec<f64>)> {
         number("EDGE", ply_contact::EDGE),
         number("DEEPEST", ply_contact::DEEPEST),
         number("SUDDEN", ply_contact::SUDDEN),
-        number("TIE", ply_contact::TIE),
         number("FOLDED", ply_contact::FOLDED),
         number("OVERHANG", ply_contact::OVERHANG),
         number("BESIDE", ply_contact::BESIDE),

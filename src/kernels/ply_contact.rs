@@ -22,8 +22,6 @@ pub const EDGE: f64 = 1e-6;
 /// Beyond the edge of a ply up to which its outermost cells carry a node, over the cell's length [-]: a node on the rim
 /// stands for half a cell.
 pub const OVERHANG: f64 = 0.25;
-/// Places closer than this are the same, over the thickness: two cells share their edge, and rounding must not choose.
-pub const TIE: f64 = 1e-5;
 /// Depth up to which a node is moved out the faster the deeper it is, over the thickness.
 pub const DEEPEST: f64 = 2.0;
 /// Depth up to which a node that was outside a step ago may be found inside, over the thickness: what appears deeper has come

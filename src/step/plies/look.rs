@@ -3,7 +3,7 @@
 use nalgebra::Vector3;
 
 use crate::kernels::node_update::field as node;
-use crate::kernels::ply_contact::{self, SLOP, SUDDEN, TIE, WALK};
+use crate::kernels::ply_contact::{self, SLOP, SUDDEN, WALK};
 use crate::model::{Mesh, Model, Sheet, mesh::corners, over, over::INSIDE};
 use crate::number::Scalar;
 use crate::state::State;
@@ -104,6 +104,9 @@ impl<'a, S: Scalar> View<'a, S> {
         p * p * x + q * q * y + r * r * z
     }
 }
+
+/// Distances that differ by less are those to the edge that two cells share [-].
+const SAME: f64 = 1e-12;
 
 /// Where a node touches a cell of the neighbouring ply, or how far it is from that.
 struct Touch {
@@ -283,8 +286,15 @@ impl<'a, S: Scalar> Look<'a, S> {
     fn on_ridge(&self, [row, column]: [usize; 2], at: [f64; 2], position: &Vector3<f64>) -> Option<Touch> {
         let (mesh, sign) = (self.theirs.mesh, self.sign());
         let (mut nearest, mut hole) = (None::<Touch>, f64::INFINITY);
-        let (mut least, mut place) = (f64::INFINITY, Vector3::repeat(f64::INFINITY));
-        for cell in mesh.around(row + usize::from(at[1] > 0.0), column + usize::from(at[0] > 0.0)) {
+        let mut least = f64::INFINITY;
+        // In an order that is its own mirror image.
+        let [down, right] = [at[1], at[0]].map(|x| if x > 0.0 { 1 } else { -1 });
+        for [r, c] in [[0, 0], [0, right], [down, 0], [down, right]] {
+            let (r, c) = (row.wrapping_add_signed(r), column.wrapping_add_signed(c));
+            if r >= mesh.rows || c >= mesh.columns {
+                continue;
+            }
+            let cell = [r, c];
             let corner = self.corners(cell);
             let Some(foot) = ply_contact::foot(&corner, position, self.area) else { continue };
             let (arm, at) = match ply_contact::is_over(foot.at, cell, mesh.rows, mesh.columns, mesh.cut) {
@@ -294,8 +304,8 @@ impl<'a, S: Scalar> Look<'a, S> {
             let distance = arm.norm();
             if !self.stands(cell) {
                 hole = distance.min(hole);
-            } else if distance < least && (arm - place).norm_squared() > (TIE * self.thickness).powi(2) {
-                (least, place) = (distance, arm);
+            } else if distance < least * (1.0 - SAME) {
+                least = distance;
                 let weights = ply_contact::weights(at);
                 let touch = || Touch { cell, weights, push: arm / distance, gap: distance - self.touching };
                 nearest = (sign * arm.dot(&foot.normal) > 0.0).then(touch);

@@ -3,6 +3,7 @@
 use ripstop::gpu::stepper::Stage;
 use ripstop::kernels::node_update::field as node;
 use ripstop::model::Model;
+use ripstop::model::over::{self, INSIDE, SIDES, neighbour};
 use ripstop::reach::Reach;
 use ripstop::state::State;
 
@@ -39,10 +40,22 @@ pub(super) fn compare(pair: &Pair<'_>, seen: &mut Seen) -> Outcome {
         let differs = f64::from(u8::from(got != expected));
         seen.see("reach", differs, 0.0, 1.0, || format!("ply {ply}, {got:?} for {expected:?}"));
     }
-    let cells = got.over.iter().zip(&pair.expected.over).enumerate();
-    for (at, (got, expected)) in cells {
-        seen.see("over", (*got).into(), (*expected).into(), 1.0, || format!("place {at}"));
+    // Cells share their edge: over a ridge rounding says which of them a node is over, which moves no impulse.
+    let mut beside = 0;
+    for (at, (got, expected)) in got.over.iter().zip(&pair.expected.over).enumerate() {
+        let (ply, side) = (at / model.nodes_per_ply() / SIDES, at / model.nodes_per_ply() % SIDES);
+        let Some(other) = neighbour(ply, side, model.plies.len()) else { continue };
+        let columns = model.sheet(other).mesh.columns;
+        let cell = |over: u32| [over::element(over) / columns, over::element(over) % columns];
+        let apart = [0, 1].map(|i| cell(*got)[i].abs_diff(cell(*expected)[i]));
+        if got & INSIDE == expected & INSIDE && apart.iter().all(|steps| *steps <= 1) {
+            beside += usize::from(got != expected);
+        } else {
+            seen.see("over", (*got).into(), (*expected).into(), 1.0, || format!("place {at}"));
+        }
     }
+    let many = f64::from(u8::from(beside * 50 > got.over.len()));
+    seen.see("over", many, 0.0, 1.0, || format!("{beside} of {} cells beside", got.over.len()));
     for place in places(model) {
         let [ply, row, column] = place;
         let reach = &pair.expected.reach[ply];
