@@ -91,7 +91,8 @@ impl PlyContact {
             for p in against(plies, ply) {
                 for (at, weight) in corner_nodes(p.cell, across).into_iter().zip(p.weights) {
                     if weight > 0.0 {
-                        load.share(at, weight * p.part / mesh.part_of(at / across, at % across));
+                        let part = if mesh.is_cut() { mesh.part_of(at / across, at % across) } else { 1.0 };
+                        load.share(at, weight * p.part / part);
                     }
                 }
             }
