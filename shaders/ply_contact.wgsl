@@ -33,6 +33,14 @@ struct Contact {
     foot: vec4<f32>,
 }
 
+/// Corners of a cell, counter-clockwise [m].
+struct Cell {
+    a: vec3<f32>,
+    b: vec3<f32>,
+    c: vec3<f32>,
+    d: vec3<f32>,
+}
+
 struct Foot {
     place: vec2<f32>,
     /// Towards the rear of the pack.
@@ -50,70 +58,78 @@ fn beside(a: vec3<f32>, b: vec3<f32>, point: vec3<f32>) -> f32 {
 
 /// Whether a point above a cell, as seen along z, is further from it than `touching` [m], and the cell is almost flat.
 /// `direction`: 1 for a point behind the cell, −1 for one in front.
-fn is_apart(
-    a: vec3<f32>, b: vec3<f32>, c: vec3<f32>, d: vec3<f32>, point: vec3<f32>, direction: f32, touching: f32, area: f32,
-) -> bool {
-    let heights = direction * vec4<f32>(a.z, b.z, c.z, d.z);
+fn is_apart(k: Cell, point: vec3<f32>, direction: f32, touching: f32, area: f32) -> bool {
+    let heights = direction * vec4<f32>(k.a.z, k.b.z, k.c.z, k.d.z);
     let low = min(min(heights.x, heights.y), min(heights.z, heights.w));
     let high = max(max(heights.x, heights.y), max(heights.z, heights.w));
-    let least = min(min(beside(a, b, point), beside(b, c, point)), min(beside(c, d, point), beside(d, a, point)));
+    let least = min(
+        min(beside(k.a, k.b, point), beside(k.b, k.c, point)), min(beside(k.c, k.d, point), beside(k.d, k.a, point)));
     let flat = squared(high - low) <= FLAT * FLAT * area;
     return flat && direction * point.z - high - touching >= high - low && least >= -BESIDE * area;
 }
 
-/// The foot of a point on the bilinear cell with these corners. `area`: of the cell at rest [m²].
-fn foot_on(a: vec3<f32>, b: vec3<f32>, c: vec3<f32>, d: vec3<f32>, point: vec3<f32>, area: f32) -> Foot {
-    let along = ((b - a) + (c - d)) * 0.5;
-    let across = ((d - a) + (c - b)) * 0.5;
-    let twist = (a - b) + (c - d);
+/// A bilinear cell.
+struct Surface {
+    centre: vec3<f32>,
+    along: vec3<f32>,
+    across: vec3<f32>,
+    twist: vec3<f32>,
+    /// Across the cell at its centre, as long as its area; and that squared.
+    normal: vec3<f32>,
+    square: f32,
+}
+
+fn surface_of(k: Cell) -> Surface {
+    let along = ((k.b - k.a) + (k.c - k.d)) * 0.5;
+    let across = ((k.d - k.a) + (k.c - k.b)) * 0.5;
     let normal = cross(along, across);
-    let square = dot(normal, normal);
-    let sound = square >= squared(FOLDED * area);
-    let safe = select(1.0, square, sound);
-    let arm = point - ((a + c) + (b + d)) * 0.25;
-    let aa = dot(along, along);
-    let ac = dot(along, across);
-    let cc = dot(across, across);
-    let p = vec2<f32>(dot(arm, along), dot(arm, across));
-    let first = vec2<f32>(cc * p.x - ac * p.y, aa * p.y - ac * p.x) / safe;
-    // The twist of the cell is small: one correction.
-    let mended = arm - twist * (first.x * first.y);
-    let q = vec2<f32>(dot(mended, along), dot(mended, across));
-    let place = vec2<f32>(cc * q.x - ac * q.y, aa * q.y - ac * q.x) / safe;
-    let unit = normal / sqrt(safe);
-    return Foot(place, unit, dot(mended, unit), sound);
+    let centre = ((k.a + k.c) + (k.b + k.d)) * 0.25;
+    return Surface(centre, along, across, (k.a - k.b) + (k.c - k.d), normal, dot(normal, normal));
+}
+
+/// Coordinates within the cell, were it flat, of what lies `arm` [m] from its centre. `safe`: its area squared, not zero.
+fn place_of(s: Surface, arm: vec3<f32>, safe: f32) -> vec2<f32> {
+    let aa = dot(s.along, s.along);
+    let ac = dot(s.along, s.across);
+    let cc = dot(s.across, s.across);
+    let p = vec2<f32>(dot(arm, s.along), dot(arm, s.across));
+    return vec2<f32>(cc * p.x - ac * p.y, aa * p.y - ac * p.x) / safe;
+}
+
+/// What lies `arm` from the centre, as seen by a flat cell. The twist of the cell is small: one correction.
+fn untwisted(s: Surface, arm: vec3<f32>, place: vec2<f32>) -> vec3<f32> {
+    return arm - s.twist * (place.x * place.y);
+}
+
+/// The foot of a point on the bilinear cell with these corners. `area`: of the cell at rest [m²].
+fn foot_on(k: Cell, point: vec3<f32>, area: f32) -> Foot {
+    let s = surface_of(k);
+    let sound = s.square >= squared(FOLDED * area);
+    let safe = select(1.0, s.square, sound);
+    let arm = point - s.centre;
+    let mended = untwisted(s, arm, place_of(s, arm, safe));
+    let unit = s.normal / sqrt(safe);
+    return Foot(place_of(s, mended, safe), unit, dot(mended, unit), sound);
 }
 
 /// The foot of a point on mirror planes, which lies on them: along the normal less what of it points across them.
 /// `edge`: by coordinate of the cell, 1 or 2 where there is a plane across x or y, on one of the cell's edges then.
-fn foot_on_planes(
-    a: vec3<f32>, b: vec3<f32>, c: vec3<f32>, d: vec3<f32>, point: vec3<f32>, area: f32, edge: vec2<u32>,
-) -> Foot {
-    let along = ((b - a) + (c - d)) * 0.5;
-    let across = ((d - a) + (c - b)) * 0.5;
-    let twist = (a - b) + (c - d);
-    let normal = cross(along, across);
-    let square = dot(normal, normal);
+fn foot_on_planes(k: Cell, point: vec3<f32>, area: f32, edge: vec2<u32>) -> Foot {
+    let s = surface_of(k);
     let planes = vec3<bool>(any(edge == vec2<u32>(1u)), any(edge == vec2<u32>(2u)), false);
-    let left = select(normal, vec3<f32>(0.0), planes);
+    let left = select(s.normal, vec3<f32>(0.0), planes);
     let size = dot(left, left);
-    let sound = square >= squared(FOLDED * area) && size >= squared(FOLDED * area);
-    let safe = select(1.0, square, sound);
+    let sound = s.square >= squared(FOLDED * area) && size >= squared(FOLDED * area);
+    let safe = select(1.0, s.square, sound);
     let push = left / sqrt(select(1.0, size, sound));
-    let slope = select(1.0, dot(push, normal), sound);
-    let aa = dot(along, along);
-    let ac = dot(along, across);
-    let cc = dot(across, across);
-    var arm = point - ((a + c) + (b + d)) * 0.25;
+    let slope = select(1.0, dot(push, s.normal), sound);
+    let arm = point - s.centre;
     var place = vec2<f32>(0.0);
     var height = 0.0;
-    // The twist of the cell is small: one correction.
     for (var i = 0u; i < 2u; i++) {
-        let mended = arm - twist * (place.x * place.y);
-        height = dot(mended, normal) / slope;
-        let flat = mended - push * height;
-        let p = vec2<f32>(dot(flat, along), dot(flat, across));
-        place = vec2<f32>(cc * p.x - ac * p.y, aa * p.y - ac * p.x) / safe;
+        let mended = untwisted(s, arm, place);
+        height = dot(mended, s.normal) / slope;
+        place = place_of(s, mended - push * height, safe);
         place = select(place, select(vec2<f32>(-0.5), vec2<f32>(0.5), place > vec2<f32>(0.0)), edge != vec2<u32>(0u));
     }
     return Foot(place, push, height, sound);
@@ -158,11 +174,11 @@ fn along_edge(first: vec3<f32>, last: vec3<f32>, point: vec3<f32>) -> vec4<f32> 
 }
 
 /// The place on the edges of a cell that is nearest to a point beyond them. `foot`: of the point.
-fn on_edge(a: vec3<f32>, b: vec3<f32>, c: vec3<f32>, d: vec3<f32>, point: vec3<f32>, foot: vec2<f32>) -> EdgePlace {
+fn on_edge(k: Cell, point: vec3<f32>, foot: vec2<f32>) -> EdgePlace {
     let x = min(max(foot.x, -0.5), 0.5);
     let y = min(max(foot.y, -0.5), 0.5);
-    let across = along_edge(a + (b - a) * (x + 0.5), d + (c - d) * (x + 0.5), point);
-    let along = along_edge(a + (d - a) * (y + 0.5), b + (c - b) * (y + 0.5), point);
+    let across = along_edge(k.a + (k.b - k.a) * (x + 0.5), k.d + (k.c - k.d) * (x + 0.5), point);
+    let along = along_edge(k.a + (k.d - k.a) * (y + 0.5), k.b + (k.c - k.b) * (y + 0.5), point);
     let nearer = dot(along.xyz, along.xyz) < dot(across.xyz, across.xyz);
     if (abs(foot.y) > 0.5 && (abs(foot.x) <= 0.5 || nearer)) {
         return EdgePlace(vec2<f32>(along.w, y), along.xyz);

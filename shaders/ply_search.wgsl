@@ -43,6 +43,16 @@ struct Touch {
     over: bool,
 }
 
+/// Places of the corners of a cell of a ply.
+fn cell_at(ply: u32, cell: vec2<u32>) -> Cell {
+    return Cell(
+        ply_position(ply, cell),
+        ply_position(ply, cell + vec2<u32>(0u, 1u)),
+        ply_position(ply, cell + vec2<u32>(1u, 1u)),
+        ply_position(ply, cell + vec2<u32>(1u, 0u)),
+    );
+}
+
 /// Whether a cell of a ply carries load.
 fn cell_stands(ply: u32, cell: vec2<u32>) -> bool {
     return (flags[element_at(ply, cell)] & 3u) != 0u;
@@ -63,18 +73,15 @@ fn on_ridge(
         if (!is_element(other, cell)) {
             continue;
         }
-        let a = ply_position(other, cell);
-        let b = ply_position(other, cell + vec2<u32>(0u, 1u));
-        let c = ply_position(other, cell + vec2<u32>(1u, 1u));
-        let d = ply_position(other, cell + vec2<u32>(1u, 0u));
-        let f = foot_on(a, b, c, d, point, o.length_x * o.length_y);
+        let corner = cell_at(other, cell);
+        let f = foot_on(corner, point, o.length_x * o.length_y);
         if (!f.sound) {
             continue;
         }
         let over = is_over(f.place, cell, o.rows, o.columns, cut_sides(other));
         var edge = EdgePlace(f.place, f.normal * f.height);
         if (!over) {
-            edge = on_edge(a, b, c, d, point, f.place);
+            edge = on_edge(corner, point, f.place);
         }
         let distance = sqrt(dot(edge.arm, edge.arm));
         if (!cell_stands(other, cell)) {
@@ -92,23 +99,22 @@ fn on_ridge(
     return nearest;
 }
 
-/// Walks from a cell to that which a point is over; and how it stands over it. `edge`: mirror planes it lies on.
-fn touch_of(other: u32, start: vec2<u32>, point: vec3<f32>, direction: f32, touching: f32, slop: f32, edge: vec2<u32>) -> Touch {
+/// Walks from a cell, whose corners are known, to that which a point is over; and how it stands over it. `edge`: mirror planes it lies on.
+fn touch_of(
+    other: u32, start: vec2<u32>, at_start: Cell, point: vec3<f32>, direction: f32, touching: f32, slop: f32, edge: vec2<u32>,
+) -> Touch {
     let o = plies[other];
     let area = o.length_x * o.length_y;
     var found = Touch(start, vec2<f32>(0.0), vec3<f32>(0.0), 0.0, false);
     var left: array<u32, WALK>;
+    var corner = at_start;
     for (var walk = 0u; walk <= WALK; walk++) {
         let cell = found.cell;
-        let a = ply_position(other, cell);
-        let b = ply_position(other, cell + vec2<u32>(0u, 1u));
-        let c = ply_position(other, cell + vec2<u32>(1u, 1u));
-        let d = ply_position(other, cell + vec2<u32>(1u, 0u));
         var foot: Foot;
         if (all(edge == vec2<u32>(0u))) {
-            foot = foot_on(a, b, c, d, point, area);
+            foot = foot_on(corner, point, area);
         } else {
-            foot = foot_on_planes(a, b, c, d, point, area, edge);
+            foot = foot_on_planes(corner, point, area, edge);
         }
         if (!foot.sound) {
             break;
@@ -132,6 +138,7 @@ fn touch_of(other: u32, start: vec2<u32>, point: vec3<f32>, direction: f32, touc
         }
         left[walk] = element_at(other, cell);
         found.cell = next;
+        corner = cell_at(other, next);
     }
     return found;
 }
@@ -147,17 +154,14 @@ fn look(ply: u32, node: u32, place: vec2<u32>, side: u32) -> bool {
     let front = plies[min(ply, other)];
     let direction = select(-1.0, 1.0, side == 0u);
     let slop = SLOP * front.thickness;
-    let a = ply_position(other, cell);
-    let b = ply_position(other, cell + vec2<u32>(0u, 1u));
-    let c = ply_position(other, cell + vec2<u32>(1u, 1u));
-    let d = ply_position(other, cell + vec2<u32>(1u, 0u));
-    if (is_apart(a, b, c, d, point, direction, front.touching - slop, o.length_x * o.length_y)) {
+    let corner = cell_at(other, cell);
+    if (is_apart(corner, point, direction, front.touching - slop, o.length_x * o.length_y)) {
         if (was_inside) {
             over[at] &= ~INSIDE;
         }
         return false;
     }
-    let touch = touch_of(other, cell, point, direction, front.touching, slop, planes_at(ply, place, other));
+    let touch = touch_of(other, cell, corner, point, direction, front.touching, slop, planes_at(ply, place, other));
     over[at] = touch.cell.x * o.columns + touch.cell.y;
     if (!touch.over || touch.gap >= -slop) {
         return false;

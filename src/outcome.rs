@@ -142,7 +142,7 @@ pub fn covered<S: Scalar>(model: &Model<S>, state: &State<S>, body: &RigidBody, 
 
 /// Cells for which a yarn must run on unbroken to cover: one and a half times across the body at its widest.
 pub(crate) fn unbroken_cells(mesh: &Mesh, body: &RigidBody) -> usize {
-    (3.0 * body.body.radius / mesh.length[0].min(mesh.length[1])).ceil() as usize
+    (3.0 * body.body.radius / mesh.shortest()).ceil() as usize
 }
 
 /// Whether a yarn of an element is unbroken there and for `span` cells on either side, or to the edge of the ply. Beyond a mirror

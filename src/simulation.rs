@@ -388,6 +388,9 @@ pub(crate) fn set_up<S: Scalar>(case: &Case, symmetry: bool) -> Result<(Model<S>
     Ok((model, state))
 }
 
+/// Least energy that an error is measured against, over what rounding makes of the energy of a scene at rest [-].
+pub(crate) const MEASURABLE: f64 = 1e3;
+
 /// Kinetic energy, at least what rounding can be measured against, and momentum the scene starts with.
 pub(crate) fn given<S: Scalar>(model: &Model<S>, state: &State<S>) -> (f64, Vector3<f64>) {
     let mut energy = 0.0;
@@ -405,24 +408,19 @@ pub(crate) fn given<S: Scalar>(model: &Model<S>, state: &State<S>) -> (f64, Vect
     if let Some(body) = state.body.as_ref() {
         // A driven body's velocity is the drive's affair; it may spin freely all the same.
         let driven = f64::from(u8::from(body.prescribed));
-        energy += body.kinetic_energy() - driven * translation(body);
+        energy += body.kinetic_energy() - driven * body.translation();
         momentum += body.velocity * (body.mass * (1.0 - driven));
     }
-    (energy.max(1e3 * rounding(model, state.body.as_ref())), momentum)
+    (energy.max(MEASURABLE * rounding(model, state.body.as_ref())), momentum)
 }
 
 /// What rounding makes of the energy of a scene at rest [J].
 pub(crate) fn rounding<S: Scalar>(model: &Model<S>, body: Option<&RigidBody>) -> f64 {
     // A driven body's energy is no part of the scene's, but it rounds.
     let body = body.map_or(0.0, |body| {
-        f64::EPSILON * translation(body) + S::EPSILON * (body.kinetic_energy() - translation(body))
+        f64::EPSILON * body.translation() + S::EPSILON * (body.kinetic_energy() - body.translation())
     });
     model.rounding() + body
-}
-
-/// Kinetic energy of a projectile without that of its rotation [J].
-fn translation(body: &RigidBody) -> f64 {
-    0.5 * body.mass * body.velocity.norm_squared()
 }
 
 /// Kinetic energy of a projectile that flies freely [J].

@@ -1,6 +1,6 @@
 //! The ways to run a case that a user can choose from.
 
-use crate::case::{Case, UnitCell};
+use crate::case::{Case, UnitCell, Word};
 use crate::simulation::{Precision, Skips};
 
 /// Courant numbers to choose from [-].
@@ -38,7 +38,7 @@ impl Choice {
     /// The case as it is, on the processor in f64.
     pub fn default_of(case: &Case) -> Self {
         let (courant, mesh) = (case.solver.courant, case.pack.crossovers_per_element);
-        let cell = word(case.solver.unit_cell);
+        let cell = case.solver.unit_cell.word();
         Self {
             name: format!("default: f64, Courant {courant}, mesh {mesh}, {cell}"),
             processor: Processor::Cpu,
@@ -68,16 +68,8 @@ impl Choice {
     }
 
     fn unit_cell(mut self, cell: UnitCell) -> Self {
-        self.sets.push(format!("/solver/unit_cell={}", word(cell)));
+        self.sets.push(format!("/solver/unit_cell={}", cell.word()));
         self
-    }
-}
-
-/// The word of a unit-cell solver in the case file.
-pub(super) fn word(cell: UnitCell) -> &'static str {
-    match cell {
-        UnitCell::Joint => "joint",
-        UnitCell::Bracketed => "bracketed",
     }
 }
 
@@ -98,7 +90,7 @@ pub fn choices(case: &Case, gpu: bool) -> Vec<Choice> {
         UnitCell::Joint => UnitCell::Bracketed,
         UnitCell::Bracketed => UnitCell::Joint,
     };
-    all.push(with().named(word(other)).unit_cell(other));
+    all.push(with().named(other.word()).unit_cell(other));
     all.push(Choice { skips: Skips::WHOLE, ..with().named("no symmetry") });
     all.push(Choice { skips: Skips::NONE, ..with().named("no skip") });
     let fast = COURANT[0];

@@ -1,7 +1,7 @@
 //! How far a run is from the reference, over the time that both cover, and which runs nothing beats.
 
 use crate::outcome::Outcome;
-use crate::output::history;
+use crate::output::{history, velocity_left};
 use crate::simulation::{Run, Sample};
 
 /// Differences between a run and the reference; relative ones are over the reference's value.
@@ -32,13 +32,9 @@ const VELOCITY: history::Column =
 /// Compares a run with the reference; `None` where the histories have no time in common.
 pub fn errors(reference: &Run, run: &Run) -> Option<Errors> {
     let mut errors = histories(&reference.history, &run.history)?;
-    let left = |run: &Run| match run.outcome {
-        Outcome::Stopped => Some(0.0),
-        _ => run.history.last().map(|row| row.projectile_velocity),
-    };
-    errors.residual_velocity = left(run)? - left(reference)?;
+    errors.residual_velocity = velocity_left(run)? - velocity_left(reference)?;
     errors.stop_time = reference.stop_time.zip(run.stop_time).map(|(expected, got)| got - expected);
-    let lost = reference.history.first()?.projectile_velocity - left(reference)?;
+    let lost = reference.history.first()?.projectile_velocity - velocity_left(reference)?;
     errors.end = match (errors.stop_time, reference.stop_time) {
         (Some(difference), Some(expected)) => Some(difference.abs() / expected),
         _ => (lost > 0.0).then(|| errors.residual_velocity.abs() / lost),

@@ -2,9 +2,8 @@
 
 use serde_json::{Value, json};
 
-use super::choice::word;
 use super::{Errors, Measured, Plan, REFERENCE, Row};
-use crate::case::Case;
+use crate::case::{Case, Word};
 use crate::lanes::Vectors;
 use crate::output;
 use crate::simulation::Run;
@@ -58,7 +57,7 @@ fn of_run(case: &Case, run: &Run) -> Value {
         "precision": run.precision,
         "courant": case.solver.courant,
         "crossovers_per_element": case.pack.crossovers_per_element,
-        "unit_cell": word(case.solver.unit_cell),
+        "unit_cell": case.solver.unit_cell.word(),
         "history_interval_us": case.output.history_interval * 1e6,
         "switched_off": run.skips.switched_off(),
         "elements": run.elements,

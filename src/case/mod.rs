@@ -34,6 +34,7 @@ pub use fabric_file::builtin_fabric;
 pub use read::{from_str, read};
 pub use report::report;
 pub use schema::schema;
+pub(crate) use words::Word;
 
 /// A complete, validated case in SI units.
 #[derive(Clone, Debug)]

@@ -3,10 +3,12 @@
 use super::{Along, Edge, Law, MembraneForce, Motion, Rotation, RunUntil, ShearModulus, Symmetry, UnitCell};
 
 /// A choice that the case file names by a word.
-pub(super) trait Word: Copy + Sized + 'static {
+pub(crate) trait Word: Copy + Sized + 'static {
     const WORDS: &'static [&'static str];
 
     fn from_word(word: &str) -> Option<Self>;
+
+    fn word(self) -> &'static str;
 }
 
 macro_rules! words {
@@ -18,6 +20,12 @@ macro_rules! words {
                 match word {
                     $($word => Some(Self::$variant),)+
                     _ => None,
+                }
+            }
+
+            fn word(self) -> &'static str {
+                match self {
+                    $(Self::$variant => $word,)+
                 }
             }
         }

@@ -53,7 +53,7 @@ fn the_run(case: &Case, simulation: &Simulation<f64>) -> Table {
     table.row(["  steps", format!("{} at most", grouped(steps)).as_str()]);
     table.row(["  elements", grouped(elements).as_str()]);
     table.row(["  element-steps", format!("{} at most", grouped(elements.saturating_mul(steps))).as_str()]);
-    table.row(["  symmetry", symmetry(model.planes).as_deref().unwrap_or("none: the whole scene is computed")]);
+    table.row(["  symmetry", symmetry(model.planes).as_str()]);
     table.row(["  memory", format!("{} of state and history", bytes(memory)).as_str()]);
     table
 }

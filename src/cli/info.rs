@@ -54,7 +54,7 @@ fn scene(table: &mut Table, case: &Case) -> Result<(), Failure> {
     for (name, value) in model.terms().list() {
         table.row([name, value.as_str()]);
     }
-    table.row(["symmetry", symmetry(model.planes).as_deref().unwrap_or("none: the whole scene is computed")]);
+    table.row(["symmetry", symmetry(model.planes).as_str()]);
     let kernels: Vec<&str> = gpu::shader::KERNELS
         .iter()
         .map(|k| k.name)

@@ -159,9 +159,9 @@ fn cost(case: &Case, run: &Run, summary: &Value) -> String {
     );
     table.row(["work", done.as_str()]);
     let share = 100.0 * run.element_steps_computed as f64 / element_steps.max(1) as f64;
-    let computed = match symmetry(run.planes) {
-        Some(words) => format!("{} % of them: {words}", fixed(share, 1)),
-        None => format!("{} % of them", fixed(share, 1)),
+    let computed = match run.planes {
+        MirrorPlanes::NONE => format!("{} % of them", fixed(share, 1)),
+        planes => format!("{} % of them: {}", fixed(share, 1), symmetry(planes)),
     };
     table.row(["computed", computed.as_str()]);
     let off = run.skips.switched_off();
@@ -178,10 +178,14 @@ fn cost(case: &Case, run: &Run, summary: &Value) -> String {
 }
 
 /// What mirror planes a scene is cut at, if it is.
-pub(crate) fn symmetry(planes: MirrorPlanes) -> Option<String> {
+pub(crate) fn symmetry(planes: MirrorPlanes) -> String {
     let names = planes.names();
-    let part = if names.len() == 2 { "a quarter" } else { "a half" };
-    (!names.is_empty()).then(|| format!("{part}, mirrored at {} = 0", names.join(" = 0 and ")))
+    let part = match names.len() {
+        0 => return "none: the whole scene is computed".to_owned(),
+        1 => "a half",
+        _ => "a quarter",
+    };
+    format!("{part}, mirrored at {} = 0", names.join(" = 0 and "))
 }
 
 fn expectations(summary: &Value) -> String {

@@ -76,9 +76,9 @@ fn stress(arguments: &VerifyArguments, interrupted: &AtomicBool) -> Result<Repor
     let report = stress::run(&plan, interrupted, &|name, done, of| bar.show_count(name, done, of));
     bar.clear();
     if let Some(folder) = folder {
-        let files: Vec<(String, String)> =
-            report.found.iter().map(|found| (found.file(), format!("{:#}\n", found.case))).collect();
-        let texts: Vec<(&str, String)> = files.iter().map(|(name, text)| (name.as_str(), text.clone())).collect();
+        let names: Vec<String> = report.found.iter().map(Found::file).collect();
+        let cases = report.found.iter().map(|found| format!("{:#}\n", found.case));
+        let texts: Vec<(&str, String)> = names.iter().map(String::as_str).zip(cases).collect();
         folder.put(&texts, &[])?;
     }
     Ok(report)

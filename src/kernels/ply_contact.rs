@@ -64,31 +64,55 @@ pub fn is_apart(corner: &[Vector3<f64>; 4], point: &Vector3<f64>, sign: f64, tou
     within(0) && within(1) && within(2) && within(3)
 }
 
+/// A bilinear cell, by its corners (counter-clockwise).
+struct Surface {
+    centre: Vector3<f64>,
+    along: Vector3<f64>,
+    across: Vector3<f64>,
+    twist: Vector3<f64>,
+    /// Across the cell at its centre, as long as its area; and that squared.
+    normal: Vector3<f64>,
+    square: f64,
+}
+
+impl Surface {
+    #[inline]
+    fn new([a, b, c, d]: &[Vector3<f64>; 4]) -> Self {
+        let along = ((b - a) + (c - d)) * 0.5;
+        let across = ((d - a) + (c - b)) * 0.5;
+        let normal = along.cross(&across);
+        let (centre, twist) = (((a + c) + (b + d)) * 0.25, (a - b) + (c - d));
+        Self { centre, along, across, twist, normal, square: normal.norm_squared() }
+    }
+
+    /// Coordinates within the cell, were it flat, of what lies `arm` [m] from its centre.
+    #[inline]
+    fn at(&self, arm: &Vector3<f64>) -> [f64; 2] {
+        let Self { along, across, square, .. } = self;
+        let [aa, ac, cc] = [along.dot(along), along.dot(across), across.dot(across)];
+        let [p, q] = [arm.dot(along), arm.dot(across)];
+        [(cc * p - ac * q) / square, (aa * q - ac * p) / square]
+    }
+
+    /// What lies `arm` from the centre, as seen by a flat cell. The twist of the cell is small: one correction.
+    #[inline]
+    fn untwisted(&self, arm: &Vector3<f64>, [x, y]: [f64; 2]) -> Vector3<f64> {
+        arm - self.twist * (x * y)
+    }
+}
+
 /// The foot of a point on the bilinear cell with these corners (counter-clockwise) [m]; `None` on a folded cell.
 /// `area`: of the cell at rest [m²].
 #[inline]
 pub fn foot(corner: &[Vector3<f64>; 4], point: &Vector3<f64>, area: f64) -> Option<Foot> {
-    let [a, b, c, d] = corner;
-    let along = ((b - a) + (c - d)) * 0.5;
-    let across = ((d - a) + (c - b)) * 0.5;
-    let twist = (a - b) + (c - d);
-    let normal = along.cross(&across);
-    let square = normal.norm_squared();
-    if square < (FOLDED * area).powi(2) {
+    let cell = Surface::new(corner);
+    if cell.square < (FOLDED * area).powi(2) {
         return None;
     }
-    let arm = point - ((a + c) + (b + d)) * 0.25;
-    let [aa, ac, cc] = [along.dot(&along), along.dot(&across), across.dot(&across)];
-    let solve = |arm: &Vector3<f64>| {
-        let [p, q] = [arm.dot(&along), arm.dot(&across)];
-        [(cc * p - ac * q) / square, (aa * q - ac * p) / square]
-    };
-    // The twist of the cell is small: one correction.
-    let first = solve(&arm);
-    let arm = arm - twist * (first[0] * first[1]);
-    let at = solve(&arm);
-    let normal = normal / square.sqrt();
-    Some(Foot { at, normal, height: arm.dot(&normal) })
+    let arm = point - cell.centre;
+    let arm = cell.untwisted(&arm, cell.at(&arm));
+    let normal = cell.normal / cell.square.sqrt();
+    Some(Foot { at: cell.at(&arm), normal, height: arm.dot(&normal) })
 }
 
 /// The foot of a point on mirror planes, which lies on them: along the normal less what of it points across them.
@@ -99,33 +123,24 @@ pub fn foot_on_planes(
     area: f64,
     edge: [Option<usize>; 2],
 ) -> Option<Foot> {
-    let [a, b, c, d] = corner;
-    let along = ((b - a) + (c - d)) * 0.5;
-    let across = ((d - a) + (c - b)) * 0.5;
-    let twist = (a - b) + (c - d);
-    let normal = along.cross(&across);
-    let square = normal.norm_squared();
-    let mut push = normal;
+    let cell = Surface::new(corner);
+    let mut push = cell.normal;
     for axis in edge.into_iter().flatten() {
         push[axis] = 0.0;
     }
     let size = push.norm();
-    if square < (FOLDED * area).powi(2) || size < FOLDED * area {
+    if cell.square < (FOLDED * area).powi(2) || size < FOLDED * area {
         return None;
     }
     let push = push / size;
-    let arm = point - ((a + c) + (b + d)) * 0.25;
-    let [aa, ac, cc] = [along.dot(&along), along.dot(&across), across.dot(&across)];
     let solve = |arm: &Vector3<f64>| {
-        let height = arm.dot(&normal) / push.dot(&normal);
-        let flat = arm - push * height;
-        let [p, q] = [flat.dot(&along), flat.dot(&across)];
-        let at = [(cc * p - ac * q) / square, (aa * q - ac * p) / square];
+        let height = arm.dot(&cell.normal) / push.dot(&cell.normal);
+        let at = cell.at(&(arm - push * height));
         let on_edge = |i: usize| if edge[i].is_some() { 0.5_f64.copysign(at[i]) } else { at[i] };
         ([on_edge(0), on_edge(1)], height)
     };
-    let ([x, y], _) = solve(&arm);
-    let (at, height) = solve(&(arm - twist * (x * y)));
+    let arm = point - cell.centre;
+    let (at, height) = solve(&cell.untwisted(&arm, solve(&arm).0));
     Some(Foot { at, normal: push, height })
 }
 

@@ -125,7 +125,12 @@ impl RigidBody {
     /// Kinetic energy of translation and rotation [J].
     pub fn kinetic_energy(&self) -> f64 {
         let spin = 0.5 * self.angular_velocity().dot(&self.angular_momentum);
-        0.5 * self.mass * self.velocity.norm_squared() + if self.locked { 0.0 } else { spin }
+        self.translation() + if self.locked { 0.0 } else { spin }
+    }
+
+    /// Kinetic energy of translation alone [J].
+    pub fn translation(&self) -> f64 {
+        0.5 * self.mass * self.velocity.norm_squared()
     }
 
     /// Velocity of the body's material at a point given from the centre of mass [m/s].

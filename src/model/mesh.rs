@@ -77,12 +77,6 @@ impl Mesh {
         [0, 1].map(|own| is_plane(own).then_some(self.centre[own] as usize))
     }
 
-    /// Whether a mirror plane cuts the mesh.
-    #[inline]
-    pub fn is_cut(&self) -> bool {
-        self.cut != [Cut::Nowhere; 2]
-    }
-
     /// Whether a node lies on a plane that cuts the mesh across its X, across its Y.
     #[inline]
     pub fn cut_across(&self, row: usize, column: usize) -> [bool; 2] {

@@ -15,4 +15,5 @@ pub use expect::{Checked, check};
 pub use folder::{Folder, OutputError};
 pub(crate) use picture::escape;
 pub use picture::picture;
+pub(crate) use summary::velocity_left;
 pub use summary::{absorbed_energy, case_hash, flies_freely, residual_velocity, summary};

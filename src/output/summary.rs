@@ -28,7 +28,11 @@ pub fn absorbed_energy(run: &Run) -> f64 {
 
 /// Velocity along the line of flight that is left [m/s]; `None` where nothing flies.
 pub fn residual_velocity(case: &Case, run: &Run) -> Option<f64> {
-    case.projectile.as_ref()?;
+    case.projectile.as_ref().and_then(|_| velocity_left(run))
+}
+
+/// The same of a run with a projectile; `None` without a history.
+pub(crate) fn velocity_left(run: &Run) -> Option<f64> {
     match run.outcome {
         Outcome::Stopped => Some(0.0),
         _ => run.history.last().map(|row| row.projectile_velocity),

@@ -10,7 +10,7 @@ use crate::simulation::Options;
 macro_rules! scenes {
     ($($name:literal),+ $(,)?) => {
         /// Name and text of every scene of `cases/verify`.
-        pub(in crate::verify) const SCENES: &[(&str, &str)] =
+        const SCENES: &[(&str, &str)] =
             &[$(($name, include_str!(concat!("../../cases/verify/", $name, ".json")))),+];
     };
 }
@@ -27,6 +27,11 @@ scenes!(
     "mirror",
     "s720-prototype",
 );
+
+/// Text of a scene; empty for a name there is not.
+pub(super) fn text(name: &str) -> &'static str {
+    SCENES.iter().find(|(of, _)| *of == name).map_or("", |(_, text)| text)
+}
 
 /// One row per expectation of each scene.
 pub(super) fn rows(options: Options<'_>, interrupt: &AtomicBool, keep: &mut dyn FnMut(Row)) {

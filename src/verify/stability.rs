@@ -3,12 +3,11 @@
 use std::sync::atomic::AtomicBool;
 
 use super::Row;
-use super::stress::{Machine, list};
+use super::stress::{self, Machine};
 use crate::simulation::Options;
 
 /// One row per hard scene. Rows after an interrupt are left out.
 pub(super) fn rows(options: Options<'_>, interrupt: &AtomicBool, keep: &mut dyn FnMut(Row)) {
     let machine = options.device.map_or(Machine::Cpu(options.precision), Machine::Gpu);
-    let quick = list::LIST.iter().filter(|scene| scene.quick);
-    quick.map_while(|scene| list::row("stability", scene, machine, interrupt)).for_each(keep);
+    stress::quick("stability", machine, options.threads, interrupt).for_each(keep);
 }

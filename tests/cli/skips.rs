@@ -2,15 +2,18 @@
 
 use super::*;
 
+/// History and summary of a run into a folder.
+fn shoot(bench: &Bench, out: &str, more: &[&str]) -> (String, Value) {
+    let output = bench.shoot(&[&["--quiet", "--out", out], more].concat());
+    assert_eq!(code(&output), 0, "{}", stderr(&output));
+    (bench.text(&format!("{out}/history.csv")), bench.json(&format!("{out}/summary.json")))
+}
+
 #[test]
 fn without_the_wavefront_skip_every_bit_stays() {
     let bench = Bench::new(&small());
     for precision in ["f64", "f32"] {
-        let shoot = |out: &str, more: &[&str]| {
-            let output = bench.shoot(&[&["--quiet", "--precision", precision, "--out", out], more].concat());
-            assert_eq!(code(&output), 0, "{}", stderr(&output));
-            (bench.text(&format!("{out}/history.csv")), bench.json(&format!("{out}/summary.json")))
-        };
+        let shoot = |out: &str, more: &[&str]| shoot(&bench, out, &[&["--precision", precision], more].concat());
         let (history, summary) = shoot("skipping", &[]);
         let (whole_history, whole) = shoot("whole", &["--no-skip=wavefront"]);
         assert_eq!(history, whole_history);
@@ -31,11 +34,7 @@ fn without_the_wavefront_skip_every_bit_stays() {
 #[test]
 fn symmetry_is_switched_off_by_the_case_and_by_the_switch_and_says_what_it_saves() {
     let bench = Bench::new(&small());
-    let shoot = |more: &[&str]| {
-        let output = bench.shoot(&[&["--json"], more].concat());
-        assert_eq!(code(&output), 0, "{}", stderr(&output));
-        (bench.text("out/shot/history.csv"), bench.json("out/shot/summary.json"))
-    };
+    let shoot = |more: &[&str]| shoot(&bench, "out/shot", more);
     let (_, part) = shoot(&[]);
     let (switched, whole) = shoot(&["--no-skip=symmetry"]);
     let (by_case, none) = shoot(&["--set", "/solver/symmetry=none"]);
@@ -67,11 +66,7 @@ fn decided() -> Value {
 #[test]
 fn without_the_outcome_skip_a_run_goes_on_to_its_end() {
     let bench = Bench::new(&decided());
-    let shoot = |more: &[&str]| {
-        let output = bench.shoot(&[&["--json"], more].concat());
-        assert_eq!(code(&output), 0, "{}", stderr(&output));
-        (bench.text("out/shot/history.csv"), bench.json("out/shot/summary.json"))
-    };
+    let shoot = |more: &[&str]| shoot(&bench, "out/shot", more);
     let (history, summary) = shoot(&[]);
     assert_eq!(summary["outcome"], "perforated");
     let (asked, by_case) = shoot(&["--set", "/solver/run_until=end_time"]);

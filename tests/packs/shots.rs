@@ -2,12 +2,12 @@
 
 use std::sync::atomic::AtomicBool;
 
-use nalgebra::Vector3;
 use ripstop::case::Case;
 use ripstop::kernels::ply_contact;
 use ripstop::model::{mesh::corners, over};
 use ripstop::outcome::Outcome;
 use ripstop::simulation::{Options, Precision, Run, Simulation, Skips};
+use ripstop::step::node_position;
 
 use super::{advance, pack};
 use crate::scene::run_as;
@@ -101,10 +101,6 @@ fn a_shot_through_a_pack_keeps_its_ledger() {
 fn inside(simulation: &Simulation<f64>) -> [usize; 2] {
     let (model, state) = (&simulation.model, &simulation.state);
     let grid = &model.grid;
-    let place = |ply: usize, row: usize, column: usize| {
-        let u = state.displacement(grid.first_node_row(ply) + row, column);
-        Vector3::from(model.reference(ply, row, column)) + Vector3::from(model.sheet(ply).mesh.to_pack(u))
-    };
     let whole = |ply: usize, [row, column]: [usize; 2]| {
         state.whole(model.sheet(ply), grid.first_element_row(ply) + row, column)
     };
@@ -119,9 +115,12 @@ fn inside(simulation: &Simulation<f64>) -> [usize; 2] {
             if over & over::INSIDE == 0 || !whole(other, cell) || !mesh.around(row, column).all(|c| whole(ply, c)) {
                 continue;
             }
-            let corner = corners(cell).map(|(r, c)| place(other, r, c));
-            let Some(foot) = ply_contact::foot(&corner, &place(ply, row, column), theirs.length[0] * theirs.length[1])
-            else {
+            let corner = corners(cell).map(|(r, c)| node_position(model, state, other, r, c));
+            let Some(foot) = ply_contact::foot(
+                &corner,
+                &node_position(model, state, ply, row, column),
+                theirs.length[0] * theirs.length[1],
+            ) else {
                 continue;
             };
             count[0] += 1;

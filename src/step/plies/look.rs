@@ -90,8 +90,7 @@ impl<'a, S: Scalar> View<'a, S> {
     pub(super) fn inverse(&self, row: usize, column: usize, along: &Vector3<f64>) -> f64 {
         let inverse = &self.sheet.row_mass(row).inverse;
         let [mut x, mut y, mut z] = [0, 1, 2].map(|a| inverse[a][column].to_f64());
-        if self.mesh.is_cut()
-            && let [across_x, across_y] = self.mesh.cut_across(row, column)
+        if let [across_x, across_y] = self.mesh.cut_across(row, column)
             && (across_x || across_y)
         {
             z *= self.mesh.part_of(row, column);

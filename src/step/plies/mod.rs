@@ -89,10 +89,9 @@ impl PlyContact {
                 load.share(p.row as usize * across + p.column as usize, 1.0);
             }
             for p in against(plies, ply) {
-                for (at, weight) in corner_nodes(p.cell, across).into_iter().zip(p.weights) {
+                for ((row, column), weight) in corners(p.cell.map(|at| at as usize)).into_iter().zip(p.weights) {
                     if weight > 0.0 {
-                        let part = if mesh.is_cut() { mesh.part_of(at / across, at % across) } else { 1.0 };
-                        load.share(at, weight * p.part / part);
+                        load.share(row * across + column, weight * p.part / mesh.part_of(row, column));
                     }
                 }
             }

@@ -63,7 +63,7 @@ fn shake<S: Scalar>(model: &Model<S>, state: &mut State<S>, size: f64) {
             }
             let unit = (random >> 11) as f64 / (1_u64 << 52) as f64 - 1.0;
             if sheet.row_mass(row).inverse[axis][column].to_f64() > 0.0 {
-                let length = sheet.mesh.length[0].min(sheet.mesh.length[1]);
+                let length = sheet.mesh.shortest();
                 let old = state.nodes.get(at, node::DISPLACEMENT + axis, column).to_f64();
                 state.nodes.set(at, node::DISPLACEMENT + axis, column, S::splat(old + size * length * unit));
             }

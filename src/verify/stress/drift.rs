@@ -5,14 +5,13 @@ use std::sync::atomic::AtomicBool;
 use super::judge::{self, Machine, NoRun};
 use crate::case::{self, Case};
 use crate::simulation::Run;
-use crate::verify::Row;
-use crate::verify::scenes::SCENES;
+use crate::verify::{Row, scenes};
 
 /// A pre-tensioned ply of 12 × 10 elements in its first mode, at Courant 0.9, over so many steps.
 fn vibrating(steps: u64) -> Result<Case, String> {
-    let text = SCENES.iter().find(|(name, _)| *name == "membrane-frequency").map_or("", |(_, text)| *text);
     let sets = ["/pack/width_mm=60.96", "/pack/height_mm=50.8", "/solver/courant=0.9"].map(str::to_owned);
-    let mut case = case::from_str("vibrating", text, &sets).map_err(|error| error.to_string())?;
+    let mut case =
+        case::from_str("vibrating", scenes::text("membrane-frequency"), &sets).map_err(|error| error.to_string())?;
     let model = crate::model::Model::<f64>::new(&case).map_err(|error| error.to_string())?;
     case.solver.end_time = steps as f64 * model.dt;
     case.output.history_interval = case.solver.end_time / 3000.0;

@@ -40,8 +40,6 @@ impl Machine<'_> {
     }
 }
 
-/// Least energy that an error is measured against, over what rounding makes of the energy of a pack at rest [-].
-const FLOOR: f64 = 1e3;
 /// The step that shows whether energy was gained by its length, over the step of the case [-].
 const SHORTER: f64 = 0.25;
 
@@ -165,7 +163,7 @@ impl Finished {
         let held_by_drive = driven.map_or(0.0, |p| 0.5 * p.mass * p.velocity * p.velocity);
         let start = run.history.first().map_or(f64::NAN, |row| held(&row.balance) - held_by_drive);
         let work = run.history.iter().map(|row| row.balance.external).fold(0.0, f64::max);
-        Self { given: start.max(work).max(FLOOR * rounding), rounding, run, left }
+        Self { given: start.max(work).max(simulation::MEASURABLE * rounding), rounding, run, left }
     }
 }
 

@@ -6,14 +6,13 @@ use super::disturbance::Disturbance;
 use super::judge::{self, Fault, Finished, Kind, Machine, NoRun};
 use crate::case::{self, Case};
 use crate::simulation::Run;
-use crate::verify::Row;
-use crate::verify::scenes::SCENES;
+use crate::verify::{Row, scenes};
 
 /// A hard scene.
-pub(in crate::verify) struct Scene {
-    pub(in crate::verify) name: &'static str,
+pub(super) struct Scene {
+    pub(super) name: &'static str,
     /// Part of the plain table too.
-    pub(in crate::verify) quick: bool,
+    pub(super) quick: bool,
     /// The scene of `cases/verify` that is made hard, and how.
     base: &'static str,
     sets: &'static [&'static str],
@@ -89,7 +88,7 @@ const COLLAPSE: [&str; 6] = [
 const CENTRED: [&str; 2] = ["/projectile/obliquity_deg=0", "/projectile/offset_mm=[0,0]"];
 
 /// The list at the end of the verification specification; long runs stand in `drift`.
-pub(in crate::verify) const LIST: &[Scene] = &[
+pub(super) const LIST: &[Scene] = &[
     scene("perforated, 400 µs more", &[CENTRED[0], CENTRED[1], "/solver/end_time_us=460"]).expect(Expect::And(torn)),
     scene("Courant 0.99", &["/solver/courant=0.99"]).quick(),
     scene("Courant 1.2", &["/solver/courant=1.2"]).quick().expect(Expect::Refused("/solver/courant")),
@@ -151,20 +150,14 @@ fn slowed_by_mass(first: &crate::simulation::Sample, last: &crate::simulation::S
 
 /// The case of a scene.
 fn case(scene: &Scene) -> Result<Case, String> {
-    let text = SCENES.iter().find(|(name, _)| *name == scene.base).map_or("", |(_, text)| *text);
     let sets: Vec<String> = scene.sets.iter().map(ToString::to_string).collect();
-    let mut case = case::from_str(scene.base, text, &sets).map_err(|error| error.to_string())?;
+    let mut case = case::from_str(scene.base, scenes::text(scene.base), &sets).map_err(|error| error.to_string())?;
     case.solver.courant = scene.courant.unwrap_or(case.solver.courant);
     Ok(case)
 }
 
 /// Runs a scene and judges what came of it; `None` after an interrupt.
-pub(in crate::verify) fn row(
-    group: &'static str,
-    scene: &Scene,
-    machine: Machine<'_>,
-    interrupt: &AtomicBool,
-) -> Option<Row> {
+pub(super) fn row(group: &'static str, scene: &Scene, machine: Machine<'_>, interrupt: &AtomicBool) -> Option<Row> {
     let (expected, tolerance) = match scene.expect {
         Expect::Sound | Expect::And(_) => ("energy ≤ given", String::new()),
         Expect::Refused(_) => ("refused", String::new()),

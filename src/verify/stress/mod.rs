@@ -7,7 +7,7 @@
 mod disturbance;
 mod drift;
 mod judge;
-pub(super) mod list;
+mod list;
 mod random;
 
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
@@ -93,13 +93,7 @@ enum Ending {
 pub fn run(plan: &Plan<'_>, interrupt: &AtomicBool, progress: &(dyn Fn(&str, usize, usize) + Sync)) -> Report {
     let mut report = Report::default();
     for &machine in &plan.machines {
-        let threads = match machine {
-            Machine::Cpu(_) => {
-                plan.threads.or_else(|| thread::available_parallelism().ok().map(Into::into)).unwrap_or(1)
-            }
-            // One queue.
-            Machine::Gpu(_) => 1,
-        };
+        let threads = threads(machine, plan.threads);
         let share = if matches!(machine, Machine::Gpu(_)) { DEVICE_SHARE } else { 1 };
         if plan.list {
             report.rows.extend(hard(plan.steps.div_ceil(share), machine, threads, interrupt, progress));
@@ -107,6 +101,26 @@ pub fn run(plan: &Plan<'_>, interrupt: &AtomicBool, progress: &(dyn Fn(&str, usi
         random_scenes(plan.seed, plan.scenes.div_ceil(share), machine, threads, interrupt, progress, &mut report);
     }
     report
+}
+
+/// The quick part of the list. Rows after an interrupt are left out.
+pub(super) fn quick(
+    group: &'static str,
+    machine: Machine<'_>,
+    asked: Option<usize>,
+    interrupt: &AtomicBool,
+) -> impl Iterator<Item = Row> {
+    let scenes: Vec<_> = list::LIST.iter().filter(|scene| scene.quick).collect();
+    let row = |at: usize| list::row(group, scenes[at], machine, interrupt);
+    side_by_side(threads(machine, asked), scenes.len(), row).into_iter().map_while(|row| row)
+}
+
+/// How many scenes run side by side: as many as asked for, on all cores otherwise; a device has one queue.
+fn threads(machine: Machine<'_>, asked: Option<usize>) -> usize {
+    match machine {
+        Machine::Cpu(_) => asked.or_else(|| thread::available_parallelism().ok().map(Into::into)).unwrap_or(1),
+        Machine::Gpu(_) => 1,
+    }
 }
 
 /// Heading of the rows of a machine.

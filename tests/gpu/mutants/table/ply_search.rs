@@ -38,9 +38,9 @@ pub(super) const MUTANTS: &[Mutant] = &[
         "max(dot(edge, edge), 1e-30), -0.5), 1.5)",
     ),
     mutant("folded cells are surfaces", "folded cells", "const FOLDED: f32 = 0.05;", "const FOLDED: f32 = 0.0;"),
-    mutant("twist of the cell", "two free plies", "arm - twist * (first.x * first.y)", "arm"),
-    mutant("shear of the cell along", "two free plies", "cc * q.x - ac * q.y", "cc * q.x"),
-    mutant("shear of the cell across", "two free plies", "aa * q.y - ac * q.x", "aa * q.y"),
+    mutant("twist of the cell", "two free plies", "arm - s.twist * (place.x * place.y)", "arm"),
+    mutant("shear of the cell along", "two free plies", "cc * p.x - ac * p.y", "cc * p.x"),
+    mutant("shear of the cell across", "two free plies", "aa * p.y - ac * p.x", "aa * p.y"),
     mutant(
         "corners of the cell exchanged",
         "two free plies",
