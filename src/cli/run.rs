@@ -32,7 +32,6 @@ pub(crate) fn run(arguments: &RunArguments) -> Result<(), Failure> {
         precision: chosen.precision,
         device: chosen.device.as_ref(),
         skips: arguments.skips(),
-        frames: 0,
     };
     let mut run = simulation::run(&case, options, &interrupted, &mut |at: &Progress| bar.show(at));
     if let (Err(RunError::Device(error)), Backend::Auto) = (&run, arguments.backend.backend) {

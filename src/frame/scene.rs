@@ -17,8 +17,6 @@ pub struct Scene {
     pub projectile: Option<Body>,
     /// Time step [s].
     pub time_step: f64,
-    /// Time between frames [s].
-    pub interval: f64,
 }
 
 /// One ply among the nodes and elements of a scene; element (row, column) lies between the nodes (row, column) and
@@ -55,15 +53,14 @@ impl PlyMesh {
 }
 
 impl Scene {
-    /// The whole of what a model computes. `interval`: time between frames [s].
-    pub(super) fn new<S: Scalar>(model: &Model<S>, interval: f64) -> Self {
+    /// The whole of what a model computes.
+    pub(super) fn new<S: Scalar>(model: &Model<S>) -> Self {
         let mut scene = Self {
             plies: Vec::with_capacity(model.plies.len()),
             reference: Vec::new(),
             elements: 0,
             projectile: model.projectile.as_ref().map(|projectile| projectile.body),
             time_step: model.dt,
-            interval,
         };
         for ply in &model.plies {
             let mesh = model.sheets[ply.sheet].mesh.whole();
