@@ -21,6 +21,7 @@
 //!   [`ledger`] keeps energy and momentum, [`outcome`] decides what became of the projectile,
 //!   [`profile`] measures deflection and waves. Whoever wants to follow a run implements [`simulation::Watch`] and gets
 //!   progress and [`frame`]s, the whole scene at one time.
+//! - [`checkpoint`] writes a run down between two steps, and lets it go on from there to the same bits.
 //! - [`output`] writes files and checks expectations; [`verify`] is the built-in verification table,
 //!   [`bench`] measures run time against error.
 //!
@@ -54,6 +55,7 @@
 
 pub mod bench;
 pub mod case;
+pub mod checkpoint;
 pub mod frame;
 pub mod gpu;
 pub mod kernels;

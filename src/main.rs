@@ -12,6 +12,7 @@ use cli::failure::Failure;
 fn main() -> ExitCode {
     let done = match Arguments::parse().command {
         Command::Run(arguments) => cli::run::run(&arguments),
+        Command::Resume(arguments) => cli::resume::resume(&arguments),
         Command::Check(arguments) => cli::check::check(&arguments),
         Command::Crossover(arguments) => cli::crossover::crossover(&arguments),
         Command::Bench(arguments) => cli::bench::bench(&arguments),

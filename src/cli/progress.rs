@@ -6,6 +6,8 @@ use std::time::Instant;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use ripstop::simulation::Progress;
 
+use super::screen;
+
 /// Ticks of the bar.
 const LENGTH: f64 = 1000.0;
 
@@ -59,6 +61,11 @@ impl Bar {
             self.bar.set_position((LENGTH * done as f64 / of.max(1) as f64) as u64);
             self.bar.set_message(format!("{done}/{of} scenes"));
         }
+    }
+
+    /// Says something while the bar is there.
+    pub(crate) fn say(&self, text: &str) {
+        self.bar.suspend(|| screen::complain(text));
     }
 
     /// Takes the bar away.

@@ -4,12 +4,14 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use ripstop::case::{self, Case};
+use ripstop::checkpoint::{Head, Keeper};
 use ripstop::output::{self, Folder};
-use ripstop::simulation::{self, Options, Progress, Run, RunError};
+use ripstop::simulation::{self, Options, Run, RunError};
 use serde_json::Value;
 
 use super::arguments::{Backend, RunArguments};
 use super::failure::Failure;
+use super::follow::{Follower, waiting};
 use super::progress::Bar;
 use super::{backend, interrupt, notes, result, screen};
 
@@ -25,51 +27,102 @@ pub(crate) fn run(arguments: &RunArguments) -> Result<(), Failure> {
             screen::complain(note)
         }
     };
-    chosen.note.iter().chain(&notes::notes(&case)).for_each(|note| say(note));
+    chosen.note.iter().chain(&notes::notes(&case)).chain(&waiting(&folder)).for_each(|note| say(note));
     let bar = Bar::new(!arguments.quiet);
     let options = Options {
         threads: arguments.threads,
         precision: chosen.precision,
         device: chosen.device.as_ref(),
         skips: arguments.skips(),
+        from: None,
     };
-    let mut run = simulation::run(&case, options, &interrupted, &mut |at: &Progress| bar.show(at));
+    let keeper = |options: &Options<'_>| {
+        let every = arguments.checkpoint_every?;
+        Some(Keeper::new(&folder, &case, Head::new(&case, options, every), start))
+    };
+    let mut follower = Follower { bar: &bar, keeper: keeper(&options) };
+    let mut run = simulation::run(&case, options, &interrupted, &mut follower);
     if let (Err(RunError::Device(error)), Backend::Auto) = (&run, arguments.backend.backend) {
         say(&backend::took_cpu(error));
-        run = simulation::run(&case, Options { device: None, ..options }, &interrupted, &mut |at: &Progress| {
-            bar.show(at)
-        });
+        let options = Options { device: None, ..options };
+        follower.keeper = keeper(&options);
+        run = simulation::run(&case, options, &interrupted, &mut follower);
     }
     bar.clear();
-    let run = match run {
-        Ok(run) => run,
+    match run {
+        Ok(run) => {
+            let wall = start.elapsed().as_secs_f64();
+            conclude(&case, run, &folder, follower.keeper.as_ref(), wall, Print::of(arguments.json, arguments.quiet))
+        }
         Err(error) => {
             folder.abandon();
-            return Err(Failure::start(&file(&case), &error));
+            Err(Failure::start(&file(&case), &error))
         }
-    };
-    let summary = output::summary(&case, &run, start.elapsed().as_secs_f64());
-    let written = folder.write(&case, &run, &summary);
-    if arguments.json {
-        screen::print(&format!("{summary:#}\n"))?;
-    } else if !arguments.quiet {
-        let files = written.as_ref().ok().map(|names| (folder.path(), names.as_slice()));
-        screen::print(&result::text(&case, &run, &summary, files))?;
+    }
+}
+
+/// What is printed of a result.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Print {
+    /// Nothing.
+    Nothing,
+    /// For people.
+    Table,
+    /// `summary.json`.
+    Json,
+}
+
+impl Print {
+    /// What two switches ask for.
+    pub(crate) fn of(json: bool, quiet: bool) -> Self {
+        match (json, quiet) {
+            (true, _) => Self::Json,
+            (false, true) => Self::Nothing,
+            (false, false) => Self::Table,
+        }
+    }
+}
+
+/// Writes and prints the results of a run. `wall_seconds`: time that it took, all commands together.
+pub(crate) fn conclude(
+    case: &Case,
+    mut run: Run,
+    folder: &Folder,
+    keeper: Option<&Keeper<'_>>,
+    wall_seconds: f64,
+    print: Print,
+) -> Result<(), Failure> {
+    run.unkept = keeper.and_then(Keeper::failed).map(str::to_owned);
+    let summary = output::summary(case, &run, wall_seconds);
+    let written = folder.write(case, &run, &summary);
+    match print {
+        Print::Json => screen::print(&format!("{summary:#}\n"))?,
+        Print::Table => {
+            let files = written.as_ref().ok().map(|names| (folder.path(), names.as_slice()));
+            screen::print(&result::text(case, &run, &summary, files))?;
+        }
+        Print::Nothing => {}
     }
     written?;
-    verdict(&case, &run, &summary, folder.path())
+    let goes_on = (run.interrupted || run.lost.is_some()) && keeper.is_some_and(Keeper::has_kept);
+    if !goes_on {
+        folder.forget()?;
+    }
+    verdict(case, &run, &summary, folder.path(), goes_on)
 }
 
 fn out(arguments: &RunArguments, case: &Case) -> PathBuf {
     arguments.out.clone().unwrap_or_else(|| Path::new("out").join(&case.name))
 }
 
-fn file(case: &Case) -> String {
+pub(crate) fn file(case: &Case) -> String {
     case.path.display().to_string()
 }
 
-/// What the exit code says.
-fn verdict(case: &Case, run: &Run, summary: &Value, folder: &Path) -> Result<(), Failure> {
+/// What the exit code says. `goes_on`: the run can be resumed.
+fn verdict(case: &Case, run: &Run, summary: &Value, folder: &Path, goes_on: bool) -> Result<(), Failure> {
+    let folder = folder.display();
+    let resume = if goes_on { format!("\n  help: `ripstop resume {folder}` goes on") } else { String::new() };
     if let Some(trouble) = &run.trouble {
         return Err(Failure::check(format!(
             "error: {}: the run became unstable\n  where: {}\n  found: {}\n  help: lower /solver/courant",
@@ -80,18 +133,14 @@ fn verdict(case: &Case, run: &Run, summary: &Value, folder: &Path) -> Result<(),
     }
     if let Some(reason) = &run.lost {
         return Err(Failure::lost(format!(
-            "error: {}: the device gave up at {}\n  found: {reason}\n  help: take --backend cpu; results up to there: {}",
+            "error: {}: the device gave up at {}\n  found: {reason}\n  help: take --backend cpu; results up to there: {folder}{resume}",
             file(case),
             result::reached(run),
-            folder.display()
         )));
     }
     if run.interrupted {
         let reached = result::reached(run);
-        return Err(Failure::interrupted(format!(
-            "interrupted at {reached}; results up to there: {}",
-            folder.display()
-        )));
+        return Err(Failure::interrupted(format!("interrupted at {reached}; results up to there: {folder}{resume}")));
     }
     let expect: Vec<&Value> = summary["expect"].as_array().into_iter().flatten().collect();
     let failed: Vec<String> = expect

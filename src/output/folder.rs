@@ -15,8 +15,14 @@ use crate::simulation::Run;
 const PROFILES: &str = "profiles.csv";
 /// The file that is only there for packs of several plies.
 const PLIES: &str = "plies.csv";
+/// The case as run.
+const CASE: &str = "case.json";
+/// The file that says what became of a run.
+const SUMMARY: &str = "summary.json";
+/// The last checkpoint of a run that has not ended.
+pub const CHECKPOINT: &str = "checkpoint.bin";
 /// Every file this module may write.
-const FILES: [&str; 7] = ["case.json", "history.csv", "events.csv", PLIES, PROFILES, "shot.svg", "summary.json"];
+const FILES: [&str; 8] = [CASE, "history.csv", "events.csv", PLIES, PROFILES, "shot.svg", SUMMARY, CHECKPOINT];
 
 /// Why the results could not be written.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -54,6 +60,14 @@ impl Folder {
     /// When it is a file, cannot be made or written, or when results would replace the case file itself.
     pub fn prepare(path: &Path, case: &Case) -> Result<Self, OutputError> {
         Self::prepare_for(path, &FILES, &[case.path.as_path()])
+    }
+
+    /// The folder of a run that goes on; its case lies there.
+    ///
+    /// # Errors
+    /// As [`Folder::prepare`].
+    pub fn reopen(path: &Path) -> Result<Self, OutputError> {
+        Self::prepare_for(path, &FILES, &[])
     }
 
     /// The same for these files, none of which may replace one of those that were read.
@@ -118,7 +132,7 @@ impl Folder {
     /// When the disk refuses; what lay in the folder before is then still there as long as no file was complete.
     pub fn write(&self, case: &Case, run: &Run, summary: &Value) -> Result<Vec<&'static str>, OutputError> {
         let mut texts = vec![
-            ("case.json", pretty(&case.as_run)),
+            (CASE, pretty(&case.as_run)),
             ("history.csv", history::text(&run.history)),
             ("events.csv", csv::events(&run.events, run.time_step)),
         ];
@@ -130,8 +144,47 @@ impl Folder {
         }
         texts.push(("shot.svg", picture::picture(case, run)));
         // Last, so that a summary speaks of the files around it.
-        texts.push(("summary.json", pretty(summary)));
-        self.put(&texts, &["summary.json", PLIES, PROFILES])
+        texts.push((SUMMARY, pretty(summary)));
+        self.put(&texts, &[SUMMARY, PLIES, PROFILES])
+    }
+
+    /// Makes the folder that of a run which will leave checkpoints: the case is there, nothing of an earlier run is.
+    ///
+    /// # Errors
+    /// When the disk refuses.
+    pub(crate) fn begin(&self, case: &Case) -> Result<(), OutputError> {
+        self.put(&[(CASE, pretty(&case.as_run))], &FILES).map(drop)
+    }
+
+    /// Writes a file piece by piece; it takes the place of an older one once it is complete. What a run that was killed
+    /// leaves of it is written over by the next.
+    ///
+    /// # Errors
+    /// When the disk refuses, or `write` does; the older one is then still there.
+    pub(crate) fn replace(&self, name: &str, write: impl FnOnce(&mut File) -> io::Result<()>) -> io::Result<()> {
+        let staged = self.path.join(staged(name));
+        let written = File::create(&staged).and_then(|mut file| {
+            write(&mut file)?;
+            file.sync_all()
+        });
+        let replaced = written.and_then(|()| fs::rename(&staged, self.path.join(name))).and_then(|()| self.flush());
+        if replaced.is_err() {
+            // Room for what comes; where even that fails, the first reason is the one to tell.
+            fs::remove_file(&staged).ok();
+        }
+        replaced
+    }
+
+    /// Removes the checkpoint of a run that has ended, or of one whose results are no longer here.
+    ///
+    /// # Errors
+    /// When the disk refuses.
+    pub fn forget(&self) -> Result<(), OutputError> {
+        let remove = |name: &str| {
+            let failed = |error| OutputError::new(&self.path.join(name), "a file that can be removed", error);
+            self.remove(name).map_err(failed)
+        };
+        remove(&staged(CHECKPOINT)).and_then(|()| remove(CHECKPOINT))
     }
 
     /// Writes files, all complete before the first gets its name; `stale` ones of an earlier time go before that.
@@ -182,6 +235,11 @@ impl Folder {
 
 fn pretty(value: &Value) -> String {
     format!("{value:#}\n")
+}
+
+/// Name of a file that is being written.
+fn staged(name: &str) -> String {
+    format!(".{name}.tmp")
 }
 
 /// An empty file in `folder` with the rights of any new file.

@@ -12,7 +12,7 @@ mod picture;
 mod summary;
 
 pub use expect::{Checked, check};
-pub use folder::{Folder, OutputError};
+pub use folder::{CHECKPOINT, Folder, OutputError};
 pub(crate) use picture::escape;
 pub use picture::picture;
 pub(crate) use summary::velocity_left;

@@ -10,11 +10,13 @@
 //! columns that nothing has reached are left out.
 
 mod kernels;
+mod memory;
 mod plies;
 mod projectile;
 mod trouble;
 
 use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
 
 use crate::kernels::element_force::{ElementRow, ElementTotals, field as element};
 use crate::kernels::node_update::{Neighbours, NodeTotals, Part, RowMass};
@@ -24,13 +26,14 @@ use crate::model::Model;
 use crate::number::Scalar;
 use crate::state::{Rows, State, split, split_mut};
 pub use kernels::{HasKernels, RowKernels};
+pub(crate) use memory::Memory;
 use plies::PlyContact;
 use projectile::ProjectileContact;
 pub use projectile::{fabric_between, node_position, node_stands};
 pub use trouble::{elements, fastest_node, find_trouble, nodes};
 
 /// A yarn failure, with its place in the pack.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct FailureEvent {
     /// Step it was found in.
     pub step: u64,
