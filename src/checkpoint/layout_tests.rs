@@ -19,7 +19,7 @@ fn bytes(value: &impl Serialize) -> usize {
 #[test]
 fn what_is_written_is_that_of_the_format() -> Result<(), Box<dyn std::error::Error>> {
     let text = r#"{"title": "one ply", "fabric": {"file": "fabrics/s-720.json"},
-        "pack": {"width_mm": 12.7, "height_mm": 12.7}, "solver": {"symmetry": "none"},
+        "pack": {"width_mm": 12.7, "height_mm": 12.7}, "solver": {"end_time_us": 1, "symmetry": "none"},
         "projectile": {"shape": "sphere", "diameter_mm": 6, "mass_g": 1, "velocity_m_s": 50}}"#;
     let simulation = Simulation::<f64>::new(&case::from_str("one", text, &[])?)?;
     let event = FailureEvent { step: 0, ply: 0, i: 0, j: 0, yarn: 0, strain: 0.0 };
