@@ -42,6 +42,8 @@ pub struct YarnResponse<R> {
     pub force: R,
     /// dF/dh of `force` [N/m].
     pub stiffness: R,
+    /// dε/dh [1/m].
+    pub growth: R,
 }
 
 impl<R: Real> YarnConstants<R> {
@@ -61,7 +63,15 @@ impl<R: Real> YarnResponse<R> {
             tension: R::select(mask, yes.tension, no.tension),
             force: R::select(mask, yes.force, no.force),
             stiffness: R::select(mask, yes.stiffness, no.stiffness),
+            growth: R::select(mask, yes.growth, no.growth),
         }
+    }
+
+    /// The response of a taut yarn after a rise of its height too small to bend the curve.
+    #[inline(always)]
+    pub fn raised(&self, yarn: &YarnConstants<R>, rise: R) -> Self {
+        let strain = self.strain + self.growth * rise;
+        Self { strain, tension: yarn.stiffness * strain, force: self.force + self.stiffness * rise, ..*self }
     }
 
     /// The contact force without its continuation: 0 where the yarn is slack.
@@ -151,6 +161,7 @@ impl<R: Real> Sinusoid<R> {
             tension: self.tension,
             force: R::select(self.taut, force, yarn.slack * self.strain),
             stiffness: R::select(self.taut, stiffness, yarn.slack * self.dstrain),
+            growth: self.dstrain,
         }
     }
 }
@@ -238,6 +249,7 @@ impl LawKernel for Kawabata {
             tension,
             force: R::select(taut, two * tension * sine, yarn.slack * strain),
             stiffness: R::select(taut, stiffness, yarn.slack * dstrain),
+            growth: dstrain,
         }
     }
     #[inline(always)]
