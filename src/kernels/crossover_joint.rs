@@ -19,6 +19,9 @@ pub const JOINT_ITERATIONS: u32 = 7;
 /// Misfit of compatibility accepted, over the sum of heights [-], as far as the precision goes.
 pub const SLIP: f64 = 1e-12;
 
+/// Strain by which a step along the tangents may miss the curve, as far as the precision goes [-].
+pub const UNSEEN: f64 = 5e-15;
+
 /// Where the iteration ended.
 pub(super) struct Joint<R: Real> {
     /// Heights of the pivot and of the other yarn [m].
@@ -49,6 +52,7 @@ pub(super) fn iterate<R: Real, L: LawKernel>(
     let loose = cell.loose;
     let tight = n.with(1e-2) * loose;
     let slip = n.with(SLIP.max(8.0 * R::EPSILON)) * cell.height_sum;
+    let unseen = n.with(UNSEEN.max(0.5 * R::EPSILON));
     let mut q = opening(cell, height[0] + height[1]).max(tight);
     let mut height = [height[0], other_height(cell, height[0], q)];
     let mut yarn = each!(i in 2 => L::respond(&cell.yarn[index[i]], &span[index[i]], height[i]));
@@ -89,9 +93,14 @@ pub(super) fn iterate<R: Real, L: LawKernel>(
         let new = [pivot, other_height(cell, pivot, next)];
         let rise = each!(i in 2 => new[i] - height[i]);
         let raised = each!(i in 2 => yarn[i].raised(&cell.yarn[index[i]], rise[i]));
-        // What the curves would bend away from their tangents over this step: F″h ≤ 3F′ of a yarn in any law, twice that for q.
-        let bend = each!(i in 2 => (n.with(4.0) * yarn[i].stiffness * rise[i].squared()).le(limit * height[i]));
-        let bend_q = (n.with(4.0) * so * b * (next - q).squared()).le(limit * q);
+        // What the curves bend away from their tangents over this step: F″h ≤ 3F′ and ε″h ≤ ε′ of a yarn in any law, twice
+        // as much for q.
+        let bend = each!(i in 2 => {
+            let square = rise[i].squared();
+            let force = (n.with(4.0) * yarn[i].stiffness * square).le(limit * height[i]);
+            force & (yarn[i].growth * square).le(unseen * height[i])
+        });
+        let bend_q = (n.with(4.0) * b * (next - q).squared()).le(slip * q);
         let balanced = (raised[0].force - raised[1].force).abs().le(limit);
         let stays = each!(i in 2 => taut[i] & zero.lt(raised[i].strain));
         let last = pending & bend[0] & bend[1] & bend_q & balanced & stays[0] & stays[1];
