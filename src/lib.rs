@@ -68,4 +68,5 @@ pub mod simulation;
 pub mod state;
 pub mod step;
 mod tally;
+pub mod unit_cell;
 pub mod verify;

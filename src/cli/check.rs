@@ -4,12 +4,12 @@ use std::fmt::Write;
 use std::path::Path;
 
 use ripstop::case::{self, Case};
+use ripstop::output::number::{bytes, grouped, us};
+use ripstop::output::symmetry;
 use ripstop::simulation::{Sample, Simulation, Skips};
 
 use super::arguments::CheckArguments;
 use super::failure::Failure;
-use super::number::{bytes, grouped, us};
-use super::result::symmetry;
 use super::screen;
 use super::table::{Align, Table};
 

@@ -6,9 +6,9 @@ use ripstop::case::CaseError;
 use ripstop::gpu::DeviceError;
 use ripstop::model::ModelError;
 use ripstop::output::OutputError;
+use ripstop::output::number::bytes;
 use ripstop::simulation::RunError;
 
-use super::number::bytes;
 use super::screen;
 
 /// A check failed or the run became unstable.

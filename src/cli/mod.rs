@@ -10,7 +10,6 @@ pub(crate) mod failure;
 pub(crate) mod info;
 pub(crate) mod interrupt;
 pub(crate) mod notes;
-pub(crate) mod number;
 pub(crate) mod progress;
 pub(crate) mod range;
 pub(crate) mod result;

@@ -5,13 +5,12 @@ use std::path::Path;
 
 use ripstop::case::Case;
 use ripstop::model::MirrorPlanes;
-use ripstop::outcome::Outcome;
-use ripstop::output;
+use ripstop::output::expectation::{expected, got, note, quantity};
+use ripstop::output::number::{fixed, fraction, grouped, short, us};
+use ripstop::output::{Energies, symmetry, verdict};
 use ripstop::simulation::Run;
-use ripstop::step::Trouble;
 use serde_json::Value;
 
-use super::number::{fixed, fraction, grouped, short, us};
 use super::table::{Align, Table};
 
 /// What practitioners accept: energy balance and hourglass energy [-].
@@ -20,7 +19,9 @@ const HOURGLASS_LIMIT: f64 = 0.05;
 
 /// The whole text. `files`: folder and names, where they were written.
 pub(crate) fn text(case: &Case, run: &Run, summary: &Value, files: Option<(&Path, &[&str])>) -> String {
-    let mut parts = vec![case.title.clone(), format!("\n{}", verdict(case, run)), energy(run), trust(run, summary)];
+    let verdict = verdict(case, run);
+    let verdict = format!("\n{}{} {}", verdict.word.to_uppercase(), verdict.mark(), verdict.detail);
+    let mut parts = vec![case.title.clone(), verdict, energy(run), trust(run, summary)];
     parts.push(cost(case, run, summary));
     parts.push(expectations(summary));
     if let Some((folder, names)) = files {
@@ -30,95 +31,21 @@ pub(crate) fn text(case: &Case, run: &Run, summary: &Value, files: Option<(&Path
     parts.iter().map(|part| format!("{}\n", part.trim_end())).collect()
 }
 
-/// Time reached.
-pub(crate) fn reached(run: &Run) -> String {
-    us(run.history.last().map_or(0.0, |row| row.time))
-}
-
-/// Where a run went wrong.
-pub(crate) fn place(trouble: &Trouble) -> String {
-    let [ply, row, column] = trouble.place;
-    format!("step {}, kernel {}, ply {ply}, row {row}, column {column}", trouble.step, trouble.kernel)
-}
-
-fn verdict(case: &Case, run: &Run) -> String {
-    if let Some(trouble) = &run.trouble {
-        return format!("UNSTABLE at {}: {}", place(trouble), trouble.quantity);
-    }
-    let velocity = output::residual_velocity(case, run).unwrap_or(0.0);
-    let stop = run.stop_time.map_or(String::new(), |time| format!(" at {}", us_rounded(time)));
-    let deflection = run.history.iter().map(|row| row.deflection).fold(0.0, f64::max) * 1e3;
-    let deflected = format!("deflected {} mm at most", short(deflection, 4));
-    if run.interrupted {
-        return format!("INTERRUPTED at {}, {deflected}", reached(run));
-    }
-    if !output::flies_freely(case) {
-        return format!("DONE: {} computed, {deflected}", reached(run));
-    }
-    let struck = case.projectile.as_ref().map_or(0.0, |p| p.velocity);
-    let through = run.history.last().map_or(0, |row| row.perforated_plies);
-    let torn = if run.plies > 1 { format!("{through} of {} plies perforated, ", run.plies) } else { String::new() };
-    let struck = format!("{torn}struck at {} m/s", short(struck, 4));
-    match run.outcome {
-        Outcome::Perforated => format!("PERFORATED: leaves at {} m/s, {struck}", short(velocity, 4)),
-        Outcome::Stopped => format!("STOPPED{stop}, {struck}, {deflected}"),
-        Outcome::Rebounded => {
-            format!("REBOUNDED: turned{stop}, flies at {} m/s, {struck}, {deflected}", short(velocity, 4))
-        }
-        Outcome::Running => format!(
-            "STILL RUNNING at {}: {} m/s left, {struck}, {deflected}; raise /solver/end_time_us for a verdict",
-            reached(run),
-            short(velocity, 4)
-        ),
-    }
-}
-
-fn us_rounded(time: f64) -> String {
-    format!("{:.1} µs", time * 1e6)
-}
-
 /// What the fabric was given and where it is at the end.
 fn energy(run: &Run) -> String {
-    let (Some(first), Some(last)) = (run.history.first(), run.history.last()) else { return String::new() };
-    let (start, end) = (&first.balance, &last.balance);
-    let absorbed = output::absorbed_energy(run);
-    let given = absorbed + end.external;
-    // The first row stands after the first contact: what the fabric moved with before is what balances it.
-    let kinetic =
-        start.kinetic + start.contact + start.friction + start.projectile - start.external - run.impact_energy;
-    let mut rows = vec![
-        ("fabric, kinetic", end.kinetic - kinetic),
-        ("fabric, internal", end.internal - start.internal),
-        ("hourglass", end.hourglass - start.hourglass),
-        ("contact", end.contact),
-        ("friction", end.friction),
-        ("yarn failure", end.failure),
-    ];
-    let found: f64 = rows.iter().map(|row| row.1).sum();
-    rows.push(("unaccounted", given - found));
-    let scale = rows.iter().map(|row| row.1.abs()).fold(given.abs(), f64::max);
-    if scale <= 0.0 || !scale.is_finite() {
-        return String::new();
-    }
-    let (factor, unit) = match scale {
-        0.1.. => (1.0, "J"),
-        1e-4.. => (1e3, "mJ"),
-        _ => (1e6, "µJ"),
-    };
-    let decimals = (4.0 - (factor * scale).log10().floor()).clamp(0.0, 4.0) as usize;
-    let joule = |energy: f64| format!("{} {unit}", fixed(factor * energy, decimals));
+    let Some(energies) = Energies::of(run) else { return String::new() };
     let mut table = Table::plain(&[Align::Left, Align::Right, Align::Right]);
-    if run.impact_energy > 0.0 && end.external == 0.0 {
-        table.row(["lost by the projectile".to_owned(), joule(absorbed), format!("of {}", joule(run.impact_energy))]);
-    } else if given != 0.0 {
-        table.row(["given to the fabric".to_owned(), joule(given)]);
+    let absorbed = energies.text(energies.absorbed);
+    if run.impact_energy > 0.0 && energies.given == energies.absorbed {
+        let impact = format!("of {}", energies.text(run.impact_energy));
+        table.row(["lost by the projectile".to_owned(), absorbed, impact]);
+    } else if energies.given != 0.0 {
+        table.row(["given to the fabric".to_owned(), energies.text(energies.given)]);
     } else {
         table.row(["change"]);
     }
-    for (name, energy) in rows {
-        let share = 100.0 * energy / given;
-        let share = if given > 1e-9 * scale { format!("{} %", fixed(share, 1)) } else { String::new() };
-        table.row([format!("  {name}"), joule(energy), share]);
+    for (name, energy) in &energies.shares {
+        table.row([format!("  {name}"), energies.text(*energy), energies.percent(*energy)]);
     }
     format!("\nenergy\n{}", indent(&table.to_string()))
 }
@@ -177,17 +104,6 @@ fn cost(case: &Case, run: &Run, summary: &Value) -> String {
     format!("\ncost\n{}", indent(&table.to_string()))
 }
 
-/// What mirror planes a scene is cut at, if it is.
-pub(crate) fn symmetry(planes: MirrorPlanes) -> String {
-    let names = planes.names();
-    let part = match names.len() {
-        0 => return "none: the whole scene is computed".to_owned(),
-        1 => "a half",
-        _ => "a quarter",
-    };
-    format!("{part}, mirrored at {} = 0", names.join(" = 0 and "))
-}
-
 fn expectations(summary: &Value) -> String {
     let checks: Vec<&Value> = summary["expect"].as_array().into_iter().flatten().collect();
     if checks.is_empty() {
@@ -207,45 +123,6 @@ fn expectations(summary: &Value) -> String {
 pub(crate) fn broken(check: &Value) -> String {
     let line = format!("{}: expected {}, got {} {}", quantity(check), expected(check), got(check), note(check));
     line.trim_end().to_owned()
-}
-
-fn quantity(check: &Value) -> String {
-    let name = check["quantity"].as_str().unwrap_or_default();
-    if let Some(at) = check["at_us"].as_f64() {
-        return format!("{name} at {} µs", short(at, 7));
-    }
-    match (check["between_us"][0].as_f64(), check["between_us"][1].as_f64()) {
-        (Some(from), Some(to)) => format!("{name} between {} and {} µs", short(from, 7), short(to, 7)),
-        _ => name.to_owned(),
-    }
-}
-
-fn expected(check: &Value) -> String {
-    let expected = &check["expected"];
-    let number = |key: &str| expected[key].as_f64();
-    if let Some(word) = expected.as_str() {
-        return word.to_owned();
-    }
-    match (number("value"), number("tolerance"), number("min"), number("max")) {
-        (Some(value), Some(tolerance), ..) => format!("{value} ± {}", short(tolerance, 6)),
-        (.., Some(min), Some(max)) => format!("{min} to {max}"),
-        (.., Some(min), None) => format!("≥ {min}"),
-        (.., None, Some(max)) => format!("≤ {max}"),
-        _ => "-".to_owned(),
-    }
-}
-
-fn got(check: &Value) -> String {
-    match &check["got"] {
-        Value::Number(number) => number.as_f64().map_or_else(String::new, |number| short(number, 6)),
-        Value::String(word) => word.clone(),
-        Value::Null => "nothing".to_owned(),
-        other => other.to_string(),
-    }
-}
-
-fn note(check: &Value) -> String {
-    check["note"].as_str().map_or_else(String::new, |note| format!("({note})"))
 }
 
 fn indent(text: &str) -> String {

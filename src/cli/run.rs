@@ -72,7 +72,7 @@ fn verdict(case: &Case, run: &Run, summary: &Value, folder: &Path) -> Result<(),
         return Err(Failure::check(format!(
             "error: {}: the run became unstable\n  where: {}\n  found: {}\n  help: lower /solver/courant",
             file(case),
-            result::place(trouble),
+            output::place(trouble),
             trouble.quantity
         )));
     }
@@ -80,12 +80,12 @@ fn verdict(case: &Case, run: &Run, summary: &Value, folder: &Path) -> Result<(),
         return Err(Failure::lost(format!(
             "error: {}: the device gave up at {}\n  found: {reason}\n  help: take --backend cpu; results up to there: {}",
             file(case),
-            result::reached(run),
+            output::reached(run),
             folder.display()
         )));
     }
     if run.interrupted {
-        let reached = result::reached(run);
+        let reached = output::reached(run);
         return Err(Failure::interrupted(format!(
             "interrupted at {reached}; results up to there: {}",
             folder.display()
