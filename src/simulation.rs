@@ -6,6 +6,7 @@ use std::time::Instant;
 use nalgebra::Vector3;
 
 use crate::case::Case;
+use crate::frame::{Camera, Snapshot};
 use crate::gpu::{self, DeviceError};
 use crate::kernels::rigid_body::RigidBody;
 use crate::ledger::{Balance, Ledger, PlyMoment};
@@ -68,6 +69,26 @@ pub struct Options<'a> {
     pub device: Option<&'a gpu::Device>,
     /// What is left out.
     pub skips: Skips,
+    /// Frames that the watcher gets, see [`crate::frame`].
+    pub frames: usize,
+}
+
+/// Follows a run. Called on the thread that drives it, so whatever takes long belongs on another.
+///
+/// A closure that takes [`Progress`] follows progress alone, `()` nothing at all.
+pub trait Watch: Send {
+    /// Rows of the history have been added.
+    fn progress(&mut self, _at: &Progress) {}
+    /// A frame is due; only where [`Options::frames`] asks for some.
+    fn frame(&mut self, _snapshot: Snapshot) {}
+}
+
+impl Watch for () {}
+
+impl<F: FnMut(&Progress) + Send> Watch for F {
+    fn progress(&mut self, at: &Progress) {
+        self(at);
+    }
 }
 
 /// Why a run did not start.
@@ -227,38 +248,37 @@ pub struct Run {
 /// # Errors
 /// When the case cannot become a model, or the device cannot hold it. A run that becomes unstable is a [`Run`] with
 /// `trouble`, one whose device was lost a [`Run`] with `lost`.
-pub fn run(
-    case: &Case,
-    options: Options<'_>,
-    interrupt: &AtomicBool,
-    progress: &mut (dyn FnMut(&Progress) + Send),
-) -> Result<Run, RunError> {
+pub fn run(case: &Case, options: Options<'_>, interrupt: &AtomicBool, watch: &mut dyn Watch) -> Result<Run, RunError> {
     let threads = options.threads.unwrap_or(0);
     let pool = rayon::ThreadPoolBuilder::new()
         .num_threads(threads)
         .build()
         .map_err(|e| RunError::Threads { threads, reason: e.to_string() })?;
     pool.install(|| match (options.device, options.precision) {
-        (Some(device), _) => gpu::run(case, device, options.skips, interrupt, progress),
-        (None, Precision::F64) => run_as::<f64>(case, options.skips, interrupt, progress),
-        (None, Precision::F32) => run_as::<f32>(case, options.skips, interrupt, progress),
+        (Some(device), _) => gpu::run(case, device, options, interrupt, watch),
+        (None, Precision::F64) => run_as::<f64>(case, options, interrupt, watch),
+        (None, Precision::F32) => run_as::<f32>(case, options, interrupt, watch),
     })
 }
 
 fn run_as<S: Scalar>(
     case: &Case,
-    skips: Skips,
+    options: Options<'_>,
     interrupt: &AtomicBool,
-    progress: &mut (dyn FnMut(&Progress) + Send),
+    watch: &mut dyn Watch,
 ) -> Result<Run, RunError> {
-    let mut simulation = Simulation::<S>::with_skips(case, skips)?;
+    let mut simulation = Simulation::<S>::with_skips(case, options.skips)?;
+    let mut camera = Camera::new(options.frames, case.solver.end_time, &simulation.model);
     let start = Instant::now();
     while !simulation.finished(case) {
         if interrupt.load(Ordering::Relaxed) {
             simulation.record.interrupted = true;
         }
+        if let Some(snapshot) = camera.as_mut().and_then(|camera| camera.look(&simulation.state)) {
+            watch.frame(snapshot);
+        }
         if simulation.advance(case) {
-            progress(&simulation.progress(case));
+            watch.progress(&simulation.progress(case));
         }
     }
     Ok(simulation.into_run(start.elapsed().as_secs_f64()))

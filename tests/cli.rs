@@ -133,7 +133,7 @@ fn stderr(output: &Output) -> String {
 fn run(case: &Value) -> (case::Case, Run) {
     let case = case::from_str("shot.json", &case.to_string(), &[]).unwrap();
     let options = Options { threads: Some(1), ..Options::default() };
-    let run = simulation::run(&case, options, &AtomicBool::new(false), &mut |_| {}).unwrap();
+    let run = simulation::run(&case, options, &AtomicBool::new(false), &mut ()).unwrap();
     (case, run)
 }
 

@@ -5,7 +5,7 @@ use std::time::Instant;
 
 use ripstop::case::{self, Case};
 use ripstop::output::{self, Folder};
-use ripstop::simulation::{self, Options, Run, RunError};
+use ripstop::simulation::{self, Options, Progress, Run, RunError};
 use serde_json::Value;
 
 use super::arguments::{Backend, RunArguments};
@@ -32,11 +32,14 @@ pub(crate) fn run(arguments: &RunArguments) -> Result<(), Failure> {
         precision: chosen.precision,
         device: chosen.device.as_ref(),
         skips: arguments.skips(),
+        frames: 0,
     };
-    let mut run = simulation::run(&case, options, &interrupted, &mut |at| bar.show(at));
+    let mut run = simulation::run(&case, options, &interrupted, &mut |at: &Progress| bar.show(at));
     if let (Err(RunError::Device(error)), Backend::Auto) = (&run, arguments.backend.backend) {
         say(&backend::took_cpu(error));
-        run = simulation::run(&case, Options { device: None, ..options }, &interrupted, &mut |at| bar.show(at));
+        run = simulation::run(&case, Options { device: None, ..options }, &interrupted, &mut |at: &Progress| {
+            bar.show(at)
+        });
     }
     bar.clear();
     let run = match run {

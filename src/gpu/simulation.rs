@@ -14,11 +14,12 @@ use super::layout::{self, BODY_WORDS, StepInfo, Sums, status, sum};
 use super::stepper::{BATCH, BatchResult, Pending, Stepper};
 use super::{Device, DeviceError};
 use crate::case::Case;
+use crate::frame::{Camera, Snapshot};
 use crate::ledger::{Ledger, PlyMoment};
 use crate::model::Model;
 use crate::profile;
 use crate::record::{Machine, Moment, Record, sample_due, time_up};
-use crate::simulation::{self, Progress, Run, RunError, Skips};
+use crate::simulation::{self, Options, Progress, Run, RunError, Skips, Watch};
 use crate::state::State;
 
 /// How long a batch should take: long enough to hide its submission, short enough to follow progress and Ctrl-C.
@@ -32,16 +33,20 @@ const BATCH_TIME: [Duration; 2] = [Duration::from_millis(20), Duration::from_mil
 pub fn run(
     case: &Case,
     device: &Device,
-    skips: Skips,
+    options: Options<'_>,
     interrupt: &AtomicBool,
-    progress: &mut (dyn FnMut(&Progress) + Send),
+    watch: &mut dyn Watch,
 ) -> Result<Run, RunError> {
-    let mut simulation = Simulation::with_skips(case, device, skips)?;
+    let mut simulation = Simulation::with_skips(case, device, options.skips)?;
+    simulation.camera = Camera::new(options.frames, case.solver.end_time, &simulation.model);
     let start = Instant::now();
     while !simulation.finished() {
         simulation.record.interrupted |= interrupt.load(Ordering::Relaxed);
         simulation.advance(case);
-        progress(&simulation.progress(case));
+        if let Some(snapshot) = simulation.snapshot.take() {
+            watch.frame(snapshot);
+        }
+        watch.progress(&simulation.progress(case));
     }
     Ok(simulation.into_run(start.elapsed().as_secs_f64()))
 }
@@ -55,6 +60,9 @@ pub struct Simulation<'a> {
     stepper: Stepper<'a>,
     ledger: Ledger,
     record: Record,
+    camera: Option<Camera<f32>>,
+    /// The frame that was due before the last batch sent off.
+    snapshot: Option<Snapshot>,
     given: (f64, Vector3<f64>),
     /// Batches on their way with their steps, the oldest first.
     pending: VecDeque<(Vec<StepInfo>, Pending)>,
@@ -95,6 +103,8 @@ impl<'a> Simulation<'a> {
         stepper.upload(&model, &state);
         Ok(Self {
             given: simulation::given(&model, &state),
+            camera: None,
+            snapshot: None,
             record,
             ledger: Ledger::of_part(model.planes),
             model,
@@ -142,6 +152,12 @@ impl<'a> Simulation<'a> {
         self
     }
 
+    /// Whether the state has to be read before the step from `time` [s].
+    fn state_due(&self, case: &Case, time: f64) -> bool {
+        self.record.profile_due(case, time, self.model.dt)
+            || self.camera.as_ref().is_some_and(|camera| camera.is_due(time))
+    }
+
     /// The steps of the next batch, and whether the last of them ends the run by time or request.
     fn plan(&self, case: &Case) -> (Vec<StepInfo>, bool) {
         let dt = self.model.dt;
@@ -152,7 +168,7 @@ impl<'a> Simulation<'a> {
         while steps.len() < self.batch && slots < SLOTS && !ends {
             let index = self.next + steps.len() as u64;
             let time = self.time_of(index);
-            if !steps.is_empty() && self.record.profile_due(case, time, dt) {
+            if !steps.is_empty() && self.state_due(case, time) {
                 break; // the state is read before that step
             }
             let since = index - last.map_or(0, |l| l + 1) + 1;
@@ -178,12 +194,8 @@ impl<'a> Simulation<'a> {
 
     fn try_advance(&mut self, case: &Case) -> Result<(), DeviceError> {
         let time = self.time_of(self.next);
-        if self.record.profile_due(case, time, self.model.dt) {
-            while !self.pending.is_empty() && !self.ended {
-                self.collect(case)?;
-            }
-            self.stepper.download(&self.model, &mut self.state)?;
-            self.record.profiles.push(profile::take(&self.model, &self.state, case, time));
+        if !self.complete && self.state_due(case, time) {
+            self.read_state(case, time)?;
         }
         if !self.complete && !self.ended {
             let (steps, ends) = self.plan(case);
@@ -196,6 +208,23 @@ impl<'a> Simulation<'a> {
         if !self.ended && (self.complete || self.pending.len() > 1) {
             self.collect(case)?;
         }
+        Ok(())
+    }
+
+    /// Takes what is due of the state before the step from `time` [s], unless the run is over by then.
+    fn read_state(&mut self, case: &Case, time: f64) -> Result<(), DeviceError> {
+        while !self.pending.is_empty() && !self.ended {
+            self.collect(case)?;
+        }
+        if self.ended {
+            return Ok(());
+        }
+        self.stepper.download(&self.model, &mut self.state)?;
+        self.state.step = self.next;
+        if self.record.profile_due(case, time, self.model.dt) {
+            self.record.profiles.push(profile::take(&self.model, &self.state, case, time));
+        }
+        self.snapshot = self.camera.as_mut().and_then(|camera| camera.look(&self.state));
         Ok(())
     }
 
