@@ -51,8 +51,8 @@ pub(crate) enum Command {
   ripstop run shot.json --set /projectile/velocity_m_s=200 --out out/shot-200
   ripstop run shot.json --set '/pack/edges={\"left\":\"free\"}' --json | jq .residual_velocity_m_s
 
-DIR gets summary.json, history.csv, events.csv, case.json (the case as run),
-shot.svg (a picture), and profiles.csv where the case asks for profiles. The first Ctrl-C writes them
+DIR gets report.html (open it in a browser: verdict, trust, figures, playback),
+summary.json, history.csv, events.csv, case.json (the case as run), shot.svg (a picture), and profiles.csv where the case asks for profiles. The first Ctrl-C writes them
 up to that moment, the second ends at once.")]
 pub(crate) struct RunArguments {
     /// Case file
@@ -81,6 +81,9 @@ pub(crate) struct RunArguments {
         default_missing_value = "all"
     )]
     pub(crate) no_skip: Vec<Skip>,
+    /// Write no report.html
+    #[arg(long)]
+    pub(crate) no_report: bool,
     /// Print nothing but errors
     #[arg(long, short)]
     pub(crate) quiet: bool,

@@ -4,14 +4,14 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use ripstop::case::{self, Case};
-use ripstop::output::{self, Folder};
-use ripstop::simulation::{self, Options, Progress, Run, RunError};
+use ripstop::output::{self, Folder, report};
+use ripstop::simulation::{self, Options, Run, RunError};
 use serde_json::Value;
 
 use super::arguments::{Backend, RunArguments};
 use super::failure::Failure;
 use super::progress::Bar;
-use super::{backend, interrupt, notes, result, screen};
+use super::{backend, film, interrupt, notes, result, screen};
 
 /// Runs a case, writes its results and says what happened.
 pub(crate) fn run(arguments: &RunArguments) -> Result<(), Failure> {
@@ -32,14 +32,15 @@ pub(crate) fn run(arguments: &RunArguments) -> Result<(), Failure> {
         precision: chosen.precision,
         device: chosen.device.as_ref(),
         skips: arguments.skips(),
-        frames: 0,
+        frames: if arguments.no_report { 0 } else { report::film::FRAMES },
     };
-    let mut run = simulation::run(&case, options, &interrupted, &mut |at: &Progress| bar.show(at));
+    let shoot = |options: Options<'_>| {
+        film::followed(&case, &bar, |watch| simulation::run(&case, options, &interrupted, watch))
+    };
+    let (mut run, mut film) = shoot(options);
     if let (Err(RunError::Device(error)), Backend::Auto) = (&run, arguments.backend.backend) {
         say(&backend::took_cpu(error));
-        run = simulation::run(&case, Options { device: None, ..options }, &interrupted, &mut |at: &Progress| {
-            bar.show(at)
-        });
+        (run, film) = shoot(Options { device: None, ..options });
     }
     bar.clear();
     let run = match run {
@@ -50,7 +51,8 @@ pub(crate) fn run(arguments: &RunArguments) -> Result<(), Failure> {
         }
     };
     let summary = output::summary(&case, &run, start.elapsed().as_secs_f64());
-    let written = folder.write(&case, &run, &summary);
+    let page = (!arguments.no_report).then(|| report::report(&case, &run, &summary, film.as_ref()));
+    let written = folder.write(&case, &run, &summary, page);
     if arguments.json {
         screen::print(&format!("{summary:#}\n"))?;
     } else if !arguments.quiet {

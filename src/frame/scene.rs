@@ -1,7 +1,7 @@
 //! What stays the same from frame to frame.
 
 use crate::kernels::projectile_shape::Body;
-use crate::model::Model;
+use crate::model::{MirrorPlanes, Model};
 use crate::number::Scalar;
 
 /// What stays the same from frame to frame: the whole pack at rest, and the shape of the projectile.
@@ -15,6 +15,8 @@ pub struct Scene {
     pub elements: usize,
     /// Surface of the projectile in its own axes, where there is one.
     pub projectile: Option<Body>,
+    /// Mirror planes that the scene was cut at; what is here is the whole.
+    pub planes: MirrorPlanes,
     /// Time step [s].
     pub time_step: f64,
     /// Time between frames [s].
@@ -62,6 +64,7 @@ impl Scene {
             reference: Vec::new(),
             elements: 0,
             projectile: model.projectile.as_ref().map(|projectile| projectile.body),
+            planes: model.planes,
             time_step: model.dt,
             interval,
         };

@@ -29,6 +29,11 @@ impl Snapshot {
         &self.scene
     }
 
+    /// Counted from 0.
+    pub fn index(&self) -> usize {
+        self.index
+    }
+
     /// [s]
     pub fn time(&self) -> f64 {
         self.time

@@ -13,7 +13,9 @@ mod folder;
 pub mod history;
 pub mod number;
 mod picture;
+pub mod report;
 mod summary;
+pub mod trust;
 mod verdict;
 
 pub use energies::Energies;
