@@ -1,12 +1,12 @@
 //! The host loop: drives the steps, samples history, watches the numbers, decides when a run ends.
 
+use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
 use nalgebra::Vector3;
 
 use crate::case::Case;
-use crate::frame::{Camera, Snapshot};
 use crate::gpu::{self, DeviceError};
 use crate::kernels::rigid_body::RigidBody;
 use crate::ledger::{Balance, Ledger, PlyMoment};
@@ -69,8 +69,6 @@ pub struct Options<'a> {
     pub device: Option<&'a gpu::Device>,
     /// What is left out.
     pub skips: Skips,
-    /// Frames that the watcher gets, see [`crate::frame`].
-    pub frames: usize,
 }
 
 /// Follows a run. Called on the thread that drives it, so whatever takes long belongs on another.
@@ -79,8 +77,42 @@ pub struct Options<'a> {
 pub trait Watch: Send {
     /// Rows of the history have been added.
     fn progress(&mut self, _at: &Progress) {}
-    /// A frame is due; only where [`Options::frames`] asks for some.
-    fn frame(&mut self, _snapshot: Snapshot) {}
+    /// Whether it wants to look at the positions at `time` [s], `dt` [s] after the last. Nothing but time may decide, and what it
+    /// has looked at: it is also asked about times to come.
+    fn is_due(&self, _time: f64, _dt: f64) -> bool {
+        false
+    }
+    /// The state at a time that is due, before the next step.
+    fn look(&mut self, _view: &View<'_>) {}
+    /// The state after the last step. A device that has run past the end of the run has none.
+    fn end(&mut self, _view: &View<'_>) {}
+}
+
+/// The model, and a state of it, for a watcher to look at.
+#[derive(Clone, Copy, Debug)]
+pub enum View<'a> {
+    /// In double precision.
+    Double(&'a Arc<Model<f64>>, &'a State<f64>),
+    /// In single precision, which a graphics processor always computes in.
+    Single(&'a Arc<Model<f32>>, &'a State<f32>),
+}
+
+/// A precision that watchers know.
+pub trait Viewed: Sized {
+    /// The view of a state.
+    fn view<'a>(model: &'a Arc<Model<Self>>, state: &'a State<Self>) -> View<'a>;
+}
+
+impl Viewed for f64 {
+    fn view<'a>(model: &'a Arc<Model<Self>>, state: &'a State<Self>) -> View<'a> {
+        View::Double(model, state)
+    }
+}
+
+impl Viewed for f32 {
+    fn view<'a>(model: &'a Arc<Model<Self>>, state: &'a State<Self>) -> View<'a> {
+        View::Single(model, state)
+    }
 }
 
 impl Watch for () {}
@@ -255,39 +287,39 @@ pub fn run(case: &Case, options: Options<'_>, interrupt: &AtomicBool, watch: &mu
         .build()
         .map_err(|e| RunError::Threads { threads, reason: e.to_string() })?;
     pool.install(|| match (options.device, options.precision) {
-        (Some(device), _) => gpu::run(case, device, options, interrupt, watch),
-        (None, Precision::F64) => run_as::<f64>(case, options, interrupt, watch),
-        (None, Precision::F32) => run_as::<f32>(case, options, interrupt, watch),
+        (Some(device), _) => gpu::run(case, device, options.skips, interrupt, watch),
+        (None, Precision::F64) => run_as::<f64>(case, options.skips, interrupt, watch),
+        (None, Precision::F32) => run_as::<f32>(case, options.skips, interrupt, watch),
     })
 }
 
 fn run_as<S: Scalar>(
     case: &Case,
-    options: Options<'_>,
+    skips: Skips,
     interrupt: &AtomicBool,
     watch: &mut dyn Watch,
 ) -> Result<Run, RunError> {
-    let mut simulation = Simulation::<S>::with_skips(case, options.skips)?;
-    let mut camera = Camera::new(options.frames, case.solver.end_time, &simulation.model);
+    let mut simulation = Simulation::<S>::with_skips(case, skips)?;
     let start = Instant::now();
     while !simulation.finished(case) {
         if interrupt.load(Ordering::Relaxed) {
             simulation.record.interrupted = true;
         }
-        if let Some(snapshot) = camera.as_mut().and_then(|camera| camera.look(&simulation.state)) {
-            watch.frame(snapshot);
+        if watch.is_due(simulation.time(), simulation.model.dt) {
+            watch.look(&simulation.view());
         }
         if simulation.advance(case) {
             watch.progress(&simulation.progress(case));
         }
     }
+    watch.end(&simulation.view());
     Ok(simulation.into_run(start.elapsed().as_secs_f64()))
 }
 
 /// A run in progress on the processor.
 pub struct Simulation<S: Scalar> {
     /// Constant; of the part of the scene that is computed.
-    pub model: Model<S>,
+    pub model: Arc<Model<S>>,
     /// Varies; as the model.
     pub state: State<S>,
     stepper: Stepper<S>,
@@ -320,7 +352,7 @@ impl<S: Scalar> Simulation<S> {
             stepper: Stepper::new(&model),
             record,
             ledger: Ledger::of_part(model.planes),
-            model,
+            model: Arc::new(model),
             state,
             sampled: false,
         })
@@ -329,6 +361,11 @@ impl<S: Scalar> Simulation<S> {
     /// Time of the positions [s].
     pub fn time(&self) -> f64 {
         self.state.step as f64 * self.model.dt
+    }
+
+    /// What a watcher sees.
+    pub fn view(&self) -> View<'_> {
+        S::view(&self.model, &self.state)
     }
 
     /// Whether the run is over: the last step taken was a sample, so that the history ends at the end.

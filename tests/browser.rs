@@ -8,8 +8,8 @@
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test that cannot go on has failed")]
 
 mod browser {
-    pub(crate) mod chromium;
     pub(crate) mod checks;
+    pub(crate) mod chromium;
     pub(crate) mod page;
 }
 

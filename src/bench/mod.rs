@@ -259,7 +259,6 @@ fn one(
         precision: choice.precision,
         device: plan.device.filter(|_| choice.processor == Processor::Gpu),
         skips: choice.skips,
-        frames: 0,
     };
     let mut runs: Vec<Run> = Vec::new();
     // What went wrong once goes wrong again.

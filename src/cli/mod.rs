@@ -7,7 +7,6 @@ pub(crate) mod check;
 pub(crate) mod compare;
 pub(crate) mod crossover;
 pub(crate) mod failure;
-pub(crate) mod film;
 pub(crate) mod info;
 pub(crate) mod interrupt;
 pub(crate) mod notes;

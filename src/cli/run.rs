@@ -4,14 +4,15 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use ripstop::case::{self, Case};
-use ripstop::output::{self, Folder, report};
-use ripstop::simulation::{self, Options, Run, RunError};
+use ripstop::output::report::{self, Film};
+use ripstop::output::{self, Folder};
+use ripstop::simulation::{self, Options, Progress, Run, RunError, View, Watch};
 use serde_json::Value;
 
 use super::arguments::{Backend, RunArguments};
 use super::failure::Failure;
 use super::progress::Bar;
-use super::{backend, film, interrupt, notes, result, screen};
+use super::{backend, interrupt, notes, result, screen};
 
 /// Runs a case, writes its results and says what happened.
 pub(crate) fn run(arguments: &RunArguments) -> Result<(), Failure> {
@@ -32,15 +33,15 @@ pub(crate) fn run(arguments: &RunArguments) -> Result<(), Failure> {
         precision: chosen.precision,
         device: chosen.device.as_ref(),
         skips: arguments.skips(),
-        frames: if arguments.no_report { 0 } else { report::film::FRAMES },
     };
-    let shoot = |options: Options<'_>| {
-        film::followed(&case, &bar, |watch| simulation::run(&case, options, &interrupted, watch))
+    let mut film = (!arguments.no_report).then(|| Film::new(&case));
+    let mut shoot = |options: Options<'_>| {
+        simulation::run(&case, options, &interrupted, &mut Follower { bar: &bar, film: film.as_mut() })
     };
-    let (mut run, mut film) = shoot(options);
+    let mut run = shoot(options);
     if let (Err(RunError::Device(error)), Backend::Auto) = (&run, arguments.backend.backend) {
         say(&backend::took_cpu(error));
-        (run, film) = shoot(Options { device: None, ..options });
+        run = shoot(Options { device: None, ..options });
     }
     bar.clear();
     let run = match run {
@@ -51,7 +52,7 @@ pub(crate) fn run(arguments: &RunArguments) -> Result<(), Failure> {
         }
     };
     let summary = output::summary(&case, &run, start.elapsed().as_secs_f64());
-    let page = (!arguments.no_report).then(|| report::report(&case, &run, &summary, film.as_ref()));
+    let page = film.map(|film| report::report(&case, &run, &summary, &film));
     let written = folder.write(&case, &run, &summary, page);
     if arguments.json {
         screen::print(&format!("{summary:#}\n"))?;
@@ -61,6 +62,32 @@ pub(crate) fn run(arguments: &RunArguments) -> Result<(), Failure> {
     }
     written?;
     verdict(&case, &run, &summary, folder.path())
+}
+
+/// Follows a run: shows where it is, and films it for the report.
+struct Follower<'a> {
+    bar: &'a Bar,
+    film: Option<&'a mut Film>,
+}
+
+impl Watch for Follower<'_> {
+    fn progress(&mut self, at: &Progress) {
+        self.bar.show(at);
+    }
+
+    fn is_due(&self, time: f64, dt: f64) -> bool {
+        self.film.as_ref().is_some_and(|film| film.is_due(time, dt))
+    }
+
+    fn look(&mut self, view: &View<'_>) {
+        if let Some(film) = &mut self.film {
+            film.look(view);
+        }
+    }
+
+    fn end(&mut self, view: &View<'_>) {
+        self.look(view);
+    }
 }
 
 fn out(arguments: &RunArguments, case: &Case) -> PathBuf {

@@ -1,8 +1,8 @@
 //! Frames: the whole scene at one time, for whoever draws or writes it.
 //!
-//! The host loop takes a [`Snapshot`] when one is due, a copy of what has moved. What costs time, tensions and strains
-//! of every element and the mirror images of a scene that is computed in part, is left to [`Snapshot::frame`], which may be
-//! called on another thread while the solver goes on.
+//! A [`Camera`] in the hands of a watcher takes a [`Snapshot`] when one is due, a copy of what has moved. What costs time, tensions
+//! and strains of every element and the mirror images of a scene that is computed in part, is left to [`Snapshot::frame`],
+//! which may be called on another thread while the solver goes on.
 //!
 //! N frames lie evenly between the start and the end time of a case, both included, each at the nearest step. A run that
 //! ends before has fewer.
@@ -12,8 +12,7 @@ mod scene;
 mod snapshot;
 
 pub use scene::{PlyMesh, Scene};
-pub(crate) use snapshot::Camera;
-pub use snapshot::Snapshot;
+pub use snapshot::{Camera, Snapshot};
 
 /// The whole scene at one time, in the axes of the pack. Nodes and elements run over (ply, row, column); [`Scene`] has
 /// their numbers and what does not change.

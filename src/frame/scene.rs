@@ -1,7 +1,7 @@
 //! What stays the same from frame to frame.
 
 use crate::kernels::projectile_shape::Body;
-use crate::model::{MirrorPlanes, Model};
+use crate::model::Model;
 use crate::number::Scalar;
 
 /// What stays the same from frame to frame: the whole pack at rest, and the shape of the projectile.
@@ -15,12 +15,8 @@ pub struct Scene {
     pub elements: usize,
     /// Surface of the projectile in its own axes, where there is one.
     pub projectile: Option<Body>,
-    /// Mirror planes that the scene was cut at; what is here is the whole.
-    pub planes: MirrorPlanes,
     /// Time step [s].
     pub time_step: f64,
-    /// Time between frames [s].
-    pub interval: f64,
 }
 
 /// One ply among the nodes and elements of a scene; element (row, column) lies between the nodes (row, column) and
@@ -57,16 +53,14 @@ impl PlyMesh {
 }
 
 impl Scene {
-    /// The whole of what a model computes. `interval`: time between frames [s].
-    pub(super) fn new<S: Scalar>(model: &Model<S>, interval: f64) -> Self {
+    /// The whole of what a model computes.
+    pub(super) fn new<S: Scalar>(model: &Model<S>) -> Self {
         let mut scene = Self {
             plies: Vec::with_capacity(model.plies.len()),
             reference: Vec::new(),
             elements: 0,
             projectile: model.projectile.as_ref().map(|projectile| projectile.body),
-            planes: model.planes,
             time_step: model.dt,
-            interval,
         };
         for ply in &model.plies {
             let mesh = model.sheets[ply.sheet].mesh.whole();

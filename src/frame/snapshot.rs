@@ -11,6 +11,7 @@ use crate::kernels::node_update::field as node_field;
 use crate::kernels::rigid_body::RigidBody;
 use crate::model::{Mesh, Model, symmetry::Cut};
 use crate::number::Scalar;
+use crate::simulation::View;
 use crate::state::{Rows, State};
 
 /// The state when a frame is due: what has moved of the part that is computed.
@@ -27,11 +28,6 @@ impl Snapshot {
     /// What it shares with all others of its run.
     pub fn scene(&self) -> &Scene {
         &self.scene
-    }
-
-    /// Counted from 0.
-    pub fn index(&self) -> usize {
-        self.index
     }
 
     /// [s]
@@ -71,12 +67,10 @@ struct Schedule {
 }
 
 impl Schedule {
-    /// So many frames evenly from 0 to `end_time` [s]; a single one is that of the start.
     fn new(frames: usize, end_time: f64) -> Self {
         Self { frames, interval: end_time / frames.saturating_sub(1).max(1) as f64, passed: 0 }
     }
 
-    /// Whether a frame is due before the step from `time` [s], the nearest one.
     fn is_due(&self, time: f64, dt: f64) -> bool {
         self.passed < self.frames && time >= self.passed as f64 * self.interval - 0.5 * dt
     }
@@ -90,44 +84,44 @@ impl Schedule {
 }
 
 /// Takes the snapshots of a run.
-pub(crate) struct Camera<S> {
+pub struct Camera {
     schedule: Schedule,
-    model: Arc<Model<S>>,
-    scene: Arc<Scene>,
+    scene: Option<Arc<Scene>>,
     taken: usize,
 }
 
-impl<S: Scalar> Camera<S> {
-    /// For so many frames of a run until `end_time` [s], if any.
-    pub(crate) fn new(frames: usize, end_time: f64, model: &Model<S>) -> Option<Self> {
-        let schedule = Schedule::new(frames, end_time);
-        let scene = || Arc::new(Scene::new(model, schedule.interval));
-        (frames > 0).then(|| Self { schedule, model: Arc::new(model.clone()), scene: scene(), taken: 0 })
+impl Camera {
+    /// For so many frames evenly from 0 to `end_time` [s]; a single one is that of the start.
+    pub fn new(frames: usize, end_time: f64) -> Self {
+        Self { schedule: Schedule::new(frames, end_time), scene: None, taken: 0 }
     }
 
-    /// Whether a frame is due before the step from `time` [s].
-    pub(crate) fn is_due(&self, time: f64) -> bool {
-        self.schedule.is_due(time, self.model.dt)
+    /// Whether a frame is due at `time` [s], or nearer to it than to the next step `dt` [s] later.
+    pub fn is_due(&self, time: f64, dt: f64) -> bool {
+        self.schedule.is_due(time, dt)
     }
 
-    /// The state before its next step, if a frame is due.
-    pub(crate) fn look(&mut self, state: &State<S>) -> Option<Snapshot> {
-        let time = state.step as f64 * self.model.dt;
-        self.is_due(time).then(|| self.take(state, time))
+    /// The state in view.
+    pub fn take(&mut self, view: &View<'_>) -> Snapshot {
+        match view {
+            View::Double(model, state) => self.take_as(model, state),
+            View::Single(model, state) => self.take_as(model, state),
+        }
     }
 
-    fn take(&mut self, state: &State<S>, time: f64) -> Snapshot {
-        self.schedule.pass(time, self.model.dt);
+    fn take_as<S: Scalar>(&mut self, model: &Arc<Model<S>>, state: &State<S>) -> Snapshot {
+        let time = state.step as f64 * model.dt;
+        self.schedule.pass(time, model.dt);
         let index = self.taken;
         self.taken += 1;
-        let plies = (0..self.model.plies.len()).map(|ply| Patch::new(&self.model, state, ply)).collect();
+        let plies = (0..model.plies.len()).map(|ply| Patch::new(model, state, ply)).collect();
         Snapshot {
-            scene: self.scene.clone(),
+            scene: self.scene.get_or_insert_with(|| Arc::new(Scene::new(model))).clone(),
             index,
             step: state.step,
             time,
             projectile: state.body.as_ref().map(pose),
-            moved: Box::new(Patches { model: self.model.clone(), plies }),
+            moved: Box::new(Patches { model: model.clone(), plies }),
         }
     }
 }

@@ -43,7 +43,8 @@ pub(crate) fn figures(chromium: &Chromium, shot: &Shot) {
         let shapes = format!("[...document.querySelectorAll('#{id} :is(polyline, polygon, image)')]");
         let large = format!("{shapes}.filter(shape => shape.getBBox().width > 100).length");
         assert!(page.number(&large) >= 1.0, "{id}");
-        let named = format!("[...document.querySelectorAll('#{id} svg')].every(svg => svg.querySelector('title').textContent)");
+        let named =
+            format!("[...document.querySelectorAll('#{id} svg')].every(svg => svg.querySelector('title').textContent)");
         assert_eq!(page.value(&named), json!(true), "{id}");
     }
     let colours = "[...document.querySelectorAll('.curve')].every(line => getComputedStyle(line).stroke != 'none')";
@@ -129,7 +130,9 @@ pub(crate) fn phone(chromium: &Chromium, shot: &Shot) {
     assert!(page.number("document.documentElement.scrollWidth") <= 390.0);
     // Verdict, story and trust are on the first screen; letters of a figure are not too small to read.
     assert!(page.number("document.querySelector('.answer').getBoundingClientRect().top") < 844.0);
-    let scale = page.number("(s => s.getBoundingClientRect().width / s.viewBox.baseVal.width)(document.querySelector('#velocity svg'))");
+    let scale = page.number(
+        "(s => s.getBoundingClientRect().width / s.viewBox.baseVal.width)(document.querySelector('#velocity svg'))",
+    );
     assert!(12.0 * scale >= 8.5, "{scale}");
     page.value("document.querySelectorAll('details').forEach(d => { d.open = false })");
     page.picture("phone.png");
@@ -138,7 +141,9 @@ pub(crate) fn phone(chromium: &Chromium, shot: &Shot) {
 pub(crate) fn dark(chromium: &Chromium, shot: &Shot) {
     let page = open(chromium, shot);
     let light = |of: &str| {
-        let rgb = format!("getComputedStyle(document.body).{of}.match(/\\d+/g).slice(0, 3).reduce((a, b) => a + Number(b), 0) / 765");
+        let rgb = format!(
+            "getComputedStyle(document.body).{of}.match(/\\d+/g).slice(0, 3).reduce((a, b) => a + Number(b), 0) / 765"
+        );
         page.number(&rgb)
     };
     page.media("screen", "light");
@@ -148,7 +153,8 @@ pub(crate) fn dark(chromium: &Chromium, shot: &Shot) {
     assert!(light("backgroundColor") < 0.2 && light("color") > 0.8);
     page.wait("new Promise(done => requestAnimationFrame(() => requestAnimationFrame(() => done(true))))");
     assert_ne!(bright, page.pixels());
-    let curve = "getComputedStyle(document.querySelector('.curve')).stroke.match(/\\d+/g).reduce((a, b) => a + Number(b), 0)";
+    let curve =
+        "getComputedStyle(document.querySelector('.curve')).stroke.match(/\\d+/g).reduce((a, b) => a + Number(b), 0)";
     assert!(page.number(curve) > 350.0, "lines stand out from the dark");
     page.picture("dark.png");
 }

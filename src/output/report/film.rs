@@ -1,19 +1,25 @@
-//! The film of a run: few, coarse pictures of the whole, for the playback and the maps of the report.
+//! The film of a run: few, coarse pictures of what is computed, for the playback and the maps of the report.
 //!
-//! Lines of nodes lie dense around the point of impact and sparse far from it. Of a scene that is its own mirror image
-//! one part is kept, of a thick pack some plies. Of many frames every second one is dropped as often as need be.
+//! Lines of nodes lie dense around the point of impact and sparse far from it; of a thick pack some plies are shown; of a scene
+//! that is its own mirror image there is the part that is computed. Pictures lie evenly in time: where there are too many, every
+//! second one goes, and the ones to come lie twice as far apart.
 
-use super::outline;
+use super::outline::{self, Outline};
 use crate::case::Case;
-use crate::frame::{Frame, PlyMesh, Pose, Scene};
-use crate::model::MirrorPlanes;
+use crate::kernels::element_force::field as element;
+use crate::kernels::node_update::field as node;
+use crate::kernels::rigid_body::RigidBody;
+use crate::model::{MirrorPlanes, Model};
+use crate::number::Scalar;
+use crate::simulation::View;
+use crate::state::State;
 
-/// Frames asked of a run: enough where it ends early.
-pub const FRAMES: usize = 128;
-/// Pictures kept at most.
+/// Pictures from start to end time, before any goes.
+const FRAMES: f64 = 100.0;
+/// Pictures kept at most, even.
 const STILLS: usize = 64;
 /// Nodes of a picture at most, about.
-const NODES: usize = 9000;
+const NODES: usize = 5000;
 /// Plies shown at most.
 const PLIES: usize = 8;
 /// Lines of nodes on either side of the point of impact that are all kept.
@@ -32,11 +38,8 @@ pub struct Strip {
     pub hit: [usize; 2],
     /// Reference positions of the nodes kept, in the axes of the pack, row by row [m].
     pub reference: Vec<[f32; 3]>,
-    /// The same among the nodes of the scene.
-    nodes: Vec<usize>,
-    /// Elements of each cell: first and behind the last row, and column.
-    cells: Vec<[[usize; 2]; 2]>,
-    first_element: usize,
+    /// The lines, counted in the part that is computed.
+    own: [Vec<usize>; 2],
 }
 
 /// All strips at one time; nodes and cells follow each other strip by strip.
@@ -46,69 +49,98 @@ pub struct Still {
     pub time: f64,
     /// Of the nodes [m].
     pub displacement: Vec<[f32; 3]>,
-    /// Largest tension in a cell, warp and weft [N]; `None` where the yarn is broken in all of it.
+    /// Largest force of a yarn in a cell, as its elements carry it, warp and weft [N]; `None` where the yarn is broken in all
+    /// of it.
     pub tension: Vec<[Option<f32>; 2]>,
-    /// The projectile.
-    pub projectile: Option<Pose>,
+    /// Position of the projectile's centre of mass [m], and its turn as a quaternion w, x, y, z.
+    pub pose: Option<[f64; 7]>,
 }
 
 /// Pictures of a run.
 #[derive(Clone, Debug)]
 pub struct Film {
-    /// Plies shown, the struck one first.
+    /// Plies shown, the struck one first; none before the first picture.
     pub strips: Vec<Strip>,
     /// Plies there are.
     pub plies: usize,
     /// In order of time.
     pub stills: Vec<Still>,
-    /// Crossovers along the side of an element.
-    pub crossovers: u32,
     /// Mirror planes: shown is the part at x ≥ 0, y ≥ 0.
     pub planes: MirrorPlanes,
+    /// Crossovers along the side of an element.
+    pub crossovers: u32,
     /// Surface of the projectile.
-    pub(super) outline: Option<outline::Outline>,
-    /// Of the frames every so many-th is a picture.
-    stride: usize,
+    pub(super) outline: Option<Outline>,
+    /// Where the projectile strikes [m].
+    hit: [f64; 2],
+    /// Time between pictures [s], and how many of it have passed.
+    interval: f64,
+    passed: usize,
 }
 
 impl Film {
-    /// An empty film of a scene.
-    pub fn new(case: &Case, scene: &Scene) -> Self {
-        let hit = case.projectile.as_ref().map_or([0.0; 2], |p| p.offset);
-        let shown = shown(scene.plies.len());
-        let nodes = NODES / shown.len().max(1);
-        let strip = |ply: &usize| Strip::new(scene, *ply, hit, nodes);
+    /// An empty film of a case.
+    pub fn new(case: &Case) -> Self {
         Self {
-            strips: shown.iter().map(strip).collect(),
-            plies: scene.plies.len(),
+            strips: Vec::new(),
+            plies: 0,
             stills: Vec::new(),
+            planes: MirrorPlanes::NONE,
             crossovers: case.pack.crossovers_per_element,
-            planes: scene.planes,
-            outline: scene.projectile.as_ref().map(|body| outline::outline(body, half_width(scene))),
-            stride: 1,
+            outline: None,
+            hit: case.projectile.as_ref().map_or([0.0; 2], |p| p.offset),
+            interval: case.solver.end_time / FRAMES,
+            passed: 0,
         }
     }
 
-    /// Whether a frame of this number is to become a picture.
-    pub fn wants(&self, index: usize) -> bool {
-        index.is_multiple_of(self.stride)
+    /// Whether a picture is due at `time` [s], or nearer to it than to the next step `dt` [s] later.
+    pub fn is_due(&self, time: f64, dt: f64) -> bool {
+        time >= self.passed as f64 * self.interval - 0.5 * dt
     }
 
-    /// Takes a picture of a frame.
-    pub fn take(&mut self, frame: &Frame) {
-        if self.stills.len() == STILLS {
+    /// Takes a picture.
+    pub fn look(&mut self, view: &View<'_>) {
+        match view {
+            View::Double(model, state) => self.take(model, state),
+            View::Single(model, state) => self.take(model, state),
+        }
+    }
+
+    fn take<S: Scalar>(&mut self, model: &Model<S>, state: &State<S>) {
+        if self.strips.is_empty() {
+            self.begin(model);
+        }
+        let time = state.step as f64 * model.dt;
+        if self.stills.last().is_some_and(|last| last.time >= time) {
+            return; // the end of the run was due anyway
+        }
+        let mut still = Still {
+            time,
+            displacement: Vec::with_capacity(self.strips.iter().map(|strip| strip.reference.len()).sum()),
+            tension: Vec::with_capacity(self.strips.iter().map(Strip::cells).sum()),
+            pose: state.body.as_ref().map(pose),
+        };
+        for strip in &self.strips {
+            strip.displacements(model, state, &mut still.displacement);
+            strip.tensions(model, state, &mut still.tension);
+        }
+        self.stills.push(still);
+        self.passed = (time / self.interval).round() as usize + 1;
+        if self.stills.len() > STILLS {
             self.halve();
-            if !self.wants(frame.index) {
-                return;
-            }
         }
-        let nodes = self.strips.iter().flat_map(|strip| &strip.nodes);
-        self.stills.push(Still {
-            time: frame.time,
-            displacement: nodes.map(|node| frame.displacement[*node]).collect(),
-            tension: self.strips.iter().flat_map(|strip| strip.tensions(frame)).collect(),
-            projectile: frame.projectile,
-        });
+    }
+
+    fn begin<S: Scalar>(&mut self, model: &Model<S>) {
+        self.plies = model.plies.len();
+        let shown = shown(self.plies);
+        let nodes = NODES / shown.len().max(1);
+        self.strips = shown.iter().map(|ply| Strip::new(model, *ply, self.hit, nodes)).collect();
+        self.planes = model.planes;
+        let width = self.strips.iter().flat_map(|strip| &strip.reference).map(|at| at[0].abs().max(at[1].abs()));
+        let width = f64::from(width.fold(0.0, f32::max));
+        self.outline = model.projectile.as_ref().map(|body| outline::outline(&body.body, width));
     }
 
     /// Drops every second picture.
@@ -118,7 +150,8 @@ impl Film {
             index += 1;
             index % 2 == 1
         });
-        self.stride *= 2;
+        self.interval *= 2.0;
+        self.passed = self.passed.div_ceil(2);
     }
 
     /// Largest tension in any picture [N].
@@ -126,6 +159,11 @@ impl Film {
         let all = self.stills.iter().flat_map(|still| &still.tension).flatten();
         all.flatten().copied().filter(|tension| tension.is_finite()).fold(0.0, f32::max)
     }
+}
+
+fn pose(body: &RigidBody) -> [f64; 7] {
+    let (at, q) = (body.position, body.orientation.quaternion());
+    [at.x, at.y, at.z, q.w, q.i, q.j, q.k]
 }
 
 /// Plies to show, evenly from the first to the last.
@@ -136,82 +174,90 @@ fn shown(plies: usize) -> Vec<usize> {
     (0..PLIES).map(|n| (n * (plies - 1) + (PLIES - 1) / 2) / (PLIES - 1)).collect()
 }
 
-/// Half the extent of the pack [m].
-fn half_width(scene: &Scene) -> f64 {
-    scene.reference.iter().map(|at| at[0].abs().max(at[1].abs())).fold(0.0, f32::max).into()
-}
-
 impl Strip {
-    fn new(scene: &Scene, ply: usize, hit: [f64; 2], most: usize) -> Self {
-        let mesh = &scene.plies[ply];
-        let counts = [mesh.columns, mesh.rows];
+    fn new<S: Scalar>(model: &Model<S>, ply: usize, hit: [f64; 2], most: usize) -> Self {
+        let mesh = &model.sheet(ply).mesh;
+        let place = mesh.to_ply([hit[0], hit[1], 0.0]);
+        let (counts, first) = ([mesh.columns, mesh.rows], mesh.first_in_whole());
         let side = (most as f64).sqrt() as usize;
-        let axes = [0, 1].map(|own| Axis::new(scene, mesh, own, hit));
-        let lines = axes.map(|axis| axis.lines(side));
-        let hit = [0, 1].map(|own| nearest(&lines[own], axes[own].hit));
-        let nodes: Vec<usize> = lines[1]
-            .iter()
-            .flat_map(|row| lines[0].iter().map(move |column| mesh.first_node + row * (mesh.columns + 1) + column))
-            .collect();
-        let pairs = |own: usize| lines[own].windows(2).map(|pair| [pair[0], pair[1]]).collect::<Vec<_>>();
-        let (columns, rows) = (pairs(0), pairs(1));
+        let axis = |own: usize| {
+            let at = ((place[own] - mesh.origin[own]) / mesh.length[own]).round().max(0.0) as usize;
+            Axis { last: counts[own], hit: at.min(counts[own]) }
+        };
+        let own = [0, 1].map(|a| axis(a).lines(side));
+        let whole = [0, 1].map(|a| own[a].iter().map(|line| line + first[a]).collect());
+        let reference = own[1].iter().flat_map(|row| own[0].iter().map(move |column| (*row, *column)));
         Self {
             ply,
-            elements: counts,
-            hit,
-            reference: nodes.iter().map(|node| scene.reference[*node]).collect(),
-            cells: rows.iter().flat_map(|row| columns.iter().map(move |column| [*row, *column])).collect(),
-            nodes,
-            lines,
-            first_element: mesh.first_element,
+            elements: mesh.whole_counts(),
+            hit: [0, 1].map(|a| own[a].partition_point(|line| *line < axis(a).hit)),
+            reference: reference.map(|(row, column)| model.reference(ply, row, column).map(|x| x as f32)).collect(),
+            lines: whole,
+            own,
         }
     }
 
     /// Cells along warp and weft.
     pub fn counts(&self) -> [usize; 2] {
-        [0, 1].map(|own| self.lines[own].len().saturating_sub(1))
+        [0, 1].map(|own| self.own[own].len().saturating_sub(1))
     }
 
-    fn tensions(&self, frame: &Frame) -> impl Iterator<Item = [Option<f32>; 2]> {
-        self.cells.iter().map(move |[rows, columns]| {
-            [0, 1].map(|yarn| {
-                let elements = (rows[0]..rows[1])
-                    .flat_map(|row| (columns[0]..columns[1]).map(move |column| (row, column)))
-                    .map(|(row, column)| self.first_element + row * self.elements[0] + column);
-                let whole = elements.filter(|at| frame.alive[yarn][*at] > 0);
-                whole.map(|at| frame.tension[yarn][at]).reduce(f32::max)
-            })
-        })
+    /// Cells.
+    pub fn cells(&self) -> usize {
+        let [columns, rows] = self.counts();
+        columns * rows
+    }
+
+    fn displacements<S: Scalar>(&self, model: &Model<S>, state: &State<S>, out: &mut Vec<[f32; 3]>) {
+        let mesh = &model.sheet(self.ply).mesh;
+        for row in &self.own[1] {
+            let at = model.grid.first_node_row(self.ply) + row;
+            let row = state.nodes.row(at);
+            let field = |a: usize| &row[(node::DISPLACEMENT + a) * state.nodes.stride..];
+            let [x, y, z] = [0, 1, 2].map(field);
+            let of = |column: &usize| mesh.to_pack([x, y, z].map(|u| u[*column].to_f64())).map(|u| u as f32);
+            out.extend(self.own[0].iter().map(of));
+        }
+    }
+
+    fn tensions<S: Scalar>(&self, model: &Model<S>, state: &State<S>, out: &mut Vec<[Option<f32>; 2]>) {
+        let sheet = model.sheet(self.ply);
+        // From the force of an element to that of one of its yarns.
+        let per_yarn = sheet.element.membrane.map(|membrane| (1.0 / membrane) as f32);
+        let first = model.grid.first_element_row(self.ply);
+        for rows in self.own[1].windows(2) {
+            let start = out.len();
+            out.resize(start + self.counts()[0], [None; 2]);
+            for row in rows[0]..rows[1] {
+                let row = state.elements.row(first + row);
+                for (cell, columns) in out[start..].iter_mut().zip(self.own[0].windows(2)) {
+                    for yarn in 0..2 {
+                        let field =
+                            |field: usize, column: usize| row[field * state.elements.stride + column + 1].to_f64();
+                        for column in columns[0]..columns[1] {
+                            if field(element::ALIVE + yarn, column) > 0.5 {
+                                let force = [element::WARP_FORCE, element::WEFT_FORCE][yarn];
+                                let square: f64 = (0..3).map(|a| field(force + a, column).powi(2)).sum();
+                                let tension = per_yarn[yarn] * square.sqrt() as f32;
+                                cell[yarn] = Some(cell[yarn].map_or(tension, |most| most.max(tension)));
+                            }
+                        }
+                    }
+                }
+            }
+        }
     }
 }
 
 /// Nodes of a ply along one of its own axes.
 #[derive(Clone, Copy)]
 struct Axis {
-    /// First and last that are kept: all of them, or those on one side of a mirror plane.
-    ends: [usize; 2],
-    /// Nearest to the point of impact, among those.
+    last: usize,
+    /// Nearest to the point of impact.
     hit: usize,
 }
 
 impl Axis {
-    fn new(scene: &Scene, mesh: &PlyMesh, own: usize, hit: [f64; 2]) -> Self {
-        let count = [mesh.columns, mesh.rows][own];
-        let place = |node: usize| scene.reference[mesh.first_node + node].map(f64::from);
-        let from = place(0);
-        let to = place([1, mesh.columns + 1][own]);
-        let step = [to[0] - from[0], to[1] - from[1]];
-        let length = step[0].hypot(step[1]);
-        let at = ((hit[0] - from[0]) * step[0] + (hit[1] - from[1]) * step[1]) / (length * length);
-        let cut = (0..2).find(|axis| scene.planes.0[*axis] && step[*axis].abs() > 0.5 * length);
-        let ends = match cut {
-            Some(axis) if step[axis] > 0.0 => [count / 2, count],
-            Some(_) => [0, count / 2],
-            None => [0, count],
-        };
-        Self { ends, hit: (at.round().max(0.0) as usize).clamp(ends[0], ends[1]) }
-    }
-
     /// Lines to keep, at most so many: gaps grow with the distance from the point of impact as little as need be.
     fn lines(self, most: usize) -> Vec<usize> {
         let growths = (0..).map(|n| 0.02 * f64::from(n));
@@ -220,7 +266,7 @@ impl Axis {
     }
 
     fn graded(self, growth: f64) -> Vec<usize> {
-        let [first, last] = self.ends;
+        let (first, last) = (0, self.last);
         let gap = |at: usize| 1 + (growth * at.abs_diff(self.hit).saturating_sub(DENSE) as f64) as usize;
         let next = |at: &usize, end: usize| {
             (*at != end).then(|| {
@@ -236,18 +282,13 @@ impl Axis {
     }
 }
 
-/// Index of the line that is a node, or lies next to it.
-fn nearest(lines: &[usize], node: usize) -> usize {
-    lines.partition_point(|line| *line < node).min(lines.len().saturating_sub(1))
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
 
     #[test]
     fn lines_are_dense_around_the_impact_and_end_at_the_edges() {
-        let axis = Axis { ends: [0, 160], hit: 80 };
+        let axis = Axis { last: 160, hit: 80 };
         assert_eq!(axis.lines(161).len(), 161);
         let few = axis.lines(60);
         assert!(few.len() <= 60 && few.len() > 50, "{}", few.len());
@@ -255,8 +296,8 @@ mod tests {
         let dense = few.iter().filter(|line| line.abs_diff(80) <= DENSE).count();
         assert_eq!(dense, 2 * DENSE + 1);
         assert!(few.windows(2).all(|pair| pair[0] < pair[1]));
-        let half = Axis { ends: [80, 160], hit: 80 }.lines(30);
-        assert_eq!((half[0], half[half.len() - 1]), (80, 160));
+        let half = Axis { last: 80, hit: 0 }.lines(30);
+        assert_eq!((half[0], half[half.len() - 1]), (0, 80));
     }
 
     #[test]

@@ -29,9 +29,9 @@ pub use film::Film;
 const STYLE: &str = include_str!("page.css");
 const SCRIPT: &str = include_str!("page.js");
 
-/// The page. Without a film, or with one of a single picture, it has neither playback nor maps.
-pub fn report(case: &Case, run: &Run, summary: &Value, film: Option<&Film>) -> String {
-    let film = film.filter(|film| film.stills.len() > 1);
+/// The page. With a film of less than two pictures it has neither playback nor maps.
+pub fn report(case: &Case, run: &Run, summary: &Value, film: &Film) -> String {
+    let film = Some(film).filter(|film| film.stills.len() > 1);
     let signs = trust::signs(case, run);
     let mut out = head(case);
     out += "<body>\n<main>\n";

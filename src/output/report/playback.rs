@@ -125,15 +125,13 @@ fn describe(film: &Film, steps: &Rounding) -> Value {
             "rows": strip.lines[1],
         })
     };
-    let pose =
-        |still: &Still| still.projectile.map(|pose| [pose.position.as_slice(), pose.rotation.as_slice()].concat());
     json!({
         "times": film.stills.iter().map(|still| still.time * 1e6).collect::<Vec<_>>(),
         "strips": film.strips.iter().map(strip).collect::<Vec<_>>(),
         "mirror": film.planes.0,
         "crossovers": film.crossovers,
         "step": { "reference": steps.reference, "displacement": steps.displacement, "tension": steps.tension },
-        "poses": film.stills.iter().map(pose).collect::<Option<Vec<_>>>(),
+        "poses": film.stills.iter().map(|still| still.pose).collect::<Option<Vec<_>>>(),
         "outline": film.outline.as_ref().map(|points| points.concat()),
         "around": outline::AROUND,
         "colours": BASE64_STANDARD.encode(colour::table()),
