@@ -20,6 +20,7 @@
 //!   events), the same for both backends.
 //!   [`ledger`] keeps energy and momentum, [`outcome`] decides what became of the projectile,
 //!   [`profile`] measures deflection and waves.
+//! - [`warnings`] says what makes a result less certain than it looks: numbered, each with its threshold.
 //! - [`output`] writes files and checks expectations; [`verify`] is the built-in verification table,
 //!   [`bench`] measures run time against error.
 //!
@@ -69,3 +70,4 @@ pub mod state;
 pub mod step;
 mod tally;
 pub mod verify;
+pub mod warnings;
