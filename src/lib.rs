@@ -21,6 +21,7 @@
 //!   [`ledger`] keeps energy and momentum, [`outcome`] decides what became of the projectile,
 //!   [`profile`] measures deflection and waves. Whoever wants to follow a run implements [`simulation::Watch`] and gets
 //!   progress and [`frame`]s, the whole scene at one time.
+//! - [`warnings`] says what makes a result less certain than it looks: numbered, each with its threshold.
 //! - [`output`] writes files and checks expectations; [`verify`] is the built-in verification table,
 //!   [`bench`] measures run time against error.
 //!
@@ -72,3 +73,4 @@ pub mod step;
 mod tally;
 pub mod unit_cell;
 pub mod verify;
+pub mod warnings;

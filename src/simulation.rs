@@ -16,7 +16,7 @@ use crate::outcome::{self, Outcome};
 use crate::profile::{self, Profile};
 use crate::record::{Machine, Moment, Record};
 use crate::state::State;
-use crate::step::{self, FailureEvent, Stepper, Trouble};
+use crate::step::{self, FailureEvent, Phase, Stepper, Trouble};
 
 /// Number type of a run.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -259,6 +259,8 @@ pub struct Run {
     pub loop_seconds: f64,
     /// Part of it in which the host did not wait for the device [s]; `None` on the processor.
     pub host_seconds: Option<f64>,
+    /// Kernels and other phases of the loop by name, and how long each took [s]; what is missing from `loop_seconds` went elsewhere.
+    pub kernel_seconds: Vec<(&'static str, f64)>,
     /// `cpu` or `gpu`.
     pub backend: &'static str,
     /// Name of the graphics adapter.
@@ -403,6 +405,7 @@ impl<S: Scalar> Simulation<S> {
         }
         self.sampled = sample;
         self.watch(&totals);
+        self.stepper.stopwatch.lap(Phase::Record);
         sample
     }
 
@@ -429,6 +432,7 @@ impl<S: Scalar> Simulation<S> {
             precision: S::NAME,
             loop_seconds,
             host_seconds: None,
+            kernel_seconds: self.stepper.stopwatch.seconds(),
         };
         self.record.into_run(&self.model, self.state.step, machine)
     }

@@ -12,6 +12,7 @@ mod files;
 mod no_gpu;
 mod printing;
 mod skips;
+mod warnings;
 
 use std::fs;
 use std::path::{Path, PathBuf};

@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand, ValueEnum, builder::RangedU64ValueParser};
 
+use clap_complete::Shell;
 use ripstop::simulation::{self, Skips};
 
 use super::range::Range;
@@ -42,6 +43,10 @@ pub(crate) enum Command {
     Info(InfoArguments),
     /// JSON Schema of the case file
     Schema,
+    /// What an exit code or a warning means and what to do
+    Explain(ExplainArguments),
+    /// Completion script for a shell
+    Completions(CompletionsArguments),
 }
 
 /// `ripstop run`
@@ -276,6 +281,30 @@ pub(crate) struct InfoArguments {
     /// Also say which terms this case has, which kernels run and what memory a GPU needs
     #[arg(value_name = "CASE.json")]
     pub(crate) case: Option<PathBuf>,
+}
+
+/// `ripstop explain`
+#[derive(Args, Debug)]
+#[command(after_help = "Examples:
+  ripstop explain
+  ripstop explain W3
+  ripstop explain 130")]
+pub(crate) struct ExplainArguments {
+    /// Exit code (0, 1, 2, 3, 130), or code or name of a warning (W1, energy) [default: all, in a list]
+    #[arg(value_name = "EXIT|WARNING")]
+    pub(crate) code: Option<String>,
+}
+
+/// `ripstop completions`
+#[derive(Args, Debug)]
+#[command(after_help = "Examples:
+  ripstop completions bash > ~/.local/share/bash-completion/completions/ripstop
+  ripstop completions zsh > ~/.zfunc/_ripstop
+  ripstop completions fish > ~/.config/fish/completions/ripstop.fish")]
+pub(crate) struct CompletionsArguments {
+    /// Shell
+    #[arg(value_enum)]
+    pub(crate) shell: Shell,
 }
 
 /// `ripstop check`

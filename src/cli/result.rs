@@ -9,26 +9,49 @@ use ripstop::output::expectation::{expected, got, note, quantity};
 use ripstop::output::number::{fixed, fraction, grouped, short, us};
 use ripstop::output::{Energies, symmetry, verdict};
 use ripstop::simulation::Run;
+use ripstop::warnings::{self, Warning};
 use serde_json::Value;
 
 use super::table::{Align, Table};
-
-/// What practitioners accept: energy balance and hourglass energy [-].
-const ENERGY_LIMIT: f64 = 0.02;
-const HOURGLASS_LIMIT: f64 = 0.05;
+use super::{paint, screen};
 
 /// The whole text. `files`: folder and names, where they were written.
 pub(crate) fn text(case: &Case, run: &Run, summary: &Value, files: Option<(&Path, &[&str])>) -> String {
     let verdict = verdict(case, run);
-    let verdict = format!("\n{}{} {}", verdict.word.to_uppercase(), verdict.mark(), verdict.detail);
+    let verdict = format!("{}{} {}", verdict.word.to_uppercase(), verdict.mark(), verdict.detail);
+    let verdict = format!("\n{}", paint::heading(&verdict));
     let mut parts = vec![case.title.clone(), verdict, energy(run), trust(run, summary)];
     parts.push(cost(case, run, summary));
+    parts.push(part("warnings", &warnings(&warnings::of_run(case, run))));
     parts.push(expectations(summary));
     if let Some((folder, names)) = files {
-        parts.push(format!("\nfiles  {}: {}\n", folder.display(), names.join(", ")));
+        let names = screen::wrapped(&names.join(", "), 2);
+        parts.push(format!(
+            "\n{}  {}\n{}",
+            paint::heading("files"),
+            folder.display(),
+            screen::indent(&names.join("\n"))
+        ));
     }
     parts.retain(|part| !part.is_empty());
     parts.iter().map(|part| format!("{}\n", part.trim_end())).collect()
+}
+
+/// A part of the text under its title; nothing where there is nothing to say.
+pub(crate) fn part(title: &str, text: &str) -> String {
+    if text.is_empty() { String::new() } else { format!("\n{}\n{}", paint::heading(title), screen::indent(text)) }
+}
+
+/// One line each, with its code.
+pub(crate) fn warnings(warnings: &[Warning]) -> String {
+    let mut table = Table::plain(&[Align::Left, Align::Left]);
+    for warning in warnings {
+        table.row([paint::caution(warning.kind.code), warning.message.clone()]);
+    }
+    match warnings.first() {
+        Some(first) => format!("{table}`ripstop explain {}` says what it means and what to do\n", first.kind.code),
+        None => String::new(),
+    }
 }
 
 /// What the fabric was given and where it is at the end.
@@ -47,19 +70,14 @@ fn energy(run: &Run) -> String {
     for (name, energy) in &energies.shares {
         table.row([format!("  {name}"), energies.text(*energy), energies.percent(*energy)]);
     }
-    format!("\nenergy\n{}", indent(&table.to_string()))
+    part("energy", &table.to_string())
 }
 
 fn trust(run: &Run, summary: &Value) -> String {
-    let above = |value: f64, limit: f64| {
-        if value <= limit { String::new() } else { format!("above the {:.0} % practitioners accept", limit * 100.0) }
-    };
-    let mut table = Table::plain(&[Align::Left, Align::Left, Align::Left]);
-    let energy = fraction(run.energy_error);
-    table.row(["energy error".to_owned(), energy, above(run.energy_error, ENERGY_LIMIT)]);
+    let mut table = Table::plain(&[Align::Left, Align::Left]);
+    table.row(["energy error".to_owned(), fraction(run.energy_error)]);
     table.row(["momentum error".to_owned(), fraction(run.momentum_error)]);
-    let hourglass = fraction(run.hourglass_fraction);
-    table.row(["hourglass / internal".to_owned(), hourglass, above(run.hourglass_fraction, HOURGLASS_LIMIT)]);
+    table.row(["hourglass / internal".to_owned(), fraction(run.hourglass_fraction)]);
     table.row(["penetration".to_owned(), format!("{} mm", short(run.max_penetration * 1e3, 2))]);
     if run.plies > 1 {
         table.row(["  between plies".to_owned(), format!("{} mm", short(run.max_ply_penetration * 1e3, 2))]);
@@ -67,8 +85,8 @@ fn trust(run: &Run, summary: &Value) -> String {
     table.row(["Newton unconverged".to_owned(), grouped(run.newton.unconverged)]);
     let assumed: Vec<&str> = summary["assumed"].as_array().into_iter().flatten().filter_map(Value::as_str).collect();
     table.row(["assumed parameters".to_owned(), assumed.len().to_string()]);
-    let pointers: String = assumed.iter().map(|pointer| format!("    {pointer}\n")).collect();
-    format!("\ntrust\n{}{pointers}", indent(&table.to_string()))
+    let pointers: String = screen::wrapped(&assumed.join(", "), 4).iter().map(|line| format!("  {line}\n")).collect();
+    part("trust", &format!("{table}{pointers}"))
 }
 
 fn cost(case: &Case, run: &Run, summary: &Value) -> String {
@@ -101,7 +119,7 @@ fn cost(case: &Case, run: &Run, summary: &Value) -> String {
     let threads = if run.threads == 1 { "1 thread".to_owned() } else { format!("{} threads", run.threads) };
     let what = run.adapter.clone().unwrap_or(threads);
     table.row(["on", format!("{}, {what}, {}", run.backend, run.precision).as_str()]);
-    format!("\ncost\n{}", indent(&table.to_string()))
+    part("cost", &table.to_string())
 }
 
 fn expectations(summary: &Value) -> String {
@@ -111,20 +129,16 @@ fn expectations(summary: &Value) -> String {
     }
     let mut table = Table::plain(&[Align::Left; 6]);
     for check in checks {
-        let pass = if check["pass"] == true { "pass" } else { "FAIL" };
+        let pass = paint::mark(check["pass"] == true);
         let got = format!("got {}", got(check));
         let source = check["source"].as_str().unwrap_or_default().to_owned();
-        table.row([pass.to_owned(), quantity(check), expected(check), got, source, note(check)]);
+        table.row([pass, quantity(check), expected(check), got, source, note(check)]);
     }
-    format!("\nexpected\n{}", indent(&table.to_string()))
+    part("expected", &table.to_string())
 }
 
 /// One line about an expectation that does not hold.
 pub(crate) fn broken(check: &Value) -> String {
     let line = format!("{}: expected {}, got {} {}", quantity(check), expected(check), got(check), note(check));
     line.trim_end().to_owned()
-}
-
-fn indent(text: &str) -> String {
-    text.lines().map(|line| format!("  {line}\n")).collect()
 }

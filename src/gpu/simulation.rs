@@ -391,6 +391,7 @@ impl<'a> Simulation<'a> {
             precision: "f32",
             loop_seconds,
             host_seconds: Some((loop_seconds - self.stepper.waited().as_secs_f64()).max(0.0)),
+            kernel_seconds: Vec::new(),
         };
         self.record.into_run(&self.model, self.step, machine)
     }

@@ -1,20 +1,14 @@
-//! Whether a run is to be trusted: each sign with its number, what it is held against, and what that means.
+//! Whether a run is to be trusted: each sign with its number, what it is held against, and what that means. A sign to be looked
+//! at is one that [`warnings`] speak of, or one that they do not count.
 
 use super::number::{fraction, grouped, short};
 use super::verdict::verdict;
-use crate::case::{Case, Field, Shape};
+use crate::case::Case;
 use crate::simulation::Run;
+use crate::warnings::{
+    self, CELLS_LIMIT, CROSSOVERS_LIMIT, ENERGY_LIMIT, HOURGLASS_LIMIT, PENETRATION_LIMIT, PLY_PENETRATION_LIMIT,
+};
 
-/// What practitioners accept of the energy error, over the initial energy [-].
-const ENERGY_LIMIT: f64 = 0.02;
-/// What practitioners accept of hourglass energy, over the internal energy [-].
-const HOURGLASS_LIMIT: f64 = 0.05;
-/// Depth of a node in the projectile, over the longest element side [-]: a sharp rim between two nodes may cut half of one off.
-const PENETRATION_LIMIT: f64 = 0.5;
-/// Depth of whole fabric in a neighbouring ply, over the thinnest fabric's thickness [-].
-const PLY_PENETRATION_LIMIT: f64 = 1.0;
-/// Least diameter of a projectile over the longest element side [-].
-const CELLS_LIMIT: f64 = 3.0;
 /// Errors that are rounding and nothing else [-], in double and in single precision.
 const ROUND_OFF: [f64; 2] = [1e-9, 1e-4];
 /// Share of unit cells without equilibrium that no longer is a matter of a few places [-].
@@ -59,11 +53,10 @@ pub struct Sign {
 
 /// Every sign of a run, the same ones in the same order for alike cases.
 pub fn signs(case: &Case, run: &Run) -> Vec<Sign> {
-    let cell = longest_side(case);
     let mut all = vec![end(case, run), energy(run), momentum(run), hourglass(run)];
-    if let Some(projectile) = &case.projectile {
-        all.push(penetration(run, cell));
-        all.extend(width(&projectile.shape, cell));
+    if case.projectile.is_some() {
+        all.push(penetration(run, warnings::longest_side(case)));
+        all.extend(warnings::cells_across(case).map(width));
     }
     if run.plies > 1 {
         all.push(ply_penetration(case, run));
@@ -75,11 +68,6 @@ pub fn signs(case: &Case, run: &Run) -> Vec<Sign> {
 /// The worst of the signs.
 pub fn worst(signs: &[Sign]) -> Level {
     signs.iter().map(|sign| sign.level).max().unwrap_or(Level::Fine)
-}
-
-/// The fields nobody published.
-pub fn assumed_fields(case: &Case) -> impl Iterator<Item = &Field> {
-    case.fields.iter().filter(|field| field.assumed)
 }
 
 /// A number against two limits: above the first it is to be looked at, above the second (or no number) it is bad.
@@ -162,7 +150,7 @@ fn penetration(run: &Run, cell: f64) -> Sign {
 }
 
 fn ply_penetration(case: &Case, run: &Run) -> Sign {
-    let thinnest = case.layers().iter().map(|layer| layer.fabric.thickness).fold(f64::INFINITY, f64::min);
+    let thinnest = warnings::thinnest(case);
     let level = level(run.max_ply_penetration, [PLY_PENETRATION_LIMIT * thinnest, 20.0 * thinnest]);
     let reason = by_level(
         level,
@@ -176,22 +164,13 @@ fn ply_penetration(case: &Case, run: &Run) -> Sign {
     Sign { name: "penetration of plies", value, level, reason }
 }
 
-fn width(shape: &Shape, cell: f64) -> Option<Sign> {
-    let diameter = match *shape {
-        Shape::Cylinder { diameter, .. }
-        | Shape::Sphere { diameter }
-        | Shape::Cone { diameter, .. }
-        | Shape::Ogive { diameter, .. }
-        | Shape::Fragment { diameter, .. } => diameter,
-        Shape::Bar { .. } => return None, // meets whole rows of nodes
-    };
-    let cells = diameter / cell;
+fn width(cells: f64) -> Sign {
     let level = if cells < CELLS_LIMIT { Level::Look } else { Level::Fine };
     let reason = by_level(
         level,
         ["at least three: it cannot slip between nodes", "fewer than three: it may slip between nodes", ""],
     );
-    Some(Sign { name: "projectile width", value: format!("{} elements", short(cells, 2)), level, reason })
+    Sign { name: "projectile width", value: format!("{} elements", short(cells, 2)), level, reason }
 }
 
 fn newton(run: &Run) -> Sign {
@@ -226,15 +205,10 @@ fn law(run: &Run) -> Sign {
 
 fn mesh(case: &Case) -> Sign {
     let count = case.pack.crossovers_per_element;
-    let level = if count > 1 { Level::Look } else { Level::Fine };
+    let level = if count > CROSSOVERS_LIMIT { Level::Look } else { Level::Fine };
     let reason = by_level(
         level,
         ["single yarns fail, as in the fabric", "more than one: yarns fail in bundles, which delays failure", ""],
     );
     Sign { name: "crossovers per element", value: format!("{count} × {count}"), level, reason }
-}
-
-/// Longest side of an element of any ply [m].
-fn longest_side(case: &Case) -> f64 {
-    case.layers().iter().map(|layer| layer.element_length_x.max(layer.element_length_y)).fold(0.0, f64::max)
 }

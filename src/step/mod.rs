@@ -12,6 +12,7 @@
 mod kernels;
 mod plies;
 mod projectile;
+mod stopwatch;
 mod trouble;
 
 use rayon::prelude::*;
@@ -27,6 +28,7 @@ pub use kernels::{HasKernels, RowKernels};
 use plies::PlyContact;
 use projectile::ProjectileContact;
 pub use projectile::{fabric_between, node_position, node_stands};
+pub use stopwatch::{Phase, Stopwatch};
 pub use trouble::{elements, fastest_node, find_trouble, nodes};
 
 /// A yarn failure, with its place in the pack.
@@ -124,6 +126,8 @@ pub struct Stepper<S: Scalar> {
     projectile: ProjectileContact,
     /// Failures of the last step.
     pub failures: Vec<FailureEvent>,
+    /// What the phases of the steps so far took.
+    pub stopwatch: Stopwatch,
 }
 
 impl<S: Scalar> Stepper<S> {
@@ -143,16 +147,22 @@ impl<S: Scalar> Stepper<S> {
             plies: PlyContact::new(model),
             projectile: ProjectileContact::default(),
             failures: Vec::new(),
+            stopwatch: Stopwatch::default(),
         }
     }
 
     /// One step from the positions at `state.step`·Δt. `sample`: fill in the energies at that time.
     pub fn step(&mut self, model: &Model<S>, state: &mut State<S>, ledger: &mut Ledger, sample: bool) -> StepTotals {
         let mut frame = Frame::new(model, state, ledger, sample);
+        self.stopwatch.start();
         self.elements(&mut frame);
+        self.stopwatch.lap(Phase::ElementForce);
         self.nodes(&mut frame);
+        self.stopwatch.lap(Phase::NodeUpdate);
         self.plies(&mut frame);
+        self.stopwatch.lap(Phase::PlyContact);
         self.projectile(&mut frame);
+        self.stopwatch.lap(Phase::ProjectileContact);
         frame.state.step += 1;
         frame.totals
     }

@@ -2,7 +2,7 @@
 
 use super::*;
 
-const SUMMARY: [&str; 44] = [
+const SUMMARY: [&str; 46] = [
     "outcome",
     "residual_velocity_m_s",
     "stop_time_us",
@@ -35,6 +35,8 @@ const SUMMARY: [&str; 44] = [
     "version",
     "case_hash",
     "assumed",
+    "warnings",
+    "profile",
     "expect",
     "interrupted",
     "unstable",
