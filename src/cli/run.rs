@@ -86,7 +86,9 @@ impl Watch for Follower<'_> {
     }
 
     fn end(&mut self, view: &View<'_>) {
-        self.look(view);
+        if let Some(film) = &mut self.film {
+            film.end(view);
+        }
     }
 }
 

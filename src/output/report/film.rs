@@ -11,7 +11,7 @@ use crate::kernels::node_update::field as node;
 use crate::kernels::rigid_body::RigidBody;
 use crate::model::{MirrorPlanes, Model};
 use crate::number::Scalar;
-use crate::simulation::View;
+use crate::simulation::{View, Watch};
 use crate::state::State;
 
 /// Pictures from start to end time, before any goes.
@@ -94,19 +94,6 @@ impl Film {
         }
     }
 
-    /// Whether a picture is due at `time` [s], or nearer to it than to the next step `dt` [s] later.
-    pub fn is_due(&self, time: f64, dt: f64) -> bool {
-        time >= self.passed as f64 * self.interval - 0.5 * dt
-    }
-
-    /// Takes a picture.
-    pub fn look(&mut self, view: &View<'_>) {
-        match view {
-            View::Double(model, state) => self.take(model, state),
-            View::Single(model, state) => self.take(model, state),
-        }
-    }
-
     fn take<S: Scalar>(&mut self, model: &Model<S>, state: &State<S>) {
         if self.strips.is_empty() {
             self.begin(model);
@@ -161,6 +148,23 @@ impl Film {
     }
 }
 
+impl Watch for Film {
+    fn is_due(&self, time: f64, dt: f64) -> bool {
+        time >= self.passed as f64 * self.interval - 0.5 * dt
+    }
+
+    fn look(&mut self, view: &View<'_>) {
+        match view {
+            View::Double(model, state) => self.take(model, state),
+            View::Single(model, state) => self.take(model, state),
+        }
+    }
+
+    fn end(&mut self, view: &View<'_>) {
+        self.look(view);
+    }
+}
+
 fn pose(body: &RigidBody) -> [f64; 7] {
     let (at, q) = (body.position, body.orientation.quaternion());
     [at.x, at.y, at.z, q.w, q.i, q.j, q.k]
@@ -195,6 +199,13 @@ impl Strip {
             lines: whole,
             own,
         }
+    }
+
+    /// A row of nodes at these places.
+    #[cfg(test)]
+    pub(super) fn for_tests(reference: Vec<[f32; 3]>) -> Self {
+        let lines: [Vec<usize>; 2] = [(0..reference.len()).collect(), vec![0]];
+        Self { ply: 0, elements: [reference.len(), 1], hit: [0; 2], reference, own: lines.clone(), lines }
     }
 
     /// Cells along warp and weft.

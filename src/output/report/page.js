@@ -72,9 +72,9 @@
     }
     for (let n = 0; n < nodes; n++)
       for (const place of places)
-        if (Math.abs(place[4 * n + 2] - places[0][4 * n + 2]) > 0.03 * deepest)
+        if (Math.abs(place[4 * n + 2] - places[0][4 * n + 2]) > 0.1 * deepest)
           moved = Math.max(moved, Math.hypot(places[0][4 * n], places[0][4 * n + 1]));
-    return { deepest, radius: Math.min(1.25 * moved, whole) };
+    return { deepest, radius: Math.min(1.15 * moved, whole) };
   }
 
   const HEAD = "#version 300 es\nprecision highp float; precision highp int; precision highp sampler2D;\n";
@@ -109,7 +109,7 @@
       bvec2 whole = lessThan(tension, vec2(254.5));
       // The warp runs along x, so that its yarn lies across y, and the other way round.
       bvec2 here = bvec2(whole.x && abs(side.y) < 0.45, whole.y && abs(side.x) < 0.45);
-      if (fine > 0.5 && !any(here)) discard;
+      if (max(size.x, size.y) < 0.1 && !any(here)) discard;
       bool over = mod(floor(there.x) + floor(there.y), 2.0) < 0.5;
       bool warp = here.x && (over || !here.y);
       float across = warp ? side.y : side.x, along = warp ? side.x : side.y;
@@ -162,7 +162,7 @@
     const size = extent(data);
     const VIEWS = [[-1.1, 0.42], [-1.5708, 0.04], [-1.1, 1.35], [-1.1, -0.55]]; // azimuth, elevation
     const view = { azimuth: 0, elevation: 0, zoom: 1 };
-    let place = 0.7 * (count - 1), playing = false, touched = false, before = 0, uploaded = -1;
+    let place = count - 1, playing = false, touched = false, before = 0, uploaded = -1;
 
     const fabric = program(FABRIC), body = program(BODY);
     gl.pixelStorei(gl.UNPACK_ALIGNMENT, 1);
@@ -209,12 +209,12 @@
       const out = [Math.cos(e) * Math.cos(a), Math.cos(e) * Math.sin(a), Math.sin(e)];
       const right = [-Math.sin(a), Math.cos(a), 0];
       const up = [-Math.sin(e) * Math.cos(a), -Math.sin(e) * Math.sin(a), Math.cos(e)];
-      const far = (2.6 * size.radius * Math.max(1, 1.25 / ratio)) / view.zoom;
-      const target = [0, 0, 0.4 * size.deepest];
+      const far = (3.7 * size.radius * Math.max(1, 1.25 / ratio)) / view.zoom;
+      const target = [0, 0, 0.25 * size.deepest - 0.06 * size.radius];
       const eye = target.map((t, i) => t + far * out[i]);
       const dot = (v) => -(v[0] * eye[0] + v[1] * eye[1] + v[2] * eye[2]);
       const look = [right[0], up[0], out[0], 0, right[1], up[1], out[1], 0, right[2], up[2], out[2], 0, dot(right), dot(up), dot(out), 1];
-      const near = 0.05 * far, end = far + 20 * size.radius, focus = 2.4;
+      const near = 0.05 * far, end = far + 20 * size.radius, focus = 3.4;
       const lens = [focus / ratio, 0, 0, 0, 0, focus, 0, 0, 0, 0, (end + near) / (near - end), -1, 0, 0, (2 * end * near) / (near - end), 0];
       return { matrix: product(lens, look), light: out.map((o, i) => 0.8 * o + 0.5 * up[i] + 0.33 * right[i]) };
     }

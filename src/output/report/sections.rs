@@ -255,9 +255,12 @@ pub(super) fn machine(run: &Run, summary: &Value) -> String {
         ),
         ("speed", format!("{} M element-steps/s", short(element_steps as f64 / run.loop_seconds / 1e6, 3))),
     ];
+    let kernel = |(name, seconds): &(&str, f64)| format!("{name} {} %", fixed(100.0 * seconds / run.loop_seconds, 0));
+    let kernels = run.kernel_seconds.iter().map(kernel).collect::<Vec<_>>().join(", ");
+    let rows = rows.into_iter().chain([("of the loop", kernels)]);
     let mut out = "<section id=\"machine\"><h2>Machine and timing</h2><table class=\"signs\"><tbody>\n".to_owned();
-    for (name, value) in rows.iter().filter(|row| !row.1.is_empty()) {
-        let _ = writeln!(out, "<tr><th scope=\"row\">{name}</th><td>{}</td></tr>", escape(value));
+    for (name, value) in rows.filter(|row| !row.1.is_empty()) {
+        let _ = writeln!(out, "<tr><th scope=\"row\">{name}</th><td>{}</td></tr>", escape(&value));
     }
     out + "</tbody></table></section>\n"
 }
