@@ -133,6 +133,6 @@ fn main() {
     let until = if test { "/solver/end_time_us=5" } else { "/solver/end_time_us=400" };
     let case = shot(1, 203, &[until]);
     let options = Options { device: Some(&device), ..Options::default() };
-    let run = simulation::run(&case, options, &AtomicBool::new(false), &mut |_| {}).unwrap();
+    let run = simulation::run(&case, options, &AtomicBool::new(false), &mut ()).unwrap();
     println!("s720-1ply-155: {} steps, loop {:.3} s, {}", run.steps, run.loop_seconds, run.outcome.word());
 }

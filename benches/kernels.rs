@@ -58,7 +58,7 @@ fn whole_shot(c: &mut Criterion) {
     group.bench_function("s720-1ply-155", |b| {
         b.iter(|| {
             let options = Options::default();
-            simulation::run(&case, options, &AtomicBool::new(false), &mut |_| {}).unwrap().steps
+            simulation::run(&case, options, &AtomicBool::new(false), &mut ()).unwrap().steps
         });
     });
 }

@@ -19,7 +19,9 @@
 //! - [`simulation`] is the host loop: checks of the numbers, end of the run; `record` is what a run has produced (history, failure
 //!   events), the same for both backends.
 //!   [`ledger`] keeps energy and momentum, [`outcome`] decides what became of the projectile,
-//!   [`profile`] measures deflection and waves.
+//!   [`profile`] measures deflection and waves. Whoever wants to follow a run implements [`simulation::Watch`] and gets
+//!   progress and [`frame`]s, the whole scene at one time.
+//! - [`warnings`] says what makes a result less certain than it looks: numbered, each with its threshold.
 //! - [`output`] writes files and checks expectations; [`verify`] is the built-in verification table,
 //!   [`bench`] measures run time against error.
 //!
@@ -46,13 +48,14 @@
 //!   "solver": { "end_time_us": 5 }
 //! }"#;
 //! let case = case::from_str("small", text, &[])?;
-//! let run = simulation::run(&case, Options::default(), &AtomicBool::new(false), &mut |_| {})?;
+//! let run = simulation::run(&case, Options::default(), &AtomicBool::new(false), &mut ())?;
 //! assert!(run.energy_error < 1e-9);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
 pub mod bench;
 pub mod case;
+pub mod frame;
 pub mod gpu;
 pub mod kernels;
 pub mod lanes;
@@ -68,4 +71,6 @@ pub mod simulation;
 pub mod state;
 pub mod step;
 mod tally;
+pub mod unit_cell;
 pub mod verify;
+pub mod warnings;

@@ -19,6 +19,8 @@ fn main() -> ExitCode {
         Command::Compare(arguments) => cli::compare::compare(&arguments),
         Command::Info(arguments) => cli::info::info(&arguments),
         Command::Schema => cli::schema(),
+        Command::Explain(arguments) => cli::explain::explain(&arguments),
+        Command::Completions(arguments) => cli::completions::completions(&arguments),
     };
     done.map_or_else(Failure::report, |()| ExitCode::SUCCESS)
 }

@@ -10,6 +10,7 @@
 use fearless_simd::Simd;
 
 use crate::lanes::{F32s, F64s};
+use crate::simulation::Viewed;
 use crate::step::HasKernels;
 use std::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Not, Range, Sub};
 
@@ -45,7 +46,7 @@ pub trait Mask: Copy + BitAnd<Output = Self> + BitOr<Output = Self> + Not<Output
 
 /// A storable floating-point number: the element type of state arrays.
 pub trait Scalar:
-    Real<Scalar = Self, Mask = bool> + HasKernels + Default + PartialOrd + Send + Sync + std::fmt::Debug + 'static
+    Real<Scalar = Self, Mask = bool> + HasKernels + Viewed + Default + PartialOrd + Send + Sync + std::fmt::Debug + 'static
 {
     /// The nearest number of this precision.
     fn splat(value: f64) -> Self;

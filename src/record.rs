@@ -29,6 +29,8 @@ pub(crate) struct Machine {
     pub(crate) loop_seconds: f64,
     /// Part of it in which the host did not wait for a device [s].
     pub(crate) host_seconds: Option<f64>,
+    /// What each kernel took [s].
+    pub(crate) kernel_seconds: Vec<(&'static str, f64)>,
 }
 
 /// Everything the history takes note of at one time of positions.
@@ -254,6 +256,7 @@ impl Record {
             terms: model.terms(),
             loop_seconds: machine.loop_seconds,
             host_seconds: machine.host_seconds,
+            kernel_seconds: machine.kernel_seconds,
             backend: machine.backend,
             adapter: machine.adapter,
             threads: machine.threads,

@@ -1,5 +1,6 @@
 //! The host loop: drives the steps, samples history, watches the numbers, decides when a run ends.
 
+use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
@@ -15,7 +16,7 @@ use crate::outcome::{self, Outcome};
 use crate::profile::{self, Profile};
 use crate::record::{Machine, Moment, Record};
 use crate::state::State;
-use crate::step::{self, FailureEvent, Stepper, Trouble};
+use crate::step::{self, FailureEvent, Phase, Stepper, Trouble};
 
 /// Number type of a run.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -68,6 +69,58 @@ pub struct Options<'a> {
     pub device: Option<&'a gpu::Device>,
     /// What is left out.
     pub skips: Skips,
+}
+
+/// Follows a run. Called on the thread that drives it, so whatever takes long belongs on another.
+///
+/// A closure that takes [`Progress`] follows progress alone, `()` nothing at all.
+pub trait Watch: Send {
+    /// Rows of the history have been added.
+    fn progress(&mut self, _at: &Progress) {}
+    /// Whether it wants to look at the positions at `time` [s], `dt` [s] after the last. Nothing but time may decide, and what it
+    /// has looked at: it is also asked about times to come.
+    fn is_due(&self, _time: f64, _dt: f64) -> bool {
+        false
+    }
+    /// The state at a time that is due, before the next step.
+    fn look(&mut self, _view: &View<'_>) {}
+    /// The state after the last step. A device that has run past the end of the run has none.
+    fn end(&mut self, _view: &View<'_>) {}
+}
+
+/// The model, and a state of it, for a watcher to look at.
+#[derive(Clone, Copy, Debug)]
+pub enum View<'a> {
+    /// In double precision.
+    Double(&'a Arc<Model<f64>>, &'a State<f64>),
+    /// In single precision, which a graphics processor always computes in.
+    Single(&'a Arc<Model<f32>>, &'a State<f32>),
+}
+
+/// A precision that watchers know.
+pub trait Viewed: Sized {
+    /// The view of a state.
+    fn view<'a>(model: &'a Arc<Model<Self>>, state: &'a State<Self>) -> View<'a>;
+}
+
+impl Viewed for f64 {
+    fn view<'a>(model: &'a Arc<Model<Self>>, state: &'a State<Self>) -> View<'a> {
+        View::Double(model, state)
+    }
+}
+
+impl Viewed for f32 {
+    fn view<'a>(model: &'a Arc<Model<Self>>, state: &'a State<Self>) -> View<'a> {
+        View::Single(model, state)
+    }
+}
+
+impl Watch for () {}
+
+impl<F: FnMut(&Progress) + Send> Watch for F {
+    fn progress(&mut self, at: &Progress) {
+        self(at);
+    }
 }
 
 /// Why a run did not start.
@@ -206,6 +259,8 @@ pub struct Run {
     pub loop_seconds: f64,
     /// Part of it in which the host did not wait for the device [s]; `None` on the processor.
     pub host_seconds: Option<f64>,
+    /// Kernels and other phases of the loop by name, and how long each took [s]; what is missing from `loop_seconds` went elsewhere.
+    pub kernel_seconds: Vec<(&'static str, f64)>,
     /// `cpu` or `gpu`.
     pub backend: &'static str,
     /// Name of the graphics adapter.
@@ -227,21 +282,16 @@ pub struct Run {
 /// # Errors
 /// When the case cannot become a model, or the device cannot hold it. A run that becomes unstable is a [`Run`] with
 /// `trouble`, one whose device was lost a [`Run`] with `lost`.
-pub fn run(
-    case: &Case,
-    options: Options<'_>,
-    interrupt: &AtomicBool,
-    progress: &mut (dyn FnMut(&Progress) + Send),
-) -> Result<Run, RunError> {
+pub fn run(case: &Case, options: Options<'_>, interrupt: &AtomicBool, watch: &mut dyn Watch) -> Result<Run, RunError> {
     let threads = options.threads.unwrap_or(0);
     let pool = rayon::ThreadPoolBuilder::new()
         .num_threads(threads)
         .build()
         .map_err(|e| RunError::Threads { threads, reason: e.to_string() })?;
     pool.install(|| match (options.device, options.precision) {
-        (Some(device), _) => gpu::run(case, device, options.skips, interrupt, progress),
-        (None, Precision::F64) => run_as::<f64>(case, options.skips, interrupt, progress),
-        (None, Precision::F32) => run_as::<f32>(case, options.skips, interrupt, progress),
+        (Some(device), _) => gpu::run(case, device, options.skips, interrupt, watch),
+        (None, Precision::F64) => run_as::<f64>(case, options.skips, interrupt, watch),
+        (None, Precision::F32) => run_as::<f32>(case, options.skips, interrupt, watch),
     })
 }
 
@@ -249,7 +299,7 @@ fn run_as<S: Scalar>(
     case: &Case,
     skips: Skips,
     interrupt: &AtomicBool,
-    progress: &mut (dyn FnMut(&Progress) + Send),
+    watch: &mut dyn Watch,
 ) -> Result<Run, RunError> {
     let mut simulation = Simulation::<S>::with_skips(case, skips)?;
     let start = Instant::now();
@@ -257,17 +307,21 @@ fn run_as<S: Scalar>(
         if interrupt.load(Ordering::Relaxed) {
             simulation.record.interrupted = true;
         }
+        if watch.is_due(simulation.time(), simulation.model.dt) {
+            watch.look(&simulation.view());
+        }
         if simulation.advance(case) {
-            progress(&simulation.progress(case));
+            watch.progress(&simulation.progress(case));
         }
     }
+    watch.end(&simulation.view());
     Ok(simulation.into_run(start.elapsed().as_secs_f64()))
 }
 
 /// A run in progress on the processor.
 pub struct Simulation<S: Scalar> {
     /// Constant; of the part of the scene that is computed.
-    pub model: Model<S>,
+    pub model: Arc<Model<S>>,
     /// Varies; as the model.
     pub state: State<S>,
     stepper: Stepper<S>,
@@ -300,7 +354,7 @@ impl<S: Scalar> Simulation<S> {
             stepper: Stepper::new(&model),
             record,
             ledger: Ledger::of_part(model.planes),
-            model,
+            model: Arc::new(model),
             state,
             sampled: false,
         })
@@ -309,6 +363,11 @@ impl<S: Scalar> Simulation<S> {
     /// Time of the positions [s].
     pub fn time(&self) -> f64 {
         self.state.step as f64 * self.model.dt
+    }
+
+    /// What a watcher sees.
+    pub fn view(&self) -> View<'_> {
+        S::view(&self.model, &self.state)
     }
 
     /// Whether the run is over: the last step taken was a sample, so that the history ends at the end.
@@ -346,6 +405,7 @@ impl<S: Scalar> Simulation<S> {
         }
         self.sampled = sample;
         self.watch(&totals);
+        self.stepper.stopwatch.lap(Phase::Record);
         sample
     }
 
@@ -372,6 +432,7 @@ impl<S: Scalar> Simulation<S> {
             precision: S::NAME,
             loop_seconds,
             host_seconds: None,
+            kernel_seconds: self.stepper.stopwatch.seconds(),
         };
         self.record.into_run(&self.model, self.state.step, machine)
     }

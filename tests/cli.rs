@@ -12,6 +12,7 @@ mod files;
 mod no_gpu;
 mod printing;
 mod skips;
+mod warnings;
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -133,7 +134,7 @@ fn stderr(output: &Output) -> String {
 fn run(case: &Value) -> (case::Case, Run) {
     let case = case::from_str("shot.json", &case.to_string(), &[]).unwrap();
     let options = Options { threads: Some(1), ..Options::default() };
-    let run = simulation::run(&case, options, &AtomicBool::new(false), &mut |_| {}).unwrap();
+    let run = simulation::run(&case, options, &AtomicBool::new(false), &mut ()).unwrap();
     (case, run)
 }
 

@@ -21,7 +21,7 @@ pub(crate) fn run(case: &Case) -> Run {
 /// Runs a case.
 pub(crate) fn run_as(case: &Case, precision: Precision, threads: usize) -> Run {
     let options = Options { threads: Some(threads), precision, ..Options::default() };
-    let run = simulation::run(case, options, &AtomicBool::new(false), &mut |_| {}).unwrap_or_else(|e| panic!("{e}"));
+    let run = simulation::run(case, options, &AtomicBool::new(false), &mut ()).unwrap_or_else(|e| panic!("{e}"));
     assert!(run.trouble.is_none(), "{}: {:?}", case.title, run.trouble);
     assert_eq!(run.newton.unconverged, 0, "{}", case.title);
     run

@@ -7,6 +7,7 @@ mod conservation;
 mod contact;
 mod element;
 mod packs;
+mod report;
 mod scene;
 mod shaders;
 mod shots;

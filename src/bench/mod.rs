@@ -198,7 +198,7 @@ pub fn measure(
     let case = subject.case(&reference_sets(&base, REFERENCE_COURANT))?;
     let skips = Skips::WHOLE;
     let options = Options { threads: plan.threads, precision: Precision::F64, skips, ..Options::default() };
-    let reference = simulation::run(&case, options, interrupt, &mut |at| progress("reference", at))?;
+    let reference = simulation::run(&case, options, interrupt, &mut |at: &Progress| progress("reference", at))?;
     let stopped = reference.interrupted;
     let mut measured = Measured {
         case,
@@ -213,7 +213,7 @@ pub fn measure(
         return Ok(measured);
     }
     let case = subject.case(&reference_sets(&base, SECOND_COURANT))?;
-    let second = simulation::run(&case, options, interrupt, &mut |at| progress("second reference", at))?;
+    let second = simulation::run(&case, options, interrupt, &mut |at: &Progress| progress("second reference", at))?;
     measured.interrupted = second.interrupted;
     if complete(&second) && !second.interrupted {
         measured.doubt = error::errors(&measured.reference, &second);
@@ -263,7 +263,7 @@ fn one(
     let mut runs: Vec<Run> = Vec::new();
     // What went wrong once goes wrong again.
     while runs.len() < plan.repeat.max(1) && runs.last().is_none_or(|run| complete(run) && !run.interrupted) {
-        let run = simulation::run(&case, options, interrupt, &mut |at| progress(&choice.name, at));
+        let run = simulation::run(&case, options, interrupt, &mut |at: &Progress| progress(&choice.name, at));
         runs.push(run.map_err(|error| error.to_string())?);
     }
     Ok((case, runs))

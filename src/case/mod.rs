@@ -32,6 +32,7 @@ mod words;
 pub use error::CaseError;
 pub use fabric_file::builtin_fabric;
 pub use read::{from_str, read};
+pub(crate) use report::mesh;
 pub use report::report;
 pub use schema::schema;
 pub(crate) use words::Word;
@@ -512,6 +513,17 @@ pub enum Origin {
     Default,
     /// Computed from other fields.
     Derived,
+}
+
+impl Origin {
+    /// One word.
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::Read => "read",
+            Self::Default => "default",
+            Self::Derived => "derived",
+        }
+    }
 }
 
 impl Yarn {

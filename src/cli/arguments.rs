@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand, ValueEnum, builder::RangedU64ValueParser};
 
+use clap_complete::Shell;
 use ripstop::simulation::{self, Skips};
 
 use super::range::Range;
@@ -42,6 +43,10 @@ pub(crate) enum Command {
     Info(InfoArguments),
     /// JSON Schema of the case file
     Schema,
+    /// What an exit code or a warning means and what to do
+    Explain(ExplainArguments),
+    /// Completion script for a shell
+    Completions(CompletionsArguments),
 }
 
 /// `ripstop run`
@@ -51,8 +56,8 @@ pub(crate) enum Command {
   ripstop run shot.json --set /projectile/velocity_m_s=200 --out out/shot-200
   ripstop run shot.json --set '/pack/edges={\"left\":\"free\"}' --json | jq .residual_velocity_m_s
 
-DIR gets summary.json, history.csv, events.csv, case.json (the case as run),
-shot.svg (a picture), and profiles.csv where the case asks for profiles. The first Ctrl-C writes them
+DIR gets report.html (open it in a browser: verdict, trust, figures, playback),
+summary.json, history.csv, events.csv, case.json (the case as run), shot.svg (a picture), and profiles.csv where the case asks for profiles. The first Ctrl-C writes them
 up to that moment, the second ends at once.")]
 pub(crate) struct RunArguments {
     /// Case file
@@ -81,6 +86,9 @@ pub(crate) struct RunArguments {
         default_missing_value = "all"
     )]
     pub(crate) no_skip: Vec<Skip>,
+    /// Write no report.html
+    #[arg(long)]
+    pub(crate) no_report: bool,
     /// Print nothing but errors
     #[arg(long, short)]
     pub(crate) quiet: bool,
@@ -273,6 +281,30 @@ pub(crate) struct InfoArguments {
     /// Also say which terms this case has, which kernels run and what memory a GPU needs
     #[arg(value_name = "CASE.json")]
     pub(crate) case: Option<PathBuf>,
+}
+
+/// `ripstop explain`
+#[derive(Args, Debug)]
+#[command(after_help = "Examples:
+  ripstop explain
+  ripstop explain W3
+  ripstop explain 130")]
+pub(crate) struct ExplainArguments {
+    /// Exit code (0, 1, 2, 3, 130), or code or name of a warning (W1, energy) [default: all, in a list]
+    #[arg(value_name = "EXIT|WARNING")]
+    pub(crate) code: Option<String>,
+}
+
+/// `ripstop completions`
+#[derive(Args, Debug)]
+#[command(after_help = "Examples:
+  ripstop completions bash > ~/.local/share/bash-completion/completions/ripstop
+  ripstop completions zsh > ~/.zfunc/_ripstop
+  ripstop completions fish > ~/.config/fish/completions/ripstop.fish")]
+pub(crate) struct CompletionsArguments {
+    /// Shell
+    #[arg(value_enum)]
+    pub(crate) shell: Shell,
 }
 
 /// `ripstop check`

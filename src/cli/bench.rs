@@ -6,15 +6,15 @@ use std::time::Instant;
 use ripstop::bench::{self, BenchError, Measured, Plan, Row, Subject};
 use ripstop::gpu::{self, Device};
 use ripstop::outcome::Outcome;
+use ripstop::output::number::{fixed, fraction, short};
 use ripstop::output::{self, Folder};
 use ripstop::simulation::Progress;
 
 use super::arguments::{Backend, BackendArguments, BenchArguments};
 use super::failure::Failure;
-use super::number::{fixed, fraction, short};
 use super::progress::Bar;
 use super::table::{Align, Table};
-use super::{backend, interrupt, result, screen};
+use super::{backend, interrupt, screen};
 
 /// What is written.
 const FILES: [&str; 2] = ["bench.json", "bench.svg"];
@@ -246,7 +246,7 @@ fn verdict(measured: &[Measured], folder: &Path) -> Result<(), Failure> {
         Some((one, trouble)) => Err(Failure::check(format!(
             "error: {}: the reference became unstable\n  where: {}\n  found: {}",
             one.case.name,
-            result::place(trouble),
+            output::place(trouble),
             trouble.quantity
         ))),
         None => Ok(()),

@@ -4,14 +4,15 @@ use std::fmt::Write;
 use std::path::Path;
 
 use ripstop::case::{self, Case};
+use ripstop::output::number::{bytes, grouped, us};
+use ripstop::output::symmetry;
 use ripstop::simulation::{Sample, Simulation, Skips};
+use ripstop::warnings;
 
 use super::arguments::CheckArguments;
 use super::failure::Failure;
-use super::number::{bytes, grouped, us};
-use super::result::symmetry;
-use super::screen;
 use super::table::{Align, Table};
+use super::{paint, result, screen};
 
 /// Reports every case; fails if any of them is refused.
 pub(crate) fn check(arguments: &CheckArguments) -> Result<(), Failure> {
@@ -34,7 +35,9 @@ fn report(path: &Path, sets: &[String]) -> Result<String, Failure> {
         .map_err(|error| Failure::model(&path.display().to_string(), &error))?;
     let mut report = case::report(&case);
     // Writing to a string cannot fail.
-    write!(report, "\nthe run\n{}", the_run(&case, &simulation)).map_err(|error| Failure::input(error.to_string()))?;
+    write!(report, "\n{}\n{}", paint::heading("the run"), the_run(&case, &simulation))
+        .map_err(|error| Failure::input(error.to_string()))?;
+    report += &result::part("warnings", &result::warnings(&warnings::of_case(&case)));
     Ok(report)
 }
 

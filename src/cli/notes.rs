@@ -1,6 +1,6 @@
 //! What a user should know before a run: what was chosen, and what was accepted but does nothing yet.
 
-use ripstop::case::{Case, Shape};
+use ripstop::case::Case;
 
 /// One line each.
 pub(crate) fn notes(case: &Case) -> Vec<String> {
@@ -8,23 +8,5 @@ pub(crate) fn notes(case: &Case) -> Vec<String> {
     if case.output.frames > 0 {
         notes.push(format!("note: /output/frames = {}: frames are not written by this version", case.output.frames));
     }
-    notes.extend(thin_projectile(case));
     notes
-}
-
-/// Contact is sampled at nodes: between them a thin projectile is not seen.
-fn thin_projectile(case: &Case) -> Option<String> {
-    let diameter = match case.projectile.as_ref()?.shape {
-        Shape::Cylinder { diameter, .. }
-        | Shape::Sphere { diameter }
-        | Shape::Cone { diameter, .. }
-        | Shape::Ogive { diameter, .. }
-        | Shape::Fragment { diameter, .. } => diameter,
-        Shape::Bar { .. } => return None, // meets whole rows of nodes
-    };
-    let cell = case.pack.element_length_x.max(case.pack.element_length_y);
-    let cells = diameter / cell;
-    (cells < 3.0).then(|| {
-        format!("note: the projectile is {cells:.1} elements wide; below 3 it may slip between the nodes that contact is sampled at")
-    })
 }

@@ -4,8 +4,9 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use ripstop::case::{self, Case};
+use ripstop::output::report::{self, Film};
 use ripstop::output::{self, Folder};
-use ripstop::simulation::{self, Options, Run, RunError};
+use ripstop::simulation::{self, Options, Progress, Run, RunError, View, Watch};
 use serde_json::Value;
 
 use super::arguments::{Backend, RunArguments};
@@ -33,10 +34,14 @@ pub(crate) fn run(arguments: &RunArguments) -> Result<(), Failure> {
         device: chosen.device.as_ref(),
         skips: arguments.skips(),
     };
-    let mut run = simulation::run(&case, options, &interrupted, &mut |at| bar.show(at));
+    let mut film = (!arguments.no_report).then(|| Film::new(&case));
+    let mut shoot = |options: Options<'_>| {
+        simulation::run(&case, options, &interrupted, &mut Follower { bar: &bar, film: film.as_mut() })
+    };
+    let mut run = shoot(options);
     if let (Err(RunError::Device(error)), Backend::Auto) = (&run, arguments.backend.backend) {
         say(&backend::took_cpu(error));
-        run = simulation::run(&case, Options { device: None, ..options }, &interrupted, &mut |at| bar.show(at));
+        run = shoot(Options { device: None, ..options });
     }
     bar.clear();
     let run = match run {
@@ -47,7 +52,8 @@ pub(crate) fn run(arguments: &RunArguments) -> Result<(), Failure> {
         }
     };
     let summary = output::summary(&case, &run, start.elapsed().as_secs_f64());
-    let written = folder.write(&case, &run, &summary);
+    let page = film.map(|film| report::report(&case, &run, &summary, &film));
+    let written = folder.write(&case, &run, &summary, page);
     if arguments.json {
         screen::print(&format!("{summary:#}\n"))?;
     } else if !arguments.quiet {
@@ -56,6 +62,34 @@ pub(crate) fn run(arguments: &RunArguments) -> Result<(), Failure> {
     }
     written?;
     verdict(&case, &run, &summary, folder.path())
+}
+
+/// Follows a run: shows where it is, and films it for the report.
+struct Follower<'a> {
+    bar: &'a Bar,
+    film: Option<&'a mut Film>,
+}
+
+impl Watch for Follower<'_> {
+    fn progress(&mut self, at: &Progress) {
+        self.bar.show(at);
+    }
+
+    fn is_due(&self, time: f64, dt: f64) -> bool {
+        self.film.as_ref().is_some_and(|film| film.is_due(time, dt))
+    }
+
+    fn look(&mut self, view: &View<'_>) {
+        if let Some(film) = &mut self.film {
+            film.look(view);
+        }
+    }
+
+    fn end(&mut self, view: &View<'_>) {
+        if let Some(film) = &mut self.film {
+            film.end(view);
+        }
+    }
 }
 
 fn out(arguments: &RunArguments, case: &Case) -> PathBuf {
@@ -72,7 +106,7 @@ fn verdict(case: &Case, run: &Run, summary: &Value, folder: &Path) -> Result<(),
         return Err(Failure::check(format!(
             "error: {}: the run became unstable\n  where: {}\n  found: {}\n  help: lower /solver/courant",
             file(case),
-            result::place(trouble),
+            output::place(trouble),
             trouble.quantity
         )));
     }
@@ -80,12 +114,12 @@ fn verdict(case: &Case, run: &Run, summary: &Value, folder: &Path) -> Result<(),
         return Err(Failure::lost(format!(
             "error: {}: the device gave up at {}\n  found: {reason}\n  help: take --backend cpu; results up to there: {}",
             file(case),
-            result::reached(run),
+            output::reached(run),
             folder.display()
         )));
     }
     if run.interrupted {
-        let reached = result::reached(run);
+        let reached = output::reached(run);
         return Err(Failure::interrupted(format!(
             "interrupted at {reached}; results up to there: {}",
             folder.display()

@@ -12,7 +12,7 @@ use super::arguments::VerifyArguments;
 use super::failure::Failure;
 use super::progress::Bar;
 use super::table::{Align, Table};
-use super::{backend, interrupt, screen};
+use super::{backend, interrupt, paint, screen};
 
 /// Runs the table, or the stress scenes, and prints it; exit code 1 if a row fails.
 pub(crate) fn verify(arguments: &VerifyArguments) -> Result<(), Failure> {
@@ -103,10 +103,10 @@ fn table(rows: &[Row]) -> Table {
         if row.group != group {
             group = row.group;
             table.row(["", ""]);
-            table.row(["", group]);
+            table.row(["", &paint::heading(group)]);
         }
-        let mark = if row.pass { "pass" } else { "FAIL" };
-        table.row([mark, &row.name, &row.expected, &row.got, &row.tolerance]);
+        let mark = paint::mark(row.pass);
+        table.row([&mark, &row.name, &row.expected, &row.got, &row.tolerance]);
     }
     table
 }

@@ -4,6 +4,7 @@
 //! taken sample by sample, and what a batch computed beyond the end of the run is dropped.
 
 use std::collections::VecDeque;
+use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
@@ -18,7 +19,7 @@ use crate::ledger::{Ledger, PlyMoment};
 use crate::model::Model;
 use crate::profile;
 use crate::record::{Machine, Moment, Record, sample_due, time_up};
-use crate::simulation::{self, Progress, Run, RunError, Skips};
+use crate::simulation::{self, Progress, Run, RunError, Skips, View, Watch};
 use crate::state::State;
 
 /// How long a batch should take: long enough to hide its submission, short enough to follow progress and Ctrl-C.
@@ -34,22 +35,23 @@ pub fn run(
     device: &Device,
     skips: Skips,
     interrupt: &AtomicBool,
-    progress: &mut (dyn FnMut(&Progress) + Send),
+    watch: &mut dyn Watch,
 ) -> Result<Run, RunError> {
     let mut simulation = Simulation::with_skips(case, device, skips)?;
     let start = Instant::now();
     while !simulation.finished() {
         simulation.record.interrupted |= interrupt.load(Ordering::Relaxed);
-        simulation.advance(case);
-        progress(&simulation.progress(case));
+        simulation.advance_watched(case, watch);
+        watch.progress(&simulation.progress(case));
     }
+    simulation.show_end(watch);
     Ok(simulation.into_run(start.elapsed().as_secs_f64()))
 }
 
 /// A run in progress on a device.
 pub struct Simulation<'a> {
     /// Constant; of the part of the scene that is computed.
-    pub model: Model<f32>,
+    pub model: Arc<Model<f32>>,
     /// The state at the start, and after a batch that asked for it.
     state: State<f32>,
     stepper: Stepper<'a>,
@@ -97,7 +99,7 @@ impl<'a> Simulation<'a> {
             given: simulation::given(&model, &state),
             record,
             ledger: Ledger::of_part(model.planes),
-            model,
+            model: Arc::new(model),
             state,
             stepper,
             pending: VecDeque::new(),
@@ -142,8 +144,13 @@ impl<'a> Simulation<'a> {
         self
     }
 
+    /// Whether the state has to be read before the step from `time` [s].
+    fn state_due(&self, case: &Case, watch: &dyn Watch, time: f64) -> bool {
+        self.record.profile_due(case, time, self.model.dt) || watch.is_due(time, self.model.dt)
+    }
+
     /// The steps of the next batch, and whether the last of them ends the run by time or request.
-    fn plan(&self, case: &Case) -> (Vec<StepInfo>, bool) {
+    fn plan(&self, case: &Case, watch: &dyn Watch) -> (Vec<StepInfo>, bool) {
         let dt = self.model.dt;
         let mut last = self.sampled;
         let mut slots = 0;
@@ -152,7 +159,7 @@ impl<'a> Simulation<'a> {
         while steps.len() < self.batch && slots < SLOTS && !ends {
             let index = self.next + steps.len() as u64;
             let time = self.time_of(index);
-            if !steps.is_empty() && self.record.profile_due(case, time, dt) {
+            if !steps.is_empty() && self.state_due(case, watch, time) {
                 break; // the state is read before that step
             }
             let since = index - last.map_or(0, |l| l + 1) + 1;
@@ -170,23 +177,24 @@ impl<'a> Simulation<'a> {
 
     /// Sends a batch off, and takes over the one before it, which computed while this one was recorded.
     pub fn advance(&mut self, case: &Case) {
-        if let Err(error) = self.try_advance(case) {
+        self.advance_watched(case, &mut ());
+    }
+
+    /// The same; the watcher looks at the state before the batch where that is due.
+    fn advance_watched(&mut self, case: &Case, watch: &mut dyn Watch) {
+        if let Err(error) = self.try_advance(case, watch) {
             self.record.lost = Some(error.to_string());
             self.ended = true;
         }
     }
 
-    fn try_advance(&mut self, case: &Case) -> Result<(), DeviceError> {
+    fn try_advance(&mut self, case: &Case, watch: &mut dyn Watch) -> Result<(), DeviceError> {
         let time = self.time_of(self.next);
-        if self.record.profile_due(case, time, self.model.dt) {
-            while !self.pending.is_empty() && !self.ended {
-                self.collect(case)?;
-            }
-            self.stepper.download(&self.model, &mut self.state)?;
-            self.record.profiles.push(profile::take(&self.model, &self.state, case, time));
+        if !self.complete && self.state_due(case, watch, time) {
+            self.read_state(case, watch, time)?;
         }
         if !self.complete && !self.ended {
-            let (steps, ends) = self.plan(case);
+            let (steps, ends) = self.plan(case, watch);
             self.complete = ends;
             self.next += steps.len() as u64;
             self.sampled = steps.iter().rev().find(|s| s.slot.is_some()).map(|s| s.index).or(self.sampled);
@@ -197,6 +205,39 @@ impl<'a> Simulation<'a> {
             self.collect(case)?;
         }
         Ok(())
+    }
+
+    /// Takes what is due of the state before the step from `time` [s], unless the run is over by then.
+    fn read_state(&mut self, case: &Case, watch: &mut dyn Watch, time: f64) -> Result<(), DeviceError> {
+        while !self.pending.is_empty() && !self.ended {
+            self.collect(case)?;
+        }
+        if self.ended {
+            return Ok(());
+        }
+        self.stepper.download(&self.model, &mut self.state)?;
+        self.state.step = self.next;
+        if self.record.profile_due(case, time, self.model.dt) {
+            self.record.profiles.push(profile::take(&self.model, &self.state, case, time));
+        }
+        if watch.is_due(time, self.model.dt) {
+            watch.look(&View::Single(&self.model, &self.state));
+        }
+        Ok(())
+    }
+
+    /// Shows the state after the last step, unless the device has gone on, or is lost.
+    fn show_end(&mut self, watch: &mut dyn Watch) {
+        if self.step != self.next || self.record.lost.is_some() {
+            return;
+        }
+        match self.stepper.download(&self.model, &mut self.state) {
+            Ok(()) => {
+                self.state.step = self.next;
+                watch.end(&View::Single(&self.model, &self.state));
+            }
+            Err(error) => self.record.lost = Some(error.to_string()),
+        }
     }
 
     /// Takes over the oldest batch on its way.
@@ -350,6 +391,7 @@ impl<'a> Simulation<'a> {
             precision: "f32",
             loop_seconds,
             host_seconds: Some((loop_seconds - self.stepper.waited().as_secs_f64()).max(0.0)),
+            kernel_seconds: Vec::new(),
         };
         self.record.into_run(&self.model, self.step, machine)
     }

@@ -144,12 +144,14 @@ impl ElementTotals {
 }
 
 /// What one element is before forces: gradients, stretches and directions.
-struct Kinematics<R> {
-    stretch: [R; 2],
+pub(crate) struct Kinematics<R> {
+    /// Λ − 1 [-].
+    pub(crate) stretch: [R; 2],
     direction: [[R; 3]; 2],
     /// 1/Λ.
     inverse: [R; 2],
-    sine: R,
+    /// Of the shear angle.
+    pub(crate) sine: R,
 }
 
 type Vector<R> = [R; 3];
@@ -162,14 +164,15 @@ fn dot<R: Real>(a: &Vector<R>, b: &Vector<R>) -> R {
 /// Differences over an element of corner values 0…3 (counter-clockwise): twice the edge differences along X and
 /// Y, and the hourglass combination.
 #[inline(always)]
-fn differences<R: Real>(corner: &[R; 4]) -> [R; 3] {
+pub(crate) fn differences<R: Real>(corner: &[R; 4]) -> [R; 3] {
     let [a, b, c, d] = *corner;
     let (bottom, top) = (b - a, c - d);
     [bottom + top, (d - a) + (c - b), top - bottom]
 }
 
+/// Kinematics of an element from the sums of its edge differences along X and Y [m].
 #[inline(always)]
-fn kinematics<R: Real>(c: &ElementConstants<R>, dx: &Vector<R>, dy: &Vector<R>) -> Kinematics<R> {
+pub(crate) fn kinematics<R: Real>(c: &ElementConstants<R>, dx: &Vector<R>, dy: &Vector<R>) -> Kinematics<R> {
     let n = c.area;
     let one = n.one();
     let two = n.with(2.0);

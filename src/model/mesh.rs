@@ -94,6 +94,15 @@ impl Mesh {
         self.cut_across(row, column).into_iter().map(|cut| if cut { 0.5 } else { 1.0 }).product()
     }
 
+    /// The whole ply that the mesh is a part of.
+    #[must_use]
+    pub fn whole(&self) -> Self {
+        let [columns, rows] = self.whole_counts();
+        let centre = [columns, rows].map(|count| 0.5 * count as f64);
+        let origin = [0, 1].map(|a| -self.length[a] * centre[a]);
+        Self { rows, columns, origin, centre, cut: [Cut::Nowhere; 2], ..*self }
+    }
+
     /// Elements along X and Y of the whole ply.
     pub fn whole_counts(&self) -> [usize; 2] {
         let counts = [self.columns, self.rows];

@@ -15,8 +15,11 @@ use crate::simulation::Run;
 const PROFILES: &str = "profiles.csv";
 /// The file that is only there for packs of several plies.
 const PLIES: &str = "plies.csv";
+/// The file that is not there where nobody wants it.
+const REPORT: &str = "report.html";
 /// Every file this module may write.
-const FILES: [&str; 7] = ["case.json", "history.csv", "events.csv", PLIES, PROFILES, "shot.svg", "summary.json"];
+const FILES: [&str; 8] =
+    ["case.json", "history.csv", "events.csv", PLIES, PROFILES, "shot.svg", REPORT, "summary.json"];
 
 /// Why the results could not be written.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -112,11 +115,17 @@ impl Folder {
         }
     }
 
-    /// Writes all results of a run; returns the names of the files.
+    /// Writes all results of a run, and the page that reports them where there is one; returns the names of the files.
     ///
     /// # Errors
     /// When the disk refuses; what lay in the folder before is then still there as long as no file was complete.
-    pub fn write(&self, case: &Case, run: &Run, summary: &Value) -> Result<Vec<&'static str>, OutputError> {
+    pub fn write(
+        &self,
+        case: &Case,
+        run: &Run,
+        summary: &Value,
+        report: Option<String>,
+    ) -> Result<Vec<&'static str>, OutputError> {
         let mut texts = vec![
             ("case.json", pretty(&case.as_run)),
             ("history.csv", history::text(&run.history)),
@@ -129,9 +138,10 @@ impl Folder {
             texts.push((PROFILES, csv::profiles(&run.profiles)));
         }
         texts.push(("shot.svg", picture::picture(case, run)));
+        texts.extend(report.map(|page| (REPORT, page)));
         // Last, so that a summary speaks of the files around it.
         texts.push(("summary.json", pretty(summary)));
-        self.put(&texts, &["summary.json", PLIES, PROFILES])
+        self.put(&texts, &["summary.json", PLIES, PROFILES, REPORT])
     }
 
     /// Writes files, all complete before the first gets its name; `stale` ones of an earlier time go before that.

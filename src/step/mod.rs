@@ -12,6 +12,7 @@
 mod kernels;
 mod plies;
 mod projectile;
+mod stopwatch;
 mod sweep;
 mod trouble;
 
@@ -27,6 +28,7 @@ pub use kernels::{HasKernels, RowKernels};
 use plies::PlyContact;
 use projectile::ProjectileContact;
 pub use projectile::{fabric_between, node_position, node_stands};
+pub use stopwatch::{Phase, Stopwatch};
 use sweep::{Passes, Sweep};
 pub use trouble::{elements, fastest_node, find_trouble, nodes};
 
@@ -87,6 +89,9 @@ pub struct Trouble {
     pub place: [usize; 3],
 }
 
+/// One step in so many does elements and nodes one after the other, which changes no bit, to learn what share each has.
+const APART: u64 = 64;
+
 /// What the stages of a step work on.
 pub struct Frame<'a, S> {
     /// Constant.
@@ -127,6 +132,8 @@ pub struct Stepper<S: Scalar> {
     projectile: ProjectileContact,
     /// Failures of the last step.
     pub failures: Vec<FailureEvent>,
+    /// What the phases of the steps so far took.
+    pub stopwatch: Stopwatch,
 }
 
 impl<S: Scalar> Stepper<S> {
@@ -147,17 +154,29 @@ impl<S: Scalar> Stepper<S> {
             plies: PlyContact::new(model),
             projectile: ProjectileContact::default(),
             failures: Vec::new(),
+            stopwatch: Stopwatch::default(),
         }
     }
 
     /// One step from the positions at `state.step`·Δt. `sample`: fill in the energies at that time.
     pub fn step(&mut self, model: &Model<S>, state: &mut State<S>, ledger: &mut Ledger, sample: bool) -> StepTotals {
         let mut frame = Frame::new(model, state, ledger, sample);
-        self.sweep(&mut frame, Passes::Both);
-        self.collect_elements(&mut frame);
-        self.collect_nodes(&mut frame);
+        self.stopwatch.start();
+        if frame.state.step % APART == 0 {
+            self.elements(&mut frame);
+            self.stopwatch.lap(Phase::ElementForce);
+            self.nodes(&mut frame);
+            self.stopwatch.lap(Phase::NodeUpdate);
+        } else {
+            self.sweep(&mut frame, Passes::Both);
+            self.collect_elements(&mut frame);
+            self.collect_nodes(&mut frame);
+            self.stopwatch.lap_of_both();
+        }
         self.plies(&mut frame);
+        self.stopwatch.lap(Phase::PlyContact);
         self.projectile(&mut frame);
+        self.stopwatch.lap(Phase::ProjectileContact);
         frame.state.step += 1;
         frame.totals
     }

@@ -69,7 +69,7 @@ fn simulate(group: &'static str, case: &Case, options: Options<'_>, interrupt: &
         source: String::new(),
         pass: false,
     };
-    match simulation::run(case, options, interrupt, &mut |_| {}) {
+    match simulation::run(case, options, interrupt, &mut ()) {
         Ok(run) => match &run.trouble {
             Some(t) => Err(Box::new(failed(format!("unstable at step {} in {}: {}", t.step, t.kernel, t.quantity)))),
             None => Ok(run),

@@ -69,7 +69,10 @@ fn ctrl_c_is_130_with_complete_results() {
     let output = bench.interrupt(&arguments, "out/shot");
     assert_eq!(code(&output), 130, "{}", stderr(&output));
     assert!(stderr(&output).contains("interrupted at"));
-    assert_eq!(bench.names("out/shot"), ["case.json", "events.csv", "history.csv", "shot.svg", "summary.json"]);
+    assert_eq!(
+        bench.names("out/shot"),
+        ["case.json", "events.csv", "history.csv", "report.html", "shot.svg", "summary.json"]
+    );
     let summary = bench.json("out/shot/summary.json");
     assert_eq!(summary["interrupted"], true);
     assert_eq!(summary, serde_json::from_str::<Value>(&stdout(&output)).unwrap());

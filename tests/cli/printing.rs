@@ -61,18 +61,6 @@ fn quiet_prints_nothing_and_json_prints_the_summary_alone() {
 }
 
 #[test]
-fn a_projectile_between_nodes_is_warned_of() {
-    let bench = Bench::new(&small());
-    let warned = |diameter: &str| {
-        let set = format!("/projectile/diameter_mm={diameter}");
-        let output = bench.shoot(&["--json", "--set", &set]);
-        assert_eq!(code(&output), 0, "{}", stderr(&output));
-        stderr(&output).contains("elements wide")
-    };
-    assert!(warned("3.7") && !warned("3.9"), "three elements are 3.81 mm");
-}
-
-#[test]
 fn single_precision_says_so() {
     let bench = Bench::new(&small());
     let output = bench.shoot(&["--json", "--precision", "f32"]);

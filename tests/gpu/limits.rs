@@ -42,7 +42,7 @@ fn two_dimensions(device: &'static Device) -> Outcome {
     assert_eq!(narrow.limits().max_compute_workgroups_per_dimension, 7);
     let [wide, folded] = [device, &narrow].map(|on| {
         let options = Options { device: Some(on), ..Options::default() };
-        simulation::run(&case, options, &AtomicBool::new(false), &mut |_| {}).unwrap()
+        simulation::run(&case, options, &AtomicBool::new(false), &mut ()).unwrap()
     });
     assert!(wide.elements > 7 * 64, "{} elements fit into one row of workgroups", wide.elements);
     assert!(!wide.events.is_empty());

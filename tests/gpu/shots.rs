@@ -51,7 +51,7 @@ fn run_on(device: &Device, case: &Case) -> Run {
 /// Runs a case on the device until it ends or is interrupted.
 fn run_until(device: &Device, case: &Case, interrupt: &AtomicBool) -> Run {
     let options = Options { threads: Some(1), device: Some(device), ..Options::default() };
-    simulation::run(case, options, interrupt, &mut |_| {}).unwrap_or_else(|e| panic!("{}: {e}", case.name))
+    simulation::run(case, options, interrupt, &mut ()).unwrap_or_else(|e| panic!("{}: {e}", case.name))
 }
 
 /// Runs a case on the device in batches of so many steps.

@@ -168,7 +168,7 @@ fn threads_change_no_bit() {
 /// The run of a case with everything computed.
 fn unskipped(case: &Case) -> Run {
     let options = Options { skips: Skips { wavefront: false, ..Skips::default() }, ..Options::default() };
-    ripstop::simulation::run(case, options, &AtomicBool::new(false), &mut |_| {}).unwrap()
+    ripstop::simulation::run(case, options, &AtomicBool::new(false), &mut ()).unwrap()
 }
 
 #[test]
@@ -207,7 +207,7 @@ fn the_outcome_counts_plies() {
         &torn(r#""plies": 4"#, 40),
         ripstop::simulation::Options::default(),
         &interrupted,
-        &mut |_| {},
+        &mut (),
     );
     assert!(stopped.unwrap().interrupted);
 }

@@ -67,7 +67,8 @@ fn same_files(device: &'static Device) -> Outcome {
         assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
         (folder, text(&output.stdout))
     });
-    let expected = ["case.json", "events.csv", "history.csv", "profiles.csv", "shot.svg", "summary.json"];
+    let expected =
+        ["case.json", "events.csv", "history.csv", "profiles.csv", "report.html", "shot.svg", "summary.json"];
     assert_eq!(names(&cpu.0), expected);
     assert_eq!(names(&gpu.0), expected);
     for file in ["history.csv", "events.csv", "profiles.csv"] {

@@ -1,0 +1,56 @@
+//! Frames: the whole scene at one time, for whoever draws or writes it.
+//!
+//! A [`Camera`] in the hands of a watcher takes a [`Snapshot`] when one is due, a copy of what has moved. What costs time, tensions
+//! and strains of every element and the mirror images of a scene that is computed in part, is left to [`Snapshot::frame`],
+//! which may be called on another thread while the solver goes on.
+//!
+//! N frames lie evenly between the start and the end time of a case, both included, each at the nearest step. A run that
+//! ends before has fewer.
+
+mod element;
+mod scene;
+mod snapshot;
+
+pub use scene::{PlyMesh, Scene};
+pub use snapshot::{Camera, Snapshot};
+
+/// The whole scene at one time, in the axes of the pack. Nodes and elements run over (ply, row, column); [`Scene`] has
+/// their numbers and what does not change.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Frame {
+    /// Counted from 0.
+    pub index: usize,
+    /// Steps done.
+    pub step: u64,
+    /// [s]
+    pub time: f64,
+    /// Of the nodes [m].
+    pub displacement: Vec<[f32; 3]>,
+    /// Of the nodes, half a time step before (leapfrog) [m/s].
+    pub velocity: Vec<[f32; 3]>,
+    /// Warp and weft tension of the elements; of broken yarns 0 [N].
+    pub tension: [Vec<f32>; 2],
+    /// Warp and weft axial strain of the elements; of broken yarns 0 [-].
+    pub strain: [Vec<f32>; 2],
+    /// Warp and weft crimp height of the elements; 0 where the yarns do not cross any more [m].
+    pub height: [Vec<f32>; 2],
+    /// Shear angle of the elements; 0 where the yarns do not cross any more [rad].
+    pub shear_angle: Vec<f32>,
+    /// 1 where the warp, the weft of an element carries load, 0 where it is broken or missing.
+    pub alive: [Vec<u8>; 2],
+    /// The projectile, where there is one.
+    pub projectile: Option<Pose>,
+}
+
+/// A projectile at one time, in the axes of the pack.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Pose {
+    /// Centre of mass [m].
+    pub position: [f64; 3],
+    /// From the body's axes to those of the pack: quaternion w, x, y, z of length one.
+    pub rotation: [f64; 4],
+    /// Of the centre of mass, half a time step before (leapfrog) [m/s].
+    pub velocity: [f64; 3],
+    /// [rad/s]
+    pub angular_velocity: [f64; 3],
+}

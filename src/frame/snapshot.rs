@@ -1,0 +1,298 @@
+//! When a frame is due, and the copy of the state that it is made from.
+
+use std::ops::Range;
+use std::sync::Arc;
+
+use super::element::{self, Before, Reading};
+use super::{Frame, PlyMesh, Pose, Scene};
+use crate::kernels::crossover::LawKernel;
+use crate::kernels::element_force::{ElementConstants, field as element_field};
+use crate::kernels::node_update::field as node_field;
+use crate::kernels::rigid_body::RigidBody;
+use crate::model::{Mesh, Model, symmetry::Cut};
+use crate::number::Scalar;
+use crate::simulation::View;
+use crate::state::{Rows, State};
+
+/// The state when a frame is due: what has moved of the part that is computed.
+pub struct Snapshot {
+    scene: Arc<Scene>,
+    index: usize,
+    step: u64,
+    time: f64,
+    projectile: Option<Pose>,
+    moved: Box<dyn Moved>,
+}
+
+impl Snapshot {
+    /// What it shares with all others of its run.
+    pub fn scene(&self) -> &Scene {
+        &self.scene
+    }
+
+    /// [s]
+    pub fn time(&self) -> f64 {
+        self.time
+    }
+
+    /// The frame of the whole scene.
+    pub fn frame(&self) -> Frame {
+        let (nodes, elements) = (self.scene.reference.len(), self.scene.elements);
+        let zeros = || std::array::from_fn(|_| vec![0.0; elements]);
+        let mut frame = Frame {
+            index: self.index,
+            step: self.step,
+            time: self.time,
+            displacement: vec![[0.0; 3]; nodes],
+            velocity: vec![[0.0; 3]; nodes],
+            tension: zeros(),
+            strain: zeros(),
+            height: zeros(),
+            shear_angle: vec![0.0; elements],
+            alive: std::array::from_fn(|_| vec![0; elements]),
+            projectile: self.projectile,
+        };
+        self.moved.fill(&self.scene, &mut frame);
+        frame
+    }
+}
+
+/// The times at which frames are due.
+#[derive(Clone, Copy, Debug)]
+struct Schedule {
+    frames: usize,
+    interval: f64,
+    /// Frames whose time has come.
+    passed: usize,
+}
+
+impl Schedule {
+    fn new(frames: usize, end_time: f64) -> Self {
+        Self { frames, interval: end_time / frames.saturating_sub(1).max(1) as f64, passed: 0 }
+    }
+
+    fn is_due(&self, time: f64, dt: f64) -> bool {
+        self.passed < self.frames && time >= self.passed as f64 * self.interval - 0.5 * dt
+    }
+
+    /// Everything due at `time` [s] is taken.
+    fn pass(&mut self, time: f64, dt: f64) {
+        while self.is_due(time, dt) {
+            self.passed += 1;
+        }
+    }
+}
+
+/// Takes the snapshots of a run.
+pub struct Camera {
+    schedule: Schedule,
+    scene: Option<Arc<Scene>>,
+    taken: usize,
+}
+
+impl Camera {
+    /// For so many frames evenly from 0 to `end_time` [s]; a single one is that of the start.
+    pub fn new(frames: usize, end_time: f64) -> Self {
+        Self { schedule: Schedule::new(frames, end_time), scene: None, taken: 0 }
+    }
+
+    /// Whether a frame is due at `time` [s], or nearer to it than to the next step `dt` [s] later.
+    pub fn is_due(&self, time: f64, dt: f64) -> bool {
+        self.schedule.is_due(time, dt)
+    }
+
+    /// The state in view.
+    pub fn take(&mut self, view: &View<'_>) -> Snapshot {
+        match view {
+            View::Double(model, state) => self.take_as(model, state),
+            View::Single(model, state) => self.take_as(model, state),
+        }
+    }
+
+    fn take_as<S: Scalar>(&mut self, model: &Arc<Model<S>>, state: &State<S>) -> Snapshot {
+        let time = state.step as f64 * model.dt;
+        self.schedule.pass(time, model.dt);
+        let index = self.taken;
+        self.taken += 1;
+        let plies = (0..model.plies.len()).map(|ply| Patch::new(model, state, ply)).collect();
+        Snapshot {
+            scene: self.scene.get_or_insert_with(|| Arc::new(Scene::new(model))).clone(),
+            index,
+            step: state.step,
+            time,
+            projectile: state.body.as_ref().map(pose),
+            moved: Box::new(Patches { model: model.clone(), plies }),
+        }
+    }
+}
+
+fn pose(body: &RigidBody) -> Pose {
+    let q = body.orientation.quaternion();
+    Pose {
+        position: body.position.into(),
+        rotation: [q.w, q.i, q.j, q.k],
+        velocity: body.velocity.into(),
+        angular_velocity: body.angular_velocity().into(),
+    }
+}
+
+/// What has moved, in whatever precision.
+trait Moved: Send {
+    /// Fills a frame of zeros.
+    fn fill(&self, scene: &Scene, frame: &mut Frame);
+}
+
+struct Patches<S> {
+    model: Arc<Model<S>>,
+    plies: Vec<Patch<S>>,
+}
+
+/// Elements of a ply that may have moved, and their nodes.
+struct Patch<S> {
+    rows: Range<usize>,
+    columns: Range<usize>,
+    /// Displacement [m] and velocity [m/s], shape (rows + 1, 6, columns + 1).
+    nodes: Vec<S>,
+    /// Heights [m] and whether the yarns are alive, shape (rows, 4, columns).
+    elements: Vec<S>,
+}
+
+/// Numbers kept of an element: heights and life of its yarns, which lie together in the state.
+const OF_ELEMENT: usize = element_field::COUNT - element_field::HEIGHT;
+
+impl<S: Scalar> Patch<S> {
+    fn new(model: &Model<S>, state: &State<S>, ply: usize) -> Self {
+        let [rows, columns] = state.reach[ply].elements(&model.sheet(ply).mesh);
+        let (node, element) = (model.grid.first_node_row(ply), model.grid.first_element_row(ply));
+        let some = usize::from(!rows.is_empty());
+        let node_rows = node + rows.start..node + rows.end + some;
+        let element_rows = element + rows.start..element + rows.end;
+        let nodes = copy(&state.nodes, node_rows, 0..node_field::COUNT, columns.start..columns.end + some);
+        let stored = columns.start + 1..columns.end + 1;
+        let elements = copy(&state.elements, element_rows, element_field::HEIGHT..element_field::COUNT, stored);
+        Self { rows, columns, nodes, elements }
+    }
+
+    /// A field of a node, row and column counted in the patch.
+    fn node(&self, row: usize, field: usize, column: usize) -> S {
+        self.nodes[(row * node_field::COUNT + field) * (self.columns.len() + 1) + column]
+    }
+
+    /// Displacements of an element's corners, counter-clockwise.
+    fn corners(&self, row: usize, column: usize) -> [[S; 4]; 3] {
+        let nodes = [(row, column), (row, column + 1), (row + 1, column + 1), (row + 1, column)];
+        [0, 1, 2].map(|a| nodes.map(|(row, column)| self.node(row, node_field::DISPLACEMENT + a, column)))
+    }
+
+    /// What an element had at the last step.
+    fn before(&self, row: usize, column: usize) -> Before<S> {
+        let number = |field: usize| self.elements[(row * OF_ELEMENT + field) * self.columns.len() + column];
+        Before { height: [number(0), number(1)], alive: [2, 3].map(|field| number(field).to_f64() > 0.5) }
+    }
+}
+
+fn copy<S: Scalar>(from: &Rows<S>, rows: Range<usize>, fields: Range<usize>, columns: Range<usize>) -> Vec<S> {
+    let mut numbers = Vec::with_capacity(rows.len() * fields.len() * columns.len());
+    for row in rows {
+        let row = from.row(row);
+        for field in fields.clone() {
+            let at = field * from.stride;
+            numbers.extend_from_slice(&row[at + columns.start..at + columns.end]);
+        }
+    }
+    numbers
+}
+
+impl<S: Scalar> Moved for Patches<S> {
+    fn fill(&self, scene: &Scene, frame: &mut Frame) {
+        for (ply, patch) in self.plies.iter().enumerate() {
+            let sheet = self.model.sheet(ply);
+            let whole = &scene.plies[ply];
+            crate::with_law!(sheet.law, L => {
+                let constants = sheet.constants::<S, L>();
+                let start = Before { height: sheet.initial.height.map(S::splat), alive: sheet.present };
+                // What nothing has reached is flat; what started otherwise counts as reached.
+                let rest = element::read::<S, L>(&constants, &[[S::splat(0.0); 4]; 3], start);
+                (0..whole.elements()).for_each(|at| put(frame, whole.first_element + at, &rest, 1.0));
+                fill_elements::<S, L>(patch, &constants, &sheet.mesh, whole, frame);
+            });
+            fill_nodes(patch, &sheet.mesh, whole, frame);
+        }
+    }
+}
+
+fn fill_elements<S: Scalar, L: LawKernel>(
+    patch: &Patch<S>,
+    constants: &ElementConstants<S>,
+    mesh: &Mesh,
+    whole: &PlyMesh,
+    frame: &mut Frame,
+) {
+    let [across, up] = images(mesh, 1);
+    for row in 0..patch.rows.len() {
+        for column in 0..patch.columns.len() {
+            let reading = element::read::<S, L>(constants, &patch.corners(row, column), patch.before(row, column));
+            for (row, row_sign) in up.of(patch.rows.start + row) {
+                for (column, column_sign) in across.of(patch.columns.start + column) {
+                    let at = whole.first_element + row * whole.columns + column;
+                    put(frame, at, &reading, row_sign * column_sign);
+                }
+            }
+        }
+    }
+}
+
+/// Puts an element, or its mirror image, in which the yarns turn towards each other the other way, into a frame.
+fn put(frame: &mut Frame, at: usize, reading: &Reading, turn: f32) {
+    for yarn in 0..2 {
+        frame.tension[yarn][at] = reading.tension[yarn];
+        frame.strain[yarn][at] = reading.strain[yarn];
+        frame.height[yarn][at] = reading.height[yarn];
+        frame.alive[yarn][at] = u8::from(reading.alive[yarn]);
+    }
+    frame.shear_angle[at] = turn * reading.shear_angle;
+}
+
+fn fill_nodes<S: Scalar>(patch: &Patch<S>, mesh: &Mesh, whole: &PlyMesh, frame: &mut Frame) {
+    if patch.rows.is_empty() {
+        return;
+    }
+    let [across, up] = images(mesh, 0);
+    for row in 0..=patch.rows.len() {
+        for column in 0..=patch.columns.len() {
+            let vector = |field: usize| [0, 1, 2].map(|a| patch.node(row, field + a, column).to_f64());
+            let [displacement, velocity] = [vector(node_field::DISPLACEMENT), vector(node_field::VELOCITY)];
+            for (row, y) in up.of(patch.rows.start + row) {
+                for (column, x) in across.of(patch.columns.start + column) {
+                    let at = whole.first_node + row * (whole.columns + 1) + column;
+                    let image = |v: [f64; 3]| mesh.to_pack([f64::from(x) * v[0], f64::from(y) * v[1], v[2]]);
+                    frame.displacement[at] = image(displacement).map(|u| u as f32);
+                    frame.velocity[at] = image(velocity).map(|v| v as f32);
+                }
+            }
+        }
+    }
+}
+
+/// Where the nodes (`last` = 0) or elements (`last` = 1) of a part stand in the whole along one axis of the ply.
+#[derive(Clone, Copy)]
+struct Images {
+    first: usize,
+    /// Place and mirror image add up to this.
+    sum: Option<usize>,
+}
+
+impl Images {
+    /// Place, and that of the mirror image if it is another one, each with the sign of what points along the axis.
+    fn of(self, at: usize) -> impl Iterator<Item = (usize, f32)> + Clone {
+        let own = self.first + at;
+        let image = self.sum.map(|sum| sum - own).filter(|image| *image != own);
+        std::iter::once((own, 1.0)).chain(image.map(|image| (image, -1.0)))
+    }
+}
+
+/// Along the ply's X and Y.
+fn images(mesh: &Mesh, last: usize) -> [Images; 2] {
+    let (whole, first) = (mesh.whole_counts(), mesh.first_in_whole());
+    [0, 1].map(|a| Images { first: first[a], sum: (mesh.cut[a] != Cut::Nowhere).then_some(whole[a] - last) })
+}
