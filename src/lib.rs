@@ -21,8 +21,8 @@
 //!   [`ledger`] keeps energy and momentum, [`outcome`] decides what became of the projectile,
 //!   [`profile`] measures deflection and waves.
 //! - [`warnings`] says what makes a result less certain than it looks: numbered, each with its threshold.
-//! - [`output`] writes files and checks expectations; [`verify`] is the built-in verification table,
-//!   [`bench`] measures run time against error.
+//! - [`output`] writes files and checks expectations; [`verify`] is the built-in verification table, [`validate`] holds published numbers against
+//!   what is computed, [`bench`] measures run time against error.
 //!
 //! # What always holds
 //!
@@ -69,5 +69,6 @@ pub mod simulation;
 pub mod state;
 pub mod step;
 mod tally;
+pub mod validate;
 pub mod verify;
 pub mod warnings;

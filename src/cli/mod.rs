@@ -11,6 +11,7 @@ pub(crate) mod explain;
 pub(crate) mod failure;
 pub(crate) mod info;
 pub(crate) mod interrupt;
+pub(crate) mod logging;
 pub(crate) mod notes;
 pub(crate) mod number;
 pub(crate) mod paint;
@@ -20,6 +21,7 @@ pub(crate) mod result;
 pub(crate) mod run;
 pub(crate) mod screen;
 pub(crate) mod table;
+pub(crate) mod validate;
 pub(crate) mod verify;
 
 use failure::Failure;
