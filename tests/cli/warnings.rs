@@ -33,12 +33,12 @@ fn codes_and_names_stay_what_they_are() {
 #[test]
 fn a_run_is_warned_of_above_each_threshold_and_not_at_it() {
     let (case, run) = spotless();
-    let side = case.pack.element_length_x.max(case.pack.element_length_y);
+    let diagonal = case.pack.element_length_x.hypot(case.pack.element_length_y);
     type Set = fn(&mut Run, f64);
     let set: [(&str, f64, Set); 4] = [
         ("W2", 0.02, |run, value| run.energy_error = value),
         ("W3", 0.05, |run, value| run.hourglass_fraction = value),
-        ("W4", 0.5 * side, |run, value| run.max_penetration = value),
+        ("W4", 0.5 * diagonal, |run, value| run.max_penetration = value),
         ("W4", case.fabric.thickness, |run, value| run.max_ply_penetration = value),
     ];
     for (code, limit, set) in set {
