@@ -5,6 +5,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
 use nalgebra::Vector3;
+use tracing::{info, info_span};
 
 use crate::case::Case;
 use crate::gpu::{self, DeviceError};
@@ -288,11 +289,13 @@ pub fn run(case: &Case, options: Options<'_>, interrupt: &AtomicBool, watch: &mu
         .num_threads(threads)
         .build()
         .map_err(|e| RunError::Threads { threads, reason: e.to_string() })?;
-    pool.install(|| match (options.device, options.precision) {
+    let span = info_span!("run", case = case.name.as_str());
+    let run = || match (options.device, options.precision) {
         (Some(device), _) => gpu::run(case, device, options.skips, interrupt, watch),
         (None, Precision::F64) => run_as::<f64>(case, options.skips, interrupt, watch),
         (None, Precision::F32) => run_as::<f32>(case, options.skips, interrupt, watch),
-    })
+    };
+    pool.install(|| span.in_scope(run))
 }
 
 fn run_as<S: Scalar>(
@@ -446,6 +449,17 @@ pub(crate) fn set_up<S: Scalar>(case: &Case, symmetry: bool) -> Result<(Model<S>
     let model = if symmetry { Model::<S>::part(case)? } else { Model::<S>::new(case)? };
     let state = State::new(case, &model);
     check_start(&model, &state)?;
+    info!(
+        plies = model.plies.len(),
+        elements = model.whole_elements(),
+        computed = model.elements(),
+        mirrored = ?model.planes.names(),
+        step_us = model.dt * 1e6,
+        set_by = model.bound.set_by,
+        numbers = state.nodes.data.len() + state.elements.data.len(),
+        precision = S::NAME,
+        "model built"
+    );
     Ok((model, state))
 }
 

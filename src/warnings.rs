@@ -12,7 +12,8 @@ use crate::simulation::Run;
 pub const ENERGY_LIMIT: f64 = 0.02;
 /// What practitioners accept of hourglass energy, over the internal energy [-].
 pub const HOURGLASS_LIMIT: f64 = 0.05;
-/// Depth of a node in the projectile, over the longest element side [-]: a sharp rim between two nodes may cut half of one off.
+/// Depth of a node in the projectile, over the diagonal of the largest element [-]: no place of the fabric is farther from a node,
+/// so where its surface runs between them is not known any better.
 pub const PENETRATION_LIMIT: f64 = 0.5;
 /// Depth of whole fabric in a neighbouring ply, over the thinnest fabric's thickness [-]: beyond it, plies have changed places.
 pub const PLY_PENETRATION_LIMIT: f64 = 1.0;
@@ -74,7 +75,7 @@ pub static KINDS: [Kind; 6] = [
         name: "penetration",
         measured: "Deepest node inside the projectile (`max_penetration_mm`), and deepest node of whole fabric inside a neighbouring ply \
                    (`max_ply_penetration_mm`).",
-        given: "above half the longest element side in the projectile; above the thickness of the thinnest fabric between plies",
+        given: "above half the diagonal of an element in the projectile; above the thickness of the thinnest fabric between plies",
         means: "Somewhere fabric was where it cannot be. A few nodes behind torn yarns change little; whole fabric in the projectile \
                 means that it slipped between nodes, and the run is too kind to it.",
         help: "Look at `shot.svg`, in a pack at `plies.csv`. Refine the mesh or round the projectile's rim \
@@ -174,7 +175,12 @@ fn fraction(number: usize, what: &str, value: f64, limit: f64) -> Option<Warning
 
 fn penetration(case: &Case, run: &Run) -> Option<Warning> {
     case.projectile.as_ref()?;
-    depth("the projectile", run.max_penetration, PENETRATION_LIMIT * longest_side(case), "half an element")
+    depth(
+        "the projectile",
+        run.max_penetration,
+        PENETRATION_LIMIT * longest_diagonal(case),
+        "half an element's diagonal",
+    )
 }
 
 fn ply_penetration(case: &Case, run: &Run) -> Option<Warning> {
@@ -228,4 +234,9 @@ pub(crate) fn thinnest(case: &Case) -> f64 {
 /// Longest side of an element of any ply [m].
 pub(crate) fn longest_side(case: &Case) -> f64 {
     case.layers().iter().map(|layer| layer.element_length_x.max(layer.element_length_y)).fold(0.0, f64::max)
+}
+
+/// Longest diagonal of an element of any ply [m].
+fn longest_diagonal(case: &Case) -> f64 {
+    case.layers().iter().map(|layer| layer.element_length_x.hypot(layer.element_length_y)).fold(0.0, f64::max)
 }

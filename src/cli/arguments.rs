@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use clap::{Args, Parser, Subcommand, ValueEnum, builder::RangedU64ValueParser};
+use clap::{ArgAction, Args, Parser, Subcommand, ValueEnum, builder::RangedU64ValueParser};
 
 use clap_complete::Shell;
 use ripstop::simulation::{self, Skips};
@@ -16,12 +16,15 @@ use super::range::Range;
     version,
     about = "Explicit finite elements for the ballistic impact of woven fabrics",
     after_help = "Exit codes: 0 done, 1 an expectation failed or the run became unstable, 2 bad input or usage, \
-                  3 no device for what was asked, 130 interrupted."
+                  3 no device for what was asked, 130 interrupted. `ripstop explain` says more."
 )]
 pub(crate) struct Arguments {
     /// What to do.
     #[command(subcommand)]
     pub(crate) command: Command,
+    /// Say on standard error what is done; -vv says more. RIPSTOP_LOG takes filters, such as ripstop::record=debug
+    #[arg(long, short, global = true, action = ArgAction::Count)]
+    pub(crate) verbose: u8,
 }
 
 /// The commands.
@@ -37,6 +40,8 @@ pub(crate) enum Command {
     Bench(BenchArguments),
     /// Run the built-in verification table: unit cell, waves, conservation, the paper's shot, hard scenes
     Verify(VerifyArguments),
+    /// Published numbers against what this build computes: the paper's fabrics and its two shots
+    Validate(ValidateArguments),
     /// CPU and GPU from the same state, kernel by kernel: the first difference
     Compare(CompareArguments),
     /// What this machine offers and what `--backend auto` would choose
@@ -208,6 +213,31 @@ pub(crate) struct VerifyArguments {
     /// Print the table as JSON
     #[arg(long)]
     pub(crate) json: bool,
+}
+
+/// `ripstop validate`
+#[derive(Args, Debug)]
+#[command(after_help = "Examples:
+  ripstop validate
+  ripstop validate --html out/validation.html
+  ripstop validate --json | jq '.rows[] | select(.judged)'
+
+What was published as a curve only is shown, not judged. The exit code is 1 if a judged row fails.")]
+pub(crate) struct ValidateArguments {
+    #[command(flatten)]
+    pub(crate) backend: BackendArguments,
+    /// Worker threads [default: all cores]
+    #[arg(long, value_name = "N", value_parser = RangedU64ValueParser::<usize>::new().range(1..=1024))]
+    pub(crate) threads: Option<usize>,
+    /// Also write the table as a page of HTML
+    #[arg(long, value_name = "FILE")]
+    pub(crate) html: Option<PathBuf>,
+    /// Print the table as JSON
+    #[arg(long, conflicts_with = "markdown")]
+    pub(crate) json: bool,
+    /// Print the table in Markdown
+    #[arg(long)]
+    pub(crate) markdown: bool,
 }
 
 /// What computes, and in which numbers.

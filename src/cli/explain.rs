@@ -35,8 +35,12 @@ fn list() -> String {
         exits.row([exit.code.to_string(), exit.name.to_owned()]);
     }
     let mut kinds = Table::plain(&[Align::Left, Align::Left, Align::Left]);
+    let longest = warnings::KINDS.iter().map(|kind| kind.code.len() + kind.name.len()).max().unwrap_or(0);
     for kind in &warnings::KINDS {
-        kinds.row([paint::caution(kind.code), kind.name.to_owned(), format!("given {}", kind.given)]);
+        let (mut code, mut name) = (paint::caution(kind.code), kind.name);
+        for line in screen::wrapped(kind.measured, longest + 6) {
+            kinds.row([std::mem::take(&mut code), std::mem::take(&mut name).to_owned(), line]);
+        }
     }
     let [exits, kinds] = [exits, kinds].map(|table| screen::indent(&table.to_string()));
     let [first, second] = ["exit codes", "warnings"].map(paint::heading);

@@ -11,6 +11,7 @@ pub(crate) mod explain;
 pub(crate) mod failure;
 pub(crate) mod info;
 pub(crate) mod interrupt;
+pub(crate) mod logging;
 pub(crate) mod notes;
 pub(crate) mod paint;
 pub(crate) mod progress;
@@ -19,6 +20,7 @@ pub(crate) mod result;
 pub(crate) mod run;
 pub(crate) mod screen;
 pub(crate) mod table;
+pub(crate) mod validate;
 pub(crate) mod verify;
 
 use failure::Failure;

@@ -7,7 +7,9 @@ use ripstop::case::{self, Case};
 use ripstop::output::report::{self, Film};
 use ripstop::output::{self, Folder};
 use ripstop::simulation::{self, Options, Progress, Run, RunError, View, Watch};
+use ripstop::warnings;
 use serde_json::Value;
+use tracing::{info, warn};
 
 use super::arguments::{Backend, RunArguments};
 use super::failure::Failure;
@@ -19,6 +21,10 @@ pub(crate) fn run(arguments: &RunArguments) -> Result<(), Failure> {
     let start = Instant::now();
     let interrupted = interrupt::watch()?;
     let case = case::read(&arguments.case, &arguments.sets)?;
+    info!(file = file(&case), fields = case.fields.len(), changes = arguments.sets.len(), "case read");
+    for warning in warnings::of_case(&case) {
+        warn!(code = warning.kind.code, "{}", warning.message);
+    }
     let chosen = backend::choose(&arguments.backend)?;
     let folder = Folder::prepare(&out(arguments, &case), &case)?;
     let say = |note: &str| {
@@ -60,6 +66,7 @@ pub(crate) fn run(arguments: &RunArguments) -> Result<(), Failure> {
         let files = written.as_ref().ok().map(|names| (folder.path(), names.as_slice()));
         screen::print(&result::text(&case, &run, &summary, files))?;
     }
+    info!(folder = %folder.path().display(), files = ?written.as_deref().unwrap_or_default(), "files written");
     written?;
     verdict(&case, &run, &summary, folder.path())
 }

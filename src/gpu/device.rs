@@ -226,6 +226,11 @@ impl Device {
         &self.name
     }
 
+    /// Whether it has a clock that can be read between kernels.
+    pub fn has_clock(&self) -> bool {
+        self.inner.features().contains(wgpu::Features::TIMESTAMP_QUERY_INSIDE_PASSES)
+    }
+
     /// Takes the device away in mid-run, as a driver reset would.
     pub fn destroy(&self) {
         self.inner.destroy();

@@ -9,6 +9,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 use nalgebra::Vector3;
+use tracing::debug;
 
 use super::buffers::SLOTS;
 use super::layout::{self, BODY_WORDS, StepInfo, Sums, status, sum};
@@ -95,6 +96,7 @@ impl<'a> Simulation<'a> {
         record.skips = skips;
         let mut stepper = Stepper::new(device, &model)?;
         stepper.upload(&model, &state);
+        debug!(adapter = device.name(), bytes = stepper.sizes().total(), "state on the device");
         Ok(Self {
             given: simulation::given(&model, &state),
             record,
@@ -391,7 +393,7 @@ impl<'a> Simulation<'a> {
             precision: "f32",
             loop_seconds,
             host_seconds: Some((loop_seconds - self.stepper.waited().as_secs_f64()).max(0.0)),
-            kernel_seconds: Vec::new(),
+            kernel_seconds: self.stepper.kernel_seconds(),
         };
         self.record.into_run(&self.model, self.step, machine)
     }
