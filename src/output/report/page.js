@@ -304,8 +304,9 @@
     function tick(time) {
       waiting = 0;
       if (playing) {
-        // The whole film in eight seconds.
-        place = Math.min(place + (Math.min(time - before, 100) / 8000) * (count - 1), count - 1);
+        // The whole film in eight seconds. A frame's time may lie before that of the key that started it.
+        const passed = Math.min(Math.max(time - before, 0), 100);
+        place = Math.min(place + (passed / 8000) * (count - 1), count - 1);
         before = time;
         if (place >= count - 1) play(false);
         else request();
