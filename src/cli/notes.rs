@@ -1,15 +1,10 @@
-//! What a user should know before a run: what was chosen, and what was accepted but does nothing yet.
+//! What a user should know before a run.
 
 use ripstop::case::{Case, Shape};
 
 /// One line each.
 pub(crate) fn notes(case: &Case) -> Vec<String> {
-    let mut notes = Vec::new();
-    if case.output.frames > 0 {
-        notes.push(format!("note: /output/frames = {}: frames are not written by this version", case.output.frames));
-    }
-    notes.extend(thin_projectile(case));
-    notes
+    thin_projectile(case).into_iter().collect()
 }
 
 /// Contact is sampled at nodes: between them a thin projectile is not seen.

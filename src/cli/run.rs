@@ -4,8 +4,9 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use ripstop::case::{self, Case};
+use ripstop::output::frames::{Recorder, Staged};
 use ripstop::output::{self, Folder};
-use ripstop::simulation::{self, Options, Progress, Run, RunError};
+use ripstop::simulation::{self, Options, Progress, Run, RunError, View, Watch};
 use serde_json::Value;
 
 use super::arguments::{Backend, RunArguments};
@@ -17,7 +18,7 @@ use super::{backend, interrupt, notes, result, screen};
 pub(crate) fn run(arguments: &RunArguments) -> Result<(), Failure> {
     let start = Instant::now();
     let interrupted = interrupt::watch()?;
-    let case = case::read(&arguments.case, &arguments.sets)?;
+    let case = case::read(&arguments.case, &arguments.sets())?;
     let chosen = backend::choose(&arguments.backend)?;
     let folder = Folder::prepare(&out(arguments, &case), &case)?;
     let say = |note: &str| {
@@ -33,7 +34,15 @@ pub(crate) fn run(arguments: &RunArguments) -> Result<(), Failure> {
         device: chosen.device.as_ref(),
         skips: arguments.skips(),
     };
-    let mut run = simulation::run(&case, options, &interrupted, &mut |at: &Progress| bar.show(at));
+    let recorder = match recorder(arguments, &case, &folder) {
+        Ok(recorder) => recorder,
+        Err(failure) => {
+            folder.abandon();
+            return Err(failure);
+        }
+    };
+    let mut watch = Follower { bar: &bar, recorder };
+    let mut run = simulation::run(&case, options, &interrupted, &mut watch);
     if let (Err(RunError::Device(error)), Backend::Auto) = (&run, arguments.backend.backend) {
         say(&backend::took_cpu(error));
         run = simulation::run(&case, Options { device: None, ..options }, &interrupted, &mut |at: &Progress| {
@@ -41,15 +50,21 @@ pub(crate) fn run(arguments: &RunArguments) -> Result<(), Failure> {
         });
     }
     bar.clear();
+    let frames = watch.recorder.map_or_else(|| Ok(Staged::default()), Recorder::finish);
     let run = match run {
         Ok(run) => run,
         Err(error) => {
+            drop(frames);
             folder.abandon();
             return Err(Failure::start(&file(&case), &error));
         }
     };
     let summary = output::summary(&case, &run, start.elapsed().as_secs_f64());
-    let written = folder.write(&case, &run, &summary);
+    let (frames, refused) = match frames {
+        Ok(frames) => (frames, None),
+        Err(error) => (Staged::default(), Some(error)),
+    };
+    let written = folder.write(&case, &run, &summary, frames);
     if arguments.json {
         screen::print(&format!("{summary:#}\n"))?;
     } else if !arguments.quiet {
@@ -57,7 +72,45 @@ pub(crate) fn run(arguments: &RunArguments) -> Result<(), Failure> {
         screen::print(&result::text(&case, &run, &summary, files))?;
     }
     written?;
+    if let Some(error) = refused {
+        return Err(error.into());
+    }
     verdict(&case, &run, &summary, folder.path())
+}
+
+/// Shows progress and writes frames.
+struct Follower<'a> {
+    bar: &'a Bar,
+    recorder: Option<Recorder>,
+}
+
+impl Watch for Follower<'_> {
+    fn progress(&mut self, at: &Progress) {
+        self.bar.show(at);
+    }
+
+    fn is_due(&self, time: f64, dt: f64) -> bool {
+        self.recorder.as_ref().is_some_and(|recorder| recorder.is_due(time, dt))
+    }
+
+    fn look(&mut self, view: &View<'_>) {
+        if let Some(recorder) = &mut self.recorder {
+            recorder.look(view);
+        }
+    }
+}
+
+/// Writes frames where some are asked for.
+fn recorder(arguments: &RunArguments, case: &Case, folder: &Folder) -> Result<Option<Recorder>, Failure> {
+    if case.output.frames == 0 && !arguments.vtu {
+        return Ok(None);
+    }
+    if case.output.frames == 0 {
+        let message = "error: --vtu\n  expected: a number of frames\n  found: none\n  help: add --frames 60, or set /output/frames";
+        return Err(Failure::input(message));
+    }
+    let failed = |error| Failure::input(format!("error: cannot start the thread that writes frames: {error}"));
+    Recorder::start(folder.path(), case, arguments.vtu).map(Some).map_err(failed)
 }
 
 fn out(arguments: &RunArguments, case: &Case) -> PathBuf {
