@@ -98,6 +98,17 @@ pub enum View<'a> {
     Single(&'a Arc<Model<f32>>, &'a State<f32>),
 }
 
+impl View<'_> {
+    /// Time of the positions, and of a step [s].
+    pub fn clock(&self) -> [f64; 2] {
+        let (step, dt) = match self {
+            Self::Double(model, state) => (state.step, model.dt),
+            Self::Single(model, state) => (state.step, model.dt),
+        };
+        [step as f64 * dt, dt]
+    }
+}
+
 /// A precision that watchers know.
 pub trait Viewed: Sized {
     /// The view of a state.

@@ -83,6 +83,16 @@ impl Case {
             element_length_y: pack.element_length_y,
         }])
     }
+
+    /// Frames that may wait to be written: as many as the memory set aside for them holds.
+    pub(crate) fn waiting_frames(&self) -> usize {
+        limits::waiting_frames(self)
+    }
+
+    /// Elements over all plies.
+    pub fn elements(&self) -> usize {
+        self.layers().iter().map(|layer| layer.plies as usize * layer.columns * layer.rows).sum()
+    }
 }
 
 /// One woven fabric (Table I of the paper plus what it leaves open).
@@ -442,7 +452,7 @@ pub enum RunUntil {
 pub struct Output {
     /// Interval of `history.csv` [s].
     pub history_interval: f64,
-    /// Frames for ParaView over the run.
+    /// Frames for ParaView, evenly from the start to the end time.
     pub frames: u32,
     /// Times at which a deflection profile is sampled [s], ascending.
     pub profile_times: Vec<f64>,

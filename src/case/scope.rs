@@ -137,11 +137,7 @@ impl<'a> Scope<'a> {
     }
 
     fn note(&self, key: &Key, value: String, origin: Origin, source: &str, assumed: bool) {
-        let source = match (source, key.note) {
-            (source, "") => source.to_owned(),
-            (source, note) => format!("{source}; {note}"),
-        };
-        self.note_as(key.name, value, key.unit(), origin, source, assumed);
+        self.note_as(key.name, value, key.unit(), origin, source.to_owned(), assumed);
     }
 
     fn note_as(&self, name: &str, value: String, unit: &'static str, origin: Origin, source: String, assumed: bool) {

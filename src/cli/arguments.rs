@@ -59,10 +59,12 @@ pub(crate) enum Command {
 #[command(after_help = "Examples:
   ripstop run cases/s720-1ply-155.json
   ripstop run shot.json --set /projectile/velocity_m_s=200 --out out/shot-200
+  ripstop run shot.json --frames 60
   ripstop run shot.json --set '/pack/edges={\"left\":\"free\"}' --json | jq .residual_velocity_m_s
 
 DIR gets report.html (open it in a browser: verdict, trust, figures, playback),
-summary.json, history.csv, events.csv, case.json (the case as run), shot.svg (a picture), and profiles.csv where the case asks for profiles. The first Ctrl-C writes them
+summary.json, history.csv, events.csv, case.json (the case as run), shot.svg (a picture),
+profiles.csv where the case asks for profiles, and frames.vtkhdf where there are frames. The first Ctrl-C writes them
 up to that moment, the second ends at once.")]
 pub(crate) struct RunArguments {
     /// Case file
@@ -94,6 +96,12 @@ pub(crate) struct RunArguments {
     /// Write no report.html
     #[arg(long)]
     pub(crate) no_report: bool,
+    /// Frames for ParaView, evenly over the end time asked for, in frames.vtkhdf [default: /output/frames of the case]
+    #[arg(long, value_name = "N")]
+    pub(crate) frames: Option<u32>,
+    /// Frames also as frames.pvd with a series of .vtu files
+    #[arg(long)]
+    pub(crate) vtu: bool,
     /// Print nothing but errors
     #[arg(long, short)]
     pub(crate) quiet: bool,
@@ -103,6 +111,12 @@ pub(crate) struct RunArguments {
 }
 
 impl RunArguments {
+    /// Changes of the case.
+    pub(crate) fn sets(&self) -> Vec<String> {
+        let frames = self.frames.map(|count| format!("/output/frames={count}"));
+        self.sets.iter().cloned().chain(frames).collect()
+    }
+
     /// What is left out.
     pub(crate) fn skips(&self) -> Skips {
         let on = |kind: Skip| !self.no_skip.iter().any(|off| [kind, Skip::All].contains(off));

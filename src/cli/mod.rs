@@ -12,7 +12,6 @@ pub(crate) mod failure;
 pub(crate) mod info;
 pub(crate) mod interrupt;
 pub(crate) mod logging;
-pub(crate) mod notes;
 pub(crate) mod paint;
 pub(crate) mod progress;
 pub(crate) mod range;

@@ -7,6 +7,7 @@ use std::path::{Path, PathBuf};
 use serde_json::Value;
 use tempfile::NamedTempFile;
 
+use super::frames::{self, Staged};
 use super::{csv, history, picture};
 use crate::case::Case;
 use crate::simulation::Run;
@@ -18,8 +19,18 @@ const PLIES: &str = "plies.csv";
 /// The file that is not there where nobody wants it.
 const REPORT: &str = "report.html";
 /// Every file this module may write.
-const FILES: [&str; 8] =
-    ["case.json", "history.csv", "events.csv", PLIES, PROFILES, "shot.svg", REPORT, "summary.json"];
+const FILES: [&str; 10] = [
+    "case.json",
+    "history.csv",
+    "events.csv",
+    PLIES,
+    PROFILES,
+    frames::HDF,
+    frames::PVD,
+    "shot.svg",
+    REPORT,
+    "summary.json",
+];
 
 /// Why the results could not be written.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -36,7 +47,7 @@ pub struct OutputError {
 }
 
 impl OutputError {
-    fn new(path: &Path, expected: &'static str, found: impl ToString) -> Self {
+    pub(super) fn new(path: &Path, expected: &'static str, found: impl ToString) -> Self {
         let help = "choose another folder with --out DIR";
         Self { path: path.display().to_string(), expected, found: found.to_string(), help }
     }
@@ -115,7 +126,7 @@ impl Folder {
         }
     }
 
-    /// Writes all results of a run, and the page that reports them where there is one; returns the names of the files.
+    /// Writes all results of a run, the page that reports them where there is one, and its frames; returns the names of the files.
     ///
     /// # Errors
     /// When the disk refuses; what lay in the folder before is then still there as long as no file was complete.
@@ -125,6 +136,7 @@ impl Folder {
         run: &Run,
         summary: &Value,
         report: Option<String>,
+        frames: Staged,
     ) -> Result<Vec<&'static str>, OutputError> {
         let mut texts = vec![
             ("case.json", pretty(&case.as_run)),
@@ -141,7 +153,11 @@ impl Folder {
         texts.extend(report.map(|page| (REPORT, page)));
         // Last, so that a summary speaks of the files around it.
         texts.push(("summary.json", pretty(summary)));
-        self.put(&texts, &["summary.json", PLIES, PROFILES, REPORT])
+        let complete = self.complete(&texts)?;
+        let frames = frames.place(&self.path).map_err(|error| self.refused("frames", &error))?;
+        let mut names = self.place(complete, &["summary.json", PLIES, PROFILES, REPORT])?;
+        names.extend(frames);
+        Ok(names)
     }
 
     /// Writes files, all complete before the first gets its name; `stale` ones of an earlier time go before that.
@@ -149,23 +165,33 @@ impl Folder {
     /// # Errors
     /// When the disk refuses.
     pub fn put<'a>(&self, texts: &[(&'a str, String)], stale: &[&str]) -> Result<Vec<&'a str>, OutputError> {
-        let failed = |name: &str, error: io::Error| {
-            OutputError::new(&self.path.join(name), "a disk that takes the results", error)
+        self.place(self.complete(texts)?, stale)
+    }
+
+    /// Complete files under temporary names.
+    fn complete<'a>(&self, texts: &[(&'a str, String)]) -> Result<Vec<(&'a str, NamedTempFile)>, OutputError> {
+        let stage = |(name, text): &(&'a str, String)| {
+            self.stage(text).map(|file| (*name, file)).map_err(|error| self.refused(name, &error))
         };
-        let mut complete = Vec::new();
-        for (name, text) in texts {
-            complete.push((*name, self.stage(text).map_err(|error| failed(name, error))?));
-        }
+        texts.iter().map(stage).collect()
+    }
+
+    /// Gives files their names, after `stale` ones of an earlier time are gone.
+    fn place<'a>(&self, files: Vec<(&'a str, NamedTempFile)>, stale: &[&str]) -> Result<Vec<&'a str>, OutputError> {
         for name in stale {
-            self.remove(name).map_err(|error| failed(name, error))?;
+            self.remove(name).map_err(|error| self.refused(name, &error))?;
         }
         let mut names = Vec::new();
-        for (name, file) in complete {
-            file.persist(self.path.join(name)).map_err(|error| failed(name, error.error))?;
+        for (name, file) in files {
+            file.persist(self.path.join(name)).map_err(|error| self.refused(name, &error.error))?;
             names.push(name);
         }
-        self.flush().map_err(|error| failed("", error))?;
+        self.flush().map_err(|error| self.refused("", &error))?;
         Ok(names)
+    }
+
+    fn refused(&self, name: &str, error: &io::Error) -> OutputError {
+        OutputError::new(&self.path.join(name), "a disk that takes the results", error)
     }
 
     /// A complete file under a temporary name.
@@ -195,7 +221,7 @@ fn pretty(value: &Value) -> String {
 }
 
 /// An empty file in `folder` with the rights of any new file.
-fn temporary(folder: &Path) -> io::Result<NamedTempFile> {
+pub(super) fn temporary(folder: &Path) -> io::Result<NamedTempFile> {
     let mut builder = tempfile::Builder::new();
     builder.prefix(".ripstop-").suffix(".tmp");
     #[cfg(unix)]
