@@ -13,6 +13,8 @@ mod browser {
     pub(crate) mod page;
 }
 
+use std::sync::{Mutex, PoisonError};
+
 use browser::checks;
 use browser::chromium::Chromium;
 use browser::page::Shot;
@@ -23,14 +25,20 @@ const REQUIRE: &str = "RIPSTOP_REQUIRE_BROWSER";
 /// Why a test did not run.
 const MISSING: &str = "no Chromium";
 
+/// The browser of all tests, started by the first; `None` where there is none.
+static CHROMIUM: Mutex<Option<Option<Chromium>>> = Mutex::new(None);
+
 fn trial(name: &str, check: fn(&Chromium, &Shot)) -> Trial {
-    Trial::ignorable_test(name, move || match Chromium::start() {
-        Some(chromium) => {
-            check(&chromium, Shot::small());
-            Ok(Completion::Completed)
+    Trial::ignorable_test(name, move || {
+        let mut started = CHROMIUM.lock().unwrap_or_else(PoisonError::into_inner);
+        match started.get_or_insert_with(Chromium::start) {
+            Some(chromium) => {
+                check(chromium, Shot::small());
+                Ok(Completion::Completed)
+            }
+            None if std::env::var(REQUIRE).is_ok_and(|value| value == "1") => Err(MISSING.into()),
+            None => Ok(Completion::ignored_with(MISSING)),
         }
-        None if std::env::var(REQUIRE).is_ok_and(|value| value == "1") => Err(MISSING.into()),
-        None => Ok(Completion::ignored_with(MISSING)),
     })
 }
 
@@ -48,5 +56,8 @@ fn main() -> std::process::ExitCode {
         trial("what_a_user_wrote_stays_words", checks::hostile),
         trial("without_webgl_the_rest_works", checks::without_webgl),
     ];
-    libtest_mimic::run(&arguments, trials).exit_code()
+    let code = libtest_mimic::run(&arguments, trials).exit_code();
+    // What is static is never dropped, and a browser must not outlive the tests.
+    drop(CHROMIUM.lock().unwrap_or_else(PoisonError::into_inner).take());
+    code
 }

@@ -12,8 +12,10 @@ fn open<'a>(chromium: &'a Chromium, shot: &Shot) -> Page<'a> {
     Page::open(chromium, shot, "")
 }
 
-/// Starts the playback, waits until it has moved, stops it.
+/// Starts the playback at the beginning, waits until it has moved, stops it.
 fn play_and_pause(page: &Page<'_>) {
+    page.value("scrub.value = 0; scrub.dispatchEvent(new Event('input'))");
+    page.wait("scene.dataset.place == '0.000'");
     page.value("play.click()");
     page.wait("play.textContent == 'Pause' && Number(scene.dataset.place) > 1");
     page.value("play.click()");
@@ -84,7 +86,7 @@ pub(crate) fn playback(chromium: &Chromium, shot: &Shot) {
                    const g = c.getContext('2d'); g.drawImage(scene, 0, 0); \
                    return new Set(new Uint32Array(g.getImageData(0, 0, c.width, c.height).data.buffer)).size })()";
     assert!(page.number(colours) > 50.0, "the scene is drawn");
-    let before = page.pixels();
+    let before = scrub(0);
     play_and_pause(&page);
     assert_ne!(before, page.pixels(), "playing");
 }
@@ -125,7 +127,7 @@ pub(crate) fn keyboard(chromium: &Chromium, shot: &Shot) {
 pub(crate) fn phone(chromium: &Chromium, shot: &Shot) {
     let page = open(chromium, shot);
     page.window(390, 844);
-    page.wait("innerWidth == 390");
+    page.wait("document.documentElement.clientWidth == 390");
     assert!(page.number("document.documentElement.scrollWidth") <= 390.0);
     page.value("document.querySelectorAll('details').forEach(d => { d.open = true })");
     assert!(page.number("document.documentElement.scrollWidth") <= 390.0);

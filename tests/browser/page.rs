@@ -52,6 +52,13 @@ impl Shot {
 pub(crate) struct Page<'a> {
     chromium: &'a Chromium,
     session: String,
+    target: Value,
+}
+
+impl Drop for Page<'_> {
+    fn drop(&mut self) {
+        self.chromium.call(None, "Target.closeTarget", &json!({ "targetId": self.target }));
+    }
 }
 
 impl<'a> Page<'a> {
@@ -67,7 +74,8 @@ impl<'a> Page<'a> {
         let target = chromium.call(None, "Target.createTarget", &json!({ "url": "about:blank" }));
         let attach = json!({ "targetId": target["targetId"], "flatten": true });
         let session = chromium.call(None, "Target.attachToTarget", &attach);
-        let page = Self { chromium, session: session["sessionId"].as_str().unwrap().to_owned() };
+        let session = session["sessionId"].as_str().unwrap().to_owned();
+        let page = Self { chromium, session, target: target["targetId"].clone() };
         for domain in ["Page", "Runtime", "Log", "Network"] {
             page.call(&format!("{domain}.enable"), json!({}));
         }
@@ -156,7 +164,8 @@ impl<'a> Page<'a> {
             "Network.requestWillBeSent" => asks(event),
             _ => false,
         };
-        self.chromium.events().into_iter().filter(|event| is_bad(event)).collect()
+        let own = |event: &Value| event["sessionId"] == json!(self.session);
+        self.chromium.events().into_iter().filter(|event| own(event) && is_bad(event)).collect()
     }
 
     /// Leaves a picture of the whole page, where pictures are wanted.
