@@ -45,9 +45,8 @@ fn no_published_number_of_a_case_is_left_out() {
 #[test]
 fn a_page_that_cannot_be_written_is_refused_before_anything_is_computed() {
     let bench = Bench::new(&small());
-    let start = Instant::now();
     let output = bench.ripstop(&["validate", "--backend", "cpu", "--html", "shot.json/page.html"]);
     assert_eq!((code(&output), stdout(&output)), (2, String::new()));
-    assert!(start.elapsed() < Duration::from_secs(2), "{:?}", start.elapsed());
+    assert!(stderr(&output).contains("shot.json"), "{}", stderr(&output));
     assert_eq!(code(&bench.ripstop(&["validate", "--json", "--markdown"])), 2);
 }
