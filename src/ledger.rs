@@ -6,6 +6,7 @@
 //! assembly, contact, failure or number range, and not of bookkeeping.
 
 use nalgebra::Vector3;
+use serde::{Deserialize, Serialize};
 
 use crate::kernels::element_force::ElementTotals;
 use crate::kernels::node_update::NodeTotals;
@@ -14,7 +15,7 @@ use crate::kernels::rigid_body::RigidBody;
 use crate::model::{Grid, MirrorPlanes};
 
 /// Running sums and the last sample.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub struct Ledger {
     /// Work done on the elements since the start [J].
     pub work: f64,
@@ -43,7 +44,7 @@ pub struct Ledger {
 }
 
 /// What one ply holds at one time.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct PlyMoment {
     /// Kinetic energy [J].
     pub kinetic: f64,
@@ -53,7 +54,7 @@ pub struct PlyMoment {
     pub deflection: f64,
 }
 
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 struct Initial {
     stored: f64,
     total: f64,
@@ -73,7 +74,7 @@ pub(crate) struct Sums {
 }
 
 /// Energies at one time [J]; the columns of `history.csv`.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Balance {
     /// Fabric kinetic energy.
     pub kinetic: f64,

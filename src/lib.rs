@@ -21,6 +21,7 @@
 //!   [`ledger`] keeps energy and momentum, [`outcome`] decides what became of the projectile,
 //!   [`profile`] measures deflection and waves. Whoever wants to follow a run implements [`simulation::Watch`] and gets
 //!   progress and [`frame`]s, the whole scene at one time.
+//! - [`checkpoint`] writes a run down between two steps, and lets it go on from there to the same bits.
 //! - [`warnings`] says what makes a result less certain than it looks: numbered, each with its threshold.
 //! - [`output`] writes files and checks expectations; [`verify`] is the built-in verification table, [`validate`] holds published numbers against
 //!   what is computed, [`bench`] measures run time against error.
@@ -55,6 +56,7 @@
 
 pub mod bench;
 pub mod case;
+pub mod checkpoint;
 pub mod frame;
 pub mod gpu;
 pub mod kernels;

@@ -16,6 +16,7 @@ fn main() -> ExitCode {
     }
     let done = match arguments.command {
         Command::Run(arguments) => cli::run::run(&arguments),
+        Command::Resume(arguments) => cli::resume::resume(&arguments),
         Command::Check(arguments) => cli::check::check(&arguments),
         Command::Crossover(arguments) => cli::crossover::crossover(&arguments),
         Command::Bench(arguments) => cli::bench::bench(&arguments),

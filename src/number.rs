@@ -7,6 +7,7 @@
 //! Vector registers may only be filled where the processor is known to have them, and only a vector at hand proves
 //! that: constants are made from a number of the same kind, `n.with(0.5)`, not from its type.
 
+use bytemuck::Pod;
 use fearless_simd::Simd;
 
 use crate::lanes::{F32s, F64s};
@@ -46,7 +47,16 @@ pub trait Mask: Copy + BitAnd<Output = Self> + BitOr<Output = Self> + Not<Output
 
 /// A storable floating-point number: the element type of state arrays.
 pub trait Scalar:
-    Real<Scalar = Self, Mask = bool> + HasKernels + Viewed + Default + PartialOrd + Send + Sync + std::fmt::Debug + 'static
+    Real<Scalar = Self, Mask = bool>
+    + HasKernels
+    + Viewed
+    + Pod
+    + Default
+    + PartialOrd
+    + Send
+    + Sync
+    + std::fmt::Debug
+    + 'static
 {
     /// The nearest number of this precision.
     fn splat(value: f64) -> Self;

@@ -13,6 +13,7 @@
 use std::collections::VecDeque;
 
 use nalgebra::Vector3;
+use serde::{Deserialize, Serialize};
 
 use crate::kernels::projectile_shape::recess;
 use crate::kernels::rigid_body::RigidBody;
@@ -25,7 +26,7 @@ use crate::step::node_position;
 const QUIET: f64 = 20e-6;
 
 /// Outcome of a shot.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Outcome {
     /// Through the pack.
     Perforated,
@@ -50,7 +51,7 @@ impl Outcome {
 }
 
 /// Follows the projectile from sample to sample.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Tracker {
     impact_speed: f64,
     /// Momentum below which the fabric's pull over [`QUIET`] is nothing [N·s].

@@ -1,5 +1,7 @@
 //! Deflection profiles along one yarn direction, and the wave quantities read from them.
 
+use serde::{Deserialize, Serialize};
+
 use crate::case::{Along, Case};
 use crate::kernels::element_force::field as element;
 use crate::model::{Model, symmetry::Cut};
@@ -8,7 +10,7 @@ use crate::state::State;
 use crate::step::node_position;
 
 /// One node of a profile.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ProfilePoint {
     /// Reference position along the profile, from the point of impact [m].
     pub reference: f64,
@@ -23,7 +25,7 @@ pub struct ProfilePoint {
 }
 
 /// A line of nodes at one time.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Profile {
     /// [s]
     pub time: f64,

@@ -4,6 +4,7 @@
 //! part, what goes into history, events and counts is of the whole.
 
 use nalgebra::Vector3;
+use serde::{Deserialize, Serialize};
 use tracing::info;
 
 use crate::case::{Case, RunUntil};
@@ -53,7 +54,7 @@ pub(crate) struct Moment<'a> {
 pub(crate) type Flight = (Vector3<f64>, Vector3<f64>);
 
 /// What a run has produced so far.
-#[derive(Clone)]
+#[derive(Clone, Serialize, Deserialize)]
 pub(crate) struct Record {
     pub(crate) history: Vec<Sample>,
     pub(crate) events: Vec<FailureEvent>,
@@ -74,6 +75,7 @@ pub(crate) struct Record {
     pub(crate) decided: bool,
     pub(crate) interrupted: bool,
     pub(crate) skips: Skips,
+    #[serde(skip)] // a run in trouble does not go on
     pub(crate) trouble: Option<Trouble>,
     /// Why the device gave up, if it did.
     pub(crate) lost: Option<String>,
@@ -115,6 +117,21 @@ impl Record {
             planes: model.planes,
             touched: false,
         }
+    }
+
+    /// Whether it can be the record of a run of this model that has taken a step: every place in it exists.
+    pub(crate) fn fits<S: Scalar>(&self, model: &Model<S>) -> bool {
+        let place = |event: &FailureEvent| {
+            let ply = event.ply as usize;
+            let mesh = (ply < model.plies.len()).then(|| model.sheet(ply).mesh);
+            mesh.is_some_and(|mesh| (event.i as usize) < mesh.columns && (event.j as usize) < mesh.rows)
+                && event.yarn < 2
+        };
+        self.failed.len() == model.plies.len()
+            && self.tracker.is_some() == model.projectile.is_some()
+            && self.planes == model.planes
+            && !self.history.is_empty()
+            && self.events.iter().all(place)
     }
 
     /// Whether something other than time ends the run.
@@ -289,6 +306,7 @@ impl Record {
             trouble: self.trouble,
             lost: self.lost,
             interrupted: self.interrupted,
+            unkept: None,
             history: self.history,
             events: whole_events(model, self.events),
             profiles: self.profiles,

@@ -2,12 +2,13 @@
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::time::Instant;
 
 use nalgebra::Vector3;
+use serde::{Deserialize, Serialize};
 use tracing::{info, info_span};
 
 use crate::case::Case;
+use crate::checkpoint::{Checkpoint, CheckpointError, Clock, Kept};
 use crate::gpu::{self, DeviceError};
 use crate::kernels::rigid_body::RigidBody;
 use crate::ledger::{Balance, Ledger, PlyMoment};
@@ -20,7 +21,7 @@ use crate::state::State;
 use crate::step::{self, FailureEvent, Phase, Stepper, Trouble};
 
 /// Number type of a run.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Precision {
     /// Double, the reference.
     #[default]
@@ -29,8 +30,18 @@ pub enum Precision {
     F32,
 }
 
+impl Precision {
+    /// `f64` or `f32`.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::F64 => f64::NAME,
+            Self::F32 => f32::NAME,
+        }
+    }
+}
+
 /// What a run leaves out because it cannot change what is asked for; everything by default.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Skips {
     /// What nothing has reached is at rest and is not computed.
     pub wavefront: bool,
@@ -70,6 +81,8 @@ pub struct Options<'a> {
     pub device: Option<&'a gpu::Device>,
     /// What is left out.
     pub skips: Skips,
+    /// The checkpoint that the run goes on from; `None` begins at the beginning.
+    pub from: Option<&'a Checkpoint>,
 }
 
 /// Follows a run. Called on the thread that drives it, so whatever takes long belongs on another.
@@ -87,6 +100,13 @@ pub trait Watch: Send {
     fn look(&mut self, _view: &View<'_>) {}
     /// The state after the last step. A device that has run past the end of the run has none.
     fn end(&mut self, _view: &View<'_>) {}
+    /// Whether it wants to keep the run as it is before the step from `time` [s], `dt` [s] long. Nothing but time may decide, and
+    /// what it has kept.
+    fn keeps(&self, _time: f64, _dt: f64) -> bool {
+        false
+    }
+    /// The run at a time that it wants to keep, or before the user ends it. `loop_seconds`: time in the loop so far [s].
+    fn keep(&mut self, _run: &dyn Kept, _loop_seconds: f64) {}
 }
 
 /// The model, and a state of it, for a watcher to look at.
@@ -152,10 +172,13 @@ pub enum RunError {
     /// The device cannot hold the case.
     #[error(transparent)]
     Device(#[from] DeviceError),
+    /// The checkpoint is of another run.
+    #[error(transparent)]
+    Checkpoint(#[from] CheckpointError),
 }
 
 /// One row of the history, at a time of positions.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Sample {
     /// [s]
     pub time: f64,
@@ -180,7 +203,7 @@ pub struct Sample {
 }
 
 /// One ply at a time of positions.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct PlySample {
     /// [s]
     pub time: f64,
@@ -287,6 +310,8 @@ pub struct Run {
     pub lost: Option<String>,
     /// Stopped by the user.
     pub interrupted: bool,
+    /// The last checkpoint that could not be written, and why.
+    pub unkept: Option<String>,
 }
 
 /// Runs a case.
@@ -300,27 +325,35 @@ pub fn run(case: &Case, options: Options<'_>, interrupt: &AtomicBool, watch: &mu
         .num_threads(threads)
         .build()
         .map_err(|e| RunError::Threads { threads, reason: e.to_string() })?;
+    if let Some(checkpoint) = options.from {
+        checkpoint.check_case(case)?;
+        checkpoint.check_options(&options)?;
+    }
     let span = info_span!("run", case = case.name.as_str());
     let run = || match (options.device, options.precision) {
-        (Some(device), _) => gpu::run(case, device, options.skips, interrupt, watch),
-        (None, Precision::F64) => run_as::<f64>(case, options.skips, interrupt, watch),
-        (None, Precision::F32) => run_as::<f32>(case, options.skips, interrupt, watch),
+        (Some(device), _) => gpu::run(case, device, &options, interrupt, watch),
+        (None, Precision::F64) => run_as::<f64>(case, &options, interrupt, watch),
+        (None, Precision::F32) => run_as::<f32>(case, &options, interrupt, watch),
     };
     pool.install(|| span.in_scope(run))
 }
 
 fn run_as<S: Scalar>(
     case: &Case,
-    skips: Skips,
+    options: &Options<'_>,
     interrupt: &AtomicBool,
     watch: &mut dyn Watch,
 ) -> Result<Run, RunError> {
-    let mut simulation = Simulation::<S>::with_skips(case, skips)?;
-    let start = Instant::now();
+    let (mut simulation, clock) = match options.from {
+        Some(checkpoint) => (Simulation::<S>::resume(case, checkpoint)?, Clock::after(checkpoint)),
+        None => (Simulation::<S>::with_skips(case, options.skips)?, Clock::default()),
+    };
     while !simulation.finished(case) {
-        if interrupt.load(Ordering::Relaxed) {
-            simulation.record.interrupted = true;
+        let ends = interrupt.load(Ordering::Relaxed) && !simulation.record.interrupted;
+        if simulation.state.step > 0 && (ends || watch.keeps(simulation.time(), simulation.model.dt)) {
+            watch.keep(&simulation, clock.seconds());
         }
+        simulation.record.interrupted |= ends;
         if watch.is_due(simulation.time(), simulation.model.dt) {
             watch.look(&simulation.view());
         }
@@ -329,7 +362,7 @@ fn run_as<S: Scalar>(
         }
     }
     watch.end(&simulation.view());
-    Ok(simulation.into_run(start.elapsed().as_secs_f64()))
+    Ok(simulation.into_run(clock.seconds()))
 }
 
 /// A run in progress on the processor.
@@ -338,9 +371,9 @@ pub struct Simulation<S: Scalar> {
     pub model: Arc<Model<S>>,
     /// Varies; as the model.
     pub state: State<S>,
-    stepper: Stepper<S>,
-    ledger: Ledger,
-    record: Record,
+    pub(crate) stepper: Stepper<S>,
+    pub(crate) ledger: Ledger,
+    pub(crate) record: Record,
     sampled: bool,
 }
 

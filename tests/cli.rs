@@ -14,13 +14,14 @@ mod files;
 mod logging;
 mod no_gpu;
 mod printing;
+mod resume;
 mod skips;
 mod validate;
 mod warnings;
 
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::process::{Command, Output, Stdio};
+use std::process::{Child, Command, Output, Stdio};
 use std::sync::atomic::AtomicBool;
 use std::thread;
 use std::time::{Duration, Instant};
@@ -66,9 +67,7 @@ impl Bench {
             thread::sleep(Duration::from_millis(5));
         }
         thread::sleep(Duration::from_millis(300));
-        let killed = Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap();
-        assert!(killed.success());
-        child.wait_with_output().unwrap()
+        interrupt(child)
     }
 
     fn ripstop(&self, arguments: &[&str]) -> Output {
@@ -97,6 +96,14 @@ impl Bench {
         names.sort();
         names
     }
+}
+
+/// Sends Ctrl-C.
+#[cfg(unix)]
+fn interrupt(child: Child) -> Output {
+    let killed = Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap();
+    assert!(killed.success());
+    child.wait_with_output().unwrap()
 }
 
 /// 24 × 24 elements, ten microseconds, fast enough to break yarns.

@@ -2,10 +2,12 @@
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test that cannot go on has failed")]
 
 mod case_files;
+mod checkpoint;
 mod cli;
 mod conservation;
 mod contact;
 mod element;
+mod kept;
 mod packs;
 mod report;
 mod scene;

@@ -259,6 +259,7 @@ fn one(
         precision: choice.precision,
         device: plan.device.filter(|_| choice.processor == Processor::Gpu),
         skips: choice.skips,
+        from: None,
     };
     let mut runs: Vec<Run> = Vec::new();
     // What went wrong once goes wrong again.

@@ -7,7 +7,7 @@ use clap::{ArgAction, Args, Parser, Subcommand, ValueEnum, builder::RangedU64Val
 use clap_complete::Shell;
 use ripstop::simulation::{self, Skips};
 
-use super::range::Range;
+use super::range::{Range, interval};
 
 /// The whole command line.
 #[derive(Debug, Parser)]
@@ -34,6 +34,8 @@ pub(crate) enum Command {
     Run(RunArguments),
     /// Check cases without running them: every field with its value and source, time step, memory
     Check(CheckArguments),
+    /// Go on with a run from its last checkpoint, to the same results as if it had never stopped
+    Resume(ResumeArguments),
     /// Solve the unit cell over a grid of stretches
     Crossover(CrossoverArguments),
     /// Run time against error of what a user can choose: precision, time step, mesh, unit cell, GPU
@@ -60,6 +62,7 @@ pub(crate) enum Command {
   ripstop run cases/s720-1ply-155.json
   ripstop run shot.json --set /projectile/velocity_m_s=200 --out out/shot-200
   ripstop run shot.json --frames 60
+  ripstop run shot.json --checkpoint-every 10     # then, after a crash: ripstop resume out/shot
   ripstop run shot.json --set '/pack/edges={\"left\":\"free\"}' --json | jq .residual_velocity_m_s
 
 DIR gets report.html (open it in a browser: verdict, trust, figures, playback),
@@ -102,6 +105,9 @@ pub(crate) struct RunArguments {
     /// Frames also as frames.pvd with a series of .vtu files
     #[arg(long)]
     pub(crate) vtu: bool,
+    /// Leave a checkpoint in DIR every so many simulated µs, and at Ctrl-C, for `ripstop resume DIR`; it goes when the run ends
+    #[arg(long, value_name = "US", value_parser = interval)]
+    pub(crate) checkpoint_every: Option<f64>,
     /// Print nothing but errors
     #[arg(long, short)]
     pub(crate) quiet: bool,
@@ -122,6 +128,38 @@ impl RunArguments {
         let on = |kind: Skip| !self.no_skip.iter().any(|off| [kind, Skip::All].contains(off));
         Skips { wavefront: on(Skip::Wavefront), outcome: on(Skip::Outcome), symmetry: on(Skip::Symmetry) }
     }
+}
+
+/// `ripstop resume`
+#[derive(Args, Debug)]
+#[command(after_help = "Example:
+  ripstop run shot.json --checkpoint-every 10
+  ripstop resume out/shot
+
+The case, what computes, its number type and what is left out are those of the run; so are all files, to the last bit, but
+for the time it took, and for frames and the report's playback, which begin where the run goes on. The case in DIR must be the one that the run began with. A run that has ended is let be.")]
+pub(crate) struct ResumeArguments {
+    /// Folder of the run
+    #[arg(value_name = "DIR")]
+    pub(crate) folder: PathBuf,
+    /// Simulated µs between further checkpoints [default: as the run began]
+    #[arg(long, value_name = "US", value_parser = interval)]
+    pub(crate) checkpoint_every: Option<f64>,
+    /// Worker threads [default: as the run began]; results do not depend on it
+    #[arg(long, value_name = "N", value_parser = RangedU64ValueParser::<usize>::new().range(1..=1024))]
+    pub(crate) threads: Option<usize>,
+    /// Write no report.html
+    #[arg(long)]
+    pub(crate) no_report: bool,
+    /// Frames, where /output/frames of the case asks for some, also as frames.pvd with a series of .vtu files
+    #[arg(long)]
+    pub(crate) vtu: bool,
+    /// Print nothing but errors
+    #[arg(long, short)]
+    pub(crate) quiet: bool,
+    /// Print summary.json instead of the table
+    #[arg(long)]
+    pub(crate) json: bool,
 }
 
 /// What is left out unless asked for.

@@ -1,5 +1,6 @@
 //! What computes: the choice between processor and graphics processor, and why.
 
+use ripstop::checkpoint;
 use ripstop::gpu::{self, Adapter, Device, DeviceError};
 use ripstop::simulation;
 use tracing::info;
@@ -72,6 +73,21 @@ fn open(arguments: &BackendArguments) -> Result<Chosen, Failure> {
                 },
                 Err(why) => cpu(Some(format!("note: --backend auto takes the CPU: {why}"))),
             }
+        }
+    }
+}
+
+/// Opens what a run began with.
+pub(crate) fn again(backend: &checkpoint::Backend) -> Result<Chosen, Failure> {
+    match backend {
+        checkpoint::Backend::Cpu(precision) => Ok(Chosen { device: None, precision: *precision, note: None }),
+        checkpoint::Backend::Gpu(name) => {
+            let adapters = gpu::adapters();
+            // The one of this very name, not just the first that has it as a part.
+            let index = adapters.iter().position(|adapter| adapter.name() == name).map(|at| at.to_string());
+            let adapter = gpu::device::choose(&adapters, Some(index.as_ref().unwrap_or(name)));
+            let device = adapter.and_then(|a| Device::open(&a)).map_err(|e| Failure::device(&e))?;
+            Ok(Chosen { device: Some(device), precision: simulation::Precision::F32, note: None })
         }
     }
 }

@@ -3,6 +3,7 @@
 use std::process::ExitCode;
 
 use ripstop::case::CaseError;
+use ripstop::checkpoint::CheckpointError;
 use ripstop::gpu::DeviceError;
 use ripstop::model::ModelError;
 use ripstop::output::OutputError;
@@ -161,6 +162,7 @@ impl Failure {
         match error {
             RunError::Model(error) => Self::model(file, error),
             RunError::Device(error) => Self::device(error),
+            RunError::Checkpoint(error) => error.clone().into(),
             RunError::Threads { .. } => Self::input(format!("error: {error}\n  help: ask for fewer with --threads N")),
         }
     }
@@ -168,6 +170,12 @@ impl Failure {
 
 impl From<CaseError> for Failure {
     fn from(error: CaseError) -> Self {
+        Self::input(error.to_string())
+    }
+}
+
+impl From<CheckpointError> for Failure {
+    fn from(error: CheckpointError) -> Self {
         Self::input(error.to_string())
     }
 }

@@ -7,6 +7,7 @@ use console::Term;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use ripstop::simulation::Progress;
 
+use super::screen;
 use ripstop::output::number::duration;
 
 /// Ticks of the bar.
@@ -73,6 +74,11 @@ impl Bar {
             self.bar.set_position((LENGTH * done as f64 / of.max(1) as f64) as u64);
             self.bar.set_message(format!("{done}/{of} scenes"));
         }
+    }
+
+    /// Says something while the bar is there.
+    pub(crate) fn say(&self, text: &str) {
+        self.bar.suspend(|| screen::complain(text));
     }
 
     /// Takes the bar away.

@@ -1,4 +1,4 @@
-//! `first[:last:count]`: a value or evenly spaced values, both ends included.
+//! `first[:last:count]`: a value or evenly spaced values, both ends included; and times between checkpoints.
 
 use std::str::FromStr;
 
@@ -48,6 +48,14 @@ fn stretch(text: &str) -> Result<f64, String> {
         return Ok(value);
     }
     Err(format!("expected a stretch above 0 and at most {MAX_STRETCH}, found {value}; unstretched is 1"))
+}
+
+/// A time above 0 [µs], in s.
+pub(crate) fn interval(text: &str) -> Result<f64, String> {
+    match text.trim().parse::<f64>() {
+        Ok(interval) if interval > 0.0 && interval.is_finite() => Ok(interval * 1e-6),
+        _ => Err(format!("expected a time above 0 in µs, found {text:?}")),
+    }
 }
 
 fn count(text: &str) -> Result<usize, String> {

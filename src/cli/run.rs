@@ -4,16 +4,18 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use ripstop::case::{self, Case};
+use ripstop::checkpoint::{Head, Keeper};
 use ripstop::output::frames::{Recorder, Staged};
 use ripstop::output::report::{self, Film};
 use ripstop::output::{self, Folder};
-use ripstop::simulation::{self, Options, Progress, Run, RunError, View, Watch};
+use ripstop::simulation::{self, Options, Run, RunError};
 use ripstop::warnings;
 use serde_json::Value;
 use tracing::{info, warn};
 
 use super::arguments::{Backend, RunArguments};
 use super::failure::Failure;
+use super::follow::{Follower, recorder, waiting};
 use super::progress::Bar;
 use super::{backend, interrupt, result, screen};
 
@@ -21,8 +23,9 @@ use super::{backend, interrupt, result, screen};
 pub(crate) fn run(arguments: &RunArguments) -> Result<(), Failure> {
     let start = Instant::now();
     let interrupted = interrupt::watch()?;
-    let case = case::read(&arguments.case, &arguments.sets())?;
-    info!(file = file(&case), fields = case.fields.len(), changes = arguments.sets().len(), "case read");
+    let sets = arguments.sets();
+    let case = case::read(&arguments.case, &sets)?;
+    info!(file = file(&case), fields = case.fields.len(), changes = sets.len(), "case read");
     for warning in warnings::of_case(&case) {
         warn!(code = warning.kind.code, "{}", warning.message);
     }
@@ -33,15 +36,20 @@ pub(crate) fn run(arguments: &RunArguments) -> Result<(), Failure> {
             screen::complain(note)
         }
     };
-    chosen.note.iter().for_each(|note| say(note));
+    chosen.note.iter().chain(&waiting(&folder)).for_each(|note| say(note));
     let bar = Bar::new(!arguments.quiet);
     let options = Options {
         threads: arguments.threads,
         precision: chosen.precision,
         device: chosen.device.as_ref(),
         skips: arguments.skips(),
+        from: None,
     };
-    let recorder = match recorder(arguments, &case, &folder) {
+    let keeper = |options: &Options<'_>| {
+        let every = arguments.checkpoint_every?;
+        Some(Keeper::new(&folder, &case, Head::new(&case, options, every), start))
+    };
+    let recorder = match recorder(&case, &folder, arguments.vtu) {
         Ok(recorder) => recorder,
         Err(failure) => {
             folder.abandon();
@@ -49,100 +57,101 @@ pub(crate) fn run(arguments: &RunArguments) -> Result<(), Failure> {
         }
     };
     let film = (!arguments.no_report).then(|| Film::new(&case));
-    let mut watch = Follower { bar: &bar, film, recorder };
-    let mut run = simulation::run(&case, options, &interrupted, &mut watch);
+    let mut follower = Follower { bar: &bar, film, recorder, keeper: keeper(&options) };
+    let mut run = simulation::run(&case, options, &interrupted, &mut follower);
     if let (Err(RunError::Device(error)), Backend::Auto) = (&run, arguments.backend.backend) {
         say(&backend::took_cpu(error));
-        run = simulation::run(&case, Options { device: None, ..options }, &interrupted, &mut watch);
+        let options = Options { device: None, ..options };
+        follower.keeper = keeper(&options);
+        run = simulation::run(&case, options, &interrupted, &mut follower);
     }
     bar.clear();
-    let frames = watch.recorder.map_or_else(|| Ok(Staged::default()), Recorder::finish);
-    let run = match run {
-        Ok(run) => run,
-        Err(error) => {
-            drop(frames);
-            folder.abandon();
-            return Err(Failure::start(&file(&case), &error));
+    match run {
+        Ok(run) => {
+            let wall = start.elapsed().as_secs_f64();
+            conclude(&case, run, &folder, follower, wall, Print::of(arguments.json, arguments.quiet))
         }
-    };
-    let summary = output::summary(&case, &run, start.elapsed().as_secs_f64());
-    let page = watch.film.map(|film| report::report(&case, &run, &summary, &film));
+        Err(error) => {
+            drop(follower);
+            folder.abandon();
+            Err(Failure::start(&file(&case), &error))
+        }
+    }
+}
+
+/// What is printed of a result.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Print {
+    /// Nothing.
+    Nothing,
+    /// For people.
+    Table,
+    /// `summary.json`.
+    Json,
+}
+
+impl Print {
+    /// What two switches ask for.
+    pub(crate) fn of(json: bool, quiet: bool) -> Self {
+        match (json, quiet) {
+            (true, _) => Self::Json,
+            (false, true) => Self::Nothing,
+            (false, false) => Self::Table,
+        }
+    }
+}
+
+/// Writes and prints the results of a run. `wall_seconds`: time that it took, all commands together.
+pub(crate) fn conclude(
+    case: &Case,
+    mut run: Run,
+    folder: &Folder,
+    follower: Follower<'_>,
+    wall_seconds: f64,
+    print: Print,
+) -> Result<(), Failure> {
+    let Follower { film, recorder, keeper, .. } = follower;
+    let frames = recorder.map_or_else(|| Ok(Staged::default()), Recorder::finish);
+    run.unkept = keeper.as_ref().and_then(Keeper::failed).map(str::to_owned);
+    let summary = output::summary(case, &run, wall_seconds);
+    let page = film.map(|film| report::report(case, &run, &summary, &film));
     let (frames, refused) = match frames {
         Ok(frames) => (frames, None),
         Err(error) => (Staged::default(), Some(error)),
     };
-    let written = folder.write(&case, &run, &summary, page, frames);
-    if arguments.json {
-        screen::print(&format!("{summary:#}\n"))?;
-    } else if !arguments.quiet {
-        let files = written.as_ref().ok().map(|names| (folder.path(), names.as_slice()));
-        screen::print(&result::text(&case, &run, &summary, files))?;
+    let written = folder.write(case, &run, &summary, page, frames);
+    match print {
+        Print::Json => screen::print(&format!("{summary:#}\n"))?,
+        Print::Table => {
+            let files = written.as_ref().ok().map(|names| (folder.path(), names.as_slice()));
+            screen::print(&result::text(case, &run, &summary, files))?;
+        }
+        Print::Nothing => {}
     }
     info!(folder = %folder.path().display(), files = ?written.as_deref().unwrap_or_default(), "files written");
     written?;
     if let Some(error) = refused {
         return Err(error.into());
     }
-    verdict(&case, &run, &summary, folder.path())
-}
-
-/// Follows a run: shows where it is, films it for the report, writes frames.
-struct Follower<'a> {
-    bar: &'a Bar,
-    film: Option<Film>,
-    recorder: Option<Recorder>,
-}
-
-impl Watch for Follower<'_> {
-    fn progress(&mut self, at: &Progress) {
-        self.bar.show(at);
+    let goes_on = (run.interrupted || run.lost.is_some()) && keeper.as_ref().is_some_and(Keeper::has_kept);
+    if !goes_on {
+        folder.forget()?;
     }
-
-    fn is_due(&self, time: f64, dt: f64) -> bool {
-        self.film.as_ref().is_some_and(|film| film.is_due(time, dt))
-            || self.recorder.as_ref().is_some_and(|recorder| recorder.is_due(time, dt))
-    }
-
-    fn look(&mut self, view: &View<'_>) {
-        let [time, dt] = view.clock();
-        if let Some(film) = self.film.as_mut().filter(|film| film.is_due(time, dt)) {
-            film.look(view);
-        }
-        if let Some(recorder) = self.recorder.as_mut().filter(|recorder| recorder.is_due(time, dt)) {
-            recorder.look(view);
-        }
-    }
-
-    fn end(&mut self, view: &View<'_>) {
-        if let Some(film) = &mut self.film {
-            film.end(view);
-        }
-    }
-}
-
-/// Writes frames where some are asked for.
-fn recorder(arguments: &RunArguments, case: &Case, folder: &Folder) -> Result<Option<Recorder>, Failure> {
-    if case.output.frames == 0 && !arguments.vtu {
-        return Ok(None);
-    }
-    if case.output.frames == 0 {
-        let message = "error: --vtu\n  expected: a number of frames\n  found: none\n  help: add --frames 60, or set /output/frames";
-        return Err(Failure::input(message));
-    }
-    let failed = |error| Failure::input(format!("error: cannot start the thread that writes frames: {error}"));
-    Recorder::start(folder.path(), case, arguments.vtu).map(Some).map_err(failed)
+    verdict(case, &run, &summary, folder.path(), goes_on)
 }
 
 fn out(arguments: &RunArguments, case: &Case) -> PathBuf {
     arguments.out.clone().unwrap_or_else(|| Path::new("out").join(&case.name))
 }
 
-fn file(case: &Case) -> String {
+pub(crate) fn file(case: &Case) -> String {
     case.path.display().to_string()
 }
 
-/// What the exit code says.
-fn verdict(case: &Case, run: &Run, summary: &Value, folder: &Path) -> Result<(), Failure> {
+/// What the exit code says. `goes_on`: the run can be resumed.
+fn verdict(case: &Case, run: &Run, summary: &Value, folder: &Path, goes_on: bool) -> Result<(), Failure> {
+    let folder = folder.display();
+    let resume = if goes_on { format!("\n  help: `ripstop resume {folder}` goes on") } else { String::new() };
     if let Some(trouble) = &run.trouble {
         return Err(Failure::check(format!(
             "error: {}: the run became unstable\n  where: {}\n  found: {}\n  help: lower /solver/courant",
@@ -153,18 +162,14 @@ fn verdict(case: &Case, run: &Run, summary: &Value, folder: &Path) -> Result<(),
     }
     if let Some(reason) = &run.lost {
         return Err(Failure::lost(format!(
-            "error: {}: the device gave up at {}\n  found: {reason}\n  help: take --backend cpu; results up to there: {}",
+            "error: {}: the device gave up at {}\n  found: {reason}\n  help: take --backend cpu; results up to there: {folder}{resume}",
             file(case),
             output::reached(run),
-            folder.display()
         )));
     }
     if run.interrupted {
         let reached = output::reached(run);
-        return Err(Failure::interrupted(format!(
-            "interrupted at {reached}; results up to there: {}",
-            folder.display()
-        )));
+        return Err(Failure::interrupted(format!("interrupted at {reached}; results up to there: {folder}{resume}")));
     }
     let expect: Vec<&Value> = summary["expect"].as_array().into_iter().flatten().collect();
     let failed: Vec<String> = expect

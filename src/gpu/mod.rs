@@ -10,6 +10,7 @@
 //! because elements read the positions contact has corrected. Within a batch nothing is read back.
 
 pub mod buffers;
+mod checkpoint;
 pub mod compare;
 pub mod device;
 pub mod layout;

@@ -16,11 +16,12 @@ use super::layout::{self, BODY_WORDS, StepInfo, Sums, status, sum};
 use super::stepper::{BATCH, BatchResult, Pending, Stepper};
 use super::{Device, DeviceError};
 use crate::case::Case;
+use crate::checkpoint::Clock;
 use crate::ledger::{Ledger, PlyMoment};
 use crate::model::Model;
 use crate::profile;
 use crate::record::{Machine, Moment, Record, sample_due, time_up};
-use crate::simulation::{self, Progress, Run, RunError, Skips, View, Watch};
+use crate::simulation::{self, Options, Progress, Run, RunError, Skips, View, Watch};
 use crate::state::State;
 
 /// How long a batch should take: long enough to hide its submission, short enough to follow progress and Ctrl-C.
@@ -34,19 +35,25 @@ const BATCH_TIME: [Duration; 2] = [Duration::from_millis(20), Duration::from_mil
 pub fn run(
     case: &Case,
     device: &Device,
-    skips: Skips,
+    options: &Options<'_>,
     interrupt: &AtomicBool,
     watch: &mut dyn Watch,
 ) -> Result<Run, RunError> {
-    let mut simulation = Simulation::with_skips(case, device, skips)?;
-    let start = Instant::now();
+    let (mut simulation, clock) = match options.from {
+        Some(checkpoint) => (Simulation::resume(case, device, checkpoint)?, Clock::after(checkpoint)),
+        None => (Simulation::with_skips(case, device, options.skips)?, Clock::default()),
+    };
     while !simulation.finished() {
-        simulation.record.interrupted |= interrupt.load(Ordering::Relaxed);
+        let ends = interrupt.load(Ordering::Relaxed) && !simulation.record.interrupted;
+        if ends || watch.keeps(simulation.time_of(simulation.next), simulation.model.dt) {
+            simulation.keep(case, watch, &clock);
+        }
+        simulation.record.interrupted |= ends;
         simulation.advance_watched(case, watch);
         watch.progress(&simulation.progress(case));
     }
     simulation.show_end(watch);
-    Ok(simulation.into_run(start.elapsed().as_secs_f64()))
+    Ok(simulation.into_run(clock.seconds()))
 }
 
 /// A run in progress on a device.
@@ -55,17 +62,17 @@ pub struct Simulation<'a> {
     pub model: Arc<Model<f32>>,
     /// The state at the start, and after a batch that asked for it.
     state: State<f32>,
-    stepper: Stepper<'a>,
-    ledger: Ledger,
-    record: Record,
+    pub(super) stepper: Stepper<'a>,
+    pub(super) ledger: Ledger,
+    pub(super) record: Record,
     given: (f64, Vector3<f64>),
     /// Batches on their way with their steps, the oldest first.
     pending: VecDeque<(Vec<StepInfo>, Pending)>,
     /// Next step to be sent off, and the last one sent that is sampled.
-    next: u64,
-    sampled: Option<u64>,
+    pub(super) next: u64,
+    pub(super) sampled: Option<u64>,
     /// Steps whose results are known.
-    step: u64,
+    pub(super) step: u64,
     batch: usize,
     fixed_batch: bool,
     /// The last step of the run is on its way.
@@ -134,7 +141,7 @@ impl<'a> Simulation<'a> {
         self.step
     }
 
-    fn time_of(&self, step: u64) -> f64 {
+    pub(super) fn time_of(&self, step: u64) -> f64 {
         step as f64 * self.model.dt
     }
 
@@ -161,7 +168,7 @@ impl<'a> Simulation<'a> {
         while steps.len() < self.batch && slots < SLOTS && !ends {
             let index = self.next + steps.len() as u64;
             let time = self.time_of(index);
-            if !steps.is_empty() && self.state_due(case, watch, time) {
+            if !steps.is_empty() && (self.state_due(case, watch, time) || watch.keeps(time, dt)) {
                 break; // the state is read before that step
             }
             let since = index - last.map_or(0, |l| l + 1) + 1;
@@ -184,7 +191,13 @@ impl<'a> Simulation<'a> {
 
     /// The same; the watcher looks at the state before the batch where that is due.
     fn advance_watched(&mut self, case: &Case, watch: &mut dyn Watch) {
-        if let Err(error) = self.try_advance(case, watch) {
+        let advanced = self.try_advance(case, watch);
+        self.unless_lost(advanced);
+    }
+
+    /// Ends the run where the device gave up.
+    fn unless_lost(&mut self, done: Result<(), DeviceError>) {
+        if let Err(error) = done {
             self.record.lost = Some(error.to_string());
             self.ended = true;
         }
@@ -211,9 +224,7 @@ impl<'a> Simulation<'a> {
 
     /// Takes what is due of the state before the step from `time` [s], unless the run is over by then.
     fn read_state(&mut self, case: &Case, watch: &mut dyn Watch, time: f64) -> Result<(), DeviceError> {
-        while !self.pending.is_empty() && !self.ended {
-            self.collect(case)?;
-        }
+        self.collect_all(case)?;
         if self.ended {
             return Ok(());
         }
@@ -240,6 +251,30 @@ impl<'a> Simulation<'a> {
             }
             Err(error) => self.record.lost = Some(error.to_string()),
         }
+    }
+
+    /// Takes over everything on its way, so that nothing but the device knows more than the run.
+    pub fn settle(&mut self, case: &Case) {
+        let settled = self.collect_all(case);
+        self.unless_lost(settled);
+    }
+
+    /// Lets the watcher keep the run, unless its end is on the way or it has not begun.
+    fn keep(&mut self, case: &Case, watch: &mut dyn Watch, clock: &Clock) {
+        if self.complete || self.next == 0 {
+            return;
+        }
+        self.settle(case);
+        if !self.ended {
+            watch.keep(self, clock.seconds());
+        }
+    }
+
+    fn collect_all(&mut self, case: &Case) -> Result<(), DeviceError> {
+        while !self.pending.is_empty() && !self.ended {
+            self.collect(case)?;
+        }
+        Ok(())
     }
 
     /// Takes over the oldest batch on its way.

@@ -103,7 +103,7 @@ pub struct Stepper<'a> {
     ledger: Program,
     pub(super) events_read: u64,
     /// Time spent waiting for the device.
-    waited: Duration,
+    pub(super) waited: Duration,
     /// Where the device has one.
     clock: Option<Clock>,
     timed: Timed,

@@ -6,6 +6,7 @@
 //! scene's, so that positions, velocities and failures are those of the whole scene.
 
 use nalgebra::Vector3;
+use serde::{Deserialize, Serialize};
 
 use super::Mesh;
 use crate::case::{Case, Edge, Edges, Layer, Shape};
@@ -15,7 +16,7 @@ use crate::kernels::rigid_body::RigidBody;
 const ROUNDING: f64 = 1e-12;
 
 /// Mirror planes of a scene: whether x = 0 and whether y = 0 is one.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct MirrorPlanes(pub [bool; 2]);
 
 impl MirrorPlanes {

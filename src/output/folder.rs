@@ -18,9 +18,15 @@ const PROFILES: &str = "profiles.csv";
 const PLIES: &str = "plies.csv";
 /// The file that is not there where nobody wants it.
 const REPORT: &str = "report.html";
+/// The case as run.
+const CASE: &str = "case.json";
+/// The file that says what became of a run.
+const SUMMARY: &str = "summary.json";
+/// The last checkpoint of a run that has not ended.
+pub const CHECKPOINT: &str = "checkpoint.bin";
 /// Every file this module may write.
-const FILES: [&str; 10] = [
-    "case.json",
+const FILES: [&str; 11] = [
+    CASE,
     "history.csv",
     "events.csv",
     PLIES,
@@ -29,7 +35,8 @@ const FILES: [&str; 10] = [
     frames::PVD,
     "shot.svg",
     REPORT,
-    "summary.json",
+    SUMMARY,
+    CHECKPOINT,
 ];
 
 /// Why the results could not be written.
@@ -68,6 +75,14 @@ impl Folder {
     /// When it is a file, cannot be made or written, or when results would replace the case file itself.
     pub fn prepare(path: &Path, case: &Case) -> Result<Self, OutputError> {
         Self::prepare_for(path, &FILES, &[case.path.as_path()])
+    }
+
+    /// The folder of a run that goes on; its case lies there.
+    ///
+    /// # Errors
+    /// As [`Folder::prepare`].
+    pub fn reopen(path: &Path) -> Result<Self, OutputError> {
+        Self::prepare_for(path, &FILES, &[])
     }
 
     /// The same for these files, none of which may replace one of those that were read.
@@ -139,7 +154,7 @@ impl Folder {
         frames: Staged,
     ) -> Result<Vec<&'static str>, OutputError> {
         let mut texts = vec![
-            ("case.json", pretty(&case.as_run)),
+            (CASE, pretty(&case.as_run)),
             ("history.csv", history::text(&run.history)),
             ("events.csv", csv::events(&run.events, run.time_step)),
         ];
@@ -152,12 +167,51 @@ impl Folder {
         texts.push(("shot.svg", picture::picture(case, run)));
         texts.extend(report.map(|page| (REPORT, page)));
         // Last, so that a summary speaks of the files around it.
-        texts.push(("summary.json", pretty(summary)));
+        texts.push((SUMMARY, pretty(summary)));
         let complete = self.complete(&texts)?;
         let frames = frames.place(&self.path).map_err(|error| self.refused("frames", &error))?;
-        let mut names = self.place(complete, &["summary.json", PLIES, PROFILES, REPORT])?;
+        let mut names = self.place(complete, &[SUMMARY, PLIES, PROFILES, REPORT])?;
         names.extend(frames);
         Ok(names)
+    }
+
+    /// Makes the folder that of a run which will leave checkpoints: the case is there, nothing of an earlier run is.
+    ///
+    /// # Errors
+    /// When the disk refuses.
+    pub(crate) fn begin(&self, case: &Case) -> Result<(), OutputError> {
+        self.put(&[(CASE, pretty(&case.as_run))], &FILES).map(drop)
+    }
+
+    /// Writes a file piece by piece; it takes the place of an older one once it is complete. What a run that was killed
+    /// leaves of it is written over by the next.
+    ///
+    /// # Errors
+    /// When the disk refuses, or `write` does; the older one is then still there.
+    pub(crate) fn replace(&self, name: &str, write: impl FnOnce(&mut File) -> io::Result<()>) -> io::Result<()> {
+        let staged = self.path.join(staged(name));
+        let written = File::create(&staged).and_then(|mut file| {
+            write(&mut file)?;
+            file.sync_all()
+        });
+        let replaced = written.and_then(|()| fs::rename(&staged, self.path.join(name))).and_then(|()| self.flush());
+        if replaced.is_err() {
+            // Room for what comes; where even that fails, the first reason is the one to tell.
+            fs::remove_file(&staged).ok();
+        }
+        replaced
+    }
+
+    /// Removes the checkpoint of a run that has ended, or of one whose results are no longer here.
+    ///
+    /// # Errors
+    /// When the disk refuses.
+    pub fn forget(&self) -> Result<(), OutputError> {
+        let remove = |name: &str| {
+            let failed = |error| OutputError::new(&self.path.join(name), "a file that can be removed", error);
+            self.remove(name).map_err(failed)
+        };
+        remove(&staged(CHECKPOINT)).and_then(|()| remove(CHECKPOINT))
     }
 
     /// Writes files, all complete before the first gets its name; `stale` ones of an earlier time go before that.
@@ -218,6 +272,11 @@ impl Folder {
 
 fn pretty(value: &Value) -> String {
     format!("{value:#}\n")
+}
+
+/// Name of a file that is being written.
+fn staged(name: &str) -> String {
+    format!(".{name}.tmp")
 }
 
 /// An empty file in `folder` with the rights of any new file.

@@ -21,7 +21,7 @@ mod verdict;
 
 pub use energies::Energies;
 pub use expect::{Checked, check};
-pub use folder::{Folder, OutputError};
+pub use folder::{CHECKPOINT, Folder, OutputError};
 pub use picture::picture;
 pub(crate) use summary::velocity_left;
 pub use summary::{absorbed_energy, case_hash, flies_freely, residual_velocity, summary};

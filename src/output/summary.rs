@@ -85,6 +85,7 @@ fn result(case: &Case, run: &Run) -> Map<String, Value> {
         },
         "interrupted": run.interrupted,
         "device_lost": run.lost,
+        "checkpoint_failed": run.unkept,
         "unstable": run.trouble.as_ref().map(unstable),
     }))
 }

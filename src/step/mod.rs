@@ -10,11 +10,14 @@
 //! columns that nothing has reached are left out.
 
 mod kernels;
+mod memory;
 mod plies;
 mod projectile;
 mod stopwatch;
 mod sweep;
 mod trouble;
+
+use serde::{Deserialize, Serialize};
 
 use crate::kernels::element_force::{ElementTotals, field as element};
 use crate::kernels::node_update::{Neighbours, NodeTotals};
@@ -25,6 +28,7 @@ use crate::number::Scalar;
 use crate::reach::Reach;
 use crate::state::{Rows, State, split};
 pub use kernels::{HasKernels, RowKernels};
+pub(crate) use memory::Memory;
 use plies::PlyContact;
 use projectile::ProjectileContact;
 pub use projectile::{fabric_between, node_position, node_stands};
@@ -33,7 +37,7 @@ use sweep::{Passes, Sweep};
 pub use trouble::{elements, fastest_node, find_trouble, nodes};
 
 /// A yarn failure, with its place in the pack.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct FailureEvent {
     /// Step it was found in.
     pub step: u64,

@@ -22,9 +22,9 @@ const NEAR_STEPS: f64 = 24.0;
 #[derive(Default)]
 pub(super) struct ProjectileContact {
     /// Ply, row, column.
-    near: Vec<[u32; 3]>,
+    pub(super) near: Vec<[u32; 3]>,
     /// How far nodes and body may still approach each other before `near` is stale [m].
-    reserve: f64,
+    pub(super) reserve: f64,
     points: Vec<ContactPoint>,
 }
 

@@ -2,7 +2,7 @@
 
 use super::*;
 
-const SUMMARY: [&str; 46] = [
+const SUMMARY: [&str; 47] = [
     "outcome",
     "residual_velocity_m_s",
     "stop_time_us",
@@ -41,6 +41,7 @@ const SUMMARY: [&str; 46] = [
     "interrupted",
     "unstable",
     "device_lost",
+    "checkpoint_failed",
     "terms",
     "host_s",
     "time_step_set_by",
@@ -77,7 +78,7 @@ fn a_run_leaves_the_files_of_the_contract_and_nothing_else() {
     }
     assert_eq!(summary.as_object().unwrap().len(), SUMMARY.len());
     assert_eq!(summary["backend"], "cpu");
-    for key in ["adapter", "host_s", "device_lost"] {
+    for key in ["adapter", "host_s", "device_lost", "checkpoint_failed"] {
         assert_eq!(summary[key], Value::Null, "{key}");
     }
     let terms: Vec<(&str, &str)> = summary["terms"]

@@ -9,6 +9,7 @@ mod batches;
 mod endings;
 mod packs;
 mod program;
+mod resume;
 mod scenes;
 mod symmetry;
 mod whole;
@@ -32,6 +33,7 @@ pub(crate) fn tests() -> Vec<Trial> {
         ("batches", batches::TESTS),
         ("packs", packs::TESTS),
         ("endings", endings::TESTS),
+        ("resume", resume::TESTS),
         ("program", program::TESTS),
     ];
     let named = |(module, tests): (&'static str, Tests)| {

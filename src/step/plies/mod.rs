@@ -33,7 +33,7 @@ struct PlyWork {
 pub(super) struct PlyContact {
     plies: Vec<PlyWork>,
     /// How far any node may have gone so far [m].
-    travel: f64,
+    pub(super) travel: f64,
 }
 
 impl PlyContact {

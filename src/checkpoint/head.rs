@@ -1,0 +1,99 @@
+//! What a checkpoint says of its run before anything else.
+
+use serde::{Deserialize, Serialize};
+
+use super::Fault;
+use crate::case::Case;
+use crate::output;
+use crate::simulation::{Options, Precision, Skips};
+
+/// The run, and how far it has come.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Head {
+    /// Of the program.
+    pub version: String,
+    /// Name of the case.
+    pub case: String,
+    /// Fingerprint of what it computes.
+    pub case_hash: String,
+    /// What computes.
+    pub backend: Backend,
+    /// What is left out.
+    pub skips: Skips,
+    /// Worker threads asked for; results do not depend on it.
+    pub threads: Option<usize>,
+    /// Simulated time between checkpoints [s].
+    pub every: f64,
+    /// Steps done.
+    pub step: u64,
+    /// Time of the positions [s].
+    pub time: f64,
+    /// Time it took.
+    pub spent: Spent,
+}
+
+/// What computes.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Backend {
+    /// The processor.
+    Cpu(Precision),
+    /// The graphics adapter of this name.
+    Gpu(String),
+}
+
+impl Backend {
+    fn words(&self) -> String {
+        match self {
+            Self::Cpu(precision) => format!("cpu, {}", precision.name()),
+            Self::Gpu(adapter) => format!("gpu, {adapter}"),
+        }
+    }
+}
+
+/// Time that the parts of a run have taken so far [s].
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Spent {
+    /// Since the command began.
+    pub wall: f64,
+    /// In the loop.
+    pub r#loop: f64,
+    /// Of that, waiting for the device.
+    pub waited: f64,
+}
+
+impl Head {
+    /// A run that has not begun. `every`: simulated time between checkpoints [s].
+    pub fn new(case: &Case, options: &Options<'_>, every: f64) -> Self {
+        Self {
+            version: env!("CARGO_PKG_VERSION").to_owned(),
+            case: case.name.clone(),
+            case_hash: output::case_hash(&case.as_run),
+            backend: Self::backend_of(options),
+            skips: options.skips,
+            threads: options.threads,
+            every,
+            step: 0,
+            time: 0.0,
+            spent: Spent::default(),
+        }
+    }
+
+    fn backend_of(options: &Options<'_>) -> Backend {
+        options.device.map_or(Backend::Cpu(options.precision), |device| Backend::Gpu(device.name().to_owned()))
+    }
+
+    /// Whether the run was one of this case.
+    pub(super) fn check_case(&self, case: &Case) -> Result<(), Fault> {
+        let hash = output::case_hash(&case.as_run);
+        if hash == self.case_hash {
+            return Ok(());
+        }
+        Err(Fault::Case { checkpoint: self.case_hash.clone(), case: hash })
+    }
+
+    /// Whether the run had these options, as far as they matter.
+    pub(super) fn check_options(&self, options: &Options<'_>) -> Result<(), Fault> {
+        let backend = Self::backend_of(options);
+        if backend == self.backend { Ok(()) } else { Err(Fault::Backend(backend.words())) }
+    }
+}

@@ -1,0 +1,41 @@
+//! What is in a file of this format.
+
+use serde::Serialize;
+
+use super::FORMAT;
+use super::body::Motion;
+use crate::case;
+use crate::ledger::{Ledger, PlyMoment};
+use crate::profile::ProfilePoint;
+use crate::reach::Reach;
+use crate::simulation::{PlySample, Sample, Simulation};
+use crate::step::FailureEvent;
+
+fn bytes(value: &impl Serialize) -> usize {
+    postcard::to_stdvec(value).map_or(0, |bytes| bytes.len())
+}
+
+/// Red when something is added to what a checkpoint holds, or taken away: that is another format.
+#[test]
+fn what_is_written_is_that_of_the_format() -> Result<(), Box<dyn std::error::Error>> {
+    let text = r#"{"title": "one ply", "fabric": {"file": "fabrics/s-720.json"},
+        "pack": {"width_mm": 12.7, "height_mm": 12.7}, "solver": {"symmetry": "none"},
+        "projectile": {"shape": "sphere", "diameter_mm": 6, "mass_g": 1, "velocity_m_s": 50}}"#;
+    let simulation = Simulation::<f64>::new(&case::from_str("one", text, &[])?)?;
+    let event = FailureEvent { step: 0, ply: 0, i: 0, j: 0, yarn: 0, strain: 0.0 };
+    let point = ProfilePoint { reference: 0.0, position: 0.0, deflection: 0.0, strain: 0.0, force: 0.0 };
+    let sizes = [
+        bytes(&Ledger::default()),
+        bytes(&simulation.record),
+        bytes(&simulation.stepper.memory()),
+        bytes(&simulation.state.body.as_ref().map(Motion::of)),
+        bytes(&Reach::nothing()),
+        bytes(&Sample::default()),
+        bytes(&PlySample::default()),
+        bytes(&PlyMoment::default()),
+        bytes(&event),
+        bytes(&point),
+    ];
+    assert_eq!((FORMAT, sizes), (1, [164, 103, 17, 105, 4, 148, 35, 24, 13, 40]));
+    Ok(())
+}

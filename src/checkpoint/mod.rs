@@ -1,0 +1,30 @@
+//! Checkpoints: everything a run needs to go on as if nothing had happened, to the last bit, in one file.
+//!
+//! ```text
+//! magic, format │ head: what run this is of │ contents, compressed │ checksum of all before
+//! ```
+//!
+//! The head can be read without a model. Of the contents, what has a size that only the run knows (records, lists) is
+//! encoded with its length; fields of nodes and elements have the size that the model gives them, and are read straight
+//! into their place. Nothing is believed before the checksum of the whole file was found to hold.
+//!
+//! What is in the file follows from what varies: the state, the ledger, the record, and what the stepper or the
+//! device remembers from step to step. What follows from the case is not in it: a checkpoint fits one case only.
+
+mod body;
+mod clock;
+mod error;
+mod file;
+mod head;
+mod keeper;
+mod processor;
+
+pub(crate) use clock::Clock;
+pub use error::{CheckpointError, Fault};
+pub use file::{Checkpoint, FORMAT};
+pub(crate) use file::{Reader, Writer, write};
+pub use head::{Backend, Head, Spent};
+pub use keeper::{Keeper, Kept};
+
+#[cfg(test)]
+mod layout_tests;

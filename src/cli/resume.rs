@@ -1,0 +1,76 @@
+//! `ripstop resume`.
+
+use std::fs;
+use std::path::Path;
+use std::time::Instant;
+
+use ripstop::case::{self, Case};
+use ripstop::checkpoint::{Checkpoint, Head, Keeper};
+use ripstop::output::number::us;
+use ripstop::output::report::Film;
+use ripstop::output::{CHECKPOINT, Folder};
+use ripstop::simulation::{self, Options};
+use serde_json::Value;
+
+use super::arguments::ResumeArguments;
+use super::failure::Failure;
+use super::follow::{Follower, recorder};
+use super::progress::Bar;
+use super::run::{Print, conclude, file};
+use super::{backend, interrupt, screen};
+
+/// Goes on with a run from its last checkpoint.
+pub(crate) fn resume(arguments: &ResumeArguments) -> Result<(), Failure> {
+    let start = Instant::now();
+    let interrupted = interrupt::watch()?;
+    let path = arguments.folder.join(CHECKPOINT);
+    if !path.exists() {
+        return nothing_to_resume(&arguments.folder, arguments.quiet);
+    }
+    let checkpoint = Checkpoint::open(&path)?;
+    let head = checkpoint.head();
+    let case = case::read(&arguments.folder.join("case.json"), &[])?;
+    let case = Case { name: head.case.clone(), ..case };
+    checkpoint.check_case(&case)?;
+    let chosen = backend::again(&head.backend)?;
+    let folder = Folder::reopen(&arguments.folder)?;
+    if !arguments.quiet {
+        screen::complain(&format!("note: goes on from {}", us(head.time)));
+    }
+    let bar = Bar::new(!arguments.quiet);
+    let options = Options {
+        threads: arguments.threads.or(head.threads),
+        precision: chosen.precision,
+        device: chosen.device.as_ref(),
+        skips: head.skips,
+        from: Some(&checkpoint),
+    };
+    let head = Head { every: arguments.checkpoint_every.unwrap_or(head.every), ..head.clone() };
+    let keeper = Keeper::new(&folder, &case, head, start);
+    let recorder = recorder(&case, &folder, arguments.vtu)?;
+    let film = (!arguments.no_report).then(|| Film::new(&case));
+    let mut follower = Follower { bar: &bar, film, recorder, keeper: Some(keeper) };
+    let run = simulation::run(&case, options, &interrupted, &mut follower);
+    bar.clear();
+    let run = run.map_err(|error| Failure::start(&file(&case), &error))?;
+    let wall = follower.keeper.as_ref().map_or(0.0, |keeper| keeper.spent(run.loop_seconds).wall);
+    let print = Print::of(arguments.json, arguments.quiet);
+    conclude(&case, run, &folder, follower, wall, print)
+}
+
+/// A run that has ended is no mistake; a folder without a run is.
+fn nothing_to_resume(folder: &Path, quiet: bool) -> Result<(), Failure> {
+    let summary = fs::read_to_string(folder.join("summary.json")).unwrap_or_default();
+    let summary: Value = serde_json::from_str(&summary).unwrap_or_default();
+    if summary["interrupted"] == false && summary["device_lost"].is_null() {
+        if !quiet {
+            screen::complain(&format!("note: {}: the run has ended; there is nothing to resume", folder.display()));
+        }
+        return Ok(());
+    }
+    Err(Failure::input(format!(
+        "error: {}\n  expected: a folder with a checkpoint, {CHECKPOINT}\n  found: none\n  \
+         help: `ripstop run CASE.json --checkpoint-every US` leaves them",
+        folder.display()
+    )))
+}

@@ -1,0 +1,75 @@
+//! When checkpoints are taken, and what becomes of the last one.
+
+use std::time::Instant;
+
+use ripstop::checkpoint::Keeper;
+use ripstop::output::{CHECKPOINT, Folder};
+use ripstop::simulation::{self, Watch};
+
+use super::*;
+
+/// Takes every checkpoint it is offered, and notes their times.
+struct Noted<'a> {
+    keeper: Keeper<'a>,
+    times: Vec<f64>,
+}
+
+impl Watch for Noted<'_> {
+    fn keeps(&self, time: f64, dt: f64) -> bool {
+        self.keeper.is_due(time, dt)
+    }
+
+    fn keep(&mut self, run: &dyn Kept, loop_seconds: f64) {
+        self.keeper.keep(run, loop_seconds).unwrap();
+        self.times.push(run.time());
+    }
+}
+
+#[test]
+fn no_more_than_an_interval_is_ever_lost() {
+    let (case, shelf) = (ply(), TempDir::new().unwrap());
+    let folder = Folder::prepare(shelf.path(), &case).unwrap();
+    let options = Options { threads: Some(1), ..Options::default() };
+    let every = 2.5e-6;
+    let keeper = Keeper::new(&folder, &case, Head::new(&case, &options, every), Instant::now());
+    let mut noted = Noted { keeper, times: vec![0.0] };
+    let run = simulation::run(&case, options, &false.into(), &mut noted).unwrap();
+    noted.times.push(run.history.last().unwrap().time);
+    assert_eq!(noted.times.len(), 1 + 14 + 1, "{:?}", noted.times);
+    for pair in noted.times.windows(2) {
+        assert!(pair[1] - pair[0] <= every + run.time_step, "{pair:?}");
+    }
+    // Each in place of the one before, under its name only.
+    let names: Vec<_> = std::fs::read_dir(shelf.path()).unwrap().map(|file| file.unwrap().file_name()).collect();
+    assert_eq!(names.len(), 2, "{names:?}");
+    let last = Checkpoint::open(&shelf.path().join(CHECKPOINT)).unwrap();
+    assert_eq!(last.head().time, noted.times[14]);
+}
+
+/// What is written to `/dev/full` meets a full disk.
+#[cfg(target_os = "linux")]
+#[test]
+fn the_last_good_checkpoint_survives_a_full_disk() {
+    let (case, shelf) = (ply(), TempDir::new().unwrap());
+    let folder = Folder::prepare(shelf.path(), &case).unwrap();
+    let head = Head::new(&case, &Options::default(), 1e-6);
+    let mut keeper = Keeper::new(&folder, &case, head, Instant::now());
+    let mut simulation = start::<f64>(&case);
+    let mut advance = || {
+        for _ in 0..20 {
+            simulation.advance(&case);
+        }
+        let step = simulation.state.step;
+        (keeper.keep(&simulation, 1.0), step)
+    };
+    let kept = || Checkpoint::open(&shelf.path().join(CHECKPOINT)).map(|last| last.head().step);
+    assert_eq!(advance(), (Ok(()), 20));
+    std::os::unix::fs::symlink("/dev/full", shelf.path().join(".checkpoint.bin.tmp")).unwrap();
+    let complaint = advance().0.unwrap_err();
+    assert!(complaint.contains("No space left on device"), "{complaint}");
+    assert!(complaint.contains("µs is still there"), "{complaint}");
+    assert_eq!(kept(), Ok(20));
+    // Room again.
+    assert_eq!(advance(), (Ok(()), 60));
+    assert_eq!(kept(), Ok(60));
+}

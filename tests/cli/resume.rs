@@ -1,0 +1,215 @@
+//! `--checkpoint-every` and `ripstop resume`.
+
+use super::*;
+use crate::kept::without_costs;
+use crate::support::Random;
+use ripstop::checkpoint::Checkpoint;
+
+/// Two plies that a projectile goes through in good time, for long enough to be killed often.
+fn long() -> Value {
+    let mut case = small_with("/pack/plies", json!(2));
+    case["solver"] = json!({"end_time_us": 600, "run_until": "end_time"});
+    case["output"] = json!({"history_interval_us": 0.9, "profile_times_us": [3, 77.7, 240]});
+    case
+}
+
+/// Every file of a finished run but for what it cost; `shot.svg` and the tables byte by byte.
+fn results(bench: &Bench, folder: &str) -> Vec<(String, String)> {
+    let text = |name: &String| {
+        let text = bench.text(&format!("{folder}/{name}"));
+        if name == "summary.json" { without_costs(serde_json::from_str(&text).unwrap()).to_string() } else { text }
+    };
+    let names = bench.names(folder);
+    let texts = names.iter().map(text).collect::<Vec<_>>();
+    names.into_iter().zip(texts).collect()
+}
+
+#[track_caller]
+fn equal(one: &[(String, String)], two: &[(String, String)]) {
+    for (one, two) in one.iter().zip(two) {
+        assert_eq!(one.0, two.0);
+        for (one_line, two_line) in one.1.lines().zip(two.1.lines()) {
+            assert_eq!(one_line, two_line, "{}", one.0);
+        }
+        assert!(one.1 == two.1, "{}", one.0);
+    }
+    assert_eq!(one.len(), two.len());
+}
+
+/// Waits until a file is there and another than before; the time from which it was.
+#[cfg(unix)]
+fn wait_for_another(path: &Path, before: Option<u64>) -> Option<u64> {
+    use std::os::unix::fs::MetadataExt;
+    let patience = Instant::now() + Duration::from_secs(60);
+    while Instant::now() < patience {
+        let now = path.metadata().ok().map(|file| file.ino());
+        if now.is_some() && now != before {
+            return now;
+        }
+        thread::sleep(Duration::from_millis(1));
+    }
+    panic!("{} does not change", path.display());
+}
+
+#[cfg(unix)]
+#[test]
+fn killed_at_20_random_moments_a_run_ends_as_if_nothing_had_been() {
+    let bench = Bench::new(&long());
+    assert_eq!(code(&bench.shoot(&["--out", "whole", "--quiet", "--threads", "2"])), 0);
+    let path = bench.path("out/shot/checkpoint.bin");
+    let run = ["run", "shot.json", "--backend", "cpu", "--quiet", "--checkpoint-every", "3", "--threads", "2"];
+    let resume = ["resume", "out/shot", "--quiet"];
+    let mut random = Random(11);
+    let (mut file, mut last) = (None, 0.0);
+    for kill in 0..20 {
+        let arguments = if kill == 0 { &run[..] } else { &resume };
+        let mut child = bench.command(arguments).spawn().unwrap();
+        wait_for_another(&path, file);
+        thread::sleep(Duration::from_micros(random.between(0.0, 4e3) as u64));
+        child.kill().unwrap(); // -9
+        let ended = child.wait().unwrap();
+        assert!(!ended.success(), "over before kill {kill}: take a longer run");
+        // Whatever was being written: what is there is whole, and further than the last time.
+        let head = Checkpoint::open(&path).unwrap_or_else(|e| panic!("{e}")).head().clone();
+        assert!(head.time > last, "{} after {last}", head.time);
+        last = head.time;
+        file = wait_for_another(&path, None);
+    }
+    let output = bench.ripstop(&["resume", "out/shot"]);
+    assert_eq!(code(&output), 0, "{}", stderr(&output));
+    assert!(stderr(&output).starts_with("note: goes on from "), "{}", stderr(&output));
+    equal(&results(&bench, "whole"), &results(&bench, "out/shot"));
+    let summary = bench.json("out/shot/summary.json");
+    assert!(summary["failed_yarns"]["warp"].as_u64() > Some(10), "{}", summary["failed_yarns"]);
+    // All parts together, as far as checkpoints knew of them.
+    let [wall, inner] = ["wall_s", "loop_s"].map(|key| summary[key].as_f64().unwrap());
+    assert!(wall > inner && inner > 0.0, "{wall} {inner}");
+}
+
+#[cfg(unix)]
+#[test]
+fn ctrl_c_leaves_a_checkpoint_of_that_very_step() {
+    let bench = Bench::new(&long());
+    assert_eq!(code(&bench.shoot(&["--out", "whole", "--quiet"])), 0);
+    let mut command = bench.command(&["run", "shot.json", "--backend", "cpu", "--checkpoint-every", "3"]);
+    let child = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+    let path = bench.path("out/shot/checkpoint.bin");
+    wait_for_another(&path, None);
+    let output = interrupt(child);
+    assert_eq!(code(&output), 130, "{}", stderr(&output));
+    assert!(stderr(&output).contains("help: `ripstop resume out/shot` goes on"), "{}", stderr(&output));
+    let summary = bench.json("out/shot/summary.json");
+    assert_eq!(summary["interrupted"], true);
+    let kept = Checkpoint::open(&path).unwrap().head().time;
+    assert_eq!(summary["time_us"].as_f64().unwrap(), kept * 1e6);
+    assert_eq!(code(&bench.ripstop(&["resume", "out/shot", "--quiet"])), 0);
+    equal(&results(&bench, "whole"), &results(&bench, "out/shot"));
+}
+
+#[test]
+fn a_run_that_ends_leaves_no_checkpoint_and_is_not_resumed() {
+    let bench = Bench::new(&small());
+    fs::create_dir_all(bench.path("out/shot")).unwrap();
+    for left in ["summary.json", "plies.csv", "checkpoint.bin", ".checkpoint.bin.tmp"] {
+        fs::write(bench.path("out/shot").join(left), "of an earlier run").unwrap();
+    }
+    let output = bench.shoot(&["--checkpoint-every", "1"]);
+    assert_eq!(code(&output), 0, "{}", stderr(&output));
+    assert!(stderr(&output).contains("note: out/shot holds a checkpoint, which this run replaces"));
+    let files = ["case.json", "events.csv", "history.csv", "shot.svg", "summary.json"];
+    assert_eq!(bench.names("out/shot"), files);
+    assert_eq!(bench.json("out/shot/summary.json")["checkpoint_failed"], Value::Null);
+    let before = bench.text("out/shot/summary.json");
+    let output = bench.ripstop(&["resume", "out/shot"]);
+    assert_eq!(code(&output), 0);
+    assert_eq!(stderr(&output), "note: out/shot: the run has ended; there is nothing to resume\n");
+    assert_eq!(bench.text("out/shot/summary.json"), before);
+    // What checkpoints cost is no result.
+    assert_eq!(code(&bench.shoot(&["--out", "plain", "--quiet"])), 0);
+    equal(&results(&bench, "plain"), &results(&bench, "out/shot"));
+}
+
+/// A folder with a checkpoint, as a killed run leaves it.
+#[cfg(unix)]
+fn killed() -> Bench {
+    let bench = Bench::new(&long());
+    let mut child =
+        bench.command(&["run", "shot.json", "--backend", "cpu", "--quiet", "--checkpoint-every", "3"]).spawn().unwrap();
+    wait_for_another(&bench.path("out/shot/checkpoint.bin"), None);
+    child.kill().unwrap();
+    child.wait().unwrap();
+    bench
+}
+
+#[cfg(unix)]
+#[test]
+fn what_is_not_the_checkpoint_of_this_run_is_2_and_says_why() {
+    let bench = killed();
+    let path = bench.path("out/shot/checkpoint.bin");
+    let whole = fs::read(&path).unwrap();
+    let flipped = |at: usize, bit: u8| {
+        let mut bytes = whole.clone();
+        bytes[at] ^= bit;
+        bytes
+    };
+    let shot = bench.text("out/shot/case.json");
+    let changed = shot.replacen("\"velocity_m_s\": 600", "\"velocity_m_s\": 601", 1);
+    let renamed = shot.replacen("a small shot", "another name", 1);
+    assert!(changed != shot && renamed != shot);
+    let cases: [(&[u8], &str, [&str; 2]); 7] = [
+        (b"something else", &shot, ["expected: a checkpoint of ripstop", "another kind of file"]),
+        (&flipped(8, 2), &shot, ["expected: a checkpoint of format 1", "format 3"]),
+        (&flipped(whole.len() / 2, 1), &shot, ["whose checksum holds", "damaged or cut short"]),
+        (&whole[..whole.len() - 20], &shot, ["whose checksum holds", "damaged or cut short"]),
+        (&whole, &changed, ["the case that the run began with", "help: undo the change"]),
+        (&whole, "{", ["out/shot/case.json", "line 1, column"]),
+        (b"", &shot, ["expected: a checkpoint of ripstop", "another kind of file"]),
+    ];
+    for (checkpoint, case, parts) in cases {
+        fs::write(&path, checkpoint).unwrap();
+        fs::write(bench.path("out/shot/case.json"), case).unwrap();
+        let output = bench.ripstop(&["resume", "out/shot"]);
+        let message = stderr(&output);
+        assert_eq!(code(&output), 2, "{message}");
+        assert_eq!(message.matches("error: ").count(), 1, "{message}");
+        parts.iter().for_each(|part| assert!(message.contains(part), "{part} in {message}"));
+        assert!(output.stdout.is_empty());
+        // Nothing was touched.
+        assert!(fs::read(&path).unwrap() == checkpoint);
+    }
+    // Words do not make another case.
+    fs::write(&path, &whole).unwrap();
+    fs::write(bench.path("out/shot/case.json"), renamed).unwrap();
+    assert_eq!(code(&bench.ripstop(&["resume", "out/shot", "--quiet"])), 0);
+}
+
+#[test]
+fn a_folder_without_a_run_and_an_interval_that_is_none_are_2() {
+    let bench = Bench::new(&small());
+    let output = bench.ripstop(&["resume", "."]);
+    assert_eq!(code(&output), 2);
+    assert!(stderr(&output).contains("expected: a folder with a checkpoint, checkpoint.bin"), "{}", stderr(&output));
+    assert_eq!(code(&bench.ripstop(&["resume", "nowhere"])), 2);
+    for interval in ["0", "-1", "nan", "inf", "often"] {
+        let output = bench.shoot(&[&format!("--checkpoint-every={interval}")]);
+        assert_eq!(code(&output), 2);
+        assert!(stderr(&output).contains("expected a time above 0 in µs"), "{}", stderr(&output));
+    }
+    assert_eq!(bench.names("."), ["shot.json"]);
+}
+
+/// What is written to `/dev/full` meets a full disk.
+#[cfg(target_os = "linux")]
+#[test]
+fn a_full_disk_is_told_and_the_run_goes_on() {
+    let bench = Bench::new(&small());
+    fs::create_dir_all(bench.path("out/shot")).unwrap();
+    std::os::unix::fs::symlink("/dev/full", bench.path("out/shot/.checkpoint.bin.tmp")).unwrap();
+    let output = bench.shoot(&["--checkpoint-every", "2", "--json"]);
+    assert_eq!(code(&output), 0, "{}", stderr(&output));
+    let told = "No space left on device (os error 28); there is none so far";
+    assert!(stderr(&output).contains("warning: no checkpoint at ") && stderr(&output).contains(told));
+    let summary = bench.json("out/shot/summary.json");
+    assert!(summary["checkpoint_failed"].as_str().unwrap().contains(told), "{}", summary["checkpoint_failed"]);
+    assert_eq!(summary["outcome"], "running");
+}

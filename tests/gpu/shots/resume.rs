@@ -1,0 +1,97 @@
+//! Runs that go on from a checkpoint.
+
+use std::fs::File;
+use std::path::PathBuf;
+
+use ripstop::case::Case;
+use ripstop::checkpoint::{Checkpoint, CheckpointError, Fault, Head, Kept};
+use ripstop::gpu::{Device, Simulation};
+use ripstop::simulation::{self, Options, Run, RunError, Watch};
+use tempfile::TempDir;
+
+use super::{Outcome, Tests, sound};
+use crate::kept::{pack, ply, result};
+use crate::support::Random;
+
+pub(super) const TESTS: Tests = &[
+    ("one_ply_goes_on_bit_by_bit_from_14_random_times", |device| resumes_equal(device, &ply(), 14, 21)),
+    ("a_pack_goes_on_bit_by_bit_from_6_random_times", |device| resumes_equal(device, &pack(), 6, 22)),
+    ("what_does_not_fit_is_refused", refused),
+];
+
+/// Keeps a run at given times [s], ascending.
+struct Shelf {
+    folder: TempDir,
+    head: Head,
+    times: Vec<f64>,
+    kept: Vec<PathBuf>,
+}
+
+impl Shelf {
+    fn new(case: &Case, options: &Options<'_>, times: Vec<f64>) -> Self {
+        Self { folder: TempDir::new().unwrap(), head: Head::new(case, options, 1e-6), times, kept: Vec::new() }
+    }
+}
+
+impl Watch for Shelf {
+    fn keeps(&self, time: f64, _: f64) -> bool {
+        self.times.get(self.kept.len()).is_some_and(|due| time >= *due)
+    }
+
+    fn keep(&mut self, run: &dyn Kept, _: f64) {
+        let path = self.folder.path().join(self.kept.len().to_string());
+        run.save(&self.head, &mut File::create(&path).unwrap()).unwrap();
+        self.kept.push(path);
+    }
+}
+
+fn options(device: &Device) -> Options<'_> {
+    Options { threads: Some(1), device: Some(device), ..Options::default() }
+}
+
+fn run(case: &Case, options: Options<'_>, watch: &mut dyn Watch) -> Run {
+    let run = simulation::run(case, options, &false.into(), watch);
+    sound(case, run.unwrap_or_else(|e| panic!("{}: {e}", case.name)))
+}
+
+fn resumes_equal(device: &'static Device, case: &Case, count: usize, seed: u64) -> Outcome {
+    let mut random = Random(seed);
+    let mut times: Vec<f64> = (0..count).map(|_| random.between(0.0, case.solver.end_time)).collect();
+    times.sort_by(f64::total_cmp);
+    let mut shelf = Shelf::new(case, &options(device), times);
+    let whole = result(case, &run(case, options(device), &mut ()));
+    assert!(whole.iter().any(|row| row.starts_with("FailureEvent")), "nothing has failed");
+    // To keep a run changes nothing.
+    assert_eq!(result(case, &run(case, options(device), &mut shelf)), whole);
+    assert_eq!(shelf.kept.len(), count);
+    for path in &shelf.kept {
+        let checkpoint = Checkpoint::open(path).unwrap_or_else(|e| panic!("{e}"));
+        let resumed = result(case, &run(case, Options { from: Some(&checkpoint), ..options(device) }, &mut ()));
+        for (one, two) in whole.iter().zip(&resumed) {
+            assert_eq!(one, two, "from step {}", checkpoint.head().step);
+        }
+        assert_eq!(whole.len(), resumed.len());
+    }
+    Ok(())
+}
+
+fn refused(device: &'static Device) -> Outcome {
+    let case = ply();
+    let mut shelf = Shelf::new(&case, &options(device), vec![5e-6]);
+    run(&case, options(device), &mut shelf);
+    let checkpoint = Checkpoint::open(&shelf.kept[0]).map_err(|e| e.to_string())?;
+    let fault = |result: Result<Run, RunError>| match result {
+        Err(RunError::Checkpoint(CheckpointError { fault, .. })) => fault,
+        other => panic!("{:?}", other.map(drop)),
+    };
+    let from = |case: &Case, options: Options<'_>| {
+        let options = Options { from: Some(&checkpoint), ..options };
+        fault(simulation::run(case, options, &false.into(), &mut ()))
+    };
+    assert!(matches!(from(&case, Options::default()), Fault::Backend(_)));
+    assert!(matches!(from(&pack(), options(device)), Fault::Case { .. }));
+    // Behind the fingerprint, sizes are looked at too.
+    let unfit = Simulation::resume(&pack(), device, &checkpoint).map(drop);
+    assert!(matches!(unfit, Err(RunError::Checkpoint(CheckpointError { fault: Fault::Contents(_), .. }))));
+    Ok(())
+}
