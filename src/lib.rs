@@ -22,7 +22,7 @@
 //!   [`profile`] measures deflection and waves. Whoever wants to follow a run implements [`simulation::Watch`] and gets
 //!   progress and [`frame`]s, the whole scene at one time.
 //! - [`warnings`] says what makes a result less certain than it looks: numbered, each with its threshold.
-//! - [`output`] writes files and checks expectations; [`verify`] is the built-in verification table,
+//! - [`output`] writes files, [`output::report`] the page among them, and checks expectations; [`verify`] is the built-in verification table,
 //!   [`bench`] measures run time against error.
 //!
 //! # What always holds

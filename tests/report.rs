@@ -31,6 +31,11 @@ const PARTS: [&str; 12] = [
     "machine",
 ];
 
+/// What makes a run another one.
+type Change = fn(&mut Run);
+/// A sign of trust, how to give it a value, and values that are fine, to be looked at, and bad.
+type Ladder = (&'static str, fn(&mut Shot, f64), [f64; 3]);
+
 struct Shot {
     case: Case,
     run: Run,
@@ -124,7 +129,7 @@ fn the_verdict_of_each_outcome_comes_first() {
 
 #[test]
 fn a_run_that_broke_off_says_so_before_anything_else() {
-    let break_off: [(&str, fn(&mut Run)); 3] = [
+    let break_off: [(&str, Change); 3] = [
         ("unstable", |run| {
             run.trouble =
                 Some(Trouble { step: 7, kernel: "node_update", quantity: "v = NaN".into(), place: [0, 3, 5] });
@@ -154,7 +159,7 @@ fn a_run_that_broke_off_says_so_before_anything_else() {
 
 #[test]
 fn every_level_of_trust_can_be_reached() {
-    let set: [(&str, fn(&mut Shot, f64), [f64; 3]); 7] = [
+    let set: [Ladder; 7] = [
         ("energy error", |s, x| s.run.energy_error = x, [1e-15, 1e-3, 0.03]),
         ("momentum error", |s, x| s.run.momentum_error = x, [1e-15, 1e-3, f64::NAN]),
         ("hourglass / internal energy", |s, x| s.run.hourglass_fraction = x, [0.05, 0.06, 0.3]),
