@@ -166,8 +166,8 @@ fn every_level_of_trust_can_be_reached() {
         ("penetration", |s, x| s.run.max_penetration = x, [0.5e-3, 0.7e-3, 3e-3]),
         (
             "Newton unconverged",
-            |s, x| s.run.newton.unconverged = (x * s.run.element_steps_computed as f64).ceil() as u64,
-            [0.0, 1e-9, 0.1],
+            |s, x| (s.run.element_steps_computed, s.run.newton.unconverged) = (1_000_000_000, x as u64),
+            [0.0, 1.0, 1e6],
         ),
         ("end of the run", |s, x| s.run.interrupted = x > 1.0, [0.0, 0.0, 2.0]),
         ("penetration of plies", |s, x| (s.run.plies, s.run.max_ply_penetration) = (2, x), [0.2e-3, 0.5e-3, 7e-3]),
@@ -273,7 +273,11 @@ fn the_film_shows_what_is_there() {
     let deepest = last.displacement.iter().map(|u| u[2]).fold(0.0, f32::max);
     let row = shot.run.history.last().unwrap();
     // The history counts standing fabric only.
-    assert!(f64::from(deepest) >= row.deflection - 1e-6 && deepest < 0.01, "{deepest} {}", row.deflection);
+    assert!(
+        f64::from(deepest) >= row.deflection - 1e-6 && f64::from(deepest) < 2.0 * row.deflection,
+        "{deepest} {}",
+        row.deflection
+    );
     let broken = |yarn: usize| last.tension.iter().filter(|cell| cell[yarn].is_none()).count() as u64;
     assert_eq!([broken(0), broken(1)], row.failed);
     // A yarn breaks at its modulus times failure strain times cross-section; shear adds little.
