@@ -23,8 +23,8 @@
 //!   progress and [`frame`]s, the whole scene at one time.
 //! - [`checkpoint`] writes a run down between two steps, and lets it go on from there to the same bits.
 //! - [`warnings`] says what makes a result less certain than it looks: numbered, each with its threshold.
-//! - [`output`] writes files and checks expectations; [`verify`] is the built-in verification table, [`validate`] holds published numbers against
-//!   what is computed, [`bench`] measures run time against error.
+//! - [`output`] writes files, [`output::report`] the page among them, and checks expectations; [`verify`] is the built-in verification
+//!   table, [`validate`] holds published numbers against what is computed, [`bench`] measures run time against error.
 //!
 //! # What always holds
 //!

@@ -31,6 +31,11 @@ const PARTS: [&str; 12] = [
     "machine",
 ];
 
+/// What makes a run another one.
+type Change = fn(&mut Run);
+/// A sign of trust, how to give it a value, and values that are fine, to be looked at, and bad.
+type Ladder = (&'static str, fn(&mut Shot, f64), [f64; 3]);
+
 struct Shot {
     case: Case,
     run: Run,
@@ -124,7 +129,7 @@ fn the_verdict_of_each_outcome_comes_first() {
 
 #[test]
 fn a_run_that_broke_off_says_so_before_anything_else() {
-    let break_off: [(&str, fn(&mut Run)); 3] = [
+    let break_off: [(&str, Change); 3] = [
         ("unstable", |run| {
             run.trouble =
                 Some(Trouble { step: 7, kernel: "node_update", quantity: "v = NaN".into(), place: [0, 3, 5] });
@@ -154,15 +159,15 @@ fn a_run_that_broke_off_says_so_before_anything_else() {
 
 #[test]
 fn every_level_of_trust_can_be_reached() {
-    let set: [(&str, fn(&mut Shot, f64), [f64; 3]); 7] = [
+    let set: [Ladder; 7] = [
         ("energy error", |s, x| s.run.energy_error = x, [1e-15, 1e-3, 0.03]),
         ("momentum error", |s, x| s.run.momentum_error = x, [1e-15, 1e-3, f64::NAN]),
         ("hourglass / internal energy", |s, x| s.run.hourglass_fraction = x, [0.05, 0.06, 0.3]),
         ("penetration", |s, x| s.run.max_penetration = x, [0.5e-3, 0.7e-3, 3e-3]),
         (
             "Newton unconverged",
-            |s, x| s.run.newton.unconverged = (x * s.run.element_steps_computed as f64).ceil() as u64,
-            [0.0, 1e-9, 0.1],
+            |s, x| (s.run.element_steps_computed, s.run.newton.unconverged) = (1_000_000_000, x as u64),
+            [0.0, 1.0, 1e6],
         ),
         ("end of the run", |s, x| s.run.interrupted = x > 1.0, [0.0, 0.0, 2.0]),
         ("penetration of plies", |s, x| (s.run.plies, s.run.max_ply_penetration) = (2, x), [0.2e-3, 0.5e-3, 7e-3]),
@@ -268,7 +273,11 @@ fn the_film_shows_what_is_there() {
     let deepest = last.displacement.iter().map(|u| u[2]).fold(0.0, f32::max);
     let row = shot.run.history.last().unwrap();
     // The history counts standing fabric only.
-    assert!(f64::from(deepest) >= row.deflection - 1e-6 && deepest < 0.01, "{deepest} {}", row.deflection);
+    assert!(
+        f64::from(deepest) >= row.deflection - 1e-6 && f64::from(deepest) < 2.0 * row.deflection,
+        "{deepest} {}",
+        row.deflection
+    );
     let broken = |yarn: usize| last.tension.iter().filter(|cell| cell[yarn].is_none()).count() as u64;
     assert_eq!([broken(0), broken(1)], row.failed);
     // A yarn breaks at its modulus times failure strain times cross-section; shear adds little.
