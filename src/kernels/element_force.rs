@@ -37,7 +37,7 @@ pub const STRETCH_FLOOR: f64 = 0.3;
 /// Cosine of the shear angle below which the plane of the yarns is no longer resolved.
 pub const COSINE_FLOOR: f64 = 1e-3;
 
-/// Constants of the element kernel.
+/// Constants of the element kernel; lengths are those of the finest elements.
 #[derive(Clone, Copy, Debug)]
 pub struct ElementConstants<R> {
     /// Unit cell.
@@ -75,6 +75,46 @@ impl<S: Scalar> ElementConstants<S> {
     }
 }
 
+/// What of the constants depends on an element's size; as in [`ElementConstants`].
+#[derive(Clone, Copy)]
+struct Size<R> {
+    gradient: [R; 2],
+    membrane: [R; 2],
+    half_length: [R; 2],
+    hourglass: [R; 2],
+    cells: R,
+    area: R,
+}
+
+impl<R: Real> Size<R> {
+    /// Elements of the finest length, as high as `height` of the finest.
+    #[inline(always)]
+    fn of_row(c: &ElementConstants<R>, height: f64) -> Self {
+        let (size, per_size) = (c.area.with(height), c.area.with(1.0 / height));
+        Self {
+            gradient: [c.gradient[0], c.gradient[1] * per_size],
+            membrane: [c.membrane[0] * size, c.membrane[1]],
+            half_length: [c.half_length[0] * size, c.half_length[1]],
+            hourglass: [c.hourglass[0] * size, c.hourglass[1] * per_size],
+            cells: c.cells * size,
+            area: c.area * size,
+        }
+    }
+
+    /// The same for elements as long as `width` of the finest.
+    #[inline(always)]
+    fn of_columns(&self, width: R, per_width: R) -> Self {
+        Self {
+            gradient: [self.gradient[0] * per_width, self.gradient[1]],
+            membrane: [self.membrane[0], self.membrane[1] * width],
+            half_length: [self.half_length[0], self.half_length[1] * width],
+            hourglass: [self.hourglass[0] * per_width, self.hourglass[1] * width],
+            cells: self.cells * width,
+            area: self.area * width,
+        }
+    }
+}
+
 /// Node rows below and above a row of elements, and the row's own storage.
 pub struct ElementRow<'a, S> {
     /// Displacement x, y, z then velocity x, y, z of the row of nodes below.
@@ -83,6 +123,12 @@ pub struct ElementRow<'a, S> {
     pub above: [&'a [S]; 6],
     /// Element fields; column c is stored at c + 1 so that node c finds its left neighbour at c.
     pub element: [&'a mut [S]; field::COUNT],
+    /// Height of the row, over that of a row of the finest elements [-].
+    pub height: f64,
+    /// Lengths of the elements along X over the finest, and 1 over that [-].
+    pub width: &'a [S],
+    /// See `width`.
+    pub per_width: &'a [S],
 }
 
 /// What of the kernel a step needs.
@@ -168,7 +214,7 @@ fn differences<R: Real>(corner: &[R; 4]) -> [R; 3] {
 }
 
 #[inline(always)]
-fn kinematics<R: Real>(c: &ElementConstants<R>, dx: &Vector<R>, dy: &Vector<R>) -> Kinematics<R> {
+fn kinematics<R: Real>(c: &Size<R>, dx: &Vector<R>, dy: &Vector<R>) -> Kinematics<R> {
     let n = c.area;
     let one = n.one();
     let two = n.with(2.0);
@@ -194,13 +240,7 @@ fn kinematics<R: Real>(c: &ElementConstants<R>, dx: &Vector<R>, dy: &Vector<R>) 
 
 /// P1·Ly/2 and P2·Lx/2 [N] from in-plane yarn forces and shear resultant.
 #[inline(always)]
-fn membrane<R: Real>(
-    c: &ElementConstants<R>,
-    k: &Kinematics<R>,
-    pull: &[R; 2],
-    q: R,
-    shear: bool,
-) -> (Vector<R>, Vector<R>) {
+fn membrane<R: Real>(c: &Size<R>, k: &Kinematics<R>, pull: &[R; 2], q: R, shear: bool) -> (Vector<R>, Vector<R>) {
     let [e1, e2] = k.direction;
     let (n1, n2) = (pull[0] * c.membrane[0], pull[1] * c.membrane[1]);
     if !shear {
@@ -221,12 +261,19 @@ fn membrane<R: Real>(
 
 /// Energy of one element [J]: yarns, crossover compression, shear.
 #[inline(always)]
-fn stored_energy<R: Real>(c: &ElementConstants<R>, tension: &[R; 2], strain: &[R; 2], force: R, shear: R) -> R {
+fn stored_energy<R: Real>(
+    cell: &CellConstants<R>,
+    size: &Size<R>,
+    tension: &[R; 2],
+    strain: &[R; 2],
+    force: R,
+    shear: R,
+) -> R {
     let yarn = each!(i in 2 => {
-        let y = &c.cell.yarn[i];
+        let y = &cell.yarn[i];
         tension[i] * strain[i] * y.half_span * (tension[i].one() + y.crimp)
     });
-    c.cells * (yarn[0] + yarn[1] + crossover::compression_energy(&c.cell, force)) + c.area * shear
+    size.cells * (yarn[0] + yarn[1] + crossover::compression_energy(cell, force)) + size.area * shear
 }
 
 /// A field of the nodes at the corners of elements from `column` on, counter-clockwise.
@@ -253,6 +300,7 @@ pub fn element_force<R: Real, L: LawKernel>(
     let n = c.area;
     let zero = n.zero();
     let half_dt = n.with(0.5 * dt);
+    let tall = Size::of_row(c, row.height);
     let mut work = Tally::default();
     let mut stored = Tally::default();
     let mut hourglass = Tally::default();
@@ -264,7 +312,8 @@ pub fn element_force<R: Real, L: LawKernel>(
         let at = column + 1;
         let [ux, uy, uz] = each!(f in 3 => differences(&corners(n, row, f, column)));
         let [vx, vy, vz] = each!(f in 3 => differences(&corners(n, row, 3 + f, column)));
-        let k = kinematics(c, &[ux[0], uy[0], uz[0]], &[ux[1], uy[1], uz[1]]);
+        let size = tall.of_columns(n.load(row.width, column), n.load(row.per_width, column));
+        let k = kinematics(&size, &[ux[0], uy[0], uz[0]], &[ux[1], uy[1], uz[1]]);
 
         let half = n.with(0.5);
         let was_alive = each!(i in 2 => half.lt(n.load(row.element[field::ALIVE + i], at)));
@@ -284,7 +333,7 @@ pub fn element_force<R: Real, L: LawKernel>(
         let gamma = if shear { shear::arc_sine(k.sine) } else { zero };
         let trellis = if shear { shear::resultant(&c.shear, gamma) } else { zero };
         let q = R::select(both_left, trellis, zero);
-        let (warp, weft) = membrane(c, &k, &pull, q, shear);
+        let (warp, weft) = membrane(&size, &k, &pull, q, shear);
 
         // Work done on the element between the last positions and these (trapezoid), and the new forces.
         let mut power = zero;
@@ -300,7 +349,7 @@ pub fn element_force<R: Real, L: LawKernel>(
         }
         work.add(half_dt * power, column);
 
-        let stiffness = c.hourglass[0] + c.hourglass[1];
+        let stiffness = size.hourglass[0] + size.hourglass[1];
         let quarter = n.with(0.25);
         let mode = [quarter * ux[2], quarter * uy[2], quarter * uz[2]];
         let kh = R::select(both_left, stiffness, zero);
@@ -321,12 +370,12 @@ pub fn element_force<R: Real, L: LawKernel>(
             let shear_energy = if shear { shear::energy(&c.shear, gamma) } else { zero };
             let shear_before = R::select(both, shear_energy, zero);
             let tension = each!(i in 2 => R::select(was_alive[i], cell.tension[i], zero));
-            let before = stored_energy(c, &tension, &cell.strain, cell.force, shear_before);
+            let before = stored_energy(&c.cell, &size, &tension, &cell.strain, cell.force, shear_before);
             let left = each!(i in 2 => R::select(alive[i], free[i], zero));
-            let after = stored_energy(c, &left, &free_strain, zero, zero);
+            let after = stored_energy(&c.cell, &size, &left, &free_strain, zero, zero);
             // Forces that break in this step never act, so the last half step's work on them was not done either.
             let intact = each!(i in 2 => R::select(was_alive[i], cell.in_plane[i], zero));
-            let (warp_intact, weft_intact) = membrane(c, &k, &intact, R::select(both, trellis, zero), shear);
+            let (warp_intact, weft_intact) = membrane(&size, &k, &intact, R::select(both, trellis, zero), shear);
             let mut undone = zero;
             for a in 0..3 {
                 undone = undone + (warp_intact[a] - warp[a]) * v[a][0] + (weft_intact[a] - weft[a]) * v[a][1];
@@ -358,7 +407,7 @@ pub fn element_force<R: Real, L: LawKernel>(
             let force = R::select(both_left, cell.force, zero);
             let shear_energy = if shear { shear::energy(&c.shear, gamma) } else { zero };
             let shear_energy = R::select(both_left, shear_energy, zero);
-            let energy = stored_energy(c, &tension, &strain, force, shear_energy);
+            let energy = stored_energy(&c.cell, &size, &tension, &strain, force, shear_energy);
             stored.add(R::select(any, energy, zero), column);
             hourglass.add(R::select(any, half * kh * dot(&mode, &mode), zero), column);
             largest = largest.max(tension[0].max(tension[1]));

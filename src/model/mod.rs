@@ -4,6 +4,7 @@
 
 pub mod grid;
 mod layup;
+mod lines;
 pub mod mesh;
 pub mod over;
 pub mod pretension;

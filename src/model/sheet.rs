@@ -30,12 +30,36 @@ pub struct Sheet<S> {
     pub thickness: f64,
     /// How the sides are held.
     pub edges: Edges,
-    /// Masses by kind of row (first, inner, last), shape (3, node stride).
-    pub mass: [RowMasses<S>; 3],
+    /// Masses by kind of row (first, inner, last), shape (3, node stride); of a graded mesh by row.
+    pub mass: Vec<RowMasses<S>>,
+    /// Sizes of the elements of a row, shape (node stride,).
+    pub columns: Columns<S>,
     /// Uniform initial stretch.
     pub initial: InitialStretch,
     /// Initial velocity of free nodes in the ply's axes [m/s].
     pub initial_velocity: [f64; 3],
+}
+
+/// Lengths of elements along X over the finest [-], and 1 over that; shape (node stride,), 1 beyond the last.
+#[derive(Clone, Debug)]
+pub struct Columns<S> {
+    /// [-]
+    pub width: Vec<S>,
+    /// [-]
+    pub per_width: Vec<S>,
+}
+
+impl<S: Scalar> Columns<S> {
+    fn new(mesh: &Mesh) -> Self {
+        let mut width = vec![S::splat(1.0); Grid::node_stride(mesh.columns)];
+        let mut per_width = width.clone();
+        for column in 0..mesh.columns {
+            let [x, _] = mesh.widths(0, column);
+            width[column] = S::splat(x);
+            per_width[column] = S::splat(1.0 / x);
+        }
+        Self { width, per_width }
+    }
 }
 
 /// Masses of one kind of row, shape (node stride,).
@@ -65,7 +89,11 @@ impl<S: Scalar> Sheet<S> {
         Ok(Self {
             bound: StepBound::new(length, fabric.areal_density, &element),
             initial: crate::with_law!(law, L => pretension::solve::<L>(pack, &cell)?),
-            mass: [0, 1, 2].map(|kind| row_masses(&mesh, fabric.areal_density, &edges, kind)),
+            mass: row_kinds(&mesh)
+                .into_iter()
+                .map(|row| row_masses(&mesh, fabric.areal_density, &edges, row))
+                .collect(),
+            columns: Columns::new(&mesh),
             initial_velocity: mesh.to_ply(layer.initial_velocity),
             has_shear: fabric.shear.is_some(),
             present: [fabric.warp.present, fabric.weft.present],
@@ -85,14 +113,14 @@ impl<S: Scalar> Sheet<S> {
         let [a, b, _] = self.cell.compression;
         let yarns: f64 = self.cell.yarn.iter().map(|y| y.stiffness * y.half_span).sum();
         let pressed = if a > 0.0 { b.powi(3) / a.powi(2) } else { 0.0 };
-        let crossovers = self.element.cells * self.mesh.elements() as f64;
+        let crossovers = self.element.cells * self.mesh.finest_elements();
         crossovers * S::EPSILON * (yarns * S::EPSILON + pressed)
     }
 
     /// Masses of a row of nodes.
     pub fn row_mass(&self, row: usize) -> &RowMasses<S> {
         let kind = if row == 0 { 0 } else { 1 + usize::from(row == self.mesh.rows) };
-        &self.mass[kind]
+        &self.mass[if self.mass.len() > KINDS { row } else { kind }]
     }
 
     /// Element constants in the precision of a kernel.
@@ -138,19 +166,30 @@ fn element_constants(
     }
 }
 
-/// Masses of the first (0), an inner (1) or the last (2) row of nodes.
-fn row_masses<S: Scalar>(mesh: &Mesh, areal_density: f64, edges: &Edges, kind: usize) -> RowMasses<S> {
-    let across = if kind == 1 { 1.0 } else { 0.5 };
-    let row_edge = match kind {
+/// First, inner, last.
+const KINDS: usize = 3;
+
+/// A row of each kind of rows of nodes; of a mesh with rows of different heights every row.
+fn row_kinds(mesh: &Mesh) -> Vec<usize> {
+    if mesh.is_graded() && mesh.rows >= KINDS {
+        return (0..=mesh.rows).collect();
+    }
+    vec![0, mesh.rows / 2, mesh.rows]
+}
+
+/// Masses of a row of nodes.
+fn row_masses<S: Scalar>(mesh: &Mesh, areal_density: f64, edges: &Edges, row: usize) -> RowMasses<S> {
+    let across = mesh.share(1, row);
+    let row_edge = match row {
         0 => Some(edges.bottom),
-        2 => Some(edges.top),
+        r if r == mesh.rows => Some(edges.top),
         _ => None,
     };
     let stride = Grid::node_stride(mesh.columns);
     let mut out =
         RowMasses { inverse: std::array::from_fn(|_| vec![S::splat(0.0); stride]), mass: vec![S::splat(0.0); stride] };
     for column in 0..=mesh.columns {
-        let along = if column == 0 || column == mesh.columns { 0.5 } else { 1.0 };
+        let along = mesh.share(0, column);
         let mass = areal_density * mesh.length[0] * mesh.length[1] * along * across;
         let column_edge = match column {
             0 => Some(edges.left),

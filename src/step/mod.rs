@@ -211,20 +211,24 @@ impl<S: Scalar> Stepper<S> {
         let length = state.elements.row_length();
         let all = state.step == 0;
         let work = |(index, (storage, totals)): (usize, (&mut [S], &mut ElementTotals))| {
-            let (ply, row) = grid.element_row(index);
-            let mesh = &model.sheet(ply).mesh;
+            let (ply, in_ply) = grid.element_row(index);
+            let sheet = model.sheet(ply);
+            let mesh = &sheet.mesh;
             // The first step computes everything, so that yarn heights at rest are those the unit cell finds.
             let [rows, columns] = if all { [0..mesh.rows, 0..mesh.columns] } else { reach[ply].elements(mesh) };
             totals.clear();
-            if !rows.contains(&row) {
+            if !rows.contains(&in_ply) {
                 return;
             }
             totals.computed = columns.len();
-            let below = grid.first_node_row(ply) + row;
+            let below = grid.first_node_row(ply) + in_ply;
             let mut row = ElementRow {
                 below: split(nodes.row(below), nodes.stride),
                 above: split(nodes.row(below + 1), nodes.stride),
                 element: split_mut(storage, stride),
+                height: mesh.widths(in_ply, 0)[1],
+                width: &sheet.columns.width,
+                per_width: &sheet.columns.per_width,
             };
             self.kernels[model.plies[ply].sheet].elements(&mut row, columns, dt, sample, totals);
         };
