@@ -6,6 +6,7 @@ mod cli;
 mod conservation;
 mod contact;
 mod element;
+mod graded;
 mod packs;
 mod scene;
 mod shaders;

@@ -188,6 +188,7 @@ fn pack(
         element_length_y,
         crossovers_per_element,
         grading,
+        regularisation: scope.word("regularisation")?,
         edges,
         pretension: pretension.iter().any(Option::is_some).then_some(pretension),
         initial_velocity,

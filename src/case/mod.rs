@@ -214,6 +214,8 @@ pub struct Pack {
     pub crossovers_per_element: u32,
     /// How elements grow away from the hit; `None`: they are alike.
     pub grading: Option<Grading>,
+    /// What larger elements do to keep the outcome.
+    pub regularisation: Regularisation,
     /// Boundary conditions.
     pub edges: Edges,
     /// Initial membrane force per reference length [N/m] along warp and weft; `None` holds that stretch at 1.
@@ -222,6 +224,15 @@ pub struct Pack {
     pub initial_velocity: [f64; 3],
     /// Initial sine deflection, if any.
     pub initial_deflection: Option<InitialDeflection>,
+}
+
+/// What meshes coarser than one crossover per element do to keep its outcome.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Regularisation {
+    /// Elements of several crossovers fail at a lower strain, those of a graded mesh are viscous away from the hit.
+    Calibrated,
+    /// Nothing.
+    None,
 }
 
 /// Consecutive plies that are alike.

@@ -5,7 +5,9 @@ use std::f64::consts::PI;
 use super::fields::{Key, Kind, Unit, above, key, number, within, word};
 use super::pointer::index;
 use super::words::{ShapeWord, Word};
-use super::{Along, Edge, Law, MembraneForce, Motion, Rotation, RunUntil, ShearModulus, Symmetry, UnitCell};
+use super::{
+    Along, Edge, Law, MembraneForce, Motion, Regularisation, Rotation, RunUntil, ShearModulus, Symmetry, UnitCell,
+};
 
 const NONE: Unit = Unit::new("", 1.0, 1.0);
 const RAD: Unit = Unit::new("rad", 1.0, 1.0);
@@ -134,6 +136,13 @@ static PACK: &[Key] = &[
         "Elements that grow away from the hit; \"graded\" is an object without keys.",
     )
     .default_word("none", "elements are alike"),
+    word(
+        "regularisation",
+        Regularisation::WORDS,
+        "What elements larger than one crossover do to keep the outcome: they fail at a lower strain, in a graded mesh \
+        they are viscous.",
+    )
+    .default_word("calibrated", "measured on S-720; elements of one crossover are not concerned"),
     number(
         "spacing_mm",
         MM,
@@ -171,9 +180,9 @@ static GRADING: &[Key] = &[
     )
     .derived("four radii of the projectile, and as far as a yawed tail swings out"),
     number("growth", NONE, within(1.0, 2.0), "Largest ratio of the lengths of neighbouring elements.")
-        .default(1.15, "measured: see the documentation"),
+        .default(1.15, "measured: smaller ones keep the outcome no better"),
     key("coarsest", Kind::Whole(1, 64), "Crossovers along a side of the largest elements.")
-        .default(8.0, "measured: see the documentation"),
+        .default(8.0, "measured: larger ones save little"),
 ];
 
 static LAYER: &[Key] = &[

@@ -129,6 +129,8 @@ pub struct ElementRow<'a, S> {
     pub width: &'a [S],
     /// See `width`.
     pub per_width: &'a [S],
+    /// Viscosity along X of each element and along Y of the row, over the stiffness [s]; `None`: an even mesh has none.
+    pub viscosity: Option<(&'a [S], f64)>,
 }
 
 /// What of the kernel a step needs.
@@ -259,6 +261,29 @@ fn membrane<R: Real>(c: &Size<R>, k: &Kinematics<R>, pull: &[R; 2], q: R, shear:
     )
 }
 
+/// Viscous forces of warp and weft [N]: stiffness times `viscosity` [s] times the rate of stretch along the yarn. `v`: differences of
+/// velocities over the element.
+#[inline(always)]
+fn drag<R: Real>(
+    c: &ElementConstants<R>,
+    size: &Size<R>,
+    k: &Kinematics<R>,
+    v: [&[R; 3]; 3],
+    viscosity: [R; 2],
+) -> [R; 2] {
+    each!(i in 2 => {
+        let e = &k.direction[i];
+        let rate = (e[0] * v[0][i] + e[1] * v[1][i] + e[2] * v[2][i]) * size.gradient[i];
+        c.cell.yarn[i].stiffness * viscosity[i] * rate
+    })
+}
+
+/// In-plane force of a yarn with its viscous force: none where it is slack, and never one that pushes.
+#[inline(always)]
+fn viscous<R: Real>(force: R, drag: R) -> R {
+    R::select(drag.abs().le(drag.zero()) | force.le(drag.zero()), force, (force + drag).max(drag.zero()))
+}
+
 /// Energy of one element [J]: yarns, crossover compression, shear.
 #[inline(always)]
 fn stored_energy<R: Real>(
@@ -328,7 +353,12 @@ pub fn element_force<R: Real, L: LawKernel>(
         let any_failed = failed[0] | failed[1];
         let free_strain = each!(i in 2 => c.cell.yarn[i].straight(k.stretch[i]).max(zero));
         let free = each!(i in 2 => c.cell.yarn[i].stiffness * free_strain[i]);
-        let pull = each!(i in 2 => R::select(alive[i], R::select(both_left, cell.in_plane[i], free[i]), zero));
+        let drag = match row.viscosity {
+            Some((along, across)) => drag(c, &size, &k, [&vx, &vy, &vz], [n.load(along, column), n.with(across)]),
+            None => [zero; 2],
+        };
+        let pull = each!(i in 2 => R::select(both_left, cell.in_plane[i], free[i]));
+        let pull = each!(i in 2 => R::select(alive[i], viscous(pull[i], drag[i]), zero));
 
         let gamma = if shear { shear::arc_sine(k.sine) } else { zero };
         let trellis = if shear { shear::resultant(&c.shear, gamma) } else { zero };
@@ -374,7 +404,7 @@ pub fn element_force<R: Real, L: LawKernel>(
             let left = each!(i in 2 => R::select(alive[i], free[i], zero));
             let after = stored_energy(&c.cell, &size, &left, &free_strain, zero, zero);
             // Forces that break in this step never act, so the last half step's work on them was not done either.
-            let intact = each!(i in 2 => R::select(was_alive[i], cell.in_plane[i], zero));
+            let intact = each!(i in 2 => R::select(was_alive[i], viscous(cell.in_plane[i], drag[i]), zero));
             let (warp_intact, weft_intact) = membrane(&size, &k, &intact, R::select(both, trellis, zero), shear);
             let mut undone = zero;
             for a in 0..3 {

@@ -1,7 +1,8 @@
 //! A sheet: everything that plies of one fabric, laid and held alike, share.
 
-use super::{Grid, InitialStretch, Mesh, MirrorPlanes, ModelError, StepBound, pretension};
-use crate::case::{Case, Edge, Edges, Fabric, Layer, UnitCell};
+use super::{Columns, Grid, InitialStretch, Mesh, MirrorPlanes, ModelError, StepBound, pretension, regularisation};
+use crate::case::{Case, Edge, Edges, Fabric, Layer, Regularisation, UnitCell};
+use crate::kernels::cell_constants::NEVER;
 use crate::kernels::crossover::{CellConstants, LawKernel, Variant};
 use crate::kernels::element_force::ElementConstants;
 use crate::kernels::shear::ShearConstants;
@@ -32,34 +33,12 @@ pub struct Sheet<S> {
     pub edges: Edges,
     /// Masses by kind of row (first, inner, last), shape (3, node stride); of a graded mesh by row.
     pub mass: Vec<RowMasses<S>>,
-    /// Sizes of the elements of a row, shape (node stride,).
+    /// Sizes of the elements of a row.
     pub columns: Columns<S>,
     /// Uniform initial stretch.
     pub initial: InitialStretch,
     /// Initial velocity of free nodes in the ply's axes [m/s].
     pub initial_velocity: [f64; 3],
-}
-
-/// Lengths of elements along X over the finest [-], and 1 over that; shape (node stride,), 1 beyond the last.
-#[derive(Clone, Debug)]
-pub struct Columns<S> {
-    /// [-]
-    pub width: Vec<S>,
-    /// [-]
-    pub per_width: Vec<S>,
-}
-
-impl<S: Scalar> Columns<S> {
-    fn new(mesh: &Mesh) -> Self {
-        let mut width = vec![S::splat(1.0); Grid::node_stride(mesh.columns)];
-        let mut per_width = width.clone();
-        for column in 0..mesh.columns {
-            let [x, _] = mesh.widths(0, column);
-            width[column] = S::splat(x);
-            per_width[column] = S::splat(1.0 / x);
-        }
-        Self { width, per_width }
-    }
 }
 
 /// Masses of one kind of row, shape (node stride,).
@@ -82,7 +61,12 @@ impl<S: Scalar> Sheet<S> {
         if !along_axes && [left, right, bottom, top].contains(&Edge::Roller) {
             return Err(ModelError::TurnedRoller { degrees: layer.orientation.to_degrees() });
         }
-        let cell = CellConstants { joint: case.solver.unit_cell == UnitCell::Joint, ..CellConstants::new(fabric) };
+        let mut cell = CellConstants { joint: case.solver.unit_cell == UnitCell::Joint, ..CellConstants::new(fabric) };
+        if pack.regularisation == Regularisation::Calibrated {
+            for yarn in cell.yarn.iter_mut().filter(|yarn| yarn.failure_strain < NEVER) {
+                yarn.failure_strain *= regularisation::strain_factor(f64::from(pack.crossovers_per_element));
+            }
+        }
         let element = element_constants(fabric, length, case.solver.hourglass, &cell);
         let law = Variant::of(&fabric.crossover);
         let edges = MirrorPlanes::edges(&mesh, layer.edges);
@@ -93,7 +77,7 @@ impl<S: Scalar> Sheet<S> {
                 .into_iter()
                 .map(|row| row_masses(&mesh, fabric.areal_density, &edges, row))
                 .collect(),
-            columns: Columns::new(&mesh),
+            columns: Columns::new(&mesh, viscosity(case, layer, &cell)),
             initial_velocity: mesh.to_ply(layer.initial_velocity),
             has_shear: fabric.shear.is_some(),
             present: [fabric.warp.present, fabric.weft.present],
@@ -164,6 +148,20 @@ fn element_constants(
         cells: lx / (2.0 * w1) * (ly / (2.0 * w2)),
         area: lx * ly,
     }
+}
+
+/// Viscosity of elements twice the finest, over the stiffness, along warp and weft [s].
+fn viscosity(case: &Case, layer: &Layer, cell: &CellConstants<f64>) -> [f64; 2] {
+    let Some(grading) = layer.grading.filter(|_| case.pack.regularisation == Regularisation::Calibrated) else {
+        return [0.0; 2];
+    };
+    let length = [layer.element_length_x, layer.element_length_y];
+    [0, 1].map(|i| {
+        let stiffness = cell.yarn[i].stiffness / (2.0 * cell.yarn[1 - i].half_span);
+        // Time that a wave takes over the finest element.
+        let period = if stiffness > 0.0 { length[i] * (layer.fabric.areal_density / stiffness).sqrt() } else { 0.0 };
+        regularisation::viscosity(grading.growth) * period
+    })
 }
 
 /// First, inner, last.

@@ -229,6 +229,7 @@ impl<S: Scalar> Stepper<S> {
                 height: mesh.widths(in_ply, 0)[1],
                 width: &sheet.columns.width,
                 per_width: &sheet.columns.per_width,
+                viscosity: sheet.columns.viscosity(in_ply),
             };
             self.kernels[model.plies[ply].sheet].elements(&mut row, columns, dt, sample, totals);
         };

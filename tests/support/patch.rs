@@ -128,6 +128,7 @@ impl<S: Scalar> Patch<S> {
                 height: sheet.mesh.widths(row, 0)[1],
                 width: &sheet.columns.width,
                 per_width: &sheet.columns.per_width,
+                viscosity: sheet.columns.viscosity(row),
             };
             with_law!(sheet.law, L => {
                 let c = sheet.constants::<S, L>();
