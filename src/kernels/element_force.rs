@@ -11,6 +11,7 @@
 use std::ops::Range;
 
 use crate::kernels::crossover::{self, CellConstants, LawKernel};
+use crate::kernels::element_size::Size;
 use crate::kernels::shear::{self, ShearConstants};
 use crate::number::{Mask, Real, Scalar, each};
 use crate::tally::Tally;
@@ -71,46 +72,6 @@ impl<S: Scalar> ElementConstants<S> {
             hourglass: self.hourglass.map(all),
             cells: all(self.cells),
             area: all(self.area),
-        }
-    }
-}
-
-/// What of the constants depends on an element's size; as in [`ElementConstants`].
-#[derive(Clone, Copy)]
-struct Size<R> {
-    gradient: [R; 2],
-    membrane: [R; 2],
-    half_length: [R; 2],
-    hourglass: [R; 2],
-    cells: R,
-    area: R,
-}
-
-impl<R: Real> Size<R> {
-    /// Elements of the finest length, as high as `height` of the finest.
-    #[inline(always)]
-    fn of_row(c: &ElementConstants<R>, height: f64) -> Self {
-        let (size, per_size) = (c.area.with(height), c.area.with(1.0 / height));
-        Self {
-            gradient: [c.gradient[0], c.gradient[1] * per_size],
-            membrane: [c.membrane[0] * size, c.membrane[1]],
-            half_length: [c.half_length[0] * size, c.half_length[1]],
-            hourglass: [c.hourglass[0] * size, c.hourglass[1] * per_size],
-            cells: c.cells * size,
-            area: c.area * size,
-        }
-    }
-
-    /// The same for elements as long as `width` of the finest.
-    #[inline(always)]
-    fn of_columns(&self, width: R, per_width: R) -> Self {
-        Self {
-            gradient: [self.gradient[0] * per_width, self.gradient[1]],
-            membrane: [self.membrane[0], self.membrane[1] * width],
-            half_length: [self.half_length[0], self.half_length[1] * width],
-            hourglass: [self.hourglass[0] * per_width, self.hourglass[1] * width],
-            cells: self.cells * width,
-            area: self.area * width,
         }
     }
 }
@@ -358,7 +319,8 @@ pub fn element_force<R: Real, L: LawKernel>(
             None => [zero; 2],
         };
         let pull = each!(i in 2 => R::select(both_left, cell.in_plane[i], free[i]));
-        let pull = each!(i in 2 => R::select(alive[i], viscous(pull[i], drag[i]), zero));
+        let pull = if row.viscosity.is_some() { each!(i in 2 => viscous(pull[i], drag[i])) } else { pull };
+        let pull = each!(i in 2 => R::select(alive[i], pull[i], zero));
 
         let gamma = if shear { shear::arc_sine(k.sine) } else { zero };
         let trellis = if shear { shear::resultant(&c.shear, gamma) } else { zero };

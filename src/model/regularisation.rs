@@ -1,4 +1,4 @@
-//! What meshes coarser than one crossover per element need to keep the outcome of that mesh, for which the published failure strain holds.
+//! What meshes coarser than one crossover per element need to keep its outcome: the published failure strain belongs to it.
 //!
 //! **Even meshes of n crossovers per element.** Beyond the projectile's edge the strain of a yarn decays from its peak to that of
 //! the fabric around. An element knows only the mean over its length and would let the yarn live too long. With a peak of which the
@@ -10,13 +10,13 @@
 //!
 //! so an element of n crossovers fails at f(n) times the published strain. a and ℓ are read from the membrane force along the
 //! struck yarn of the S-720 shot, one crossover per element, just before its first failure: means over 2, 4 and 8
-//! crossovers beyond the edge are 0.95, 0.88 and 0.79 of the peak; f gives 0.96, 0.89 and 0.80. It knows nothing of where nodes meet the projectile: elements
-//! must be less than half as long as that is wide.
+//! crossovers beyond the edge are 0.95, 0.88 and 0.79 of the peak; f gives 0.96, 0.89 and 0.80. It knows nothing of how few nodes
+//! meet the projectile, which makes the fabric too soft once elements are more than half as long as that is wide.
 //!
 //! **Graded meshes.** Waves shorter than two elements cannot go on, so larger elements send what is short back to
 //! the hit, where it piles up until yarns break too early. Those elements are viscous along the yarn, T = EA (ε + η dε/dt): η is
-//! [`VISCOSITY`] times the logarithm of the growth (so that a wave loses as much where elements grow slowly, and are many) times the
-//! time a wave takes over the element, and comes in over the first [`RAMP`] of growth. Elements of the finest size have none. The work done
+//! 0.07 times the logarithm of the growth (so that a wave loses as much where elements grow slowly, and are many) times the
+//! time a wave takes over the element, and comes in over the first 0.3 of growth. Elements of the finest size have none. The work done
 //! by it counts as internal work.
 
 /// Part a of the peak strain that decays away from the projectile [-].
