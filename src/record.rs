@@ -123,7 +123,7 @@ impl Record {
     pub(crate) fn fits<S: Scalar>(&self, model: &Model<S>) -> bool {
         let place = |event: &FailureEvent| {
             let ply = event.ply as usize;
-            let mesh = (ply < model.plies.len()).then(|| model.sheet(ply).mesh);
+            let mesh = (ply < model.plies.len()).then(|| &model.sheet(ply).mesh);
             mesh.is_some_and(|mesh| (event.i as usize) < mesh.columns && (event.j as usize) < mesh.rows)
                 && event.yarn < 2
         };

@@ -7,6 +7,7 @@ mod cli;
 mod conservation;
 mod contact;
 mod element;
+mod graded;
 mod kept;
 mod packs;
 mod report;

@@ -7,10 +7,10 @@ use super::record::Record;
 use super::scope::{Choice, Scope};
 use super::words::Word;
 use super::{
-    Case, Compression, Crossover, Edge, Edges, Fabric, InitialDeflection, MembraneForce, Output, Pack, Shear, Solver,
-    Yarn,
+    Case, Compression, Crossover, Edge, Edges, Fabric, InitialDeflection, MembraneForce, Output, Pack, Projectile,
+    Shear, Solver, Yarn,
 };
-use super::{expect, layup, limits, projectile};
+use super::{expect, grading, layup, limits, projectile};
 
 /// A case from its document, fabric inlined and changes applied; `as_run` and the names are the caller's.
 pub(super) fn case(map: &Map<String, Value>) -> Result<Case, CaseError> {
@@ -18,8 +18,8 @@ pub(super) fn case(map: &Map<String, Value>) -> Result<Case, CaseError> {
     let root = Scope::root(&record, map)?;
     let title = root.text("title")?;
     let fabric = fabric(&root.object("fabric")?, &record)?;
-    let pack = pack(&root.object("pack")?, &fabric, &record)?;
     let projectile = root.object_if_given("projectile")?.map(|scope| projectile::read(&scope)).transpose()?;
+    let pack = pack(&root.object("pack")?, &fabric, projectile.as_ref(), &record)?;
     let solver = solver(&root.object("solver")?)?;
     let output = output(&root.object("output")?)?;
     let expect = root.quiet_items("expect")?.iter().map(expect::read).collect::<Result<_, _>>()?;
@@ -147,7 +147,12 @@ fn thickness_and_shear(scope: &Scope<'_>, record: &Record) -> Result<(f64, Optio
     Ok((thickness, Some(shear)))
 }
 
-fn pack(scope: &Scope<'_>, fabric: &Fabric, record: &Record) -> Result<Pack, CaseError> {
+fn pack(
+    scope: &Scope<'_>,
+    fabric: &Fabric,
+    projectile: Option<&Projectile>,
+    record: &Record,
+) -> Result<Pack, CaseError> {
     let size = [scope.number("width_mm")?, scope.number("height_mm")?];
     let edges = edges(scope)?;
     let crossovers_per_element = scope.whole("crossovers_per_element")?;
@@ -157,7 +162,7 @@ fn pack(scope: &Scope<'_>, fabric: &Fabric, record: &Record) -> Result<Pack, Cas
     let initial_velocity = scope.vector("initial_velocity_m_s")?;
     let initial_deflection = scope.object_if_given("initial_deflection")?;
     let common = layup::Common { fabric, size, crossovers_per_element, edges, initial_velocity };
-    let layup = layup::read(scope, &common, record)?;
+    let mut layup = layup::read(scope, &common, record)?;
     let plies = layup::plies(scope, &layup)?;
     let spacing = scope.number_if_given("spacing_mm")?;
     match spacing {
@@ -166,6 +171,11 @@ fn pack(scope: &Scope<'_>, fabric: &Fabric, record: &Record) -> Result<Pack, Cas
             scope.derive("spacing_mm", fabric.thickness, record.is_assumed("/fabric/thickness_mm"))?;
         }
         None => layup::derive_spacing(scope, &layup, record)?,
+    }
+    let depth = f64::from(plies - 1) * spacing.unwrap_or_else(|| layup::thickest(&layup, fabric));
+    let grading = grading::read(scope, projectile, crossovers_per_element)?.map(|g| g.through(depth, projectile));
+    for layer in &mut layup {
+        layer.grading = grading;
     }
     Ok(Pack {
         plies,
@@ -177,6 +187,8 @@ fn pack(scope: &Scope<'_>, fabric: &Fabric, record: &Record) -> Result<Pack, Cas
         element_length_x,
         element_length_y,
         crossovers_per_element,
+        grading,
+        regularisation: scope.word("regularisation")?,
         edges,
         pretension: pretension.iter().any(Option::is_some).then_some(pretension),
         initial_velocity,

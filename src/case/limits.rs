@@ -70,7 +70,8 @@ fn times(case: &Case) -> Result<(), CaseError> {
 }
 
 fn elements(case: &Case) -> Result<(), CaseError> {
-    let of_layer = |layer: &Layer| f64::from(layer.plies) * layer.columns as f64 * layer.rows as f64;
+    let of_layer =
+        |layer: &Layer| f64::from(layer.plies) * layer.counts().into_iter().map(|n| n as f64).product::<f64>();
     let count: f64 = case.layers().iter().map(of_layer).sum();
     if count <= MAX_ELEMENTS {
         return Ok(());
@@ -106,7 +107,7 @@ fn steps(case: &Case) -> Result<(), CaseError> {
 fn memory_needed(case: &Case) -> f64 {
     let contact = if case.pack.plies > 1 { CONTACT_BYTES } else { 0.0 };
     let of_layer = |layer: &Layer| {
-        let [columns, rows] = [layer.columns as f64, layer.rows as f64];
+        let [columns, rows] = layer.counts().map(|count| count as f64);
         f64::from(layer.plies) * (columns * rows * ELEMENT_BYTES + (columns + 1.0) * (rows + 1.0) * contact)
     };
     let rows = case.solver.end_time / case.output.history_interval + 2.0;

@@ -12,6 +12,7 @@ mod error;
 mod expect;
 mod fabric_file;
 mod fields;
+mod grading;
 mod json;
 mod layup;
 mod limits;
@@ -31,6 +32,7 @@ mod words;
 
 pub use error::CaseError;
 pub use fabric_file::builtin_fabric;
+pub use grading::Grading;
 pub use read::{from_str, read};
 pub(crate) use report::mesh;
 pub use report::report;
@@ -81,6 +83,7 @@ impl Case {
             rows: pack.rows,
             element_length_x: pack.element_length_x,
             element_length_y: pack.element_length_y,
+            grading: pack.grading,
         }])
     }
 
@@ -210,16 +213,20 @@ pub struct Pack {
     pub friction: f64,
     /// The plies in groups from the struck side, where they are not all of the case's fabric, laid alike; else empty.
     pub layup: Vec<Layer>,
-    /// Elements along warp (X); the asked width rounded to whole elements.
+    /// Elements of the finest size along warp (X); the asked width rounded to whole elements.
     pub columns: usize,
-    /// Elements along weft (Y).
+    /// Elements of the finest size along weft (Y).
     pub rows: usize,
-    /// Undeformed element length along warp [m].
+    /// Undeformed length along warp of the finest elements [m].
     pub element_length_x: f64,
-    /// Undeformed element length along weft [m].
+    /// Undeformed length along weft of the finest elements [m].
     pub element_length_y: f64,
-    /// Crossovers along each side of one element.
+    /// Crossovers along each side of an element of the finest size.
     pub crossovers_per_element: u32,
+    /// How elements grow away from the hit; `None`: they are alike.
+    pub grading: Option<Grading>,
+    /// What larger elements do to keep the outcome.
+    pub regularisation: Regularisation,
     /// Boundary conditions.
     pub edges: Edges,
     /// Initial membrane force per reference length [N/m] along warp and weft; `None` holds that stretch at 1.
@@ -228,6 +235,15 @@ pub struct Pack {
     pub initial_velocity: [f64; 3],
     /// Initial sine deflection, if any.
     pub initial_deflection: Option<InitialDeflection>,
+}
+
+/// What meshes coarser than one crossover per element do to keep its outcome.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Regularisation {
+    /// Elements of several crossovers fail at a lower strain, those of a graded mesh are viscous away from the hit.
+    Calibrated,
+    /// Nothing.
+    None,
 }
 
 /// Consecutive plies that are alike.
@@ -243,14 +259,16 @@ pub struct Layer {
     pub edges: Edges,
     /// Initial velocity of every free node, in the pack's axes [m/s].
     pub initial_velocity: [f64; 3],
-    /// Elements along warp.
+    /// Elements of the finest size along warp.
     pub columns: usize,
-    /// Elements along weft.
+    /// Elements of the finest size along weft.
     pub rows: usize,
-    /// Undeformed element length along warp [m].
+    /// Undeformed length along warp of the finest elements [m].
     pub element_length_x: f64,
-    /// Undeformed element length along weft [m].
+    /// Undeformed length along weft of the finest elements [m].
     pub element_length_y: f64,
+    /// How elements grow away from the hit; `None`: they are alike.
+    pub grading: Option<Grading>,
 }
 
 /// w = amplitude · sin(m π X/width) · sin(n π Y/height); 0 half waves along a direction: constant there.

@@ -288,6 +288,11 @@ impl<'a> Scope<'a> {
         self.given(name).and_then(Value::as_object).map(|map| self.below(key, Some(map))).transpose()
     }
 
+    /// The defaults of an object's keys, where a word stands for them.
+    pub(super) fn defaults(&self, name: &str) -> Result<Self, CaseError> {
+        self.below(self.key(name)?, None)
+    }
+
     pub(super) fn choice(&self, name: &str) -> Result<Choice<'a>, CaseError> {
         let (key, value) = self.take(name)?;
         match value.as_deref().and_then(Value::as_str) {

@@ -5,7 +5,9 @@ use std::f64::consts::PI;
 use super::fields::{Key, Kind, Unit, above, key, number, within, word};
 use super::pointer::index;
 use super::words::{ShapeWord, Word};
-use super::{Along, Edge, Law, MembraneForce, Motion, Rotation, RunUntil, ShearModulus, Symmetry, UnitCell};
+use super::{
+    Along, Edge, Law, MembraneForce, Motion, Regularisation, Rotation, RunUntil, ShearModulus, Symmetry, UnitCell,
+};
 
 const NONE: Unit = Unit::new("", 1.0, 1.0);
 const RAD: Unit = Unit::new("rad", 1.0, 1.0);
@@ -128,6 +130,19 @@ static PACK: &[Key] = &[
         .default_word("clamped", "a fixed frame, as in the paper"),
     key("crossovers_per_element", Kind::Whole(1, 64), "Crossovers along each side of an element.")
         .default(1.0, "the paper: one element per crossover"),
+    key(
+        "mesh_grading",
+        Kind::WordOrObject(&["none", "graded"], GRADING),
+        "Elements that grow away from the hit; \"graded\" is an object without keys.",
+    )
+    .default_word("none", "elements are alike"),
+    word(
+        "regularisation",
+        Regularisation::WORDS,
+        "What elements larger than one crossover do to keep the outcome: they fail at a lower strain, in a graded mesh \
+        they are viscous.",
+    )
+    .default_word("calibrated", "measured on S-720; elements of one crossover are not concerned"),
     number(
         "spacing_mm",
         MM,
@@ -153,6 +168,21 @@ static PACK: &[Key] = &[
         "The plies in groups of consecutive ones, from the struck side, where they are not all alike.",
     )
     .optional(""),
+];
+
+static GRADING: &[Key] = &[
+    number(
+        "fine_radius_mm",
+        MM,
+        within(0.0, 1e5),
+        "Up to this distance from the projectile's way through the pack, along warp and weft, elements have \
+        crossovers_per_element.",
+    )
+    .derived("four radii of the projectile, and as far as a yawed tail swings out"),
+    number("growth", NONE, within(1.0, 2.0), "Largest ratio of the lengths of neighbouring elements.")
+        .default(1.15, "measured: smaller ones keep the outcome no better"),
+    key("coarsest", Kind::Whole(1, 64), "Crossovers along a side of the largest elements.")
+        .default(8.0, "measured: larger ones save little"),
 ];
 
 static LAYER: &[Key] = &[
@@ -381,7 +411,7 @@ mod tests {
 
     /// Cases that together give every key, or have it by default.
     const EVERY_KEY: &[&str] = &[
-        r#""pack": {"width_mm": 9, "height_mm": 9, "spacing_mm": 1, "edges": {}, "initial_deflection":
+        r#""pack": {"width_mm": 9, "height_mm": 9, "spacing_mm": 1, "edges": {}, "mesh_grading": {}, "initial_deflection":
             {"amplitude_mm": 1, "warp_half_waves": 1, "weft_half_waves": 1}},
             "projectile": {"shape": "cone", "diameter_mm": 5, "length_mm": 9, "mass_g": 1, "velocity_m_s": 9}"#,
         // The fabric of the group is the case's.

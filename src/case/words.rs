@@ -1,6 +1,8 @@
 //! The words of the case file and what they stand for.
 
-use super::{Along, Edge, Law, MembraneForce, Motion, Rotation, RunUntil, ShearModulus, Symmetry, UnitCell};
+use super::{
+    Along, Edge, Law, MembraneForce, Motion, Regularisation, Rotation, RunUntil, ShearModulus, Symmetry, UnitCell,
+};
 
 /// A choice that the case file names by a word.
 pub(crate) trait Word: Copy + Sized + 'static {
@@ -42,6 +44,7 @@ words! {
     Rotation { "free" => Free, "locked" => Locked }
     Symmetry { "auto" => Auto, "none" => None }
     UnitCell { "joint" => Joint, "bracketed" => Bracketed }
+    Regularisation { "calibrated" => Calibrated, "none" => None }
     RunUntil { "outcome" => Outcome, "end_time" => EndTime }
     ShapeWord {
         "cylinder" => Cylinder, "sphere" => Sphere, "cone" => Cone, "ogive" => Ogive, "fragment" => Fragment, "bar" => Bar

@@ -113,7 +113,7 @@ impl<'a> Stepper<'a> {
     /// Pipelines and buffers for a model; the state is not there yet.
     ///
     /// # Errors
-    /// When the device cannot hold the case, or refuses a pipeline.
+    /// When the device cannot hold the case, or refuses a pipeline; and for a graded mesh.
     pub fn new(device: &'a Device, model: &Model<f32>) -> Result<Self, DeviceError> {
         Self::with_sources(device, model, &Kernel::source)
     }
@@ -127,6 +127,9 @@ impl<'a> Stepper<'a> {
         model: &Model<f32>,
         source: &dyn Fn(&Kernel) -> String,
     ) -> Result<Self, DeviceError> {
+        if model.sheets.iter().any(|sheet| sheet.mesh.is_graded()) {
+            return Err(DeviceError::Graded);
+        }
         let sizes = Sizes::new(model);
         sizes.check(&device.limits(), device.name())?;
         let memory = device.inner.push_error_scope(wgpu::ErrorFilter::OutOfMemory);

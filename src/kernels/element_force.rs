@@ -11,6 +11,7 @@
 use std::ops::Range;
 
 use crate::kernels::crossover::{self, CellConstants, LawKernel};
+use crate::kernels::element_size::Size;
 use crate::kernels::shear::{self, ShearConstants};
 use crate::number::{Mask, Real, Scalar, each};
 use crate::tally::Tally;
@@ -37,7 +38,7 @@ pub const STRETCH_FLOOR: f64 = 0.3;
 /// Cosine of the shear angle below which the plane of the yarns is no longer resolved.
 pub const COSINE_FLOOR: f64 = 1e-3;
 
-/// Constants of the element kernel.
+/// Constants of the element kernel; lengths are those of the finest elements.
 #[derive(Clone, Copy, Debug)]
 pub struct ElementConstants<R> {
     /// Unit cell.
@@ -83,6 +84,14 @@ pub struct ElementRow<'a, S> {
     pub above: [&'a [S]; 6],
     /// Element fields; column c is stored at c + 1 so that node c finds its left neighbour at c.
     pub element: [&'a mut [S]; field::COUNT],
+    /// Height of the row, over that of a row of the finest elements [-].
+    pub height: f64,
+    /// Lengths of the elements along X over the finest, and 1 over that [-].
+    pub width: &'a [S],
+    /// See `width`.
+    pub per_width: &'a [S],
+    /// Viscosity along X of each element and along Y of the row, over the stiffness [s]; `None`: an even mesh has none.
+    pub viscosity: Option<(&'a [S], f64)>,
 }
 
 /// What of the kernel a step needs.
@@ -172,7 +181,7 @@ pub(crate) fn differences<R: Real>(corner: &[R; 4]) -> [R; 3] {
 
 /// Kinematics of an element from the sums of its edge differences along X and Y [m].
 #[inline(always)]
-pub(crate) fn kinematics<R: Real>(c: &ElementConstants<R>, dx: &Vector<R>, dy: &Vector<R>) -> Kinematics<R> {
+pub(crate) fn kinematics<R: Real>(c: &Size<R>, dx: &Vector<R>, dy: &Vector<R>) -> Kinematics<R> {
     let n = c.area;
     let one = n.one();
     let two = n.with(2.0);
@@ -201,13 +210,7 @@ pub(crate) fn kinematics<R: Real>(c: &ElementConstants<R>, dx: &Vector<R>, dy: &
 
 /// P1·Ly/2 and P2·Lx/2 [N] from in-plane yarn forces and shear resultant.
 #[inline(always)]
-fn membrane<R: Real>(
-    c: &ElementConstants<R>,
-    k: &Kinematics<R>,
-    pull: &[R; 2],
-    q: R,
-    shear: bool,
-) -> (Vector<R>, Vector<R>) {
+fn membrane<R: Real>(c: &Size<R>, k: &Kinematics<R>, pull: &[R; 2], q: R, shear: bool) -> (Vector<R>, Vector<R>) {
     let [e1, e2] = k.direction;
     let (n1, n2) = (pull[0] * c.membrane[0], pull[1] * c.membrane[1]);
     if !shear {
@@ -226,14 +229,44 @@ fn membrane<R: Real>(
     )
 }
 
+/// Viscous forces of warp and weft [N]: stiffness times `viscosity` [s] times the rate of stretch along the yarn. `v`: differences of
+/// velocities over the element.
+#[inline(always)]
+fn drag<R: Real>(
+    c: &ElementConstants<R>,
+    size: &Size<R>,
+    k: &Kinematics<R>,
+    v: [&[R; 3]; 3],
+    viscosity: [R; 2],
+) -> [R; 2] {
+    each!(i in 2 => {
+        let e = &k.direction[i];
+        let rate = (e[0] * v[0][i] + e[1] * v[1][i] + e[2] * v[2][i]) * size.gradient[i];
+        c.cell.yarn[i].stiffness * viscosity[i] * rate
+    })
+}
+
+/// In-plane force of a yarn with its viscous force: none where it is slack, and never one that pushes.
+#[inline(always)]
+fn viscous<R: Real>(force: R, drag: R) -> R {
+    R::select(drag.abs().le(drag.zero()) | force.le(drag.zero()), force, (force + drag).max(drag.zero()))
+}
+
 /// Energy of one element [J]: yarns, crossover compression, shear.
 #[inline(always)]
-fn stored_energy<R: Real>(c: &ElementConstants<R>, tension: &[R; 2], strain: &[R; 2], force: R, shear: R) -> R {
+fn stored_energy<R: Real>(
+    cell: &CellConstants<R>,
+    size: &Size<R>,
+    tension: &[R; 2],
+    strain: &[R; 2],
+    force: R,
+    shear: R,
+) -> R {
     let yarn = each!(i in 2 => {
-        let y = &c.cell.yarn[i];
+        let y = &cell.yarn[i];
         tension[i] * strain[i] * y.half_span * (tension[i].one() + y.crimp)
     });
-    c.cells * (yarn[0] + yarn[1] + crossover::compression_energy(&c.cell, force)) + c.area * shear
+    size.cells * (yarn[0] + yarn[1] + crossover::compression_energy(cell, force)) + size.area * shear
 }
 
 /// A field of the nodes at the corners of elements from `column` on, counter-clockwise.
@@ -260,6 +293,7 @@ pub fn element_force<R: Real, L: LawKernel>(
     let n = c.area;
     let zero = n.zero();
     let half_dt = n.with(0.5 * dt);
+    let tall = Size::of_row(c, row.height);
     let mut work = Tally::default();
     let mut stored = Tally::default();
     let mut hourglass = Tally::default();
@@ -271,7 +305,8 @@ pub fn element_force<R: Real, L: LawKernel>(
         let at = column + 1;
         let [ux, uy, uz] = each!(f in 3 => differences(&corners(n, row, f, column)));
         let [vx, vy, vz] = each!(f in 3 => differences(&corners(n, row, 3 + f, column)));
-        let k = kinematics(c, &[ux[0], uy[0], uz[0]], &[ux[1], uy[1], uz[1]]);
+        let size = tall.of_columns(n.load(row.width, column), n.load(row.per_width, column));
+        let k = kinematics(&size, &[ux[0], uy[0], uz[0]], &[ux[1], uy[1], uz[1]]);
 
         let half = n.with(0.5);
         let was_alive = each!(i in 2 => half.lt(n.load(row.element[field::ALIVE + i], at)));
@@ -286,12 +321,18 @@ pub fn element_force<R: Real, L: LawKernel>(
         let any_failed = failed[0] | failed[1];
         let free_strain = each!(i in 2 => c.cell.yarn[i].straight(k.stretch[i]).max(zero));
         let free = each!(i in 2 => c.cell.yarn[i].stiffness * free_strain[i]);
-        let pull = each!(i in 2 => R::select(alive[i], R::select(both_left, cell.in_plane[i], free[i]), zero));
+        let drag = match row.viscosity {
+            Some((along, across)) => drag(c, &size, &k, [&vx, &vy, &vz], [n.load(along, column), n.with(across)]),
+            None => [zero; 2],
+        };
+        let pull = each!(i in 2 => R::select(both_left, cell.in_plane[i], free[i]));
+        let pull = if row.viscosity.is_some() { each!(i in 2 => viscous(pull[i], drag[i])) } else { pull };
+        let pull = each!(i in 2 => R::select(alive[i], pull[i], zero));
 
         let gamma = if shear { shear::arc_sine(k.sine) } else { zero };
         let trellis = if shear { shear::resultant(&c.shear, gamma) } else { zero };
         let q = R::select(both_left, trellis, zero);
-        let (warp, weft) = membrane(c, &k, &pull, q, shear);
+        let (warp, weft) = membrane(&size, &k, &pull, q, shear);
 
         // Work done on the element between the last positions and these (trapezoid), and the new forces.
         let mut power = zero;
@@ -307,7 +348,7 @@ pub fn element_force<R: Real, L: LawKernel>(
         }
         work.add(half_dt * power, column);
 
-        let stiffness = c.hourglass[0] + c.hourglass[1];
+        let stiffness = size.hourglass[0] + size.hourglass[1];
         let quarter = n.with(0.25);
         let mode = [quarter * ux[2], quarter * uy[2], quarter * uz[2]];
         let kh = R::select(both_left, stiffness, zero);
@@ -328,12 +369,12 @@ pub fn element_force<R: Real, L: LawKernel>(
             let shear_energy = if shear { shear::energy(&c.shear, gamma) } else { zero };
             let shear_before = R::select(both, shear_energy, zero);
             let tension = each!(i in 2 => R::select(was_alive[i], cell.tension[i], zero));
-            let before = stored_energy(c, &tension, &cell.strain, cell.force, shear_before);
+            let before = stored_energy(&c.cell, &size, &tension, &cell.strain, cell.force, shear_before);
             let left = each!(i in 2 => R::select(alive[i], free[i], zero));
-            let after = stored_energy(c, &left, &free_strain, zero, zero);
+            let after = stored_energy(&c.cell, &size, &left, &free_strain, zero, zero);
             // Forces that break in this step never act, so the last half step's work on them was not done either.
-            let intact = each!(i in 2 => R::select(was_alive[i], cell.in_plane[i], zero));
-            let (warp_intact, weft_intact) = membrane(c, &k, &intact, R::select(both, trellis, zero), shear);
+            let intact = each!(i in 2 => R::select(was_alive[i], viscous(cell.in_plane[i], drag[i]), zero));
+            let (warp_intact, weft_intact) = membrane(&size, &k, &intact, R::select(both, trellis, zero), shear);
             let mut undone = zero;
             for a in 0..3 {
                 undone = undone + (warp_intact[a] - warp[a]) * v[a][0] + (weft_intact[a] - weft[a]) * v[a][1];
@@ -365,7 +406,7 @@ pub fn element_force<R: Real, L: LawKernel>(
             let force = R::select(both_left, cell.force, zero);
             let shear_energy = if shear { shear::energy(&c.shear, gamma) } else { zero };
             let shear_energy = R::select(both_left, shear_energy, zero);
-            let energy = stored_energy(c, &tension, &strain, force, shear_energy);
+            let energy = stored_energy(&c.cell, &size, &tension, &strain, force, shear_energy);
             stored.add(R::select(any, energy, zero), column);
             hourglass.add(R::select(any, half * kh * dot(&mode, &mode), zero), column);
             largest = largest.max(tension[0].max(tension[1]));

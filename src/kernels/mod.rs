@@ -9,6 +9,7 @@ pub mod cell_constants;
 pub mod crossover;
 pub mod crossover_joint;
 pub mod element_force;
+pub(crate) mod element_size;
 pub mod node_update;
 pub mod ply_contact;
 pub mod projectile_body;

@@ -2,11 +2,14 @@
 //!
 //! The model knows no backend. State arrays that go with it are laid out (shot, ply, row, column).
 
+mod columns;
 pub mod grid;
 mod layup;
+mod lines;
 pub mod mesh;
 pub mod over;
 pub mod pretension;
+pub mod regularisation;
 pub mod sheet;
 pub mod symmetry;
 pub mod terms;
@@ -16,6 +19,7 @@ use crate::case::{Case, Symmetry};
 use crate::kernels::projectile_shape::Body;
 use crate::kernels::rigid_body::RigidBody;
 use crate::number::Scalar;
+pub use columns::Columns;
 pub use grid::Grid;
 pub use mesh::Mesh;
 pub use pretension::InitialStretch;

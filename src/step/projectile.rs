@@ -149,8 +149,8 @@ pub fn fabric_between<S: Scalar>(model: &Model<S>, state: &State<S>, ply: usize,
         // On through the corner nearest to the node by its place in the ply behind.
         let [x, y] = model.sheet(front + 1).mesh.reference(place[0], place[1]);
         let [x, y, _] = mesh.to_ply(model.sheet(front + 1).mesh.to_pack([x, y, 0.0]));
-        let [left, below] = mesh.reference(r, c);
-        place = [r + usize::from(y - below > 0.5 * mesh.length[1]), c + usize::from(x - left > 0.5 * mesh.length[0])];
+        let ([left, below], [length, height]) = (mesh.reference(r, c), mesh.size(r, c));
+        place = [r + usize::from(y - below > 0.5 * height), c + usize::from(x - left > 0.5 * length)];
     }
     thickness
 }

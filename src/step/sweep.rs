@@ -219,11 +219,15 @@ impl<S: Scalar> Ply<'_, S> {
         }
         totals.computed = columns.len();
         let model = self.sweep.model;
-        let grid = &model.grid;
+        let (grid, sheet) = (&model.grid, model.sheet(self.ply));
         let mut row = ElementRow {
             below: split(below, grid.node_stride),
             above: split(above, grid.node_stride),
             element: split_mut(element, grid.element_stride),
+            height: sheet.mesh.widths(row, 0)[1],
+            width: &sheet.columns.width,
+            per_width: &sheet.columns.per_width,
+            viscosity: sheet.columns.viscosity(row),
         };
         let kernels = &self.sweep.kernels[model.plies[self.ply].sheet];
         kernels.elements(&mut row, columns.clone(), self.times[0], self.sample, totals);

@@ -184,10 +184,7 @@ impl Strip {
         let place = mesh.to_ply([hit[0], hit[1], 0.0]);
         let (counts, first) = ([mesh.columns, mesh.rows], mesh.first_in_whole());
         let side = (most as f64).sqrt() as usize;
-        let axis = |own: usize| {
-            let at = ((place[own] - mesh.origin[own]) / mesh.length[own]).round().max(0.0) as usize;
-            Axis { last: counts[own], hit: at.min(counts[own]) }
-        };
+        let axis = |own: usize| Axis { last: counts[own], hit: mesh.nearest_line(own, place[own]) };
         let own = [0, 1].map(|a| axis(a).lines(side));
         let whole = [0, 1].map(|a| own[a].iter().map(|line| line + first[a]).collect());
         let reference = own[1].iter().flat_map(|row| own[0].iter().map(move |column| (*row, *column)));
