@@ -10,6 +10,7 @@ mod exit_codes;
 mod expectations;
 mod files;
 mod no_gpu;
+mod objectivity;
 mod printing;
 mod skips;
 

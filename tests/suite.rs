@@ -6,6 +6,7 @@ mod cli;
 mod conservation;
 mod contact;
 mod element;
+mod objectivity;
 mod packs;
 mod scene;
 mod shaders;

@@ -209,6 +209,8 @@ pub struct Pack {
     pub element_length_y: f64,
     /// Crossovers along each side of one element.
     pub crossovers_per_element: u32,
+    /// Elements along each side of one crossover.
+    pub elements_per_crossover: u32,
     /// Boundary conditions.
     pub edges: Edges,
     /// Initial membrane force per reference length [N/m] along warp and weft; `None` holds that stretch at 1.
@@ -403,6 +405,8 @@ pub struct Solver {
     pub hourglass: f64,
     /// Whether mirror symmetry may be used.
     pub symmetry: Symmetry,
+    /// Where contact with the projectile is sampled.
+    pub contact_sampling: ContactSampling,
     /// How the unit cell is solved.
     pub unit_cell: UnitCell,
     /// When the run ends.
@@ -416,6 +420,15 @@ pub enum Symmetry {
     Auto,
     /// Never.
     None,
+}
+
+/// Where contact with the projectile is sampled.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ContactSampling {
+    /// At nodes.
+    Nodes,
+    /// At nodes, and where the rim of a flat face crosses the edges of elements.
+    Rim,
 }
 
 /// How the unit cell is solved; to rounding the result is the same.

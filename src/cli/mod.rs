@@ -11,6 +11,7 @@ pub(crate) mod info;
 pub(crate) mod interrupt;
 pub(crate) mod notes;
 pub(crate) mod number;
+pub(crate) mod objectivity;
 pub(crate) mod progress;
 pub(crate) mod range;
 pub(crate) mod result;

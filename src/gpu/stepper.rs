@@ -108,6 +108,9 @@ impl<'a> Stepper<'a> {
         model: &Model<f32>,
         source: &dyn Fn(&Kernel) -> String,
     ) -> Result<Self, DeviceError> {
+        if model.rim {
+            return Err(DeviceError::NodesAlone);
+        }
         let sizes = Sizes::new(model);
         sizes.check(&device.limits(), device.name())?;
         let memory = device.inner.push_error_scope(wgpu::ErrorFilter::OutOfMemory);
