@@ -13,6 +13,7 @@ mod expectations;
 mod files;
 mod logging;
 mod no_gpu;
+mod objectivity;
 mod printing;
 mod resume;
 mod skips;

@@ -9,6 +9,7 @@ mod contact;
 mod element;
 mod graded;
 mod kept;
+mod objectivity;
 mod packs;
 mod report;
 mod scene;

@@ -129,7 +129,8 @@ pub fn fits(case: &Case, choice: &Choice) -> Result<(), String> {
     let Some(mesh) = choice.mesh else { return Ok(()) };
     for layer in case.layers().iter() {
         for (count, along) in [(layer.columns, "warp"), (layer.rows, "weft")] {
-            let crossovers = count * case.pack.crossovers_per_element as usize;
+            let crossovers =
+                count * case.pack.crossovers_per_element as usize / case.pack.elements_per_crossover as usize;
             if !crossovers.is_multiple_of(mesh as usize) {
                 return Err(format!("{crossovers} crossovers along the {along} do not divide by {mesh}"));
             }

@@ -9,6 +9,7 @@
 
 pub mod choice;
 pub mod error;
+pub mod objectivity;
 pub mod plot;
 pub mod report;
 

@@ -156,12 +156,14 @@ fn pack(
     let size = [scope.number("width_mm")?, scope.number("height_mm")?];
     let edges = edges(scope)?;
     let crossovers_per_element = scope.whole("crossovers_per_element")?;
-    let ([columns, rows], [element_length_x, element_length_y]) = mesh(scope, fabric, size, crossovers_per_element)?;
+    let elements_per_crossover = scope.whole("elements_per_crossover")?;
+    let side = f64::from(crossovers_per_element) / f64::from(elements_per_crossover);
+    let ([columns, rows], [element_length_x, element_length_y]) = mesh(scope, fabric, size, side)?;
     let pretension = scope.object("pretension")?;
     let pretension = [pretension.number_if_given("warp_n_per_m")?, pretension.number_if_given("weft_n_per_m")?];
     let initial_velocity = scope.vector("initial_velocity_m_s")?;
     let initial_deflection = scope.object_if_given("initial_deflection")?;
-    let common = layup::Common { fabric, size, crossovers_per_element, edges, initial_velocity };
+    let common = layup::Common { fabric, size, side, edges, initial_velocity };
     let mut layup = layup::read(scope, &common, record)?;
     let plies = layup::plies(scope, &layup)?;
     let spacing = scope.number_if_given("spacing_mm")?;
@@ -189,6 +191,7 @@ fn pack(
         crossovers_per_element,
         grading,
         regularisation: scope.word("regularisation")?,
+        elements_per_crossover,
         edges,
         pretension: pretension.iter().any(Option::is_some).then_some(pretension),
         initial_velocity,
@@ -196,14 +199,15 @@ fn pack(
     })
 }
 
-/// Columns and rows, and the element lengths [m], for a size [m]: of the pack or of a group of its plies.
+/// Columns and rows, and the element lengths [m], for a size [m]: of the pack or of a group of its plies; `side` is the
+/// number of crossovers along the side of an element.
 pub(super) fn mesh(
     scope: &Scope<'_>,
     fabric: &Fabric,
     size: [f64; 2],
-    crossovers_per_element: u32,
+    side: f64,
 ) -> Result<([usize; 2], [f64; 2]), CaseError> {
-    let length = [&fabric.warp, &fabric.weft].map(|yarn| f64::from(crossovers_per_element) * 2.0 * yarn.half_span());
+    let length = [&fabric.warp, &fabric.weft].map(|yarn| side * 2.0 * yarn.half_span());
     let count = limits::mesh(&scope.pointer, size, length)?;
     let how = "the size over the element length, to the nearest whole number";
     for (name, count) in [("columns", count[0]), ("rows", count[1])] {
@@ -238,6 +242,7 @@ fn solver(scope: &Scope<'_>) -> Result<Solver, CaseError> {
         courant: scope.number("courant")?,
         hourglass: scope.number("hourglass")?,
         symmetry: scope.word("symmetry")?,
+        contact_sampling: scope.word("contact_sampling")?,
         unit_cell: scope.word("unit_cell")?,
         run_until: scope.word("run_until")?,
     })

@@ -15,7 +15,8 @@ pub(super) struct Common<'a> {
     pub fabric: &'a Fabric,
     /// Width and height asked for [m].
     pub size: [f64; 2],
-    pub crossovers_per_element: u32,
+    /// Crossovers along the side of an element.
+    pub side: f64,
     pub edges: Edges,
     /// [m/s]
     pub initial_velocity: [f64; 3],
@@ -51,8 +52,7 @@ fn layer(group: &Scope<'_>, common: &Common<'_>, record: &Record) -> Result<Laye
     };
     let [width, height] = common.size;
     let size = if lies_across(orientation) { [height, width] } else { [width, height] };
-    let ([columns, rows], [element_length_x, element_length_y]) =
-        build::mesh(group, &fabric, size, common.crossovers_per_element)?;
+    let ([columns, rows], [element_length_x, element_length_y]) = build::mesh(group, &fabric, size, common.side)?;
     Ok(Layer {
         plies,
         fabric,

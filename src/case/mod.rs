@@ -227,6 +227,8 @@ pub struct Pack {
     pub grading: Option<Grading>,
     /// What larger elements do to keep the outcome.
     pub regularisation: Regularisation,
+    /// Elements along each side of one crossover.
+    pub elements_per_crossover: u32,
     /// Boundary conditions.
     pub edges: Edges,
     /// Initial membrane force per reference length [N/m] along warp and weft; `None` holds that stretch at 1.
@@ -432,6 +434,8 @@ pub struct Solver {
     pub hourglass: f64,
     /// Whether mirror symmetry may be used.
     pub symmetry: Symmetry,
+    /// Where contact with the projectile is sampled.
+    pub contact_sampling: ContactSampling,
     /// How the unit cell is solved.
     pub unit_cell: UnitCell,
     /// When the run ends.
@@ -445,6 +449,15 @@ pub enum Symmetry {
     Auto,
     /// Never.
     None,
+}
+
+/// Where contact with the projectile is sampled.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ContactSampling {
+    /// At nodes.
+    Nodes,
+    /// At nodes, and where the rim of a flat face crosses the edges of elements.
+    Rim,
 }
 
 /// How the unit cell is solved; to rounding the result is the same.

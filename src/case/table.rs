@@ -6,7 +6,8 @@ use super::fields::{Key, Kind, Unit, above, key, number, within, word};
 use super::pointer::index;
 use super::words::{ShapeWord, Word};
 use super::{
-    Along, Edge, Law, MembraneForce, Motion, Regularisation, Rotation, RunUntil, ShearModulus, Symmetry, UnitCell,
+    Along, ContactSampling, Edge, Law, MembraneForce, Motion, Regularisation, Rotation, RunUntil, ShearModulus,
+    Symmetry, UnitCell,
 };
 
 const NONE: Unit = Unit::new("", 1.0, 1.0);
@@ -129,6 +130,8 @@ static PACK: &[Key] = &[
     key("edges", Kind::WordOrObject(Edge::WORDS, EDGES), "How the sides are held.")
         .default_word("clamped", "a fixed frame, as in the paper"),
     key("crossovers_per_element", Kind::Whole(1, 64), "Crossovers along each side of an element.")
+        .default(1.0, "the paper: one element per crossover"),
+    key("elements_per_crossover", Kind::Whole(1, 16), "Elements along each side of a crossover, to refine the mesh.")
         .default(1.0, "the paper: one element per crossover"),
     key(
         "mesh_grading",
@@ -318,6 +321,13 @@ static SOLVER: &[Key] = &[
         .default(HOURGLASS, "model: keeps hourglass energy small without stiffening"),
     word("symmetry", Symmetry::WORDS, "Whether mirror symmetry may be used.")
         .default_word("auto", "same result, less work"),
+    word(
+        "contact_sampling",
+        ContactSampling::WORDS,
+        "Where contact with the projectile is sampled: at nodes, or also where the rim of a flat face crosses the edges \
+        of elements.",
+    )
+    .default_word("nodes", "the cheaper one, and what the GPU computes"),
     word("unit_cell", UnitCell::WORDS, "How the unit cell is solved: the result is the same to rounding.")
         .default_word("joint", "the faster one"),
     word("run_until", RunUntil::WORDS, "When the run ends.")

@@ -182,8 +182,13 @@ pub(crate) enum Skip {
 element), then as a user may choose to run it: precision, Courant number, mesh, unit cell, skips, GPU. The error is
 that of the velocity history against the reference, over the velocity the projectile loses.
 
+With --objectivity the ballistic limit is bisected, and the residual velocity at 1.5 times the limit read, for other meshes,
+time steps, positions of the hit in a cell, contact samplings and hourglass coefficients: minutes on two cores. The exit
+code is 1 if a spread is more than allowed. DIR gets objectivity.json.
+
 Examples:
   ripstop bench
+  ripstop bench --objectivity --quick
   ripstop bench shot.json --tolerance 0.5% --repeat 3 --json | jq '.cases[].cheapest_within_tolerance'
 
 DIR gets bench.json and bench.svg."
@@ -207,6 +212,15 @@ pub(crate) struct BenchArguments {
     /// Worker threads [default: all cores]
     #[arg(long, value_name = "N", value_parser = RangedU64ValueParser::<usize>::new().range(1..=1024))]
     pub(crate) threads: Option<usize>,
+    /// How far ballistic limit and residual velocity depend on what is numerical, instead of run time against error
+    #[arg(long, conflicts_with_all = ["tolerance", "backend", "adapter", "repeat"])]
+    pub(crate) objectivity: bool,
+    /// A part of the settings
+    #[arg(long, requires = "objectivity")]
+    pub(crate) quick: bool,
+    /// Print the table of figures for a README
+    #[arg(long, requires = "objectivity", conflicts_with = "json")]
+    pub(crate) markdown: bool,
     /// Run every choice so many times and take the shortest
     #[arg(
         long,

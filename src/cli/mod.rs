@@ -13,6 +13,7 @@ pub(crate) mod follow;
 pub(crate) mod info;
 pub(crate) mod interrupt;
 pub(crate) mod logging;
+pub(crate) mod objectivity;
 pub(crate) mod paint;
 pub(crate) mod progress;
 pub(crate) mod range;

@@ -67,12 +67,12 @@ impl Bar {
         self.show(at);
     }
 
-    /// Shows what runs and how much of it is done.
-    pub(crate) fn show_count(&self, name: &str, done: usize, of: usize) {
+    /// Shows what runs and how much of it is done, counted in `what`.
+    pub(crate) fn show_count(&self, name: &str, done: usize, of: usize, what: &str) {
         if !self.bar.is_hidden() {
             self.bar.set_prefix(format!("{name}  "));
             self.bar.set_position((LENGTH * done as f64 / of.max(1) as f64) as u64);
-            self.bar.set_message(format!("{done}/{of} scenes"));
+            self.bar.set_message(format!("{done}/{of} {what}"));
         }
     }
 

@@ -73,7 +73,7 @@ fn stress(arguments: &VerifyArguments, interrupted: &AtomicBool) -> Result<Repor
         list: true,
     };
     let bar = Bar::new(!arguments.json);
-    let report = stress::run(&plan, interrupted, &|name, done, of| bar.show_count(name, done, of));
+    let report = stress::run(&plan, interrupted, &|name, done, of| bar.show_count(name, done, of, "scenes"));
     bar.clear();
     if let Some(folder) = folder {
         let names: Vec<String> = report.found.iter().map(Found::file).collect();

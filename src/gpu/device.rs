@@ -61,6 +61,9 @@ pub enum DeviceError {
         /// Room.
         room: u64,
     },
+    /// The case asks for contact at the rim, which the shaders do not compute.
+    #[error("a GPU samples contact at nodes alone, not at the rim")]
+    NodesAlone,
     /// The device was lost or a command failed.
     #[error("{adapter} failed: {reason}")]
     Lost {

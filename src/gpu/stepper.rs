@@ -130,6 +130,9 @@ impl<'a> Stepper<'a> {
         if model.sheets.iter().any(|sheet| sheet.mesh.is_graded()) {
             return Err(DeviceError::Graded);
         }
+        if model.rim {
+            return Err(DeviceError::NodesAlone);
+        }
         let sizes = Sizes::new(model);
         sizes.check(&device.limits(), device.name())?;
         let memory = device.inner.push_error_scope(wgpu::ErrorFilter::OutOfMemory);

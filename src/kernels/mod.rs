@@ -15,6 +15,7 @@ pub mod ply_contact;
 pub mod projectile_body;
 pub mod projectile_chisel;
 pub mod projectile_contact;
+pub mod projectile_rim;
 pub mod projectile_shape;
 mod projectile_solid;
 pub mod rigid_body;

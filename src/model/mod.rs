@@ -15,7 +15,7 @@ pub mod symmetry;
 pub mod terms;
 pub mod time_step;
 
-use crate::case::{Case, Symmetry};
+use crate::case::{Case, ContactSampling, Symmetry};
 use crate::kernels::projectile_shape::Body;
 use crate::kernels::rigid_body::RigidBody;
 use crate::number::Scalar;
@@ -89,6 +89,8 @@ pub struct Model<S> {
     pub projectile: Option<RigidBody>,
     /// Coulomb coefficient of the projectile [-].
     pub friction: f64,
+    /// Whether the rim of a flat face is sampled where it crosses the edges of elements.
+    pub rim: bool,
     /// Coulomb coefficient between plies [-].
     pub ply_friction: f64,
     /// Whether everything is at rest until the projectile touches it.
@@ -151,6 +153,8 @@ impl<S: Scalar> Model<S> {
             grid: Grid::new(layup.plies.len(), sheets.iter().map(|sheet| &sheet.mesh)),
             dt: case.solver.courant * bound.critical_step,
             friction: case.projectile.as_ref().map_or(0.0, |p| p.friction),
+            rim: case.solver.contact_sampling == ContactSampling::Rim
+                && projectile.as_ref().is_some_and(|body| body.body.profile.has_round_rim()),
             ply_friction: case.pack.friction,
             at_rest: still && case.pack.initial_deflection.is_none() && case.pack.pretension.is_none(),
             sheets,
