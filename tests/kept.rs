@@ -26,7 +26,8 @@ pub(crate) fn pack() -> Case {
 pub(crate) fn quarter() -> Case {
     let size = ["/pack/width_mm=25.4", "/pack/height_mm=25.4", "/pack/plies=2", "/expect=[]", "/solver/end_time_us=80"];
     let shot = ["/projectile/length_mm=5", "/projectile/mass_g=0.3", "/projectile/velocity_m_s=60"];
-    builtin("cases/s720-1ply-155.json", &[&size[..], &shot].concat())
+    let profile = "/output/profile_times_us=[20]";
+    builtin("cases/s720-1ply-155.json", &[&size[..], &shot, &[profile]].concat())
 }
 
 /// Everything a run computed, every digit.
