@@ -232,11 +232,11 @@ pub(crate) fn thinnest(case: &Case) -> f64 {
 }
 
 /// Longest side of an element of any ply [m].
-pub(crate) fn longest_side(case: &Case) -> f64 {
+fn longest_side(case: &Case) -> f64 {
     case.layers().iter().map(|layer| layer.element_length_x.max(layer.element_length_y)).fold(0.0, f64::max)
 }
 
 /// Longest diagonal of an element of any ply [m].
-fn longest_diagonal(case: &Case) -> f64 {
+pub(crate) fn longest_diagonal(case: &Case) -> f64 {
     case.layers().iter().map(|layer| layer.element_length_x.hypot(layer.element_length_y)).fold(0.0, f64::max)
 }

@@ -163,7 +163,7 @@ fn every_level_of_trust_can_be_reached() {
         ("energy error", |s, x| s.run.energy_error = x, [1e-15, 1e-3, 0.03]),
         ("momentum error", |s, x| s.run.momentum_error = x, [1e-15, 1e-3, f64::NAN]),
         ("hourglass / internal energy", |s, x| s.run.hourglass_fraction = x, [0.05, 0.06, 0.3]),
-        ("penetration", |s, x| s.run.max_penetration = x, [0.5e-3, 0.7e-3, 3e-3]),
+        ("penetration", |s, x| s.run.max_penetration = x, [0.5e-3, 1.0e-3, 4e-3]),
         (
             "Newton unconverged",
             |s, x| (s.run.element_steps_computed, s.run.newton.unconverged) = (1_000_000_000, x as u64),

@@ -55,7 +55,7 @@ pub struct Sign {
 pub fn signs(case: &Case, run: &Run) -> Vec<Sign> {
     let mut all = vec![end(case, run), energy(run), momentum(run), hourglass(run)];
     if case.projectile.is_some() {
-        all.push(penetration(run, warnings::longest_side(case)));
+        all.push(penetration(run, warnings::longest_diagonal(case)));
         all.extend(warnings::cells_across(case).map(width));
     }
     if run.plies > 1 {
@@ -134,17 +134,17 @@ fn hourglass(run: &Run) -> Sign {
     Sign { name: "hourglass / internal energy", value: fraction(run.hourglass_fraction), level, reason }
 }
 
-fn penetration(run: &Run, cell: f64) -> Sign {
-    let level = level(run.max_penetration, [PENETRATION_LIMIT * cell, 2.0 * cell]);
-    let half = short(0.5e3 * cell, 2);
+fn penetration(run: &Run, diagonal: f64) -> Sign {
+    let level = level(run.max_penetration, [PENETRATION_LIMIT * diagonal, 2.0 * diagonal]);
+    let half = short(PENETRATION_LIMIT * 1e3 * diagonal, 2);
     let reason = match level {
-        Level::Fine => format!("below half an element ({half} mm)"),
+        Level::Fine => format!("below half an element's diagonal ({half} mm)"),
         Level::Look => {
             format!(
-                "deeper than half an element ({half} mm): single nodes behind a sharp rim or torn yarns change little"
+                "deeper than half an element's diagonal ({half} mm): single nodes behind a sharp rim or torn yarns change little"
             )
         }
-        Level::Bad => "deeper than two elements: fabric slipped through the projectile".to_owned(),
+        Level::Bad => "deeper than two diagonals of an element: fabric slipped through the projectile".to_owned(),
     };
     Sign { name: "penetration", value: format!("{} mm", short(run.max_penetration * 1e3, 2)), level, reason }
 }
