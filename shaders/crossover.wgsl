@@ -60,6 +60,8 @@ struct Found {
     best: CellPoint,
     /// Evaluations.
     iterations: u32,
+    /// What the responses may be off by as tangents [N].
+    bound: f32,
     met: bool,
 }
 
@@ -150,7 +152,7 @@ fn bracketed(stretch: vec2<f32>, start: f32, before: u32) -> Found {
         best = cell_point(stretch, x);
         iterations += 1u;
     }
-    return Found(x, polish(stretch, best), iterations, !unmet);
+    return Found(x, polish(stretch, best), iterations, 0.0, !unmet);
 }
 
 /// Strain of a yarn that nothing presses [-].
@@ -178,7 +180,8 @@ fn solve(stretch: vec2<f32>, warm: vec2<f32>, both: bool) -> Equilibrium {
     let best = found.best;
     var out = Equilibrium(
         vec2<f32>(0.0), vec2<f32>(0.0), vec2<f32>(0.0), vec2<f32>(0.0),
-        real_force(best.pivot), abs(real_force(best.pivot) - real_force(best.other)), found.iterations, found.met);
+        real_force(best.pivot), abs(real_force(best.pivot) - real_force(best.other)) + found.bound,
+        found.iterations, found.met);
     out.height[PIVOT] = found.x;
     out.height[1u - PIVOT] = best.other_height;
     out.strain[PIVOT] = best.pivot.strain;

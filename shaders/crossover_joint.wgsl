@@ -27,6 +27,7 @@ fn joint(stretch: vec2<f32>, start: vec2<f32>) -> Found {
     var other = yarn_response(yarn(1u - PIVOT), stretch[1u - PIVOT], y);
     var iterations = 1u;
     var met = false;
+    var bound = 0.0;
     for (var round = 1u; round <= JOINT_ITERATIONS; round++) {
         let cube = q * q * q;
         // The force that compresses by a − b q, and its compliance.
@@ -40,7 +41,8 @@ fn joint(stretch: vec2<f32>, start: vec2<f32>) -> Found {
         let off = abs(pivot.force - other.force) + so * misfit;
         // Both yarns slack although the crossover is not compressed: nothing presses.
         let slack = (!COMPRESSION || loose <= q) && pivot.strain <= 0.0 && other.strain <= 0.0;
-        met = (off <= accepted(pivot.force) && misfit <= 8.0 * EPSILON * scene.height_sum) || slack;
+        let limit = accepted(pivot.force);
+        met = (off <= limit && misfit <= 8.0 * EPSILON * scene.height_sum) || slack;
         if (met || round == JOINT_ITERATIONS) {
             break;
         }
@@ -49,13 +51,34 @@ fn joint(stretch: vec2<f32>, start: vec2<f32>) -> Found {
         let sum = sp + so + give * product;
         let inverse = 1.0 / (product * sum);
         let balance = (pivot.force * so + other.force * sp + force * give * product) * (product * inverse);
-        x = min(max(x + (balance - pivot.force) * (so * sum * inverse), 0.0), scene.height_sum);
-        y = y + (balance - other.force) * (sp * sum * inverse);
-        q = max(opening(x + y), 0.3 * q);
-        y = other_height(x, q);
+        let next_x = min(max(x + (balance - pivot.force) * (so * sum * inverse), 0.0), scene.height_sum);
+        let linear_y = y + (balance - other.force) * (sp * sum * inverse);
+        let next_q = max(opening(next_x + linear_y), 0.3 * q);
+        let next_y = other_height(next_x, next_q);
+        // What the curves bend away from their tangents over this step: F″h ≤ 3F′ and ε″h ≤ ε′ of a yarn in any law, twice
+        // as much for q.
+        let rise = vec2<f32>(next_x - x, next_y - y);
+        let far_pivot = raised(pivot, yarn(PIVOT), rise.x);
+        let far_other = raised(other, yarn(1u - PIVOT), rise.y);
+        let square = rise * rise;
+        let bends = !(4.0 * pivot.stiffness * square.x <= limit * x && 4.0 * other.stiffness * square.y <= limit * y);
+        let strays = !(pivot.growth * square.x <= 0.5 * EPSILON * x && other.growth * square.y <= 0.5 * EPSILON * y);
+        let bends_q = !(4.0 * b * squared(next_q - q) <= 8.0 * EPSILON * scene.height_sum * q);
+        let balanced = abs(far_pivot.force - far_other.force) <= limit;
+        let taut = 0.0 < min(min(pivot.strain, other.strain), min(far_pivot.strain, far_other.strain));
+        x = next_x;
+        y = next_y;
+        q = next_q;
+        if (!(bends || strays || bends_q) && balanced && taut) {
+            pivot = far_pivot;
+            other = far_other;
+            bound = limit;
+            met = true;
+            break;
+        }
         pivot = yarn_response(yarn(PIVOT), stretch[PIVOT], x);
         other = yarn_response(yarn(1u - PIVOT), stretch[1u - PIVOT], y);
         iterations += 1u;
     }
-    return Found(x, CellPoint(pivot, other, y, pivot.force - other.force, 1.0), iterations, met);
+    return Found(x, CellPoint(pivot, other, y, pivot.force - other.force, 1.0), iterations, bound, met);
 }

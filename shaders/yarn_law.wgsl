@@ -38,6 +38,14 @@ struct YarnResponse {
     force: f32,
     /// dF/dh [N/m].
     stiffness: f32,
+    /// dε/dh [1/m].
+    growth: f32,
+}
+
+/// The response of a taut yarn after a rise of its height too small to bend the curve.
+fn raised(r: YarnResponse, y: Yarn, rise: f32) -> YarnResponse {
+    let strain = r.strain + r.growth * rise;
+    return YarnResponse(strain, y.stiffness * strain, r.force + r.stiffness * rise, r.stiffness, r.growth);
 }
 
 /// The contact force without its continuation.
@@ -91,7 +99,8 @@ fn saw_tooth(y: Yarn, stretch: f32, h: f32) -> YarnResponse {
         strain,
         tension,
         select(y.slack * strain, 2.0 * tension * sine, taut),
-        select(y.slack * dstrain, stiffness, taut));
+        select(y.slack * dstrain, stiffness, taut),
+        dstrain);
 }
 
 /// Tension, contact force and their derivatives at Λ = 1 + `stretch` and height `h`.
@@ -117,7 +126,8 @@ fn yarn_response(y: Yarn, stretch: f32, h: f32) -> YarnResponse {
         s.strain,
         s.tension,
         select(y.slack * s.strain, force, taut),
-        select(y.slack * s.dstrain, stiffness, taut));
+        select(y.slack * s.dstrain, stiffness, taut),
+        s.dstrain);
 }
 
 /// In-plane force over tension.

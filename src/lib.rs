@@ -22,8 +22,9 @@
 //!   [`profile`] measures deflection and waves. Whoever wants to follow a run implements [`simulation::Watch`] and gets
 //!   progress and [`frame`]s, the whole scene at one time.
 //! - [`checkpoint`] writes a run down between two steps, and lets it go on from there to the same bits.
-//! - [`output`] writes files and checks expectations; [`verify`] is the built-in verification table,
-//!   [`bench`] measures run time against error.
+//! - [`warnings`] says what makes a result less certain than it looks: numbered, each with its threshold.
+//! - [`output`] writes files, [`output::report`] the page among them, and checks expectations; [`verify`] is the built-in verification
+//!   table, [`validate`] holds published numbers against what is computed, [`bench`] measures run time against error.
 //!
 //! # What always holds
 //!
@@ -72,4 +73,7 @@ pub mod simulation;
 pub mod state;
 pub mod step;
 mod tally;
+pub mod unit_cell;
+pub mod validate;
 pub mod verify;
+pub mod warnings;

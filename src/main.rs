@@ -10,16 +10,23 @@ use cli::arguments::{Arguments, Command};
 use cli::failure::Failure;
 
 fn main() -> ExitCode {
-    let done = match Arguments::parse().command {
+    let arguments = Arguments::parse();
+    if let Err(failure) = cli::logging::start(arguments.verbose) {
+        return failure.report();
+    }
+    let done = match arguments.command {
         Command::Run(arguments) => cli::run::run(&arguments),
         Command::Resume(arguments) => cli::resume::resume(&arguments),
         Command::Check(arguments) => cli::check::check(&arguments),
         Command::Crossover(arguments) => cli::crossover::crossover(&arguments),
         Command::Bench(arguments) => cli::bench::bench(&arguments),
         Command::Verify(arguments) => cli::verify::verify(&arguments),
+        Command::Validate(arguments) => cli::validate::validate(&arguments),
         Command::Compare(arguments) => cli::compare::compare(&arguments),
         Command::Info(arguments) => cli::info::info(&arguments),
         Command::Schema => cli::schema(),
+        Command::Explain(arguments) => cli::explain::explain(&arguments),
+        Command::Completions(arguments) => cli::completions::completions(&arguments),
     };
     done.map_or_else(Failure::report, |()| ExitCode::SUCCESS)
 }

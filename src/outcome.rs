@@ -130,11 +130,11 @@ pub fn covered<S: Scalar>(model: &Model<S>, state: &State<S>, body: &RigidBody, 
     let mesh = &model.sheet(ply).mesh;
     let span = unbroken_cells(mesh, body);
     // An element with a corner further away is not looked at any closer.
-    let far = body.body.radius + 2.0 * (mesh.length[0] + mesh.length[1]);
+    let far = |row, column| body.body.radius + 2.0 * mesh.size(row, column).iter().sum::<f64>();
     (0..mesh.rows).any(|row| {
         (0..mesh.columns).any(|column| {
             state.standing(model.grid.first_element_row(ply) + row, column)
-                && place(node_position(model, state, ply, row, column)).1 < far
+                && place(node_position(model, state, ply, row, column)).1 < far(row, column)
                 && patch(model, state, ply, [row, column]).into_iter().any(ahead)
                 && (0..2).any(|yarn| runs_on(model, state, ply, [row, column], yarn, span))
         })
@@ -146,7 +146,7 @@ pub(crate) fn unbroken_cells(mesh: &Mesh, body: &RigidBody) -> usize {
     (3.0 * body.body.radius / mesh.shortest()).ceil() as usize
 }
 
-/// Whether a yarn of an element is unbroken there and for `span` cells on either side, or to the edge of the ply. Beyond a mirror
+/// Whether a yarn of an element is unbroken there and for `span` finest cells on either side, or to the edge of the ply. Beyond a mirror
 /// plane lie images of cells that are no further from it on this side, so that to the plane is far enough.
 fn runs_on<S: Scalar>(
     model: &Model<S>,
@@ -157,10 +157,9 @@ fn runs_on<S: Scalar>(
     span: usize,
 ) -> bool {
     let (mesh, first) = (&model.sheet(ply).mesh, model.grid.first_element_row(ply));
-    let run = |at: usize, count: usize| at.saturating_sub(span)..(at + span + 1).min(count);
     match yarn {
-        0 => run(column, mesh.columns).all(|c| state.alive(first + row, c, 0)),
-        _ => run(row, mesh.rows).all(|r| state.alive(first + r, column, 1)),
+        0 => mesh.within(0, column, span).all(|c| state.alive(first + row, c, 0)),
+        _ => mesh.within(1, row, span).all(|r| state.alive(first + r, column, 1)),
     }
 }
 

@@ -41,8 +41,7 @@ pub fn take<S: Scalar>(model: &Model<S>, state: &State<S>, case: &Case, time: f6
     let along = case.output.profile_along;
     let (axis, across) = if along == Along::Warp { (0, 1) } else { (1, 0) };
     let counts = [mesh.columns, mesh.rows];
-    let line = ((impact[across] - mesh.origin[across]) / mesh.length[across]).round();
-    let line = (line.max(0.0) as usize).min(counts[across]);
+    let line = mesh.nearest_line(across, impact[across]);
     let place = |n: usize| if along == Along::Warp { (line, n) } else { (n, line) };
     let mut points = Vec::with_capacity(counts[axis] + 1);
     for n in 0..=counts[axis] {
@@ -58,12 +57,13 @@ pub fn take<S: Scalar>(model: &Model<S>, state: &State<S>, case: &Case, time: f6
         if n < counts[axis] {
             let (row, column) = place(n + 1);
             let next = node_position(model, state, 0, row, column);
-            point.strain = (next - here).norm() / mesh.length[axis] - 1.0;
             let (row, column) = place(n);
             let (row, column) = (row.min(mesh.rows - 1), column.min(mesh.columns - 1));
+            let size = mesh.size(row, column);
+            point.strain = (next - here).norm() / size[axis] - 1.0;
             let field = if along == Along::Warp { element::WARP_FORCE } else { element::WEFT_FORCE };
             let square: f64 = (0..3).map(|a| state.elements.get(row, field + a, column + 1).to_f64().powi(2)).sum();
-            point.force = square.sqrt() / (0.5 * mesh.length[across]);
+            point.force = square.sqrt() / (0.5 * size[across]);
         }
         points.push(point);
     }

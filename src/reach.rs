@@ -90,14 +90,9 @@ impl Reach {
                 }
             }
         }
-        let slack = slack + 1.5 * own.length[0].max(own.length[1]);
-        let span = |a: usize, count: usize| {
-            let place = |x: f64| ((x - other.origin[a]) / other.length[a]).clamp(-1.0, count as f64 + 1.0);
-            let first = place(low[a] - slack).floor().max(0.0) as usize;
-            let end = (place(high[a] + slack).ceil() + 1.0).max(0.0) as usize;
-            first.min(count + 1)..end.min(count + 1)
-        };
-        Self { rows: span(1, other.rows), columns: span(0, other.columns) }
+        let slack = slack + 1.5 * own.longest();
+        let span = |a: usize| other.lines_between(a, [low[a] - slack, high[a] + slack]);
+        Self { rows: span(1), columns: span(0) }
     }
 }
 

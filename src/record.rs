@@ -5,6 +5,7 @@
 
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
+use tracing::info;
 
 use crate::case::{Case, RunUntil};
 use crate::kernels::rigid_body::RigidBody;
@@ -30,6 +31,8 @@ pub(crate) struct Machine {
     pub(crate) loop_seconds: f64,
     /// Part of it in which the host did not wait for a device [s].
     pub(crate) host_seconds: Option<f64>,
+    /// What each kernel took [s].
+    pub(crate) kernel_seconds: Vec<(&'static str, f64)>,
 }
 
 /// Everything the history takes note of at one time of positions.
@@ -81,6 +84,8 @@ pub(crate) struct Record {
     energy_error: f64,
     impact_energy: f64,
     planes: MirrorPlanes,
+    /// The projectile has touched the fabric.
+    touched: bool,
 }
 
 impl Record {
@@ -110,6 +115,7 @@ impl Record {
             energy_error: 0.0,
             impact_energy: body.map_or(0.0, RigidBody::kinetic_energy) * copies,
             planes: model.planes,
+            touched: false,
         }
     }
 
@@ -117,7 +123,7 @@ impl Record {
     pub(crate) fn fits<S: Scalar>(&self, model: &Model<S>) -> bool {
         let place = |event: &FailureEvent| {
             let ply = event.ply as usize;
-            let mesh = (ply < model.plies.len()).then(|| model.sheet(ply).mesh);
+            let mesh = (ply < model.plies.len()).then(|| &model.sheet(ply).mesh);
             mesh.is_some_and(|mesh| (event.i as usize) < mesh.columns && (event.j as usize) < mesh.rows)
                 && event.yarn < 2
         };
@@ -165,6 +171,18 @@ impl Record {
 
     /// Adds yarn failures to the list and to the counts.
     pub(crate) fn add_failures(&mut self, failures: &[FailureEvent]) {
+        if let (true, Some(first)) = (self.events.is_empty(), failures.first()) {
+            let FailureEvent { step, ply, i, j, yarn, strain } = first;
+            info!(
+                step,
+                ply,
+                column = i,
+                row = j,
+                yarn = ["warp", "weft"][usize::from(*yarn)],
+                strain,
+                "first yarn failed"
+            );
+        }
         for f in failures {
             self.failed[f.ply as usize][usize::from(f.yarn)] += self.planes.copies();
         }
@@ -193,6 +211,10 @@ impl Record {
             ..Sample::default()
         };
         let since = at.time - last.time;
+        if !self.touched && impulse != Vector3::zeros() {
+            self.touched = true;
+            info!(time_us = at.time * 1e6, "first contact");
+        }
         if let Some((body, (velocity, position))) = at.body {
             // The mean of the half-step velocities around this time; at the very start, the velocity given.
             let now = if self.history.is_empty() { velocity } else { (velocity + body.velocity) * 0.5 };
@@ -223,7 +245,11 @@ impl Record {
         if let (Some(tracker), Some((body, _))) = (&mut self.tracker, at.body) {
             let all = || (0..at.plies.len()).any(|ply| covered(body, ply));
             let known = tracker.update(at.time, body, impulse.norm(), failed[0] + failed[1], all);
-            self.decided |= known && self.skips.outcome && case.solver.run_until == RunUntil::Outcome;
+            let decided = known && self.skips.outcome && case.solver.run_until == RunUntil::Outcome;
+            if decided && !self.decided {
+                info!(time_us = at.time * 1e6, outcome = tracker.outcome.word(), "outcome known");
+            }
+            self.decided |= decided;
         }
     }
 
@@ -241,6 +267,7 @@ impl Record {
 
     /// The result after `steps` steps.
     pub(crate) fn into_run<S: Scalar>(self, model: &Model<S>, steps: u64, machine: Machine) -> Run {
+        info!(steps, seconds = machine.loop_seconds, failed_yarns = self.failed().iter().sum::<u64>(), "loop ended");
         let present = model.sheets.iter().flat_map(|s| (0..2).filter(|i| s.present[*i]).map(|i| &s.cell.yarn[i]));
         let breaking = present.map(|yarn| yarn.stiffness * yarn.failure_strain.min(1.0));
         let weakest = breaking.fold(f64::INFINITY, f64::min);
@@ -271,6 +298,7 @@ impl Record {
             terms: model.terms(),
             loop_seconds: machine.loop_seconds,
             host_seconds: machine.host_seconds,
+            kernel_seconds: machine.kernel_seconds,
             backend: machine.backend,
             adapter: machine.adapter,
             threads: machine.threads,

@@ -5,6 +5,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
+use tracing::{info, info_span};
 
 use crate::case::Case;
 use crate::checkpoint::{Checkpoint, CheckpointError, Clock, Kept};
@@ -17,7 +18,7 @@ use crate::outcome::{self, Outcome};
 use crate::profile::{self, Profile};
 use crate::record::{Machine, Moment, Record};
 use crate::state::State;
-use crate::step::{self, FailureEvent, Stepper, Trouble};
+use crate::step::{self, FailureEvent, Phase, Stepper, Trouble};
 
 /// Number type of a run.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -115,6 +116,17 @@ pub enum View<'a> {
     Double(&'a Arc<Model<f64>>, &'a State<f64>),
     /// In single precision, which a graphics processor always computes in.
     Single(&'a Arc<Model<f32>>, &'a State<f32>),
+}
+
+impl View<'_> {
+    /// Time of the positions, and of a step [s].
+    pub fn clock(&self) -> [f64; 2] {
+        let (step, dt) = match self {
+            Self::Double(model, state) => (state.step, model.dt),
+            Self::Single(model, state) => (state.step, model.dt),
+        };
+        [step as f64 * dt, dt]
+    }
 }
 
 /// A precision that watchers know.
@@ -282,6 +294,8 @@ pub struct Run {
     pub loop_seconds: f64,
     /// Part of it in which the host did not wait for the device [s]; `None` on the processor.
     pub host_seconds: Option<f64>,
+    /// Kernels and other phases of the loop by name, and how long each took [s]; what is missing from `loop_seconds` went elsewhere.
+    pub kernel_seconds: Vec<(&'static str, f64)>,
     /// `cpu` or `gpu`.
     pub backend: &'static str,
     /// Name of the graphics adapter.
@@ -315,11 +329,13 @@ pub fn run(case: &Case, options: Options<'_>, interrupt: &AtomicBool, watch: &mu
         checkpoint.check_case(case)?;
         checkpoint.check_options(&options)?;
     }
-    pool.install(|| match (options.device, options.precision) {
+    let span = info_span!("run", case = case.name.as_str());
+    let run = || match (options.device, options.precision) {
         (Some(device), _) => gpu::run(case, device, &options, interrupt, watch),
         (None, Precision::F64) => run_as::<f64>(case, &options, interrupt, watch),
         (None, Precision::F32) => run_as::<f32>(case, &options, interrupt, watch),
-    })
+    };
+    pool.install(|| span.in_scope(run))
 }
 
 fn run_as<S: Scalar>(
@@ -436,6 +452,7 @@ impl<S: Scalar> Simulation<S> {
         }
         self.sampled = sample;
         self.watch(&totals);
+        self.stepper.stopwatch.lap(Phase::Record);
         sample
     }
 
@@ -462,6 +479,7 @@ impl<S: Scalar> Simulation<S> {
             precision: S::NAME,
             loop_seconds,
             host_seconds: None,
+            kernel_seconds: self.stepper.stopwatch.seconds(),
         };
         self.record.into_run(&self.model, self.state.step, machine)
     }
@@ -475,6 +493,17 @@ pub(crate) fn set_up<S: Scalar>(case: &Case, symmetry: bool) -> Result<(Model<S>
     let model = if symmetry { Model::<S>::part(case)? } else { Model::<S>::new(case)? };
     let state = State::new(case, &model);
     check_start(&model, &state)?;
+    info!(
+        plies = model.plies.len(),
+        elements = model.whole_elements(),
+        computed = model.elements(),
+        mirrored = ?model.planes.names(),
+        step_us = model.dt * 1e6,
+        set_by = model.bound.set_by,
+        numbers = state.nodes.data.len() + state.elements.data.len(),
+        precision = S::NAME,
+        "model built"
+    );
     Ok((model, state))
 }
 

@@ -164,9 +164,7 @@ impl<S: Scalar> State<S> {
 /// Initial sine deflection at a reference point [m].
 fn initial_deflection(case: &Case, mesh: &Mesh, x: [f64; 2]) -> f64 {
     let Some(d) = case.pack.initial_deflection else { return 0.0 };
-    let [columns, rows] = mesh.whole_counts();
-    let width = mesh.length[0] * columns as f64;
-    let height = mesh.length[1] * rows as f64;
+    let [width, height] = mesh.whole_size();
     let wave = |count: u32, at: f64, length: f64| match count {
         0 => 1.0,
         n => (f64::from(n) * std::f64::consts::PI * (at / length + 0.5)).sin(),

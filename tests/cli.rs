@@ -5,14 +5,20 @@
 //! Every program here runs as on a machine without a graphics adapter; those that want one are in `tests/gpu`.
 
 mod bench;
+mod colours;
+mod completions;
 mod crossover;
 mod exit_codes;
 mod expectations;
 mod files;
+mod logging;
 mod no_gpu;
+mod objectivity;
 mod printing;
 mod resume;
 mod skips;
+mod validate;
+mod warnings;
 
 use std::fs;
 use std::path::{Path, PathBuf};

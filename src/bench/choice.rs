@@ -39,8 +39,9 @@ impl Choice {
     pub fn default_of(case: &Case) -> Self {
         let (courant, mesh) = (case.solver.courant, case.pack.crossovers_per_element);
         let cell = case.solver.unit_cell.word();
+        let graded = if case.pack.grading.is_some() { " graded" } else { "" };
         Self {
-            name: format!("default: f64, Courant {courant}, mesh {mesh}, {cell}"),
+            name: format!("default: f64, Courant {courant}, mesh {mesh}{graded}, {cell}"),
             processor: Processor::Cpu,
             precision: Precision::F64,
             skips: Skips::default(),
@@ -67,6 +68,11 @@ impl Choice {
         Self { mesh: Some(crossovers), ..self }
     }
 
+    fn grading(mut self, word: &str) -> Self {
+        self.sets.push(format!("/pack/mesh_grading={word}"));
+        self
+    }
+
     fn unit_cell(mut self, cell: UnitCell) -> Self {
         self.sets.push(format!("/solver/unit_cell={}", cell.word()));
         self
@@ -86,6 +92,12 @@ pub fn choices(case: &Case, gpu: bool) -> Vec<Choice> {
     for mesh in MESH.into_iter().filter(other_mesh) {
         all.push(with().named(&format!("mesh {mesh}")).mesh(mesh));
     }
+    let gradable = case.pack.grading.is_none() && case.projectile.is_some();
+    if gradable {
+        all.push(with().named("graded").grading("graded"));
+    } else if case.pack.grading.is_some() {
+        all.push(with().named("not graded").grading("none"));
+    }
     let other = match case.solver.unit_cell {
         UnitCell::Joint => UnitCell::Bracketed,
         UnitCell::Bracketed => UnitCell::Joint,
@@ -99,6 +111,9 @@ pub fn choices(case: &Case, gpu: bool) -> Vec<Choice> {
     }
     if other_mesh(&2) {
         all.push(with().named("f32, mesh 2").single().mesh(2));
+    }
+    if gradable {
+        all.push(with().named("f32, graded").single().grading("graded"));
     }
     if gpu {
         all.push(Choice { processor: Processor::Gpu, ..with().named("gpu f32").single() });
@@ -114,7 +129,8 @@ pub fn fits(case: &Case, choice: &Choice) -> Result<(), String> {
     let Some(mesh) = choice.mesh else { return Ok(()) };
     for layer in case.layers().iter() {
         for (count, along) in [(layer.columns, "warp"), (layer.rows, "weft")] {
-            let crossovers = count * case.pack.crossovers_per_element as usize;
+            let crossovers =
+                count * case.pack.crossovers_per_element as usize / case.pack.elements_per_crossover as usize;
             if !crossovers.is_multiple_of(mesh as usize) {
                 return Err(format!("{crossovers} crossovers along the {along} do not divide by {mesh}"));
             }
@@ -142,10 +158,12 @@ mod tests {
             "Courant 0.5",
             "mesh 1",
             "mesh 4",
+            "graded",
             "bracketed",
             "no symmetry",
             "no skip",
             "f32, Courant 0.95",
+            "f32, graded",
             "gpu f32",
         ];
         assert_eq!(names, expected);

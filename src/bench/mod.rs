@@ -9,6 +9,7 @@
 
 pub mod choice;
 pub mod error;
+pub mod objectivity;
 pub mod plot;
 pub mod report;
 
@@ -24,8 +25,8 @@ pub use choice::{Choice, Processor};
 pub use error::Errors;
 
 /// What the reference is, for people.
-pub const REFERENCE: &str = "CPU, f64, Courant 0.25, one crossover per element, bracketed unit cell, history four times \
-                             as fine, otherwise the case as it is";
+pub const REFERENCE: &str = "CPU, f64, Courant 0.25, one crossover per element everywhere, bracketed unit cell, history \
+                             four times as fine, otherwise the case as it is";
 
 /// Courant number of the reference [-].
 const REFERENCE_COURANT: f64 = 0.25;
@@ -180,6 +181,7 @@ fn reference_sets(case: &Case, courant: f64) -> Vec<String> {
         format!("/solver/courant={courant}"),
         "/solver/unit_cell=bracketed".to_owned(),
         "/pack/crossovers_per_element=1".to_owned(),
+        "/pack/mesh_grading=none".to_owned(),
         format!("/output/history_interval_us={interval:?}"),
     ]
 }

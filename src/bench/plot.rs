@@ -5,7 +5,7 @@
 use std::fmt::Write;
 
 use super::{Measured, Row};
-use crate::output::escape;
+use crate::output::chart::{self, Axis, escape, label};
 
 const WIDTH: f64 = 960.0;
 /// Of one panel.
@@ -43,45 +43,6 @@ const STYLE: &str = "<style>
 <rect class=\"paper\" width=\"100%\" height=\"100%\"/>
 ";
 
-/// A logarithmic axis from one power of ten (or a tight range) to another, over a length on the paper.
-struct Axis {
-    /// Decimal logarithms of the ends.
-    range: [f64; 2],
-    /// Where they lie on the paper.
-    paper: [f64; 2],
-}
-
-impl Axis {
-    /// An axis that holds all values with some room.
-    fn around(values: &[f64], paper: [f64; 2]) -> Self {
-        let logs = || values.iter().filter(|value| **value > 0.0).map(|value| value.log10());
-        let (low, high) = (logs().fold(f64::INFINITY, f64::min), logs().fold(f64::NEG_INFINITY, f64::max));
-        let range = if low <= high { [low, high] } else { [0.0, 1.0] };
-        let room = 0.08 * (range[1] - range[0]) + 0.08;
-        Self { range: [range[0] - room, range[1] + room], paper }
-    }
-
-    /// Where a value lies; zero and below on the lower end.
-    fn at(&self, value: f64) -> f64 {
-        let log = if value > 0.0 { value.log10().clamp(self.range[0], self.range[1]) } else { self.range[0] };
-        let share = (log - self.range[0]) / (self.range[1] - self.range[0]);
-        self.paper[0] + share * (self.paper[1] - self.paper[0])
-    }
-
-    /// One, two and five times the powers of ten on it; powers alone where it is long.
-    fn ticks(&self) -> Vec<f64> {
-        let digits: &[f64] = if self.range[1] - self.range[0] > 3.0 { &[1.0] } else { &[1.0, 2.0, 5.0] };
-        let powers = self.range[0].floor() as i32..=self.range[1].ceil() as i32;
-        let all = powers.flat_map(|power| digits.iter().map(move |digit| digit * 10.0_f64.powi(power)));
-        all.filter(|tick| (self.range[0]..=self.range[1]).contains(&tick.log10())).collect()
-    }
-}
-
-/// A number as an axis shows it.
-fn label(tick: f64) -> String {
-    if (1e-3..1e4).contains(&tick) { format!("{}", (tick * 1e4).round() / 1e4) } else { format!("{tick:.0e}") }
-}
-
 /// The picture of everything measured. `tolerance`: error that is good enough [-].
 pub fn plot(measured: &[Measured], tolerance: f64) -> String {
     let height = HEIGHT * measured.len().max(1) as f64;
@@ -102,16 +63,13 @@ fn panel(measured: &Measured, tolerance: f64) -> String {
     rows.sort_by(|a, b| a.1[0].total_cmp(&b.1[0]));
     let limit = tolerance * 100.0;
     let values = |of: usize| rows.iter().map(move |(_, point)| point[of]);
-    let x = Axis::around(&values(0).collect::<Vec<_>>(), [LEFT, RIGHT]);
-    let y = Axis::around(&values(1).chain([limit]).collect::<Vec<_>>(), [BOTTOM, TOP]);
+    let x = Axis::logarithmic(&values(0).collect::<Vec<_>>(), [LEFT, RIGHT]);
+    let y = Axis::logarithmic(&values(1).chain([limit]).collect::<Vec<_>>(), [BOTTOM, TOP]);
     let mut out = String::new();
-    let title = escape(&measured.case.title);
-    let _ = writeln!(
-        out,
-        "<text x=\"24\" y=\"28\" font-size=\"16\" font-weight=\"bold\">{title}: run time against error</text>"
-    );
-    let _ = writeln!(out, "<text x=\"24\" y=\"48\" font-size=\"13\">{}</text>", escape(&caption(measured)));
-    out += &axes(&x, &y);
+    let title = format!("{}: run time against error", measured.case.title);
+    out += &chart::text(24.0, 28.0, "font-size=\"16\" font-weight=\"bold\"", &title);
+    out += &chart::text(24.0, 48.0, "font-size=\"13\"", &caption(measured));
+    out += &chart::axes(&x, &y, ["time in the loop [s]", "error of the velocity history [%]"]);
     let at = y.at(limit);
     let _ = writeln!(out, "<line class=\"limit\" x1=\"{LEFT}\" x2=\"{RIGHT}\" y1=\"{at:.1}\" y2=\"{at:.1}\"/>");
     let _ = writeln!(
@@ -147,31 +105,6 @@ fn caption(measured: &Measured) -> String {
         }
         None => format!("no choice is good enough; {front}"),
     }
-}
-
-fn axes(x: &Axis, y: &Axis) -> String {
-    let mut out = String::new();
-    for tick in x.ticks() {
-        let (at, below, text) = (x.at(tick), BOTTOM + 16.0, label(tick));
-        let _ = writeln!(out, "<line class=\"grid\" x1=\"{at:.1}\" x2=\"{at:.1}\" y1=\"{TOP}\" y2=\"{BOTTOM}\"/>");
-        let _ = writeln!(out, "<text x=\"{at:.1}\" y=\"{below}\" text-anchor=\"middle\">{text}</text>");
-    }
-    for tick in y.ticks() {
-        let (at, left, text) = (y.at(tick), LEFT - 6.0, label(tick));
-        let _ = writeln!(out, "<line class=\"grid\" x1=\"{LEFT}\" x2=\"{RIGHT}\" y1=\"{at:.1}\" y2=\"{at:.1}\"/>");
-        let _ = writeln!(out, "<text x=\"{left}\" y=\"{:.1}\" text-anchor=\"end\">{text}</text>", at + 4.0);
-    }
-    let (width, height) = (RIGHT - LEFT, BOTTOM - TOP);
-    let _ = writeln!(out, "<rect class=\"frame\" x=\"{LEFT}\" y=\"{TOP}\" width=\"{width}\" height=\"{height}\"/>");
-    let (middle, below) = (0.5 * (LEFT + RIGHT), BOTTOM + 38.0);
-    let _ = writeln!(out, "<text x=\"{middle}\" y=\"{below}\" text-anchor=\"middle\">time in the loop [s]</text>");
-    let (left, middle) = (LEFT - 56.0, 0.5 * (TOP + BOTTOM));
-    let _ = writeln!(
-        out,
-        "<text x=\"{left}\" y=\"{middle}\" text-anchor=\"middle\" transform=\"rotate(-90 {left} {middle})\">\
-         error of the velocity history [%]</text>"
-    );
-    out
 }
 
 /// Points with their labels, each where none was put before.
@@ -217,20 +150,6 @@ fn free_place(taken: &[[f64; 4]], [px, py]: [f64; 2], width: f64) -> [f64; 4] {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn an_axis_is_logarithmic_and_holds_its_values() {
-        let axis = Axis::around(&[0.01, 1.0, 0.0], [0.0, 100.0]);
-        assert!((axis.at(0.1) - 50.0).abs() < 1e-9);
-        assert!(0.0 < axis.at(0.01) && axis.at(1.0) < 100.0);
-        assert_eq!(axis.at(0.0), 0.0);
-        assert_eq!(
-            axis.ticks().iter().map(|tick| label(*tick)).collect::<Vec<_>>().join(" "),
-            "0.01 0.02 0.05 0.1 0.2 0.5 1"
-        );
-        assert!(Axis::around(&[], [0.0, 1.0]).at(2.0).is_finite());
-        assert_eq!(label(1e-6), "1e-6");
-    }
 
     #[test]
     fn labels_make_room_for_each_other() {

@@ -7,10 +7,10 @@ use super::record::Record;
 use super::scope::{Choice, Scope};
 use super::words::Word;
 use super::{
-    Case, Compression, Crossover, Edge, Edges, Fabric, InitialDeflection, MembraneForce, Output, Pack, Shear, Solver,
-    Yarn,
+    Case, Compression, Crossover, Edge, Edges, Fabric, InitialDeflection, MembraneForce, Output, Pack, Projectile,
+    Shear, Solver, Yarn,
 };
-use super::{expect, layup, limits, projectile};
+use super::{expect, grading, layup, limits, projectile};
 
 /// A case from its document, fabric inlined and changes applied; `as_run` and the names are the caller's.
 pub(super) fn case(map: &Map<String, Value>) -> Result<Case, CaseError> {
@@ -18,8 +18,8 @@ pub(super) fn case(map: &Map<String, Value>) -> Result<Case, CaseError> {
     let root = Scope::root(&record, map)?;
     let title = root.text("title")?;
     let fabric = fabric(&root.object("fabric")?, &record)?;
-    let pack = pack(&root.object("pack")?, &fabric, &record)?;
     let projectile = root.object_if_given("projectile")?.map(|scope| projectile::read(&scope)).transpose()?;
+    let pack = pack(&root.object("pack")?, &fabric, projectile.as_ref(), &record)?;
     let solver = solver(&root.object("solver")?)?;
     let output = output(&root.object("output")?)?;
     let expect = root.quiet_items("expect")?.iter().map(expect::read).collect::<Result<_, _>>()?;
@@ -147,17 +147,24 @@ fn thickness_and_shear(scope: &Scope<'_>, record: &Record) -> Result<(f64, Optio
     Ok((thickness, Some(shear)))
 }
 
-fn pack(scope: &Scope<'_>, fabric: &Fabric, record: &Record) -> Result<Pack, CaseError> {
+fn pack(
+    scope: &Scope<'_>,
+    fabric: &Fabric,
+    projectile: Option<&Projectile>,
+    record: &Record,
+) -> Result<Pack, CaseError> {
     let size = [scope.number("width_mm")?, scope.number("height_mm")?];
     let edges = edges(scope)?;
     let crossovers_per_element = scope.whole("crossovers_per_element")?;
-    let ([columns, rows], [element_length_x, element_length_y]) = mesh(scope, fabric, size, crossovers_per_element)?;
+    let elements_per_crossover = scope.whole("elements_per_crossover")?;
+    let side = f64::from(crossovers_per_element) / f64::from(elements_per_crossover);
+    let ([columns, rows], [element_length_x, element_length_y]) = mesh(scope, fabric, size, side)?;
     let pretension = scope.object("pretension")?;
     let pretension = [pretension.number_if_given("warp_n_per_m")?, pretension.number_if_given("weft_n_per_m")?];
     let initial_velocity = scope.vector("initial_velocity_m_s")?;
     let initial_deflection = scope.object_if_given("initial_deflection")?;
-    let common = layup::Common { fabric, size, crossovers_per_element, edges, initial_velocity };
-    let layup = layup::read(scope, &common, record)?;
+    let common = layup::Common { fabric, size, side, edges, initial_velocity };
+    let mut layup = layup::read(scope, &common, record)?;
     let plies = layup::plies(scope, &layup)?;
     let spacing = scope.number_if_given("spacing_mm")?;
     match spacing {
@@ -166,6 +173,11 @@ fn pack(scope: &Scope<'_>, fabric: &Fabric, record: &Record) -> Result<Pack, Cas
             scope.derive("spacing_mm", fabric.thickness, record.is_assumed("/fabric/thickness_mm"))?;
         }
         None => layup::derive_spacing(scope, &layup, record)?,
+    }
+    let depth = f64::from(plies - 1) * spacing.unwrap_or_else(|| layup::thickest(&layup, fabric));
+    let grading = grading::read(scope, projectile, crossovers_per_element)?.map(|g| g.through(depth, projectile));
+    for layer in &mut layup {
+        layer.grading = grading;
     }
     Ok(Pack {
         plies,
@@ -177,6 +189,9 @@ fn pack(scope: &Scope<'_>, fabric: &Fabric, record: &Record) -> Result<Pack, Cas
         element_length_x,
         element_length_y,
         crossovers_per_element,
+        grading,
+        regularisation: scope.word("regularisation")?,
+        elements_per_crossover,
         edges,
         pretension: pretension.iter().any(Option::is_some).then_some(pretension),
         initial_velocity,
@@ -184,14 +199,15 @@ fn pack(scope: &Scope<'_>, fabric: &Fabric, record: &Record) -> Result<Pack, Cas
     })
 }
 
-/// Columns and rows, and the element lengths [m], for a size [m]: of the pack or of a group of its plies.
+/// Columns and rows, and the element lengths [m], for a size [m]: of the pack or of a group of its plies; `side` is the
+/// number of crossovers along the side of an element.
 pub(super) fn mesh(
     scope: &Scope<'_>,
     fabric: &Fabric,
     size: [f64; 2],
-    crossovers_per_element: u32,
+    side: f64,
 ) -> Result<([usize; 2], [f64; 2]), CaseError> {
-    let length = [&fabric.warp, &fabric.weft].map(|yarn| f64::from(crossovers_per_element) * 2.0 * yarn.half_span());
+    let length = [&fabric.warp, &fabric.weft].map(|yarn| side * 2.0 * yarn.half_span());
     let count = limits::mesh(&scope.pointer, size, length)?;
     let how = "the size over the element length, to the nearest whole number";
     for (name, count) in [("columns", count[0]), ("rows", count[1])] {
@@ -226,6 +242,7 @@ fn solver(scope: &Scope<'_>) -> Result<Solver, CaseError> {
         courant: scope.number("courant")?,
         hourglass: scope.number("hourglass")?,
         symmetry: scope.word("symmetry")?,
+        contact_sampling: scope.word("contact_sampling")?,
         unit_cell: scope.word("unit_cell")?,
         run_until: scope.word("run_until")?,
     })

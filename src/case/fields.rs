@@ -20,8 +20,6 @@ pub(super) struct Key {
     pub group: &'static str,
     /// Another key that must be given with this one; empty: none.
     pub with: &'static str,
-    /// A remark on this version, shown with the field's source.
-    pub note: &'static str,
     /// What to say to a value out of range.
     pub help: &'static str,
 }
@@ -154,7 +152,7 @@ impl fmt::Display for Range {
 /// A key that must be given; the other properties are added by the methods below.
 pub(super) const fn key(name: &'static str, kind: Kind, doc: &'static str) -> Key {
     let presence = Presence::Required;
-    Key { name, doc, kind, presence, only: None, group: "", with: "", note: "", help: "" }
+    Key { name, doc, kind, presence, only: None, group: "", with: "", help: "" }
 }
 
 pub(super) const fn number(name: &'static str, unit: Unit, range: Range, doc: &'static str) -> Key {
@@ -218,11 +216,6 @@ impl Key {
 
     pub(super) const fn with(mut self, key: &'static str) -> Self {
         self.with = key;
-        self
-    }
-
-    pub(super) const fn note(mut self, note: &'static str) -> Self {
-        self.note = note;
         self
     }
 

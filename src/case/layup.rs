@@ -15,7 +15,8 @@ pub(super) struct Common<'a> {
     pub fabric: &'a Fabric,
     /// Width and height asked for [m].
     pub size: [f64; 2],
-    pub crossovers_per_element: u32,
+    /// Crossovers along the side of an element.
+    pub side: f64,
     pub edges: Edges,
     /// [m/s]
     pub initial_velocity: [f64; 3],
@@ -51,9 +52,19 @@ fn layer(group: &Scope<'_>, common: &Common<'_>, record: &Record) -> Result<Laye
     };
     let [width, height] = common.size;
     let size = if lies_across(orientation) { [height, width] } else { [width, height] };
-    let ([columns, rows], [element_length_x, element_length_y]) =
-        build::mesh(group, &fabric, size, common.crossovers_per_element)?;
-    Ok(Layer { plies, fabric, orientation, edges, initial_velocity, columns, rows, element_length_x, element_length_y })
+    let ([columns, rows], [element_length_x, element_length_y]) = build::mesh(group, &fabric, size, common.side)?;
+    Ok(Layer {
+        plies,
+        fabric,
+        orientation,
+        edges,
+        initial_velocity,
+        columns,
+        rows,
+        element_length_x,
+        element_length_y,
+        grading: None,
+    })
 }
 
 /// Whether the warp lies along the pack's Y axis: then the ply's own width is the pack's height.
@@ -86,6 +97,11 @@ pub(super) fn plies(pack: &Scope<'_>, layup: &[Layer]) -> Result<u32, CaseError>
             Err(error.help("leave \"plies\" out: the layup says how many there are"))
         }
     }
+}
+
+/// Largest thickness of any ply [m].
+pub(super) fn thickest(layup: &[Layer], common: &Fabric) -> f64 {
+    layup.iter().map(|layer| layer.fabric.thickness).reduce(f64::max).unwrap_or(common.thickness)
 }
 
 /// Records the spacing that follows from the thicknesses of neighbouring plies.

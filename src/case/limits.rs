@@ -12,6 +12,12 @@ const MAX_ELEMENTS: f64 = 2_147_483_648.0;
 const ELEMENT_BYTES: f64 = 400.0;
 /// What contact between plies keeps of one node [bytes].
 const CONTACT_BYTES: f64 = 350.0;
+/// What making and compressing a frame keeps of one element with its node [bytes].
+const FRAME_BYTES: f64 = 400.0;
+/// What a frame that waits to be written keeps of one element with its node [bytes].
+const SNAPSHOT_BYTES: usize = 80;
+/// Memory that those which wait may take [bytes]; two may always wait.
+const WAITING_BYTES: usize = 128 << 20;
 /// One row of the history [bytes].
 const ROW_BYTES: f64 = 200.0;
 
@@ -64,7 +70,8 @@ fn times(case: &Case) -> Result<(), CaseError> {
 }
 
 fn elements(case: &Case) -> Result<(), CaseError> {
-    let of_layer = |layer: &Layer| f64::from(layer.plies) * layer.columns as f64 * layer.rows as f64;
+    let of_layer =
+        |layer: &Layer| f64::from(layer.plies) * layer.counts().into_iter().map(|n| n as f64).product::<f64>();
     let count: f64 = case.layers().iter().map(of_layer).sum();
     if count <= MAX_ELEMENTS {
         return Ok(());
@@ -100,11 +107,25 @@ fn steps(case: &Case) -> Result<(), CaseError> {
 fn memory_needed(case: &Case) -> f64 {
     let contact = if case.pack.plies > 1 { CONTACT_BYTES } else { 0.0 };
     let of_layer = |layer: &Layer| {
-        let [columns, rows] = [layer.columns as f64, layer.rows as f64];
+        let [columns, rows] = layer.counts().map(|count| count as f64);
         f64::from(layer.plies) * (columns * rows * ELEMENT_BYTES + (columns + 1.0) * (rows + 1.0) * contact)
     };
     let rows = case.solver.end_time / case.output.history_interval + 2.0;
-    case.layers().iter().map(of_layer).sum::<f64>() + rows * ROW_BYTES
+    case.layers().iter().map(of_layer).sum::<f64>() + rows * ROW_BYTES + frames_bytes(case)
+}
+
+/// Bytes that writing frames takes: the one being written, and those that wait for it.
+fn frames_bytes(case: &Case) -> f64 {
+    if case.output.frames == 0 {
+        return 0.0;
+    }
+    let elements = case.elements();
+    elements as f64 * (FRAME_BYTES + (waiting_frames(case) * SNAPSHOT_BYTES) as f64)
+}
+
+/// Frames that may wait to be written.
+pub(super) fn waiting_frames(case: &Case) -> usize {
+    (WAITING_BYTES / (SNAPSHOT_BYTES * case.elements().max(1))).clamp(2, (case.output.frames as usize).max(2))
 }
 
 /// Bytes that this machine, or the container around the process, has left; `None` where it does not say.
@@ -121,7 +142,8 @@ fn memory(needed: f64, available: Option<f64>) -> Result<(), CaseError> {
         Some(available) if needed > available => {
             let expected = format!("a case that fits into the memory available, {}", bytes(available));
             let found = format!("{} needed", bytes(needed));
-            Err(CaseError::at("/pack", expected, found).help(format!("{SMALLER}, or raise history_interval_us")))
+            Err(CaseError::at("/pack", expected, found)
+                .help(format!("{SMALLER}, raise history_interval_us, or write no frames")))
         }
         _ => Ok(()),
     }
@@ -164,6 +186,25 @@ mod tests {
         // 14 mm are 9.4 crossovers of S-728 and 11.0 of S-720, 25.4 mm 17 and 20.
         let own = 9.0 * 17.0 * ELEMENT_BYTES + 10.0 * 18.0 * CONTACT_BYTES;
         assert_eq!(needed(r#""layup": [{}, {"fabric": {"file": "fabrics/s-728.json"}}]"#), 0.5 * two + own);
+    }
+
+    #[test]
+    fn frames_take_memory_within_bounds() {
+        let needed = |frames: u32, size: u32| {
+            let text = format!(
+                r#"{{"title": "t", "fabric": {{"file": "fabrics/s-720.json"}}, "solver": {{"end_time_us": 100}},
+                    "output": {{"frames": {frames}}}, "pack": {{"width_mm": {size}, "height_mm": {size}}}}}"#
+            );
+            let case = crate::case::from_str("t", &text, &[]).unwrap();
+            (frames_bytes(&case), case.elements() as f64)
+        };
+        assert_eq!(needed(0, 203).0, 0.0);
+        let (few, elements) = needed(10, 203);
+        assert_eq!(few, elements * (400.0 + 10.0 * 80.0));
+        let (many, elements) = needed(10_000, 203);
+        assert!(many > few && many < elements * 400.0 + 1.35e8, "{many}");
+        let (large, elements) = needed(10_000, 2000);
+        assert_eq!(large, elements * (400.0 + 2.0 * 80.0));
     }
 
     #[test]

@@ -12,6 +12,7 @@ mod error;
 mod expect;
 mod fabric_file;
 mod fields;
+mod grading;
 mod json;
 mod layup;
 mod limits;
@@ -31,7 +32,9 @@ mod words;
 
 pub use error::CaseError;
 pub use fabric_file::builtin_fabric;
+pub use grading::Grading;
 pub use read::{from_str, read};
+pub(crate) use report::mesh;
 pub use report::report;
 pub use schema::schema;
 pub(crate) use words::Word;
@@ -80,7 +83,18 @@ impl Case {
             rows: pack.rows,
             element_length_x: pack.element_length_x,
             element_length_y: pack.element_length_y,
+            grading: pack.grading,
         }])
+    }
+
+    /// Frames that may wait to be written: as many as the memory set aside for them holds.
+    pub(crate) fn waiting_frames(&self) -> usize {
+        limits::waiting_frames(self)
+    }
+
+    /// Elements over all plies.
+    pub fn elements(&self) -> usize {
+        self.layers().iter().map(|layer| layer.plies as usize * layer.columns * layer.rows).sum()
     }
 }
 
@@ -199,16 +213,22 @@ pub struct Pack {
     pub friction: f64,
     /// The plies in groups from the struck side, where they are not all of the case's fabric, laid alike; else empty.
     pub layup: Vec<Layer>,
-    /// Elements along warp (X); the asked width rounded to whole elements.
+    /// Elements of the finest size along warp (X); the asked width rounded to whole elements.
     pub columns: usize,
-    /// Elements along weft (Y).
+    /// Elements of the finest size along weft (Y).
     pub rows: usize,
-    /// Undeformed element length along warp [m].
+    /// Undeformed length along warp of the finest elements [m].
     pub element_length_x: f64,
-    /// Undeformed element length along weft [m].
+    /// Undeformed length along weft of the finest elements [m].
     pub element_length_y: f64,
-    /// Crossovers along each side of one element.
+    /// Crossovers along each side of an element of the finest size.
     pub crossovers_per_element: u32,
+    /// How elements grow away from the hit; `None`: they are alike.
+    pub grading: Option<Grading>,
+    /// What larger elements do to keep the outcome.
+    pub regularisation: Regularisation,
+    /// Elements along each side of one crossover.
+    pub elements_per_crossover: u32,
     /// Boundary conditions.
     pub edges: Edges,
     /// Initial membrane force per reference length [N/m] along warp and weft; `None` holds that stretch at 1.
@@ -217,6 +237,15 @@ pub struct Pack {
     pub initial_velocity: [f64; 3],
     /// Initial sine deflection, if any.
     pub initial_deflection: Option<InitialDeflection>,
+}
+
+/// What meshes coarser than one crossover per element do to keep its outcome.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Regularisation {
+    /// Elements of several crossovers fail at a lower strain, those of a graded mesh are viscous away from the hit.
+    Calibrated,
+    /// Nothing.
+    None,
 }
 
 /// Consecutive plies that are alike.
@@ -232,14 +261,16 @@ pub struct Layer {
     pub edges: Edges,
     /// Initial velocity of every free node, in the pack's axes [m/s].
     pub initial_velocity: [f64; 3],
-    /// Elements along warp.
+    /// Elements of the finest size along warp.
     pub columns: usize,
-    /// Elements along weft.
+    /// Elements of the finest size along weft.
     pub rows: usize,
-    /// Undeformed element length along warp [m].
+    /// Undeformed length along warp of the finest elements [m].
     pub element_length_x: f64,
-    /// Undeformed element length along weft [m].
+    /// Undeformed length along weft of the finest elements [m].
     pub element_length_y: f64,
+    /// How elements grow away from the hit; `None`: they are alike.
+    pub grading: Option<Grading>,
 }
 
 /// w = amplitude · sin(m π X/width) · sin(n π Y/height); 0 half waves along a direction: constant there.
@@ -403,6 +434,8 @@ pub struct Solver {
     pub hourglass: f64,
     /// Whether mirror symmetry may be used.
     pub symmetry: Symmetry,
+    /// Where contact with the projectile is sampled.
+    pub contact_sampling: ContactSampling,
     /// How the unit cell is solved.
     pub unit_cell: UnitCell,
     /// When the run ends.
@@ -416,6 +449,15 @@ pub enum Symmetry {
     Auto,
     /// Never.
     None,
+}
+
+/// Where contact with the projectile is sampled.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ContactSampling {
+    /// At nodes.
+    Nodes,
+    /// At nodes, and where the rim of a flat face crosses the edges of elements.
+    Rim,
 }
 
 /// How the unit cell is solved; to rounding the result is the same.
@@ -441,7 +483,7 @@ pub enum RunUntil {
 pub struct Output {
     /// Interval of `history.csv` [s].
     pub history_interval: f64,
-    /// Frames for ParaView over the run.
+    /// Frames for ParaView, evenly from the start to the end time.
     pub frames: u32,
     /// Times at which a deflection profile is sampled [s], ascending.
     pub profile_times: Vec<f64>,
@@ -512,6 +554,17 @@ pub enum Origin {
     Default,
     /// Computed from other fields.
     Derived,
+}
+
+impl Origin {
+    /// One word.
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::Read => "read",
+            Self::Default => "default",
+            Self::Derived => "derived",
+        }
+    }
 }
 
 impl Yarn {

@@ -1,7 +1,7 @@
 //! What `ripstop check` prints: every field of a case with where its value came from.
 
 use super::value::short_number_text;
-use super::{Case, Field, Layer, Origin};
+use super::{Case, Field, Layer, grading};
 
 /// Values longer than this do not widen their column.
 const WIDEST_VALUE: usize = 24;
@@ -22,7 +22,7 @@ pub fn report(case: &Case) -> String {
         group = top;
         let mark = if field.assumed { "* " } else { "  " };
         let pointer = format!("{mark}{}", field.pointer);
-        lines.push(line(&pointer, &field.with_unit(), origin(field.origin), &field.source, [pointers + 2, values]));
+        lines.push(line(&pointer, &field.with_unit(), field.origin.word(), &field.source, [pointers + 2, values]));
     }
     let assumed = case.fields.iter().filter(|field| field.assumed).count();
     if assumed > 0 {
@@ -32,14 +32,14 @@ pub fn report(case: &Case) -> String {
 }
 
 /// The mesh of the pack; of a layup in one line per group, from the struck side.
-fn mesh(case: &Case) -> String {
+pub(crate) fn mesh(case: &Case) -> String {
     let pack = &case.pack;
     if pack.layup.is_empty() {
-        let mesh = elements([pack.columns, pack.rows], [pack.element_length_x, pack.element_length_y]);
-        return format!("{}, {mesh}", plies(pack.plies));
+        let mesh: Vec<String> = case.layers().iter().map(elements).collect();
+        return format!("{}, {}", plies(pack.plies), mesh.join(""));
     }
     let line = |layer: &Layer| {
-        let mesh = elements([layer.columns, layer.rows], [layer.element_length_x, layer.element_length_y]);
+        let mesh = elements(layer);
         let turned = short_number_text(layer.orientation.to_degrees());
         format!("{} of {} at {turned}°, {mesh}", plies(layer.plies), layer.fabric.name)
     };
@@ -50,18 +50,13 @@ fn plies(count: u32) -> String {
     format!("{count} {}", if count == 1 { "ply" } else { "plies" })
 }
 
-fn elements([columns, rows]: [usize; 2], length: [f64; 2]) -> String {
-    let [x, y] = length.map(|length| length * 1e3);
-    let [width, height] = [columns as f64 * x, rows as f64 * y];
-    format!("{columns} × {rows} elements of {x:.4} × {y:.4} mm: {width:.2} × {height:.2} mm")
-}
-
-fn origin(origin: Origin) -> &'static str {
-    match origin {
-        Origin::Read => "read",
-        Origin::Default => "default",
-        Origin::Derived => "derived",
-    }
+fn elements(layer: &Layer) -> String {
+    let [x, y] = [layer.element_length_x, layer.element_length_y].map(|length| length * 1e3);
+    let [width, height] = [layer.columns as f64 * x, layer.rows as f64 * y];
+    let [columns, rows] = layer.counts();
+    let from = if layer.grading.is_some() { "from " } else { "of " };
+    let grown = layer.grading.map_or(String::new(), |g| format!(" ({})", grading::words(&g)));
+    format!("{columns} × {rows} elements {from}{x:.4} × {y:.4} mm{grown}: {width:.2} × {height:.2} mm")
 }
 
 fn widest<'a>(case: &'a Case, text: impl Fn(&'a Field) -> &'a String, most: usize) -> usize {

@@ -166,8 +166,5 @@ fn description(key: &Key) -> String {
         Presence::RequiredUnless(other, word, ..) => text += &format!(" Not needed where {other} is \"{word}\"."),
         Presence::Required | Presence::Optional(_) => {}
     }
-    if !key.note.is_empty() {
-        text += &format!(" Note: {}.", key.note);
-    }
     text
 }

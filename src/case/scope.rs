@@ -137,11 +137,7 @@ impl<'a> Scope<'a> {
     }
 
     fn note(&self, key: &Key, value: String, origin: Origin, source: &str, assumed: bool) {
-        let source = match (source, key.note) {
-            (source, "") => source.to_owned(),
-            (source, note) => format!("{source}; {note}"),
-        };
-        self.note_as(key.name, value, key.unit(), origin, source, assumed);
+        self.note_as(key.name, value, key.unit(), origin, source.to_owned(), assumed);
     }
 
     fn note_as(&self, name: &str, value: String, unit: &'static str, origin: Origin, source: String, assumed: bool) {
@@ -290,6 +286,11 @@ impl<'a> Scope<'a> {
         }
         self.take(name)?;
         self.given(name).and_then(Value::as_object).map(|map| self.below(key, Some(map))).transpose()
+    }
+
+    /// The defaults of an object's keys, where a word stands for them.
+    pub(super) fn defaults(&self, name: &str) -> Result<Self, CaseError> {
+        self.below(self.key(name)?, None)
     }
 
     pub(super) fn choice(&self, name: &str) -> Result<Choice<'a>, CaseError> {

@@ -5,7 +5,10 @@ use std::f64::consts::PI;
 use super::fields::{Key, Kind, Unit, above, key, number, within, word};
 use super::pointer::index;
 use super::words::{ShapeWord, Word};
-use super::{Along, Edge, Law, MembraneForce, Motion, Rotation, RunUntil, ShearModulus, Symmetry, UnitCell};
+use super::{
+    Along, ContactSampling, Edge, Law, MembraneForce, Motion, Regularisation, Rotation, RunUntil, ShearModulus,
+    Symmetry, UnitCell,
+};
 
 const NONE: Unit = Unit::new("", 1.0, 1.0);
 const RAD: Unit = Unit::new("rad", 1.0, 1.0);
@@ -128,6 +131,21 @@ static PACK: &[Key] = &[
         .default_word("clamped", "a fixed frame, as in the paper"),
     key("crossovers_per_element", Kind::Whole(1, 64), "Crossovers along each side of an element.")
         .default(1.0, "the paper: one element per crossover"),
+    key("elements_per_crossover", Kind::Whole(1, 16), "Elements along each side of a crossover, to refine the mesh.")
+        .default(1.0, "the paper: one element per crossover"),
+    key(
+        "mesh_grading",
+        Kind::WordOrObject(&["none", "graded"], GRADING),
+        "Elements that grow away from the hit; \"graded\" is an object without keys.",
+    )
+    .default_word("none", "elements are alike"),
+    word(
+        "regularisation",
+        Regularisation::WORDS,
+        "What elements larger than one crossover do to keep the outcome: they fail at a lower strain, in a graded mesh \
+        they are viscous.",
+    )
+    .default_word("calibrated", "measured on S-720; elements of one crossover are not concerned"),
     number(
         "spacing_mm",
         MM,
@@ -153,6 +171,21 @@ static PACK: &[Key] = &[
         "The plies in groups of consecutive ones, from the struck side, where they are not all alike.",
     )
     .optional(""),
+];
+
+static GRADING: &[Key] = &[
+    number(
+        "fine_radius_mm",
+        MM,
+        within(0.0, 1e5),
+        "Up to this distance from the projectile's way through the pack, along warp and weft, elements have \
+        crossovers_per_element.",
+    )
+    .derived("four radii of the projectile, and as far as a yawed tail swings out"),
+    number("growth", NONE, within(1.0, 2.0), "Largest ratio of the lengths of neighbouring elements.")
+        .default(1.15, "measured: smaller ones keep the outcome no better"),
+    key("coarsest", Kind::Whole(1, 64), "Crossovers along a side of the largest elements.")
+        .default(8.0, "measured: larger ones save little"),
 ];
 
 static LAYER: &[Key] = &[
@@ -288,6 +321,13 @@ static SOLVER: &[Key] = &[
         .default(HOURGLASS, "model: keeps hourglass energy small without stiffening"),
     word("symmetry", Symmetry::WORDS, "Whether mirror symmetry may be used.")
         .default_word("auto", "same result, less work"),
+    word(
+        "contact_sampling",
+        ContactSampling::WORDS,
+        "Where contact with the projectile is sampled: at nodes, or also where the rim of a flat face crosses the edges \
+        of elements.",
+    )
+    .default_word("nodes", "the cheaper one, and what the GPU computes"),
     word("unit_cell", UnitCell::WORDS, "How the unit cell is solved: the result is the same to rounding.")
         .default_word("joint", "the faster one"),
     word("run_until", RunUntil::WORDS, "When the run ends.")
@@ -297,9 +337,8 @@ static SOLVER: &[Key] = &[
 static OUTPUT: &[Key] = &[
     number("history_interval_us", US, within(1e-6, 1e9), "Interval of history.csv, at most end_time_us.")
         .default(0.5, "a few hundred rows for a shot"),
-    key("frames", Kind::Whole(0, 10_000), "Frames for ParaView over the run.")
-        .default(0.0, "none asked for")
-        .note("frames are not written by this version"),
+    key("frames", Kind::Whole(0, 10_000), "Frames for ParaView, evenly from 0 to end_time_us.")
+        .default(0.0, "none asked for"),
     key("profile_times_us", Kind::Numbers(US, within(0.0, 1e9), [0, 1000]), "Times of deflection profiles, ascending.")
         .default_list(&[], "none asked for"),
     word("profile_along", Along::WORDS, "Direction of the profiles, through the point of impact.")
@@ -382,7 +421,7 @@ mod tests {
 
     /// Cases that together give every key, or have it by default.
     const EVERY_KEY: &[&str] = &[
-        r#""pack": {"width_mm": 9, "height_mm": 9, "spacing_mm": 1, "edges": {}, "initial_deflection":
+        r#""pack": {"width_mm": 9, "height_mm": 9, "spacing_mm": 1, "edges": {}, "mesh_grading": {}, "initial_deflection":
             {"amplitude_mm": 1, "warp_half_waves": 1, "weft_half_waves": 1}},
             "projectile": {"shape": "cone", "diameter_mm": 5, "length_mm": 9, "mass_g": 1, "velocity_m_s": 9}"#,
         // The fabric of the group is the case's.

@@ -1,6 +1,9 @@
 //! The words of the case file and what they stand for.
 
-use super::{Along, Edge, Law, MembraneForce, Motion, Rotation, RunUntil, ShearModulus, Symmetry, UnitCell};
+use super::{
+    Along, ContactSampling, Edge, Law, MembraneForce, Motion, Regularisation, Rotation, RunUntil, ShearModulus,
+    Symmetry, UnitCell,
+};
 
 /// A choice that the case file names by a word.
 pub(crate) trait Word: Copy + Sized + 'static {
@@ -41,7 +44,9 @@ words! {
     Motion { "free" => Free, "prescribed" => Prescribed }
     Rotation { "free" => Free, "locked" => Locked }
     Symmetry { "auto" => Auto, "none" => None }
+    ContactSampling { "nodes" => Nodes, "rim" => Rim }
     UnitCell { "joint" => Joint, "bracketed" => Bracketed }
+    Regularisation { "calibrated" => Calibrated, "none" => None }
     RunUntil { "outcome" => Outcome, "end_time" => EndTime }
     ShapeWord {
         "cylinder" => Cylinder, "sphere" => Sphere, "cone" => Cone, "ogive" => Ogive, "fragment" => Fragment, "bar" => Bar

@@ -2,8 +2,9 @@
 
 use std::path::PathBuf;
 
-use clap::{Args, Parser, Subcommand, ValueEnum, builder::RangedU64ValueParser};
+use clap::{ArgAction, Args, Parser, Subcommand, ValueEnum, builder::RangedU64ValueParser};
 
+use clap_complete::Shell;
 use ripstop::simulation::{self, Skips};
 
 use super::range::{Range, interval};
@@ -15,12 +16,15 @@ use super::range::{Range, interval};
     version,
     about = "Explicit finite elements for the ballistic impact of woven fabrics",
     after_help = "Exit codes: 0 done, 1 an expectation failed or the run became unstable, 2 bad input or usage, \
-                  3 no device for what was asked, 130 interrupted."
+                  3 no device for what was asked, 130 interrupted. `ripstop explain` says more."
 )]
 pub(crate) struct Arguments {
     /// What to do.
     #[command(subcommand)]
     pub(crate) command: Command,
+    /// Say on standard error what is done; -vv says more. RIPSTOP_LOG takes filters, such as ripstop::record=debug
+    #[arg(long, short, global = true, action = ArgAction::Count)]
+    pub(crate) verbose: u8,
 }
 
 /// The commands.
@@ -38,12 +42,18 @@ pub(crate) enum Command {
     Bench(BenchArguments),
     /// Run the built-in verification table: unit cell, waves, conservation, the paper's shot, hard scenes
     Verify(VerifyArguments),
+    /// Published numbers against what this build computes: the paper's fabrics and its two shots
+    Validate(ValidateArguments),
     /// CPU and GPU from the same state, kernel by kernel: the first difference
     Compare(CompareArguments),
     /// What this machine offers and what `--backend auto` would choose
     Info(InfoArguments),
     /// JSON Schema of the case file
     Schema,
+    /// What an exit code or a warning means and what to do
+    Explain(ExplainArguments),
+    /// Completion script for a shell
+    Completions(CompletionsArguments),
 }
 
 /// `ripstop run`
@@ -51,11 +61,13 @@ pub(crate) enum Command {
 #[command(after_help = "Examples:
   ripstop run cases/s720-1ply-155.json
   ripstop run shot.json --set /projectile/velocity_m_s=200 --out out/shot-200
+  ripstop run shot.json --frames 60
   ripstop run shot.json --checkpoint-every 10     # then, after a crash: ripstop resume out/shot
   ripstop run shot.json --set '/pack/edges={\"left\":\"free\"}' --json | jq .residual_velocity_m_s
 
-DIR gets summary.json, history.csv, events.csv, case.json (the case as run),
-shot.svg (a picture), and profiles.csv where the case asks for profiles. The first Ctrl-C writes them
+DIR gets report.html (open it in a browser: verdict, trust, figures, playback),
+summary.json, history.csv, events.csv, case.json (the case as run), shot.svg (a picture),
+profiles.csv where the case asks for profiles, and frames.vtkhdf where there are frames. The first Ctrl-C writes them
 up to that moment, the second ends at once.")]
 pub(crate) struct RunArguments {
     /// Case file
@@ -84,6 +96,15 @@ pub(crate) struct RunArguments {
         default_missing_value = "all"
     )]
     pub(crate) no_skip: Vec<Skip>,
+    /// Write no report.html
+    #[arg(long)]
+    pub(crate) no_report: bool,
+    /// Frames for ParaView, evenly over the end time asked for, in frames.vtkhdf [default: /output/frames of the case]
+    #[arg(long, value_name = "N")]
+    pub(crate) frames: Option<u32>,
+    /// Frames also as frames.pvd with a series of .vtu files
+    #[arg(long)]
+    pub(crate) vtu: bool,
     /// Leave a checkpoint in DIR every so many simulated µs, and at Ctrl-C, for `ripstop resume DIR`; it goes when the run ends
     #[arg(long, value_name = "US", value_parser = interval)]
     pub(crate) checkpoint_every: Option<f64>,
@@ -96,6 +117,12 @@ pub(crate) struct RunArguments {
 }
 
 impl RunArguments {
+    /// Changes of the case.
+    pub(crate) fn sets(&self) -> Vec<String> {
+        let frames = self.frames.map(|count| format!("/output/frames={count}"));
+        self.sets.iter().cloned().chain(frames).collect()
+    }
+
     /// What is left out.
     pub(crate) fn skips(&self) -> Skips {
         let on = |kind: Skip| !self.no_skip.iter().any(|off| [kind, Skip::All].contains(off));
@@ -110,7 +137,7 @@ impl RunArguments {
   ripstop resume out/shot
 
 The case, what computes, its number type and what is left out are those of the run; so are all files, to the last bit, but
-for the time it took. The case in DIR must be the one that the run began with. A run that has ended is let be.")]
+for the time it took, and for frames and the report's playback, which begin where the run goes on. The case in DIR must be the one that the run began with. A run that has ended is let be.")]
 pub(crate) struct ResumeArguments {
     /// Folder of the run
     #[arg(value_name = "DIR")]
@@ -121,6 +148,12 @@ pub(crate) struct ResumeArguments {
     /// Worker threads [default: as the run began]; results do not depend on it
     #[arg(long, value_name = "N", value_parser = RangedU64ValueParser::<usize>::new().range(1..=1024))]
     pub(crate) threads: Option<usize>,
+    /// Write no report.html
+    #[arg(long)]
+    pub(crate) no_report: bool,
+    /// Frames, where /output/frames of the case asks for some, also as frames.pvd with a series of .vtu files
+    #[arg(long)]
+    pub(crate) vtu: bool,
     /// Print nothing but errors
     #[arg(long, short)]
     pub(crate) quiet: bool,
@@ -149,8 +182,13 @@ pub(crate) enum Skip {
 element), then as a user may choose to run it: precision, Courant number, mesh, unit cell, skips, GPU. The error is
 that of the velocity history against the reference, over the velocity the projectile loses.
 
+With --objectivity the ballistic limit is bisected, and the residual velocity at 1.5 times the limit read, for other meshes,
+time steps, positions of the hit in a cell, contact samplings and hourglass coefficients: minutes on two cores. The exit
+code is 1 if a spread is more than allowed. DIR gets objectivity.json.
+
 Examples:
   ripstop bench
+  ripstop bench --objectivity --quick
   ripstop bench shot.json --tolerance 0.5% --repeat 3 --json | jq '.cases[].cheapest_within_tolerance'
 
 DIR gets bench.json and bench.svg."
@@ -174,6 +212,15 @@ pub(crate) struct BenchArguments {
     /// Worker threads [default: all cores]
     #[arg(long, value_name = "N", value_parser = RangedU64ValueParser::<usize>::new().range(1..=1024))]
     pub(crate) threads: Option<usize>,
+    /// How far ballistic limit and residual velocity depend on what is numerical, instead of run time against error
+    #[arg(long, conflicts_with_all = ["tolerance", "backend", "adapter", "repeat"])]
+    pub(crate) objectivity: bool,
+    /// A part of the settings
+    #[arg(long, requires = "objectivity")]
+    pub(crate) quick: bool,
+    /// Print the table of figures for a README
+    #[arg(long, requires = "objectivity", conflicts_with = "json")]
+    pub(crate) markdown: bool,
     /// Run every choice so many times and take the shortest
     #[arg(
         long,
@@ -232,6 +279,31 @@ pub(crate) struct VerifyArguments {
     /// Print the table as JSON
     #[arg(long)]
     pub(crate) json: bool,
+}
+
+/// `ripstop validate`
+#[derive(Args, Debug)]
+#[command(after_help = "Examples:
+  ripstop validate
+  ripstop validate --html out/validation.html
+  ripstop validate --json | jq '.rows[] | select(.judged)'
+
+What was published as a curve only is shown, not judged. The exit code is 1 if a judged row fails.")]
+pub(crate) struct ValidateArguments {
+    #[command(flatten)]
+    pub(crate) backend: BackendArguments,
+    /// Worker threads [default: all cores]
+    #[arg(long, value_name = "N", value_parser = RangedU64ValueParser::<usize>::new().range(1..=1024))]
+    pub(crate) threads: Option<usize>,
+    /// Also write the table as a page of HTML
+    #[arg(long, value_name = "FILE")]
+    pub(crate) html: Option<PathBuf>,
+    /// Print the table as JSON
+    #[arg(long, conflicts_with = "markdown")]
+    pub(crate) json: bool,
+    /// Print the table in Markdown
+    #[arg(long)]
+    pub(crate) markdown: bool,
 }
 
 /// What computes, and in which numbers.
@@ -305,6 +377,30 @@ pub(crate) struct InfoArguments {
     /// Also say which terms this case has, which kernels run and what memory a GPU needs
     #[arg(value_name = "CASE.json")]
     pub(crate) case: Option<PathBuf>,
+}
+
+/// `ripstop explain`
+#[derive(Args, Debug)]
+#[command(after_help = "Examples:
+  ripstop explain
+  ripstop explain W3
+  ripstop explain 130")]
+pub(crate) struct ExplainArguments {
+    /// Exit code (0, 1, 2, 3, 130), or code or name of a warning (W1, energy) [default: all, in a list]
+    #[arg(value_name = "EXIT|WARNING")]
+    pub(crate) code: Option<String>,
+}
+
+/// `ripstop completions`
+#[derive(Args, Debug)]
+#[command(after_help = "Examples:
+  ripstop completions bash > ~/.local/share/bash-completion/completions/ripstop
+  ripstop completions zsh > ~/.zfunc/_ripstop
+  ripstop completions fish > ~/.config/fish/completions/ripstop.fish")]
+pub(crate) struct CompletionsArguments {
+    /// Shell
+    #[arg(value_enum)]
+    pub(crate) shell: Shell,
 }
 
 /// `ripstop check`

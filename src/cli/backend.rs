@@ -3,6 +3,7 @@
 use ripstop::checkpoint;
 use ripstop::gpu::{self, Adapter, Device, DeviceError};
 use ripstop::simulation;
+use tracing::info;
 
 use super::arguments::{Backend, BackendArguments, Precision};
 use super::failure::Failure;
@@ -29,6 +30,13 @@ pub(crate) fn automatic(adapters: &[Adapter]) -> Result<&Adapter, &'static str> 
 
 /// Opens what the arguments ask for.
 pub(crate) fn choose(arguments: &BackendArguments) -> Result<Chosen, Failure> {
+    let chosen = open(arguments)?;
+    let backend = if chosen.device.is_some() { "gpu" } else { "cpu" };
+    info!(backend, adapter = chosen.device.as_ref().map(Device::name), note = chosen.note, "backend chosen");
+    Ok(chosen)
+}
+
+fn open(arguments: &BackendArguments) -> Result<Chosen, Failure> {
     let precision = arguments.precision.unwrap_or(Precision::F64).into();
     let cpu = |note: Option<String>| Ok(Chosen { device: None, precision, note });
     let asked_f64 = arguments.precision == Some(Precision::F64);

@@ -6,21 +6,24 @@ use std::time::Instant;
 use ripstop::bench::{self, BenchError, Measured, Plan, Row, Subject};
 use ripstop::gpu::{self, Device};
 use ripstop::outcome::Outcome;
+use ripstop::output::number::{fixed, fraction, short};
 use ripstop::output::{self, Folder};
 use ripstop::simulation::Progress;
 
 use super::arguments::{Backend, BackendArguments, BenchArguments};
 use super::failure::Failure;
-use super::number::{fixed, fraction, short};
 use super::progress::Bar;
 use super::table::{Align, Table};
-use super::{backend, interrupt, result, screen};
+use super::{backend, interrupt, objectivity, screen};
 
 /// What is written.
 const FILES: [&str; 2] = ["bench.json", "bench.svg"];
 
 /// Measures every case, writes `bench.json` and `bench.svg` and says which choice is the cheapest.
 pub(crate) fn bench(arguments: &BenchArguments) -> Result<(), Failure> {
+    if arguments.objectivity {
+        return objectivity::objectivity(arguments);
+    }
     let start = Instant::now();
     let tolerance = tolerance(&arguments.tolerance)?;
     let interrupted = interrupt::watch()?;
@@ -73,7 +76,7 @@ pub(crate) fn bench(arguments: &BenchArguments) -> Result<(), Failure> {
 }
 
 /// The cases, all of them read before anything is run.
-fn subjects(arguments: &BenchArguments) -> Result<Vec<Subject>, Failure> {
+pub(crate) fn subjects(arguments: &BenchArguments) -> Result<Vec<Subject>, Failure> {
     let sets = &arguments.sets;
     let files = arguments.cases.iter().map(|path| Subject::file(path.clone(), sets));
     let subjects: Vec<Subject> = if arguments.cases.is_empty() { vec![Subject::paper(sets)] } else { files.collect() };
@@ -107,7 +110,7 @@ fn device(arguments: &BenchArguments) -> Result<(Option<Device>, Option<String>)
     })
 }
 
-fn failed(subject: &Subject, error: BenchError) -> Failure {
+pub(crate) fn failed(subject: &Subject, error: BenchError) -> Failure {
     match error {
         BenchError::Case(error) => error.into(),
         BenchError::Run(error) => Failure::start(&subject.name(), &error),
@@ -246,7 +249,7 @@ fn verdict(measured: &[Measured], folder: &Path) -> Result<(), Failure> {
         Some((one, trouble)) => Err(Failure::check(format!(
             "error: {}: the reference became unstable\n  where: {}\n  found: {}",
             one.case.name,
-            result::place(trouble),
+            output::place(trouble),
             trouble.quantity
         ))),
         None => Ok(()),

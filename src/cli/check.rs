@@ -3,15 +3,17 @@
 use std::fmt::Write;
 use std::path::Path;
 
-use ripstop::case::{self, Case};
+use ripstop::case::{self, Case, Regularisation};
+use ripstop::model::regularisation::strain_factor;
+use ripstop::output::number::{bytes, grouped, us};
+use ripstop::output::symmetry;
 use ripstop::simulation::{Sample, Simulation, Skips};
+use ripstop::warnings;
 
 use super::arguments::CheckArguments;
 use super::failure::Failure;
-use super::number::{bytes, grouped, us};
-use super::result::symmetry;
-use super::screen;
 use super::table::{Align, Table};
+use super::{paint, result, screen};
 
 /// Reports every case; fails if any of them is refused.
 pub(crate) fn check(arguments: &CheckArguments) -> Result<(), Failure> {
@@ -34,8 +36,19 @@ fn report(path: &Path, sets: &[String]) -> Result<String, Failure> {
         .map_err(|error| Failure::model(&path.display().to_string(), &error))?;
     let mut report = case::report(&case);
     // Writing to a string cannot fail.
-    write!(report, "\nthe run\n{}", the_run(&case, &simulation)).map_err(|error| Failure::input(error.to_string()))?;
+    write!(report, "\n{}\n{}", paint::heading("the run"), the_run(&case, &simulation))
+        .map_err(|error| Failure::input(error.to_string()))?;
+    report += &result::part("warnings", &result::warnings(&warnings::of_case(&case)));
     Ok(report)
+}
+
+/// What elements larger than one crossover do to keep the outcome.
+fn regularisation(case: &Case) -> Option<String> {
+    let factor = strain_factor(f64::from(case.pack.crossovers_per_element));
+    let failure = (factor < 1.0).then(|| format!("failure strain × {factor:.3}"));
+    let viscous = case.pack.grading.map(|_| "viscous where elements are larger than the finest".to_owned());
+    let parts: Vec<String> = failure.into_iter().chain(viscous).collect();
+    (case.pack.regularisation == Regularisation::Calibrated && !parts.is_empty()).then(|| parts.join(", "))
 }
 
 /// What follows for the run.
@@ -53,6 +66,9 @@ fn the_run(case: &Case, simulation: &Simulation<f64>) -> Table {
     table.row(["  steps", format!("{} at most", grouped(steps)).as_str()]);
     table.row(["  elements", grouped(elements).as_str()]);
     table.row(["  element-steps", format!("{} at most", grouped(elements.saturating_mul(steps))).as_str()]);
+    if let Some(text) = regularisation(case) {
+        table.row(["  regularisation", text.as_str()]);
+    }
     table.row(["  symmetry", symmetry(model.planes).as_str()]);
     table.row(["  memory", format!("{} of state and history", bytes(memory)).as_str()]);
     table

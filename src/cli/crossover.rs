@@ -2,45 +2,17 @@
 
 use clap::ValueEnum;
 use ripstop::case::{self, Case, Law};
-use ripstop::kernels::crossover::{self, CellConstants, Equilibrium, LawKernel, Variant};
-use ripstop::with_law;
+use ripstop::output::number::short;
+use ripstop::unit_cell::{self, Point};
 use serde_json::{Map, Value, json};
 
 use super::arguments::CrossoverArguments;
 use super::failure::Failure;
-use super::number::short;
 use super::screen;
 use super::table::{Align, Table};
 
 /// Points in one grid at most.
 const MAX_POINTS: usize = 1_000_000;
-
-/// One solved cell.
-struct Point {
-    /// Λ of warp and weft [-].
-    stretch: [f64; 2],
-    cell: Equilibrium<f64>,
-}
-
-impl Point {
-    /// The numbers of a point, in the order of the contract.
-    fn numbers(&self) -> [(&'static str, f64); 11] {
-        let cell = &self.cell;
-        [
-            ("warp_stretch", self.stretch[0]),
-            ("weft_stretch", self.stretch[1]),
-            ("warp_tension_n", cell.tension[0]),
-            ("weft_tension_n", cell.tension[1]),
-            ("contact_force_n", cell.force),
-            ("warp_height_mm", cell.height[0] * 1e3),
-            ("weft_height_mm", cell.height[1] * 1e3),
-            ("warp_strain", cell.strain[0]),
-            ("weft_strain", cell.strain[1]),
-            ("iterations", cell.iterations),
-            ("residual", cell.residual),
-        ]
-    }
-}
 
 /// Solves and prints the grid.
 pub(crate) fn crossover(arguments: &CrossoverArguments) -> Result<(), Failure> {
@@ -57,7 +29,7 @@ pub(crate) fn crossover(arguments: &CrossoverArguments) -> Result<(), Failure> {
             weft.len()
         )));
     }
-    let points = solve(&case, &warp, &weft);
+    let points = unit_cell::solve(&case.fabric, &warp, &weft);
     let text = if arguments.json {
         json_text(&case, &points)
     } else if arguments.csv {
@@ -66,23 +38,6 @@ pub(crate) fn crossover(arguments: &CrossoverArguments) -> Result<(), Failure> {
         table_text(&case, &points)
     };
     screen::print(&text)
-}
-
-fn solve(case: &Case, warp: &[f64], weft: &[f64]) -> Vec<Point> {
-    let constants = CellConstants::new(&case.fabric);
-    with_law!(Variant::of(&case.fabric.crossover), L => solve_as::<L>(case, &constants, warp, weft))
-}
-
-/// Every point from the heights at rest, so that none depends on another.
-fn solve_as<L: LawKernel>(case: &Case, constants: &CellConstants<f64>, warp: &[f64], weft: &[f64]) -> Vec<Point> {
-    let cell = CellConstants::<f64>::cast::<L>(constants);
-    let rest = [cell.yarn[0].height, cell.yarn[1].height];
-    let both = case.fabric.warp.present && case.fabric.weft.present;
-    let at = |stretch: [f64; 2]| {
-        let excess = stretch.map(|stretch| stretch - 1.0);
-        Point { stretch, cell: crossover::solve::<f64, L>(&cell, excess, rest, both) }
-    };
-    warp.iter().flat_map(|&warp| weft.iter().map(move |&weft| at([warp, weft]))).collect()
 }
 
 fn law(case: &Case) -> &'static str {
@@ -123,7 +78,7 @@ fn table_text(case: &Case, points: &[Point]) -> String {
     for point in points {
         let mut cells: Vec<String> =
             point.numbers().iter().take(heads.len()).map(|(_, number)| short(*number, 6)).collect();
-        let broken = |i: usize| [&fabric.warp, &fabric.weft][i].present && point.cell.strain[i] >= limit(case, i);
+        let broken = |yarn: usize| point.is_broken(&case.fabric, yarn);
         cells.push(match (broken(0), broken(1)) {
             (true, true) => "beyond failure of both".to_owned(),
             (true, false) => "beyond failure of the warp".to_owned(),
@@ -133,9 +88,4 @@ fn table_text(case: &Case, points: &[Point]) -> String {
         table.row(cells);
     }
     format!("{}, {} law\n\n{table}", fabric.name, law(case))
-}
-
-/// Failure strain of warp (0) or weft (1) [-].
-fn limit(case: &Case, yarn: usize) -> f64 {
-    [&case.fabric.warp, &case.fabric.weft][yarn].failure_strain
 }

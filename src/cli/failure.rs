@@ -7,9 +7,9 @@ use ripstop::checkpoint::CheckpointError;
 use ripstop::gpu::DeviceError;
 use ripstop::model::ModelError;
 use ripstop::output::OutputError;
+use ripstop::output::number::bytes;
 use ripstop::simulation::RunError;
 
-use super::number::bytes;
 use super::screen;
 
 /// A check failed or the run became unstable.
@@ -20,6 +20,56 @@ const INPUT: u8 = 2;
 const DEVICE: u8 = 3;
 /// Stopped by the user.
 pub(crate) const INTERRUPTED: u8 = 130;
+
+/// What an exit code tells.
+#[derive(Debug)]
+pub(crate) struct Exit {
+    pub(crate) code: u8,
+    /// In a few words.
+    pub(crate) name: &'static str,
+    pub(crate) means: &'static str,
+    /// What to do.
+    pub(crate) help: &'static str,
+}
+
+/// Every exit code there is.
+pub(crate) static EXITS: [Exit; 5] = [
+    Exit {
+        code: 0,
+        name: "done",
+        means: "The command did what was asked; of a run, every expectation of the case holds. Warnings do not change the code.",
+        help: "Nothing. `summary.json` lists the warnings.",
+    },
+    Exit {
+        code: CHECK,
+        name: "an expectation failed or the run became unstable",
+        means: "An `expect` of the case does not hold, a row of `verify` or `validate` fails, `compare` found a difference \
+                beyond its tolerance, or a run made numbers that cannot be: not finite, or energy nobody put in. The message \
+                says which, with step, kernel and place. Results up to there are written.",
+        help: "Expectation: compare what was expected with what was got. Unstable: lower /solver/courant; if that does not \
+               help, something in the case is extreme, and the place in the message shows where to look.",
+    },
+    Exit {
+        code: INPUT,
+        name: "bad input or usage",
+        means: "The command line, the case or one of its files cannot be used, or results cannot be written. Nothing was computed, \
+                or nothing could be kept.",
+        help: "Do what the `help:` line of the message says. `ripstop check CASE` shows every field, `ripstop schema` every key.",
+    },
+    Exit {
+        code: DEVICE,
+        name: "no device for what was asked, or one that failed",
+        means: "No graphics adapter suits, the case does not fit its memory, or the device was lost on the way; then results up \
+                to there are written.",
+        help: "Take --backend cpu. `ripstop info CASE` lists adapters and what the case needs.",
+    },
+    Exit {
+        code: INTERRUPTED,
+        name: "interrupted",
+        means: "Ctrl-C, or a request to terminate, ended the command. After the first one results up to there are written.",
+        help: "Run it again; an interrupted result is marked `interrupted` in `summary.json`.",
+    },
+];
 
 /// Why a command ends with another code than 0.
 #[derive(Clone, Debug)]
@@ -64,10 +114,20 @@ impl Failure {
                 format!("{adapter}, which holds {} in one buffer", bytes(*limit as f64)),
                 "take --backend cpu or a smaller pack",
             ),
+            DeviceError::Graded => (
+                "elements of one size".to_owned(),
+                "/pack/mesh_grading".to_owned(),
+                "take --backend cpu, or /pack/mesh_grading \"none\"",
+            ),
             DeviceError::OutOfMemory { adapter, total, reason } => (
                 format!("{} of device memory", bytes(*total as f64)),
                 format!("{adapter}: {reason}"),
                 "take --backend cpu or a smaller pack",
+            ),
+            DeviceError::NodesAlone => (
+                "/solver/contact_sampling \"nodes\", what a GPU computes".to_owned(),
+                "\"rim\"".to_owned(),
+                "take --backend cpu",
             ),
             DeviceError::Crowded { .. } | DeviceError::Lost { .. } => {
                 ("a device that stays".to_owned(), error.to_string(), "take --backend cpu")

@@ -5,13 +5,13 @@ use std::thread;
 use ripstop::case::{self, Case};
 use ripstop::gpu;
 use ripstop::model::Model;
+use ripstop::output::number::bytes;
+use ripstop::output::symmetry;
 use sysinfo::{CpuRefreshKind, MemoryRefreshKind, RefreshKind, System};
 
 use super::arguments::InfoArguments;
 use super::backend;
 use super::failure::Failure;
-use super::number::bytes;
-use super::result::symmetry;
 use super::screen;
 use super::table::{Align, Table};
 

@@ -6,16 +6,18 @@ use std::time::Instant;
 
 use ripstop::case::{self, Case};
 use ripstop::checkpoint::{Checkpoint, Head, Keeper};
+use ripstop::output::number::us;
+use ripstop::output::report::Film;
 use ripstop::output::{CHECKPOINT, Folder};
 use ripstop::simulation::{self, Options};
 use serde_json::Value;
 
 use super::arguments::ResumeArguments;
 use super::failure::Failure;
-use super::follow::Follower;
+use super::follow::{Follower, recorder};
 use super::progress::Bar;
 use super::run::{Print, conclude, file};
-use super::{backend, interrupt, number, screen};
+use super::{backend, interrupt, screen};
 
 /// Goes on with a run from its last checkpoint.
 pub(crate) fn resume(arguments: &ResumeArguments) -> Result<(), Failure> {
@@ -33,7 +35,7 @@ pub(crate) fn resume(arguments: &ResumeArguments) -> Result<(), Failure> {
     let chosen = backend::again(&head.backend)?;
     let folder = Folder::reopen(&arguments.folder)?;
     if !arguments.quiet {
-        screen::complain(&format!("note: goes on from {}", number::us(head.time)));
+        screen::complain(&format!("note: goes on from {}", us(head.time)));
     }
     let bar = Bar::new(!arguments.quiet);
     let options = Options {
@@ -45,13 +47,15 @@ pub(crate) fn resume(arguments: &ResumeArguments) -> Result<(), Failure> {
     };
     let head = Head { every: arguments.checkpoint_every.unwrap_or(head.every), ..head.clone() };
     let keeper = Keeper::new(&folder, &case, head, start);
-    let mut follower = Follower { bar: &bar, keeper: Some(keeper) };
+    let recorder = recorder(&case, &folder, arguments.vtu)?;
+    let film = (!arguments.no_report).then(|| Film::new(&case));
+    let mut follower = Follower { bar: &bar, film, recorder, keeper: Some(keeper) };
     let run = simulation::run(&case, options, &interrupted, &mut follower);
     bar.clear();
     let run = run.map_err(|error| Failure::start(&file(&case), &error))?;
     let wall = follower.keeper.as_ref().map_or(0.0, |keeper| keeper.spent(run.loop_seconds).wall);
     let print = Print::of(arguments.json, arguments.quiet);
-    conclude(&case, run, &folder, follower.keeper.as_ref(), wall, print)
+    conclude(&case, run, &folder, follower, wall, print)
 }
 
 /// A run that has ended is no mistake; a folder without a run is.

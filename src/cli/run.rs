@@ -5,21 +5,30 @@ use std::time::Instant;
 
 use ripstop::case::{self, Case};
 use ripstop::checkpoint::{Head, Keeper};
+use ripstop::output::frames::{Recorder, Staged};
+use ripstop::output::report::{self, Film};
 use ripstop::output::{self, Folder};
 use ripstop::simulation::{self, Options, Run, RunError};
+use ripstop::warnings;
 use serde_json::Value;
+use tracing::{info, warn};
 
 use super::arguments::{Backend, RunArguments};
 use super::failure::Failure;
-use super::follow::{Follower, waiting};
+use super::follow::{Follower, recorder, waiting};
 use super::progress::Bar;
-use super::{backend, interrupt, notes, result, screen};
+use super::{backend, interrupt, result, screen};
 
 /// Runs a case, writes its results and says what happened.
 pub(crate) fn run(arguments: &RunArguments) -> Result<(), Failure> {
     let start = Instant::now();
     let interrupted = interrupt::watch()?;
-    let case = case::read(&arguments.case, &arguments.sets)?;
+    let sets = arguments.sets();
+    let case = case::read(&arguments.case, &sets)?;
+    info!(file = file(&case), fields = case.fields.len(), changes = sets.len(), "case read");
+    for warning in warnings::of_case(&case) {
+        warn!(code = warning.kind.code, "{}", warning.message);
+    }
     let chosen = backend::choose(&arguments.backend)?;
     let folder = Folder::prepare(&out(arguments, &case), &case)?;
     let say = |note: &str| {
@@ -27,7 +36,7 @@ pub(crate) fn run(arguments: &RunArguments) -> Result<(), Failure> {
             screen::complain(note)
         }
     };
-    chosen.note.iter().chain(&notes::notes(&case)).chain(&waiting(&folder)).for_each(|note| say(note));
+    chosen.note.iter().chain(&waiting(&folder)).for_each(|note| say(note));
     let bar = Bar::new(!arguments.quiet);
     let options = Options {
         threads: arguments.threads,
@@ -40,7 +49,15 @@ pub(crate) fn run(arguments: &RunArguments) -> Result<(), Failure> {
         let every = arguments.checkpoint_every?;
         Some(Keeper::new(&folder, &case, Head::new(&case, options, every), start))
     };
-    let mut follower = Follower { bar: &bar, keeper: keeper(&options) };
+    let recorder = match recorder(&case, &folder, arguments.vtu) {
+        Ok(recorder) => recorder,
+        Err(failure) => {
+            folder.abandon();
+            return Err(failure);
+        }
+    };
+    let film = (!arguments.no_report).then(|| Film::new(&case));
+    let mut follower = Follower { bar: &bar, film, recorder, keeper: keeper(&options) };
     let mut run = simulation::run(&case, options, &interrupted, &mut follower);
     if let (Err(RunError::Device(error)), Backend::Auto) = (&run, arguments.backend.backend) {
         say(&backend::took_cpu(error));
@@ -52,9 +69,10 @@ pub(crate) fn run(arguments: &RunArguments) -> Result<(), Failure> {
     match run {
         Ok(run) => {
             let wall = start.elapsed().as_secs_f64();
-            conclude(&case, run, &folder, follower.keeper.as_ref(), wall, Print::of(arguments.json, arguments.quiet))
+            conclude(&case, run, &folder, follower, wall, Print::of(arguments.json, arguments.quiet))
         }
         Err(error) => {
+            drop(follower);
             folder.abandon();
             Err(Failure::start(&file(&case), &error))
         }
@@ -88,13 +106,20 @@ pub(crate) fn conclude(
     case: &Case,
     mut run: Run,
     folder: &Folder,
-    keeper: Option<&Keeper<'_>>,
+    follower: Follower<'_>,
     wall_seconds: f64,
     print: Print,
 ) -> Result<(), Failure> {
-    run.unkept = keeper.and_then(Keeper::failed).map(str::to_owned);
+    let Follower { film, recorder, keeper, .. } = follower;
+    let frames = recorder.map_or_else(|| Ok(Staged::default()), Recorder::finish);
+    run.unkept = keeper.as_ref().and_then(Keeper::failed).map(str::to_owned);
     let summary = output::summary(case, &run, wall_seconds);
-    let written = folder.write(case, &run, &summary);
+    let page = film.map(|film| report::report(case, &run, &summary, &film));
+    let (frames, refused) = match frames {
+        Ok(frames) => (frames, None),
+        Err(error) => (Staged::default(), Some(error)),
+    };
+    let written = folder.write(case, &run, &summary, page, frames);
     match print {
         Print::Json => screen::print(&format!("{summary:#}\n"))?,
         Print::Table => {
@@ -103,8 +128,12 @@ pub(crate) fn conclude(
         }
         Print::Nothing => {}
     }
+    info!(folder = %folder.path().display(), files = ?written.as_deref().unwrap_or_default(), "files written");
     written?;
-    let goes_on = (run.interrupted || run.lost.is_some()) && keeper.is_some_and(Keeper::has_kept);
+    if let Some(error) = refused {
+        return Err(error.into());
+    }
+    let goes_on = (run.interrupted || run.lost.is_some()) && keeper.as_ref().is_some_and(Keeper::has_kept);
     if !goes_on {
         folder.forget()?;
     }
@@ -127,7 +156,7 @@ fn verdict(case: &Case, run: &Run, summary: &Value, folder: &Path, goes_on: bool
         return Err(Failure::check(format!(
             "error: {}: the run became unstable\n  where: {}\n  found: {}\n  help: lower /solver/courant",
             file(case),
-            result::place(trouble),
+            output::place(trouble),
             trouble.quantity
         )));
     }
@@ -135,11 +164,11 @@ fn verdict(case: &Case, run: &Run, summary: &Value, folder: &Path, goes_on: bool
         return Err(Failure::lost(format!(
             "error: {}: the device gave up at {}\n  found: {reason}\n  help: take --backend cpu; results up to there: {folder}{resume}",
             file(case),
-            result::reached(run),
+            output::reached(run),
         )));
     }
     if run.interrupted {
-        let reached = result::reached(run);
+        let reached = output::reached(run);
         return Err(Failure::interrupted(format!("interrupted at {reached}; results up to there: {folder}{resume}")));
     }
     let expect: Vec<&Value> = summary["expect"].as_array().into_iter().flatten().collect();

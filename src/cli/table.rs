@@ -1,6 +1,8 @@
-//! Plain-text tables: columns padded to their widest cell, two blanks between them.
+//! Plain-text tables: columns padded to their widest cell, whatever its colour, two blanks between them.
 
 use std::fmt;
+
+use console::{Alignment, measure_text_width, pad_str};
 
 /// Side to which a column's cells stand.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -40,12 +42,12 @@ impl Table {
 impl fmt::Display for Table {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let cells = |column: usize| self.rows.iter().filter_map(move |row| row.get(column));
-        let width = |column: usize| cells(column).map(|cell| cell.chars().count()).max().unwrap_or(0);
+        let width = |column: usize| cells(column).map(|cell| measure_text_width(cell)).max().unwrap_or(0);
         let widths: Vec<usize> = (0..self.align.len()).map(width).collect();
         for row in &self.rows {
             let padded = row.iter().zip(&widths).zip(&self.align).map(|((cell, &width), align)| match align {
-                Align::Left => format!("{cell:width$}"),
-                Align::Right => format!("{cell:>width$}"),
+                Align::Left => pad_str(cell, width, Alignment::Left, None),
+                Align::Right => pad_str(cell, width, Alignment::Right, None),
             });
             let line = padded.collect::<Vec<_>>().join("  ");
             writeln!(f, "{}", line.trim_end())?;

@@ -12,7 +12,7 @@ use super::arguments::VerifyArguments;
 use super::failure::Failure;
 use super::progress::Bar;
 use super::table::{Align, Table};
-use super::{backend, interrupt, screen};
+use super::{backend, interrupt, paint, screen};
 
 /// Runs the table, or the stress scenes, and prints it; exit code 1 if a row fails.
 pub(crate) fn verify(arguments: &VerifyArguments) -> Result<(), Failure> {
@@ -73,7 +73,7 @@ fn stress(arguments: &VerifyArguments, interrupted: &AtomicBool) -> Result<Repor
         list: true,
     };
     let bar = Bar::new(!arguments.json);
-    let report = stress::run(&plan, interrupted, &|name, done, of| bar.show_count(name, done, of));
+    let report = stress::run(&plan, interrupted, &|name, done, of| bar.show_count(name, done, of, "scenes"));
     bar.clear();
     if let Some(folder) = folder {
         let names: Vec<String> = report.found.iter().map(Found::file).collect();
@@ -103,10 +103,10 @@ fn table(rows: &[Row]) -> Table {
         if row.group != group {
             group = row.group;
             table.row(["", ""]);
-            table.row(["", group]);
+            table.row(["", &paint::heading(group)]);
         }
-        let mark = if row.pass { "pass" } else { "FAIL" };
-        table.row([mark, &row.name, &row.expected, &row.got, &row.tolerance]);
+        let mark = paint::mark(row.pass);
+        table.row([&mark, &row.name, &row.expected, &row.got, &row.tolerance]);
     }
     table
 }

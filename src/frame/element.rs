@@ -2,6 +2,7 @@
 
 use crate::kernels::crossover::{self, LawKernel};
 use crate::kernels::element_force::{ElementConstants, differences, kinematics};
+use crate::kernels::element_size::Size;
 use crate::kernels::shear;
 use crate::number::{Scalar, each};
 
@@ -28,9 +29,10 @@ pub(super) struct Before<S> {
     pub(super) alive: [bool; 2],
 }
 
-/// Reads an element from the displacements of its corners [m], components of corners counter-clockwise.
+/// Reads an element, so long and high over the finest, from the displacements of its corners [m], components of corners counter-clockwise.
 pub(super) fn read<S: Scalar, L: LawKernel>(
     constants: &ElementConstants<S>,
+    [width, height]: [f64; 2],
     corners: &[[S; 4]; 3],
     before: Before<S>,
 ) -> Reading {
@@ -40,7 +42,8 @@ pub(super) fn read<S: Scalar, L: LawKernel>(
     }
     let zero = S::splat(0.0);
     let [ux, uy, uz] = each!(a in 3 => differences(&corners[a]));
-    let k = kinematics(constants, &[ux[0], uy[0], uz[0]], &[ux[1], uy[1], uz[1]]);
+    let size = Size::of_row(constants, height).of_columns(S::splat(width), S::splat(1.0 / width));
+    let k = kinematics(&size, &[ux[0], uy[0], uz[0]], &[ux[1], uy[1], uz[1]]);
     let cell = crossover::solve::<S, L>(&constants.cell, k.stretch, before.height, was_warp && was_weft);
     let yarn = &constants.cell.yarn;
     let alive = [0, 1].map(|i| before.alive[i] && cell.strain[i] < yarn[i].failure_strain);

@@ -212,7 +212,7 @@ impl<S: Scalar> Moved for Patches<S> {
                 let constants = sheet.constants::<S, L>();
                 let start = Before { height: sheet.initial.height.map(S::splat), alive: sheet.present };
                 // What nothing has reached is flat; what started otherwise counts as reached.
-                let rest = element::read::<S, L>(&constants, &[[S::splat(0.0); 4]; 3], start);
+                let rest = element::read::<S, L>(&constants, [1.0; 2], &[[S::splat(0.0); 4]; 3], start);
                 (0..whole.elements()).for_each(|at| put(frame, whole.first_element + at, &rest, 1.0));
                 fill_elements::<S, L>(patch, &constants, &sheet.mesh, whole, frame);
             });
@@ -231,7 +231,9 @@ fn fill_elements<S: Scalar, L: LawKernel>(
     let [across, up] = images(mesh, 1);
     for row in 0..patch.rows.len() {
         for column in 0..patch.columns.len() {
-            let reading = element::read::<S, L>(constants, &patch.corners(row, column), patch.before(row, column));
+            let size = mesh.widths(patch.rows.start + row, patch.columns.start + column);
+            let reading =
+                element::read::<S, L>(constants, size, &patch.corners(row, column), patch.before(row, column));
             for (row, row_sign) in up.of(patch.rows.start + row) {
                 for (column, column_sign) in across.of(patch.columns.start + column) {
                     let at = whole.first_element + row * whole.columns + column;

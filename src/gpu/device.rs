@@ -38,6 +38,9 @@ pub enum DeviceError {
         /// All buffers together [bytes].
         total: u64,
     },
+    /// The shaders know no mesh of different elements.
+    #[error("the GPU backend computes no graded meshes")]
+    Graded,
     /// The device ran out of memory.
     #[error("{adapter} has not the {total} bytes of memory the case needs")]
     OutOfMemory {
@@ -58,6 +61,9 @@ pub enum DeviceError {
         /// Room.
         room: u64,
     },
+    /// The case asks for contact at the rim, which the shaders do not compute.
+    #[error("a GPU samples contact at nodes alone, not at the rim")]
+    NodesAlone,
     /// The device was lost or a command failed.
     #[error("{adapter} failed: {reason}")]
     Lost {
@@ -224,6 +230,11 @@ impl Device {
     /// Name of the adapter.
     pub fn name(&self) -> &str {
         &self.name
+    }
+
+    /// Whether it has a clock that can be read between kernels.
+    pub fn has_clock(&self) -> bool {
+        self.inner.features().contains(wgpu::Features::TIMESTAMP_QUERY_INSIDE_PASSES)
     }
 
     /// Takes the device away in mid-run, as a driver reset would.

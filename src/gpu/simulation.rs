@@ -9,6 +9,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 use nalgebra::Vector3;
+use tracing::debug;
 
 use super::buffers::SLOTS;
 use super::layout::{self, BODY_WORDS, StepInfo, Sums, status, sum};
@@ -102,6 +103,7 @@ impl<'a> Simulation<'a> {
         record.skips = skips;
         let mut stepper = Stepper::new(device, &model)?;
         stepper.upload(&model, &state);
+        debug!(adapter = device.name(), bytes = stepper.sizes().total(), "state on the device");
         Ok(Self {
             given: simulation::given(&model, &state),
             record,
@@ -419,6 +421,12 @@ impl<'a> Simulation<'a> {
 
     /// The result. `loop_seconds`: time spent in the loop.
     pub fn into_run(self, loop_seconds: f64) -> Run {
+        // Timed steps only sample the run, its first ones are slow: all kernels together take no longer than the loop.
+        let mut kernel_seconds = self.stepper.kernel_seconds();
+        let total: f64 = kernel_seconds.iter().map(|(_, seconds)| seconds).sum();
+        for (_, seconds) in &mut kernel_seconds {
+            *seconds *= (loop_seconds / total).min(1.0);
+        }
         let machine = Machine {
             backend: "gpu",
             adapter: Some(self.stepper.device.name().to_owned()),
@@ -426,6 +434,7 @@ impl<'a> Simulation<'a> {
             precision: "f32",
             loop_seconds,
             host_seconds: Some((loop_seconds - self.stepper.waited().as_secs_f64()).max(0.0)),
+            kernel_seconds,
         };
         self.record.into_run(&self.model, self.step, machine)
     }

@@ -9,6 +9,7 @@ use super::layout::{
 };
 use super::program::{self, Program};
 use super::shader::{self, Kernel};
+use super::timing::{Clock, Timed};
 use super::{Device, DeviceError};
 use crate::model::{Grid, Model, Sheet, Terms};
 use crate::step::FailureEvent;
@@ -33,8 +34,21 @@ pub enum Stage {
     Ledger,
 }
 
+impl Stage {
+    /// Its kernel, as scripts know it.
+    pub(super) fn name(self) -> &'static str {
+        match self {
+            Self::Elements => "element_force",
+            Self::Nodes => "node_update",
+            Self::Plies => "ply_contact",
+            Self::Projectile => "projectile_contact",
+            Self::Ledger => "ledger",
+        }
+    }
+}
+
 /// A whole step.
-const STAGES: [Stage; 5] = [Stage::Elements, Stage::Nodes, Stage::Plies, Stage::Projectile, Stage::Ledger];
+pub(super) const STAGES: [Stage; 5] = [Stage::Elements, Stage::Nodes, Stage::Plies, Stage::Projectile, Stage::Ledger];
 /// Speed of any node over the largest at the start, at most: all the energy in one place.
 const FASTER: f64 = 4.0;
 
@@ -57,6 +71,8 @@ pub struct Pending {
     /// Events before these were known when it was recorded, and how many follow.
     first_event: u64,
     window: u64,
+    /// Whether the step whose stages were timed was sampled.
+    timed_sample: bool,
     submission: wgpu::SubmissionIndex,
 }
 
@@ -88,13 +104,16 @@ pub struct Stepper<'a> {
     pub(super) events_read: u64,
     /// Time spent waiting for the device.
     pub(super) waited: Duration,
+    /// Where the device has one.
+    clock: Option<Clock>,
+    timed: Timed,
 }
 
 impl<'a> Stepper<'a> {
     /// Pipelines and buffers for a model; the state is not there yet.
     ///
     /// # Errors
-    /// When the device cannot hold the case, or refuses a pipeline.
+    /// When the device cannot hold the case, or refuses a pipeline; and for a graded mesh.
     pub fn new(device: &'a Device, model: &Model<f32>) -> Result<Self, DeviceError> {
         Self::with_sources(device, model, &Kernel::source)
     }
@@ -108,6 +127,12 @@ impl<'a> Stepper<'a> {
         model: &Model<f32>,
         source: &dyn Fn(&Kernel) -> String,
     ) -> Result<Self, DeviceError> {
+        if model.sheets.iter().any(|sheet| sheet.mesh.is_graded()) {
+            return Err(DeviceError::Graded);
+        }
+        if model.rim {
+            return Err(DeviceError::NodesAlone);
+        }
         let sizes = Sizes::new(model);
         sizes.check(&device.limits(), device.name())?;
         let memory = device.inner.push_error_scope(wgpu::ErrorFilter::OutOfMemory);
@@ -144,7 +169,7 @@ impl<'a> Stepper<'a> {
         let words: Vec<u32> = layout::plies(model).iter().flat_map(|ply| ply.words()).collect();
         device.queue.write_buffer(&plies, 0, bytemuck::cast_slice(&words));
         let steps = buffer("steps", STEP_STRIDE * BATCH as u64, wgpu::BufferUsages::UNIFORM);
-        let staging_size = sizes.bytes(Name::Samples) + STATUS_BYTES + EVENT_BYTES * EVENT_WINDOW;
+        let staging_size = sizes.bytes(Name::Samples) + STATUS_BYTES + EVENT_BYTES * EVENT_WINDOW + STAMP_BYTES;
         let staging = [0; IN_FLIGHT].map(|_| buffer("staging", staging_size, wgpu::BufferUsages::MAP_READ));
         let layout = program::common_layout(gpu);
         let common = gpu.create_bind_group(&wgpu::BindGroupDescriptor {
@@ -191,6 +216,8 @@ impl<'a> Stepper<'a> {
             common,
             events_read: 0,
             waited: Duration::ZERO,
+            clock: Clock::new(device, STAGES.len()),
+            timed: Timed::default(),
         }
     }
 
@@ -223,12 +250,24 @@ impl<'a> Stepper<'a> {
         let staging = self.submitted % IN_FLIGHT;
         let target = &self.staging[staging];
         let mut encoder = self.device.inner.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+        // One step of the batch is timed, another one each time.
+        let timed = 7 * self.submitted % steps.len().max(1);
         {
             let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
             for (at, info) in steps.iter().enumerate() {
-                self.record(&mut pass, at, info, &STAGES);
+                match &self.clock {
+                    Some(clock) if at == timed => self.record_timed(&mut pass, at, info, &STAGES, clock),
+                    _ => self.record(&mut pass, at, info, &STAGES),
+                }
             }
         }
+        if let Some(clock) = &self.clock {
+            clock.resolve(&mut encoder);
+            let to = sample_bytes + STATUS_BYTES + window * EVENT_BYTES;
+            encoder.copy_buffer_to_buffer(&clock.resolved, 0, target, to, STAMP_BYTES);
+        }
+        self.timed.send(steps);
+        let timed_sample = steps.get(timed).is_some_and(|step| step.slot.is_some());
         let copies = [
             (Name::Samples, 0, 0, sample_bytes),
             (Name::Status, 0, sample_bytes, STATUS_BYTES),
@@ -239,7 +278,7 @@ impl<'a> Stepper<'a> {
         }
         let submission = self.device.queue.submit([encoder.finish()]);
         self.submitted += 1;
-        Pending { staging, samples, first_event, window, submission }
+        Pending { staging, samples, first_event, window, timed_sample, submission }
     }
 
     fn sample_bytes(&self, samples: usize) -> u64 {
@@ -251,11 +290,16 @@ impl<'a> Stepper<'a> {
     /// # Errors
     /// When the device was lost.
     pub fn collect(&mut self, batch: &Pending) -> Result<BatchResult, DeviceError> {
-        let size = self.sample_bytes(batch.samples) + STATUS_BYTES + batch.window * EVENT_BYTES;
+        let known = self.sample_bytes(batch.samples) + STATUS_BYTES + batch.window * EVENT_BYTES;
+        let size = known + if self.clock.is_some() { STAMP_BYTES } else { 0 };
         let start = Instant::now();
         let words = self.fetch(&self.staging[batch.staging], size, Some(batch.submission.clone()));
         self.waited += start.elapsed();
         let words = words?;
+        let (words, stamps) = words.split_at(known as usize / 4);
+        if let Some(clock) = &self.clock {
+            self.timed.add(batch.timed_sample, &clock.seconds(stamps));
+        }
         let (sampled, rest) = words.split_at(batch.samples * self.sizes.sample_words());
         let (counters, events) = rest.split_at(STATUS_WORDS);
         let mut result = BatchResult {
@@ -283,6 +327,11 @@ impl<'a> Stepper<'a> {
     pub fn run(&mut self, steps: &[StepInfo]) -> Result<BatchResult, DeviceError> {
         let batch = self.submit(steps);
         self.collect(&batch)
+    }
+
+    /// What each kernel took by the device's clock [s], from one step of every batch; empty where it has none.
+    pub fn kernel_seconds(&self) -> Vec<(&'static str, f64)> {
+        self.timed.seconds()
     }
 
     /// Time spent waiting for the device.
@@ -358,8 +407,9 @@ impl<'a> Stepper<'a> {
     }
 }
 
-/// Bytes of the counters, of an event.
+/// Bytes of the counters, of an event, of the stamps around the stages of a step.
 const STATUS_BYTES: u64 = 4 * STATUS_WORDS as u64;
+const STAMP_BYTES: u64 = Clock::bytes(STAGES.len());
 const EVENT_BYTES: u64 = 4 * EVENT_WORDS;
 
 /// The first bytes of a buffer, to be moved by a dynamic offset.

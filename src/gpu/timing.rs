@@ -1,11 +1,65 @@
 //! How long kernels take on the device, by its own clock.
 
-use super::DeviceError;
 use super::layout::StepInfo;
-use super::stepper::{Stage, Stepper};
+use super::stepper::{self, Stage, Stepper};
+use super::{Device, DeviceError};
 
-/// Stages of a sampled step, in order.
+/// Stages of a sampled step of a single ply, in order.
 pub const STAGES: [Stage; 4] = [Stage::Elements, Stage::Nodes, Stage::Projectile, Stage::Ledger];
+
+/// Stamps of the device's clock before and after each of some stages.
+pub(super) struct Clock {
+    queries: wgpu::QuerySet,
+    stamps: u32,
+    /// Where the stamps lie once they are resolved.
+    pub(super) resolved: wgpu::Buffer,
+    /// Of a tick [s].
+    period: f64,
+}
+
+impl Clock {
+    /// A clock for so many stages; `None` where the device has none that can be read between them.
+    pub(super) fn new(gpu: &Device, stages: usize) -> Option<Self> {
+        if !gpu.has_clock() {
+            return None;
+        }
+        let stamps = stages as u32 + 1;
+        let queries = gpu.inner.create_query_set(&wgpu::QuerySetDescriptor {
+            label: Some("stages"),
+            ty: wgpu::QueryType::Timestamp,
+            count: stamps,
+        });
+        let resolved = gpu.inner.create_buffer(&wgpu::BufferDescriptor {
+            label: Some("stamps"),
+            size: Self::bytes(stages),
+            usage: wgpu::BufferUsages::QUERY_RESOLVE | wgpu::BufferUsages::COPY_SRC,
+            mapped_at_creation: false,
+        });
+        let period = 1e-9 * f64::from(gpu.queue.get_timestamp_period());
+        Some(Self { queries, stamps, resolved, period })
+    }
+
+    /// Size of the stamps around so many stages.
+    pub(super) const fn bytes(stages: usize) -> u64 {
+        8 * (stages as u64 + 1)
+    }
+
+    /// Takes the time: 0 before the first stage, n after the n-th.
+    pub(super) fn stamp(&self, pass: &mut wgpu::ComputePass<'_>, number: usize) {
+        pass.write_timestamp(&self.queries, number as u32);
+    }
+
+    /// Puts the stamps where they can be copied from.
+    pub(super) fn resolve(&self, encoder: &mut wgpu::CommandEncoder) {
+        encoder.resolve_query_set(&self.queries, 0..self.stamps, &self.resolved, 0);
+    }
+
+    /// What lies between the stamps [s].
+    pub(super) fn seconds(&self, words: &[u32]) -> Vec<f64> {
+        let stamps: Vec<u64> = bytemuck::pod_collect_to_vec(words);
+        stamps.windows(2).map(|pair| pair[1].saturating_sub(pair[0]) as f64 * self.period).collect()
+    }
+}
 
 impl Stepper<'_> {
     /// Device time of each stage of sampled steps [s], mean over `steps`; `None` where the device has no clock.
@@ -14,44 +68,39 @@ impl Stepper<'_> {
     /// When the device was lost.
     pub fn time_stages(&self, steps: &[StepInfo]) -> Result<Option<[f64; 4]>, DeviceError> {
         let gpu = self.device;
-        let inside = wgpu::Features::TIMESTAMP_QUERY_INSIDE_PASSES;
-        if !gpu.inner.features().contains(inside) {
-            return Ok(None);
-        }
-        let per_step = STAGES.len() as u32 + 1;
+        let Some(clock) = Clock::new(gpu, STAGES.len()) else { return Ok(None) };
         let mut sums = [0.0; 4];
         for info in steps {
-            let queries = gpu.inner.create_query_set(&wgpu::QuerySetDescriptor {
-                label: Some("stages"),
-                ty: wgpu::QueryType::Timestamp,
-                count: per_step,
-            });
-            let size = 8 * u64::from(per_step);
-            let resolved = gpu.inner.create_buffer(&wgpu::BufferDescriptor {
-                label: Some("stamps"),
-                size,
-                usage: wgpu::BufferUsages::QUERY_RESOLVE | wgpu::BufferUsages::COPY_SRC,
-                mapped_at_creation: false,
-            });
             self.write_steps(std::slice::from_ref(info));
             let mut encoder = gpu.inner.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
             {
                 let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
-                pass.write_timestamp(&queries, 0);
-                for (at, stage) in (1..).zip(STAGES) {
-                    self.record(&mut pass, 0, info, &[stage]);
-                    pass.write_timestamp(&queries, at);
-                }
+                self.record_timed(&mut pass, 0, info, &STAGES, &clock);
             }
-            encoder.resolve_query_set(&queries, 0..per_step, &resolved, 0);
+            clock.resolve(&mut encoder);
             gpu.queue.submit([encoder.finish()]);
-            let words = self.read_buffer(&resolved, 0, size)?;
-            let stamps: Vec<u64> = bytemuck::pod_collect_to_vec(&words);
-            for (sum, pair) in sums.iter_mut().zip(stamps.windows(2)) {
-                *sum += pair[1].saturating_sub(pair[0]) as f64 * 1e-9 * f64::from(gpu.queue.get_timestamp_period());
+            let words = self.read_buffer(&clock.resolved, 0, Clock::bytes(STAGES.len()))?;
+            for (sum, seconds) in sums.iter_mut().zip(clock.seconds(&words)) {
+                *sum += seconds;
             }
         }
         Ok(Some(sums.map(|s| s / steps.len().max(1) as f64)))
+    }
+
+    /// Records stages with the time taken before and after each.
+    pub(super) fn record_timed(
+        &self,
+        pass: &mut wgpu::ComputePass<'_>,
+        at: usize,
+        info: &StepInfo,
+        stages: &[Stage],
+        clock: &Clock,
+    ) {
+        clock.stamp(pass, 0);
+        for (number, stage) in (1..).zip(stages) {
+            self.record(pass, at, info, &[*stage]);
+            clock.stamp(pass, number);
+        }
     }
 
     /// Bandwidth of a copy between two buffers of `size` bytes [bytes/s], reads and writes counted: the device's measure.
@@ -90,3 +139,40 @@ pub const BYTES: [(&str, u64); 4] = [
     // Accounts 28, flags 4, forces 36, nodes 24 read; accounts 12, flags 4 written. Only in sampled steps.
     ("ledger", 28 + 4 + 36 + 24 + 16),
 ];
+
+/// What the stages take, from one step of every batch.
+#[derive(Default)]
+pub(super) struct Timed {
+    /// By stage [s], and in how many steps it was there to be timed.
+    sums: [(f64, u64); stepper::STAGES.len()],
+    /// Steps sent off, and those of them that were sampled.
+    sent: [u64; 2],
+}
+
+impl Timed {
+    /// Adds the steps of a batch.
+    pub(super) fn send(&mut self, steps: &[StepInfo]) {
+        self.sent[0] += steps.len() as u64;
+        self.sent[1] += steps.iter().filter(|step| step.slot.is_some()).count() as u64;
+    }
+
+    /// Adds the stages of one step [s].
+    pub(super) fn add(&mut self, sampled: bool, seconds: &[f64]) {
+        for ((sum, stage), seconds) in self.sums.iter_mut().zip(stepper::STAGES).zip(seconds) {
+            if sampled || stage != Stage::Ledger {
+                *sum = (sum.0 + seconds, sum.1 + 1);
+            }
+        }
+    }
+
+    /// Every stage by the name of its kernel and what it took in all steps [s], as far as the timed ones tell; empty
+    /// where the device has no clock.
+    pub(super) fn seconds(&self) -> Vec<(&'static str, f64)> {
+        if self.sums[0].1 == 0 {
+            return Vec::new();
+        }
+        let all = |stage: Stage| self.sent[usize::from(stage == Stage::Ledger)] as f64;
+        let stages = stepper::STAGES.into_iter().zip(self.sums);
+        stages.map(|(stage, (sum, count))| (stage.name(), all(stage) * sum / count.max(1) as f64)).collect()
+    }
+}

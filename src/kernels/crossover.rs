@@ -93,12 +93,14 @@ pub fn solve<R: Real, L: LawKernel>(
     let mut active = pressing;
     let mut x = start[0];
     let (mut iterations, mut best);
+    let mut bound = zero;
     if cell.joint {
         let joint = crossover_joint::iterate::<R, L>(cell, &span, start, pressing);
         active = pressing & !joint.met;
         x = R::select(active, start[0], joint.height[0]);
         iterations = joint.iterations;
         let residual = joint.yarn[0].force - joint.yarn[1].force;
+        bound = joint.bound;
         let [pivot, other] = joint.yarn;
         best = CellPoint { pivot, other, other_height: joint.height[1], residual, slope: n.one() };
     } else {
@@ -109,7 +111,7 @@ pub fn solve<R: Real, L: LawKernel>(
         (x, best) = bracketed::<R, L>(cell, &span, x, best, &mut active, &mut iterations);
     }
     let force = best.pivot.real_force();
-    let residual = (force - best.other.real_force()).abs();
+    let residual = (force - best.other.real_force()).abs() + bound;
     let straight = each!(i in 2 => cell.yarn[i].straight(stretch[i]));
     let mut out = Equilibrium {
         tension: [zero; 2],

@@ -5,8 +5,9 @@
 //! linearises the contact forces of both yarns at their heights and that of the compression at q, and finds the
 //! force the three have in balance. Both yarns are evaluated side by side, without waiting for each other.
 //!
-//! Three steps suffice from one time step to the next. Nothing guards it: cells it leaves go to the bracketed
-//! iteration of [`super::crossover`], which cannot fail.
+//! Two evaluations suffice from one time step to the next, most often: where a step is so small that the curves cannot bend away
+//! from their tangents by more than the residual accepted, it is taken along the tangents. Nothing guards the iteration:
+//! cells it leaves go to the bracketed one of [`super::crossover`], which cannot fail.
 
 use crate::kernels::cell_constants::CellConstants;
 use crate::kernels::yarn_law::{LawKernel, Span, YarnResponse};
@@ -18,6 +19,9 @@ pub const JOINT_ITERATIONS: u32 = 7;
 /// Misfit of compatibility accepted, over the sum of heights [-], as far as the precision goes.
 pub const SLIP: f64 = 1e-12;
 
+/// Strain by which a step along the tangents may miss the curve, as far as the precision goes [-].
+pub const UNSEEN: f64 = 5e-15;
+
 /// Where the iteration ended.
 pub(super) struct Joint<R: Real> {
     /// Heights of the pivot and of the other yarn [m].
@@ -26,6 +30,8 @@ pub(super) struct Joint<R: Real> {
     pub(super) yarn: [YarnResponse<R>; 2],
     /// Evaluations.
     pub(super) iterations: R,
+    /// What the responses may be off by as tangents [N].
+    pub(super) bound: R,
     /// Where equilibrium and compatibility are met.
     pub(super) met: R::Mask,
 }
@@ -46,46 +52,74 @@ pub(super) fn iterate<R: Real, L: LawKernel>(
     let loose = cell.loose;
     let tight = n.with(1e-2) * loose;
     let slip = n.with(SLIP.max(8.0 * R::EPSILON)) * cell.height_sum;
-    let mut x = height[0];
-    let mut q = opening(cell, x + height[1]).max(tight);
-    let mut height = [x, other_height(cell, x, q)];
+    let unseen = n.with(UNSEEN.max(0.5 * R::EPSILON));
+    let mut q = opening(cell, height[0] + height[1]).max(tight);
+    let mut height = [height[0], other_height(cell, height[0], q)];
     let mut yarn = each!(i in 2 => L::respond(&cell.yarn[index[i]], &span[index[i]], height[i]));
     let mut iterations = R::select(active, one, zero);
     let mut met = n.never();
+    let mut bound = zero;
     let mut pending = active;
     for round in 0..JOINT_ITERATIONS {
         let cube = q * q * q;
-        // The force that compresses by a − b q, and its compliance.
-        let force = R::select(rigid, yarn[0].force, one / cube - offset);
-        let give = b * q * cube * n.with(1.0 / 3.0);
         let [sp, so] = each!(i in 2 => yarn[i].stiffness.max(cell.softest));
+        // The compliance of the compression a − b q, and the force; one division for this and for Newton's step.
+        let give = b * q * cube * n.with(1.0 / 3.0);
+        let product = sp * so;
+        let sum = give.mul_add(product, sp + so);
+        let inverse = one / (cube * (product * sum));
+        let force = R::select(rigid, yarn[0].force, (product * sum).mul_add(inverse, -offset));
         // How far the heights miss the compression of the pivot's force, but for what that rounds to; and with it what
         // the residual F_p(x) − F_o(H − d(F_p) − x) would be, at most.
         let misfit = give * ((yarn[0].force - force).abs() - cell.noise).max(zero);
-        let off = (yarn[0].force - yarn[1].force).abs() + so * misfit;
+        let off = so.mul_add(misfit, (yarn[0].force - yarn[1].force).abs());
+        let limit = cell.accepted(yarn[0].force);
+        let taut = each!(i in 2 => zero.lt(yarn[i].strain));
         // Both yarns slack although the crossover is not compressed: nothing presses.
-        let slack = (rigid | loose.le(q)) & yarn[0].strain.le(zero) & yarn[1].strain.le(zero);
-        let done = (off.le(cell.accepted(yarn[0].force)) & misfit.le(slip)) | slack;
+        let slack = (rigid | loose.le(q)) & !(taut[0] | taut[1]);
+        let done = (off.le(limit) & misfit.le(slip)) | slack;
         met = met | (pending & done);
         pending = pending & !done;
         if round + 1 == JOINT_ITERATIONS || !pending.any() {
             break;
         }
-        // The force they have in common, Σ F/S over Σ 1/S; one division for all.
-        let product = sp * so;
-        let sum = sp + so + give * product;
-        let inverse = one / (product * sum);
-        let balance = (yarn[0].force * so + yarn[1].force * sp + force * give * product) * (product * inverse);
-        let pivot = (x + (balance - yarn[0].force) * (so * sum * inverse)).max(zero).min(cell.height_sum);
-        let other = height[1] + (balance - yarn[1].force) * (sp * sum * inverse);
+        // The force they have in common, Σ F/S over Σ 1/S.
+        let inverse = cube * inverse;
+        let forces = yarn[0].force.mul_add(so, yarn[1].force.mul_add(sp, force * give * product));
+        let balance = forces * (product * inverse);
+        let pivot = (balance - yarn[0].force).mul_add(so * sum * inverse, height[0]).max(zero).min(cell.height_sum);
+        let other = (balance - yarn[1].force).mul_add(sp * sum * inverse, height[1]);
         let next = opening(cell, pivot + other).max(q * n.with(0.3));
-        x = R::select(pending, pivot, x);
+        let new = [pivot, other_height(cell, pivot, next)];
+        let rise = each!(i in 2 => new[i] - height[i]);
+        let raised = each!(i in 2 => yarn[i].raised(&cell.yarn[index[i]], rise[i]));
+        // What the curves bend away from their tangents over this step: F″h ≤ 3F′ and ε″h ≤ ε′ of a yarn in any law, twice
+        // as much for q.
+        let bend = each!(i in 2 => {
+            let square = rise[i].squared();
+            let force = (n.with(4.0) * yarn[i].stiffness * square).le(limit * height[i]);
+            force & (yarn[i].growth * square).le(unseen * height[i])
+        });
+        let bend_q = (n.with(4.0) * b * (next - q).squared()).le(slip * q);
+        let balanced = (raised[0].force - raised[1].force).abs().le(limit);
+        let stays = each!(i in 2 => taut[i] & zero.lt(raised[i].strain));
+        let last = pending & bend[0] & bend[1] & bend_q & balanced & stays[0] & stays[1];
+        met = met | last;
+        height = each!(i in 2 => R::select(pending, new[i], height[i]));
         q = R::select(pending, next, q);
-        height = [x, other_height(cell, x, q)];
-        yarn = each!(i in 2 => L::respond(&cell.yarn[index[i]], &span[index[i]], height[i]));
+        yarn = each!(i in 2 => YarnResponse::select(last, raised[i], yarn[i]));
+        bound = R::select(last, limit, bound);
+        pending = pending & !last;
+        if !pending.any() {
+            break;
+        }
+        yarn = each!(i in 2 => {
+            let there = L::respond(&cell.yarn[index[i]], &span[index[i]], height[i]);
+            YarnResponse::select(pending, there, yarn[i])
+        });
         iterations = iterations + R::select(pending, one, zero);
     }
-    Joint { height, yarn, iterations, met }
+    Joint { height, yarn, iterations, bound, met }
 }
 
 /// q = (a − d)/b where the heights sum up to `sum`; a compression that is none but for rounding is none.

@@ -11,6 +11,7 @@
 use std::ops::Range;
 
 use crate::kernels::crossover::{self, CellConstants, LawKernel};
+use crate::kernels::element_size::Size;
 use crate::kernels::shear::{self, ShearConstants};
 use crate::number::{Mask, Real, Scalar, each};
 use crate::tally::Tally;
@@ -37,7 +38,7 @@ pub const STRETCH_FLOOR: f64 = 0.3;
 /// Cosine of the shear angle below which the plane of the yarns is no longer resolved.
 pub const COSINE_FLOOR: f64 = 1e-3;
 
-/// Constants of the element kernel.
+/// Constants of the element kernel; lengths are those of the finest elements.
 #[derive(Clone, Copy, Debug)]
 pub struct ElementConstants<R> {
     /// Unit cell.
@@ -83,6 +84,14 @@ pub struct ElementRow<'a, S> {
     pub above: [&'a [S]; 6],
     /// Element fields; column c is stored at c + 1 so that node c finds its left neighbour at c.
     pub element: [&'a mut [S]; field::COUNT],
+    /// Height of the row, over that of a row of the finest elements [-].
+    pub height: f64,
+    /// Lengths of the elements along X over the finest, and 1 over that [-].
+    pub width: &'a [S],
+    /// See `width`.
+    pub per_width: &'a [S],
+    /// Viscosity along X of each element and along Y of the row, over the stiffness [s]; `None`: an even mesh has none.
+    pub viscosity: Option<(&'a [S], f64)>,
 }
 
 /// What of the kernel a step needs.
@@ -148,7 +157,8 @@ pub(crate) struct Kinematics<R> {
     /// Λ − 1 [-].
     pub(crate) stretch: [R; 2],
     direction: [[R; 3]; 2],
-    lambda: [R; 2],
+    /// 1/Λ.
+    inverse: [R; 2],
     /// Of the shear angle.
     pub(crate) sine: R,
 }
@@ -157,7 +167,7 @@ type Vector<R> = [R; 3];
 
 #[inline(always)]
 fn dot<R: Real>(a: &Vector<R>, b: &Vector<R>) -> R {
-    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+    a[0].mul_add(b[0], a[1].mul_add(b[1], a[2] * b[2]))
 }
 
 /// Differences over an element of corner values 0…3 (counter-clockwise): twice the edge differences along X and
@@ -171,7 +181,7 @@ pub(crate) fn differences<R: Real>(corner: &[R; 4]) -> [R; 3] {
 
 /// Kinematics of an element from the sums of its edge differences along X and Y [m].
 #[inline(always)]
-pub(crate) fn kinematics<R: Real>(c: &ElementConstants<R>, dx: &Vector<R>, dy: &Vector<R>) -> Kinematics<R> {
+pub(crate) fn kinematics<R: Real>(c: &Size<R>, dx: &Vector<R>, dy: &Vector<R>) -> Kinematics<R> {
     let n = c.area;
     let one = n.one();
     let two = n.with(2.0);
@@ -183,27 +193,24 @@ pub(crate) fn kinematics<R: Real>(c: &ElementConstants<R>, dx: &Vector<R>, dy: &
     let l1 = dot(&f1, &f1).sqrt().max(tiny);
     let l2 = dot(&f2, &f2).sqrt().max(tiny);
     // Λ − 1 from the displacement gradient: no cancellation at small strain.
-    let s1 = (two * g1[0] + dot(&g1, &g1)) / (one + l1);
-    let s2 = (two * g2[1] + dot(&g2, &g2)) / (one + l2);
-    let (i1, i2) = (one / l1, one / l2);
+    let (p1, p2) = (one + l1, one + l2);
+    // One division for 1/Λ and 1/(1 + Λ).
+    let (d1, d2) = (one / (l1 * p1), one / (l2 * p2));
+    let s1 = two.mul_add(g1[0], dot(&g1, &g1)) * (l1 * d1);
+    let s2 = two.mul_add(g2[1], dot(&g2, &g2)) * (l2 * d2);
+    let (i1, i2) = (p1 * d1, p2 * d2);
     let sine = (g2[0] + g1[1] + dot(&g1, &g2)) * i1 * i2;
     Kinematics {
         stretch: [s1, s2],
         direction: [[f1[0] * i1, f1[1] * i1, f1[2] * i1], [f2[0] * i2, f2[1] * i2, f2[2] * i2]],
-        lambda: [l1, l2],
+        inverse: [i1, i2],
         sine: sine.max(-one).min(one),
     }
 }
 
 /// P1·Ly/2 and P2·Lx/2 [N] from in-plane yarn forces and shear resultant.
 #[inline(always)]
-fn membrane<R: Real>(
-    c: &ElementConstants<R>,
-    k: &Kinematics<R>,
-    pull: &[R; 2],
-    q: R,
-    shear: bool,
-) -> (Vector<R>, Vector<R>) {
+fn membrane<R: Real>(c: &Size<R>, k: &Kinematics<R>, pull: &[R; 2], q: R, shear: bool) -> (Vector<R>, Vector<R>) {
     let [e1, e2] = k.direction;
     let (n1, n2) = (pull[0] * c.membrane[0], pull[1] * c.membrane[1]);
     if !shear {
@@ -211,25 +218,55 @@ fn membrane<R: Real>(
     }
     let n = q;
     let floor = n.with(COSINE_FLOOR * COSINE_FLOOR);
-    let cosine = (n.one() - k.sine.squared()).max(floor).sqrt();
-    let lever = n.with(STRETCH_FLOOR);
+    let cosine = (-k.sine).mul_add(k.sine, n.one()).max(floor).sqrt();
+    let lever = n.with(1.0 / STRETCH_FLOOR);
     let q = q / cosine;
-    let q1 = q * c.half_length[0] / k.lambda[0].max(lever);
-    let q2 = q * c.half_length[1] / k.lambda[1].max(lever);
+    let q1 = q * c.half_length[0] * k.inverse[0].min(lever);
+    let q2 = q * c.half_length[1] * k.inverse[1].min(lever);
     (
-        each!(a in 3 => n1 * e1[a] + q1 * (e2[a] - k.sine * e1[a])),
-        each!(a in 3 => n2 * e2[a] + q2 * (e1[a] - k.sine * e2[a])),
+        each!(a in 3 => n1.mul_add(e1[a], q1 * (-k.sine).mul_add(e1[a], e2[a]))),
+        each!(a in 3 => n2.mul_add(e2[a], q2 * (-k.sine).mul_add(e2[a], e1[a]))),
     )
+}
+
+/// Viscous forces of warp and weft [N]: stiffness times `viscosity` [s] times the rate of stretch along the yarn. `v`: differences of
+/// velocities over the element.
+#[inline(always)]
+fn drag<R: Real>(
+    c: &ElementConstants<R>,
+    size: &Size<R>,
+    k: &Kinematics<R>,
+    v: [&[R; 3]; 3],
+    viscosity: [R; 2],
+) -> [R; 2] {
+    each!(i in 2 => {
+        let e = &k.direction[i];
+        let rate = (e[0] * v[0][i] + e[1] * v[1][i] + e[2] * v[2][i]) * size.gradient[i];
+        c.cell.yarn[i].stiffness * viscosity[i] * rate
+    })
+}
+
+/// In-plane force of a yarn with its viscous force: none where it is slack, and never one that pushes.
+#[inline(always)]
+fn viscous<R: Real>(force: R, drag: R) -> R {
+    R::select(drag.abs().le(drag.zero()) | force.le(drag.zero()), force, (force + drag).max(drag.zero()))
 }
 
 /// Energy of one element [J]: yarns, crossover compression, shear.
 #[inline(always)]
-fn stored_energy<R: Real>(c: &ElementConstants<R>, tension: &[R; 2], strain: &[R; 2], force: R, shear: R) -> R {
+fn stored_energy<R: Real>(
+    cell: &CellConstants<R>,
+    size: &Size<R>,
+    tension: &[R; 2],
+    strain: &[R; 2],
+    force: R,
+    shear: R,
+) -> R {
     let yarn = each!(i in 2 => {
-        let y = &c.cell.yarn[i];
+        let y = &cell.yarn[i];
         tension[i] * strain[i] * y.half_span * (tension[i].one() + y.crimp)
     });
-    c.cells * (yarn[0] + yarn[1] + crossover::compression_energy(&c.cell, force)) + c.area * shear
+    size.cells * (yarn[0] + yarn[1] + crossover::compression_energy(cell, force)) + size.area * shear
 }
 
 /// A field of the nodes at the corners of elements from `column` on, counter-clockwise.
@@ -256,6 +293,7 @@ pub fn element_force<R: Real, L: LawKernel>(
     let n = c.area;
     let zero = n.zero();
     let half_dt = n.with(0.5 * dt);
+    let tall = Size::of_row(c, row.height);
     let mut work = Tally::default();
     let mut stored = Tally::default();
     let mut hourglass = Tally::default();
@@ -267,7 +305,8 @@ pub fn element_force<R: Real, L: LawKernel>(
         let at = column + 1;
         let [ux, uy, uz] = each!(f in 3 => differences(&corners(n, row, f, column)));
         let [vx, vy, vz] = each!(f in 3 => differences(&corners(n, row, 3 + f, column)));
-        let k = kinematics(c, &[ux[0], uy[0], uz[0]], &[ux[1], uy[1], uz[1]]);
+        let size = tall.of_columns(n.load(row.width, column), n.load(row.per_width, column));
+        let k = kinematics(&size, &[ux[0], uy[0], uz[0]], &[ux[1], uy[1], uz[1]]);
 
         let half = n.with(0.5);
         let was_alive = each!(i in 2 => half.lt(n.load(row.element[field::ALIVE + i], at)));
@@ -282,12 +321,18 @@ pub fn element_force<R: Real, L: LawKernel>(
         let any_failed = failed[0] | failed[1];
         let free_strain = each!(i in 2 => c.cell.yarn[i].straight(k.stretch[i]).max(zero));
         let free = each!(i in 2 => c.cell.yarn[i].stiffness * free_strain[i]);
-        let pull = each!(i in 2 => R::select(alive[i], R::select(both_left, cell.in_plane[i], free[i]), zero));
+        let drag = match row.viscosity {
+            Some((along, across)) => drag(c, &size, &k, [&vx, &vy, &vz], [n.load(along, column), n.with(across)]),
+            None => [zero; 2],
+        };
+        let pull = each!(i in 2 => R::select(both_left, cell.in_plane[i], free[i]));
+        let pull = if row.viscosity.is_some() { each!(i in 2 => viscous(pull[i], drag[i])) } else { pull };
+        let pull = each!(i in 2 => R::select(alive[i], pull[i], zero));
 
         let gamma = if shear { shear::arc_sine(k.sine) } else { zero };
         let trellis = if shear { shear::resultant(&c.shear, gamma) } else { zero };
         let q = R::select(both_left, trellis, zero);
-        let (warp, weft) = membrane(c, &k, &pull, q, shear);
+        let (warp, weft) = membrane(&size, &k, &pull, q, shear);
 
         // Work done on the element between the last positions and these (trapezoid), and the new forces.
         let mut power = zero;
@@ -295,15 +340,15 @@ pub fn element_force<R: Real, L: LawKernel>(
         for a in 0..3 {
             let warp_new = R::select(any, warp[a], zero);
             let weft_new = R::select(any, weft[a], zero);
-            power = power
-                + (n.load(row.element[field::WARP_FORCE + a], at) + warp_new) * v[a][0]
-                + (n.load(row.element[field::WEFT_FORCE + a], at) + weft_new) * v[a][1];
+            let warp_sum = n.load(row.element[field::WARP_FORCE + a], at) + warp_new;
+            let weft_sum = n.load(row.element[field::WEFT_FORCE + a], at) + weft_new;
+            power = warp_sum.mul_add(v[a][0], weft_sum.mul_add(v[a][1], power));
             warp_new.store(row.element[field::WARP_FORCE + a], at);
             weft_new.store(row.element[field::WEFT_FORCE + a], at);
         }
         work.add(half_dt * power, column);
 
-        let stiffness = c.hourglass[0] + c.hourglass[1];
+        let stiffness = size.hourglass[0] + size.hourglass[1];
         let quarter = n.with(0.25);
         let mode = [quarter * ux[2], quarter * uy[2], quarter * uz[2]];
         let kh = R::select(both_left, stiffness, zero);
@@ -324,12 +369,12 @@ pub fn element_force<R: Real, L: LawKernel>(
             let shear_energy = if shear { shear::energy(&c.shear, gamma) } else { zero };
             let shear_before = R::select(both, shear_energy, zero);
             let tension = each!(i in 2 => R::select(was_alive[i], cell.tension[i], zero));
-            let before = stored_energy(c, &tension, &cell.strain, cell.force, shear_before);
+            let before = stored_energy(&c.cell, &size, &tension, &cell.strain, cell.force, shear_before);
             let left = each!(i in 2 => R::select(alive[i], free[i], zero));
-            let after = stored_energy(c, &left, &free_strain, zero, zero);
+            let after = stored_energy(&c.cell, &size, &left, &free_strain, zero, zero);
             // Forces that break in this step never act, so the last half step's work on them was not done either.
-            let intact = each!(i in 2 => R::select(was_alive[i], cell.in_plane[i], zero));
-            let (warp_intact, weft_intact) = membrane(c, &k, &intact, R::select(both, trellis, zero), shear);
+            let intact = each!(i in 2 => R::select(was_alive[i], viscous(cell.in_plane[i], drag[i]), zero));
+            let (warp_intact, weft_intact) = membrane(&size, &k, &intact, R::select(both, trellis, zero), shear);
             let mut undone = zero;
             for a in 0..3 {
                 undone = undone + (warp_intact[a] - warp[a]) * v[a][0] + (weft_intact[a] - weft[a]) * v[a][1];
@@ -361,7 +406,7 @@ pub fn element_force<R: Real, L: LawKernel>(
             let force = R::select(both_left, cell.force, zero);
             let shear_energy = if shear { shear::energy(&c.shear, gamma) } else { zero };
             let shear_energy = R::select(both_left, shear_energy, zero);
-            let energy = stored_energy(c, &tension, &strain, force, shear_energy);
+            let energy = stored_energy(&c.cell, &size, &tension, &strain, force, shear_energy);
             stored.add(R::select(any, energy, zero), column);
             hourglass.add(R::select(any, half * kh * dot(&mode, &mode), zero), column);
             largest = largest.max(tension[0].max(tension[1]));

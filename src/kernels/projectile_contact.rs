@@ -7,6 +7,7 @@
 
 use nalgebra::{Matrix6, Vector3, Vector6};
 
+use crate::kernels::projectile_rim::Rim;
 use crate::kernels::rigid_body::RigidBody;
 
 /// Changes of the set of pushing nodes allowed in one step.
@@ -45,8 +46,12 @@ pub struct ContactPoint {
     pub push: f64,
     /// Friction impulse on the node [N·s].
     pub drag: Vector3<f64>,
+    /// Impulse on the node through the edges beside it [N·s].
+    pub carried: Vector3<f64>,
     /// Whether the node pushes.
     pub active: bool,
+    /// Whether it shares nodes with other points: a point of the rim, or a node at the end of an edge with one.
+    pub shared: bool,
 }
 
 impl ContactPoint {
@@ -57,7 +62,17 @@ impl ContactPoint {
 
     /// Velocity with the impulses found [m/s].
     pub fn velocity(&self) -> Vector3<f64> {
-        self.free + self.inverse.component_mul(&self.impulse())
+        self.free + self.inverse.component_mul(&(self.impulse() + self.carried))
+    }
+
+    /// Whether contact changed the node's velocity.
+    pub fn touched(&self) -> bool {
+        self.push > 0.0 || self.carried != Vector3::zeros()
+    }
+
+    /// Velocity along the normal without the normal impulse, where no point of the rim moves the node [m/s].
+    fn speed(&self) -> f64 {
+        (self.free + self.inverse.component_mul(&self.drag)).dot(&self.normal)
     }
 
     /// Ends the contact: a node that does not push is not dragged either.
@@ -91,21 +106,25 @@ pub struct ContactTotals {
     pub touching: u32,
 }
 
-/// Finds the impulses of one step and applies them to the body; the caller applies them to the nodes.
-pub fn resolve(body: &mut RigidBody, points: &mut [ContactPoint], dt: f64) -> ContactTotals {
+/// Finds the impulses of one step and applies them to the body; the caller applies them to the nodes. The last points are
+/// those of the rim, as many as it has ties.
+pub fn resolve(body: &mut RigidBody, points: &mut [ContactPoint], rim: &mut Rim, dt: f64) -> ContactTotals {
     let start = body.clone();
+    rim.share_masses(points);
+    rim.settle(points);
     for p in points.iter_mut() {
         p.active = p.free.dot(&p.normal) - start.velocity_at(&p.arm).dot(&p.normal) < closing_limit(p, dt);
     }
     let sweeps = if points.iter().any(|p| p.friction > 0.0) { FRICTION_SWEEPS } else { 1 };
     for sweep in 0..sweeps {
-        solve_normal(&start, body, points, dt);
+        solve_normal(&start, body, points, rim, dt);
         if sweep + 1 < sweeps && update_friction(body, points) {
+            rim.settle(points);
             continue;
         }
         break;
     }
-    account(&start, body, points)
+    account(&start, body, points, points.len() - rim.ties.len())
 }
 
 /// Relative normal velocity below which a node enters the body within the step: what closes its gap exactly.
@@ -114,10 +133,10 @@ fn closing_limit(p: &ContactPoint, dt: f64) -> f64 {
 }
 
 /// Normal impulses of the active set, with changes of the set until none pulls and none enters.
-fn solve_normal(start: &RigidBody, body: &mut RigidBody, points: &mut [ContactPoint], dt: f64) {
+fn solve_normal(start: &RigidBody, body: &mut RigidBody, points: &mut [ContactPoint], rim: &mut Rim, dt: f64) {
     let tolerance = 1e-9 * (start.speed_bound() + 1e-3);
     for change in 0..SET_CHANGES {
-        common_velocity(start, body, points, dt);
+        common_velocity(start, body, points, rim, dt);
         let mut changed = false;
         for p in points.iter_mut() {
             let approach = (p.velocity() - body.velocity_at(&p.arm)).dot(&p.normal);
@@ -133,15 +152,16 @@ fn solve_normal(start: &RigidBody, body: &mut RigidBody, points: &mut [ContactPo
             return;
         }
     }
-    common_velocity(start, body, points, dt);
+    common_velocity(start, body, points, rim, dt);
     for p in points.iter_mut().filter(|p| p.push < 0.0) {
         p.release();
     }
+    rim.settle(points);
     apply(start, body, points);
 }
 
 /// One solve for the body's motion with the active nodes attached, and their impulses.
-fn common_velocity(start: &RigidBody, body: &mut RigidBody, points: &mut [ContactPoint], dt: f64) {
+fn common_velocity(start: &RigidBody, body: &mut RigidBody, points: &mut [ContactPoint], rim: &mut Rim, dt: f64) {
     let [moves, turns] = start.freedom;
     let act = |p: &ContactPoint, push: &Vector3<f64>| {
         let turn = if start.locked { Vector3::zeros() } else { p.arm.cross(push).component_mul(&turns) };
@@ -149,22 +169,25 @@ fn common_velocity(start: &RigidBody, body: &mut RigidBody, points: &mut [Contac
     };
     let direction = |p: &ContactPoint| act(p, &p.normal);
     let mut motion = stack(&start.velocity, &start.angular_velocity());
-    if !start.prescribed {
-        let mut matrix = Matrix6::identity();
+    let mut matrix = Matrix6::identity();
+    let mut right = Vector6::zeros();
+    if start.prescribed {
+        rim.eliminate(points, direction, |p| closing_limit(p, dt), (&mut matrix, &mut right));
+    } else {
         matrix.fixed_view_mut::<3, 3>(0, 0).copy_from(&(nalgebra::Matrix3::identity() * start.mass));
         if !start.locked {
             matrix.fixed_view_mut::<3, 3>(3, 3).copy_from(&start.inertia());
         }
-        let mut right = stack(&(start.velocity * start.mass), &start.angular_momentum);
+        right = stack(&(start.velocity * start.mass), &start.angular_momentum);
         for p in points.iter() {
             right -= act(p, &p.drag);
-            if p.active {
+            if p.active && !p.shared {
                 let g = direction(p);
-                let speed = (p.free + p.inverse.component_mul(&p.drag)).dot(&p.normal);
-                right += g * (p.kappa * (speed - closing_limit(p, dt)));
+                right += g * (p.kappa * (p.speed() - closing_limit(p, dt)));
                 matrix += g * g.transpose() * p.kappa;
             }
         }
+        rim.eliminate(points, direction, |p| closing_limit(p, dt), (&mut matrix, &mut right));
         if start.locked {
             for a in 3..6 {
                 right[a] = 0.0;
@@ -174,10 +197,11 @@ fn common_velocity(start: &RigidBody, body: &mut RigidBody, points: &mut [Contac
             motion = factor.solve(&right);
         }
     }
-    for p in points.iter_mut().filter(|p| p.active) {
-        let speed = (p.free + p.inverse.component_mul(&p.drag)).dot(&p.normal);
-        p.push = p.kappa * (direction(p).dot(&motion) + closing_limit(p, dt) - speed);
+    rim.push(points, &motion);
+    for p in points.iter_mut().filter(|p| p.active && !p.shared) {
+        p.push = p.kappa * (direction(p).dot(&motion) + closing_limit(p, dt) - p.speed());
     }
+    rim.settle(points);
     apply(start, body, points);
 }
 
@@ -223,8 +247,8 @@ fn update_friction(body: &RigidBody, points: &mut [ContactPoint]) -> bool {
     changed
 }
 
-/// Energy, work and momentum of the impulses found.
-fn account(start: &RigidBody, body: &RigidBody, points: &[ContactPoint]) -> ContactTotals {
+/// Energy, work and momentum of the impulses found; the first points are `nodes` nodes.
+fn account(start: &RigidBody, body: &RigidBody, points: &[ContactPoint], nodes: usize) -> ContactTotals {
     let mut totals = ContactTotals::default();
     for p in points.iter().filter(|p| p.push > 0.0) {
         let surface = start.velocity_at(&p.arm) + body.velocity_at(&p.arm);
@@ -237,6 +261,12 @@ fn account(start: &RigidBody, body: &RigidBody, points: &[ContactPoint]) -> Cont
         }
         for a in 0..3 {
             totals.impulse[a] -= impulse[a];
+        }
+        totals.touching += 1;
+    }
+    for p in points[..nodes].iter().filter(|p| p.touched()) {
+        let impulse = p.impulse() + p.carried;
+        for a in 0..3 {
             let held = p.inverse[a] <= 0.0;
             if start.prescribed {
                 // The drive is the support; what goes into held nodes never reaches the fabric.
@@ -245,7 +275,6 @@ fn account(start: &RigidBody, body: &RigidBody, points: &[ContactPoint]) -> Cont
                 totals.support[a] -= impulse[a];
             }
         }
-        totals.touching += 1;
     }
     totals
 }

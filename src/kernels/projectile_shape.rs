@@ -185,6 +185,29 @@ pub fn holding_gap<R: Scalar>(profile: &Profile<R>, point: [R; 3], rim_depth: R)
     }
 }
 
+impl Profile<f64> {
+    /// Whether the nose is a flat face with a circle for a rim.
+    pub fn has_round_rim(&self) -> bool {
+        self.is_flat() && self.chisel.is_none() && !self.bar
+    }
+
+    /// Where a straight line crosses the cylinder through the rim of a flat face, as fractions of the way, ascending; NaN
+    /// where it does not between its ends. Points in the body's frame [m].
+    pub fn rim_crossings(&self, from: [f64; 3], to: [f64; 3]) -> [f64; 2] {
+        let way = [to[0] - from[0], to[1] - from[1]];
+        let dot = |a: [f64; 2], b: [f64; 2]| a[0] * b[0] + a[1] * b[1];
+        let (from, radius) = ([from[0], from[1]], self.corner[1][0]);
+        let (square, half) = (dot(way, way), dot(from, way));
+        let root = (half * half - square * (dot(from, from) - radius * radius)).sqrt();
+        [-half - root, -half + root].map(|at| at / square).map(|at| if 0.0 < at && at < 1.0 { at } else { f64::NAN })
+    }
+
+    /// Height of a point over the plane of a flat face [m].
+    pub fn height_over_face(&self, point: [f64; 3]) -> f64 {
+        point[2] - self.corner[1][1] - self.radius
+    }
+}
+
 impl<R: Scalar> Profile<R> {
     /// Whether the nose is a flat face, chisel noses included.
     pub fn is_flat(&self) -> bool {

@@ -42,6 +42,8 @@ pub struct YarnResponse<R> {
     pub force: R,
     /// dF/dh of `force` [N/m].
     pub stiffness: R,
+    /// dε/dh [1/m].
+    pub growth: R,
 }
 
 impl<R: Real> YarnConstants<R> {
@@ -61,7 +63,15 @@ impl<R: Real> YarnResponse<R> {
             tension: R::select(mask, yes.tension, no.tension),
             force: R::select(mask, yes.force, no.force),
             stiffness: R::select(mask, yes.stiffness, no.stiffness),
+            growth: R::select(mask, yes.growth, no.growth),
         }
+    }
+
+    /// The response of a taut yarn after a rise of its height too small to bend the curve.
+    #[inline(always)]
+    pub fn raised(&self, yarn: &YarnConstants<R>, rise: R) -> Self {
+        let strain = self.growth.mul_add(rise, self.strain);
+        Self { strain, tension: yarn.stiffness * strain, force: self.stiffness.mul_add(rise, self.force), ..*self }
     }
 
     /// The contact force without its continuation: 0 where the yarn is slack.
@@ -134,11 +144,11 @@ struct Sinusoid<R: Real> {
 fn sinusoid<R: Real>(yarn: &YarnConstants<R>, span: &Span<R>, h: R) -> Sinusoid<R> {
     let k = h * span.rise;
     let arc = arc_length(k, yarn.terms);
-    let strain = (span.stretch + span.length * arc.excess - yarn.crimp) * yarn.per_rest;
+    let strain = span.length.mul_add(arc.excess, span.stretch - yarn.crimp) * yarn.per_rest;
     let zero = h.zero();
     let taut = zero.lt(strain);
     let tension = R::select(taut, yarn.stiffness * strain, zero);
-    let dstrain = span.length * arc.slope * span.rise * yarn.per_rest;
+    let dstrain = arc.slope * (span.length * span.rise * yarn.per_rest);
     Sinusoid { arc, k, strain, tension, taut, dstrain }
 }
 
@@ -151,6 +161,7 @@ impl<R: Real> Sinusoid<R> {
             tension: self.tension,
             force: R::select(self.taut, force, yarn.slack * self.strain),
             stiffness: R::select(self.taut, stiffness, yarn.slack * self.dstrain),
+            growth: self.dstrain,
         }
     }
 }
@@ -161,7 +172,8 @@ fn published_yarn<R: Real>(yarn: &YarnConstants<R>, span: &Span<R>, h: R) -> Yar
     let cosine = s.arc.cosine;
     let twice = h.with(2.0) * cosine;
     let force = twice * s.tension * s.k;
-    let stiffness = twice * (yarn.stiffness * s.dstrain * s.k + s.tension * cosine.squared() * span.rise);
+    let turning = s.tension * cosine.squared() * span.rise;
+    let stiffness = twice * (yarn.stiffness * s.dstrain).mul_add(s.k, turning);
     s.response(yarn, force, stiffness)
 }
 
@@ -238,6 +250,7 @@ impl LawKernel for Kawabata {
             tension,
             force: R::select(taut, two * tension * sine, yarn.slack * strain),
             stiffness: R::select(taut, stiffness, yarn.slack * dstrain),
+            growth: dstrain,
         }
     }
     #[inline(always)]

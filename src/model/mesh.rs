@@ -1,17 +1,22 @@
 //! The structured mesh of a ply, in its own axes: warp along X (columns), weft along Y (rows).
 
+use std::ops::Range;
+
+use super::lines::Lines;
 use super::symmetry::{Cut, MirrorPlanes};
 use crate::case::Layer;
 
 /// Mesh of a ply, one element per crossover or a whole number of them, and how it lies in the pack.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Mesh {
     /// Elements along weft.
     pub rows: usize,
     /// Elements along warp.
     pub columns: usize,
-    /// Undeformed element lengths Lx, Ly [m].
+    /// Undeformed lengths Lx, Ly of the finest elements [m]; without grading all are alike.
     pub length: [f64; 2],
+    /// Lines of nodes along X and Y.
+    lines: [Lines; 2],
     /// Reference position of node (0, 0) in the ply's axes [m]; the pack's centre is the origin.
     pub origin: [f64; 2],
     /// Column and row of the pack's centre, counted from node (0, 0): a half where it lies between nodes.
@@ -26,7 +31,13 @@ impl Mesh {
     /// The whole mesh of a ply of a layer.
     pub(super) fn of_layer(layer: &Layer) -> Self {
         let length = [layer.element_length_x, layer.element_length_y];
-        Self::new(layer.columns, layer.rows, length, layer.orientation)
+        let mut mesh = Self::new(layer.columns, layer.rows, length, layer.orientation);
+        if let Some([x, y]) = layer.lines(mesh.turn) {
+            [mesh.columns, mesh.rows] = [x.len() - 1, y.len() - 1];
+            mesh.centre = [0.5 * mesh.columns as f64, 0.5 * mesh.rows as f64];
+            mesh.lines = [x, y].map(Lines::graded);
+        }
+        mesh
     }
 
     /// A mesh around the pack's centre, its warp at `orientation` [rad] to the pack's X axis.
@@ -40,7 +51,8 @@ impl Mesh {
         };
         let centre = [0.5 * columns as f64, 0.5 * rows as f64];
         let origin = [-0.5 * length[0] * columns as f64, -0.5 * length[1] * rows as f64];
-        Self { rows, columns, length, origin, centre, turn, cut: [Cut::Nowhere; 2] }
+        let lines = [Lines::even(columns), Lines::even(rows)];
+        Self { rows, columns, length, lines, origin, centre, turn, cut: [Cut::Nowhere; 2] }
     }
 
     /// What is left at x ≥ 0 and y ≥ 0 of the pack where those are mirror planes.
@@ -51,6 +63,7 @@ impl Mesh {
             let along = self.to_pack([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]][own])[axis];
             let count = if own == 0 { &mut self.columns } else { &mut self.rows };
             *count /= 2;
+            self.lines[own] = self.lines[own].half(along > 0.0);
             if along > 0.0 {
                 self.cut[own] = Cut::First;
                 self.origin[own] = 0.0;
@@ -99,14 +112,24 @@ impl Mesh {
     pub fn whole(&self) -> Self {
         let [columns, rows] = self.whole_counts();
         let centre = [columns, rows].map(|count| 0.5 * count as f64);
-        let origin = [0, 1].map(|a| -self.length[a] * centre[a]);
-        Self { rows, columns, origin, centre, cut: [Cut::Nowhere; 2], ..*self }
+        let lines = [0, 1].map(|a| match self.cut[a] {
+            Cut::Nowhere => self.lines[a].clone(),
+            cut => self.lines[a].doubled(cut == Cut::First),
+        });
+        let origin = [0, 1].map(|a| -self.length[a] * (0.5 * lines[a].at(lines[a].elements())));
+        Self { rows, columns, origin, centre, lines, cut: [Cut::Nowhere; 2], ..self.clone() }
     }
 
     /// Elements along X and Y of the whole ply.
     pub fn whole_counts(&self) -> [usize; 2] {
         let counts = [self.columns, self.rows];
         [0, 1].map(|a| if self.cut[a] == Cut::Nowhere { counts[a] } else { 2 * counts[a] })
+    }
+
+    /// Lengths of the whole ply along X and Y [m].
+    pub fn whole_size(&self) -> [f64; 2] {
+        let extent = self.extent();
+        [0, 1].map(|a| self.length[a] * if self.cut[a] == Cut::Nowhere { extent[a] } else { 2.0 * extent[a] })
     }
 
     /// First element (or node) of the mesh along X and Y, counted in the whole ply.
@@ -133,7 +156,63 @@ impl Mesh {
 
     /// Reference position of a node in the ply's axes [m].
     pub fn reference(&self, row: usize, column: usize) -> [f64; 2] {
-        [self.origin[0] + self.length[0] * column as f64, self.origin[1] + self.length[1] * row as f64]
+        let [x, y] = &self.lines;
+        [self.origin[0] + self.length[0] * x.at(column), self.origin[1] + self.length[1] * y.at(row)]
+    }
+
+    /// Lengths of an element along X and Y over the finest [-].
+    #[inline]
+    pub fn widths(&self, row: usize, column: usize) -> [f64; 2] {
+        [self.lines[0].width(column), self.lines[1].width(row)]
+    }
+
+    /// Lengths of an element along X and Y [m].
+    #[inline]
+    pub fn size(&self, row: usize, column: usize) -> [f64; 2] {
+        let [x, y] = self.widths(row, column);
+        [self.length[0] * x, self.length[1] * y]
+    }
+
+    /// Area of an element [m²].
+    #[inline]
+    pub fn area(&self, row: usize, column: usize) -> f64 {
+        let [x, y] = self.size(row, column);
+        x * y
+    }
+
+    /// Lengths of the mesh along X and Y, counted in finest elements.
+    pub fn extent(&self) -> [f64; 2] {
+        [self.lines[0].at(self.columns), self.lines[1].at(self.rows)]
+    }
+
+    /// Elements of the finest size that cover as much.
+    pub fn finest_elements(&self) -> f64 {
+        self.extent().into_iter().product()
+    }
+
+    /// Longest side of any element [m].
+    pub fn longest(&self) -> f64 {
+        (self.length[0] * self.lines[0].widest()).max(self.length[1] * self.lines[1].widest())
+    }
+
+    /// Part of a cell of finest elements that belongs to a line of nodes along an axis of the ply: half of each element beside it [-].
+    pub fn share(&self, axis: usize, line: usize) -> f64 {
+        self.lines[axis].share(line)
+    }
+
+    /// Whether the mesh is its own mirror image across its X or Y.
+    pub(super) fn is_even_sided(&self, axis: usize) -> bool {
+        self.lines[axis].is_mirrored()
+    }
+
+    /// Whether elements differ in size.
+    pub fn is_graded(&self) -> bool {
+        self.lines.iter().any(Lines::is_graded)
+    }
+
+    /// Elements that lie, along an axis, within `span` finest elements of an element.
+    pub fn within(&self, axis: usize, element: usize, span: usize) -> Range<usize> {
+        self.lines[axis].within(element, span as f64)
     }
 
     /// A vector of the ply's axes in those of the pack.
@@ -152,11 +231,19 @@ impl Mesh {
 
     /// Row and column of the element nearest to a place in the ply's axes [m].
     pub fn element_at(&self, place: [f64; 2]) -> [usize; 2] {
-        let index = |a: usize, count: usize| {
-            let at = (place[a] - self.origin[a]) / self.length[a];
-            (at.max(0.0) as usize).min(count - 1)
-        };
-        [index(1, self.rows), index(0, self.columns)]
+        let index = |a: usize| self.lines[a].element_at((place[a] - self.origin[a]) / self.length[a]);
+        [index(1), index(0)]
+    }
+
+    /// The lines of nodes between two places along an axis of the ply [m], and the next on either side.
+    pub fn lines_between(&self, axis: usize, places: [f64; 2]) -> Range<usize> {
+        let [from, to] = places.map(|place| (place - self.origin[axis]) / self.length[axis]);
+        self.lines[axis].between(from, to)
+    }
+
+    /// The line of nodes nearest to a place along an axis of the ply [m].
+    pub fn nearest_line(&self, axis: usize, place: f64) -> usize {
+        self.lines[axis].nearest((place - self.origin[axis]) / self.length[axis])
     }
 
     /// Rows and columns of the up to four elements around a node.
@@ -166,7 +253,7 @@ impl Mesh {
         columns.flat_map(move |c| rows.clone().map(move |r| [r, c]))
     }
 
-    /// Length of the shorter side of an element [m].
+    /// Length of the shorter side of the finest elements [m].
     pub fn shortest(&self) -> f64 {
         self.length[0].min(self.length[1])
     }
@@ -187,7 +274,7 @@ mod tests {
         for angle in [0.0, 0.5, 1.0, -0.5].map(|quarters| quarters * std::f64::consts::PI) {
             let whole = Mesh::new(6, 4, [1.1, 2.3], angle);
             for planes in [[true, false], [false, true], [true, true]] {
-                let part = whole.part(MirrorPlanes(planes));
+                let part = whole.clone().part(MirrorPlanes(planes));
                 assert_eq!(part.whole_counts(), [6, 4]);
                 let [right, up] = part.first_in_whole();
                 let mut seen = vec![0; whole.elements()];

@@ -2,20 +2,24 @@
 //!
 //! The model knows no backend. State arrays that go with it are laid out (shot, ply, row, column).
 
+mod columns;
 pub mod grid;
 mod layup;
+mod lines;
 pub mod mesh;
 pub mod over;
 pub mod pretension;
+pub mod regularisation;
 pub mod sheet;
 pub mod symmetry;
 pub mod terms;
 pub mod time_step;
 
-use crate::case::{Case, Symmetry};
+use crate::case::{Case, ContactSampling, Symmetry};
 use crate::kernels::projectile_shape::Body;
 use crate::kernels::rigid_body::RigidBody;
 use crate::number::Scalar;
+pub use columns::Columns;
 pub use grid::Grid;
 pub use mesh::Mesh;
 pub use pretension::InitialStretch;
@@ -85,6 +89,8 @@ pub struct Model<S> {
     pub projectile: Option<RigidBody>,
     /// Coulomb coefficient of the projectile [-].
     pub friction: f64,
+    /// Whether the rim of a flat face is sampled where it crosses the edges of elements.
+    pub rim: bool,
     /// Coulomb coefficient between plies [-].
     pub ply_friction: f64,
     /// Whether everything is at rest until the projectile touches it.
@@ -147,6 +153,8 @@ impl<S: Scalar> Model<S> {
             grid: Grid::new(layup.plies.len(), sheets.iter().map(|sheet| &sheet.mesh)),
             dt: case.solver.courant * bound.critical_step,
             friction: case.projectile.as_ref().map_or(0.0, |p| p.friction),
+            rim: case.solver.contact_sampling == ContactSampling::Rim
+                && projectile.as_ref().is_some_and(|body| body.body.profile.has_round_rim()),
             ply_friction: case.pack.friction,
             at_rest: still && case.pack.initial_deflection.is_none() && case.pack.pretension.is_none(),
             sheets,

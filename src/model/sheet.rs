@@ -1,7 +1,8 @@
 //! A sheet: everything that plies of one fabric, laid and held alike, share.
 
-use super::{Grid, InitialStretch, Mesh, MirrorPlanes, ModelError, StepBound, pretension};
-use crate::case::{Case, Edge, Edges, Fabric, Layer, UnitCell};
+use super::{Columns, Grid, InitialStretch, Mesh, MirrorPlanes, ModelError, StepBound, pretension, regularisation};
+use crate::case::{Case, Edge, Edges, Fabric, Layer, Regularisation, UnitCell};
+use crate::kernels::cell_constants::NEVER;
 use crate::kernels::crossover::{CellConstants, LawKernel, Variant};
 use crate::kernels::element_force::ElementConstants;
 use crate::kernels::shear::ShearConstants;
@@ -30,8 +31,10 @@ pub struct Sheet<S> {
     pub thickness: f64,
     /// How the sides are held.
     pub edges: Edges,
-    /// Masses by kind of row (first, inner, last), shape (3, node stride).
-    pub mass: [RowMasses<S>; 3],
+    /// Masses by kind of row (first, inner, last), shape (3, node stride); of a graded mesh by row.
+    pub mass: Vec<RowMasses<S>>,
+    /// Sizes of the elements of a row.
+    pub columns: Columns<S>,
     /// Uniform initial stretch.
     pub initial: InitialStretch,
     /// Initial velocity of free nodes in the ply's axes [m/s].
@@ -58,14 +61,23 @@ impl<S: Scalar> Sheet<S> {
         if !along_axes && [left, right, bottom, top].contains(&Edge::Roller) {
             return Err(ModelError::TurnedRoller { degrees: layer.orientation.to_degrees() });
         }
-        let cell = CellConstants { joint: case.solver.unit_cell == UnitCell::Joint, ..CellConstants::new(fabric) };
+        let mut cell = CellConstants { joint: case.solver.unit_cell == UnitCell::Joint, ..CellConstants::new(fabric) };
+        if pack.regularisation == Regularisation::Calibrated {
+            for yarn in cell.yarn.iter_mut().filter(|yarn| yarn.failure_strain < NEVER) {
+                yarn.failure_strain *= regularisation::strain_factor(f64::from(pack.crossovers_per_element));
+            }
+        }
         let element = element_constants(fabric, length, case.solver.hourglass, &cell);
         let law = Variant::of(&fabric.crossover);
         let edges = MirrorPlanes::edges(&mesh, layer.edges);
         Ok(Self {
             bound: StepBound::new(length, fabric.areal_density, &element),
             initial: crate::with_law!(law, L => pretension::solve::<L>(pack, &cell)?),
-            mass: [0, 1, 2].map(|kind| row_masses(&mesh, fabric.areal_density, &edges, kind)),
+            mass: row_kinds(&mesh)
+                .into_iter()
+                .map(|row| row_masses(&mesh, fabric.areal_density, &edges, row))
+                .collect(),
+            columns: Columns::new(&mesh, viscosity(case, layer, &cell)),
             initial_velocity: mesh.to_ply(layer.initial_velocity),
             has_shear: fabric.shear.is_some(),
             present: [fabric.warp.present, fabric.weft.present],
@@ -85,14 +97,14 @@ impl<S: Scalar> Sheet<S> {
         let [a, b, _] = self.cell.compression;
         let yarns: f64 = self.cell.yarn.iter().map(|y| y.stiffness * y.half_span).sum();
         let pressed = if a > 0.0 { b.powi(3) / a.powi(2) } else { 0.0 };
-        let crossovers = self.element.cells * self.mesh.elements() as f64;
+        let crossovers = self.element.cells * self.mesh.finest_elements();
         crossovers * S::EPSILON * (yarns * S::EPSILON + pressed)
     }
 
     /// Masses of a row of nodes.
     pub fn row_mass(&self, row: usize) -> &RowMasses<S> {
         let kind = if row == 0 { 0 } else { 1 + usize::from(row == self.mesh.rows) };
-        &self.mass[kind]
+        &self.mass[if self.mass.len() > KINDS { row } else { kind }]
     }
 
     /// Element constants in the precision of a kernel.
@@ -138,19 +150,44 @@ fn element_constants(
     }
 }
 
-/// Masses of the first (0), an inner (1) or the last (2) row of nodes.
-fn row_masses<S: Scalar>(mesh: &Mesh, areal_density: f64, edges: &Edges, kind: usize) -> RowMasses<S> {
-    let across = if kind == 1 { 1.0 } else { 0.5 };
-    let row_edge = match kind {
+/// Viscosity of elements twice the finest, over the stiffness, along warp and weft [s].
+fn viscosity(case: &Case, layer: &Layer, cell: &CellConstants<f64>) -> [f64; 2] {
+    let Some(grading) = layer.grading.filter(|_| case.pack.regularisation == Regularisation::Calibrated) else {
+        return [0.0; 2];
+    };
+    let length = [layer.element_length_x, layer.element_length_y];
+    [0, 1].map(|i| {
+        let stiffness = cell.yarn[i].stiffness / (2.0 * cell.yarn[1 - i].half_span);
+        // Time that a wave takes over the finest element.
+        let period = if stiffness > 0.0 { length[i] * (layer.fabric.areal_density / stiffness).sqrt() } else { 0.0 };
+        regularisation::viscosity(grading.growth) * period
+    })
+}
+
+/// First, inner, last.
+const KINDS: usize = 3;
+
+/// A row of each kind of rows of nodes; of a mesh with rows of different heights every row.
+fn row_kinds(mesh: &Mesh) -> Vec<usize> {
+    if mesh.is_graded() && mesh.rows >= KINDS {
+        return (0..=mesh.rows).collect();
+    }
+    vec![0, mesh.rows / 2, mesh.rows]
+}
+
+/// Masses of a row of nodes.
+fn row_masses<S: Scalar>(mesh: &Mesh, areal_density: f64, edges: &Edges, row: usize) -> RowMasses<S> {
+    let across = mesh.share(1, row);
+    let row_edge = match row {
         0 => Some(edges.bottom),
-        2 => Some(edges.top),
+        r if r == mesh.rows => Some(edges.top),
         _ => None,
     };
     let stride = Grid::node_stride(mesh.columns);
     let mut out =
         RowMasses { inverse: std::array::from_fn(|_| vec![S::splat(0.0); stride]), mass: vec![S::splat(0.0); stride] };
     for column in 0..=mesh.columns {
-        let along = if column == 0 || column == mesh.columns { 0.5 } else { 1.0 };
+        let along = mesh.share(0, column);
         let mass = areal_density * mesh.length[0] * mesh.length[1] * along * across;
         let column_edge = match column {
             0 => Some(edges.left),

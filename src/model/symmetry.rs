@@ -107,11 +107,11 @@ fn is_laid_evenly(case: &Case, layer: &Layer, axis: usize) -> bool {
     let mesh = Mesh::of_layer(layer);
     let Some(own) = mesh.own_axis(axis) else { return false };
     let Edges { left, right, bottom, top } = layer.edges;
-    let [count, ends] = [[layer.columns, layer.rows], [usize::from(left == right), usize::from(bottom == top)]];
+    let ends = [left == right, bottom == top];
     let sine = case.pack.initial_deflection.is_none_or(|d| {
         let waves = [d.warp_half_waves, d.weft_half_waves][own];
         waves == 0 || waves % 2 == 1
     });
     let velocity = Vector3::from(layer.initial_velocity);
-    count[own].is_multiple_of(2) && ends[own] == 1 && sine && velocity[axis].abs() <= ROUNDING * velocity.norm()
+    mesh.is_even_sided(own) && ends[own] && sine && velocity[axis].abs() <= ROUNDING * velocity.norm()
 }

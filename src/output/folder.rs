@@ -7,6 +7,7 @@ use std::path::{Path, PathBuf};
 use serde_json::Value;
 use tempfile::NamedTempFile;
 
+use super::frames::{self, Staged};
 use super::{csv, history, picture};
 use crate::case::Case;
 use crate::simulation::Run;
@@ -15,6 +16,8 @@ use crate::simulation::Run;
 const PROFILES: &str = "profiles.csv";
 /// The file that is only there for packs of several plies.
 const PLIES: &str = "plies.csv";
+/// The file that is not there where nobody wants it.
+const REPORT: &str = "report.html";
 /// The case as run.
 const CASE: &str = "case.json";
 /// The file that says what became of a run.
@@ -22,7 +25,19 @@ const SUMMARY: &str = "summary.json";
 /// The last checkpoint of a run that has not ended.
 pub const CHECKPOINT: &str = "checkpoint.bin";
 /// Every file this module may write.
-const FILES: [&str; 8] = [CASE, "history.csv", "events.csv", PLIES, PROFILES, "shot.svg", SUMMARY, CHECKPOINT];
+const FILES: [&str; 11] = [
+    CASE,
+    "history.csv",
+    "events.csv",
+    PLIES,
+    PROFILES,
+    frames::HDF,
+    frames::PVD,
+    "shot.svg",
+    REPORT,
+    SUMMARY,
+    CHECKPOINT,
+];
 
 /// Why the results could not be written.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -39,7 +54,7 @@ pub struct OutputError {
 }
 
 impl OutputError {
-    fn new(path: &Path, expected: &'static str, found: impl ToString) -> Self {
+    pub(super) fn new(path: &Path, expected: &'static str, found: impl ToString) -> Self {
         let help = "choose another folder with --out DIR";
         Self { path: path.display().to_string(), expected, found: found.to_string(), help }
     }
@@ -126,11 +141,18 @@ impl Folder {
         }
     }
 
-    /// Writes all results of a run; returns the names of the files.
+    /// Writes all results of a run, the page that reports them where there is one, and its frames; returns the names of the files.
     ///
     /// # Errors
     /// When the disk refuses; what lay in the folder before is then still there as long as no file was complete.
-    pub fn write(&self, case: &Case, run: &Run, summary: &Value) -> Result<Vec<&'static str>, OutputError> {
+    pub fn write(
+        &self,
+        case: &Case,
+        run: &Run,
+        summary: &Value,
+        report: Option<String>,
+        frames: Staged,
+    ) -> Result<Vec<&'static str>, OutputError> {
         let mut texts = vec![
             (CASE, pretty(&case.as_run)),
             ("history.csv", history::text(&run.history)),
@@ -143,9 +165,14 @@ impl Folder {
             texts.push((PROFILES, csv::profiles(&run.profiles)));
         }
         texts.push(("shot.svg", picture::picture(case, run)));
+        texts.extend(report.map(|page| (REPORT, page)));
         // Last, so that a summary speaks of the files around it.
         texts.push((SUMMARY, pretty(summary)));
-        self.put(&texts, &[SUMMARY, PLIES, PROFILES])
+        let complete = self.complete(&texts)?;
+        let frames = frames.place(&self.path).map_err(|error| self.refused("frames", &error))?;
+        let mut names = self.place(complete, &[SUMMARY, PLIES, PROFILES, REPORT])?;
+        names.extend(frames);
+        Ok(names)
     }
 
     /// Makes the folder that of a run which will leave checkpoints: the case is there, nothing of an earlier run is.
@@ -192,23 +219,33 @@ impl Folder {
     /// # Errors
     /// When the disk refuses.
     pub fn put<'a>(&self, texts: &[(&'a str, String)], stale: &[&str]) -> Result<Vec<&'a str>, OutputError> {
-        let failed = |name: &str, error: io::Error| {
-            OutputError::new(&self.path.join(name), "a disk that takes the results", error)
+        self.place(self.complete(texts)?, stale)
+    }
+
+    /// Complete files under temporary names.
+    fn complete<'a>(&self, texts: &[(&'a str, String)]) -> Result<Vec<(&'a str, NamedTempFile)>, OutputError> {
+        let stage = |(name, text): &(&'a str, String)| {
+            self.stage(text).map(|file| (*name, file)).map_err(|error| self.refused(name, &error))
         };
-        let mut complete = Vec::new();
-        for (name, text) in texts {
-            complete.push((*name, self.stage(text).map_err(|error| failed(name, error))?));
-        }
+        texts.iter().map(stage).collect()
+    }
+
+    /// Gives files their names, after `stale` ones of an earlier time are gone.
+    fn place<'a>(&self, files: Vec<(&'a str, NamedTempFile)>, stale: &[&str]) -> Result<Vec<&'a str>, OutputError> {
         for name in stale {
-            self.remove(name).map_err(|error| failed(name, error))?;
+            self.remove(name).map_err(|error| self.refused(name, &error))?;
         }
         let mut names = Vec::new();
-        for (name, file) in complete {
-            file.persist(self.path.join(name)).map_err(|error| failed(name, error.error))?;
+        for (name, file) in files {
+            file.persist(self.path.join(name)).map_err(|error| self.refused(name, &error.error))?;
             names.push(name);
         }
-        self.flush().map_err(|error| failed("", error))?;
+        self.flush().map_err(|error| self.refused("", &error))?;
         Ok(names)
+    }
+
+    fn refused(&self, name: &str, error: &io::Error) -> OutputError {
+        OutputError::new(&self.path.join(name), "a disk that takes the results", error)
     }
 
     /// A complete file under a temporary name.
@@ -243,7 +280,7 @@ fn staged(name: &str) -> String {
 }
 
 /// An empty file in `folder` with the rights of any new file.
-fn temporary(folder: &Path) -> io::Result<NamedTempFile> {
+pub(super) fn temporary(folder: &Path) -> io::Result<NamedTempFile> {
     let mut builder = tempfile::Builder::new();
     builder.prefix(".ripstop-").suffix(".tmp");
     #[cfg(unix)]

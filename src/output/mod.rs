@@ -1,19 +1,28 @@
 //! What a run leaves behind: `summary.json`, `history.csv`, `events.csv`, `profiles.csv`, the picture
-//! `shot.svg` and the case as run.
+//! `shot.svg`, the case as run and, on request, frames for ParaView.
 //!
 //! Every file is written beside its place, flushed to the disk and renamed, and nothing is renamed before all files
 //! are complete: a folder holds the whole result of one run, never half of one.
 
+pub(crate) mod chart;
 mod csv;
+mod energies;
 pub mod expect;
+pub mod expectation;
 mod folder;
+pub mod frames;
 pub mod history;
+pub mod number;
 mod picture;
+pub mod report;
 mod summary;
+pub mod trust;
+mod verdict;
 
+pub use energies::Energies;
 pub use expect::{Checked, check};
 pub use folder::{CHECKPOINT, Folder, OutputError};
-pub(crate) use picture::escape;
 pub use picture::picture;
 pub(crate) use summary::velocity_left;
 pub use summary::{absorbed_energy, case_hash, flies_freely, residual_velocity, summary};
+pub use verdict::{Verdict, place, reached, symmetry, verdict};

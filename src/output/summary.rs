@@ -7,6 +7,7 @@ use crate::case::{Case, Motion};
 use crate::outcome::Outcome;
 use crate::simulation::{PlySample, Run, Sample};
 use crate::step::Trouble;
+use crate::warnings::{self, Warning};
 
 /// The summary of a run. `wall_seconds`: time since the command began [s].
 ///
@@ -142,12 +143,22 @@ fn cost(run: &Run, wall_seconds: f64) -> Map<String, Value> {
             "wavefront": part - run.element_steps_computed,
             "switched_off": run.skips.switched_off(),
         },
+        "profile": profile(run),
     }))
+}
+
+/// Wall time of the kernels and of the rest of the loop, and their share of it; empty where nothing was timed.
+fn profile(run: &Run) -> Map<String, Value> {
+    let timed: f64 = run.kernel_seconds.iter().map(|(_, seconds)| seconds).sum();
+    let rest = [("other", (run.loop_seconds - timed).max(0.0))];
+    let all = run.kernel_seconds.iter().chain(rest.iter().filter(|_| timed > 0.0));
+    let entry = |seconds: f64| json!({ "s": seconds, "share": seconds / run.loop_seconds });
+    all.map(|(name, seconds)| ((*name).to_owned(), entry(*seconds))).collect()
 }
 
 /// What produced it from what.
 fn origin(case: &Case, run: &Run) -> Map<String, Value> {
-    let assumed: Vec<&str> = case.fields.iter().filter(|f| f.assumed).map(|f| f.pointer.as_str()).collect();
+    let assumed: Vec<&str> = warnings::assumed_fields(case).map(|field| field.pointer.as_str()).collect();
     object(json!({
         "backend": run.backend,
         "adapter": run.adapter,
@@ -158,6 +169,7 @@ fn origin(case: &Case, run: &Run) -> Map<String, Value> {
         "case": case.name,
         "case_hash": case_hash(&case.as_run),
         "assumed": assumed,
+        "warnings": warnings::of_run(case, run).iter().map(Warning::to_json).collect::<Vec<_>>(),
     }))
 }
 

@@ -1,7 +1,7 @@
 //! One time step: the only place that knows the order of the kernels.
 //!
-//! 1. `element_force` on every row of elements, from the positions;
-//! 2. `node_update` on every row of nodes: gather, kick, drift;
+//! 1. `element_force` on every row of elements, from the positions, and
+//! 2. `node_update` on every row of nodes: gather, kick, drift; row by row in one sweep;
 //! 3. `ply_contact` between neighbouring plies, and
 //! 4. `projectile_contact` on the nodes near the projectile, each correcting velocity and position of what it touches;
 //! 5. `rigid_body`: the projectile moves.
@@ -13,23 +13,27 @@ mod kernels;
 mod memory;
 mod plies;
 mod projectile;
+mod stopwatch;
+mod sweep;
 mod trouble;
 
-use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-use crate::kernels::element_force::{ElementRow, ElementTotals, field as element};
-use crate::kernels::node_update::{Neighbours, NodeTotals, Part, RowMass};
+use crate::kernels::element_force::{ElementTotals, field as element};
+use crate::kernels::node_update::{Neighbours, NodeTotals};
 use crate::lanes::Vectors;
 use crate::ledger::Ledger;
 use crate::model::Model;
 use crate::number::Scalar;
-use crate::state::{Rows, State, split, split_mut};
+use crate::reach::Reach;
+use crate::state::{Rows, State, split};
 pub use kernels::{HasKernels, RowKernels};
 pub(crate) use memory::Memory;
 use plies::PlyContact;
 use projectile::ProjectileContact;
 pub use projectile::{fabric_between, node_position, node_stands};
+pub use stopwatch::{Phase, Stopwatch};
+use sweep::{Passes, Sweep};
 pub use trouble::{elements, fastest_node, find_trouble, nodes};
 
 /// A yarn failure, with its place in the pack.
@@ -89,6 +93,9 @@ pub struct Trouble {
     pub place: [usize; 3],
 }
 
+/// One step in so many does elements and nodes one after the other, which changes no bit, to learn what share each has.
+const APART: u64 = 64;
+
 /// What the stages of a step work on.
 pub struct Frame<'a, S> {
     /// Constant.
@@ -123,10 +130,14 @@ pub struct Stepper<S: Scalar> {
     node_totals: Vec<NodeTotals>,
     /// What a row of nodes without elements on one side reads.
     nothing: Vec<S>,
+    /// What had been reached when the step began.
+    reached: Vec<Reach>,
     plies: PlyContact,
     projectile: ProjectileContact,
     /// Failures of the last step.
     pub failures: Vec<FailureEvent>,
+    /// What the phases of the steps so far took.
+    pub stopwatch: Stopwatch,
 }
 
 impl<S: Scalar> Stepper<S> {
@@ -143,35 +154,66 @@ impl<S: Scalar> Stepper<S> {
             element_totals: vec![ElementTotals::default(); grid.element_rows()],
             node_totals: vec![NodeTotals::default(); grid.node_rows()],
             nothing: vec![S::splat(0.0); element::COUNT * grid.element_stride],
+            reached: Vec::new(),
             plies: PlyContact::new(model),
             projectile: ProjectileContact::default(),
             failures: Vec::new(),
+            stopwatch: Stopwatch::default(),
         }
     }
 
     /// One step from the positions at `state.step`·Δt. `sample`: fill in the energies at that time.
     pub fn step(&mut self, model: &Model<S>, state: &mut State<S>, ledger: &mut Ledger, sample: bool) -> StepTotals {
         let mut frame = Frame::new(model, state, ledger, sample);
-        self.elements(&mut frame);
-        self.nodes(&mut frame);
+        self.stopwatch.start();
+        if frame.state.step % APART == 0 {
+            self.elements(&mut frame);
+            self.stopwatch.lap(Phase::ElementForce);
+            self.nodes(&mut frame);
+            self.stopwatch.lap(Phase::NodeUpdate);
+        } else {
+            self.sweep(&mut frame, Passes::Both);
+            self.collect_elements(&mut frame);
+            self.collect_nodes(&mut frame);
+            self.stopwatch.lap_of_both();
+        }
         self.plies(&mut frame);
+        self.stopwatch.lap(Phase::PlyContact);
         self.projectile(&mut frame);
+        self.stopwatch.lap(Phase::ProjectileContact);
         frame.state.step += 1;
         frame.totals
     }
 
-    /// The first part of a step: forces of the elements.
+    /// The first part of a step on its own: forces of the elements.
     pub fn elements(&mut self, frame: &mut Frame<'_, S>) {
-        self.element_pass(frame);
+        self.sweep(frame, Passes::Elements);
         self.collect_elements(frame);
     }
 
-    /// The second part: the nodes move.
+    /// The second part on its own: the nodes move.
     pub fn nodes(&mut self, frame: &mut Frame<'_, S>) {
+        self.sweep(frame, Passes::Nodes);
+        self.collect_nodes(frame);
+    }
+
+    fn sweep(&mut self, frame: &mut Frame<'_, S>, passes: Passes) {
+        self.reached.clone_from(&frame.state.reach);
+        let sweep = Sweep {
+            model: frame.model,
+            kernels: &self.kernels,
+            nothing: &self.nothing,
+            reached: &self.reached,
+            passes,
+        };
+        sweep.run(frame, &mut self.element_totals, &mut self.node_totals);
+    }
+
+    /// Adds up what the rows of nodes did, in row order.
+    fn collect_nodes(&mut self, frame: &mut Frame<'_, S>) {
         for (ply, reach) in frame.state.reach.iter_mut().enumerate() {
             *reach = reach.grown(1, &frame.model.sheet(ply).mesh);
         }
-        self.node_pass(frame);
         for (index, row) in self.node_totals.iter().enumerate() {
             frame.totals.kinetic += row.kinetic;
             frame.totals.max_speed = frame.totals.max_speed.max(row.max_speed_squared);
@@ -206,36 +248,7 @@ impl<S: Scalar> Stepper<S> {
         }
     }
 
-    fn element_pass(&mut self, frame: &mut Frame<'_, S>) {
-        let (model, state, sample) = (frame.model, &mut *frame.state, frame.sample);
-        let grid = &model.grid;
-        let dt = if state.step == 0 { 0.0 } else { model.dt };
-        let (nodes, stride, reach) = (&state.nodes, state.elements.stride, &state.reach);
-        let length = state.elements.row_length();
-        let all = state.step == 0;
-        let work = |(index, (storage, totals)): (usize, (&mut [S], &mut ElementTotals))| {
-            let (ply, row) = grid.element_row(index);
-            let mesh = &model.sheet(ply).mesh;
-            // The first step computes everything, so that yarn heights at rest are those the unit cell finds.
-            let [rows, columns] = if all { [0..mesh.rows, 0..mesh.columns] } else { reach[ply].elements(mesh) };
-            totals.clear();
-            if !rows.contains(&row) {
-                return;
-            }
-            totals.computed = columns.len();
-            let below = grid.first_node_row(ply) + row;
-            let mut row = ElementRow {
-                below: split(nodes.row(below), nodes.stride),
-                above: split(nodes.row(below + 1), nodes.stride),
-                element: split_mut(storage, stride),
-            };
-            self.kernels[model.plies[ply].sheet].elements(&mut row, columns, dt, sample, totals);
-        };
-        let rows = state.elements.data.par_chunks_mut(length).zip(&mut self.element_totals);
-        rows.enumerate().with_min_len(4).for_each(work);
-    }
-
-    /// Adds up what the rows did, in row order.
+    /// Adds up what the rows of elements did, in row order.
     fn collect_elements(&mut self, frame: &mut Frame<'_, S>) {
         let Frame { model, state, ledger, totals, sample } = frame;
         self.failures.clear();
@@ -266,36 +279,6 @@ impl<S: Scalar> Stepper<S> {
         if *sample {
             ledger.sample_elements(&self.element_totals, &model.grid);
         }
-    }
-
-    fn node_pass(&mut self, frame: &mut Frame<'_, S>) {
-        let kick = frame.kick();
-        let (model, state) = (frame.model, &mut *frame.state);
-        let grid = &model.grid;
-        let (kernels, sample) = (&self.kernels, frame.sample);
-        let (elements, nothing, reach) = (&state.elements, &self.nothing, &state.reach);
-        let (stride, length) = (state.nodes.stride, state.nodes.row_length());
-        let work = |(index, (storage, totals)): (usize, (&mut [S], &mut NodeTotals))| {
-            let (ply, row) = grid.node_row(index);
-            *totals = NodeTotals::default();
-            if !reach[ply].rows.contains(&row) {
-                return;
-            }
-            let sheet = model.sheet(ply);
-            let around = neighbours(model, elements, nothing, ply, row);
-            let m = sheet.row_mass(row);
-            let mass = RowMass { inverse: [&m.inverse[0], &m.inverse[1], &m.inverse[2]], mass: &m.mass };
-            let mut fields = split_mut(storage, stride);
-            let part = Part {
-                range: reach[ply].columns.clone(),
-                columns: sheet.mesh.columns + 1,
-                edge_row: row == 0 || row == sheet.mesh.rows,
-            };
-            let kernels = &kernels[model.plies[ply].sheet];
-            *totals = kernels.nodes(&around, &mass, &mut fields, &part, [kick, model.dt], sample);
-        };
-        let rows = state.nodes.data.par_chunks_mut(length).zip(&mut self.node_totals);
-        rows.enumerate().with_min_len(4).for_each(work);
     }
 }
 

@@ -10,6 +10,7 @@ use rayon::prelude::*;
 use super::{Frame, neighbours};
 use crate::kernels::node_update::{self, field as node};
 use crate::kernels::projectile_contact::{self, ContactPoint};
+use crate::kernels::projectile_rim::{Rim, Tie};
 use crate::kernels::rigid_body::RigidBody;
 use crate::model::{Model, over, over::SIDES};
 use crate::number::Scalar;
@@ -26,6 +27,21 @@ pub(super) struct ProjectileContact {
     /// How far nodes and body may still approach each other before `near` is stale [m].
     pub(super) reserve: f64,
     points: Vec<ContactPoint>,
+    /// Where the rim crosses edges of elements.
+    crossings: Vec<ContactPoint>,
+    rim: Rim,
+}
+
+/// A node, or a point between two, as the body sees it.
+struct Seen {
+    gap: f64,
+    normal: Vector3<f64>,
+    /// At the start of the step [m].
+    position: Vector3<f64>,
+    /// [m/s]
+    free: Vector3<f64>,
+    /// Thickness of the fabric between it and the struck side [m].
+    between: f64,
 }
 
 impl ProjectileContact {
@@ -39,15 +55,20 @@ impl ProjectileContact {
         self.reserve -= travel;
         if self.reserve < 0.0 {
             self.reserve = NEAR_STEPS * travel;
-            self.near = near_nodes(model, frame.state, body, self.reserve + travel);
+            let edge = if model.rim { body.rim_depth } else { 0.0 };
+            self.near = near_nodes(model, frame.state, body, self.reserve + travel + edge);
         }
         self.gather_points(frame, body, nothing);
+        if model.rim {
+            self.gather_rim(frame, body, nothing);
+        }
         if self.points.is_empty() {
             return;
         }
-        frame.ledger.add_contact(&projectile_contact::resolve(body, &mut self.points, model.dt));
+        frame.ledger.add_contact(&projectile_contact::resolve(body, &mut self.points, &mut self.rim, model.dt));
+        let nodes = self.points.len() - self.rim.ties.len();
         let kick = frame.kick();
-        for p in self.points.iter().filter(|p| p.push > 0.0) {
+        for p in self.points[..nodes].iter().filter(|p| p.touched()) {
             let velocity = p.velocity();
             let mesh = &model.sheet(p.ply).mesh;
             let change = mesh.to_ply((velocity - p.free).into());
@@ -73,7 +94,6 @@ impl ProjectileContact {
 
     /// The nodes that may touch the body in this step.
     fn gather_points<S: Scalar>(&mut self, frame: &mut Frame<'_, S>, body: &RigidBody, nothing: &[S]) {
-        let kick = frame.kick();
         let (model, state) = (frame.model, &*frame.state);
         self.points.clear();
         for place in &self.near {
@@ -81,51 +101,150 @@ impl ProjectileContact {
             if !node_stands(model, state, ply, row, column) {
                 continue;
             }
-            let sheet = model.sheet(ply);
-            let at = model.grid.first_node_row(ply) + row;
-            let free = Vector3::from(sheet.mesh.to_pack(state.velocity(at, column)));
-            let position = node_position(model, state, ply, row, column) - free * model.dt;
-            let between = fabric_between(model, state, ply, row, column);
-            let pressed = position - Vector3::new(0.0, 0.0, between);
-            let (gap, normal) = body.holding_gap(&pressed);
-            frame.totals.penetration = frame.totals.penetration.max(-gap);
-            let arm = position - body.position;
-            let approach = (free - body.velocity_at(&arm)).dot(&normal);
-            // A body that turns under impulses may reach a little further than its velocity now tells.
-            if gap + model.dt * (approach - 0.1 * body.speed_bound()) > 0.0 {
+            let mut seen = look(model, state, [ply, row, column]);
+            let pressed = seen.position - Vector3::new(0.0, 0.0, seen.between);
+            (seen.gap, seen.normal) = body.holding_gap(&pressed);
+            frame.totals.penetration = frame.totals.penetration.max(-seen.gap);
+            if stays_away(&seen, body, model.dt) {
                 continue;
             }
-            let m = sheet.row_mass(row);
-            let [x, y, z] = [0, 1, 2].map(|a| m.inverse[a][column].to_f64());
-            let inverse = Vector3::from(turned(sheet.mesh.turn, [x, y, z]));
-            if body.prescribed && normal.dot(&inverse.component_mul(&normal)) <= 0.0 {
+            let point = contact_point(frame, body, nothing, [ply, row, column], &seen);
+            if body.prescribed && seen.normal.dot(&point.inverse.component_mul(&seen.normal)) <= 0.0 {
                 continue; // both are held: neither can give way, and no finite impulse would change that
             }
-            let around = neighbours(model, &state.elements, nothing, ply, row);
-            let force = node_update::gather(S::splat(0.0), &around, column).map(Scalar::to_f64);
-            let force = Vector3::from(sheet.mesh.to_pack(force));
-            let mut point = ContactPoint {
-                ply,
-                row,
-                column,
-                gap,
-                normal,
-                arm,
-                before: free - inverse.component_mul(&force) * kick,
-                free,
-                inverse,
-                mass: m.mass[column].to_f64(),
-                // What the projectile rubs against is the fabric it touches; further plies rub against each other.
-                friction: if between > 0.0 { model.friction.min(model.ply_friction) } else { model.friction },
-                kappa: 0.0,
-                push: 0.0,
-                drag: Vector3::zeros(),
-                active: false,
-            };
-            point.set_kappa();
             self.points.push(point);
         }
     }
+
+    /// The points where the rim of a flat face crosses edges of elements and that may touch it in this step. The nodes at the
+    /// ends of the edges join the others, far away where they do not touch the body themselves.
+    fn gather_rim<S: Scalar>(&mut self, frame: &Frame<'_, S>, body: &RigidBody, nothing: &[S]) {
+        let (model, state) = (frame.model, &*frame.state);
+        self.crossings.clear();
+        self.rim.clear();
+        let places = std::mem::take(&mut self.near);
+        for &[ply, row, column] in &places {
+            let mesh = &model.sheet(ply as usize).mesh;
+            for next in [[ply, row, column + 1], [ply, row + 1, column]] {
+                let ends = [[ply, row, column], next].map(|place| place.map(|at| at as usize));
+                let [_, r, c] = ends[1];
+                if r > mesh.rows || c > mesh.columns || !edge_stands(model, state, ends) {
+                    continue;
+                }
+                let seen = ends.map(|place| look(model, state, place));
+                let pressed = |end: &Seen| {
+                    let place = end.position - Vector3::new(0.0, 0.0, end.between);
+                    body.orientation.inverse_transform_vector(&(place - body.position))
+                };
+                let [from, to] = [pressed(&seen[0]), pressed(&seen[1])];
+                let profile = &body.body.profile;
+                for at in profile.rim_crossings(from.into(), to.into()).into_iter().filter(|at| !at.is_nan()) {
+                    let mix = |read: fn(&Seen) -> Vector3<f64>| read(&seen[0]) * (1.0 - at) + read(&seen[1]) * at;
+                    let crossing = Seen {
+                        gap: profile.height_over_face((from * (1.0 - at) + to * at).into()),
+                        normal: body.orientation.transform_vector(&Vector3::z()),
+                        position: mix(|end| end.position),
+                        free: mix(|end| end.free),
+                        between: seen[0].between.max(seen[1].between),
+                    };
+                    if crossing.gap < -body.rim_depth || stays_away(&crossing, body, model.dt) {
+                        continue;
+                    }
+                    let nodes = [0, 1].map(|end| {
+                        let known = self.points.iter().position(|p| [p.ply, p.row, p.column] == ends[end]);
+                        known.unwrap_or_else(|| {
+                            self.points.push(contact_point(frame, body, nothing, ends[end], &seen[end]));
+                            self.points.len() - 1
+                        })
+                    });
+                    let tie = Tie { nodes, weights: [1.0 - at, at] };
+                    for node in nodes {
+                        self.points[node].shared = true;
+                    }
+                    let mut point = contact_point(frame, body, nothing, ends[0], &crossing);
+                    point.before = tie.between(|node| self.points[node].before);
+                    point.shared = true;
+                    self.crossings.push(point);
+                    self.rim.ties.push(tie);
+                }
+            }
+        }
+        self.points.append(&mut self.crossings);
+        self.near = places;
+    }
+}
+
+/// A node before contact; out of touch.
+fn look<S: Scalar>(model: &Model<S>, state: &State<S>, [ply, row, column]: [usize; 3]) -> Seen {
+    let at = model.grid.first_node_row(ply) + row;
+    let free = Vector3::from(model.sheet(ply).mesh.to_pack(state.velocity(at, column)));
+    Seen {
+        gap: f64::INFINITY,
+        normal: Vector3::z(),
+        position: node_position(model, state, ply, row, column) - free * model.dt,
+        free,
+        between: fabric_between(model, state, ply, row, column),
+    }
+}
+
+/// Whether a point cannot touch the body within the step.
+fn stays_away(seen: &Seen, body: &RigidBody, dt: f64) -> bool {
+    let approach = (seen.free - body.velocity_at(&(seen.position - body.position))).dot(&seen.normal);
+    // A body that turns under impulses may reach a little further than its velocity now tells.
+    seen.gap + dt * (approach - 0.1 * body.speed_bound()) > 0.0
+}
+
+/// A node as contact sees it.
+fn contact_point<S: Scalar>(
+    frame: &Frame<'_, S>,
+    body: &RigidBody,
+    nothing: &[S],
+    [ply, row, column]: [usize; 3],
+    seen: &Seen,
+) -> ContactPoint {
+    let (model, state) = (frame.model, &*frame.state);
+    let sheet = model.sheet(ply);
+    let m = sheet.row_mass(row);
+    let [x, y, z] = [0, 1, 2].map(|a| m.inverse[a][column].to_f64());
+    let inverse = Vector3::from(turned(sheet.mesh.turn, [x, y, z]));
+    let around = neighbours(model, &state.elements, nothing, ply, row);
+    let force = node_update::gather(S::splat(0.0), &around, column).map(Scalar::to_f64);
+    let force = Vector3::from(sheet.mesh.to_pack(force));
+    let mut point = ContactPoint {
+        ply,
+        row,
+        column,
+        gap: seen.gap,
+        normal: seen.normal,
+        arm: seen.position - body.position,
+        before: seen.free - inverse.component_mul(&force) * frame.kick(),
+        free: seen.free,
+        inverse,
+        mass: m.mass[column].to_f64(),
+        // What the projectile rubs against is the fabric it touches; further plies rub against each other.
+        friction: if seen.between > 0.0 { model.friction.min(model.ply_friction) } else { model.friction },
+        kappa: 0.0,
+        push: 0.0,
+        drag: Vector3::zeros(),
+        carried: Vector3::zeros(),
+        active: false,
+        shared: false,
+    };
+    point.set_kappa();
+    point
+}
+
+/// Whether an element beside the edge between two nodes, the second on along a row or a column, still carries load.
+fn edge_stands<S: Scalar>(
+    model: &Model<S>,
+    state: &State<S>,
+    [[ply, row, column], [_, up, right]]: [[usize; 3]; 2],
+) -> bool {
+    let mesh = &model.sheet(ply).mesh;
+    let first = model.grid.first_element_row(ply);
+    mesh.around(row, column)
+        .filter(|&[r, c]| (r == row || up == row) && (c == column || right == column))
+        .any(|[r, c]| state.standing(first + r, c))
 }
 
 /// Inverse masses by direction of a ply in the axes of the pack. Rollers, which tell the directions apart, hold only
@@ -149,8 +268,8 @@ pub fn fabric_between<S: Scalar>(model: &Model<S>, state: &State<S>, ply: usize,
         // On through the corner nearest to the node by its place in the ply behind.
         let [x, y] = model.sheet(front + 1).mesh.reference(place[0], place[1]);
         let [x, y, _] = mesh.to_ply(model.sheet(front + 1).mesh.to_pack([x, y, 0.0]));
-        let [left, below] = mesh.reference(r, c);
-        place = [r + usize::from(y - below > 0.5 * mesh.length[1]), c + usize::from(x - left > 0.5 * mesh.length[0])];
+        let ([left, below], [length, height]) = (mesh.reference(r, c), mesh.size(r, c));
+        place = [r + usize::from(y - below > 0.5 * height), c + usize::from(x - left > 0.5 * length)];
     }
     thickness
 }

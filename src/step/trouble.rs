@@ -5,7 +5,7 @@ use nalgebra::Vector3;
 use super::Trouble;
 use crate::kernels::element_force::field as element;
 use crate::kernels::node_update::field as node;
-use crate::model::Model;
+use crate::model::{Mesh, Model};
 use crate::number::Scalar;
 use crate::state::State;
 
@@ -24,16 +24,16 @@ pub fn fastest_node<S: Scalar>(model: &Model<S>, state: &State<S>) -> ([usize; 3
 /// Every node: ply, row, column.
 pub fn nodes<S: Scalar>(model: &Model<S>) -> impl Iterator<Item = [usize; 3]> {
     (0..model.plies.len()).flat_map(move |ply| {
-        let mesh = model.sheet(ply).mesh;
-        (0..=mesh.rows).flat_map(move |row| (0..=mesh.columns).map(move |column| [ply, row, column]))
+        let Mesh { rows, columns, .. } = model.sheet(ply).mesh;
+        (0..=rows).flat_map(move |row| (0..=columns).map(move |column| [ply, row, column]))
     })
 }
 
 /// Every element: ply, row, column.
 pub fn elements<S: Scalar>(model: &Model<S>) -> impl Iterator<Item = [usize; 3]> {
     (0..model.plies.len()).flat_map(move |ply| {
-        let mesh = model.sheet(ply).mesh;
-        (0..mesh.rows).flat_map(move |row| (0..mesh.columns).map(move |column| [ply, row, column]))
+        let Mesh { rows, columns, .. } = model.sheet(ply).mesh;
+        (0..rows).flat_map(move |row| (0..columns).map(move |column| [ply, row, column]))
     })
 }
 

@@ -6,7 +6,7 @@
 mod scenes;
 mod stability;
 pub mod stress;
-mod unit_cell;
+pub(crate) mod unit_cell;
 
 use std::sync::atomic::AtomicBool;
 

@@ -61,7 +61,8 @@ fn fabric(law: Law, compressible: bool) -> Fabric {
     }
 }
 
-fn solve(fabric: &Fabric, stretch: [f64; 2]) -> Equilibrium<f64> {
+/// Equilibrium of a fabric's unit cell under stretches beyond 1 along warp and weft, without a warm start.
+pub(crate) fn solve(fabric: &Fabric, stretch: [f64; 2]) -> Equilibrium<f64> {
     let variant = Variant::of(&fabric.crossover);
     crate::with_law!(variant, L => {
         let cell = CellConstants::<f64>::cast::<L>(&CellConstants::new(fabric));

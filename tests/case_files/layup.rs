@@ -87,6 +87,19 @@ fn a_quarter_turn_exchanges_the_sizes_and_any_other_angle_does_not() {
 }
 
 #[test]
+fn a_mesh_is_refined_below_the_crossover() {
+    let mut document = laid(json!([{}]));
+    put(&mut document, "/pack/elements_per_crossover", json!(4));
+    let case = read(&document).unwrap();
+    let fine = &case.pack.layup[0];
+    // 3 × 2 mm a crossover, 30 × 8 mm a ply.
+    assert_eq!((fine.columns, fine.rows), (40, 16));
+    close(fine.element_length_x, 0.75e-3, 1e-12);
+    put(&mut document, "/pack/crossovers_per_element", json!(2));
+    assert_eq!(read(&document).unwrap().pack.layup[0].columns, 20);
+}
+
+#[test]
 fn the_mesh_of_a_group_follows_from_its_own_fabric() {
     let mut document = laid(json!([{}, {"fabric": coarse(), "plies": 2, "orientation_deg": 90}]));
     put(&mut document, "/pack/crossovers_per_element", json!(2));

@@ -44,11 +44,13 @@ fn every_choice_is_measured_and_the_front_is_what_nothing_beats() {
         "Courant 0.5",
         "mesh 2",
         "mesh 4",
+        "graded",
         "bracketed",
         "no symmetry",
         "no skip",
         "f32, Courant 0.95",
         "f32, mesh 2",
+        "f32, graded",
     ];
     assert_eq!(names, expected);
     assert_eq!(case["skipped"], json!([]));

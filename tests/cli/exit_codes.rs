@@ -19,7 +19,7 @@ fn bad_input_is_2_and_nothing_is_written() {
     fs::write(bench.path("broken.json"), "{ \"title\": ").unwrap();
     fs::write(bench.path("file"), "").unwrap();
     let overlap = r#"/pack/initial_deflection={"amplitude_mm":-2,"warp_half_waves":1,"weft_half_waves":1}"#;
-    let refused: [(&[&str], &str); 16] = [
+    let refused: [(&[&str], &str); 17] = [
         (&["run", "broken.json"], "line 1, column"),
         (&["run", "absent.json"], "absent.json"),
         (&["run", "shot.json", "--set", "/projectile/velocity=1"], "velocity_m_s"),
@@ -33,7 +33,8 @@ fn bad_input_is_2_and_nothing_is_written() {
         (&["verify", "--backend", "gpu", "--precision", "f64"], "--backend cpu"),
         (&["run", "shot.json", "--backend", "cpu", "--adapter", "0"], "--adapter"),
         (&["run", "shot.json", "--backend", "tpu"], "auto, cpu, gpu"),
-        (&["run", "shot.json", "--frames", "3"], "--frames"),
+        (&["run", "shot.json", "--frames", "10001"], "/output/frames"),
+        (&["run", "shot.json", "--vtu"], "--frames"),
         (&["run"], "CASE.json"),
         (&["fly"], "fly"),
     ];
@@ -69,7 +70,10 @@ fn ctrl_c_is_130_with_complete_results() {
     let output = bench.interrupt(&arguments, "out/shot");
     assert_eq!(code(&output), 130, "{}", stderr(&output));
     assert!(stderr(&output).contains("interrupted at"));
-    assert_eq!(bench.names("out/shot"), ["case.json", "events.csv", "history.csv", "shot.svg", "summary.json"]);
+    assert_eq!(
+        bench.names("out/shot"),
+        ["case.json", "events.csv", "history.csv", "report.html", "shot.svg", "summary.json"]
+    );
     let summary = bench.json("out/shot/summary.json");
     assert_eq!(summary["interrupted"], true);
     assert_eq!(summary, serde_json::from_str::<Value>(&stdout(&output)).unwrap());

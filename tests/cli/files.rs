@@ -2,7 +2,7 @@
 
 use super::*;
 
-const SUMMARY: [&str; 45] = [
+const SUMMARY: [&str; 47] = [
     "outcome",
     "residual_velocity_m_s",
     "stop_time_us",
@@ -35,6 +35,8 @@ const SUMMARY: [&str; 45] = [
     "version",
     "case_hash",
     "assumed",
+    "warnings",
+    "profile",
     "expect",
     "interrupted",
     "unstable",
@@ -67,7 +69,8 @@ fn a_run_leaves_the_files_of_the_contract_and_nothing_else() {
     let bench = Bench::new(&small_with("/output/profile_times_us", json!([2, 8])));
     let output = bench.shoot(&[]);
     assert_eq!(code(&output), 0, "{}", stderr(&output));
-    let expected = ["case.json", "events.csv", "history.csv", "profiles.csv", "shot.svg", "summary.json"];
+    let expected =
+        ["case.json", "events.csv", "history.csv", "profiles.csv", "report.html", "shot.svg", "summary.json"];
     assert_eq!(bench.names("out/shot"), expected);
     let summary = bench.json("out/shot/summary.json");
     for key in SUMMARY {
@@ -108,6 +111,18 @@ fn a_run_leaves_the_files_of_the_contract_and_nothing_else() {
     // A later run without profiles leaves none of the earlier one.
     let output = bench.shoot(&["--set", "/output/profile_times_us=[]"]);
     assert_eq!(code(&output), 0);
+    assert_eq!(
+        bench.names("out/shot"),
+        ["case.json", "events.csv", "history.csv", "report.html", "shot.svg", "summary.json"]
+    );
+}
+
+#[test]
+fn without_a_report_there_is_none_of_an_earlier_run_either() {
+    let bench = Bench::new(&small());
+    assert_eq!(code(&bench.shoot(&["--quiet"])), 0);
+    assert!(bench.text("out/shot/report.html").starts_with("<!DOCTYPE html>"));
+    assert_eq!(code(&bench.shoot(&["--quiet", "--no-report"])), 0);
     assert_eq!(bench.names("out/shot"), ["case.json", "events.csv", "history.csv", "shot.svg", "summary.json"]);
 }
 

@@ -11,7 +11,7 @@ fn plain(output: &Output) {
 #[test]
 fn the_table_begins_with_the_verdict_and_holds_what_a_reader_asks_for() {
     let bench = Bench::new(&small_with("/expect", json!([{"quantity": "elements", "min": 1, "source": "t"}])));
-    let output = bench.shoot(&["--set", "/output/frames=5"]);
+    let output = bench.shoot(&["--frames", "5"]);
     assert_eq!(code(&output), 0);
     plain(&output);
     let text = stdout(&output);
@@ -40,12 +40,11 @@ fn the_table_begins_with_the_verdict_and_holds_what_a_reader_asks_for() {
         "pass  elements",
         "out/shot",
         "history.csv",
+        "frames.vtkhdf",
     ];
     for part in parts {
         assert!(text.contains(part), "{part} in\n{text}");
     }
-    let notes = stderr(&output);
-    assert!(notes.contains("frames are not written"), "{notes}");
 }
 
 #[test]
@@ -58,18 +57,6 @@ fn quiet_prints_nothing_and_json_prints_the_summary_alone() {
     plain(&output);
     assert_eq!(stdout(&output), bench.text("out/shot/summary.json"));
     assert_eq!(stderr(&output), "");
-}
-
-#[test]
-fn a_projectile_between_nodes_is_warned_of() {
-    let bench = Bench::new(&small());
-    let warned = |diameter: &str| {
-        let set = format!("/projectile/diameter_mm={diameter}");
-        let output = bench.shoot(&["--json", "--set", &set]);
-        assert_eq!(code(&output), 0, "{}", stderr(&output));
-        stderr(&output).contains("elements wide")
-    };
-    assert!(warned("3.7") && !warned("3.9"), "three elements are 3.81 mm");
 }
 
 #[test]

@@ -1,6 +1,7 @@
 //! What a device cannot do, and what becomes of a run whose device goes away.
 //!
-//! Promises: a scene that does not fit is refused before anything is allocated on the device, with the memory it needs;
+//! Promises: a scene that does not fit is refused before anything is allocated on the device, with the memory it needs, and a graded
+//! mesh by name;
 //! an adapter is found by name, part of a name or number, and an unknown one is an error that lists what there is; a
 //! device lost in mid-run ends the run with a reason and with the history so far.
 
@@ -20,6 +21,7 @@ pub(crate) fn tests() -> Vec<Trial> {
     vec![
         trial("limits::too_large_for_a_binding_is_refused_with_the_memory_needed", too_large),
         trial("limits::a_dispatch_over_two_dimensions_gives_the_same_bits", two_dimensions),
+        trial("limits::a_graded_mesh_is_refused_by_name", graded),
         trial("limits::an_adapter_is_found_by_name_part_or_number", choice),
         trial("limits::a_device_lost_in_mid_run_leaves_the_history_so_far", lost),
         Trial::test("limits::refused_before_anything_is_allocated", refused),
@@ -48,6 +50,17 @@ fn two_dimensions(device: &'static Device) -> Outcome {
     assert!(!wide.events.is_empty());
     assert_eq!(wide.history, folded.history);
     assert_eq!(wide.events, folded.events);
+    Ok(())
+}
+
+/// The shaders take elements for alike.
+fn graded(device: &'static Device) -> Outcome {
+    let case = builtin("cases/verify/mirror.json", &["/pack/mesh_grading=graded"]);
+    let options = Options { device: Some(device), ..Options::default() };
+    match simulation::run(&case, options, &AtomicBool::new(false), &mut ()) {
+        Err(RunError::Device(error)) => assert_eq!(error, DeviceError::Graded),
+        other => return Err(format!("{other:?}")),
+    }
     Ok(())
 }
 

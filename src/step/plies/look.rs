@@ -133,8 +133,6 @@ pub(super) struct Look<'a, S> {
     /// Distance of mid-planes in touch, and mean thickness [m].
     touching: f64,
     thickness: f64,
-    /// Of a cell of the neighbour at rest [m²].
-    area: f64,
 }
 
 impl<'a, S: Scalar> Look<'a, S> {
@@ -144,7 +142,6 @@ impl<'a, S: Scalar> Look<'a, S> {
             touching: model.plies[ply.min(other)].touching,
             thickness: model.plies[ply.min(other)].thickness,
             planes: own.mesh.on_planes(model.mirror),
-            area: theirs.mesh.length[0] * theirs.mesh.length[1],
             model,
             state,
             ply,
@@ -209,7 +206,13 @@ impl<'a, S: Scalar> Look<'a, S> {
         let (start, was_inside) = (over::element(*over), *over & INSIDE != 0);
         let cell = [start / columns, start % columns];
         let corner = self.corners(cell);
-        if ply_contact::is_apart(&corner, &position, self.sign(), self.touching - SLOP * self.thickness, self.area) {
+        if ply_contact::is_apart(
+            &corner,
+            &position,
+            self.sign(),
+            self.touching - SLOP * self.thickness,
+            self.area(cell),
+        ) {
             if was_inside {
                 *over = start as u32;
             }
@@ -236,6 +239,12 @@ impl<'a, S: Scalar> Look<'a, S> {
         corners(cell).map(|(r, c)| self.theirs.position(r, c))
     }
 
+    /// Area of a cell of the neighbour at rest [m²].
+    #[inline(always)]
+    fn area(&self, [row, column]: [usize; 2]) -> f64 {
+        self.theirs.mesh.area(row, column)
+    }
+
     /// Whether a cell of the neighbour carries load.
     fn stands(&self, cell: [usize; 2]) -> bool {
         self.state.standing(self.model.grid.first_element_row(self.other) + cell[0], cell[1])
@@ -255,8 +264,8 @@ impl<'a, S: Scalar> Look<'a, S> {
         let mut left = [cell; WALK];
         for walk in 0..=WALK {
             let foot = match edge {
-                [None, None] => ply_contact::foot(&corner, position, self.area),
-                _ => ply_contact::foot_on_planes(&corner, position, self.area, edge),
+                [None, None] => ply_contact::foot(&corner, position, self.area(cell)),
+                _ => ply_contact::foot_on_planes(&corner, position, self.area(cell), edge),
             };
             let Some(foot) = foot else { break };
             if ply_contact::is_over(foot.at, cell, mesh.rows, mesh.columns, mesh.cut) {
@@ -296,7 +305,7 @@ impl<'a, S: Scalar> Look<'a, S> {
             }
             let cell = [r, c];
             let corner = self.corners(cell);
-            let Some(foot) = ply_contact::foot(&corner, position, self.area) else { continue };
+            let Some(foot) = ply_contact::foot(&corner, position, self.area(cell)) else { continue };
             let (arm, at) = match ply_contact::is_over(foot.at, cell, mesh.rows, mesh.columns, mesh.cut) {
                 true => (foot.normal * foot.height, foot.at),
                 false => ply_contact::on_edge(&corner, position, foot.at),

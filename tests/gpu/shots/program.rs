@@ -67,7 +67,8 @@ fn same_files(device: &'static Device) -> Outcome {
         assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
         (folder, text(&output.stdout))
     });
-    let expected = ["case.json", "events.csv", "history.csv", "profiles.csv", "shot.svg", "summary.json"];
+    let expected =
+        ["case.json", "events.csv", "history.csv", "profiles.csv", "report.html", "shot.svg", "summary.json"];
     assert_eq!(names(&cpu.0), expected);
     assert_eq!(names(&gpu.0), expected);
     for file in ["history.csv", "events.csv", "profiles.csv"] {
@@ -84,6 +85,17 @@ fn same_files(device: &'static Device) -> Outcome {
     assert_eq!(of_gpu["adapter"], device.name());
     assert_eq!(of_gpu["precision"], "f32");
     assert!(of_gpu["host_s"].as_f64().unwrap() <= of_gpu["loop_s"].as_f64().unwrap());
+    let profile = of_gpu["profile"].as_object().unwrap();
+    assert_eq!(profile.is_empty(), !device.has_clock(), "{profile:?}");
+    if device.has_clock() {
+        let names: Vec<&String> = profile.keys().collect();
+        let kernels = ["element_force", "node_update", "ply_contact", "projectile_contact", "ledger", "other"];
+        assert_eq!(names, kernels);
+        for kernel in ["element_force", "node_update", "projectile_contact", "ledger"] {
+            let share = profile[kernel]["share"].as_f64().unwrap();
+            assert!(share > 0.0 && share < 1.0, "{kernel}: {profile:?}");
+        }
+    }
     assert_eq!(of_gpu["device_lost"], Value::Null);
     for same in ["terms", "case_hash", "steps", "elements", "time_step_us", "outcome", "assumed"] {
         assert_eq!(of_cpu[same], of_gpu[same], "{same}");

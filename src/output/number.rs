@@ -1,7 +1,7 @@
 //! Numbers as people like to read them.
 
 /// At least `digits` significant digits, trailing zeros of a fraction left out; very large and small with an exponent.
-pub(crate) fn short(value: f64, digits: i32) -> String {
+pub fn short(value: f64, digits: i32) -> String {
     if value == 0.0 || !value.is_finite() {
         return format!("{value}");
     }
@@ -15,7 +15,7 @@ pub(crate) fn short(value: f64, digits: i32) -> String {
 }
 
 /// A fixed number of decimals, without a sign on zero.
-pub(crate) fn fixed(value: f64, decimals: usize) -> String {
+pub fn fixed(value: f64, decimals: usize) -> String {
     let text = format!("{value:.decimals$}");
     match text.strip_prefix('-') {
         Some(digits) if digits.chars().all(|c| matches!(c, '0' | '.')) => digits.to_owned(),
@@ -24,7 +24,7 @@ pub(crate) fn fixed(value: f64, decimals: usize) -> String {
 }
 
 /// A fraction in percent, or with an exponent where percent would say nothing.
-pub(crate) fn fraction(value: f64) -> String {
+pub fn fraction(value: f64) -> String {
     match value.abs() {
         0.0 => "0".to_owned(),
         size if size >= 1e-4 => format!("{:.2} %", value * 100.0),
@@ -33,12 +33,21 @@ pub(crate) fn fraction(value: f64) -> String {
 }
 
 /// A time [s] in µs without rounding noise.
-pub(crate) fn us(time: f64) -> String {
+pub fn us(time: f64) -> String {
     format!("{} µs", short(time * 1e6, 5))
 }
 
+/// A time someone waits [s], in the unit that suits.
+pub fn duration(seconds: f64) -> String {
+    match seconds {
+        ..99.5 => format!("{seconds:.0} s"),
+        ..5970.0 => format!("{:.0} min", seconds / 60.0),
+        _ => format!("{:.1} h", seconds / 3600.0),
+    }
+}
+
 /// A whole number in groups of three.
-pub(crate) fn grouped(count: u64) -> String {
+pub fn grouped(count: u64) -> String {
     let digits = count.to_string();
     let mut text = String::new();
     for (at, digit) in digits.chars().enumerate() {
@@ -51,7 +60,7 @@ pub(crate) fn grouped(count: u64) -> String {
 }
 
 /// Bytes in the unit that suits.
-pub(crate) fn bytes(count: f64) -> String {
+pub fn bytes(count: f64) -> String {
     let units = [(1e12, "TB"), (1e9, "GB"), (1e6, "MB")];
     let (size, unit) = units.into_iter().find(|(size, _)| count >= *size).unwrap_or((1e3, "kB"));
     format!("{:.1} {unit}", count / size)

@@ -1,0 +1,95 @@
+//! The ballistic limit by bisection.
+
+/// Doublings of the first step in search of a bracket.
+const DOUBLINGS: u32 = 8;
+
+/// Two velocities that the ballistic limit lies between.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Limit {
+    /// The projectile is stopped or thrown back [m/s].
+    pub stopped: f64,
+    /// It perforates [m/s].
+    pub perforated: f64,
+}
+
+impl Limit {
+    /// Half way between [m/s].
+    pub fn middle(&self) -> f64 {
+        0.5 * (self.stopped + self.perforated)
+    }
+}
+
+/// Bisects from a guess [m/s] until the bracket is no wider than `width` [-] of it; `perforates` tells whether a shot of that
+/// velocity does. `None` where eight doublings of the step find no bracket.
+///
+/// # Errors
+/// What a shot did not start for.
+pub fn bisect<E>(
+    guess: f64,
+    width: f64,
+    mut perforates: impl FnMut(f64) -> Result<bool, E>,
+) -> Result<Option<Limit>, E> {
+    let Some(mut limit) = bracket(guess, width, &mut perforates)? else { return Ok(None) };
+    while limit.perforated - limit.stopped > width * guess {
+        let middle = limit.middle();
+        if perforates(middle)? {
+            limit.perforated = middle;
+        } else {
+            limit.stopped = middle;
+        }
+    }
+    Ok(Some(limit))
+}
+
+/// Steps away from the guess, twice as far each time, until the outcome turns.
+fn bracket<E>(guess: f64, width: f64, perforates: &mut impl FnMut(f64) -> Result<bool, E>) -> Result<Option<Limit>, E> {
+    let above = perforates(guess)?;
+    let mut last = guess;
+    let mut step = 2.0 * width * guess;
+    for _ in 0..DOUBLINGS {
+        let next = if above { last - step } else { last + step };
+        if next <= 0.0 {
+            break;
+        }
+        if perforates(next)? != above {
+            let (stopped, perforated) = if above { (next, last) } else { (last, next) };
+            return Ok(Some(Limit { stopped, perforated }));
+        }
+        last = next;
+        step *= 2.0;
+    }
+    Ok(None)
+}
+
+#[cfg(test)]
+mod tests {
+    use std::convert::Infallible;
+
+    use super::*;
+
+    fn found(guess: f64, limit: f64) -> (Option<Limit>, u32) {
+        let mut shots = 0;
+        let found = bisect(guess, 0.01, |velocity| {
+            shots += 1;
+            Ok::<bool, Infallible>(velocity > limit)
+        });
+        (found.unwrap_or(None), shots)
+    }
+
+    #[test]
+    fn the_bracket_holds_the_limit_and_is_as_narrow_as_asked() {
+        for guess in [60.0, 100.0, 141.0, 142.5, 250.0] {
+            let (limit, shots) = found(guess, 142.0);
+            let limit = limit.unwrap_or(Limit { stopped: f64::NAN, perforated: f64::NAN });
+            assert!(limit.stopped <= 142.0 && 142.0 < limit.perforated, "{guess}: {limit:?}");
+            assert!(limit.perforated - limit.stopped <= 0.01 * guess, "{guess}: {limit:?}");
+            assert!(shots < 16, "{guess}: {shots} shots");
+        }
+    }
+
+    #[test]
+    fn no_bracket_is_no_limit() {
+        assert_eq!(found(100.0, f64::INFINITY).0, None);
+        assert_eq!(found(100.0, 0.0).0, None);
+    }
+}

@@ -1,0 +1,146 @@
+//! `objectivity.json`, and the table of what is asked and what was got.
+
+use serde_json::{Value, json};
+
+use super::{ABOVE, Axis, Measured, Plan, Row};
+use crate::case::Word;
+use crate::output;
+
+/// A figure that is asked for.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Figure {
+    /// What is compared.
+    pub quantity: &'static str,
+    /// What is varied.
+    pub varied: &'static str,
+    /// Spread allowed [-].
+    pub allowed: f64,
+    /// Spread got [-]; none where a part of it could not be measured.
+    pub got: Option<f64>,
+}
+
+impl Figure {
+    /// Whether the figure is what is asked.
+    pub fn met(&self) -> bool {
+        self.got.is_some_and(|got| got <= self.allowed)
+    }
+}
+
+/// The figures that are asked for.
+pub fn figures(measured: &Measured) -> Vec<Figure> {
+    let figure = |quantity, varied, allowed, got| Figure { quantity, varied, allowed, got };
+    let limit = |row: &Row| row.limit.map(|limit| limit.middle());
+    let residual = |row: &Row| row.residual;
+    let (before, ballistic, left) =
+        ("velocity before failure", "ballistic limit", "residual velocity at 1.5 × the limit");
+    let half = largest(measured, |row| row.setting.half_cell);
+    let finer = largest(measured, |row| row.setting.axis == Axis::Finer);
+    let of = |axis: Axis, read: &dyn Fn(&Row) -> Option<f64>| spread(measured, axis, read);
+    vec![
+        figure(before, "half-cell shifts", 0.005, half),
+        figure(before, "half as long elements", 0.01, finer),
+        figure(ballistic, "position of the hit in a cell", 0.03, of(Axis::Position, &limit)),
+        figure(ballistic, "half as long elements", 0.03, of(Axis::Finer, &limit)),
+        figure(ballistic, "Courant number", 0.01, of(Axis::Courant, &limit)),
+        figure(left, "position of the hit in a cell", 0.02, of(Axis::Position, &residual)),
+        figure(left, "half as long elements", 0.02, of(Axis::Finer, &residual)),
+        figure(left, "Courant number", 0.02, of(Axis::Courant, &residual)),
+    ]
+}
+
+/// Largest difference of velocity before failure among rows.
+fn largest(measured: &Measured, among: impl Fn(&Row) -> bool) -> Option<f64> {
+    let rows = measured.rows.iter().filter(|row| among(row)).map(|row| row.before_failure);
+    let values = rows.collect::<Option<Vec<f64>>>()?;
+    values.into_iter().reduce(f64::max)
+}
+
+/// Largest less smallest value over an axis with the reference, over the reference's [-].
+pub fn spread(measured: &Measured, axis: Axis, read: &dyn Fn(&Row) -> Option<f64>) -> Option<f64> {
+    let reference = read(measured.rows.first()?)?;
+    let rows: Vec<&Row> = measured.rows.iter().filter(|row| row.setting.axis == axis).collect();
+    let values = rows.iter().map(|row| read(row)).collect::<Option<Vec<f64>>>()?;
+    if values.is_empty() || reference <= 0.0 {
+        return None;
+    }
+    let all = || values.iter().copied().chain([reference]);
+    Some((all().fold(f64::MIN, f64::max) - all().fold(f64::MAX, f64::min)) / reference)
+}
+
+/// The whole file. `wall_seconds`: time since the command began [s].
+pub fn json(measured: &Measured, plan: Plan, wall_seconds: f64) -> Value {
+    let case = &measured.case;
+    let figure = |figure: Figure| {
+        json!({
+            "quantity": figure.quantity,
+            "varied": figure.varied,
+            "allowed_percent": figure.allowed * 100.0,
+            "got_percent": figure.got.map(|got| got * 100.0),
+            "met": figure.met(),
+        })
+    };
+    let axis = |axis: &Axis| {
+        let percent = |read: &dyn Fn(&Row) -> Option<f64>| spread(measured, *axis, read).map(|part| part * 100.0);
+        json!({
+            "axis": axis.name(),
+            "limit_spread_percent": percent(&|row| row.limit.map(|limit| limit.middle())),
+            "residual_velocity_spread_percent": percent(&|row| row.residual),
+        })
+    };
+    json!({
+        "version": env!("CARGO_PKG_VERSION"),
+        "case": case.name,
+        "title": case.title,
+        "case_hash": output::case_hash(&case.as_run),
+        "contact_sampling": case.solver.contact_sampling.word(),
+        "threads": plan.threads,
+        "quick": plan.quick,
+        "bracket_percent": plan.width * 100.0,
+        "wall_s": wall_seconds,
+        "interrupted": measured.interrupted,
+        "above_limit": ABOVE,
+        "spread_is": "largest less smallest value over the axis with the reference, over the reference's; before failure: largest \
+                      difference to the reference's velocity before either's first broken yarn, over the velocity it lost until then",
+        "figures": figures(measured).into_iter().map(figure).collect::<Vec<_>>(),
+        "axes": Axis::ALL.iter().map(axis).collect::<Vec<_>>(),
+        "settings": measured.rows.iter().map(of_row).collect::<Vec<_>>(),
+    })
+}
+
+fn of_row(row: &Row) -> Value {
+    json!({
+        "axis": row.setting.axis.name(),
+        "name": row.setting.name,
+        "sets": row.setting.sets,
+        "limit_m_s": row.limit.map(|limit| limit.middle()),
+        "stopped_m_s": row.limit.map(|limit| limit.stopped),
+        "perforated_m_s": row.limit.map(|limit| limit.perforated),
+        "residual_velocity_m_s": row.residual,
+        "first_failure_us": row.first_failure.map(|time| time * 1e6),
+        "before_failure_percent": row.before_failure.map(|part| part * 100.0),
+        "shots": row.shots,
+        "undecided": row.undecided,
+        "unstable": row.unstable,
+    })
+}
+
+/// The figures as a table for a README, from the file.
+pub fn markdown(report: &Value) -> String {
+    let text = |value: &Value| value.as_str().unwrap_or("-").to_owned();
+    let quick = if report["quick"] == true { " (--quick)" } else { "" };
+    let limit =
+        report["settings"][0]["limit_m_s"].as_f64().map_or_else(|| "-".to_owned(), |limit| format!("{limit:.1}"));
+    let mut out = format!(
+        "{}, contact sampling `{}`{quick}: ballistic limit {limit} m/s\n\n| quantity | varied | allowed | got | |\n|---|---|---|---|---|\n",
+        text(&report["case"]),
+        text(&report["contact_sampling"]),
+    );
+    let percent = |value: &Value| value.as_f64().map_or_else(|| "-".to_owned(), |value| format!("{value:.1} %"));
+    for figure in report["figures"].as_array().into_iter().flatten() {
+        let verdict = if figure["met"] == true { "met" } else { "**missed**" };
+        let [quantity, varied] = ["quantity", "varied"].map(|key| text(&figure[key]));
+        let [allowed, got] = ["allowed_percent", "got_percent"].map(|key| percent(&figure[key]));
+        out += &format!("| {quantity} | {varied} | {allowed} | {got} | {verdict} |\n");
+    }
+    out
+}

@@ -1,0 +1,150 @@
+//! `ripstop bench --objectivity`: how far results depend on what is numerical.
+
+use std::num::NonZeroUsize;
+use std::path::Path;
+use std::thread;
+use std::time::Instant;
+
+use ripstop::bench::objectivity::{self, Axis, Measured, Plan, Row, report};
+use ripstop::output::Folder;
+use serde_json::Value;
+
+use super::arguments::BenchArguments;
+use super::failure::Failure;
+use super::progress::Bar;
+use super::table::{Align, Table};
+use super::{bench, interrupt, screen};
+use ripstop::output::number::{fixed, short};
+
+/// What is written.
+const FILES: [&str; 1] = ["objectivity.json"];
+/// Width of the bracket at which bisection ends, over the limit: half of what the time step is allowed.
+const WIDTH: f64 = 0.005;
+
+/// Measures a case, writes `objectivity.json` and says which figures are met.
+pub(crate) fn objectivity(arguments: &BenchArguments) -> Result<(), Failure> {
+    let start = Instant::now();
+    let interrupted = interrupt::watch()?;
+    let subjects = bench::subjects(arguments)?;
+    let [subject] = subjects.as_slice() else {
+        return Err(Failure::input(format!(
+            "error: bench --objectivity\n  expected: one case\n  found: {}\n  help: run them one after the other",
+            subjects.len()
+        )));
+    };
+    let read: Vec<&Path> = arguments.cases.iter().map(|path| path.as_path()).collect();
+    let folder = Folder::prepare_for(&arguments.out, &FILES, &read)?;
+    let threads = arguments.threads.unwrap_or_else(|| thread::available_parallelism().map_or(1, NonZeroUsize::get));
+    let plan = Plan { threads, quick: arguments.quick, width: WIDTH };
+    let bar = Bar::new(!arguments.quiet);
+    let measured =
+        objectivity::measure(subject, plan, &interrupted, &|done, of| bar.show_count("", done, of, "settings"));
+    bar.clear();
+    let measured = match measured {
+        Ok(measured) => measured,
+        Err(error) => {
+            folder.abandon();
+            return Err(bench::failed(subject, error));
+        }
+    };
+    let json = report::json(&measured, plan, start.elapsed().as_secs_f64());
+    let written = folder.put(&[(FILES[0], format!("{json:#}\n"))], &FILES);
+    if arguments.json {
+        screen::print(&format!("{json:#}\n"))?;
+    } else if arguments.markdown {
+        screen::print(&report::markdown(&json))?;
+    } else if !arguments.quiet {
+        screen::print(&text(&measured, &json))?;
+        if let Ok(names) = &written {
+            screen::print(&format!("files  {}: {}\n", folder.path().display(), names.join(", ")))?;
+        }
+    }
+    written?;
+    verdict(&measured, &folder)
+}
+
+/// Both tables.
+fn text(measured: &Measured, json: &Value) -> String {
+    let [settings, figures] = [settings(measured), figures(json)];
+    format!("{}\n\n{settings}\n{figures}\n", measured.case.title)
+}
+
+/// What every setting gave.
+fn settings(measured: &Measured) -> Table {
+    use Align::{Left, Right};
+    let mut table = Table::new(&[
+        ("varied", Left),
+        ("", Left),
+        ("limit m/s", Right),
+        ("1.5 × limit: left m/s", Right),
+        ("before failure", Right),
+        ("first failure µs", Right),
+        ("shots", Right),
+        ("", Left),
+    ]);
+    let mut axis = Axis::Reference;
+    for row in &measured.rows {
+        let head = if row.setting.axis == axis && axis != Axis::Reference { "" } else { row.setting.axis.name() };
+        axis = row.setting.axis;
+        table.row(cells(head, row));
+    }
+    table
+}
+
+fn cells(head: &str, row: &Row) -> [String; 8] {
+    let number = |value: Option<f64>, decimals: usize| value.map_or_else(|| "-".to_owned(), |v| fixed(v, decimals));
+    let limit = row.limit.map_or_else(
+        || "-".to_owned(),
+        |limit| format!("{} ± {}", fixed(limit.middle(), 1), fixed(limit.middle() - limit.stopped, 1)),
+    );
+    let note = match (row.undecided, row.unstable) {
+        (0, 0) => String::new(),
+        (undecided, 0) => format!("{undecided} undecided"),
+        (undecided, unstable) => format!("{undecided} undecided, {unstable} unstable"),
+    };
+    let before = row.before_failure.map_or_else(|| "-".to_owned(), |part| format!("{} %", short(part * 100.0, 2)));
+    [
+        head.to_owned(),
+        row.setting.name.clone(),
+        limit,
+        number(row.residual, 1),
+        before,
+        number(row.first_failure.map(|time| time * 1e6), 1),
+        row.shots.to_string(),
+        note,
+    ]
+}
+
+/// What is asked, and what was got.
+fn figures(json: &Value) -> Table {
+    use Align::{Left, Right};
+    let mut table = Table::new(&[("", Left), ("quantity", Left), ("varied", Left), ("allowed", Right), ("got", Right)]);
+    let percent = |value: &Value| value.as_f64().map_or_else(|| "-".to_owned(), |v| format!("{} %", fixed(v, 2)));
+    for figure in json["figures"].as_array().into_iter().flatten() {
+        let mark = if figure["met"] == true { "met" } else { "MISSED" };
+        let words = |key: &str| figure[key].as_str().unwrap_or_default().to_owned();
+        table.row([
+            mark.to_owned(),
+            words("quantity"),
+            words("varied"),
+            percent(&figure["allowed_percent"]),
+            percent(&figure["got_percent"]),
+        ]);
+    }
+    table
+}
+
+/// What the exit code says.
+fn verdict(measured: &Measured, folder: &Folder) -> Result<(), Failure> {
+    if measured.interrupted {
+        return Err(Failure::interrupted(format!(
+            "interrupted; what was measured until then: {}",
+            folder.path().display()
+        )));
+    }
+    let missed = report::figures(measured).into_iter().filter(|figure| !figure.met()).count();
+    if missed > 0 {
+        return Err(Failure::check(format!("error: objectivity: {missed} figures are missed")));
+    }
+    Ok(())
+}

@@ -1,0 +1,84 @@
+//! `ripstop validate`: published numbers, expected and got.
+
+use std::path::Path;
+use std::sync::atomic::Ordering;
+
+use ripstop::output::Folder;
+use ripstop::simulation::Options;
+use ripstop::validate::{self, Row};
+use serde_json::{Value, json};
+
+use super::arguments::ValidateArguments;
+use super::failure::Failure;
+use super::progress::Bar;
+use super::table::{Align, Table};
+use super::{backend, interrupt, paint, screen};
+
+/// Computes the table and prints it; exit code 1 if a row fails.
+pub(crate) fn validate(arguments: &ValidateArguments) -> Result<(), Failure> {
+    let interrupted = interrupt::watch()?;
+    let page = arguments.html.as_deref().map(page).transpose()?;
+    let chosen = backend::choose(&arguments.backend)?;
+    chosen.note.iter().for_each(|note| screen::complain(note));
+    let options = Options {
+        threads: arguments.threads,
+        precision: chosen.precision,
+        device: chosen.device.as_ref(),
+        ..Options::default()
+    };
+    let bar = Bar::new(!arguments.json && !arguments.markdown);
+    let rows = validate::run(options, &interrupted, &mut |name, at| bar.show_named(name, at));
+    bar.clear();
+    if interrupted.load(Ordering::Relaxed) {
+        return Err(Failure::interrupted("interrupted; a table with rows missing is not shown"));
+    }
+    let [pass, fail, open] = validate::counts(&rows);
+    let counts = format!("{pass} of {} judged rows pass, {open} are not judged", pass + fail);
+    if arguments.json {
+        let rows: Vec<Value> = rows.iter().map(Row::to_json).collect();
+        screen::print(&format!("{:#}\n", json!({ "pass": fail == 0, "paper": validate::PAPER, "rows": rows })))?;
+    } else if arguments.markdown {
+        screen::print(&validate::markdown(&rows))?;
+    } else {
+        screen::print(&format!("{}\n{counts}\n", table(&rows)))?;
+    }
+    if let Some((folder, name)) = &page {
+        let machine =
+            chosen.device.as_ref().map_or_else(|| "on the CPU".to_owned(), |device| format!("on {}", device.name()));
+        folder.put(&[(name, validate::html(&rows, &machine))], &[])?;
+    }
+    if fail > 0 { Err(Failure::check(format!("error: validation: {counts}"))) } else { Ok(()) }
+}
+
+/// The folder and the name of the page; tried before anything is computed.
+fn page(path: &Path) -> Result<(Folder, &str), Failure> {
+    let name = path.file_name().and_then(|name| name.to_str()).ok_or_else(|| {
+        Failure::input(format!(
+            "error: --html\n  expected: a file\n  found: {}\n  help: for example --html out/validation.html",
+            path.display()
+        ))
+    })?;
+    let folder = match path.parent() {
+        Some(parent) if parent != Path::new("") => parent,
+        _ => Path::new("."),
+    };
+    Ok((Folder::prepare_for(folder, &[name], &[])?, name))
+}
+
+fn table(rows: &[Row]) -> String {
+    use Align::{Left, Right};
+    let heads =
+        [("", Left), ("published", Left), ("expected", Right), ("got", Right), ("difference", Right), ("source", Left)];
+    let mut table = Table::new(&heads);
+    let mut group = "";
+    for row in rows {
+        if row.group != group {
+            group = &row.group;
+            table.row(["", ""]);
+            table.row(["", &paint::heading(group)]);
+        }
+        let mark = row.pass.map_or_else(String::new, paint::mark);
+        table.row([&mark, &row.name, &row.expected_text(), &row.got_text(), &row.difference_text(), &row.source]);
+    }
+    table.to_string()
+}

@@ -1,0 +1,44 @@
+//! What of the element kernel's constants depends on the size of an element: in a graded mesh each has its own.
+
+use crate::kernels::element_force::ElementConstants;
+use crate::number::Real;
+
+/// The constants of an element's own size, otherwise as in [`ElementConstants`].
+#[derive(Clone, Copy)]
+pub(crate) struct Size<R> {
+    pub(crate) gradient: [R; 2],
+    pub(crate) membrane: [R; 2],
+    pub(crate) half_length: [R; 2],
+    pub(crate) hourglass: [R; 2],
+    pub(crate) cells: R,
+    pub(crate) area: R,
+}
+
+impl<R: Real> Size<R> {
+    /// Elements of the finest length, as high as `height` of the finest.
+    #[inline(always)]
+    pub(crate) fn of_row(c: &ElementConstants<R>, height: f64) -> Self {
+        let (size, per_size) = (c.area.with(height), c.area.with(1.0 / height));
+        Self {
+            gradient: [c.gradient[0], c.gradient[1] * per_size],
+            membrane: [c.membrane[0] * size, c.membrane[1]],
+            half_length: [c.half_length[0] * size, c.half_length[1]],
+            hourglass: [c.hourglass[0] * size, c.hourglass[1] * per_size],
+            cells: c.cells * size,
+            area: c.area * size,
+        }
+    }
+
+    /// The same for elements as long as `width` of the finest.
+    #[inline(always)]
+    pub(crate) fn of_columns(&self, width: R, per_width: R) -> Self {
+        Self {
+            gradient: [self.gradient[0] * per_width, self.gradient[1]],
+            membrane: [self.membrane[0], self.membrane[1] * width],
+            half_length: [self.half_length[0], self.half_length[1] * width],
+            hourglass: [self.hourglass[0] * per_width, self.hourglass[1] * width],
+            cells: self.cells * width,
+            area: self.area * width,
+        }
+    }
+}

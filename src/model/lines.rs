@@ -1,0 +1,192 @@
+//! Lines of nodes of a ply along one of its axes: evenly spaced, or graded.
+
+use std::ops::Range;
+
+/// Difference of places that rounding makes [-].
+const SAME: f64 = 1e-9;
+
+/// Where lines of nodes cross an axis of a ply, counted in finest elements from the first line.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) enum Lines {
+    /// Line k is at k; so many elements.
+    Even(usize),
+    /// Line k is at the k-th place.
+    Graded(Vec<f64>),
+}
+
+impl Lines {
+    pub(super) fn even(elements: usize) -> Self {
+        Self::Even(elements)
+    }
+
+    /// Lines at these places, of which there are at least two.
+    pub(super) fn graded(places: Vec<f64>) -> Self {
+        Self::Graded(places)
+    }
+
+    pub(super) fn is_graded(&self) -> bool {
+        matches!(self, Self::Graded(_))
+    }
+
+    pub(super) fn elements(&self) -> usize {
+        match self {
+            Self::Even(elements) => *elements,
+            Self::Graded(places) => places.len() - 1,
+        }
+    }
+
+    /// Place of a line.
+    #[inline]
+    pub(super) fn at(&self, line: usize) -> f64 {
+        match self {
+            Self::Even(_) => line as f64,
+            Self::Graded(places) => places[line],
+        }
+    }
+
+    /// Length of the element after a line.
+    #[inline]
+    pub(super) fn width(&self, element: usize) -> f64 {
+        match self {
+            Self::Even(_) => 1.0,
+            Self::Graded(places) => places[element + 1] - places[element],
+        }
+    }
+
+    pub(super) fn widest(&self) -> f64 {
+        (0..self.elements()).map(|element| self.width(element)).fold(0.0, f64::max)
+    }
+
+    /// Half of each element beside a line.
+    pub(super) fn share(&self, line: usize) -> f64 {
+        let before = if line > 0 { self.width(line - 1) } else { 0.0 };
+        let after = if line < self.elements() { self.width(line) } else { 0.0 };
+        0.5 * (before + after)
+    }
+
+    /// The element that a place lies in, or the nearest.
+    pub(super) fn element_at(&self, place: f64) -> usize {
+        let at = match self {
+            Self::Even(_) => place.max(0.0) as usize,
+            Self::Graded(places) => places.partition_point(|line| *line <= place).saturating_sub(1),
+        };
+        at.min(self.elements() - 1)
+    }
+
+    /// Lines between two places, and the next on either side.
+    pub(super) fn between(&self, from: f64, to: f64) -> Range<usize> {
+        match self {
+            Self::Even(elements) => {
+                let end = *elements as f64 + 1.0;
+                let first = from.clamp(-1.0, end).floor().max(0.0) as usize;
+                let last = (to.clamp(-1.0, end).ceil() + 1.0).max(0.0) as usize;
+                first.min(elements + 1)..last.min(elements + 1)
+            }
+            Self::Graded(places) => {
+                let first = places.partition_point(|line| *line <= from).saturating_sub(1);
+                first..(places.partition_point(|line| *line < to) + 1).min(places.len())
+            }
+        }
+    }
+
+    /// The line nearest to a place.
+    pub(super) fn nearest(&self, place: f64) -> usize {
+        match self {
+            Self::Even(elements) => (place.round().max(0.0) as usize).min(*elements),
+            Self::Graded(_) => {
+                let element = self.element_at(place);
+                element + usize::from(place - self.at(element) >= 0.5 * self.width(element))
+            }
+        }
+    }
+
+    /// Elements within `reach`, a whole number, of an element; the element too.
+    pub(super) fn within(&self, element: usize, reach: f64) -> Range<usize> {
+        match self {
+            Self::Even(elements) => {
+                let span = reach as usize;
+                element.saturating_sub(span)..(element + span + 1).min(*elements)
+            }
+            Self::Graded(places) => {
+                let (from, to) = (places[element] - reach, places[element + 1] + reach);
+                // A part of an element counts.
+                let first = places.partition_point(|line| *line <= from + SAME).saturating_sub(1);
+                first..places.partition_point(|line| *line < to - SAME).min(places.len() - 1)
+            }
+        }
+    }
+
+    /// Whether they are their own mirror image, with a line in the middle.
+    pub(super) fn is_mirrored(&self) -> bool {
+        let elements = self.elements();
+        let length = self.at(elements);
+        let pairs = (0..=elements).all(|line| (self.at(line) + self.at(elements - line) - length).abs() < SAME);
+        elements.is_multiple_of(2) && pairs
+    }
+
+    /// The half of mirrored lines behind the middle, or before it.
+    pub(super) fn half(&self, behind: bool) -> Self {
+        let middle = self.elements() / 2;
+        match self {
+            Self::Even(_) => Self::Even(middle),
+            Self::Graded(places) if behind => {
+                Self::Graded(places[middle..].iter().map(|place| place - places[middle]).collect())
+            }
+            Self::Graded(places) => Self::Graded(places[..=middle].to_vec()),
+        }
+    }
+
+    /// The lines of which these are the half behind the middle, or before it.
+    pub(super) fn doubled(&self, behind: bool) -> Self {
+        match self {
+            Self::Even(elements) => Self::Even(2 * elements),
+            Self::Graded(places) => {
+                let length = self.at(self.elements());
+                let mirrored =
+                    places.iter().rev().map(|place| if behind { length - place } else { 2.0 * length - place });
+                let own = places.iter().map(|place| if behind { length + place } else { *place });
+                let (first, second): (Vec<f64>, Vec<f64>) =
+                    if behind { (mirrored.collect(), own.collect()) } else { (own.collect(), mirrored.collect()) };
+                Self::Graded(first.into_iter().chain(second.into_iter().skip(1)).collect())
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn graded_lines_at_even_places_answer_like_even_ones() {
+        let (even, graded) = (Lines::even(6), Lines::graded((0..=6).map(f64::from).collect()));
+        for line in 0..=6 {
+            assert_eq!((even.at(line), even.share(line)), (graded.at(line), graded.share(line)));
+        }
+        for step in -10..80 {
+            let place = 0.1 * f64::from(step) + 0.01;
+            assert_eq!(even.element_at(place), graded.element_at(place), "{place}");
+            assert_eq!(even.nearest(place), graded.nearest(place), "{place}");
+        }
+        for element in 0..6 {
+            for reach in [0.0, 1.0, 2.0, 9.0] {
+                assert_eq!(even.within(element, reach), graded.within(element, reach), "{element} {reach}");
+            }
+        }
+        assert!(even.is_mirrored() && graded.is_mirrored() && !Lines::even(5).is_mirrored());
+        assert_eq!(graded.half(true), Lines::graded(vec![0.0, 1.0, 2.0, 3.0]));
+    }
+
+    #[test]
+    fn lines_of_different_elements_know_their_sizes() {
+        let lines = Lines::graded(vec![0.0, 2.0, 3.0, 4.0, 6.0]);
+        assert!(lines.is_mirrored() && !Lines::graded(vec![0.0, 2.0, 3.0]).is_mirrored());
+        assert_eq!([0, 1, 2, 3, 4].map(|line| lines.share(line)), [1.0, 1.5, 1.0, 1.5, 1.0]);
+        assert_eq!([-1.0, 1.9, 2.0, 3.5, 7.0].map(|place| lines.element_at(place)), [0, 0, 1, 2, 3]);
+        assert_eq!([0.9, 1.1, 2.4, 5.1].map(|place| lines.nearest(place)), [0, 1, 1, 4]);
+        assert_eq!((lines.within(1, 0.0), lines.within(1, 1.0), lines.within(2, 2.5)), (1..2, 0..3, 0..4));
+        assert_eq!(lines.half(false), Lines::graded(vec![0.0, 2.0, 3.0]));
+        assert!([true, false].into_iter().all(|behind| lines.half(behind).doubled(behind) == lines));
+        assert_eq!((lines.widest(), lines.elements()), (2.0, 4));
+    }
+}

@@ -1,0 +1,229 @@
+//! What every drawing shares: axes, lines and words as SVG. Shapes carry classes; colours are the drawing's own affair.
+
+use std::fmt::Write;
+
+/// Width of a letter at the size of tick labels.
+const LETTER: f64 = 6.4;
+
+/// An axis over a length on the paper.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Axis {
+    /// Values at the ends; decimal logarithms of them on a logarithmic axis.
+    range: [f64; 2],
+    /// Where they lie on the paper.
+    pub(crate) paper: [f64; 2],
+    logarithmic: bool,
+}
+
+impl Axis {
+    /// An axis whose ticks lie evenly. A range that is none becomes one.
+    pub(crate) fn linear(range: [f64; 2], paper: [f64; 2]) -> Self {
+        let [low, high] = if range[0].is_finite() { range } else { [0.0, range[1]] };
+        let high = if high.is_finite() && high > low { high } else { low + 1.0 };
+        Self { range: [low, high], paper, logarithmic: false }
+    }
+
+    /// A logarithmic axis that holds all positive values with some room.
+    pub(crate) fn logarithmic(values: &[f64], paper: [f64; 2]) -> Self {
+        let logs = || values.iter().filter(|value| **value > 0.0).map(|value| value.log10());
+        let (low, high) = (logs().fold(f64::INFINITY, f64::min), logs().fold(f64::NEG_INFINITY, f64::max));
+        let range = if low <= high { [low, high] } else { [0.0, 1.0] };
+        let room = 0.08 * (range[1] - range[0]) + 0.08;
+        Self { range: [range[0] - room, range[1] + room], paper, logarithmic: true }
+    }
+
+    /// Values at the ends.
+    pub(crate) fn range(&self) -> [f64; 2] {
+        if self.logarithmic { self.range.map(|log| 10.0_f64.powf(log)) } else { self.range }
+    }
+
+    /// Where a value lies; on a logarithmic axis zero and below on the lower end.
+    pub(crate) fn at(&self, value: f64) -> f64 {
+        let value = match self.logarithmic {
+            true if value > 0.0 => value.log10().clamp(self.range[0], self.range[1]),
+            true => self.range[0],
+            false => value,
+        };
+        let share = (value - self.range[0]) / (self.range[1] - self.range[0]);
+        self.paper[0] + share * (self.paper[1] - self.paper[0])
+    }
+
+    /// Round numbers on it: about five, or one, two and five times the powers of ten (powers alone where it is long).
+    pub(crate) fn ticks(&self) -> Vec<f64> {
+        let [low, high] = self.range;
+        if !self.logarithmic {
+            let step = round_step((high - low) / 5.0);
+            let count = (low / step).ceil() as i64..=(high / step * (1.0 + 1e-12)).floor() as i64;
+            return count.map(|n| n as f64 * step).collect();
+        }
+        let digits: &[f64] = if high - low > 3.0 { &[1.0] } else { &[1.0, 2.0, 5.0] };
+        let powers = low.floor() as i32..=high.ceil() as i32;
+        let all = powers.flat_map(|power| digits.iter().map(move |digit| digit * 10.0_f64.powi(power)));
+        all.filter(|tick| (low..=high).contains(&tick.log10())).collect()
+    }
+}
+
+/// One, two or five times a power of ten, at least this.
+fn round_step(least: f64) -> f64 {
+    let power = 10.0_f64.powf(least.log10().floor());
+    [1.0, 2.0, 5.0, 10.0].map(|m| m * power).into_iter().find(|step| *step >= least).unwrap_or(least)
+}
+
+/// A range widened at its upper end to where a tick lies.
+pub(crate) fn rounded_up([low, high]: [f64; 2]) -> [f64; 2] {
+    let span = high - low;
+    if !(span > 0.0 && span.is_finite()) {
+        return [low, high];
+    }
+    let step = round_step(span / 5.0);
+    [low, (high / step).ceil() * step]
+}
+
+/// A number as an axis shows it.
+pub(crate) fn label(tick: f64) -> String {
+    if tick != 0.0 && !(1e-4..1e6).contains(&tick.abs()) {
+        return format!("{tick:.0e}").replace('-', "−");
+    }
+    let text = format!("{tick:.6}");
+    let text = text.trim_end_matches('0').trim_end_matches('.');
+    if text == "-0" { "0".into() } else { text.replace('-', "−") }
+}
+
+/// Escapes text for XML and HTML, between tags and inside quotes.
+pub(crate) fn escape(text: &str) -> String {
+    let mut out = String::with_capacity(text.len());
+    for c in text.chars() {
+        match c {
+            '&' => out += "&amp;",
+            '<' => out += "&lt;",
+            '>' => out += "&gt;",
+            '"' => out += "&quot;",
+            '\'' => out += "&#39;",
+            c => out.push(c),
+        }
+    }
+    out
+}
+
+/// Words at a place. `attributes`: class, anchor, size.
+pub(crate) fn text(x: f64, y: f64, attributes: &str, words: &str) -> String {
+    format!("<text x=\"{x:.1}\" y=\"{y:.1}\" {attributes}>{}</text>\n", escape(words))
+}
+
+/// A line through points, those left out that are no numbers.
+pub(crate) fn line(x: &Axis, y: &Axis, points: impl Iterator<Item = [f64; 2]>, attributes: &str) -> String {
+    format!("<polyline points=\"{}\" fill=\"none\" {attributes}/>\n", places(x, y, points))
+}
+
+/// Places on the paper, as SVG writes them.
+pub(crate) fn places(x: &Axis, y: &Axis, points: impl Iterator<Item = [f64; 2]>) -> String {
+    let mut path = String::new();
+    for [px, py] in points.map(|p| [x.at(p[0]), y.at(p[1])]).filter(|p| p[0].is_finite() && p[1].is_finite()) {
+        // Writing to a string cannot fail.
+        let _ = write!(path, "{px:.1},{py:.1} ");
+    }
+    path.trim_end().to_owned()
+}
+
+/// Points of a line as dense as paper can show: of every few the lowest and the highest.
+pub(crate) fn thinned(points: &[[f64; 2]], most: usize) -> Vec<[f64; 2]> {
+    if points.len() <= most {
+        return points.to_vec();
+    }
+    let size = points.len().div_ceil(most / 2).max(2);
+    let mut out = Vec::with_capacity(most + 2);
+    for part in points.chunks(size) {
+        let extreme = |largest: bool| {
+            let order = |a: &usize, b: &usize| part[*a][1].total_cmp(&part[*b][1]);
+            let at = 0..part.len();
+            if largest { at.max_by(order) } else { at.min_by(order) }.unwrap_or(0)
+        };
+        let (low, high) = (extreme(false), extreme(true));
+        out.push(part[low.min(high)]);
+        out.push(part[low.max(high)]);
+    }
+    if let (Some(first), Some(last)) = (points.first(), points.last()) {
+        out.insert(0, *first);
+        out.push(*last);
+    }
+    out
+}
+
+/// Frame, grid, tick labels and titles.
+pub(crate) fn axes(x: &Axis, y: &Axis, [x_title, y_title]: [&str; 2]) -> String {
+    let [left, right] = x.paper;
+    let [bottom, top] = y.paper;
+    let mut out = String::new();
+    for tick in x.ticks() {
+        let at = x.at(tick);
+        let _ = writeln!(out, "<line class=\"grid\" x1=\"{at:.1}\" x2=\"{at:.1}\" y1=\"{top}\" y2=\"{bottom}\"/>");
+        out += &text(at, bottom + 16.0, "class=\"tick\" text-anchor=\"middle\"", &label(tick));
+    }
+    let ticks = y.ticks();
+    for tick in &ticks {
+        let at = y.at(*tick);
+        let _ = writeln!(out, "<line class=\"grid\" x1=\"{left}\" x2=\"{right}\" y1=\"{at:.1}\" y2=\"{at:.1}\"/>");
+        out += &text(left - 6.0, at + 4.0, "class=\"tick\" text-anchor=\"end\"", &label(*tick));
+    }
+    let (width, height) = (right - left, bottom - top);
+    let _ = writeln!(out, "<rect class=\"frame\" x=\"{left}\" y=\"{top}\" width=\"{width}\" height=\"{height}\"/>");
+    out += &text(0.5 * (left + right), bottom + 34.0, "class=\"title\" text-anchor=\"middle\"", x_title);
+    let widest = ticks.iter().map(|tick| label(*tick).chars().count()).max().unwrap_or(0) as f64;
+    out + &upright(left - 16.0 - LETTER * widest, 0.5 * (top + bottom), "title", y_title)
+}
+
+/// Words from bottom to top around a place.
+pub(crate) fn upright(x: f64, y: f64, class: &str, words: &str) -> String {
+    let turn = format!("class=\"{class}\" text-anchor=\"middle\" transform=\"rotate(-90 {x:.1} {y:.1})\"");
+    text(x, y, &turn, words)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn labels(axis: &Axis) -> String {
+        axis.ticks().iter().map(|tick| label(*tick)).collect::<Vec<_>>().join(" ")
+    }
+
+    #[test]
+    fn a_logarithmic_axis_holds_its_values() {
+        let axis = Axis::logarithmic(&[0.01, 1.0, 0.0], [0.0, 100.0]);
+        assert!((axis.at(0.1) - 50.0).abs() < 1e-9);
+        assert!(0.0 < axis.at(0.01) && axis.at(1.0) < 100.0);
+        assert_eq!(axis.at(0.0), 0.0);
+        assert_eq!(labels(&axis), "0.01 0.02 0.05 0.1 0.2 0.5 1");
+        assert!(Axis::logarithmic(&[], [0.0, 1.0]).at(2.0).is_finite());
+        assert_eq!(label(1e-6), "1e−6");
+    }
+
+    #[test]
+    fn a_linear_axis_has_round_ticks_whatever_its_range() {
+        assert_eq!(labels(&Axis::linear([0.0, 155.0], [0.0, 1.0])), "0 50 100 150");
+        assert_eq!(labels(&Axis::linear([-0.3, 0.3], [0.0, 1.0])), "−0.2 0 0.2");
+        assert_eq!(labels(&Axis::linear(rounded_up([0.0, 0.7]), [0.0, 1.0])), "0 0.2 0.4 0.6 0.8");
+        for range in [[0.0, 0.0], [f64::NAN, f64::NAN], [2.0, f64::INFINITY], [f64::INFINITY, f64::NEG_INFINITY]] {
+            let axis = Axis::linear(range, [0.0, 1.0]);
+            assert!(axis.at(1.0).is_finite() && !axis.ticks().is_empty(), "{range:?}");
+        }
+    }
+
+    #[test]
+    fn a_line_that_is_too_dense_keeps_its_peaks_and_ends() {
+        let mut points: Vec<[f64; 2]> = (0..10_000).map(|n| [f64::from(n), (f64::from(n) * 0.01).sin()]).collect();
+        points[4321][1] = 9.0;
+        let thin = thinned(&points, 400);
+        assert!(thin.len() <= 404, "{}", thin.len());
+        assert!(thin.contains(&[4321.0, 9.0]) && thin[0] == points[0] && thin.last() == points.last());
+        assert!(thin.windows(2).all(|pair| pair[0][0] <= pair[1][0]));
+        assert_eq!(thinned(&points[..300], 400), points[..300]);
+    }
+
+    #[test]
+    fn what_is_no_number_is_not_drawn_and_words_are_only_words() {
+        let axis = Axis::linear([0.0, 1.0], [0.0, 10.0]);
+        let drawn = line(&axis, &axis, [[0.0, 0.0], [f64::NAN, 1.0], [1.0, 1.0]].into_iter(), "");
+        assert!(drawn.contains("\"0.0,0.0 10.0,10.0\""), "{drawn}");
+        assert_eq!(escape("</title>\"'&"), "&lt;/title&gt;&quot;&#39;&amp;");
+    }
+}

@@ -1,0 +1,128 @@
+//! The projectile's surface as a mesh, in the body's own axes.
+
+use std::f64::consts::{FRAC_PI_2, TAU};
+
+use crate::kernels::projectile_shape::{Body, Profile};
+
+/// Points around the axis.
+const AROUND: usize = 48;
+/// Points of an arc of the outline over a quarter turn.
+const QUARTER: usize = 8;
+/// Rings of points between the axis and the rim of a flat end.
+const RINGS: usize = 12;
+
+/// A surface of triangles and quads.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(super) struct Surface {
+    /// In the body's axes [m].
+    pub(super) points: Vec<[f64; 3]>,
+    /// Corners of the faces, three or four each.
+    pub(super) faces: Vec<Vec<usize>>,
+}
+
+impl Surface {
+    /// The surface of a body; `half_length`: half the length of a bar [m].
+    pub(super) fn new(body: &Body, half_length: f64) -> Self {
+        let profile = &body.profile;
+        if profile.bar {
+            return Self::extruded(&outline(profile), half_length);
+        }
+        let mut surface = Self::revolved(&outline(profile));
+        if let Some(chisel) = &profile.chisel {
+            // The flats cut what of the cylinder stands above them; strip and front are those before the rounding.
+            let front = profile.corner[1][1] + profile.radius;
+            let half = chisel.half + profile.radius * (0.5 * chisel.slope.atan()).tan();
+            for [_, y, z] in &mut surface.points {
+                *z = z.min(front - (y.abs() - half).max(0.0) * chisel.slope);
+            }
+        }
+        surface
+    }
+
+    /// An outline (ρ, s) from the nose on the axis to the tail on the axis, turned about it.
+    fn revolved(outline: &[[f64; 2]]) -> Self {
+        let mut surface = Self::default();
+        let on_axis = |rho: f64| rho < 1e-12;
+        let mut rings = Vec::with_capacity(outline.len());
+        for [rho, s] in outline {
+            rings.push(surface.points.len());
+            for n in 0..if on_axis(*rho) { 1 } else { AROUND } {
+                let (sine, cosine) = (TAU * n as f64 / AROUND as f64).sin_cos();
+                surface.points.push([rho * cosine, rho * sine, *s]);
+            }
+        }
+        for (ring, pair) in rings.windows(2).zip(outline.windows(2)) {
+            for n in 0..AROUND {
+                let corner = |end: usize, n: usize| ring[end] + if on_axis(pair[end][0]) { 0 } else { n % AROUND };
+                let mut face = vec![corner(0, n), corner(1, n), corner(1, n + 1), corner(0, n + 1)];
+                face.dedup();
+                if face.first() == face.last() {
+                    face.pop();
+                }
+                if face.len() > 2 {
+                    surface.faces.push(face);
+                }
+            }
+        }
+        surface
+    }
+
+    /// An outline (x, s) and its mirror image, drawn out along y.
+    fn extruded(outline: &[[f64; 2]], half_length: f64) -> Self {
+        let back = outline.iter().rev().skip(1).take(outline.len().saturating_sub(2));
+        let around: Vec<[f64; 2]> = outline.iter().copied().chain(back.map(|[x, s]| [-x, *s])).collect();
+        let ends = [-half_length, half_length];
+        let points = ends.iter().flat_map(|y| around.iter().map(move |[x, s]| [*x, *y, *s])).collect();
+        let count = around.len();
+        let side = |n: usize| vec![n, (n + 1) % count, count + (n + 1) % count, count + n];
+        Self { points, faces: (0..count).map(side).collect() }
+    }
+}
+
+/// The outline (ρ, s) with its roundings, from the nose on the axis to the tail on the axis.
+fn outline(profile: &Profile<f64>) -> Vec<[f64; 2]> {
+    let mut points: Vec<[f64; 2]> = Vec::new();
+    let mut facing = [0.0, 1.0];
+    for i in 0..profile.count {
+        let corner = profile.corner[i];
+        let last = i + 1 == profile.count;
+        let next = if last { [0.0, -1.0] } else { profile.normal[i] };
+        turn(&mut points, corner, profile.radius, facing, next);
+        facing = next;
+        if last {
+            break;
+        }
+        let to = profile.corner[i + 1];
+        if i == 0 && profile.arc > 0.0 {
+            let centre = [0, 1].map(|a| corner[a] - profile.arc * next[a]);
+            let end = [0, 1].map(|a| (to[a] - centre[a]) / profile.arc);
+            turn(&mut points, centre, profile.arc + profile.radius, next, end);
+            facing = end;
+        } else {
+            let shift = |at: [f64; 2]| [0, 1].map(|a| at[a] + profile.radius * next[a]);
+            divide(&mut points, shift(corner), shift(to));
+        }
+    }
+    points.dedup_by(|b, a| (b[0] - a[0]).hypot(b[1] - a[1]) < 1e-9);
+    points
+}
+
+/// The points of an arc about `centre`, clockwise from one direction to another.
+fn turn(points: &mut Vec<[f64; 2]>, centre: [f64; 2], radius: f64, from: [f64; 2], to: [f64; 2]) {
+    // From the axis: directions turn from (0, 1) over (1, 0) to (0, −1).
+    let [start, end] = [from, to].map(|d| d[0].max(0.0).atan2(d[1]));
+    let count = ((end - start).abs() / FRAC_PI_2 * QUARTER as f64).ceil().max(1.0) as usize;
+    for n in 0..=if radius > 0.0 { count } else { 0 } {
+        let (sine, cosine) = (start + (end - start) * n as f64 / count as f64).sin_cos();
+        points.push([(centre[0] + radius * sine).max(0.0), centre[1] + radius * cosine]);
+    }
+}
+
+/// The points of a straight side; one that runs across the axis is divided, so that flats can be cut from it.
+fn divide(points: &mut Vec<[f64; 2]>, from: [f64; 2], to: [f64; 2]) {
+    let count = if from[1] == to[1] { RINGS } else { 1 };
+    for n in 0..=count {
+        let part = n as f64 / count as f64;
+        points.push([0, 1].map(|a| from[a] + part * (to[a] - from[a])));
+    }
+}

@@ -1,0 +1,103 @@
+//! A figure of the page: a drawing with its words for those who do not see it, a legend, and the numbers behind it.
+
+use std::fmt::Write;
+
+use super::super::chart::{self, Axis, escape};
+
+/// Size of a drawing; on a phone a unit is a little less than a pixel.
+pub(super) const SIZE: [f64; 2] = [440.0, 300.0];
+/// Rows of numbers shown below a figure at most.
+const ROWS: usize = 25;
+
+/// A figure.
+#[derive(Debug, Default)]
+pub(super) struct Figure {
+    pub(super) id: &'static str,
+    pub(super) title: String,
+    /// One or two sentences: what is to be seen.
+    pub(super) caption: String,
+    /// What lies inside the drawing.
+    pub(super) drawing: String,
+    /// Class and words of each line or area.
+    pub(super) legend: Vec<(String, String)>,
+    /// Where time runs along the drawing: the page marks the playback's time there.
+    pub(super) time: Option<Axis>,
+    pub(super) numbers: Numbers,
+}
+
+/// The numbers behind a figure.
+#[derive(Debug, Default)]
+pub(super) struct Numbers {
+    pub(super) heads: Vec<String>,
+    pub(super) rows: Vec<Vec<String>>,
+    /// The file that has all of them.
+    pub(super) file: &'static str,
+}
+
+/// The axes that a drawing of the usual size leaves room for.
+pub(super) fn axes(x: [f64; 2], y: [f64; 2]) -> [Axis; 2] {
+    [Axis::linear(x, [64.0, SIZE[0] - 14.0]), Axis::linear(chart::rounded_up(y), [SIZE[1] - 46.0, 12.0])]
+}
+
+impl Figure {
+    pub(super) fn html(&self) -> String {
+        let (id, [width, height]) = (self.id, SIZE);
+        let (title, caption) = (escape(&self.title), escape(&self.caption));
+        let time = self.time.map_or(String::new(), |axis| {
+            let [[from, to], [left, right]] = [axis.range(), axis.paper];
+            format!(" data-time=\"{from} {to} {left} {right}\"")
+        });
+        let mut out = format!(
+            "<figure class=\"plot\" id=\"{id}\">\n<figcaption><h3>{title}</h3><p>{caption}</p></figcaption>\n\
+             <svg viewBox=\"0 0 {width} {height}\" role=\"img\" aria-labelledby=\"{id}-t {id}-d\"{time}>\n\
+             <title id=\"{id}-t\">{title}</title><desc id=\"{id}-d\">{caption}</desc>\n{}</svg>\n",
+            self.drawing
+        );
+        if !self.legend.is_empty() {
+            out += "<ul class=\"legend\">";
+            for (class, words) in &self.legend {
+                // Writing to a string cannot fail.
+                let _ = write!(out, "<li><i class=\"{class}\"></i>{}</li>", escape(words));
+            }
+            out += "</ul>\n";
+        }
+        out + &self.numbers.html() + "</figure>\n"
+    }
+}
+
+impl Numbers {
+    fn html(&self) -> String {
+        if self.rows.is_empty() {
+            return String::new();
+        }
+        let step = self.rows.len().div_ceil(ROWS);
+        let last = self.rows.len() - 1;
+        let shown = self.rows.iter().enumerate().filter(|(n, _)| n.is_multiple_of(step) || *n == last);
+        let rows: Vec<&[String]> = shown.map(|(_, row)| row.as_slice()).collect();
+        let all = if rows.len() == self.rows.len() { "" } else { "; all of them in " };
+        let file = if all.is_empty() { "" } else { self.file };
+        format!(
+            "<details><summary>Numbers</summary>{}<p class=\"note\">{} of {} rows{all}<code>{file}</code></p></details>\n",
+            table(&self.heads, &rows),
+            rows.len(),
+            self.rows.len()
+        )
+    }
+}
+
+/// A table of numbers.
+fn table(heads: &[String], rows: &[&[String]]) -> String {
+    let mut out = "<div class=\"scroll\" tabindex=\"0\"><table class=\"numbers\"><thead><tr>".to_owned();
+    for head in heads {
+        let _ = write!(out, "<th scope=\"col\">{}</th>", escape(head));
+    }
+    out += "</tr></thead><tbody>";
+    for row in rows {
+        out += "<tr>";
+        for cell in *row {
+            let _ = write!(out, "<td>{}</td>", escape(cell));
+        }
+        out += "</tr>";
+    }
+    out + "</tbody></table></div>"
+}

@@ -1,0 +1,321 @@
+//! The film of a run: few, coarse pictures of what is computed, for the playback and the maps of the report.
+//!
+//! Lines of nodes lie dense around the point of impact and sparse far from it; of a thick pack some plies are shown; of a scene
+//! that is its own mirror image there is the part that is computed. Pictures lie evenly in time: where there are too many, every
+//! second one goes, and the ones to come lie twice as far apart.
+
+use super::outline::{self, Outline};
+use crate::case::Case;
+use crate::kernels::element_force::field as element;
+use crate::kernels::node_update::field as node;
+use crate::kernels::rigid_body::RigidBody;
+use crate::model::{MirrorPlanes, Model};
+use crate::number::Scalar;
+use crate::simulation::{View, Watch};
+use crate::state::State;
+
+/// Pictures from start to end time, before any goes.
+const FRAMES: f64 = 100.0;
+/// Pictures kept at most, even.
+const STILLS: usize = 64;
+/// Nodes of a picture at most, about.
+const NODES: usize = 5000;
+/// Plies shown at most.
+const PLIES: usize = 8;
+/// Lines of nodes on either side of the point of impact that are all kept.
+const DENSE: usize = 8;
+
+/// A ply as the film shows it: cells between the lines of nodes that were kept.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Strip {
+    /// Counted from the struck side.
+    pub ply: usize,
+    /// Nodes kept along the warp and along the weft, counted in the whole ply.
+    pub lines: [Vec<usize>; 2],
+    /// Elements of the whole ply along warp and weft.
+    pub elements: [usize; 2],
+    /// Line of nodes along the weft, and along the warp, nearest to the point of impact: among those kept.
+    pub hit: [usize; 2],
+    /// Reference positions of the nodes kept, in the axes of the pack, row by row [m].
+    pub reference: Vec<[f32; 3]>,
+    /// The lines, counted in the part that is computed.
+    own: [Vec<usize>; 2],
+}
+
+/// All strips at one time; nodes and cells follow each other strip by strip.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Still {
+    /// [s]
+    pub time: f64,
+    /// Of the nodes [m].
+    pub displacement: Vec<[f32; 3]>,
+    /// Largest force of a yarn in a cell, as its elements carry it, warp and weft [N]; `None` where the yarn is broken in all
+    /// of it.
+    pub tension: Vec<[Option<f32>; 2]>,
+    /// Position of the projectile's centre of mass [m], and its turn as a quaternion w, x, y, z.
+    pub pose: Option<[f64; 7]>,
+}
+
+/// Pictures of a run.
+#[derive(Clone, Debug)]
+pub struct Film {
+    /// Plies shown, the struck one first; none before the first picture.
+    pub strips: Vec<Strip>,
+    /// Plies there are.
+    pub plies: usize,
+    /// In order of time.
+    pub stills: Vec<Still>,
+    /// Mirror planes: shown is the part at x ≥ 0, y ≥ 0.
+    pub planes: MirrorPlanes,
+    /// Crossovers along the side of an element.
+    pub crossovers: u32,
+    /// Surface of the projectile.
+    pub(super) outline: Option<Outline>,
+    /// Where the projectile strikes [m].
+    hit: [f64; 2],
+    /// Time between pictures [s], and how many of it have passed.
+    interval: f64,
+    passed: usize,
+}
+
+impl Film {
+    /// An empty film of a case.
+    pub fn new(case: &Case) -> Self {
+        Self {
+            strips: Vec::new(),
+            plies: 0,
+            stills: Vec::new(),
+            planes: MirrorPlanes::NONE,
+            crossovers: case.pack.crossovers_per_element,
+            outline: None,
+            hit: case.projectile.as_ref().map_or([0.0; 2], |p| p.offset),
+            interval: case.solver.end_time / FRAMES,
+            passed: 0,
+        }
+    }
+
+    fn take<S: Scalar>(&mut self, model: &Model<S>, state: &State<S>) {
+        if self.strips.is_empty() {
+            self.begin(model);
+        }
+        let time = state.step as f64 * model.dt;
+        if self.stills.last().is_some_and(|last| last.time >= time) {
+            return; // the end of the run was due anyway
+        }
+        let mut still = Still {
+            time,
+            displacement: Vec::with_capacity(self.strips.iter().map(|strip| strip.reference.len()).sum()),
+            tension: Vec::with_capacity(self.strips.iter().map(Strip::cells).sum()),
+            pose: state.body.as_ref().map(pose),
+        };
+        for strip in &self.strips {
+            strip.displacements(model, state, &mut still.displacement);
+            strip.tensions(model, state, &mut still.tension);
+        }
+        self.stills.push(still);
+        self.passed = (time / self.interval).round() as usize + 1;
+        if self.stills.len() > STILLS {
+            self.halve();
+        }
+    }
+
+    fn begin<S: Scalar>(&mut self, model: &Model<S>) {
+        self.plies = model.plies.len();
+        let shown = shown(self.plies);
+        let nodes = NODES / shown.len().max(1);
+        self.strips = shown.iter().map(|ply| Strip::new(model, *ply, self.hit, nodes)).collect();
+        self.planes = model.planes;
+        let width = self.strips.iter().flat_map(|strip| &strip.reference).map(|at| at[0].abs().max(at[1].abs()));
+        let width = f64::from(width.fold(0.0, f32::max));
+        self.outline = model.projectile.as_ref().map(|body| outline::outline(&body.body, width));
+    }
+
+    /// Drops every second picture.
+    pub(super) fn halve(&mut self) {
+        let mut index = 0;
+        self.stills.retain(|_| {
+            index += 1;
+            index % 2 == 1
+        });
+        self.interval *= 2.0;
+        self.passed = self.passed.div_ceil(2);
+    }
+
+    /// Largest tension in any picture [N].
+    pub fn peak_tension(&self) -> f32 {
+        let all = self.stills.iter().flat_map(|still| &still.tension).flatten();
+        all.flatten().copied().filter(|tension| tension.is_finite()).fold(0.0, f32::max)
+    }
+}
+
+impl Watch for Film {
+    fn is_due(&self, time: f64, dt: f64) -> bool {
+        time >= self.passed as f64 * self.interval - 0.5 * dt
+    }
+
+    fn look(&mut self, view: &View<'_>) {
+        match view {
+            View::Double(model, state) => self.take(model, state),
+            View::Single(model, state) => self.take(model, state),
+        }
+    }
+
+    fn end(&mut self, view: &View<'_>) {
+        self.look(view);
+    }
+}
+
+fn pose(body: &RigidBody) -> [f64; 7] {
+    let (at, q) = (body.position, body.orientation.quaternion());
+    [at.x, at.y, at.z, q.w, q.i, q.j, q.k]
+}
+
+/// Plies to show, evenly from the first to the last.
+fn shown(plies: usize) -> Vec<usize> {
+    if plies <= PLIES {
+        return (0..plies).collect();
+    }
+    (0..PLIES).map(|n| (n * (plies - 1) + (PLIES - 1) / 2) / (PLIES - 1)).collect()
+}
+
+impl Strip {
+    fn new<S: Scalar>(model: &Model<S>, ply: usize, hit: [f64; 2], most: usize) -> Self {
+        let mesh = &model.sheet(ply).mesh;
+        let place = mesh.to_ply([hit[0], hit[1], 0.0]);
+        let (counts, first) = ([mesh.columns, mesh.rows], mesh.first_in_whole());
+        let side = (most as f64).sqrt() as usize;
+        let axis = |own: usize| Axis { last: counts[own], hit: mesh.nearest_line(own, place[own]) };
+        let own = [0, 1].map(|a| axis(a).lines(side));
+        let whole = [0, 1].map(|a| own[a].iter().map(|line| line + first[a]).collect());
+        let reference = own[1].iter().flat_map(|row| own[0].iter().map(move |column| (*row, *column)));
+        Self {
+            ply,
+            elements: mesh.whole_counts(),
+            hit: [0, 1].map(|a| own[a].partition_point(|line| *line < axis(a).hit)),
+            reference: reference.map(|(row, column)| model.reference(ply, row, column).map(|x| x as f32)).collect(),
+            lines: whole,
+            own,
+        }
+    }
+
+    /// A row of nodes at these places.
+    #[cfg(test)]
+    pub(super) fn for_tests(reference: Vec<[f32; 3]>) -> Self {
+        let lines: [Vec<usize>; 2] = [(0..reference.len()).collect(), vec![0]];
+        Self { ply: 0, elements: [reference.len(), 1], hit: [0; 2], reference, own: lines.clone(), lines }
+    }
+
+    /// Cells along warp and weft.
+    pub fn counts(&self) -> [usize; 2] {
+        [0, 1].map(|own| self.own[own].len().saturating_sub(1))
+    }
+
+    /// Cells.
+    pub fn cells(&self) -> usize {
+        let [columns, rows] = self.counts();
+        columns * rows
+    }
+
+    fn displacements<S: Scalar>(&self, model: &Model<S>, state: &State<S>, out: &mut Vec<[f32; 3]>) {
+        let mesh = &model.sheet(self.ply).mesh;
+        for row in &self.own[1] {
+            let at = model.grid.first_node_row(self.ply) + row;
+            let row = state.nodes.row(at);
+            let field = |a: usize| &row[(node::DISPLACEMENT + a) * state.nodes.stride..];
+            let [x, y, z] = [0, 1, 2].map(field);
+            let of = |column: &usize| mesh.to_pack([x, y, z].map(|u| u[*column].to_f64())).map(|u| u as f32);
+            out.extend(self.own[0].iter().map(of));
+        }
+    }
+
+    fn tensions<S: Scalar>(&self, model: &Model<S>, state: &State<S>, out: &mut Vec<[Option<f32>; 2]>) {
+        let sheet = model.sheet(self.ply);
+        // From the force of an element to that of one of its yarns.
+        let per_yarn = sheet.element.membrane.map(|membrane| (1.0 / membrane) as f32);
+        let first = model.grid.first_element_row(self.ply);
+        for rows in self.own[1].windows(2) {
+            let start = out.len();
+            out.resize(start + self.counts()[0], [None; 2]);
+            for row in rows[0]..rows[1] {
+                let row = state.elements.row(first + row);
+                for (cell, columns) in out[start..].iter_mut().zip(self.own[0].windows(2)) {
+                    for yarn in 0..2 {
+                        let field =
+                            |field: usize, column: usize| row[field * state.elements.stride + column + 1].to_f64();
+                        for column in columns[0]..columns[1] {
+                            if field(element::ALIVE + yarn, column) > 0.5 {
+                                let force = [element::WARP_FORCE, element::WEFT_FORCE][yarn];
+                                let square: f64 = (0..3).map(|a| field(force + a, column).powi(2)).sum();
+                                let tension = per_yarn[yarn] * square.sqrt() as f32;
+                                cell[yarn] = Some(cell[yarn].map_or(tension, |most| most.max(tension)));
+                            }
+                        }
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// Nodes of a ply along one of its own axes.
+#[derive(Clone, Copy)]
+struct Axis {
+    last: usize,
+    /// Nearest to the point of impact.
+    hit: usize,
+}
+
+impl Axis {
+    /// Lines to keep, at most so many: gaps grow with the distance from the point of impact as little as need be.
+    fn lines(self, most: usize) -> Vec<usize> {
+        let growths = (0..).map(|n| 0.02 * f64::from(n));
+        let found = growths.map(|growth| self.graded(growth)).find(|lines| lines.len() <= most.max(2 * DENSE + 8));
+        found.unwrap_or_default()
+    }
+
+    fn graded(self, growth: f64) -> Vec<usize> {
+        let (first, last) = (0, self.last);
+        let gap = |at: usize| 1 + (growth * at.abs_diff(self.hit).saturating_sub(DENSE) as f64) as usize;
+        let next = |at: &usize, end: usize| {
+            (*at != end).then(|| {
+                let step = gap(*at).min(at.abs_diff(end));
+                if end > *at { at + step } else { at - step }
+            })
+        };
+        let down = std::iter::successors(Some(self.hit), |at| next(at, first)).skip(1);
+        let up = std::iter::successors(Some(self.hit), |at| next(at, last));
+        let mut lines: Vec<usize> = down.chain(up).collect();
+        lines.sort_unstable();
+        lines
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn lines_are_dense_around_the_impact_and_end_at_the_edges() {
+        let axis = Axis { last: 160, hit: 80 };
+        assert_eq!(axis.lines(161).len(), 161);
+        let few = axis.lines(60);
+        assert!(few.len() <= 60 && few.len() > 50, "{}", few.len());
+        assert_eq!((few[0], few[few.len() - 1]), (0, 160));
+        let dense = few.iter().filter(|line| line.abs_diff(80) <= DENSE).count();
+        assert_eq!(dense, 2 * DENSE + 1);
+        assert!(few.windows(2).all(|pair| pair[0] < pair[1]));
+        let half = Axis { last: 80, hit: 0 }.lines(30);
+        assert_eq!((half[0], half[half.len() - 1]), (0, 80));
+    }
+
+    #[test]
+    fn first_and_last_of_many_plies_are_shown() {
+        assert_eq!(shown(3), [0, 1, 2]);
+        assert_eq!(shown(50), [0, 7, 14, 21, 28, 35, 42, 49]);
+        for plies in 9..65 {
+            let shown = shown(plies);
+            assert!(shown.len() == PLIES && shown[0] == 0 && shown[PLIES - 1] == plies - 1, "{plies}");
+            assert!(shown.windows(2).all(|pair| pair[0] < pair[1]), "{plies}");
+        }
+    }
+}

@@ -1,0 +1,390 @@
+// The playback: unpacks the film (see playback.rs), draws it with WebGL 2, follows keyboard, mouse and fingers.
+"use strict";
+(() => {
+  const find = (id) => document.getElementById(id);
+  const root = document.documentElement;
+  const say = (state) => { root.dataset.playback = state; };
+  if (!find("film")) return say("none");
+  const film = JSON.parse(find("film").textContent);
+  const count = film.times.length;
+  const WIDE = 256; // nodes and cells in a row of their textures
+  const canvas = find("scene");
+  const gl = canvas.getContext("webgl2", { antialias: true, preserveDrawingBuffer: true });
+  if (!gl || !window.DecompressionStream) return say("unsupported");
+
+  const bytesOf = (text) => Uint8Array.from(atob(text), (letter) => letter.charCodeAt(0));
+  const inflated = async (bytes) =>
+    new Uint8Array(await new Response(new Blob([bytes]).stream().pipeThrough(new DecompressionStream("deflate"))).arrayBuffer());
+
+  // Positions [mm] and yarn numbers of all nodes at each time, tensions of all cells at each time.
+  function unpack(bytes) {
+    const strips = film.strips.map((s) => ({ across: s.columns.length, up: s.rows.length, ...s }));
+    let nodes = 0, cells = 0;
+    for (const s of strips) {
+      Object.assign(s, { node: nodes, cell: cells, cells: (s.across - 1) * (s.up - 1) });
+      nodes += s.across * s.up;
+      cells += s.cells;
+    }
+    let at = 0;
+    const words = () => {
+      const out = new Int16Array(nodes);
+      for (let n = 0; n < nodes; n++) out[n] = bytes[at + n] | (bytes[at + nodes + n] << 8);
+      at += 2 * nodes;
+      return out;
+    };
+    const rest = [words(), words(), words()];
+    const moved = [0, 1, 2].map(() => new Int16Array(nodes));
+    const size = WIDE * Math.ceil(nodes / WIDE);
+    const names = new Float32Array(nodes);
+    for (const s of strips)
+      for (let row = 0; row < s.up; row++)
+        for (let column = 0; column < s.across; column++)
+          names[s.node + row * s.across + column] = s.rows[row] * 4096 + s.columns[column];
+    const places = film.times.map(() => {
+      const out = new Float32Array(4 * size);
+      for (let axis = 0; axis < 3; axis++) {
+        const change = words();
+        for (let n = 0; n < nodes; n++) {
+          moved[axis][n] += change[n];
+          out[4 * n + axis] = 1e3 * (rest[axis][n] * film.step.reference + moved[axis][n] * film.step.displacement);
+        }
+      }
+      for (let n = 0; n < nodes; n++) out[4 * n + 3] = names[n];
+      return out;
+    });
+    const last = new Uint8Array(2 * cells);
+    const loads = film.times.map(() => {
+      const out = new Uint8Array(2 * WIDE * Math.ceil(cells / WIDE));
+      for (let yarn = 0; yarn < 2; yarn++)
+        for (let n = 0; n < cells; n++) out[2 * n + yarn] = last[2 * n + yarn] += bytes[at++];
+      return out;
+    });
+    return { strips, nodes, cells, places, loads };
+  }
+
+  // Where the fabric goes [mm]: largest deflection, and how far from the impact it moves.
+  function extent({ nodes, places }) {
+    let deepest = 1e-6, moved = 8, whole = 8;
+    for (let n = 0; n < nodes; n++) {
+      const [x, y] = [places[0][4 * n], places[0][4 * n + 1]];
+      whole = Math.max(whole, Math.hypot(x, y));
+      for (const place of places) deepest = Math.max(deepest, Math.abs(place[4 * n + 2] - places[0][4 * n + 2]));
+    }
+    for (let n = 0; n < nodes; n++)
+      for (const place of places)
+        if (Math.abs(place[4 * n + 2] - places[0][4 * n + 2]) > 0.1 * deepest)
+          moved = Math.max(moved, Math.hypot(places[0][4 * n], places[0][4 * n + 1]));
+    return { deepest, radius: Math.min(1.15 * moved, whole) };
+  }
+
+  const HEAD = "#version 300 es\nprecision highp float; precision highp int; precision highp sampler2D;\n";
+  const FABRIC = [`${HEAD}
+    uniform sampler2D now, next, load; uniform float blend; uniform ivec3 strip; uniform vec2 mirror; uniform mat4 camera;
+    out vec3 place; out vec2 yarn; flat out vec2 tension;
+    ivec2 at(int n) { return ivec2(n & 255, n >> 8); }
+    void main() {
+      const ivec2 corners[6] = ivec2[6](ivec2(0, 0), ivec2(1, 0), ivec2(1, 1), ivec2(0, 0), ivec2(1, 1), ivec2(0, 1));
+      int cell = gl_VertexID / 6;
+      ivec2 corner = corners[gl_VertexID % 6] + ivec2(cell % (strip.z - 1), cell / (strip.z - 1));
+      int node = strip.x + corner.y * strip.z + corner.x;
+      vec4 here = texelFetch(now, at(node), 0);
+      place = mix(here.xyz, texelFetch(next, at(node), 0).xyz, blend) * vec3(mirror, 1.0);
+      yarn = vec2(mod(here.w, 4096.0), floor(here.w / 4096.0));
+      tension = 255.0 * texelFetch(load, at(strip.y + cell), 0).rg;
+      bool gone = min(tension.x, tension.y) > 254.5;
+      gl_Position = gone ? vec4(0.0, 0.0, 2.0, 1.0) : camera * vec4(place, 1.0);
+    }`, `${HEAD}
+    uniform sampler2D colours; uniform int mode; uniform float deepest, cut, weave; uniform vec3 light;
+    in vec3 place; in vec2 yarn; flat in vec2 tension; out vec4 colour;
+    vec3 scale(float byte) { return texture(colours, vec2((byte + 0.5) / 256.0, 0.5)).rgb; }
+    // Warp (0) or weft (1) in the colour asked for.
+    vec3 paint(int which, float byte) {
+      if (mode == 3) return scale(254.0 * clamp(abs(place.z) / deepest, 0.0, 1.0));
+      return mode == 0 || mode == which + 1 ? scale(byte) : vec3(0.62);
+    }
+    void main() {
+      if (cut > 0.5 && place.y < 0.0) discard;
+      vec2 there = weave * yarn, side = fract(there) - 0.5, size = fwidth(there);
+      float fine = 1.0 - smoothstep(0.2, 0.5, max(size.x, size.y));
+      bvec2 whole = lessThan(tension, vec2(254.5));
+      // The warp runs along x, so that its yarn lies across y, and the other way round.
+      bvec2 here = bvec2(whole.x && abs(side.y) < 0.45, whole.y && abs(side.x) < 0.45);
+      if (max(size.x, size.y) < 0.1 && !any(here)) discard;
+      bool over = mod(floor(there.x) + floor(there.y), 2.0) < 0.5;
+      bool warp = here.x && (over || !here.y);
+      float across = warp ? side.y : side.x, along = warp ? side.x : side.y;
+      vec3 woven = paint(warp ? 0 : 1, warp ? tension.x : tension.y);
+      woven *= (1.0 - 1.3 * across * across) * (over == warp ? 1.0 - 0.9 * along * along : 0.75);
+      vec2 held = vec2(whole) * tension;
+      vec3 plain = mode == 2 ? paint(1, held.y) : mode == 1 ? paint(0, held.x) : paint(0, max(held.x, held.y));
+      vec3 normal = normalize(cross(dFdx(place), dFdy(place)));
+      float bright = 0.5 + 0.6 * abs(dot(normal, light));
+      colour = vec4(bright * mix(plain, woven, fine), 1.0);
+    }`];
+  const BODY = [`${HEAD}
+    uniform mat4 camera, pose; in vec3 point; out vec3 place;
+    void main() { vec4 at = pose * vec4(point, 1.0); place = at.xyz; gl_Position = camera * at; }`, `${HEAD}
+    uniform vec3 light; uniform float cut; in vec3 place; out vec4 colour;
+    void main() {
+      vec3 normal = normalize(cross(dFdx(place), dFdy(place)));
+      colour = vec4(vec3(0.66, 0.58, 0.46) * (0.45 + 0.7 * abs(dot(normal, light))), 1.0);
+    }`];
+
+  function program([vertex, fragment]) {
+    const made = gl.createProgram();
+    for (const [kind, text] of [[gl.VERTEX_SHADER, vertex], [gl.FRAGMENT_SHADER, fragment]]) {
+      const shader = gl.createShader(kind);
+      gl.shaderSource(shader, text);
+      gl.compileShader(shader);
+      gl.attachShader(made, shader);
+    }
+    gl.linkProgram(made);
+    if (!gl.getProgramParameter(made, gl.LINK_STATUS)) throw new Error(gl.getProgramInfoLog(made) || "shader");
+    return { made, at: (name) => gl.getUniformLocation(made, name) };
+  }
+
+  function texture(unit) {
+    gl.activeTexture(gl.TEXTURE0 + unit);
+    gl.bindTexture(gl.TEXTURE_2D, gl.createTexture());
+    for (const side of [gl.TEXTURE_MIN_FILTER, gl.TEXTURE_MAG_FILTER]) gl.texParameteri(gl.TEXTURE_2D, side, gl.NEAREST);
+    for (const side of [gl.TEXTURE_WRAP_S, gl.TEXTURE_WRAP_T]) gl.texParameteri(gl.TEXTURE_2D, side, gl.CLAMP_TO_EDGE);
+  }
+
+  // 4 × 4 matrices, column by column.
+  const product = (a, b) => Float32Array.from({ length: 16 }, (_, i) =>
+    [0, 1, 2, 3].reduce((sum, k) => sum + a[4 * k + (i % 4)] * b[4 * Math.floor(i / 4) + k], 0));
+  const turn = ([w, x, y, z]) => [
+    1 - 2 * (y * y + z * z), 2 * (x * y + w * z), 2 * (x * z - w * y),
+    2 * (x * y - w * z), 1 - 2 * (x * x + z * z), 2 * (y * z + w * x),
+    2 * (x * z + w * y), 2 * (y * z - w * x), 1 - 2 * (x * x + y * y)];
+
+  function start(data) {
+    const size = extent(data);
+    const VIEWS = [[-1.1, 0.42], [-1.5708, 0.04], [-1.1, 1.35], [-1.1, -0.55]]; // azimuth, elevation
+    const view = { azimuth: 0, elevation: 0, zoom: 1 };
+    let place = count - 1, playing = false, touched = false, before = 0, uploaded = -1;
+
+    const fabric = program(FABRIC), body = program(BODY);
+    gl.pixelStorei(gl.UNPACK_ALIGNMENT, 1);
+    [0, 1, 2, 3].forEach(texture);
+    gl.activeTexture(gl.TEXTURE3);
+    gl.texImage2D(gl.TEXTURE_2D, 0, gl.RGB8, 256, 1, 0, gl.RGB, gl.UNSIGNED_BYTE, bytesOf(film.colours));
+    const [plain, solid] = [gl.createVertexArray(), gl.createVertexArray()];
+    let triangles = 0;
+    if (film.outline && film.poses) {
+      const around = film.around, rings = film.outline.length / 3 / around, corners = [];
+      for (let ring = 0; ring + 1 < rings; ring++)
+        for (let n = 0; n < around; n++) {
+          const [a, b] = [ring * around + n, ring * around + ((n + 1) % around)];
+          corners.push(a, b, b + around, a, b + around, a + around);
+        }
+      for (let n = 1; n + 1 < around; n++) corners.push(0, n, n + 1, (rings - 1) * around, (rings - 1) * around + n, (rings - 1) * around + n + 1);
+      triangles = corners.length;
+      gl.bindVertexArray(solid);
+      gl.bindBuffer(gl.ARRAY_BUFFER, gl.createBuffer());
+      gl.bufferData(gl.ARRAY_BUFFER, Float32Array.from(film.outline, (x) => 1e3 * x), gl.STATIC_DRAW);
+      const point = gl.getAttribLocation(body.made, "point");
+      gl.enableVertexAttribArray(point);
+      gl.vertexAttribPointer(point, 3, gl.FLOAT, false, 0, 0);
+      gl.bindBuffer(gl.ELEMENT_ARRAY_BUFFER, gl.createBuffer());
+      gl.bufferData(gl.ELEMENT_ARRAY_BUFFER, Uint16Array.from(corners), gl.STATIC_DRAW);
+    }
+
+    function upload(still) {
+      if (uploaded === still) return;
+      uploaded = still;
+      const next = Math.min(still + 1, count - 1);
+      for (const [unit, from] of [[0, still], [1, next]]) {
+        gl.activeTexture(gl.TEXTURE0 + unit);
+        const numbers = data.places[from];
+        gl.texImage2D(gl.TEXTURE_2D, 0, gl.RGBA32F, WIDE, numbers.length / 4 / WIDE, 0, gl.RGBA, gl.FLOAT, numbers);
+      }
+      gl.activeTexture(gl.TEXTURE2);
+      const loads = data.loads[still];
+      gl.texImage2D(gl.TEXTURE_2D, 0, gl.RG8, WIDE, loads.length / 2 / WIDE, 0, gl.RG, gl.UNSIGNED_BYTE, loads);
+    }
+
+    function camera() {
+      const { azimuth: a, elevation: e } = view, ratio = canvas.width / canvas.height;
+      const out = [Math.cos(e) * Math.cos(a), Math.cos(e) * Math.sin(a), Math.sin(e)];
+      const right = [-Math.sin(a), Math.cos(a), 0];
+      const up = [-Math.sin(e) * Math.cos(a), -Math.sin(e) * Math.sin(a), Math.cos(e)];
+      const far = (3.7 * size.radius * Math.max(1, 1.25 / ratio)) / view.zoom;
+      const target = [0, 0, 0.25 * size.deepest - 0.06 * size.radius];
+      const eye = target.map((t, i) => t + far * out[i]);
+      const dot = (v) => -(v[0] * eye[0] + v[1] * eye[1] + v[2] * eye[2]);
+      const look = [right[0], up[0], out[0], 0, right[1], up[1], out[1], 0, right[2], up[2], out[2], 0, dot(right), dot(up), dot(out), 1];
+      const near = 0.05 * far, end = far + 20 * size.radius, focus = 3.4;
+      const lens = [focus / ratio, 0, 0, 0, 0, focus, 0, 0, 0, 0, (end + near) / (near - end), -1, 0, 0, (2 * end * near) / (near - end), 0];
+      return { matrix: product(lens, look), light: out.map((o, i) => 0.8 * o + 0.5 * up[i] + 0.33 * right[i]) };
+    }
+
+    // Straight between two poses; rotations are small from one to the next.
+    function pose(still, blend) {
+      const [from, to] = [film.poses[still], film.poses[Math.min(still + 1, count - 1)]];
+      const mixed = from.map((x, i) => x + blend * (to[i] - x));
+      const norm = Math.hypot(...mixed.slice(3));
+      const r = turn(mixed.slice(3).map((x) => x / norm));
+      return [r[0], r[1], r[2], 0, r[3], r[4], r[5], 0, r[6], r[7], r[8], 0, 1e3 * mixed[0], 1e3 * mixed[1], 1e3 * mixed[2], 1];
+    }
+
+    function draw() {
+      const pixels = Math.min(window.devicePixelRatio || 1, 2);
+      const [width, height] = [canvas.clientWidth, canvas.clientHeight].map((x) => Math.max(1, Math.round(x * pixels)));
+      if (canvas.width !== width || canvas.height !== height) Object.assign(canvas, { width, height });
+      const still = Math.min(Math.floor(place), count - 1), blend = place - still;
+      upload(still);
+      const ink = getComputedStyle(canvas).backgroundColor.match(/[\d.]+/g).map((x) => x / 255);
+      gl.viewport(0, 0, width, height);
+      gl.clearColor(ink[0], ink[1], ink[2], 1);
+      gl.enable(gl.DEPTH_TEST);
+      gl.clear(gl.COLOR_BUFFER_BIT | gl.DEPTH_BUFFER_BIT);
+      const { matrix, light } = camera();
+      const cut = find("cut").checked ? 1 : 0;
+      gl.useProgram(fabric.made);
+      ["now", "next", "load", "colours"].forEach((name, unit) => gl.uniform1i(fabric.at(name), unit));
+      gl.uniform1f(fabric.at("blend"), blend);
+      gl.uniform1f(fabric.at("cut"), cut);
+      gl.uniform1f(fabric.at("weave"), film.crossovers);
+      gl.uniform1f(fabric.at("deepest"), size.deepest);
+      gl.uniform1i(fabric.at("mode"), Number(find("colour").value));
+      gl.uniform3fv(fabric.at("light"), light);
+      gl.uniformMatrix4fv(fabric.at("camera"), false, matrix);
+      gl.bindVertexArray(plain);
+      for (const x of film.mirror[0] ? [1, -1] : [1])
+        for (const y of film.mirror[1] ? [1, -1] : [1])
+          for (const s of data.strips) {
+            gl.uniform2f(fabric.at("mirror"), x, y);
+            gl.uniform3i(fabric.at("strip"), s.node, s.cell, s.across);
+            gl.drawArrays(gl.TRIANGLES, 0, 6 * s.cells);
+          }
+      if (triangles) {
+        gl.useProgram(body.made);
+        gl.uniformMatrix4fv(body.at("camera"), false, matrix);
+        gl.uniformMatrix4fv(body.at("pose"), false, pose(still, blend));
+        gl.uniform3fv(body.at("light"), light);
+        gl.bindVertexArray(solid);
+        gl.drawElements(gl.TRIANGLES, triangles, gl.UNSIGNED_SHORT, 0);
+      }
+      show(still, blend);
+    }
+
+    // Clock, slider, and the mark in every figure over time.
+    const marks = [...document.querySelectorAll("svg[data-time]")].map((svg) => {
+      const [from, to, left, right] = svg.dataset.time.split(" ").map(Number);
+      const frame = svg.querySelector(".frame"), line = document.createElementNS(svg.namespaceURI, "line");
+      const [top, high] = [Number(frame.getAttribute("y")), Number(frame.getAttribute("height"))];
+      line.setAttribute("class", "now");
+      line.setAttribute("y1", top);
+      line.setAttribute("y2", top + high);
+      svg.append(line);
+      svg.addEventListener("click", (event) => {
+        const box = svg.getBoundingClientRect();
+        const x = ((event.clientX - box.left) / box.width) * svg.viewBox.baseVal.width;
+        goto(stillAt(from + ((x - left) / (right - left)) * (to - from)));
+      });
+      return { line, at: (time) => left + ((time - from) / (to - from)) * (right - left) };
+    });
+    function stillAt(time) {
+      const after = film.times.findIndex((t) => t >= time);
+      if (after < 1) return after === 0 ? 0 : count - 1;
+      return after - 1 + (time - film.times[after - 1]) / (film.times[after] - film.times[after - 1]);
+    }
+    function show(still, blend) {
+      const time = film.times[still] + blend * (film.times[Math.min(still + 1, count - 1)] - film.times[still]);
+      find("clock").textContent = `${time.toFixed(1)} µs`;
+      find("scrub").value = place;
+      find("scrub").setAttribute("aria-valuetext", `${time.toFixed(1)} microseconds`);
+      for (const { line, at } of marks) for (const end of ["x1", "x2"]) line.setAttribute(end, at(time));
+      canvas.dataset.place = place.toFixed(3);
+    }
+
+    let waiting = 0;
+    function request() { waiting ||= requestAnimationFrame(tick); }
+    function tick(time) {
+      waiting = 0;
+      if (playing) {
+        // The whole film in eight seconds. A frame's time may lie before that of the key that started it.
+        const passed = Math.min(Math.max(time - before, 0), 100);
+        place = Math.min(place + (passed / 8000) * (count - 1), count - 1);
+        before = time;
+        if (place >= count - 1) play(false);
+        else request();
+      }
+      draw();
+    }
+    function goto(where) { touched = true; place = Math.min(Math.max(where, 0), count - 1); request(); }
+    function play(on) {
+      if (on && (!touched || place >= count - 1)) place = 0;
+      touched = true;
+      playing = on;
+      before = performance.now();
+      find("play").textContent = on ? "Pause" : "Play";
+      find("play").setAttribute("aria-pressed", on);
+      request();
+    }
+    function step(by) { play(false); goto(Math.round(place) + by); }
+    function zoom(by) { view.zoom = Math.min(Math.max(view.zoom * by, 0.3), 12); request(); }
+    function stand(at) { [view.azimuth, view.elevation] = VIEWS[at]; view.zoom = 1; request(); }
+
+    find("scrub").max = count - 1;
+    find("scrub").addEventListener("input", () => { play(false); goto(Number(find("scrub").value)); });
+    find("play").addEventListener("click", () => play(!playing));
+    find("view").addEventListener("change", () => stand(Number(find("view").value)));
+    find("cut").addEventListener("change", request);
+    find("colour").addEventListener("change", () => {
+      const deep = find("colour").value === "3";
+      find("low").textContent = deep ? "0 mm" : "0 N";
+      find("high").textContent = deep ? `${size.deepest.toPrecision(3)} mm` : find("high").dataset.tension;
+      request();
+    });
+    const KEYS = {
+      " ": () => play(!playing), ArrowRight: () => step(1), ArrowLeft: () => step(-1), Home: () => step(-count), End: () => step(count),
+      "+": () => zoom(1.25), "=": () => zoom(1.25), "-": () => zoom(0.8), ArrowUp: () => tilt(0, 0.1), ArrowDown: () => tilt(0, -0.1),
+    };
+    canvas.addEventListener("keydown", (event) => {
+      if (!KEYS[event.key] || event.ctrlKey || event.metaKey || event.altKey) return;
+      event.preventDefault();
+      KEYS[event.key]();
+    });
+    function tilt(azimuth, elevation) {
+      view.azimuth += azimuth;
+      view.elevation = Math.min(Math.max(view.elevation + elevation, -1.5), 1.5);
+      request();
+    }
+    const fingers = new Map();
+    const spread = () => { const [a, b] = fingers.values(); return Math.hypot(a.x - b.x, a.y - b.y); };
+    canvas.addEventListener("pointerdown", (event) => {
+      fingers.set(event.pointerId, { x: event.clientX, y: event.clientY });
+      canvas.setPointerCapture(event.pointerId);
+    });
+    canvas.addEventListener("pointermove", (event) => {
+      const last = fingers.get(event.pointerId);
+      if (!last) return;
+      const wide = fingers.size === 2 ? spread() : 0;
+      const [dx, dy] = [event.clientX - last.x, event.clientY - last.y];
+      Object.assign(last, { x: event.clientX, y: event.clientY });
+      if (wide > 0) zoom(spread() / wide);
+      else tilt(-0.008 * dx, 0.008 * dy);
+    });
+    for (const end of ["pointerup", "pointercancel"]) canvas.addEventListener(end, (event) => fingers.delete(event.pointerId));
+    canvas.addEventListener("wheel", (event) => {
+      // A page scrolls on unless the canvas was chosen.
+      if (document.activeElement !== canvas) return;
+      event.preventDefault();
+      zoom(Math.exp(-0.0015 * event.deltaY));
+    }, { passive: false });
+    canvas.addEventListener("webglcontextlost", () => { document.querySelector(".player").hidden = true; find("instead").hidden = false; });
+    new ResizeObserver(request).observe(canvas);
+    matchMedia("(prefers-color-scheme: dark)").addEventListener("change", request);
+
+    document.querySelector(".player").hidden = false;
+    find("instead").classList.add("printed");
+    stand(0);
+    draw();
+  }
+
+  inflated(bytesOf(find("film-numbers").textContent.trim()))
+    .then((bytes) => { start(unpack(bytes)); say("ready"); })
+    .catch((error) => { say("failed"); console.error(error); });
+})();

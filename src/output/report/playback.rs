@@ -1,0 +1,229 @@
+//! The film as the page carries it: a description in JSON, and numbers that were rounded, written as differences in time,
+//! deflated and put into base64.
+//!
+//! Bytes, before deflating: reference positions of all nodes (x, y, z, each all low bytes, then all high bytes); still by
+//! still the change of the displacements since the last one in the same way; still by still the change of the tensions
+//! of all cells, warp, then weft, one byte each, 255 where the yarn is broken.
+
+use std::io::Write;
+
+use base64::Engine;
+use base64::prelude::BASE64_STANDARD;
+use flate2::Compression;
+use flate2::write::ZlibEncoder;
+use serde_json::{Value, json};
+
+use super::film::{Film, Still, Strip};
+use super::{colour, outline};
+
+/// Characters of the base64 text at most.
+const BUDGET: usize = 3_600_000;
+/// Steps that the largest displacement is rounded to.
+const STEPS: f64 = 8000.0;
+/// Byte of a broken yarn; tensions go from 0 to the one below.
+const BROKEN: u8 = 255;
+
+/// What the page carries.
+pub(super) struct Playback {
+    /// Everything but the numbers.
+    pub(super) description: Value,
+    /// The numbers.
+    pub(super) base64: String,
+}
+
+/// Packs a film; drops every second picture until it is small enough. `None` where there is nothing to show.
+pub(super) fn pack(film: &Film) -> Option<Playback> {
+    let mut film = film.clone();
+    loop {
+        if film.stills.len() < 2 {
+            return None;
+        }
+        let steps = Rounding::of(&film);
+        let base64 = BASE64_STANDARD.encode(deflated(&bytes(&film, &steps)));
+        if base64.len() <= BUDGET {
+            return Some(Playback { description: describe(&film, &steps), base64 });
+        }
+        film.halve();
+    }
+}
+
+/// What one step of a rounded number is worth.
+struct Rounding {
+    /// [m]
+    reference: f64,
+    /// [m]
+    displacement: f64,
+    /// [N]
+    tension: f64,
+}
+
+impl Rounding {
+    fn of(film: &Film) -> Self {
+        let largest = |vectors: &mut dyn Iterator<Item = &[f32; 3]>| {
+            let sizes = vectors.flatten().map(|x| f64::from(x.abs())).filter(|x| x.is_finite());
+            sizes.fold(1e-9, f64::max)
+        };
+        let reference = largest(&mut film.strips.iter().flat_map(|strip| &strip.reference));
+        let displacement = largest(&mut film.stills.iter().flat_map(|still| &still.displacement));
+        Self {
+            reference: reference / 32_000.0,
+            displacement: displacement / STEPS,
+            tension: f64::from(film.peak_tension().max(1e-9)) / f64::from(BROKEN - 1),
+        }
+    }
+}
+
+fn bytes(film: &Film, steps: &Rounding) -> Vec<u8> {
+    let mut out = Vec::new();
+    let reference: Vec<[f32; 3]> = film.strips.iter().flat_map(|strip| strip.reference.iter().copied()).collect();
+    let whole = |x: f32, step: f64| (f64::from(x) / step).round().clamp(-32_767.0, 32_767.0) as i16;
+    for axis in 0..3 {
+        put_words(&mut out, reference.iter().map(|at| whole(at[axis], steps.reference)));
+    }
+    let mut last = vec![[0_i16; 3]; reference.len()];
+    for still in &film.stills {
+        let now: Vec<[i16; 3]> = still.displacement.iter().map(|u| u.map(|x| whole(x, steps.displacement))).collect();
+        for axis in 0..3 {
+            put_words(&mut out, now.iter().zip(&last).map(|(now, last)| now[axis].wrapping_sub(last[axis])));
+        }
+        last = now;
+    }
+    let byte = |tension: Option<f32>| match tension {
+        Some(tension) => (f64::from(tension) / steps.tension).round().clamp(0.0, f64::from(BROKEN - 1)) as u8,
+        None => BROKEN,
+    };
+    let mut last = vec![[0_u8; 2]; film.stills.first().map_or(0, |still: &Still| still.tension.len())];
+    for still in &film.stills {
+        let now: Vec<[u8; 2]> = still.tension.iter().map(|cell| cell.map(byte)).collect();
+        for yarn in 0..2 {
+            out.extend(now.iter().zip(&last).map(|(now, last)| now[yarn].wrapping_sub(last[yarn])));
+        }
+        last = now;
+    }
+    out
+}
+
+/// All low bytes, then all high ones.
+fn put_words(out: &mut Vec<u8>, words: impl Iterator<Item = i16>) {
+    let words: Vec<[u8; 2]> = words.map(i16::to_le_bytes).collect();
+    for half in 0..2 {
+        out.extend(words.iter().map(|word| word[half]));
+    }
+}
+
+fn deflated(bytes: &[u8]) -> Vec<u8> {
+    let mut encoder = ZlibEncoder::new(Vec::new(), Compression::new(6));
+    // Writing to memory cannot fail.
+    encoder.write_all(bytes).and_then(|()| encoder.finish()).unwrap_or_default()
+}
+
+fn describe(film: &Film, steps: &Rounding) -> Value {
+    let strip = |strip: &Strip| {
+        json!({
+            "ply": strip.ply,
+            "columns": strip.lines[0],
+            "rows": strip.lines[1],
+        })
+    };
+    json!({
+        "times": film.stills.iter().map(|still| still.time * 1e6).collect::<Vec<_>>(),
+        "strips": film.strips.iter().map(strip).collect::<Vec<_>>(),
+        "mirror": film.planes.0,
+        "crossovers": film.crossovers,
+        "step": { "reference": steps.reference, "displacement": steps.displacement, "tension": steps.tension },
+        "poses": film.stills.iter().map(|still| still.pose).collect::<Option<Vec<_>>>(),
+        "outline": film.outline.as_ref().map(|points| points.concat()),
+        "around": outline::AROUND,
+        "colours": BASE64_STANDARD.encode(colour::table()),
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use std::io::Read;
+
+    use flate2::read::ZlibDecoder;
+
+    use super::*;
+    use crate::case;
+
+    /// A film of one strip whose numbers follow a rule.
+    fn film(stills: usize, nodes: usize) -> Film {
+        let case = case::from_str(
+            "shot",
+            r#"{"title": "t", "fabric": {"file": "fabrics/s-720.json"}, "pack": {"width_mm": 20, "height_mm": 20},
+                "solver": {"end_time_us": 1}}"#,
+            &[],
+        );
+        let mut film = Film::new(&case.unwrap_or_else(|error| panic!("{error}")));
+        let rough = |n: usize| ((n * 7919) % 1000) as f32 * 1e-6;
+        film.strips = vec![Strip::for_tests((0..nodes).map(|n| [rough(n), rough(n + 1), 0.0]).collect())];
+        for at in 0..stills {
+            film.stills.push(Still {
+                time: at as f64,
+                displacement: (0..nodes).map(|n| [rough(n + at), -rough(n * at), rough(at)]).collect(),
+                tension: (0..nodes).map(|n| [(n % 5 > 0).then_some(n as f32), (at < 2).then_some(at as f32)]).collect(),
+                pose: None,
+            });
+        }
+        film
+    }
+
+    #[test]
+    fn numbers_come_back_to_half_a_step() {
+        let film = film(4, 50);
+        let packed = pack(&film)
+            .map(|playback| BASE64_STANDARD.decode(playback.base64))
+            .and_then(Result::ok)
+            .unwrap_or_default();
+        let mut bytes = Vec::new();
+        assert!(ZlibDecoder::new(packed.as_slice()).read_to_end(&mut bytes).is_ok());
+        let steps = Rounding::of(&film);
+        let nodes = 50;
+        let word = |block: usize, n: usize| {
+            i16::from_le_bytes([bytes[2 * nodes * block + n], bytes[2 * nodes * block + nodes + n]])
+        };
+        let mut moved = vec![[0_i16; 3]; nodes];
+        for (at, still) in film.stills.iter().enumerate() {
+            for n in 0..nodes {
+                for axis in 0..3 {
+                    moved[n][axis] = moved[n][axis].wrapping_add(word(3 + 3 * at + axis, n));
+                    let got = f64::from(moved[n][axis]) * steps.displacement;
+                    let error = (got - f64::from(still.displacement[n][axis])).abs();
+                    assert!(error <= 0.51 * steps.displacement, "{at} {n} {axis}");
+                }
+            }
+        }
+        let first = 2 * nodes * (3 + 3 * film.stills.len());
+        let mut load = vec![[0_u8; 2]; nodes];
+        for (at, still) in film.stills.iter().enumerate() {
+            for n in 0..nodes {
+                for yarn in 0..2 {
+                    load[n][yarn] = load[n][yarn].wrapping_add(bytes[first + nodes * (2 * at + yarn) + n]);
+                    match still.tension[n][yarn] {
+                        None => assert_eq!(load[n][yarn], BROKEN),
+                        Some(tension) => {
+                            let error = (f64::from(load[n][yarn]) * steps.tension - f64::from(tension)).abs();
+                            assert!(load[n][yarn] < BROKEN && error <= 0.51 * steps.tension, "{at} {n} {yarn}");
+                        }
+                    }
+                }
+            }
+        }
+        assert_eq!(bytes.len(), first + 2 * nodes * film.stills.len());
+    }
+
+    #[test]
+    fn a_film_that_is_too_large_loses_pictures() {
+        let film = film(60, 9000);
+        let packed = pack(&film).map_or(0, |playback| playback.description["times"].as_array().map_or(0, Vec::len));
+        assert!((2..60).contains(&packed), "{packed}");
+        let size = pack(&film).map_or(0, |playback| playback.base64.len());
+        assert!(0 < size && size <= BUDGET, "{size}");
+    }
+
+    #[test]
+    fn a_single_picture_is_no_film() {
+        assert!(pack(&film(1, 10)).is_none());
+    }
+}

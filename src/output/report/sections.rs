@@ -1,0 +1,266 @@
+//! The parts of the page in words: verdict, trust, energy, expectations, the case, machine and timing.
+
+use std::fmt::Write;
+
+use serde_json::Value;
+
+use super::super::chart::escape;
+use super::super::energies::Energies;
+use super::super::expectation::{expected, got, note, quantity};
+use super::super::number::{fixed, grouped, short};
+use super::super::summary::{absorbed_energy, flies_freely, residual_velocity};
+use super::super::trust::{self, Level, Sign};
+use super::super::verdict::{reached, symmetry, verdict};
+use crate::case::{self, Case};
+use crate::outcome::Outcome;
+use crate::simulation::Run;
+use crate::warnings::assumed_fields;
+
+/// The verdict, told to somebody who has never seen one, with the numbers that go with it.
+pub(super) fn header(case: &Case, run: &Run, signs: &[Sign]) -> String {
+    let verdict = verdict(case, run);
+    let class = if verdict.complete { run.outcome.word() } else { "broken-off" };
+    let (word, title) = (escape(verdict.word), escape(&case.title));
+    let mut out = format!(
+        "<header>\n<p class=\"over\">{title}</p>\n<h1 class=\"verdict {class}\">{word}</h1>\n<p class=\"story\">{}</p>\n\
+         <dl class=\"figures\">\n",
+        escape(&story(case, run))
+    );
+    for (name, number, more) in figures(case, run) {
+        // Writing to a string cannot fail.
+        let _ = writeln!(
+            out,
+            "<div><dt>{}</dt><dd>{} <small>{}</small></dd></div>",
+            escape(name),
+            escape(&number),
+            escape(&more)
+        );
+    }
+    out + "</dl>\n" + &answer(case, signs) + "</header>\n"
+}
+
+/// What happened, in a sentence or two.
+fn story(case: &Case, run: &Run) -> String {
+    let verdict = verdict(case, run);
+    if !verdict.complete {
+        return format!("The run broke off and did not reach its end: {} {}.", verdict.word, verdict.detail);
+    }
+    if !flies_freely(case) {
+        return format!("{} computed. No projectile flies freely here, so there is no verdict.", reached(run));
+    }
+    let struck = case.projectile.as_ref().map_or(0.0, |p| p.velocity);
+    let left = residual_velocity(case, run).unwrap_or(0.0);
+    let (speed, before) = (short(left, 3), short(struck, 4));
+    let pack = if run.plies == 1 { "the ply".to_owned() } else { format!("all {} plies", run.plies) };
+    let stop = run.stop_time.map_or(String::new(), |time| format!(" {} µs after impact", short(time * 1e6, 3)));
+    match run.outcome {
+        Outcome::Perforated => format!(
+            "The projectile went through {pack} and leaves at {speed} m/s, {} % of the {before} m/s it struck with.",
+            fixed(100.0 * left / struck, 0)
+        ),
+        Outcome::Stopped => format!("The fabric stopped the projectile, which struck at {before} m/s,{stop}."),
+        Outcome::Rebounded => format!(
+            "The fabric turned the projectile{stop}: it struck at {before} m/s and flies off at {} m/s.",
+            short(left.abs(), 3)
+        ),
+        Outcome::Running => format!(
+            "Not decided: the run ended at {} with the projectile still at {speed} of {before} m/s. A longer end_time_us tells.",
+            reached(run)
+        ),
+    }
+}
+
+/// Name, number and remark.
+fn figures(case: &Case, run: &Run) -> Vec<(&'static str, String, String)> {
+    let mut all = Vec::new();
+    if let (Some(projectile), Some(left)) = (&case.projectile, residual_velocity(case, run)) {
+        let name = if run.outcome == Outcome::Perforated { "leaves at" } else { "velocity left" };
+        all.push((name, format!("{} m/s", short(left, 3)), format!("of {} m/s", short(projectile.velocity, 4))));
+    }
+    if run.impact_energy > 0.0 {
+        let absorbed = absorbed_energy(run);
+        let share =
+            format!("{} % of {} J", fixed(100.0 * absorbed / run.impact_energy, 0), short(run.impact_energy, 3));
+        all.push(("energy absorbed", format!("{} J", short(absorbed, 3)), share));
+    }
+    let deflection = run.history.iter().map(|row| row.deflection).fold(0.0, f64::max);
+    all.push(("largest deflection", format!("{} mm", short(deflection * 1e3, 3)), String::new()));
+    let last = run.history.last();
+    let [warp, weft] = last.map_or([0, 0], |row| row.failed);
+    all.push(("yarn failures", grouped(warp + weft), format!("{warp} warp, {weft} weft")));
+    if run.plies > 1 {
+        let through = last.map_or(0, |row| row.perforated_plies);
+        all.push(("plies perforated", format!("{through} of {}", run.plies), String::new()));
+    }
+    all
+}
+
+/// Whether to trust it, in one box.
+fn answer(case: &Case, signs: &[Sign]) -> String {
+    let level = trust::worst(signs);
+    let at = |level: Level| {
+        let names = signs.iter().filter(|sign| sign.level == level).map(|sign| sign.name);
+        names.collect::<Vec<_>>().join(", ")
+    };
+    let words = match level {
+        Level::Fine => format!("The computation is sound: all {} checks are fine.", signs.len()),
+        Level::Look => format!("The computation is sound, with something to look at: {}.", at(Level::Look)),
+        Level::Bad => format!("Do not use this result: {}.", at(Level::Bad)),
+    };
+    let (assumed, fields) = (assumed_fields(case).count(), case.fields.len());
+    let inputs = match assumed {
+        0 => "Every parameter has a published or measured source.".to_owned(),
+        _ => format!("{assumed} of {fields} parameters are assumed, not published: the answer is as good as they are."),
+    };
+    format!(
+        "<p class=\"answer {}\"><b>{}</b> {}<br><span>{}</span> <a href=\"#trust\">Why</a></p>\n",
+        level.word(),
+        mark(level),
+        escape(&words),
+        escape(&inputs)
+    )
+}
+
+fn mark(level: Level) -> &'static str {
+    match level {
+        Level::Fine => "<span aria-hidden=\"true\">✓</span> Trust:",
+        Level::Look => "<span aria-hidden=\"true\">▲</span> Trust, but look:",
+        Level::Bad => "<span aria-hidden=\"true\">✕</span> No trust:",
+    }
+}
+
+/// Every sign with its reason, and what was assumed.
+pub(super) fn trust(case: &Case, signs: &[Sign], summary: &Value) -> String {
+    let mut out = "<section id=\"trust\"><h2>Is this run to be trusted?</h2>\n<table class=\"signs\"><thead><tr>\
+                   <th scope=\"col\">check</th><th scope=\"col\">found</th><th scope=\"col\">level</th>\
+                   <th scope=\"col\">why</th></tr></thead><tbody>\n"
+        .to_owned();
+    for sign in signs {
+        let word = sign.level.word();
+        let (value, reason) = (escape(&sign.value), escape(&sign.reason));
+        let _ = writeln!(
+            out,
+            "<tr><th scope=\"row\">{}</th><td>{value}</td><td><span class=\"level {word}\">{word}</span></td><td>{reason}</td></tr>",
+            escape(sign.name)
+        );
+    }
+    out += "</tbody></table>\n";
+    out += &expectations(summary);
+    out + &assumed(case) + "</section>\n"
+}
+
+fn assumed(case: &Case) -> String {
+    let fields: Vec<&case::Field> = assumed_fields(case).collect();
+    if fields.is_empty() {
+        return String::new();
+    }
+    let mut out = format!(
+        "<h3>Assumed parameters</h3><p>{} of {} fields: the paper does not publish them, nor does another source that the \
+         case names. Vary those that matter with <code>--set</code> and see how far the answer moves.</p>\n<ul class=\"assumed\">\n",
+        fields.len(),
+        case.fields.len()
+    );
+    for field in fields {
+        let (pointer, value, source) = (escape(&field.pointer), escape(&field.with_unit()), escape(&field.source));
+        let _ = writeln!(out, "<li><code>{pointer}</code> <b>{value}</b> <span>{source}</span></li>");
+    }
+    out + "</ul>\n"
+}
+
+fn expectations(summary: &Value) -> String {
+    let checks: Vec<&Value> = summary["expect"].as_array().into_iter().flatten().collect();
+    if checks.is_empty() {
+        return String::new();
+    }
+    let mut out = "<h3>What the case expects</h3><table class=\"signs\"><tbody>\n".to_owned();
+    for check in checks {
+        let (class, word) = if check["pass"] == true { ("fine", "holds") } else { ("bad", "fails") };
+        let (name, bound, found) = (escape(&quantity(check)), escape(&expected(check)), escape(&got(check)));
+        let why = format!("{} {}", check["source"].as_str().unwrap_or_default(), note(check));
+        let _ = writeln!(
+            out,
+            "<tr><th scope=\"row\">{name}</th><td>{found}, expected {bound}</td>\
+             <td><span class=\"level {class}\">{word}</span></td><td>{}</td></tr>",
+            escape(why.trim())
+        );
+    }
+    out + "</tbody></table>\n"
+}
+
+/// Where the energy went.
+pub(super) fn energy(run: &Run) -> String {
+    let Some(energies) = Energies::of(run) else { return String::new() };
+    let mut out = format!(
+        "<section id=\"spent\"><h2>Where the energy went</h2><table class=\"signs\"><thead><tr><th scope=\"col\">given to the fabric\
+         </th><td>{}</td><td></td></tr></thead><tbody>\n",
+        escape(&energies.text(energies.given))
+    );
+    for (name, energy) in &energies.shares {
+        let (text, percent) = (escape(&energies.text(*energy)), escape(&energies.percent(*energy)));
+        let _ = writeln!(out, "<tr><th scope=\"row\">{}</th><td>{text}</td><td>{percent}</td></tr>", escape(name));
+    }
+    out + "</tbody></table></section>\n"
+}
+
+/// Every field of the case, as `ripstop check` lists it.
+pub(super) fn case(case: &Case) -> String {
+    let mut out = format!(
+        "<section id=\"case\"><h2>The case as read</h2><p>{}</p><p class=\"note\">Fields marked * are assumed. \
+         <code>case.json</code> beside this page computes the same again.</p>\n<div class=\"scroll\" tabindex=\"0\">\
+         <table class=\"fields\"><thead><tr><th scope=\"col\">field</th><th scope=\"col\">value</th>\
+         <th scope=\"col\">origin</th><th scope=\"col\">source</th></tr></thead><tbody>\n",
+        escape(&case::mesh(case)).replace('\n', "<br>")
+    );
+    for field in &case.fields {
+        let class = if field.assumed { " class=\"assumed\"" } else { "" };
+        let mark = if field.assumed { "* " } else { "" };
+        let (pointer, value, source) = (escape(&field.pointer), escape(&field.with_unit()), escape(&field.source));
+        let origin = field.origin.word();
+        let _ = writeln!(
+            out,
+            "<tr{class}><th scope=\"row\">{mark}<code>{pointer}</code></th><td>{value}</td><td>{origin}</td><td>{source}</td></tr>"
+        );
+    }
+    out + "</tbody></table></div></section>\n"
+}
+
+/// What computed it and how long it took.
+pub(super) fn machine(run: &Run, summary: &Value) -> String {
+    let text = |key: &str| summary[key].as_str().unwrap_or_default().to_owned();
+    let element_steps = run.elements as u64 * run.steps;
+    let share = 100.0 * run.element_steps_computed as f64 / element_steps.max(1) as f64;
+    let device = run.adapter.clone().unwrap_or_else(|| format!("{} threads", run.threads));
+    let rows = [
+        ("ripstop", format!("{}, case hash {}", text("version"), text("case_hash"))),
+        ("computed on", format!("{}, {device}, {}", run.backend, run.precision)),
+        ("time step", format!("{} µs, set by: {}", short(run.time_step * 1e6, 5), run.step_set_by)),
+        (
+            "work",
+            format!(
+                "{} elements × {} steps, {} % of it computed",
+                grouped(run.elements as u64),
+                grouped(run.steps),
+                fixed(share, 1)
+            ),
+        ),
+        ("symmetry", symmetry(run.planes)),
+        ("switched off", run.skips.switched_off().join(", ")),
+        (
+            "time",
+            format!(
+                "{} s, of which the loop {} s",
+                short(summary["wall_s"].as_f64().unwrap_or(0.0), 3),
+                short(run.loop_seconds, 3)
+            ),
+        ),
+        ("speed", format!("{} M element-steps/s", short(element_steps as f64 / run.loop_seconds / 1e6, 3))),
+    ];
+    let kernel = |(name, seconds): &(&str, f64)| format!("{name} {} %", fixed(100.0 * seconds / run.loop_seconds, 0));
+    let kernels = run.kernel_seconds.iter().map(kernel).collect::<Vec<_>>().join(", ");
+    let rows = rows.into_iter().chain([("of the loop", kernels)]);
+    let mut out = "<section id=\"machine\"><h2>Machine and timing</h2><table class=\"signs\"><tbody>\n".to_owned();
+    for (name, value) in rows.filter(|row| !row.1.is_empty()) {
+        let _ = writeln!(out, "<tr><th scope=\"row\">{name}</th><td>{}</td></tr>", escape(&value));
+    }
+    out + "</tbody></table></section>\n"
+}

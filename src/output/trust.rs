@@ -1,0 +1,214 @@
+//! Whether a run is to be trusted: each sign with its number, what it is held against, and what that means. A sign to be looked
+//! at is one that [`warnings`] speak of, or one that they do not count.
+
+use super::number::{fraction, grouped, short};
+use super::verdict::verdict;
+use crate::case::Case;
+use crate::simulation::Run;
+use crate::warnings::{
+    self, CELLS_LIMIT, CROSSOVERS_LIMIT, ENERGY_LIMIT, HOURGLASS_LIMIT, PENETRATION_LIMIT, PLY_PENETRATION_LIMIT,
+};
+
+/// Errors that are rounding and nothing else [-], in double and in single precision.
+const ROUND_OFF: [f64; 2] = [1e-9, 1e-4];
+/// Share of unit cells without equilibrium that no longer is a matter of a few places [-].
+const UNCONVERGED_LIMIT: f64 = 1e-6;
+/// Difference of work and state function, over the work [-], beyond which the law itself makes or loses energy.
+const LAW_LIMIT: f64 = 0.1;
+
+/// How a sign is to be read.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Level {
+    /// As it should be.
+    Fine,
+    /// To be looked at before the result is used.
+    Look,
+    /// The result is not to be used.
+    Bad,
+}
+
+impl Level {
+    /// One word.
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::Fine => "fine",
+            Self::Look => "look",
+            Self::Bad => "bad",
+        }
+    }
+}
+
+/// One sign.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Sign {
+    /// What it is about.
+    pub name: &'static str,
+    /// The number found.
+    pub value: String,
+    /// How to read it.
+    pub level: Level,
+    /// Why.
+    pub reason: String,
+}
+
+/// Every sign of a run, the same ones in the same order for alike cases.
+pub fn signs(case: &Case, run: &Run) -> Vec<Sign> {
+    let mut all = vec![end(case, run), energy(run), momentum(run), hourglass(run)];
+    if case.projectile.is_some() {
+        all.push(penetration(run, warnings::longest_diagonal(case)));
+        all.extend(warnings::cells_across(case).map(width));
+    }
+    if run.plies > 1 {
+        all.push(ply_penetration(case, run));
+    }
+    all.extend([newton(run), law(run), mesh(case)]);
+    all
+}
+
+/// The worst of the signs.
+pub fn worst(signs: &[Sign]) -> Level {
+    signs.iter().map(|sign| sign.level).max().unwrap_or(Level::Fine)
+}
+
+/// A number against two limits: above the first it is to be looked at, above the second (or no number) it is bad.
+fn level(value: f64, [look, bad]: [f64; 2]) -> Level {
+    match value {
+        value if value <= look => Level::Fine,
+        value if value <= bad => Level::Look,
+        _ => Level::Bad,
+    }
+}
+
+/// Text by level.
+fn by_level(level: Level, [fine, look, bad]: [&str; 3]) -> String {
+    [fine, look, bad][level as usize].to_owned()
+}
+
+fn end(case: &Case, run: &Run) -> Sign {
+    let verdict = verdict(case, run);
+    let (level, reason) = match (&run.trouble, verdict.complete) {
+        (Some(_), _) => (Level::Bad, "the numbers went out of hand; what came before is not to be used"),
+        (None, false) => (Level::Bad, "the run was broken off; what is shown ends there"),
+        (None, true) => (Level::Fine, "the run came to its end"),
+    };
+    let value = if verdict.complete { "complete" } else { verdict.word };
+    Sign { name: "end of the run", value: value.to_owned(), level, reason: reason.to_owned() }
+}
+
+fn round_off(run: &Run) -> f64 {
+    ROUND_OFF[usize::from(run.precision == "f32")]
+}
+
+fn energy(run: &Run) -> Sign {
+    let level = level(run.energy_error, [round_off(run), ENERGY_LIMIT]);
+    let reason = by_level(
+        level,
+        [
+            "round-off: no energy was made or lost",
+            "more than round-off, within the 2 % practitioners accept",
+            "above the 2 % practitioners accept: energy was made or lost",
+        ],
+    );
+    Sign { name: "energy error", value: fraction(run.energy_error), level, reason }
+}
+
+fn momentum(run: &Run) -> Sign {
+    let level = level(run.momentum_error, [round_off(run), ENERGY_LIMIT]);
+    let reason = by_level(
+        level,
+        ["round-off: contact and supports balance", "more than round-off", "above 2 %: forces do not balance"],
+    );
+    Sign { name: "momentum error", value: fraction(run.momentum_error), level, reason }
+}
+
+fn hourglass(run: &Run) -> Sign {
+    let level = level(run.hourglass_fraction, [HOURGLASS_LIMIT, 4.0 * HOURGLASS_LIMIT]);
+    let reason = by_level(
+        level,
+        [
+            "below 5 %: the elements' artificial stiffness carried next to nothing",
+            "above the 5 % practitioners accept: the fabric was stiffer than asked for",
+            "above 20 %: the artificial stiffness carried the load",
+        ],
+    );
+    Sign { name: "hourglass / internal energy", value: fraction(run.hourglass_fraction), level, reason }
+}
+
+fn penetration(run: &Run, diagonal: f64) -> Sign {
+    let level = level(run.max_penetration, [PENETRATION_LIMIT * diagonal, 2.0 * diagonal]);
+    let half = short(PENETRATION_LIMIT * 1e3 * diagonal, 2);
+    let reason = match level {
+        Level::Fine => format!("below half an element's diagonal ({half} mm)"),
+        Level::Look => {
+            format!(
+                "deeper than half an element's diagonal ({half} mm): single nodes behind a sharp rim or torn yarns change little"
+            )
+        }
+        Level::Bad => "deeper than two diagonals of an element: fabric slipped through the projectile".to_owned(),
+    };
+    Sign { name: "penetration", value: format!("{} mm", short(run.max_penetration * 1e3, 2)), level, reason }
+}
+
+fn ply_penetration(case: &Case, run: &Run) -> Sign {
+    let thinnest = warnings::thinnest(case);
+    let level = level(run.max_ply_penetration, [PLY_PENETRATION_LIMIT * thinnest, 20.0 * thinnest]);
+    let reason = by_level(
+        level,
+        [
+            "less than a ply is thick",
+            "more than a ply is thick: single nodes of torn, crumpled fabric passed a neighbour",
+            "more than twenty plies are thick: plies have changed places",
+        ],
+    );
+    let value = format!("{} mm", short(run.max_ply_penetration * 1e3, 2));
+    Sign { name: "penetration of plies", value, level, reason }
+}
+
+fn width(cells: f64) -> Sign {
+    let level = if cells < CELLS_LIMIT { Level::Look } else { Level::Fine };
+    let reason = by_level(
+        level,
+        ["at least three: it cannot slip between nodes", "fewer than three: it may slip between nodes", ""],
+    );
+    Sign { name: "projectile width", value: format!("{} elements", short(cells, 2)), level, reason }
+}
+
+fn newton(run: &Run) -> Sign {
+    let solved = run.element_steps_computed.max(1) as f64;
+    let share = run.newton.unconverged as f64 / solved;
+    let level = level(share, [0.0, UNCONVERGED_LIMIT]);
+    let reason = match level {
+        Level::Fine => {
+            format!("every unit cell found its equilibrium (residual {})", fraction(run.newton.max_residual))
+        }
+        Level::Look => "a few unit cells missed their equilibrium".to_owned(),
+        Level::Bad => "many unit cells missed their equilibrium".to_owned(),
+    };
+    Sign { name: "Newton unconverged", value: grouped(run.newton.unconverged), level, reason }
+}
+
+fn law(run: &Run) -> Sign {
+    let end = run.history.last().map(|row| row.balance).unwrap_or_default();
+    let gap = (end.internal - end.stored).abs() / end.internal.abs().max(f64::MIN_POSITIVE);
+    let gap = if end.internal == end.stored { 0.0 } else { gap };
+    let level = level(gap, [LAW_LIMIT, f64::INFINITY]);
+    let reason = by_level(
+        level,
+        [
+            "the fabric holds what was put into it; the published law is not derived from an energy, a few per cent are its own",
+            "the unit-cell law gives back other energy than it takes; compare with \"law\": \"variational\"",
+            "not a number",
+        ],
+    );
+    Sign { name: "work against stored energy", value: fraction(gap), level, reason }
+}
+
+fn mesh(case: &Case) -> Sign {
+    let count = case.pack.crossovers_per_element;
+    let level = if count > CROSSOVERS_LIMIT { Level::Look } else { Level::Fine };
+    let reason = by_level(
+        level,
+        ["single yarns fail, as in the fabric", "more than one: yarns fail in bundles, which delays failure", ""],
+    );
+    Sign { name: "crossovers per element", value: format!("{count} × {count}"), level, reason }
+}

@@ -1,0 +1,96 @@
+//! What happened, in one line.
+
+use super::number::{short, us};
+use super::summary::{flies_freely, residual_velocity};
+use crate::case::Case;
+use crate::model::MirrorPlanes;
+use crate::outcome::Outcome;
+use crate::simulation::Run;
+use crate::step::Trouble;
+
+/// The verdict of a run.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Verdict {
+    /// One or two words: what happened.
+    pub word: &'static str,
+    /// How fast, how far, when.
+    pub detail: String,
+    /// Whether the run came to its end; else what is told is as far as it got.
+    pub complete: bool,
+}
+
+impl Verdict {
+    /// What stands between word and detail.
+    pub fn mark(&self) -> &'static str {
+        if self.detail.starts_with("at ") { "" } else { ":" }
+    }
+}
+
+/// The verdict of a run: first that it broke off, if it did.
+pub fn verdict(case: &Case, run: &Run) -> Verdict {
+    if let Some(trouble) = &run.trouble {
+        return broken_off("unstable", format!("at {}: {}", place(trouble), trouble.quantity));
+    }
+    let deflection = run.history.iter().map(|row| row.deflection).fold(0.0, f64::max) * 1e3;
+    let deflected = format!("deflected {} mm at most", short(deflection, 4));
+    if let Some(reason) = &run.lost {
+        return broken_off("device lost", format!("at {}, {deflected}: {reason}", reached(run)));
+    }
+    if run.interrupted {
+        return broken_off("interrupted", format!("at {}, {deflected}", reached(run)));
+    }
+    if !flies_freely(case) {
+        return ended("done", format!("{} computed, {deflected}", reached(run)));
+    }
+    let velocity = residual_velocity(case, run).unwrap_or(0.0);
+    let stop = run.stop_time.map_or(String::new(), |time| format!("at {:.1} µs, ", time * 1e6));
+    let struck = case.projectile.as_ref().map_or(0.0, |p| p.velocity);
+    let through = run.history.last().map_or(0, |row| row.perforated_plies);
+    let torn = if run.plies > 1 { format!("{through} of {} plies perforated, ", run.plies) } else { String::new() };
+    let struck = format!("{torn}struck at {} m/s", short(struck, 4));
+    let velocity = short(velocity, 4);
+    match run.outcome {
+        Outcome::Perforated => ended("perforated", format!("leaves at {velocity} m/s, {struck}")),
+        Outcome::Stopped => ended("stopped", format!("{stop}{struck}, {deflected}")),
+        Outcome::Rebounded => {
+            ended("rebounded", format!("turned {stop}flies at {velocity} m/s, {struck}, {deflected}"))
+        }
+        Outcome::Running => ended(
+            "still running",
+            format!(
+                "at {}: {velocity} m/s left, {struck}, {deflected}; raise /solver/end_time_us for a verdict",
+                reached(run)
+            ),
+        ),
+    }
+}
+
+fn ended(word: &'static str, detail: String) -> Verdict {
+    Verdict { word, detail, complete: true }
+}
+
+fn broken_off(word: &'static str, detail: String) -> Verdict {
+    Verdict { word, detail, complete: false }
+}
+
+/// Time reached.
+pub fn reached(run: &Run) -> String {
+    us(run.history.last().map_or(0.0, |row| row.time))
+}
+
+/// Where a run went wrong.
+pub fn place(trouble: &Trouble) -> String {
+    let [ply, row, column] = trouble.place;
+    format!("step {}, kernel {}, ply {ply}, row {row}, column {column}", trouble.step, trouble.kernel)
+}
+
+/// What mirror planes a scene is cut at, if it is.
+pub fn symmetry(planes: MirrorPlanes) -> String {
+    let names = planes.names();
+    let part = match names.len() {
+        0 => return "none: the whole scene is computed".to_owned(),
+        1 => "a half",
+        _ => "a quarter",
+    };
+    format!("{part}, mirrored at {} = 0", names.join(" = 0 and "))
+}

@@ -1,0 +1,272 @@
+//! Elements and nodes in one sweep over the rows of a ply.
+//!
+//! A row of nodes can move as soon as the rows of elements on both sides of it are computed, while these are still in the
+//! cache. Blocks of rows run in parallel; the row of nodes between two blocks moves when both are done, since until
+//! then both read it.
+
+use std::ops::Range;
+
+use rayon::prelude::*;
+
+use super::{Frame, RowKernels};
+use crate::kernels::element_force::{ElementRow, ElementTotals};
+use crate::kernels::node_update::{Neighbours, NodeTotals, Part, RowMass};
+use crate::model::{Grid, Model};
+use crate::number::Scalar;
+use crate::reach::Reach;
+use crate::state::{split, split_mut};
+
+/// Rows of elements of a block.
+const BLOCK: usize = 8;
+
+/// What of a step a sweep does.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Passes {
+    /// The forces of the elements.
+    Elements,
+    /// The motion of the nodes.
+    Nodes,
+    /// One after the other.
+    Both,
+}
+
+/// A sweep over all plies.
+pub(super) struct Sweep<'a, S: Scalar> {
+    pub(super) model: &'a Model<S>,
+    /// By sheet.
+    pub(super) kernels: &'a [Box<dyn RowKernels<S>>],
+    /// What a row of nodes without elements on one side reads.
+    pub(super) nothing: &'a [S],
+    /// What had been reached before this step, by ply.
+    pub(super) reached: &'a [Reach],
+    pub(super) passes: Passes,
+}
+
+/// Storage of the rows of elements from `first` on, with the rows of nodes strictly between them.
+struct Block<'a, S> {
+    first: usize,
+    /// Rows of nodes at either end, which nothing moves before the block is done.
+    below: &'a [S],
+    above: &'a [S],
+    nodes: &'a mut [S],
+    elements: &'a mut [S],
+    element_totals: &'a mut [ElementTotals],
+    node_totals: &'a mut [NodeTotals],
+}
+
+/// What is the same for all rows of a ply.
+struct Ply<'a, S: Scalar> {
+    sweep: &'a Sweep<'a, S>,
+    ply: usize,
+    /// Of elements that are computed: rows, columns.
+    elements: [Range<usize>; 2],
+    /// Of nodes that move.
+    nodes: Reach,
+    /// Time since the last forces; of this kick; of this drift [s].
+    times: [f64; 3],
+    sample: bool,
+    /// Numbers per row of nodes and of elements.
+    length: [usize; 2],
+}
+
+impl<S: Scalar> Sweep<'_, S> {
+    /// Advances every ply; totals are by row of elements and by row of nodes.
+    pub(super) fn run(
+        &self,
+        frame: &mut Frame<'_, S>,
+        element_totals: &mut [ElementTotals],
+        node_totals: &mut [NodeTotals],
+    ) {
+        let (grid, sample, kick) = (&self.model.grid, frame.sample, frame.kick());
+        let state = &mut *frame.state;
+        // The first step computes everything, so that yarn heights at rest are those the unit cell finds.
+        let all = state.step == 0;
+        let dt = self.model.dt;
+        let times = [if all { 0.0 } else { dt }, kick, dt];
+        let length = [state.nodes.row_length(), state.elements.row_length()];
+        let rows = grid.rows;
+        let plies = (state.nodes.data.par_chunks_mut((rows + 1) * length[0]))
+            .zip(state.elements.data.par_chunks_mut(rows * length[1]))
+            .zip(element_totals.par_chunks_mut(rows).zip(node_totals.par_chunks_mut(rows + 1)));
+        plies.enumerate().for_each(|(ply, ((nodes, elements), (element_totals, node_totals)))| {
+            let mesh = &self.model.sheet(ply).mesh;
+            let reached = &self.reached[ply];
+            let ply = Ply {
+                sweep: self,
+                ply,
+                elements: if all { [0..mesh.rows, 0..mesh.columns] } else { reached.elements(mesh) },
+                nodes: reached.grown(1, mesh),
+                times,
+                sample,
+                length,
+            };
+            ply.run(mesh.rows, nodes, elements, element_totals, node_totals);
+        });
+    }
+
+    fn has(&self, pass: Passes) -> bool {
+        self.passes == pass || self.passes == Passes::Both
+    }
+}
+
+impl<S: Scalar> Ply<'_, S> {
+    /// All rows of the ply.
+    fn run(
+        &self,
+        rows: usize,
+        nodes: &mut [S],
+        elements: &mut [S],
+        element_totals: &mut [ElementTotals],
+        node_totals: &mut [NodeTotals],
+    ) {
+        let [length, element_length] = self.length;
+        let elements = &mut elements[..rows * element_length];
+        let (below, nodes) = nodes[..(rows + 1) * length].split_at_mut(length);
+        let (inner, above) = nodes.split_at_mut((rows - 1) * length);
+        self.block(Block {
+            first: 0,
+            below,
+            above,
+            nodes: inner,
+            elements,
+            element_totals: &mut element_totals[..rows],
+            node_totals: &mut node_totals[1..rows],
+        });
+        let nothing = self.sweep.nothing;
+        self.move_nodes(0, nothing, &elements[..element_length], below, &mut node_totals[0]);
+        let last = &elements[(rows - 1) * element_length..];
+        self.move_nodes(rows, last, nothing, above, &mut node_totals[rows]);
+    }
+
+    fn block(&self, block: Block<'_, S>) {
+        let [length, element_length] = self.length;
+        let rows = block.element_totals.len();
+        if rows <= BLOCK {
+            self.rows(block);
+            return;
+        }
+        let Block { first, below, above, nodes, elements, element_totals, node_totals } = block;
+        let half = rows / 2;
+        let (nodes_low, rest) = nodes.split_at_mut((half - 1) * length);
+        let (middle, nodes_high) = rest.split_at_mut(length);
+        let (totals_low, rest) = node_totals.split_at_mut(half - 1);
+        let (middle_totals, totals_high) = rest.split_at_mut(1);
+        let (elements_low, elements_high) = elements.split_at_mut(half * element_length);
+        let (element_totals_low, element_totals_high) = element_totals.split_at_mut(half);
+        let low = Block {
+            first,
+            below,
+            above: middle,
+            nodes: nodes_low,
+            elements: elements_low,
+            element_totals: element_totals_low,
+            node_totals: totals_low,
+        };
+        let high = Block {
+            first: first + half,
+            below: middle,
+            above,
+            nodes: nodes_high,
+            elements: elements_high,
+            element_totals: element_totals_high,
+            node_totals: totals_high,
+        };
+        rayon::join(|| self.block(low), || self.block(high));
+        let (front, back) = elements.split_at(half * element_length);
+        let last = &front[(half - 1) * element_length..];
+        self.move_nodes(first + half, last, &back[..element_length], middle, &mut middle_totals[0]);
+    }
+
+    fn rows(&self, block: Block<'_, S>) {
+        let [length, element_length] = self.length;
+        let Block { first, below, above, nodes, elements, element_totals, node_totals } = block;
+        let rows = element_totals.len();
+        let Grid { element_stride, node_stride, .. } = self.sweep.model.grid;
+        for (at, totals) in element_totals.iter_mut().enumerate() {
+            // What the row after this one reads comes into the cache meanwhile.
+            if at + 1 < rows {
+                fetch(
+                    &elements[(at + 1) * element_length..(at + 2) * element_length],
+                    element_stride,
+                    &self.elements[1],
+                );
+            }
+            if at + 2 < rows {
+                fetch(&nodes[(at + 1) * length..(at + 2) * length], node_stride, &self.nodes.columns);
+            }
+            let under = if at == 0 { below } else { &nodes[(at - 1) * length..at * length] };
+            let over = if at + 1 == rows { above } else { &nodes[at * length..(at + 1) * length] };
+            let row = &mut elements[at * element_length..(at + 1) * element_length];
+            self.load_elements(first + at, [under, over], row, totals);
+            if at > 0 {
+                let around = &elements[(at - 1) * element_length..(at + 1) * element_length];
+                let (last, this) = around.split_at(element_length);
+                let row = &mut nodes[(at - 1) * length..at * length];
+                self.move_nodes(first + at, last, this, row, &mut node_totals[at - 1]);
+            }
+        }
+    }
+
+    /// One row of elements, from the rows of nodes below and above it.
+    fn load_elements(&self, row: usize, [below, above]: [&[S]; 2], element: &mut [S], totals: &mut ElementTotals) {
+        if !self.sweep.has(Passes::Elements) {
+            return;
+        }
+        totals.clear();
+        let [rows, columns] = &self.elements;
+        if !rows.contains(&row) {
+            return;
+        }
+        totals.computed = columns.len();
+        let model = self.sweep.model;
+        let (grid, sheet) = (&model.grid, model.sheet(self.ply));
+        let mut row = ElementRow {
+            below: split(below, grid.node_stride),
+            above: split(above, grid.node_stride),
+            element: split_mut(element, grid.element_stride),
+            height: sheet.mesh.widths(row, 0)[1],
+            width: &sheet.columns.width,
+            per_width: &sheet.columns.per_width,
+            viscosity: sheet.columns.viscosity(row),
+        };
+        let kernels = &self.sweep.kernels[model.plies[self.ply].sheet];
+        kernels.elements(&mut row, columns.clone(), self.times[0], self.sample, totals);
+    }
+
+    /// One row of nodes, from the rows of elements below and above it.
+    fn move_nodes(&self, row: usize, below: &[S], above: &[S], node: &mut [S], totals: &mut NodeTotals) {
+        if !self.sweep.has(Passes::Nodes) {
+            return;
+        }
+        *totals = NodeTotals::default();
+        if !self.nodes.rows.contains(&row) {
+            return;
+        }
+        let model = self.sweep.model;
+        let (grid, sheet) = (&model.grid, model.sheet(self.ply));
+        let around = Neighbours { below: split(below, grid.element_stride), above: split(above, grid.element_stride) };
+        let m = sheet.row_mass(row);
+        let mass = RowMass { inverse: [&m.inverse[0], &m.inverse[1], &m.inverse[2]], mass: &m.mass };
+        let part = Part {
+            range: self.nodes.columns.clone(),
+            columns: sheet.mesh.columns + 1,
+            edge_row: row == 0 || row == sheet.mesh.rows,
+        };
+        let kernels = &self.sweep.kernels[model.plies[self.ply].sheet];
+        let [_, kick, drift] = self.times;
+        let mut fields = split_mut(node, grid.node_stride);
+        *totals = kernels.nodes(&around, &mass, &mut fields, &part, [kick, drift], self.sample);
+    }
+}
+
+/// Reads one number of every cache line of a row's columns: its fields are too short for the processor to see them coming.
+fn fetch<S: Scalar>(row: &[S], stride: usize, columns: &Range<usize>) {
+    const CACHE_LINE: usize = 64;
+    let mut sum = S::splat(0.0);
+    for field in row.chunks_exact(stride) {
+        for number in field[columns.clone()].iter().step_by(CACHE_LINE / size_of::<S>()) {
+            sum = sum + *number;
+        }
+    }
+    std::hint::black_box(sum);
+}

@@ -1,0 +1,211 @@
+//! Published numbers against what this build computes.
+//!
+//! Two parts: the properties of Table I, found again by testing the computed fabric as a specimen, and the published
+//! shots. What was published as a curve only is shown without a judgement: there is no number to hold it against.
+//! Closed forms and other programs are the affair of [`crate::verify`].
+
+mod shots;
+mod table_one;
+mod text;
+
+use std::sync::atomic::AtomicBool;
+
+use serde_json::{Value, json};
+
+use crate::simulation::{Options, Progress};
+pub use shots::{SHOTS, is_published};
+pub use text::{html, markdown};
+
+/// What the sources call the paper.
+pub const PAPER: &str = "Shahkarami, A., Vaziri, R. (2006). An efficient shell element based approach to modeling the impact \
+                         response of fabrics.";
+
+/// Half a unit of the last digit of a number: why it may be so far off.
+const PRINTED: &str = "half a unit of the last digit printed";
+
+/// One published number or statement.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Row {
+    /// The fabric or the shot.
+    pub group: String,
+    /// What was published of it, with its unit.
+    pub name: String,
+    /// What it is.
+    pub expected: Expected,
+    /// What was computed: a number in the unit of the name, or a word. Null where there is nothing.
+    pub got: Value,
+    /// Where it was published.
+    pub source: String,
+    /// Whether it holds; `None`: not judged.
+    pub pass: Option<bool>,
+}
+
+/// What was published.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Expected {
+    /// A number as printed, how far off is as good, and why that far.
+    Number {
+        /// As printed.
+        text: String,
+        /// The same.
+        value: f64,
+        /// Largest difference that is no contradiction.
+        tolerance: f64,
+        /// Why.
+        because: &'static str,
+    },
+    /// A statement in words.
+    Statement(String),
+    /// A curve without numbers, or another finding that decides nothing.
+    CurveOnly(String),
+}
+
+impl Expected {
+    /// A number that is right where it rounds to what is printed.
+    fn printed(text: &str) -> Self {
+        let decimals = text.split_once('.').map_or(0, |(_, fraction)| fraction.len());
+        // With room for the rounding of the half itself.
+        let tolerance = (0.5 + 1e-9) * 0.1_f64.powi(decimals as i32);
+        Self::Number { text: text.to_owned(), value: text.parse().unwrap_or(f64::NAN), tolerance, because: PRINTED }
+    }
+}
+
+impl Row {
+    /// A row about a number.
+    fn number(group: &str, name: impl Into<String>, expected: Expected, got: f64, source: &str) -> Self {
+        let pass = match &expected {
+            Expected::Number { value, tolerance, .. } => Some((got - value).abs() <= *tolerance),
+            _ => None,
+        };
+        Self { group: group.to_owned(), name: name.into(), expected, got: json!(got), source: source.to_owned(), pass }
+    }
+
+    /// A row that could not be computed, and why.
+    fn failed(group: &str, why: String) -> Self {
+        let expected = Expected::Statement("something computed".to_owned());
+        Self {
+            group: group.to_owned(),
+            name: String::new(),
+            expected,
+            got: json!(why),
+            source: String::new(),
+            pass: Some(false),
+        }
+    }
+
+    /// Expected, as people read it.
+    pub fn expected_text(&self) -> String {
+        match &self.expected {
+            Expected::Number { text, .. } | Expected::Statement(text) | Expected::CurveOnly(text) => text.clone(),
+        }
+    }
+
+    /// Got, as people read it: one digit more than published.
+    pub fn got_text(&self) -> String {
+        let decimals = match &self.expected {
+            Expected::Number { text, .. } => text.split_once('.').map_or(0, |(_, fraction)| fraction.len()) + 1,
+            _ => 1,
+        };
+        match &self.got {
+            Value::Number(number) => number.as_f64().map_or_else(String::new, |got| format!("{got:.decimals$}")),
+            Value::String(word) => word.clone(),
+            _ => "nothing".to_owned(),
+        }
+    }
+
+    /// Got over expected, minus one; `None` where one of them is no number.
+    pub fn difference(&self) -> Option<f64> {
+        match &self.expected {
+            Expected::Number { value, .. } => self.got.as_f64().map(|got| got / value - 1.0),
+            _ => None,
+        }
+    }
+
+    /// The same in percent.
+    pub fn difference_text(&self) -> String {
+        self.difference().map_or_else(String::new, |difference| match format!("{:+.2} %", 100.0 * difference) {
+            zero if zero.starts_with("+0.00") || zero.starts_with("-0.00") => "0 %".to_owned(),
+            text => text,
+        })
+    }
+
+    /// `pass`, `FAIL`, or nothing where there is no judgement.
+    pub fn mark(&self) -> &'static str {
+        match self.pass {
+            Some(true) => "pass",
+            Some(false) => "FAIL",
+            None => "",
+        }
+    }
+
+    /// As scripts read it.
+    pub fn to_json(&self) -> Value {
+        let (expected, tolerance, because) = match &self.expected {
+            Expected::Number { value, tolerance, because, .. } => (json!(value), json!(tolerance), json!(because)),
+            Expected::Statement(text) | Expected::CurveOnly(text) => (json!(text), Value::Null, Value::Null),
+        };
+        json!({
+            "group": self.group,
+            "name": self.name,
+            "expected": expected,
+            "tolerance": tolerance,
+            "tolerance_because": because,
+            "got": self.got,
+            "difference": self.difference(),
+            "source": self.source,
+            "judged": self.pass.is_some(),
+            "pass": self.pass,
+        })
+    }
+}
+
+/// What happened to the rows in numbers: passed, failed, not judged.
+pub fn counts(rows: &[Row]) -> [usize; 3] {
+    [Some(true), Some(false), None].map(|pass| rows.iter().filter(|row| row.pass == pass).count())
+}
+
+/// Computes every row. Rows after an interrupt are left out.
+pub fn run(
+    options: Options<'_>,
+    interrupt: &AtomicBool,
+    progress: &mut (dyn FnMut(&str, &Progress) + Send),
+) -> Vec<Row> {
+    let mut rows = table_one::rows();
+    shots::rows(options, interrupt, progress, &mut rows);
+    rows
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn row(text: &str, got: f64) -> Row {
+        let expected = Expected::printed(text);
+        Row::number("group", "name", expected, got, "source")
+    }
+
+    #[test]
+    fn a_number_holds_within_its_tolerance_and_is_shown_with_one_digit_more() {
+        let near = row("2.18", 2.1849);
+        assert_eq!(
+            (near.pass, near.got_text(), near.difference_text()),
+            (Some(true), "2.185".into(), "+0.22 %".into())
+        );
+        assert_eq!(row("2.18", 2.1851).pass, Some(false));
+        assert_eq!(row("2.18", f64::NAN).pass, Some(false));
+        assert_eq!(row("96.0", 95.999).difference_text(), "0 %");
+        let json = near.to_json();
+        assert_eq!((&json["expected"], &json["got"], &json["pass"]), (&json!(2.18), &json!(2.1849), &json!(true)));
+        assert_eq!(counts(&[near, row("1", 2.0)]), [1, 1, 0]);
+    }
+    #[test]
+    fn a_curve_is_not_judged_and_what_could_not_be_computed_has_failed() {
+        let curve = Expected::CurveOnly("a curve".to_owned());
+        let row = Row::number("group", "name", curve, 96.31, "paper");
+        assert_eq!((row.mark(), row.got_text(), row.difference_text()), ("", "96.3".into(), String::new()));
+        assert_eq!((&row.to_json()["judged"], &row.to_json()["pass"]), (&json!(false), &Value::Null));
+        let failed = Row::failed("group", "no memory".to_owned());
+        assert_eq!((failed.mark(), failed.got_text()), ("FAIL", "no memory".into()));
+        assert_eq!(counts(&[row, failed]), [0, 1, 1]);
+    }
+}

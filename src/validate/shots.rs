@@ -1,0 +1,108 @@
+//! The paper's shots: what its cases state with a published source, and what its figures show as curves.
+
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use super::{Expected, Row};
+use crate::case::{self, Bound};
+use crate::output::{self, Checked};
+use crate::simulation::{self, Options, Progress, Run};
+
+/// Name and text of every case with a published shot.
+pub const SHOTS: [(&str, &str); 2] = [
+    ("s720-1ply-155", include_str!("../../cases/s720-1ply-155.json")),
+    ("s728-4ply-91", include_str!("../../cases/s728-4ply-91.json")),
+];
+
+/// What a figure shows as a curve: case, quantity of `summary.json`, name, what can be said of it, figure.
+const CURVES: [[&str; 5]; 2] = [
+    ["s720-1ply-155", "residual_velocity_m_s", "exit velocity [m/s]", "a curve", "paper, Figure 6"],
+    ["s728-4ply-91", "stop_time_us", "time to rest [µs]", "a curve", "paper, Figure 7"],
+];
+
+/// Whether the source of an expectation is a publication.
+pub fn is_published(source: &str) -> bool {
+    ["paper", "published"].iter().any(|word| source.starts_with(word))
+}
+
+/// Runs every shot and adds what it says.
+pub(super) fn rows(
+    options: Options<'_>,
+    interrupt: &AtomicBool,
+    progress: &mut (dyn FnMut(&str, &Progress) + Send),
+    rows: &mut Vec<Row>,
+) {
+    for (name, text) in SHOTS {
+        if interrupt.load(Ordering::Relaxed) {
+            return;
+        }
+        match shot(name, text, options, interrupt, progress) {
+            Ok(found) => rows.extend(found),
+            Err(why) => rows.push(Row::failed(name, why)),
+        }
+    }
+}
+
+/// The rows of one shot; none of an interrupted one.
+fn shot(
+    name: &str,
+    text: &str,
+    options: Options<'_>,
+    interrupt: &AtomicBool,
+    progress: &mut (dyn FnMut(&str, &Progress) + Send),
+) -> Result<Vec<Row>, String> {
+    let case = case::from_str(name, text, &[]).map_err(|error| error.to_string())?;
+    let run = simulation::run(&case, options, interrupt, &mut |at: &Progress| progress(name, at))
+        .map_err(|error| error.to_string())?;
+    if let Some(trouble) = &run.trouble {
+        return Err(format!("unstable at step {}: {}", trouble.step, trouble.quantity));
+    }
+    if let Some(reason) = &run.lost {
+        return Err(reason.clone());
+    }
+    if run.interrupted {
+        return Ok(Vec::new());
+    }
+    let summary = output::summary(&case, &run, 0.0);
+    let stated =
+        output::check(&case, &run, &summary).into_iter().filter(|checked| is_published(&checked.expect.source));
+    let mut rows: Vec<Row> = stated.map(|checked| statement(&case.title, &checked)).collect();
+    rows.extend(broken_yarns(&case.title, &run));
+    for [_, quantity, what, curve, source] in CURVES.iter().filter(|curve| curve[0] == name) {
+        let got = summary[*quantity].clone();
+        let expected = Expected::CurveOnly((*curve).to_owned());
+        let (group, name, source) = (case.title.clone(), (*what).to_owned(), (*source).to_owned());
+        rows.push(Row { group, name, expected, got, source, pass: None });
+    }
+    Ok(rows)
+}
+
+/// What a case states.
+fn statement(title: &str, checked: &Checked) -> Row {
+    let expected = match &checked.expect.bound {
+        Bound::Word(word) => Expected::Statement(word.clone()),
+        Bound::Value { value, tolerance } => Expected::Number {
+            text: value.to_string(),
+            value: *value,
+            tolerance: *tolerance,
+            because: "as the case states",
+        },
+        Bound::Range { min, max } => Expected::Statement(format!("{min} to {max}")),
+    };
+    Row {
+        group: title.to_owned(),
+        name: checked.expect.quantity.clone(),
+        expected,
+        got: checked.got.clone(),
+        source: checked.expect.source.clone(),
+        pass: Some(checked.pass),
+    }
+}
+
+/// The strain at which yarns broke, against the failure strain of Table I.
+fn broken_yarns(title: &str, run: &Run) -> Option<Row> {
+    let least = run.events.iter().map(|event| event.strain).reduce(f64::min)?;
+    let name = "failure strain, least at which a yarn broke [%]";
+    let because = "a broken yarn is found in the step after it has passed its limit";
+    let expected = Expected::Number { text: "3.5".to_owned(), value: 3.5, tolerance: 0.05 * 3.5, because };
+    Some(Row::number(title, name, expected, 100.0 * least, "paper, Table I"))
+}

@@ -1,0 +1,68 @@
+//! `ripstop bench --objectivity`: settings, spreads and verdict from the numbers it writes.
+
+use super::*;
+
+/// Limits of an axis with the reference's, or another number of each.
+fn values(report: &Value, axis: &str, key: &str) -> Vec<f64> {
+    let settings = report["settings"].as_array().unwrap();
+    let of_axis = |one: &&Value| one["axis"] == "reference" || one["axis"] == axis;
+    settings.iter().filter(of_axis).map(|one| one[key].as_f64().unwrap_or_else(|| panic!("{key} of {one:#}"))).collect()
+}
+
+fn spread(values: &[f64]) -> f64 {
+    let [low, high] = [f64::min, f64::max].map(|pick| values.iter().copied().reduce(pick).unwrap());
+    (high - low) / values[0] * 100.0
+}
+
+#[test]
+fn limits_are_bracketed_and_spreads_are_theirs() {
+    let mut case = small_with("/solver/end_time_us", json!(100));
+    case["pack"] = json!({"width_mm": 15.24, "height_mm": 15.24});
+    case["projectile"]["velocity_m_s"] = json!(50);
+    let bench = Bench::new(&case);
+    let output = bench.ripstop(&["bench", "shot.json", "--objectivity", "--quick", "--threads", "2", "--json"]);
+    assert_eq!(bench.names("out/bench"), ["objectivity.json"]);
+    let report = bench.json("out/bench/objectivity.json");
+    assert_eq!(report, serde_json::from_str::<Value>(&stdout(&output)).unwrap());
+    let names: Vec<&str> =
+        report["settings"].as_array().unwrap().iter().map(|one| one["name"].as_str().unwrap()).collect();
+    let expected = [
+        "the case as it is",
+        "0.25, 0.25 cells",
+        "0.5, 0.5 cells",
+        "half as long elements",
+        "twice as long elements",
+        "0.5",
+        "0.95",
+    ];
+    assert_eq!(names, expected);
+    let reference = report["settings"][0]["limit_m_s"].as_f64().unwrap();
+    for one in report["settings"].as_array().unwrap() {
+        let [stopped, limit, perforated] =
+            ["stopped_m_s", "limit_m_s", "perforated_m_s"].map(|key| one[key].as_f64().unwrap());
+        assert!(0.0 < stopped && stopped < limit && limit < perforated, "{one:#}");
+        // Half a per cent of the guess: the case's velocity, then the limit of the reference.
+        assert!(perforated - stopped <= 0.005 * f64::max(50.0, reference) + 1e-9, "{one:#}");
+    }
+    let figures = report["figures"].as_array().unwrap();
+    let got = |at: usize| figures[at]["got_percent"].as_f64().unwrap();
+    let (limit, left) = ("limit_m_s", "residual_velocity_m_s");
+    for (at, axis, key) in [(2, "position of the hit", limit), (4, "Courant number", limit), (6, "finer mesh", left)] {
+        assert!((got(at) - spread(&values(&report, axis, key))).abs() < 1e-9, "{axis} {key}: {figures:#?}");
+    }
+    // The second shift is by half a cell.
+    assert_eq!(figures[0]["got_percent"], report["settings"][2]["before_failure_percent"]);
+    let met = figures.iter().filter(|one| one["met"] == true).count();
+    for one in figures {
+        assert_eq!(one["met"], json!(one["got_percent"].as_f64().unwrap() <= one["allowed_percent"].as_f64().unwrap()));
+    }
+    assert_eq!(code(&output), i32::from(met < figures.len()), "{}", stderr(&output));
+}
+
+#[test]
+fn one_case_at_a_time() {
+    let bench = Bench::new(&small());
+    let output = bench.ripstop(&["bench", "shot.json", "shot.json", "--objectivity"]);
+    assert_eq!(code(&output), 2);
+    assert!(stderr(&output).contains("one case"), "{}", stderr(&output));
+}

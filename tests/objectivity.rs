@@ -1,0 +1,55 @@
+//! Objectivity: `ripstop bench --objectivity` and the table that the README shows of it.
+//!
+//! Promises: the table is that of the files in `benches/`; those are what this code computes (the reference's limit and
+//! residual velocity are shot again). Red when: a change of contact, failure or time stepping moves the limit, or
+//! the README is not that of the files.
+
+use std::fs;
+
+use ripstop::bench::objectivity::report;
+use ripstop::outcome::Outcome;
+use ripstop::output;
+use serde_json::Value;
+
+use crate::scene::{builtin, run};
+
+/// What `bench --objectivity --json` wrote, by contact sampling.
+const FILES: [&str; 2] = ["benches/objectivity-nodes.json", "benches/objectivity-rim.json"];
+
+fn report_of(file: &str) -> Value {
+    serde_json::from_str(&fs::read_to_string(file).unwrap()).unwrap()
+}
+
+#[test]
+fn the_readme_shows_what_was_measured() {
+    let readme = fs::read_to_string("README.md").unwrap();
+    let block = readme.split("<!-- objectivity -->\n").nth(1).unwrap();
+    let block = block.split("<!-- /objectivity -->").next().unwrap();
+    let tables: Vec<String> = FILES.iter().map(|file| report::markdown(&report_of(file))).collect();
+    assert_eq!(block, format!("\n{}\n", tables.join("\n")));
+}
+
+#[test]
+fn the_limit_and_the_velocity_left_above_it_are_those_measured() {
+    for file in FILES {
+        let report = report_of(file);
+        let reference = &report["settings"][0];
+        let shot = |velocity: f64| {
+            let sets = [
+                "/expect=[]".to_owned(),
+                "/output/profile_times_us=[]".to_owned(),
+                "/solver/end_time_us=1600".to_owned(),
+                format!("/solver/contact_sampling={}", report["contact_sampling"].as_str().unwrap()),
+                format!("/projectile/velocity_m_s={velocity:?}"),
+            ];
+            let case = builtin("cases/s720-1ply-155.json", &sets.each_ref().map(String::as_str));
+            let run = run(&case);
+            (run.outcome, output::residual_velocity(&case, &run).unwrap())
+        };
+        let number = |key: &str| reference[key].as_f64().unwrap();
+        assert_eq!(shot(number("stopped_m_s")).0, Outcome::Stopped, "{file}");
+        assert_eq!(shot(number("perforated_m_s")).0, Outcome::Perforated, "{file}");
+        let left = shot(report["above_limit"].as_f64().unwrap() * number("limit_m_s")).1;
+        assert!((left - number("residual_velocity_m_s")).abs() < 1e-9 * left, "{file}: {left}");
+    }
+}

@@ -1,0 +1,308 @@
+//! `report.html`: what it says. That it works in a browser is in `tests/browser.rs`.
+//!
+//! Promise: the verdict comes first and says when a run broke off; every level of trust can be reached and gives its reason; what a
+//! user wrote is words; nothing is asked of a network; but for machine and timing the same run gives the same page; it stays
+//! below 5 MB.
+
+use std::sync::atomic::AtomicBool;
+
+use ripstop::case::{self, Case};
+use ripstop::outcome::Outcome;
+use ripstop::output;
+use ripstop::output::report::{Film, report};
+use ripstop::output::trust::{self, Level};
+use ripstop::simulation::{self, Options, Run};
+use ripstop::step::Trouble;
+use serde_json::{Value, json};
+
+/// Every part of the page.
+const PARTS: [&str; 12] = [
+    "playback",
+    "plots",
+    "velocity",
+    "force",
+    "energy",
+    "failures",
+    "profile",
+    "unit-cell",
+    "tension",
+    "trust",
+    "case",
+    "machine",
+];
+
+/// What makes a run another one.
+type Change = fn(&mut Run);
+/// A sign of trust, how to give it a value, and values that are fine, to be looked at, and bad.
+type Ladder = (&'static str, fn(&mut Shot, f64), [f64; 3]);
+
+struct Shot {
+    case: Case,
+    run: Run,
+    film: Film,
+}
+
+impl Shot {
+    /// 24 × 24 elements, fast enough to break yarns, with changes of the case.
+    fn new(changes: &[&str]) -> Self {
+        let text = json!({
+            "title": "a small shot",
+            "fabric": {"file": "fabrics/s-720.json"},
+            "pack": {"width_mm": 30, "height_mm": 30},
+            "projectile": {"shape": "cylinder", "diameter_mm": 5.5, "length_mm": 12, "mass_g": 3, "velocity_m_s": 600},
+            "solver": {"end_time_us": 10},
+        });
+        let changes: Vec<String> = changes.iter().map(|&change| change.to_owned()).collect();
+        let case = case::from_str("shot", &text.to_string(), &changes).unwrap();
+        Self::with_threads(case, 1)
+    }
+
+    fn with_threads(case: Case, threads: usize) -> Self {
+        let mut film = Film::new(&case);
+        let options = Options { threads: Some(threads), ..Options::default() };
+        let run = simulation::run(&case, options, &AtomicBool::new(false), &mut film).unwrap();
+        Self { case, run, film }
+    }
+
+    fn page(&self) -> String {
+        report(&self.case, &self.run, &output::summary(&self.case, &self.run, 1.0), &self.film)
+    }
+
+    fn level(&self, name: &str) -> (Level, String) {
+        let sign = trust::signs(&self.case, &self.run).into_iter().find(|sign| sign.name == name).unwrap();
+        (sign.level, sign.reason)
+    }
+}
+
+/// Text between two marks.
+fn between<'a>(page: &'a str, from: &str, to: &str) -> &'a str {
+    page.split_once(from).unwrap().1.split_once(to).unwrap().0
+}
+
+#[test]
+fn every_part_is_there_and_nothing_asks_for_a_network() {
+    let shot = Shot::new(&[]);
+    let page = shot.page();
+    for id in PARTS {
+        assert_eq!(page.matches(&format!("id=\"{id}\"")).count(), 1, "{id}");
+    }
+    for scheme in ["http:", "https:", "//cdn", "@import", "url("] {
+        assert!(!page.contains(scheme), "{scheme}");
+    }
+    assert!(page.contains("default-src 'none'"));
+    assert_eq!(page.matches("<image").count(), 3);
+    for field in &shot.case.fields {
+        assert!(page.contains(&format!("<code>{}</code>", field.pointer)), "{}", field.pointer);
+    }
+    assert!(page.len() < 1_500_000, "{}", page.len());
+}
+
+#[test]
+fn without_a_projectile_and_without_pictures_the_rest_is_there() {
+    let mut shot = Shot::new(&["/projectile=null", "/pack/initial_velocity_m_s=[0,0,1]"]);
+    let page = shot.page();
+    assert!(!page.contains("id=\"velocity\"") && page.contains("id=\"playback\"") && page.contains(">done</h1>"));
+    shot.film = Film::new(&shot.case);
+    let page = shot.page();
+    assert!(!page.contains("id=\"playback\"") && !page.contains("id=\"tension\"") && page.contains("id=\"unit-cell\""));
+}
+
+#[test]
+fn the_verdict_of_each_outcome_comes_first() {
+    let mut shot = Shot::new(&[]);
+    let outcomes = [
+        (Outcome::Perforated, "perforated", "went through the ply and leaves at"),
+        (Outcome::Stopped, "stopped", "stopped the projectile, which struck at 600 m/s, 7 µs after impact"),
+        (Outcome::Rebounded, "rebounded", "turned the projectile 7 µs after impact"),
+        (Outcome::Running, "still running", "Not decided"),
+    ];
+    for (outcome, word, story) in outcomes {
+        shot.run.outcome = outcome;
+        shot.run.stop_time = Some(7e-6);
+        let page = shot.page();
+        let header = between(&page, "<header>", "</header>");
+        assert!(header.contains(&format!("verdict {}\">{word}</h1>", outcome.word())), "{header}");
+        assert!(header.contains(story), "{header}");
+        assert!(page.find("<header>") < page.find("<figure"), "{word}");
+    }
+}
+
+#[test]
+fn a_run_that_broke_off_says_so_before_anything_else() {
+    let break_off: [(&str, Change); 3] = [
+        ("unstable", |run| {
+            run.trouble =
+                Some(Trouble { step: 7, kernel: "node_update", quantity: "v = NaN".into(), place: [0, 3, 5] });
+            run.energy_error = f64::NAN;
+            for row in &mut run.history[5..] {
+                row.balance.kinetic = f64::NAN;
+                row.contact_force = f64::INFINITY;
+                row.projectile_velocity = f64::NAN;
+            }
+        }),
+        ("interrupted", |run| run.interrupted = true),
+        ("device lost", |run| run.lost = Some("it went <away>".to_owned())),
+    ];
+    for (word, change) in break_off {
+        let mut shot = Shot::new(&[]);
+        shot.run.outcome = Outcome::Stopped;
+        change(&mut shot.run);
+        let page = shot.page();
+        let header = between(&page, "<header>", "</header>");
+        assert!(header.contains(&format!("verdict broken-off\">{word}</h1>")), "{header}");
+        assert!(header.contains("The run broke off") && header.contains("answer bad"), "{header}");
+        let drawings = between(&page, "id=\"plots\"", "id=\"trust\"");
+        assert!(!drawings.contains("NaN,") && !drawings.contains(",NaN") && !drawings.contains("inf,"), "{word}");
+        assert!(!page.contains("<away>"));
+    }
+}
+
+#[test]
+fn every_level_of_trust_can_be_reached() {
+    let set: [Ladder; 7] = [
+        ("energy error", |s, x| s.run.energy_error = x, [1e-15, 1e-3, 0.03]),
+        ("momentum error", |s, x| s.run.momentum_error = x, [1e-15, 1e-3, f64::NAN]),
+        ("hourglass / internal energy", |s, x| s.run.hourglass_fraction = x, [0.05, 0.06, 0.3]),
+        ("penetration", |s, x| s.run.max_penetration = x, [0.5e-3, 1.0e-3, 4e-3]),
+        (
+            "Newton unconverged",
+            |s, x| (s.run.element_steps_computed, s.run.newton.unconverged) = (1_000_000_000, x as u64),
+            [0.0, 1.0, 1e6],
+        ),
+        ("end of the run", |s, x| s.run.interrupted = x > 1.0, [0.0, 0.0, 2.0]),
+        ("penetration of plies", |s, x| (s.run.plies, s.run.max_ply_penetration) = (2, x), [0.2e-3, 0.5e-3, 7e-3]),
+    ];
+    let mut shot = Shot::new(&[]);
+    for (name, change, values) in set {
+        let mut reasons = Vec::new();
+        for (value, level) in values.into_iter().zip([Level::Fine, Level::Look, Level::Bad]) {
+            change(&mut shot, value);
+            let (found, reason) = shot.level(name);
+            // A run that ends has no level in between.
+            assert_eq!(
+                found,
+                if name == "end of the run" && level == Level::Look { Level::Fine } else { level },
+                "{name} {value}"
+            );
+            reasons.push(reason);
+        }
+        assert_ne!(reasons[0], reasons[2], "{name}");
+        let page = shot.page();
+        assert!(page.contains("answer bad") && page.contains("Do not use this result"), "{name}");
+        shot = Shot::new(&[]);
+    }
+    for (name, change) in [
+        ("crossovers per element", "/pack/crossovers_per_element=2"),
+        ("projectile width", "/projectile/diameter_mm=3"),
+        ("work against stored energy", "/fabric/crossover/law=kawabata"),
+    ] {
+        let mut other = Shot::new(&[change]);
+        if name.starts_with("work") {
+            other.run.history.last_mut().unwrap().balance.stored *= 0.5;
+        }
+        assert_eq!(shot.level(name).0, Level::Fine, "{name}");
+        assert_eq!(other.level(name).0, Level::Look, "{name}");
+    }
+    // In single precision rounding is larger.
+    shot.run.energy_error = 1e-5;
+    assert_eq!(shot.level("energy error").0, Level::Look);
+    shot.run.precision = "f32";
+    assert_eq!(shot.level("energy error").0, Level::Fine);
+}
+
+#[test]
+fn assumed_parameters_are_named_with_their_values() {
+    let shot = Shot::new(&[]);
+    let page = shot.page();
+    let list = between(&page, "<ul class=\"assumed\">", "</ul>");
+    let assumed: Vec<_> = shot.case.fields.iter().filter(|field| field.assumed).collect();
+    assert_eq!(list.matches("<li>").count(), assumed.len());
+    assert!(assumed.len() > 5 && list.contains("<code>/fabric/shear/g1_mpa</code> <b>10 MPa</b>"), "{list}");
+    assert!(between(&page, "<header>", "</header>").contains(&format!(
+        "{} of {} parameters",
+        assumed.len(),
+        shot.case.fields.len()
+    )));
+}
+
+#[test]
+fn what_a_user_wrote_is_words() {
+    let evil = "</title></script><script>alert(1)</script><!--\"'&";
+    let change = format!("/title={}", json!(evil));
+    let name = format!("/fabric/name={}", json!(evil));
+    let plain = Shot::new(&[]).page();
+    let page = Shot::new(&[change.as_str(), name.as_str()]).page();
+    assert!(page.contains("&lt;/title&gt;&lt;/script&gt;&lt;script&gt;alert(1)"));
+    assert!(!page.contains("<script>alert") && !page.contains("<!--"));
+    for tag in ["<script", "</script", "<title", "</title"] {
+        assert_eq!(page.matches(tag).count(), plain.matches(tag).count(), "{tag}");
+    }
+}
+
+#[test]
+fn the_same_run_gives_the_same_page() {
+    let one = Shot::new(&[]);
+    let mut two = Shot::with_threads(one.case.clone(), 2);
+    two.run.threads = one.run.threads;
+    two.run.loop_seconds = one.run.loop_seconds;
+    two.run.kernel_seconds = one.run.kernel_seconds.clone();
+    assert!(one.page() == two.page());
+}
+
+#[test]
+fn pictures_lie_evenly_and_there_are_not_too_many() {
+    for end in ["5", "10", "16", "40"] {
+        let shot = Shot::new(&[&format!("/solver/end_time_us={end}"), "/solver/run_until=end_time"]);
+        let times: Vec<f64> = shot.film.stills.iter().map(|still| still.time).collect();
+        assert!((20..=65).contains(&times.len()), "{end}: {}", times.len());
+        let gaps: Vec<f64> = times.windows(2).map(|pair| (pair[1] - pair[0]) / shot.run.time_step).collect();
+        // Steps are whole, the last picture is that of the end.
+        let (first, rest) = (gaps[0], &gaps[..gaps.len() - 1]);
+        assert!(rest.iter().all(|gap| (gap - first).abs() < 1.01), "{end}: {gaps:?}");
+        assert!(
+            times[0] == 0.0
+                && (times[times.len() - 1] - end.parse::<f64>().unwrap() * 1e-6).abs() < 2.0 * shot.run.time_step
+        );
+    }
+}
+
+#[test]
+fn the_film_shows_what_is_there() {
+    let shot = Shot::new(&["/solver/symmetry=none", "/solver/end_time_us=14"]);
+    let last = shot.film.stills.last().unwrap();
+    let deepest = last.displacement.iter().map(|u| u[2]).fold(0.0, f32::max);
+    let row = shot.run.history.last().unwrap();
+    // The history counts standing fabric only.
+    assert!(
+        f64::from(deepest) >= row.deflection - 1e-6 && f64::from(deepest) < 2.0 * row.deflection,
+        "{deepest} {}",
+        row.deflection
+    );
+    let broken = |yarn: usize| last.tension.iter().filter(|cell| cell[yarn].is_none()).count() as u64;
+    assert_eq!([broken(0), broken(1)], row.failed);
+    // A yarn breaks at its modulus times failure strain times cross-section; shear adds little.
+    let yarn = &shot.case.fabric.warp;
+    let strength = yarn.modulus * yarn.failure_strain * yarn.area(shot.case.fabric.fibre_density);
+    let peak = f64::from(shot.film.peak_tension());
+    assert!((0.8..1.1).contains(&(peak / strength)), "{peak} of {strength}");
+    // A quarter of it is the same as the whole.
+    let quarter = Shot::new(&["/solver/end_time_us=14"]);
+    let part = quarter.film.stills.last().unwrap();
+    assert_eq!(quarter.film.strips[0].elements, shot.film.strips[0].elements);
+    assert_eq!(part.tension.len() * 4, last.tension.len());
+    let corner = |film: &Film, tension: &[[Option<f32>; 2]]| tension[film.strips[0].cells() - 1];
+    let [a, b] = [corner(&quarter.film, &part.tension), corner(&shot.film, &last.tension)];
+    assert!((0..2).all(|yarn| (a[yarn].unwrap() - b[yarn].unwrap()).abs() < 1e-3), "{a:?} {b:?}");
+}
+
+#[test]
+fn a_thick_pack_shows_some_plies_and_says_which() {
+    let shot = Shot::new(&["/pack/plies=12", "/solver/end_time_us=4", "/output/history_interval_us=2"]);
+    let page = shot.page();
+    let said = between(&page, "Of 12 plies these are shown: ", ".");
+    let shown: Vec<usize> = said.split(", ").map(|ply| ply.parse().unwrap()).collect();
+    assert_eq!(shown, [1, 3, 4, 6, 7, 9, 10, 12]);
+    assert!(page.len() < 5_000_000, "{}", page.len());
+    let film: Value = serde_json::from_str(between(&page, "id=\"film\">", "</script>")).unwrap();
+    assert_eq!(film["strips"].as_array().unwrap().len(), 8);
+}
