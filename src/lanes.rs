@@ -183,10 +183,6 @@ macro_rules! lanes {
                 self.0.token().vectorize(call)
             }
             #[inline(always)]
-            fn mul_add(self, factor: Self, term: Self) -> Self {
-                Self(self.0.mul_add_precise(factor.0, term.0))
-            }
-            #[inline(always)]
             fn sqrt(self) -> Self {
                 Self(self.0.sqrt())
             }
@@ -321,10 +317,6 @@ impl<R: Real> Real for Twice<R> {
     #[inline(always)]
     fn vectorize<T>(self, call: impl FnOnce() -> T) -> T {
         self.0.vectorize(call)
-    }
-    #[inline(always)]
-    fn mul_add(self, factor: Self, term: Self) -> Self {
-        Self(self.0.mul_add(factor.0, term.0), self.1.mul_add(factor.1, term.1))
     }
     #[inline(always)]
     fn sqrt(self) -> Self {

@@ -2,7 +2,7 @@
 //!
 //! Kernels are written once, branch-free, with masks and [`Real::select`] as in WGSL. `f64` is the reference,
 //! `f32` the twin of the shaders; [`crate::lanes`] has vectors of both. Every operation used is correctly
-//! rounded (`+ − × ÷ √`, × and + in one) or built from such operations, so results do not depend on the machine.
+//! rounded (`+ − × ÷ √`) or built from such operations, so results do not depend on the machine.
 //!
 //! Vector registers may only be filled where the processor is known to have them, and only a vector at hand proves
 //! that: constants are made from a number of the same kind, `n.with(0.5)`, not from its type.
@@ -99,8 +99,6 @@ pub trait Real:
     fn store(self, target: &mut [Self::Scalar], index: usize);
     /// One lane.
     fn lane(self, lane: usize) -> Self::Scalar;
-    /// self × factor + term, rounded once.
-    fn mul_add(self, factor: Self, term: Self) -> Self;
     /// Square root.
     fn sqrt(self) -> Self;
     /// Absolute value.
@@ -155,10 +153,9 @@ pub trait Real:
         let one = self.one();
         for _ in 0..2 {
             // (1 − r)^(−1/3) = 1 + r/3 + 2r²/9 + 14r³/81 + …
-            let r = (-self).mul_add(y * y * y, one);
-            let more = r.mul_add(self.with(14.0 / 81.0), self.with(2.0 / 9.0));
-            let more = r * r.mul_add(more, self.with(1.0 / 3.0));
-            y = y.mul_add(more, y);
+            let r = one - self * (y * y * y);
+            let more = r * (self.with(1.0 / 3.0) + r * (self.with(2.0 / 9.0) + r * self.with(14.0 / 81.0)));
+            y = y + y * more;
         }
         y
     }
@@ -234,10 +231,6 @@ macro_rules! scalar {
             #[inline(always)]
             fn lane(self, _: usize) -> Self {
                 self
-            }
-            #[inline(always)]
-            fn mul_add(self, factor: Self, term: Self) -> Self {
-                $type::mul_add(self, factor, term)
             }
             #[inline(always)]
             fn sqrt(self) -> Self {

@@ -63,7 +63,7 @@ pub fn arc_length<R: Real>(k: R, terms: usize) -> ArcLength<R> {
     let one = n.one();
     let half = n.with(0.5);
     let square = k.squared();
-    let secant = k.mul_add(k, one).sqrt();
+    let secant = (one + square).sqrt();
     let a2 = secant + one;
     // One division for 1/√(1 + k²) and 1/(√(1 + k²) + 1).
     let both = one / (secant * a2);
@@ -75,13 +75,13 @@ pub fn arc_length<R: Real>(k: R, terms: usize) -> ArcLength<R> {
     let mut p = n.zero();
     let mut dp = n.zero();
     for c in SERIES[..terms].iter().rev() {
-        dp = dp.mul_add(x, p);
-        p = p.mul_add(x, n.with(*c));
+        dp = dp * x + p;
+        p = p * x + n.with(*c);
     }
     let g_minus_1 = x * p;
-    let dg = x.mul_add(dp, p);
-    let excess = half * a2.mul_add(g_minus_1, a_minus_1);
-    let b = (n.with(2.0) * lambda * a1).mul_add(dg, half.mul_add(g_minus_1, half));
+    let dg = p + x * dp;
+    let excess = half * a_minus_1 + half * a2 * g_minus_1;
+    let b = half * (one + g_minus_1) + n.with(2.0) * lambda * dg * a1;
     let slope = k * inverse_secant * b;
     // E(−k²) obeys k s″ + s′ = k s/(1 + k²), which gives the second derivative without another series.
     let curvature = (one + excess) * inverse_secant.squared() - b * inverse_secant;

@@ -62,17 +62,14 @@ pub(super) fn iterate<R: Real, L: LawKernel>(
     let mut pending = active;
     for round in 0..JOINT_ITERATIONS {
         let cube = q * q * q;
-        let [sp, so] = each!(i in 2 => yarn[i].stiffness.max(cell.softest));
-        // The compliance of the compression a − b q, and the force; one division for this and for Newton's step.
+        // The force that compresses by a − b q, and its compliance.
+        let force = R::select(rigid, yarn[0].force, one / cube - offset);
         let give = b * q * cube * n.with(1.0 / 3.0);
-        let product = sp * so;
-        let sum = give.mul_add(product, sp + so);
-        let inverse = one / (cube * (product * sum));
-        let force = R::select(rigid, yarn[0].force, (product * sum).mul_add(inverse, -offset));
+        let [sp, so] = each!(i in 2 => yarn[i].stiffness.max(cell.softest));
         // How far the heights miss the compression of the pivot's force, but for what that rounds to; and with it what
         // the residual F_p(x) − F_o(H − d(F_p) − x) would be, at most.
         let misfit = give * ((yarn[0].force - force).abs() - cell.noise).max(zero);
-        let off = so.mul_add(misfit, (yarn[0].force - yarn[1].force).abs());
+        let off = (yarn[0].force - yarn[1].force).abs() + so * misfit;
         let limit = cell.accepted(yarn[0].force);
         let taut = each!(i in 2 => zero.lt(yarn[i].strain));
         // Both yarns slack although the crossover is not compressed: nothing presses.
@@ -83,12 +80,13 @@ pub(super) fn iterate<R: Real, L: LawKernel>(
         if round + 1 == JOINT_ITERATIONS || !pending.any() {
             break;
         }
-        // The force they have in common, Σ F/S over Σ 1/S.
-        let inverse = cube * inverse;
-        let forces = yarn[0].force.mul_add(so, yarn[1].force.mul_add(sp, force * give * product));
-        let balance = forces * (product * inverse);
-        let pivot = (balance - yarn[0].force).mul_add(so * sum * inverse, height[0]).max(zero).min(cell.height_sum);
-        let other = (balance - yarn[1].force).mul_add(sp * sum * inverse, height[1]);
+        // The force they have in common, Σ F/S over Σ 1/S; one division for all.
+        let product = sp * so;
+        let sum = sp + so + give * product;
+        let inverse = one / (product * sum);
+        let balance = (yarn[0].force * so + yarn[1].force * sp + force * give * product) * (product * inverse);
+        let pivot = (height[0] + (balance - yarn[0].force) * (so * sum * inverse)).max(zero).min(cell.height_sum);
+        let other = height[1] + (balance - yarn[1].force) * (sp * sum * inverse);
         let next = opening(cell, pivot + other).max(q * n.with(0.3));
         let new = [pivot, other_height(cell, pivot, next)];
         let rise = each!(i in 2 => new[i] - height[i]);

@@ -157,8 +157,7 @@ pub(crate) struct Kinematics<R> {
     /// Λ − 1 [-].
     pub(crate) stretch: [R; 2],
     direction: [[R; 3]; 2],
-    /// 1/Λ.
-    inverse: [R; 2],
+    lambda: [R; 2],
     /// Of the shear angle.
     pub(crate) sine: R,
 }
@@ -167,7 +166,7 @@ type Vector<R> = [R; 3];
 
 #[inline(always)]
 fn dot<R: Real>(a: &Vector<R>, b: &Vector<R>) -> R {
-    a[0].mul_add(b[0], a[1].mul_add(b[1], a[2] * b[2]))
+    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
 
 /// Differences over an element of corner values 0…3 (counter-clockwise): twice the edge differences along X and
@@ -193,17 +192,14 @@ pub(crate) fn kinematics<R: Real>(c: &Size<R>, dx: &Vector<R>, dy: &Vector<R>) -
     let l1 = dot(&f1, &f1).sqrt().max(tiny);
     let l2 = dot(&f2, &f2).sqrt().max(tiny);
     // Λ − 1 from the displacement gradient: no cancellation at small strain.
-    let (p1, p2) = (one + l1, one + l2);
-    // One division for 1/Λ and 1/(1 + Λ).
-    let (d1, d2) = (one / (l1 * p1), one / (l2 * p2));
-    let s1 = two.mul_add(g1[0], dot(&g1, &g1)) * (l1 * d1);
-    let s2 = two.mul_add(g2[1], dot(&g2, &g2)) * (l2 * d2);
-    let (i1, i2) = (p1 * d1, p2 * d2);
+    let s1 = (two * g1[0] + dot(&g1, &g1)) / (one + l1);
+    let s2 = (two * g2[1] + dot(&g2, &g2)) / (one + l2);
+    let (i1, i2) = (one / l1, one / l2);
     let sine = (g2[0] + g1[1] + dot(&g1, &g2)) * i1 * i2;
     Kinematics {
         stretch: [s1, s2],
         direction: [[f1[0] * i1, f1[1] * i1, f1[2] * i1], [f2[0] * i2, f2[1] * i2, f2[2] * i2]],
-        inverse: [i1, i2],
+        lambda: [l1, l2],
         sine: sine.max(-one).min(one),
     }
 }
@@ -218,14 +214,14 @@ fn membrane<R: Real>(c: &Size<R>, k: &Kinematics<R>, pull: &[R; 2], q: R, shear:
     }
     let n = q;
     let floor = n.with(COSINE_FLOOR * COSINE_FLOOR);
-    let cosine = (-k.sine).mul_add(k.sine, n.one()).max(floor).sqrt();
-    let lever = n.with(1.0 / STRETCH_FLOOR);
+    let cosine = (n.one() - k.sine.squared()).max(floor).sqrt();
+    let lever = n.with(STRETCH_FLOOR);
     let q = q / cosine;
-    let q1 = q * c.half_length[0] * k.inverse[0].min(lever);
-    let q2 = q * c.half_length[1] * k.inverse[1].min(lever);
+    let q1 = q * c.half_length[0] / k.lambda[0].max(lever);
+    let q2 = q * c.half_length[1] / k.lambda[1].max(lever);
     (
-        each!(a in 3 => n1.mul_add(e1[a], q1 * (-k.sine).mul_add(e1[a], e2[a]))),
-        each!(a in 3 => n2.mul_add(e2[a], q2 * (-k.sine).mul_add(e2[a], e1[a]))),
+        each!(a in 3 => n1 * e1[a] + q1 * (e2[a] - k.sine * e1[a])),
+        each!(a in 3 => n2 * e2[a] + q2 * (e1[a] - k.sine * e2[a])),
     )
 }
 
@@ -340,9 +336,9 @@ pub fn element_force<R: Real, L: LawKernel>(
         for a in 0..3 {
             let warp_new = R::select(any, warp[a], zero);
             let weft_new = R::select(any, weft[a], zero);
-            let warp_sum = n.load(row.element[field::WARP_FORCE + a], at) + warp_new;
-            let weft_sum = n.load(row.element[field::WEFT_FORCE + a], at) + weft_new;
-            power = warp_sum.mul_add(v[a][0], weft_sum.mul_add(v[a][1], power));
+            power = power
+                + (n.load(row.element[field::WARP_FORCE + a], at) + warp_new) * v[a][0]
+                + (n.load(row.element[field::WEFT_FORCE + a], at) + weft_new) * v[a][1];
             warp_new.store(row.element[field::WARP_FORCE + a], at);
             weft_new.store(row.element[field::WEFT_FORCE + a], at);
         }

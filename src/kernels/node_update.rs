@@ -124,11 +124,12 @@ pub fn node_update<R: Real>(
         let held_here = *edge_row || column == 0 || column + R::LANES >= columns;
         for a in 0..3 {
             let inverse = n.load(mass.inverse[a], column);
-            let velocity = (kick_r * force[a]).mul_add(inverse, n.load(node[field::VELOCITY + a], column));
-            let displacement = drift_r.mul_add(velocity, n.load(node[field::DISPLACEMENT + a], column));
+            let change = kick_r * force[a] * inverse;
+            let velocity = n.load(node[field::VELOCITY + a], column) + change;
+            let displacement = n.load(node[field::DISPLACEMENT + a], column) + drift_r * velocity;
             velocity.store(node[field::VELOCITY + a], column);
             displacement.store(node[field::DISPLACEMENT + a], column);
-            speed = velocity.mul_add(velocity, speed);
+            speed = speed + velocity.squared();
             if ledger {
                 now = now + velocity * (velocity - drift_r * force[a] * inverse);
                 momentum[a].add(m * velocity, column);

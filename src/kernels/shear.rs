@@ -92,7 +92,7 @@ pub fn arc_sine<R: Real>(x: R) -> R {
     let square = argument.squared();
     let mut p = n.zero();
     for c in ARC_SINE {
-        p = p.mul_add(square, n.with(c));
+        p = p * square + n.with(c);
     }
     let angle = argument * p;
     let angle = R::select(small, angle, n.with(std::f64::consts::FRAC_PI_2) - n.with(2.0) * angle);
@@ -106,7 +106,7 @@ pub fn resultant<R: Real>(c: &ShearConstants<R>, gamma: R) -> R {
     let size = gamma.abs();
     let into = (size - c.gamma1).max(n.zero()).min(c.ramp);
     let past = (size - c.gamma1 - c.ramp).max(n.zero());
-    let tangent = c.g1.mul_add(size, (n.with(0.5) * c.slope * into).mul_add(into, c.rise * past));
+    let tangent = c.g1 * size + n.with(0.5) * c.slope * into.squared() + c.rise * past;
     let locked = (c.gamma1 + c.ramp).le(size);
     let secant = size * (c.g1 + R::select(locked, c.rise, c.slope * into));
     let q = R::select(c.secant.le(n.zero()), tangent, secant);

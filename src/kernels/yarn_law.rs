@@ -70,8 +70,8 @@ impl<R: Real> YarnResponse<R> {
     /// The response of a taut yarn after a rise of its height too small to bend the curve.
     #[inline(always)]
     pub fn raised(&self, yarn: &YarnConstants<R>, rise: R) -> Self {
-        let strain = self.growth.mul_add(rise, self.strain);
-        Self { strain, tension: yarn.stiffness * strain, force: self.stiffness.mul_add(rise, self.force), ..*self }
+        let strain = self.strain + self.growth * rise;
+        Self { strain, tension: yarn.stiffness * strain, force: self.force + self.stiffness * rise, ..*self }
     }
 
     /// The contact force without its continuation: 0 where the yarn is slack.
@@ -144,11 +144,11 @@ struct Sinusoid<R: Real> {
 fn sinusoid<R: Real>(yarn: &YarnConstants<R>, span: &Span<R>, h: R) -> Sinusoid<R> {
     let k = h * span.rise;
     let arc = arc_length(k, yarn.terms);
-    let strain = span.length.mul_add(arc.excess, span.stretch - yarn.crimp) * yarn.per_rest;
+    let strain = (span.stretch + span.length * arc.excess - yarn.crimp) * yarn.per_rest;
     let zero = h.zero();
     let taut = zero.lt(strain);
     let tension = R::select(taut, yarn.stiffness * strain, zero);
-    let dstrain = arc.slope * (span.length * span.rise * yarn.per_rest);
+    let dstrain = span.length * arc.slope * span.rise * yarn.per_rest;
     Sinusoid { arc, k, strain, tension, taut, dstrain }
 }
 
@@ -172,8 +172,7 @@ fn published_yarn<R: Real>(yarn: &YarnConstants<R>, span: &Span<R>, h: R) -> Yar
     let cosine = s.arc.cosine;
     let twice = h.with(2.0) * cosine;
     let force = twice * s.tension * s.k;
-    let turning = s.tension * cosine.squared() * span.rise;
-    let stiffness = twice * (yarn.stiffness * s.dstrain).mul_add(s.k, turning);
+    let stiffness = twice * (yarn.stiffness * s.dstrain * s.k + s.tension * cosine.squared() * span.rise);
     s.response(yarn, force, stiffness)
 }
 

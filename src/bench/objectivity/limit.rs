@@ -83,7 +83,8 @@ mod tests {
             let limit = limit.unwrap_or(Limit { stopped: f64::NAN, perforated: f64::NAN });
             assert!(limit.stopped <= 142.0 && 142.0 < limit.perforated, "{guess}: {limit:?}");
             assert!(limit.perforated - limit.stopped <= 0.01 * guess, "{guess}: {limit:?}");
-            assert!(shots < 16, "{guess}: {shots} shots");
+            // Half a dozen to reach the limit from a guess far off, as many to close in on it.
+            assert!(shots <= 16, "{guess}: {shots} shots");
         }
     }
 
