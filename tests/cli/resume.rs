@@ -13,13 +13,14 @@ fn long() -> Value {
     case
 }
 
-/// Every file of a finished run but for what it cost; `shot.svg` and the tables byte by byte.
+/// Every file of a finished run but for what it cost; `shot.svg` and the tables byte by byte. The report names costs, and its
+/// film begins where the run went on.
 fn results(bench: &Bench, folder: &str) -> Vec<(String, String)> {
     let text = |name: &String| {
         let text = bench.text(&format!("{folder}/{name}"));
         if name == "summary.json" { without_costs(serde_json::from_str(&text).unwrap()).to_string() } else { text }
     };
-    let names = bench.names(folder);
+    let names: Vec<String> = bench.names(folder).into_iter().filter(|name| name != "report.html").collect();
     let texts = names.iter().map(text).collect::<Vec<_>>();
     names.into_iter().zip(texts).collect()
 }
@@ -116,7 +117,7 @@ fn a_run_that_ends_leaves_no_checkpoint_and_is_not_resumed() {
     let output = bench.shoot(&["--checkpoint-every", "1"]);
     assert_eq!(code(&output), 0, "{}", stderr(&output));
     assert!(stderr(&output).contains("note: out/shot holds a checkpoint, which this run replaces"));
-    let files = ["case.json", "events.csv", "history.csv", "shot.svg", "summary.json"];
+    let files = ["case.json", "events.csv", "history.csv", "report.html", "shot.svg", "summary.json"];
     assert_eq!(bench.names("out/shot"), files);
     assert_eq!(bench.json("out/shot/summary.json")["checkpoint_failed"], Value::Null);
     let before = bench.text("out/shot/summary.json");

@@ -1,10 +1,10 @@
 //! The same bits every time, and for every batch length.
 
 use ripstop::gpu::{Device, Simulation};
-use ripstop::output;
 use ripstop::simulation::{Run, Skips};
 
 use super::{Outcome, Tests, run_in_batches, run_on};
+use crate::kept::result;
 use crate::scene::builtin;
 
 pub(super) const TESTS: Tests = &[
@@ -19,22 +19,9 @@ fn shot() -> ripstop::case::Case {
     builtin("cases/verify/mirror.json", &sets)
 }
 
-/// Everything a run computed, every digit.
-fn result(run: &Run) -> Vec<String> {
-    let Run { history, events, profiles, .. } = run;
-    let rows = history.iter().map(|row| format!("{row:?}"));
-    let events = events.iter().map(|event| format!("{event:?}"));
-    let profiles = profiles.iter().map(|profile| format!("{profile:?}"));
-    let mut summary = output::summary(&shot(), run, 0.0);
-    for cost in ["loop_s", "host_s", "wall_s", "element_steps_per_s", "threads"] {
-        summary.as_object_mut().unwrap().remove(cost).unwrap_or_else(|| panic!("{cost}"));
-    }
-    rows.chain(events).chain(profiles).chain([summary.to_string()]).collect()
-}
-
 #[track_caller]
 fn equal(one: &Run, two: &Run, what: &str) {
-    let (one, two) = (result(one), result(two));
+    let [one, two] = [one, two].map(|run| result(&shot(), run));
     for (one, two) in one.iter().zip(&two) {
         assert_eq!(one, two, "{what}");
     }
