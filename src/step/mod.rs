@@ -166,7 +166,7 @@ impl<S: Scalar> Stepper<S> {
     pub fn step(&mut self, model: &Model<S>, state: &mut State<S>, ledger: &mut Ledger, sample: bool) -> StepTotals {
         let mut frame = Frame::new(model, state, ledger, sample);
         self.stopwatch.start();
-        if frame.state.step % APART == 0 {
+        if frame.state.step.is_multiple_of(APART) {
             self.elements(&mut frame);
             self.stopwatch.lap(Phase::ElementForce);
             self.nodes(&mut frame);
