@@ -47,7 +47,7 @@ fn main() -> ExitCode {
         trial("a_torn_quarter", |folder, python| {
             let frames = written(folder, python, &shot(&[]), Options::default(), None, true);
             assert_eq!(frames.len(), 6);
-            assert!(frames[5].alive[0].contains(&0) && !frames[1].alive[0].contains(&0));
+            assert!(frames[5].alive[0].contains(&0) && !frames[0].alive[0].contains(&0));
         }),
         trial("two_plies_one_turned", |folder, python| {
             let sets = [r#"/pack/layup=[{}, {"orientation_deg": 30}]"#, "/output/frames=3"];

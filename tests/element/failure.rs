@@ -247,6 +247,8 @@ fn an_eroded_element_leaves_its_neighbours_as_they_were() {
     let mut patch = Patch::<f64>::new(&unbreakable(case(3, 3)));
     let u = rough(&patch, [1.02, 0.1, 0.0], [0.1, 1.03, 0.0], 0.02 * CELL, &mut random);
     patch.set_displacements(&u);
+    // The second time, unit cells are where they stay: what a last step along a tangent rounds off is gone.
+    patch.solve();
     let (whole, all) = patch.solve();
     patch.kill(1, 1, 0);
     patch.kill(1, 1, 1);
