@@ -156,7 +156,7 @@ mod tests {
                 "solver": {"end_time_us": 1}}"#,
             &[],
         );
-        let mut film = Film::new(&case.unwrap_or_else(|error| panic!("{error}")));
+        let mut film = Film::new(&case.unwrap_or_else(|error| unreachable!("{error}")));
         // Like noise, so that it cannot be packed.
         let rough = |n: usize| ((n * n % 99_991 * 7919) % 100_003) as f32 * 1e-8;
         film.strips = vec![Strip::for_tests((0..nodes).map(|n| [rough(n), rough(n + 1), 0.0]).collect())];
