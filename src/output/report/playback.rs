@@ -148,7 +148,6 @@ mod tests {
     use crate::case;
 
     /// A film of one strip whose numbers follow a rule.
-    #[allow(clippy::panic, reason = "a test that cannot go on has failed")]
     fn film(stills: usize, nodes: usize) -> Film {
         let case = case::from_str(
             "shot",
