@@ -36,6 +36,6 @@ fn what_is_written_is_that_of_the_format() -> Result<(), Box<dyn std::error::Err
         bytes(&event),
         bytes(&point),
     ];
-    assert_eq!((FORMAT, sizes), (1, [164, 103, 17, 105, 4, 148, 35, 24, 13, 40]));
+    assert_eq!((FORMAT, sizes), (1, [164, 104, 17, 105, 4, 148, 35, 24, 13, 40]));
     Ok(())
 }

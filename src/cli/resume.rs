@@ -35,7 +35,10 @@ pub(crate) fn resume(arguments: &ResumeArguments) -> Result<(), Failure> {
     let chosen = backend::again(&head.backend)?;
     let folder = Folder::reopen(&arguments.folder)?;
     if !arguments.quiet {
-        screen::complain(&format!("note: goes on from {}", us(head.time)));
+        screen::complain(&format!(
+            "note: goes on from {}; frames and the film of the report begin there",
+            us(head.time)
+        ));
     }
     let bar = Bar::new(!arguments.quiet);
     let options = Options {

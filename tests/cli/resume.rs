@@ -13,13 +13,13 @@ fn long() -> Value {
     case
 }
 
-/// Every file of a finished run but for what it cost; `shot.svg` and the tables byte by byte.
+/// Every file of a finished run but for what it cost; `shot.svg` and the tables byte by byte. The report names costs, and its
+/// film begins where the run went on.
 fn results(bench: &Bench, folder: &str) -> Vec<(String, String)> {
     let text = |name: &String| {
         let text = bench.text(&format!("{folder}/{name}"));
         if name == "summary.json" { without_costs(serde_json::from_str(&text).unwrap()).to_string() } else { text }
     };
-    // The playback of a run that went on begins where it did.
     let names: Vec<String> = bench.names(folder).into_iter().filter(|name| name != "report.html").collect();
     let texts = names.iter().map(text).collect::<Vec<_>>();
     names.into_iter().zip(texts).collect()
