@@ -94,6 +94,14 @@ pub struct ElementRow<'a, S> {
     pub viscosity: Option<(&'a [S], f64)>,
 }
 
+impl<S> ElementRow<'_, S> {
+    /// Whether all elements of the ply are alike.
+    #[inline]
+    pub fn is_even(&self) -> bool {
+        self.width.is_empty()
+    }
+}
+
 /// What of the kernel a step needs.
 #[derive(Clone, Copy, Debug)]
 pub struct Extent {
@@ -275,9 +283,9 @@ fn corners<R: Real>(n: R, row: &ElementRow<'_, R::Scalar>, field: usize, column:
 /// Computes `range` of one row of elements, from the last multiple of `R::LANES` before it on: columns beyond it are at rest and stay
 /// so, or are padding.
 ///
-/// `dt` is the time since the forces in the row were computed [s] (0 at the start, when there are none).
+/// `dt` is the time since the forces in the row were computed [s] (0 at the start, when there are none). `GRADED`: elements differ in size.
 #[inline(always)]
-pub fn element_force<R: Real, L: LawKernel>(
+pub fn element_force<R: Real, L: LawKernel, const GRADED: bool>(
     c: &ElementConstants<R>,
     row: &mut ElementRow<'_, R::Scalar>,
     range: Range<usize>,
@@ -289,7 +297,7 @@ pub fn element_force<R: Real, L: LawKernel>(
     let n = c.area;
     let zero = n.zero();
     let half_dt = n.with(0.5 * dt);
-    let tall = Size::of_row(c, row.height);
+    let tall = Size::of_row(c, if GRADED { row.height } else { 1.0 });
     let mut work = Tally::default();
     let mut stored = Tally::default();
     let mut hourglass = Tally::default();
@@ -301,7 +309,8 @@ pub fn element_force<R: Real, L: LawKernel>(
         let at = column + 1;
         let [ux, uy, uz] = each!(f in 3 => differences(&corners(n, row, f, column)));
         let [vx, vy, vz] = each!(f in 3 => differences(&corners(n, row, 3 + f, column)));
-        let size = tall.of_columns(n.load(row.width, column), n.load(row.per_width, column));
+        let size =
+            if GRADED { tall.of_columns(n.load(row.width, column), n.load(row.per_width, column)) } else { tall };
         let k = kinematics(&size, &[ux[0], uy[0], uz[0]], &[ux[1], uy[1], uz[1]]);
 
         let half = n.with(0.5);
@@ -317,12 +326,12 @@ pub fn element_force<R: Real, L: LawKernel>(
         let any_failed = failed[0] | failed[1];
         let free_strain = each!(i in 2 => c.cell.yarn[i].straight(k.stretch[i]).max(zero));
         let free = each!(i in 2 => c.cell.yarn[i].stiffness * free_strain[i]);
-        let drag = match row.viscosity {
+        let drag = match row.viscosity.filter(|_| GRADED) {
             Some((along, across)) => drag(c, &size, &k, [&vx, &vy, &vz], [n.load(along, column), n.with(across)]),
             None => [zero; 2],
         };
         let pull = each!(i in 2 => R::select(both_left, cell.in_plane[i], free[i]));
-        let pull = if row.viscosity.is_some() { each!(i in 2 => viscous(pull[i], drag[i])) } else { pull };
+        let pull = if GRADED && row.viscosity.is_some() { each!(i in 2 => viscous(pull[i], drag[i])) } else { pull };
         let pull = each!(i in 2 => R::select(alive[i], pull[i], zero));
 
         let gamma = if shear { shear::arc_sine(k.sine) } else { zero };

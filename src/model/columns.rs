@@ -3,7 +3,7 @@
 use super::{Grid, Mesh, regularisation};
 use crate::number::Scalar;
 
-/// Shapes (node stride,), beyond the last element as of the finest.
+/// Shapes (node stride,), beyond the last element as of the finest; of an even mesh empty.
 #[derive(Clone, Debug)]
 pub struct Columns<S> {
     /// Lengths of elements along X over the finest [-].
@@ -19,7 +19,7 @@ pub struct Columns<S> {
 impl<S: Scalar> Columns<S> {
     /// `viscosity`: of elements twice the finest along X, along Y, over the stiffness [s].
     pub(super) fn new(mesh: &Mesh, viscosity: [f64; 2]) -> Self {
-        let stride = Grid::node_stride(mesh.columns);
+        let stride = if mesh.is_graded() { Grid::node_stride(mesh.columns) } else { 0 };
         let ones = || vec![S::splat(1.0); stride];
         let mut out = Self { width: ones(), per_width: ones(), along: vec![S::splat(0.0); stride], across: Vec::new() };
         if !mesh.is_graded() {

@@ -216,7 +216,7 @@ mod tests {
 
     #[test]
     fn a_film_that_is_too_large_loses_pictures() {
-        let film = film(60, 9000);
+        let film = film(60, 16_000);
         let packed = pack(&film).map_or(0, |playback| playback.description["times"].as_array().map_or(0, Vec::len));
         assert!((2..60).contains(&packed), "{packed}");
         let size = pack(&film).map_or(0, |playback| playback.base64.len());
