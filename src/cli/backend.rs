@@ -19,6 +19,18 @@ pub(crate) struct Chosen {
     pub(crate) note: Option<String>,
 }
 
+impl Chosen {
+    /// To run on what was chosen, all that may be left out left out.
+    pub(crate) fn options(&self, threads: Option<usize>) -> simulation::Options<'_> {
+        simulation::Options {
+            threads,
+            precision: self.precision,
+            device: self.device.as_ref(),
+            ..simulation::Options::default()
+        }
+    }
+}
+
 /// What `auto` takes of these adapters: the number of one, or why none.
 pub(crate) fn automatic(adapters: &[Adapter]) -> Result<&Adapter, &'static str> {
     match adapters.first() {

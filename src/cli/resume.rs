@@ -41,13 +41,8 @@ pub(crate) fn resume(arguments: &ResumeArguments) -> Result<(), Failure> {
         ));
     }
     let bar = Bar::new(!arguments.quiet);
-    let options = Options {
-        threads: arguments.threads.or(head.threads),
-        precision: chosen.precision,
-        device: chosen.device.as_ref(),
-        skips: head.skips,
-        from: Some(&checkpoint),
-    };
+    let options =
+        Options { skips: head.skips, from: Some(&checkpoint), ..chosen.options(arguments.threads.or(head.threads)) };
     let head = Head { every: arguments.checkpoint_every.unwrap_or(head.every), ..head.clone() };
     let keeper = Keeper::new(&folder, &case, head, start);
     let recorder = recorder(&case, &folder, arguments.vtu)?;

@@ -38,13 +38,7 @@ pub(crate) fn run(arguments: &RunArguments) -> Result<(), Failure> {
     };
     chosen.note.iter().chain(&waiting(&folder)).for_each(|note| say(note));
     let bar = Bar::new(!arguments.quiet);
-    let options = Options {
-        threads: arguments.threads,
-        precision: chosen.precision,
-        device: chosen.device.as_ref(),
-        skips: arguments.skips(),
-        from: None,
-    };
+    let options = Options { skips: arguments.skips(), ..chosen.options(arguments.threads) };
     let keeper = |options: &Options<'_>| {
         let every = arguments.checkpoint_every?;
         Some(Keeper::new(&folder, &case, Head::new(&case, options, every), start))

@@ -4,7 +4,6 @@ use std::path::Path;
 use std::sync::atomic::Ordering;
 
 use ripstop::output::Folder;
-use ripstop::simulation::Options;
 use ripstop::validate::{self, Row};
 use serde_json::{Value, json};
 
@@ -20,14 +19,8 @@ pub(crate) fn validate(arguments: &ValidateArguments) -> Result<(), Failure> {
     let page = arguments.html.as_deref().map(page).transpose()?;
     let chosen = backend::choose(&arguments.backend)?;
     chosen.note.iter().for_each(|note| screen::complain(note));
-    let options = Options {
-        threads: arguments.threads,
-        precision: chosen.precision,
-        device: chosen.device.as_ref(),
-        ..Options::default()
-    };
     let bar = Bar::new(!arguments.json && !arguments.markdown);
-    let rows = validate::run(options, &interrupted, &mut |name, at| bar.show_named(name, at));
+    let rows = validate::run(chosen.options(arguments.threads), &interrupted, &mut |name, at| bar.show_named(name, at));
     bar.clear();
     if interrupted.load(Ordering::Relaxed) {
         return Err(Failure::interrupted("interrupted; a table with rows missing is not shown"));

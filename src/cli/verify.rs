@@ -3,7 +3,6 @@
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use ripstop::output::Folder;
-use ripstop::simulation::Options;
 use ripstop::verify::stress::{self, Found, Machine, Plan, Report};
 use ripstop::verify::{self, Row};
 use serde_json::{Value, json};
@@ -22,13 +21,7 @@ pub(crate) fn verify(arguments: &VerifyArguments) -> Result<(), Failure> {
     } else {
         let chosen = backend::choose(&arguments.backend)?;
         chosen.note.iter().for_each(|note| screen::complain(note));
-        let options = Options {
-            threads: arguments.threads,
-            precision: chosen.precision,
-            device: chosen.device.as_ref(),
-            ..Options::default()
-        };
-        Report { rows: verify::run(options, &interrupted, &mut |_| {}), ..Report::default() }
+        Report { rows: verify::run(chosen.options(arguments.threads), &interrupted, &mut |_| {}), ..Report::default() }
     };
     let rows = &report.rows;
     let failed = rows.iter().filter(|row| !row.pass).count();
