@@ -96,8 +96,8 @@ pub struct ElementRow<'a, S> {
 
 impl<S> ElementRow<'_, S> {
     /// Whether all elements of the ply are alike.
-    #[inline]
-    pub fn is_even(&self) -> bool {
+    #[inline(always)]
+    fn is_even(&self) -> bool {
         self.width.is_empty()
     }
 }
@@ -283,9 +283,26 @@ fn corners<R: Real>(n: R, row: &ElementRow<'_, R::Scalar>, field: usize, column:
 /// Computes `range` of one row of elements, from the last multiple of `R::LANES` before it on: columns beyond it are at rest and stay
 /// so, or are padding.
 ///
-/// `dt` is the time since the forces in the row were computed [s] (0 at the start, when there are none). `GRADED`: elements differ in size.
+/// `dt` is the time since the forces in the row were computed [s] (0 at the start, when there are none).
 #[inline(always)]
-pub fn element_force<R: Real, L: LawKernel, const GRADED: bool>(
+pub fn element_force<R: Real, L: LawKernel>(
+    c: &ElementConstants<R>,
+    row: &mut ElementRow<'_, R::Scalar>,
+    range: Range<usize>,
+    dt: f64,
+    extent: Extent,
+    totals: &mut ElementTotals,
+) {
+    if row.is_even() {
+        compute::<R, L, false>(c, row, range, dt, extent, totals);
+    } else {
+        compute::<R, L, true>(c, row, range, dt, extent, totals);
+    }
+}
+
+/// [`element_force`] of elements that are alike, or differ in size.
+#[inline(always)]
+fn compute<R: Real, L: LawKernel, const GRADED: bool>(
     c: &ElementConstants<R>,
     row: &mut ElementRow<'_, R::Scalar>,
     range: Range<usize>,

@@ -53,10 +53,7 @@ impl<R: Real + Send + Sync, L: LawKernel> RowKernels<R::Scalar> for Compiled<R, 
         let extent = Extent { shear: self.shear, ledger };
         self.constants.area.vectorize(
             #[inline(always)]
-            || match row.is_even() {
-                true => element_force::<R, L, false>(&self.constants, row, range, dt, extent, totals),
-                false => element_force::<R, L, true>(&self.constants, row, range, dt, extent, totals),
-            },
+            || element_force::<R, L>(&self.constants, row, range, dt, extent, totals),
         );
     }
 

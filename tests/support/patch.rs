@@ -133,10 +133,7 @@ impl<S: Scalar> Patch<S> {
             with_law!(sheet.law, L => {
                 let c = sheet.constants::<S, L>();
                 let extent = Extent { shear: sheet.has_shear, ledger: true };
-                match storage.is_even() {
-                    true => element_force::<S, L, false>(&c, &mut storage, 0..columns, dt, extent, totals),
-                    false => element_force::<S, L, true>(&c, &mut storage, 0..columns, dt, extent, totals),
-                }
+                element_force::<S, L>(&c, &mut storage, 0..columns, dt, extent, totals);
             });
         }
         all
