@@ -293,28 +293,12 @@ pub fn element_force<R: Real, L: LawKernel>(
     extent: Extent,
     totals: &mut ElementTotals,
 ) {
-    if row.is_even() {
-        compute::<R, L, false>(c, row, range, dt, extent, totals);
-    } else {
-        compute::<R, L, true>(c, row, range, dt, extent, totals);
-    }
-}
-
-/// [`element_force`] of elements that are alike, or differ in size.
-#[inline(always)]
-fn compute<R: Real, L: LawKernel, const GRADED: bool>(
-    c: &ElementConstants<R>,
-    row: &mut ElementRow<'_, R::Scalar>,
-    range: Range<usize>,
-    dt: f64,
-    extent: Extent,
-    totals: &mut ElementTotals,
-) {
     let Extent { shear, ledger } = extent;
     let n = c.area;
     let zero = n.zero();
     let half_dt = n.with(0.5 * dt);
-    let tall = Size::of_row(c, if GRADED { row.height } else { 1.0 });
+    let graded = !row.is_even();
+    let tall = Size::of_row(c, if graded { row.height } else { 1.0 });
     let mut work = Tally::default();
     let mut stored = Tally::default();
     let mut hourglass = Tally::default();
@@ -327,7 +311,7 @@ fn compute<R: Real, L: LawKernel, const GRADED: bool>(
         let [ux, uy, uz] = each!(f in 3 => differences(&corners(n, row, f, column)));
         let [vx, vy, vz] = each!(f in 3 => differences(&corners(n, row, 3 + f, column)));
         let size =
-            if GRADED { tall.of_columns(n.load(row.width, column), n.load(row.per_width, column)) } else { tall };
+            if graded { tall.of_columns(n.load(row.width, column), n.load(row.per_width, column)) } else { tall };
         let k = kinematics(&size, &[ux[0], uy[0], uz[0]], &[ux[1], uy[1], uz[1]]);
 
         let half = n.with(0.5);
@@ -343,12 +327,13 @@ fn compute<R: Real, L: LawKernel, const GRADED: bool>(
         let any_failed = failed[0] | failed[1];
         let free_strain = each!(i in 2 => c.cell.yarn[i].straight(k.stretch[i]).max(zero));
         let free = each!(i in 2 => c.cell.yarn[i].stiffness * free_strain[i]);
-        let drag = match row.viscosity.filter(|_| GRADED) {
-            Some((along, across)) => drag(c, &size, &k, [&vx, &vy, &vz], [n.load(along, column), n.with(across)]),
-            None => [zero; 2],
-        };
-        let pull = each!(i in 2 => R::select(both_left, cell.in_plane[i], free[i]));
-        let pull = if GRADED && row.viscosity.is_some() { each!(i in 2 => viscous(pull[i], drag[i])) } else { pull };
+        let mut pull = each!(i in 2 => R::select(both_left, cell.in_plane[i], free[i]));
+        let mut intact = cell.in_plane;
+        if let Some((along, across)) = row.viscosity {
+            let drag = drag(c, &size, &k, [&vx, &vy, &vz], [n.load(along, column), n.with(across)]);
+            pull = each!(i in 2 => viscous(pull[i], drag[i]));
+            intact = each!(i in 2 => viscous(intact[i], drag[i]));
+        }
         let pull = each!(i in 2 => R::select(alive[i], pull[i], zero));
 
         let gamma = if shear { shear::arc_sine(k.sine) } else { zero };
@@ -395,7 +380,7 @@ fn compute<R: Real, L: LawKernel, const GRADED: bool>(
             let left = each!(i in 2 => R::select(alive[i], free[i], zero));
             let after = stored_energy(&c.cell, &size, &left, &free_strain, zero, zero);
             // Forces that break in this step never act, so the last half step's work on them was not done either.
-            let intact = each!(i in 2 => R::select(was_alive[i], viscous(cell.in_plane[i], drag[i]), zero));
+            let intact = each!(i in 2 => R::select(was_alive[i], intact[i], zero));
             let (warp_intact, weft_intact) = membrane(&size, &k, &intact, R::select(both, trellis, zero), shear);
             let mut undone = zero;
             for a in 0..3 {
