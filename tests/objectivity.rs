@@ -14,7 +14,7 @@ use serde_json::Value;
 use crate::scene::{builtin, run};
 
 /// What `bench --objectivity --json` wrote, by contact sampling.
-const FILES: [&str; 2] = ["benches/objectivity-nodes.json", "benches/objectivity-rim.json"];
+const FILES: [&str; 2] = ["benches/objectivity-nodes.json", "benches/objectivity-nonlocal.json"];
 
 fn report_of(file: &str) -> Value {
     serde_json::from_str(&fs::read_to_string(file).unwrap()).unwrap()
@@ -40,6 +40,7 @@ fn the_limit_and_the_velocity_left_above_it_are_those_measured() {
                 "/output/profile_times_us=[]".to_owned(),
                 "/solver/end_time_us=1600".to_owned(),
                 format!("/solver/contact_sampling={}", report["contact_sampling"].as_str().unwrap()),
+                format!("/pack/failure={}", report["failure"].as_str().unwrap()),
                 format!("/projectile/velocity_m_s={velocity:?}"),
             ];
             let case = builtin("cases/s720-1ply-155.json", &sets.each_ref().map(String::as_str));

@@ -191,6 +191,7 @@ fn pack(
         crossovers_per_element,
         grading,
         regularisation: scope.word("regularisation")?,
+        failure: scope.word("failure")?,
         elements_per_crossover,
         edges,
         pretension: pretension.iter().any(Option::is_some).then_some(pretension),

@@ -227,6 +227,8 @@ pub struct Pack {
     pub grading: Option<Grading>,
     /// What larger elements do to keep the outcome.
     pub regularisation: Regularisation,
+    /// The strain by which yarns are judged.
+    pub failure: FailureMeasure,
     /// Elements along each side of one crossover.
     pub elements_per_crossover: u32,
     /// Boundary conditions.
@@ -237,6 +239,22 @@ pub struct Pack {
     pub initial_velocity: [f64; 3],
     /// Initial sine deflection, if any.
     pub initial_deflection: Option<InitialDeflection>,
+}
+
+impl Pack {
+    /// Crossovers along a side of the finest elements.
+    pub fn crossovers_along_element(&self) -> f64 {
+        f64::from(self.crossovers_per_element) / f64::from(self.elements_per_crossover)
+    }
+}
+
+/// The strain by which a yarn is judged.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum FailureMeasure {
+    /// That of the element.
+    Local,
+    /// Its mean over the crossovers around.
+    Nonlocal,
 }
 
 /// What meshes coarser than one crossover per element do to keep its outcome.

@@ -6,8 +6,8 @@ use super::fields::{Key, Kind, Unit, above, key, number, within, word};
 use super::pointer::index;
 use super::words::{ShapeWord, Word};
 use super::{
-    Along, ContactSampling, Edge, Law, MembraneForce, Motion, Regularisation, Rotation, RunUntil, ShearModulus,
-    Symmetry, UnitCell,
+    Along, ContactSampling, Edge, FailureMeasure, Law, MembraneForce, Motion, Regularisation, Rotation, RunUntil,
+    ShearModulus, Symmetry, UnitCell,
 };
 
 const NONE: Unit = Unit::new("", 1.0, 1.0);
@@ -146,6 +146,13 @@ static PACK: &[Key] = &[
         they are viscous.",
     )
     .default_word("calibrated", "measured on S-720; elements of one crossover are not concerned"),
+    word(
+        "failure",
+        FailureMeasure::WORDS,
+        "The strain by which yarns are judged: the element's own, or its mean over four by four crossovers, which does \
+        not depend on the mesh.",
+    )
+    .default_word("local", "the paper: one element per crossover"),
     number(
         "spacing_mm",
         MM,

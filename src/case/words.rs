@@ -1,8 +1,8 @@
 //! The words of the case file and what they stand for.
 
 use super::{
-    Along, ContactSampling, Edge, Law, MembraneForce, Motion, Regularisation, Rotation, RunUntil, ShearModulus,
-    Symmetry, UnitCell,
+    Along, ContactSampling, Edge, FailureMeasure, Law, MembraneForce, Motion, Regularisation, Rotation, RunUntil,
+    ShearModulus, Symmetry, UnitCell,
 };
 
 /// A choice that the case file names by a word.
@@ -44,6 +44,7 @@ words! {
     Motion { "free" => Free, "prescribed" => Prescribed }
     Rotation { "free" => Free, "locked" => Locked }
     Symmetry { "auto" => Auto, "none" => None }
+    FailureMeasure { "local" => Local, "nonlocal" => Nonlocal }
     ContactSampling { "nodes" => Nodes, "rim" => Rim }
     UnitCell { "joint" => Joint, "bracketed" => Bracketed }
     Regularisation { "calibrated" => Calibrated, "none" => None }

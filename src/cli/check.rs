@@ -3,8 +3,8 @@
 use std::fmt::Write;
 use std::path::Path;
 
-use ripstop::case::{self, Case, Regularisation};
-use ripstop::model::regularisation::strain_factor;
+use ripstop::case::{self, Case, FailureMeasure, Regularisation};
+use ripstop::model::regularisation::failure_factor;
 use ripstop::output::number::{bytes, grouped, us};
 use ripstop::output::symmetry;
 use ripstop::simulation::{Sample, Simulation, Skips};
@@ -44,11 +44,14 @@ fn report(path: &Path, sets: &[String]) -> Result<String, Failure> {
 
 /// What elements larger than one crossover do to keep the outcome.
 fn regularisation(case: &Case) -> Option<String> {
-    let factor = strain_factor(f64::from(case.pack.crossovers_per_element));
-    let failure = (factor < 1.0).then(|| format!("failure strain × {factor:.3}"));
-    let viscous = case.pack.grading.map(|_| "viscous where elements are larger than the finest".to_owned());
+    let factor = failure_factor(&case.pack);
+    let mean = if case.pack.failure == FailureMeasure::Nonlocal { ", for the mean over 4 × 4 crossovers" } else { "" };
+    let failure = (factor < 1.0).then(|| format!("failure strain × {factor:.3}{mean}"));
+    let calibrated = case.pack.regularisation == Regularisation::Calibrated;
+    let viscous = case.pack.grading.filter(|_| calibrated);
+    let viscous = viscous.map(|_| "viscous where elements are larger than the finest".to_owned());
     let parts: Vec<String> = failure.into_iter().chain(viscous).collect();
-    (case.pack.regularisation == Regularisation::Calibrated && !parts.is_empty()).then(|| parts.join(", "))
+    (!parts.is_empty()).then(|| parts.join(", "))
 }
 
 /// What follows for the run.

@@ -130,6 +130,9 @@ impl<'a> Stepper<'a> {
         if model.sheets.iter().any(|sheet| sheet.mesh.is_graded()) {
             return Err(DeviceError::Graded);
         }
+        if model.sheets.iter().any(|sheet| sheet.neighbourhood.is_some()) {
+            return Err(DeviceError::Nonlocal);
+        }
         if model.rim {
             return Err(DeviceError::NodesAlone);
         }

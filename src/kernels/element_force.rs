@@ -26,11 +26,17 @@ pub mod field {
     pub const HOURGLASS: usize = 6;
     /// Yarn heights h1, h2 [m].
     pub const HEIGHT: usize = 9;
-    /// 1 while the yarn carries load, 0 once it failed or where it is absent; warp, weft.
+    /// 1 while the yarn carries load, [`BREAKING`](super::BREAKING) when it is about to fail, 0 once it did or where it is absent;
+    /// warp, weft.
     pub const ALIVE: usize = 11;
     /// Number of fields.
     pub const COUNT: usize = 13;
+    /// Further fields where failure is nonlocal: strains of warp and weft [-].
+    pub const STRAINS: usize = 2;
 }
+
+/// Mark of a yarn that fails in the next step: nonlocal failure is judged when all elements are computed.
+pub const BREAKING: f64 = 0.75;
 
 /// Stretch below which the lever of shear is not shortened further, so that a collapsed, slack element keeps a
 /// bounded stiffness. Enters the step bound.
@@ -84,6 +90,8 @@ pub struct ElementRow<'a, S> {
     pub above: [&'a [S]; 6],
     /// Element fields; column c is stored at c + 1 so that node c finds its left neighbour at c.
     pub element: [&'a mut [S]; field::COUNT],
+    /// Where the strains of warp and weft go if failure is nonlocal, stored as the fields are.
+    pub strain: Option<[&'a mut [S]; field::STRAINS]>,
     /// Height of the row, over that of a row of the finest elements [-].
     pub height: f64,
     /// Lengths of the elements along X over the finest, and 1 over that [-].
@@ -145,6 +153,8 @@ pub struct ElementTotals {
     pub max_tension: f64,
     /// Largest |z displacement| of a corner of a standing element [m]; only in ledger steps.
     pub max_deflection: f64,
+    /// Largest strain of warp and weft [-]; only where failure is nonlocal.
+    pub largest_strain: [f64; 2],
     /// Elements computed.
     pub computed: usize,
     /// Yarn failures in column order.
@@ -304,6 +314,7 @@ pub fn element_force<R: Real, L: LawKernel>(
     let mut hourglass = Tally::default();
     let mut iterations = Tally::default();
     let mut released = [Tally::default(); 2];
+    let mut largest_strain = [zero; 2];
     let (mut residual, mut largest, mut deflection) = (zero, zero, zero);
     let mut column = range.start - range.start % R::LANES;
     while column < range.end {
@@ -315,13 +326,23 @@ pub fn element_force<R: Real, L: LawKernel>(
         let k = kinematics(&size, &[ux[0], uy[0], uz[0]], &[ux[1], uy[1], uz[1]]);
 
         let half = n.with(0.5);
-        let was_alive = each!(i in 2 => half.lt(n.load(row.element[field::ALIVE + i], at)));
+        let life = each!(i in 2 => n.load(row.element[field::ALIVE + i], at));
+        let was_alive = each!(i in 2 => half.lt(life[i]));
         let both = was_alive[0] & was_alive[1];
         let any = was_alive[0] | was_alive[1];
         let warm = each!(i in 2 => n.load(row.element[field::HEIGHT + i], at));
         let cell = crossover::solve::<R, L>(&c.cell, k.stretch, warm, both);
 
-        let failed = each!(i in 2 => was_alive[i] & c.cell.yarn[i].failure_strain.le(cell.strain[i]));
+        let failed = each!(i in 2 => {
+            was_alive[i] & (c.cell.yarn[i].failure_strain.le(cell.strain[i]) | life[i].le(n.with(BREAKING)))
+        });
+        if let Some(strains) = &mut row.strain {
+            for i in 0..2 {
+                let strain = R::select(was_alive[i], cell.strain[i], zero);
+                strain.store(strains[i], at);
+                largest_strain[i] = largest_strain[i].max(strain);
+            }
+        }
         let alive = [was_alive[0] & !failed[0], was_alive[1] & !failed[1]];
         let both_left = alive[0] & alive[1];
         let any_failed = failed[0] | failed[1];
@@ -424,6 +445,9 @@ pub fn element_force<R: Real, L: LawKernel>(
     }
     totals.max_residual = totals.max_residual.max(residual.largest());
     totals.max_tension = totals.max_tension.max(largest.largest());
+    for i in 0..2 {
+        totals.largest_strain[i] = totals.largest_strain[i].max(largest_strain[i].largest());
+    }
     totals.max_deflection = totals.max_deflection.max(deflection.largest());
     totals.internal_work += work.total();
     totals.iterations += iterations.total();

@@ -1,11 +1,14 @@
 //! A sheet: everything that plies of one fabric, laid and held alike, share.
 
-use super::{Columns, Grid, InitialStretch, Mesh, MirrorPlanes, ModelError, StepBound, pretension, regularisation};
-use crate::case::{Case, Edge, Edges, Fabric, Layer, Regularisation, UnitCell};
+use super::{
+    Columns, Grid, InitialStretch, Mesh, MirrorPlanes, ModelError, Neighbourhood, StepBound, pretension, regularisation,
+};
+use crate::case::{Case, Edge, Edges, Fabric, FailureMeasure, Layer, Regularisation, UnitCell};
 use crate::kernels::cell_constants::NEVER;
 use crate::kernels::crossover::{CellConstants, LawKernel, Variant};
 use crate::kernels::element_force::ElementConstants;
 use crate::kernels::shear::ShearConstants;
+use crate::kernels::yarn_law::YarnConstants;
 use crate::number::Scalar;
 
 /// Constants of alike plies in the number type of the state.
@@ -35,6 +38,8 @@ pub struct Sheet<S> {
     pub mass: Vec<RowMasses<S>>,
     /// Sizes of the elements of a row.
     pub columns: Columns<S>,
+    /// What lies around every element, where failure is nonlocal.
+    pub neighbourhood: Option<Neighbourhood>,
     /// Uniform initial stretch.
     pub initial: InitialStretch,
     /// Initial velocity of free nodes in the ply's axes [m/s].
@@ -62,11 +67,11 @@ impl<S: Scalar> Sheet<S> {
             return Err(ModelError::TurnedRoller { degrees: layer.orientation.to_degrees() });
         }
         let mut cell = CellConstants { joint: case.solver.unit_cell == UnitCell::Joint, ..CellConstants::new(fabric) };
-        if pack.regularisation == Regularisation::Calibrated {
-            for yarn in cell.yarn.iter_mut().filter(|yarn| yarn.failure_strain < NEVER) {
-                yarn.failure_strain *= regularisation::strain_factor(f64::from(pack.crossovers_per_element));
-            }
+        for yarn in cell.yarn.iter_mut().filter(|yarn| yarn.failure_strain < NEVER) {
+            yarn.failure_strain *= regularisation::failure_factor(pack);
         }
+        let nonlocal = pack.failure == FailureMeasure::Nonlocal;
+        let neighbourhood = nonlocal.then(|| Neighbourhood::of(&mesh, pack.crossovers_along_element()));
         let element = element_constants(fabric, length, case.solver.hourglass, &cell);
         let law = Variant::of(&fabric.crossover);
         let edges = MirrorPlanes::edges(&mesh, layer.edges);
@@ -77,6 +82,7 @@ impl<S: Scalar> Sheet<S> {
                 .into_iter()
                 .map(|row| row_masses(&mesh, fabric.areal_density, &edges, row))
                 .collect(),
+            neighbourhood,
             columns: Columns::new(&mesh, viscosity(case, layer, &cell)),
             initial_velocity: mesh.to_ply(layer.initial_velocity),
             has_shear: fabric.shear.is_some(),
@@ -110,8 +116,13 @@ impl<S: Scalar> Sheet<S> {
     /// Element constants in the precision of a kernel.
     pub fn constants<T: Scalar, L: LawKernel>(&self) -> ElementConstants<T> {
         let e = &self.element;
+        let mut cell = CellConstants::cast::<L>(&self.cell);
+        if self.neighbourhood.is_some() {
+            // The element kernel does not judge the yarns.
+            cell.yarn = cell.yarn.map(|yarn| YarnConstants { failure_strain: T::splat(NEVER), ..yarn });
+        }
         ElementConstants {
-            cell: CellConstants::cast::<L>(&self.cell),
+            cell,
             shear: e.shear.cast(),
             gradient: e.gradient.map(T::splat),
             membrane: e.membrane.map(T::splat),

@@ -9,6 +9,7 @@
 //! Rows run in parallel; sums are kept by row and added in row order, so results do not depend on threads. Rows and
 //! columns that nothing has reached are left out.
 
+mod failure;
 mod kernels;
 mod memory;
 mod plies;
@@ -276,6 +277,7 @@ impl<S: Scalar> Stepper<S> {
                 totals.eroded += u64::from(last && !state.standing(index, f.column as usize));
             }
         }
+        failure::judge(model, &mut state.elements, &self.element_totals);
         if *sample {
             ledger.sample_elements(&self.element_totals, &model.grid);
         }

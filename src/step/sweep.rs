@@ -9,7 +9,7 @@ use std::ops::Range;
 use rayon::prelude::*;
 
 use super::{Frame, RowKernels};
-use crate::kernels::element_force::{ElementRow, ElementTotals};
+use crate::kernels::element_force::{ElementRow, ElementTotals, field as element};
 use crate::kernels::node_update::{Neighbours, NodeTotals, Part, RowMass};
 use crate::model::{Grid, Model};
 use crate::number::Scalar;
@@ -220,10 +220,12 @@ impl<S: Scalar> Ply<'_, S> {
         totals.computed = columns.len();
         let model = self.sweep.model;
         let (grid, sheet) = (&model.grid, model.sheet(self.ply));
+        let (element, strain) = element.split_at_mut(element::COUNT * grid.element_stride);
         let mut row = ElementRow {
             below: split(below, grid.node_stride),
             above: split(above, grid.node_stride),
             element: split_mut(element, grid.element_stride),
+            strain: sheet.neighbourhood.as_ref().map(|_| split_mut(strain, grid.element_stride)),
             height: sheet.mesh.widths(row, 0)[1],
             width: &sheet.columns.width,
             per_width: &sheet.columns.per_width,

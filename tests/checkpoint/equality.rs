@@ -1,7 +1,7 @@
 //! The resumed run and the one that was never interrupted.
 
 use rayon::ThreadPoolBuilder;
-use ripstop::case::Case;
+use ripstop::case::{Case, FailureMeasure};
 use ripstop::checkpoint::Checkpoint;
 use ripstop::number::Scalar;
 use ripstop::simulation::{Run, Simulation};
@@ -73,6 +73,14 @@ fn resumes_equal<S: Scalar>(case: &Case, steps: u64, seed: u64) -> Run {
 fn one_ply_in_f64_goes_on_bit_by_bit_from_20_random_steps() {
     let run = resumes_equal::<f64>(&ply(), 160, 1);
     assert!(run.events.len() > 20 && run.profiles.len() == 3, "{} {}", run.events.len(), run.profiles.len());
+}
+
+#[test]
+fn nonlocal_failure_goes_on_bit_by_bit_from_20_random_steps() {
+    let mut case = ply();
+    case.pack.failure = FailureMeasure::Nonlocal;
+    let run = resumes_equal::<f64>(&case, 160, 6);
+    assert!(run.events.len() > 20, "{}", run.events.len());
 }
 
 #[test]

@@ -21,7 +21,7 @@ pub(crate) fn tests() -> Vec<Trial> {
     vec![
         trial("limits::too_large_for_a_binding_is_refused_with_the_memory_needed", too_large),
         trial("limits::a_dispatch_over_two_dimensions_gives_the_same_bits", two_dimensions),
-        trial("limits::a_graded_mesh_is_refused_by_name", graded),
+        trial("limits::what_the_shaders_do_not_know_is_refused_by_name", unknown),
         trial("limits::an_adapter_is_found_by_name_part_or_number", choice),
         trial("limits::a_device_lost_in_mid_run_leaves_the_history_so_far", lost),
         Trial::test("limits::refused_before_anything_is_allocated", refused),
@@ -53,13 +53,19 @@ fn two_dimensions(device: &'static Device) -> Outcome {
     Ok(())
 }
 
-/// The shaders take elements for alike.
-fn graded(device: &'static Device) -> Outcome {
-    let case = builtin("cases/verify/mirror.json", &["/pack/mesh_grading=graded"]);
-    let options = Options { device: Some(device), ..Options::default() };
-    match simulation::run(&case, options, &AtomicBool::new(false), &mut ()) {
-        Err(RunError::Device(error)) => assert_eq!(error, DeviceError::Graded),
-        other => return Err(format!("{other:?}")),
+/// The shaders take elements for alike, meet a projectile at nodes, and judge yarns element by element.
+fn unknown(device: &'static Device) -> Outcome {
+    for (set, refusal) in [
+        ("/pack/mesh_grading=graded", DeviceError::Graded),
+        ("/solver/contact_sampling=rim", DeviceError::NodesAlone),
+        ("/pack/failure=nonlocal", DeviceError::Nonlocal),
+    ] {
+        let case = builtin("cases/s720-1ply-155.json", &[set]);
+        let options = Options { device: Some(device), ..Options::default() };
+        match simulation::run(&case, options, &AtomicBool::new(false), &mut ()) {
+            Err(RunError::Device(error)) => assert_eq!(error, refusal),
+            other => return Err(format!("{set}: {other:?}")),
+        }
     }
     Ok(())
 }

@@ -93,6 +93,7 @@ pub fn json(measured: &Measured, plan: Plan, wall_seconds: f64) -> Value {
         "title": case.title,
         "case_hash": output::case_hash(&case.as_run),
         "contact_sampling": case.solver.contact_sampling.word(),
+        "failure": case.pack.failure.word(),
         "threads": plan.threads,
         "quick": plan.quick,
         "bracket_percent": plan.width * 100.0,
@@ -131,9 +132,10 @@ pub fn markdown(report: &Value) -> String {
     let limit =
         report["settings"][0]["limit_m_s"].as_f64().map_or_else(|| "-".to_owned(), |limit| format!("{limit:.1}"));
     let mut out = format!(
-        "{}, contact sampling `{}`{quick}: ballistic limit {limit} m/s\n\n| quantity | varied | allowed | got | |\n|---|---|---|---|---|\n",
+        "{}, contact sampling `{}`, failure `{}`{quick}: ballistic limit {limit} m/s\n\n| quantity | varied | allowed | got | |\n|---|---|---|---|---|\n",
         text(&report["case"]),
         text(&report["contact_sampling"]),
+        text(&report["failure"]),
     );
     let percent = |value: &Value| value.as_f64().map_or_else(|| "-".to_owned(), |value| format!("{value:.1} %"));
     for figure in report["figures"].as_array().into_iter().flatten() {

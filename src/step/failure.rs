@@ -1,0 +1,164 @@
+//! Nonlocal failure: yarns judged by their mean strain over what lies around an element.
+//!
+//! The strain of a single element at a projectile's rim is that of the mesh: it depends on where in an element the rim is. Its mean
+//! over four by four crossovers does not (see `model/regularisation.rs`).
+
+use crate::kernels::element_force::{BREAKING, ElementTotals, field};
+use crate::model::{Model, Neighbourhood, Span};
+use crate::number::Scalar;
+use crate::state::Rows;
+
+/// Marks the yarns whose own strain and mean strain have both reached the failure strain: they fail in the next step.
+pub(super) fn judge<S: Scalar>(model: &Model<S>, elements: &mut Rows<S>, totals: &[ElementTotals]) {
+    let grid = &model.grid;
+    for ply in 0..grid.plies {
+        let sheet = model.sheet(ply);
+        let Some(around) = &sheet.neighbourhood else { continue };
+        let first = grid.first_element_row(ply);
+        for (row, rows) in around.rows.iter().enumerate() {
+            for (yarn, constants) in sheet.cell.yarn.iter().enumerate() {
+                let limit = constants.failure_strain;
+                // Almost always nothing has to be looked at.
+                if totals[first + row].largest_strain[yarn] < limit {
+                    continue;
+                }
+                let ply = Yarns { elements, first, yarn, around };
+                let breaking: Vec<usize> =
+                    (0..sheet.mesh.columns).filter(|column| ply.breaks(row, rows, *column, limit)).collect();
+                for column in breaking {
+                    elements.set(first + row, field::ALIVE + yarn, column + 1, S::splat(BREAKING));
+                }
+            }
+        }
+    }
+}
+
+/// The yarns of one direction of a ply.
+struct Yarns<'a, S> {
+    elements: &'a Rows<S>,
+    /// First row of the ply.
+    first: usize,
+    yarn: usize,
+    around: &'a Neighbourhood,
+}
+
+impl<S: Scalar> Yarns<'_, S> {
+    fn stands(&self, row: usize, column: usize) -> bool {
+        self.elements.get(self.first + row, field::ALIVE + self.yarn, column + 1).to_f64() > 0.5
+    }
+
+    fn strain(&self, row: usize, column: usize) -> f64 {
+        self.elements.get(self.first + row, field::COUNT + self.yarn, column + 1).to_f64()
+    }
+
+    fn breaks(&self, row: usize, rows: &Span, column: usize, limit: f64) -> bool {
+        let own = self.strain(row, column);
+        own >= limit
+            && self.stands(row, column)
+            && self.mean(rows, &self.around.columns[column]).unwrap_or(own) >= limit
+    }
+
+    /// Mean strain over the pieces of yarn around that are whole, if any is: a broken one, slack beside its break, says nothing of
+    /// those beside it.
+    fn mean(&self, rows: &Span, columns: &Span) -> Option<f64> {
+        let (along, across) = if self.yarn == 0 { (columns, rows) } else { (rows, columns) };
+        let (mut sum, mut weights) = (0.0, 0.0);
+        for (line, width) in places(across) {
+            let at = |place: usize| if self.yarn == 0 { (line, place) } else { (place, line) };
+            let whole = places(along).all(|(place, _)| {
+                let (row, column) = at(place);
+                self.stands(row, column)
+            });
+            if whole {
+                for (place, length) in places(along) {
+                    let (row, column) = at(place);
+                    sum += width * length * self.strain(row, column);
+                    weights += width * length;
+                }
+            }
+        }
+        (weights > 0.0).then(|| sum / weights)
+    }
+}
+
+/// Elements of a span that count, and how much.
+fn places(span: &Span) -> impl Iterator<Item = (usize, f64)> {
+    span.weight.iter().enumerate().filter(|(_, weight)| **weight > 0.0).map(|(at, weight)| (span.first + at, *weight))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::case;
+    use crate::state::State;
+
+    /// A sheet of 9 × 9 crossovers with these strains of its warp (row, column), judged; where its warp is marked.
+    fn marked(strain: impl Fn(usize, usize) -> f64, broken: &[[usize; 2]], sets: &[&str]) -> Vec<[usize; 2]> {
+        let size = ["/pack/width_mm=11.43", "/pack/height_mm=11.43", "/pack/failure=nonlocal", "/expect=[]"];
+        let sets: Vec<String> = size.iter().chain(sets).map(|set| (*set).to_owned()).collect();
+        let case = case::read(std::path::Path::new("cases/s720-1ply-155.json"), &sets).unwrap();
+        let model = Model::<f64>::new(&case).unwrap();
+        let mut state = State::new(&case, &model);
+        let mesh = &model.sheet(0).mesh;
+        let limit = model.sheet(0).cell.yarn[0].failure_strain;
+        let mut totals = vec![ElementTotals::default(); mesh.rows];
+        for row in 0..mesh.rows {
+            for column in 0..mesh.columns {
+                let strain = limit * strain(row, column);
+                state.elements.set(row, field::COUNT, column + 1, strain);
+                totals[row].largest_strain[0] = totals[row].largest_strain[0].max(strain);
+            }
+        }
+        for [row, column] in broken {
+            state.elements.set(*row, field::ALIVE, column + 1, 0.0);
+        }
+        judge(&model, &mut state.elements, &totals);
+        let places = (0..mesh.rows).flat_map(|row| (0..mesh.columns).map(move |column| [row, column]));
+        places.filter(|[row, column]| state.elements.get(*row, field::ALIVE, column + 1) == BREAKING).collect()
+    }
+
+    #[test]
+    fn a_peak_breaks_nothing_that_a_plateau_breaks() {
+        let peak = |row, column| if (row, column) == (4, 4) { 2.0 } else { 0.9 };
+        assert_eq!(marked(peak, &[], &[]), [[0; 2]; 0]);
+        // Over four by four crossovers the mean of that peak is 0.9 + 1.1/16.
+        let higher = |row, column| if (row, column) == (4, 4) { 2.0 } else { 0.94 };
+        assert_eq!(marked(higher, &[], &[]), [[4, 4]]);
+        assert_eq!(marked(|_, _| 1.001, &[], &[]).len(), 81);
+        assert_eq!(marked(|_, _| 0.999, &[], &[]), [[0; 2]; 0]);
+    }
+
+    #[test]
+    fn half_an_element_more_counts_half() {
+        // Around column 4 are three whole columns and half of the ones beside them.
+        let outer = |height: f64| move |_, column: usize| [0.0, 0.0, height, 0.0, 1.0, 0.0, height, 0.0, 0.0][column];
+        let column = |column: usize| (0..9).map(|row| [row, column]).collect::<Vec<_>>();
+        assert_eq!(marked(outer(3.01), &[], &[]), column(4));
+        assert_eq!(marked(outer(2.99), &[], &[]), [[0; 2]; 0]);
+    }
+
+    #[test]
+    fn broken_pieces_of_yarn_do_not_spare_the_ones_beside_them() {
+        // Row 3 is broken in column 4 and slack there; row 4 beside it carries more than its limit.
+        let beside = |row: usize, column: usize| match row {
+            3 if (2..=6).contains(&column) => 0.0,
+            _ => 1.001,
+        };
+        let with_break = marked(beside, &[[3, 4]], &[]);
+        assert!(
+            with_break.contains(&[4, 4])
+                && !with_break.iter().any(|[row, column]| *row == 3 && (2..=6).contains(column))
+        );
+        assert!(!marked(beside, &[], &[]).contains(&[4, 4]));
+    }
+
+    #[test]
+    fn the_mean_is_over_crossovers_whatever_the_mesh() {
+        // Elements half as long: the middle one of a strained strip one crossover wide, in a mean over four.
+        let strip = |height: f64| move |_, column: usize| if column.abs_diff(9) <= 1 { height } else { 0.0 };
+        let fine = ["/pack/elements_per_crossover=2"];
+        // Three of eight half crossovers around column 9.
+        assert!(marked(strip(2.68), &[], &fine).contains(&[9, 9]));
+        assert!(!marked(strip(2.65), &[], &fine).contains(&[9, 9]));
+    }
+}
