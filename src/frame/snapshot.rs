@@ -37,20 +37,12 @@ impl Snapshot {
 
     /// The frame of the whole scene.
     pub fn frame(&self) -> Frame {
-        let (nodes, elements) = (self.scene.reference.len(), self.scene.elements);
-        let zeros = || std::array::from_fn(|_| vec![0.0; elements]);
         let mut frame = Frame {
             index: self.index,
             step: self.step,
             time: self.time,
-            displacement: vec![[0.0; 3]; nodes],
-            velocity: vec![[0.0; 3]; nodes],
-            tension: zeros(),
-            strain: zeros(),
-            height: zeros(),
-            shear_angle: vec![0.0; elements],
-            alive: std::array::from_fn(|_| vec![0; elements]),
             projectile: self.projectile,
+            ..Frame::empty(&self.scene)
         };
         self.moved.fill(&self.scene, &mut frame);
         frame
@@ -94,6 +86,22 @@ impl Camera {
     /// For so many frames evenly from 0 to `end_time` [s]; a single one is that of the start.
     pub fn new(frames: usize, end_time: f64) -> Self {
         Self { schedule: Schedule::new(frames, end_time), scene: None, taken: 0 }
+    }
+
+    /// The camera of a run that goes on before the step of this number, `dt` [s] long, and the steps before which the run has
+    /// taken its frames so far.
+    pub fn resume(frames: usize, end_time: f64, step: u64, dt: f64) -> (Self, Vec<u64>) {
+        let mut camera = Self::new(frames, end_time);
+        let mut taken = Vec::new();
+        for past in 0..step {
+            let time = past as f64 * dt;
+            if camera.is_due(time, dt) {
+                camera.schedule.pass(time, dt);
+                taken.push(past);
+            }
+        }
+        camera.taken = taken.len();
+        (camera, taken)
     }
 
     /// Whether a frame is due at `time` [s], or nearer to it than to the next step `dt` [s] later.

@@ -40,7 +40,7 @@ impl Watch for Shelf {
 
     fn keep(&mut self, run: &dyn Kept, _: f64) {
         let path = self.folder.path().join(self.kept.len().to_string());
-        run.save(&self.head, &mut File::create(&path).unwrap()).unwrap();
+        run.save(&self.head, &[], &mut File::create(&path).unwrap()).unwrap();
         self.kept.push(path);
     }
 }
