@@ -306,3 +306,33 @@ fn images(mesh: &Mesh, last: usize) -> [Images; 2] {
     let (whole, first) = (mesh.whole_counts(), mesh.first_in_whole());
     [0, 1].map(|a| Images { first: first[a], sum: (mesh.cut[a] != Cut::Nowhere).then_some(whole[a] - last) })
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Steps before which a camera takes frames, from one on.
+    fn taken(mut camera: Camera, from: u64, dt: f64) -> Vec<u64> {
+        let due = |step: &u64| {
+            let time = *step as f64 * dt;
+            let due = camera.is_due(time, dt);
+            camera.schedule.pass(time, dt);
+            due
+        };
+        (from..100).filter(due).collect()
+    }
+
+    #[test]
+    fn a_camera_that_goes_on_takes_what_is_left() {
+        let dt = 1e-6;
+        for (frames, end_time) in [(1, 60e-6), (2, 60e-6), (13, 60.5e-6), (200, 60e-6), (7, 1.0)] {
+            let whole = taken(Camera::new(frames, end_time), 0, dt);
+            assert_eq!(whole[0], 0);
+            for step in 0..100 {
+                let (camera, before) = Camera::resume(frames, end_time, step, dt);
+                assert_eq!(camera.taken, before.len());
+                assert_eq!([before, taken(camera, step, dt)].concat(), whole, "{frames} frames, from step {step}");
+            }
+        }
+    }
+}

@@ -355,6 +355,35 @@ mod tests {
     }
 
     #[test]
+    fn what_is_no_film_is_not_taken_for_one() {
+        let text =
+            r#"{"title": "t", "fabric": {"file": "fabrics/s-720.json"}, "pack": {"width_mm": 20, "height_mm": 20}}"#;
+        let case = crate::case::from_str("shot", text, &[]).unwrap_or_else(|error| unreachable!("{error}"));
+        let mut film = Film::new(&case);
+        film.strips = vec![Strip::for_tests(vec![[0.0; 3]; 4])];
+        let still = |time: f64| Still { time, displacement: vec![[1.0; 3]; 4], tension: Vec::new(), pose: None };
+        film.stills = vec![still(0.0), still(1.0)];
+        let taken = |film: &Film| Film::resume(&case, &film.to_bytes()).map(|film| film.stills);
+        assert_eq!(taken(&film), Some(film.stills.clone()));
+        for length in 0..film.to_bytes().len() {
+            assert!(Film::resume(&case, &film.to_bytes()[..length]).is_none(), "{length} bytes");
+        }
+        let wrong: [fn(&mut Film); 6] = [
+            |film| film.interval = f64::NAN,
+            |film| film.stills[1].time = 0.0,
+            |film| film.stills[1].displacement.truncate(3),
+            |film| film.stills[0].tension.push([None; 2]),
+            |film| film.strips[0].hit[1] = 1,
+            |film| film.outline = Some(Vec::new()),
+        ];
+        for change in wrong {
+            let mut film = film.clone();
+            change(&mut film);
+            assert_eq!(taken(&film), None);
+        }
+    }
+
+    #[test]
     fn first_and_last_of_many_plies_are_shown() {
         assert_eq!(shown(3), [0, 1, 2]);
         assert_eq!(shown(50), [0, 7, 14, 21, 28, 35, 42, 49]);
