@@ -56,11 +56,10 @@ impl Watch for Follower<'_> {
     fn keep(&mut self, run: &dyn Kept, loop_seconds: f64) {
         let Some(keeper) = &mut self.keeper else { return };
         // A checkpoint without the frames before it would be worth less.
-        self.recorder.iter_mut().for_each(Recorder::settle);
+        let unshelved = self.recorder.as_mut().and_then(Recorder::settle);
         let film = self.film.as_ref().map_or_else(Vec::new, Film::to_bytes);
-        if let Err(complaint) = keeper.keep(run, &film, loop_seconds) {
-            self.bar.say(&format!("warning: {complaint}"));
-        }
+        let unkept = keeper.keep(run, &film, loop_seconds).err();
+        unshelved.iter().chain(&unkept).for_each(|complaint| self.bar.say(&format!("warning: {complaint}")));
     }
 }
 

@@ -101,8 +101,8 @@ fn a_run_that_ends_leaves_no_checkpoint_and_is_not_resumed() {
     let output = bench.shoot(&["--checkpoint-every", "1"]);
     assert_eq!(code(&output), 0, "{}", stderr(&output));
     assert!(stderr(&output).contains("note: out/shot holds a checkpoint, which this run replaces"));
-    let files = ["case.json", "events.csv", "history.csv", "report.html", "shot.svg", "summary.json"];
-    assert_eq!(bench.names("out/shot"), files);
+    let expected = ["case.json", "events.csv", "history.csv", "report.html", "shot.svg", "summary.json"];
+    assert_eq!(bench.names("out/shot"), expected);
     assert_eq!(bench.json("out/shot/summary.json")["checkpoint_failed"], Value::Null);
     let before = bench.text("out/shot/summary.json");
     let output = bench.ripstop(&["resume", "out/shot"]);
@@ -247,4 +247,17 @@ fn a_full_disk_is_told_and_the_run_goes_on() {
     let summary = bench.json("out/shot/summary.json");
     assert!(summary["checkpoint_failed"].as_str().unwrap().contains(told), "{}", summary["checkpoint_failed"]);
     assert_eq!(summary["outcome"], "running");
+}
+
+#[test]
+fn frames_that_cannot_lie_beside_the_checkpoint_are_told_and_written_all_the_same() {
+    let bench = Bench::new(&small());
+    fs::create_dir_all(bench.path("out/shot")).unwrap();
+    fs::write(bench.path("out/shot/checkpoint.frames"), "no folder").unwrap();
+    let output = bench.shoot(&["--checkpoint-every", "2", "--frames", "6"]);
+    let words = stderr(&output);
+    assert_eq!(code(&output), 0, "{words}");
+    assert_eq!(words.matches("warning: no frames are put beside the checkpoint from 0 µs on: ").count(), 1, "{words}");
+    assert!(bench.path("out/shot/frames.vtkhdf").exists());
+    assert_eq!(bench.text("out/shot/checkpoint.frames"), "no folder");
 }

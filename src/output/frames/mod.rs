@@ -19,9 +19,9 @@ use std::thread::{self, JoinHandle};
 
 use tempfile::{NamedTempFile, TempDir};
 use thread_priority::ThreadPriority;
-use tracing::warn;
 
 use super::folder::{OutputError, UNFINISHED, temporary};
+use super::number::us;
 use crate::case::Case;
 use crate::checkpoint::Head;
 use crate::frame::{Camera, Frame, Scene, Snapshot};
@@ -51,8 +51,8 @@ pub struct Recorder {
 enum Order {
     /// Write a frame.
     Write(Snapshot),
-    /// Say when everything before is on the disk.
-    Tell(SyncSender<()>),
+    /// Say when everything before is on the disk, or what was not put there.
+    Tell(SyncSender<Option<String>>),
 }
 
 impl Recorder {
@@ -64,7 +64,9 @@ impl Recorder {
     pub fn start(folder: &Path, case: &Case, vtu: bool, head: Option<&Head>) -> io::Result<Self> {
         let camera = Camera::new(case.output.frames as usize, case.solver.end_time);
         let (folder, shelf) = (folder.to_owned(), head.map(|head| Shelf::new(folder, head)));
-        Self::spawn(case, camera, move |orders| Writer { folder, vtu, shelf, files: None }.follow(&orders))
+        Self::spawn(case, camera, move |orders| {
+            Writer { folder, vtu, shelf, complaint: None, files: None }.follow(&orders)
+        })
     }
 
     /// The same of a run that goes on from the checkpoint with this head: the frames that it had taken come first. Where some
@@ -79,7 +81,7 @@ impl Recorder {
         let Row { files, lost } = shelf.last_row(&steps);
         let (folder, again) = (folder.to_owned(), case.clone());
         let work = move |orders: Receiver<Order>| {
-            let mut writer = Writer { folder, vtu, shelf: Some(shelf), files: None };
+            let mut writer = Writer { folder, vtu, shelf: Some(shelf), complaint: None, files: None };
             writer.copy(&again, &files)?;
             writer.follow(&orders)
         };
@@ -101,12 +103,12 @@ impl Recorder {
         Ok(Self { camera, queue: Some(queue), writer })
     }
 
-    /// Waits until every frame taken lies where a run that goes on finds it.
-    pub fn settle(&mut self) {
+    /// Waits until every frame taken lies where a run that goes on finds it; what to tell the user where none will any more.
+    pub fn settle(&mut self) -> Option<String> {
         let (done, told) = mpsc::sync_channel(1);
         self.order(Order::Tell(done));
         // A writer that has failed drops the other end, and says why when it is asked to finish.
-        told.recv().ok();
+        told.recv().ok().flatten()
     }
 
     fn order(&mut self, order: Order) {
@@ -154,6 +156,8 @@ struct Writer {
     vtu: bool,
     /// Where the run leaves checkpoints.
     shelf: Option<Shelf>,
+    /// Why there is no shelf any more.
+    complaint: Option<String>,
     /// From the first frame on.
     files: Option<Files>,
 }
@@ -181,14 +185,15 @@ impl Writer {
                 Order::Write(snapshot) => {
                     let frame = snapshot.frame();
                     if let Some(Err(error)) = self.shelf.as_ref().map(|shelf| shelf.put(&frame)) {
-                        // The run goes on; one that goes on from it will say that frames are lost.
-                        warn!(%error, "frames can no longer be put beside the checkpoint");
+                        let from = us(frame.time);
+                        self.complaint =
+                            Some(format!("no frames are put beside the checkpoint from {from} on: {error}"));
                         self.shelf = None;
                     }
                     self.add(snapshot.scene(), &frame)?;
                 }
                 // Nobody waits any more where this fails.
-                Order::Tell(done) => drop(done.send(())),
+                Order::Tell(done) => drop(done.send(self.complaint.take())),
             }
         }
         self.files.map_or_else(|| Ok(Staged::default()), |files| files.close(&self.folder))

@@ -356,8 +356,8 @@ mod tests {
 
     #[test]
     fn what_is_no_film_is_not_taken_for_one() {
-        let text =
-            r#"{"title": "t", "fabric": {"file": "fabrics/s-720.json"}, "pack": {"width_mm": 20, "height_mm": 20}}"#;
+        let text = r#"{"title": "t", "fabric": {"file": "fabrics/s-720.json"}, "pack": {"width_mm": 20, "height_mm": 20},
+            "solver": {"end_time_us": 1}}"#;
         let case = crate::case::from_str("shot", text, &[]).unwrap_or_else(|error| unreachable!("{error}"));
         let mut film = Film::new(&case);
         film.strips = vec![Strip::for_tests(vec![[0.0; 3]; 4])];
