@@ -2,7 +2,7 @@
 //!
 //! The solver's thread only copies what has moved and sends it off; everything else happens on a thread beside it. Files
 //! are written under temporary names and get theirs when the run is over, however it ended. Of a run that leaves checkpoints
-//! every frame lies on a [`shelf`] as well, for the run that goes on.
+//! every frame lies on a shelf as well, for the run that goes on.
 
 mod hdf;
 mod parts;
