@@ -9,7 +9,7 @@ use ripstop::case;
 use ripstop::ledger::Ledger;
 use ripstop::model::Model;
 use ripstop::state::State;
-use ripstop::step::{Frame, Stepper};
+use ripstop::step::{Context, Stepper};
 
 /// Plies, elements per side, steps before the clock starts.
 const PACKS: [(u32, f64, u64); 4] = [(1, 203.0, 300), (4, 203.0, 300), (16, 120.0, 250), (50, 120.0, 250)];
@@ -37,22 +37,22 @@ fn pack(plies: u32, size: f64, warm: u64, steps: u64) {
     let mut spent = [Duration::ZERO; 4];
     let mut computed = 0;
     for step in 0..steps {
-        let mut frame = Frame::new(&model, &mut state, &mut ledger, step.is_multiple_of(2));
+        let mut context = Context::new(&model, &mut state, &mut ledger, step.is_multiple_of(2));
         let mut last = Instant::now();
         let mut lap = |stage: usize| {
             let now = Instant::now();
             spent[stage] += now - last;
             last = now;
         };
-        stepper.elements(&mut frame);
+        stepper.elements(&mut context);
         lap(0);
-        stepper.nodes(&mut frame);
+        stepper.nodes(&mut context);
         lap(1);
-        stepper.plies(&mut frame);
+        stepper.plies(&mut context);
         lap(2);
-        stepper.projectile(&mut frame);
+        stepper.projectile(&mut context);
         lap(3);
-        computed += frame.totals.computed;
+        computed += context.totals.computed;
         state.step += 1;
     }
     let each = spent.map(|time| time.as_secs_f64() * 1e9 / computed as f64);

@@ -77,3 +77,4 @@ pub mod unit_cell;
 pub mod validate;
 pub mod verify;
 pub mod warnings;
+mod watch;

@@ -31,7 +31,7 @@ impl Shelf {
     fn save<S: Scalar>(&self, case: &Case, simulation: &Simulation<S>) -> Checkpoint {
         let path = self.0.path().join(format!("{}.bin", simulation.state.step));
         let head = Head::new(case, &Options::default(), 1e-6);
-        simulation.save(&head, &mut File::create(&path).unwrap()).unwrap();
+        simulation.save(&head, &[], &mut File::create(&path).unwrap()).unwrap();
         Checkpoint::open(&path).unwrap_or_else(|e| panic!("{e}"))
     }
 }

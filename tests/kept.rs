@@ -1,5 +1,8 @@
 //! Scenes for checkpoints, and all that a run of them gives.
 
+use std::fs;
+use std::path::Path;
+
 use ripstop::case::Case;
 use ripstop::output;
 use ripstop::simulation::Run;
@@ -47,4 +50,46 @@ pub(crate) fn without_costs(mut summary: Value) -> Value {
         summary.as_object_mut().unwrap().remove(cost).unwrap_or_else(|| panic!("{cost}"));
     }
     summary
+}
+
+/// Every file of a finished run by name, byte by byte, but for what the run cost; those of folders within, too.
+pub(crate) fn files(folder: &Path) -> Vec<(String, Vec<u8>)> {
+    let mut files = Vec::new();
+    for entry in fs::read_dir(folder).unwrap().map(Result::unwrap) {
+        let (name, path) = (entry.file_name().into_string().unwrap(), entry.path());
+        if path.is_dir() {
+            files.extend(self::files(&path).into_iter().map(|(inner, bytes)| (format!("{name}/{inner}"), bytes)));
+            continue;
+        }
+        let bytes = fs::read(&path).unwrap();
+        let bytes = match name.as_str() {
+            "summary.json" => without_costs(serde_json::from_slice(&bytes).unwrap()).to_string().into_bytes(),
+            "report.html" => without_machine(&bytes).to_vec(),
+            _ => bytes,
+        };
+        files.push((name, bytes));
+    }
+    files.sort();
+    files
+}
+
+/// A report up to its last section, which tells what the run cost.
+fn without_machine(page: &[u8]) -> &[u8] {
+    let mark = b"id=\"machine\"";
+    &page[..page.windows(mark.len()).position(|part| part == mark).unwrap()]
+}
+
+/// The files of two runs are the same.
+#[track_caller]
+pub(crate) fn same_files(one: &[(String, Vec<u8>)], two: &[(String, Vec<u8>)]) {
+    let names = |files: &[(String, Vec<u8>)]| files.iter().map(|(name, _)| name.clone()).collect::<Vec<_>>();
+    assert_eq!(names(one), names(two));
+    for ((name, one), (_, two)) in one.iter().zip(two) {
+        let first =
+            one.split(|byte| *byte == b'\n').zip(two.split(|byte| *byte == b'\n')).find(|(one, two)| one != two);
+        let words = first.map(|(one, two)| {
+            [one, two].map(|line| String::from_utf8_lossy(&line[..line.len().min(200)]).into_owned())
+        });
+        assert!(one == two, "{name}: {} and {} bytes, {words:?}", one.len(), two.len());
+    }
 }

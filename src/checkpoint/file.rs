@@ -17,21 +17,24 @@ use crate::simulation::Options;
 /// What the file begins with.
 const MAGIC: [u8; 8] = *b"ripstop\x1a";
 /// Number of the format: a new one for every change of what is in the file, or in which order.
-pub const FORMAT: u32 = 1;
+pub const FORMAT: u32 = 2;
 /// Bytes of a head at most.
 const HEAD: u32 = 1 << 16;
 /// Bytes of the checksum.
 const SUM: u64 = 8;
+/// Says what part of the contents comes first.
+const FOLLOWED: &str = "pictures so far";
 /// Numbers whose bytes are sorted at once.
 const CHUNK: usize = 1 << 14;
 
-/// Writes a checkpoint: the head, and what `contents` puts into it.
+/// Writes a checkpoint: the head, what whoever follows the run wants back, and what `contents` puts into it.
 ///
 /// # Errors
 /// When the writer refuses.
 pub(crate) fn write(
     to: &mut dyn Write,
     head: &Head,
+    followed: &[u8],
     contents: impl FnOnce(&mut Writer<'_>) -> io::Result<()>,
 ) -> io::Result<()> {
     let mut summed = Summed { inner: to, sum: XxHash3_64::new() };
@@ -42,6 +45,7 @@ pub(crate) fn write(
     summed.write_all(&head)?;
     let frame = FrameInfo::new().block_size(BlockSize::Max1MB).block_mode(BlockMode::Independent);
     let mut writer = Writer { encoder: FrameEncoder::with_frame_info(frame, summed), sorted: Vec::new() };
+    writer.bytes(followed)?;
     contents(&mut writer)?;
     let mut summed = writer.encoder.finish()?;
     let sum = summed.sum.finish();
@@ -75,9 +79,12 @@ pub(crate) struct Writer<'a> {
 impl Writer<'_> {
     /// A value of any size.
     pub(crate) fn value(&mut self, value: &impl Serialize) -> io::Result<()> {
-        let bytes = postcard::to_stdvec(value).map_err(io::Error::other)?;
+        self.bytes(&postcard::to_stdvec(value).map_err(io::Error::other)?)
+    }
+
+    fn bytes(&mut self, bytes: &[u8]) -> io::Result<()> {
         self.encoder.write_all(&(bytes.len() as u64).to_le_bytes())?;
-        self.encoder.write_all(&bytes)
+        self.encoder.write_all(bytes)
     }
 
     /// Numbers whose count the reader knows. Neighbours differ least in their upper bytes, so that bytes of one kind
@@ -129,6 +136,14 @@ impl Checkpoint {
         &self.head
     }
 
+    /// What whoever followed the run wanted back.
+    ///
+    /// # Errors
+    /// When it cannot be read.
+    pub fn followed(&self) -> Result<Vec<u8>, CheckpointError> {
+        self.reader().and_then(|mut reader| reader.bytes(FOLLOWED)).map_err(|fault| self.error(fault))
+    }
+
     /// Reads the contents: whatever is left over, or missing, does not fit.
     ///
     /// # Errors
@@ -138,15 +153,20 @@ impl Checkpoint {
         read: impl FnOnce(&mut Reader<'_>) -> Result<T, Fault>,
     ) -> Result<T, CheckpointError> {
         let open = || {
-            let mut file = &self.file;
-            file.seek(SeekFrom::Start(self.contents.start)).map_err(unreadable)?;
-            let compressed = file.take(self.contents.end - self.contents.start);
-            let mut reader = Reader { decoder: FrameDecoder::new(compressed), sorted: Vec::new() };
+            let mut reader = self.reader()?;
+            reader.bytes(FOLLOWED)?;
             let value = read(&mut reader)?;
             reader.end()?;
             Ok(value)
         };
         open().map_err(|fault| self.error(fault))
+    }
+
+    fn reader(&self) -> Result<Reader<'_>, Fault> {
+        let mut file = &self.file;
+        file.seek(SeekFrom::Start(self.contents.start)).map_err(unreadable)?;
+        let compressed = file.take(self.contents.end - self.contents.start);
+        Ok(Reader { decoder: FrameDecoder::new(compressed), sorted: Vec::new() })
     }
 
     /// Whether a run of this case can go on from here.
@@ -224,17 +244,23 @@ pub(crate) struct Reader<'a> {
 }
 
 impl Reader<'_> {
-    /// A value of any size; memory for it is taken as it comes in.
+    /// A value of any size.
     pub(crate) fn value<T: DeserializeOwned>(&mut self, what: &'static str) -> Result<T, Fault> {
-        let fault = Fault::Contents(what);
+        match postcard::take_from_bytes(&self.bytes(what)?) {
+            Ok((value, [])) => Ok(value),
+            _ => Err(Fault::Contents(what)),
+        }
+    }
+
+    /// Bytes of any number; memory for them is taken as they come in.
+    fn bytes(&mut self, what: &'static str) -> Result<Vec<u8>, Fault> {
         let mut length = [0; 8];
-        self.decoder.read_exact(&mut length).map_err(|_| fault.clone())?;
+        self.decoder.read_exact(&mut length).map_err(|_| Fault::Contents(what))?;
         let length = u64::from_le_bytes(length);
         let mut bytes = Vec::new();
-        let read = self.decoder.by_ref().take(length).read_to_end(&mut bytes).map_err(|_| fault.clone())?;
-        match postcard::take_from_bytes(&bytes) {
-            Ok((value, [])) if read as u64 == length => Ok(value),
-            _ => Err(fault),
+        match self.decoder.by_ref().take(length).read_to_end(&mut bytes) {
+            Ok(read) if read as u64 == length => Ok(bytes),
+            _ => Err(Fault::Contents(what)),
         }
     }
 

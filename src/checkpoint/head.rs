@@ -24,10 +24,14 @@ pub struct Head {
     pub threads: Option<usize>,
     /// Simulated time between checkpoints [s].
     pub every: f64,
+    /// Files that not every run writes.
+    pub extras: Extras,
     /// Steps done.
     pub step: u64,
     /// Time of the positions [s].
     pub time: f64,
+    /// Time step [s].
+    pub time_step: f64,
     /// Time it took.
     pub spent: Spent,
 }
@@ -48,6 +52,15 @@ impl Backend {
             Self::Gpu(adapter) => format!("gpu, {adapter}"),
         }
     }
+}
+
+/// Files that were asked for beside those of every run.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Extras {
+    /// `report.html`
+    pub report: bool,
+    /// Frames also as a `.vtu` series.
+    pub vtu: bool,
 }
 
 /// Time that the parts of a run have taken so far [s].
@@ -72,8 +85,10 @@ impl Head {
             skips: options.skips,
             threads: options.threads,
             every,
+            extras: Extras::default(),
             step: 0,
             time: 0.0,
+            time_step: 0.0,
             spent: Spent::default(),
         }
     }
@@ -89,6 +104,12 @@ impl Head {
             return Ok(());
         }
         Err(Fault::Case { checkpoint: self.case_hash.clone(), case: hash })
+    }
+
+    /// Whether this is of the same run, to the last bit, at whatever time.
+    pub(crate) fn is_of_run(&self, other: &Self) -> bool {
+        let run = |head: &Self| (head.case_hash.clone(), head.backend.clone(), head.skips);
+        run(self) == run(other)
     }
 
     /// Whether the run had these options, as far as they matter.

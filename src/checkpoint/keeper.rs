@@ -11,11 +11,12 @@ use crate::output::{CHECKPOINT, Folder};
 pub trait Kept {
     /// Time of the positions [s].
     fn time(&self) -> f64;
-    /// Writes a checkpoint; `head` says what run it is, how far it has come is added.
+    /// Writes a checkpoint; `head` says what run it is, how far it has come is added. `followed`: what whoever follows the
+    /// run wants back.
     ///
     /// # Errors
     /// When the writer refuses, or a device was lost.
-    fn save(&self, head: &Head, to: &mut dyn Write) -> io::Result<()>;
+    fn save(&self, head: &Head, followed: &[u8], to: &mut dyn Write) -> io::Result<()>;
 }
 
 /// Rounding allowed in comparing times, in steps.
@@ -50,17 +51,19 @@ impl<'a> Keeper<'a> {
         time >= intervals * self.head.every - SLACK * dt
     }
 
-    /// Writes a checkpoint in place of the one before. `loop_seconds`: time in the loop so far, all parts of the run [s].
+    /// Writes a checkpoint in place of the one before. `followed`: what whoever follows the run wants back; `loop_seconds`: time
+    /// in the loop so far, all parts of the run [s].
     ///
     /// # Errors
     /// With what to tell the user when it could not be written; the one before is still there.
-    pub fn keep(&mut self, run: &dyn Kept, loop_seconds: f64) -> Result<(), String> {
+    pub fn keep(&mut self, run: &dyn Kept, followed: &[u8], loop_seconds: f64) -> Result<(), String> {
         let head = Head { spent: self.spent(loop_seconds), ..self.head.clone() };
         let (time, folder) = (run.time(), self.folder);
         self.tried = time;
         let begun = if self.begun { Ok(()) } else { folder.begin(self.case).map_err(|error| error.found) };
         self.begun |= begun.is_ok();
-        let write = || folder.replace(CHECKPOINT, |file| run.save(&head, file)).map_err(|error| error.to_string());
+        let write =
+            || folder.replace(CHECKPOINT, |file| run.save(&head, followed, file)).map_err(|error| error.to_string());
         let result = begun.and_then(|()| write()).map_err(|reason| self.complaint(time, &reason));
         match &result {
             Ok(()) => self.kept = Some(time),

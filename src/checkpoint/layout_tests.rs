@@ -6,6 +6,7 @@ use super::FORMAT;
 use super::body::Motion;
 use crate::case;
 use crate::ledger::{Ledger, PlyMoment};
+use crate::output::report::Film;
 use crate::profile::ProfilePoint;
 use crate::reach::Reach;
 use crate::simulation::{PlySample, Sample, Simulation};
@@ -21,13 +22,15 @@ fn what_is_written_is_that_of_the_format() -> Result<(), Box<dyn std::error::Err
     let text = r#"{"title": "one ply", "fabric": {"file": "fabrics/s-720.json"},
         "pack": {"width_mm": 12.7, "height_mm": 12.7}, "solver": {"end_time_us": 1, "symmetry": "none"},
         "projectile": {"shape": "sphere", "diameter_mm": 6, "mass_g": 1, "velocity_m_s": 50}}"#;
-    let simulation = Simulation::<f64>::new(&case::from_str("one", text, &[])?)?;
+    let case = case::from_str("one", text, &[])?;
+    let simulation = Simulation::<f64>::new(&case)?;
     let event = FailureEvent { step: 0, ply: 0, i: 0, j: 0, yarn: 0, strain: 0.0 };
     let point = ProfilePoint { reference: 0.0, position: 0.0, deflection: 0.0, strain: 0.0, force: 0.0 };
     let sizes = [
         bytes(&Ledger::default()),
         bytes(&simulation.record),
         bytes(&simulation.stepper.memory()),
+        bytes(&simulation.stepper.stopwatch),
         bytes(&simulation.state.body.as_ref().map(Motion::of)),
         bytes(&Reach::nothing()),
         bytes(&Sample::default()),
@@ -35,7 +38,8 @@ fn what_is_written_is_that_of_the_format() -> Result<(), Box<dyn std::error::Err
         bytes(&PlyMoment::default()),
         bytes(&event),
         bytes(&point),
+        Film::new(&case).to_bytes().len(),
     ];
-    assert_eq!((FORMAT, sizes), (1, [164, 104, 17, 105, 4, 148, 35, 24, 13, 40]));
+    assert_eq!((FORMAT, sizes), (2, [164, 104, 17, 12, 105, 4, 148, 35, 24, 13, 40, 32]));
     Ok(())
 }

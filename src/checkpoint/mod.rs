@@ -4,12 +4,15 @@
 //! magic, format │ head: what run this is of │ contents, compressed │ checksum of all before
 //! ```
 //!
+//! The contents begin with what whoever follows the run wants back: the film of the report so far. Frames, which are many times
+//! larger, lie beside the checkpoint, each in a file of this same format (`output::frames`).
+//!
 //! The head can be read without a model. Of the contents, what has a size that only the run knows (records, lists) is
 //! encoded with its length; fields of nodes and elements have the size that the model gives them, and are read straight
 //! into their place. Nothing is believed before the checksum of the whole file was found to hold.
 //!
 //! What is in the file follows from what varies: the state, the ledger, the record, and what the stepper or the
-//! device remembers from step to step. What follows from the case is not in it: a checkpoint fits one case only.
+//! device remembers from step to step, the time each kernel took included. What follows from the case is not in it: a checkpoint fits one case only.
 
 mod body;
 mod clock;
@@ -23,7 +26,7 @@ pub(crate) use clock::Clock;
 pub use error::{CheckpointError, Fault};
 pub use file::{Checkpoint, FORMAT};
 pub(crate) use file::{Reader, Writer, write};
-pub use head::{Backend, Head, Spent};
+pub use head::{Backend, Extras, Head, Spent};
 pub use keeper::{Keeper, Kept};
 
 #[cfg(test)]

@@ -17,12 +17,13 @@ impl<S: Scalar> Kept for Simulation<S> {
         Self::time(self)
     }
 
-    fn save(&self, head: &Head, to: &mut dyn Write) -> io::Result<()> {
-        let head = Head { step: self.state.step, time: self.time(), ..head.clone() };
-        write(to, &head, |contents| {
+    fn save(&self, head: &Head, followed: &[u8], to: &mut dyn Write) -> io::Result<()> {
+        let head = Head { step: self.state.step, time: self.time(), time_step: self.model.dt, ..head.clone() };
+        write(to, &head, followed, |contents| {
             contents.value(&self.ledger)?;
             contents.value(&self.record)?;
             contents.value(&self.stepper.memory())?;
+            contents.value(&self.stepper.stopwatch)?;
             save_state(&self.state, contents)
         })
     }
@@ -44,6 +45,7 @@ impl<S: Scalar> Simulation<S> {
                 return Err(Fault::Contents("nodes near the projectile"));
             }
             stepper.remember(memory);
+            stepper.stopwatch = contents.value("time that each kernel took")?;
             state.step = checkpoint.head().step;
             read_state(model, state, contents)?;
             let fits = simulation.record.fits(&simulation.model);

@@ -137,7 +137,7 @@ impl RunArguments {
   ripstop resume out/shot
 
 The case, what computes, its number type and what is left out are those of the run; so are all files, to the last bit, but
-for the time it took, and for frames and the report's playback, which begin where the run goes on. The case in DIR must be the one that the run began with. A run that has ended is let be.")]
+for the time it took. Frames of the run so far lie in DIR/checkpoint.frames until it ends. The case in DIR must be the one that the run began with. A run that has ended is let be.")]
 pub(crate) struct ResumeArguments {
     /// Folder of the run
     #[arg(value_name = "DIR")]
@@ -151,7 +151,7 @@ pub(crate) struct ResumeArguments {
     /// Write no report.html
     #[arg(long)]
     pub(crate) no_report: bool,
-    /// Frames, where /output/frames of the case asks for some, also as frames.pvd with a series of .vtu files
+    /// Frames also as frames.pvd with a series of .vtu files, whatever the run began with
     #[arg(long)]
     pub(crate) vtu: bool,
     /// Print nothing but errors

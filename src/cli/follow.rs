@@ -1,8 +1,9 @@
 //! What follows a run: the progress bar, the film for the report, frames and checkpoints.
 
 use ripstop::case::Case;
-use ripstop::checkpoint::{Keeper, Kept};
+use ripstop::checkpoint::{Checkpoint, Head, Keeper, Kept};
 use ripstop::output::frames::Recorder;
+use ripstop::output::number::us;
 use ripstop::output::report::Film;
 use ripstop::output::{CHECKPOINT, Folder};
 use ripstop::simulation::{Progress, View, Watch};
@@ -53,11 +54,12 @@ impl Watch for Follower<'_> {
     }
 
     fn keep(&mut self, run: &dyn Kept, loop_seconds: f64) {
-        if let Some(keeper) = &mut self.keeper
-            && let Err(complaint) = keeper.keep(run, loop_seconds)
-        {
-            self.bar.say(&format!("warning: {complaint}"));
-        }
+        let Some(keeper) = &mut self.keeper else { return };
+        // A checkpoint without the frames before it would be worth less.
+        let unshelved = self.recorder.as_mut().and_then(Recorder::settle);
+        let film = self.film.as_ref().map_or_else(Vec::new, Film::to_bytes);
+        let unkept = keeper.keep(run, &film, loop_seconds).err();
+        unshelved.iter().chain(&unkept).for_each(|complaint| self.bar.say(&format!("warning: {complaint}")));
     }
 }
 
@@ -72,15 +74,53 @@ pub(crate) fn waiting(folder: &Folder) -> Option<String> {
     })
 }
 
-/// Writes frames where some are asked for.
-pub(crate) fn recorder(case: &Case, folder: &Folder, vtu: bool) -> Result<Option<Recorder>, Failure> {
-    if case.output.frames == 0 && !vtu {
-        return Ok(None);
-    }
-    if case.output.frames == 0 {
+/// Whether frames are asked for.
+fn frames(case: &Case, vtu: bool) -> Result<bool, Failure> {
+    if case.output.frames == 0 && vtu {
         let message = "error: --vtu\n  expected: a number of frames\n  found: none\n  help: add --frames 60, or set /output/frames";
         return Err(Failure::input(message));
     }
-    let failed = |error| Failure::input(format!("error: cannot start the thread that writes frames: {error}"));
-    Recorder::start(folder.path(), case, vtu).map(Some).map_err(failed)
+    Ok(case.output.frames > 0)
+}
+
+fn no_thread(error: std::io::Error) -> Failure {
+    Failure::input(format!("error: cannot start the thread that writes frames: {error}"))
+}
+
+/// Writes frames where some are asked for. `head`: of a run that leaves checkpoints.
+pub(crate) fn recorder(
+    case: &Case,
+    folder: &Folder,
+    vtu: bool,
+    head: Option<&Head>,
+) -> Result<Option<Recorder>, Failure> {
+    if !frames(case, vtu)? {
+        return Ok(None);
+    }
+    Recorder::start(folder.path(), case, vtu, head).map(Some).map_err(no_thread)
+}
+
+/// The same of a run that goes on; `say` hears of frames that are lost.
+pub(crate) fn recorder_again(
+    case: &Case,
+    folder: &Folder,
+    vtu: bool,
+    head: &Head,
+    say: impl Fn(&str),
+) -> Result<Option<Recorder>, Failure> {
+    if !frames(case, vtu)? {
+        return Ok(None);
+    }
+    let (recorder, lost) = Recorder::resume(folder.path(), case, vtu, head).map_err(no_thread)?;
+    lost.iter().for_each(|lost| say(&format!("warning: {lost}; the files of frames begin after that")));
+    Ok(Some(recorder))
+}
+
+/// The film of a run that goes on; `say` hears of one that is lost.
+pub(crate) fn film_again(case: &Case, checkpoint: &Checkpoint, say: impl Fn(&str)) -> Result<Film, Failure> {
+    Ok(Film::resume(case, &checkpoint.followed()?).unwrap_or_else(|| {
+        let from = us(checkpoint.head().time);
+        say(&format!("warning: the pictures before {from} are lost; the report's playback begins there"));
+        Film::new(case)
+    }))
 }

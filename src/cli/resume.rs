@@ -5,16 +5,15 @@ use std::path::Path;
 use std::time::Instant;
 
 use ripstop::case::{self, Case};
-use ripstop::checkpoint::{Checkpoint, Head, Keeper};
+use ripstop::checkpoint::{Checkpoint, Extras, Head, Keeper};
 use ripstop::output::number::us;
-use ripstop::output::report::Film;
 use ripstop::output::{CHECKPOINT, Folder};
 use ripstop::simulation::{self, Options};
 use serde_json::Value;
 
 use super::arguments::ResumeArguments;
 use super::failure::Failure;
-use super::follow::{Follower, recorder};
+use super::follow::{Follower, film_again, recorder_again};
 use super::progress::Bar;
 use super::run::{Print, conclude, file};
 use super::{backend, interrupt, screen};
@@ -34,20 +33,21 @@ pub(crate) fn resume(arguments: &ResumeArguments) -> Result<(), Failure> {
     checkpoint.check_case(&case)?;
     let chosen = backend::again(&head.backend)?;
     let folder = Folder::reopen(&arguments.folder)?;
-    if !arguments.quiet {
-        screen::complain(&format!(
-            "note: goes on from {}; frames and the film of the report begin there",
-            us(head.time)
-        ));
-    }
+    let say = |note: &str| {
+        if !arguments.quiet {
+            screen::complain(note);
+        }
+    };
+    say(&format!("note: goes on from {}", us(head.time)));
     let bar = Bar::new(!arguments.quiet);
     let options =
         Options { skips: head.skips, from: Some(&checkpoint), ..chosen.options(arguments.threads.or(head.threads)) };
-    let head = Head { every: arguments.checkpoint_every.unwrap_or(head.every), ..head.clone() };
-    let keeper = Keeper::new(&folder, &case, head, start);
-    let recorder = recorder(&case, &folder, arguments.vtu)?;
-    let film = (!arguments.no_report).then(|| Film::new(&case));
-    let mut follower = Follower { bar: &bar, film, recorder, keeper: Some(keeper) };
+    let extras = Extras { report: head.extras.report && !arguments.no_report, vtu: head.extras.vtu || arguments.vtu };
+    let head = Head { every: arguments.checkpoint_every.unwrap_or(head.every), extras, ..head.clone() };
+    let recorder = recorder_again(&case, &folder, extras.vtu, &head, say)?;
+    let film = if extras.report { Some(film_again(&case, &checkpoint, say)?) } else { None };
+    let keeper = Some(Keeper::new(&folder, &case, head, start));
+    let mut follower = Follower { bar: &bar, film, recorder, keeper };
     let run = simulation::run(&case, options, &interrupted, &mut follower);
     bar.clear();
     let run = run.map_err(|error| Failure::start(&file(&case), &error))?;

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use ripstop::case::{self, Case};
-use ripstop::checkpoint::{Head, Keeper};
+use ripstop::checkpoint::{Extras, Head, Keeper};
 use ripstop::output::frames::{Recorder, Staged};
 use ripstop::output::report::{self, Film};
 use ripstop::output::{self, Folder};
@@ -39,38 +39,33 @@ pub(crate) fn run(arguments: &RunArguments) -> Result<(), Failure> {
     chosen.note.iter().chain(&waiting(&folder)).for_each(|note| say(note));
     let bar = Bar::new(!arguments.quiet);
     let options = Options { skips: arguments.skips(), ..chosen.options(arguments.threads) };
-    let keeper = |options: &Options<'_>| {
-        let every = arguments.checkpoint_every?;
-        Some(Keeper::new(&folder, &case, Head::new(&case, options, every), start))
+    let shoot = |options: Options<'_>| -> Result<(Result<Run, RunError>, Follower<'_>), Failure> {
+        let head = arguments.checkpoint_every.map(|every| Head {
+            extras: Extras { report: !arguments.no_report, vtu: arguments.vtu },
+            ..Head::new(&case, &options, every)
+        });
+        let recorder = recorder(&case, &folder, arguments.vtu, head.as_ref())?;
+        let film = (!arguments.no_report).then(|| Film::new(&case));
+        let keeper = head.map(|head| Keeper::new(&folder, &case, head, start));
+        let mut follower = Follower { bar: &bar, film, recorder, keeper };
+        Ok((simulation::run(&case, options, &interrupted, &mut follower), follower))
     };
-    let recorder = match recorder(&case, &folder, arguments.vtu) {
-        Ok(recorder) => recorder,
-        Err(failure) => {
-            folder.abandon();
-            return Err(failure);
-        }
-    };
-    let film = (!arguments.no_report).then(|| Film::new(&case));
-    let mut follower = Follower { bar: &bar, film, recorder, keeper: keeper(&options) };
-    let mut run = simulation::run(&case, options, &interrupted, &mut follower);
-    if let (Err(RunError::Device(error)), Backend::Auto) = (&run, arguments.backend.backend) {
+    let mut shot = shoot(options);
+    if let (Ok((Err(RunError::Device(error)), _)), Backend::Auto) = (&shot, arguments.backend.backend) {
         say(&backend::took_cpu(error));
-        let options = Options { device: None, ..options };
-        follower.keeper = keeper(&options);
-        run = simulation::run(&case, options, &interrupted, &mut follower);
+        shot = shoot(Options { device: None, ..options });
     }
     bar.clear();
-    match run {
-        Ok(run) => {
+    let refused = match shot {
+        Ok((Ok(run), follower)) => {
             let wall = start.elapsed().as_secs_f64();
-            conclude(&case, run, &folder, follower, wall, Print::of(arguments.json, arguments.quiet))
+            return conclude(&case, run, &folder, follower, wall, Print::of(arguments.json, arguments.quiet));
         }
-        Err(error) => {
-            drop(follower);
-            folder.abandon();
-            Err(Failure::start(&file(&case), &error))
-        }
-    }
+        Ok((Err(error), _)) => Failure::start(&file(&case), &error),
+        Err(failure) => failure,
+    };
+    folder.abandon();
+    Err(refused)
 }
 
 /// What is printed of a result.

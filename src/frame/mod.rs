@@ -11,6 +11,8 @@ mod element;
 mod scene;
 mod snapshot;
 
+use serde::{Deserialize, Serialize};
+
 pub use scene::{PlyMesh, Scene};
 pub use snapshot::{Camera, Snapshot};
 
@@ -42,8 +44,29 @@ pub struct Frame {
     pub projectile: Option<Pose>,
 }
 
+impl Frame {
+    /// Everything at rest and nothing there.
+    pub(crate) fn empty(scene: &Scene) -> Self {
+        let (nodes, elements) = (scene.reference.len(), scene.elements);
+        let zeros = || std::array::from_fn(|_| vec![0.0; elements]);
+        Self {
+            index: 0,
+            step: 0,
+            time: 0.0,
+            displacement: vec![[0.0; 3]; nodes],
+            velocity: vec![[0.0; 3]; nodes],
+            tension: zeros(),
+            strain: zeros(),
+            height: zeros(),
+            shear_angle: vec![0.0; elements],
+            alive: std::array::from_fn(|_| vec![0; elements]),
+            projectile: None,
+        }
+    }
+}
+
 /// A projectile at one time, in the axes of the pack.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Pose {
     /// Centre of mass [m].
     pub position: [f64; 3],

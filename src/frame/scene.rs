@@ -1,7 +1,8 @@
 //! What stays the same from frame to frame.
 
+use crate::case::Case;
 use crate::kernels::projectile_shape::Body;
-use crate::model::Model;
+use crate::model::{Model, ModelError};
 use crate::number::Scalar;
 
 /// What stays the same from frame to frame: the whole pack at rest, and the shape of the projectile.
@@ -53,6 +54,14 @@ impl PlyMesh {
 }
 
 impl Scene {
+    /// That of a case, whatever part of it is computed.
+    ///
+    /// # Errors
+    /// When the case cannot become a model.
+    pub fn of(case: &Case) -> Result<Self, ModelError> {
+        Model::<f32>::part(case).map(|model| Self::new(&model))
+    }
+
     /// The whole of what a model computes.
     pub(super) fn new<S: Scalar>(model: &Model<S>) -> Self {
         let mut scene = Self {

@@ -37,20 +37,12 @@ impl Snapshot {
 
     /// The frame of the whole scene.
     pub fn frame(&self) -> Frame {
-        let (nodes, elements) = (self.scene.reference.len(), self.scene.elements);
-        let zeros = || std::array::from_fn(|_| vec![0.0; elements]);
         let mut frame = Frame {
             index: self.index,
             step: self.step,
             time: self.time,
-            displacement: vec![[0.0; 3]; nodes],
-            velocity: vec![[0.0; 3]; nodes],
-            tension: zeros(),
-            strain: zeros(),
-            height: zeros(),
-            shear_angle: vec![0.0; elements],
-            alive: std::array::from_fn(|_| vec![0; elements]),
             projectile: self.projectile,
+            ..Frame::empty(&self.scene)
         };
         self.moved.fill(&self.scene, &mut frame);
         frame
@@ -94,6 +86,22 @@ impl Camera {
     /// For so many frames evenly from 0 to `end_time` [s]; a single one is that of the start.
     pub fn new(frames: usize, end_time: f64) -> Self {
         Self { schedule: Schedule::new(frames, end_time), scene: None, taken: 0 }
+    }
+
+    /// The camera of a run that goes on before the step of this number, `dt` [s] long, and the steps before which the run has
+    /// taken its frames so far.
+    pub fn resume(frames: usize, end_time: f64, step: u64, dt: f64) -> (Self, Vec<u64>) {
+        let mut camera = Self::new(frames, end_time);
+        let mut taken = Vec::new();
+        for past in 0..step {
+            let time = past as f64 * dt;
+            if camera.is_due(time, dt) {
+                camera.schedule.pass(time, dt);
+                taken.push(past);
+            }
+        }
+        camera.taken = taken.len();
+        (camera, taken)
     }
 
     /// Whether a frame is due at `time` [s], or nearer to it than to the next step `dt` [s] later.
@@ -297,4 +305,34 @@ impl Images {
 fn images(mesh: &Mesh, last: usize) -> [Images; 2] {
     let (whole, first) = (mesh.whole_counts(), mesh.first_in_whole());
     [0, 1].map(|a| Images { first: first[a], sum: (mesh.cut[a] != Cut::Nowhere).then_some(whole[a] - last) })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Steps before which a camera takes frames, from one on.
+    fn taken(mut camera: Camera, from: u64, dt: f64) -> Vec<u64> {
+        let due = |step: &u64| {
+            let time = *step as f64 * dt;
+            let due = camera.is_due(time, dt);
+            camera.schedule.pass(time, dt);
+            due
+        };
+        (from..100).filter(due).collect()
+    }
+
+    #[test]
+    fn a_camera_that_goes_on_takes_what_is_left() {
+        let dt = 1e-6;
+        for (frames, end_time) in [(1, 60e-6), (2, 60e-6), (13, 60.5e-6), (200, 60e-6), (7, 1.0)] {
+            let whole = taken(Camera::new(frames, end_time), 0, dt);
+            assert_eq!(whole[0], 0);
+            for step in 0..100 {
+                let (camera, before) = Camera::resume(frames, end_time, step, dt);
+                assert_eq!(camera.taken, before.len());
+                assert_eq!([before, taken(camera, step, dt)].concat(), whole, "{frames} frames, from step {step}");
+            }
+        }
+    }
 }

@@ -31,13 +31,14 @@ impl Kept for Simulation<'_> {
     }
 
     /// After the last step sent off, whose results must have been taken over; see [`Simulation::settle`].
-    fn save(&self, head: &Head, to: &mut dyn Write) -> io::Result<()> {
-        let mut head = Head { step: self.next, time: self.time(), ..head.clone() };
+    fn save(&self, head: &Head, followed: &[u8], to: &mut dyn Write) -> io::Result<()> {
+        let mut head = Head { step: self.next, time: self.time(), time_step: self.model.dt, ..head.clone() };
         head.spent.waited = self.stepper.waited().as_secs_f64();
-        write(to, &head, |contents| {
+        write(to, &head, followed, |contents| {
             contents.value(&self.ledger)?;
             contents.value(&self.record)?;
             contents.value(&(self.sampled, self.stepper.events_read))?;
+            contents.value(&self.stepper.timed)?;
             for name in KEPT {
                 contents.numbers(&self.stepper.read(name).map_err(io::Error::other)?)?;
             }
@@ -65,6 +66,7 @@ impl<'a> Simulation<'a> {
             if stepper.events_read > 2 * stepper.sizes.elements {
                 return Err(Fault::Contents("counts of the device"));
             }
+            stepper.timed = contents.value("time that each kernel took")?;
             for name in KEPT {
                 let mut words = vec![0_u32; (stepper.sizes.bytes(name) / 4) as usize];
                 contents.numbers(&mut words, name.variable())?;

@@ -19,7 +19,7 @@ use crate::model::{Model, Sheet};
 use crate::number::Scalar;
 use crate::simulation::{self, RunError};
 use crate::state::{Rows, State};
-use crate::step::{self, Frame, StepTotals};
+use crate::step::{self, Context, StepTotals};
 
 /// How far a buffer may differ, relative to its scale.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -181,11 +181,11 @@ impl<S: Scalar> Twin<S> {
         Self { model, state, stepper, ledger: Ledger::default(), totals: StepTotals::default() }
     }
 
-    fn run(&mut self, stage: fn(&mut step::Stepper<S>, &mut Frame<'_, S>)) {
-        let mut frame = Frame::new(&self.model, &mut self.state, &mut self.ledger, true);
-        frame.totals = std::mem::take(&mut self.totals);
-        stage(&mut self.stepper, &mut frame);
-        self.totals = std::mem::take(&mut frame.totals);
+    fn run(&mut self, stage: fn(&mut step::Stepper<S>, &mut Context<'_, S>)) {
+        let mut context = Context::new(&self.model, &mut self.state, &mut self.ledger, true);
+        context.totals = std::mem::take(&mut self.totals);
+        stage(&mut self.stepper, &mut context);
+        self.totals = std::mem::take(&mut context.totals);
     }
 }
 

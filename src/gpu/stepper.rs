@@ -106,7 +106,7 @@ pub struct Stepper<'a> {
     pub(super) waited: Duration,
     /// Where the device has one.
     clock: Option<Clock>,
-    timed: Timed,
+    pub(super) timed: Timed,
 }
 
 impl<'a> Stepper<'a> {

@@ -1,5 +1,7 @@
 //! How long kernels take on the device, by its own clock.
 
+use serde::{Deserialize, Serialize};
+
 use super::layout::StepInfo;
 use super::stepper::{self, Stage, Stepper};
 use super::{Device, DeviceError};
@@ -141,7 +143,7 @@ pub const BYTES: [(&str, u64); 4] = [
 ];
 
 /// What the stages take, from one step of every batch.
-#[derive(Default)]
+#[derive(Default, Serialize, Deserialize)]
 pub(super) struct Timed {
     /// By stage [s], and in how many steps it was there to be timed.
     sums: [(f64, u64); stepper::STAGES.len()],

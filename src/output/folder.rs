@@ -82,7 +82,10 @@ impl Folder {
     /// # Errors
     /// As [`Folder::prepare`].
     pub fn reopen(path: &Path) -> Result<Self, OutputError> {
-        Self::prepare_for(path, &FILES, &[])
+        let folder = Self::prepare_for(path, &FILES, &[])?;
+        // A run that was killed had no time to do that.
+        sweep(path).map_err(|error| folder.refused("", &error))?;
+        Ok(folder)
     }
 
     /// The same for these files, none of which may replace one of those that were read.
@@ -211,7 +214,8 @@ impl Folder {
             let failed = |error| OutputError::new(&self.path.join(name), "a file that can be removed", error);
             self.remove(name).map_err(failed)
         };
-        remove(&staged(CHECKPOINT)).and_then(|()| remove(CHECKPOINT))
+        remove(&staged(CHECKPOINT)).and_then(|()| remove(CHECKPOINT))?;
+        frames::clear_shelf(&self.path).map_err(|error| self.refused("frames", &error))
     }
 
     /// Writes files, all complete before the first gets its name; `stale` ones of an earlier time go before that.
@@ -279,10 +283,27 @@ fn staged(name: &str) -> String {
     format!(".{name}.tmp")
 }
 
+/// What names of unfinished files and folders begin and end with.
+pub(super) const UNFINISHED: [&str; 2] = [".ripstop-", ".tmp"];
+
+/// Removes what an earlier run has not finished.
+fn sweep(folder: &Path) -> io::Result<()> {
+    for entry in fs::read_dir(folder)? {
+        let entry = entry?;
+        let name = entry.file_name();
+        let name = name.to_string_lossy();
+        if name.starts_with(UNFINISHED[0]) && name.ends_with(UNFINISHED[1]) {
+            let is_folder = entry.file_type()?.is_dir();
+            if is_folder { fs::remove_dir_all(entry.path())? } else { fs::remove_file(entry.path())? }
+        }
+    }
+    Ok(())
+}
+
 /// An empty file in `folder` with the rights of any new file.
 pub(super) fn temporary(folder: &Path) -> io::Result<NamedTempFile> {
     let mut builder = tempfile::Builder::new();
-    builder.prefix(".ripstop-").suffix(".tmp");
+    builder.prefix(UNFINISHED[0]).suffix(UNFINISHED[1]);
     #[cfg(unix)]
     builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
     builder.tempfile_in(folder)

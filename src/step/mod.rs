@@ -98,7 +98,7 @@ pub struct Trouble {
 const APART: u64 = 64;
 
 /// What the stages of a step work on.
-pub struct Frame<'a, S> {
+pub struct Context<'a, S> {
     /// Constant.
     pub model: &'a Model<S>,
     /// Varies.
@@ -111,7 +111,7 @@ pub struct Frame<'a, S> {
     pub sample: bool,
 }
 
-impl<'a, S: Scalar> Frame<'a, S> {
+impl<'a, S: Scalar> Context<'a, S> {
     /// A step about to begin.
     pub fn new(model: &'a Model<S>, state: &'a mut State<S>, ledger: &'a mut Ledger, sample: bool) -> Self {
         Self { model, state, ledger, totals: StepTotals::default(), sample }
@@ -165,93 +165,93 @@ impl<S: Scalar> Stepper<S> {
 
     /// One step from the positions at `state.step`·Δt. `sample`: fill in the energies at that time.
     pub fn step(&mut self, model: &Model<S>, state: &mut State<S>, ledger: &mut Ledger, sample: bool) -> StepTotals {
-        let mut frame = Frame::new(model, state, ledger, sample);
+        let mut context = Context::new(model, state, ledger, sample);
         self.stopwatch.start();
-        if frame.state.step.is_multiple_of(APART) {
-            self.elements(&mut frame);
+        if context.state.step.is_multiple_of(APART) {
+            self.elements(&mut context);
             self.stopwatch.lap(Phase::ElementForce);
-            self.nodes(&mut frame);
+            self.nodes(&mut context);
             self.stopwatch.lap(Phase::NodeUpdate);
         } else {
-            self.sweep(&mut frame, Passes::Both);
-            self.collect_elements(&mut frame);
-            self.collect_nodes(&mut frame);
+            self.sweep(&mut context, Passes::Both);
+            self.collect_elements(&mut context);
+            self.collect_nodes(&mut context);
             self.stopwatch.lap_of_both();
         }
-        self.plies(&mut frame);
+        self.plies(&mut context);
         self.stopwatch.lap(Phase::PlyContact);
-        self.projectile(&mut frame);
+        self.projectile(&mut context);
         self.stopwatch.lap(Phase::ProjectileContact);
-        frame.state.step += 1;
-        frame.totals
+        context.state.step += 1;
+        context.totals
     }
 
     /// The first part of a step on its own: forces of the elements.
-    pub fn elements(&mut self, frame: &mut Frame<'_, S>) {
-        self.sweep(frame, Passes::Elements);
-        self.collect_elements(frame);
+    pub fn elements(&mut self, context: &mut Context<'_, S>) {
+        self.sweep(context, Passes::Elements);
+        self.collect_elements(context);
     }
 
     /// The second part on its own: the nodes move.
-    pub fn nodes(&mut self, frame: &mut Frame<'_, S>) {
-        self.sweep(frame, Passes::Nodes);
-        self.collect_nodes(frame);
+    pub fn nodes(&mut self, context: &mut Context<'_, S>) {
+        self.sweep(context, Passes::Nodes);
+        self.collect_nodes(context);
     }
 
-    fn sweep(&mut self, frame: &mut Frame<'_, S>, passes: Passes) {
-        self.reached.clone_from(&frame.state.reach);
+    fn sweep(&mut self, context: &mut Context<'_, S>, passes: Passes) {
+        self.reached.clone_from(&context.state.reach);
         let sweep = Sweep {
-            model: frame.model,
+            model: context.model,
             kernels: &self.kernels,
             nothing: &self.nothing,
             reached: &self.reached,
             passes,
         };
-        sweep.run(frame, &mut self.element_totals, &mut self.node_totals);
+        sweep.run(context, &mut self.element_totals, &mut self.node_totals);
     }
 
     /// Adds up what the rows of nodes did, in row order.
-    fn collect_nodes(&mut self, frame: &mut Frame<'_, S>) {
-        for (ply, reach) in frame.state.reach.iter_mut().enumerate() {
-            *reach = reach.grown(1, &frame.model.sheet(ply).mesh);
+    fn collect_nodes(&mut self, context: &mut Context<'_, S>) {
+        for (ply, reach) in context.state.reach.iter_mut().enumerate() {
+            *reach = reach.grown(1, &context.model.sheet(ply).mesh);
         }
         for (index, row) in self.node_totals.iter().enumerate() {
-            frame.totals.kinetic += row.kinetic;
-            frame.totals.max_speed = frame.totals.max_speed.max(row.max_speed_squared);
-            let support = to_pack(frame.model, index, row.support);
+            context.totals.kinetic += row.kinetic;
+            context.totals.max_speed = context.totals.max_speed.max(row.max_speed_squared);
+            let support = to_pack(context.model, index, row.support);
             for a in 0..3 {
-                frame.ledger.support[a] += support[a];
+                context.ledger.support[a] += support[a];
             }
         }
-        frame.totals.max_speed = frame.totals.max_speed.sqrt();
-        if frame.sample {
-            let model = frame.model;
-            frame.ledger.sample_nodes(&self.node_totals, &model.grid, |row, v| to_pack(model, row, v));
+        context.totals.max_speed = context.totals.max_speed.sqrt();
+        if context.sample {
+            let model = context.model;
+            context.ledger.sample_nodes(&self.node_totals, &model.grid, |row, v| to_pack(model, row, v));
         }
     }
 
     /// The third part: contact between the plies.
-    pub fn plies(&mut self, frame: &mut Frame<'_, S>) {
-        if frame.model.plies.len() > 1 {
-            self.plies.resolve(frame, &self.nothing);
+    pub fn plies(&mut self, context: &mut Context<'_, S>) {
+        if context.model.plies.len() > 1 {
+            self.plies.resolve(context, &self.nothing);
         }
     }
 
     /// The fourth part: contact with the projectile, and its motion.
-    pub fn projectile(&mut self, frame: &mut Frame<'_, S>) {
-        if let Some(mut body) = frame.state.body.take() {
-            self.projectile.resolve(frame, &mut body, &self.nothing);
-            if frame.sample {
-                frame.ledger.sample_body(&body);
+    pub fn projectile(&mut self, context: &mut Context<'_, S>) {
+        if let Some(mut body) = context.state.body.take() {
+            self.projectile.resolve(context, &mut body, &self.nothing);
+            if context.sample {
+                context.ledger.sample_body(&body);
             }
-            body.advance(frame.model.dt);
-            frame.state.body = Some(body);
+            body.advance(context.model.dt);
+            context.state.body = Some(body);
         }
     }
 
     /// Adds up what the rows of elements did, in row order.
-    fn collect_elements(&mut self, frame: &mut Frame<'_, S>) {
-        let Frame { model, state, ledger, totals, sample } = frame;
+    fn collect_elements(&mut self, context: &mut Context<'_, S>) {
+        let Context { model, state, ledger, totals, sample } = context;
         self.failures.clear();
         for (index, row) in self.element_totals.iter().enumerate() {
             ledger.work += row.internal_work;

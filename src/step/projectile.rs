@@ -7,7 +7,7 @@
 use nalgebra::Vector3;
 use rayon::prelude::*;
 
-use super::{Frame, neighbours};
+use super::{Context, neighbours};
 use crate::kernels::node_update::{self, field as node};
 use crate::kernels::projectile_contact::{self, ContactPoint};
 use crate::kernels::projectile_rim::{Rim, Tie};
@@ -46,9 +46,9 @@ struct Seen {
 
 impl ProjectileContact {
     /// Finds and applies the impulses of a step.
-    pub(super) fn resolve<S: Scalar>(&mut self, frame: &mut Frame<'_, S>, body: &mut RigidBody, nothing: &[S]) {
-        let model = frame.model;
-        let travel = model.dt * (frame.totals.max_speed + body.speed_bound());
+    pub(super) fn resolve<S: Scalar>(&mut self, context: &mut Context<'_, S>, body: &mut RigidBody, nothing: &[S]) {
+        let model = context.model;
+        let travel = model.dt * (context.totals.max_speed + body.speed_bound());
         if !travel.is_finite() {
             return; // the run stops on its own check of the numbers
         }
@@ -56,18 +56,18 @@ impl ProjectileContact {
         if self.reserve < 0.0 {
             self.reserve = NEAR_STEPS * travel;
             let edge = if model.rim { body.rim_depth } else { 0.0 };
-            self.near = near_nodes(model, frame.state, body, self.reserve + travel + edge);
+            self.near = near_nodes(model, context.state, body, self.reserve + travel + edge);
         }
-        self.gather_points(frame, body, nothing);
+        self.gather_points(context, body, nothing);
         if model.rim {
-            self.gather_rim(frame, body, nothing);
+            self.gather_rim(context, body, nothing);
         }
         if self.points.is_empty() {
             return;
         }
-        frame.ledger.add_contact(&projectile_contact::resolve(body, &mut self.points, &mut self.rim, model.dt));
+        context.ledger.add_contact(&projectile_contact::resolve(body, &mut self.points, &mut self.rim, model.dt));
         let nodes = self.points.len() - self.rim.ties.len();
-        let kick = frame.kick();
+        let kick = context.kick();
         for p in self.points[..nodes].iter().filter(|p| p.touched()) {
             let velocity = p.velocity();
             let mesh = &model.sheet(p.ply).mesh;
@@ -75,13 +75,13 @@ impl ProjectileContact {
             let own = mesh.to_ply(velocity.into());
             let row = model.grid.first_node_row(p.ply) + p.row;
             for a in 0..3 {
-                let u = frame.state.nodes.get(row, node::DISPLACEMENT + a, p.column).to_f64();
-                frame.state.nodes.set(row, node::DISPLACEMENT + a, p.column, S::splat(u + model.dt * change[a]));
-                frame.state.nodes.set(row, node::VELOCITY + a, p.column, S::splat(own[a]));
+                let u = context.state.nodes.get(row, node::DISPLACEMENT + a, p.column).to_f64();
+                context.state.nodes.set(row, node::DISPLACEMENT + a, p.column, S::splat(u + model.dt * change[a]));
+                context.state.nodes.set(row, node::VELOCITY + a, p.column, S::splat(own[a]));
             }
-            frame.state.reach[p.ply].touch(p.row, p.column);
-            if frame.sample {
-                frame.ledger.correct_node(
+            context.state.reach[p.ply].touch(p.row, p.column);
+            if context.sample {
+                context.ledger.correct_node(
                     p.ply,
                     p.mass,
                     &p.free,
@@ -93,8 +93,8 @@ impl ProjectileContact {
     }
 
     /// The nodes that may touch the body in this step.
-    fn gather_points<S: Scalar>(&mut self, frame: &mut Frame<'_, S>, body: &RigidBody, nothing: &[S]) {
-        let (model, state) = (frame.model, &*frame.state);
+    fn gather_points<S: Scalar>(&mut self, context: &mut Context<'_, S>, body: &RigidBody, nothing: &[S]) {
+        let (model, state) = (context.model, &*context.state);
         self.points.clear();
         for place in &self.near {
             let [ply, row, column] = place.map(|at| at as usize);
@@ -104,11 +104,11 @@ impl ProjectileContact {
             let mut seen = look(model, state, [ply, row, column]);
             let pressed = seen.position - Vector3::new(0.0, 0.0, seen.between);
             (seen.gap, seen.normal) = body.holding_gap(&pressed);
-            frame.totals.penetration = frame.totals.penetration.max(-seen.gap);
+            context.totals.penetration = context.totals.penetration.max(-seen.gap);
             if stays_away(&seen, body, model.dt) {
                 continue;
             }
-            let point = contact_point(frame, body, nothing, [ply, row, column], &seen);
+            let point = contact_point(context, body, nothing, [ply, row, column], &seen);
             if body.prescribed && seen.normal.dot(&point.inverse.component_mul(&seen.normal)) <= 0.0 {
                 continue; // both are held: neither can give way, and no finite impulse would change that
             }
@@ -118,8 +118,8 @@ impl ProjectileContact {
 
     /// The points where the rim of a flat face crosses edges of elements and that may touch it in this step. The nodes at the
     /// ends of the edges join the others, far away where they do not touch the body themselves.
-    fn gather_rim<S: Scalar>(&mut self, frame: &Frame<'_, S>, body: &RigidBody, nothing: &[S]) {
-        let (model, state) = (frame.model, &*frame.state);
+    fn gather_rim<S: Scalar>(&mut self, context: &Context<'_, S>, body: &RigidBody, nothing: &[S]) {
+        let (model, state) = (context.model, &*context.state);
         self.crossings.clear();
         self.rim.clear();
         let places = std::mem::take(&mut self.near);
@@ -153,7 +153,7 @@ impl ProjectileContact {
                     let nodes = [0, 1].map(|end| {
                         let known = self.points.iter().position(|p| [p.ply, p.row, p.column] == ends[end]);
                         known.unwrap_or_else(|| {
-                            self.points.push(contact_point(frame, body, nothing, ends[end], &seen[end]));
+                            self.points.push(contact_point(context, body, nothing, ends[end], &seen[end]));
                             self.points.len() - 1
                         })
                     });
@@ -161,7 +161,7 @@ impl ProjectileContact {
                     for node in nodes {
                         self.points[node].shared = true;
                     }
-                    let mut point = contact_point(frame, body, nothing, ends[0], &crossing);
+                    let mut point = contact_point(context, body, nothing, ends[0], &crossing);
                     point.before = tie.between(|node| self.points[node].before);
                     point.shared = true;
                     self.crossings.push(point);
@@ -196,13 +196,13 @@ fn stays_away(seen: &Seen, body: &RigidBody, dt: f64) -> bool {
 
 /// A node as contact sees it.
 fn contact_point<S: Scalar>(
-    frame: &Frame<'_, S>,
+    context: &Context<'_, S>,
     body: &RigidBody,
     nothing: &[S],
     [ply, row, column]: [usize; 3],
     seen: &Seen,
 ) -> ContactPoint {
-    let (model, state) = (frame.model, &*frame.state);
+    let (model, state) = (context.model, &*context.state);
     let sheet = model.sheet(ply);
     let m = sheet.row_mass(row);
     let [x, y, z] = [0, 1, 2].map(|a| m.inverse[a][column].to_f64());
@@ -217,7 +217,7 @@ fn contact_point<S: Scalar>(
         gap: seen.gap,
         normal: seen.normal,
         arm: seen.position - body.position,
-        before: seen.free - inverse.component_mul(&force) * frame.kick(),
+        before: seen.free - inverse.component_mul(&force) * context.kick(),
         free: seen.free,
         inverse,
         mass: m.mass[column].to_f64(),

@@ -2,6 +2,8 @@
 
 use std::time::{Duration, Instant};
 
+use serde::{Deserialize, Serialize};
+
 /// A phase of a step: a kernel with what is added up after it, or the record of what the step did.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Phase {
@@ -34,11 +36,12 @@ impl Phase {
 }
 
 /// Adds up what each phase takes. A lap costs one reading of the clock.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Stopwatch {
     spent: [Duration; Phase::ALL.len()],
     /// Elements and nodes in one sweep.
     both: Duration,
+    #[serde(skip, default = "Instant::now")] // of this process alone
     last: Instant,
 }
 

@@ -8,7 +8,7 @@ use std::ops::Range;
 
 use rayon::prelude::*;
 
-use super::{Frame, RowKernels};
+use super::{Context, RowKernels};
 use crate::kernels::element_force::{ElementRow, ElementTotals, field as element};
 use crate::kernels::node_update::{Neighbours, NodeTotals, Part, RowMass};
 use crate::model::{Grid, Model};
@@ -73,12 +73,12 @@ impl<S: Scalar> Sweep<'_, S> {
     /// Advances every ply; totals are by row of elements and by row of nodes.
     pub(super) fn run(
         &self,
-        frame: &mut Frame<'_, S>,
+        context: &mut Context<'_, S>,
         element_totals: &mut [ElementTotals],
         node_totals: &mut [NodeTotals],
     ) {
-        let (grid, sample, kick) = (&self.model.grid, frame.sample, frame.kick());
-        let state = &mut *frame.state;
+        let (grid, sample, kick) = (&self.model.grid, context.sample, context.kick());
+        let state = &mut *context.state;
         // The first step computes everything, so that yarn heights at rest are those the unit cell finds.
         let all = state.step == 0;
         let dt = self.model.dt;

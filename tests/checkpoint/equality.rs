@@ -108,3 +108,17 @@ fn a_quarter_of_a_scene_goes_on_to_its_outcome() {
     let run = resumes_equal::<f64>(&quarter(), 100, 5);
     assert_eq!((run.planes.copies(), run.stop_time.is_some()), (4, true));
 }
+
+#[test]
+fn what_each_kernel_took_so_far_is_kept() {
+    let (case, shelf) = (pack(), Shelf::new());
+    let mut simulation = start::<f32>(&case);
+    for _ in 0..20 {
+        simulation.advance(&case);
+    }
+    let checkpoint = shelf.save(&case, &simulation);
+    let before = simulation.into_run(1.0).kernel_seconds;
+    assert!(before.len() == 5 && before.iter().all(|(_, seconds)| *seconds > 0.0), "{before:?}");
+    let resumed = Simulation::<f32>::resume(&case, &checkpoint).unwrap_or_else(|e| panic!("{e}"));
+    assert_eq!(resumed.into_run(1.0).kernel_seconds, before);
+}

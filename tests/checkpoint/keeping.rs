@@ -20,7 +20,7 @@ impl Watch for Noted<'_> {
     }
 
     fn keep(&mut self, run: &dyn Kept, loop_seconds: f64) {
-        self.keeper.keep(run, loop_seconds).unwrap();
+        self.keeper.keep(run, &[], loop_seconds).unwrap();
         self.times.push(run.time());
     }
 }
@@ -60,7 +60,7 @@ fn the_last_good_checkpoint_survives_a_full_disk() {
             simulation.advance(&case);
         }
         let step = simulation.state.step;
-        (keeper.keep(&simulation, 1.0), step)
+        (keeper.keep(&simulation, &[], 1.0), step)
     };
     let kept = || Checkpoint::open(&shelf.path().join(CHECKPOINT)).map(|last| last.head().step);
     assert_eq!(advance(), (Ok(()), 20));

@@ -1,7 +1,7 @@
 //! `--checkpoint-every` and `ripstop resume`.
 
 use super::*;
-use crate::kept::without_costs;
+use crate::kept::{files, same_files};
 use crate::support::Random;
 use ripstop::checkpoint::Checkpoint;
 
@@ -11,30 +11,6 @@ fn long() -> Value {
     case["solver"] = json!({"end_time_us": 600, "run_until": "end_time"});
     case["output"] = json!({"history_interval_us": 0.9, "profile_times_us": [3, 77.7, 240]});
     case
-}
-
-/// Every file of a finished run but for what it cost; `shot.svg` and the tables byte by byte. The report names costs, and its
-/// film begins where the run went on.
-fn results(bench: &Bench, folder: &str) -> Vec<(String, String)> {
-    let text = |name: &String| {
-        let text = bench.text(&format!("{folder}/{name}"));
-        if name == "summary.json" { without_costs(serde_json::from_str(&text).unwrap()).to_string() } else { text }
-    };
-    let names: Vec<String> = bench.names(folder).into_iter().filter(|name| name != "report.html").collect();
-    let texts = names.iter().map(text).collect::<Vec<_>>();
-    names.into_iter().zip(texts).collect()
-}
-
-#[track_caller]
-fn equal(one: &[(String, String)], two: &[(String, String)]) {
-    for (one, two) in one.iter().zip(two) {
-        assert_eq!(one.0, two.0);
-        for (one_line, two_line) in one.1.lines().zip(two.1.lines()) {
-            assert_eq!(one_line, two_line, "{}", one.0);
-        }
-        assert!(one.1 == two.1, "{}", one.0);
-    }
-    assert_eq!(one.len(), two.len());
 }
 
 /// Waits until a file is there and another than before; the time from which it was.
@@ -56,10 +32,11 @@ fn wait_for_another(path: &Path, before: Option<u64>) -> Option<u64> {
 #[test]
 fn killed_at_20_random_moments_a_run_ends_as_if_nothing_had_been() {
     let bench = Bench::new(&long());
-    assert_eq!(code(&bench.shoot(&["--out", "whole", "--quiet", "--threads", "2"])), 0);
+    let frames = ["--frames", "60", "--vtu"];
+    assert_eq!(code(&bench.shoot(&[&["--out", "whole", "--quiet", "--threads", "2"], &frames[..]].concat())), 0);
     let path = bench.path("out/shot/checkpoint.bin");
     let run = ["run", "shot.json", "--backend", "cpu", "--quiet", "--checkpoint-every", "3", "--threads", "2"];
-    let resume = ["resume", "out/shot", "--quiet"];
+    let (run, resume) = ([&run[..], &frames].concat(), ["resume", "out/shot", "--quiet"]);
     let mut random = Random(11);
     let (mut file, mut last) = (None, 0.0);
     for kill in 0..20 {
@@ -78,13 +55,20 @@ fn killed_at_20_random_moments_a_run_ends_as_if_nothing_had_been() {
     }
     let output = bench.ripstop(&["resume", "out/shot"]);
     assert_eq!(code(&output), 0, "{}", stderr(&output));
-    assert!(stderr(&output).starts_with("note: goes on from "), "{}", stderr(&output));
-    equal(&results(&bench, "whole"), &results(&bench, "out/shot"));
+    let words = stderr(&output);
+    assert!(words.starts_with("note: goes on from ") && !words.contains("lost"), "{words}");
+    assert!(last > 3.0 * 600e-6 / 59.0, "no frame but the first was taken by {last}");
+    same_files(&files(&bench.path("whole")), &files(&bench.path("out/shot")));
     let summary = bench.json("out/shot/summary.json");
     assert!(summary["failed_yarns"]["warp"].as_u64() > Some(10), "{}", summary["failed_yarns"]);
     // All parts together, as far as checkpoints knew of them.
     let [wall, inner] = ["wall_s", "loop_s"].map(|key| summary[key].as_f64().unwrap());
     assert!(wall > inner && inner > 0.0, "{wall} {inner}");
+    // A last part that knew of itself alone would miss most of it.
+    let kernels = summary["profile"].as_object().unwrap();
+    let timed: f64 =
+        kernels.iter().filter(|(name, _)| *name != "other").map(|(_, part)| part["s"].as_f64().unwrap()).sum();
+    assert!(timed > 0.0 && timed <= inner, "{timed} of {inner}");
 }
 
 #[cfg(unix)]
@@ -104,7 +88,7 @@ fn ctrl_c_leaves_a_checkpoint_of_that_very_step() {
     let kept = Checkpoint::open(&path).unwrap().head().time;
     assert_eq!(summary["time_us"].as_f64().unwrap(), kept * 1e6);
     assert_eq!(code(&bench.ripstop(&["resume", "out/shot", "--quiet"])), 0);
-    equal(&results(&bench, "whole"), &results(&bench, "out/shot"));
+    same_files(&files(&bench.path("whole")), &files(&bench.path("out/shot")));
 }
 
 #[test]
@@ -117,8 +101,8 @@ fn a_run_that_ends_leaves_no_checkpoint_and_is_not_resumed() {
     let output = bench.shoot(&["--checkpoint-every", "1"]);
     assert_eq!(code(&output), 0, "{}", stderr(&output));
     assert!(stderr(&output).contains("note: out/shot holds a checkpoint, which this run replaces"));
-    let files = ["case.json", "events.csv", "history.csv", "report.html", "shot.svg", "summary.json"];
-    assert_eq!(bench.names("out/shot"), files);
+    let expected = ["case.json", "events.csv", "history.csv", "report.html", "shot.svg", "summary.json"];
+    assert_eq!(bench.names("out/shot"), expected);
     assert_eq!(bench.json("out/shot/summary.json")["checkpoint_failed"], Value::Null);
     let before = bench.text("out/shot/summary.json");
     let output = bench.ripstop(&["resume", "out/shot"]);
@@ -127,7 +111,7 @@ fn a_run_that_ends_leaves_no_checkpoint_and_is_not_resumed() {
     assert_eq!(bench.text("out/shot/summary.json"), before);
     // What checkpoints cost is no result.
     assert_eq!(code(&bench.shoot(&["--out", "plain", "--quiet"])), 0);
-    equal(&results(&bench, "plain"), &results(&bench, "out/shot"));
+    same_files(&files(&bench.path("plain")), &files(&bench.path("out/shot")));
 }
 
 /// A folder with a checkpoint, as a killed run leaves it.
@@ -159,7 +143,7 @@ fn what_is_not_the_checkpoint_of_this_run_is_2_and_says_why() {
     assert!(changed != shot && renamed != shot);
     let cases: [(&[u8], &str, [&str; 2]); 7] = [
         (b"something else", &shot, ["expected: a checkpoint of ripstop", "another kind of file"]),
-        (&flipped(8, 2), &shot, ["expected: a checkpoint of format 1", "format 3"]),
+        (&flipped(8, 1), &shot, ["expected: a checkpoint of format 2", "format 3"]),
         (&flipped(whole.len() / 2, 1), &shot, ["whose checksum holds", "damaged or cut short"]),
         (&whole[..whole.len() - 20], &shot, ["whose checksum holds", "damaged or cut short"]),
         (&whole, &changed, ["the case that the run began with", "help: undo the change"]),
@@ -182,6 +166,56 @@ fn what_is_not_the_checkpoint_of_this_run_is_2_and_says_why() {
     fs::write(&path, &whole).unwrap();
     fs::write(bench.path("out/shot/case.json"), renamed).unwrap();
     assert_eq!(code(&bench.ripstop(&["resume", "out/shot", "--quiet"])), 0);
+}
+
+/// Where the times of a series of frames begin [µs], and how many there are of each part.
+fn series(bench: &Bench) -> (f64, usize) {
+    let list = bench.text("out/shot/frames.pvd");
+    let times: Vec<f64> =
+        list.split("timestep=\"").skip(1).map(|rest| rest.split('"').next().unwrap().parse().unwrap()).collect();
+    (times[0], times.len() / 2)
+}
+
+#[cfg(unix)]
+#[test]
+fn frames_that_are_lost_are_told_and_the_files_begin_after_them() {
+    let bench = Bench::new(&long());
+    let run =
+        ["run", "shot.json", "--backend", "cpu", "--quiet", "--checkpoint-every", "3", "--frames", "121", "--vtu"];
+    let mut child = bench.command(&run).spawn().unwrap();
+    wait_for_another(&bench.path("out/shot/checkpoint.frames/0005.bin"), None);
+    // The second from now on knows of all six.
+    let path = bench.path("out/shot/checkpoint.bin");
+    (0..2).fold(wait_for_another(&path, None), |file, _| wait_for_another(&path, file));
+    child.kill().unwrap();
+    child.wait().unwrap();
+    let frame = |number: usize| bench.path(&format!("out/shot/checkpoint.frames/{number:04}.bin"));
+    let whole: Vec<Vec<u8>> = (0..6).map(|number| fs::read(frame(number)).unwrap()).collect();
+    let (checkpoint, case) = (fs::read(&path).unwrap(), bench.text("out/shot/case.json"));
+    let flipped: Vec<u8> = whole[2].iter().enumerate().map(|(at, byte)| byte ^ u8::from(at == 200)).collect();
+    let damages: [(&str, Option<&[u8]>); 4] = [
+        ("cannot be read", None),
+        ("is damaged", Some(&flipped)),
+        ("is damaged", Some(&whole[2][..90])),
+        ("is of another run", Some(&whole[1])),
+    ];
+    for (words, bytes) in damages {
+        fs::create_dir_all(bench.path("out/shot/checkpoint.frames")).unwrap();
+        (0..6).for_each(|number| fs::write(frame(number), &whole[number]).unwrap());
+        fs::write(&path, &checkpoint).unwrap();
+        fs::write(bench.path("out/shot/case.json"), &case).unwrap();
+        match bytes {
+            Some(bytes) => fs::write(frame(2), bytes).unwrap(),
+            None => fs::remove_file(frame(2)).unwrap(),
+        }
+        let output = bench.ripstop(&["resume", "out/shot"]);
+        let said = stderr(&output);
+        assert_eq!(code(&output), 0, "{said}");
+        assert!(said.contains("warning: frames before 1") && said.contains(&format!("0002.bin {words};")), "{said}");
+        let (first, count) = series(&bench);
+        assert!((first - 15.0).abs() < 0.3 && count == 121 - 3, "{count} frames from {first} µs");
+        assert!(!bench.path("out/shot/checkpoint.frames").exists());
+    }
 }
 
 #[test]
@@ -213,4 +247,17 @@ fn a_full_disk_is_told_and_the_run_goes_on() {
     let summary = bench.json("out/shot/summary.json");
     assert!(summary["checkpoint_failed"].as_str().unwrap().contains(told), "{}", summary["checkpoint_failed"]);
     assert_eq!(summary["outcome"], "running");
+}
+
+#[test]
+fn frames_that_cannot_lie_beside_the_checkpoint_are_told_and_written_all_the_same() {
+    let bench = Bench::new(&small());
+    fs::create_dir_all(bench.path("out/shot")).unwrap();
+    fs::write(bench.path("out/shot/checkpoint.frames"), "no folder").unwrap();
+    let output = bench.shoot(&["--checkpoint-every", "2", "--frames", "6"]);
+    let words = stderr(&output);
+    assert_eq!(code(&output), 0, "{words}");
+    assert_eq!(words.matches("warning: no frames are put beside the checkpoint from 0 µs on: ").count(), 1, "{words}");
+    assert!(bench.path("out/shot/frames.vtkhdf").exists());
+    assert_eq!(bench.text("out/shot/checkpoint.frames"), "no folder");
 }

@@ -7,6 +7,8 @@
 
 mod batches;
 mod endings;
+mod frames;
+mod killed;
 mod packs;
 mod program;
 mod resume;
@@ -34,6 +36,8 @@ pub(crate) fn tests() -> Vec<Trial> {
         ("packs", packs::TESTS),
         ("endings", endings::TESTS),
         ("resume", resume::TESTS),
+        ("killed", killed::TESTS),
+        ("frames", frames::TESTS),
         ("program", program::TESTS),
     ];
     let named = |(module, tests): (&'static str, Tests)| {

@@ -1,13 +1,16 @@
 //! Frames for ParaView: `frames.vtkhdf`, and on request `frames.pvd` with a `.vtu` file for every part and frame.
 //!
 //! The solver's thread only copies what has moved and sends it off; everything else happens on a thread beside it. Files
-//! are written under temporary names and get theirs when the run is over, however it ended.
+//! are written under temporary names and get theirs when the run is over, however it ended. Of a run that leaves checkpoints
+//! every frame lies on a shelf as well, for the run that goes on.
 
 mod hdf;
 mod parts;
+mod shelf;
 mod surface;
 mod vtu;
 
+use std::fmt::Display;
 use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
@@ -17,13 +20,18 @@ use std::thread::{self, JoinHandle};
 use tempfile::{NamedTempFile, TempDir};
 use thread_priority::ThreadPriority;
 
-use super::folder::{OutputError, temporary};
+use super::folder::{OutputError, UNFINISHED, temporary};
+use super::number::us;
 use crate::case::Case;
-use crate::frame::{Camera, Snapshot};
+use crate::checkpoint::Head;
+use crate::frame::{Camera, Frame, Scene, Snapshot};
 use crate::simulation::{View, Watch};
 use hdf::HdfFile;
 use parts::Parts;
+use shelf::{Row, Shelf};
 use vtu::{SERIES, Series};
+
+pub(super) use shelf::clear as clear_shelf;
 
 /// The file with all frames, and the one that lists those of the series.
 pub(super) const HDF: &str = "frames.vtkhdf";
@@ -35,26 +43,78 @@ const VTU: &str = "frames/*.vtu";
 pub struct Recorder {
     camera: Camera,
     /// To the writer; gone when that has failed.
-    queue: Option<SyncSender<Snapshot>>,
+    queue: Option<SyncSender<Order>>,
     writer: JoinHandle<Result<Staged, OutputError>>,
 }
 
+/// What the writer is to do.
+enum Order {
+    /// Write a frame.
+    Write(Snapshot),
+    /// Say when everything before is on the disk, or what was not put there.
+    Tell(SyncSender<Option<String>>),
+}
+
 impl Recorder {
-    /// Starts the writer of the frames that a case asks for; its files go to `folder`. `vtu`: also as a series.
+    /// Starts the writer of the frames that a case asks for; its files go to `folder`. `vtu`: also as a series; `head`: of the run,
+    /// where it leaves checkpoints.
     ///
     /// # Errors
     /// When the system has no thread for it.
-    pub fn start(folder: &Path, case: &Case, vtu: bool) -> io::Result<Self> {
-        let (queue, snapshots) = mpsc::sync_channel(case.waiting_frames());
-        let folder = folder.to_owned();
-        let write = move || {
+    pub fn start(folder: &Path, case: &Case, vtu: bool, head: Option<&Head>) -> io::Result<Self> {
+        let camera = Camera::new(case.output.frames as usize, case.solver.end_time);
+        let (folder, shelf) = (folder.to_owned(), head.map(|head| Shelf::new(folder, head)));
+        Self::spawn(case, camera, move |orders| {
+            Writer { folder, vtu, shelf, complaint: None, files: None }.follow(&orders)
+        })
+    }
+
+    /// The same of a run that goes on from the checkpoint with this head: the frames that it had taken come first. Where some
+    /// are lost, the files begin after those; the words say so.
+    ///
+    /// # Errors
+    /// When the system has no thread for it.
+    pub fn resume(folder: &Path, case: &Case, vtu: bool, head: &Head) -> io::Result<(Self, Option<String>)> {
+        let (frames, end_time) = (case.output.frames as usize, case.solver.end_time);
+        let (camera, steps) = Camera::resume(frames, end_time, head.step, head.time_step);
+        let shelf = Shelf::new(folder, head);
+        let Row { files, lost } = shelf.last_row(&steps);
+        let (folder, again) = (folder.to_owned(), case.clone());
+        let work = move |orders: Receiver<Order>| {
+            let mut writer = Writer { folder, vtu, shelf: Some(shelf), complaint: None, files: None };
+            writer.copy(&again, &files)?;
+            writer.follow(&orders)
+        };
+        Ok((Self::spawn(case, camera, work)?, lost))
+    }
+
+    fn spawn(
+        case: &Case,
+        camera: Camera,
+        work: impl FnOnce(Receiver<Order>) -> Result<Staged, OutputError> + Send + 'static,
+    ) -> io::Result<Self> {
+        let (queue, orders) = mpsc::sync_channel(case.waiting_frames());
+        let work = move || {
             // It may wait, the solver's threads may not. Where the system does not let it, it runs like them.
             thread_priority::set_current_thread_priority(ThreadPriority::Min).ok();
-            write(&folder, vtu, &snapshots)
+            work(orders)
         };
-        let writer = thread::Builder::new().name("frames".to_owned()).spawn(write)?;
-        let camera = Camera::new(case.output.frames as usize, case.solver.end_time);
+        let writer = thread::Builder::new().name("frames".to_owned()).spawn(work)?;
         Ok(Self { camera, queue: Some(queue), writer })
+    }
+
+    /// Waits until every frame taken lies where a run that goes on finds it; what to tell the user where none will any more.
+    pub fn settle(&mut self) -> Option<String> {
+        let (done, told) = mpsc::sync_channel(1);
+        self.order(Order::Tell(done));
+        // A writer that has failed drops the other end, and says why when it is asked to finish.
+        told.recv().ok().flatten()
+    }
+
+    fn order(&mut self, order: Order) {
+        if self.queue.as_ref().is_some_and(|queue| queue.send(order).is_err()) {
+            self.queue = None;
+        }
     }
 
     /// Waits for the writer; the files are complete, under temporary names.
@@ -74,10 +134,8 @@ impl Watch for Recorder {
     }
 
     fn look(&mut self, view: &View<'_>) {
-        let Some(queue) = &self.queue else { return };
-        if queue.send(self.camera.take(view)).is_err() {
-            self.queue = None;
-        }
+        let snapshot = self.camera.take(view);
+        self.order(Order::Write(snapshot));
     }
 }
 
@@ -92,42 +150,109 @@ pub struct Staged {
 /// What a place for frames has to be.
 const WRITABLE: &str = "a disk that takes the frames";
 
-fn write(folder: &Path, vtu: bool, snapshots: &Receiver<Snapshot>) -> Result<Staged, OutputError> {
-    let Ok(first) = snapshots.recv() else { return Ok(Staged::default()) };
-    let failed = |name: &str, error: &dyn std::fmt::Display| OutputError::new(&folder.join(name), WRITABLE, error);
-    let frame = first.frame();
-    let (parts, grids) = Parts::new(first.scene(), &frame);
-    let mut now = parts.of(first.scene(), &frame);
-    let file = temporary(folder).map_err(|error| failed(HDF, &error))?;
-    let mut hdf = HdfFile::create(file.path(), &grids, &now).map_err(|error| failed(HDF, &error))?;
-    let mut series = match vtu {
-        true => {
-            Some(hidden(folder).and_then(|own| Series::create(own, &grids)).map_err(|error| failed(SERIES, &error))?)
+/// The thread beside the solver.
+struct Writer {
+    folder: PathBuf,
+    vtu: bool,
+    /// Where the run leaves checkpoints.
+    shelf: Option<Shelf>,
+    /// Why there is no shelf any more.
+    complaint: Option<String>,
+    /// From the first frame on.
+    files: Option<Files>,
+}
+
+impl Writer {
+    /// Writes what the part of the run before has taken.
+    fn copy(&mut self, case: &Case, files: &[(PathBuf, f64)]) -> Result<(), OutputError> {
+        if files.is_empty() {
+            return Ok(());
         }
-        false => None,
-    };
-    let mut snapshot = first;
-    loop {
-        let time_us = snapshot.time() * 1e6;
-        hdf.add(time_us, &now).map_err(|error| failed(HDF, &error))?;
-        if let Some(series) = &mut series {
-            series.add(time_us, &now).map_err(|error| failed(SERIES, &error))?;
+        let path = self.folder.join(HDF);
+        let failed = |error: &dyn Display| OutputError::new(&path, "frames of the run so far", error);
+        let scene = Scene::of(case).map_err(|error| failed(&error))?;
+        for (path, _) in files {
+            let frame = shelf::read(path, &scene).map_err(|error| failed(&error))?;
+            self.add(&scene, &frame)?;
         }
-        let Ok(next) = snapshots.recv() else { break };
-        now = parts.of(next.scene(), &next.frame());
-        snapshot = next;
+        Ok(())
     }
-    hdf.close().map_err(|error| failed(HDF, &error))?;
-    let vtu = match series {
-        Some(series) => Some((list(folder, &series).map_err(|error| failed(PVD, &error))?, series)),
-        None => None,
-    };
-    Ok(Staged { hdf: Some(file), vtu })
+
+    /// Writes what comes until the run is over.
+    fn follow(mut self, orders: &Receiver<Order>) -> Result<Staged, OutputError> {
+        for order in orders {
+            match order {
+                Order::Write(snapshot) => {
+                    let frame = snapshot.frame();
+                    if let Some(Err(error)) = self.shelf.as_ref().map(|shelf| shelf.put(&frame)) {
+                        let from = us(frame.time);
+                        self.complaint =
+                            Some(format!("no frames are put beside the checkpoint from {from} on: {error}"));
+                        self.shelf = None;
+                    }
+                    self.add(snapshot.scene(), &frame)?;
+                }
+                // Nobody waits any more where this fails.
+                Order::Tell(done) => drop(done.send(self.complaint.take())),
+            }
+        }
+        self.files.map_or_else(|| Ok(Staged::default()), |files| files.close(&self.folder))
+    }
+
+    fn add(&mut self, scene: &Scene, frame: &Frame) -> Result<(), OutputError> {
+        let files = match &mut self.files {
+            Some(files) => files,
+            none => none.insert(Files::create(&self.folder, self.vtu, scene, frame)?),
+        };
+        files.add(&self.folder, scene, frame)
+    }
+}
+
+/// Files in the making, under temporary names.
+struct Files {
+    parts: Parts,
+    file: NamedTempFile,
+    hdf: HdfFile,
+    series: Option<Series>,
+}
+
+fn failed<E: Display>(folder: &Path, name: &'static str) -> impl Fn(E) -> OutputError {
+    let path = folder.join(name);
+    move |error| OutputError::new(&path, WRITABLE, error)
+}
+
+impl Files {
+    fn create(folder: &Path, vtu: bool, scene: &Scene, first: &Frame) -> Result<Self, OutputError> {
+        let (parts, grids) = Parts::new(scene, first);
+        let file = temporary(folder).map_err(failed(folder, HDF))?;
+        let hdf = HdfFile::create(file.path(), &grids, &parts.of(scene, first)).map_err(failed(folder, HDF))?;
+        let series = || hidden(folder).and_then(|own| Series::create(own, &grids)).map_err(failed(folder, SERIES));
+        let series = if vtu { Some(series()?) } else { None };
+        Ok(Self { parts, file, hdf, series })
+    }
+
+    fn add(&mut self, folder: &Path, scene: &Scene, frame: &Frame) -> Result<(), OutputError> {
+        let (time_us, now) = (frame.time * 1e6, self.parts.of(scene, frame));
+        self.hdf.add(time_us, &now).map_err(failed(folder, HDF))?;
+        match &mut self.series {
+            Some(series) => series.add(time_us, &now).map_err(failed(folder, SERIES)),
+            None => Ok(()),
+        }
+    }
+
+    fn close(self, folder: &Path) -> Result<Staged, OutputError> {
+        self.hdf.close().map_err(failed(folder, HDF))?;
+        let vtu = match self.series {
+            Some(series) => Some((list(folder, &series).map_err(failed(folder, PVD))?, series)),
+            None => None,
+        };
+        Ok(Staged { hdf: Some(self.file), vtu })
+    }
 }
 
 /// A folder of its own, under a temporary name.
 fn hidden(folder: &Path) -> io::Result<TempDir> {
-    tempfile::Builder::new().prefix(".ripstop-").suffix(".tmp").tempdir_in(folder)
+    tempfile::Builder::new().prefix(UNFINISHED[0]).suffix(UNFINISHED[1]).tempdir_in(folder)
 }
 
 fn list(folder: &Path, series: &Series) -> io::Result<NamedTempFile> {

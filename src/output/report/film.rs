@@ -2,7 +2,9 @@
 //!
 //! Lines of nodes lie dense around the point of impact and sparse far from it; of a thick pack some plies are shown; of a scene
 //! that is its own mirror image there is the part that is computed. Pictures lie evenly in time: where there are too many, every
-//! second one goes, and the ones to come lie twice as far apart.
+//! second one goes, and the ones to come lie twice as far apart. A checkpoint carries the film so far.
+
+use serde::{Deserialize, Serialize};
 
 use super::outline::{self, Outline};
 use crate::case::Case;
@@ -26,7 +28,7 @@ const PLIES: usize = 8;
 const DENSE: usize = 8;
 
 /// A ply as the film shows it: cells between the lines of nodes that were kept.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Strip {
     /// Counted from the struck side.
     pub ply: usize,
@@ -43,7 +45,7 @@ pub struct Strip {
 }
 
 /// All strips at one time; nodes and cells follow each other strip by strip.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Still {
     /// [s]
     pub time: f64,
@@ -57,7 +59,7 @@ pub struct Still {
 }
 
 /// Pictures of a run.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Film {
     /// Plies shown, the struck one first; none before the first picture.
     pub strips: Vec<Strip>,
@@ -76,6 +78,9 @@ pub struct Film {
     /// Time between pictures [s], and how many of it have passed.
     interval: f64,
     passed: usize,
+    /// The strips are those of the model; not known of a film from a checkpoint before its next picture.
+    #[serde(skip)]
+    begun: bool,
 }
 
 impl Film {
@@ -91,11 +96,38 @@ impl Film {
             hit: case.projectile.as_ref().map_or([0.0; 2], |p| p.offset),
             interval: case.solver.end_time / FRAMES,
             passed: 0,
+            begun: false,
         }
     }
 
+    /// What a checkpoint carries of it.
+    pub fn to_bytes(&self) -> Vec<u8> {
+        // Writing to memory cannot fail.
+        postcard::to_stdvec(self).unwrap_or_default()
+    }
+
+    /// The film of a run that goes on, from what a checkpoint carries; `None` where that is no film.
+    pub fn resume(case: &Case, bytes: &[u8]) -> Option<Self> {
+        let Self { strips, plies, stills, planes, outline, interval, passed, .. } = postcard::from_bytes(bytes).ok()?;
+        let film = Self { strips, plies, stills, planes, outline, interval, passed, ..Self::new(case) };
+        film.is_sound().then_some(film)
+    }
+
+    /// Whether all parts have the sizes that they need to have.
+    fn is_sound(&self) -> bool {
+        let nodes: usize = self.strips.iter().map(|strip| strip.reference.len()).sum();
+        let cells: usize = self.strips.iter().map(Strip::cells).sum();
+        let whole = |still: &Still| still.displacement.len() == nodes && still.tension.len() == cells;
+        let points = self.outline.as_ref().map_or(outline::AROUND * outline::ALONG, Vec::len);
+        self.interval > 0.0
+            && points == outline::AROUND * outline::ALONG
+            && self.strips.iter().all(Strip::is_sound)
+            && self.stills.iter().all(whole)
+            && self.stills.windows(2).all(|pair| pair[0].time < pair[1].time)
+    }
+
     fn take<S: Scalar>(&mut self, model: &Model<S>, state: &State<S>) {
-        if self.strips.is_empty() {
+        if !self.begun {
             self.begin(model);
         }
         let time = state.step as f64 * model.dt;
@@ -120,10 +152,15 @@ impl Film {
     }
 
     fn begin<S: Scalar>(&mut self, model: &Model<S>) {
+        self.begun = true;
         self.plies = model.plies.len();
         let shown = shown(self.plies);
         let nodes = NODES / shown.len().max(1);
-        self.strips = shown.iter().map(|ply| Strip::new(model, *ply, self.hit, nodes)).collect();
+        let strips: Vec<Strip> = shown.iter().map(|ply| Strip::new(model, *ply, self.hit, nodes)).collect();
+        if strips != self.strips {
+            self.stills.clear(); // of another model
+        }
+        self.strips = strips;
         self.planes = model.planes;
         let width = self.strips.iter().flat_map(|strip| &strip.reference).map(|at| at[0].abs().max(at[1].abs()));
         let width = f64::from(width.fold(0.0, f32::max));
@@ -203,6 +240,15 @@ impl Strip {
     pub(super) fn for_tests(reference: Vec<[f32; 3]>) -> Self {
         let lines: [Vec<usize>; 2] = [(0..reference.len()).collect(), vec![0]];
         Self { ply: 0, elements: [reference.len(), 1], hit: [0; 2], reference, own: lines.clone(), lines }
+    }
+
+    /// Whether lists that belong together are of one length, and all places are within them.
+    fn is_sound(&self) -> bool {
+        let [columns, rows] = [0, 1].map(|a| self.lines[a].len());
+        self.reference.len() == columns * rows
+            && (0..2).all(|a| self.own[a].len() == self.lines[a].len() && self.hit[a] < self.lines[a].len())
+            && (0..2).all(|a| self.lines[a].last().is_some_and(|last| *last <= self.elements[a]))
+            && self.lines.iter().all(|lines| lines.is_sorted())
     }
 
     /// Cells along warp and weft.
@@ -306,6 +352,35 @@ mod tests {
         assert!(few.windows(2).all(|pair| pair[0] < pair[1]));
         let half = Axis { last: 80, hit: 0 }.lines(30);
         assert_eq!((half[0], half[half.len() - 1]), (0, 80));
+    }
+
+    #[test]
+    fn what_is_no_film_is_not_taken_for_one() {
+        let text = r#"{"title": "t", "fabric": {"file": "fabrics/s-720.json"}, "pack": {"width_mm": 20, "height_mm": 20},
+            "solver": {"end_time_us": 1}}"#;
+        let case = crate::case::from_str("shot", text, &[]).unwrap_or_else(|error| unreachable!("{error}"));
+        let mut film = Film::new(&case);
+        film.strips = vec![Strip::for_tests(vec![[0.0; 3]; 4])];
+        let still = |time: f64| Still { time, displacement: vec![[1.0; 3]; 4], tension: Vec::new(), pose: None };
+        film.stills = vec![still(0.0), still(1.0)];
+        let taken = |film: &Film| Film::resume(&case, &film.to_bytes()).map(|film| film.stills);
+        assert_eq!(taken(&film), Some(film.stills.clone()));
+        for length in 0..film.to_bytes().len() {
+            assert!(Film::resume(&case, &film.to_bytes()[..length]).is_none(), "{length} bytes");
+        }
+        let wrong: [fn(&mut Film); 6] = [
+            |film| film.interval = f64::NAN,
+            |film| film.stills[1].time = 0.0,
+            |film| film.stills[1].displacement.truncate(3),
+            |film| film.stills[0].tension.push([None; 2]),
+            |film| film.strips[0].hit[1] = 1,
+            |film| film.outline = Some(Vec::new()),
+        ];
+        for change in wrong {
+            let mut film = film.clone();
+            change(&mut film);
+            assert_eq!(taken(&film), None);
+        }
     }
 
     #[test]

@@ -9,7 +9,7 @@ mod moves;
 
 use rayon::prelude::*;
 
-use super::Frame;
+use super::Context;
 use crate::kernels::ply_contact;
 use crate::model::{Model, mesh::corners, over::SIDES, over::neighbour};
 use crate::number::Scalar;
@@ -44,26 +44,26 @@ impl PlyContact {
     }
 
     /// Finds and applies the impulses of a step.
-    pub(super) fn resolve<S: Scalar>(&mut self, frame: &mut Frame<'_, S>, nothing: &[S]) {
-        let model = frame.model;
-        let body = frame.state.body.as_ref().map_or(0.0, |b| b.speed_bound());
-        self.travel += model.dt * frame.totals.max_speed.max(body);
-        self.find(frame);
+    pub(super) fn resolve<S: Scalar>(&mut self, context: &mut Context<'_, S>, nothing: &[S]) {
+        let model = context.model;
+        let body = context.state.body.as_ref().map_or(0.0, |b| b.speed_bound());
+        self.travel += model.dt * context.totals.max_speed.max(body);
+        self.find(context);
         if self.plies.iter().all(|ply| ply.points.is_empty()) {
             return;
         }
         self.share(model);
-        self.solve(frame);
-        self.apply(frame, nothing);
-        self.collect(frame);
+        self.solve(context);
+        self.apply(context, nothing);
+        self.collect(context);
     }
 
     /// Nodes that come too close to a cell of a neighbouring ply.
-    fn find<S: Scalar>(&mut self, frame: &mut Frame<'_, S>) {
-        let model = frame.model;
+    fn find<S: Scalar>(&mut self, context: &mut Context<'_, S>) {
+        let model = context.model;
         let travel = self.travel;
-        let mut over = std::mem::take(&mut frame.state.over);
-        let state = &*frame.state;
+        let mut over = std::mem::take(&mut context.state.over);
+        let state = &*context.state;
         let per_ply = SIDES * model.nodes_per_ply();
         let work = |(ply, (work, over)): (usize, (&mut PlyWork, &mut [u32]))| {
             work.points.clear();
@@ -76,7 +76,7 @@ impl PlyContact {
             }
         };
         self.plies.par_iter_mut().zip(over.par_chunks_mut(per_ply)).enumerate().for_each(work);
-        frame.state.over = over;
+        context.state.over = over;
     }
 
     /// Shares each node's mass out among its contacts, in the whole scene: a node on a mirror plane has the images of those
@@ -109,8 +109,8 @@ impl PlyContact {
     }
 
     /// The impulse of every contact, each on its own.
-    fn solve<S: Scalar>(&mut self, frame: &Frame<'_, S>) {
-        let (model, state) = (frame.model, &*frame.state);
+    fn solve<S: Scalar>(&mut self, context: &Context<'_, S>) {
+        let (model, state) = (context.model, &*context.state);
         let across = model.grid.columns + 1;
         let mut points: Vec<_> = self.plies.iter_mut().map(|w| (std::mem::take(&mut w.points), 0.0)).collect();
         let plies = &self.plies;
@@ -148,8 +148,8 @@ impl PlyContact {
     }
 
     /// Gives the nodes their impulses, ply by ply.
-    fn apply<S: Scalar>(&mut self, frame: &mut Frame<'_, S>, nothing: &[S]) {
-        let across = frame.model.grid.columns + 1;
+    fn apply<S: Scalar>(&mut self, context: &mut Context<'_, S>, nothing: &[S]) {
+        let across = context.model.grid.columns + 1;
         self.each_load(|ply, load, plies| {
             for p in &plies[ply].points {
                 load.add(p.row as usize * across + p.column as usize, p, 1.0);
@@ -160,8 +160,8 @@ impl PlyContact {
                 }
             }
         });
-        let (kick, sample, model) = (frame.kick(), frame.sample, frame.model);
-        let State { nodes, elements, .. } = &mut *frame.state;
+        let (kick, sample, model) = (context.kick(), context.sample, context.model);
+        let State { nodes, elements, .. } = &mut *context.state;
         let length = nodes.row_length() * (model.grid.rows + 1);
         let mover = Mover { model, elements, nothing, stride: nodes.stride, kick, sample };
         let work = |(ply, (work, nodes)): (usize, (&mut PlyWork, &mut [S]))| {
@@ -171,11 +171,11 @@ impl PlyContact {
     }
 
     /// Takes note of what contact did, ply after ply.
-    fn collect<S: Scalar>(&mut self, frame: &mut Frame<'_, S>) {
+    fn collect<S: Scalar>(&mut self, context: &mut Context<'_, S>) {
         for (ply, work) in self.plies.iter_mut().enumerate() {
-            let (effect, ledger) = (&mut work.effect, &mut *frame.ledger);
-            frame.totals.ply_contacts += work.points.len() as u64;
-            frame.totals.ply_penetration = frame.totals.ply_penetration.max(work.penetration);
+            let (effect, ledger) = (&mut work.effect, &mut *context.ledger);
+            context.totals.ply_contacts += work.points.len() as u64;
+            context.totals.ply_penetration = context.totals.ply_penetration.max(work.penetration);
             ledger.contact += effect.loss - work.friction - effect.lifted[0] - effect.lifted[1];
             ledger.work += effect.lifted[0];
             ledger.friction += work.friction;
@@ -183,7 +183,7 @@ impl PlyContact {
                 ledger.support[a] -= effect.support[a];
             }
             effect.correct(ledger, ply);
-            frame.state.reach[ply] = frame.state.reach[ply].union(&effect.reach);
+            context.state.reach[ply] = context.state.reach[ply].union(&effect.reach);
         }
     }
 }

@@ -19,7 +19,7 @@ use ripstop::ledger::Ledger;
 use ripstop::model::Model;
 use ripstop::reach::Reach;
 use ripstop::state::State;
-use ripstop::step::{self, FailureEvent, Frame, StepTotals};
+use ripstop::step::{self, Context, FailureEvent, StepTotals};
 
 use super::scenes::Scene;
 use super::tolerances::Seen;
@@ -137,23 +137,23 @@ impl<'a> Pair<'a> {
         let model = &self.scene.model;
         let info = self.gpu.whole_step(self.expected.step, slot, STEPS as u32);
         self.gpu.run_stages(&info, stages).map_err(|e| e.to_string())?;
-        let mut frame = Frame::new(model, &mut self.expected, &mut self.ledger, slot.is_some());
+        let mut context = Context::new(model, &mut self.expected, &mut self.ledger, slot.is_some());
         for stage in stages {
-            let before = frame.state.clone();
+            let before = context.state.clone();
             match stage {
                 Stage::Elements => {
-                    self.cpu.elements(&mut frame);
+                    self.cpu.elements(&mut context);
                     self.failures.extend(self.cpu.failures.iter().copied());
-                    self.evaluations += frame.totals.iterations;
+                    self.evaluations += context.totals.iterations;
                 }
-                Stage::Nodes => self.cpu.nodes(&mut frame),
-                Stage::Plies => self.cpu.plies(&mut frame),
-                Stage::Projectile => self.cpu.projectile(&mut frame),
+                Stage::Nodes => self.cpu.nodes(&mut context),
+                Stage::Plies => self.cpu.plies(&mut context),
+                Stage::Projectile => self.cpu.projectile(&mut context),
                 Stage::Ledger => {}
             }
-            reach::follow(&mut self.reach, model, *stage, &before, frame.state);
+            reach::follow(&mut self.reach, model, *stage, &before, context.state);
         }
-        self.totals = std::mem::take(&mut frame.totals);
+        self.totals = std::mem::take(&mut context.totals);
         self.penetration[0] = self.penetration[0].max(self.totals.penetration);
         self.penetration[1] = self.penetration[1].max(self.totals.ply_penetration);
         self.expected.step += 1;

@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use ripstop::case::Case;
 use ripstop::checkpoint::{Checkpoint, CheckpointError, Fault, Head, Kept};
 use ripstop::gpu::{Device, Simulation};
-use ripstop::simulation::{self, Options, Run, RunError, Watch};
+use ripstop::simulation::{self, Options, Run, RunError, Skips, Watch};
 use tempfile::TempDir;
 
 use super::{Outcome, Tests, sound};
@@ -17,6 +17,7 @@ pub(super) const TESTS: Tests = &[
     ("one_ply_goes_on_bit_by_bit_from_14_random_times", |device| resumes_equal(device, &ply(), 14, 21)),
     ("a_pack_goes_on_bit_by_bit_from_6_random_times", |device| resumes_equal(device, &pack(), 6, 22)),
     ("what_does_not_fit_is_refused", refused),
+    ("what_each_kernel_took_so_far_is_kept", keeps_times),
 ];
 
 /// Keeps a run at given times [s], ascending.
@@ -40,7 +41,7 @@ impl Watch for Shelf {
 
     fn keep(&mut self, run: &dyn Kept, _: f64) {
         let path = self.folder.path().join(self.kept.len().to_string());
-        run.save(&self.head, &mut File::create(&path).unwrap()).unwrap();
+        run.save(&self.head, &[], &mut File::create(&path).unwrap()).unwrap();
         self.kept.push(path);
     }
 }
@@ -72,6 +73,25 @@ fn resumes_equal(device: &'static Device, case: &Case, count: usize, seed: u64) 
         }
         assert_eq!(whole.len(), resumed.len());
     }
+    Ok(())
+}
+
+fn keeps_times(device: &'static Device) -> Outcome {
+    let case = ply();
+    let begun = Simulation::with_skips(&case, device, Skips::default()).unwrap_or_else(|e| panic!("{e}"));
+    let mut begun = begun.with_batch(10);
+    (0..4).for_each(|_| begun.advance(&case));
+    begun.settle(&case);
+    let folder = TempDir::new().map_err(|e| e.to_string())?;
+    let path = folder.path().join("kept");
+    let head = Head::new(&case, &options(device), 1e-6);
+    begun.save(&head, &[], &mut File::create(&path).unwrap()).unwrap();
+    // Long enough for all that was timed.
+    let before = begun.into_run(1e9).kernel_seconds;
+    let resumed =
+        Simulation::resume(&case, device, &Checkpoint::open(&path).unwrap()).unwrap_or_else(|e| panic!("{e}"));
+    assert_eq!(resumed.into_run(1e9).kernel_seconds, before);
+    assert_eq!(before.is_empty(), !device.has_clock());
     Ok(())
 }
 
