@@ -5,7 +5,6 @@
 
 mod hdf;
 mod parts;
-mod surface;
 mod vtu;
 
 use std::fs;

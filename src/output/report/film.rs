@@ -4,7 +4,7 @@
 //! that is its own mirror image there is the part that is computed. Pictures lie evenly in time: where there are too many, every
 //! second one goes, and the ones to come lie twice as far apart.
 
-use super::outline::{self, Outline};
+use super::super::surface::Surface;
 use crate::case::Case;
 use crate::kernels::element_force::field as element;
 use crate::kernels::node_update::field as node;
@@ -70,7 +70,7 @@ pub struct Film {
     /// Crossovers along the side of an element.
     pub crossovers: u32,
     /// Surface of the projectile.
-    pub(super) outline: Option<Outline>,
+    pub(super) body: Option<Surface>,
     /// Where the projectile strikes [m].
     hit: [f64; 2],
     /// Time between pictures [s], and how many of it have passed.
@@ -87,7 +87,7 @@ impl Film {
             stills: Vec::new(),
             planes: MirrorPlanes::NONE,
             crossovers: case.pack.crossovers_per_element,
-            outline: None,
+            body: None,
             hit: case.projectile.as_ref().map_or([0.0; 2], |p| p.offset),
             interval: case.solver.end_time / FRAMES,
             passed: 0,
@@ -125,9 +125,8 @@ impl Film {
         let nodes = NODES / shown.len().max(1);
         self.strips = shown.iter().map(|ply| Strip::new(model, *ply, self.hit, nodes)).collect();
         self.planes = model.planes;
-        let width = self.strips.iter().flat_map(|strip| &strip.reference).map(|at| at[0].abs().max(at[1].abs()));
-        let width = f64::from(width.fold(0.0, f32::max));
-        self.outline = model.projectile.as_ref().map(|body| outline::outline(&body.body, width));
+        let pack = self.strips.iter().flat_map(|strip| &strip.reference);
+        self.body = model.projectile.as_ref().map(|projectile| Surface::new(&projectile.body, pack));
     }
 
     /// Drops every second picture.
