@@ -75,7 +75,7 @@ fn main() -> ExitCode {
                 r#", "obliquity_deg": 30, "azimuth_deg": 20, "yaw_deg": 5, "angular_velocity_rad_s": [9000, 20000, 40000]"#
             };
             let projectile = format!("/projectile={{{shape}, {flight}{turn}}}");
-            written_with(folder, python, &shot(&[&projectile]), Options::default(), None, false, Some(solid));
+            written_with(folder, python, &shot(&[&projectile, "/pack/edges=free"]), Options::default(), None, false, Some(solid));
         })
     }));
     libtest_mimic::run(&Arguments::from_args(), tests).exit_code()

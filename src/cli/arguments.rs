@@ -290,6 +290,9 @@ pub(crate) struct VerifyArguments {
 
 What was published as a curve only is shown, not judged. The exit code is 1 if a judged row fails.")]
 pub(crate) struct ValidateArguments {
+    /// Case files whose published statements are checked [default: the paper's table and shots, which are built in]
+    #[arg(value_name = "CASE.json")]
+    pub(crate) cases: Vec<PathBuf>,
     #[command(flatten)]
     pub(crate) backend: BackendArguments,
     /// Worker threads [default: all cores]

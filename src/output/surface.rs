@@ -7,7 +7,7 @@ use crate::kernels::projectile_shape::{Body, Profile};
 /// Points around the axis.
 const AROUND: usize = 48;
 /// Points of an arc of the outline over a quarter turn.
-const QUARTER: usize = 8;
+const QUARTER: usize = 16;
 /// Rings of points between the axis and the rim of a flat end.
 const RINGS: usize = 12;
 

@@ -56,7 +56,9 @@ def solid(place, grid, expected, start):
     off = vtk_to_numpy(data.GetArray("displacement_mm")) - (points - before)
     assert np.abs(off).max() < 1e-5 * size, f"{place}: displacement off by {np.abs(off).max()}"
     if expected is start:
-        assert abs(points[:, 2].max()) < 1e-5 * size, f"{place}: begins {points[:, 2].max()} mm from the fabric"
+        # What touches the fabric may lie between two points.
+        top = points[:, 2].max()
+        assert -5e-3 * size < top < 1e-5 * size, f"{place}: begins {top} mm over the fabric"
     if "volume_mm3" in expected:
         # Chords of the surface lie inside of it.
         assert 0.985 < volume / expected["volume_mm3"] < 1.0 + 1e-5, f"{place}: {volume} mm³, {expected['volume_mm3']}"

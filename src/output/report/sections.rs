@@ -170,7 +170,8 @@ fn assumed(case: &Case) -> String {
 
 /// A JSON pointer that a narrow column may break between its words.
 fn pointer(field: &case::Field) -> String {
-    escape(&field.pointer).replace('/', "<wbr>/").replace('_', "_<wbr>")
+    let breakable = escape(&field.pointer).replace('/', "<wbr>/").replace('_', "_<wbr>");
+    breakable.trim_start_matches("<wbr>").to_owned()
 }
 
 fn expectations(summary: &Value) -> String {
