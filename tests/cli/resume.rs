@@ -76,9 +76,11 @@ fn killed_at_20_random_moments_a_run_ends_as_if_nothing_had_been() {
         last = head.time;
         file = wait_for_another(&path, None);
     }
-    let output = bench.ripstop(&["resume", "out/shot"]);
+    let output = bench.command(&["resume", "out/shot"]).env("RIPSTOP_LOG", "ripstop::record=info").output().unwrap();
     assert_eq!(code(&output), 0, "{}", stderr(&output));
     assert!(stderr(&output).starts_with("note: goes on from "), "{}", stderr(&output));
+    // It does go on, and not begin anew: then it would meet the fabric again.
+    assert!(!stderr(&output).contains("first contact"), "{}", stderr(&output));
     equal(&results(&bench, "whole"), &results(&bench, "out/shot"));
     let summary = bench.json("out/shot/summary.json");
     assert!(summary["failed_yarns"]["warp"].as_u64() > Some(10), "{}", summary["failed_yarns"]);
