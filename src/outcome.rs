@@ -1,7 +1,7 @@
 //! What became of the projectile, by a written rule.
 //!
-//! - **stopped**: its velocity along the pack's normal has come to zero, and what speed is left across it is below
-//!   a tenth of the impact speed.
+//! - **stopped**: its velocity along the pack's normal has come to zero (to a billionth of the impact speed), and what speed is
+//!   left across it is below a tenth of the impact speed.
 //! - **rebounded**: the same with more speed left (a ricochet); or, in a run that goes on to `end_time_us`, it flies
 //!   back at more than a hundredth of the impact speed and no longer touches the pack.
 //! - **perforated**: at least one yarn has failed, no yarn lies ahead of the projectile within its cross-section that
