@@ -96,7 +96,9 @@ fn the_schema_is_one_and_accepts_the_case() {
     assert_eq!(code(&output), 0);
     let schema: Value = serde_json::from_str(&stdout(&output)).unwrap();
     jsonschema::draft202012::meta::validate(&schema).unwrap();
-    assert!(jsonschema::draft202012::new(&schema).unwrap().is_valid(&small()));
+    let schema = jsonschema::draft202012::new(&schema).unwrap();
+    assert!(schema.is_valid(&small()));
+    assert!(!schema.is_valid(&small_with("/pack/plies", json!("many"))));
 }
 
 #[test]
