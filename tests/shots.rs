@@ -130,6 +130,6 @@ fn a_body_that_only_comes_near_to_rest_is_stopped() {
     let run = run(&builtin("cases/s720-1ply-155.json", &sets));
     assert_eq!(run.outcome, Outcome::Stopped);
     let [stop, end] = [run.stop_time.unwrap(), run.history.last().unwrap().time];
-    assert!(0.0 < stop && stop <= end && end < 20e-6, "stops at {stop} s of {end} s");
+    assert!(0.0 < stop && stop <= end && end < 5e-6, "stops at {stop} s of {end} s");
     assert!(run.history.last().unwrap().projectile_velocity < 1e-6);
 }
