@@ -1,7 +1,7 @@
 //! What became of the projectile, by a written rule.
 //!
-//! - **stopped**: its velocity along the pack's normal has come to zero, and what speed is left across it is below
-//!   a tenth of the impact speed.
+//! - **stopped**: its velocity along the pack's normal has come to zero (to a billionth of the impact speed), and what speed is
+//!   left across it is below a tenth of the impact speed.
 //! - **rebounded**: the same with more speed left (a ricochet); or, in a run that goes on to `end_time_us`, it flies
 //!   back at more than a hundredth of the impact speed and no longer touches the pack.
 //! - **perforated**: at least one yarn has failed, no yarn lies ahead of the projectile within its cross-section that
@@ -24,6 +24,9 @@ use crate::step::node_position;
 
 /// Time without noticeable force after which a perforation is over [s].
 const QUIET: f64 = 20e-6;
+
+/// Share of the impact speed that is rest: a body held by nodes that cannot move only comes near to it.
+const REST: f64 = 1e-9;
 
 /// Outcome of a shot.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -97,8 +100,9 @@ impl Tracker {
             self.window.pop_front();
         }
         let normal = body.velocity.z;
-        if let Some((t0, v0)) = self.last.filter(|last| self.stop_time.is_none() && last.1 > 0.0 && normal <= 0.0) {
-            self.stop_time = Some(t0 + (time - t0) * v0 / (v0 - normal));
+        let rest = REST * self.impact_speed;
+        if let Some((t0, v0)) = self.last.filter(|last| self.stop_time.is_none() && last.1 > rest && normal <= rest) {
+            self.stop_time = Some(t0 + (time - t0) * (v0 / (v0 - normal)).min(1.0));
             let left = body.velocity.xy().norm();
             self.outcome = if left > 0.1 * self.impact_speed { Outcome::Rebounded } else { Outcome::Stopped };
         }

@@ -191,7 +191,7 @@ fn ply_penetration(case: &Case, run: &Run) -> Option<Warning> {
 /// A depth [m] into something against what it may be [m]: so much of what.
 fn depth(into: &str, value: f64, limit: f64, of: &str) -> Option<Warning> {
     let [found, allowed] = [value, limit].map(|depth| depth * 1e3);
-    let message = || format!("a node got {found:.2} mm into {into}, deeper than {of}, {allowed:.2} mm");
+    let message = || format!("a node got {found:.3} mm into {into}, deeper than {of}, {allowed:.3} mm");
     (!within(found, allowed)).then(|| warning(4, found, allowed, message()))
 }
 

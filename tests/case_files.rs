@@ -121,9 +121,10 @@ fn pointers(value: &Value) -> Vec<String> {
 
 /// One line for each part, none of them empty.
 fn assert_well_formed(error: &CaseError) {
-    for part in [&error.file, &error.location, &error.expected, &error.found] {
+    for part in [&error.file, &error.expected, &error.found] {
         assert!(!part.trim().is_empty() && !part.contains('\n'), "{error:?}");
     }
+    assert!(!error.location.contains('\n'), "{error:?}");
     assert!(error.help.as_ref().is_none_or(|help| !help.is_empty() && !help.contains('\n')), "{error:?}");
     let text = error.to_string();
     assert!(text.starts_with("error: ") && text.lines().count() <= 4, "{text}");

@@ -91,8 +91,9 @@ fn every_part_is_there_and_nothing_asks_for_a_network() {
     }
     assert!(page.contains("default-src 'none'"));
     assert_eq!(page.matches("<image").count(), 3);
+    let unbroken = page.replace("<wbr>", "");
     for field in &shot.case.fields {
-        assert!(page.contains(&format!("<code>{}</code>", field.pointer)), "{}", field.pointer);
+        assert!(unbroken.contains(&format!("<code>{}</code>", field.pointer)), "{}", field.pointer);
     }
     assert!(page.len() < 1_500_000, "{}", page.len());
 }
@@ -114,7 +115,7 @@ fn the_verdict_of_each_outcome_comes_first() {
         (Outcome::Perforated, "perforated", "went through the ply and leaves at"),
         (Outcome::Stopped, "stopped", "stopped the projectile, which struck at 600 m/s, 7 µs after impact"),
         (Outcome::Rebounded, "rebounded", "turned the projectile 7 µs after impact"),
-        (Outcome::Running, "still running", "Not decided"),
+        (Outcome::Running, "undecided", "Not decided"),
     ];
     for (outcome, word, story) in outcomes {
         shot.run.outcome = outcome;
@@ -163,14 +164,14 @@ fn every_level_of_trust_can_be_reached() {
         ("energy error", |s, x| s.run.energy_error = x, [1e-15, 1e-3, 0.03]),
         ("momentum error", |s, x| s.run.momentum_error = x, [1e-15, 1e-3, f64::NAN]),
         ("hourglass / internal energy", |s, x| s.run.hourglass_fraction = x, [0.05, 0.06, 0.3]),
-        ("penetration", |s, x| s.run.max_penetration = x, [0.5e-3, 1.0e-3, 4e-3]),
+        ("fabric inside the projectile", |s, x| s.run.max_penetration = x, [0.5e-3, 1.0e-3, 4e-3]),
         (
-            "Newton unconverged",
+            "unit cells unsolved",
             |s, x| (s.run.element_steps_computed, s.run.newton.unconverged) = (1_000_000_000, x as u64),
             [0.0, 1.0, 1e6],
         ),
         ("end of the run", |s, x| s.run.interrupted = x > 1.0, [0.0, 0.0, 2.0]),
-        ("penetration of plies", |s, x| (s.run.plies, s.run.max_ply_penetration) = (2, x), [0.2e-3, 0.5e-3, 7e-3]),
+        ("plies inside each other", |s, x| (s.run.plies, s.run.max_ply_penetration) = (2, x), [0.2e-3, 0.5e-3, 7e-3]),
     ];
     let mut shot = Shot::new(&[]);
     for (name, change, values) in set {
@@ -214,7 +215,7 @@ fn every_level_of_trust_can_be_reached() {
 fn assumed_parameters_are_named_with_their_values() {
     let shot = Shot::new(&[]);
     let page = shot.page();
-    let list = between(&page, "<ul class=\"assumed\">", "</ul>");
+    let list = between(&page, "<ul class=\"assumed\">", "</ul>").replace("<wbr>", "");
     let assumed: Vec<_> = shot.case.fields.iter().filter(|field| field.assumed).collect();
     assert_eq!(list.matches("<li>").count(), assumed.len());
     assert!(assumed.len() > 5 && list.contains("<code>/fabric/shear/g1_mpa</code> <b>10 MPa</b>"), "{list}");

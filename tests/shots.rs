@@ -116,3 +116,20 @@ fn well_below_the_ballistic_limit_the_ply_stops_the_shot() {
     assert_eq!(slower.outcome, Outcome::Stopped);
     assert!(slower.events.is_empty());
 }
+
+#[test]
+fn a_body_that_only_comes_near_to_rest_is_stopped() {
+    // Nodes that are held take a share of a bar's velocity in every step, and all of it never.
+    let sets = [
+        "/pack/width_mm=30",
+        "/pack/height_mm=30",
+        "/output/profile_times_us=[]",
+        "/expect=[]",
+        r#"/projectile={"shape": "bar", "diameter_mm": 4, "mass_g": 3, "velocity_m_s": 150}"#,
+    ];
+    let run = run(&builtin("cases/s720-1ply-155.json", &sets));
+    assert_eq!(run.outcome, Outcome::Stopped);
+    let [stop, end] = [run.stop_time.unwrap(), run.history.last().unwrap().time];
+    assert!(0.0 < stop && stop <= end && end < 5e-6, "stops at {stop} s of {end} s");
+    assert!(run.history.last().unwrap().projectile_velocity < 1e-6);
+}

@@ -7,6 +7,7 @@ mod cli;
 mod conservation;
 mod contact;
 mod element;
+mod frames;
 mod graded;
 mod kept;
 mod objectivity;

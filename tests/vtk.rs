@@ -1,10 +1,12 @@
 //! Frames as VTK's own readers see them. Needs a Python with `vtk`: `RIPSTOP_PYTHON`, else `python3`.
 //!
 //! Promise: every point, cell, array and time of `frames.vtkhdf` and of the `.vtu` series is what the frame of the library
-//! says, whatever part of the scene was computed. Without VTK every test is ignored and says so; with `RIPSTOP_REQUIRE_VTK=1`
+//! says, whatever part of the scene was computed; a projectile is a closed surface around its own volume, nose first, that
+//! moves and turns as the body does. Without VTK every test is ignored and says so; with `RIPSTOP_REQUIRE_VTK=1`
 //! it fails instead.
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test that cannot go on has failed")]
 
+use std::f64::consts::PI;
 use std::path::Path;
 use std::process::{Command, ExitCode};
 use std::sync::OnceLock;
@@ -43,7 +45,7 @@ fn trial(name: &str, test: impl FnOnce(&Path, &str) + Send + 'static) -> Trial {
 }
 
 fn main() -> ExitCode {
-    let tests = vec![
+    let mut tests = vec![
         trial("a_torn_quarter", |folder, python| {
             let frames = written(folder, python, &shot(&[]), Options::default(), None, true);
             assert_eq!(frames.len(), 6);
@@ -64,7 +66,73 @@ fn main() -> ExitCode {
             assert!((2..6).contains(&frames.len()), "{} frames", frames.len());
         }),
     ];
+    tests.extend(bodies().into_iter().map(|(name, shape, solid)| {
+        trial(name, move |folder, python| {
+            let flight = r#""mass_g": 1, "velocity_m_s": 300"#;
+            let turn = if name == "a_bar" {
+                ""
+            } else {
+                r#", "obliquity_deg": 30, "azimuth_deg": 20, "yaw_deg": 5, "angular_velocity_rad_s": [9000, 20000, 40000]"#
+            };
+            let projectile = format!("/projectile={{{shape}, {flight}{turn}}}");
+            written_with(folder, python, &shot(&[&projectile, "/pack/edges=free"]), Options::default(), None, false, Some(solid));
+        })
+    }));
     libtest_mimic::run(&Arguments::from_args(), tests).exit_code()
+}
+
+/// A body as textbooks have it.
+#[derive(Clone, Copy)]
+struct Solid {
+    /// [mm³]; of a bar, of one millimetre of its length [mm²].
+    volume: f64,
+    /// Half the width of its tip and of its tail, across the axis: along y in the body's axes [mm].
+    ends: [f64; 2],
+}
+
+/// Name of the test, keys of the case, and what it must be; 6 mm wide, 14 mm long.
+fn bodies() -> Vec<(&'static str, &'static str, Solid)> {
+    let (r, long) = (3.0_f64, 14.0);
+    let disc = PI * r * r;
+    // What a rounding of radius e takes from a square rim: its area, at its centroid's distance from the rim (Pappus).
+    let e = 0.8;
+    let rim = 2.0 * PI * (r - e * (10.0 - 3.0 * PI) / (12.0 - 3.0 * PI)) * (1.0 - PI / 4.0) * e * e;
+    // A tangent ogive: an arc of radius a about a point so far off the axis.
+    let nose = 8.0_f64;
+    let a = (r * r + nose * nose) / (2.0 * r);
+    let off = a - r;
+    let bow = nose * (a * a - nose * nose).sqrt() + a * a * (nose / a).asin();
+    let ogive = PI * (a * a * nose - nose.powi(3) / 3.0 + off * off * nose - off * bow);
+    // What two flats of slope m take from a cylinder beside a strip of half-width h.
+    let (h, m) = (1.4_f64, 35.0_f64.to_radians().tan());
+    let segment = r * r * (h / r).acos() - h * (r * r - h * h).sqrt();
+    let flats = 2.0 * m * (2.0 / 3.0 * (r * r - h * h).powf(1.5) - h * segment);
+    let solid = |volume: f64, tip: f64, tail: f64| Solid { volume, ends: [tip, tail] };
+    vec![
+        ("a_cylinder", r#""shape": "cylinder", "diameter_mm": 6, "length_mm": 14"#, solid(disc * long, r, r)),
+        (
+            "a_cylinder_with_rounded_rims",
+            r#""shape": "cylinder", "diameter_mm": 6, "length_mm": 14, "edge_radius_mm": 0.8"#,
+            solid(disc * long - 2.0 * rim, r - e, r - e),
+        ),
+        ("a_sphere", r#""shape": "sphere", "diameter_mm": 6"#, solid(4.0 / 3.0 * disc * r, 0.0, 0.0)),
+        (
+            "a_cone",
+            r#""shape": "cone", "diameter_mm": 6, "length_mm": 14, "nose_length_mm": 8"#,
+            solid(disc * (8.0 / 3.0 + 6.0), 0.0, r),
+        ),
+        (
+            "an_ogive",
+            r#""shape": "ogive", "diameter_mm": 6, "length_mm": 14, "nose_length_mm": 8"#,
+            solid(ogive + disc * 6.0, 0.0, r),
+        ),
+        (
+            "a_fragment",
+            r#""shape": "fragment", "diameter_mm": 6, "length_mm": 14, "nose_flat_mm": 2.8, "nose_angle_deg": 35"#,
+            solid(disc * long - flats, h, r),
+        ),
+        ("a_bar", r#""shape": "bar", "diameter_mm": 6"#, solid(disc, f64::NAN, f64::NAN)),
+    ]
 }
 
 fn shot(sets: &[&str]) -> Case {
@@ -113,6 +181,19 @@ fn written(
     until: Option<f64>,
     vtu: bool,
 ) -> Vec<Frame> {
+    written_with(folder, python, case, options, until, vtu, None)
+}
+
+/// The same where it is known what the projectile must be.
+fn written_with(
+    folder: &Path,
+    python: &str,
+    case: &Case,
+    options: Options<'_>,
+    until: Option<f64>,
+    vtu: bool,
+    solid: Option<Solid>,
+) -> Vec<Frame> {
     let place = Folder::prepare(folder, case).unwrap();
     let interrupt = AtomicBool::new(false);
     let mut follower = Follower {
@@ -129,7 +210,7 @@ fn written(
     let names = place.write(case, &run, &output::summary(case, &run, 0.0), None, staged).unwrap();
     assert!(names.contains(&"frames.vtkhdf") && names.contains(&"frames.pvd") == vtu);
     let scene = follower.scene.unwrap();
-    let expected: Vec<Value> = follower.frames.iter().map(|frame| expected(&scene, frame)).collect();
+    let expected: Vec<Value> = follower.frames.iter().map(|frame| expected(&scene, frame, solid)).collect();
     std::fs::write(folder.join("expected.json"), Value::from(expected).to_string()).unwrap();
     let script = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/vtk/read_back.py");
     let read = Command::new(python).arg(script).arg(folder).output().unwrap();
@@ -137,7 +218,7 @@ fn written(
     follower.frames
 }
 
-fn expected(scene: &Scene, frame: &Frame) -> Value {
+fn expected(scene: &Scene, frame: &Frame, solid: Option<Solid>) -> Value {
     let mm = |numbers: &[f32]| numbers.iter().map(|x| f64::from(*x) * 1e3).collect::<Vec<_>>();
     let moved = |(x, u): (&[f32; 3], &[f32; 3])| [0, 1, 2].map(|a| 1e3 * (f64::from(x[a]) + f64::from(u[a])));
     let plies = scene.plies.iter().enumerate();
@@ -168,11 +249,24 @@ fn expected(scene: &Scene, frame: &Frame) -> Value {
             "vtkGhostType": frame.alive[0].iter().zip(&frame.alive[1]).map(broken).collect::<Vec<_>>(),
         }
     });
-    json!({ "time_us": frame.time * 1e6, "parts": { "fabric": fabric, "projectile": solid(frame) } })
+    json!({ "time_us": frame.time * 1e6, "parts": { "fabric": fabric, "projectile": body(scene, frame, solid) } })
 }
 
-/// What is known of the projectile without its mesh: where its points lie around the centre of mass.
-fn solid(frame: &Frame) -> Value {
+/// What is known of the projectile without its mesh: how it stands and moves, and what it encloses.
+fn body(scene: &Scene, frame: &Frame, solid: Option<Solid>) -> Value {
     let pose = frame.projectile.unwrap();
-    json!({ "centre_mm": pose.position.map(|x| 1e3 * x), "velocity_m_s": pose.velocity })
+    let mut known = json!({
+        "centre_mm": pose.position.map(|x| 1e3 * x),
+        "rotation": pose.rotation,
+        "velocity_m_s": pose.velocity,
+        "angular_velocity_rad_s": pose.angular_velocity,
+    });
+    if let Some(Solid { volume, ends }) = solid {
+        // A bar lies over the whole pack.
+        let half = scene.reference.iter().flatten().fold(0.0_f64, |half, x| half.max(1e3 * f64::from(x.abs())));
+        let bar = ends[0].is_nan();
+        known["volume_mm3"] = json!(if bar { 2.0 * half * volume } else { volume });
+        known["ends_mm"] = if bar { Value::Null } else { json!(ends) };
+    }
+    known
 }

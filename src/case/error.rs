@@ -6,11 +6,11 @@ use super::value::number_text;
 
 /// The one error a case is refused with.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("error: {file}: {location}\n  expected: {expected}\n  found: {found}{}", help_line(.help))]
+#[error("error: {file}{}\n  expected: {expected}\n  found: {found}{}", place(.location), help_line(.help))]
 pub struct CaseError {
     /// The file, as the user named it.
     pub file: String,
-    /// JSON pointer, `line L, column C`, or `--set /pointer`.
+    /// JSON pointer, `line L, column C`, or `--set /pointer`; empty where the file cannot be read at all.
     pub location: String,
     /// What may stand there.
     pub expected: String,
@@ -18,6 +18,10 @@ pub struct CaseError {
     pub found: String,
     /// What to do about it, where that is known.
     pub help: Option<String>,
+}
+
+fn place(location: &str) -> String {
+    if location.is_empty() { String::new() } else { format!(": {location}") }
 }
 
 fn help_line(help: &Option<String>) -> String {

@@ -49,12 +49,12 @@ fn stem(path: &Path) -> String {
 
 /// The text of a file of reasonable size.
 pub(super) fn text_of_file(path: &Path) -> Result<String, CaseError> {
-    let start = "line 1, column 1";
-    let failed = |error: std::io::Error| CaseError::at(start, "a case file that can be read", error.to_string());
-    let large = |found: String| CaseError::at(start, "a file of at most 1 MiB", found);
+    let whole = "";
+    let failed = |error: std::io::Error| CaseError::at(whole, "a case file that can be read", error.to_string());
+    let large = |found: String| CaseError::at(whole, "a file of at most 1 MiB", found);
     let metadata = path.metadata().map_err(failed)?;
     if metadata.is_dir() {
-        return Err(CaseError::at(start, "a case file", "a folder"));
+        return Err(CaseError::at(whole, "a case file", "a folder"));
     }
     if metadata.len() > MAX_BYTES {
         return Err(large(format!("{} bytes", metadata.len())));

@@ -4,7 +4,7 @@ use super::value::short_number_text;
 use super::{Case, Field, Layer, grading};
 
 /// Values longer than this do not widen their column.
-const WIDEST_VALUE: usize = 24;
+const WIDEST_VALUE: usize = 40;
 
 /// The title, the mesh, and every field: pointer, value, origin and source. Assumed fields begin with `*`.
 pub fn report(case: &Case) -> String {

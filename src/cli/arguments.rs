@@ -65,10 +65,10 @@ pub(crate) enum Command {
   ripstop run shot.json --checkpoint-every 10     # then, after a crash: ripstop resume out/shot
   ripstop run shot.json --set '/pack/edges={\"left\":\"free\"}' --json | jq .residual_velocity_m_s
 
-DIR gets report.html (open it in a browser: verdict, trust, figures, playback),
-summary.json, history.csv, events.csv, case.json (the case as run), shot.svg (a picture),
-profiles.csv where the case asks for profiles, and frames.vtkhdf where there are frames. The first Ctrl-C writes them
-up to that moment, the second ends at once.")]
+DIR gets report.html (open it in a browser: verdict, trust, figures, playback), summary.json, \
+history.csv, events.csv, case.json (the case as run), shot.svg (a picture), plies.csv of a pack, \
+profiles.csv where the case asks for profiles, and frames.vtkhdf where there are frames. \
+The first Ctrl-C writes them up to that moment, the second ends at once.")]
 pub(crate) struct RunArguments {
     /// Case file
     #[arg(value_name = "CASE.json")]
@@ -290,6 +290,9 @@ pub(crate) struct VerifyArguments {
 
 What was published as a curve only is shown, not judged. The exit code is 1 if a judged row fails.")]
 pub(crate) struct ValidateArguments {
+    /// Case files whose published statements are checked [default: the paper's table and shots, which are built in]
+    #[arg(value_name = "CASE.json")]
+    pub(crate) cases: Vec<PathBuf>,
     #[command(flatten)]
     pub(crate) backend: BackendArguments,
     /// Worker threads [default: all cores]

@@ -78,11 +78,11 @@ fn trust(run: &Run, summary: &Value) -> String {
     table.row(["energy error".to_owned(), fraction(run.energy_error)]);
     table.row(["momentum error".to_owned(), fraction(run.momentum_error)]);
     table.row(["hourglass / internal".to_owned(), fraction(run.hourglass_fraction)]);
-    table.row(["penetration".to_owned(), format!("{} mm", short(run.max_penetration * 1e3, 2))]);
+    table.row(["fabric in projectile".to_owned(), format!("{} mm", short(run.max_penetration * 1e3, 2))]);
     if run.plies > 1 {
-        table.row(["  between plies".to_owned(), format!("{} mm", short(run.max_ply_penetration * 1e3, 2))]);
+        table.row(["plies in each other".to_owned(), format!("{} mm", short(run.max_ply_penetration * 1e3, 3))]);
     }
-    table.row(["Newton unconverged".to_owned(), grouped(run.newton.unconverged)]);
+    table.row(["unit cells unsolved".to_owned(), grouped(run.newton.unconverged)]);
     let assumed: Vec<&str> = summary["assumed"].as_array().into_iter().flatten().filter_map(Value::as_str).collect();
     table.row(["assumed parameters".to_owned(), assumed.len().to_string()]);
     let pointers: String = screen::wrapped(&assumed.join(", "), 4).iter().map(|line| format!("  {line}\n")).collect();

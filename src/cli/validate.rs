@@ -3,7 +3,9 @@
 use std::path::Path;
 use std::sync::atomic::Ordering;
 
+use ripstop::case::{self, Case};
 use ripstop::output::Folder;
+use ripstop::simulation::Progress;
 use ripstop::validate::{self, Row};
 use serde_json::{Value, json};
 
@@ -17,10 +19,16 @@ use super::{backend, interrupt, paint, screen};
 pub(crate) fn validate(arguments: &ValidateArguments) -> Result<(), Failure> {
     let interrupted = interrupt::watch()?;
     let page = arguments.html.as_deref().map(page).transpose()?;
+    let cases = arguments.cases.iter().map(|path| stated(path)).collect::<Result<Vec<_>, _>>()?;
     let chosen = backend::choose(&arguments.backend)?;
     chosen.note.iter().for_each(|note| screen::complain(note));
     let bar = Bar::new(!arguments.json && !arguments.markdown);
-    let rows = validate::run(chosen.options(arguments.threads), &interrupted, &mut |name, at| bar.show_named(name, at));
+    let options = chosen.options(arguments.threads);
+    let mut progress = |name: &str, at: &Progress| bar.show_named(name, at);
+    let rows = match cases.is_empty() {
+        true => validate::run(options, &interrupted, &mut progress),
+        false => validate::run_cases(&cases, options, &interrupted, &mut progress),
+    };
     bar.clear();
     if interrupted.load(Ordering::Relaxed) {
         return Err(Failure::interrupted("interrupted; a table with rows missing is not shown"));
@@ -41,6 +49,19 @@ pub(crate) fn validate(arguments: &ValidateArguments) -> Result<(), Failure> {
         folder.put(&[(name, validate::html(&rows, &machine))], &[])?;
     }
     if fail > 0 { Err(Failure::check(format!("error: validation: {counts}"))) } else { Ok(()) }
+}
+
+/// A case that states something published.
+fn stated(path: &Path) -> Result<Case, Failure> {
+    let case = case::read(path, &[])?;
+    if validate::has_published(&case) {
+        return Ok(case);
+    }
+    Err(Failure::input(format!(
+        "error: {}: /expect\n  expected: a statement whose source begins with \"paper\" or \"published\"\n  found: none\n  \
+         help: `ripstop run` checks all statements of a case",
+        path.display()
+    )))
 }
 
 /// The folder and the name of the page; tried before anything is computed.

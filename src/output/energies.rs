@@ -16,6 +16,20 @@ pub struct Energies {
     pub scale: f64,
 }
 
+/// What a share is, for somebody who meets it for the first time.
+pub(super) fn meaning(share: &str) -> &'static str {
+    match share {
+        "fabric, kinetic" => "the fabric moves",
+        "fabric, internal" => "work of stretching and shearing the yarns",
+        "hourglass" => "artificial stiffness that keeps elements in shape; should be small",
+        "contact" => "lost where bodies meet and go on together, an inelastic impact",
+        "friction" => "sliding of projectile and plies",
+        "yarn failure" => "held by yarns when they broke",
+        "unaccounted" => "error of the computation",
+        _ => "",
+    }
+}
+
 impl Energies {
     /// Of the last state of a run; `None` without energy in it, or with numbers that are not finite.
     pub fn of(run: &Run) -> Option<Self> {

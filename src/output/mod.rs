@@ -16,6 +16,7 @@ pub mod number;
 mod picture;
 pub mod report;
 mod summary;
+mod surface;
 pub mod trust;
 mod verdict;
 

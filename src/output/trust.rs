@@ -80,8 +80,13 @@ fn level(value: f64, [look, bad]: [f64; 2]) -> Level {
 }
 
 /// Text by level.
-fn by_level(level: Level, [fine, look, bad]: [&str; 3]) -> String {
-    [fine, look, bad][level as usize].to_owned()
+fn by_level<T: Into<String>>(level: Level, [fine, look, bad]: [T; 3]) -> String {
+    match level {
+        Level::Fine => fine,
+        Level::Look => look,
+        Level::Bad => bad,
+    }
+    .into()
 }
 
 fn end(case: &Case, run: &Run) -> Sign {
@@ -146,22 +151,28 @@ fn penetration(run: &Run, diagonal: f64) -> Sign {
         }
         Level::Bad => "deeper than two diagonals of an element: fabric slipped through the projectile".to_owned(),
     };
-    Sign { name: "penetration", value: format!("{} mm", short(run.max_penetration * 1e3, 2)), level, reason }
+    Sign {
+        name: "fabric inside the projectile",
+        value: format!("{} mm", short(run.max_penetration * 1e3, 2)),
+        level,
+        reason,
+    }
 }
 
 fn ply_penetration(case: &Case, run: &Run) -> Sign {
     let thinnest = warnings::thinnest(case);
+    let thick = short(thinnest * 1e3, 3);
     let level = level(run.max_ply_penetration, [PLY_PENETRATION_LIMIT * thinnest, 20.0 * thinnest]);
     let reason = by_level(
         level,
         [
-            "less than a ply is thick",
-            "more than a ply is thick: single nodes of torn, crumpled fabric passed a neighbour",
-            "more than twenty plies are thick: plies have changed places",
+            format!("less than a ply is thick ({thick} mm)"),
+            format!("more than a ply is thick ({thick} mm): single nodes of torn, crumpled fabric passed a neighbour"),
+            "more than twenty plies are thick: plies have changed places".to_owned(),
         ],
     );
-    let value = format!("{} mm", short(run.max_ply_penetration * 1e3, 2));
-    Sign { name: "penetration of plies", value, level, reason }
+    let value = format!("{} mm", short(run.max_ply_penetration * 1e3, 3));
+    Sign { name: "plies inside each other", value, level, reason }
 }
 
 fn width(cells: f64) -> Sign {
@@ -184,7 +195,7 @@ fn newton(run: &Run) -> Sign {
         Level::Look => "a few unit cells missed their equilibrium".to_owned(),
         Level::Bad => "many unit cells missed their equilibrium".to_owned(),
     };
-    Sign { name: "Newton unconverged", value: grouped(run.newton.unconverged), level, reason }
+    Sign { name: "unit cells unsolved", value: grouped(run.newton.unconverged), level, reason }
 }
 
 fn law(run: &Run) -> Sign {

@@ -56,7 +56,7 @@ pub fn verdict(case: &Case, run: &Run) -> Verdict {
             ended("rebounded", format!("turned {stop}flies at {velocity} m/s, {struck}, {deflected}"))
         }
         Outcome::Running => ended(
-            "still running",
+            "undecided",
             format!(
                 "at {}: {velocity} m/s left, {struck}, {deflected}; raise /solver/end_time_us for a verdict",
                 reached(run)

@@ -12,8 +12,9 @@ use std::sync::atomic::AtomicBool;
 
 use serde_json::{Value, json};
 
+use crate::case::Case;
 use crate::simulation::{Options, Progress};
-pub use shots::{SHOTS, is_published};
+pub use shots::{SHOTS, has_published, is_published};
 pub use text::{html, markdown};
 
 /// What the sources call the paper.
@@ -171,7 +172,21 @@ pub fn run(
     progress: &mut (dyn FnMut(&str, &Progress) + Send),
 ) -> Vec<Row> {
     let mut rows = table_one::rows();
-    shots::rows(options, interrupt, progress, &mut rows);
+    shots::paper(options, interrupt, progress, &mut rows);
+    rows
+}
+
+/// Computes the rows of these cases alone: what they state with a published source.
+pub fn run_cases(
+    cases: &[Case],
+    options: Options<'_>,
+    interrupt: &AtomicBool,
+    progress: &mut (dyn FnMut(&str, &Progress) + Send),
+) -> Vec<Row> {
+    let mut rows = Vec::new();
+    for case in cases {
+        shots::add(case, options, interrupt, progress, &mut rows);
+    }
     rows
 }
 

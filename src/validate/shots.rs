@@ -1,9 +1,9 @@
-//! The paper's shots: what its cases state with a published source, and what its figures show as curves.
+//! Shots: what their cases state with a published source, and what the paper's figures show as curves.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use super::{Expected, Row};
-use crate::case::{self, Bound};
+use crate::case::{self, Bound, Case};
 use crate::output::{self, Checked};
 use crate::simulation::{self, Options, Progress, Run};
 
@@ -24,34 +24,63 @@ pub fn is_published(source: &str) -> bool {
     ["paper", "published"].iter().any(|word| source.starts_with(word))
 }
 
-/// Runs every shot and adds what it says.
-pub(super) fn rows(
+/// Whether a case states anything that is published.
+pub fn has_published(case: &Case) -> bool {
+    case.expect.iter().any(|expect| is_published(&expect.source))
+}
+
+/// Runs the paper's shots and adds what they say.
+pub(super) fn paper(
     options: Options<'_>,
     interrupt: &AtomicBool,
     progress: &mut (dyn FnMut(&str, &Progress) + Send),
     rows: &mut Vec<Row>,
 ) {
     for (name, text) in SHOTS {
-        if interrupt.load(Ordering::Relaxed) {
-            return;
-        }
-        match shot(name, text, options, interrupt, progress) {
-            Ok(found) => rows.extend(found),
-            Err(why) => rows.push(Row::failed(name, why)),
+        match case::from_str(name, text, &[]) {
+            Ok(case) => {
+                let run = add(&case, options, interrupt, progress, rows);
+                rows.extend(run.iter().flat_map(|run| beside_the_case(&case, run)));
+            }
+            Err(error) => rows.push(Row::failed(name, error.to_string())),
         }
     }
 }
 
-/// The rows of one shot; none of an interrupted one.
-fn shot(
-    name: &str,
-    text: &str,
+/// Runs a shot and adds what its case states; nothing of an interrupted one. The run, if it came to its end.
+pub(super) fn add(
+    case: &Case,
     options: Options<'_>,
     interrupt: &AtomicBool,
     progress: &mut (dyn FnMut(&str, &Progress) + Send),
-) -> Result<Vec<Row>, String> {
-    let case = case::from_str(name, text, &[]).map_err(|error| error.to_string())?;
-    let run = simulation::run(&case, options, interrupt, &mut |at: &Progress| progress(name, at))
+    rows: &mut Vec<Row>,
+) -> Option<Run> {
+    if interrupt.load(Ordering::Relaxed) {
+        return None;
+    }
+    match shot(case, options, interrupt, progress) {
+        Ok(run) if run.interrupted => None,
+        Ok(run) => {
+            let checked = output::check(case, &run, &output::summary(case, &run, 0.0));
+            let published = checked.iter().filter(|checked| is_published(&checked.expect.source));
+            rows.extend(published.map(|checked| statement(&case.title, checked)));
+            Some(run)
+        }
+        Err(why) => {
+            rows.push(Row::failed(&case.title, why));
+            None
+        }
+    }
+}
+
+/// A run that came to its end or was interrupted.
+fn shot(
+    case: &Case,
+    options: Options<'_>,
+    interrupt: &AtomicBool,
+    progress: &mut (dyn FnMut(&str, &Progress) + Send),
+) -> Result<Run, String> {
+    let run = simulation::run(case, options, interrupt, &mut |at: &Progress| progress(&case.name, at))
         .map_err(|error| error.to_string())?;
     if let Some(trouble) = &run.trouble {
         return Err(format!("unstable at step {}: {}", trouble.step, trouble.quantity));
@@ -59,21 +88,20 @@ fn shot(
     if let Some(reason) = &run.lost {
         return Err(reason.clone());
     }
-    if run.interrupted {
-        return Ok(Vec::new());
-    }
-    let summary = output::summary(&case, &run, 0.0);
-    let stated =
-        output::check(&case, &run, &summary).into_iter().filter(|checked| is_published(&checked.expect.source));
-    let mut rows: Vec<Row> = stated.map(|checked| statement(&case.title, &checked)).collect();
-    rows.extend(broken_yarns(&case.title, &run));
-    for [_, quantity, what, curve, source] in CURVES.iter().filter(|curve| curve[0] == name) {
+    Ok(run)
+}
+
+/// What the paper says of a shot that its case does not state.
+fn beside_the_case(case: &Case, run: &Run) -> Vec<Row> {
+    let summary = output::summary(case, run, 0.0);
+    let mut rows: Vec<Row> = broken_yarns(&case.title, run).into_iter().collect();
+    for [_, quantity, what, curve, source] in CURVES.iter().filter(|curve| curve[0] == case.name) {
         let got = summary[*quantity].clone();
         let expected = Expected::CurveOnly((*curve).to_owned());
         let (group, name, source) = (case.title.clone(), (*what).to_owned(), (*source).to_owned());
         rows.push(Row { group, name, expected, got, source, pass: None });
     }
-    Ok(rows)
+    rows
 }
 
 /// What a case states.

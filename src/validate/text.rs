@@ -56,6 +56,7 @@ pub fn html(rows: &[Row], machine: &str) -> String {
         "<!doctype html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
          <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n<title>ripstop: {TITLE}</title>\n\
          <style>{STYLE}</style>\n</head>\n<body>\n<h1>{TITLE}</h1>\n\
+         <p>What was published of these fabrics and shots, and what this program computes for it.</p>\n\
          <p>{pass} pass, {fail} fail, {open} not judged. ripstop {}, {}.</p>\n\
          <table>\n<thead><tr><th>published</th><th>expected</th><th>got</th><th>difference</th><th></th><th>source</th></tr>\
          </thead>\n<tbody>\n{body}</tbody>\n</table>\n<p>{NOTE} Paper: {PAPER}</p>\n</body>\n</html>\n",

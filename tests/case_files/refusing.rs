@@ -44,14 +44,16 @@ fn files_that_are_no_case_are_refused() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("case.json");
     let read = || case::read(&path, &[]);
-    refused(read(), "line 1, column 1", "can be read");
+    refused(read(), "", "can be read");
     fs::write(&path, b"{\n \"title\": \"\xff\"}").unwrap();
     refused(read(), "line 2, column 12", "0xFF");
     fs::write(&path, b"\xff\xfe{\0}\0").unwrap();
     refused(read(), "line 1, column 1", "UTF-8");
     fs::File::create(&path).unwrap().set_len((1 << 20) + 1).unwrap();
-    refused(read(), "line 1, column 1", "1 MiB");
-    refused(case::read(folder.path(), &[]), "line 1, column 1", "a folder");
+    refused(read(), "", "1 MiB");
+    let error = refused(case::read(folder.path(), &[]), "", "a folder");
+    let first = format!("error: {}\n", folder.path().display());
+    assert!(error.to_string().starts_with(&first), "{error}");
 }
 
 #[test]

@@ -15,6 +15,8 @@ fn colour_where_it_is_asked_for_changes_nothing_but_colour() {
         }
     }
     let run = ["run", "shot.json", "--backend", "cpu"];
+    let plain = stdout(&bench.ripstop(&run));
+    assert!(plain.contains("pass  elements") && !plain.contains('\u{1b}'), "{plain}");
     assert!(stdout(&forced(&run)).contains("\u{1b}[32mpass"), "{}", stdout(&forced(&run)));
     let json = forced(&[&run[..], &["--json"]].concat());
     assert!(!stdout(&json).contains('\u{1b}'), "{}", stdout(&json));

@@ -53,11 +53,13 @@ fn killed_at_20_random_moments_a_run_ends_as_if_nothing_had_been() {
         last = head.time;
         file = wait_for_another(&path, None);
     }
-    let output = bench.ripstop(&["resume", "out/shot"]);
+    let output = bench.command(&["resume", "out/shot"]).env("RIPSTOP_LOG", "ripstop::record=info").output().unwrap();
     assert_eq!(code(&output), 0, "{}", stderr(&output));
     let words = stderr(&output);
     assert!(words.starts_with("note: goes on from ") && !words.contains("lost"), "{words}");
     assert!(last > 3.0 * 600e-6 / 59.0, "no frame but the first was taken by {last}");
+    // It does go on, and not begin anew: then it would meet the fabric again.
+    assert!(!words.contains("first contact"), "{words}");
     same_files(&files(&bench.path("whole")), &files(&bench.path("out/shot")));
     let summary = bench.json("out/shot/summary.json");
     assert!(summary["failed_yarns"]["warp"].as_u64() > Some(10), "{}", summary["failed_yarns"]);

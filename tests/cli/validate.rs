@@ -1,6 +1,7 @@
 //! `ripstop validate`: published numbers, on the screen, for scripts, in a page and in the README.
 //!
-//! Promise: every published number that a case states is in the table; the README shows what this build computes.
+//! Promise: every published number that a case states is in the table; the README shows what this build computes; a row that
+//! fails is exit code 1, a case without a published statement is refused.
 
 use ripstop::validate::{SHOTS, is_published};
 
@@ -49,4 +50,71 @@ fn a_page_that_cannot_be_written_is_refused_before_anything_is_computed() {
     assert_eq!((code(&output), stdout(&output)), (2, String::new()));
     assert!(stderr(&output).contains("shot.json"), "{}", stderr(&output));
     assert_eq!(code(&bench.ripstop(&["validate", "--json", "--markdown"])), 2);
+}
+
+/// Keys of a row, in order.
+const KEYS: [&str; 10] =
+    ["group", "name", "expected", "tolerance", "tolerance_because", "got", "difference", "source", "judged", "pass"];
+
+fn rows(output: &Output) -> Vec<Value> {
+    let table: Value = serde_json::from_str(&stdout(output)).unwrap();
+    let rows = table["rows"].as_array().unwrap().clone();
+    let failed = rows.iter().any(|row| row["pass"] == false);
+    assert_eq!((&table["pass"], code(output)), (&json!(!failed), i32::from(failed)), "{}", stderr(output));
+    assert!(table["paper"].as_str().unwrap().contains("2006"));
+    for row in &rows {
+        assert_eq!(row.as_object().unwrap().keys().collect::<Vec<_>>(), KEYS);
+        assert_eq!(row["judged"], json!(row["pass"].is_boolean()));
+        assert!(is_published(row["source"].as_str().unwrap()), "{row}");
+    }
+    rows
+}
+
+#[test]
+fn json_holds_every_row_with_its_numbers() {
+    let bench = Bench::new(&small());
+    let output = bench.ripstop(&["validate", "--backend", "cpu", "--json"]);
+    assert_eq!(stderr(&output), "");
+    let rows = rows(&output);
+    let count = |what: &Value| rows.iter().filter(|row| row["pass"] == *what).count();
+    assert_eq!([json!(true), json!(false), Value::Null].each_ref().map(count), [11, 0, 2]);
+    for row in rows.iter().filter(|row| row["expected"].is_number()) {
+        let number = |key: &str| row[key].as_f64().unwrap_or_else(|| panic!("{key} of {row}"));
+        let off = number("got") - number("expected");
+        assert!((number("got") / number("expected") - 1.0 - number("difference")).abs() < 1e-12, "{row}");
+        assert!(off.abs() <= number("tolerance") && !row["tolerance_because"].as_str().unwrap().is_empty(), "{row}");
+    }
+    let modulus = rows.iter().find(|row| row["name"].as_str().unwrap().starts_with("fibre modulus")).unwrap();
+    assert_eq!((&modulus["expected"], &modulus["source"]), (&json!(96.0), &json!("paper, Table I")));
+}
+
+#[test]
+fn a_statement_of_a_case_that_does_not_hold_is_1_and_is_shown_everywhere() {
+    let state = |outcome: &str| {
+        let published = json!({"quantity": "outcome", "value": outcome, "source": "published, Figure 9"});
+        Bench::new(&small_with("/expect", json!([published, {"quantity": "elements", "max": 1, "source": "mine"}])))
+    };
+    let validate = ["validate", "shot.json", "--backend", "cpu"];
+    let holds = rows(&state("running").ripstop(&[&validate[..], &["--json"]].concat()));
+    assert_eq!((holds.len(), &holds[0]["pass"], &holds[0]["name"]), (1, &json!(true), &json!("outcome")));
+    let bench = state("stopped");
+    let fails = rows(&bench.ripstop(&[&validate[..], &["--json"]].concat()));
+    assert_eq!((fails.len(), &fails[0]["pass"]), (1, &json!(false)));
+    assert_eq!((&fails[0]["expected"], &fails[0]["got"]), (&json!("stopped"), &json!("running")));
+    let output = bench.ripstop(&[&validate[..], &["--html", "page.html"]].concat());
+    assert_eq!(code(&output), 1);
+    assert!(stderr(&output).starts_with("error: validation: 0 of 1 judged rows pass"), "{}", stderr(&output));
+    assert!(stdout(&output).contains("FAIL  outcome"), "{}", stdout(&output));
+    let page = bench.text("page.html");
+    assert!(page.contains("class=\"fail\"") && page.contains("0 pass, 1 fail"), "{page}");
+}
+
+#[test]
+fn a_case_that_states_nothing_published_is_2() {
+    let mine = json!([{"quantity": "elements", "min": 1, "source": "mine"}]);
+    for case in [small(), small_with("/expect", mine)] {
+        let output = Bench::new(&case).ripstop(&["validate", "shot.json", "--backend", "cpu"]);
+        assert_eq!((code(&output), stdout(&output)), (2, String::new()));
+        assert!(stderr(&output).contains("shot.json: /expect"), "{}", stderr(&output));
+    }
 }

@@ -7,7 +7,6 @@
 mod hdf;
 mod parts;
 mod shelf;
-mod surface;
 mod vtu;
 
 use std::fmt::Display;

@@ -4,7 +4,7 @@
 
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 
-use super::surface::Surface;
+use super::super::surface::Surface;
 use crate::frame::{Frame, Pose, Scene};
 
 /// `VTK_QUAD` and `VTK_TRIANGLE`.
@@ -104,11 +104,7 @@ impl Parts {
     /// What does not change of the parts of a scene, as it is in its first frame.
     pub(super) fn new(scene: &Scene, first: &Frame) -> (Self, Vec<Grid>) {
         let mut grids = vec![fabric(scene)];
-        let surface = scene.projectile.as_ref().map(|body| {
-            let along = |at: &[f32; 3]| at.map(f64::from).iter().map(|x| x * x).sum::<f64>();
-            let half_length = scene.reference.iter().map(along).fold(0.0, f64::max).sqrt();
-            Surface::new(body, half_length)
-        });
+        let surface = scene.projectile.as_ref().map(|body| Surface::new(body, scene.reference.iter()));
         if let Some(surface) = &surface {
             grids.push(Grid::new("projectile", surface.points.len(), surface.faces.iter()));
         }

@@ -130,9 +130,10 @@ pub(super) fn unit_cell(case: &Case) -> Option<Figure> {
     let heads = ["extension [mm]", "stretch [-]", "warp [N]", "weft [N]", "contact [N]"];
     Some(Figure {
         id: "unit-cell",
-        title: "Unit cell, as in the paper's Figure 4".to_owned(),
+        title: "One crossing of two yarns, pulled".to_owned(),
         caption: format!(
-            "{}: stretched along the {along}, held along the {across}, up to the failure of a yarn or a stretch of {FAR}.",
+            "The unit cell of {}: stretched along the {along}, held along the {across}, up to the failure of a yarn or a \
+             stretch of {FAR}; as Figure 4 of Shahkarami & Vaziri (2006) shows it.",
             fabric.name
         ),
         drawing,

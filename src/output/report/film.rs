@@ -6,7 +6,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::outline::{self, Outline};
+use super::super::surface::Surface;
 use crate::case::Case;
 use crate::kernels::element_force::field as element;
 use crate::kernels::node_update::field as node;
@@ -72,7 +72,7 @@ pub struct Film {
     /// Crossovers along the side of an element.
     pub crossovers: u32,
     /// Surface of the projectile.
-    pub(super) outline: Option<Outline>,
+    pub(super) body: Option<Surface>,
     /// Where the projectile strikes [m].
     hit: [f64; 2],
     /// Time between pictures [s], and how many of it have passed.
@@ -92,7 +92,7 @@ impl Film {
             stills: Vec::new(),
             planes: MirrorPlanes::NONE,
             crossovers: case.pack.crossovers_per_element,
-            outline: None,
+            body: None,
             hit: case.projectile.as_ref().map_or([0.0; 2], |p| p.offset),
             interval: case.solver.end_time / FRAMES,
             passed: 0,
@@ -108,8 +108,8 @@ impl Film {
 
     /// The film of a run that goes on, from what a checkpoint carries; `None` where that is no film.
     pub fn resume(case: &Case, bytes: &[u8]) -> Option<Self> {
-        let Self { strips, plies, stills, planes, outline, interval, passed, .. } = postcard::from_bytes(bytes).ok()?;
-        let film = Self { strips, plies, stills, planes, outline, interval, passed, ..Self::new(case) };
+        let Self { strips, plies, stills, planes, body, interval, passed, .. } = postcard::from_bytes(bytes).ok()?;
+        let film = Self { strips, plies, stills, planes, body, interval, passed, ..Self::new(case) };
         film.is_sound().then_some(film)
     }
 
@@ -118,9 +118,8 @@ impl Film {
         let nodes: usize = self.strips.iter().map(|strip| strip.reference.len()).sum();
         let cells: usize = self.strips.iter().map(Strip::cells).sum();
         let whole = |still: &Still| still.displacement.len() == nodes && still.tension.len() == cells;
-        let points = self.outline.as_ref().map_or(outline::AROUND * outline::ALONG, Vec::len);
         self.interval > 0.0
-            && points == outline::AROUND * outline::ALONG
+            && self.body.as_ref().is_none_or(Surface::is_sound)
             && self.strips.iter().all(Strip::is_sound)
             && self.stills.iter().all(whole)
             && self.stills.windows(2).all(|pair| pair[0].time < pair[1].time)
@@ -162,9 +161,8 @@ impl Film {
         }
         self.strips = strips;
         self.planes = model.planes;
-        let width = self.strips.iter().flat_map(|strip| &strip.reference).map(|at| at[0].abs().max(at[1].abs()));
-        let width = f64::from(width.fold(0.0, f32::max));
-        self.outline = model.projectile.as_ref().map(|body| outline::outline(&body.body, width));
+        let pack = self.strips.iter().flat_map(|strip| &strip.reference);
+        self.body = model.projectile.as_ref().map(|projectile| Surface::new(&projectile.body, pack));
     }
 
     /// Drops every second picture.
@@ -374,7 +372,7 @@ mod tests {
             |film| film.stills[1].displacement.truncate(3),
             |film| film.stills[0].tension.push([None; 2]),
             |film| film.strips[0].hit[1] = 1,
-            |film| film.outline = Some(Vec::new()),
+            |film| film.body = Some(Surface::one_face_of_no_points()),
         ];
         for change in wrong {
             let mut film = film.clone();

@@ -17,10 +17,10 @@ fn end(run: &Run) -> f64 {
     run.history.last().map_or(1.0, |row| row.time * 1e6).max(1e-6)
 }
 
-/// Lines over time. `rows`: those of the history that count.
-fn over_time(rows: &[Sample], end: f64, unit: &str, curves: &[Curve]) -> (Axis, String, Numbers) {
+/// Lines over time. `rows`: those of the history that count; `least`: the upper end of the axis at least.
+fn over_time(rows: &[Sample], end: f64, least: f64, unit: &str, curves: &[Curve]) -> (Axis, String, Numbers) {
     let values = || rows.iter().flat_map(|row| curves.iter().map(move |(_, of)| of(row))).filter(|v| v.is_finite());
-    let range = [values().fold(0.0, f64::min), values().fold(0.0, f64::max)];
+    let range = [values().fold(0.0, f64::min), values().fold(least, f64::max)];
     let [x, y] = figure::axes([0.0, end], range);
     let mut drawing = chart::axes(&x, &y, ["time [µs]", unit]);
     for (n, (_, of)) in curves.iter().enumerate() {
@@ -48,12 +48,13 @@ fn numbers(rows: &[Sample], unit: &str, curves: &[Curve]) -> Numbers {
 /// Projectile velocity.
 pub(super) fn velocity(run: &Run) -> Figure {
     let of = |row: &Sample| row.projectile_velocity;
-    let (x, drawing, numbers) = over_time(&run.history, end(run), "velocity [m/s]", &[("velocity", of)]);
+    let (x, drawing, numbers) = over_time(&run.history, end(run), 0.0, "velocity [m/s]", &[("velocity", of)]);
     let [first, last] = [run.history.first(), run.history.last()].map(|row| row.map_or(0.0, of));
     Figure {
         id: "velocity",
         title: "Projectile velocity".to_owned(),
-        caption: format!("From {} to {} m/s along the line of flight.", short(first, 4), short(last, 4)),
+        caption: format!("From {} to {} m/s along the line of flight.", short(first, 4), short(last, 3))
+            .replace('-', "−"),
         drawing,
         time: Some(x),
         numbers,
@@ -66,7 +67,7 @@ pub(super) fn force(run: &Run) -> Figure {
     // The first row's force is an impulse over one step, not a mean.
     let rows = run.history.get(1..).unwrap_or_default();
     let of = |row: &Sample| row.contact_force;
-    let (x, drawing, numbers) = over_time(rows, end(run), "force [N]", &[("force", of)]);
+    let (x, drawing, numbers) = over_time(rows, end(run), 0.0, "force [N]", &[("force", of)]);
     let peak = rows.iter().max_by(|a, b| a.contact_force.total_cmp(&b.contact_force));
     let caption = peak.map_or(String::new(), |row| {
         let (force, time) = (short(row.contact_force, 3), short(row.time * 1e6, 3));
@@ -86,7 +87,7 @@ pub(super) fn force(run: &Run) -> Figure {
 /// Failed yarns.
 pub(super) fn failures(run: &Run) -> Figure {
     let curves: [Curve; 2] = [("warp", |row| row.failed[0] as f64), ("weft", |row| row.failed[1] as f64)];
-    let (x, drawing, numbers) = over_time(&run.history, end(run), "failures [-]", &curves);
+    let (x, drawing, numbers) = over_time(&run.history, end(run), 5.0, "failures [-]", &curves);
     let [warp, weft] = run.history.last().map_or([0, 0], |row| row.failed);
     let first = run.events.first().map(|event| short(event.step as f64 * run.time_step * 1e6, 3));
     let first = first.map_or("No yarn failed.".to_owned(), |time| {

@@ -9,7 +9,6 @@ mod figure;
 pub mod film;
 mod history;
 mod map;
-mod outline;
 mod playback;
 mod sections;
 
@@ -98,7 +97,7 @@ fn player(film: &Film) -> String {
          <label><input type=\"checkbox\" id=\"cut\"> cut open</label>\n</div>\n\
          <p class=\"scale\"><span id=\"low\">0 N</span><i></i><span id=\"high\" data-tension=\"{peak} N\">{peak} N</span></p>\n\
          <p class=\"note\">Space plays and pauses, ← → step, Home and End jump, drag turns, wheel or + − zoom.{plies} \
-         Drawn to scale from a thinned mesh; the numbers are in the files.</p>\n</div>\n\
+         The projectile comes from below. Drawn to scale from a thinned mesh; the numbers are in the files.</p>\n</div>\n\
          <p class=\"still\" id=\"instead\">The moving picture needs a screen, JavaScript and WebGL 2; the tension maps below show three moments of it.</p>\n\
          <script type=\"application/json\" id=\"film\">{description}</script>\n\
          <script type=\"application/octet-stream\" id=\"film-numbers\">{}</script>\n</section>\n",

@@ -171,23 +171,16 @@
     gl.texImage2D(gl.TEXTURE_2D, 0, gl.RGB8, 256, 1, 0, gl.RGB, gl.UNSIGNED_BYTE, bytesOf(film.colours));
     const [plain, solid] = [gl.createVertexArray(), gl.createVertexArray()];
     let triangles = 0;
-    if (film.outline && film.poses) {
-      const around = film.around, rings = film.outline.length / 3 / around, corners = [];
-      for (let ring = 0; ring + 1 < rings; ring++)
-        for (let n = 0; n < around; n++) {
-          const [a, b] = [ring * around + n, ring * around + ((n + 1) % around)];
-          corners.push(a, b, b + around, a, b + around, a + around);
-        }
-      for (let n = 1; n + 1 < around; n++) corners.push(0, n, n + 1, (rings - 1) * around, (rings - 1) * around + n, (rings - 1) * around + n + 1);
-      triangles = corners.length;
+    if (film.body && film.poses) {
+      triangles = film.body.triangles.length;
       gl.bindVertexArray(solid);
       gl.bindBuffer(gl.ARRAY_BUFFER, gl.createBuffer());
-      gl.bufferData(gl.ARRAY_BUFFER, Float32Array.from(film.outline, (x) => 1e3 * x), gl.STATIC_DRAW);
+      gl.bufferData(gl.ARRAY_BUFFER, Float32Array.from(film.body.points, (x) => 1e3 * film.body.step * x), gl.STATIC_DRAW);
       const point = gl.getAttribLocation(body.made, "point");
       gl.enableVertexAttribArray(point);
       gl.vertexAttribPointer(point, 3, gl.FLOAT, false, 0, 0);
       gl.bindBuffer(gl.ELEMENT_ARRAY_BUFFER, gl.createBuffer());
-      gl.bufferData(gl.ELEMENT_ARRAY_BUFFER, Uint16Array.from(corners), gl.STATIC_DRAW);
+      gl.bufferData(gl.ELEMENT_ARRAY_BUFFER, Uint16Array.from(film.body.triangles), gl.STATIC_DRAW);
     }
 
     function upload(still) {

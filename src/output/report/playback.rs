@@ -13,8 +13,9 @@ use flate2::Compression;
 use flate2::write::ZlibEncoder;
 use serde_json::{Value, json};
 
+use super::super::surface::Surface;
+use super::colour;
 use super::film::{Film, Still, Strip};
-use super::{colour, outline};
 
 /// Characters of the base64 text at most.
 const BUDGET: usize = 3_600_000;
@@ -117,6 +118,17 @@ fn deflated(bytes: &[u8]) -> Vec<u8> {
     encoder.write_all(bytes).and_then(|()| encoder.finish()).unwrap_or_default()
 }
 
+/// The projectile: points in whole steps [m], and corners of triangles.
+fn body(surface: &Surface) -> Value {
+    let largest = surface.points.iter().flatten().fold(1e-9, |largest: f64, x| largest.max(x.abs()));
+    let step = largest / 32_000.0;
+    json!({
+        "step": step,
+        "points": surface.points.iter().flatten().map(|x| (x / step).round() as i64).collect::<Vec<_>>(),
+        "triangles": surface.triangles().flatten().collect::<Vec<_>>(),
+    })
+}
+
 fn describe(film: &Film, steps: &Rounding) -> Value {
     let strip = |strip: &Strip| {
         json!({
@@ -132,8 +144,7 @@ fn describe(film: &Film, steps: &Rounding) -> Value {
         "crossovers": film.crossovers,
         "step": { "reference": steps.reference, "displacement": steps.displacement, "tension": steps.tension },
         "poses": film.stills.iter().map(|still| still.pose).collect::<Option<Vec<_>>>(),
-        "outline": film.outline.as_ref().map(|points| points.concat()),
-        "around": outline::AROUND,
+        "body": film.body.as_ref().map(body),
         "colours": BASE64_STANDARD.encode(colour::table()),
     })
 }

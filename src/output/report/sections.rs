@@ -5,7 +5,7 @@ use std::fmt::Write;
 use serde_json::Value;
 
 use super::super::chart::escape;
-use super::super::energies::Energies;
+use super::super::energies::{self, Energies};
 use super::super::expectation::{expected, got, note, quantity};
 use super::super::number::{fixed, grouped, short};
 use super::super::summary::{absorbed_energy, flies_freely, residual_velocity};
@@ -64,7 +64,8 @@ fn story(case: &Case, run: &Run) -> String {
             short(left.abs(), 3)
         ),
         Outcome::Running => format!(
-            "Not decided: the run ended at {} with the projectile still at {speed} of {before} m/s. A longer end_time_us tells.",
+            "Not decided: the computation ended at {}, the projectile still flying at {speed} of {before} m/s. \
+             Raise /solver/end_time_us for a verdict.",
             reached(run)
         ),
     }
@@ -87,7 +88,7 @@ fn figures(case: &Case, run: &Run) -> Vec<(&'static str, String, String)> {
     all.push(("largest deflection", format!("{} mm", short(deflection * 1e3, 3)), String::new()));
     let last = run.history.last();
     let [warp, weft] = last.map_or([0, 0], |row| row.failed);
-    all.push(("yarn failures", grouped(warp + weft), format!("{warp} warp, {weft} weft")));
+    all.push(("yarn failures", grouped(warp + weft), format!("{} warp, {} weft", grouped(warp), grouped(weft))));
     if run.plies > 1 {
         let through = last.map_or(0, |row| row.perforated_plies);
         all.push(("plies perforated", format!("{through} of {}", run.plies), String::new()));
@@ -161,10 +162,16 @@ fn assumed(case: &Case) -> String {
         case.fields.len()
     );
     for field in fields {
-        let (pointer, value, source) = (escape(&field.pointer), escape(&field.with_unit()), escape(&field.source));
+        let (pointer, value, source) = (pointer(field), escape(&field.with_unit()), escape(&field.source));
         let _ = writeln!(out, "<li><code>{pointer}</code> <b>{value}</b> <span>{source}</span></li>");
     }
     out + "</ul>\n"
+}
+
+/// A JSON pointer that a narrow column may break between its words.
+fn pointer(field: &case::Field) -> String {
+    let breakable = escape(&field.pointer).replace('/', "<wbr>/").replace('_', "_<wbr>");
+    breakable.trim_start_matches("<wbr>").to_owned()
 }
 
 fn expectations(summary: &Value) -> String {
@@ -192,12 +199,16 @@ pub(super) fn energy(run: &Run) -> String {
     let Some(energies) = Energies::of(run) else { return String::new() };
     let mut out = format!(
         "<section id=\"spent\"><h2>Where the energy went</h2><table class=\"signs\"><thead><tr><th scope=\"col\">given to the fabric\
-         </th><td>{}</td><td></td></tr></thead><tbody>\n",
+         </th><td>{}</td><td></td><td></td></tr></thead><tbody>\n",
         escape(&energies.text(energies.given))
     );
     for (name, energy) in &energies.shares {
         let (text, percent) = (escape(&energies.text(*energy)), escape(&energies.percent(*energy)));
-        let _ = writeln!(out, "<tr><th scope=\"row\">{}</th><td>{text}</td><td>{percent}</td></tr>", escape(name));
+        let (name, meaning) = (escape(name), escape(energies::meaning(name)));
+        let _ = writeln!(
+            out,
+            "<tr><th scope=\"row\">{name}</th><td>{text}</td><td>{percent}</td><td class=\"meaning\">{meaning}</td></tr>"
+        );
     }
     out + "</tbody></table></section>\n"
 }
@@ -214,7 +225,7 @@ pub(super) fn case(case: &Case) -> String {
     for field in &case.fields {
         let class = if field.assumed { " class=\"assumed\"" } else { "" };
         let mark = if field.assumed { "* " } else { "" };
-        let (pointer, value, source) = (escape(&field.pointer), escape(&field.with_unit()), escape(&field.source));
+        let (pointer, value, source) = (pointer(field), escape(&field.with_unit()), escape(&field.source));
         let origin = field.origin.word();
         let _ = writeln!(
             out,

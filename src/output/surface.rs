@@ -2,17 +2,19 @@
 
 use std::f64::consts::{FRAC_PI_2, TAU};
 
+use serde::{Deserialize, Serialize};
+
 use crate::kernels::projectile_shape::{Body, Profile};
 
 /// Points around the axis.
 const AROUND: usize = 48;
 /// Points of an arc of the outline over a quarter turn.
-const QUARTER: usize = 8;
+const QUARTER: usize = 16;
 /// Rings of points between the axis and the rim of a flat end.
 const RINGS: usize = 12;
 
 /// A surface of triangles and quads.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(super) struct Surface {
     /// In the body's axes [m].
     pub(super) points: Vec<[f64; 3]>,
@@ -21,11 +23,12 @@ pub(super) struct Surface {
 }
 
 impl Surface {
-    /// The surface of a body; `half_length`: half the length of a bar [m].
-    pub(super) fn new(body: &Body, half_length: f64) -> Self {
+    /// The surface of a body; a bar reaches as far as the nodes of the pack it lies on [m].
+    pub(super) fn new<'a>(body: &Body, pack: impl Iterator<Item = &'a [f32; 3]>) -> Self {
         let profile = &body.profile;
         if profile.bar {
-            return Self::extruded(&outline(profile), half_length);
+            let half_length = pack.map(|at| at[0].abs().max(at[1].abs())).fold(0.0, f32::max);
+            return Self::extruded(&outline(profile), f64::from(half_length));
         }
         let mut surface = Self::revolved(&outline(profile));
         if let Some(chisel) = &profile.chisel {
@@ -37,6 +40,17 @@ impl Surface {
             }
         }
         surface
+    }
+
+    /// What a damaged file may hold.
+    #[cfg(test)]
+    pub(super) fn one_face_of_no_points() -> Self {
+        Self { points: Vec::new(), faces: vec![vec![0, 1, 2]] }
+    }
+
+    /// Whether all faces have corners, and their corners are points.
+    pub(super) fn is_sound(&self) -> bool {
+        self.faces.iter().all(|face| face.len() >= 3 && face.iter().all(|corner| *corner < self.points.len()))
     }
 
     /// An outline (ρ, s) from the nose on the axis to the tail on the axis, turned about it.
@@ -67,7 +81,12 @@ impl Surface {
         surface
     }
 
-    /// An outline (x, s) and its mirror image, drawn out along y.
+    /// Corners of the faces cut into triangles.
+    pub(super) fn triangles(&self) -> impl Iterator<Item = [usize; 3]> {
+        self.faces.iter().flat_map(|face| face[1..].windows(2).map(|pair| [face[0], pair[0], pair[1]]))
+    }
+
+    /// An outline (x, s) and its mirror image, drawn out along y and closed at both ends.
     fn extruded(outline: &[[f64; 2]], half_length: f64) -> Self {
         let back = outline.iter().rev().skip(1).take(outline.len().saturating_sub(2));
         let around: Vec<[f64; 2]> = outline.iter().copied().chain(back.map(|[x, s]| [-x, *s])).collect();
@@ -75,7 +94,18 @@ impl Surface {
         let points = ends.iter().flat_map(|y| around.iter().map(move |[x, s]| [*x, *y, *s])).collect();
         let count = around.len();
         let side = |n: usize| vec![n, (n + 1) % count, count + (n + 1) % count, count + n];
-        Self { points, faces: (0..count).map(side).collect() }
+        let image = |n: usize| (count - n) % count;
+        // Slices of the ends from the nose down, those at the nose and at the tail triangles.
+        let slice = |n: usize| {
+            let mut corners = vec![n, n + 1, image(n + 1), image(n)];
+            corners.dedup();
+            corners.truncate(if corners[0] == corners[corners.len() - 1] { corners.len() - 1 } else { 4 });
+            corners
+        };
+        let slices = || (0..outline.len().saturating_sub(1)).map(slice);
+        let near = slices().map(|corners| corners.into_iter().rev().collect());
+        let far = slices().map(|corners| corners.into_iter().map(|corner| count + corner).collect());
+        Self { points, faces: (0..count).map(side).chain(near).chain(far).collect() }
     }
 }
 
@@ -100,7 +130,7 @@ fn outline(profile: &Profile<f64>) -> Vec<[f64; 2]> {
             facing = end;
         } else {
             let shift = |at: [f64; 2]| [0, 1].map(|a| at[a] + profile.radius * next[a]);
-            divide(&mut points, shift(corner), shift(to));
+            divide(&mut points, shift(corner), shift(to), profile.chisel.is_some());
         }
     }
     points.dedup_by(|b, a| (b[0] - a[0]).hypot(b[1] - a[1]) < 1e-9);
@@ -118,9 +148,9 @@ fn turn(points: &mut Vec<[f64; 2]>, centre: [f64; 2], radius: f64, from: [f64; 2
     }
 }
 
-/// The points of a straight side; one that runs across the axis is divided, so that flats can be cut from it.
-fn divide(points: &mut Vec<[f64; 2]>, from: [f64; 2], to: [f64; 2]) {
-    let count = if from[1] == to[1] { RINGS } else { 1 };
+/// The points of a straight side; one that runs across the axis of a body with flats is divided, so that they can be cut from it.
+fn divide(points: &mut Vec<[f64; 2]>, from: [f64; 2], to: [f64; 2], flats: bool) {
+    let count = if flats && from[1] == to[1] { RINGS } else { 1 };
     for n in 0..=count {
         let part = n as f64 / count as f64;
         points.push([0, 1].map(|a| from[a] + part * (to[a] - from[a])));
