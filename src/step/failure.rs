@@ -88,6 +88,8 @@ fn places(span: &Span) -> impl Iterator<Item = (usize, f64)> {
 
 #[cfg(test)]
 mod tests {
+    use std::path::Path;
+
     use super::*;
     use crate::case;
     use crate::state::State;
@@ -96,8 +98,9 @@ mod tests {
     fn marked(strain: impl Fn(usize, usize) -> f64, broken: &[[usize; 2]], sets: &[&str]) -> Vec<[usize; 2]> {
         let size = ["/pack/width_mm=11.43", "/pack/height_mm=11.43", "/pack/failure=nonlocal", "/expect=[]"];
         let sets: Vec<String> = size.iter().chain(sets).map(|set| (*set).to_owned()).collect();
-        let case = case::read(std::path::Path::new("cases/s720-1ply-155.json"), &sets).unwrap();
-        let model = Model::<f64>::new(&case).unwrap();
+        let case = case::read(Path::new("cases/s720-1ply-155.json"), &sets);
+        let case = case.unwrap_or_else(|error| unreachable!("{error}"));
+        let model = Model::<f64>::new(&case).unwrap_or_else(|error| unreachable!("{error}"));
         let mut state = State::new(&case, &model);
         let mesh = &model.sheet(0).mesh;
         let limit = model.sheet(0).cell.yarn[0].failure_strain;
