@@ -129,8 +129,9 @@ impl Lines {
             let behind = if mirrored[1] { common(2.0 * end - b, 2.0 * end - a) } else { 0.0 };
             common(a, b) + before + behind
         };
-        let range = self.element_at(from)..self.element_at(to) + 1;
-        (range.start, range.map(length).collect())
+        let first = (self.element_at(from)..=element).find(|k| length(*k) > SAME).unwrap_or(element);
+        let lengths = (first..self.elements()).map(length);
+        (first, lengths.take_while(|length| *length > SAME).collect())
     }
 
     /// Whether they are their own mirror image, with a line in the middle.
