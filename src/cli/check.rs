@@ -45,7 +45,11 @@ fn report(path: &Path, sets: &[String]) -> Result<String, Failure> {
 /// What elements larger than one crossover do to keep the outcome.
 fn regularisation(case: &Case) -> Option<String> {
     let factor = failure_factor(&case.pack);
-    let mean = if case.pack.failure == FailureMeasure::Nonlocal { ", for the mean over 4 × 4 crossovers" } else { "" };
+    let mean = if case.pack.failure == FailureMeasure::Nonlocal {
+        " (assumed), for the mean over 4 × 4 crossovers"
+    } else {
+        ""
+    };
     let failure = (factor < 1.0).then(|| format!("failure strain × {factor:.3}{mean}"));
     let calibrated = case.pack.regularisation == Regularisation::Calibrated;
     let viscous = case.pack.grading.filter(|_| calibrated);

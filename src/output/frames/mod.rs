@@ -94,8 +94,7 @@ impl Recorder {
     ) -> io::Result<Self> {
         let (queue, orders) = mpsc::sync_channel(case.waiting_frames());
         let work = move || {
-            // It may wait, the solver's threads may not. Where the system does not let it, it runs like them.
-            thread_priority::set_current_thread_priority(ThreadPriority::Min).ok();
+            step_back();
             work(orders)
         };
         let writer = thread::Builder::new().name("frames".to_owned()).spawn(work)?;
@@ -124,6 +123,19 @@ impl Recorder {
         drop(self.queue);
         let stopped = |_| OutputError::new(Path::new(HDF), WRITABLE, "the writer stopped");
         self.writer.join().map_err(stopped)?
+    }
+}
+
+/// Lets this thread run where no other wants to: it may wait, the solver's threads may not. Where the system does not let it, it runs
+/// like them.
+fn step_back() {
+    thread_priority::set_current_thread_priority(ThreadPriority::Min).ok();
+    // Linux lets a thread of low priority finish its turn of some milliseconds before one that wakes, unless it is an idle one.
+    #[cfg(target_os = "linux")]
+    {
+        use thread_priority::{NormalThreadSchedulePolicy, ThreadSchedulePolicy, unix};
+        let idle = ThreadSchedulePolicy::Normal(NormalThreadSchedulePolicy::Idle);
+        unix::set_thread_priority_and_policy(unix::thread_native_id(), ThreadPriority::Min, idle).ok();
     }
 }
 
