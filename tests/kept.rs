@@ -2,6 +2,8 @@
 
 use std::fs;
 use std::path::Path;
+use std::thread;
+use std::time::{Duration, Instant, SystemTime};
 
 use ripstop::case::Case;
 use ripstop::output;
@@ -92,4 +94,17 @@ pub(crate) fn same_files(one: &[(String, Vec<u8>)], two: &[(String, Vec<u8>)]) {
         });
         assert!(one == two, "{name}: {} and {} bytes, {words:?}", one.len(), two.len());
     }
+}
+
+/// Waits until a file is there and another than before; when it was written.
+pub(crate) fn wait_for_another(path: &Path, before: Option<SystemTime>) -> Option<SystemTime> {
+    let patience = Instant::now() + Duration::from_secs(120);
+    while Instant::now() < patience {
+        let now = path.metadata().and_then(|file| file.modified()).ok();
+        if now.is_some() && now != before {
+            return now;
+        }
+        thread::sleep(Duration::from_millis(1));
+    }
+    panic!("{} does not change", path.display());
 }

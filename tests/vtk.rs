@@ -47,22 +47,22 @@ fn trial(name: &str, test: impl FnOnce(&Path, &str) + Send + 'static) -> Trial {
 fn main() -> ExitCode {
     let mut tests = vec![
         trial("a_torn_quarter", |folder, python| {
-            let frames = written(folder, python, &shot(&[]), Options::default(), None, true);
+            let frames = written(folder, python, &shot(&[]), Options::default(), None, true, None);
             assert_eq!(frames.len(), 6);
             assert!(frames[5].alive[0].contains(&0) && !frames[0].alive[0].contains(&0));
         }),
         trial("two_plies_one_turned", |folder, python| {
             let sets = [r#"/pack/layup=[{}, {"orientation_deg": 30}]"#, "/output/frames=3"];
-            let frames = written(folder, python, &shot(&sets), Options::default(), None, true);
+            let frames = written(folder, python, &shot(&sets), Options::default(), None, true, None);
             assert_eq!(frames.len(), 3);
         }),
         trial("an_oblique_sphere_in_single_precision", |folder, python| {
             let sphere = r#"/projectile={"shape": "sphere", "diameter_mm": 6, "mass_g": 1, "velocity_m_s": 400, "obliquity_deg": 30}"#;
             let options = Options { precision: Precision::F32, ..Options::default() };
-            written(folder, python, &shot(&[sphere, "/output/frames=4"]), options, None, false);
+            written(folder, python, &shot(&[sphere, "/output/frames=4"]), options, None, false, None);
         }),
         trial("an_interrupted_run_keeps_its_frames", |folder, python| {
-            let frames = written(folder, python, &shot(&[]), Options::default(), Some(5e-6), true);
+            let frames = written(folder, python, &shot(&[]), Options::default(), Some(5e-6), true, None);
             assert!((2..6).contains(&frames.len()), "{} frames", frames.len());
         }),
     ];
@@ -75,7 +75,7 @@ fn main() -> ExitCode {
                 r#", "obliquity_deg": 30, "azimuth_deg": 20, "yaw_deg": 5, "angular_velocity_rad_s": [9000, 20000, 40000]"#
             };
             let projectile = format!("/projectile={{{shape}, {flight}{turn}}}");
-            written_with(folder, python, &shot(&[&projectile, "/pack/edges=free"]), Options::default(), None, false, Some(solid));
+            written(folder, python, &shot(&[&projectile, "/pack/edges=free"]), Options::default(), None, false, Some(solid));
         })
     }));
     libtest_mimic::run(&Arguments::from_args(), tests).exit_code()
@@ -174,18 +174,6 @@ impl Watch for Follower<'_> {
 
 /// Runs a case, writes its files, lets VTK read them and compare; the frames.
 fn written(
-    folder: &Path,
-    python: &str,
-    case: &Case,
-    options: Options<'_>,
-    until: Option<f64>,
-    vtu: bool,
-) -> Vec<Frame> {
-    written_with(folder, python, case, options, until, vtu, None)
-}
-
-/// The same where it is known what the projectile must be.
-fn written_with(
     folder: &Path,
     python: &str,
     case: &Case,

@@ -4,7 +4,7 @@ use std::fmt::Write;
 use std::path::Path;
 
 use ripstop::case::{self, Case, FailureMeasure, Regularisation};
-use ripstop::model::regularisation::failure_factor;
+use ripstop::model::regularisation::{NEIGHBOURHOOD, failure_factor};
 use ripstop::output::number::{bytes, grouped, us};
 use ripstop::output::symmetry;
 use ripstop::simulation::{Sample, Simulation, Skips};
@@ -45,10 +45,11 @@ fn report(path: &Path, sets: &[String]) -> Result<String, Failure> {
 /// What elements larger than one crossover do to keep the outcome.
 fn regularisation(case: &Case) -> Option<String> {
     let factor = failure_factor(&case.pack);
-    let mean = if case.pack.failure == FailureMeasure::Nonlocal {
-        " (assumed), for the mean over 4 × 4 crossovers"
-    } else {
-        ""
+    let mean = match case.pack.failure {
+        FailureMeasure::Nonlocal => {
+            format!(" (assumed), for the mean over {NEIGHBOURHOOD} × {NEIGHBOURHOOD} crossovers")
+        }
+        FailureMeasure::Local => String::new(),
     };
     let failure = (factor < 1.0).then(|| format!("failure strain × {factor:.3}{mean}"));
     let calibrated = case.pack.regularisation == Regularisation::Calibrated;

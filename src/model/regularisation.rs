@@ -28,7 +28,7 @@
 use crate::case::{FailureMeasure, Pack, Regularisation};
 
 /// Side of the square over which nonlocal failure takes the mean strain, in crossovers.
-pub(super) const NEIGHBOURHOOD: f64 = 4.0;
+pub const NEIGHBOURHOOD: f64 = 4.0;
 /// Mean strain at which yarns fail over the published strain of an element of one crossover [-]; by the ballistic limit of S-720.
 const MEAN_OVER_PEAK: f64 = 0.622;
 /// Part a of the peak strain that decays away from the projectile [-].

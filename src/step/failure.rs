@@ -4,12 +4,12 @@
 //! over four by four crossovers does not (see `model/regularisation.rs`).
 
 use crate::kernels::element_force::{BREAKING, ElementTotals, field};
-use crate::model::{Model, Neighbourhood, Span};
+use crate::model::{Model, Span};
 use crate::number::Scalar;
-use crate::state::Rows;
+use crate::state::State;
 
 /// Marks the yarns whose own strain and mean strain have both reached the failure strain: they fail in the next step.
-pub(super) fn judge<S: Scalar>(model: &Model<S>, elements: &mut Rows<S>, totals: &[ElementTotals]) {
+pub(super) fn judge<S: Scalar>(model: &Model<S>, state: &mut State<S>, totals: &[ElementTotals]) {
     let grid = &model.grid;
     for ply in 0..grid.plies {
         let sheet = model.sheet(ply);
@@ -22,11 +22,12 @@ pub(super) fn judge<S: Scalar>(model: &Model<S>, elements: &mut Rows<S>, totals:
                 if totals[first + row].largest_strain[yarn] < limit {
                     continue;
                 }
-                let ply = Yarns { elements, first, yarn, around };
-                let breaking: Vec<usize> =
-                    (0..sheet.mesh.columns).filter(|column| ply.breaks(row, rows, *column, limit)).collect();
+                let yarns = Yarns { state, first, yarn };
+                let breaking: Vec<usize> = (0..sheet.mesh.columns)
+                    .filter(|column| yarns.breaks([row, *column], [rows, &around.columns[*column]], limit))
+                    .collect();
                 for column in breaking {
-                    elements.set(first + row, field::ALIVE + yarn, column + 1, S::splat(BREAKING));
+                    state.elements.set(first + row, field::ALIVE + yarn, column + 1, S::splat(BREAKING));
                 }
             }
         }
@@ -35,44 +36,37 @@ pub(super) fn judge<S: Scalar>(model: &Model<S>, elements: &mut Rows<S>, totals:
 
 /// The yarns of one direction of a ply.
 struct Yarns<'a, S> {
-    elements: &'a Rows<S>,
+    state: &'a State<S>,
     /// First row of the ply.
     first: usize,
     yarn: usize,
-    around: &'a Neighbourhood,
 }
 
 impl<S: Scalar> Yarns<'_, S> {
-    fn stands(&self, row: usize, column: usize) -> bool {
-        self.elements.get(self.first + row, field::ALIVE + self.yarn, column + 1).to_f64() > 0.5
+    fn stands(&self, [row, column]: [usize; 2]) -> bool {
+        self.state.alive(self.first + row, column, self.yarn)
     }
 
-    fn strain(&self, row: usize, column: usize) -> f64 {
-        self.elements.get(self.first + row, field::COUNT + self.yarn, column + 1).to_f64()
+    fn strain(&self, [row, column]: [usize; 2]) -> f64 {
+        self.state.elements.get(self.first + row, field::COUNT + self.yarn, column + 1).to_f64()
     }
 
-    fn breaks(&self, row: usize, rows: &Span, column: usize, limit: f64) -> bool {
-        let own = self.strain(row, column);
-        own >= limit
-            && self.stands(row, column)
-            && self.mean(rows, &self.around.columns[column]).unwrap_or(own) >= limit
+    /// `around`: rows and columns of the element's neighbourhood.
+    fn breaks(&self, element: [usize; 2], around: [&Span; 2], limit: f64) -> bool {
+        let own = self.strain(element);
+        own >= limit && self.stands(element) && self.mean(around).unwrap_or(own) >= limit
     }
 
     /// Mean strain over the pieces of yarn around that are whole, if any is: a broken one, slack beside its break, says nothing of
     /// those beside it.
-    fn mean(&self, rows: &Span, columns: &Span) -> Option<f64> {
+    fn mean(&self, [rows, columns]: [&Span; 2]) -> Option<f64> {
         let (along, across) = if self.yarn == 0 { (columns, rows) } else { (rows, columns) };
         let (mut sum, mut weights) = (0.0, 0.0);
         for (line, width) in places(across) {
-            let at = |place: usize| if self.yarn == 0 { (line, place) } else { (place, line) };
-            let whole = places(along).all(|(place, _)| {
-                let (row, column) = at(place);
-                self.stands(row, column)
-            });
-            if whole {
+            let at = |place: usize| if self.yarn == 0 { [line, place] } else { [place, line] };
+            if places(along).all(|(place, _)| self.stands(at(place))) {
                 for (place, length) in places(along) {
-                    let (row, column) = at(place);
-                    sum += width * length * self.strain(row, column);
+                    sum += width * length * self.strain(at(place));
                     weights += width * length;
                 }
             }
@@ -81,9 +75,9 @@ impl<S: Scalar> Yarns<'_, S> {
     }
 }
 
-/// Elements of a span that count, and how much.
+/// Elements of a span, and how much of each counts.
 fn places(span: &Span) -> impl Iterator<Item = (usize, f64)> {
-    span.weight.iter().enumerate().filter(|(_, weight)| **weight > 0.0).map(|(at, weight)| (span.first + at, *weight))
+    (span.first..).zip(span.weight.iter().copied())
 }
 
 #[cfg(test)]
@@ -92,7 +86,6 @@ mod tests {
 
     use super::*;
     use crate::case;
-    use crate::state::State;
 
     /// A sheet of 9 × 9 crossovers with these strains of its warp (row, column), judged; where its warp is marked.
     fn marked(strain: impl Fn(usize, usize) -> f64, broken: &[[usize; 2]], sets: &[&str]) -> Vec<[usize; 2]> {
@@ -115,7 +108,7 @@ mod tests {
         for [row, column] in broken {
             state.elements.set(*row, field::ALIVE, column + 1, 0.0);
         }
-        judge(&model, &mut state.elements, &totals);
+        judge(&model, &mut state, &totals);
         let places = (0..mesh.rows).flat_map(|row| (0..mesh.columns).map(move |column| [row, column]));
         places.filter(|[row, column]| state.elements.get(*row, field::ALIVE, column + 1) == BREAKING).collect()
     }

@@ -277,7 +277,7 @@ impl<S: Scalar> Stepper<S> {
                 totals.eroded += u64::from(last && !state.standing(index, f.column as usize));
             }
         }
-        failure::judge(model, &mut state.elements, &self.element_totals);
+        failure::judge(model, state, &self.element_totals);
         if *sample {
             ledger.sample_elements(&self.element_totals, &model.grid);
         }

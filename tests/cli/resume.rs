@@ -1,7 +1,7 @@
 //! `--checkpoint-every` and `ripstop resume`.
 
 use super::*;
-use crate::kept::{files, same_files};
+use crate::kept::{files, same_files, wait_for_another};
 use crate::support::Random;
 use ripstop::checkpoint::Checkpoint;
 
@@ -11,21 +11,6 @@ fn long() -> Value {
     case["solver"] = json!({"end_time_us": 600, "run_until": "end_time"});
     case["output"] = json!({"history_interval_us": 0.9, "profile_times_us": [3, 77.7, 240]});
     case
-}
-
-/// Waits until a file is there and another than before; the time from which it was.
-#[cfg(unix)]
-fn wait_for_another(path: &Path, before: Option<u64>) -> Option<u64> {
-    use std::os::unix::fs::MetadataExt;
-    let patience = Instant::now() + Duration::from_secs(60);
-    while Instant::now() < patience {
-        let now = path.metadata().ok().map(|file| file.ino());
-        if now.is_some() && now != before {
-            return now;
-        }
-        thread::sleep(Duration::from_millis(1));
-    }
-    panic!("{} does not change", path.display());
 }
 
 #[cfg(unix)]

@@ -46,6 +46,15 @@ pub struct Recorder {
     writer: JoinHandle<Result<Staged, OutputError>>,
 }
 
+/// What the writer begins with.
+struct Beginning {
+    folder: PathBuf,
+    vtu: bool,
+    shelf: Option<Shelf>,
+    /// Frames of the run so far.
+    before: Vec<PathBuf>,
+}
+
 /// What the writer is to do.
 enum Order {
     /// Write a frame.
@@ -62,10 +71,8 @@ impl Recorder {
     /// When the system has no thread for it.
     pub fn start(folder: &Path, case: &Case, vtu: bool, head: Option<&Head>) -> io::Result<Self> {
         let camera = Camera::new(case.output.frames as usize, case.solver.end_time);
-        let (folder, shelf) = (folder.to_owned(), head.map(|head| Shelf::new(folder, head)));
-        Self::spawn(case, camera, move |orders| {
-            Writer { folder, vtu, shelf, complaint: None, files: None }.follow(&orders)
-        })
+        let shelf = head.map(|head| Shelf::new(folder, head));
+        Self::spawn(case, camera, Beginning { folder: folder.to_owned(), vtu, shelf, before: Vec::new() })
     }
 
     /// The same of a run that goes on from the checkpoint with this head: the frames that it had taken come first. Where some
@@ -78,24 +85,19 @@ impl Recorder {
         let (camera, steps) = Camera::resume(frames, end_time, head.step, head.time_step);
         let shelf = Shelf::new(folder, head);
         let Row { files, lost } = shelf.last_row(&steps);
-        let (folder, again) = (folder.to_owned(), case.clone());
-        let work = move |orders: Receiver<Order>| {
-            let mut writer = Writer { folder, vtu, shelf: Some(shelf), complaint: None, files: None };
-            writer.copy(&again, &files)?;
-            writer.follow(&orders)
-        };
-        Ok((Self::spawn(case, camera, work)?, lost))
+        let beginning = Beginning { folder: folder.to_owned(), vtu, shelf: Some(shelf), before: files };
+        Ok((Self::spawn(case, camera, beginning)?, lost))
     }
 
-    fn spawn(
-        case: &Case,
-        camera: Camera,
-        work: impl FnOnce(Receiver<Order>) -> Result<Staged, OutputError> + Send + 'static,
-    ) -> io::Result<Self> {
+    fn spawn(case: &Case, camera: Camera, beginning: Beginning) -> io::Result<Self> {
         let (queue, orders) = mpsc::sync_channel(case.waiting_frames());
+        let case = case.clone();
         let work = move || {
             step_back();
-            work(orders)
+            let Beginning { folder, vtu, shelf, before } = beginning;
+            let mut writer = Writer { folder, vtu, shelf, complaint: None, files: None };
+            writer.copy(&case, &before)?;
+            writer.follow(&orders)
         };
         let writer = thread::Builder::new().name("frames".to_owned()).spawn(work)?;
         Ok(Self { camera, queue: Some(queue), writer })
@@ -175,14 +177,14 @@ struct Writer {
 
 impl Writer {
     /// Writes what the part of the run before has taken.
-    fn copy(&mut self, case: &Case, files: &[(PathBuf, f64)]) -> Result<(), OutputError> {
+    fn copy(&mut self, case: &Case, files: &[PathBuf]) -> Result<(), OutputError> {
         if files.is_empty() {
             return Ok(());
         }
         let path = self.folder.join(HDF);
         let failed = |error: &dyn Display| OutputError::new(&path, "frames of the run so far", error);
         let scene = Scene::of(case).map_err(|error| failed(&error))?;
-        for (path, _) in files {
+        for path in files {
             let frame = shelf::read(path, &scene).map_err(|error| failed(&error))?;
             self.add(&scene, &frame)?;
         }
@@ -300,21 +302,28 @@ impl Staged {
 
 /// Removes the frames of an earlier run.
 fn clear(folder: &Path) -> io::Result<()> {
-    let gone = |removed: io::Result<()>| match removed {
-        Err(error) if error.kind() != io::ErrorKind::NotFound => Err(error),
-        _ => Ok(()),
-    };
     gone(fs::remove_file(folder.join(HDF)))?;
     gone(fs::remove_file(folder.join(PVD)))?;
-    let series = folder.join(SERIES);
-    let Ok(entries) = fs::read_dir(&series) else { return Ok(()) };
+    clear_folder(&folder.join(SERIES), vtu::is_of_series)
+}
+
+/// Removes the files of a folder that are `own` by name, and the folder unless something else lies there.
+fn clear_folder(folder: &Path, own: impl Fn(&str) -> bool) -> io::Result<()> {
+    let Ok(entries) = fs::read_dir(folder) else { return Ok(()) };
     for entry in entries {
         let entry = entry?;
-        if vtu::is_of_series(&entry.file_name().to_string_lossy()) {
+        if own(&entry.file_name().to_string_lossy()) {
             gone(fs::remove_file(entry.path()))?;
         }
     }
-    // What else lies there stays, and with it the folder.
-    fs::remove_dir(&series).ok();
+    fs::remove_dir(folder).ok();
     Ok(())
+}
+
+/// What is not there need not be removed.
+fn gone(removed: io::Result<()>) -> io::Result<()> {
+    match removed {
+        Err(error) if error.kind() != io::ErrorKind::NotFound => Err(error),
+        _ => Ok(()),
+    }
 }

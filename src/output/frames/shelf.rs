@@ -8,6 +8,7 @@ use std::fs::{self, File};
 use std::io;
 use std::path::{Path, PathBuf};
 
+use super::clear_folder;
 use crate::checkpoint::{self, Checkpoint, CheckpointError, Fault, Head, Reader, Writer};
 use crate::frame::{Frame, Scene};
 use crate::output::number::us;
@@ -44,14 +45,15 @@ impl Shelf {
     /// The frames that the run has taken before these steps; of several rows, where some are missing, the last one.
     pub(super) fn last_row(&self, steps: &[u64]) -> Row {
         let mut row = Row { files: Vec::new(), lost: None };
+        let mut from = self.head.time;
         for (index, step) in steps.iter().enumerate().rev() {
             let path = self.path(index);
             if let Err(reason) = self.check(&path, *step) {
-                let from = row.files.last().map_or(self.head.time, |(_, time)| *time);
                 row.lost = Some(format!("frames before {} are lost: {reason}", us(from)));
                 break;
             }
-            row.files.push((path, *step as f64 * self.head.time_step));
+            row.files.push(path);
+            from = *step as f64 * self.head.time_step;
         }
         row.files.reverse();
         row
@@ -74,8 +76,8 @@ impl Shelf {
 
 /// Frames that follow each other without a gap up to a checkpoint.
 pub(super) struct Row {
-    /// Where they lie, and their times [s].
-    pub(super) files: Vec<(PathBuf, f64)>,
+    /// Where they lie.
+    pub(super) files: Vec<PathBuf>,
     /// Why there are none before these.
     pub(super) lost: Option<String>,
 }
@@ -118,17 +120,6 @@ fn fill(frame: &mut Frame, contents: &mut Reader<'_>) -> Result<(), Fault> {
 
 /// Removes what a run has left.
 pub(in crate::output) fn clear(folder: &Path) -> io::Result<()> {
-    let shelf = folder.join(SHELF);
-    let Ok(entries) = fs::read_dir(&shelf) else { return Ok(()) };
-    for entry in entries {
-        let entry = entry?;
-        let name = entry.file_name();
-        let number = name.to_string_lossy().strip_suffix(ENDING).map(|number| number.parse::<usize>().is_ok());
-        if number == Some(true) {
-            fs::remove_file(entry.path())?;
-        }
-    }
-    // What else lies there stays, and with it the folder.
-    fs::remove_dir(&shelf).ok();
-    Ok(())
+    let is_frame = |name: &str| name.strip_suffix(ENDING).is_some_and(|number| number.parse::<usize>().is_ok());
+    clear_folder(&folder.join(SHELF), is_frame)
 }

@@ -4,7 +4,7 @@ use std::fs;
 use std::path::Path;
 use std::process::{Command, Stdio};
 use std::thread;
-use std::time::{Duration, Instant, SystemTime};
+use std::time::Duration;
 
 use ripstop::case;
 use ripstop::checkpoint::Checkpoint;
@@ -13,7 +13,7 @@ use serde_json::{Value, json};
 use tempfile::TempDir;
 
 use super::{Outcome, Tests};
-use crate::kept::{files, same_files};
+use crate::kept::{files, same_files, wait_for_another};
 use crate::support::Random;
 
 pub(super) const TESTS: Tests = &[("at_random_moments_a_run_ends_as_if_nothing_had_been", killed)];
@@ -39,19 +39,6 @@ fn ripstop(folder: &Path, arguments: &[&str]) -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_ripstop"));
     command.current_dir(folder).args(arguments).stdin(Stdio::null()).stderr(Stdio::piped());
     command
-}
-
-/// Waits until a file is there and another than before; when it was written.
-fn wait_for_another(path: &Path, before: Option<SystemTime>) -> Option<SystemTime> {
-    let patience = Instant::now() + Duration::from_secs(120);
-    while Instant::now() < patience {
-        let now = path.metadata().and_then(|file| file.modified()).ok();
-        if now.is_some() && now != before {
-            return now;
-        }
-        thread::sleep(Duration::from_millis(1));
-    }
-    panic!("{} does not change", path.display());
 }
 
 fn killed(_: &'static Device) -> Outcome {
