@@ -185,7 +185,7 @@ fn written(
     let place = Folder::prepare(folder, case).unwrap();
     let interrupt = AtomicBool::new(false);
     let mut follower = Follower {
-        recorder: Recorder::start(folder, case, vtu, None).unwrap(),
+        recorder: Recorder::start(folder, case, &options, vtu, None).unwrap(),
         camera: Camera::new(case.output.frames as usize, case.solver.end_time),
         frames: Vec::new(),
         scene: None,

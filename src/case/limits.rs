@@ -13,11 +13,11 @@ const ELEMENT_BYTES: f64 = 400.0;
 /// What contact between plies keeps of one node [bytes].
 const CONTACT_BYTES: f64 = 350.0;
 /// What making and compressing a frame keeps of one element with its node [bytes].
-const FRAME_BYTES: f64 = 400.0;
+const FRAME_BYTES: usize = 400;
 /// What a frame that waits to be written keeps of one element with its node [bytes].
 const SNAPSHOT_BYTES: usize = 80;
-/// Memory that those which wait may take [bytes]; two may always wait.
-const WAITING_BYTES: usize = 128 << 20;
+/// Memory that frames in the making may take, and those that wait [bytes]; one may always be made, and two wait.
+const FRAMES_BYTES: usize = 128 << 20;
 /// One row of the history [bytes].
 const ROW_BYTES: f64 = 200.0;
 
@@ -114,18 +114,28 @@ fn memory_needed(case: &Case) -> f64 {
     case.layers().iter().map(of_layer).sum::<f64>() + rows * ROW_BYTES + frames_bytes(case)
 }
 
-/// Bytes that writing frames takes: the one being written, and those that wait for it.
+/// Bytes that writing frames takes: those being written, and those that wait for it.
 fn frames_bytes(case: &Case) -> f64 {
     if case.output.frames == 0 {
         return 0.0;
     }
-    let elements = case.elements();
-    elements as f64 * (FRAME_BYTES + (waiting_frames(case) * SNAPSHOT_BYTES) as f64)
+    (of_frames(case, FRAME_BYTES, 1) + waiting_frame_bytes(case)) as f64
 }
 
-/// Frames that may wait to be written.
-pub(super) fn waiting_frames(case: &Case) -> usize {
-    (WAITING_BYTES / (SNAPSHOT_BYTES * case.elements().max(1))).clamp(2, (case.output.frames as usize).max(2))
+/// Bytes of so many per element and frame: of all frames if they are small, of so many always.
+fn of_frames(case: &Case, of_element: usize, always: usize) -> usize {
+    let one = of_element.saturating_mul(case.elements());
+    one.saturating_mul(case.output.frames as usize).min(FRAMES_BYTES).max(one.saturating_mul(always))
+}
+
+/// Bytes of the frames that may wait to be written.
+pub(super) fn waiting_frame_bytes(case: &Case) -> usize {
+    of_frames(case, SNAPSHOT_BYTES, 2)
+}
+
+/// Frames that may be made at once.
+pub(super) fn frames_at_once(case: &Case) -> usize {
+    of_frames(case, FRAME_BYTES, 1) / FRAME_BYTES.saturating_mul(case.elements()).max(1)
 }
 
 /// Bytes that this machine, or the container around the process, has left; `None` where it does not say.
@@ -200,9 +210,9 @@ mod tests {
         };
         assert_eq!(needed(0, 203).0, 0.0);
         let (few, elements) = needed(10, 203);
-        assert_eq!(few, elements * (400.0 + 10.0 * 80.0));
+        assert_eq!(few, elements * 10.0 * (400.0 + 80.0));
         let (many, elements) = needed(10_000, 203);
-        assert!(many > few && many < elements * 400.0 + 1.35e8, "{many}");
+        assert!(many > few && many < 2.0 * 1.35e8, "{many} for {elements}");
         let (large, elements) = needed(10_000, 2000);
         assert_eq!(large, elements * (400.0 + 2.0 * 80.0));
     }

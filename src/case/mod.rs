@@ -87,9 +87,14 @@ impl Case {
         }])
     }
 
-    /// Frames that may wait to be written: as many as the memory set aside for them holds.
-    pub(crate) fn waiting_frames(&self) -> usize {
-        limits::waiting_frames(self)
+    /// Memory set aside for frames that wait to be written [bytes].
+    pub(crate) fn waiting_frame_bytes(&self) -> usize {
+        limits::waiting_frame_bytes(self)
+    }
+
+    /// Frames that the memory set aside for making them holds, at least one.
+    pub(crate) fn frames_at_once(&self) -> usize {
+        limits::frames_at_once(self).max(1)
     }
 
     /// Elements over all plies.

@@ -6,7 +6,7 @@ use ripstop::output::frames::Recorder;
 use ripstop::output::number::us;
 use ripstop::output::report::Film;
 use ripstop::output::{CHECKPOINT, Folder};
-use ripstop::simulation::{Progress, View, Watch};
+use ripstop::simulation::{Options, Progress, View, Watch};
 
 use super::failure::Failure;
 use super::progress::Bar;
@@ -56,7 +56,7 @@ impl Watch for Follower<'_> {
     fn keep(&mut self, run: &dyn Kept, loop_seconds: f64) {
         let Some(keeper) = &mut self.keeper else { return };
         // A checkpoint without the frames before it would be worth less.
-        let unshelved = self.recorder.as_mut().and_then(Recorder::settle);
+        let unshelved = self.recorder.as_ref().and_then(Recorder::settle);
         let film = self.film.as_ref().map_or_else(Vec::new, Film::to_bytes);
         let unkept = keeper.keep(run, &film, loop_seconds).err();
         unshelved.iter().chain(&unkept).for_each(|complaint| self.bar.say(&format!("warning: {complaint}")));
@@ -91,19 +91,21 @@ fn no_thread(error: std::io::Error) -> Failure {
 pub(crate) fn recorder(
     case: &Case,
     folder: &Folder,
+    options: &Options<'_>,
     vtu: bool,
     head: Option<&Head>,
 ) -> Result<Option<Recorder>, Failure> {
     if !frames(case, vtu)? {
         return Ok(None);
     }
-    Recorder::start(folder.path(), case, vtu, head).map(Some).map_err(no_thread)
+    Recorder::start(folder.path(), case, options, vtu, head).map(Some).map_err(no_thread)
 }
 
 /// The same of a run that goes on; `say` hears of frames that are lost.
 pub(crate) fn recorder_again(
     case: &Case,
     folder: &Folder,
+    options: &Options<'_>,
     vtu: bool,
     head: &Head,
     say: impl Fn(&str),
@@ -111,7 +113,7 @@ pub(crate) fn recorder_again(
     if !frames(case, vtu)? {
         return Ok(None);
     }
-    let (recorder, lost) = Recorder::resume(folder.path(), case, vtu, head).map_err(no_thread)?;
+    let (recorder, lost) = Recorder::resume(folder.path(), case, options, vtu, head).map_err(no_thread)?;
     lost.iter().for_each(|lost| say(&format!("warning: {lost}; the files of frames begin after that")));
     Ok(Some(recorder))
 }

@@ -44,7 +44,7 @@ pub(crate) fn resume(arguments: &ResumeArguments) -> Result<(), Failure> {
         Options { skips: head.skips, from: Some(&checkpoint), ..chosen.options(arguments.threads.or(head.threads)) };
     let extras = Extras { report: head.extras.report && !arguments.no_report, vtu: head.extras.vtu || arguments.vtu };
     let head = Head { every: arguments.checkpoint_every.unwrap_or(head.every), extras, ..head.clone() };
-    let recorder = recorder_again(&case, &folder, extras.vtu, &head, say)?;
+    let recorder = recorder_again(&case, &folder, &options, extras.vtu, &head, say)?;
     let film = if extras.report { Some(film_again(&case, &checkpoint, say)?) } else { None };
     let keeper = Some(Keeper::new(&folder, &case, head, start));
     let mut follower = Follower { bar: &bar, film, recorder, keeper };

@@ -44,7 +44,7 @@ pub(crate) fn run(arguments: &RunArguments) -> Result<(), Failure> {
             extras: Extras { report: !arguments.no_report, vtu: arguments.vtu },
             ..Head::new(&case, &options, every)
         });
-        let recorder = recorder(&case, &folder, arguments.vtu, head.as_ref())?;
+        let recorder = recorder(&case, &folder, &options, arguments.vtu, head.as_ref())?;
         let film = (!arguments.no_report).then(|| Film::new(&case));
         let keeper = head.map(|head| Keeper::new(&folder, &case, head, start));
         let mut follower = Follower { bar: &bar, film, recorder, keeper };

@@ -35,6 +35,11 @@ impl Snapshot {
         self.time
     }
 
+    /// Bytes that it takes, about.
+    pub fn bytes(&self) -> usize {
+        self.moved.bytes()
+    }
+
     /// The frame of the whole scene.
     pub fn frame(&self) -> Frame {
         let mut frame = Frame {
@@ -145,7 +150,8 @@ fn pose(body: &RigidBody) -> Pose {
 }
 
 /// What has moved, in whatever precision.
-trait Moved: Send {
+trait Moved: Send + Sync {
+    fn bytes(&self) -> usize;
     /// Fills a frame of zeros.
     fn fill(&self, scene: &Scene, frame: &mut Frame);
 }
@@ -212,6 +218,11 @@ fn copy<S: Scalar>(from: &Rows<S>, rows: Range<usize>, fields: Range<usize>, col
 }
 
 impl<S: Scalar> Moved for Patches<S> {
+    fn bytes(&self) -> usize {
+        let numbers: usize = self.plies.iter().map(|patch| patch.nodes.len() + patch.elements.len()).sum();
+        size_of::<Self>() + numbers * size_of::<S>()
+    }
+
     fn fill(&self, scene: &Scene, frame: &mut Frame) {
         for (ply, patch) in self.plies.iter().enumerate() {
             let sheet = self.model.sheet(ply);

@@ -7,8 +7,10 @@
 //! The collection is a multi-block one with its own list of times: of all kinds of collections, VTK 9.7's reader gets the steps
 //! of this one right however it is asked.
 
+use std::io::{self, Write};
 use std::path::Path;
 
+use flate2::{Compression, write::ZlibEncoder};
 use rust_hdf5::{DatatypeMessage, H5Dataset, H5File, H5Group, H5Type, Result};
 
 use super::parts::{Array, Grid, Numbers, Part};
@@ -64,14 +66,11 @@ impl HdfFile {
     }
 
     /// Adds a frame.
-    pub(super) fn add(&mut self, time_us: f64, parts: &[Part]) -> Result<()> {
+    pub(super) fn add(&mut self, time_us: f64, parts: &[Packed]) -> Result<()> {
         let step = self.times.len();
         for (own, part) in self.parts.iter().zip(parts) {
-            own.points.write(step, &part.points)?;
-            let series = own.of_points.iter().chain(&own.of_cells);
-            for (series, array) in series.zip(part.of_points.iter().chain(&part.of_cells)) {
-                series.write(step, array)?;
-            }
+            let series = [&own.points].into_iter().chain(&own.of_points).chain(&own.of_cells);
+            series.zip(&part.0).try_for_each(|(series, chunk)| series.data.write_chunk_raw(step, chunk, 0))?;
         }
         self.times.push(time_us);
         Ok(())
@@ -94,14 +93,14 @@ impl HdfPart {
         put(&group, "NumberOfCells", &[grid.cells() as i64])?;
         put(&group, "NumberOfConnectivityIds", &[grid.corners.len() as i64])?;
         let begins: Vec<i64> = std::iter::once(0).chain(grid.ends.iter().copied()).collect();
-        pack(&group, "Connectivity", &grid.corners)?;
-        pack(&group, "Offsets", &begins)?;
-        pack(&group, "Types", &grid.kinds)?;
+        put_packed(&group, "Connectivity", &grid.corners)?;
+        put_packed(&group, "Offsets", &begins)?;
+        put_packed(&group, "Types", &grid.kinds)?;
         let (point_data, cell_data) = (group.create_group("PointData")?, group.create_group("CellData")?);
         let mut fixed = Vec::new();
         for array in &grid.fixed {
             if let Numbers::Byte(numbers) = &array.numbers {
-                pack(&cell_data, array.name, numbers)?;
+                put_packed(&cell_data, array.name, numbers)?;
             }
             fixed.push(array.name);
         }
@@ -158,10 +157,6 @@ impl Series {
         Ok(Self { name: array.name, data: data?, count, components: array.components })
     }
 
-    fn write(&self, step: usize, array: &Array) -> Result<()> {
-        self.data.write_chunk(step, array.numbers.bytes())
-    }
-
     /// First point or cell of each step.
     fn offsets(&self, steps: usize) -> Vec<i64> {
         (0..steps).map(|step| (step * self.count) as i64).collect()
@@ -171,6 +166,31 @@ impl Series {
     fn cut(&self, steps: usize) -> Result<()> {
         self.data.extend(&shape(steps * self.count, self.components))
     }
+}
+
+/// The chunks of a part: its points, arrays of points, arrays of cells.
+pub(super) struct Packed(Vec<Vec<u8>>);
+
+/// Compresses a part: what [`HdfFile::add`] puts into the file as it is.
+pub(super) fn pack(part: &Part) -> io::Result<Packed> {
+    let arrays = [&part.points].into_iter().chain(&part.of_points).chain(&part.of_cells);
+    arrays.map(|array| chunk(&array.numbers)).collect::<io::Result<_>>().map(Packed)
+}
+
+/// Numbers after the filters of [`series`]: bytes sorted by their place in a number, then deflated.
+fn chunk(numbers: &Numbers) -> io::Result<Vec<u8>> {
+    let mut encoder = ZlibEncoder::new(Vec::new(), Compression::new(LEVEL));
+    match numbers {
+        Numbers::Float(numbers) => {
+            let mut sorted = vec![0; size_of_val(numbers.as_slice())];
+            for (byte, sorted) in sorted.chunks_exact_mut(numbers.len()).enumerate() {
+                sorted.iter_mut().zip(numbers).for_each(|(sorted, number)| *sorted = number.to_ne_bytes()[byte]);
+            }
+            encoder.write_all(&sorted)?;
+        }
+        Numbers::Byte(numbers) => encoder.write_all(numbers)?,
+    }
+    encoder.finish()
 }
 
 /// Of rows of numbers; of single numbers without a second axis.
@@ -191,7 +211,7 @@ fn put<T: H5Type>(group: &H5Group, name: &str, numbers: &[T]) -> Result<()> {
 }
 
 /// Many numbers, compressed.
-fn pack<T: H5Type>(group: &H5Group, name: &str, numbers: &[T]) -> Result<()> {
+fn put_packed<T: H5Type>(group: &H5Group, name: &str, numbers: &[T]) -> Result<()> {
     let builder = group.new_dataset::<T>().shape([numbers.len()]).chunk(&[numbers.len()]);
     builder.shuffle_deflate(LEVEL).create(name)?.write_raw(numbers)
 }

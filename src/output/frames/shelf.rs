@@ -7,6 +7,7 @@
 use std::fs::{self, File};
 use std::io;
 use std::path::{Path, PathBuf};
+use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use super::clear_folder;
 use crate::checkpoint::{self, Checkpoint, CheckpointError, Fault, Head, Reader, Writer};
@@ -21,20 +22,59 @@ const ENDING: &str = ".bin";
 pub(super) struct Shelf {
     folder: PathBuf,
     head: Head,
+    /// Whether the disk has refused a frame: from then on none is put down.
+    gone: Mutex<Gone>,
+}
+
+/// What there is to say of a shelf.
+#[derive(Debug)]
+enum Gone {
+    No,
+    /// From the frame of this time on [s], and why.
+    Untold(f64, io::Error),
+    Told,
 }
 
 impl Shelf {
     /// A shelf in the folder of a run.
     pub(super) fn new(folder: &Path, head: &Head) -> Self {
-        Self { folder: folder.join(SHELF), head: head.clone() }
+        Self { folder: folder.join(SHELF), head: head.clone(), gone: Mutex::new(Gone::No) }
     }
 
     fn path(&self, index: usize) -> PathBuf {
         self.folder.join(format!("{index:04}{ENDING}"))
     }
 
+    fn gone(&self) -> MutexGuard<'_, Gone> {
+        self.gone.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Puts a frame down, on the disk, unless the disk has refused one.
+    pub(super) fn keep(&self, frame: &Frame) {
+        if matches!(*self.gone(), Gone::No) {
+            let put = self.put(frame);
+            let mut gone = self.gone();
+            if let (Gone::No, Err(error)) = (&*gone, put) {
+                *gone = Gone::Untold(frame.time, error);
+            }
+        }
+        // Frames are put down several at a time: an earlier one may come later.
+        if let Gone::Untold(from, _) = &mut *self.gone() {
+            *from = from.min(frame.time);
+        }
+    }
+
+    /// Why there is no shelf any more, told once.
+    pub(super) fn complaint(&self) -> Option<String> {
+        let mut gone = self.gone();
+        let Gone::Untold(from, error) = &*gone else { return None };
+        let words = format!("no frames are put beside the checkpoint from {} on: {error}", us(*from));
+        *gone = Gone::Told;
+        Some(words)
+    }
+
     /// Writes a frame; it is on the disk when this returns.
-    pub(super) fn put(&self, frame: &Frame) -> io::Result<()> {
+    fn put(&self, frame: &Frame) -> io::Result<()> {
         fs::create_dir_all(&self.folder)?;
         let head = Head { step: frame.step, time: frame.time, ..self.head.clone() };
         let mut file = File::create(self.path(frame.index))?;

@@ -4,7 +4,7 @@
 
 use std::fmt::Write as _;
 use std::fs::File;
-use std::io::{self, BufWriter, Write};
+use std::io::{self, Write};
 use std::path::Path;
 
 use flate2::{Compression, write::ZlibEncoder};
@@ -63,13 +63,22 @@ impl Series {
         self.folder.path()
     }
 
-    /// Adds a frame.
-    pub(super) fn add(&mut self, time_us: f64, parts: &[Part]) -> io::Result<()> {
-        for (number, (fixed, part)) in self.grids.iter().zip(parts).enumerate() {
+    /// The files of a frame, one for each part.
+    pub(super) fn pack(&self, time_us: f64, parts: &[Part]) -> io::Result<Vec<Vec<u8>>> {
+        let file = |(fixed, part)| {
+            let mut file = Vec::new();
+            write_part(&mut file, time_us, fixed, part).map(|()| file)
+        };
+        self.grids.iter().zip(parts).map(file).collect()
+    }
+
+    /// Adds a frame: what [`Self::pack`] made of it.
+    pub(super) fn add(&mut self, time_us: f64, files: &[Vec<u8>]) -> io::Result<()> {
+        for (number, (fixed, contents)) in self.grids.iter().zip(files).enumerate() {
             let name = file_name(fixed.name, self.frames);
-            let mut file = BufWriter::new(File::create(self.folder.path().join(&name))?);
-            write_part(&mut file, time_us, fixed, part)?;
-            file.into_inner().map_err(io::IntoInnerError::into_error)?.sync_data()?;
+            let mut file = File::create(self.folder.path().join(&name))?;
+            file.write_all(contents)?;
+            file.sync_data()?;
             let part = fixed.name;
             let _ = writeln!(
                 self.entries,
