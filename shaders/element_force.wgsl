@@ -6,6 +6,7 @@
 //   in/out  accounts  array<f32>  (7, E)   see `ledger`
 //   in/out  status    array<u32>           counters
 //   out     events    array<Event>         yarn failures
+//   in/out  strains   array<f32>  (3, E)   of warp and weft [-], and which of them are to break: see `failure`; where it is nonlocal
 // Twin: src/kernels/element_force.rs
 
 @group(1) @binding(0) var<storage, read> nodes: array<f32>;
@@ -15,6 +16,7 @@
 @group(1) @binding(4) var<storage, read_write> accounts: array<f32>;
 @group(1) @binding(5) var<storage, read_write> status: array<atomic<u32>>;
 @group(1) @binding(6) var<storage, read_write> events: array<Event>;
+@group(1) @binding(7) var<storage, read_write> strains: array<f32>;
 
 /// A yarn failure.
 struct Event {
@@ -123,6 +125,21 @@ fn report(element: u32, which: u32, strain: f32) {
     events[at] = Event(step.index, element, which, strain);
 }
 
+/// Yarns that were to break in this step, no longer marked.
+fn unmark(element: u32) -> vec2<bool> {
+    let at = 2u * scene.elements + element;
+    let marks = u32(strains[at]);
+    if (marks != 0u) {
+        strains[at] = 0.0;
+    }
+    return vec2<bool>((marks & 1u) != 0u, (marks & 2u) != 0u);
+}
+
+fn keep_strains(element: u32, strain: vec2<f32>) {
+    strains[element] = strain.x;
+    strains[scene.elements + element] = strain.y;
+}
+
 /// Both of a pair.
 fn both_of(x: vec2<bool>) -> bool {
     return x.x && x.y;
@@ -147,6 +164,9 @@ fn element_step(element: u32) -> u32 {
         }
         heights[element] = 0.0;
         heights[e + element] = 0.0;
+        if (NONLOCAL) {
+            keep_strains(element, vec2<f32>(0.0));
+        }
         return 0u;
     }
     let at = corners(element);
@@ -156,17 +176,20 @@ fn element_step(element: u32) -> u32 {
     let warm = vec2<f32>(heights[element], heights[e + element]);
     let cell = solve(k.stretch, warm, both);
 
+    let zero = vec2<f32>(0.0);
     let limit = vec2<f32>(scene.warp_failure_strain, scene.weft_failure_strain);
     var failed = vec2<bool>(false);
-    if (FAILURE) {
+    if (NONLOCAL) {
+        failed = was_alive & unmark(element);
+        keep_strains(element, select(zero, cell.strain, was_alive));
+    } else if (FAILURE) {
         failed = was_alive & (limit <= cell.strain);
     }
     let alive = was_alive & !failed;
     let both_left = both_of(alive);
     let straight = vec2<f32>(straight_strain(yarn(0u), k.stretch.x), straight_strain(yarn(1u), k.stretch.y));
-    let free_strain = max(straight, vec2<f32>(0.0));
+    let free_strain = max(straight, zero);
     let free = vec2<f32>(scene.warp_stiffness, scene.weft_stiffness) * free_strain;
-    let zero = vec2<f32>(0.0);
     let pull = select(zero, select(free, cell.in_plane, both_left), alive);
 
     var gamma = 0.0;
@@ -229,16 +252,6 @@ fn element_step(element: u32) -> u32 {
         accounts[6u * e + element] = max(max(z.x, z.y), max(z.z, z.w));
     }
     return select(0xffffffffu, bitcast<u32>(cell.residual), cell.converged || !both);
-}
-
-/// Whether an element is one of the sheet at hand and may have moved.
-fn is_due(element: u32) -> bool {
-    if (element >= scene.elements) {
-        return false;
-    }
-    let ply = element_ply(element);
-    let place = element_place(element);
-    return is_element(ply, place) && plies[ply].sheet == scene.sheet && element_in_reach(reach_of(ply), place);
 }
 
 var<workgroup> worst: atomic<u32>;

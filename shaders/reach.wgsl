@@ -23,6 +23,16 @@ fn element_in_reach(reach: vec4<u32>, place: vec2<u32>) -> bool {
     return (row && column && reach.x < reach.y) || step.index == 0u;
 }
 
+/// Whether an element is one of the sheet at hand and may have moved.
+fn is_due(element: u32) -> bool {
+    if (element >= scene.elements) {
+        return false;
+    }
+    let ply = element_ply(element);
+    let place = element_place(element);
+    return is_element(ply, place) && plies[ply].sheet == scene.sheet && element_in_reach(reach_of(ply), place);
+}
+
 /// Takes a node in.
 fn touch(ply: u32, place: vec2<u32>) {
     let at = REACH + 4u * ply;

@@ -17,6 +17,8 @@ override SHEAR: bool = true;
 override SECANT: bool = true;
 override HOURGLASS: bool = true;
 override FAILURE: bool = true;
+/// Whether yarns are judged by what lies around them, not element by element.
+override NONLOCAL: bool = true;
 override PROJECTILE: bool = true;
 override FRICTION: bool = true;
 /// Whether the projectile may turn.
@@ -124,6 +126,11 @@ struct Scene {
     body_held: u32,
     /// Mirror planes that the scene has, cut there or not: 1 x = 0, 2 y = 0.
     mirror: u32,
+    /// How far around the middle of an element the mean strain goes that breaks its yarns [element lengths].
+    neighbourhood: f32,
+    pad0: u32,
+    pad1: u32,
+    pad2: u32,
     /// Corner (ρ, s) and outward normal (ρ, s) of the side that begins there.
     profile: array<vec4<f32>, 5>,
 }

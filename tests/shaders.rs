@@ -57,7 +57,7 @@ fn cases() -> Vec<Case> {
         shot(&[&set])
     };
     let layup = r#"/pack/layup=[{"plies":2},{"plies":2,"orientation_deg":30,"edges":"free"}]"#;
-    vec![patch, bar, moving, shot(&[layup, "/pack/plies=4"]), nose("ogive"), nose("fragment")]
+    vec![patch, bar, moving, shot(&[layup, "/pack/plies=4", "/pack/failure=nonlocal"]), nose("ogive"), nose("fragment")]
 }
 
 #[test]
@@ -390,6 +390,8 @@ fn constants() -> Vec<(&'static str, Vec<f64>)> {
         count("NEAR", 1),
         count("PUSHING", 2),
         number("NOISE", 1e-6),
+        // Nor has what double precision rounds to 1e-9.
+        number("SAME", 1e-6),
     ]
 }
 

@@ -119,11 +119,6 @@ impl Failure {
                 "/pack/mesh_grading".to_owned(),
                 "take --backend cpu, or /pack/mesh_grading \"none\"",
             ),
-            DeviceError::Nonlocal => (
-                "/pack/failure \"local\", what a GPU computes".to_owned(),
-                "\"nonlocal\"".to_owned(),
-                "take --backend cpu",
-            ),
             DeviceError::OutOfMemory { adapter, total, reason } => (
                 format!("{} of device memory", bytes(*total as f64)),
                 format!("{adapter}: {reason}"),

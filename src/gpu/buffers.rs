@@ -3,7 +3,7 @@
 use super::DeviceError;
 use super::layout::{
     ACCOUNT_FIELDS, BODY_WORDS, CONTACT_WORDS, EVENT_WORDS, FORCE_FIELDS, IMPULSE_FIELDS, NODE_FIELDS,
-    PLY_ACCOUNT_FIELDS, POINT_WORDS, REACH_WORDS, STATUS_WORDS, SUMS,
+    PLY_ACCOUNT_FIELDS, POINT_WORDS, REACH_WORDS, STATUS_WORDS, STRAIN_FIELDS, SUMS,
 };
 use crate::model::Model;
 
@@ -51,11 +51,13 @@ pub enum Name {
     Shares,
     /// Counted impulses, shape (nodes, 6).
     Impulses,
+    /// Where failure is nonlocal: strains, and yarns that are to break, shape (3, elements).
+    Strains,
 }
 
 impl Name {
     /// Every buffer.
-    pub const ALL: [Self; 16] = [
+    pub const ALL: [Self; 17] = [
         Self::Nodes,
         Self::Forces,
         Self::Heights,
@@ -72,6 +74,7 @@ impl Name {
         Self::Contacts,
         Self::Shares,
         Self::Impulses,
+        Self::Strains,
     ];
 
     /// Its variable in the shaders.
@@ -93,6 +96,7 @@ impl Name {
             Self::Contacts => "contacts",
             Self::Shares => "shares",
             Self::Impulses => "impulses",
+            Self::Strains => "strains",
         }
     }
 }
@@ -104,6 +108,8 @@ pub struct Sizes {
     pub plies: u64,
     /// Places for elements.
     pub elements: u64,
+    /// Those whose strains are kept.
+    pub strained: u64,
     /// Places for nodes.
     pub nodes: u64,
     /// Nodes on the rims of the plies.
@@ -121,9 +127,11 @@ impl Sizes {
         let nodes = (model.plies.len() * model.nodes_per_ply()) as u64;
         let per_ply = grid.rows * grid.columns;
         let most = (LEDGER_GROUPS / grid.plies).max(1);
+        let elements = (grid.plies * per_ply) as u64;
         Self {
             plies: grid.plies as u64,
-            elements: (grid.plies * per_ply) as u64,
+            elements,
+            strained: if model.terms().nonlocal { elements } else { 0 },
             nodes,
             rim: (grid.plies * 2 * (grid.columns + grid.rows + 2)) as u64,
             points: nodes.min(POINTS),
@@ -161,6 +169,7 @@ impl Sizes {
             Name::Contacts => 2 * CONTACT_WORDS * self.meeting(),
             Name::Shares => self.meeting(),
             Name::Impulses => IMPULSE_FIELDS * self.meeting(),
+            Name::Strains => (STRAIN_FIELDS * self.strained).max(1),
         }
     }
 

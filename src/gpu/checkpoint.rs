@@ -7,6 +7,7 @@ use std::io::{self, Write};
 use std::time::Duration;
 
 use super::buffers::Name;
+use super::stepper::Stepper;
 use super::{Device, Simulation};
 use crate::case::Case;
 use crate::checkpoint::{Checkpoint, Fault, Head, Kept, write};
@@ -25,6 +26,13 @@ const KEPT: [Name; 9] = [
     Name::Over,
 ];
 
+impl Stepper<'_> {
+    fn kept(&self) -> impl Iterator<Item = Name> + use<> {
+        let strains = (self.sizes.strained > 0).then_some(Name::Strains);
+        KEPT.into_iter().chain(strains)
+    }
+}
+
 impl Kept for Simulation<'_> {
     fn time(&self) -> f64 {
         self.time_of(self.next)
@@ -39,7 +47,7 @@ impl Kept for Simulation<'_> {
             contents.value(&self.record)?;
             contents.value(&(self.sampled, self.stepper.events_read))?;
             contents.value(&self.stepper.timed)?;
-            for name in KEPT {
+            for name in self.stepper.kept() {
                 contents.numbers(&self.stepper.read(name).map_err(io::Error::other)?)?;
             }
             Ok(())
@@ -67,7 +75,7 @@ impl<'a> Simulation<'a> {
                 return Err(Fault::Contents("counts of the device"));
             }
             stepper.timed = contents.value("time that each kernel took")?;
-            for name in KEPT {
+            for name in stepper.kept() {
                 let mut words = vec![0_u32; (stepper.sizes.bytes(name) / 4) as usize];
                 contents.numbers(&mut words, name.variable())?;
                 stepper.write(name, &words);

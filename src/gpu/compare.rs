@@ -5,6 +5,7 @@
 //! again, so that a difference belongs to one kernel. (Contact follows the nodes without this: the nodes mark what it
 //! looks at.) What single precision costs stands beside what the device adds.
 
+use std::ops::Range;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use super::layout::{self, Sums, sum};
@@ -39,7 +40,7 @@ const fn allow(kernel: &'static str, buffer: &'static str, tolerance: f64, reaso
 }
 
 /// The tolerance table, in the order of a step.
-pub const TOLERANCES: [Tolerance; 18] = [
+pub const TOLERANCES: [Tolerance; 20] = [
     allow(
         "element_force",
         "membrane force",
@@ -49,6 +50,13 @@ pub const TOLERANCES: [Tolerance; 18] = [
     allow("element_force", "hourglass force", 1e-5, "of the breaking force, as above"),
     allow("element_force", "yarn height", 2e-2, "of the sum of heights: not unique where nothing presses"),
     allow("element_force", "yarn alive", 0.0, "the same yarns fail"),
+    allow(
+        "element_force",
+        "yarn strain",
+        1e-5,
+        "of the strain at which yarns break, as above; kept where failure is nonlocal",
+    ),
+    allow("failure", "yarn to break", 0.0, "the same yarns are marked"),
     allow("node_update", "displacement", 1e-6, "of the largest: a few roundings"),
     allow("node_update", "velocity", 1e-6, "of the largest: a few roundings"),
     allow("ply_contact", "displacement", 2e-6, "of the largest: places in the pack round to 1e-8 m"),
@@ -155,6 +163,7 @@ struct Triple<'a> {
 #[derive(Clone, Copy, Debug)]
 struct Scales {
     force: f64,
+    strain: f64,
     height: f64,
     length: f64,
     speed: f64,
@@ -256,6 +265,16 @@ impl<'a> Lockstep<'a> {
         let scales = self.scales();
         self.elements(&scales);
 
+        if self.leader.model.terms().nonlocal {
+            self.device.upload_but_accounts(&self.leader.model, &self.leader.state);
+            self.follower.state = widen(&self.leader.state);
+            self.leader.run(|stepper, context| stepper.judge(context));
+            self.follower.run(|stepper, context| stepper.judge(context));
+            self.device.run_stages(&info, &[Stage::Failure])?;
+            self.device.download(&self.leader.model, &mut self.gpu)?;
+            self.element_fields(&[(5, element::ALIVE..element::COUNT, 1.0)]);
+        }
+
         // The accounts of the elements stay on the device for the ledger; all else is the leader's.
         self.device.upload_but_accounts(&self.leader.model, &self.leader.state);
         // Contact between plies adds to the work of the membrane later: on the device that is another sum.
@@ -266,14 +285,14 @@ impl<'a> Lockstep<'a> {
         self.device.run_stages(&info, &[Stage::Nodes])?;
         self.device.download(&self.leader.model, &mut self.gpu)?;
         let scales = self.scales();
-        self.nodes(&scales, 4);
+        self.nodes(&scales, 6);
 
         if self.leader.model.plies.len() > 1 {
             self.leader.run(step::Stepper::plies);
             self.follower.run(step::Stepper::plies);
             self.device.run_stages(&info, &[Stage::Plies])?;
             self.device.download(&self.leader.model, &mut self.gpu)?;
-            self.nodes(&scales, 6);
+            self.nodes(&scales, 8);
         }
 
         self.leader.run(step::Stepper::projectile);
@@ -281,7 +300,7 @@ impl<'a> Lockstep<'a> {
         self.device.run_stages(&info, &[Stage::Projectile, Stage::Ledger])?;
         self.device.download(&self.leader.model, &mut self.gpu)?;
         if self.leader.state.body.is_some() {
-            self.nodes(&scales, 8);
+            self.nodes(&scales, 10);
             self.body(&scales);
         }
         self.leader.state.step += 1;
@@ -301,6 +320,7 @@ impl<'a> Lockstep<'a> {
             };
             model.sheets.iter().map(of).fold(0.0, f64::max)
         };
+        let yarns = model.sheets.iter().flat_map(|sheet| &sheet.cell.yarn);
         let shortest = model.sheets.iter().map(|sheet| sheet.mesh.shortest()).fold(f64::INFINITY, f64::min);
         let largest = |first: usize| {
             let rows = 0..model.grid.node_rows();
@@ -325,6 +345,7 @@ impl<'a> Lockstep<'a> {
         let heaviest = mass.max(node_mass);
         Scales {
             force: breaking(0).max(breaking(1)),
+            strain: yarns.map(|yarn| yarn.failure_strain.min(1.0)).fold(0.0, f64::max),
             height: model.sheets.iter().map(|sheet| sheet.cell.height_sum).fold(1e-9, f64::max),
             length,
             speed,
@@ -336,15 +357,23 @@ impl<'a> Lockstep<'a> {
     }
 
     fn elements(&mut self, scales: &Scales) {
-        let grid = self.leader.model.grid;
-        let triple = Triple::new(&self.leader, &self.gpu, &self.follower);
-        let fields = [
+        let mut fields = vec![
             (0, element::WARP_FORCE..element::HOURGLASS, scales.force),
             (1, element::HOURGLASS..element::HEIGHT, scales.force),
             (2, element::HEIGHT..element::ALIVE, scales.height),
             (3, element::ALIVE..element::COUNT, 1.0),
         ];
-        for (what, fields, scale) in fields {
+        if self.leader.model.terms().nonlocal {
+            fields.push((4, element::COUNT..element::COUNT + element::STRAINS, scales.strain));
+        }
+        self.element_fields(&fields);
+    }
+
+    /// Fields of every element: the line of the table, which fields, their scale.
+    fn element_fields(&mut self, fields: &[(usize, Range<usize>, f64)]) {
+        let grid = self.leader.model.grid;
+        let triple = Triple::new(&self.leader, &self.gpu, &self.follower);
+        for &(what, ref fields, scale) in fields {
             for field in fields.clone() {
                 for row in 0..grid.element_rows() {
                     let (ply, in_ply) = grid.element_row(row);
@@ -366,7 +395,7 @@ impl<'a> Lockstep<'a> {
         let triple = Triple::new(&self.leader, &self.gpu, &self.follower);
         for field in 0..node::COUNT {
             let velocity = usize::from(field >= node::VELOCITY);
-            let scale = [scales.length, if first == 4 { scales.speed } else { scales.closing }][velocity];
+            let scale = [scales.length, if first == 6 { scales.speed } else { scales.closing }][velocity];
             for row in 0..grid.node_rows() {
                 let (ply, in_ply) = grid.node_row(row);
                 for column in 0..=grid.columns {
@@ -394,10 +423,10 @@ impl<'a> Lockstep<'a> {
         let cell = self.follower.model.sheet(0).mesh.shortest();
         type Pick = fn(&RigidBody) -> [f64; 4];
         let vectors: [(usize, Pick, f64); 4] = [
-            (10, |b| [b.velocity.x, b.velocity.y, b.velocity.z, 0.0], scales.speed),
-            (11, |b| [b.position.x, b.position.y, b.position.z, 0.0], cell),
-            (12, |b| [b.orientation.i, b.orientation.j, b.orientation.k, b.orientation.w], 1.0),
-            (13, |b| [b.angular_momentum.x, b.angular_momentum.y, b.angular_momentum.z, 0.0], scales.spin),
+            (12, |b| [b.velocity.x, b.velocity.y, b.velocity.z, 0.0], scales.speed),
+            (13, |b| [b.position.x, b.position.y, b.position.z, 0.0], cell),
+            (14, |b| [b.orientation.i, b.orientation.j, b.orientation.k, b.orientation.w], 1.0),
+            (15, |b| [b.angular_momentum.x, b.angular_momentum.y, b.angular_momentum.z, 0.0], scales.spin),
         ];
         for (what, pick, scale) in vectors {
             let values = [pick(cpu), pick(gpu), pick(wide)];
@@ -416,7 +445,7 @@ impl<'a> Lockstep<'a> {
         let mut see = |what: usize, component: usize, values: [f64; 3], scale: f64| {
             self.comparison.see(difference(step, what, [0; 3], component, values, scale));
         };
-        see(14, 0, [cpu.kinetic, sums.add(sum::KINETIC_NOW), wide.kinetic], scales.energy);
+        see(16, 0, [cpu.kinetic, sums.add(sum::KINETIC_NOW), wide.kinetic], scales.energy);
         // The processor's ledger holds fabric and projectile together; the device's sums are the fabric's.
         let body = self
             .leader
@@ -428,10 +457,10 @@ impl<'a> Lockstep<'a> {
         for a in 0..3 {
             let flying = body.map_or(0.0, |b| b[a]);
             let gpu = sums.add(sum::MOMENTUM + a) + flying;
-            see(15, a, [cpu.momentum[a], gpu, wide.momentum[a]], scales.momentum);
+            see(17, a, [cpu.momentum[a], gpu, wide.momentum[a]], scales.momentum);
         }
-        see(16, 0, [cpu.stored, sums.add(sum::STORED), wide.stored], scales.energy);
-        see(17, 0, [work, sums.add(sum::WORK), wide_work], scales.energy);
+        see(18, 0, [cpu.stored, sums.add(sum::STORED), wide.stored], scales.energy);
+        see(19, 0, [work, sums.add(sum::WORK), wide_work], scales.energy);
     }
 }
 

@@ -41,9 +41,6 @@ pub enum DeviceError {
     /// The shaders know no mesh of different elements.
     #[error("the GPU backend computes no graded meshes")]
     Graded,
-    /// The shaders judge yarns element by element.
-    #[error("the GPU backend knows no nonlocal failure")]
-    Nonlocal,
     /// The device ran out of memory.
     #[error("{adapter} has not the {total} bytes of memory the case needs")]
     OutOfMemory {

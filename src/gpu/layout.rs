@@ -21,6 +21,8 @@ pub const FORCE_FIELDS: u64 = 9;
 pub const ACCOUNT_FIELDS: u64 = 7;
 /// Fields of a node's accounts of contact between plies.
 pub const PLY_ACCOUNT_FIELDS: u64 = 4;
+/// Fields of an element where failure is nonlocal: strains of warp and weft, yarns to break.
+pub const STRAIN_FIELDS: u64 = 3;
 /// Words of a contact between plies.
 pub const CONTACT_WORDS: u64 = 8;
 /// Fields of the impulses of contact between plies.
@@ -152,14 +154,15 @@ pub fn scene(model: &Model<f32>, sheet: usize, points: u32, groups: u32) -> Bloc
     block.count("sheet", sheet);
     block.double("ply_friction", model.ply_friction);
     block.double("impulse_unit", impulse_unit(model));
-    let constants = &model.sheets[sheet];
-    element(&mut block, &crate::with_law!(constants.law, L => constants.constants::<f32, L>()));
+    let sheet = &model.sheets[sheet];
+    element(&mut block, sheet);
     block.double("dt", model.dt);
     projectile(&mut block, model);
     block.count("points", points as usize);
     block.count("groups", groups as usize);
     block.count("body_held", model.projectile.as_ref().map_or(0, body_held));
     block.count("mirror", model.mirror.0.into_iter().enumerate().map(|(axis, plane)| usize::from(plane) << axis).sum());
+    block.double("neighbourhood", sheet.neighbourhood.as_ref().map_or(0.0, |around| around.reach));
     // The array begins at a multiple of sixteen bytes.
     while !block.0.len().is_multiple_of(4) {
         let pads = ["pad0", "pad1", "pad2"];
@@ -256,13 +259,16 @@ fn cut_sides(mesh: &Mesh) -> usize {
     x | y << 2
 }
 
-fn element(block: &mut Block, c: &ElementConstants<f32>) {
+fn element(block: &mut Block, sheet: &Sheet<f32>) {
+    let c: ElementConstants<f32> = crate::with_law!(sheet.law, L => sheet.constants::<f32, L>());
     let names = [
         ["warp_stiffness", "warp_half_span", "warp_crimp", "warp_failure_strain", "warp_slack"],
         ["weft_stiffness", "weft_half_span", "weft_crimp", "weft_failure_strain", "weft_slack"],
     ];
-    for (names, y) in names.into_iter().zip(&c.cell.yarn) {
-        let values = [y.stiffness, y.half_span, y.crimp, y.failure_strain, y.slack];
+    for ((names, y), judged) in names.into_iter().zip(&c.cell.yarn).zip(&sheet.cell.yarn) {
+        // Where failure is nonlocal another kernel than the elements' asks for it.
+        let failure_strain = judged.failure_strain as f32;
+        let values = [y.stiffness, y.half_span, y.crimp, failure_strain, y.slack];
         names.into_iter().zip(values).for_each(|(name, value)| block.number(name, value));
     }
     block.number("height_sum", c.cell.height_sum);

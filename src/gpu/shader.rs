@@ -18,7 +18,7 @@ use Access::{Read, Write};
 /// One compute kernel.
 #[derive(Clone, Copy, Debug)]
 pub struct Kernel {
-    /// Name of the file, of the entry point, and of the module under `src/kernels`.
+    /// Name of the file and of the entry point. The file says where its twin is.
     pub name: &'static str,
     /// The kernel, then what it shares with others: line numbers of the kernel stay right.
     pub sources: &'static [&'static str],
@@ -50,7 +50,15 @@ pub const ELEMENT_FORCE: Kernel = Kernel {
         (Name::Accounts, Write),
         (Name::Status, Write),
         (Name::Events, Write),
+        (Name::Strains, Write),
     ],
+};
+
+/// Nonlocal failure.
+pub const FAILURE: Kernel = Kernel {
+    name: "failure",
+    sources: sources!("failure", "reach"),
+    bindings: &[(Name::Flags, Read), (Name::Strains, Write), (Name::Status, Write)],
 };
 
 /// Gather, kick and drift of the nodes.
@@ -162,8 +170,8 @@ pub const LEDGER: Kernel = Kernel {
 };
 
 /// Every kernel, in the order of a step.
-pub const KERNELS: [Kernel; 7] =
-    [ELEMENT_FORCE, NODE_UPDATE, PLY_SEARCH, PLY_IMPULSE, PLY_MOVE, PROJECTILE_CONTACT, LEDGER];
+pub const KERNELS: [Kernel; 8] =
+    [ELEMENT_FORCE, FAILURE, NODE_UPDATE, PLY_SEARCH, PLY_IMPULSE, PLY_MOVE, PROJECTILE_CONTACT, LEDGER];
 
 impl Kernel {
     /// The whole source.
@@ -173,7 +181,7 @@ impl Kernel {
 }
 
 /// Values of the pipeline-overridable constants, by name. `ledger`: the step fills in the energies of the state.
-pub fn constants(terms: &Terms, ledger: bool) -> [(&'static str, f64); 15] {
+pub fn constants(terms: &Terms, ledger: bool) -> [(&'static str, f64); 16] {
     let law = match terms.law {
         Variant::PublishedTension => 0.0,
         Variant::PublishedProjected => 1.0,
@@ -191,6 +199,7 @@ pub fn constants(terms: &Terms, ledger: bool) -> [(&'static str, f64); 15] {
         ("SECANT", flag(terms.secant)),
         ("HOURGLASS", flag(terms.hourglass)),
         ("FAILURE", flag(terms.failure)),
+        ("NONLOCAL", flag(terms.nonlocal)),
         ("PROJECTILE", flag(terms.projectile)),
         ("FRICTION", flag(terms.friction)),
         ("ROTATION", flag(terms.rotation)),

@@ -24,6 +24,8 @@ const EVENT_WINDOW: u64 = 256;
 pub enum Stage {
     /// `element_force`
     Elements,
+    /// `failure`, where it is nonlocal.
+    Failure,
     /// `node_update`
     Nodes,
     /// `ply_search`, `ply_impulse`, `ply_move`
@@ -39,6 +41,7 @@ impl Stage {
     pub(super) fn name(self) -> &'static str {
         match self {
             Self::Elements => "element_force",
+            Self::Failure => "failure",
             Self::Nodes => "node_update",
             Self::Plies => "ply_contact",
             Self::Projectile => "projectile_contact",
@@ -47,8 +50,10 @@ impl Stage {
     }
 }
 
-/// A whole step.
-pub(super) const STAGES: [Stage; 5] = [Stage::Elements, Stage::Nodes, Stage::Plies, Stage::Projectile, Stage::Ledger];
+/// A whole step, in parts that are timed one by one under the name of their first stage: yarns are judged with the elements, as on
+/// the processor.
+pub(super) const PARTS: [&[Stage]; 5] =
+    [&[Stage::Elements, Stage::Failure], &[Stage::Nodes], &[Stage::Plies], &[Stage::Projectile], &[Stage::Ledger]];
 /// Speed of any node over the largest at the start, at most: all the energy in one place.
 const FASTER: f64 = 4.0;
 
@@ -97,6 +102,7 @@ pub struct Stepper<'a> {
     common: wgpu::BindGroup,
     /// By sheet: plain, and with the ledger.
     element: Vec<[Program; 2]>,
+    failure: Program,
     node: Program,
     plies: [Program; 3],
     contact: Program,
@@ -129,9 +135,6 @@ impl<'a> Stepper<'a> {
     ) -> Result<Self, DeviceError> {
         if model.sheets.iter().any(|sheet| sheet.mesh.is_graded()) {
             return Err(DeviceError::Graded);
-        }
-        if model.sheets.iter().any(|sheet| sheet.neighbourhood.is_some()) {
-            return Err(DeviceError::Nonlocal);
         }
         if model.rim {
             return Err(DeviceError::NodesAlone);
@@ -201,6 +204,7 @@ impl<'a> Stepper<'a> {
         };
         Self {
             element: model.sheets.iter().map(element).collect(),
+            failure: single(&shader::FAILURE, false),
             plies: [&shader::PLY_SEARCH, &shader::PLY_IMPULSE, &shader::PLY_MOVE].map(|kernel| single(kernel, false)),
             farthest: model.dt * FASTER * layout::start_speed(model),
             node: single(&shader::NODE_UPDATE, false),
@@ -219,7 +223,7 @@ impl<'a> Stepper<'a> {
             common,
             events_read: 0,
             waited: Duration::ZERO,
-            clock: Clock::new(device, STAGES.len()),
+            clock: Clock::new(device, PARTS.len()),
             timed: Timed::default(),
         }
     }
@@ -259,8 +263,8 @@ impl<'a> Stepper<'a> {
             let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
             for (at, info) in steps.iter().enumerate() {
                 match &self.clock {
-                    Some(clock) if at == timed => self.record_timed(&mut pass, at, info, &STAGES, clock),
-                    _ => self.record(&mut pass, at, info, &STAGES),
+                    Some(clock) if at == timed => self.record_timed(&mut pass, at, info, &PARTS, clock),
+                    _ => PARTS.iter().for_each(|part| self.record(&mut pass, at, info, part)),
                 }
             }
         }
@@ -370,11 +374,14 @@ impl<'a> Stepper<'a> {
                         dispatch(&programs[usize::from(sampled)], sheet, elements);
                     }
                 }
+                Stage::Failure if self.terms.nonlocal => {
+                    (0..self.element.len()).for_each(|sheet| dispatch(&self.failure, sheet, elements));
+                }
                 Stage::Nodes => dispatch(&self.node, 0, nodes),
                 Stage::Plies if self.terms.plies => self.plies.iter().for_each(|program| dispatch(program, 0, nodes)),
                 Stage::Projectile if self.terms.projectile => dispatch(&self.contact, 0, [1, 1]),
                 Stage::Ledger if sampled => dispatch(&self.ledger, 0, [self.sizes.groups as u32, 1]),
-                Stage::Plies | Stage::Projectile | Stage::Ledger => {}
+                Stage::Failure | Stage::Plies | Stage::Projectile | Stage::Ledger => {}
             }
         }
     }
@@ -410,9 +417,9 @@ impl<'a> Stepper<'a> {
     }
 }
 
-/// Bytes of the counters, of an event, of the stamps around the stages of a step.
+/// Bytes of the counters, of an event, of the stamps around the parts of a step.
 const STATUS_BYTES: u64 = 4 * STATUS_WORDS as u64;
-const STAMP_BYTES: u64 = Clock::bytes(STAGES.len());
+const STAMP_BYTES: u64 = Clock::bytes(PARTS.len());
 const EVENT_BYTES: u64 = 4 * EVENT_WORDS;
 
 /// The first bytes of a buffer, to be moved by a dynamic offset.

@@ -7,7 +7,7 @@ use super::stepper::{self, Stage, Stepper};
 use super::{Device, DeviceError};
 
 /// Stages of a sampled step of a single ply, in order.
-pub const STAGES: [Stage; 4] = [Stage::Elements, Stage::Nodes, Stage::Projectile, Stage::Ledger];
+const STAGES: [&[Stage]; 4] = [&[Stage::Elements], &[Stage::Nodes], &[Stage::Projectile], &[Stage::Ledger]];
 
 /// Stamps of the device's clock before and after each of some stages.
 pub(super) struct Clock {
@@ -89,18 +89,18 @@ impl Stepper<'_> {
         Ok(Some(sums.map(|s| s / steps.len().max(1) as f64)))
     }
 
-    /// Records stages with the time taken before and after each.
+    /// Records parts of a step with the time taken before and after each.
     pub(super) fn record_timed(
         &self,
         pass: &mut wgpu::ComputePass<'_>,
         at: usize,
         info: &StepInfo,
-        stages: &[Stage],
+        parts: &[&[Stage]],
         clock: &Clock,
     ) {
         clock.stamp(pass, 0);
-        for (number, stage) in (1..).zip(stages) {
-            self.record(pass, at, info, &[*stage]);
+        for (number, part) in (1..).zip(parts) {
+            self.record(pass, at, info, part);
             clock.stamp(pass, number);
         }
     }
@@ -142,11 +142,11 @@ pub const BYTES: [(&str, u64); 4] = [
     ("ledger", 28 + 4 + 36 + 24 + 16),
 ];
 
-/// What the stages take, from one step of every batch.
+/// What the parts of a step take, from one step of every batch.
 #[derive(Default, Serialize, Deserialize)]
 pub(super) struct Timed {
-    /// By stage [s], and in how many steps it was there to be timed.
-    sums: [(f64, u64); stepper::STAGES.len()],
+    /// By part [s], and in how many steps it was there to be timed.
+    sums: [(f64, u64); stepper::PARTS.len()],
     /// Steps sent off, and those of them that were sampled.
     sent: [u64; 2],
 }
@@ -158,23 +158,23 @@ impl Timed {
         self.sent[1] += steps.iter().filter(|step| step.slot.is_some()).count() as u64;
     }
 
-    /// Adds the stages of one step [s].
+    /// Adds the parts of one step [s].
     pub(super) fn add(&mut self, sampled: bool, seconds: &[f64]) {
-        for ((sum, stage), seconds) in self.sums.iter_mut().zip(stepper::STAGES).zip(seconds) {
-            if sampled || stage != Stage::Ledger {
+        for ((sum, part), seconds) in self.sums.iter_mut().zip(stepper::PARTS).zip(seconds) {
+            if sampled || part[0] != Stage::Ledger {
                 *sum = (sum.0 + seconds, sum.1 + 1);
             }
         }
     }
 
-    /// Every stage by the name of its kernel and what it took in all steps [s], as far as the timed ones tell; empty
+    /// Every part by the name of its kernel and what it took in all steps [s], as far as the timed ones tell; empty
     /// where the device has no clock.
     pub(super) fn seconds(&self) -> Vec<(&'static str, f64)> {
         if self.sums[0].1 == 0 {
             return Vec::new();
         }
         let all = |stage: Stage| self.sent[usize::from(stage == Stage::Ledger)] as f64;
-        let stages = stepper::STAGES.into_iter().zip(self.sums);
-        stages.map(|(stage, (sum, count))| (stage.name(), all(stage) * sum / count.max(1) as f64)).collect()
+        let parts = stepper::PARTS.into_iter().map(|part| part[0]).zip(self.sums);
+        parts.map(|(stage, (sum, count))| (stage.name(), all(stage) * sum / count.max(1) as f64)).collect()
     }
 }

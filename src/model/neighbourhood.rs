@@ -15,6 +15,8 @@ pub struct Span {
 /// What lies around the elements of a mesh: spans of columns times spans of rows.
 #[derive(Clone, Debug)]
 pub struct Neighbourhood {
+    /// From the middle of the element to either side, in lengths of the finest element.
+    pub reach: f64,
     /// By column.
     pub columns: Vec<Span>,
     /// By row.
@@ -24,10 +26,11 @@ pub struct Neighbourhood {
 impl Neighbourhood {
     /// Of a mesh whose finest elements have `crossovers` along a side.
     pub(super) fn of(mesh: &Mesh, crossovers: f64) -> Self {
+        let reach = 0.5 * NEIGHBOURHOOD / crossovers;
         let [columns, rows] = [0, 1].map(|axis| {
-            let spans = mesh.overlaps(axis, 0.5 * NEIGHBOURHOOD / crossovers);
+            let spans = mesh.overlaps(axis, reach);
             spans.into_iter().map(|(first, weight)| Span { first, weight }).collect()
         });
-        Self { columns, rows }
+        Self { reach, columns, rows }
     }
 }

@@ -2,6 +2,7 @@
 //!
 //! 1. `element_force` on every row of elements, from the positions, and
 //! 2. `node_update` on every row of nodes: gather, kick, drift; row by row in one sweep;
+//! -  where failure is nonlocal the yarns are judged, once all elements are computed;
 //! 3. `ply_contact` between neighbouring plies, and
 //! 4. `projectile_contact` on the nodes near the projectile, each correcting velocity and position of what it touches;
 //! 5. `rigid_body`: the projectile moves.
@@ -169,12 +170,14 @@ impl<S: Scalar> Stepper<S> {
         self.stopwatch.start();
         if context.state.step.is_multiple_of(APART) {
             self.elements(&mut context);
+            self.judge(&mut context);
             self.stopwatch.lap(Phase::ElementForce);
             self.nodes(&mut context);
             self.stopwatch.lap(Phase::NodeUpdate);
         } else {
             self.sweep(&mut context, Passes::Both);
             self.collect_elements(&mut context);
+            self.judge(&mut context);
             self.collect_nodes(&mut context);
             self.stopwatch.lap_of_both();
         }
@@ -190,6 +193,11 @@ impl<S: Scalar> Stepper<S> {
     pub fn elements(&mut self, context: &mut Context<'_, S>) {
         self.sweep(context, Passes::Elements);
         self.collect_elements(context);
+    }
+
+    /// After the first part, where failure is nonlocal: marks the yarns that fail in the next step.
+    pub fn judge(&self, context: &mut Context<'_, S>) {
+        failure::judge(context.model, context.state, &self.element_totals);
     }
 
     /// The second part on its own: the nodes move.
@@ -277,7 +285,6 @@ impl<S: Scalar> Stepper<S> {
                 totals.eroded += u64::from(last && !state.standing(index, f.column as usize));
             }
         }
-        failure::judge(model, state, &self.element_totals);
         if *sample {
             ledger.sample_elements(&self.element_totals, &model.grid);
         }

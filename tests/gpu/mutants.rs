@@ -38,6 +38,7 @@ impl Mutant {
     fn parts(&self) -> &'static [Part] {
         match self.kernel {
             "element_force" => &[Part::Elements],
+            "failure" => &[Part::Failure],
             "node_update" => &[Part::Nodes, Part::Contact],
             "projectile_contact" => &[Part::Contact],
             "ply_search" | "ply_impulse" | "ply_move" => &[Part::Plies],

@@ -9,6 +9,7 @@ mod batches;
 mod endings;
 mod frames;
 mod killed;
+mod nonlocal;
 mod packs;
 mod program;
 mod resume;
@@ -33,6 +34,7 @@ pub(crate) fn tests() -> Vec<Trial> {
         ("scenes", scenes::TESTS),
         ("symmetry", symmetry::TESTS),
         ("batches", batches::TESTS),
+        ("nonlocal", nonlocal::TESTS),
         ("packs", packs::TESTS),
         ("endings", endings::TESTS),
         ("resume", resume::TESTS),

@@ -1,5 +1,6 @@
 //! States to compare kernels on: random and at the edges of what a run meets.
 
+pub(crate) mod nonlocal;
 pub(crate) mod packs;
 pub(crate) mod struck;
 

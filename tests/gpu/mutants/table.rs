@@ -1,6 +1,7 @@
 //! The defects: what is wrong, the scene it shows in, a text of the kernel and what it becomes.
 
 mod elements;
+mod failure;
 mod ledger;
 mod nodes;
 mod ply_impulse;
@@ -11,8 +12,9 @@ mod projectile;
 use super::Mutant;
 
 /// By kernel, in the order of a step.
-pub(super) const MUTANTS: [&[Mutant]; 7] = [
+pub(super) const MUTANTS: [&[Mutant]; 8] = [
     elements::MUTANTS,
+    failure::MUTANTS,
     nodes::MUTANTS,
     ply_search::MUTANTS,
     ply_impulse::MUTANTS,

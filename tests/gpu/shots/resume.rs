@@ -3,7 +3,7 @@
 use std::fs::File;
 use std::path::PathBuf;
 
-use ripstop::case::Case;
+use ripstop::case::{Case, FailureMeasure};
 use ripstop::checkpoint::{Checkpoint, CheckpointError, Fault, Head, Kept};
 use ripstop::gpu::{Device, Simulation};
 use ripstop::simulation::{self, Options, Run, RunError, Skips, Watch};
@@ -14,8 +14,11 @@ use crate::kept::{pack, ply, result};
 use crate::support::Random;
 
 pub(super) const TESTS: Tests = &[
-    ("one_ply_goes_on_bit_by_bit_from_14_random_times", |device| resumes_equal(device, &ply(), 14, 21)),
-    ("a_pack_goes_on_bit_by_bit_from_6_random_times", |device| resumes_equal(device, &pack(), 6, 22)),
+    ("one_ply_goes_on_bit_by_bit_from_14_random_times", |device| resumes_equal(device, &ply(), random::<14, 21>)),
+    ("a_pack_goes_on_bit_by_bit_from_6_random_times", |device| resumes_equal(device, &pack(), random::<6, 22>)),
+    ("nonlocal_failure_goes_on_bit_by_bit_from_before_10_failures", |device| {
+        resumes_equal(device, &nonlocal(), |_, run| failing(run, 10))
+    }),
     ("what_does_not_fit_is_refused", refused),
     ("what_each_kernel_took_so_far_is_kept", keeps_times),
 ];
@@ -46,6 +49,13 @@ impl Watch for Shelf {
     }
 }
 
+/// One ply whose yarns are judged by what lies around them.
+fn nonlocal() -> Case {
+    let mut case = ply();
+    case.pack.failure = FailureMeasure::Nonlocal;
+    case
+}
+
 fn options(device: &Device) -> Options<'_> {
     Options { threads: Some(1), device: Some(device), ..Options::default() }
 }
@@ -55,12 +65,27 @@ fn run(case: &Case, options: Options<'_>, watch: &mut dyn Watch) -> Run {
     sound(case, run.unwrap_or_else(|e| panic!("{}: {e}", case.name)))
 }
 
-fn resumes_equal(device: &'static Device, case: &Case, count: usize, seed: u64) -> Outcome {
-    let mut random = Random(seed);
-    let mut times: Vec<f64> = (0..count).map(|_| random.between(0.0, case.solver.end_time)).collect();
+/// Times in a run at random [s], ascending.
+fn random<const COUNT: usize, const SEED: u64>(case: &Case, _: &Run) -> Vec<f64> {
+    let mut random = Random(SEED);
+    let mut times = [0.0; COUNT].map(|_| random.between(0.0, case.solver.end_time));
     times.sort_by(f64::total_cmp);
+    times.into()
+}
+
+/// Times just before steps in which yarns break that the step before has marked [s].
+fn failing(run: &Run, count: usize) -> Vec<f64> {
+    let mut steps: Vec<u64> = run.events.iter().map(|event| event.step).collect();
+    steps.dedup();
+    steps.into_iter().take(count).map(|step| (step as f64 - 0.5) * run.time_step).collect()
+}
+
+fn resumes_equal(device: &'static Device, case: &Case, times: fn(&Case, &Run) -> Vec<f64>) -> Outcome {
+    let first = run(case, options(device), &mut ());
+    let times = times(case, &first);
+    let count = times.len();
     let mut shelf = Shelf::new(case, &options(device), times);
-    let whole = result(case, &run(case, options(device), &mut ()));
+    let whole = result(case, &first);
     assert!(whole.iter().any(|row| row.starts_with("FailureEvent")), "nothing has failed");
     // To keep a run changes nothing.
     assert_eq!(result(case, &run(case, options(device), &mut shelf)), whole);

@@ -43,7 +43,7 @@ fn residual(words: &[u32]) -> f64 {
 }
 
 /// Forces, heights and life of every element.
-fn compare_elements(pair: &Pair<'_>, seen: &mut Seen) -> Outcome {
+pub(super) fn compare_elements(pair: &Pair<'_>, seen: &mut Seen) -> Outcome {
     let (model, expected, got) = (&pair.scene.model, &pair.expected, pair.download()?);
     let cell = &model.sheets[0].cell;
     let (force, height) = (force_scale(model), cell.height_sum.max(cell.yarn[0].half_span));
@@ -51,12 +51,13 @@ fn compare_elements(pair: &Pair<'_>, seen: &mut Seen) -> Outcome {
         for column in 0..model.grid.columns {
             let number = |state: &State<f32>, field| f64::from(state.elements.get(row, field, column + 1));
             let size = |first: usize| force + Vector3::from([0, 1, 2].map(|a| number(expected, first + a))).norm();
-            for field in 0..element::COUNT {
+            for field in 0..expected.elements.fields {
                 let (quantity, scale) = match field {
                     0..element::HOURGLASS => ("force", size(field / 3 * 3)),
                     element::HOURGLASS..element::HEIGHT => ("hourglass", size(element::HOURGLASS)),
                     element::HEIGHT..element::ALIVE => ("height", height),
-                    _ => ("alive", 1.0),
+                    element::ALIVE..element::COUNT => ("alive", 1.0),
+                    _ => ("strain", 0.035),
                 };
                 let place = || format!("step {}, row {row}, column {column}, field {field}", expected.step - 1);
                 seen.see(quantity, number(&got, field), number(expected, field), scale, place);

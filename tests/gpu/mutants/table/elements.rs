@@ -222,4 +222,21 @@ pub(super) const MUTANTS: &[Mutant] = &[
         "let column = place.y + 1u >= reach.z && place.y <= reach.w;",
     ),
     mutant("rest left out of the first step", "the first step of a part", "|| step.index == 0u;", ";"),
+    mutant("marked yarns stand", "nonlocal", "failed = was_alive & unmark(element);", "unmark(element);"),
+    mutant(
+        "marks of the other yarn",
+        "nonlocal",
+        "(marks & 1u) != 0u, (marks & 2u)",
+        "(marks & 2u) != 0u, (marks & 1u)",
+    ),
+    mutant("marks never wiped", "nonlocal", "strains[at] = 0.0;", ""),
+    mutant("strains exchanged", "nonlocal", "strains[element] = strain.x;", "strains[element] = strain.y;"),
+    mutant("strains of broken yarns", "nonlocal", "select(zero, cell.strain, was_alive)", "cell.strain"),
+    mutant("strains of eroded elements stay", "nonlocal", "keep_strains(element, vec2<f32>(0.0));", ""),
+    mutant(
+        "nonlocal judged element by element",
+        "nonlocal",
+        "if (NONLOCAL) {\n        failed = was_alive & unmark(element);",
+        "if (NONLOCAL) {\n        failed = was_alive & (unmark(element) | (limit <= cell.strain));",
+    ),
 ];
