@@ -236,9 +236,10 @@ impl Ledger {
     /// Fixes what later samples are compared with. `start`: energy and momentum of fabric and projectile given to
     /// the scene, for the scale of errors.
     pub fn begin(&mut self, energy: f64, momentum: Vector3<f64>) {
-        let stored = self.stored;
+        // What fails at once was there too.
+        let stored = self.stored + self.released[0];
         // A slack ply that is bent holds hourglass energy and nothing else; rounding may make it less than nothing.
-        let scale = energy + (stored + self.hourglass).max(0.0);
+        let scale = energy + (stored + self.hourglass + self.released[1]).max(0.0);
         let mut initial = Initial { stored, total: 0.0, scale, momentum: [0.0; 3], momentum_scale: momentum.norm() };
         initial.total = self.total(stored);
         initial.momentum = [0, 1, 2].map(|a| self.momentum[a] - self.support[a]);
