@@ -37,6 +37,9 @@ pub struct Ledger {
     hourglass: f64,
     max_tension: f64,
     projectile: f64,
+    /// The part of it that fabric and projectile share; every sample sets it.
+    #[serde(skip)]
+    shared: f64,
     momentum: [f64; 3],
     plies: Vec<PlyMoment>,
     initial: Option<Initial>,
@@ -120,9 +123,10 @@ impl Balance {
         }
     }
 
-    /// Everything there is and everything lost, by state functions: what a step invents or forgets shows here [J].
-    pub fn by_state(&self) -> f64 {
-        self.kinetic + self.stored + self.hourglass + self.projectile + self.contact + self.friction + self.failure
+    /// All the fabric holds and everything lost, by state functions: with the projectile's energy, and less the work put in, a
+    /// step that invents or forgets shows here [J].
+    pub fn without_projectile(&self) -> f64 {
+        self.kinetic + self.stored + self.hourglass + self.contact + self.friction + self.failure
     }
 }
 
@@ -218,6 +222,8 @@ impl Ledger {
     /// Takes the projectile of a sampling step, after contact.
     pub fn sample_body(&mut self, body: &RigidBody) {
         self.projectile = body.kinetic_energy();
+        // What a drive keeps up would only round: it may be a million times what it does to the fabric.
+        self.shared = body.own_energy();
         if body.prescribed {
             // Momentum of a driven body is the drive's affair; what it gave the fabric counts as support.
             return;
@@ -230,9 +236,10 @@ impl Ledger {
     /// Fixes what later samples are compared with. `start`: energy and momentum of fabric and projectile given to
     /// the scene, for the scale of errors.
     pub fn begin(&mut self, energy: f64, momentum: Vector3<f64>) {
-        let stored = self.stored;
+        // What fails at once was there too.
+        let stored = self.stored + self.released[0];
         // A slack ply that is bent holds hourglass energy and nothing else; rounding may make it less than nothing.
-        let scale = energy + (stored + self.hourglass).max(0.0);
+        let scale = energy + (stored + self.hourglass + self.released[1]).max(0.0);
         let mut initial = Initial { stored, total: 0.0, scale, momentum: [0.0; 3], momentum_scale: momentum.norm() };
         initial.total = self.total(stored);
         initial.momentum = [0, 1, 2].map(|a| self.momentum[a] - self.support[a]);
@@ -247,8 +254,15 @@ impl Ledger {
             + self.contact
             + self.friction
             + self.released[1]
-            + self.projectile
+            + self.shared
             - self.external
+    }
+
+    /// Energy by state functions beyond what was put in, at the last sample: what a step has invented [J].
+    pub(crate) fn gained(&self) -> f64 {
+        let Some(i) = self.initial else { return 0.0 };
+        let unearned = self.stored + self.released[0] - i.stored - self.work;
+        self.total(i.stored) - i.total + unearned
     }
 
     /// The balance at the last sample.
@@ -294,8 +308,8 @@ impl Ledger {
         Sums { kinetic: self.kinetic, stored: self.stored, momentum: self.momentum }
     }
 
-    /// Kinetic energy beyond which a run is out of hand [J].
+    /// Energy beyond which a run is out of hand [J].
     pub(crate) fn allowed(&self) -> f64 {
-        1.5 * self.available() + 1e-9
+        1.5 * self.available()
     }
 }

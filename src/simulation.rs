@@ -382,19 +382,25 @@ impl<S: Scalar> Simulation<S> {
             self.record.sample(case, &moment, |body, ply| outcome::covered(model, state, body, ply));
         }
         self.sampled = sample;
-        self.watch(&totals);
+        self.watch(&totals, sample);
         self.stepper.stopwatch.lap(Phase::Record);
         sample
     }
 
-    /// Stops a run whose numbers are no longer finite or whose kinetic energy was never put in.
-    fn watch(&mut self, totals: &step::StepTotals) {
-        let kinetic = totals.kinetic + flying(self.state.body.as_ref());
-        let finite = kinetic.is_finite() && self.ledger.work.is_finite();
-        if self.record.trouble.is_some() || (finite && kinetic <= self.ledger.allowed()) {
+    /// Stops a run whose numbers are no longer finite or whose energy was never put in: kinetic, or at a sample of all kinds.
+    fn watch(&mut self, totals: &step::StepTotals, sample: bool) {
+        if self.record.trouble.is_some() {
             return;
         }
-        self.record.trouble = Some(diagnose(&self.model, &self.state, kinetic, self.ledger.available()));
+        let kinetic = totals.kinetic + flying(self.state.body.as_ref());
+        let finite = kinetic.is_finite() && self.ledger.work.is_finite();
+        let (model, state, available) = (&self.model, &self.state, self.ledger.available());
+        if !(finite && kinetic <= self.ledger.allowed()) {
+            self.record.trouble = Some(diagnose(model, state, kinetic, available));
+        } else if sample && self.ledger.gained() > self.ledger.allowed() - available {
+            let whole = ("energy by state functions", available + self.ledger.gained());
+            self.record.trouble = Some(diagnose_energy(model, state, whole, available));
+        }
     }
 
     fn progress(&self, case: &Case) -> Progress {
@@ -456,19 +462,17 @@ pub(crate) fn given<S: Scalar>(model: &Model<S>, state: &State<S>) -> (f64, Vect
         }
     }
     if let Some(body) = state.body.as_ref() {
-        // A driven body's velocity is the drive's affair; it may spin freely all the same.
-        let driven = f64::from(u8::from(body.prescribed));
-        energy += body.kinetic_energy() - driven * body.translation();
-        momentum += body.velocity * (body.mass * (1.0 - driven));
+        energy += body.own_energy();
+        momentum += body.velocity * if body.prescribed { 0.0 } else { body.mass };
     }
     (energy.max(MEASURABLE * rounding(model, state.body.as_ref())), momentum)
 }
 
 /// What rounding makes of the energy of a scene at rest [J].
 pub(crate) fn rounding<S: Scalar>(model: &Model<S>, body: Option<&RigidBody>) -> f64 {
-    // A driven body's energy is no part of the scene's, but it rounds.
     let body = body.map_or(0.0, |body| {
-        f64::EPSILON * body.translation() + S::EPSILON * (body.kinetic_energy() - body.translation())
+        let moves = if body.prescribed { 0.0 } else { body.translation() };
+        f64::EPSILON * moves + S::EPSILON * body.spin()
     });
     model.rounding() + body
 }
@@ -478,16 +482,29 @@ pub(crate) fn flying(body: Option<&RigidBody>) -> f64 {
     body.map_or(0.0, |b| if b.prescribed { 0.0 } else { b.kinetic_energy() })
 }
 
-/// What went wrong and where: a number that is not finite, or energy nobody put in.
+/// What the diagnosis of energy out of nowhere says of it.
+pub(crate) const NEVER_PUT_IN: &str = "was ever put in";
+
+/// What went wrong and where: a number that is not finite, or kinetic energy nobody put in.
 pub(crate) fn diagnose<S: Scalar>(model: &Model<S>, state: &State<S>, kinetic: f64, available: f64) -> Trouble {
+    diagnose_energy(model, state, ("kinetic energy", kinetic), available)
+}
+
+/// The same of energy of any kind [J], and its name.
+fn diagnose_energy<S: Scalar>(
+    model: &Model<S>,
+    state: &State<S>,
+    (name, energy): (&str, f64),
+    available: f64,
+) -> Trouble {
     let mut trouble = step::find_trouble(model, state).unwrap_or_else(|| {
         let (place, speed) = step::fastest_node(model, state);
-        let [kinetic, available] = [kinetic, available].map(|energy| energy * model.planes.copies() as f64);
+        let [energy, available] = [energy, available].map(|energy| energy * model.planes.copies() as f64);
         Trouble {
             step: state.step,
             kernel: "node_update",
             quantity: format!(
-                "kinetic energy {kinetic:.6e} J where at most {available:.6e} J was ever put in; fastest node {speed:.6e} m/s"
+                "{name} {energy:.6e} J where at most {available:.6e} J {NEVER_PUT_IN}; fastest node {speed:.6e} m/s"
             ),
             place,
         }

@@ -214,3 +214,57 @@ fn too_long_a_step_is_diagnosed_and_produces_no_verdict() {
     let trouble = run.trouble.expect("a run at Courant 1.05 must not pass as a result");
     assert!(trouble.step > 0 && !trouble.quantity.is_empty());
 }
+
+#[test]
+fn what_a_drive_keeps_up_does_not_round_the_ledger() {
+    // The drive's energy is a hundred million times what it does to the fabric: added up with it, the rest would be rounded away, and
+    // an error with it.
+    let sets = ["/projectile/motion=prescribed", "/projectile/mass_g=1e6", "/solver/end_time_us=3"];
+    let run = run(&builtin(SMALL, &[&sets[..], &["/output/history_interval_us=0.05"]].concat()));
+    let last = run.history.last().unwrap().balance;
+    assert!(last.external > 0.0 && last.projectile > 1e8 * last.external, "{last:?}");
+    assert!(0.0 < run.energy_error && run.energy_error < 1e-12, "{}", run.energy_error);
+}
+
+#[test]
+fn energy_that_steps_too_long_for_it_invent_stops_the_run() {
+    // Straight yarns of a bent ply go slack and taut again; near the critical step the leapfrog heats what has kinks. Work and
+    // kinetic energy stay in balance: only the energy stored tells.
+    let bent = [
+        "/projectile=null",
+        "/fabric/weft/crimp=0",
+        "/pack/width_mm=5.08",
+        "/pack/height_mm=8.89",
+        "/pack/edges=clamped",
+        "/pack/initial_deflection={\"amplitude_mm\":0.0006,\"warp_half_waves\":0,\"weft_half_waves\":2}",
+        "/solver/end_time_us=120",
+        "/output/history_interval_us=2",
+    ];
+    let shoot = |courant: &str| {
+        let case = builtin(SMALL, &[&bent[..], &[courant]].concat());
+        let mut simulation = Simulation::<f64>::new(&case).unwrap();
+        while !simulation.finished(&case) {
+            simulation.advance(&case);
+        }
+        simulation.into_run(0.0)
+    };
+    let long = shoot("/solver/courant=0.99");
+    assert!(long.energy_error < 1e-9, "{}", long.energy_error);
+    let trouble = long.trouble.expect("energy out of nowhere must not pass as a result");
+    assert!(trouble.quantity.starts_with("energy by state functions "), "{trouble:?}");
+    assert_eq!(shoot("/solver/courant=0.5").trouble, None);
+}
+
+#[test]
+fn what_fails_at_once_was_there() {
+    // The bulge strains yarns beyond what breaks them: what they release belongs to what the scene begins with.
+    let bulge = "/pack/initial_deflection={\"amplitude_mm\":0.5,\"warp_half_waves\":3,\"weft_half_waves\":0}";
+    let small =
+        ["/projectile=null", "/pack/width_mm=12.7", "/pack/height_mm=5.08", "/fabric/warp/failure_strain=0.005"];
+    let run = run(&builtin(SMALL, &[&small[..], &[bulge, "/pack/edges=clamped", "/solver/end_time_us=5"]].concat()));
+    let first = &run.history[0];
+    let b = &first.balance;
+    assert!(first.failed[0] > 0 && b.failure > b.stored, "{first:?}");
+    assert!((b.internal / b.stored - 1.0).abs() < 1e-9, "{} J of work, {} J stored", b.internal, b.stored);
+    assert!(run.energy_error < 1e-11, "{}", run.energy_error);
+}

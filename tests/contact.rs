@@ -371,3 +371,31 @@ fn contact_at_the_rim_closes_the_ledger_and_is_its_own_mirror_image() {
         assert!(run.energy_error < 1e-9 && run.momentum_error < 1e-9, "{} {}", run.energy_error, run.momentum_error);
     }
 }
+
+#[test]
+fn a_rim_across_a_clamped_edge_meets_what_cannot_move() {
+    // The face is wider than the ply: its rim crosses edges of elements between two held nodes, and between a held and a free one.
+    let scene =
+        ["/solver/contact_sampling=rim", "/pack/width_mm=3.81", "/pack/height_mm=6.35", "/projectile/friction=0.3"];
+    let aside = ["/projectile/offset_mm=[0.3,-2]", "/projectile/obliquity_deg=10"];
+    for more in [&[][..], &aside] {
+        for precision in [Precision::F64, Precision::F32] {
+            let sets = [&UNBROKEN, &scene[..], more].concat();
+            let run = run_as(&builtin("cases/s720-1ply-155.json", &sets), precision, 1);
+            let error = if precision == Precision::F64 { 1e-9 } else { 5e-3 };
+            assert!(
+                run.energy_error < error && run.momentum_error < error,
+                "{} {}",
+                run.energy_error,
+                run.momentum_error
+            );
+            // It lands on the clamps, or turns about those that it meets.
+            assert!(run.history.last().unwrap().projectile_velocity.abs() < 15.0, "the clamps stop it");
+        }
+    }
+    // A drive and the clamps hold both sides of such a point: neither gives way, and the fabric inside is pushed all the same.
+    let driven = unbroken(&[&scene[..], &["/projectile/motion=prescribed", "/solver/end_time_us=3"]].concat());
+    assert!(driven.energy_error < 1e-9, "{}", driven.energy_error);
+    let last = driven.history.last().unwrap();
+    assert!(last.deflection > 0.99 * last.projectile_displacement, "{} m", last.deflection);
+}

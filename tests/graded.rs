@@ -215,6 +215,21 @@ fn waves_run_through_growing_elements_at_their_speed() {
 }
 
 #[test]
+fn the_largest_elements_are_as_many_crossovers_wide_as_asked_for() {
+    let widest = |more: &str| {
+        let grading = "/pack/mesh_grading={\"fine_radius_mm\":1,\"growth\":2,\"coarsest\":4}";
+        let model = Model::<f64>::new(&small(&[grading, more])).unwrap();
+        let mesh = &model.sheets[0].mesh;
+        (0..mesh.columns).map(|column| mesh.size(0, column)[0]).fold(0.0, f64::max)
+    };
+    // 1.27 mm each; they fill what room there is, and may stay a little below.
+    for side in ["/pack/crossovers_per_element=1", "/pack/crossovers_per_element=2", "/pack/elements_per_crossover=2"] {
+        let crossovers = widest(side) / 1.27e-3;
+        assert!((3.0..=4.0 + 1e-9).contains(&crossovers), "{side}: {crossovers}");
+    }
+}
+
+#[test]
 fn what_cannot_be_graded_is_refused_by_name() {
     let text = |pack: &serde_json::Value, projectile: bool| {
         let shot = json!({"shape": "sphere", "diameter_mm": 6, "mass_g": 1, "velocity_m_s": 50});

@@ -175,7 +175,7 @@ fn pack(
         None => layup::derive_spacing(scope, &layup, record)?,
     }
     let depth = f64::from(plies - 1) * spacing.unwrap_or_else(|| layup::thickest(&layup, fabric));
-    let grading = grading::read(scope, projectile, crossovers_per_element)?.map(|g| g.through(depth, projectile));
+    let grading = grading::read(scope, projectile, side)?.map(|g| g.through(depth, projectile));
     for layer in &mut layup {
         layer.grading = grading;
     }

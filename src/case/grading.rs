@@ -25,12 +25,8 @@ pub struct Grading {
     pub coarsest: f64,
 }
 
-/// Reads the grading of a pack of which each element of the finest size has `crossovers` along a side.
-pub(super) fn read(
-    pack: &Scope<'_>,
-    projectile: Option<&Projectile>,
-    crossovers: u32,
-) -> Result<Option<Grading>, CaseError> {
+/// Reads the grading of a pack of which each element of the finest size has `side` crossovers along a side.
+pub(super) fn read(pack: &Scope<'_>, projectile: Option<&Projectile>, side: f64) -> Result<Option<Grading>, CaseError> {
     let keys = match pack.choice("mesh_grading")? {
         Choice::Word(word) if word == "none" => return Ok(None),
         Choice::Word(_) => pack.defaults("mesh_grading")?,
@@ -49,8 +45,9 @@ pub(super) fn read(
     };
     let growth = keys.number("growth")?;
     let coarsest = keys.whole("coarsest")?;
-    if coarsest < crossovers {
-        let expected = format!("at least crossovers_per_element, which is {crossovers}");
+    if f64::from(coarsest) < side {
+        let expected =
+            format!("at least the crossovers along a side of the finest (crossovers_per_element), which are {side}");
         return Err(CaseError::at(keys.at("coarsest"), expected, coarsest.to_string()));
     }
     let along_bar = |axis: usize| match projectile.map(|p| p.shape) {
@@ -62,7 +59,7 @@ pub(super) fn read(
         way: [0.0; 2],
         fine: [along_bar(0), along_bar(1)],
         growth,
-        coarsest: f64::from(coarsest) / f64::from(crossovers),
+        coarsest: f64::from(coarsest) / side,
     }))
 }
 

@@ -75,6 +75,11 @@ impl ContactPoint {
         (self.free + self.inverse.component_mul(&self.drag)).dot(&self.normal)
     }
 
+    /// Whether the node can move along the normal at all.
+    pub fn gives_way(&self) -> bool {
+        self.normal.dot(&self.inverse.component_mul(&self.normal)) > 0.0
+    }
+
     /// Ends the contact: a node that does not push is not dragged either.
     fn release(&mut self) {
         self.active = false;

@@ -73,13 +73,17 @@ impl Rim {
         let nodes = points.len() - self.ties.len();
         for at in 0..self.ties.len() {
             let mut inverse = Vector3::zeros();
+            let mut unheld = 0.0;
             for (node, weight) in self.ties[at].ends() {
                 let others = self.ties.iter().flat_map(Tie::ends).filter(|(other, _)| *other == node);
-                inverse += points[node].inverse * (weight * others.map(|(_, weight)| weight).sum::<f64>());
+                let share = weight * others.map(|(_, weight)| weight).sum::<f64>();
+                inverse += points[node].inverse * share;
+                unheld += share / points[node].mass;
             }
             let p = &mut points[nodes + at];
             p.inverse = inverse;
-            p.mass = inverse.amax().recip();
+            // Between two held nodes it has a mass like they have, though nothing moves it.
+            p.mass = if inverse.amax() > 0.0 { inverse.amax() } else { unheld }.recip();
             p.set_kappa();
         }
     }

@@ -124,8 +124,17 @@ impl RigidBody {
 
     /// Kinetic energy of translation and rotation [J].
     pub fn kinetic_energy(&self) -> f64 {
-        let spin = 0.5 * self.angular_velocity().dot(&self.angular_momentum);
-        self.translation() + if self.locked { 0.0 } else { spin }
+        self.translation() + self.spin()
+    }
+
+    /// Kinetic energy of rotation alone [J].
+    pub fn spin(&self) -> f64 {
+        if self.locked { 0.0 } else { 0.5 * self.angular_velocity().dot(&self.angular_momentum) }
+    }
+
+    /// Kinetic energy that fabric and body share [J]: the translation of a driven body is the drive's affair, its spin is not.
+    pub fn own_energy(&self) -> f64 {
+        if self.prescribed { self.spin() } else { self.kinetic_energy() }
     }
 
     /// Kinetic energy of translation alone [J].

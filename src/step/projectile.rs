@@ -109,8 +109,8 @@ impl ProjectileContact {
                 continue;
             }
             let point = contact_point(context, body, nothing, [ply, row, column], &seen);
-            if body.prescribed && seen.normal.dot(&point.inverse.component_mul(&seen.normal)) <= 0.0 {
-                continue; // both are held: neither can give way, and no finite impulse would change that
+            if body.prescribed && !point.gives_way() {
+                continue; // both are held, and no finite impulse would change that
             }
             self.points.push(point);
         }
@@ -150,6 +150,14 @@ impl ProjectileContact {
                     if crossing.gap < -body.rim_depth || stays_away(&crossing, body, model.dt) {
                         continue;
                     }
+                    let weights = [1.0 - at, at];
+                    let gives_way = |end: usize| {
+                        let point = contact_point(context, body, nothing, ends[end], &seen[end]);
+                        weights[end] > 0.0 && ContactPoint { normal: crossing.normal, ..point }.gives_way()
+                    };
+                    if body.prescribed && !gives_way(0) && !gives_way(1) {
+                        continue; // as above
+                    }
                     let nodes = [0, 1].map(|end| {
                         let known = self.points.iter().position(|p| [p.ply, p.row, p.column] == ends[end]);
                         known.unwrap_or_else(|| {
@@ -157,7 +165,7 @@ impl ProjectileContact {
                             self.points.len() - 1
                         })
                     });
-                    let tie = Tie { nodes, weights: [1.0 - at, at] };
+                    let tie = Tie { nodes, weights };
                     for node in nodes {
                         self.points[node].shared = true;
                     }

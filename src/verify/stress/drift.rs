@@ -48,7 +48,7 @@ pub(super) fn rows(group: &'static str, machine: Machine<'_>, steps: u64, interr
     };
     match judge::run(&case, machine, None, interrupt) {
         Err(NoRun::Interrupted) => None,
-        Err(NoRun::Refused(why) | NoRun::Panicked(why)) => failed(why),
+        Err(NoRun::Refused(why) | NoRun::Unable(why) | NoRun::Panicked(why)) => failed(why),
         Ok(finished) => {
             let run = &finished.run;
             if let Some(fault) = judge::unsound(&finished) {

@@ -185,7 +185,7 @@ pub(super) fn row(group: &'static str, scene: &Scene, machine: Machine<'_>, inte
     };
     match judge::run(&case, machine, scene.disturbance, interrupt) {
         Err(NoRun::Interrupted) => None,
-        Err(NoRun::Refused(why)) => Some(row(why, false)),
+        Err(NoRun::Refused(why) | NoRun::Unable(why)) => Some(row(why, false)),
         Err(NoRun::Panicked(why)) => Some(row(format!("panic: {why}"), false)),
         Ok(finished) => Some(match judged(scene, &case, machine, &finished) {
             Ok(got) => row(got, true),

@@ -10,6 +10,7 @@ mod judge;
 mod list;
 mod random;
 
+use std::panic::resume_unwind;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::thread;
 
@@ -17,7 +18,6 @@ use proptest::strategy::ValueTree;
 use serde_json::Value;
 
 use super::Row;
-use crate::case::Case;
 pub use judge::{Fault, Kind, Machine};
 use judge::{Judged, NoRun};
 
@@ -207,16 +207,13 @@ fn random_scenes(
 fn random_scene(seed: u64, number: u64, machine: Machine<'_>, interrupt: &AtomicBool) -> Ending {
     let name = format!("random scene {number} of seed {seed}");
     let Some(tree) = random::tree(seed, number) else { return Ending::Refused("no scene was drawn".to_owned()) };
-    let try_it = |draw: &random::Draw| -> Result<(Judged, Case), NoRun> {
-        let case = random::case(draw, &name).map_err(NoRun::Refused)?;
-        judge::judge(&case, machine, interrupt).map(|judged| (judged, case))
-    };
+    let try_it = |draw: &random::Draw| attempt(draw, &name, machine, interrupt);
     let (fault, case) = match try_it(&tree.current()) {
         Ok((Judged::Sound, _)) => return Ending::Sound,
         Ok((Judged::Coarse, _)) => return Ending::Coarse,
         Ok((Judged::Gaining, _)) => return Ending::Gaining,
         Ok((Judged::Unsound(fault), case)) => (fault, case),
-        Err(NoRun::Refused(why) | NoRun::Panicked(why)) => return Ending::Refused(why),
+        Err(NoRun::Refused(why) | NoRun::Unable(why) | NoRun::Panicked(why)) => return Ending::Refused(why),
         Err(NoRun::Interrupted) => return Ending::Interrupted,
     };
     let smaller = smallest(tree, |draw| match try_it(draw) {
@@ -225,7 +222,34 @@ fn random_scene(seed: u64, number: u64, machine: Machine<'_>, interrupt: &Atomic
         _ => None,
     });
     let (fault, case) = smaller.unwrap_or((fault, case));
-    Ending::Found(Box::new(Found { seed, number, machine: machine.name(), fault, case: case.as_run }))
+    Ending::Found(Box::new(Found { seed, number, machine: machine.name(), fault, case }))
+}
+
+/// Runs a scene and judges it; the document as run. What the machine does not compute of it is left out.
+fn attempt(
+    draw: &random::Draw,
+    name: &str,
+    machine: Machine<'_>,
+    interrupt: &AtomicBool,
+) -> Result<(Judged, Value), NoRun> {
+    let alone = |draw: &random::Draw| {
+        let ending = judge::caught(|| {
+            let case = random::case(draw, name).map_err(NoRun::Refused)?;
+            judge::judge(&case, machine, interrupt).map(|judged| (judged, case.as_run))
+        });
+        match ending.and_then(|ending| ending) {
+            Err(NoRun::Panicked(why)) => Ok((Judged::Unsound(Fault::new(Kind::Panic, why)), random::document(draw))),
+            other => other,
+        }
+    };
+    match alone(draw) {
+        Err(NoRun::Unable(why)) => {
+            let less =
+                draw.with_less().map(|less| alone(&less)).find(|ending| !matches!(ending, Err(NoRun::Unable(_))));
+            less.unwrap_or(Err(NoRun::Unable(why)))
+        }
+        other => other,
+    }
 }
 
 /// The smallest that is found of which `fails` still says something, and what it says; `None`: nothing smaller was found.
@@ -270,7 +294,8 @@ fn side_by_side<T: Send>(threads: usize, count: usize, work: impl Fn(usize) -> T
     };
     let mut results: Vec<(usize, T)> = thread::scope(|scope| {
         let handles: Vec<_> = (0..threads.min(count)).map(|_| scope.spawn(alone)).collect();
-        handles.into_iter().filter_map(|handle| handle.join().ok()).flatten().collect()
+        // What panics here is this program's fault: results must not go missing with it.
+        handles.into_iter().flat_map(|handle| handle.join().unwrap_or_else(|panic| resume_unwind(panic))).collect()
     });
     results.sort_by_key(|(at, _)| *at);
     results.into_iter().map(|(_, result)| result).collect()
@@ -292,6 +317,47 @@ mod tests {
         assert_eq!(scene(1, 0), scene(1, 0));
         let others = [scene(1, 0), scene(1, 1), scene(2, 0), scene(2, 1)];
         assert!(others.iter().enumerate().all(|(i, a)| others[..i].iter().all(|b| a != b)));
+    }
+
+    #[test]
+    fn what_a_machine_does_not_compute_is_left_out_of_the_same_scene() {
+        const FURTHER: [&str; 5] = [
+            "/pack/elements_per_crossover",
+            "/pack/mesh_grading",
+            "/pack/regularisation",
+            "/pack/failure",
+            "/solver/contact_sampling",
+        ];
+        let given = |draw: &random::Draw| {
+            let document = random::document(draw);
+            FURTHER.map(|key| document.pointer(key).is_some())
+        };
+        let mut seen = [false; FURTHER.len()];
+        for number in 0..100 {
+            let draw = random::tree(5, number).unwrap().current();
+            let whole = given(&draw);
+            seen = [0, 1, 2, 3, 4].map(|key| seen[key] || whole[key]);
+            let less: Vec<_> = draw.with_less().map(|less| given(&less)).collect();
+            let count = |given: &[bool]| given.iter().filter(|given| **given).count();
+            // Every other choice of them, the richest first, and nothing of its own.
+            assert_eq!(less.len() + 1, 1 << count(&whole));
+            assert!(less.windows(2).all(|pair| count(&pair[0]) >= count(&pair[1])));
+            assert!(less.iter().all(|less| less != &whole && (0..FURTHER.len()).all(|key| whole[key] || !less[key])));
+            let parts = |draw: &random::Draw| {
+                let mut document = random::document(draw);
+                // The aim is relative to the size, which goes with that of the elements.
+                document["projectile"]["offset_mm"] = Value::Null;
+                ["fabric", "projectile"].map(|part| document[part].clone())
+            };
+            assert!(draw.with_less().all(|less| parts(&less) == parts(&draw)));
+        }
+        assert_eq!(seen, [true; FURTHER.len()]);
+    }
+
+    #[test]
+    #[should_panic(expected = "of the work")]
+    fn a_panic_of_one_piece_of_work_takes_no_results_away_unnoticed() {
+        side_by_side(2, 9, |at| assert!(at != 4, "of the work"));
     }
 
     #[test]

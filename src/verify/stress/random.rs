@@ -29,6 +29,23 @@ pub(super) struct Draw {
     pretension: Option<[f64; 2]>,
     /// Steps of the run, about.
     steps: u32,
+    /// What not every machine computes; drawn last, so that the rest is the same scene without them.
+    further: Vec<Change>,
+}
+
+impl Draw {
+    /// The scene without some of what not every machine computes, the fewest left out first; the whole is not among them.
+    pub(super) fn with_less(&self) -> impl Iterator<Item = Self> + '_ {
+        let given: Vec<usize> = (0..self.further.len()).filter(|at| !self.further[*at].is_empty()).collect();
+        let mut without: Vec<u32> = (1..1 << given.len()).collect();
+        without.sort_by_key(|left_out| left_out.count_ones());
+        without.into_iter().map(move |left_out| {
+            let mut less = self.clone();
+            let gone = given.iter().enumerate().filter(|(bit, _)| left_out >> bit & 1 == 1);
+            gone.for_each(|(_, at)| less.further[*at].clear());
+            less
+        })
+    }
 }
 
 /// A tree of the scene with this number, to be shrunk; `None` does not happen.
@@ -51,8 +68,9 @@ fn draws() -> impl Strategy<Value = Draw> {
         1 => [side(), side()],
     ];
     let pretension = [number(0.0..0.4), number(0.0..0.4)];
-    ([1_u32..25, 1_u32..25], changes(), weighted(0.5, aim), weighted(0.2, pretension), 20_u32..400)
-        .prop_map(|(cells, changes, aim, pretension, steps)| Draw { cells, changes, aim, pretension, steps })
+    ([1_u32..25, 1_u32..25], changes(), weighted(0.5, aim), weighted(0.2, pretension), 20_u32..400, further()).prop_map(
+        |(cells, changes, aim, pretension, steps, further)| Draw { cells, changes, aim, pretension, steps, further },
+    )
 }
 
 /// Four significant digits: a case that people can read.
@@ -112,6 +130,21 @@ fn changes() -> Vec<BoxedStrategy<Change>> {
         word(0.5, "/solver/run_until", &["end_time", "outcome"]),
     ]);
     all
+}
+
+/// Meshes other than even ones of whole crossovers, failure and contact other than the paper's.
+fn further() -> Vec<BoxedStrategy<Change>> {
+    // From no fine elements but those struck, to nothing but fine ones; no element may be finer than the finest.
+    let grading = (log(0.1..30.0), number(1.0..2.0), 4_u32..33)
+        .prop_map(|(fine, growth, coarsest)| json!({"fine_radius_mm": fine, "growth": growth, "coarsest": coarsest}));
+    let grading = prop_oneof![1 => Just(json!("graded")), 3 => grading];
+    vec![
+        key(0.2, "/pack/elements_per_crossover", 2_u32..5),
+        key(0.25, "/pack/mesh_grading", grading),
+        word(0.1, "/pack/regularisation", &["none"]),
+        word(0.25, "/pack/failure", &["nonlocal"]),
+        word(0.35, "/solver/contact_sampling", &["rim"]),
+    ]
 }
 
 fn fabric() -> Vec<BoxedStrategy<Change>> {
@@ -286,12 +319,12 @@ fn put(document: &mut Value, pointer: &str, value: Value) {
 }
 
 /// The document of a draw, but for its end.
-fn document(draw: &Draw) -> Value {
+pub(super) fn document(draw: &Draw) -> Value {
     let mut document = plain();
     let mut shape = json!({"shape": "cylinder", "diameter_mm": 5.5, "length_mm": 10});
     let mut nothing = false;
     let absent = |document: &Value, yarn: &str| document.pointer(&format!("/fabric/{yarn}/absent")).is_some();
-    for (pointer, value) in draw.changes.iter().flatten() {
+    for (pointer, value) in draw.changes.iter().chain(&draw.further).flatten() {
         match *pointer {
             "/projectile/shape" => shape = value.clone(),
             "/projectile" => nothing = true,
@@ -350,7 +383,8 @@ fn hold(document: &mut Value) {
 
 /// Gives the pack the number of elements drawn; returns its size [mm].
 fn size(document: &mut Value, draw: &Draw) -> [f64; 2] {
-    let per_element = document["pack"]["crossovers_per_element"].as_f64().unwrap_or(1.0);
+    let given = |key: &str| document["pack"][key].as_f64().unwrap_or(1.0);
+    let per_element = given("crossovers_per_element") / given("elements_per_crossover");
     let length = ["warp", "weft"].map(|yarn| {
         let count = document["fabric"][yarn]["count_per_inch"].as_f64().unwrap_or(20.0);
         per_element * 25.4 / count
