@@ -393,14 +393,9 @@ impl<S: Scalar> Simulation<S> {
             return;
         }
         let kinetic = totals.kinetic + flying(self.state.body.as_ref());
-        let finite = kinetic.is_finite() && self.ledger.work.is_finite();
+        let excess = excess(&self.ledger, kinetic, sample);
         let (model, state, available) = (&self.model, &self.state, self.ledger.available());
-        if !(finite && kinetic <= self.ledger.allowed()) {
-            self.record.trouble = Some(diagnose(model, state, kinetic, available));
-        } else if sample && self.ledger.gained() > self.ledger.allowed() - available {
-            let whole = ("energy by state functions", available + self.ledger.gained());
-            self.record.trouble = Some(diagnose_energy(model, state, whole, available));
-        }
+        self.record.trouble = excess.map(|excess| diagnose(model, state, excess, available));
     }
 
     fn progress(&self, case: &Case) -> Progress {
@@ -485,13 +480,20 @@ pub(crate) fn flying(body: Option<&RigidBody>) -> f64 {
 /// What the diagnosis of energy out of nowhere says of it.
 pub(crate) const NEVER_PUT_IN: &str = "was ever put in";
 
-/// What went wrong and where: a number that is not finite, or kinetic energy nobody put in.
-pub(crate) fn diagnose<S: Scalar>(model: &Model<S>, state: &State<S>, kinetic: f64, available: f64) -> Trouble {
-    diagnose_energy(model, state, ("kinetic energy", kinetic), available)
+/// Energy that was never put in, or that is no number: its kind, and how much [J]. `sampled`: the ledger knows all kinds now.
+pub(crate) fn excess(ledger: &Ledger, kinetic: f64, sampled: bool) -> Option<(&'static str, f64)> {
+    let whole = ledger.available() + ledger.gained();
+    if !(kinetic <= ledger.allowed() && ledger.work.is_finite()) {
+        Some(("kinetic energy", kinetic))
+    } else if sampled && whole > ledger.allowed() {
+        Some(("energy by state functions", whole))
+    } else {
+        None
+    }
 }
 
-/// The same of energy of any kind [J], and its name.
-fn diagnose_energy<S: Scalar>(
+/// What went wrong and where: a number that is not finite, or energy of some kind that nobody put in [J].
+pub(crate) fn diagnose<S: Scalar>(
     model: &Model<S>,
     state: &State<S>,
     (name, energy): (&str, f64),

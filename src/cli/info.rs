@@ -55,11 +55,15 @@ fn scene(table: &mut Table, case: &Case) -> Result<(), Failure> {
         table.row([name, value.as_str()]);
     }
     table.row(["symmetry", symmetry(model.planes).as_str()]);
+    let terms = model.terms();
     let kernels: Vec<&str> = gpu::shader::KERNELS
         .iter()
         .map(|k| k.name)
-        .filter(|name| model.terms().projectile || *name != "projectile_contact")
-        .filter(|name| model.terms().plies || !name.starts_with("ply_"))
+        .filter(|name| match *name {
+            "failure" => terms.nonlocal,
+            "projectile_contact" => terms.projectile,
+            name => terms.plies || !name.starts_with("ply_"),
+        })
         .collect();
     table.row(["kernels per step", kernels.join(", ").as_str()]);
     let sizes = gpu::buffers::Sizes::new(&model);

@@ -330,14 +330,14 @@ impl<'a> Simulation<'a> {
         if bad < u64::from(u32::MAX) {
             self.stepper.download(&self.model, &mut self.state)?;
             self.state.step = bad;
-            self.diagnose(f64::NAN);
+            self.diagnose(("kinetic energy", f64::NAN));
         }
         Ok(())
     }
 
-    fn diagnose(&mut self, kinetic: f64) {
+    fn diagnose(&mut self, excess: (&str, f64)) {
         let available = self.ledger.available();
-        self.record.trouble = Some(simulation::diagnose(&self.model, &self.state, kinetic, available));
+        self.record.trouble = Some(simulation::diagnose(&self.model, &self.state, excess, available));
     }
 
     /// One row of the history from one sample.
@@ -404,13 +404,13 @@ impl<'a> Simulation<'a> {
         };
         record.sample(case, &moment, |_, ply| sums.ply(ply, count).add(sum::COVERED) > 0.5);
         let kinetic = sums.add(sum::KINETIC) + simulation::flying(body.as_ref().map(|b| &b.body));
-        if !(kinetic <= self.ledger.allowed() && self.ledger.work.is_finite()) {
+        if let Some(excess) = simulation::excess(&self.ledger, kinetic, true) {
             // The place is looked for in the state as it is now, at most two batches later.
             self.state.step = info.index + 1;
             if let Err(error) = self.stepper.download(&self.model, &mut self.state) {
                 self.record.lost = Some(error.to_string());
             }
-            self.diagnose(kinetic);
+            self.diagnose(excess);
         }
     }
 

@@ -171,13 +171,14 @@ fn frames_that_are_lost_are_told_and_the_files_begin_after_them() {
         ["run", "shot.json", "--backend", "cpu", "--quiet", "--checkpoint-every", "3", "--frames", "121", "--vtu"];
     let mut child = bench.command(&run).spawn().unwrap();
     wait_for_another(&bench.path("out/shot/checkpoint.frames/0005.bin"), None);
-    // The second from now on knows of all six.
+    // The second from now on knows of all six, at least.
     let path = bench.path("out/shot/checkpoint.bin");
     (0..2).fold(wait_for_another(&path, None), |file, _| wait_for_another(&path, file));
     child.kill().unwrap();
     child.wait().unwrap();
     let frame = |number: usize| bench.path(&format!("out/shot/checkpoint.frames/{number:04}.bin"));
-    let whole: Vec<Vec<u8>> = (0..6).map(|number| fs::read(frame(number)).unwrap()).collect();
+    let whole: Vec<Vec<u8>> = (0..121).map_while(|number| fs::read(frame(number)).ok()).collect();
+    assert!(whole.len() >= 6);
     let (checkpoint, case) = (fs::read(&path).unwrap(), bench.text("out/shot/case.json"));
     let flipped: Vec<u8> = whole[2].iter().enumerate().map(|(at, byte)| byte ^ u8::from(at == 200)).collect();
     let damages: [(&str, Option<&[u8]>); 4] = [
@@ -188,7 +189,7 @@ fn frames_that_are_lost_are_told_and_the_files_begin_after_them() {
     ];
     for (words, bytes) in damages {
         fs::create_dir_all(bench.path("out/shot/checkpoint.frames")).unwrap();
-        (0..6).for_each(|number| fs::write(frame(number), &whole[number]).unwrap());
+        whole.iter().enumerate().for_each(|(number, bytes)| fs::write(frame(number), bytes).unwrap());
         fs::write(&path, &checkpoint).unwrap();
         fs::write(bench.path("out/shot/case.json"), &case).unwrap();
         match bytes {
