@@ -2,6 +2,7 @@
 
 use std::ops::Range;
 use std::sync::mpsc;
+use std::time::Duration;
 
 use super::DeviceError;
 use super::buffers::Name;
@@ -12,6 +13,9 @@ use crate::kernels::node_update::field as node;
 use crate::model::{Model, over::SIDES};
 use crate::reach::Reach;
 use crate::state::{Rows, State};
+
+/// A device that has done its work and does not say so in that time will not.
+const SOON: Duration = Duration::from_secs(10);
 
 impl Stepper<'_> {
     pub(super) fn buffer(&self, name: Name) -> &wgpu::Buffer {
@@ -148,7 +152,8 @@ impl Stepper<'_> {
         });
         self.device.wait(after)?;
         let failed = |reason: String| self.device.lost(reason);
-        told.try_recv().map_err(|e| failed(e.to_string()))?.map_err(|e| failed(e.to_string()))?;
+        // Another thread that waits for the same device may be the one that tells, a moment later.
+        told.recv_timeout(SOON).map_err(|e| failed(e.to_string()))?.map_err(|e| failed(e.to_string()))?;
         let words = {
             let view = staging.get_mapped_range(0..size).map_err(|e| failed(e.to_string()))?;
             bytemuck::pod_collect_to_vec::<u8, u32>(&view)
