@@ -203,7 +203,7 @@ fn place(case: &Case, run: &Run) -> Sign {
         ),
     };
     let value = if broken == 1 { "1 yarn broken".to_owned() } else { format!("{} yarns broken", grouped(broken)) };
-    Sign { name: "place of the hit", value, level, reason: reason.to_owned() }
+    Sign { name: "sensitivity to the place of the hit", value, level, reason: reason.to_owned() }
 }
 
 fn newton(run: &Run) -> Sign {
