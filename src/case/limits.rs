@@ -135,7 +135,7 @@ pub(super) fn waiting_frame_bytes(case: &Case) -> usize {
 
 /// Frames that may be made at once.
 pub(super) fn frames_at_once(case: &Case) -> usize {
-    of_frames(case, FRAME_BYTES, 1) / FRAME_BYTES.saturating_mul(case.elements()).max(1)
+    (FRAMES_BYTES / FRAME_BYTES.saturating_mul(case.elements()).max(1)).max(1)
 }
 
 /// Bytes that this machine, or the container around the process, has left; `None` where it does not say.

@@ -94,7 +94,7 @@ impl Case {
 
     /// Frames that the memory set aside for making them holds, at least one.
     pub(crate) fn frames_at_once(&self) -> usize {
-        limits::frames_at_once(self).max(1)
+        limits::frames_at_once(self)
     }
 
     /// Elements over all plies.

@@ -83,6 +83,12 @@ pub const TOLERANCES: [Tolerance; 20] = [
     allow("ledger", "work", 1e-5, "of the energy there is, as above"),
 ];
 
+/// The line of the table for a quantity of a kernel.
+fn line(kernel: &str, buffer: &str) -> usize {
+    let found = TOLERANCES.iter().position(|line| line.kernel == kernel && line.buffer == buffer);
+    found.unwrap_or_else(|| unreachable!("{buffer} of {kernel} is in no table"))
+}
+
 /// One number that differs.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Difference {
@@ -272,7 +278,7 @@ impl<'a> Lockstep<'a> {
             self.follower.run(|stepper, context| stepper.judge(context));
             self.device.run_stages(&info, &[Stage::Failure])?;
             self.device.download(&self.leader.model, &mut self.gpu)?;
-            self.element_fields(&[(5, element::ALIVE..element::COUNT, 1.0)]);
+            self.element_fields("failure", &[("yarn to break", element::ALIVE..element::COUNT, 1.0)]);
         }
 
         // The accounts of the elements stay on the device for the ledger; all else is the leader's.
@@ -285,14 +291,14 @@ impl<'a> Lockstep<'a> {
         self.device.run_stages(&info, &[Stage::Nodes])?;
         self.device.download(&self.leader.model, &mut self.gpu)?;
         let scales = self.scales();
-        self.nodes(&scales, 6);
+        self.nodes("node_update", &scales);
 
         if self.leader.model.plies.len() > 1 {
             self.leader.run(step::Stepper::plies);
             self.follower.run(step::Stepper::plies);
             self.device.run_stages(&info, &[Stage::Plies])?;
             self.device.download(&self.leader.model, &mut self.gpu)?;
-            self.nodes(&scales, 8);
+            self.nodes("ply_contact", &scales);
         }
 
         self.leader.run(step::Stepper::projectile);
@@ -300,7 +306,7 @@ impl<'a> Lockstep<'a> {
         self.device.run_stages(&info, &[Stage::Projectile, Stage::Ledger])?;
         self.device.download(&self.leader.model, &mut self.gpu)?;
         if self.leader.state.body.is_some() {
-            self.nodes(&scales, 10);
+            self.nodes("projectile_contact", &scales);
             self.body(&scales);
         }
         self.leader.state.step += 1;
@@ -358,28 +364,29 @@ impl<'a> Lockstep<'a> {
 
     fn elements(&mut self, scales: &Scales) {
         let mut fields = vec![
-            (0, element::WARP_FORCE..element::HOURGLASS, scales.force),
-            (1, element::HOURGLASS..element::HEIGHT, scales.force),
-            (2, element::HEIGHT..element::ALIVE, scales.height),
-            (3, element::ALIVE..element::COUNT, 1.0),
+            ("membrane force", element::WARP_FORCE..element::HOURGLASS, scales.force),
+            ("hourglass force", element::HOURGLASS..element::HEIGHT, scales.force),
+            ("yarn height", element::HEIGHT..element::ALIVE, scales.height),
+            ("yarn alive", element::ALIVE..element::COUNT, 1.0),
         ];
         if self.leader.model.terms().nonlocal {
-            fields.push((4, element::COUNT..element::COUNT + element::STRAINS, scales.strain));
+            fields.push(("yarn strain", element::COUNT..element::COUNT + element::STRAINS, scales.strain));
         }
-        self.element_fields(&fields);
+        self.element_fields("element_force", &fields);
     }
 
-    /// Fields of every element: the line of the table, which fields, their scale.
-    fn element_fields(&mut self, fields: &[(usize, Range<usize>, f64)]) {
+    /// Fields of every element after a kernel: the quantity, which fields, their scale.
+    fn element_fields(&mut self, kernel: &str, fields: &[(&str, Range<usize>, f64)]) {
         let grid = self.leader.model.grid;
         let triple = Triple::new(&self.leader, &self.gpu, &self.follower);
-        for &(what, ref fields, scale) in fields {
+        for &(quantity, ref fields, scale) in fields {
+            let what = line(kernel, quantity);
             for field in fields.clone() {
                 for row in 0..grid.element_rows() {
                     let (ply, in_ply) = grid.element_row(row);
                     for column in 0..grid.columns {
                         let standing = triple.cpu.standing(row, column);
-                        if what == 2 && !standing {
+                        if fields.start == element::HEIGHT && !standing {
                             continue; // nobody reads the heights of an eroded element
                         }
                         let d = triple.element(what, field, fields.start, [row, column], [ply, in_ply, column], scale);
@@ -390,26 +397,23 @@ impl<'a> Lockstep<'a> {
         }
     }
 
-    fn nodes(&mut self, scales: &Scales, first: usize) {
+    fn nodes(&mut self, kernel: &str, scales: &Scales) {
         let grid = self.leader.model.grid;
         let triple = Triple::new(&self.leader, &self.gpu, &self.follower);
         for field in 0..node::COUNT {
-            let velocity = usize::from(field >= node::VELOCITY);
-            let scale = [scales.length, if first == 6 { scales.speed } else { scales.closing }][velocity];
+            let (quantity, scale) = match field {
+                node::VELOCITY.. if kernel == "node_update" => ("velocity", scales.speed),
+                node::VELOCITY.. => ("velocity", scales.closing),
+                _ => ("displacement", scales.length),
+            };
+            let what = line(kernel, quantity);
             for row in 0..grid.node_rows() {
                 let (ply, in_ply) = grid.node_row(row);
                 for column in 0..=grid.columns {
                     let pick = |rows: &Rows<f32>| f64::from(rows.get(row, field, column));
                     let values =
                         [pick(&triple.cpu.nodes), pick(&triple.gpu.nodes), triple.wide.nodes.get(row, field, column)];
-                    self.comparison.see(difference(
-                        triple.step,
-                        first + velocity,
-                        [ply, in_ply, column],
-                        field % 3,
-                        values,
-                        scale,
-                    ));
+                    self.comparison.see(difference(triple.step, what, [ply, in_ply, column], field % 3, values, scale));
                 }
             }
         }
@@ -422,13 +426,18 @@ impl<'a> Lockstep<'a> {
         };
         let cell = self.follower.model.sheet(0).mesh.shortest();
         type Pick = fn(&RigidBody) -> [f64; 4];
-        let vectors: [(usize, Pick, f64); 4] = [
-            (12, |b| [b.velocity.x, b.velocity.y, b.velocity.z, 0.0], scales.speed),
-            (13, |b| [b.position.x, b.position.y, b.position.z, 0.0], cell),
-            (14, |b| [b.orientation.i, b.orientation.j, b.orientation.k, b.orientation.w], 1.0),
-            (15, |b| [b.angular_momentum.x, b.angular_momentum.y, b.angular_momentum.z, 0.0], scales.spin),
+        let vectors: [(&str, Pick, f64); 4] = [
+            ("body velocity", |b| [b.velocity.x, b.velocity.y, b.velocity.z, 0.0], scales.speed),
+            ("body position", |b| [b.position.x, b.position.y, b.position.z, 0.0], cell),
+            ("body orientation", |b| [b.orientation.i, b.orientation.j, b.orientation.k, b.orientation.w], 1.0),
+            (
+                "angular momentum",
+                |b| [b.angular_momentum.x, b.angular_momentum.y, b.angular_momentum.z, 0.0],
+                scales.spin,
+            ),
         ];
-        for (what, pick, scale) in vectors {
+        for (quantity, pick, scale) in vectors {
+            let what = line("projectile_contact", quantity);
             let values = [pick(cpu), pick(gpu), pick(wide)];
             for a in 0..4 {
                 let values = values.map(|v| v[a]);
@@ -442,10 +451,10 @@ impl<'a> Lockstep<'a> {
         let (sums, rest) = sample.split_at(self.device.body_at());
         let sums = Sums::new(sums);
         let (cpu, wide) = (self.leader.ledger.fabric(), self.follower.ledger.fabric());
-        let mut see = |what: usize, component: usize, values: [f64; 3], scale: f64| {
-            self.comparison.see(difference(step, what, [0; 3], component, values, scale));
+        let mut see = |quantity: &str, component: usize, values: [f64; 3], scale: f64| {
+            self.comparison.see(difference(step, line("ledger", quantity), [0; 3], component, values, scale));
         };
-        see(16, 0, [cpu.kinetic, sums.add(sum::KINETIC_NOW), wide.kinetic], scales.energy);
+        see("kinetic energy", 0, [cpu.kinetic, sums.add(sum::KINETIC_NOW), wide.kinetic], scales.energy);
         // The processor's ledger holds fabric and projectile together; the device's sums are the fabric's.
         let body = self
             .leader
@@ -457,10 +466,10 @@ impl<'a> Lockstep<'a> {
         for a in 0..3 {
             let flying = body.map_or(0.0, |b| b[a]);
             let gpu = sums.add(sum::MOMENTUM + a) + flying;
-            see(17, a, [cpu.momentum[a], gpu, wide.momentum[a]], scales.momentum);
+            see("momentum", a, [cpu.momentum[a], gpu, wide.momentum[a]], scales.momentum);
         }
-        see(18, 0, [cpu.stored, sums.add(sum::STORED), wide.stored], scales.energy);
-        see(19, 0, [work, sums.add(sum::WORK), wide_work], scales.energy);
+        see("stored energy", 0, [cpu.stored, sums.add(sum::STORED), wide.stored], scales.energy);
+        see("work", 0, [work, sums.add(sum::WORK), wide_work], scales.energy);
     }
 }
 

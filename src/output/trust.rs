@@ -3,7 +3,8 @@
 
 use super::number::{fraction, grouped, short};
 use super::verdict::verdict;
-use crate::case::{Case, ContactSampling, FailureMeasure, Shape};
+use crate::case::{Case, ContactSampling, FailureMeasure};
+use crate::kernels::projectile_shape::Body;
 use crate::simulation::Run;
 use crate::warnings::{
     self, CELLS_LIMIT, CROSSOVERS_LIMIT, ENERGY_LIMIT, HOURGLASS_LIMIT, PENETRATION_LIMIT, PLY_PENETRATION_LIMIT,
@@ -188,8 +189,9 @@ fn width(cells: f64) -> Sign {
 /// Whether the outcome hangs on where in a cell the projectile hits; the figures are those of the README's section on objectivity.
 fn place(case: &Case, run: &Run) -> Sign {
     let broken: u64 = run.history.last().map_or(0, |row| row.failed.iter().sum());
-    let flat = case.projectile.as_ref().is_some_and(|body| matches!(body.shape, Shape::Cylinder { .. }));
-    let at_rim = !flat || case.solver.contact_sampling == ContactSampling::Rim;
+    let body = case.projectile.as_ref().and_then(|projectile| Body::new(projectile).ok());
+    let has_rim = body.is_some_and(|body| body.profile.has_round_rim());
+    let at_rim = !has_rim || case.solver.contact_sampling == ContactSampling::Rim;
     let (level, reason) = match (broken, case.pack.failure) {
         (0, _) => (Level::Fine, "no yarn broke: a hit elsewhere in a cell changes what is lost by a few per cent"),
         (_, FailureMeasure::Nonlocal) if at_rim => (

@@ -43,7 +43,7 @@ impl Writer {
             if let Some(shelf) = shelf.filter(|_| !shelved) {
                 shelf.keep(&frame);
             }
-            self.add(snapshot.scene(), &[frame])?;
+            self.add(snapshot.scene(), &frame)?;
         }
         Ok(())
     }
@@ -53,10 +53,13 @@ impl Writer {
         self.copy()?;
         let at_once = (2 * rayon::current_num_threads()).min(self.case.frames_at_once());
         for some in rest.chunks(at_once) {
-            let frames: Vec<Frame> = some.par_iter().map(Snapshot::frame).collect();
-            self.add(some[0].scene(), &frames)?;
+            let (scene, frames) = (some[0].scene(), some.par_iter().map(Snapshot::frame).collect::<Vec<_>>());
+            let files = self.files(scene, &frames[0])?;
+            let packed = frames.par_iter().map(|frame| files.pack(scene, frame));
+            let packed = packed.collect::<Result<Vec<_>, _>>()?;
+            packed.iter().try_for_each(|frame| files.add(frame))?;
         }
-        self.files.map_or_else(|| Ok(Staged::default()), |files| files.close(&self.folder))
+        self.files.map_or_else(|| Ok(Staged::default()), Files::close)
     }
 
     /// Writes what the part of the run before has taken.
@@ -70,24 +73,24 @@ impl Writer {
         let scene = Scene::of(&self.case).map_err(|error| failed(&error))?;
         for path in before {
             let frame = shelf::read(&path, &scene).map_err(|error| failed(&error))?;
-            self.add(&scene, &[frame])?;
+            self.add(&scene, &frame)?;
         }
         Ok(())
     }
 
-    fn add(&mut self, scene: &Scene, frames: &[Frame]) -> Result<(), OutputError> {
-        let files = match (&mut self.files, frames) {
-            (_, []) => return Ok(()),
-            (Some(files), _) => files,
-            (none, [first, ..]) => none.insert(Files::create(&self.folder, self.vtu, scene, first)?),
-        };
-        let packed: Vec<Packed> = match frames {
-            [frame] => vec![files.pack(&self.folder, scene, frame)?],
-            several => {
-                several.par_iter().map(|frame| files.pack(&self.folder, scene, frame)).collect::<Result<_, _>>()?
-            }
-        };
-        packed.iter().try_for_each(|frame| files.add(&self.folder, frame))
+    /// Writes one frame, on this thread alone.
+    fn add(&mut self, scene: &Scene, frame: &Frame) -> Result<(), OutputError> {
+        let files = self.files(scene, frame)?;
+        let packed = files.pack(scene, frame)?;
+        files.add(&packed)
+    }
+
+    /// The files, begun with the first frame.
+    fn files(&mut self, scene: &Scene, first: &Frame) -> Result<&mut Files, OutputError> {
+        match &mut self.files {
+            Some(files) => Ok(files),
+            none => Ok(none.insert(Files::create(&self.folder, self.vtu, scene, first)?)),
+        }
     }
 }
 
@@ -100,6 +103,7 @@ struct Packed {
 
 /// Files in the making, under temporary names.
 struct Files {
+    folder: PathBuf,
     parts: Parts,
     file: NamedTempFile,
     hdf: HdfFile,
@@ -118,31 +122,31 @@ impl Files {
         let hdf = HdfFile::create(file.path(), &grids, &parts.of(scene, first)).map_err(failed(folder, HDF))?;
         let series = || hidden(folder).and_then(|own| Series::create(own, &grids)).map_err(failed(folder, SERIES));
         let series = if vtu { Some(series()?) } else { None };
-        Ok(Self { parts, file, hdf, series })
+        Ok(Self { folder: folder.to_owned(), parts, file, hdf, series })
     }
 
-    fn pack(&self, folder: &Path, scene: &Scene, frame: &Frame) -> Result<Packed, OutputError> {
+    fn pack(&self, scene: &Scene, frame: &Frame) -> Result<Packed, OutputError> {
         let (time_us, now) = (frame.time * 1e6, self.parts.of(scene, frame));
-        let hdf = now.iter().map(hdf::pack).collect::<io::Result<_>>().map_err(failed(folder, HDF))?;
+        let hdf = now.iter().map(hdf::pack).collect::<io::Result<_>>().map_err(failed(&self.folder, HDF))?;
         let vtu = match &self.series {
-            Some(series) => series.pack(time_us, &now).map_err(failed(folder, SERIES))?,
+            Some(series) => series.pack(time_us, &now).map_err(failed(&self.folder, SERIES))?,
             None => Vec::new(),
         };
         Ok(Packed { time_us, hdf, vtu })
     }
 
-    fn add(&mut self, folder: &Path, frame: &Packed) -> Result<(), OutputError> {
-        self.hdf.add(frame.time_us, &frame.hdf).map_err(failed(folder, HDF))?;
+    fn add(&mut self, frame: &Packed) -> Result<(), OutputError> {
+        self.hdf.add(frame.time_us, &frame.hdf).map_err(failed(&self.folder, HDF))?;
         match &mut self.series {
-            Some(series) => series.add(frame.time_us, &frame.vtu).map_err(failed(folder, SERIES)),
+            Some(series) => series.add(frame.time_us, &frame.vtu).map_err(failed(&self.folder, SERIES)),
             None => Ok(()),
         }
     }
 
-    fn close(self, folder: &Path) -> Result<Staged, OutputError> {
-        self.hdf.close().map_err(failed(folder, HDF))?;
+    fn close(self) -> Result<Staged, OutputError> {
+        self.hdf.close().map_err(failed(&self.folder, HDF))?;
         let vtu = match self.series {
-            Some(series) => Some((list(folder, &series).map_err(failed(folder, PVD))?, series)),
+            Some(series) => Some((list(&self.folder, &series).map_err(failed(&self.folder, PVD))?, series)),
             None => None,
         };
         Ok(Staged { hdf: Some(self.file), vtu })
