@@ -37,8 +37,7 @@ pub(crate) fn objectivity(arguments: &BenchArguments) -> Result<(), Failure> {
     let threads = arguments.threads.unwrap_or_else(|| thread::available_parallelism().map_or(1, NonZeroUsize::get));
     let plan = Plan { threads, quick: arguments.quick, width: WIDTH };
     let bar = Bar::new(!arguments.quiet);
-    let measured =
-        objectivity::measure(subject, plan, &interrupted, &|done, of| bar.show_count("", done, of, "settings"));
+    let measured = objectivity::measure(subject, plan, &interrupted, &|done, of| bar.show_count("", done, of, "parts"));
     bar.clear();
     let measured = match measured {
         Ok(measured) => measured,
@@ -77,6 +76,8 @@ fn settings(measured: &Measured) -> Table {
         ("", Left),
         ("limit m/s", Right),
         ("1.5 × limit: left m/s", Right),
+        ("mean of many m/s", Right),
+        ("± one shot", Right),
         ("before failure", Right),
         ("first failure µs", Right),
         ("shots", Right),
@@ -91,13 +92,17 @@ fn settings(measured: &Measured) -> Table {
     table
 }
 
-fn cells(head: &str, row: &Row) -> [String; 8] {
+fn cells(head: &str, row: &Row) -> [String; 10] {
     let number = |value: Option<f64>, decimals: usize| value.map_or_else(|| "-".to_owned(), |v| fixed(v, decimals));
     let limit = row.limit.map_or_else(
         || "-".to_owned(),
         |limit| format!("{} ± {}", fixed(limit.middle(), 1), fixed(limit.middle() - limit.stopped, 1)),
     );
-    let note = match (row.undecided, row.unstable) {
+    let (mean, deviation) = row.scatter.map_or_else(
+        || ("-".to_owned(), "-".to_owned()),
+        |s| (format!("{} ± {}", fixed(s.mean, 1), fixed(s.error(), 1)), fixed(s.deviation, 1)),
+    );
+    let note = match (row.shots.undecided, row.shots.unstable) {
         (0, 0) => String::new(),
         (undecided, 0) => format!("{undecided} undecided"),
         (undecided, unstable) => format!("{undecided} undecided, {unstable} unstable"),
@@ -108,9 +113,11 @@ fn cells(head: &str, row: &Row) -> [String; 8] {
         row.setting.name.clone(),
         limit,
         number(row.residual, 1),
+        mean,
+        deviation,
         before,
         number(row.first_failure.map(|time| time * 1e6), 1),
-        row.shots.to_string(),
+        row.shots.all.to_string(),
         note,
     ]
 }

@@ -242,7 +242,8 @@ fn contact_point<S: Scalar>(
     point
 }
 
-/// Whether an element beside the edge between two nodes, the second on along a row or a column, still carries load.
+/// Whether a yarn still runs along the edge between two nodes, the second on along a row or a column, in an element beside it: where
+/// only the yarns across are left, nothing is there between two of them.
 fn edge_stands<S: Scalar>(
     model: &Model<S>,
     state: &State<S>,
@@ -250,9 +251,10 @@ fn edge_stands<S: Scalar>(
 ) -> bool {
     let mesh = &model.sheet(ply).mesh;
     let first = model.grid.first_element_row(ply);
+    let yarn = usize::from(up > row);
     mesh.around(row, column)
         .filter(|&[r, c]| (r == row || up == row) && (c == column || right == column))
-        .any(|[r, c]| state.standing(first + r, c))
+        .any(|[r, c]| state.alive(first + r, c, yarn))
 }
 
 /// Inverse masses by direction of a ply in the axes of the pack. Rollers, which tell the directions apart, hold only
@@ -331,4 +333,37 @@ fn near_nodes<S: Scalar>(model: &Model<S>, state: &State<S>, body: &RigidBody, m
         out
     });
     found.collect::<Vec<_>>().concat()
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use super::*;
+    use crate::case;
+    use crate::kernels::element_force::field;
+
+    #[test]
+    fn an_edge_is_there_as_long_as_a_yarn_runs_along_it() {
+        let sets = ["/pack/width_mm=11.43", "/pack/height_mm=11.43", "/expect=[]"].map(str::to_owned);
+        let case = case::read(Path::new("cases/s720-1ply-155.json"), &sets);
+        let case = case.unwrap_or_else(|error| unreachable!("{error}"));
+        let model = Model::<f64>::new(&case).unwrap_or_else(|error| unreachable!("{error}"));
+        let mut state = State::new(&case, &model);
+        // Edges from node (4, 5): along warp between elements (3, 5) and (4, 5), along weft between (4, 4) and (4, 5).
+        let edges =
+            |state: &State<f64>| [[0, 4, 6], [0, 5, 5]].map(|next| edge_stands(&model, state, [[0, 4, 5], next]));
+        for (yarn, beside) in [[3, 5], [4, 4]].into_iter().enumerate() {
+            assert_eq!(edges(&state), [true; 2]);
+            let cut = |state: &mut State<f64>, alive: f64, [row, column]: [usize; 2]| {
+                state.elements.set(row, field::ALIVE + yarn, column + 1, alive);
+            };
+            cut(&mut state, 0.0, [4, 5]);
+            assert_eq!(edges(&state), [true; 2], "the element on the other side still has its yarn {yarn}");
+            cut(&mut state, 0.0, beside);
+            assert_eq!(edges(&state), [yarn != 0, yarn != 1], "no yarn {yarn} is left along that edge");
+            cut(&mut state, 1.0, [4, 5]);
+            cut(&mut state, 1.0, beside);
+        }
+    }
 }

@@ -46,9 +46,24 @@ fn limits_are_bracketed_and_spreads_are_theirs() {
     }
     let figures = report["figures"].as_array().unwrap();
     let got = |at: usize| figures[at]["got_percent"].as_f64().unwrap();
-    let (limit, left) = ("limit_m_s", "residual_velocity_m_s");
+    let (limit, left) = ("limit_m_s", "mean_residual_velocity_m_s");
     for (at, axis, key) in [(2, "position of the hit", limit), (4, "Courant number", limit), (6, "finer mesh", left)] {
         assert!((got(at) - spread(&values(&report, axis, key))).abs() < 1e-9, "{axis} {key}: {figures:#?}");
+    }
+    for one in report["settings"].as_array().unwrap().iter().filter(|one| one["axis"] != "coarser mesh") {
+        let [mean, error, deviation, low, high] = [
+            "mean_residual_velocity_m_s",
+            "standard_error_m_s",
+            "standard_deviation_m_s",
+            "smallest_m_s",
+            "largest_m_s",
+        ]
+        .map(|key| one[key].as_f64().unwrap_or_else(|| panic!("{key} of {one:#}")));
+        assert_eq!(one["shots_of_the_mean"], 4);
+        assert!(low < mean && mean < high && high - low < 4.0 * deviation, "shots differ: {one:#}");
+        assert!((error - deviation / 2.0).abs() < 1e-12 * deviation, "{one:#}");
+        // The row as it is, its limit and four more.
+        assert!(one["shots"].as_u64().unwrap() >= 4 + 2 + 3, "{one:#}");
     }
     // The second shift is by half a cell.
     assert_eq!(figures[0]["got_percent"], report["settings"][2]["before_failure_percent"]);

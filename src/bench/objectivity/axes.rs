@@ -40,6 +40,11 @@ impl Axis {
     pub const ALL: [Self; 7] =
         [Self::Position, Self::Finer, Self::Courant, Self::Coarser, Self::Sampling, Self::Hourglass, Self::Chance];
 
+    /// Whether a figure is asked for the residual velocity, so that it is worth a mean.
+    pub(super) fn asks_for_a_mean(self) -> bool {
+        matches!(self, Self::Reference | Self::Position | Self::Finer | Self::Courant)
+    }
+
     /// In words.
     pub fn name(self) -> &'static str {
         match self {
@@ -124,7 +129,7 @@ fn shifted(case: &Case, shift: [f64; 2]) -> Setting {
 }
 
 /// The point of aim moved by `by` [mm].
-fn offset(case: &Case, by: [f64; 2]) -> String {
+pub(super) fn offset(case: &Case, by: [f64; 2]) -> String {
     let at = case.projectile.as_ref().map_or([0.0; 2], |projectile| projectile.offset);
     format!("/projectile/offset_mm=[{:?}, {:?}]", at[0] * 1e3 + by[0], at[1] * 1e3 + by[1])
 }

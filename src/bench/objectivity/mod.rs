@@ -3,12 +3,15 @@
 //! A result worth having is that of the fabric, not of the mesh, the time step, the place in a cell that the projectile
 //! happens to hit, or the way contact is sampled. Each of these is varied alone. For every setting the ballistic limit is
 //! bisected, the residual velocity at one and a half times the limit of the reference is read, and the velocity history
-//! before the first broken yarn is compared with the reference's. Shots moved by a nanometre tell what of a difference is
-//! chance: once yarns break, a shot near its limit is sensitive to anything.
+//! before the first broken yarn is compared with the reference's.
+//!
+//! Once yarns break, a shot is sensitive to anything, and its residual velocity is a draw. So what is compared between settings is the
+//! mean over shots at places that nobody could tell apart ([`scatter`]); the scatter of those says what one shot is worth.
 
 pub mod axes;
 pub mod limit;
 pub mod report;
+pub mod scatter;
 
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
@@ -21,6 +24,7 @@ use crate::simulation::{self, Options, Run, Sample};
 
 pub use axes::{Axis, Setting};
 pub use limit::Limit;
+pub use scatter::Scatter;
 
 /// Velocity of the shots whose residual velocity is compared, over the limit of the reference [-].
 pub const ABOVE: f64 = 1.5;
@@ -45,19 +49,36 @@ pub struct Row {
     pub setting: Setting,
     /// Where the limit lies; none where no bracket was found.
     pub limit: Option<Limit>,
-    /// Velocity left at [`ABOVE`] times the limit of the reference [m/s]; none where there is no such limit.
+    /// Velocity left at [`ABOVE`] times the limit of the reference [m/s], of one shot; none where there is no such limit.
     pub residual: Option<f64>,
+    /// The same of many shots that nobody could tell apart, where a figure is asked; none where one of them came to no outcome.
+    pub scatter: Option<Scatter>,
     /// When the first yarn of the case as it is breaks [s].
     pub first_failure: Option<f64>,
     /// Largest difference of velocity to the reference before either's first broken yarn, over the velocity the
     /// reference lost until then [-].
     pub before_failure: Option<f64>,
-    /// Shots without an outcome, which count as not perforated.
+    /// The shots it took.
+    pub shots: Shots,
+}
+
+/// How many shots, and what became of them.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Shots {
+    /// In all.
+    pub all: u32,
+    /// Without an outcome; they count as not perforated.
     pub undecided: u32,
-    /// Shots that became unstable, which count as not perforated.
+    /// That became unstable; they count as not perforated.
     pub unstable: u32,
-    /// Shots in all.
-    pub shots: u32,
+}
+
+impl Shots {
+    fn add(&mut self, other: Self) {
+        self.all += other.all;
+        self.undecided += other.undecided;
+        self.unstable += other.unstable;
+    }
 }
 
 /// Everything measured on a case.
@@ -71,7 +92,23 @@ pub struct Measured {
     pub interrupted: bool,
 }
 
-/// Measures every setting; `progress` is told how many are done, and of how many.
+/// Something to be done for a setting, on one thread.
+#[derive(Clone, Copy, Debug)]
+enum Task {
+    /// All but the scatter.
+    Row(usize),
+    /// One shot of the scatter, so far from the setting's place [mm].
+    Shot(usize, [f64; 2]),
+}
+
+/// What came of it.
+enum Answer {
+    Row(Row),
+    /// Velocity left [m/s].
+    Left(Option<f64>, Shots),
+}
+
+/// Measures every setting; `progress` is told how many parts are done, and of how many.
 ///
 /// # Errors
 /// When the case, or one with a setting, is refused or does not start.
@@ -83,50 +120,90 @@ pub fn measure(
 ) -> Result<Measured, BenchError> {
     let case = subject.case(&[])?;
     let settings = axes::settings(&case, plan.quick);
-    let all = settings.len();
-    let shooter = |setting: &Setting| Shooter::new(subject, &case, setting, interrupt);
-    let mut settings = settings.into_iter();
-    let mut rows = Vec::new();
-    let Some(first) = settings.next() else { return Ok(Measured { case, rows, interrupted: false }) };
+    let count = if plan.quick { scatter::SHOTS_QUICK } else { scatter::SHOTS };
+    let with_mean: Vec<usize> = (0..settings.len()).filter(|at| settings[*at].axis.asks_for_a_mean()).collect();
+    let all = settings.len() + with_mean.len() * count;
     progress(0, all);
-    let mut reference = shooter(&first);
+    let shooter = |at: usize| Shooter::new(subject, &case, &settings[at], interrupt);
+
+    let mut reference = shooter(0);
     let guess = case.projectile.as_ref().map_or(0.0, |projectile| projectile.velocity);
     let limit = reference.limit(guess, plan.width)?;
-    let as_it_is = reference.shoot(None)?;
+    let as_it_is = reference.shoot(&[])?;
     let above = limit.map(|limit| ABOVE * limit.middle());
-    rows.push(reference.row(first, limit, above, &as_it_is, &as_it_is)?);
-    let rest: Vec<Setting> = settings.collect();
-    let (next, done) = (AtomicUsize::new(0), AtomicUsize::new(1));
-    let found: Mutex<Vec<(usize, Result<Row, BenchError>)>> = Mutex::new(Vec::new());
+    let first = reference.row(&settings[0], limit, above, &as_it_is, &as_it_is)?;
+
+    let rows = (1..settings.len()).map(Task::Row);
+    let shots = with_mean.iter().flat_map(|&at| scatter::shifts(count).map(move |shift| Task::Shot(at, shift)));
+    let tasks: Vec<Task> = rows.chain(shots.filter(|_| above.is_some())).collect();
+    let guess = limit.map_or(guess, |limit| limit.middle());
+    let answers = in_parallel(plan.threads, &tasks, interrupt, &|done| progress(1 + done, all), &|task| match task {
+        Task::Row(at) => {
+            let mut own = shooter(at);
+            let limit = own.limit(guess, plan.width)?;
+            let run = own.shoot(&[])?;
+            own.row(&settings[at], limit, above, &run, &as_it_is).map(Answer::Row)
+        }
+        Task::Shot(at, shift) => {
+            let mut own = shooter(at);
+            let left = own.shifted(above.unwrap_or_default(), shift)?;
+            Ok(Answer::Left(left, own.shots))
+        }
+    });
+
+    let mut rows = vec![(0, first)];
+    let mut left = vec![Vec::new(); settings.len()];
+    for (task, answer) in answers {
+        match (task, answer?) {
+            (Task::Row(at) | Task::Shot(at, _), Answer::Row(row)) => rows.push((at, row)),
+            (Task::Row(at) | Task::Shot(at, _), Answer::Left(velocity, shots)) => left[at].push((velocity, shots)),
+        }
+    }
+    for (at, row) in &mut rows {
+        left[*at].iter().for_each(|(_, shots)| row.shots.add(*shots));
+        let velocities: Option<Vec<f64>> = left[*at].iter().map(|(velocity, _)| *velocity).collect();
+        row.scatter = velocities.filter(|all| all.len() == count).and_then(|all| Scatter::of(&all));
+    }
+    let rows = rows.into_iter().map(|(_, row)| row).collect();
+    Ok(Measured { case, rows, interrupted: interrupt.load(Ordering::Relaxed) })
+}
+
+/// Works off tasks on some threads; `progress` is told how many are done. Answers come in the order of the tasks, those begun after or
+/// broken off by an interruption are left out.
+fn in_parallel<A: Send>(
+    threads: usize,
+    tasks: &[Task],
+    interrupt: &AtomicBool,
+    progress: &(dyn Fn(usize) + Sync),
+    work: &(dyn Fn(Task) -> A + Sync),
+) -> Vec<(Task, A)> {
+    let (next, done) = (AtomicUsize::new(0), AtomicUsize::new(0));
+    let found: Mutex<Vec<(usize, A)>> = Mutex::new(Vec::new());
+    let stopped = || interrupt.load(Ordering::Relaxed);
     std::thread::scope(|scope| {
-        for _ in 0..plan.threads.max(1) {
+        for _ in 0..threads.max(1) {
             scope.spawn(|| {
-                while let Some((at, setting)) = take(&rest, &next, interrupt) {
-                    let mut own = shooter(setting);
-                    let row = own.whole(setting, limit.map_or(guess, |limit| limit.middle()), above, plan, &as_it_is);
-                    // Of a setting that was interrupted nothing is kept.
+                while let Some((at, task)) = take(tasks, &next).filter(|_| !stopped()) {
+                    let answer = work(task);
                     if let Ok(mut found) = found.lock()
-                        && !interrupt.load(Ordering::Relaxed)
+                        && !stopped()
                     {
-                        found.push((at, row));
+                        found.push((at, answer));
                     }
-                    progress(done.fetch_add(1, Ordering::Relaxed) + 1, all);
+                    progress(done.fetch_add(1, Ordering::Relaxed) + 1);
                 }
             });
         }
     });
     let mut found = found.into_inner().unwrap_or_default();
     found.sort_by_key(|(at, _)| *at);
-    for (_, row) in found {
-        rows.push(row?);
-    }
-    Ok(Measured { case, rows, interrupted: interrupt.load(Ordering::Relaxed) })
+    found.into_iter().map(|(at, answer)| (tasks[at], answer)).collect()
 }
 
-/// The next setting to work on.
-fn take<'a>(rest: &'a [Setting], next: &AtomicUsize, interrupt: &AtomicBool) -> Option<(usize, &'a Setting)> {
+/// The next task, and its place.
+fn take(tasks: &[Task], next: &AtomicUsize) -> Option<(usize, Task)> {
     let at = next.fetch_add(1, Ordering::Relaxed);
-    rest.get(at).filter(|_| !interrupt.load(Ordering::Relaxed)).map(|setting| (at, setting))
+    tasks.get(at).map(|task| (at, *task))
 }
 
 /// Shoots with one setting, on one thread, and counts what became of the shots.
@@ -134,29 +211,34 @@ struct Shooter<'a> {
     subject: &'a Subject,
     sets: Vec<String>,
     interrupt: &'a AtomicBool,
-    undecided: u32,
-    unstable: u32,
-    shots: u32,
+    shots: Shots,
 }
 
 impl<'a> Shooter<'a> {
     fn new(subject: &'a Subject, case: &Case, setting: &Setting, interrupt: &'a AtomicBool) -> Self {
         let end = format!("/solver/end_time_us={:?}", PATIENCE * case.solver.end_time * 1e6);
         let sets = std::iter::once(end).chain(setting.sets.iter().cloned()).collect();
-        Self { subject, sets, interrupt, undecided: 0, unstable: 0, shots: 0 }
+        Self { subject, sets, interrupt, shots: Shots::default() }
     }
 
-    /// One shot, at the case's velocity or another [m/s].
-    fn shoot(&mut self, velocity: Option<f64>) -> Result<Run, BenchError> {
-        let velocity = velocity.map(|velocity| format!("/projectile/velocity_m_s={velocity:?}"));
-        let sets: Vec<String> = self.sets.iter().cloned().chain(velocity).collect();
+    /// One shot, with changes.
+    fn shoot(&mut self, changes: &[String]) -> Result<Run, BenchError> {
+        let sets: Vec<String> = self.sets.iter().chain(changes).cloned().collect();
         let case = self.subject.case(&sets)?;
         let options = Options { threads: Some(1), ..Options::default() };
         let run = simulation::run(&case, options, self.interrupt, &mut ())?;
-        self.shots += 1;
-        self.undecided += u32::from(run.outcome == Outcome::Running && run.trouble.is_none());
-        self.unstable += u32::from(!complete(&run));
+        self.shots.add(Shots {
+            all: 1,
+            undecided: u32::from(run.outcome == Outcome::Running && run.trouble.is_none()),
+            unstable: u32::from(!complete(&run)),
+        });
         Ok(run)
+    }
+
+    /// The velocity left [m/s] of a shot at a velocity [m/s], so far from the place that is meant [mm].
+    fn shifted(&mut self, velocity: f64, shift: [f64; 2]) -> Result<Option<f64>, BenchError> {
+        let place = axes::offset(&self.subject.case(&self.sets)?, shift);
+        Ok(scatter::left(&self.shoot(&[at_velocity(velocity), place])?))
     }
 
     /// The ballistic limit, from a guess [m/s].
@@ -165,45 +247,36 @@ impl<'a> Shooter<'a> {
             if self.interrupt.load(Ordering::Relaxed) {
                 return Ok(true); // ends the search soon; nothing of an interrupted one is kept
             }
-            let run = self.shoot(Some(velocity))?;
+            let run = self.shoot(&[at_velocity(velocity)])?;
             Ok(complete(&run) && run.outcome == Outcome::Perforated)
         })
     }
 
-    /// Everything about a setting that is not the reference.
-    fn whole(
-        &mut self,
-        setting: &Setting,
-        guess: f64,
-        above: Option<f64>,
-        plan: Plan,
-        reference: &Run,
-    ) -> Result<Row, BenchError> {
-        let limit = self.limit(guess, plan.width)?;
-        let as_it_is = self.shoot(None)?;
-        self.row(setting.clone(), limit, above, &as_it_is, reference)
-    }
-
+    /// All but the scatter. `as_it_is`: the shot at the case's velocity.
     fn row(
         &mut self,
-        setting: Setting,
+        setting: &Setting,
         limit: Option<Limit>,
         above: Option<f64>,
         as_it_is: &Run,
         reference: &Run,
     ) -> Result<Row, BenchError> {
-        let residual = above.map(|velocity| self.shoot(Some(velocity))).transpose()?;
+        let residual = above.map(|velocity| self.shoot(&[at_velocity(velocity)])).transpose()?;
         Ok(Row {
-            setting,
+            setting: setting.clone(),
             limit,
+            scatter: None,
             residual: residual.filter(complete).as_ref().and_then(velocity_left),
             first_failure: first_failure(as_it_is),
             before_failure: before_failure(reference, as_it_is),
-            undecided: self.undecided,
-            unstable: self.unstable,
             shots: self.shots,
         })
     }
+}
+
+/// The change that makes a shot one of this velocity [m/s].
+fn at_velocity(velocity: f64) -> String {
+    format!("/projectile/velocity_m_s={velocity:?}")
 }
 
 /// When the first yarn breaks [s].

@@ -30,9 +30,9 @@ impl Figure {
 pub fn figures(measured: &Measured) -> Vec<Figure> {
     let figure = |quantity, varied, allowed, got| Figure { quantity, varied, allowed, got };
     let limit = |row: &Row| row.limit.map(|limit| limit.middle());
-    let residual = |row: &Row| row.residual;
+    let residual = |row: &Row| row.scatter.map(|scatter| scatter.mean);
     let (before, ballistic, left) =
-        ("velocity before failure", "ballistic limit", "residual velocity at 1.5 × the limit");
+        ("velocity before failure", "ballistic limit", "mean residual velocity at 1.5 × the limit");
     let half = largest(measured, |row| row.setting.half_cell);
     let finer = largest(measured, |row| row.setting.axis == Axis::Finer);
     let of = |axis: Axis, read: &dyn Fn(&Row) -> Option<f64>| spread(measured, axis, read);
@@ -85,6 +85,7 @@ pub fn json(measured: &Measured, plan: Plan, wall_seconds: f64) -> Value {
             "axis": axis.name(),
             "limit_spread_percent": percent(&|row| row.limit.map(|limit| limit.middle())),
             "residual_velocity_spread_percent": percent(&|row| row.residual),
+            "mean_residual_velocity_spread_percent": percent(&|row| row.scatter.map(|scatter| scatter.mean)),
         })
     };
     json!({
@@ -117,11 +118,17 @@ fn of_row(row: &Row) -> Value {
         "stopped_m_s": row.limit.map(|limit| limit.stopped),
         "perforated_m_s": row.limit.map(|limit| limit.perforated),
         "residual_velocity_m_s": row.residual,
+        "mean_residual_velocity_m_s": row.scatter.map(|scatter| scatter.mean),
+        "standard_error_m_s": row.scatter.map(|scatter| scatter.error()),
+        "standard_deviation_m_s": row.scatter.map(|scatter| scatter.deviation),
+        "smallest_m_s": row.scatter.map(|scatter| scatter.range[0]),
+        "largest_m_s": row.scatter.map(|scatter| scatter.range[1]),
+        "shots_of_the_mean": row.scatter.map(|scatter| scatter.shots),
         "first_failure_us": row.first_failure.map(|time| time * 1e6),
         "before_failure_percent": row.before_failure.map(|part| part * 100.0),
-        "shots": row.shots,
-        "undecided": row.undecided,
-        "unstable": row.unstable,
+        "shots": row.shots.all,
+        "undecided": row.shots.undecided,
+        "unstable": row.shots.unstable,
     })
 }
 
