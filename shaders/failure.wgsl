@@ -1,5 +1,6 @@
 // failure: nonlocal failure. Marks the yarns whose own strain and whose mean strain over what lies around the element have both reached
-// the failure strain: they break in the next step. Marks lie apart from what other invocations read.
+// the failure strain, and those whose mean along themselves is beyond what one alone bears: they break in the next step. Marks lie
+// apart from what other invocations read.
 //   in      flags    array<u32>  (E)      bit 0 warp alive, bit 1 weft alive
 //   in/out  strains  array<f32>  (3, E)   of warp and weft [-], and which of them are to break: 1 warp, 2 weft
 //   in      status   array<u32>           counters
@@ -52,6 +53,21 @@ fn weight(span: Window, at: u32) -> f32 {
     return sum;
 }
 
+/// Mean strain of a yarn over its whole pieces along a window; `line`: its row or column.
+fn mean_along(ply: u32, yarn: u32, line: u32, along: Window) -> f32 {
+    var strain = 0.0;
+    var length = 0.0;
+    for (var at = along.first; at < along.end; at++) {
+        let share = weight(along, at);
+        let piece = element_at(ply, select(vec2<u32>(at, line), vec2<u32>(line, at), yarn == 0u));
+        if ((flags[piece] & (1u << yarn)) != 0u) {
+            strain += share * strains[yarn * scene.elements + piece];
+            length += share;
+        }
+    }
+    return strain / length;
+}
+
 /// Whether a yarn (0 warp, 1 weft) of an element is to break.
 fn breaks(element: u32, yarn: u32, limit: f32) -> bool {
     let own = strains[yarn * scene.elements + element];
@@ -85,7 +101,8 @@ fn breaks(element: u32, yarn: u32, limit: f32) -> bool {
             weights += width * length;
         }
     }
-    return weights == 0.0 || sum >= limit * weights;
+    return weights == 0.0 || sum >= limit * weights
+        || mean_along(ply, yarn, place[yarn], along) >= limit * scene.alone;
 }
 
 @compute @workgroup_size(64)

@@ -128,9 +128,10 @@ struct Scene {
     mirror: u32,
     /// How far around the middle of an element the mean strain goes that breaks its yarns [element lengths].
     neighbourhood: f32,
+    /// Mean strain along a yarn at which it breaks whatever lies beside it, over its failure strain [-].
+    alone: f32,
     pad0: u32,
     pad1: u32,
-    pad2: u32,
     /// Corner (ρ, s) and outward normal (ρ, s) of the side that begins there.
     profile: array<vec4<f32>, 5>,
 }

@@ -8,7 +8,7 @@ use crate::case::{Edge, Edges};
 use crate::kernels::element_force::ElementConstants;
 use crate::kernels::ply_contact;
 use crate::kernels::rigid_body::RigidBody;
-use crate::model::{Mesh, Model, Sheet, symmetry::Cut};
+use crate::model::{Mesh, Model, Sheet, regularisation::MEAN_OVER_PEAK, symmetry::Cut};
 use crate::outcome::{shoulder, unbroken_cells};
 
 /// Invocations per workgroup of the kernels over elements and nodes.
@@ -163,6 +163,7 @@ pub fn scene(model: &Model<f32>, sheet: usize, points: u32, groups: u32) -> Bloc
     block.count("body_held", model.projectile.as_ref().map_or(0, body_held));
     block.count("mirror", model.mirror.0.into_iter().enumerate().map(|(axis, plane)| usize::from(plane) << axis).sum());
     block.double("neighbourhood", sheet.neighbourhood.as_ref().map_or(0.0, |around| around.reach));
+    block.double("alone", 1.0 / MEAN_OVER_PEAK);
     // The array begins at a multiple of sixteen bytes.
     while !block.0.len().is_multiple_of(4) {
         let pads = ["pad0", "pad1", "pad2"];

@@ -23,14 +23,16 @@
 //! its peak in the S-720 shot at 144 m/s goes from 2.6 to 3.6 % over sub-cell shifts of the hit (contact at the rim), and from 3.2 to
 //! 4.1 % on a mesh twice as fine. Its mean over a square of some crossovers hardly does: 2.22 to 2.28 % and 2.25 to 2.35 % over three by
 //! three. Over four by four the ballistic limit depends least on shifts, mesh and time step. Yarns then fail at 0.622 times the published
-//! strain, by which that limit is the one of the centred shot with one crossover per element and local failure.
+//! strain, by which that limit is the one of the centred shot with one crossover per element and local failure. Where a yarn bears a
+//! load alone the mean over those beside it says nothing, and it breaks at the published strain in its own mean over four crossovers:
+//! without that single yarns bear many times their strength, the more the finer the mesh, and tow the projectile.
 
 use crate::case::{FailureMeasure, Pack, Regularisation};
 
 /// Side of the square over which nonlocal failure takes the mean strain, in crossovers.
 pub const NEIGHBOURHOOD: f64 = 4.0;
-/// Mean strain at which yarns fail over the published strain of an element of one crossover [-]; by the ballistic limit of S-720.
-const MEAN_OVER_PEAK: f64 = 0.622;
+/// Mean strain over the square at which yarns fail over the published strain, at which one alone does [-]; by the ballistic limit of S-720.
+pub const MEAN_OVER_PEAK: f64 = 0.622;
 /// Part a of the peak strain that decays away from the projectile [-].
 const DECAYING: f64 = 0.45;
 /// Length ℓ over which it does, in crossovers [-].

@@ -1,10 +1,11 @@
 //! Nonlocal failure: yarns judged by their mean strain over what lies around an element.
 //!
 //! The strain of a single element at a projectile's rim is that of the mesh: it depends on where in an element the rim is. Its mean
-//! over four by four crossovers does not (see `model/regularisation.rs`).
+//! over four by four crossovers does not (see `model/regularisation.rs`). A yarn that bears a load alone, others beside it slack,
+//! breaks at its own mean along those four crossovers.
 
 use crate::kernels::element_force::{BREAKING, ElementTotals, field};
-use crate::model::{Model, Span};
+use crate::model::{Model, Span, regularisation::MEAN_OVER_PEAK};
 use crate::number::Scalar;
 use crate::state::State;
 
@@ -54,7 +55,23 @@ impl<S: Scalar> Yarns<'_, S> {
     /// `around`: rows and columns of the element's neighbourhood.
     fn breaks(&self, element: [usize; 2], around: [&Span; 2], limit: f64) -> bool {
         let own = self.strain(element);
-        own >= limit && self.stands(element) && self.mean(around).unwrap_or(own) >= limit
+        own >= limit
+            && self.stands(element)
+            && (self.mean(around).unwrap_or(own) >= limit || self.own_mean(element, around) >= limit / MEAN_OVER_PEAK)
+    }
+
+    /// Mean strain over the pieces of the element's own yarn around it that are whole. A mean over its neighbours would let a
+    /// yarn that is alone in bearing a load bear as many times its limit as there are slack ones beside it.
+    fn own_mean(&self, [row, column]: [usize; 2], [rows, columns]: [&Span; 2]) -> f64 {
+        let (mut sum, mut length) = (0.0, 0.0);
+        for (place, part) in places(if self.yarn == 0 { columns } else { rows }) {
+            let at = if self.yarn == 0 { [row, place] } else { [place, column] };
+            if self.stands(at) {
+                sum += part * self.strain(at);
+                length += part;
+            }
+        }
+        sum / length
     }
 
     /// Mean strain over the pieces of yarn around that are whole, if any is: a broken one, slack beside its break, says nothing of
@@ -122,6 +139,20 @@ mod tests {
         assert_eq!(marked(higher, &[], &[]), [[4, 4]]);
         assert_eq!(marked(|_, _| 1.001, &[], &[]).len(), 81);
         assert_eq!(marked(|_, _| 0.999, &[], &[]), [[0; 2]; 0]);
+    }
+
+    #[test]
+    fn a_yarn_that_bears_alone_breaks_at_its_published_strain() {
+        let alone = |height: f64| move |row: usize, _| if row == 4 { height } else { 0.1 };
+        let row: Vec<[usize; 2]> = (0..9).map(|column| [4, column]).collect();
+        let published = 1.0 / MEAN_OVER_PEAK;
+        assert_eq!(marked(alone(1.001 * published), &[], &[]), row);
+        assert_eq!(marked(alone(0.999 * published), &[], &[]), [[0; 2]; 0]);
+        // It is a mean along the yarn, over its whole pieces: slack ones before column 4 spare it, broken ones do not count.
+        let step = |row: usize, column: usize| if row == 4 && column >= 4 { 1.2 * published } else { 0.1 };
+        let beside = marked(step, &[[4, 3]], &[]);
+        assert_eq!(beside, (4..9).map(|column| [4, column]).collect::<Vec<_>>());
+        assert_eq!(marked(step, &[], &[]), (5..9).map(|column| [4, column]).collect::<Vec<_>>());
     }
 
     #[test]

@@ -5,8 +5,8 @@
 //! bisected, the residual velocity at one and a half times the limit of the reference is read, and the velocity history
 //! before the first broken yarn is compared with the reference's.
 //!
-//! Once yarns break, a shot is sensitive to anything, and its residual velocity is a draw. So what is compared between settings is the
-//! mean over shots at places that nobody could tell apart ([`scatter`]); the scatter of those says what one shot is worth.
+//! Once yarns break, a shot is sensitive to anything. What is chance in a residual velocity, and what is not, is told by shots at places
+//! that nobody could tell apart ([`scatter`]): their scatter says what one shot is worth, their means what settings do.
 
 pub mod axes;
 pub mod limit;

@@ -30,9 +30,9 @@ impl Figure {
 pub fn figures(measured: &Measured) -> Vec<Figure> {
     let figure = |quantity, varied, allowed, got| Figure { quantity, varied, allowed, got };
     let limit = |row: &Row| row.limit.map(|limit| limit.middle());
-    let residual = |row: &Row| row.scatter.map(|scatter| scatter.mean);
+    let residual = |row: &Row| row.residual;
     let (before, ballistic, left) =
-        ("velocity before failure", "ballistic limit", "mean residual velocity at 1.5 × the limit");
+        ("velocity before failure", "ballistic limit", "residual velocity at 1.5 × the limit");
     let half = largest(measured, |row| row.setting.half_cell);
     let finer = largest(measured, |row| row.setting.axis == Axis::Finer);
     let of = |axis: Axis, read: &dyn Fn(&Row) -> Option<f64>| spread(measured, axis, read);

@@ -15,7 +15,7 @@ use super::{Scene, element_places, kill, random_elements};
 use crate::support::Random;
 use crate::support::patch::{self, affine};
 
-/// Windows of whole and half elements, of small parts of them, over a mirror plane, of plies with different limits.
+/// Windows of whole and half elements, of small parts of them, over a mirror plane, of plies with different limits; a row that bears alone.
 pub(crate) fn scenes() -> Vec<Scene> {
     let make = |name: &str, size: [usize; 2], change: &dyn Fn(&mut Case)| {
         let mut case = patch::case(size[0], size[1]);
@@ -34,6 +34,7 @@ pub(crate) fn scenes() -> Vec<Scene> {
             case.pack.edges.left = Edge::Clamped;
             case.pack.edges.right = Edge::Clamped;
         }),
+        make("nonlocal, one row bears all", [13, 11], &|_| {}),
         make("nonlocal, only a part reached", [13, 11], &|_| {}),
         make("nonlocal, a quarter", [14, 12], &|_| {}),
         taut("nonlocal, plies of two fabrics", pack([13, 11], &[Group::turned(0), Group::coarse(90)])),
@@ -74,7 +75,13 @@ fn taut(name: &str, mut case: Case) -> Scene {
             let [along, across] = [x[0] / mesh.size(0, 0)[0], x[1] / mesh.size(0, 0)[1]];
             // More on one side of the ply than on the other, in another direction in every ply.
             let tilt = 0.002 * (far(along) * [1.0, -1.0][ply % 2] + far(across) * [1.0, -1.0][ply / 2 % 2]);
-            let uniform = affine([at_limit[0] + tilt, 0.0, 0.0], [0.0, at_limit[1] - tilt, 0.0], x);
+            // Warp beside the row that bears all has less than its limit, on the mean over both too.
+            let more = match row {
+                _ if !name.contains("bears all") => 0.0,
+                4 | 5 => 0.65 * sheet.cell.yarn[0].failure_strain,
+                _ => -0.85 * sheet.cell.yarn[0].failure_strain,
+            };
+            let uniform = affine([at_limit[0] + tilt + more, 0.0, 0.0], [0.0, at_limit[1] - tilt, 0.0], x);
             let at = model.grid.first_node_row(ply) + row;
             for a in 0..3 {
                 let u = uniform[a] + 0.015 * mesh.length[a % 2] * random.between(-1.0, 1.0);

@@ -52,6 +52,31 @@ pub(super) const MUTANTS: &[Mutant] = &[
         "let reach = 2.0;",
     ),
     mutant(
+        "one that is alone spared",
+        "nonlocal, one row bears all",
+        "\n        || mean_along(ply, yarn, place[yarn], along) >= limit * scene.alone",
+        "",
+    ),
+    mutant("one that is alone bears no more", "nonlocal, one row bears all", "limit * scene.alone", "limit"),
+    mutant(
+        "mean along another line",
+        "nonlocal, one row bears all",
+        "along) >= limit * scene",
+        "across) >= limit * scene",
+    ),
+    mutant(
+        "broken pieces of its own count",
+        "nonlocal, one row bears all",
+        "if ((flags[piece] & (1u << yarn)) != 0u) {",
+        "if (true) {",
+    ),
+    mutant(
+        "pieces of its own as wholes",
+        "nonlocal, one row bears all",
+        "let share = weight(along, at);",
+        "let share = 1.0;",
+    ),
+    mutant(
         "small parts left out",
         "nonlocal, three crossovers per element",
         "const SAME: f32 = 1e-6;",
