@@ -175,7 +175,8 @@ pub(crate) struct Kinematics<R> {
     /// Λ − 1 [-].
     pub(crate) stretch: [R; 2],
     direction: [[R; 3]; 2],
-    lambda: [R; 2],
+    /// 1/Λ [-].
+    per_stretch: [R; 2],
     /// Of the shear angle.
     pub(crate) sine: R,
 }
@@ -217,7 +218,7 @@ pub(crate) fn kinematics<R: Real>(c: &Size<R>, dx: &Vector<R>, dy: &Vector<R>) -
     Kinematics {
         stretch: [s1, s2],
         direction: [[f1[0] * i1, f1[1] * i1, f1[2] * i1], [f2[0] * i2, f2[1] * i2, f2[2] * i2]],
-        lambda: [l1, l2],
+        per_stretch: [i1, i2],
         sine: sine.max(-one).min(one),
     }
 }
@@ -233,10 +234,10 @@ fn membrane<R: Real>(c: &Size<R>, k: &Kinematics<R>, pull: &[R; 2], q: R, shear:
     let n = q;
     let floor = n.with(COSINE_FLOOR * COSINE_FLOOR);
     let cosine = (n.one() - k.sine.squared()).max(floor).sqrt();
-    let lever = n.with(STRETCH_FLOOR);
+    let most = n.with(1.0 / STRETCH_FLOOR);
     let q = q / cosine;
-    let q1 = q * c.half_length[0] / k.lambda[0].max(lever);
-    let q2 = q * c.half_length[1] / k.lambda[1].max(lever);
+    let q1 = q * c.half_length[0] * k.per_stretch[0].min(most);
+    let q2 = q * c.half_length[1] * k.per_stretch[1].min(most);
     (
         each!(a in 3 => n1 * e1[a] + q1 * (e2[a] - k.sine * e1[a])),
         each!(a in 3 => n2 * e2[a] + q2 * (e1[a] - k.sine * e2[a])),
