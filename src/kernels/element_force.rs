@@ -10,6 +10,7 @@
 
 use std::ops::Range;
 
+use crate::kernels::ahead::Ahead;
 use crate::kernels::crossover::{self, CellConstants, LawKernel};
 use crate::kernels::element_size::Size;
 use crate::kernels::shear::{self, ShearConstants};
@@ -100,6 +101,8 @@ pub struct ElementRow<'a, S> {
     pub per_width: &'a [S],
     /// Viscosity along X of each element and along Y of the row, over the stiffness [s]; `None`: an even mesh has none.
     pub viscosity: Option<(&'a [S], f64)>,
+    /// Rows that are read after this one.
+    pub ahead: Ahead<'a, S>,
 }
 
 impl<S> ElementRow<'_, S> {
@@ -319,6 +322,7 @@ pub fn element_force<R: Real, L: LawKernel>(
     let (mut residual, mut largest, mut deflection) = (zero, zero, zero);
     let mut column = range.start - range.start % R::LANES;
     while column < range.end {
+        row.ahead.ask(column);
         let at = column + 1;
         let [ux, uy, uz] = each!(f in 3 => differences(&corners(n, row, f, column)));
         let [vx, vy, vz] = each!(f in 3 => differences(&corners(n, row, 3 + f, column)));
