@@ -46,13 +46,16 @@ fn joint(stretch: vec2<f32>, start: vec2<f32>) -> Found {
         if (met || round == JOINT_ITERATIONS) {
             break;
         }
-        // The force they have in common, Σ F/S over Σ 1/S; one division for all.
+        // To the force they have in common, Σ F/S over Σ 1/S, from that of each; one division for all.
         let product = sp * so;
-        let sum = sp + so + give * product;
+        let soft = give * product;
+        let sum = sp + so + soft;
         let inverse = 1.0 / (product * sum);
-        let balance = (pivot.force * so + other.force * sp + force * give * product) * (product * inverse);
-        let next_x = min(max(x + (balance - pivot.force) * (so * sum * inverse), 0.0), scene.height_sum);
-        let linear_y = y + (balance - other.force) * (sp * sum * inverse);
+        let between = other.force - pivot.force;
+        let climb_x = so * (between * sp + (force - pivot.force) * soft);
+        let climb_y = sp * ((force - other.force) * soft - between * so);
+        let next_x = min(max(x + climb_x * inverse, 0.0), scene.height_sum);
+        let linear_y = y + climb_y * inverse;
         let next_q = max(opening(next_x + linear_y), 0.3 * q);
         let next_y = other_height(next_x, next_q);
         // What the curves bend away from their tangents over this step: F″h ≤ 3F′ and ε″h ≤ ε′ of a yarn in any law, twice

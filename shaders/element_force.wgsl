@@ -37,7 +37,8 @@ struct Kinematics {
     stretch: vec2<f32>,
     warp: vec3<f32>,
     weft: vec3<f32>,
-    lambda: vec2<f32>,
+    /// 1/Λ.
+    per_stretch: vec2<f32>,
     sine: f32,
 }
 
@@ -76,7 +77,7 @@ fn kinematics(u: Differences) -> Kinematics {
     let i1 = 1.0 / l1;
     let i2 = 1.0 / l2;
     let sine = (g2.x + g1.y + dot(g1, g2)) * i1 * i2;
-    return Kinematics(vec2<f32>(s1, s2), f1 * i1, f2 * i2, vec2<f32>(l1, l2), min(max(sine, -1.0), 1.0));
+    return Kinematics(vec2<f32>(s1, s2), f1 * i1, f2 * i2, vec2<f32>(i1, i2), min(max(sine, -1.0), 1.0));
 }
 
 struct Membrane {
@@ -93,8 +94,8 @@ fn membrane(k: Kinematics, pull: vec2<f32>, resultant: f32) -> Membrane {
     }
     let cosine = sqrt(max(1.0 - squared(k.sine), COSINE_FLOOR * COSINE_FLOOR));
     let q = resultant / cosine;
-    let q1 = q * scene.half_length_warp / max(k.lambda.x, STRETCH_FLOOR);
-    let q2 = q * scene.half_length_weft / max(k.lambda.y, STRETCH_FLOOR);
+    let q1 = q * scene.half_length_warp * min(k.per_stretch.x, 1.0 / STRETCH_FLOOR);
+    let q2 = q * scene.half_length_weft * min(k.per_stretch.y, 1.0 / STRETCH_FLOOR);
     return Membrane(
         n1 * k.warp + q1 * (k.weft - k.sine * k.warp),
         n2 * k.weft + q2 * (k.warp - k.sine * k.weft));

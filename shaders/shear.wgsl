@@ -24,20 +24,15 @@ fn arc_sine(x: f32) -> f32 {
     let small = size <= 0.5;
     let argument = select(sqrt(0.5 * (1.0 - size)), size, small);
     let s = squared(argument);
-    var p = ARC_SINE[0];
-    p = p * s + ARC_SINE[1];
-    p = p * s + ARC_SINE[2];
-    p = p * s + ARC_SINE[3];
-    p = p * s + ARC_SINE[4];
-    p = p * s + ARC_SINE[5];
-    p = p * s + ARC_SINE[6];
-    p = p * s + ARC_SINE[7];
-    p = p * s + ARC_SINE[8];
-    p = p * s + ARC_SINE[9];
-    p = p * s + ARC_SINE[10];
-    p = p * s + ARC_SINE[11];
-    p = p * s + ARC_SINE[12];
-    let angle = argument * p;
+    // Horner for the even (x) and for the odd (y) powers of x²: neither waits for the other.
+    let fourth = s * s;
+    var p = vec2<f32>(ARC_SINE[2], ARC_SINE[1]) + vec2<f32>(ARC_SINE[0] * fourth, 0.0);
+    p = p * fourth + vec2<f32>(ARC_SINE[4], ARC_SINE[3]);
+    p = p * fourth + vec2<f32>(ARC_SINE[6], ARC_SINE[5]);
+    p = p * fourth + vec2<f32>(ARC_SINE[8], ARC_SINE[7]);
+    p = p * fourth + vec2<f32>(ARC_SINE[10], ARC_SINE[9]);
+    p = p * fourth + vec2<f32>(ARC_SINE[12], ARC_SINE[11]);
+    let angle = argument * (p.x + p.y * s);
     let whole = select(HALF_PI - 2.0 * angle, angle, small);
     return select(whole, -whole, x < 0.0);
 }

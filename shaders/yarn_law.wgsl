@@ -68,9 +68,10 @@ fn sinusoid(y: Yarn, stretch: f32, h: f32) -> Sinusoid {
     let k = h * dk;
     let arc = arc_length(k);
     let per_length = 1.0 / (1.0 + y.crimp);
-    let strain = (stretch + length * arc.excess - y.crimp) * per_length;
-    let tension = select(0.0, y.stiffness * strain, 0.0 < strain);
-    let dstrain = length * arc.slope * dk * per_length;
+    let scale = length * per_length;
+    let strain = (stretch - y.crimp) * per_length + scale * arc.excess;
+    let tension = y.stiffness * max(strain, 0.0);
+    let dstrain = scale * dk * arc.slope;
     return Sinusoid(arc, k, dk, strain, tension, dstrain);
 }
 
@@ -118,8 +119,9 @@ fn yarn_response(y: Yarn, stretch: f32, h: f32) -> YarnResponse {
     } else {
         let cosine = s.arc.cosine;
         let twice = 2.0 * cosine;
-        force = twice * s.tension * s.k;
-        stiffness = twice * (y.stiffness * s.dstrain * s.k + s.tension * squared(cosine) * s.dk);
+        let sine = twice * s.k;
+        force = s.tension * sine;
+        stiffness = y.stiffness * s.dstrain * sine + s.tension * (twice * squared(cosine) * s.dk);
     }
     let taut = 0.0 < s.strain;
     return YarnResponse(

@@ -202,6 +202,17 @@ macro_rules! lanes {
             fn select(mask: $mask<S>, yes: Self, no: Self) -> Self {
                 Self(mask.0.select(yes.0, no.0))
             }
+            // On other processors a register's maximum may differ from that of one number in the sign of a zero.
+            #[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
+            #[inline(always)]
+            fn max(self, other: Self) -> Self {
+                Self(self.0.max(other.0))
+            }
+            #[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
+            #[inline(always)]
+            fn min(self, other: Self) -> Self {
+                Self(self.0.min(other.0))
+            }
             #[inline(always)]
             fn inverse_cube_root_estimate(self) -> Self {
                 let third = (self.0.to_bits() >> $half) * $third;
@@ -337,6 +348,14 @@ impl<R: Real> Real for Twice<R> {
     #[inline(always)]
     fn select(mask: Self::Mask, yes: Self, no: Self) -> Self {
         Self(R::select(mask.0, yes.0, no.0), R::select(mask.1, yes.1, no.1))
+    }
+    #[inline(always)]
+    fn max(self, other: Self) -> Self {
+        Self(self.0.max(other.0), self.1.max(other.1))
+    }
+    #[inline(always)]
+    fn min(self, other: Self) -> Self {
+        Self(self.0.min(other.0), self.1.min(other.1))
     }
     #[inline(always)]
     fn inverse_cube_root_estimate(self) -> Self {

@@ -20,7 +20,7 @@ use crate::kernels::rigid_body::RigidBody;
 use crate::model::{Mesh, Model, mesh::corners};
 use crate::number::Scalar;
 use crate::state::State;
-use crate::step::node_position;
+use crate::step::{node_position, row_positions};
 
 /// Time without noticeable force after which a perforation is over [s].
 const QUIET: f64 = 20e-6;
@@ -133,12 +133,18 @@ pub fn covered<S: Scalar>(model: &Model<S>, state: &State<S>, body: &RigidBody, 
     };
     let mesh = &model.sheet(ply).mesh;
     let span = unbroken_cells(mesh, body);
+    // The directions in which `place` measures how far across a point is, in the axes of the ply, and where the body is along them.
+    let sides = [Vector3::x(), if body.body.profile.bar { Vector3::zeros() } else { Vector3::y() }].map(|side| {
+        let side = body.orientation * side;
+        (mesh.to_ply(side.into()), -side.dot(&body.position))
+    });
     // An element with a corner further away is not looked at any closer.
     let far = |row, column| body.body.radius + 2.0 * mesh.size(row, column).iter().sum::<f64>();
     (0..mesh.rows).any(|row| {
-        (0..mesh.columns).any(|column| {
-            state.standing(model.grid.first_element_row(ply) + row, column)
-                && place(node_position(model, state, ply, row, column)).1 < far(row, column)
+        (0..mesh.columns).zip(row_positions(model, state, ply, row)).any(|(column, [x, y, z])| {
+            let across = sides.map(|([a, b, c], at)| (a * x + b * y + c * z + at).powi(2));
+            across[0] + across[1] < far(row, column).powi(2)
+                && state.standing(model.grid.first_element_row(ply) + row, column)
                 && patch(model, state, ply, [row, column]).into_iter().any(ahead)
                 && (0..2).any(|yarn| runs_on(model, state, ply, [row, column], yarn, span))
         })

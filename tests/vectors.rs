@@ -1,13 +1,14 @@
 //! Vector registers.
 //!
 //! Promised: whatever registers the kernels use, every number of a run is the same to the last bit.
-//! Red when: a lane is computed from its neighbours, a sum depends on how many are added at once, or padding leaks in.
+//! Red when: a lane is computed from its neighbours, a sum depends on how many are added at once, padding leaks in, or a register's
+//! own instruction differs from what one number does.
 
 use ripstop::case::{Case, UnitCell};
-use ripstop::lanes::Vectors;
+use ripstop::lanes::{Twice, Vectors};
 use ripstop::ledger::{Balance, Ledger};
 use ripstop::model::Model;
-use ripstop::number::Scalar;
+use ripstop::number::{Real, Scalar};
 use ripstop::state::State;
 use ripstop::step::{FailureEvent, Stepper};
 
@@ -72,4 +73,43 @@ fn every_law_and_iteration_gives_the_same_bits() {
         case.solver.unit_cell = UnitCell::Bracketed;
         same_on_all::<f32>(&case, 60);
     }
+}
+
+/// Largest and smallest of pairs in registers like `n` are those of one number alone, to the sign of a zero and whatever is not a
+/// number.
+fn same_extremes<R: Real>(n: R, name: &str) {
+    let values = [0.0, -0.0, 1.0, -1.5, f64::INFINITY, f64::NAN].map(R::Scalar::splat);
+    let same = |found: R, one: R::Scalar| {
+        let bits = (0..R::LANES).map(|lane| found.lane(lane).to_f64().to_bits());
+        assert!(bits.into_iter().all(|bits| bits == one.to_f64().to_bits()), "{name}: not {one:?}");
+    };
+    for a in values {
+        for b in values {
+            let (x, y) = (n.spread(a), n.spread(b));
+            same(x.max(y), Real::max(a, b));
+            same(x.min(y), Real::min(a, b));
+        }
+    }
+}
+
+fn same_extremes_on_all<S: Scalar>() {
+    for vectors in Vectors::all() {
+        match vectors {
+            Vectors::None => {}
+            #[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
+            Vectors::Avx512(simd) => same_extremes(Twice::of(S::lanes(simd)), vectors.name()),
+            #[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
+            Vectors::Avx2(simd) => same_extremes(Twice::of(S::lanes(simd)), vectors.name()),
+            #[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
+            Vectors::Sse2(simd) => same_extremes(Twice::of(S::lanes(simd)), vectors.name()),
+            #[cfg(target_arch = "aarch64")]
+            Vectors::Neon(simd) => same_extremes(Twice::of(S::lanes(simd)), vectors.name()),
+        }
+    }
+}
+
+#[test]
+fn the_largest_and_the_smallest_are_those_of_one_number_alone() {
+    same_extremes_on_all::<f64>();
+    same_extremes_on_all::<f32>();
 }

@@ -80,13 +80,18 @@ pub(super) fn iterate<R: Real, L: LawKernel>(
         if round + 1 == JOINT_ITERATIONS || !pending.any() {
             break;
         }
-        // The force they have in common, Σ F/S over Σ 1/S; one division for all.
+        // To the force they have in common, Σ F/S over Σ 1/S, from that of each; one division for all.
         let product = sp * so;
-        let sum = sp + so + give * product;
+        let soft = give * product;
+        let sum = sp + so + soft;
         let inverse = one / (product * sum);
-        let balance = (yarn[0].force * so + yarn[1].force * sp + force * give * product) * (product * inverse);
-        let pivot = (height[0] + (balance - yarn[0].force) * (so * sum * inverse)).max(zero).min(cell.height_sum);
-        let other = height[1] + (balance - yarn[1].force) * (sp * sum * inverse);
+        let between = yarn[1].force - yarn[0].force;
+        let climb = [
+            so * (between * sp + (force - yarn[0].force) * soft),
+            sp * ((force - yarn[1].force) * soft - between * so),
+        ];
+        let pivot = (height[0] + climb[0] * inverse).max(zero).min(cell.height_sum);
+        let other = height[1] + climb[1] * inverse;
         let next = opening(cell, pivot + other).max(q * n.with(0.3));
         let new = [pivot, other_height(cell, pivot, next)];
         let rise = each!(i in 2 => new[i] - height[i]);

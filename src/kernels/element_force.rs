@@ -10,6 +10,7 @@
 
 use std::ops::Range;
 
+use crate::kernels::ahead::Ahead;
 use crate::kernels::crossover::{self, CellConstants, LawKernel};
 use crate::kernels::element_size::Size;
 use crate::kernels::shear::{self, ShearConstants};
@@ -100,6 +101,8 @@ pub struct ElementRow<'a, S> {
     pub per_width: &'a [S],
     /// Viscosity along X of each element and along Y of the row, over the stiffness [s]; `None`: an even mesh has none.
     pub viscosity: Option<(&'a [S], f64)>,
+    /// Rows that are read after this one.
+    pub ahead: Ahead<'a, S>,
 }
 
 impl<S> ElementRow<'_, S> {
@@ -175,7 +178,8 @@ pub(crate) struct Kinematics<R> {
     /// Λ − 1 [-].
     pub(crate) stretch: [R; 2],
     direction: [[R; 3]; 2],
-    lambda: [R; 2],
+    /// 1/Λ [-].
+    per_stretch: [R; 2],
     /// Of the shear angle.
     pub(crate) sine: R,
 }
@@ -217,7 +221,7 @@ pub(crate) fn kinematics<R: Real>(c: &Size<R>, dx: &Vector<R>, dy: &Vector<R>) -
     Kinematics {
         stretch: [s1, s2],
         direction: [[f1[0] * i1, f1[1] * i1, f1[2] * i1], [f2[0] * i2, f2[1] * i2, f2[2] * i2]],
-        lambda: [l1, l2],
+        per_stretch: [i1, i2],
         sine: sine.max(-one).min(one),
     }
 }
@@ -233,10 +237,10 @@ fn membrane<R: Real>(c: &Size<R>, k: &Kinematics<R>, pull: &[R; 2], q: R, shear:
     let n = q;
     let floor = n.with(COSINE_FLOOR * COSINE_FLOOR);
     let cosine = (n.one() - k.sine.squared()).max(floor).sqrt();
-    let lever = n.with(STRETCH_FLOOR);
+    let most = n.with(1.0 / STRETCH_FLOOR);
     let q = q / cosine;
-    let q1 = q * c.half_length[0] / k.lambda[0].max(lever);
-    let q2 = q * c.half_length[1] / k.lambda[1].max(lever);
+    let q1 = q * c.half_length[0] * k.per_stretch[0].min(most);
+    let q2 = q * c.half_length[1] * k.per_stretch[1].min(most);
     (
         each!(a in 3 => n1 * e1[a] + q1 * (e2[a] - k.sine * e1[a])),
         each!(a in 3 => n2 * e2[a] + q2 * (e1[a] - k.sine * e2[a])),
@@ -318,6 +322,7 @@ pub fn element_force<R: Real, L: LawKernel>(
     let (mut residual, mut largest, mut deflection) = (zero, zero, zero);
     let mut column = range.start - range.start % R::LANES;
     while column < range.end {
+        row.ahead.ask(column);
         let at = column + 1;
         let [ux, uy, uz] = each!(f in 3 => differences(&corners(n, row, f, column)));
         let [vx, vy, vz] = each!(f in 3 => differences(&corners(n, row, 3 + f, column)));

@@ -90,11 +90,14 @@ pub fn arc_sine<R: Real>(x: R) -> R {
     let folds = (!small).any();
     let argument = if folds { R::select(small, size, (half * (n.one() - size)).sqrt()) } else { size };
     let square = argument.squared();
-    let mut p = n.zero();
-    for c in ARC_SINE {
-        p = p * square + n.with(c);
+    // Horner for the even and for the odd powers of x²: neither waits for the other.
+    let fourth = square.squared();
+    let (mut even, mut odd) = (n.with(ARC_SINE[0]), n.zero());
+    for pair in ARC_SINE[1..].chunks_exact(2) {
+        odd = odd * fourth + n.with(pair[0]);
+        even = even * fourth + n.with(pair[1]);
     }
-    let angle = argument * p;
+    let angle = argument * (even + odd * square);
     let angle = R::select(small, angle, n.with(std::f64::consts::FRAC_PI_2) - n.with(2.0) * angle);
     R::select(x.lt(n.zero()), -angle, angle)
 }

@@ -87,8 +87,10 @@ impl<R: Real> YarnResponse<R> {
 pub struct Span<R> {
     /// Λ − 1 [-].
     stretch: R,
-    /// Λ, and a little where the cell has collapsed [-].
-    length: R,
+    /// Strain of the yarn were it straight [-].
+    straight: R,
+    /// Strain per excess of the arc's length over its span, Λ/(1 + crimp) and a little where the cell has collapsed [-].
+    scale: R,
     /// End slope over height, π/(2 w0 Λ) [1/m].
     rise: R,
 }
@@ -100,7 +102,7 @@ pub trait LawKernel: Copy + Send + Sync + 'static {
     fn span<R: Real>(yarn: &YarnConstants<R>, stretch: R) -> Span<R> {
         let length = (stretch.one() + stretch).max(stretch.with(SHORTEST));
         let rise = stretch.with(std::f64::consts::FRAC_PI_2) / (yarn.half_span * length);
-        Span { stretch, length, rise }
+        Span { stretch, straight: yarn.straight(stretch), scale: length * yarn.per_rest, rise }
     }
     /// Tension, contact force and their derivatives of one yarn at height `h`.
     fn respond<R: Real>(yarn: &YarnConstants<R>, span: &Span<R>, h: R) -> YarnResponse<R>;
@@ -144,11 +146,10 @@ struct Sinusoid<R: Real> {
 fn sinusoid<R: Real>(yarn: &YarnConstants<R>, span: &Span<R>, h: R) -> Sinusoid<R> {
     let k = h * span.rise;
     let arc = arc_length(k, yarn.terms);
-    let strain = (span.stretch + span.length * arc.excess - yarn.crimp) * yarn.per_rest;
-    let zero = h.zero();
-    let taut = zero.lt(strain);
-    let tension = R::select(taut, yarn.stiffness * strain, zero);
-    let dstrain = span.length * arc.slope * span.rise * yarn.per_rest;
+    let strain = span.straight + span.scale * arc.excess;
+    let taut = h.zero().lt(strain);
+    let tension = yarn.stiffness * strain.max(h.zero());
+    let dstrain = span.scale * span.rise * arc.slope;
     Sinusoid { arc, k, strain, tension, taut, dstrain }
 }
 
@@ -171,8 +172,10 @@ fn published_yarn<R: Real>(yarn: &YarnConstants<R>, span: &Span<R>, h: R) -> Yar
     let s = sinusoid(yarn, span, h);
     let cosine = s.arc.cosine;
     let twice = h.with(2.0) * cosine;
-    let force = twice * s.tension * s.k;
-    let stiffness = twice * (yarn.stiffness * s.dstrain * s.k + s.tension * cosine.squared() * span.rise);
+    let sine = twice * s.k;
+    let force = s.tension * sine;
+    let turning = s.tension * (twice * cosine.squared() * span.rise);
+    let stiffness = yarn.stiffness * s.dstrain * sine + turning;
     s.response(yarn, force, stiffness)
 }
 

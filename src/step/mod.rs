@@ -33,6 +33,7 @@ pub use kernels::{HasKernels, RowKernels};
 pub(crate) use memory::Memory;
 use plies::PlyContact;
 use projectile::ProjectileContact;
+pub(crate) use projectile::row_positions;
 pub use projectile::{fabric_between, node_position, node_stands};
 pub use stopwatch::{Phase, Stopwatch};
 use sweep::{Passes, Sweep};

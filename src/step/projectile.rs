@@ -14,7 +14,7 @@ use crate::kernels::projectile_rim::{Rim, Tie};
 use crate::kernels::rigid_body::RigidBody;
 use crate::model::{Model, over, over::SIDES};
 use crate::number::Scalar;
-use crate::state::State;
+use crate::state::{State, split};
 
 /// Steps a list of nearby nodes is meant to last.
 const NEAR_STEPS: f64 = 24.0;
@@ -303,6 +303,22 @@ pub fn node_position<S: Scalar>(
     Vector3::from(model.reference(ply, row, column)) + Vector3::from(mesh.to_pack(u))
 }
 
+/// Positions of a row's nodes in the axes of the ply [m]: faster than [`node_position`] of each.
+pub(crate) fn row_positions<S: Scalar>(
+    model: &Model<S>,
+    state: &State<S>,
+    ply: usize,
+    row: usize,
+) -> impl Iterator<Item = [f64; 3]> {
+    let mesh = &model.sheet(ply).mesh;
+    let depth = model.plies[ply].z;
+    let [u, v, w]: [&[S]; 3] = split(state.nodes.row(model.grid.first_node_row(ply) + row), state.nodes.stride);
+    (0..=mesh.columns).map(move |column| {
+        let [x, y] = mesh.reference(row, column);
+        [x + u[column].to_f64(), y + v[column].to_f64(), depth + w[column].to_f64()]
+    })
+}
+
 /// Nodes within `margin` of the body, or of it moved through the plies in front, in storage order.
 fn near_nodes<S: Scalar>(model: &Model<S>, state: &State<S>, body: &RigidBody, margin: f64) -> Vec<[u32; 3]> {
     let bar = body.body.profile.bar;
@@ -318,15 +334,19 @@ fn near_nodes<S: Scalar>(model: &Model<S>, state: &State<S>, body: &RigidBody, m
         // Places to look at between the node and its place behind no fabric, no further apart than the margin.
         let looks = (depth / margin).ceil().min(64.0);
         let room = margin + 0.5 * depth / looks.max(1.0);
-        for column in 0..=mesh.columns {
-            let position = node_position(model, state, ply, row, column);
+        let centre = mesh.to_ply(body.position.into());
+        for (column, [x, y, z]) in row_positions(model, state, ply, row).enumerate() {
             // Cheap test against the sphere around the body first.
-            let far = !bar && (position - body.position).norm() > body.body.reach + margin + depth;
+            let square = (x - centre[0]).powi(2) + (y - centre[1]).powi(2) + (z - centre[2]).powi(2);
+            if !bar && square > (body.body.reach + margin + depth).powi(2) {
+                continue;
+            }
+            let position = node_position(model, state, ply, row, column);
             let close = |look: u32| {
                 let moved = position - Vector3::new(0.0, 0.0, depth * f64::from(look) / looks.max(1.0));
                 body.gap(&moved).0 < room
             };
-            if !far && (0..=looks as u32).any(close) {
+            if (0..=looks as u32).any(close) {
                 out.push([ply, row, column].map(|at| at as u32));
             }
         }

@@ -9,6 +9,7 @@ use std::ops::Range;
 use rayon::prelude::*;
 
 use super::{Context, RowKernels};
+use crate::kernels::ahead::Ahead;
 use crate::kernels::element_force::{ElementRow, ElementTotals, field as element};
 use crate::kernels::node_update::{Neighbours, NodeTotals, Part, RowMass};
 use crate::model::{Grid, Model};
@@ -182,22 +183,23 @@ impl<S: Scalar> Ply<'_, S> {
         let Block { first, below, above, nodes, elements, element_totals, node_totals } = block;
         let rows = element_totals.len();
         let Grid { element_stride, node_stride, .. } = self.sweep.model.grid;
+        let stride = [element_stride, node_stride];
+        // Nobody has asked for the first rows of a block yet.
+        for node in [below, if rows > 1 { &nodes[..length] } else { above }] {
+            Ahead { rows: [&[], node], stride }.ask_for(&self.nodes.columns);
+        }
+        Ahead { rows: [&elements[..element_length], &[]], stride }.ask_for(&self.elements[1]);
         for (at, totals) in element_totals.iter_mut().enumerate() {
-            // What the row after this one reads comes into the cache meanwhile.
-            if at + 1 < rows {
-                fetch(
-                    &elements[(at + 1) * element_length..(at + 2) * element_length],
-                    element_stride,
-                    &self.elements[1],
-                );
-            }
-            if at + 2 < rows {
-                fetch(&nodes[(at + 1) * length..(at + 2) * length], node_stride, &self.nodes.columns);
-            }
             let under = if at == 0 { below } else { &nodes[(at - 1) * length..at * length] };
             let over = if at + 1 == rows { above } else { &nodes[at * length..(at + 1) * length] };
-            let row = &mut elements[at * element_length..(at + 1) * element_length];
-            self.load_elements(first + at, [under, over], row, totals);
+            let (row, rest) = elements[at * element_length..].split_at_mut(element_length);
+            let next = match at + 2 {
+                next if next < rows => &nodes[(at + 1) * length..next * length],
+                next if next == rows => above,
+                _ => &[],
+            };
+            let ahead = Ahead { rows: [&rest[..element_length.min(rest.len())], next], stride };
+            self.load_elements(first + at, [under, over], row, ahead, totals);
             if at > 0 {
                 let around = &elements[(at - 1) * element_length..(at + 1) * element_length];
                 let (last, this) = around.split_at(element_length);
@@ -207,8 +209,15 @@ impl<S: Scalar> Ply<'_, S> {
         }
     }
 
-    /// One row of elements, from the rows of nodes below and above it.
-    fn load_elements(&self, row: usize, [below, above]: [&[S]; 2], element: &mut [S], totals: &mut ElementTotals) {
+    /// One row of elements, from the rows of nodes below and above it; meanwhile the rows `ahead` come into the cache.
+    fn load_elements(
+        &self,
+        row: usize,
+        [below, above]: [&[S]; 2],
+        element: &mut [S],
+        ahead: Ahead<'_, S>,
+        totals: &mut ElementTotals,
+    ) {
         if !self.sweep.has(Passes::Elements) {
             return;
         }
@@ -230,6 +239,7 @@ impl<S: Scalar> Ply<'_, S> {
             width: &sheet.columns.width,
             per_width: &sheet.columns.per_width,
             viscosity: sheet.columns.viscosity(row),
+            ahead,
         };
         let kernels = &self.sweep.kernels[model.plies[self.ply].sheet];
         kernels.elements(&mut row, columns.clone(), self.times[0], self.sample, totals);
@@ -259,16 +269,4 @@ impl<S: Scalar> Ply<'_, S> {
         let mut fields = split_mut(node, grid.node_stride);
         *totals = kernels.nodes(&around, &mass, &mut fields, &part, [kick, drift], self.sample);
     }
-}
-
-/// Reads one number of every cache line of a row's columns: its fields are too short for the processor to see them coming.
-fn fetch<S: Scalar>(row: &[S], stride: usize, columns: &Range<usize>) {
-    const CACHE_LINE: usize = 64;
-    let mut sum = S::splat(0.0);
-    for field in row.chunks_exact(stride) {
-        for number in field[columns.clone()].iter().step_by(CACHE_LINE / size_of::<S>()) {
-            sum = sum + *number;
-        }
-    }
-    std::hint::black_box(sum);
 }
