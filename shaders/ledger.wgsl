@@ -26,7 +26,7 @@ const WIDTH: u32 = 64u;
 const SUMS: u32 = 24u;
 /// Words of the body and of the counters.
 const BODY_WORDS: u32 = 60u;
-const STATUS_WORDS: u32 = 11u;
+const STATUS_WORDS: u32 = 13u;
 
 // The sums of `samples`.
 const WORK: u32 = 0u;

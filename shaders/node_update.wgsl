@@ -14,10 +14,21 @@
 @group(1) @binding(4) var<storage, read> body: Body;
 @group(1) @binding(5) var<storage, read_write> candidates: array<atomic<u32>>;
 
+fn mark_node(node: u32) {
+    let word = node >> 5u;
+    let words = (scene.nodes + 31u) >> 5u;
+    atomicOr(&candidates[word], 1u << (node & 31u));
+    atomicOr(&candidates[words + (word >> 5u)], 1u << (word & 31u));
+}
+
 /// Marks a node that may touch the body within the step: no further from the box around it than both can go, seen from
-/// where it is to where it would be without the fabric in front of it. Vectors are in the axes of the pack.
+/// where it is to where it would be without the fabric in front of it. Where the rim is sampled, as far as an edge of an element may reach
+/// more, and the nodes at the other ends of its edges with it. Vectors are in the axes of the pack.
 fn mark(node: u32, reference: vec3<f32>, displacement: vec3<f32>, speed: f32, depth: f32) {
-    let room = 1.01 * scene.dt * (speed + 1.1 * body.velocity.w) + 1e-6 * scene.body_reach;
+    var room = 1.01 * scene.dt * (speed + 1.1 * body.velocity.w) + 1e-6 * scene.body_reach;
+    if (RIM) {
+        room += scene.rim_depth;
+    }
     let local = rotate_back(body.orientation, arm_of(body.nose_coarse, body.nose_fine, reference, displacement));
     let moved = rotate_back(body.orientation, vec3<f32>(0.0, 0.0, -depth));
     let pressed = local + moved;
@@ -27,10 +38,15 @@ fn mark(node: u32, reference: vec3<f32>, displacement: vec3<f32>, speed: f32, de
     if (gap > room) {
         return;
     }
-    let word = node >> 5u;
-    let words = (scene.nodes + 31u) >> 5u;
-    atomicOr(&candidates[word], 1u << (node & 31u));
-    atomicOr(&candidates[words + (word >> 5u)], 1u << (word & 31u));
+    mark_node(node);
+    if (RIM) {
+        let ply = node_ply(node);
+        let place = node_place(node);
+        if (place.y > 0u) { mark_node(node - 1u); }
+        if (place.y < plies[ply].columns) { mark_node(node + 1u); }
+        if (place.x > 0u) { mark_node(node - scene.columns - 1u); }
+        if (place.x < plies[ply].rows) { mark_node(node + scene.columns + 1u); }
+    }
 }
 
 @compute @workgroup_size(64)

@@ -56,7 +56,8 @@ fn arc_side(normal: vec2<f32>, edge: vec2<f32>, start: vec2<f32>) -> Side {
 
 /// Gap of a point given in the body's frame [m]: x, y across the axis, z along it from the tip of the nose.
 fn surface_gap(point: vec3<f32>) -> Gap {
-    if (scene.chisel != 0u) {
+    // What has a round rim is no chisel.
+    if (!RIM && scene.chisel != 0u) {
         return chisel_gap(point);
     }
     let rho = axis_distance(point);

@@ -21,6 +21,8 @@ override FAILURE: bool = true;
 override NONLOCAL: bool = true;
 override PROJECTILE: bool = true;
 override FRICTION: bool = true;
+/// Whether the rim of its face is sampled where it crosses the edges of elements.
+override RIM: bool = true;
 /// Whether the projectile may turn.
 override ROTATION: bool = true;
 /// Whether the step fills in the energies of the state.
@@ -130,8 +132,9 @@ struct Scene {
     neighbourhood: f32,
     /// Mean strain along a yarn at which it breaks whatever lies beside it, over its failure strain [-].
     alone: f32,
+    /// Room for points of the rim on each ply.
+    ties: u32,
     pad0: u32,
-    pad1: u32,
     /// Corner (ρ, s) and outward normal (ρ, s) of the side that begins there.
     profile: array<vec4<f32>, 5>,
 }
@@ -154,7 +157,7 @@ struct Step {
 }
 
 // Words of `status`.
-/// First step that produced a number that is not finite; nothing happens after it.
+/// First step that produced a number that is not finite, or did not settle; nothing happens after it.
 const BAD_STEP: u32 = 0u;
 const EVENTS: u32 = 1u;
 const FAILED: u32 = 2u; // warp, weft
@@ -168,8 +171,12 @@ const CROWDED: u32 = 7u;
 const VISITED: u32 = 8u;
 /// Bits of the largest depth of a node in a neighbouring ply [m].
 const PLY_DEPTH: u32 = 10u;
+/// Set when more points of the rim meet a ply than there is room for.
+const CROWDED_RIM: u32 = 11u;
+/// Set when the set of points that push had not settled at the end of the bad step.
+const UNSETTLED: u32 = 12u;
 /// Nodes that may have moved: first and one past the last row, then column, of each ply.
-const REACH: u32 = 11u;
+const REACH: u32 = 13u;
 
 @group(0) @binding(0) var<uniform> scene: Scene;
 @group(0) @binding(1) var<uniform> step: Step;

@@ -1,5 +1,5 @@
 // standing: what still carries load. Needs `flags`.
-// Twin: `node_stands` of src/step/projectile.rs
+// Twin: `node_stands` and `edge_stands` of src/step/projectile.rs
 
 /// Whether any element around a node still carries load; debris no longer touches anything.
 fn stands(node: u32, place: vec2<u32>) -> bool {
@@ -24,4 +24,15 @@ fn is_whole(node: u32, place: vec2<u32>) -> bool {
     if (there.z) { bits &= flags[e - scene.columns - 1u]; }
     if (there.w) { bits &= flags[e - scene.columns]; }
     return (bits & 3u) == plies[ply].present;
+}
+
+/// Whether a yarn still runs along the edge from a node to the next of its row, or `up` its column, in an element beside it.
+fn edge_stands(node: u32, place: vec2<u32>, up: bool) -> bool {
+    let there = around(node_ply(node), place);
+    let e = element_above(node, place);
+    var bits = 0u;
+    if (there.x) { bits |= flags[e]; }
+    if (up && there.y) { bits |= flags[e - 1u]; }
+    if (!up && there.w) { bits |= flags[e - scene.columns]; }
+    return (bits & select(1u, 2u, up)) != 0u;
 }

@@ -57,7 +57,9 @@ fn cases() -> Vec<Case> {
         shot(&[&set])
     };
     let layup = r#"/pack/layup=[{"plies":2},{"plies":2,"orientation_deg":30,"edges":"free"}]"#;
-    vec![patch, bar, moving, shot(&[layup, "/pack/plies=4", "/pack/failure=nonlocal"]), nose("ogive"), nose("fragment")]
+    let rim = shot(&["/solver/contact_sampling=rim"]);
+    let pack = shot(&[layup, "/pack/plies=4", "/pack/failure=nonlocal"]);
+    vec![patch, bar, moving, pack, nose("ogive"), nose("fragment"), rim]
 }
 
 #[test]
@@ -188,7 +190,7 @@ fn the_scene_is_laid_out_as_the_host_fills_it() {
         let model = Model::<f32>::part(case).unwrap();
         let sizes = buffers::Sizes::new(&model);
         let last = model.sheets.len() - 1;
-        layout::scene(&model, last, sizes.points as u32, sizes.groups as u32)
+        layout::scene(&model, last, &sizes)
     };
     assert_block("Scene", &cases().iter().map(block).collect::<Vec<_>>());
 }
@@ -217,7 +219,9 @@ fn events_and_points_have_the_size_the_host_reads() {
         let has = |name: &str| module.types.iter().any(|(_, t)| t.name.as_deref() == Some(name));
         let members = |name| words(&module, name).into_iter().map(|w| w.map_or(String::new(), |w| w.member));
         assert_eq!(has("Event"), kernel == "element_force");
-        assert_eq!(has("Point"), kernel == "projectile_contact");
+        let of_rim = ["projectile_points", "projectile_rim"].contains(&kernel);
+        assert_eq!(has("Point"), of_rim || kernel == "projectile_contact");
+        assert_eq!(has("Touches"), of_rim);
         assert_eq!(has("Contact"), kernel == "ply_search" || kernel == "ply_impulse");
         if has("Contact") {
             assert_eq!(members("Contact").count() as u64, layout::CONTACT_WORDS);
@@ -227,7 +231,15 @@ fn events_and_points_have_the_size_the_host_reads() {
             assert_eq!(layout::EVENT_WORDS, 4);
         }
         if has("Point") {
-            assert_eq!(members("Point").count() as u64, layout::POINT_WORDS);
+            assert_eq!(members("Point").count() as u64, layout::POINT_WORDS[usize::from(of_rim)]);
+        }
+        if of_rim {
+            assert_eq!(members("Touch").count() as u64, layout::TOUCH_WORDS);
+            let list = module.types.iter().find(|(_, t)| t.name.as_deref() == Some("Touches"));
+            let Some((_, naga::Type { inner: TypeInner::Struct { members, .. }, .. })) = list else {
+                panic!("no list")
+            };
+            assert_eq!(member_start(members, "list") as u64, layout::TOUCH_HEAD);
         }
     }
 }
@@ -330,6 +342,8 @@ fn constants() -> Vec<(&'static str, Vec<f64>)> {
         count("UNCONVERGED", status::UNCONVERGED),
         count("RESIDUAL", status::RESIDUAL),
         count("CROWDED", status::CROWDED),
+        count("CROWDED_RIM", status::CROWDED_RIM),
+        count("UNSETTLED", status::UNSETTLED),
         count("WORK", sum::WORK),
         count("RELEASED", sum::RELEASED),
         count("RELEASED_HOURGLASS", sum::RELEASED_HOURGLASS),
@@ -390,8 +404,11 @@ fn constants() -> Vec<(&'static str, Vec<f64>)> {
         count("NEAR", 1),
         count("PUSHING", 2),
         number("NOISE", 1e-6),
-        // Nor has what double precision rounds to 1e-9.
+        // Nor has what double precision rounds to 1e-9, shares by 1e-10 and lets fall to 1e-14; or a number for none.
         number("SAME", 1e-6),
+        number("SHARED", 1e-6),
+        number("FLOOR", 1e-7),
+        count("NONE", u32::MAX as usize),
     ]
 }
 
@@ -441,11 +458,12 @@ fn overridable_constants_are_those_the_host_sets() {
 
 #[test]
 fn arrays_in_workgroups_have_room_for_their_sums() {
-    let expected = [("ledger", layout::SUMS), ("projectile_contact", 27)];
+    let contact = ["projectile_contact", "projectile_points", "projectile_rim"].map(|kernel| (kernel, 27));
+    let expected: BTreeMap<_, _> = contact.into_iter().chain([("ledger", layout::SUMS)]).collect();
     for (kernel, module) in modules() {
         let sums = module.global_variables.iter().find(|(_, v)| v.name.as_deref() == Some("sums"));
         let Some((_, variable)) = sums else { continue };
-        let count = expected.iter().find(|(name, _)| *name == kernel).unwrap().1;
+        let count = expected[kernel];
         // One row of invocations is one longer than their number, so that no two meet in a bank.
         assert_eq!(scalars(&module, variable.ty).1, count * (layout::GROUP as usize + 1), "{kernel}");
     }

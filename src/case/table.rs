@@ -334,7 +334,7 @@ static SOLVER: &[Key] = &[
         "Where contact with the projectile is sampled: at nodes, or also where the rim of a flat face crosses the edges \
         of elements.",
     )
-    .default_word("nodes", "the cheaper one, and what the GPU computes"),
+    .default_word("nodes", "the cheaper one"),
     word("unit_cell", UnitCell::WORDS, "How the unit cell is solved: the result is the same to rounding.")
         .default_word("joint", "the faster one"),
     word("run_until", RunUntil::WORDS, "When the run ends.")

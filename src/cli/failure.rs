@@ -124,12 +124,7 @@ impl Failure {
                 format!("{adapter}: {reason}"),
                 "take --backend cpu or a smaller pack",
             ),
-            DeviceError::NodesAlone => (
-                "/solver/contact_sampling \"nodes\", what a GPU computes".to_owned(),
-                "\"rim\"".to_owned(),
-                "take --backend cpu",
-            ),
-            DeviceError::Crowded { .. } | DeviceError::Lost { .. } => {
+            DeviceError::Crowded { .. } | DeviceError::CrowdedRim { .. } | DeviceError::Lost { .. } => {
                 ("a device that stays".to_owned(), error.to_string(), "take --backend cpu")
             }
         };

@@ -56,15 +56,8 @@ fn scene(table: &mut Table, case: &Case) -> Result<(), Failure> {
     }
     table.row(["symmetry", symmetry(model.planes).as_str()]);
     let terms = model.terms();
-    let kernels: Vec<&str> = gpu::shader::KERNELS
-        .iter()
-        .map(|k| k.name)
-        .filter(|name| match *name {
-            "failure" => terms.nonlocal,
-            "projectile_contact" => terms.projectile,
-            name => terms.plies || !name.starts_with("ply_"),
-        })
-        .collect();
+    let kernels: Vec<&str> =
+        gpu::shader::KERNELS.iter().filter(|kernel| kernel.is_in(&terms)).map(|kernel| kernel.name).collect();
     table.row(["kernels per step", kernels.join(", ").as_str()]);
     let sizes = gpu::buffers::Sizes::new(&model);
     table.row(["device memory", bytes(sizes.total() as f64).as_str()]);

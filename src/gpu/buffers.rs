@@ -3,7 +3,7 @@
 use super::DeviceError;
 use super::layout::{
     ACCOUNT_FIELDS, BODY_WORDS, CONTACT_WORDS, EVENT_WORDS, FORCE_FIELDS, IMPULSE_FIELDS, NODE_FIELDS,
-    PLY_ACCOUNT_FIELDS, POINT_WORDS, REACH_WORDS, STATUS_WORDS, STRAIN_FIELDS, SUMS,
+    PLY_ACCOUNT_FIELDS, POINT_WORDS, REACH_WORDS, STATUS_WORDS, STRAIN_FIELDS, SUMS, TOUCH_HEAD, TOUCH_WORDS,
 };
 use crate::model::Model;
 
@@ -11,6 +11,11 @@ use crate::model::Model;
 pub const SLOTS: u32 = 64;
 /// Most contact points there is room for.
 const POINTS: u64 = 1 << 16;
+/// Points of the rim on a ply there is room for: over those of a flat ply, and more for small ones. Crumpled fabric has more edges
+/// under a rim.
+const TIES: [f64; 2] = [4.0, 64.0];
+/// Nodes and points of the rim that may push together, per point of the rim: it and the two ends of its edge.
+const MEMBERS: u64 = 3;
 /// Elements a workgroup of the ledger adds up before another one helps.
 const LEDGER_SHARE: usize = 1024;
 /// Workgroups of the ledger at most.
@@ -51,13 +56,19 @@ pub enum Name {
     Shares,
     /// Counted impulses, shape (nodes, 6).
     Impulses,
+    /// Where the rim is sampled: places where the projectile may touch.
+    Touches,
+    /// Those that push and share nodes, shape (plies, most of a ply).
+    Members,
+    /// Their equations, a triangle for each ply.
+    Matrix,
     /// Where failure is nonlocal: strains, and yarns that are to break, shape (3, elements).
     Strains,
 }
 
 impl Name {
     /// Every buffer.
-    pub const ALL: [Self; 17] = [
+    pub const ALL: [Self; 20] = [
         Self::Nodes,
         Self::Forces,
         Self::Heights,
@@ -74,6 +85,9 @@ impl Name {
         Self::Contacts,
         Self::Shares,
         Self::Impulses,
+        Self::Touches,
+        Self::Members,
+        Self::Matrix,
         Self::Strains,
     ];
 
@@ -96,6 +110,9 @@ impl Name {
             Self::Contacts => "contacts",
             Self::Shares => "shares",
             Self::Impulses => "impulses",
+            Self::Touches => "touches",
+            Self::Members => "members",
+            Self::Matrix => "matrix",
             Self::Strains => "strains",
         }
     }
@@ -116,6 +133,8 @@ pub struct Sizes {
     pub rim: u64,
     /// Room for contact points.
     pub points: u64,
+    /// Room for points of the projectile's rim on each ply, none where it is not sampled.
+    pub ties: u64,
     /// Workgroups of the ledger, as many for each ply.
     pub groups: u64,
 }
@@ -135,8 +154,14 @@ impl Sizes {
             nodes,
             rim: (grid.plies * 2 * (grid.columns + grid.rows + 2)) as u64,
             points: nodes.min(POINTS),
+            ties: if model.rim { ties(model) } else { 0 },
             groups: (grid.plies * per_ply.div_ceil(LEDGER_SHARE).clamp(1, most)) as u64,
         }
+    }
+
+    /// Points that may push and share nodes on each ply.
+    fn members(&self) -> u64 {
+        MEMBERS * self.ties
     }
 
     /// Nodes for which there is contact between plies.
@@ -163,12 +188,16 @@ impl Sizes {
             Name::Supports => 3 * self.rim,
             Name::Body => BODY_WORDS as u64,
             Name::Candidates => mask_words + mask_words.div_ceil(32),
-            Name::Points => POINT_WORDS * self.points,
+            Name::Points => POINT_WORDS[usize::from(self.ties > 0)] * self.points,
             Name::Samples => u64::from(SLOTS) * self.sample_words() as u64,
             Name::Over => 2 * self.meeting(),
             Name::Contacts => 2 * CONTACT_WORDS * self.meeting(),
             Name::Shares => self.meeting(),
             Name::Impulses => IMPULSE_FIELDS * self.meeting(),
+            Name::Touches if self.ties > 0 => TOUCH_HEAD + TOUCH_WORDS * (self.points + self.plies * self.ties),
+            Name::Touches => 1,
+            Name::Members => (self.plies * self.members()).max(1),
+            Name::Matrix => (self.plies * self.members() * (self.members() + 1) / 2).max(1),
             Name::Strains => (STRAIN_FIELDS * self.strained).max(1),
         }
     }
@@ -200,6 +229,15 @@ impl Sizes {
         }
         Ok(())
     }
+}
+
+/// Room for points of the rim on a ply: no more than every edge meets it twice.
+fn ties(model: &Model<f32>) -> u64 {
+    let radius = model.projectile.as_ref().map_or(0.0, |projectile| projectile.body.radius);
+    let shortest = model.sheets.iter().map(|sheet| sheet.mesh.shortest()).fold(f64::INFINITY, f64::min);
+    // As many lines of each direction as the face is wide, and twice each.
+    let flat = 8.0 * radius / shortest;
+    ((TIES[0] * flat + TIES[1]).ceil() as u64).min(4 * model.nodes_per_ply() as u64)
 }
 
 /// Workgroups of `count` invocations as a two-dimensional dispatch within `most` per dimension.

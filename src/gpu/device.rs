@@ -61,9 +61,16 @@ pub enum DeviceError {
         /// Room.
         room: u64,
     },
-    /// The case asks for contact at the rim, which the shaders do not compute.
-    #[error("a GPU samples contact at nodes alone, not at the rim")]
-    NodesAlone,
+    /// More points of the projectile's rim met a ply in one step than the device has room for.
+    #[error("{found} points of the projectile's rim meet a ply in one step; {adapter} has room for {room}")]
+    CrowdedRim {
+        /// Name.
+        adapter: String,
+        /// Points of the rim.
+        found: u32,
+        /// Room.
+        room: u64,
+    },
     /// The device was lost or a command failed.
     #[error("{adapter} failed: {reason}")]
     Lost {

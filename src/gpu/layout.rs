@@ -4,6 +4,7 @@
 
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 
+use super::buffers::Sizes;
 use crate::case::{Edge, Edges};
 use crate::kernels::element_force::ElementConstants;
 use crate::kernels::ply_contact;
@@ -37,10 +38,14 @@ pub const PLY_WORDS: usize = 20;
 pub const SCENE_STRIDE: u64 = 512;
 /// Words of a failure event.
 pub const EVENT_WORDS: u64 = 4;
-/// Words of a contact point.
-pub const POINT_WORDS: u64 = 20;
+/// Words of a contact point, and of one where the rim is sampled too.
+pub const POINT_WORDS: [u64; 2] = [20, 32];
+/// Words of a place where the projectile may touch, where its rim is sampled too.
+pub const TOUCH_WORDS: u64 = 32;
+/// Words before the first of them.
+pub const TOUCH_HEAD: u64 = 4;
 /// Words of the counters.
-pub const STATUS_WORDS: usize = 11;
+pub const STATUS_WORDS: usize = 13;
 /// Words of the projectile.
 pub const BODY_WORDS: usize = 60;
 /// Sums of a workgroup of the ledger.
@@ -52,7 +57,7 @@ pub const STEP_STRIDE: u64 = 256;
 
 /// Words of `status`.
 pub mod status {
-    /// First step that produced a number that is not finite.
+    /// First step that produced a number that is not finite, or did not settle.
     pub const BAD_STEP: usize = 0;
     /// Failure events so far.
     pub const EVENTS: usize = 1;
@@ -70,8 +75,12 @@ pub mod status {
     pub const VISITED: usize = 8;
     /// Bits of the largest depth of a node in a neighbouring ply.
     pub const PLY_DEPTH: usize = 10;
+    /// Points of the rim that met a ply when there was no room for them.
+    pub const CROWDED_RIM: usize = 11;
+    /// 1 where the set of points that push had not settled at the end of the bad step.
+    pub const UNSETTLED: usize = 12;
     /// What may have moved of each ply begins here.
-    pub const REACH: usize = 11;
+    pub const REACH: usize = 13;
 }
 
 /// Sums of the ledger.
@@ -142,8 +151,8 @@ impl Block {
     }
 }
 
-/// The constants of a run and of one of its sheets. `points`: room for contact points; `groups`: workgroups of the ledger.
-pub fn scene(model: &Model<f32>, sheet: usize, points: u32, groups: u32) -> Block {
+/// The constants of a run and of one of its sheets, with the room there is in the buffers.
+pub fn scene(model: &Model<f32>, sheet: usize, sizes: &Sizes) -> Block {
     let mut block = Block::default();
     let grid = &model.grid;
     block.count("columns", grid.columns);
@@ -158,12 +167,13 @@ pub fn scene(model: &Model<f32>, sheet: usize, points: u32, groups: u32) -> Bloc
     element(&mut block, sheet);
     block.double("dt", model.dt);
     projectile(&mut block, model);
-    block.count("points", points as usize);
-    block.count("groups", groups as usize);
+    block.count("points", sizes.points as usize);
+    block.count("groups", sizes.groups as usize);
     block.count("body_held", model.projectile.as_ref().map_or(0, body_held));
     block.count("mirror", model.mirror.0.into_iter().enumerate().map(|(axis, plane)| usize::from(plane) << axis).sum());
     block.double("neighbourhood", sheet.neighbourhood.as_ref().map_or(0.0, |around| around.reach));
     block.double("alone", 1.0 / MEAN_OVER_PEAK);
+    block.count("ties", sizes.ties as usize);
     // The array begins at a multiple of sixteen bytes.
     while !block.0.len().is_multiple_of(4) {
         let pads = ["pad0", "pad1", "pad2"];

@@ -89,6 +89,9 @@ pub const PROJECTILE_CONTACT: Kernel = Kernel {
     name: "projectile_contact",
     sources: sources!(
         "projectile_contact",
+        "projectile_motion",
+        "projectile_near",
+        "workgroup",
         "gather",
         "around",
         "standing",
@@ -106,6 +109,59 @@ pub const PROJECTILE_CONTACT: Kernel = Kernel {
         (Name::Candidates, Write),
         (Name::Points, Write),
         (Name::Over, Read),
+    ],
+};
+
+/// Where the projectile may touch, where its rim is sampled too.
+pub const PROJECTILE_POINTS: Kernel = Kernel {
+    name: "projectile_points",
+    sources: sources!(
+        "projectile_points",
+        "rim_points",
+        "projectile_motion",
+        "projectile_near",
+        "workgroup",
+        "around",
+        "standing",
+        "projectile_shape",
+        "projectile_chisel",
+        "rigid_body",
+        "reach"
+    ),
+    bindings: &[
+        (Name::Nodes, Read),
+        (Name::Flags, Read),
+        (Name::Status, Write),
+        (Name::Body, Write),
+        (Name::Candidates, Write),
+        (Name::Points, Write),
+        (Name::Over, Read),
+        (Name::Touches, Write),
+    ],
+};
+
+/// Contact there, and the projectile's motion.
+pub const PROJECTILE_RIM: Kernel = Kernel {
+    name: "projectile_rim",
+    sources: sources!(
+        "projectile_rim",
+        "rim_points",
+        "projectile_motion",
+        "workgroup",
+        "gather",
+        "around",
+        "rigid_body",
+        "reach"
+    ),
+    bindings: &[
+        (Name::Nodes, Write),
+        (Name::Forces, Read),
+        (Name::Status, Write),
+        (Name::Body, Write),
+        (Name::Points, Write),
+        (Name::Touches, Write),
+        (Name::Members, Write),
+        (Name::Matrix, Write),
     ],
 };
 
@@ -170,18 +226,39 @@ pub const LEDGER: Kernel = Kernel {
 };
 
 /// Every kernel, in the order of a step.
-pub const KERNELS: [Kernel; 8] =
-    [ELEMENT_FORCE, FAILURE, NODE_UPDATE, PLY_SEARCH, PLY_IMPULSE, PLY_MOVE, PROJECTILE_CONTACT, LEDGER];
+pub const KERNELS: [Kernel; 10] = [
+    ELEMENT_FORCE,
+    FAILURE,
+    NODE_UPDATE,
+    PLY_SEARCH,
+    PLY_IMPULSE,
+    PLY_MOVE,
+    PROJECTILE_CONTACT,
+    PROJECTILE_POINTS,
+    PROJECTILE_RIM,
+    LEDGER,
+];
 
 impl Kernel {
     /// The whole source.
     pub fn source(&self) -> String {
         self.sources.concat()
     }
+
+    /// Whether steps of a scene with these terms run it; the ledger runs in those that are sampled.
+    pub fn is_in(&self, terms: &Terms) -> bool {
+        match self.name {
+            "failure" => terms.nonlocal,
+            "ply_search" | "ply_impulse" | "ply_move" => terms.plies,
+            "projectile_contact" => terms.projectile && !terms.rim,
+            "projectile_points" | "projectile_rim" => terms.rim,
+            _ => true,
+        }
+    }
 }
 
 /// Values of the pipeline-overridable constants, by name. `ledger`: the step fills in the energies of the state.
-pub fn constants(terms: &Terms, ledger: bool) -> [(&'static str, f64); 16] {
+pub fn constants(terms: &Terms, ledger: bool) -> [(&'static str, f64); 17] {
     let law = match terms.law {
         Variant::PublishedTension => 0.0,
         Variant::PublishedProjected => 1.0,
@@ -202,6 +279,7 @@ pub fn constants(terms: &Terms, ledger: bool) -> [(&'static str, f64); 16] {
         ("NONLOCAL", flag(terms.nonlocal)),
         ("PROJECTILE", flag(terms.projectile)),
         ("FRICTION", flag(terms.friction)),
+        ("RIM", flag(terms.rim)),
         ("ROTATION", flag(terms.rotation)),
         ("LEDGER", flag(ledger)),
         ("PLIES", flag(terms.plies)),

@@ -12,17 +12,19 @@ use nalgebra::Vector3;
 use tracing::debug;
 
 use super::buffers::SLOTS;
-use super::layout::{self, BODY_WORDS, StepInfo, Sums, status, sum};
+use super::layout::{self, BODY_WORDS, STATUS_WORDS, StepInfo, Sums, status, sum};
 use super::stepper::{BATCH, BatchResult, Pending, Stepper};
 use super::{Device, DeviceError};
 use crate::case::Case;
 use crate::checkpoint::Clock;
+use crate::kernels::projectile_contact::SET_CHANGES;
 use crate::ledger::{Ledger, PlyMoment};
 use crate::model::Model;
 use crate::profile;
 use crate::record::{Machine, Moment, Record, sample_due, time_up};
 use crate::simulation::{self, Options, Progress, Run, RunError, Skips, View, Watch};
 use crate::state::State;
+use crate::step::Trouble;
 
 /// How long a batch should take: long enough to hide its submission, short enough to follow progress and Ctrl-C.
 const BATCH_TIME: [Duration; 2] = [Duration::from_millis(20), Duration::from_millis(80)];
@@ -320,19 +322,40 @@ impl<'a> Simulation<'a> {
         }
         self.step = steps.last().map_or(self.step, |s| s.index + 1).min(bad.saturating_add(1));
         events.for_each(|event| self.record.add_failures(std::slice::from_ref(event)));
-        if result.status[status::CROWDED] > 0 {
-            return Err(DeviceError::Crowded {
-                adapter: self.stepper.device.name().to_owned(),
-                found: result.status[status::CROWDED],
-                room: self.stepper.sizes().points,
-            });
-        }
+        self.check_room(&result.status)?;
         if bad < u64::from(u32::MAX) {
             self.stepper.download(&self.model, &mut self.state)?;
             self.state.step = bad;
-            self.diagnose(("kinetic energy", f64::NAN));
+            if result.status[status::UNSETTLED] > 0 {
+                self.record.trouble = Some(self.unsettled());
+            } else {
+                self.diagnose(("kinetic energy", f64::NAN));
+            }
         }
         Ok(())
+    }
+
+    /// Contact at the rim that finds no set of points that push, in the element of the struck ply that the projectile is over.
+    fn unsettled(&self) -> Trouble {
+        let mesh = &self.model.sheet(0).mesh;
+        let [x, y, _] = mesh.to_ply(self.state.body.as_ref().map_or([0.0; 3], |body| body.position.into()));
+        let [row, column] = mesh.element_at([x, y]);
+        Trouble {
+            step: self.state.step,
+            kernel: "projectile_rim",
+            quantity: format!("the set of points that push still changes after {SET_CHANGES} solves"),
+            place: self.model.place_in_whole([0, row, column]),
+        }
+    }
+
+    /// Whether there was room for all that the projectile met.
+    fn check_room(&self, counters: &[u32; STATUS_WORDS]) -> Result<(), DeviceError> {
+        let (adapter, sizes) = (self.stepper.device.name().to_owned(), self.stepper.sizes());
+        match [status::CROWDED, status::CROWDED_RIM].map(|at| counters[at]) {
+            [0, 0] => Ok(()),
+            [0, found] => Err(DeviceError::CrowdedRim { adapter, found, room: sizes.ties }),
+            [found, _] => Err(DeviceError::Crowded { adapter, found, room: sizes.points }),
+        }
     }
 
     fn diagnose(&mut self, excess: (&str, f64)) {
@@ -439,3 +462,7 @@ impl<'a> Simulation<'a> {
         self.record.into_run(&self.model, self.step, machine)
     }
 }
+
+#[cfg(test)]
+#[path = "simulation_tests.rs"]
+mod tests;

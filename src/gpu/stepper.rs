@@ -30,7 +30,7 @@ pub enum Stage {
     Nodes,
     /// `ply_search`, `ply_impulse`, `ply_move`
     Plies,
-    /// `projectile_contact`, with the motion of the body.
+    /// `projectile_contact`, or `projectile_points` and `projectile_rim`, with the motion of the body.
     Projectile,
     /// `ledger`
     Ledger,
@@ -105,7 +105,8 @@ pub struct Stepper<'a> {
     failure: Program,
     node: Program,
     plies: [Program; 3],
-    contact: Program,
+    /// One, or two where the rim is sampled.
+    contact: Vec<Program>,
     ledger: Program,
     pub(super) events_read: u64,
     /// Time spent waiting for the device.
@@ -136,9 +137,6 @@ impl<'a> Stepper<'a> {
         if model.sheets.iter().any(|sheet| sheet.mesh.is_graded()) {
             return Err(DeviceError::Graded);
         }
-        if model.rim {
-            return Err(DeviceError::NodesAlone);
-        }
         let sizes = Sizes::new(model);
         sizes.check(&device.limits(), device.name())?;
         let memory = device.inner.push_error_scope(wgpu::ErrorFilter::OutOfMemory);
@@ -168,7 +166,7 @@ impl<'a> Stepper<'a> {
         let sheets = 0..model.sheets.len();
         let scene = buffer("scene", SCENE_STRIDE * sheets.len() as u64, wgpu::BufferUsages::UNIFORM);
         for sheet in sheets {
-            let block = layout::scene(model, sheet, sizes.points as u32, sizes.groups as u32).words();
+            let block = layout::scene(model, sheet, &sizes).words();
             device.queue.write_buffer(&scene, SCENE_STRIDE * sheet as u64, bytemuck::cast_slice(&block));
         }
         let plies = buffer("plies", 4 * (PLIES * PLY_WORDS) as u64, wgpu::BufferUsages::UNIFORM);
@@ -202,13 +200,17 @@ impl<'a> Stepper<'a> {
             let terms = Terms::new(model, sheet);
             [false, true].map(|ledger| program(&shader::ELEMENT_FORCE, &elements, &terms, ledger))
         };
+        let contact: &[Kernel] = match model.rim {
+            true => &[shader::PROJECTILE_POINTS, shader::PROJECTILE_RIM],
+            false => &[shader::PROJECTILE_CONTACT],
+        };
         Self {
             element: model.sheets.iter().map(element).collect(),
             failure: single(&shader::FAILURE, false),
             plies: [&shader::PLY_SEARCH, &shader::PLY_IMPULSE, &shader::PLY_MOVE].map(|kernel| single(kernel, false)),
             farthest: model.dt * FASTER * layout::start_speed(model),
             node: single(&shader::NODE_UPDATE, false),
-            contact: single(&shader::PROJECTILE_CONTACT, false),
+            contact: contact.iter().map(|kernel| single(kernel, false)).collect(),
             ledger: single(&shader::LEDGER, true),
             most_workgroups: device.limits().max_compute_workgroups_per_dimension,
             device,
@@ -379,7 +381,9 @@ impl<'a> Stepper<'a> {
                 }
                 Stage::Nodes => dispatch(&self.node, 0, nodes),
                 Stage::Plies if self.terms.plies => self.plies.iter().for_each(|program| dispatch(program, 0, nodes)),
-                Stage::Projectile if self.terms.projectile => dispatch(&self.contact, 0, [1, 1]),
+                Stage::Projectile if self.terms.projectile => {
+                    self.contact.iter().for_each(|program| dispatch(program, 0, [1, 1]));
+                }
                 Stage::Ledger if sampled => dispatch(&self.ledger, 0, [self.sizes.groups as u32, 1]),
                 Stage::Failure | Stage::Plies | Stage::Projectile | Stage::Ledger => {}
             }

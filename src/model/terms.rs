@@ -32,6 +32,8 @@ pub struct Terms {
     pub projectile: bool,
     /// It rubs.
     pub friction: bool,
+    /// The rim of its face is sampled too.
+    pub rim: bool,
     /// It may turn.
     pub rotation: bool,
     /// There are plies that may touch each other.
@@ -58,6 +60,7 @@ impl Terms {
             nonlocal: sheet.neighbourhood.is_some(),
             projectile: projectile.is_some(),
             friction: projectile.is_some() && model.friction > 0.0,
+            rim: model.rim,
             rotation: projectile.is_some_and(|p| !p.locked),
             plies: model.plies.len() > 1,
             ply_friction: model.plies.len() > 1 && model.ply_friction > 0.0,

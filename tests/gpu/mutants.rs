@@ -40,7 +40,7 @@ impl Mutant {
             "element_force" => &[Part::Elements],
             "failure" => &[Part::Failure],
             "node_update" => &[Part::Nodes, Part::Contact],
-            "projectile_contact" => &[Part::Contact],
+            "projectile_contact" | "projectile_points" | "projectile_rim" => &[Part::Contact],
             "ply_search" | "ply_impulse" | "ply_move" => &[Part::Plies],
             _ => &[Part::Ledger],
         }

@@ -13,6 +13,7 @@ mod nonlocal;
 mod packs;
 mod program;
 mod resume;
+mod rim;
 mod scenes;
 mod symmetry;
 mod whole;
@@ -35,6 +36,7 @@ pub(crate) fn tests() -> Vec<Trial> {
         ("symmetry", symmetry::TESTS),
         ("batches", batches::TESTS),
         ("nonlocal", nonlocal::TESTS),
+        ("rim", rim::TESTS),
         ("packs", packs::TESTS),
         ("endings", endings::TESTS),
         ("resume", resume::TESTS),

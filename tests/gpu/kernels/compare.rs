@@ -9,6 +9,7 @@ mod nodes;
 mod plies;
 mod projectile;
 mod reach;
+mod rim;
 
 use nalgebra::Vector3;
 use ripstop::gpu::Device;
@@ -27,6 +28,7 @@ use super::tolerances::Seen;
 use crate::gpu::harness::Outcome;
 pub(crate) use bad_step::bad_step;
 pub(crate) use conservation::{cancels, keeps_momentum};
+pub(crate) use rim::{crowded, restless};
 
 /// What is compared: what one kernel leaves behind, with the kernels that must run before it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -63,7 +65,7 @@ impl Part {
             Self::Failure => ["element_force", "failure"].contains(&kernel.name),
             Self::Nodes => node,
             Self::Plies => node || is_ply_kernel(kernel),
-            Self::Contact => node || kernel.name == "projectile_contact",
+            Self::Contact => node || kernel.name.starts_with("projectile_"),
             Self::Ledger => true,
         }
     }

@@ -33,7 +33,7 @@ pub(crate) struct Scene {
 
 /// Every shape of a projectile, and packs under one.
 pub(crate) fn contact_scenes() -> Vec<Scene> {
-    struck::scenes().into_iter().chain(struck::pack_scenes()).collect()
+    struck::scenes().into_iter().chain(struck::pack_scenes()).chain(struck::rim_scenes()).collect()
 }
 
 /// Uniform deformations (where the unit vectors along warp and weft go) and the noise added to them [element lengths];

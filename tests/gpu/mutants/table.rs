@@ -8,11 +8,12 @@ mod ply_impulse;
 mod ply_move;
 mod ply_search;
 mod projectile;
+mod rim;
 
 use super::Mutant;
 
 /// By kernel, in the order of a step.
-pub(super) const MUTANTS: [&[Mutant]; 8] = [
+pub(super) const MUTANTS: [&[Mutant]; 9] = [
     elements::MUTANTS,
     failure::MUTANTS,
     nodes::MUTANTS,
@@ -20,5 +21,6 @@ pub(super) const MUTANTS: [&[Mutant]; 8] = [
     ply_impulse::MUTANTS,
     ply_move::MUTANTS,
     projectile::MUTANTS,
+    rim::MUTANTS,
     ledger::MUTANTS,
 ];

@@ -3,7 +3,7 @@
 use std::fs::File;
 use std::path::PathBuf;
 
-use ripstop::case::{Case, FailureMeasure};
+use ripstop::case::{Case, ContactSampling, FailureMeasure};
 use ripstop::checkpoint::{Checkpoint, CheckpointError, Fault, Head, Kept};
 use ripstop::gpu::{Device, Simulation};
 use ripstop::simulation::{self, Options, Run, RunError, Skips, Watch};
@@ -18,6 +18,9 @@ pub(super) const TESTS: Tests = &[
     ("a_pack_goes_on_bit_by_bit_from_6_random_times", |device| resumes_equal(device, &pack(), random::<6, 22>)),
     ("nonlocal_failure_goes_on_bit_by_bit_from_before_10_failures", |device| {
         resumes_equal(device, &nonlocal(), |_, run| failing(run, 10))
+    }),
+    ("contact_at_the_rim_goes_on_bit_by_bit_from_3_random_times", |device| {
+        resumes_equal(device, &rim(), random::<3, 23>)
     }),
     ("what_does_not_fit_is_refused", refused),
     ("what_each_kernel_took_so_far_is_kept", keeps_times),
@@ -53,6 +56,15 @@ impl Watch for Shelf {
 fn nonlocal() -> Case {
     let mut case = ply();
     case.pack.failure = FailureMeasure::Nonlocal;
+    case
+}
+
+/// One ply that is met at the rim of the projectile's face too.
+fn rim() -> Case {
+    let mut case = ply();
+    case.solver.contact_sampling = ContactSampling::Rim;
+    case.solver.end_time = 14e-6;
+    case.output.profile_times.clear();
     case
 }
 

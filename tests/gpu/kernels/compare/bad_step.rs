@@ -8,11 +8,16 @@ use ripstop::gpu::stepper::Stage;
 use ripstop::kernels::node_update::field as node;
 
 use super::{Outcome, Pair};
-use crate::gpu::kernels::scenes;
+use crate::gpu::kernels::scenes::{self, Scene};
 
 pub(crate) fn bad_step(device: &Device) -> Outcome {
-    let scene = scenes::struck::pack_scenes().swap_remove(0);
-    let mut pair = Pair::new(device, &scene, &Kernel::source)?;
+    stops(device, &scenes::struck::pack_scenes()[0])?;
+    let rim = scenes::struck::rim_scenes().into_iter().find(|scene| scene.name.contains("on turned plies"));
+    stops(device, &rim.ok_or("no such scene")?)
+}
+
+fn stops(device: &Device, scene: &Scene) -> Outcome {
+    let mut pair = Pair::new(device, scene, &Kernel::source)?;
     let mut spoilt = scene.state.clone();
     spoilt.nodes.set(3, node::VELOCITY + 1, 2, f32::NAN);
     pair.gpu.upload(&scene.model, &spoilt);

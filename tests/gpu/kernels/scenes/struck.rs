@@ -1,7 +1,7 @@
 //! Fabric wrapped around a projectile: every shape, motion and kind of contact, and packs under it.
 
 use nalgebra::Vector3;
-use ripstop::case::{Along, Case, Edge, Motion, Projectile, Rotation, Shape};
+use ripstop::case::{Along, Case, ContactSampling, Edge, Motion, Projectile, Rotation, Shape};
 use ripstop::kernels::element_force::field as element;
 use ripstop::kernels::node_update::field as node;
 use ripstop::kernels::rigid_body::RigidBody;
@@ -172,6 +172,55 @@ pub(crate) fn scenes() -> Vec<Scene> {
     ]
 }
 
+/// Where the rim of the face is sampled between nodes too.
+pub(crate) fn rim_scenes() -> Vec<Scene> {
+    let make = |name: &str, groups: &[Group], change: &dyn Fn(&mut Projectile, &mut Case)| {
+        let mut p = projectile(CYLINDER);
+        let mut case = if groups.is_empty() { patch::case(13, 11) } else { packs::case([13, 11], groups) };
+        case.solver.contact_sampling = ContactSampling::Rim;
+        change(&mut p, &mut case);
+        case.projectile = Some(p);
+        struck(name, case)
+    };
+    let oblique = |p: &mut Projectile| {
+        (p.obliquity, p.azimuth, p.yaw) = (0.4, 0.7, 0.15);
+        p.angular_velocity = [2e3, -3e3, 8e3];
+        p.friction = 0.25;
+    };
+    let turned = Group::turned;
+    vec![
+        make("between nodes, light", &[], &|p, _| {
+            p.mass = 2e-6;
+            p.inertia = Some([2e-12, 2e-12]);
+        }),
+        make("between nodes, yawed, friction", &[], &|p, _| oblique(p)),
+        make("between nodes, rounded, and behind the rim", &[], &|p, _| {
+            p.edge_radius = 0.5e-3;
+            p.friction = 0.1;
+        }),
+        make("between nodes beside a slit", &[], &|p, _| (p.offset, p.friction) = ([0.0; 2], 0.1)),
+        make("between nodes where no weft is left", &[], &|p, _| (p.offset, p.friction) = ([0.0; 2], 0.1)),
+        make("between nodes, driven, rough, at a held edge", &[], &|p, case| {
+            p.motion = Motion::Prescribed;
+            p.friction = 0.3;
+            p.offset = [-7e-3, 1e-3];
+            case.pack.edges.left = Edge::Clamped;
+        }),
+        make("between nodes of a clamped corner", &[], &|p, case| {
+            p.rotation = Rotation::Locked;
+            p.offset = [-6.5e-3, -7e-3];
+            p.friction = 0.2;
+            case.pack.edges.left = Edge::Clamped;
+            case.pack.edges.bottom = Edge::Roller;
+        }),
+        make("between nodes on turned plies, friction", &[turned(0), turned(90), turned(30)], &|p, case| {
+            (p.friction, case.pack.friction) = (0.4, 0.15);
+            p.angular_velocity = [2e3, -3e3, 8e3];
+        }),
+        make("between nodes exactly touching resting plies", &[turned(0), turned(90)], &|p, _| p.friction = 0.1),
+    ]
+}
+
 /// Packs under a projectile: which plies are in front of a node, and which of them are gone there, decides what it meets.
 pub(crate) fn pack_scenes() -> Vec<Scene> {
     let make = |name: &str, groups: &[Group], shape: Shape, change: &dyn Fn(&mut Projectile, &mut Case)| {
@@ -285,6 +334,13 @@ fn struck(name: &str, case: Case) -> Scene {
             let torn = (4..7).contains(&row);
             for yarn in 0..2 {
                 state.elements.set(row, element::ALIVE + yarn, column + 1, if torn { 0.0 } else { 1.0 });
+            }
+        }
+    }
+    if name.contains("no weft is left") {
+        for [_, row, column] in super::element_places(&model) {
+            for (yarn, left) in [1.0, 0.0].into_iter().enumerate() {
+                state.elements.set(row, element::ALIVE + yarn, column + 1, left);
             }
         }
     }

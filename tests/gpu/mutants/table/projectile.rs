@@ -95,8 +95,8 @@ pub(super) const MUTANTS: &[Mutant] = &[
     mutant(
         "driven body pushed",
         "bar along weft, driven, rough",
-        "if (scene.body_prescribed == 0u) {\n                b.change",
-        "if (true) {\n                b.change",
+        "if (scene.body_prescribed == 0u) {\n            b.change",
+        "if (true) {\n            b.change",
     ),
     mutant("nodes not moved", "sphere", "displacement_of(node) + scene.dt * change", "displacement_of(node)"),
     mutant(
@@ -178,7 +178,7 @@ pub(super) const MUTANTS: &[Mutant] = &[
     ),
     mutant("arc around the wall", "ogive, side first", "select(rise, start.x - edge.x, wall)", "rise"),
     mutant("normal of the arc on the wall", "ogive, side first", "select(out, vec2<f32>(1.0, 0.0), wall)", "out"),
-    mutant("chisel as a flat nose", "fragment", "if (scene.chisel != 0u) {", "if (false) {"),
+    mutant("chisel as a flat nose", "fragment", "if (!RIM && scene.chisel != 0u) {", "if (false) {"),
     mutant(
         "recess from the middle of the strip",
         "rim of a fragment",
@@ -293,12 +293,12 @@ pub(super) const MUTANTS: &[Mutant] = &[
         "if (there && square < best.square) {",
         "if (there && (square > best.square || best.square == 1e30)) {",
     ),
-    mutant("depth not noted", "sphere", "let depth = max(0.0, -g.distance);", "let depth = 0.0;"),
+    mutant("depth not noted", "sphere", "seen.depth = max(0.0, -g.distance);", "seen.depth = 0.0;"),
     mutant("marks not cleared", "sphere", "atomicStore(&candidates[word], 0u);", ""),
     mutant(
         "fabric in front missing",
         "sphere on turned plies, friction",
-        "from_nose - vec3<f32>(0.0, 0.0, between)",
+        "from_nose - vec3<f32>(0.0, 0.0, seen.between)",
         "from_nose",
     ),
     mutant(

@@ -1,0 +1,147 @@
+// projectile_motion: the equations of the body's motion with what it meets attached to it. Needs `body`.
+// Twin: src/kernels/projectile_contact.rs
+
+// States of a point.
+const AWAY: u32 = 0u;
+const NEAR: u32 = 1u;
+const PUSHING: u32 = 2u;
+
+/// Changes of the set of pushing nodes allowed in one step.
+const SET_CHANGES: u32 = 40u;
+/// Alternations between normal impulses and friction.
+const FRICTION_SWEEPS: u32 = 6u;
+/// Rounding of relative velocities, over the largest speed of the body.
+const NOISE: f32 = 1e-6;
+
+/// Change of the body's velocity [m/s] and angular velocity [rad/s].
+var<workgroup> motion: array<f32, 6>;
+
+/// Relative normal velocity below which a node enters the body within the step: what closes its gap exactly.
+fn closing_limit(gap: f32) -> f32 {
+    return -max(gap, 0.0) / scene.dt;
+}
+
+/// 1/(n·w n) [kg]. A held node weighs as much as a thousand bodies: more would drown the body's momentum in the rounding of its
+/// speed.
+fn inertia_along(along: f32, mass: f32) -> f32 {
+    return 1.0 / max(along, 1e-3 / max(scene.body_mass, mass));
+}
+
+/// What is left of a velocity of the body, or of an impulse on it, where mirror planes hold directions.
+fn in_planes(v: vec3<f32>) -> vec3<f32> {
+    return select(v, vec3<f32>(0.0), (vec3<u32>(scene.body_held) & vec3<u32>(1u, 2u, 4u)) != vec3<u32>(0u));
+}
+
+/// The same of turning.
+fn about_planes(v: vec3<f32>) -> vec3<f32> {
+    return select(v, vec3<f32>(0.0), (vec3<u32>(scene.body_held) & vec3<u32>(8u, 16u, 32u)) != vec3<u32>(0u));
+}
+
+/// (n, r × n) of a point with that normal and arm; turns are measured in lengths of `body_reach`.
+fn direction_of(along: vec3<f32>, arm: vec3<f32>) -> array<f32, 6> {
+    let normal = in_planes(along);
+    var turn = vec3<f32>(0.0);
+    if (ROTATION) {
+        turn = about_planes(cross(arm, along) / scene.body_reach);
+    }
+    return array<f32, 6>(normal.x, normal.y, normal.z, turn.x, turn.y, turn.z);
+}
+
+/// How fast a point goes along such a direction with the motion found so far [m/s].
+fn motion_along(g: array<f32, 6>) -> f32 {
+    var along = 0.0;
+    for (var i = 0u; i < 3u; i++) {
+        along += g[i] * motion[i] + g[3u + i] * motion[3u + i] * scene.body_reach;
+    }
+    return along;
+}
+
+/// Inertia of the body over `body_reach`² [kg], its lower triangle by rows.
+fn body_inertia() -> array<f32, 6> {
+    let side = rotate(body.orientation, vec3<f32>(1.0, 0.0, 0.0));
+    let axis = rotate(body.orientation, vec3<f32>(0.0, 0.0, 1.0));
+    let scale = 1.0 / squared(scene.body_reach);
+    // What x and z have more than y, for which the rest is the same in every direction.
+    let across = scene.body_inertia_y * scale;
+    let more_x = (scene.body_inertia_x - scene.body_inertia_y) * scale;
+    let more_z = (scene.body_inertia_z - scene.body_inertia_y) * scale;
+    return array<f32, 6>(
+        across + more_x * side.x * side.x + more_z * axis.x * axis.x,
+        more_x * side.y * side.x + more_z * axis.y * axis.x,
+        across + more_x * side.y * side.y + more_z * axis.y * axis.y,
+        more_x * side.z * side.x + more_z * axis.z * axis.x,
+        more_x * side.z * side.y + more_z * axis.z * axis.y,
+        across + more_x * side.z * side.z + more_z * axis.z * axis.z);
+}
+
+/// Solves (M + Σ κ G Gᵀ) m = right by Cholesky; `result` holds the sums, lower triangle by rows, then the right side.
+fn solve_motion() {
+    var a: array<f32, 21>;
+    var x: array<f32, 6>;
+    for (var i = 0u; i < 21u; i++) { a[i] = result[i]; }
+    for (var i = 0u; i < 6u; i++) { x[i] = result[21u + i]; }
+    for (var i = 0u; i < 3u; i++) { a[i * (i + 1u) / 2u + i] += scene.body_mass; }
+    var size = 3u;
+    if (ROTATION) {
+        size = 6u;
+        let inertia = body_inertia();
+        a[9] += inertia[0];
+        a[13] += inertia[1];
+        a[14] += inertia[2];
+        a[18] += inertia[3];
+        a[19] += inertia[4];
+        a[20] += inertia[5];
+    }
+    var sound = true;
+    for (var i = 0u; i < size; i++) {
+        let row = i * (i + 1u) / 2u;
+        for (var j = 0u; j <= i; j++) {
+            let column = j * (j + 1u) / 2u;
+            var sum = a[row + j];
+            for (var k = 0u; k < j; k++) {
+                sum -= a[row + k] * a[column + k];
+            }
+            if (i == j) {
+                sound = sound && sum > 0.0;
+                a[row + j] = sqrt(max(sum, 1e-30));
+            } else {
+                a[row + j] = sum / a[column + j];
+            }
+        }
+    }
+    for (var i = 0u; i < size; i++) {
+        let row = i * (i + 1u) / 2u;
+        for (var k = 0u; k < i; k++) { x[i] -= a[row + k] * x[k]; }
+        x[i] /= a[row + i];
+    }
+    for (var r = 0u; r < size; r++) {
+        let i = size - 1u - r;
+        for (var k = i + 1u; k < size; k++) { x[i] -= a[k * (k + 1u) / 2u + i] * x[k]; }
+        x[i] /= a[i * (i + 1u) / 2u + i];
+    }
+    for (var i = 0u; i < 6u; i++) {
+        motion[i] = select(0.0, x[i], sound && i < size) / select(1.0, scene.body_reach, i >= 3u);
+    }
+}
+
+/// The body after impulse and turn `result[0..6]`, losses and work `result[6..9]` and what the supports took `result[9..12]`: moved
+/// on by a step. `met`: whether there was anything to meet.
+fn moved_body(start: Body, met: bool) -> Body {
+    var b = start;
+    b.coarse_before = b.coarse;
+    b.fine_before = b.fine;
+    b.change_before = b.change;
+    let impulse = vec3<f32>(result[0], result[1], result[2]);
+    if (met) {
+        if (scene.body_prescribed == 0u) {
+            b.change += vec4<f32>(in_planes(impulse) / scene.body_mass, 0.0);
+            if (ROTATION) {
+                b.spin += vec4<f32>(about_planes(vec3<f32>(result[3], result[4], result[5])), 0.0);
+            }
+        }
+        b.impulse += vec4<f32>(impulse, 0.0);
+        b.support += vec4<f32>(result[9], result[10], result[11], 0.0);
+        b.energy += vec4<f32>(result[6], result[7], result[8], 0.0);
+    }
+    return advance(b);
+}

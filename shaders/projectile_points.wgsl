@@ -1,0 +1,221 @@
+// projectile_points: where the projectile may touch in this step, where the rim of its face is sampled too: nodes, and the points at
+// which the rim crosses edges of elements. One workgroup, before `projectile_rim`.
+//   in      nodes       array<f32>    (6, N)   displacement [m], velocity [m/s]
+//   in      flags       array<u32>    (E)      bit 0 warp alive, bit 1 weft alive
+//   in/out  status      array<u32>             counters
+//   in/out  body        Body                   the projectile; its deepest node
+//   in/out  candidates  array<u32>             a bit per node, then a bit per word of these; cleared
+//   out     points      array<Point>           nodes in storage order
+//   in      over        array<u32>    (2, N)   element in front of, behind a node
+//   out     touches     Touches                those of the nodes, then points of the rim by the first of their nodes
+// Twin: src/step/projectile.rs
+
+@group(1) @binding(0) var<storage, read> nodes: array<f32>;
+@group(1) @binding(1) var<storage, read> flags: array<u32>;
+@group(1) @binding(2) var<storage, read_write> status: array<atomic<u32>>;
+@group(1) @binding(3) var<storage, read_write> body: Body;
+@group(1) @binding(4) var<storage, read_write> candidates: array<atomic<u32>>;
+@group(1) @binding(5) var<storage, read_write> points: array<Point>;
+@group(1) @binding(6) var<storage, read> over: array<u32>;
+@group(1) @binding(7) var<storage, read_write> touches: Touches;
+
+/// Points of the rim on each ply.
+var<workgroup> of_ply: array<atomic<u32>, 64>;
+
+/// Takes a node in; gives how deep it is inside the body [m]. One that does not touch may be the end of an edge that does.
+fn take_in(p: u32) -> f32 {
+    let node = points[p].node;
+    let ply = node_ply(node);
+    let place = node_place(node);
+    let seen = look(node);
+    let mass = node_mass(ply, place);
+    points[p].inverse = vec4<f32>(inverse_in_pack(ply, place), 0.0);
+    points[p].relative = vec4<f32>(seen.relative, mass);
+    points[p].pressed = vec4<f32>(seen.pressed, seen.between);
+    var touch: Touch;
+    touch.normal = vec4<f32>(seen.normal, seen.gap);
+    touch.arm = vec4<f32>(seen.arm, mass);
+    touch.ends = vec2<u32>(p, p);
+    touch.friction = friction_through(seen.between);
+    touch.state = seen.state;
+    touch.member = NONE;
+    touches.list[p] = touch;
+    return seen.depth;
+}
+
+/// The point of a node among the first so many, or `NONE`.
+fn point_of(node: u32, count: u32) -> u32 {
+    var low = 0u;
+    var high = count;
+    while (low < high) {
+        let middle = (low + high) / 2u;
+        if (points[middle].node < node) {
+            low = middle + 1u;
+        } else {
+            high = middle;
+        }
+    }
+    if (low < count) {
+        return select(NONE, low, points[low].node == node);
+    }
+    return NONE;
+}
+
+/// Where a straight line crosses the cylinder through the rim of the face, as fractions of the way, ascending; -1 where it does not.
+fn rim_crossings(start: vec2<f32>, end: vec2<f32>) -> vec2<f32> {
+    let way = end - start;
+    let square = dot(way, way);
+    let half = dot(start, way);
+    let radius = scene.profile[1].x;
+    let size = sqrt(dot(start, start));
+    let under = half * half - square * ((size - radius) * (size + radius));
+    if (under < 0.0 || square <= 0.0) {
+        return vec2<f32>(-1.0);
+    }
+    let root = sqrt(under);
+    return vec2<f32>(-half - root, -half + root) / square;
+}
+
+/// Whether a node can move along a normal at all.
+fn gives_way(p: u32, normal: vec3<f32>) -> bool {
+    return dot(normal, points[p].inverse.xyz * normal) > 0.0;
+}
+
+/// One of the two points of the rim on an edge that begins at a node: 0 and 1 along the row, 2 and 3 along the column. `AWAY` where there
+/// is none that may touch.
+fn tie_at(p: u32, slot: u32, count: u32) -> Touch {
+    var tie: Touch;
+    let node = points[p].node;
+    let ply = node_ply(node);
+    let place = node_place(node);
+    let up = slot >= 2u;
+    let next = place + select(vec2<u32>(0u, 1u), vec2<u32>(1u, 0u), up);
+    if (!is_node(ply, next) || !edge_stands(node, place, up)) {
+        return tie;
+    }
+    let q = point_of(node_at(ply, next), count);
+    if (q == NONE) {
+        return tie;
+    }
+    let crossings = rim_crossings(points[p].pressed.xy, points[q].pressed.xy);
+    let at = select(crossings.x, crossings.y, (slot & 1u) != 0u);
+    if (!(0.0 < at && at < 1.0)) {
+        return tie;
+    }
+    let height = mix(points[p].pressed.z, points[q].pressed.z, at);
+    let gap = height - (scene.profile[1].y + scene.profile_radius);
+    let normal = rotate(body.orientation, vec3<f32>(0.0, 0.0, 1.0));
+    let approach = dot(mix(points[p].relative.xyz, points[q].relative.xyz, at), normal);
+    if (gap < -scene.rim_depth || stays_away(gap, approach)) {
+        return tie;
+    }
+    if (scene.body_prescribed != 0u && !gives_way(p, normal) && !gives_way(q, normal)) {
+        return tie; // both are held: neither can give way
+    }
+    tie.normal = vec4<f32>(normal, gap);
+    tie.arm = vec4<f32>(mix(touches.list[p].arm.xyz, touches.list[q].arm.xyz, at), 0.0);
+    tie.ends = vec2<u32>(p, q);
+    tie.weight = at;
+    tie.friction = friction_through(max(points[p].pressed.w, points[q].pressed.w));
+    tie.member = NONE;
+    tie.state = select(NEAR, PUSHING, approach < closing_limit(gap));
+    return tie;
+}
+
+/// Lists the points of the rim, by the first of their nodes; gives their number.
+fn find_ties(count: u32, local: u32) -> u32 {
+    let room = scene.ties * scene.plies;
+    atomicStore(&of_ply[local], 0u);
+    workgroupBarrier();
+    var total = 0u;
+    for (var base = 0u; base < 4u * count; base += WIDTH) {
+        let p = (base + local) / 4u;
+        var tie: Touch;
+        if (p < count) {
+            tie = tie_at(p, local & 3u, count);
+        }
+        let there = u32(tie.state != AWAY);
+        let at = total + sum_up_to(there, local) - there;
+        if (there != 0u && at < room) {
+            touches.list[count + at] = tie;
+        }
+        if (p < count && (local & 3u) == 0u) {
+            let to_right = scan[local + 1u] + there - scan[local];
+            let to_above = scan[local + 3u] - scan[local + 1u];
+            points[p].first = count + at;
+            points[p].to_right = to_right;
+            points[p].to_above = to_above;
+            atomicAdd(&of_ply[node_ply(points[p].node)], to_right + to_above);
+        }
+        total += scan[WIDTH - 1u];
+        workgroupBarrier();
+    }
+    // Where there is no room for those of a ply none is heeded: the run ends by its counter.
+    let found = atomicLoad(&of_ply[min(local, scene.plies - 1u)]);
+    if (!vote(found > scene.ties, local)) {
+        return total;
+    }
+    atomicMax(&status[CROWDED_RIM], found);
+    for (var p = local; p < count; p += WIDTH) {
+        points[p].to_right = 0u;
+        points[p].to_above = 0u;
+    }
+    return 0u;
+}
+
+/// Tells every node which edges with a point of the rim end at it.
+fn link(p: u32, count: u32) {
+    let node = points[p].node;
+    let place = node_place(node);
+    var left = NONE;
+    var below = NONE;
+    if (place.y > 0u && p > 0u) {
+        left = select(NONE, p - 1u, points[p - 1u].node == node - 1u);
+    }
+    if (place.x > 0u) {
+        below = point_of(node - scene.columns - 1u, count);
+    }
+    if (left != NONE) {
+        left = select(NONE, left, points[left].to_right > 0u);
+    }
+    if (below != NONE) {
+        below = select(NONE, below, points[below].to_above > 0u);
+    }
+    points[p].left = left;
+    points[p].below = below;
+    points[p].tied = u32(points[p].to_right + points[p].to_above > 0u || left != NONE || below != NONE);
+}
+
+@compute @workgroup_size(64)
+fn projectile_points(@builtin(local_invocation_index) local: u32) {
+    let sound = step.index <= atomicLoad(&status[BAD_STEP]);
+    if (!vote(sound, local)) {
+        return;
+    }
+    spread(local);
+    let found = collect(local);
+    if (local == 0u) {
+        verdict = found;
+    }
+    let count = workgroupUniformLoad(&verdict);
+    var deepest = 0.0;
+    for (var p = local; p < count; p += WIDTH) {
+        deepest = max(deepest, take_in(p));
+    }
+    storageBarrier();
+    let number = find_ties(count, local);
+    storageBarrier();
+    for (var p = local; p < count; p += WIDTH) {
+        link(p, count);
+    }
+    sums[local] = deepest;
+    workgroupBarrier();
+    if (local == 0u) {
+        for (var i = 0u; i < WIDTH; i++) {
+            deepest = max(deepest, sums[i]);
+        }
+        body.energy.w = max(body.energy.w, deepest);
+        touches.points = count;
+        touches.count = count + number;
+    }
+}

@@ -1,0 +1,36 @@
+//! What the host makes of the counters that a batch leaves behind, on a device that computes nothing.
+
+use super::*;
+use crate::case;
+
+fn small() -> Result<Case, Box<dyn std::error::Error>> {
+    let text = r#"{"title": "rim", "fabric": {"file": "fabrics/s-720.json"},
+        "pack": {"width_mm": 12.7, "height_mm": 12.7}, "solver": {"end_time_us": 1, "contact_sampling": "rim"},
+        "projectile": {"shape": "cylinder", "diameter_mm": 5.5, "length_mm": 6, "mass_g": 1, "velocity_m_s": 50}}"#;
+    Ok(case::from_str("rim", text, &[])?)
+}
+
+/// The counters of a batch in which nothing went wrong, but one.
+fn counters(changes: &[(usize, u32)]) -> BatchResult {
+    let mut result = BatchResult::default();
+    result.status[status::BAD_STEP] = u32::MAX;
+    changes.iter().for_each(|(at, value)| result.status[*at] = *value);
+    result
+}
+
+#[test]
+fn a_rim_without_room_or_rest_ends_the_run_by_name() -> Result<(), Box<dyn std::error::Error>> {
+    let (case, device) = (small()?, Device::noop());
+    let mut run = Simulation::new(&case, &device)?;
+    assert_eq!(run.take(&case, &[], &counters(&[])), Ok(()));
+    let crowded = run.take(&case, &[], &counters(&[(status::CROWDED_RIM, 999)]));
+    let room = run.stepper.sizes().ties;
+    assert!(room > 20);
+    assert_eq!(crowded, Err(DeviceError::CrowdedRim { adapter: "noop".into(), found: 999, room }));
+    assert!(run.record.trouble.is_none());
+    run.take(&case, &[], &counters(&[(status::BAD_STEP, 7), (status::UNSETTLED, 1)]))?;
+    let trouble = run.record.trouble.as_ref().ok_or("no trouble")?;
+    assert_eq!((trouble.step, trouble.kernel), (7, "projectile_rim"));
+    assert!(trouble.quantity.contains("still changes after 40 solves"), "{trouble:?}");
+    Ok(())
+}

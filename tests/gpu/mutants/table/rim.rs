@@ -1,0 +1,88 @@
+//! Defects of `projectile_points` and `projectile_rim`.
+
+use super::super::Mutant;
+
+const fn of_points(name: &'static str, scene: &'static str, find: &'static str, put: &'static str) -> Mutant {
+    Mutant { name, kernel: "projectile_points", scene, find, put }
+}
+
+const fn of_rim(name: &'static str, scene: &'static str, find: &'static str, put: &'static str) -> Mutant {
+    Mutant { name, kernel: "projectile_rim", scene, find, put }
+}
+
+pub(super) const MUTANTS: &[Mutant] = &[
+    of_points(
+        "crossings of one side",
+        "between nodes, rounded, and behind the rim",
+        "select(crossings.x, crossings.y, (slot & 1u) != 0u)",
+        "crossings.x",
+    ),
+    of_points(
+        "height of the first node",
+        "between nodes, yawed, friction",
+        "mix(points[p].pressed.z, points[q].pressed.z, at)",
+        "points[p].pressed.z",
+    ),
+    of_points(
+        "face without its rounding",
+        "between nodes, rounded, and behind the rim",
+        "(scene.profile[1].y + scene.profile_radius)",
+        "scene.profile[1].y",
+    ),
+    of_points(
+        "debris between nodes touches",
+        "between nodes beside a slit",
+        "!is_node(ply, next) || !edge_stands(node, place, up)",
+        "!is_node(ply, next)",
+    ),
+    of_points(
+        "element beside an edge not asked",
+        "between nodes beside a slit",
+        "if (!up && there.w) { bits |= flags[e - scene.columns]; }",
+        "",
+    ),
+    of_points(
+        "edges where no yarn is",
+        "between nodes where no weft is left",
+        "(bits & select(1u, 2u, up)) != 0u",
+        "(bits & 3u) != 0u",
+    ),
+    of_points(
+        "edges along the other yarn",
+        "between nodes where no weft is left",
+        "select(1u, 2u, up)",
+        "select(2u, 1u, up)",
+    ),
+    of_points("edge from the left not known", "between nodes, yawed, friction", "points[left].to_right > 0u", "false"),
+    of_rim(
+        "touches independent",
+        "between nodes, yawed, friction",
+        "diagonal = coupling(t, other);",
+        "diagonal = select(0.0, coupling(t, other), t == other);",
+    ),
+    of_rim(
+        "weights of the other end",
+        "between nodes, yawed, friction",
+        "select(second, 1.0 - second, edge == 0u)",
+        "second",
+    ),
+    of_rim(
+        "no mass between held nodes",
+        "between nodes of a clamped corner",
+        "select(unheld, most, most > 0.0)",
+        "most",
+    ),
+    of_rim(
+        "one triangle for all plies",
+        "between nodes on turned plies, friction",
+        "ply * (most * (most + 1u) / 2u) + own",
+        "own",
+    ),
+    Mutant {
+        name: "edges around the rim not marked",
+        kernel: "node_update",
+        scene: "between nodes, yawed, friction",
+        find: "room += scene.rim_depth;",
+        put: "room -= scene.rim_depth;",
+    },
+];

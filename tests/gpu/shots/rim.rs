@@ -1,0 +1,185 @@
+//! Shots whose contact is sampled at the rim of the projectile's face too.
+
+use std::sync::atomic::AtomicBool;
+
+use ripstop::case::{Case, ContactSampling};
+use ripstop::gpu::{Device, Simulation, compare};
+use ripstop::simulation::{Precision, Run, Skips};
+
+use super::batches::equal_rows;
+use super::{Outcome, Tests, run_in_batches, run_on, sound};
+use crate::kept;
+use crate::scene::{builtin, run_as};
+
+pub(super) const TESTS: Tests = &[
+    ("the_perforating_shot_is_the_references", perforating),
+    ("torn_fabric_is_met_as_on_the_processor", violent),
+    ("a_quarter_is_the_whole", quarter),
+    ("a_rim_across_clamps_is_the_references", clamped),
+    ("neither_batches_nor_what_is_left_at_rest_change_a_bit", same_bits),
+    ("a_nose_without_a_rim_meets_nodes", noses),
+    ("kernel_by_kernel_a_shot_is_within_tolerance", kernels),
+];
+
+const RIM: &str = "/solver/contact_sampling=rim";
+
+/// A small ply and a small pack, one ply turned, that tear.
+fn torn() -> [Case; 2] {
+    [kept::ply(), kept::pack()].map(|mut case| {
+        case.solver.contact_sampling = ContactSampling::Rim;
+        case.solver.end_time = 12e-6;
+        case.output.profile_times.clear();
+        case
+    })
+}
+
+/// When the first yarn breaks [s].
+fn first_failure(run: &Run) -> f64 {
+    run.events.first().map_or(f64::INFINITY, |e| e.step as f64 * run.time_step)
+}
+
+/// Velocities up to the first failure are those of the processor.
+#[track_caller]
+fn same_until_failure(cpu: &Run, gpu: &Run, impact: f64, least: usize) {
+    assert_eq!(gpu.time_step, cpu.time_step);
+    let broken = first_failure(cpu).min(first_failure(gpu));
+    let rows = || cpu.history.iter().zip(&gpu.history).take_while(|(c, _)| c.time <= broken);
+    assert!(rows().count() > least, "{} rows up to {broken} s", rows().count());
+    for (c, g) in rows() {
+        let off = (c.projectile_velocity - g.projectile_velocity).abs();
+        assert!(c.time == g.time && off <= 1e-4 * impact, "{off} m/s at {} s, before the first failure", c.time);
+    }
+}
+
+/// The paper's shot at full size. Up to the first failure it is the same with yarns judged one by one.
+fn perforating(device: &'static Device) -> Outcome {
+    let case = builtin("cases/s720-1ply-155.json", &[RIM, "/pack/failure=nonlocal", "/expect=[]"]);
+    let (cpu, gpu) = (run_as(&case, Precision::F64, 2), run_on(device, &case));
+    same_until_failure(&cpu, &gpu, 155.0, 200);
+    assert!(first_failure(&gpu).is_finite(), "nothing breaks");
+    assert_eq!(gpu.outcome, cpu.outcome);
+    let [c, g] = [&cpu, &gpu].map(|run| run.history.last().unwrap().projectile_velocity);
+    assert!((g / c - 1.0).abs() <= 0.05, "leaves at {g} for {c} m/s");
+    assert!(gpu.energy_error <= 5e-3 && gpu.momentum_error < 1e-4, "{} {}", gpu.energy_error, gpu.momentum_error);
+    let [c, g] = [&cpu, &gpu].map(|run| run.events.len());
+    assert!(c > 20 && c.abs_diff(g) <= c / 5, "{g} failures for {c}");
+    Ok(())
+}
+
+fn violent(device: &'static Device) -> Outcome {
+    for mut case in torn() {
+        case.output.history_interval = 0.2e-6;
+        let (cpu, gpu) = (run_as(&case, Precision::F32, 2), run_on(device, &case));
+        same_until_failure(&cpu, &gpu, 400.0, 1);
+        assert!(gpu.energy_error <= 5e-3 && gpu.momentum_error < 1e-4, "{} {}", gpu.energy_error, gpu.momentum_error);
+        let places = |run: &Run| -> Vec<_> { run.events.iter().map(|e| (e.step, e.ply, e.j, e.i, e.yarn)).collect() };
+        let [c, g] = [places(&cpu), places(&gpu)];
+        let same = c.iter().zip(&g).take_while(|(c, g)| c == g).count();
+        assert!(
+            same >= 20,
+            "{same} of {} failures are the same; then {:?} for {:?}",
+            c.len(),
+            g.get(same),
+            c.get(same)
+        );
+        let mut nodes = case.clone();
+        nodes.solver.contact_sampling = ContactSampling::Nodes;
+        assert_ne!(places(&run_on(device, &nodes)), g, "as if nodes alone were met");
+    }
+    Ok(())
+}
+
+fn simulated(device: &Device, case: &Case, skips: Skips) -> Run {
+    let mut simulation = Simulation::with_skips(case, device, skips).unwrap();
+    while !simulation.finished() {
+        simulation.advance(case);
+    }
+    sound(case, simulation.into_run(1.0))
+}
+
+/// The rim meets edges that mirror planes end, and edges that lie in them.
+fn quarter(device: &'static Device) -> Outcome {
+    let size = ["/pack/width_mm=30.48", "/pack/height_mm=25.4", "/expect=[]", "/output/profile_times_us=[]"];
+    let shot =
+        ["/projectile/length_mm=8", "/projectile/mass_g=1", "/projectile/velocity_m_s=200", "/solver/end_time_us=9"];
+    let scenes: [(&[&str], u64); 2] = [
+        (&["/projectile/obliquity_deg=20", "/projectile/azimuth_deg=90"], 2),
+        (&["/pack/plies=2", "/pack/layup=[{},{\"orientation_deg\":90}]"], 4),
+    ];
+    for (sets, copies) in scenes {
+        let case = builtin("cases/s720-1ply-155.json", &[&size[..], &shot, &[RIM], sets].concat());
+        let [part, whole] = [Skips::default(), Skips::WHOLE].map(|skips| simulated(device, &case, skips));
+        let processor = run_as(&case, Precision::F32, 2);
+        assert_eq!((part.planes.copies(), whole.planes.copies(), processor.planes), (copies, 1, part.planes));
+        same_until_failure(&whole, &part, 200.0, 10);
+        same_until_failure(&processor, &part, 200.0, 10);
+        assert!(
+            part.momentum_error < 1e-4 && part.energy_error < 1e-3,
+            "{} {}",
+            part.momentum_error,
+            part.energy_error
+        );
+    }
+    Ok(())
+}
+
+/// The face is wider than the ply: its rim crosses edges between two held nodes, and between a held and a free one.
+fn clamped(device: &'static Device) -> Outcome {
+    let scene = ["/pack/width_mm=3.81", "/pack/height_mm=6.35", "/projectile/friction=0.3", "/solver/end_time_us=12"];
+    for drive in ["/projectile/motion=free", "/projectile/motion=prescribed"] {
+        let sets = [&scene[..], &[RIM, drive, "/expect=[]", "/output/profile_times_us=[]"]].concat();
+        let case = builtin("cases/s720-1ply-155.json", &sets);
+        let (cpu, gpu) = (run_as(&case, Precision::F64, 2), run_on(device, &case));
+        let [c, g] = [&cpu, &gpu].map(|run| run.history.last().unwrap().projectile_velocity);
+        assert!((c - g).abs() < 2e-2 * 155.0, "{g} for {c} m/s");
+        assert!(gpu.energy_error < 5e-3 && gpu.momentum_error < 5e-3, "{} {}", gpu.energy_error, gpu.momentum_error);
+    }
+    Ok(())
+}
+
+fn same_bits(device: &'static Device) -> Outcome {
+    for case in torn() {
+        let once = run_on(device, &case);
+        assert!(once.events.len() > 20, "{}", once.events.len());
+        // A pack asks for the same of its contact between plies, which has tests of its own.
+        let lengths: &[usize] = if case.pack.plies == 1 { &[1, 7, 64, 256] } else { &[7] };
+        for &steps in lengths {
+            equal_rows(&once, &run_in_batches(device, &case, steps), &format!("batches of {steps} steps"));
+        }
+        let [part, whole] =
+            [false, true].map(|whole| simulated(device, &case, Skips { wavefront: !whole, ..Skips::WHOLE }));
+        equal_rows(&part, &whole, "the whole fabric");
+    }
+    Ok(())
+}
+
+fn noses(device: &'static Device) -> Outcome {
+    const SPHERE: &str =
+        r#"/projectile={"shape":"sphere","diameter_mm":5.5,"mass_g":1,"velocity_m_s":300,"friction":0.2}"#;
+    let run = |sampling: &str| {
+        let sets = [SPHERE, "/solver/end_time_us=6", "/expect=[]", sampling];
+        run_on(device, &builtin("cases/verify/mirror.json", &sets))
+    };
+    equal_rows(&run(RIM), &run("/solver/contact_sampling=nodes"), "a sphere");
+    Ok(())
+}
+
+fn kernels(device: &'static Device) -> Outcome {
+    for mut case in torn() {
+        // What is allowed of a contact is made for a shot like the paper's.
+        case.projectile.as_mut().unwrap().velocity = 200.0;
+        let found = compare::compare(&case, device, Some(60), 2, &AtomicBool::new(false));
+        let found = found.map_err(|e| e.to_string())?;
+        let lines = || compare::TOLERANCES.iter().zip(&found.worst);
+        assert!(lines().any(|(line, worst)| line.kernel == "projectile_rim" && worst.is_some()), "not compared");
+        assert!(lines().all(|(line, worst)| line.kernel != "projectile_contact" || worst.is_none()), "taken for nodes");
+        let wrong: Vec<String> = lines()
+            .filter_map(|(line, worst)| worst.as_ref().filter(|d| d.is_over()).map(|d| (line, d)))
+            .map(|(line, d)| format!("{}, {}: {d:?}", line.kernel, line.buffer))
+            .collect();
+        if !wrong.is_empty() {
+            return Err(wrong.join("\n"));
+        }
+    }
+    Ok(())
+}
