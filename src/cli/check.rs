@@ -47,7 +47,9 @@ fn regularisation(case: &Case) -> Option<String> {
     let factor = failure_factor(&case.pack);
     let mean = match case.pack.failure {
         FailureMeasure::Nonlocal => {
-            format!(" (assumed), for the mean over {NEIGHBOURHOOD} × {NEIGHBOURHOOD} crossovers")
+            format!(
+                " (assumed), for the mean over {NEIGHBOURHOOD} × {NEIGHBOURHOOD} crossovers; × 1 for that along one yarn"
+            )
         }
         FailureMeasure::Local => String::new(),
     };

@@ -194,10 +194,9 @@ fn place(case: &Case, run: &Run) -> Sign {
     let at_rim = !has_rim || case.solver.contact_sampling == ContactSampling::Rim;
     let (level, reason) = match (broken, case.pack.failure) {
         (0, _) => (Level::Fine, "no yarn broke: a hit elsewhere in a cell changes what is lost by a few per cent"),
-        (_, FailureMeasure::Nonlocal) if at_rim => (
-            Level::Fine,
-            "a ballistic limit is within 2.4 % for every place in a cell; a residual velocity within 10 %",
-        ),
+        (_, FailureMeasure::Nonlocal) if at_rim => {
+            (Level::Fine, "a ballistic limit is within 3 % for every place in a cell, a residual velocity within 7 %")
+        }
         _ => (
             Level::Look,
             "yarns were judged element by element: for one fabric, S-720, the ballistic limit is 110 to 149 m/s, by where in a \

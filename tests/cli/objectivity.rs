@@ -47,7 +47,14 @@ fn limits_are_bracketed_and_spreads_are_theirs() {
     let figures = report["figures"].as_array().unwrap();
     let got = |at: usize| figures[at]["got_percent"].as_f64().unwrap();
     let (limit, left) = ("limit_m_s", "residual_velocity_m_s");
-    for (at, axis, key) in [(2, "position of the hit", limit), (4, "Courant number", limit), (6, "finer mesh", left)] {
+    let mean = "mean_residual_velocity_m_s";
+    for (at, axis, key) in [
+        (2, "position of the hit", limit),
+        (4, "Courant number", limit),
+        (6, "finer mesh", left),
+        (8, "position of the hit", mean),
+        (10, "Courant number", mean),
+    ] {
         assert!((got(at) - spread(&values(&report, axis, key))).abs() < 1e-9, "{axis} {key}: {figures:#?}");
     }
     for one in report["settings"].as_array().unwrap().iter().filter(|one| one["axis"] != "coarser mesh") {

@@ -53,6 +53,38 @@ pub(crate) fn tests() -> Vec<Trial> {
 /// Tests by name.
 type Tests = &'static [(&'static str, fn(&'static Device) -> Outcome)];
 
+/// A run to its end that leaves out what it is told to.
+fn simulated(device: &Device, case: &Case, skips: Skips) -> Run {
+    let mut simulation = Simulation::with_skips(case, device, skips).unwrap();
+    while !simulation.finished() {
+        simulation.advance(case);
+    }
+    sound(case, simulation.into_run(1.0))
+}
+
+/// Step, ply, row, column and yarn of each failure.
+fn places(run: &Run) -> Vec<(u64, u32, u32, u32, u8)> {
+    run.events.iter().map(|e| (e.step, e.ply, e.j, e.i, e.yarn)).collect()
+}
+
+/// When the first yarn breaks [s].
+fn first_failure(run: &Run) -> f64 {
+    run.events.first().map_or(f64::INFINITY, |e| e.step as f64 * run.time_step)
+}
+
+/// Velocities up to the first failure are those of the processor, in more than so many rows.
+#[track_caller]
+fn same_until_failure(cpu: &Run, gpu: &Run, impact: f64, least: usize) {
+    assert_eq!(gpu.time_step, cpu.time_step);
+    let broken = first_failure(cpu).min(first_failure(gpu));
+    let rows = || cpu.history.iter().zip(&gpu.history).take_while(|(c, _)| c.time <= broken);
+    assert!(rows().count() > least, "{} rows up to {broken} s", rows().count());
+    for (c, g) in rows() {
+        let off = (c.projectile_velocity - g.projectile_velocity).abs();
+        assert!(c.time == g.time && off <= 1e-4 * impact, "{off} m/s at {} s, before the first failure", c.time);
+    }
+}
+
 /// Runs a case on the device, to its end.
 fn run_on(device: &Device, case: &Case) -> Run {
     sound(case, run_until(device, case, &AtomicBool::new(false)))

@@ -19,7 +19,7 @@ use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use super::{BenchError, Subject, complete};
 use crate::case::Case;
 use crate::outcome::Outcome;
-use crate::output::{history, velocity_left};
+use crate::output::history;
 use crate::simulation::{self, Options, Run, Sample};
 
 pub use axes::{Axis, Setting};
@@ -51,7 +51,7 @@ pub struct Row {
     pub limit: Option<Limit>,
     /// Velocity left at [`ABOVE`] times the limit of the reference [m/s], of one shot; none where there is no such limit.
     pub residual: Option<f64>,
-    /// The same of many shots that nobody could tell apart, where a figure is asked; none where one of them came to no outcome.
+    /// The same of many shots that nobody could tell apart, where a figure is asked; none where one became unstable.
     pub scatter: Option<Scatter>,
     /// When the first yarn of the case as it is breaks [s].
     pub first_failure: Option<f64>,
@@ -266,7 +266,7 @@ impl<'a> Shooter<'a> {
             setting: setting.clone(),
             limit,
             scatter: None,
-            residual: residual.filter(complete).as_ref().and_then(velocity_left),
+            residual: residual.as_ref().and_then(scatter::left),
             first_failure: first_failure(as_it_is),
             before_failure: before_failure(reference, as_it_is),
             shots: self.shots,

@@ -31,8 +31,9 @@ pub fn figures(measured: &Measured) -> Vec<Figure> {
     let figure = |quantity, varied, allowed, got| Figure { quantity, varied, allowed, got };
     let limit = |row: &Row| row.limit.map(|limit| limit.middle());
     let residual = |row: &Row| row.residual;
-    let (before, ballistic, left) =
-        ("velocity before failure", "ballistic limit", "residual velocity at 1.5 × the limit");
+    let mean = |row: &Row| row.scatter.map(|scatter| scatter.mean);
+    let (before, ballistic) = ("velocity before failure", "ballistic limit");
+    let (left, means) = ("residual velocity at 1.5 × the limit", "the same, mean of many shots");
     let half = largest(measured, |row| row.setting.half_cell);
     let finer = largest(measured, |row| row.setting.axis == Axis::Finer);
     let of = |axis: Axis, read: &dyn Fn(&Row) -> Option<f64>| spread(measured, axis, read);
@@ -45,6 +46,9 @@ pub fn figures(measured: &Measured) -> Vec<Figure> {
         figure(left, "position of the hit in a cell", 0.02, of(Axis::Position, &residual)),
         figure(left, "half as long elements", 0.02, of(Axis::Finer, &residual)),
         figure(left, "Courant number", 0.02, of(Axis::Courant, &residual)),
+        figure(means, "position of the hit in a cell", 0.02, of(Axis::Position, &mean)),
+        figure(means, "half as long elements", 0.02, of(Axis::Finer, &mean)),
+        figure(means, "Courant number", 0.02, of(Axis::Courant, &mean)),
     ]
 }
 

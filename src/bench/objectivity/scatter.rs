@@ -3,7 +3,6 @@
 //! Once yarns break, which one breaks next hangs on anything. A residual velocity is then a draw, and two of them say little about
 //! what was varied between them; means of many do. Shots a nanometre apart still break alike for a while and understate it.
 
-use crate::outcome::Outcome;
 use crate::output::velocity_left;
 use crate::simulation::Run;
 
@@ -58,9 +57,9 @@ pub(super) fn shifts(shots: usize) -> impl Iterator<Item = [f64; 2]> {
     (1..=shots).map(|shot| STEPS.map(|step| OFF * (2.0 * (shot as f64 * step).fract() - 1.0)))
 }
 
-/// The velocity left [m/s] of a shot that perforated or not; none of one that came to no outcome.
+/// The velocity left [m/s] of a shot that did not become unstable.
 pub(super) fn left(run: &Run) -> Option<f64> {
-    (super::complete(run) && run.outcome != Outcome::Running).then(|| velocity_left(run)).flatten()
+    super::complete(run).then(|| velocity_left(run)).flatten()
 }
 
 #[cfg(test)]

@@ -3,11 +3,11 @@
 use std::sync::atomic::AtomicBool;
 
 use ripstop::case::Case;
-use ripstop::gpu::{Device, Simulation, compare};
-use ripstop::simulation::{Precision, Run, Skips};
+use ripstop::gpu::{Device, compare};
+use ripstop::simulation::{Precision, Skips};
 
 use super::batches::equal_rows;
-use super::{Outcome, Tests, run_in_batches, run_on, sound};
+use super::{Outcome, Tests, first_failure, places, run_in_batches, run_on, same_until_failure, simulated};
 use crate::kept;
 use crate::scene::{builtin, run_as};
 
@@ -29,24 +29,6 @@ fn torn() -> [Case; 2] {
     })
 }
 
-/// When the first yarn breaks [s].
-fn first_failure(run: &Run) -> f64 {
-    run.events.first().map_or(f64::INFINITY, |e| e.step as f64 * run.time_step)
-}
-
-/// Velocities up to the first failure are those of the processor in single precision.
-#[track_caller]
-fn same_until_failure(cpu: &Run, gpu: &Run, impact: f64, least: usize) {
-    assert_eq!(gpu.time_step, cpu.time_step);
-    let broken = first_failure(cpu).min(first_failure(gpu));
-    let rows = || cpu.history.iter().zip(&gpu.history).take_while(|(c, _)| c.time <= broken);
-    assert!(broken.is_finite() && rows().count() > least, "{} rows up to {broken} s", rows().count());
-    for (c, g) in rows() {
-        let off = (c.projectile_velocity - g.projectile_velocity).abs();
-        assert!(c.time == g.time && off <= 1e-4 * impact, "{off} m/s at {} s, before the first failure", c.time);
-    }
-}
-
 /// The paper's shot at full size.
 fn perforating(device: &'static Device) -> Outcome {
     let case = builtin("cases/s720-1ply-155.json", &[NONLOCAL, "/expect=[]"]);
@@ -61,11 +43,6 @@ fn perforating(device: &'static Device) -> Outcome {
     let local = run_on(device, &builtin("cases/s720-1ply-155.json", &["/expect=[]"]));
     assert!((first_failure(&local) - first_failure(&gpu)).abs() > 1e-6, "as if it were local");
     Ok(())
-}
-
-/// Step, ply, row, column and yarn of each failure.
-fn places(run: &Run) -> Vec<(u64, u32, u32, u32, u8)> {
-    run.events.iter().map(|e| (e.step, e.ply, e.j, e.i, e.yarn)).collect()
 }
 
 fn violent(device: &'static Device) -> Outcome {
@@ -87,14 +64,6 @@ fn violent(device: &'static Device) -> Outcome {
         assert!(gpu.energy_error <= 5e-3, "{}", gpu.energy_error);
     }
     Ok(())
-}
-
-fn simulated(device: &Device, case: &Case, skips: Skips) -> Run {
-    let mut simulation = Simulation::with_skips(case, device, skips).unwrap();
-    while !simulation.finished() {
-        simulation.advance(case);
-    }
-    sound(case, simulation.into_run(1.0))
 }
 
 /// What lies behind the mirror planes counts like what lies before them.

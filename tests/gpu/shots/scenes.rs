@@ -7,7 +7,7 @@ use ripstop::gpu::Device;
 use ripstop::output::history;
 use ripstop::simulation::Run;
 
-use super::{Outcome, Tests, run_on};
+use super::{Outcome, Tests, places, run_on};
 use crate::scene::{builtin, run};
 use crate::support::Worst;
 
@@ -139,11 +139,6 @@ fn variants(device: &'static Device) -> Outcome {
         wrong.extend(off(&cpu, &gpu, TEARING, 0.1).into_iter().map(|line| format!("{sets:?}: {line}")));
     }
     report(wrong)
-}
-
-/// Step, ply, row, column and yarn of each failure.
-fn places(run: &Run) -> Vec<(u64, u32, u32, u32, u8)> {
-    run.events.iter().map(|e| (e.step, e.ply, e.j, e.i, e.yarn)).collect()
 }
 
 fn violent(device: &'static Device) -> Outcome {
