@@ -34,9 +34,9 @@ pub(crate) fn trial(name: impl Into<String>, test: impl FnOnce(&'static Device) 
     })
 }
 
-/// Runs the tests of every module, one at a time unless asked otherwise: a software adapter has one queue.
+/// Runs the tests of every module, two at a time unless asked otherwise: one prepares and compares while the other has the queue.
 pub(crate) fn run<const N: usize>(modules: [Vec<Trial>; N]) -> ExitCode {
     let mut arguments = Arguments::from_args();
-    arguments.test_threads.get_or_insert(1);
+    arguments.test_threads.get_or_insert(2);
     libtest_mimic::run(&arguments, modules.into_iter().flatten().collect()).exit_code()
 }

@@ -62,8 +62,8 @@ pub(super) const MUTANTS: &[Mutant] = &[
     mutant(
         "nodes ahead not marked",
         "rough cylinder on two fabrics",
-        "let room = 1.01 * scene.dt * (speed + 1.1 * body.velocity.w)",
-        "let room = 0.0 * scene.dt * (speed + 1.1 * body.velocity.w)",
+        "var room = 1.01 * scene.dt * (speed + 1.1 * body.velocity.w)",
+        "var room = 0.0 * scene.dt * (speed + 1.1 * body.velocity.w)",
     ),
     mutant(
         "far words of marks lost",
