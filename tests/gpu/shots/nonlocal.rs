@@ -29,18 +29,19 @@ fn torn() -> [Case; 2] {
     })
 }
 
-/// The paper's shot at full size.
+/// The paper's shot at full size, at one and a half times the limit: close to it chance decides when it is over.
 fn perforating(device: &'static Device) -> Outcome {
-    let case = builtin("cases/s720-1ply-155.json", &[NONLOCAL, "/expect=[]"]);
+    let fast = "/projectile/velocity_m_s=222";
+    let case = builtin("cases/s720-1ply-155.json", &[NONLOCAL, fast, "/expect=[]"]);
     let (cpu, gpu) = (run_as(&case, Precision::F32, 2), run_on(device, &case));
-    same_until_failure(&cpu, &gpu, 155.0, 200);
+    same_until_failure(&cpu, &gpu, 222.0, 90);
     assert_eq!(gpu.outcome, cpu.outcome);
     let [c, g] = [&cpu, &gpu].map(|run| run.history.last().unwrap().projectile_velocity);
     assert!((g / c - 1.0).abs() <= 0.02, "leaves at {g} for {c} m/s");
     assert!(gpu.energy_error <= 5e-3, "{}", gpu.energy_error);
     let [c, g] = [&cpu, &gpu].map(|run| run.events.len());
     assert!(c > 20 && c.abs_diff(g) <= c / 5, "{g} failures for {c}");
-    let local = run_on(device, &builtin("cases/s720-1ply-155.json", &["/expect=[]"]));
+    let local = run_on(device, &builtin("cases/s720-1ply-155.json", &[fast, "/expect=[]"]));
     assert!((first_failure(&local) - first_failure(&gpu)).abs() > 1e-6, "as if it were local");
     Ok(())
 }
