@@ -32,19 +32,25 @@ fn torn() -> [Case; 2] {
     })
 }
 
-/// The paper's shot at full size, at one and a half times the limit. Up to the first failure it is the same with yarns judged one by one.
+/// The paper's shot at full size: up to the first failure the same with yarns judged one by one, then at one and a half times the limit.
 fn perforating(device: &'static Device) -> Outcome {
-    let sets = [RIM, "/pack/failure=nonlocal", "/projectile/velocity_m_s=222", "/expect=[]"];
-    let case = builtin("cases/s720-1ply-155.json", &sets);
-    let (cpu, gpu) = (run_as(&case, Precision::F64, 2), run_on(device, &case));
-    same_until_failure(&cpu, &gpu, 222.0, 90);
-    assert!(first_failure(&gpu).is_finite(), "nothing breaks");
+    let sets = [RIM, "/pack/failure=nonlocal", "/expect=[]", "/projectile/velocity_m_s=222"];
+    let [near, far] = [&sets[..3], &sets].map(|sets| {
+        let case = builtin("cases/s720-1ply-155.json", sets);
+        (run_as(&case, Precision::F64, 2), run_on(device, &case))
+    });
+    same_until_failure(&near.0, &near.1, 155.0, 200);
+    for (cpu, gpu) in [&near, &far] {
+        assert!(first_failure(gpu).is_finite(), "nothing breaks");
+        assert!(gpu.energy_error <= 5e-3 && gpu.momentum_error < 1e-4, "{} {}", gpu.energy_error, gpu.momentum_error);
+        assert!(cpu.events.len() > 20 && gpu.events.len() > 20);
+    }
+    let (cpu, gpu) = &far;
     assert_eq!(gpu.outcome, cpu.outcome);
-    let [c, g] = [&cpu, &gpu].map(|run| run.history.last().unwrap().projectile_velocity);
+    let [c, g] = [cpu, gpu].map(|run| run.history.last().unwrap().projectile_velocity);
     assert!((g / c - 1.0).abs() <= 0.02, "leaves at {g} for {c} m/s");
-    assert!(gpu.energy_error <= 5e-3 && gpu.momentum_error < 1e-4, "{} {}", gpu.energy_error, gpu.momentum_error);
-    let [c, g] = [&cpu, &gpu].map(|run| run.events.len());
-    assert!(c > 20 && c.abs_diff(g) <= c / 5, "{g} failures for {c}");
+    let [c, g] = [cpu, gpu].map(|run| run.events.len());
+    assert!(c.abs_diff(g) <= c / 5, "{g} failures for {c}");
     Ok(())
 }
 
