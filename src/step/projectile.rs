@@ -335,10 +335,11 @@ fn near_nodes<S: Scalar>(model: &Model<S>, state: &State<S>, body: &RigidBody, m
         let looks = (depth / margin).ceil().min(64.0);
         let room = margin + 0.5 * depth / looks.max(1.0);
         let centre = mesh.to_ply(body.position.into());
+        let apart = body.body.reach + margin + depth;
         for (column, [x, y, z]) in row_positions(model, state, ply, row).enumerate() {
             // Cheap test against the sphere around the body first.
             let square = (x - centre[0]).powi(2) + (y - centre[1]).powi(2) + (z - centre[2]).powi(2);
-            if !bar && square > (body.body.reach + margin + depth).powi(2) {
+            if !bar && square > apart.powi(2) {
                 continue;
             }
             let position = node_position(model, state, ply, row, column);

@@ -23,6 +23,7 @@ use std::sync::atomic::AtomicBool;
 
 use libtest_mimic::Trial;
 use ripstop::case::Case;
+use ripstop::gpu::compare::{self, Comparison, Difference, Tolerance};
 use ripstop::gpu::{Device, Simulation};
 use ripstop::simulation::{self, Options, Run, Skips};
 
@@ -55,11 +56,28 @@ type Tests = &'static [(&'static str, fn(&'static Device) -> Outcome)];
 
 /// A run to its end that leaves out what it is told to.
 fn simulated(device: &Device, case: &Case, skips: Skips) -> Run {
-    let mut simulation = Simulation::with_skips(case, device, skips).unwrap();
+    to_its_end(case, begun(device, case, skips))
+}
+
+fn begun<'a>(device: &'a Device, case: &Case, skips: Skips) -> Simulation<'a> {
+    Simulation::with_skips(case, device, skips).unwrap_or_else(|e| panic!("{}: {e}", case.name))
+}
+
+fn to_its_end(case: &Case, mut simulation: Simulation<'_>) -> Run {
     while !simulation.finished() {
         simulation.advance(case);
     }
     sound(case, simulation.into_run(1.0))
+}
+
+/// What kernels differ by, compared from the same state, is within their tolerances.
+fn within_tolerances(found: &Comparison) -> Outcome {
+    let over = |(line, worst): (&Tolerance, &Option<Difference>)| {
+        let over = worst.as_ref().filter(|difference| difference.is_over())?;
+        Some(format!("{}, {}: {over:?}", line.kernel, line.buffer))
+    };
+    let wrong: Vec<String> = compare::TOLERANCES.iter().zip(&found.worst).filter_map(over).collect();
+    if wrong.is_empty() { Ok(()) } else { Err(wrong.join("\n")) }
 }
 
 /// Step, ply, row, column and yarn of each failure.
@@ -98,12 +116,7 @@ fn run_until(device: &Device, case: &Case, interrupt: &AtomicBool) -> Run {
 
 /// Runs a case on the device in batches of so many steps.
 fn run_in_batches(device: &Device, case: &Case, steps: usize) -> Run {
-    let simulation = Simulation::with_skips(case, device, Skips::default());
-    let mut simulation = simulation.unwrap_or_else(|e| panic!("{e}")).with_batch(steps);
-    while !simulation.finished() {
-        simulation.advance(case);
-    }
-    sound(case, simulation.into_run(1.0))
+    to_its_end(case, begun(device, case, Skips::default()).with_batch(steps))
 }
 
 /// A run that nothing cut short, with every unit cell solved.

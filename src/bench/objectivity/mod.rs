@@ -101,11 +101,11 @@ enum Task {
     Shot(usize, [f64; 2]),
 }
 
-/// What came of it.
+/// What came of it, for which setting.
 enum Answer {
-    Row(Row),
+    Row(usize, Row),
     /// Velocity left [m/s].
-    Left(Option<f64>, Shots),
+    Left(usize, Option<f64>, Shots),
 }
 
 /// Measures every setting; `progress` is told how many parts are done, and of how many.
@@ -142,21 +142,21 @@ pub fn measure(
             let mut own = shooter(at);
             let limit = own.limit(guess, plan.width)?;
             let run = own.shoot(&[])?;
-            own.row(&settings[at], limit, above, &run, &as_it_is).map(Answer::Row)
+            own.row(&settings[at], limit, above, &run, &as_it_is).map(|row| Answer::Row(at, row))
         }
         Task::Shot(at, shift) => {
             let mut own = shooter(at);
             let left = own.shifted(above.unwrap_or_default(), shift)?;
-            Ok(Answer::Left(left, own.shots))
+            Ok(Answer::Left(at, left, own.shots))
         }
     });
 
     let mut rows = vec![(0, first)];
     let mut left = vec![Vec::new(); settings.len()];
-    for (task, answer) in answers {
-        match (task, answer?) {
-            (Task::Row(at) | Task::Shot(at, _), Answer::Row(row)) => rows.push((at, row)),
-            (Task::Row(at) | Task::Shot(at, _), Answer::Left(velocity, shots)) => left[at].push((velocity, shots)),
+    for answer in answers {
+        match answer? {
+            Answer::Row(at, row) => rows.push((at, row)),
+            Answer::Left(at, velocity, shots) => left[at].push((velocity, shots)),
         }
     }
     for (at, row) in &mut rows {
@@ -176,7 +176,7 @@ fn in_parallel<A: Send>(
     interrupt: &AtomicBool,
     progress: &(dyn Fn(usize) + Sync),
     work: &(dyn Fn(Task) -> A + Sync),
-) -> Vec<(Task, A)> {
+) -> Vec<A> {
     let (next, done) = (AtomicUsize::new(0), AtomicUsize::new(0));
     let found: Mutex<Vec<(usize, A)>> = Mutex::new(Vec::new());
     let stopped = || interrupt.load(Ordering::Relaxed);
@@ -197,7 +197,7 @@ fn in_parallel<A: Send>(
     });
     let mut found = found.into_inner().unwrap_or_default();
     found.sort_by_key(|(at, _)| *at);
-    found.into_iter().map(|(at, answer)| (tasks[at], answer)).collect()
+    found.into_iter().map(|(_, answer)| answer).collect()
 }
 
 /// The next task, and its place.

@@ -43,11 +43,6 @@ impl Scatter {
     pub fn error(&self) -> f64 {
         self.deviation / (self.shots as f64).sqrt()
     }
-
-    /// Largest less smallest shot over the mean [-].
-    pub fn spread(&self) -> f64 {
-        (self.range[1] - self.range[0]) / self.mean
-    }
 }
 
 /// Shifts along warp and weft [mm], spread evenly over a square of twice [`OFF`]; none is a mirror image of another, none is zero.
@@ -73,7 +68,6 @@ mod tests {
         // Squares 9, 1, 1, 9 over three.
         assert!((scatter.deviation - (20.0_f64 / 3.0).sqrt()).abs() < 1e-12);
         assert!((scatter.error() - (20.0_f64 / 12.0).sqrt()).abs() < 1e-12);
-        assert!((scatter.spread() - 6.0 / 183.0).abs() < 1e-15);
         assert_eq!(Scatter::of(&[180.0]), None);
     }
 

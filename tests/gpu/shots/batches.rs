@@ -1,9 +1,9 @@
 //! The same bits every time, and for every batch length.
 
-use ripstop::gpu::{Device, Simulation};
+use ripstop::gpu::Device;
 use ripstop::simulation::{Run, Skips};
 
-use super::{Outcome, Tests, run_in_batches, run_on};
+use super::{Outcome, Tests, run_in_batches, run_on, simulated};
 use crate::kept::result;
 use crate::scene::builtin;
 
@@ -43,15 +43,8 @@ fn front(device: &'static Device) -> Outcome {
     let sets =
         ["/pack/width_mm=30", "/projectile/velocity_m_s=400", "/solver/end_time_us=16", "/output/profile_times_us=[]"];
     let case = builtin("cases/s720-1ply-155.json", &sets);
-    let run = |whole: bool| {
-        let skips = Skips { wavefront: !whole, ..Skips::WHOLE };
-        let mut simulation = Simulation::with_skips(&case, device, skips).unwrap();
-        while !simulation.finished() {
-            simulation.advance(&case);
-        }
-        simulation.into_run(1.0)
-    };
-    let [part, whole] = [false, true].map(run);
+    let [part, whole] =
+        [false, true].map(|whole| simulated(device, &case, Skips { wavefront: !whole, ..Skips::WHOLE }));
     assert!(part.events.len() > 10, "{}", part.events.len());
     equal_rows(&part, &whole, "the whole strip");
     assert_eq!(whole.element_steps_computed, whole.steps * whole.elements as u64);

@@ -3,11 +3,11 @@
 use std::sync::atomic::AtomicBool;
 
 use ripstop::case::Case;
-use ripstop::gpu::{Device, Simulation, compare};
+use ripstop::gpu::{Device, compare};
 use ripstop::simulation::{Precision, Run, Skips};
 
 use super::batches::equal_rows;
-use super::{Outcome, Tests, run_in_batches, run_on};
+use super::{Outcome, Tests, run_in_batches, run_on, simulated, within_tolerances};
 use crate::scene::{builtin, run_as};
 
 pub(super) const TESTS: Tests = &[
@@ -90,15 +90,8 @@ fn lengths(device: &'static Device) -> Outcome {
 fn skips(device: &'static Device) -> Outcome {
     for (name, pack) in PACKS {
         let case = shot(pack, &["/pack/width_mm=60", "/pack/height_mm=50", "/solver/end_time_us=9"]);
-        let run = |whole: bool| {
-            let skips = Skips { wavefront: !whole, ..Skips::WHOLE };
-            let mut simulation = Simulation::with_skips(&case, device, skips).unwrap();
-            while !simulation.finished() {
-                simulation.advance(&case);
-            }
-            simulation.into_run(1.0)
-        };
-        let [part, whole] = [false, true].map(run);
+        let [part, whole] =
+            [false, true].map(|whole| simulated(device, &case, Skips { wavefront: !whole, ..Skips::WHOLE }));
         equal_rows(&part, &whole, name);
         assert_eq!(whole.element_steps_computed, whole.steps * whole.elements as u64, "{name}");
         let saved = 1.0 - part.element_steps_computed as f64 / whole.element_steps_computed as f64;
@@ -113,10 +106,7 @@ fn kernels(device: &'static Device) -> Outcome {
         let case = shot(pack, &[]);
         let found = compare::compare(&case, device, Some(80), 4, &AtomicBool::new(false)).map_err(|e| e.to_string())?;
         assert_eq!((found.steps, found.compared), (80, 20));
-        wrong.extend(found.worst.iter().flatten().filter(|d| d.is_over()).map(|d| {
-            let line = &compare::TOLERANCES[d.what];
-            format!("{name}, {}, {}: {d:?}", line.kernel, line.buffer)
-        }));
+        wrong.extend(within_tolerances(&found).err().map(|over| format!("{name}, {over}")));
     }
     if wrong.is_empty() { Ok(()) } else { Err(wrong.join("\n")) }
 }

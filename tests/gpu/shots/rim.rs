@@ -7,7 +7,9 @@ use ripstop::gpu::{Device, compare};
 use ripstop::simulation::{Precision, Skips};
 
 use super::batches::equal_rows;
-use super::{Outcome, Tests, first_failure, places, run_in_batches, run_on, same_until_failure, simulated};
+use super::{
+    Outcome, Tests, first_failure, places, run_in_batches, run_on, same_until_failure, simulated, within_tolerances,
+};
 use crate::kept;
 use crate::scene::{builtin, run_as};
 
@@ -139,13 +141,7 @@ fn kernels(device: &'static Device) -> Outcome {
         let lines = || compare::TOLERANCES.iter().zip(&found.worst);
         assert!(lines().any(|(line, worst)| line.kernel == "projectile_rim" && worst.is_some()), "not compared");
         assert!(lines().all(|(line, worst)| line.kernel != "projectile_contact" || worst.is_none()), "taken for nodes");
-        let wrong: Vec<String> = lines()
-            .filter_map(|(line, worst)| worst.as_ref().filter(|d| d.is_over()).map(|d| (line, d)))
-            .map(|(line, d)| format!("{}, {}: {d:?}", line.kernel, line.buffer))
-            .collect();
-        if !wrong.is_empty() {
-            return Err(wrong.join("\n"));
-        }
+        within_tolerances(&found)?;
     }
     Ok(())
 }

@@ -1,20 +1,12 @@
 //! A half or a quarter of a scene on the device: as the whole there, and as the part on the processor.
 
-use ripstop::gpu::{Device, Simulation};
-use ripstop::simulation::{Precision, Run, Skips};
+use ripstop::gpu::Device;
+use ripstop::simulation::{Precision, Skips};
 
-use super::{Outcome, Tests};
+use super::{Outcome, Tests, simulated};
 use crate::scene::{builtin, run_as};
 
 pub(super) const TESTS: Tests = &[("a_part_is_the_whole_and_the_processors_part", parts)];
-
-fn whole_on(device: &Device, case: &ripstop::case::Case, skips: Skips) -> Run {
-    let mut simulation = Simulation::with_skips(case, device, skips).unwrap();
-    while !simulation.finished() {
-        simulation.advance(case);
-    }
-    simulation.into_run(1.0)
-}
 
 fn parts(device: &'static Device) -> Outcome {
     let size = ["/pack/width_mm=30.48", "/pack/height_mm=25.4", "/expect=[]", "/output/profile_times_us=[]"];
@@ -29,7 +21,7 @@ fn parts(device: &'static Device) -> Outcome {
     let mut wrong = Vec::new();
     for (sets, copies) in scenes {
         let case = builtin("cases/s720-1ply-155.json", &[&size[..], &shot, sets].concat());
-        let [part, whole] = [Skips::default(), Skips::WHOLE].map(|skips| whole_on(device, &case, skips));
+        let [part, whole] = [Skips::default(), Skips::WHOLE].map(|skips| simulated(device, &case, skips));
         let processor = run_as(&case, Precision::F32, 2);
         assert_eq!((part.planes.copies(), whole.planes.copies(), processor.planes), (copies, 1, part.planes));
         assert_eq!((part.elements, part.steps, part.history.len()), (whole.elements, whole.steps, whole.history.len()));
