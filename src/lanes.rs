@@ -7,7 +7,7 @@ use std::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Not, Range, Sub};
 
 use fearless_simd::{ExtractToken, Select, Simd, SimdBase, SimdFloat, SimdFrom, SimdMask};
 
-use crate::number::{F32_BIAS, F32_THIRD, F64_BIAS, F64_THIRD, Mask, Real};
+use crate::number::{F32_BIAS, F32_THIRD, F64_BIAS, F64_THIRD, Mask, Real, is_double};
 
 /// The registers the kernels use. They decide how fast a run is, never what it finds.
 #[derive(Clone, Copy, Debug)]
@@ -183,6 +183,14 @@ macro_rules! lanes {
                 self.0.token().vectorize(call)
             }
             #[inline(always)]
+            fn fused(self, factor: Self, term: Self) -> Self {
+                if is_double::<Self>() {
+                    Self(self.0.mul_add_precise(factor.0, term.0))
+                } else {
+                    self * factor + term
+                }
+            }
+            #[inline(always)]
             fn sqrt(self) -> Self {
                 Self(self.0.sqrt())
             }
@@ -328,6 +336,10 @@ impl<R: Real> Real for Twice<R> {
     #[inline(always)]
     fn vectorize<T>(self, call: impl FnOnce() -> T) -> T {
         self.0.vectorize(call)
+    }
+    #[inline(always)]
+    fn fused(self, factor: Self, term: Self) -> Self {
+        Self(self.0.fused(factor.0, term.0), self.1.fused(factor.1, term.1))
     }
     #[inline(always)]
     fn sqrt(self) -> Self {

@@ -54,6 +54,7 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+pub mod aligned;
 pub mod bench;
 pub mod case;
 pub mod checkpoint;

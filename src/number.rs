@@ -2,7 +2,8 @@
 //!
 //! Kernels are written once, branch-free, with masks and [`Real::select`] as in WGSL. `f64` is the reference,
 //! `f32` the twin of the shaders; [`crate::lanes`] has vectors of both. Every operation used is correctly
-//! rounded (`+ − × ÷ √`) or built from such operations, so results do not depend on the machine.
+//! rounded (`+ − × ÷ √`, in double precision × and + in one) or built from such operations, so results do not depend on the
+//! machine.
 //!
 //! Vector registers may only be filled where the processor is known to have them, and only a vector at hand proves
 //! that: constants are made from a number of the same kind, `n.with(0.5)`, not from its type.
@@ -10,7 +11,7 @@
 use bytemuck::Pod;
 use fearless_simd::Simd;
 
-use crate::lanes::{F32s, F64s};
+use crate::lanes::{F32s, F64s, Twice};
 use crate::simulation::Viewed;
 use crate::step::HasKernels;
 use std::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Not, Range, Sub};
@@ -68,6 +69,11 @@ pub trait Scalar:
     type Lanes<V: Simd>: Real<Scalar = Self> + Send + Sync + 'static;
     /// Zeros in a register.
     fn lanes<V: Simd>(simd: V) -> Self::Lanes<V>;
+    /// As many as the kernels take at once where there are 32 wide registers: two chains of operations side by side hide their
+    /// latency, but more cells wait for the slowest beside them, which outweighs it in single precision.
+    type Many<V: Simd>: Real<Scalar = Self> + Send + Sync + 'static;
+    /// Zeros in these.
+    fn many<V: Simd>(simd: V) -> Self::Many<V>;
 }
 
 /// What a kernel may do with a number.
@@ -82,6 +88,9 @@ pub trait Real:
     const LANES: usize;
     /// Distance from 1 to the next larger number.
     const EPSILON: f64;
+    /// Speed below which a node is at rest [m/s]. Far ahead of a wave speeds shrink until their squares are numbers that
+    /// processors compute ten times slower.
+    const REST: f64 = if is_double::<Self>() { 1e-100 } else { 1e-12 };
 
     /// `value` in every lane of a number like this one, rounded to its precision.
     fn with(self, value: f64) -> Self;
@@ -99,6 +108,8 @@ pub trait Real:
     fn store(self, target: &mut [Self::Scalar], index: usize);
     /// One lane.
     fn lane(self, lane: usize) -> Self::Scalar;
+    /// self × factor + term: rounded once in double precision; twice in single, since shaders cannot promise to round once.
+    fn fused(self, factor: Self, term: Self) -> Self;
     /// Square root.
     fn sqrt(self) -> Self;
     /// Absolute value.
@@ -153,9 +164,9 @@ pub trait Real:
         let one = self.one();
         for _ in 0..2 {
             // (1 − r)^(−1/3) = 1 + r/3 + 2r²/9 + 14r³/81 + …
-            let r = one - self * (y * y * y);
-            let more = r * (self.with(1.0 / 3.0) + r * (self.with(2.0 / 9.0) + r * self.with(14.0 / 81.0)));
-            y = y + y * more;
+            let r = (-self).fused(y * y * y, one);
+            let more = r * r.fused(r.fused(self.with(14.0 / 81.0), self.with(2.0 / 9.0)), self.with(1.0 / 3.0));
+            y = y.fused(more, y);
         }
         y
     }
@@ -176,13 +187,18 @@ impl Mask for bool {
 }
 
 macro_rules! scalar {
-    ($type:ident, $lanes:ident, $half:expr, $third:expr, $magic:expr) => {
+    ($type:ident, $lanes:ident, $many:ty, $of:path, $half:expr, $third:expr, $magic:expr) => {
         impl Scalar for $type {
             const NAME: &'static str = stringify!($type);
             type Lanes<V: Simd> = $lanes<V>;
             #[inline(always)]
             fn lanes<V: Simd>(simd: V) -> $lanes<V> {
                 $lanes::new(simd)
+            }
+            type Many<V: Simd> = $many;
+            #[inline(always)]
+            fn many<V: Simd>(simd: V) -> $many {
+                $of(Self::lanes(simd))
             }
             #[inline(always)]
             fn splat(value: f64) -> Self {
@@ -233,6 +249,10 @@ macro_rules! scalar {
                 self
             }
             #[inline(always)]
+            fn fused(self, factor: Self, term: Self) -> Self {
+                if is_double::<Self>() { self.mul_add(factor, term) } else { self * factor + term }
+            }
+            #[inline(always)]
             fn sqrt(self) -> Self {
                 self.sqrt()
             }
@@ -261,8 +281,14 @@ macro_rules! scalar {
 }
 
 // A third of the bits, which hold the exponent, taken from four thirds of the bias, less what balances the error.
-scalar!(f64, F64s, 32, F64_THIRD, F64_BIAS);
-scalar!(f32, F32s, 16, F32_THIRD, F32_BIAS);
+scalar!(f64, F64s, Twice<F64s<V>>, Twice::of, 32, F64_THIRD, F64_BIAS);
+scalar!(f32, F32s, F32s<V>, std::convert::identity, 16, F32_THIRD, F32_BIAS);
+
+/// Whether numbers are of double precision.
+#[inline(always)]
+pub(crate) const fn is_double<R: Real>() -> bool {
+    R::EPSILON < 1e-10
+}
 
 /// A third of 2³², and of 2¹⁶: multiplied with the upper half of a number's bits they give a third of them.
 pub(crate) const F64_THIRD: u64 = 0x5555_5556;

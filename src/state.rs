@@ -1,5 +1,6 @@
 //! The state: everything that varies during a run.
 
+use crate::aligned::Aligned;
 use crate::case::Case;
 use crate::kernels::element_force::field as element;
 use crate::kernels::node_update::field as node;
@@ -14,7 +15,7 @@ use crate::reach::Reach;
 #[derive(Clone, Debug, PartialEq)]
 pub struct Rows<S> {
     /// The numbers.
-    pub data: Vec<S>,
+    pub data: Aligned<S>,
     /// Fields per row.
     pub fields: usize,
     /// Numbers per field.
@@ -22,9 +23,18 @@ pub struct Rows<S> {
 }
 
 impl<S: Scalar> Rows<S> {
-    /// Zeros.
-    pub fn new(rows: usize, fields: usize, stride: usize) -> Self {
-        Self { data: vec![S::splat(0.0); rows * fields * stride], fields, stride }
+    /// Zeros. In every field `first` is where vectors begin.
+    pub fn new(rows: usize, fields: usize, stride: usize, first: usize) -> Self {
+        Self { data: Aligned::new(S::splat(0.0), rows * fields * stride, first), fields, stride }
+    }
+
+    /// The same numbers in double precision.
+    pub fn widened(&self) -> Rows<f64> {
+        let mut data = Aligned::new(0.0, self.data.len(), self.data.first());
+        for (wide, x) in data.iter_mut().zip(self.data.iter()) {
+            *wide = x.to_f64();
+        }
+        Rows { data, fields: self.fields, stride: self.stride }
     }
 
     /// Numbers per row.
@@ -75,8 +85,8 @@ pub fn split_mut<S, const F: usize>(row: &mut [S], stride: usize) -> [&mut [S]; 
 pub struct State<S> {
     /// Displacement [m] and velocity [m/s] of the nodes, shape (plies·(rows + 1), 6, node stride).
     pub nodes: Rows<S>,
-    /// Forces, heights and life of the elements, shape (plies·rows, 13, element stride); where failure is nonlocal their strains too,
-    /// shape (plies·rows, 15, element stride).
+    /// Forces, heights and life of the elements, shape (plies·rows, 17, element stride); where failure is nonlocal their strains too,
+    /// shape (plies·rows, 19, element stride).
     pub elements: Rows<S>,
     /// Nodes of each ply that may have moved.
     pub reach: Vec<Reach>,
@@ -94,10 +104,10 @@ impl<S: Scalar> State<S> {
     /// The state before the first step.
     pub fn new(case: &Case, model: &Model<S>) -> Self {
         let grid = &model.grid;
-        let mut nodes = Rows::new(grid.node_rows(), node::COUNT, grid.node_stride);
+        let mut nodes = Rows::new(grid.node_rows(), node::COUNT, grid.node_stride, 0);
         let nonlocal = model.sheets.iter().any(|sheet| sheet.neighbourhood.is_some());
         let fields = element::COUNT + if nonlocal { element::STRAINS } else { 0 };
-        let mut elements = Rows::new(grid.element_rows(), fields, grid.element_stride);
+        let mut elements = Rows::new(grid.element_rows(), fields, grid.element_stride, 1);
         let mut reach = Vec::with_capacity(grid.plies);
         for ply in 0..grid.plies {
             let sheet = model.sheet(ply);

@@ -19,6 +19,7 @@ use ripstop::kernels::{
     projectile_shape, shear, yarn_law,
 };
 use ripstop::model::{Model, over};
+use ripstop::number::Real;
 use wgpu::naga;
 
 use crate::scene::builtin;
@@ -389,6 +390,7 @@ fn constants() -> Vec<(&'static str, Vec<f64>)> {
         number("COSINE_FLOOR", element_force::COSINE_FLOOR),
         number("SHORTEST", yarn_law::SHORTEST),
         number("EPSILON", f64::from(f32::EPSILON)),
+        number("REST", <f32 as Real>::REST),
         number("PI", std::f64::consts::PI),
         number("HALF_PI", std::f64::consts::FRAC_PI_2),
         number("FINE", layout::FINE),

@@ -14,6 +14,7 @@
 mod branches;
 mod domain;
 mod energy;
+mod guide;
 mod printed;
 mod reference;
 

@@ -37,7 +37,7 @@ fn trace<S: Scalar>(case: &Case, vectors: Vectors, steps: u64) -> Trace<S> {
         failures.extend(stepper.failures.iter().copied());
         counts.push([totals.iterations, totals.solved, totals.max_residual, totals.computed as f64]);
     }
-    Trace { nodes: state.nodes.data, elements: state.elements.data, balances, failures, counts }
+    Trace { nodes: state.nodes.data.to_vec(), elements: state.elements.data.to_vec(), balances, failures, counts }
 }
 
 fn same_on_all<S: Scalar>(case: &Case, steps: u64) {

@@ -377,7 +377,7 @@ impl<'a> Lockstep<'a> {
     fn elements(&mut self, scales: &Scales) {
         let mut fields = vec![
             ("membrane force", element::WARP_FORCE..element::HOURGLASS, scales.force),
-            ("hourglass force", element::HOURGLASS..element::HEIGHT, scales.force),
+            ("hourglass force", element::HOURGLASS..element::FORCES.end, scales.force),
             ("yarn height", element::HEIGHT..element::ALIVE, scales.height),
             ("yarn alive", element::ALIVE..element::COUNT, 1.0),
         ];
@@ -527,14 +527,9 @@ fn difference(
 
 /// The same state in double precision.
 fn widen(state: &State<f32>) -> State<f64> {
-    let rows = |rows: &Rows<f32>| Rows {
-        data: rows.data.iter().map(|x| x.to_f64()).collect(),
-        fields: rows.fields,
-        stride: rows.stride,
-    };
     State {
-        nodes: rows(&state.nodes),
-        elements: rows(&state.elements),
+        nodes: state.nodes.widened(),
+        elements: state.elements.widened(),
         reach: state.reach.clone(),
         over: state.over.clone(),
         body: state.body.clone(),

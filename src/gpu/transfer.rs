@@ -37,7 +37,7 @@ impl Stepper<'_> {
         let columns = self.grid.columns;
         let nodes = planes(&state.nodes, 0..node::COUNT, 0, columns + 1);
         self.write(Name::Nodes, bytemuck::cast_slice(&nodes));
-        let forces = planes(&state.elements, 0..element::HEIGHT, 1, columns);
+        let forces = planes(&state.elements, element::FORCES, 1, columns);
         self.write(Name::Forces, bytemuck::cast_slice(&forces));
         let heights = planes(&state.elements, element::HEIGHT..element::ALIVE, 1, columns);
         self.write(Name::Heights, bytemuck::cast_slice(&heights));
@@ -81,7 +81,7 @@ impl Stepper<'_> {
         let columns = self.grid.columns;
         let floats = |name| self.read(name).map(|words| words.into_iter().map(f32::from_bits).collect::<Vec<_>>());
         set_planes(&mut state.nodes, 0..node::COUNT, 0, columns + 1, &floats(Name::Nodes)?);
-        set_planes(&mut state.elements, 0..element::HEIGHT, 1, columns, &floats(Name::Forces)?);
+        set_planes(&mut state.elements, element::FORCES, 1, columns, &floats(Name::Forces)?);
         set_planes(&mut state.elements, element::HEIGHT..element::ALIVE, 1, columns, &floats(Name::Heights)?);
         let flags = self.read(Name::Flags)?;
         let mut alive: Vec<f32> =

@@ -7,8 +7,7 @@ use std::ops::Range;
 
 use prefetch_index::prefetch_index;
 
-/// Bytes that come into the cache at once.
-const CACHE_LINE: usize = 64;
+use crate::aligned::CACHE_LINE;
 
 /// A row of elements and one of nodes that are read next, all fields with the numbers per field; empty where there is none.
 #[derive(Clone, Copy)]
@@ -31,8 +30,9 @@ impl<S> Ahead<'_, S> {
         if !column.is_multiple_of(CACHE_LINE / size_of::<S>()) {
             return;
         }
-        for (row, stride) in self.rows.iter().zip(self.stride) {
-            let mut at = column;
+        // Element c is stored at c + 1.
+        for ((row, stride), first) in self.rows.iter().zip(self.stride).zip([1, 0]) {
+            let mut at = column + first;
             while at < row.len() {
                 prefetch_index(row, at);
                 at += stride;

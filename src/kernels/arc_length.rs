@@ -74,7 +74,7 @@ pub fn arc_length<R: Real>(k: R, terms: usize) -> ArcLength<R> {
     let one = n.one();
     let half = n.with(0.5);
     let square = k.squared();
-    let secant = (one + square).sqrt();
+    let secant = k.fused(k, one).sqrt();
     let a2 = secant + one;
     // One division for 1/√(1 + k²) and 1/(√(1 + k²) + 1).
     let both = one / (secant * a2);
@@ -86,13 +86,13 @@ pub fn arc_length<R: Real>(k: R, terms: usize) -> ArcLength<R> {
     let square_x = x.squared();
     let (mut p, mut dg) = ([n.zero(); 2], [n.zero(); 2]);
     for pair in (0..terms.div_ceil(2)).rev() {
-        p = each!(i in 2 => p[i] * square_x + n.with(SERIES[2 * pair + i]));
-        dg = each!(i in 2 => dg[i] * square_x + n.with(SLOPES[2 * pair + i]));
+        p = each!(i in 2 => p[i].fused(square_x, n.with(SERIES[2 * pair + i])));
+        dg = each!(i in 2 => dg[i].fused(square_x, n.with(SLOPES[2 * pair + i])));
     }
-    let g_minus_1 = x * (p[0] + x * p[1]);
-    let dg = dg[0] + x * dg[1];
-    let excess = half * a_minus_1 + half * a2 * g_minus_1;
-    let b = half * (one + g_minus_1) + n.with(2.0) * lambda * dg * a1;
+    let g_minus_1 = x * x.fused(p[1], p[0]);
+    let dg = x.fused(dg[1], dg[0]);
+    let excess = half * a2.fused(g_minus_1, a_minus_1);
+    let b = (n.with(2.0) * lambda * a1).fused(dg, half.fused(g_minus_1, half));
     let slope = k * inverse_secant * b;
     // E(−k²) obeys k s″ + s′ = k s/(1 + k²), which gives the second derivative without another series.
     let curvature = (one + excess) * inverse_secant.squared() - b * inverse_secant;

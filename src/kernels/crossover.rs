@@ -8,6 +8,7 @@
 //! Heights in metres, forces in newtons; the stretch enters as Λ − 1 so that single precision keeps small strains.
 
 use crate::kernels::crossover_joint;
+use crate::kernels::guide::Guide;
 use crate::number::{Mask, Real, each};
 
 pub use crate::kernels::cell_constants::CellConstants;
@@ -29,6 +30,8 @@ pub struct Equilibrium<R: Real> {
     pub strain: [R; 2],
     /// Heights [m], warp and weft; where nothing presses, the last ones found.
     pub height: [R; 2],
+    /// How the heights will follow the stretches.
+    pub guide: Guide<R>,
     /// Contact force F [N].
     pub force: R,
     /// Difference of the yarns' contact forces at the end [N].
@@ -94,11 +97,16 @@ pub fn solve<R: Real, L: LawKernel>(
     let mut x = start[0];
     let (mut iterations, mut best);
     let mut bound = zero;
+    let mut guide = Guide { fall: [zero; 2], share: [zero; 2] };
     if cell.joint {
         let joint = crossover_joint::iterate::<R, L>(cell, &span, start, pressing);
         active = pressing & !joint.met;
         x = R::select(active, start[0], joint.height[0]);
         iterations = joint.iterations;
+        for (at, i) in [p, o].into_iter().enumerate() {
+            guide.fall[i] = R::select(!active & pressing, joint.guide.fall[at], zero);
+            guide.share[i] = R::select(!active & pressing, joint.guide.share[at], zero);
+        }
         let residual = joint.yarn[0].force - joint.yarn[1].force;
         bound = joint.bound;
         let [pivot, other] = joint.yarn;
@@ -118,6 +126,7 @@ pub fn solve<R: Real, L: LawKernel>(
         in_plane: [zero; 2],
         strain: straight,
         height: [zero; 2],
+        guide,
         force: R::select(pressing, force, zero),
         residual: R::select(pressing, residual, zero),
         iterations,

@@ -10,6 +10,7 @@
 //! cells it leaves go to the bracketed one of [`super::crossover`], which cannot fail.
 
 use crate::kernels::cell_constants::CellConstants;
+use crate::kernels::guide::Guide;
 use crate::kernels::yarn_law::{LawKernel, Span, YarnResponse};
 use crate::number::{Mask, Real, each};
 
@@ -28,6 +29,8 @@ pub(super) struct Joint<R: Real> {
     pub(super) height: [R; 2],
     /// Their responses there.
     pub(super) yarn: [YarnResponse<R>; 2],
+    /// How they will follow the stretches.
+    pub(super) guide: Guide<R>,
     /// Evaluations.
     pub(super) iterations: R,
     /// What the responses may be off by as tangents [N].
@@ -69,7 +72,7 @@ pub(super) fn iterate<R: Real, L: LawKernel>(
         // How far the heights miss the compression of the pivot's force, but for what that rounds to; and with it what
         // the residual F_p(x) − F_o(H − d(F_p) − x) would be, at most.
         let misfit = give * ((yarn[0].force - force).abs() - cell.noise).max(zero);
-        let off = (yarn[0].force - yarn[1].force).abs() + so * misfit;
+        let off = so.fused(misfit, (yarn[0].force - yarn[1].force).abs());
         let limit = cell.accepted(yarn[0].force);
         let taut = each!(i in 2 => zero.lt(yarn[i].strain));
         // Both yarns slack although the crossover is not compressed: nothing presses.
@@ -87,11 +90,11 @@ pub(super) fn iterate<R: Real, L: LawKernel>(
         let inverse = one / (product * sum);
         let between = yarn[1].force - yarn[0].force;
         let climb = [
-            so * (between * sp + (force - yarn[0].force) * soft),
-            sp * ((force - yarn[1].force) * soft - between * so),
+            so * between.fused(sp, (force - yarn[0].force) * soft),
+            sp * (-between).fused(so, (force - yarn[1].force) * soft),
         ];
-        let pivot = (height[0] + climb[0] * inverse).max(zero).min(cell.height_sum);
-        let other = height[1] + climb[1] * inverse;
+        let pivot = climb[0].fused(inverse, height[0]).max(zero).min(cell.height_sum);
+        let other = climb[1].fused(inverse, height[1]);
         let next = opening(cell, pivot + other).max(q * n.with(0.3));
         let new = [pivot, other_height(cell, pivot, next)];
         let rise = each!(i in 2 => new[i] - height[i]);
@@ -122,7 +125,10 @@ pub(super) fn iterate<R: Real, L: LawKernel>(
         });
         iterations = iterations + R::select(pending, one, zero);
     }
-    Joint { height, yarn, iterations, bound, met }
+    let give = b * q * (q * q * q) * n.with(1.0 / 3.0);
+    let stiffness = each!(i in 2 => yarn[i].stiffness.max(cell.softest));
+    let guide = Guide::of(&yarn, stiffness, give, height, each!(i in 2 => span[index[i]].length()));
+    Joint { height, yarn, guide, iterations, bound, met }
 }
 
 /// q = (a − d)/b where the heights sum up to `sum`; a compression that is none but for rounding is none.

@@ -13,6 +13,7 @@ use std::ops::Range;
 use crate::kernels::ahead::Ahead;
 use crate::kernels::crossover::{self, CellConstants, LawKernel};
 use crate::kernels::element_size::Size;
+use crate::kernels::guide::Guide;
 use crate::kernels::shear::{self, ShearConstants};
 use crate::number::{Mask, Real, Scalar, each};
 use crate::tally::Tally;
@@ -25,13 +26,17 @@ pub mod field {
     pub const WEFT_FORCE: usize = 3;
     /// Hourglass force per corner [N], three components.
     pub const HOURGLASS: usize = 6;
+    /// All forces.
+    pub const FORCES: std::ops::Range<usize> = 0..9;
+    /// What foretells the next heights: `fall` [m] of warp and weft, `share` [-] of both; see [`Guide`](super::Guide).
+    pub const GUIDE: usize = 9;
     /// Yarn heights h1, h2 [m].
-    pub const HEIGHT: usize = 9;
+    pub const HEIGHT: usize = 13;
     /// 1 while the yarn carries load, [`BREAKING`](super::BREAKING) when it is about to fail, 0 once it did or where it is absent;
     /// warp, weft.
-    pub const ALIVE: usize = 11;
+    pub const ALIVE: usize = 15;
     /// Number of fields.
-    pub const COUNT: usize = 13;
+    pub const COUNT: usize = 17;
     /// Further fields where failure is nonlocal: strains of warp and weft [-].
     pub const STRAINS: usize = 2;
 }
@@ -188,7 +193,7 @@ type Vector<R> = [R; 3];
 
 #[inline(always)]
 fn dot<R: Real>(a: &Vector<R>, b: &Vector<R>) -> R {
-    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+    a[2].fused(b[2], a[1].fused(b[1], a[0] * b[0]))
 }
 
 /// Differences over an element of corner values 0…3 (counter-clockwise): twice the edge differences along X and
@@ -214,8 +219,8 @@ pub(crate) fn kinematics<R: Real>(c: &Size<R>, dx: &Vector<R>, dy: &Vector<R>) -
     let l1 = dot(&f1, &f1).sqrt().max(tiny);
     let l2 = dot(&f2, &f2).sqrt().max(tiny);
     // Λ − 1 from the displacement gradient: no cancellation at small strain.
-    let s1 = (two * g1[0] + dot(&g1, &g1)) / (one + l1);
-    let s2 = (two * g2[1] + dot(&g2, &g2)) / (one + l2);
+    let s1 = two.fused(g1[0], dot(&g1, &g1)) / (one + l1);
+    let s2 = two.fused(g2[1], dot(&g2, &g2)) / (one + l2);
     let (i1, i2) = (one / l1, one / l2);
     let sine = (g2[0] + g1[1] + dot(&g1, &g2)) * i1 * i2;
     Kinematics {
@@ -224,6 +229,18 @@ pub(crate) fn kinematics<R: Real>(c: &Size<R>, dx: &Vector<R>, dy: &Vector<R>) -
         per_stretch: [i1, i2],
         sine: sine.max(-one).min(one),
     }
+}
+
+/// What the stretches have grown by in the time `dt` [s], to second order. `v`: differences of velocities over the element.
+#[inline(always)]
+fn stretching<R: Real>(size: &Size<R>, k: &Kinematics<R>, v: [&[R; 3]; 3], dt: R) -> [R; 2] {
+    let half = dt.with(0.5);
+    each!(i in 2 => {
+        let per_length = dt * size.gradient[i];
+        let step = [v[0][i] * per_length, v[1][i] * per_length, v[2][i] * per_length];
+        let along = dot(&k.direction[i], &step);
+        along - half * k.per_stretch[i] * (dot(&step, &step) - along.squared())
+    })
 }
 
 /// P1·Ly/2 and P2·Lx/2 [N] from in-plane yarn forces and shear resultant.
@@ -236,14 +253,14 @@ fn membrane<R: Real>(c: &Size<R>, k: &Kinematics<R>, pull: &[R; 2], q: R, shear:
     }
     let n = q;
     let floor = n.with(COSINE_FLOOR * COSINE_FLOOR);
-    let cosine = (n.one() - k.sine.squared()).max(floor).sqrt();
+    let cosine = (-k.sine).fused(k.sine, n.one()).max(floor).sqrt();
     let most = n.with(1.0 / STRETCH_FLOOR);
     let q = q / cosine;
     let q1 = q * c.half_length[0] * k.per_stretch[0].min(most);
     let q2 = q * c.half_length[1] * k.per_stretch[1].min(most);
     (
-        each!(a in 3 => n1 * e1[a] + q1 * (e2[a] - k.sine * e1[a])),
-        each!(a in 3 => n2 * e2[a] + q2 * (e1[a] - k.sine * e2[a])),
+        each!(a in 3 => n1.fused(e1[a], q1 * (-k.sine).fused(e1[a], e2[a]))),
+        each!(a in 3 => n2.fused(e2[a], q2 * (-k.sine).fused(e2[a], e1[a]))),
     )
 }
 
@@ -336,7 +353,16 @@ pub fn element_force<R: Real, L: LawKernel>(
         let both = was_alive[0] & was_alive[1];
         let any = was_alive[0] | was_alive[1];
         let warm = each!(i in 2 => n.load(row.element[field::HEIGHT + i], at));
+        let guide = Guide {
+            fall: each!(i in 2 => n.load(row.element[field::GUIDE + i], at)),
+            share: each!(i in 2 => n.load(row.element[field::GUIDE + 2 + i], at)),
+        };
+        let warm = guide.heights(warm, stretching(&size, &k, [&vx, &vy, &vz], n.with(dt)));
         let cell = crossover::solve::<R, L>(&c.cell, k.stretch, warm, both);
+        for i in 0..2 {
+            cell.guide.fall[i].store(row.element[field::GUIDE + i], at);
+            cell.guide.share[i].store(row.element[field::GUIDE + 2 + i], at);
+        }
 
         let failed = each!(i in 2 => {
             was_alive[i] & (c.cell.yarn[i].failure_strain.le(cell.strain[i]) | life[i].le(n.with(BREAKING)))
@@ -373,9 +399,9 @@ pub fn element_force<R: Real, L: LawKernel>(
         for a in 0..3 {
             let warp_new = R::select(any, warp[a], zero);
             let weft_new = R::select(any, weft[a], zero);
-            power = power
-                + (n.load(row.element[field::WARP_FORCE + a], at) + warp_new) * v[a][0]
-                + (n.load(row.element[field::WEFT_FORCE + a], at) + weft_new) * v[a][1];
+            let warp_sum = n.load(row.element[field::WARP_FORCE + a], at) + warp_new;
+            let weft_sum = n.load(row.element[field::WEFT_FORCE + a], at) + weft_new;
+            power = weft_sum.fused(v[a][1], warp_sum.fused(v[a][0], power));
             warp_new.store(row.element[field::WARP_FORCE + a], at);
             weft_new.store(row.element[field::WEFT_FORCE + a], at);
         }

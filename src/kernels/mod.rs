@@ -11,6 +11,7 @@ pub mod crossover;
 pub mod crossover_joint;
 pub mod element_force;
 pub(crate) mod element_size;
+pub mod guide;
 pub mod node_update;
 pub mod ply_contact;
 pub mod projectile_body;

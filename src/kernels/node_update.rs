@@ -109,7 +109,7 @@ pub fn node_update<R: Real>(
     let Part { range, columns, edge_row } = part;
     let columns = *columns;
     let (kick_r, drift_r) = (n.with(kick), n.with(drift));
-    let half = n.with(0.5);
+    let (half, rest) = (n.with(0.5), n.with(R::REST));
     let mut kinetic = Tally::default();
     let mut kinetic_now = Tally::default();
     let mut momentum = [Tally::default(); 3];
@@ -124,12 +124,12 @@ pub fn node_update<R: Real>(
         let held_here = *edge_row || column == 0 || column + R::LANES >= columns;
         for a in 0..3 {
             let inverse = n.load(mass.inverse[a], column);
-            let change = kick_r * force[a] * inverse;
-            let velocity = n.load(node[field::VELOCITY + a], column) + change;
-            let displacement = n.load(node[field::DISPLACEMENT + a], column) + drift_r * velocity;
+            let velocity = (kick_r * force[a]).fused(inverse, n.load(node[field::VELOCITY + a], column));
+            let velocity = R::select(velocity.abs().lt(rest), n.zero(), velocity);
+            let displacement = drift_r.fused(velocity, n.load(node[field::DISPLACEMENT + a], column));
             velocity.store(node[field::VELOCITY + a], column);
             displacement.store(node[field::DISPLACEMENT + a], column);
-            speed = speed + velocity.squared();
+            speed = velocity.fused(velocity, speed);
             if ledger {
                 now = now + velocity * (velocity - drift_r * force[a] * inverse);
                 momentum[a].add(m * velocity, column);

@@ -94,10 +94,10 @@ pub fn arc_sine<R: Real>(x: R) -> R {
     let fourth = square.squared();
     let (mut even, mut odd) = (n.with(ARC_SINE[0]), n.zero());
     for pair in ARC_SINE[1..].chunks_exact(2) {
-        odd = odd * fourth + n.with(pair[0]);
-        even = even * fourth + n.with(pair[1]);
+        odd = odd.fused(fourth, n.with(pair[0]));
+        even = even.fused(fourth, n.with(pair[1]));
     }
-    let angle = argument * (even + odd * square);
+    let angle = argument * odd.fused(square, even);
     let angle = R::select(small, angle, n.with(std::f64::consts::FRAC_PI_2) - n.with(2.0) * angle);
     R::select(x.lt(n.zero()), -angle, angle)
 }

@@ -70,8 +70,8 @@ impl<R: Real> YarnResponse<R> {
     /// The response of a taut yarn after a rise of its height too small to bend the curve.
     #[inline(always)]
     pub fn raised(&self, yarn: &YarnConstants<R>, rise: R) -> Self {
-        let strain = self.strain + self.growth * rise;
-        Self { strain, tension: yarn.stiffness * strain, force: self.force + self.stiffness * rise, ..*self }
+        let strain = self.growth.fused(rise, self.strain);
+        Self { strain, tension: yarn.stiffness * strain, force: self.stiffness.fused(rise, self.force), ..*self }
     }
 
     /// The contact force without its continuation: 0 where the yarn is slack.
@@ -93,6 +93,14 @@ pub struct Span<R> {
     scale: R,
     /// End slope over height, π/(2 w0 Λ) [1/m].
     rise: R,
+}
+
+impl<R: Real> Span<R> {
+    /// Λ [-].
+    #[inline(always)]
+    pub(super) fn length(&self) -> R {
+        self.stretch.one() + self.stretch
+    }
 }
 
 /// Which formulas a law uses; resolved at compile time.
@@ -146,7 +154,7 @@ struct Sinusoid<R: Real> {
 fn sinusoid<R: Real>(yarn: &YarnConstants<R>, span: &Span<R>, h: R) -> Sinusoid<R> {
     let k = h * span.rise;
     let arc = arc_length(k, yarn.terms);
-    let strain = span.straight + span.scale * arc.excess;
+    let strain = span.scale.fused(arc.excess, span.straight);
     let taut = h.zero().lt(strain);
     let tension = yarn.stiffness * strain.max(h.zero());
     let dstrain = span.scale * span.rise * arc.slope;
@@ -175,7 +183,7 @@ fn published_yarn<R: Real>(yarn: &YarnConstants<R>, span: &Span<R>, h: R) -> Yar
     let sine = twice * s.k;
     let force = s.tension * sine;
     let turning = s.tension * (twice * cosine.squared() * span.rise);
-    let stiffness = yarn.stiffness * s.dstrain * sine + turning;
+    let stiffness = (yarn.stiffness * s.dstrain).fused(sine, turning);
     s.response(yarn, force, stiffness)
 }
 

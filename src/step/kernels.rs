@@ -100,8 +100,7 @@ fn of_law<S: Scalar, L: LawKernel>(sheet: &Sheet<S>, vectors: Vectors) -> Box<dy
     match vectors {
         Vectors::None => compiled::<S, L>(&constants, S::splat(0.0), shear),
         #[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
-        // With 32 wide registers one number at a time hides its own latency, and fewer cells wait for the slowest beside them.
-        Vectors::Avx512(simd) => compiled::<_, L>(&constants, S::lanes(simd), shear),
+        Vectors::Avx512(simd) => compiled::<_, L>(&constants, S::many(simd), shear),
         #[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
         Vectors::Avx2(simd) => compiled::<_, L>(&constants, Twice::of(S::lanes(simd)), shear),
         #[cfg(any(target_arch = "x86", target_arch = "x86_64"))]

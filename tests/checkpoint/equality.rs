@@ -41,7 +41,7 @@ fn finish<S: Scalar>(
 
 fn bytemuck_bytes<S: Scalar>(simulation: &Simulation<S>) -> Vec<u8> {
     let state = &simulation.state;
-    let numbers = state.nodes.data.iter().chain(&state.elements.data);
+    let numbers = state.nodes.data.iter().chain(state.elements.data.iter());
     let mut bytes: Vec<u8> = numbers.flat_map(|x| x.to_f64().to_bits().to_le_bytes()).collect();
     bytes.extend(state.over.iter().flat_map(|over| over.to_le_bytes()));
     bytes.extend(format!("{:?}", state.reach).bytes());

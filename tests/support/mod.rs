@@ -162,6 +162,19 @@ impl<R: Scalar> Cell<R> {
         }
     }
 
+    /// Heights foretold from those [m] solved at stretches Λ for when they have changed.
+    pub(crate) fn foretell(&self, stretch: [f64; 2], heights: [f64; 2], change: [f64; 2]) -> [f64; 2] {
+        self.foretell_if(stretch, heights, change, true)
+    }
+
+    /// The same; `both`: both yarns are alive and present.
+    pub(crate) fn foretell_if(&self, stretch: [f64; 2], heights: [f64; 2], change: [f64; 2], both: bool) -> [f64; 2] {
+        let excess = stretch.map(|s| R::splat(s - 1.0));
+        let heights = heights.map(R::splat);
+        let e = with_law!(self.law, L => crossover::solve::<R, L>(&self.constants, excess, heights, both));
+        e.guide.heights(heights, change.map(R::splat)).map(|x| x.to_f64())
+    }
+
     /// Solves with both yarns alive from the heights at rest.
     pub(crate) fn solve_from_rest(&self, stretch: [f64; 2]) -> Solved {
         self.solve(stretch, self.rest_heights(), true)

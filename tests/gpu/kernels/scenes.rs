@@ -200,7 +200,7 @@ fn random_elements(model: &Model<f32>, state: &mut State<f32>, random: &mut Rand
         let reached = rows.contains(&(row - model.grid.first_element_row(ply))) && columns.contains(&column);
         let stands = if reached && state.standing(row, column) { 1.0 } else { 0.0 };
         let at = column + 1;
-        for field in 0..element::HEIGHT {
+        for field in element::FORCES {
             let there = stands * if field < element::HOURGLASS || modes { 1.0 } else { 0.0 };
             state.elements.set(row, field, at, (there * random.between(-most, most)) as f32);
         }

@@ -1,0 +1,89 @@
+//! Numbers in memory so that vectors of them do not straddle lines of the cache, which takes the processor twice as long.
+
+use std::ops::{Deref, DerefMut};
+
+/// Bytes that come into the cache at once; no register is longer.
+pub(crate) const CACHE_LINE: usize = 64;
+
+/// Numbers, one of which begins a line of the cache, and so does every one a whole number of lines away from it.
+#[derive(Debug)]
+pub struct Aligned<S> {
+    /// What is left over lies on both sides.
+    numbers: Vec<S>,
+    start: usize,
+    length: usize,
+    /// Which one begins a line.
+    first: usize,
+}
+
+impl<S: Clone> Aligned<S> {
+    /// `length` times the same number; the one at `first` begins a line.
+    pub fn new(number: S, length: usize, first: usize) -> Self {
+        let line = CACHE_LINE / size_of::<S>();
+        let numbers = vec![number; length + line];
+        // Where the platform cannot say, the numbers lie as they come.
+        let ahead = numbers.as_ptr().align_offset(CACHE_LINE) % line;
+        let start = (ahead + line - first % line) % line;
+        Self { numbers, start, length, first }
+    }
+}
+
+impl<S> Aligned<S> {
+    /// Which number begins a line.
+    pub fn first(&self) -> usize {
+        self.first
+    }
+}
+
+impl<S: Clone> Clone for Aligned<S> {
+    fn clone(&self) -> Self {
+        let mut copy = Self::new(self.numbers[0].clone(), self.length, self.first);
+        copy.clone_from_slice(self);
+        copy
+    }
+}
+
+impl<S> Deref for Aligned<S> {
+    type Target = [S];
+
+    fn deref(&self) -> &[S] {
+        &self.numbers[self.start..self.start + self.length]
+    }
+}
+
+impl<S> DerefMut for Aligned<S> {
+    fn deref_mut(&mut self) -> &mut [S] {
+        &mut self.numbers[self.start..self.start + self.length]
+    }
+}
+
+impl<S: PartialEq> PartialEq for Aligned<S> {
+    fn eq(&self, other: &Self) -> bool {
+        **self == **other
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn begins_a_line<S>(number: &S) -> bool {
+        std::ptr::from_ref(number).addr().is_multiple_of(CACHE_LINE)
+    }
+
+    #[test]
+    fn the_number_asked_for_begins_a_line_in_copies_too() {
+        for first in [0, 1, 7, 8, 17] {
+            let mut numbers = Aligned::new(0.0_f64, 100, first);
+            assert!(begins_a_line(&numbers[first]), "{first}");
+            numbers[99] = 3.0;
+            let copies: Vec<_> = (0..5).map(|_| numbers.clone()).collect();
+            for copy in &copies {
+                assert!(begins_a_line(&copy[first]) && *copy == numbers && copy.len() == 100, "{first}");
+            }
+            let singles = Aligned::new(1.0_f32, 3, first);
+            assert!(singles.iter().all(|x| *x == 1.0) && singles.len() == 3);
+        }
+        assert!(begins_a_line(&Aligned::new(0_f32, 40, 17)[17]));
+    }
+}
