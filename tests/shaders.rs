@@ -395,7 +395,7 @@ fn constants() -> Vec<(&'static str, Vec<f64>)> {
         number("HALF_PI", std::f64::consts::FRAC_PI_2),
         number("FINE", layout::FINE),
         list("SERIES", &arc_length::SERIES),
-        list("ARC_SINE", &shear::ARC_SINE),
+        list("ARC_SINE_SINGLE", &shear::ARC_SINE_SINGLE),
         // The laws are numbered by `shader::constants`.
         count("PUBLISHED_TENSION", 0),
         count("PUBLISHED_PROJECTED", 1),

@@ -482,7 +482,11 @@ pub fn element_force<R: Real, L: LawKernel>(
     totals.max_deflection = totals.max_deflection.max(deflection.largest());
     totals.internal_work += work.total();
     totals.iterations += iterations.total();
-    totals.released = released.map(|r| r.total());
-    totals.stored += stored.total();
-    totals.hourglass += hourglass.total();
+    if !totals.failures.is_empty() {
+        totals.released = each!(i in 2 => released[i].total());
+    }
+    if ledger {
+        totals.stored += stored.total();
+        totals.hourglass += hourglass.total();
+    }
 }

@@ -21,10 +21,10 @@ pub mod field {
 
 /// Element rows around a row of nodes.
 pub struct Neighbours<'a, S> {
-    /// Fields of the row of elements below, in storage order (only forces are read).
-    pub below: [&'a [S]; element::COUNT],
+    /// Forces of the row of elements below, in storage order.
+    pub below: [&'a [S]; element::FORCES.end],
     /// The same above.
-    pub above: [&'a [S]; element::COUNT],
+    pub above: [&'a [S]; element::FORCES.end],
 }
 
 /// Masses of one row of nodes; three arrays by direction because rollers hold one direction only.
@@ -115,6 +115,7 @@ pub fn node_update<R: Real>(
     let mut momentum = [Tally::default(); 3];
     let mut support = [Tally::default(); 3];
     let mut fastest = n.zero();
+    let mut held = false;
     let mut column = range.start - range.start % R::LANES;
     while column < range.end {
         let force = gather(n, around, column);
@@ -122,6 +123,7 @@ pub fn node_update<R: Real>(
         let mut speed = n.zero();
         let mut now = n.zero();
         let held_here = *edge_row || column == 0 || column + R::LANES >= columns;
+        held |= held_here;
         for a in 0..3 {
             let inverse = n.load(mass.inverse[a], column);
             let velocity = (kick_r * force[a]).fused(inverse, n.load(node[field::VELOCITY + a], column));
@@ -135,8 +137,8 @@ pub fn node_update<R: Real>(
                 momentum[a].add(m * velocity, column);
             }
             if held_here {
-                let held = inverse.le(n.zero());
-                support[a].add(R::select(held, -(kick_r * force[a]), n.zero()), column);
+                let fixed = inverse.le(n.zero());
+                support[a].add(R::select(fixed, -(kick_r * force[a]), n.zero()), column);
             }
         }
         kinetic.add(half * m * speed, column);
@@ -146,11 +148,15 @@ pub fn node_update<R: Real>(
         }
         column += R::LANES;
     }
-    NodeTotals {
-        kinetic: kinetic.total(),
-        kinetic_now: kinetic_now.total(),
-        momentum: momentum.map(|t| t.total()),
-        support: support.map(|t| t.total()),
-        max_speed_squared: fastest.largest(),
+    // What is not asked for need not be added up.
+    let mut totals =
+        NodeTotals { kinetic: kinetic.total(), max_speed_squared: fastest.largest(), ..NodeTotals::default() };
+    if ledger {
+        totals.kinetic_now = kinetic_now.total();
+        totals.momentum = each!(a in 3 => momentum[a].total());
     }
+    if held {
+        totals.support = each!(a in 3 => support[a].total());
+    }
+    totals
 }
