@@ -10,7 +10,7 @@
 
 use std::ops::Range;
 
-use crate::kernels::ahead::Ahead;
+use crate::kernels::ahead;
 use crate::kernels::crossover::{self, CellConstants, LawKernel};
 use crate::kernels::element_size::Size;
 use crate::kernels::guide::Guide;
@@ -106,8 +106,8 @@ pub struct ElementRow<'a, S> {
     pub per_width: &'a [S],
     /// Viscosity along X of each element and along Y of the row, over the stiffness [s]; `None`: an even mesh has none.
     pub viscosity: Option<(&'a [S], f64)>,
-    /// Rows that are read after this one.
-    pub ahead: Ahead<'a, S>,
+    /// How many numbers further on the next row of elements has its fields, and the next row of nodes those of the one above.
+    pub ahead: [usize; 2],
 }
 
 impl<S> ElementRow<'_, S> {
@@ -333,14 +333,19 @@ pub fn element_force<R: Real, L: LawKernel>(
     let mut work = Tally::default();
     let mut stored = Tally::default();
     let mut hourglass = Tally::default();
-    let mut iterations = Tally::default();
+    // Whole numbers add up exactly in any order.
+    let mut iterations = zero;
     let mut released = [Tally::default(); 2];
     let mut largest_strain = [zero; 2];
     let (mut residual, mut largest, mut deflection) = (zero, zero, zero);
     let mut column = range.start - range.start % R::LANES;
     while column < range.end {
-        row.ahead.ask(column);
         let at = column + 1;
+        if ahead::begins_line::<R::Scalar>(column) {
+            let [elements, nodes] = row.ahead;
+            ahead::ask(row.element.iter().map(|field| &**field), at, elements);
+            ahead::ask(row.above, column, nodes);
+        }
         let [ux, uy, uz] = each!(f in 3 => differences(&corners(n, row, f, column)));
         let [vx, vy, vz] = each!(f in 3 => differences(&corners(n, row, 3 + f, column)));
         let size =
@@ -421,7 +426,7 @@ pub fn element_force<R: Real, L: LawKernel>(
         let counted = n.within(column, &range);
         totals.unconverged += (both & !cell.converged).count();
         totals.solved += f64::from((both & counted).count());
-        iterations.add(R::select(counted, cell.iterations, zero), column);
+        iterations = iterations + R::select(counted, cell.iterations, zero);
         residual = residual.max(cell.residual);
 
         if any_failed.any() {
@@ -481,7 +486,7 @@ pub fn element_force<R: Real, L: LawKernel>(
     }
     totals.max_deflection = totals.max_deflection.max(deflection.largest());
     totals.internal_work += work.total();
-    totals.iterations += iterations.total();
+    totals.iterations += (0..R::LANES).map(|lane| iterations.lane(lane).to_f64()).sum::<f64>();
     if !totals.failures.is_empty() {
         totals.released = each!(i in 2 => released[i].total());
     }

@@ -4,7 +4,7 @@
 //! threads or devices. Point physics (`arc_length`, `yarn_law`, `crossover`, `shear`, `projectile_shape`, `projectile_chisel`) knows no mesh;
 //! element and node kernels know no material law beyond calling it.
 
-pub mod ahead;
+mod ahead;
 pub mod arc_length;
 pub mod cell_constants;
 pub mod crossover;

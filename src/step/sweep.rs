@@ -9,10 +9,9 @@ use std::ops::Range;
 use rayon::prelude::*;
 
 use super::{Context, RowKernels};
-use crate::kernels::ahead::Ahead;
 use crate::kernels::element_force::{ElementRow, ElementTotals, field as element};
 use crate::kernels::node_update::{Neighbours, NodeTotals, Part, RowMass};
-use crate::model::{Grid, Model};
+use crate::model::Model;
 use crate::number::Scalar;
 use crate::reach::Reach;
 use crate::state::{split, split_mut};
@@ -182,24 +181,11 @@ impl<S: Scalar> Ply<'_, S> {
         let [length, element_length] = self.length;
         let Block { first, below, above, nodes, elements, element_totals, node_totals } = block;
         let rows = element_totals.len();
-        let Grid { element_stride, node_stride, .. } = self.sweep.model.grid;
-        let stride = [element_stride, node_stride];
-        // Nobody has asked for the first rows of a block yet.
-        for node in [below, if rows > 1 { &nodes[..length] } else { above }] {
-            Ahead { rows: [&[], node], stride }.ask_for(&self.nodes.columns);
-        }
-        Ahead { rows: [&elements[..element_length], &[]], stride }.ask_for(&self.elements[1]);
         for (at, totals) in element_totals.iter_mut().enumerate() {
             let under = if at == 0 { below } else { &nodes[(at - 1) * length..at * length] };
             let over = if at + 1 == rows { above } else { &nodes[at * length..(at + 1) * length] };
-            let (row, rest) = elements[at * element_length..].split_at_mut(element_length);
-            let next = match at + 2 {
-                next if next < rows => &nodes[(at + 1) * length..next * length],
-                next if next == rows => above,
-                _ => &[],
-            };
-            let ahead = Ahead { rows: [&rest[..element_length.min(rest.len())], next], stride };
-            self.load_elements(first + at, [under, over], row, ahead, totals);
+            let row = &mut elements[at * element_length..(at + 1) * element_length];
+            self.load_elements(first + at, [under, over], row, totals);
             if at > 0 {
                 let around = &elements[(at - 1) * element_length..(at + 1) * element_length];
                 let (last, this) = around.split_at(element_length);
@@ -209,15 +195,8 @@ impl<S: Scalar> Ply<'_, S> {
         }
     }
 
-    /// One row of elements, from the rows of nodes below and above it; meanwhile the rows `ahead` come into the cache.
-    fn load_elements(
-        &self,
-        row: usize,
-        [below, above]: [&[S]; 2],
-        element: &mut [S],
-        ahead: Ahead<'_, S>,
-        totals: &mut ElementTotals,
-    ) {
+    /// One row of elements, from the rows of nodes below and above it.
+    fn load_elements(&self, row: usize, [below, above]: [&[S]; 2], element: &mut [S], totals: &mut ElementTotals) {
         if !self.sweep.has(Passes::Elements) {
             return;
         }
@@ -239,7 +218,7 @@ impl<S: Scalar> Ply<'_, S> {
             width: &sheet.columns.width,
             per_width: &sheet.columns.per_width,
             viscosity: sheet.columns.viscosity(row),
-            ahead,
+            ahead: [self.length[1], self.length[0]],
         };
         let kernels = &self.sweep.kernels[model.plies[self.ply].sheet];
         kernels.elements(&mut row, columns.clone(), self.times[0], self.sample, totals);

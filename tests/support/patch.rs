@@ -1,7 +1,6 @@
 //! A patch of elements that a test moves by hand and asks for forces and energies.
 
 use ripstop::case::{self, Case};
-use ripstop::kernels::ahead::Ahead;
 use ripstop::kernels::element_force::{ElementRow, ElementTotals, Extent, element_force, field as element};
 use ripstop::kernels::node_update::{Neighbours, field as node, gather};
 use ripstop::model::Model;
@@ -123,7 +122,7 @@ impl<S: Scalar> Patch<S> {
         let mut all = vec![ElementTotals::default(); model.grid.rows];
         for (row, totals) in all.iter_mut().enumerate() {
             let mut storage = ElementRow {
-                ahead: Ahead::nothing(),
+                ahead: [0; 2],
                 below: split(nodes.row(row), nodes.stride),
                 above: split(nodes.row(row + 1), nodes.stride),
                 element: split_mut(elements.row_mut(row), stride),
