@@ -58,7 +58,7 @@ fn arc_length(k: f32) -> ArcLength {
     let g_minus_1 = x * sum.x;
     let dg = sum.x + x * sum.y;
     let excess = 0.5 * a_minus_1 + 0.5 * a2 * g_minus_1;
-    let b = 0.5 * (1.0 + g_minus_1) + 2.0 * lambda * a1 * dg;
+    let b = 0.5 * (1.0 + g_minus_1) + 2.0 * lambda * dg * a1;
     let slope = k * inverse_secant * b;
     let curvature = (1.0 + excess) * inverse_secant * inverse_secant - b * inverse_secant;
     return ArcLength(excess, slope, curvature, inverse_secant);

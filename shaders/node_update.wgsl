@@ -76,8 +76,7 @@ fn node_update(
     let force = gather(node, place);
     let inverse = inverse_mass(ply, place);
     let u = vec3<f32>(nodes[node], nodes[n + node], nodes[2u * n + node]);
-    let free = vec3<f32>(nodes[3u * n + node], nodes[4u * n + node], nodes[5u * n + node]) + step.kick * force * inverse;
-    let v = select(free, vec3<f32>(0.0), abs(free) < vec3<f32>(REST));
+    let v = vec3<f32>(nodes[3u * n + node], nodes[4u * n + node], nodes[5u * n + node]) + step.kick * force * inverse;
     let moved = u + scene.dt * v;
     nodes[node] = moved.x;
     nodes[n + node] = moved.y;

@@ -4,9 +4,6 @@
 /// Distance from 1 to the next larger number.
 const EPSILON: f32 = 1.1920929e-7;
 
-/// Speed below which a node is at rest [m/s].
-const REST: f32 = 1e-12;
-
 fn squared(x: f32) -> f32 {
     return x * x;
 }

@@ -89,7 +89,7 @@ pub trait Real:
     /// Distance from 1 to the next larger number.
     const EPSILON: f64;
     /// Speed below which a node is at rest [m/s]. Far ahead of a wave speeds shrink until their squares are numbers that
-    /// processors compute ten times slower.
+    /// processors compute ten times slower. Shaders go on: graphics processors take no longer, or flush such numbers themselves.
     const REST: f64 = if is_double::<Self>() { 1e-100 } else { 1e-12 };
 
     /// `value` in every lane of a number like this one, rounded to its precision.

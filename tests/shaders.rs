@@ -19,7 +19,6 @@ use ripstop::kernels::{
     projectile_shape, shear, yarn_law,
 };
 use ripstop::model::{Model, over};
-use ripstop::number::Real;
 use wgpu::naga;
 
 use crate::scene::builtin;
@@ -390,12 +389,11 @@ fn constants() -> Vec<(&'static str, Vec<f64>)> {
         number("COSINE_FLOOR", element_force::COSINE_FLOOR),
         number("SHORTEST", yarn_law::SHORTEST),
         number("EPSILON", f64::from(f32::EPSILON)),
-        number("REST", <f32 as Real>::REST),
         number("PI", std::f64::consts::PI),
         number("HALF_PI", std::f64::consts::FRAC_PI_2),
         number("FINE", layout::FINE),
         list("SERIES", &arc_length::SERIES),
-        list("ARC_SINE_SINGLE", &shear::ARC_SINE_SINGLE),
+        list("ARC_SINE", &shear::ARC_SINE),
         // The laws are numbered by `shader::constants`.
         count("PUBLISHED_TENSION", 0),
         count("PUBLISHED_PROJECTED", 1),

@@ -5,7 +5,7 @@
 //! ellipse's perimeter converges like λ^2n with λ = k²/(a+1)², which is 0.02 at the crimp of a Kevlar fabric, and
 //! s − 1 comes out without cancellation.
 
-use crate::number::{Real, each};
+use crate::number::{Real, each, is_double};
 
 /// Squares of the binomial coefficients C(1/2, n), n = 1…12: the Gauss–Kummer series in λ².
 pub const SERIES: [f64; 12] = [
@@ -92,7 +92,13 @@ pub fn arc_length<R: Real>(k: R, terms: usize) -> ArcLength<R> {
     let g_minus_1 = x * x.fused(p[1], p[0]);
     let dg = x.fused(dg[1], dg[0]);
     let excess = half * a2.fused(g_minus_1, a_minus_1);
-    let b = (n.with(2.0) * lambda * a1).fused(dg, half.fused(g_minus_1, half));
+    let twice = n.with(2.0) * lambda;
+    // In single precision in the order of the shaders.
+    let b = if is_double::<R>() {
+        (twice * a1).fused(dg, half.fused(g_minus_1, half))
+    } else {
+        half * (one + g_minus_1) + twice * dg * a1
+    };
     let slope = k * inverse_secant * b;
     // E(−k²) obeys k s″ + s′ = k s/(1 + k²), which gives the second derivative without another series.
     let curvature = (one + excess) * inverse_secant.squared() - b * inverse_secant;

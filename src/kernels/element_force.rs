@@ -15,7 +15,7 @@ use crate::kernels::crossover::{self, CellConstants, LawKernel};
 use crate::kernels::element_size::Size;
 use crate::kernels::guide::Guide;
 use crate::kernels::shear::{self, ShearConstants};
-use crate::number::{Mask, Real, Scalar, each};
+use crate::number::{Mask, Real, Scalar, each, is_double};
 use crate::tally::Tally;
 
 /// Fields of an element row, in storage order.
@@ -28,7 +28,8 @@ pub mod field {
     pub const HOURGLASS: usize = 6;
     /// All forces.
     pub const FORCES: std::ops::Range<usize> = 0..9;
-    /// What foretells the next heights: `fall` [m] of warp and weft, `share` [-] of both; see [`Guide`](super::Guide).
+    /// What foretells the next heights: `fall` [m] of warp and weft, `share` [-] of both; see [`Guide`](super::Guide). In single
+    /// precision nothing: shaders do without, and a slack cell keeps the heights it was left with, which twins must have in common.
     pub const GUIDE: usize = 9;
     /// Yarn heights h1, h2 [m].
     pub const HEIGHT: usize = 13;
@@ -341,10 +342,10 @@ pub fn element_force<R: Real, L: LawKernel>(
     let mut column = range.start - range.start % R::LANES;
     while column < range.end {
         let at = column + 1;
-        if ahead::begins_line::<R::Scalar>(column) {
+        for line in ahead::lines::<R::Scalar>(column..column + R::LANES) {
             let [elements, nodes] = row.ahead;
-            ahead::ask(row.element.iter().map(|field| &**field), at, elements);
-            ahead::ask(row.above, column, nodes);
+            ahead::ask(row.element.iter().map(|field| &**field), line + 1, elements);
+            ahead::ask(row.above, line, nodes);
         }
         let [ux, uy, uz] = each!(f in 3 => differences(&corners(n, row, f, column)));
         let [vx, vy, vz] = each!(f in 3 => differences(&corners(n, row, 3 + f, column)));
@@ -358,15 +359,21 @@ pub fn element_force<R: Real, L: LawKernel>(
         let both = was_alive[0] & was_alive[1];
         let any = was_alive[0] | was_alive[1];
         let warm = each!(i in 2 => n.load(row.element[field::HEIGHT + i], at));
-        let guide = Guide {
-            fall: each!(i in 2 => n.load(row.element[field::GUIDE + i], at)),
-            share: each!(i in 2 => n.load(row.element[field::GUIDE + 2 + i], at)),
+        let warm = if is_double::<R>() {
+            let guide = Guide {
+                fall: each!(i in 2 => n.load(row.element[field::GUIDE + i], at)),
+                share: each!(i in 2 => n.load(row.element[field::GUIDE + 2 + i], at)),
+            };
+            guide.heights(warm, stretching(&size, &k, [&vx, &vy, &vz], n.with(dt)))
+        } else {
+            warm
         };
-        let warm = guide.heights(warm, stretching(&size, &k, [&vx, &vy, &vz], n.with(dt)));
         let cell = crossover::solve::<R, L>(&c.cell, k.stretch, warm, both);
-        for i in 0..2 {
-            cell.guide.fall[i].store(row.element[field::GUIDE + i], at);
-            cell.guide.share[i].store(row.element[field::GUIDE + 2 + i], at);
+        if is_double::<R>() {
+            for i in 0..2 {
+                cell.guide.fall[i].store(row.element[field::GUIDE + i], at);
+                cell.guide.share[i].store(row.element[field::GUIDE + 2 + i], at);
+            }
         }
 
         let failed = each!(i in 2 => {

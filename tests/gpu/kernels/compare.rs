@@ -16,7 +16,6 @@ use ripstop::gpu::Device;
 use ripstop::gpu::buffers::Name;
 use ripstop::gpu::shader::Kernel;
 use ripstop::gpu::stepper::{Stage, Stepper};
-use ripstop::kernels::element_force::field as element;
 use ripstop::lanes::Vectors;
 use ripstop::ledger::Ledger;
 use ripstop::model::Model;
@@ -150,7 +149,6 @@ impl<'a> Pair<'a> {
             let before = context.state.clone();
             match stage {
                 Stage::Elements => {
-                    begin_cells_where_they_were(context.state);
                     self.cpu.elements(&mut context);
                     self.failures.extend(self.cpu.failures.iter().copied());
                     self.evaluations += context.totals.iterations;
@@ -202,14 +200,6 @@ impl<'a> Pair<'a> {
     /// Mass of an inner node [kg].
     fn node_mass(&self) -> f64 {
         f64::from(self.scene.model.sheets[0].row_mass(1).mass[1])
-    }
-}
-
-/// Lets the processor's cells begin at the heights of the last step, as those of a device do: evaluations can then be compared.
-fn begin_cells_where_they_were(state: &mut State<f32>) {
-    let guide = element::GUIDE * state.elements.stride..element::HEIGHT * state.elements.stride;
-    for row in state.elements.data.chunks_exact_mut(state.elements.fields * state.elements.stride) {
-        row[guide.clone()].fill(0.0);
     }
 }
 
