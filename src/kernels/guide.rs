@@ -6,7 +6,8 @@
 //!
 //!   dF (1/S₁ + 1/S₂ + c) = t₁ dΛ₁ + t₂ dΛ₂  and  dhᵢ = dF/Sᵢ − tᵢ dΛᵢ.
 //!
-//! A start to first order spares Newton's iteration most of an evaluation; what is accepted in the end is the same.
+//! A start to first order spares Newton's iteration most of an evaluation; what is accepted in the end is the same. Cells in single
+//! precision do without, see [`field::GUIDE`](super::element_force::field::GUIDE).
 
 use crate::kernels::yarn_law::YarnResponse;
 use crate::number::{Real, each};
