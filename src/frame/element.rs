@@ -1,8 +1,9 @@
 //! What an element shows in a frame: the unit cell solved at the positions of the frame, as the next step would.
 
 use crate::kernels::crossover::{self, LawKernel};
-use crate::kernels::element_force::{ElementConstants, differences, kinematics};
+use crate::kernels::element_force::ElementConstants;
 use crate::kernels::element_size::Size;
+use crate::kernels::kinematics::{differences, kinematics};
 use crate::kernels::shear;
 use crate::number::{Scalar, each};
 

@@ -103,9 +103,10 @@ pub fn solve<R: Real, L: LawKernel>(
         active = pressing & !joint.met;
         x = R::select(active, start[0], joint.height[0]);
         iterations = joint.iterations;
+        let met = pressing & joint.met;
         for (at, i) in [p, o].into_iter().enumerate() {
-            guide.fall[i] = R::select(!active & pressing, joint.guide.fall[at], zero);
-            guide.share[i] = R::select(!active & pressing, joint.guide.share[at], zero);
+            guide.fall[i] = R::select(met, joint.guide.fall[at], zero);
+            guide.share[i] = R::select(met, joint.guide.share[at], zero);
         }
         let residual = joint.yarn[0].force - joint.yarn[1].force;
         bound = joint.bound;

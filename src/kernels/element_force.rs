@@ -1,9 +1,7 @@
 //! Element kernel: stretches, crossover equilibrium, shear, failure and corner forces of one row of elements.
 //!
-//! Kinematics are total: F1 = ∂x/∂X and F2 = ∂x/∂Y at the element centre, from displacements, so
-//! nothing drifts and strains keep their precision. Forces are P1 = N1 e1 + (q/Λ1) n2 and P2 = N2 e2 + (q/Λ2) n1
-//! with unit vectors n2 ⟂ e1 and n1 ⟂ e2 in the element's plane. One-point quads get an
-//! hourglass stiffness in total form on ¼(x1 − x2 + x3 − x4).
+//! Forces are P1 = N1 e1 + (q/Λ1) n2 and P2 = N2 e2 + (q/Λ2) n1 with unit vectors n2 ⟂ e1 and n1 ⟂ e2 in the
+//! element's plane. One-point quads get an hourglass stiffness in total form on ¼(x1 − x2 + x3 − x4).
 //!
 //! An element whose two yarns have failed carries nothing; with one yarn left the trellis is gone, so shear is
 //! released with the first failure.
@@ -14,6 +12,7 @@ use crate::kernels::ahead;
 use crate::kernels::crossover::{self, CellConstants, LawKernel};
 use crate::kernels::element_size::Size;
 use crate::kernels::guide::Guide;
+use crate::kernels::kinematics::{Kinematics, Vector, differences, dot, kinematics, stretching};
 use crate::kernels::shear::{self, ShearConstants};
 use crate::number::{Mask, Real, Scalar, each, is_double};
 use crate::tally::Tally;
@@ -177,71 +176,6 @@ impl ElementTotals {
         failures.clear();
         *self = Self { failures, ..Self::default() };
     }
-}
-
-/// What one element is before forces: gradients, stretches and directions.
-pub(crate) struct Kinematics<R> {
-    /// Λ − 1 [-].
-    pub(crate) stretch: [R; 2],
-    direction: [[R; 3]; 2],
-    /// 1/Λ [-].
-    per_stretch: [R; 2],
-    /// Of the shear angle.
-    pub(crate) sine: R,
-}
-
-type Vector<R> = [R; 3];
-
-#[inline(always)]
-fn dot<R: Real>(a: &Vector<R>, b: &Vector<R>) -> R {
-    a[2].fused(b[2], a[1].fused(b[1], a[0] * b[0]))
-}
-
-/// Differences over an element of corner values 0…3 (counter-clockwise): twice the edge differences along X and
-/// Y, and the hourglass combination.
-#[inline(always)]
-pub(crate) fn differences<R: Real>(corner: &[R; 4]) -> [R; 3] {
-    let [a, b, c, d] = *corner;
-    let (bottom, top) = (b - a, c - d);
-    [bottom + top, (d - a) + (c - b), top - bottom]
-}
-
-/// Kinematics of an element from the sums of its edge differences along X and Y [m].
-#[inline(always)]
-pub(crate) fn kinematics<R: Real>(c: &Size<R>, dx: &Vector<R>, dy: &Vector<R>) -> Kinematics<R> {
-    let n = c.area;
-    let one = n.one();
-    let two = n.with(2.0);
-    let g1 = [dx[0] * c.gradient[0], dx[1] * c.gradient[0], dx[2] * c.gradient[0]];
-    let g2 = [dy[0] * c.gradient[1], dy[1] * c.gradient[1], dy[2] * c.gradient[1]];
-    let f1 = [one + g1[0], g1[1], g1[2]];
-    let f2 = [g2[0], one + g2[1], g2[2]];
-    let tiny = n.with(1e-12);
-    let l1 = dot(&f1, &f1).sqrt().max(tiny);
-    let l2 = dot(&f2, &f2).sqrt().max(tiny);
-    // Λ − 1 from the displacement gradient: no cancellation at small strain.
-    let s1 = two.fused(g1[0], dot(&g1, &g1)) / (one + l1);
-    let s2 = two.fused(g2[1], dot(&g2, &g2)) / (one + l2);
-    let (i1, i2) = (one / l1, one / l2);
-    let sine = (g2[0] + g1[1] + dot(&g1, &g2)) * i1 * i2;
-    Kinematics {
-        stretch: [s1, s2],
-        direction: [[f1[0] * i1, f1[1] * i1, f1[2] * i1], [f2[0] * i2, f2[1] * i2, f2[2] * i2]],
-        per_stretch: [i1, i2],
-        sine: sine.max(-one).min(one),
-    }
-}
-
-/// What the stretches have grown by in the time `dt` [s], to second order. `v`: differences of velocities over the element.
-#[inline(always)]
-fn stretching<R: Real>(size: &Size<R>, k: &Kinematics<R>, v: [&[R; 3]; 3], dt: R) -> [R; 2] {
-    let half = dt.with(0.5);
-    each!(i in 2 => {
-        let per_length = dt * size.gradient[i];
-        let step = [v[0][i] * per_length, v[1][i] * per_length, v[2][i] * per_length];
-        let along = dot(&k.direction[i], &step);
-        along - half * k.per_stretch[i] * (dot(&step, &step) - along.squared())
-    })
 }
 
 /// P1·Ly/2 and P2·Lx/2 [N] from in-plane yarn forces and shear resultant.

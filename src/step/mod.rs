@@ -156,7 +156,7 @@ impl<S: Scalar> Stepper<S> {
             kernels: model.sheets.iter().map(|sheet| S::kernels(sheet, vectors)).collect(),
             element_totals: vec![ElementTotals::default(); grid.element_rows()],
             node_totals: vec![NodeTotals::default(); grid.node_rows()],
-            nothing: vec![S::splat(0.0); element::COUNT * grid.element_stride],
+            nothing: vec![S::splat(0.0); element::FORCES.end * grid.element_stride],
             reached: Vec::new(),
             plies: PlyContact::new(model),
             projectile: ProjectileContact::default(),

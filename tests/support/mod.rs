@@ -6,7 +6,7 @@ pub(crate) mod oracle;
 pub(crate) mod patch;
 
 use ripstop::case::{Compression, Crossover, Fabric, Law, MembraneForce, Yarn};
-use ripstop::kernels::crossover::{self, CellConstants, Variant};
+use ripstop::kernels::crossover::{self, CellConstants, Equilibrium, Variant};
 use ripstop::number::Scalar;
 use ripstop::with_law;
 
@@ -146,9 +146,7 @@ impl<R: Scalar> Cell<R> {
 
     /// Solves for stretches Λ from heights [m]; `both`: both yarns are alive and present.
     pub(crate) fn solve(&self, stretch: [f64; 2], warm: [f64; 2], both: bool) -> Solved {
-        let excess = stretch.map(|s| R::splat(s - 1.0));
-        let warm = warm.map(R::splat);
-        let e = with_law!(self.law, L => crossover::solve::<R, L>(&self.constants, excess, warm, both));
+        let e = self.equilibrium(stretch, warm, both);
         let pair = |x: [R; 2]| x.map(|x| x.to_f64());
         Solved {
             tension: pair(e.tension),
@@ -162,17 +160,16 @@ impl<R: Scalar> Cell<R> {
         }
     }
 
-    /// Heights foretold from those [m] solved at stretches Λ for when they have changed.
-    pub(crate) fn foretell(&self, stretch: [f64; 2], heights: [f64; 2], change: [f64; 2]) -> [f64; 2] {
-        self.foretell_if(stretch, heights, change, true)
+    /// Heights foretold, from those [m] solved at stretches Λ, for when these have changed; `both`: both yarns are alive and present.
+    pub(crate) fn foretell(&self, stretch: [f64; 2], heights: [f64; 2], change: [f64; 2], both: bool) -> [f64; 2] {
+        let guide = self.equilibrium(stretch, heights, both).guide;
+        guide.heights(heights.map(R::splat), change.map(R::splat)).map(|x| x.to_f64())
     }
 
-    /// The same; `both`: both yarns are alive and present.
-    pub(crate) fn foretell_if(&self, stretch: [f64; 2], heights: [f64; 2], change: [f64; 2], both: bool) -> [f64; 2] {
+    fn equilibrium(&self, stretch: [f64; 2], warm: [f64; 2], both: bool) -> Equilibrium<R> {
         let excess = stretch.map(|s| R::splat(s - 1.0));
-        let heights = heights.map(R::splat);
-        let e = with_law!(self.law, L => crossover::solve::<R, L>(&self.constants, excess, heights, both));
-        e.guide.heights(heights, change.map(R::splat)).map(|x| x.to_f64())
+        let warm = warm.map(R::splat);
+        with_law!(self.law, L => crossover::solve::<R, L>(&self.constants, excess, warm, both))
     }
 
     /// Solves with both yarns alive from the heights at rest.

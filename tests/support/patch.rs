@@ -161,7 +161,7 @@ impl<S: Scalar> Patch<S> {
     /// Force of the elements on every node [N].
     pub(crate) fn forces(&self) -> Vec<Vector> {
         let elements = &self.state.elements;
-        let nothing = vec![S::splat(0.0); element::COUNT * elements.stride];
+        let nothing = vec![S::splat(0.0); element::FORCES.end * elements.stride];
         let rows = self.model.grid.rows;
         let force = |(row, column): (usize, usize)| {
             let below = if row > 0 { elements.row(row - 1) } else { &nothing };
