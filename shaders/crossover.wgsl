@@ -11,6 +11,8 @@ struct Equilibrium {
     strain: vec2<f32>,
     /// h [m].
     height: vec2<f32>,
+    /// How the heights will follow the stretches.
+    guide: Guide,
     /// F [N].
     force: f32,
     /// Difference of the yarns' contact forces [N].
@@ -63,6 +65,7 @@ struct Found {
     /// What the responses may be off by as tangents [N].
     bound: f32,
     met: bool,
+    guide: Guide,
 }
 
 fn cell_point(stretch: vec2<f32>, x: f32) -> CellPoint {
@@ -152,7 +155,7 @@ fn bracketed(stretch: vec2<f32>, start: f32, before: u32) -> Found {
         best = cell_point(stretch, x);
         iterations += 1u;
     }
-    return Found(x, polish(stretch, best), iterations, 0.0, !unmet);
+    return Found(x, polish(stretch, best), iterations, 0.0, !unmet, Guide());
 }
 
 /// Strain of a yarn that nothing presses [-].
@@ -167,7 +170,7 @@ fn solve(stretch: vec2<f32>, warm: vec2<f32>, both: bool) -> Equilibrium {
     let top = scene.height_sum;
     if (!both || !(0.0 < top)) {
         let tension = vec2<f32>(scene.warp_stiffness, scene.weft_stiffness) * max(vec2<f32>(0.0), straight);
-        return Equilibrium(tension, tension, straight, vec2<f32>(0.0), 0.0, 0.0, 0u, true);
+        return Equilibrium(tension, tension, straight, vec2<f32>(0.0), Guide(), 0.0, 0.0, 0u, true);
     }
     let start = min(max(vec2<f32>(0.0), vec2<f32>(warm[PIVOT], warm[1u - PIVOT])), vec2<f32>(top));
     var found: Found;
@@ -179,7 +182,7 @@ fn solve(stretch: vec2<f32>, warm: vec2<f32>, both: bool) -> Equilibrium {
     }
     let best = found.best;
     var out = Equilibrium(
-        vec2<f32>(0.0), vec2<f32>(0.0), vec2<f32>(0.0), vec2<f32>(0.0),
+        vec2<f32>(0.0), vec2<f32>(0.0), vec2<f32>(0.0), vec2<f32>(0.0), found.guide,
         real_force(best.pivot), abs(real_force(best.pivot) - real_force(best.other)) + found.bound,
         found.iterations, found.met);
     out.height[PIVOT] = found.x;

@@ -16,6 +16,11 @@ fn other_height(x: f32, q: f32) -> f32 {
     return scene.height_sum - select(scene.compression_a - scene.compression_b * q, 0.0, loose) - x;
 }
 
+/// Of the pivot and of the other yarn, as of warp and weft.
+fn in_order(pair: vec2<f32>) -> vec2<f32> {
+    return select(pair.yx, pair, PIVOT == 0u);
+}
+
 /// Iterates from the heights of the pivot and of the other yarn.
 fn joint(stretch: vec2<f32>, start: vec2<f32>) -> Found {
     let b = select(0.0, scene.compression_b, COMPRESSION);
@@ -83,5 +88,14 @@ fn joint(stretch: vec2<f32>, start: vec2<f32>) -> Found {
         other = yarn_response(yarn(1u - PIVOT), stretch[1u - PIVOT], y);
         iterations += 1u;
     }
-    return Found(x, CellPoint(pivot, other, y, pivot.force - other.force, 1.0), iterations, bound, met);
+    var guide = Guide();
+    if (met) {
+        let give = b * q * (q * q * q) * (1.0 / 3.0);
+        let slope = max(vec2<f32>(pivot.stiffness, other.stiffness), vec2<f32>(scene.softest));
+        let length = 1.0 + vec2<f32>(stretch[PIVOT], stretch[1u - PIVOT]);
+        let both = guide_of(
+            vec2<f32>(pivot.strain, other.strain), vec2<f32>(pivot.force, other.force), slope, give, vec2<f32>(x, y), length);
+        guide = Guide(in_order(both.fall), in_order(both.share));
+    }
+    return Found(x, CellPoint(pivot, other, y, pivot.force - other.force, 1.0), iterations, bound, met, guide);
 }

@@ -1,7 +1,7 @@
 // element_force: stretches, crossover equilibrium, shear, failure and corner forces of every element.
 //   in      nodes     array<f32>  (6, N)   displacement [m], velocity [m/s]
 //   in/out  forces    array<f32>  (9, E)   P1·Ly/2, P2·Lx/2, hourglass per corner [N]
-//   in/out  heights   array<f32>  (2, E)   h1, h2 [m], warm start
+//   in/out  heights   array<f32>  (6, E)   `fall` [m] and `share` [-] of warp and weft, which foretell heights; h1, h2 [m], warm start
 //   in/out  flags     array<u32>  (E)      bit 0 warp alive, bit 1 weft alive; evaluations since the last ledger << 8
 //   in/out  accounts  array<f32>  (7, E)   see `ledger`
 //   in/out  status    array<u32>           counters
@@ -80,6 +80,14 @@ fn kinematics(u: Differences) -> Kinematics {
     return Kinematics(vec2<f32>(s1, s2), f1 * i1, f2 * i2, vec2<f32>(i1, i2), min(max(sine, -1.0), 1.0));
 }
 
+/// What the stretches have grown by since the last forces, to second order. `v`: differences of velocities.
+fn stretching(k: Kinematics, v: Differences) -> vec2<f32> {
+    let warp = v.x * (step.span * scene.gradient_x);
+    let weft = v.y * (step.span * scene.gradient_y);
+    let along = vec2<f32>(dot(k.warp, warp), dot(k.weft, weft));
+    return along - 0.5 * k.per_stretch * (vec2<f32>(dot(warp, warp), dot(weft, weft)) - along * along);
+}
+
 struct Membrane {
     warp: vec3<f32>,
     weft: vec3<f32>,
@@ -118,6 +126,23 @@ fn store(field: u32, element: u32, value: vec3<f32>) {
 fn stored(field: u32, element: u32) -> vec3<f32> {
     let e = scene.elements;
     return vec3<f32>(forces[field * e + element], forces[(field + 1u) * e + element], forces[(field + 2u) * e + element]);
+}
+
+fn kept_guide(element: u32) -> Guide {
+    let e = scene.elements;
+    return Guide(
+        vec2<f32>(heights[element], heights[e + element]),
+        vec2<f32>(heights[2u * e + element], heights[3u * e + element]));
+}
+
+fn keep_heights(element: u32, height: vec2<f32>, guide: Guide) {
+    let e = scene.elements;
+    heights[element] = guide.fall.x;
+    heights[e + element] = guide.fall.y;
+    heights[2u * e + element] = guide.share.x;
+    heights[3u * e + element] = guide.share.y;
+    heights[4u * e + element] = height.x;
+    heights[5u * e + element] = height.y;
 }
 
 fn report(element: u32, which: u32, strain: f32) {
@@ -163,8 +188,7 @@ fn element_step(element: u32) -> u32 {
             accounts[5u * e + element] = 0.0;
             accounts[6u * e + element] = 0.0;
         }
-        heights[element] = 0.0;
-        heights[e + element] = 0.0;
+        keep_heights(element, vec2<f32>(0.0), Guide());
         if (NONLOCAL) {
             keep_strains(element, vec2<f32>(0.0));
         }
@@ -174,7 +198,7 @@ fn element_step(element: u32) -> u32 {
     let u = differences(0u, at);
     let v = differences(3u, at);
     let k = kinematics(u);
-    let warm = vec2<f32>(heights[element], heights[e + element]);
+    let warm = foretold(kept_guide(element), vec2<f32>(heights[4u * e + element], heights[5u * e + element]), stretching(k, v));
     let cell = solve(k.stretch, warm, both);
 
     let zero = vec2<f32>(0.0);
@@ -212,8 +236,7 @@ fn element_step(element: u32) -> u32 {
     if (HOURGLASS) {
         store(6u, element, 0.25 * stiffness * mode);
     }
-    heights[element] = cell.height.x;
-    heights[e + element] = cell.height.y;
+    keep_heights(element, cell.height, cell.guide);
 
     if (FAILURE && any_of(failed)) {
         var shear_left = 0.0;

@@ -2,20 +2,14 @@
 // Twin: src/kernels/shear.rs
 
 /// asin(x)/x as a polynomial in x² on |x| ≤ ½, highest power first.
-const ARC_SINE = array<f32, 13>(
-    0.03187962140081284,
-    -0.016187392271599133,
-    0.019513468251252168,
-    0.006529302004736569,
-    0.012170138592391726,
-    0.01388484282640208,
-    0.01735977964134998,
-    0.022371749733164053,
-    0.030381959697685140,
-    0.04464285680599894,
-    0.07500000000385202,
-    0.1666666666666494,
-    1.0,
+const ARC_SINE_SINGLE = array<f32, 7>(
+    0.03767713930990015,
+    0.014295255316288355,
+    0.031857189096626805,
+    0.04450870947221119,
+    0.07500571381184176,
+    0.16666657639572235,
+    1.0000000002307785,
 );
 
 /// Arc sine of a number in [−1, 1].
@@ -26,12 +20,9 @@ fn arc_sine(x: f32) -> f32 {
     let s = squared(argument);
     // Horner for the even (x) and for the odd (y) powers of x²: neither waits for the other.
     let fourth = s * s;
-    var p = vec2<f32>(ARC_SINE[2], ARC_SINE[1]) + vec2<f32>(ARC_SINE[0] * fourth, 0.0);
-    p = p * fourth + vec2<f32>(ARC_SINE[4], ARC_SINE[3]);
-    p = p * fourth + vec2<f32>(ARC_SINE[6], ARC_SINE[5]);
-    p = p * fourth + vec2<f32>(ARC_SINE[8], ARC_SINE[7]);
-    p = p * fourth + vec2<f32>(ARC_SINE[10], ARC_SINE[9]);
-    p = p * fourth + vec2<f32>(ARC_SINE[12], ARC_SINE[11]);
+    var p = vec2<f32>(ARC_SINE_SINGLE[2], ARC_SINE_SINGLE[1]) + vec2<f32>(ARC_SINE_SINGLE[0] * fourth, 0.0);
+    p = p * fourth + vec2<f32>(ARC_SINE_SINGLE[4], ARC_SINE_SINGLE[3]);
+    p = p * fourth + vec2<f32>(ARC_SINE_SINGLE[6], ARC_SINE_SINGLE[5]);
     let angle = argument * (p.x + p.y * s);
     let whole = select(HALF_PI - 2.0 * angle, angle, small);
     return select(whole, -whole, x < 0.0);

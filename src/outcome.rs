@@ -140,7 +140,10 @@ pub fn covered<S: Scalar>(model: &Model<S>, state: &State<S>, body: &RigidBody, 
     });
     // An element with a corner further away is not looked at any closer.
     let far = |row, column| body.body.radius + 2.0 * mesh.size(row, column).iter().sum::<f64>();
-    (0..mesh.rows).any(|row| {
+    // What covers it lies beside it, most often: from there on first.
+    let [x, y, _] = mesh.to_ply(body.position.into());
+    let [beside, _] = mesh.element_at([x, y]);
+    (beside..mesh.rows).chain(0..beside).any(|row| {
         (0..mesh.columns).zip(row_positions(model, state, ply, row)).any(|(column, [x, y, z])| {
             let across = sides.map(|([a, b, c], at)| (a * x + b * y + c * z + at).powi(2));
             across[0] + across[1] < far(row, column).powi(2)

@@ -15,7 +15,7 @@ use ripstop::gpu::stepper::Stepper;
 use ripstop::gpu::{Device, buffers};
 use ripstop::kernels::rigid_body::RigidBody;
 use ripstop::kernels::{
-    arc_length, crossover, crossover_joint, element_force, ply_contact, projectile_chisel, projectile_contact,
+    arc_length, crossover, crossover_joint, element_force, guide, ply_contact, projectile_chisel, projectile_contact,
     projectile_shape, shear, yarn_law,
 };
 use ripstop::model::{Model, over};
@@ -388,12 +388,13 @@ fn constants() -> Vec<(&'static str, Vec<f64>)> {
         number("STRETCH_FLOOR", element_force::STRETCH_FLOOR),
         number("COSINE_FLOOR", element_force::COSINE_FLOOR),
         number("SHORTEST", yarn_law::SHORTEST),
+        number("LEAST_STRAIN", guide::LEAST_STRAIN),
         number("EPSILON", f64::from(f32::EPSILON)),
         number("PI", std::f64::consts::PI),
         number("HALF_PI", std::f64::consts::FRAC_PI_2),
         number("FINE", layout::FINE),
         list("SERIES", &arc_length::SERIES),
-        list("ARC_SINE", &shear::ARC_SINE),
+        list("ARC_SINE_SINGLE", &shear::ARC_SINE_SINGLE),
         // The laws are numbered by `shader::constants`.
         count("PUBLISHED_TENSION", 0),
         count("PUBLISHED_PROJECTED", 1),

@@ -2,7 +2,7 @@
 
 use super::DeviceError;
 use super::layout::{
-    ACCOUNT_FIELDS, BODY_WORDS, CONTACT_WORDS, EVENT_WORDS, FORCE_FIELDS, IMPULSE_FIELDS, NODE_FIELDS,
+    ACCOUNT_FIELDS, BODY_WORDS, CONTACT_WORDS, EVENT_WORDS, FORCE_FIELDS, HEIGHT_FIELDS, IMPULSE_FIELDS, NODE_FIELDS,
     PLY_ACCOUNT_FIELDS, POINT_WORDS, REACH_WORDS, STATUS_WORDS, STRAIN_FIELDS, SUMS, TOUCH_HEAD, TOUCH_WORDS,
 };
 use crate::model::Model;
@@ -28,7 +28,7 @@ pub enum Name {
     Nodes,
     /// Forces, shape (9, elements).
     Forces,
-    /// Yarn heights, shape (2, elements).
+    /// What foretells yarn heights, and these, shape (6, elements).
     Heights,
     /// Life of the yarns and evaluations, shape (elements,).
     Flags,
@@ -180,7 +180,7 @@ impl Sizes {
         4 * match name {
             Name::Nodes => NODE_FIELDS * self.nodes,
             Name::Forces => FORCE_FIELDS * self.elements,
-            Name::Heights => 2 * self.elements,
+            Name::Heights => HEIGHT_FIELDS * self.elements,
             Name::Flags => self.elements,
             Name::Accounts => ACCOUNT_FIELDS * self.elements + PLY_ACCOUNT_FIELDS * self.meeting(),
             Name::Status => STATUS_WORDS as u64 + REACH_WORDS * self.plies,

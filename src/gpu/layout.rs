@@ -18,6 +18,8 @@ pub const GROUP: u32 = 64;
 pub const NODE_FIELDS: u64 = 6;
 /// Fields of an element's forces.
 pub const FORCE_FIELDS: u64 = 9;
+/// Fields of an element's heights: what foretells them, and the two.
+pub const HEIGHT_FIELDS: u64 = 6;
 /// Fields of an element's accounts.
 pub const ACCOUNT_FIELDS: u64 = 7;
 /// Fields of a node's accounts of contact between plies.

@@ -41,7 +41,16 @@ macro_rules! sources {
 /// Stretches, unit cells, shear, failure and forces of the elements.
 pub const ELEMENT_FORCE: Kernel = Kernel {
     name: "element_force",
-    sources: sources!("element_force", "crossover", "crossover_joint", "yarn_law", "arc_length", "shear", "reach"),
+    sources: sources!(
+        "element_force",
+        "crossover",
+        "crossover_joint",
+        "guide",
+        "yarn_law",
+        "arc_length",
+        "shear",
+        "reach"
+    ),
     bindings: &[
         (Name::Nodes, Read),
         (Name::Forces, Write),

@@ -132,8 +132,8 @@ impl Stepper<'_> {
 
 /// Bytes a kernel moves per element and step, neighbours' shares once: what the memory bound is reckoned by.
 pub const BYTES: [(&str, u64); 4] = [
-    // Nodes 24; old forces 24, heights 8, flags 4, work 4 read; forces 36, heights 8, flags 4, work 4 written.
-    ("element_force", 24 + 40 + 52),
+    // Nodes 24; old forces 24, heights 24, flags 4, work 4 read; forces 36, heights 24, flags 4, work 4 written.
+    ("element_force", 24 + 56 + 68),
     // Forces 36, nodes 24 read; nodes 24 written.
     ("node_update", 36 + 24 + 24),
     // The few nodes near the projectile.

@@ -50,14 +50,14 @@ pub struct ArcLength<R> {
 /// Terms of the series that are ever needed.
 pub const MAX_TERMS: usize = SERIES.len();
 
-/// Terms that keep the truncation below rounding for end slopes up to `k`.
-pub fn terms_for(k: f64) -> usize {
+/// Terms that keep the truncation of s below `error` for end slopes up to `k`.
+pub fn terms_for(k: f64, error: f64) -> usize {
     let secant = (1.0 + k * k).sqrt();
     let x = (k * k / (secant + 1.0).powi(2)).powi(2);
     let mut term = x;
     for n in 0..MAX_TERMS - 1 {
         term *= x;
-        if SERIES[n + 1] * term < 1e-17 {
+        if SERIES[n + 1] * term < error {
             return n + 1;
         }
     }
@@ -140,10 +140,15 @@ mod tests {
     #[test]
     fn fewer_terms_are_exact_up_to_their_slope() {
         for k in [0.1_f64, 0.3, 0.6, 1.0] {
-            let few = arc_length(k, terms_for(k)).excess;
+            let few = arc_length(k, terms_for(k, 1e-17)).excess;
             assert!((few - arc_length(k, MAX_TERMS).excess).abs() < 1e-16, "k = {k}");
         }
-        assert!(terms_for(0.6) <= 6 && terms_for(3.0) == MAX_TERMS);
+        assert!(terms_for(0.6, 1e-17) <= 6 && terms_for(3.0, 1e-17) == MAX_TERMS);
+        for k in [0.1_f64, 0.3, 0.6, 1.0] {
+            let few = terms_for(k, 1e-10);
+            assert!((arc_length(k, few).excess - arc_length(k, MAX_TERMS).excess).abs() < 1e-10, "k = {k}");
+            assert!(few < terms_for(k, 1e-17), "k = {k}");
+        }
     }
 
     #[test]

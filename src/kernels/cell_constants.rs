@@ -3,10 +3,15 @@
 use crate::case::{Fabric, Law};
 use crate::kernels::arc_length::{MAX_TERMS, arc_length, terms_for};
 use crate::kernels::yarn_law::{LawKernel, YarnConstants};
-use crate::number::{Real, Scalar};
+use crate::number::{Real, Scalar, each, is_double};
 
 /// Stands for the failure strain of a yarn that does not break.
 pub const NEVER: f64 = 1e30;
+
+/// What the length of a yarn over its span may be off by: less than it rounds to.
+const TRUNCATION: f64 = 1e-17;
+/// The same in single precision.
+const SINGLE_TRUNCATION: f64 = 1e-10;
 
 /// Constants of the unit cell, rounded to the number type that uses them.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -50,9 +55,9 @@ impl CellConstants<f64> {
         let both = fabric.warp.present && fabric.weft.present;
         let height_sum = if both { (yarn[0].height + yarn[1].height - fabric.crossover.gap).max(0.0) } else { 0.0 };
         let yarn = yarn.map(|y| {
-            let rise = y.height * std::f64::consts::FRAC_PI_2 / y.half_span;
+            let rise = rest_slope(&y);
             let slack = 2.0 * y.stiffness * (rise / rise.hypot(1.0)).max(0.05);
-            YarnConstants { slack, terms: terms_for(steepest_taut(&y, height_sum).max(rise)), ..y }
+            YarnConstants { slack, terms: terms_for(steepest(&y, height_sum), TRUNCATION), ..y }
         });
         let [a, b] = fabric.crossover.compression.map_or([0.0; 2], |c| [c.a, c.b]);
         let offset = if a > 0.0 { (b / a).powi(3) } else { 0.0 };
@@ -94,14 +99,18 @@ impl<S: Scalar> CellConstants<S> {
             YarnConstants { crimp, per_rest: one / (one + crimp), ..*bare }
         };
         let cast = cell.map(S::splat);
-        let bare = cast.yarn.map(|y| YarnConstants { crimp: zero, per_rest: one, ..y });
+        let truncation = if is_double::<S>() { TRUNCATION } else { SINGLE_TRUNCATION };
+        let bare = each!(i in 2 => {
+            let terms = terms_for(steepest(&cell.yarn[i], cell.height_sum), truncation);
+            YarnConstants { crimp: zero, per_rest: one, terms, ..cast.yarn[i] }
+        });
         // The other yarn rests at what the pivot leaves of the height, a rounding away from its own.
         let (p, o) = (cell.pivot, 1 - cell.pivot);
         let left = cast.height_sum - bare[p].height;
         let mut yarn = bare;
         yarn[p] = crimped(&bare[p], bare[p].height);
         yarn[o] = crimped(&bare[o], Real::max(left, bare[o].height));
-        if S::EPSILON < 1e-10 {
+        if is_double::<S>() {
             return Self { yarn, ..cast };
         }
         let noise = S::splat(0.05 * S::EPSILON * cell.yarn[p].stiffness);
@@ -139,6 +148,16 @@ impl<S: Scalar> CellConstants<S> {
             tolerance: to(self.tolerance),
         }
     }
+}
+
+/// The steepest end slope at which the length of a yarn matters.
+fn steepest(yarn: &YarnConstants<f64>, height_sum: f64) -> f64 {
+    steepest_taut(yarn, height_sum).max(rest_slope(yarn))
+}
+
+/// End slope of a yarn at rest.
+fn rest_slope(yarn: &YarnConstants<f64>) -> f64 {
+    yarn.height * std::f64::consts::FRAC_PI_2 / yarn.half_span
 }
 
 /// End slope at the shortest span at which the yarn is still taut at the greatest height there is: steeper yarns are

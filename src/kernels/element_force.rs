@@ -14,7 +14,7 @@ use crate::kernels::element_size::Size;
 use crate::kernels::guide::Guide;
 use crate::kernels::kinematics::{Kinematics, Vector, differences, dot, kinematics, stretching};
 use crate::kernels::shear::{self, ShearConstants};
-use crate::number::{Mask, Real, Scalar, each, is_double};
+use crate::number::{Mask, Real, Scalar, each};
 use crate::tally::Tally;
 
 /// Fields of an element row, in storage order.
@@ -27,8 +27,7 @@ pub mod field {
     pub const HOURGLASS: usize = 6;
     /// All forces.
     pub const FORCES: std::ops::Range<usize> = 0..9;
-    /// What foretells the next heights: `fall` [m] of warp and weft, `share` [-] of both; see [`Guide`](super::Guide). In single
-    /// precision nothing: shaders do without, and a slack cell keeps the heights it was left with, which twins must have in common.
+    /// What foretells the next heights: `fall` [m] of warp and weft, `share` [-] of both; see [`Guide`](super::Guide).
     pub const GUIDE: usize = 9;
     /// Yarn heights h1, h2 [m].
     pub const HEIGHT: usize = 13;
@@ -293,21 +292,15 @@ pub fn element_force<R: Real, L: LawKernel>(
         let both = was_alive[0] & was_alive[1];
         let any = was_alive[0] | was_alive[1];
         let warm = each!(i in 2 => n.load(row.element[field::HEIGHT + i], at));
-        let warm = if is_double::<R>() {
-            let guide = Guide {
-                fall: each!(i in 2 => n.load(row.element[field::GUIDE + i], at)),
-                share: each!(i in 2 => n.load(row.element[field::GUIDE + 2 + i], at)),
-            };
-            guide.heights(warm, stretching(&size, &k, [&vx, &vy, &vz], n.with(dt)))
-        } else {
-            warm
+        let guide = Guide {
+            fall: each!(i in 2 => n.load(row.element[field::GUIDE + i], at)),
+            share: each!(i in 2 => n.load(row.element[field::GUIDE + 2 + i], at)),
         };
+        let warm = guide.heights(warm, stretching(&size, &k, [&vx, &vy, &vz], n.with(dt)));
         let cell = crossover::solve::<R, L>(&c.cell, k.stretch, warm, both);
-        if is_double::<R>() {
-            for i in 0..2 {
-                cell.guide.fall[i].store(row.element[field::GUIDE + i], at);
-                cell.guide.share[i].store(row.element[field::GUIDE + 2 + i], at);
-            }
+        for i in 0..2 {
+            cell.guide.fall[i].store(row.element[field::GUIDE + i], at);
+            cell.guide.share[i].store(row.element[field::GUIDE + 2 + i], at);
         }
 
         let failed = each!(i in 2 => {

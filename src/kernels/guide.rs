@@ -6,14 +6,13 @@
 //!
 //!   dF (1/S₁ + 1/S₂ + c) = t₁ dΛ₁ + t₂ dΛ₂  and  dhᵢ = dF/Sᵢ − tᵢ dΛᵢ.
 //!
-//! A start to first order spares Newton's iteration most of an evaluation; what is accepted in the end is the same. Cells in single
-//! precision do without, see [`field::GUIDE`](super::element_force::field::GUIDE).
+//! A start to first order spares Newton's iteration most of an evaluation; what is accepted in the end is the same.
 
 use crate::kernels::yarn_law::YarnResponse;
 use crate::number::{Real, each};
 
 /// Strain below which a yarn is not followed: F/ε is of two numbers that vanish.
-const LEAST_STRAIN: f64 = 1e-6;
+pub const LEAST_STRAIN: f64 = 1e-6;
 
 /// How the two heights of a cell follow its two stretches, to first order.
 #[derive(Clone, Copy, Debug)]

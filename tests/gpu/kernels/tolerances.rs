@@ -20,7 +20,7 @@ const fn row(quantity: &'static str, limit: f64, reason: &'static str) -> Tolera
 }
 
 /// The table. Limits are about four times what was seen in any scene.
-pub(crate) const TOLERANCES: [Tolerance; 47] = [
+pub(crate) const TOLERANCES: [Tolerance; 48] = [
     row("alive", 0.0, "the same yarns must break"),
     row("failures", 0.0, "the same events must be reported"),
     row("counters", 0.0, "counts"),
@@ -33,6 +33,7 @@ pub(crate) const TOLERANCES: [Tolerance; 47] = [
     row("force", 5e-6, "of the breaking force of an element and its own: the last Newton step"),
     row("hourglass", 1e-6, "of the breaking force of an element and its own"),
     row("height", 1e-6, "of the sum of heights: the misfit of compatibility accepted"),
+    row("guide", 1e-4, "of the sum of heights by the failure strain; of one"),
     row("strain", 1e-6, "of the failure strain"),
     row("failure strain", 1e-6, "of the failure strain"),
     row("residual", 1e-6, "of the breaking force: both are roundings"),

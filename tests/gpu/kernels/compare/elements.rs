@@ -11,6 +11,9 @@ use ripstop::step::FailureEvent;
 use super::{Outcome, Pair, Seen};
 use crate::gpu::kernels::scenes::force_scale;
 
+/// The second half of what foretells heights: not lengths but shares.
+const GUIDE_SHARE: usize = element::GUIDE + 2;
+
 pub(super) fn compare(pair: &mut Pair<'_>, seen: &mut Seen) -> Outcome {
     pair.begin();
     pair.advance(&[Stage::Elements], None)?;
@@ -55,8 +58,8 @@ pub(super) fn compare_elements(pair: &Pair<'_>, seen: &mut Seen) -> Outcome {
                 let (quantity, scale) = match field {
                     0..element::HOURGLASS => ("force", size(field / 3 * 3)),
                     element::HOURGLASS..element::GUIDE => ("hourglass", size(element::HOURGLASS)),
-                    // A device does without.
-                    element::GUIDE..element::HEIGHT => continue,
+                    element::GUIDE..GUIDE_SHARE => ("guide", height / 0.035),
+                    GUIDE_SHARE..element::HEIGHT => ("guide", 1.0),
                     element::HEIGHT..element::ALIVE => ("height", height),
                     element::ALIVE..element::COUNT => ("alive", 1.0),
                     _ => ("strain", 0.035),
