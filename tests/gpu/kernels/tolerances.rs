@@ -33,7 +33,7 @@ pub(crate) const TOLERANCES: [Tolerance; 48] = [
     row("force", 5e-6, "of the breaking force of an element and its own: the last Newton step"),
     row("hourglass", 1e-6, "of the breaking force of an element and its own"),
     row("height", 1e-6, "of the sum of heights: the misfit of compatibility accepted"),
-    row("guide", 1e-4, "of the sum of heights by the failure strain; of one"),
+    row("guide", 4e-5, "of the sum of heights by the failure strain; of one"),
     row("strain", 1e-6, "of the failure strain"),
     row("failure strain", 1e-6, "of the failure strain"),
     row("residual", 1e-6, "of the breaking force: both are roundings"),

@@ -8,7 +8,8 @@ use ripstop::simulation::{Precision, Skips};
 
 use super::batches::equal_rows;
 use super::{
-    Outcome, Tests, first_failure, places, run_in_batches, run_on, same_until_failure, simulated, within_tolerances,
+    Outcome, Tests, ends_as_by_chance, first_failure, places, run_in_batches, run_on, same_until_failure, simulated,
+    within_tolerances,
 };
 use crate::kept;
 use crate::scene::{builtin, run_as};
@@ -37,12 +38,8 @@ fn perforating(device: &'static Device) -> Outcome {
     let case = builtin("cases/s720-1ply-155.json", &[NONLOCAL, fast, "/expect=[]"]);
     let (cpu, gpu) = (run_as(&case, Precision::F32, 2), run_on(device, &case));
     same_until_failure(&cpu, &gpu, 222.0, 90);
-    assert_eq!(gpu.outcome, cpu.outcome);
-    let [c, g] = [&cpu, &gpu].map(|run| run.history.last().unwrap().projectile_velocity);
-    assert!((g / c - 1.0).abs() <= 0.02, "leaves at {g} for {c} m/s");
+    ends_as_by_chance(&case, &gpu);
     assert!(gpu.energy_error <= 5e-3, "{}", gpu.energy_error);
-    let [c, g] = [&cpu, &gpu].map(|run| run.events.len());
-    assert!(c > 20 && c.abs_diff(g) <= c / 5, "{g} failures for {c}");
     let local = run_on(device, &builtin("cases/s720-1ply-155.json", &[fast, "/expect=[]"]));
     assert!((first_failure(&local) - first_failure(&gpu)).abs() > 1e-6, "as if it were local");
     Ok(())

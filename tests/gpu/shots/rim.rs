@@ -8,7 +8,8 @@ use ripstop::simulation::{Precision, Skips};
 
 use super::batches::equal_rows;
 use super::{
-    Outcome, Tests, first_failure, places, run_in_batches, run_on, same_until_failure, simulated, within_tolerances,
+    Outcome, Tests, ends_as_by_chance, first_failure, places, run_in_batches, run_on, same_until_failure, simulated,
+    within_tolerances,
 };
 use crate::kept;
 use crate::scene::{builtin, run_as};
@@ -47,12 +48,7 @@ fn perforating(device: &'static Device) -> Outcome {
         assert!(gpu.energy_error <= 5e-3 && gpu.momentum_error < 1e-4, "{} {}", gpu.energy_error, gpu.momentum_error);
         assert!(cpu.events.len() > 20 && gpu.events.len() > 20);
     }
-    let (cpu, gpu) = &far;
-    assert_eq!(gpu.outcome, cpu.outcome);
-    let [c, g] = [cpu, gpu].map(|run| run.history.last().unwrap().projectile_velocity);
-    assert!((g / c - 1.0).abs() <= 0.02, "leaves at {g} for {c} m/s");
-    let [c, g] = [cpu, gpu].map(|run| run.events.len());
-    assert!(c.abs_diff(g) <= c / 5, "{g} failures for {c}");
+    ends_as_by_chance(&builtin("cases/s720-1ply-155.json", &sets), &far.1);
     Ok(())
 }
 

@@ -130,6 +130,37 @@ pub(super) const MUTANTS: &[Mutant] = &[
         "0.5 * a2 * g_minus_1",
         "0.5 * secant * g_minus_1",
     ),
+    mutant("shares of the yarns exchanged", "Variational, compressible", "slope.yx * per_sum", "slope * per_sum"),
+    mutant(
+        "heights guided past the crossover",
+        "Variational, compressible",
+        "(give * (slope.x * slope.y) + (slope.x + slope.y))",
+        "(slope.x + slope.y)",
+    ),
+    mutant(
+        "heights that fall with the force alone",
+        "PublishedTension, compressible",
+        "force * (1.0 + strain) - height * slope * strain",
+        "force * (1.0 + strain)",
+    ),
+    mutant(
+        "guide of the pivot for that of the warp",
+        "Variational, compressible",
+        "select(pair.yx, pair, PIVOT == 0u)",
+        "select(pair, pair.yx, PIVOT == 0u)",
+    ),
+    mutant(
+        "heights foretold the wrong way",
+        "Variational, compressible",
+        "+ height - guide.fall * change",
+        "+ height + guide.fall * change",
+    ),
+    mutant(
+        "heights foretold for the step before",
+        "Variational, compressible",
+        "stretching(k, v));",
+        "-stretching(k, v));",
+    ),
     mutant("series coefficient doubled", "Variational, rigid", "    0.015625,", "    0.03125,"),
     mutant(
         "curvature of the arc",
