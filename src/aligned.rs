@@ -20,7 +20,10 @@ impl<S: Clone> Aligned<S> {
     /// `length` times the same number; the one at `first` begins a line.
     pub fn new(number: S, length: usize, first: usize) -> Self {
         let line = CACHE_LINE / size_of::<S>();
-        let numbers = vec![number; length + line];
+        // A page of zeros that has only been read is shared until it is written, and then every core has to be told: written here,
+        // while one thread runs, and not, as zeros else would be, when a wave comes by.
+        let mut numbers = Vec::with_capacity(length + line);
+        numbers.resize(length + line, std::hint::black_box(number));
         // Where the platform cannot say, the numbers lie as they come.
         let ahead = numbers.as_ptr().align_offset(CACHE_LINE) % line;
         let start = (ahead + line - first % line) % line;
