@@ -6,6 +6,7 @@ use crate::kernels::node_update::field as node;
 use crate::kernels::ply_contact::{self, SLOP, SUDDEN, WALK};
 use crate::model::{Mesh, Model, Sheet, mesh::corners, over, over::INSIDE};
 use crate::number::Scalar;
+use crate::reach::Reach;
 use crate::state::State;
 use crate::step::node_stands;
 
@@ -105,6 +106,9 @@ impl<'a, S: Scalar> View<'a, S> {
     }
 }
 
+/// Rows of nodes that one thread looks at in one go.
+const ROWS: usize = 8;
+
 /// Distances that differ by less are those to the edge that two cells share [-].
 const SAME: f64 = 1e-12;
 
@@ -152,23 +156,43 @@ impl<'a, S: Scalar> Look<'a, S> {
         }
     }
 
-    /// Every node that anything may have reached.
-    pub(super) fn all(&self, points: &mut Vec<Point>, penetration: &mut f64, over: &mut [u32], travel: f64) {
+    /// Every node that anything may have reached: adds the contacts and gives the depth of the deepest node of whole fabric [m].
+    pub(super) fn all(&self, points: &mut Vec<Point>, over: &mut [u32], travel: f64) -> f64 {
         let (own, theirs) = (self.own.mesh, self.theirs.mesh);
         let reach = &self.state.reach;
         let region = reach[self.ply].union(&reach[self.other].seen_from(theirs, own, travel));
         let across = self.model.grid.columns + 1;
-        for row in region.rows {
+        let over = &mut over[region.rows.start * across..region.rows.end * across];
+        self.rows(region, points, over)
+    }
+
+    /// Some rows of it, in parts side by side; contacts come in the order of the rows.
+    fn rows(&self, mut region: Reach, points: &mut Vec<Point>, over: &mut [u32]) -> f64 {
+        let across = self.model.grid.columns + 1;
+        if region.rows.len() > ROWS {
+            let half = region.rows.len() / 2;
+            let (over_low, over_high) = over.split_at_mut(half * across);
+            let high = Reach { rows: region.rows.start + half..region.rows.end, ..region.clone() };
+            region.rows.end = high.rows.start;
+            let mut more = Vec::new();
+            let (low, high) =
+                rayon::join(|| self.rows(region, points, over_low), || self.rows(high, &mut more, over_high));
+            points.append(&mut more);
+            return low.max(high);
+        }
+        let mut penetration = 0.0;
+        for (row, over) in region.rows.zip(over.chunks_mut(across)) {
             for column in region.columns.clone() {
-                let over = &mut over[row * across + column];
+                let over = &mut over[column];
                 if let Some((point, depth)) = self.node(row, column, over) {
-                    if depth > *penetration && self.is_whole(row, column, over::element(*over)) {
-                        *penetration = depth;
+                    if depth > penetration && self.is_whole(row, column, over::element(*over)) {
+                        penetration = depth;
                     }
                     points.extend(point);
                 }
             }
         }
+        penetration
     }
 
     /// Whether nothing has failed around a node and in the cell it is over: torn edges stick into each other.

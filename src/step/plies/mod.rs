@@ -71,7 +71,7 @@ impl PlyContact {
             for (side, over) in over.chunks_mut(per_ply / SIDES).enumerate() {
                 if let Some(other) = neighbour(ply, side, model.plies.len()) {
                     let look = Look::new(model, state, ply, side, other);
-                    look.all(&mut work.points, &mut work.penetration, over, travel);
+                    work.penetration = work.penetration.max(look.all(&mut work.points, over, travel));
                 }
             }
         };
