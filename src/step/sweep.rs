@@ -1,9 +1,10 @@
 //! Elements and nodes in one sweep over the rows of a ply.
 //!
 //! A row of nodes can move as soon as the rows of elements on both sides of it are computed, while these are still in the
-//! cache. Blocks of rows run in parallel; the row of nodes between two blocks moves when both are done, since until
-//! then both read it.
+//! cache. Bands and in them blocks of rows run in parallel; the row of nodes between two of them moves when both are done, since
+//! until then both read it.
 
+use std::mem::take;
 use std::ops::Range;
 
 use rayon::prelude::*;
@@ -18,6 +19,8 @@ use crate::state::{split, split_mut};
 
 /// Rows of elements of a block.
 const BLOCK: usize = 8;
+/// Bands a ply is cut into at most. More threads share bands.
+const BANDS: usize = 4;
 
 /// What of a step a sweep does.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -69,6 +72,72 @@ struct Ply<'a, S: Scalar> {
     length: [usize; 2],
 }
 
+/// A ply and its rows.
+struct Storage<'a, S: Scalar> {
+    ply: Ply<'a, S>,
+    /// Rows of nodes at the ends of bands, of the first and of the last among them.
+    cuts: Vec<usize>,
+    nodes: &'a mut [S],
+    elements: &'a mut [S],
+    element_totals: &'a mut [ElementTotals],
+    node_totals: &'a mut [NodeTotals],
+}
+
+/// Cuts the rows of elements of a ply into bands, among which those to compute are shared out evenly.
+fn cuts(rows: usize, computed: &Range<usize>, bands: usize) -> Vec<usize> {
+    let inner = (1..bands).map(|band| computed.start + computed.len() * band / bands);
+    let mut cuts: Vec<usize> =
+        [0].into_iter().chain(inner.filter(|cut| (1..rows).contains(cut))).chain([rows]).collect();
+    cuts.dedup();
+    cuts
+}
+
+impl<'a, S: Scalar> Storage<'a, S> {
+    /// The bands, with their numbers.
+    fn blocks(&mut self) -> Vec<(usize, &Ply<'a, S>, Block<'_, S>)> {
+        let [length, element_length] = self.ply.length;
+        let (below, mut nodes) = self.nodes.split_at_mut(length);
+        let mut below = &*below;
+        let (mut elements, mut element_totals) = (&mut *self.elements, &mut *self.element_totals);
+        let mut node_totals = &mut self.node_totals[1..];
+        let mut blocks = Vec::with_capacity(self.cuts.len() - 1);
+        for (band, ends) in self.cuts.windows(2).enumerate() {
+            let rows = ends[1] - ends[0];
+            let (inner, rest) = take(&mut nodes).split_at_mut((rows - 1) * length);
+            let (above, rest) = rest.split_at_mut(length);
+            let above = &*above;
+            let (own_elements, more_elements) = take(&mut elements).split_at_mut(rows * element_length);
+            let (own_totals, more_totals) = take(&mut element_totals).split_at_mut(rows);
+            let (own_node_totals, more_node_totals) = take(&mut node_totals).split_at_mut(rows);
+            let block = Block {
+                first: ends[0],
+                below,
+                above,
+                nodes: inner,
+                elements: own_elements,
+                element_totals: own_totals,
+                node_totals: &mut own_node_totals[..rows - 1],
+            };
+            blocks.push((band, &self.ply, block));
+            (below, nodes) = (above, rest);
+            (elements, element_totals, node_totals) = (more_elements, more_totals, more_node_totals);
+        }
+        blocks
+    }
+
+    /// Moves the rows of nodes at the ends of bands, which both sides have read.
+    fn between(&mut self) {
+        let [length, element_length] = self.ply.length;
+        for &row in &self.cuts {
+            let element = |row: usize| &self.elements[row * element_length..(row + 1) * element_length];
+            let below = if row > 0 { element(row - 1) } else { self.ply.sweep.nothing };
+            let above = if row < self.cuts[self.cuts.len() - 1] { element(row) } else { self.ply.sweep.nothing };
+            let node = &mut self.nodes[row * length..(row + 1) * length];
+            self.ply.move_nodes(row, below, above, node, &mut self.node_totals[row]);
+        }
+    }
+}
+
 impl<S: Scalar> Sweep<'_, S> {
     /// Advances every ply; totals are by row of elements and by row of nodes.
     pub(super) fn run(
@@ -85,10 +154,11 @@ impl<S: Scalar> Sweep<'_, S> {
         let times = [if all { 0.0 } else { dt }, kick, dt];
         let length = [state.nodes.row_length(), state.elements.row_length()];
         let rows = grid.rows;
-        let plies = (state.nodes.data.par_chunks_mut((rows + 1) * length[0]))
-            .zip(state.elements.data.par_chunks_mut(rows * length[1]))
-            .zip(element_totals.par_chunks_mut(rows).zip(node_totals.par_chunks_mut(rows + 1)));
-        plies.enumerate().for_each(|(ply, ((nodes, elements), (element_totals, node_totals)))| {
+        let bands = rayon::current_num_threads().min(BANDS);
+        let plies = (state.nodes.data.chunks_mut((rows + 1) * length[0]))
+            .zip(state.elements.data.chunks_mut(rows * length[1]))
+            .zip(element_totals.chunks_mut(rows).zip(node_totals.chunks_mut(rows + 1)));
+        let storage = |(ply, ((nodes, elements), (element_totals, node_totals)))| {
             let mesh = &self.model.sheet(ply).mesh;
             let reached = &self.reached[ply];
             let ply = Ply {
@@ -100,8 +170,15 @@ impl<S: Scalar> Sweep<'_, S> {
                 sample,
                 length,
             };
-            ply.run(mesh.rows, nodes, elements, element_totals, node_totals);
-        });
+            let cuts = cuts(mesh.rows, &ply.elements[0], bands);
+            Storage { ply, cuts, nodes, elements, element_totals, node_totals }
+        };
+        let mut plies: Vec<_> = plies.enumerate().map(storage).collect();
+        // Band by band, so that a thread has the same rows of neighbouring plies, which look at each other in contact.
+        let mut blocks: Vec<_> = plies.iter_mut().flat_map(Storage::blocks).collect();
+        blocks.sort_by_key(|(band, ..)| *band);
+        blocks.into_par_iter().for_each(|(_, ply, block)| ply.block(block));
+        plies.par_iter_mut().for_each(Storage::between);
     }
 
     fn has(&self, pass: Passes) -> bool {
@@ -110,34 +187,6 @@ impl<S: Scalar> Sweep<'_, S> {
 }
 
 impl<S: Scalar> Ply<'_, S> {
-    /// All rows of the ply.
-    fn run(
-        &self,
-        rows: usize,
-        nodes: &mut [S],
-        elements: &mut [S],
-        element_totals: &mut [ElementTotals],
-        node_totals: &mut [NodeTotals],
-    ) {
-        let [length, element_length] = self.length;
-        let elements = &mut elements[..rows * element_length];
-        let (below, nodes) = nodes[..(rows + 1) * length].split_at_mut(length);
-        let (inner, above) = nodes.split_at_mut((rows - 1) * length);
-        self.block(Block {
-            first: 0,
-            below,
-            above,
-            nodes: inner,
-            elements,
-            element_totals: &mut element_totals[..rows],
-            node_totals: &mut node_totals[1..rows],
-        });
-        let nothing = self.sweep.nothing;
-        self.move_nodes(0, nothing, &elements[..element_length], below, &mut node_totals[0]);
-        let last = &elements[(rows - 1) * element_length..];
-        self.move_nodes(rows, last, nothing, above, &mut node_totals[rows]);
-    }
-
     fn block(&self, block: Block<'_, S>) {
         let [length, element_length] = self.length;
         let rows = block.element_totals.len();

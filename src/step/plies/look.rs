@@ -1,5 +1,7 @@
 //! The search: which nodes of a ply come too close to a cell of its neighbour.
 
+use std::ops::Range;
+
 use nalgebra::Vector3;
 
 use crate::kernels::node_update::field as node;
@@ -106,8 +108,48 @@ impl<'a, S: Scalar> View<'a, S> {
     }
 }
 
-/// Rows of nodes that one thread looks at in one go.
+/// Rows of nodes of a part.
 const ROWS: usize = 8;
+
+/// Some rows of a search, which one thread looks at, and what is found there.
+pub(super) struct Part<'a, S> {
+    look: Look<'a, S>,
+    rows: Range<usize>,
+    columns: Range<usize>,
+    over: &'a mut [u32],
+    /// Contacts, in the order of the nodes.
+    pub(super) points: Vec<Point>,
+    /// Deepest node of whole fabric inside the neighbouring ply [m].
+    pub(super) penetration: f64,
+}
+
+impl<S: Scalar> Part<'_, S> {
+    /// Where it begins.
+    pub(super) fn first_row(&self) -> usize {
+        self.rows.start
+    }
+
+    /// Whose nodes these are.
+    pub(super) fn ply(&self) -> usize {
+        self.look.ply
+    }
+
+    /// Looks at every node.
+    pub(super) fn search(&mut self) {
+        let look = self.look;
+        for (row, over) in self.rows.clone().zip(self.over.chunks_mut(look.model.grid.columns + 1)) {
+            for column in self.columns.clone() {
+                let over = &mut over[column];
+                if let Some((point, depth)) = look.node(row, column, over) {
+                    if depth > self.penetration && look.is_whole(row, column, over::element(*over)) {
+                        self.penetration = depth;
+                    }
+                    self.points.extend(point);
+                }
+            }
+        }
+    }
+}
 
 /// Distances that differ by less are those to the edge that two cells share [-].
 const SAME: f64 = 1e-12;
@@ -124,6 +166,7 @@ struct Touch {
 }
 
 /// The search for contacts of one ply with one neighbour.
+#[derive(Clone, Copy)]
 pub(super) struct Look<'a, S> {
     model: &'a Model<S>,
     state: &'a State<S>,
@@ -156,43 +199,22 @@ impl<'a, S: Scalar> Look<'a, S> {
         }
     }
 
-    /// Every node that anything may have reached: adds the contacts and gives the depth of the deepest node of whole fabric [m].
-    pub(super) fn all(&self, points: &mut Vec<Point>, over: &mut [u32], travel: f64) -> f64 {
+    /// Every node that anything may have reached, in parts of a few rows.
+    pub(super) fn parts(self, over: &'a mut [u32], travel: f64) -> impl Iterator<Item = Part<'a, S>> {
         let (own, theirs) = (self.own.mesh, self.theirs.mesh);
         let reach = &self.state.reach;
-        let region = reach[self.ply].union(&reach[self.other].seen_from(theirs, own, travel));
+        let Reach { rows, columns } = reach[self.ply].union(&reach[self.other].seen_from(theirs, own, travel));
         let across = self.model.grid.columns + 1;
-        let over = &mut over[region.rows.start * across..region.rows.end * across];
-        self.rows(region, points, over)
-    }
-
-    /// Some rows of it, in parts side by side; contacts come in the order of the rows.
-    fn rows(&self, mut region: Reach, points: &mut Vec<Point>, over: &mut [u32]) -> f64 {
-        let across = self.model.grid.columns + 1;
-        if region.rows.len() > ROWS {
-            let half = region.rows.len() / 2;
-            let (over_low, over_high) = over.split_at_mut(half * across);
-            let high = Reach { rows: region.rows.start + half..region.rows.end, ..region.clone() };
-            region.rows.end = high.rows.start;
-            let mut more = Vec::new();
-            let (low, high) =
-                rayon::join(|| self.rows(region, points, over_low), || self.rows(high, &mut more, over_high));
-            points.append(&mut more);
-            return low.max(high);
-        }
-        let mut penetration = 0.0;
-        for (row, over) in region.rows.zip(over.chunks_mut(across)) {
-            for column in region.columns.clone() {
-                let over = &mut over[column];
-                if let Some((point, depth)) = self.node(row, column, over) {
-                    if depth > penetration && self.is_whole(row, column, over::element(*over)) {
-                        penetration = depth;
-                    }
-                    points.extend(point);
-                }
-            }
-        }
-        penetration
+        let over = over[rows.start * across..rows.end * across].chunks_mut(ROWS * across);
+        let part = move |(first, over): (usize, &'a mut [u32])| Part {
+            look: self,
+            rows: first..(first + ROWS).min(rows.end),
+            columns: columns.clone(),
+            over,
+            points: Vec::new(),
+            penetration: 0.0,
+        };
+        (rows.start..).step_by(ROWS).zip(over).map(part)
     }
 
     /// Whether nothing has failed around a node and in the cell it is over: torn edges stick into each other.

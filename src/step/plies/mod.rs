@@ -14,7 +14,7 @@ use crate::kernels::ply_contact;
 use crate::model::{Model, mesh::corners, over::SIDES, over::neighbour};
 use crate::number::Scalar;
 use crate::state::State;
-use look::{Look, Point, View};
+use look::{Look, Part, Point, View};
 use moves::{Effect, Load, Mover};
 
 /// What contact does to one ply in a step.
@@ -65,17 +65,28 @@ impl PlyContact {
         let mut over = std::mem::take(&mut context.state.over);
         let state = &*context.state;
         let per_ply = SIDES * model.nodes_per_ply();
-        let work = |(ply, (work, over)): (usize, (&mut PlyWork, &mut [u32]))| {
-            work.points.clear();
-            work.penetration = 0.0;
+        let mut parts = Vec::new();
+        for (ply, over) in over.chunks_mut(per_ply).enumerate() {
             for (side, over) in over.chunks_mut(per_ply / SIDES).enumerate() {
                 if let Some(other) = neighbour(ply, side, model.plies.len()) {
-                    let look = Look::new(model, state, ply, side, other);
-                    work.penetration = work.penetration.max(look.all(&mut work.points, over, travel));
+                    parts.extend(Look::new(model, state, ply, side, other).parts(over, travel));
                 }
             }
-        };
-        self.plies.par_iter_mut().zip(over.par_chunks_mut(per_ply)).enumerate().for_each(work);
+        }
+        // By rows, as the sweep shares them out, so that a thread mostly meets nodes of its own.
+        let mut by_row: Vec<&mut Part<'_, S>> = parts.iter_mut().collect();
+        by_row.sort_by_key(|part| part.first_row());
+        by_row.into_par_iter().for_each(Part::search);
+        for work in &mut self.plies {
+            work.points.clear();
+            work.penetration = 0.0;
+        }
+        for part in &mut parts {
+            let work = &mut self.plies[part.ply()];
+            work.points.append(&mut part.points);
+            work.penetration = work.penetration.max(part.penetration);
+        }
+        drop(parts);
         context.state.over = over;
     }
 
