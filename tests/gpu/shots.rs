@@ -22,6 +22,7 @@ use std::collections::BTreeMap;
 use std::sync::atomic::AtomicBool;
 
 use libtest_mimic::Trial;
+use ripstop::bench::objectivity::Scatter;
 use ripstop::case::Case;
 use ripstop::gpu::compare::{self, Comparison, Difference, Tolerance};
 use ripstop::gpu::{Device, Simulation};
@@ -118,13 +119,13 @@ fn ends_as_by_chance(case: &Case, gpu: &Run) {
         case.projectile.as_mut().unwrap().velocity += 1e-5 * f64::from(i);
         let run = run_as(&case, Precision::F32, 2);
         assert_eq!(gpu.outcome, run.outcome);
+        assert!(run.events.len() > 20, "{} failures", run.events.len());
         end(&run)
     };
     let shots: Vec<[f64; 2]> = (0..16).map(faster).collect();
     for (at, what) in ["m/s left", "failures"].into_iter().enumerate() {
-        let count = shots.len() as f64;
-        let mean = shots.iter().map(|shot| shot[at]).sum::<f64>() / count;
-        let deviation = (shots.iter().map(|shot| (shot[at] - mean).powi(2)).sum::<f64>() / (count - 1.0)).sqrt();
+        let Scatter { mean, deviation, .. } =
+            Scatter::of(&shots.iter().map(|shot| shot[at]).collect::<Vec<_>>()).unwrap();
         assert!(deviation > 0.0 && deviation < 0.3 * mean, "{what}: {mean} ± {deviation} is no measure");
         let got = end(gpu)[at];
         assert!((got - mean).abs() <= 3.0 * deviation, "{got} {what} for {mean} ± {deviation}");
