@@ -135,6 +135,10 @@ macro_rules! lanes {
                 self.0.to_bitmask().count_ones()
             }
             #[inline(always)]
+            fn bits(self) -> u64 {
+                self.0.to_bitmask()
+            }
+            #[inline(always)]
             fn lane(self, lane: usize) -> bool {
                 self.0.test(lane)
             }
@@ -281,6 +285,10 @@ impl<M: Mask> Mask for Twice<M> {
     #[inline(always)]
     fn count(self) -> u32 {
         self.0.count() + self.1.count()
+    }
+    #[inline(always)]
+    fn bits(self) -> u64 {
+        self.0.bits() | self.1.bits() << M::LANES
     }
     #[inline(always)]
     fn lane(self, lane: usize) -> bool {

@@ -42,6 +42,8 @@ pub trait Mask: Copy + BitAnd<Output = Self> + BitOr<Output = Self> + Not<Output
     fn any(self) -> bool;
     /// Number of true lanes.
     fn count(self) -> u32;
+    /// A bit for every lane, the first one lowest.
+    fn bits(self) -> u64;
     /// Truth value of one lane.
     fn lane(self, lane: usize) -> bool;
 }
@@ -180,6 +182,9 @@ impl Mask for bool {
     }
     fn count(self) -> u32 {
         u32::from(self)
+    }
+    fn bits(self) -> u64 {
+        u64::from(self)
     }
     fn lane(self, _: usize) -> bool {
         self

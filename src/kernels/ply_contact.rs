@@ -10,6 +10,7 @@
 use nalgebra::Vector3;
 
 use crate::model::symmetry::Cut;
+use crate::number::{Real, each};
 
 /// Fraction of a penetration that is driven out in a step.
 pub const RECOVERY: f64 = 0.2;
@@ -36,6 +37,19 @@ pub const BESIDE: f64 = 0.05;
 /// Most that the corners of a cell may differ along z for the same, over its length at rest [-]: on a slope the foot is
 /// elsewhere than z shows.
 pub const FLAT: f64 = 0.05;
+
+/// In the axes of the pack.
+pub type Vector<R> = [R; 3];
+
+#[inline(always)]
+fn dot<R: Real>(a: &Vector<R>, b: &Vector<R>) -> R {
+    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+}
+
+#[inline(always)]
+fn cross<R: Real>(a: &Vector<R>, b: &Vector<R>) -> Vector<R> {
+    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
+}
 
 /// Where a point stands over a cell.
 #[derive(Clone, Copy, Debug)]
@@ -64,40 +78,112 @@ pub fn is_apart(corner: &[Vector3<f64>; 4], point: &Vector3<f64>, sign: f64, tou
     within(0) && within(1) && within(2) && within(3)
 }
 
-/// A bilinear cell, by its corners (counter-clockwise).
-struct Surface {
-    centre: Vector3<f64>,
-    along: Vector3<f64>,
-    across: Vector3<f64>,
-    twist: Vector3<f64>,
-    /// Across the cell at its centre, as long as its area; and that squared.
-    normal: Vector3<f64>,
-    square: f64,
+/// How much nearer to the bounds of [`is_apart`] than allowed a point may be to be certainly apart [-].
+const CERTAIN: f64 = 0.9;
+/// Roundings that may add up in a gap.
+const ROUNDINGS: f64 = 8.0;
+
+/// Bounds of [`is_certainly_apart`], for all points of a ply and a neighbour.
+#[derive(Clone, Copy, Debug)]
+pub struct Clearance<R> {
+    /// 1 for points behind the neighbour, −1 for those in front.
+    pub sign: R,
+    /// From the mid-plane of the neighbour to that of the points' ply at rest, along `sign` [m].
+    pub distance: R,
+    /// Least gap of a point over a level cell [m].
+    room: R,
+    /// Of a difference of gaps; of a gap.
+    more: R,
+    less: R,
+    /// Over the area of a cell: of the square of a difference of gaps; of twice the triangle of a point and an edge.
+    flat: R,
+    beside: R,
 }
 
-impl Surface {
-    #[inline]
-    fn new([a, b, c, d]: &[Vector3<f64>; 4]) -> Self {
-        let along = ((b - a) + (c - d)) * 0.5;
-        let across = ((d - a) + (c - b)) * 0.5;
-        let normal = along.cross(&across);
-        let (centre, twist) = (((a + c) + (b + d)) * 0.25, (a - b) + (c - d));
-        Self { centre, along, across, twist, normal, square: normal.norm_squared() }
+impl<R: Real> Clearance<R> {
+    /// In numbers like `n`; `z`: of the points and of the neighbour at rest, `touching` as for [`is_apart`] [m].
+    #[inline(always)]
+    pub fn new(n: R, sign: f64, z: [f64; 2], touching: f64) -> Self {
+        let distance = sign * (z[0] - z[1]);
+        let rounding = ROUNDINGS * R::EPSILON;
+        Self {
+            sign: n.with(sign),
+            distance: n.with(distance),
+            room: n.with(touching + rounding * (touching.abs() + distance.abs())),
+            more: n.with(1.0 + 2.0 * rounding),
+            less: n.with(1.0 - rounding),
+            flat: n.with(CERTAIN * FLAT * FLAT),
+            beside: n.with(-CERTAIN * BESIDE),
+        }
+    }
+}
+
+/// Whether [`is_apart`] is sure to hold, whatever rounding does: for many points at once, in the precision of the state.
+/// `arm`: from the point to the corners of the cell in the plane [m]; `gap`: how far the point is behind the neighbour's corners (in
+/// front of them) [m].
+#[inline(always)]
+pub fn is_certainly_apart<R: Real>(clearance: &Clearance<R>, arm: &[[R; 2]; 4], gap: [R; 4], area: R) -> R::Mask {
+    let low = gap[0].min(gap[1]).min(gap[2].min(gap[3]));
+    let spread = gap[0].max(gap[1]).max(gap[2].max(gap[3])) - low;
+    let [a, b, c, d] = *arm;
+    let beside = clearance.beside * area;
+    let within = |[a, b]: [R; 2], [c, d]: [R; 2]| beside.le(a * d - b * c);
+    (clearance.room + clearance.more * spread).le(clearance.less * low)
+        & spread.squared().le(clearance.flat * area)
+        & within(a, b)
+        & within(b, c)
+        & within(c, d)
+        & within(d, a)
+}
+
+/// A bilinear cell, by its corners (counter-clockwise). Its arithmetic is that of one number for every lane of a register.
+struct Surface<R> {
+    centre: Vector<R>,
+    along: Vector<R>,
+    across: Vector<R>,
+    twist: Vector<R>,
+    /// Across the cell at its centre, as long as its area; and that squared.
+    normal: Vector<R>,
+    square: R,
+}
+
+impl<R: Real> Surface<R> {
+    #[inline(always)]
+    fn new([a, b, c, d]: &[Vector<R>; 4]) -> Self {
+        let (half, quarter) = (a[0].with(0.5), a[0].with(0.25));
+        let along = each!(i in 3 => ((b[i] - a[i]) + (c[i] - d[i])) * half);
+        let across = each!(i in 3 => ((d[i] - a[i]) + (c[i] - b[i])) * half);
+        let centre = each!(i in 3 => ((a[i] + c[i]) + (b[i] + d[i])) * quarter);
+        let twist = each!(i in 3 => (a[i] - b[i]) + (c[i] - d[i]));
+        let normal = cross(&along, &across);
+        Self { centre, along, across, twist, normal, square: dot(&normal, &normal) }
     }
 
     /// Coordinates within the cell, were it flat, of what lies `arm` [m] from its centre.
-    #[inline]
-    fn at(&self, arm: &Vector3<f64>) -> [f64; 2] {
+    #[inline(always)]
+    fn at(&self, arm: &Vector<R>) -> [R; 2] {
         let Self { along, across, square, .. } = self;
-        let [aa, ac, cc] = [along.dot(along), along.dot(across), across.dot(across)];
-        let [p, q] = [arm.dot(along), arm.dot(across)];
-        [(cc * p - ac * q) / square, (aa * q - ac * p) / square]
+        let [aa, ac, cc] = [dot(along, along), dot(along, across), dot(across, across)];
+        let [p, q] = [dot(arm, along), dot(arm, across)];
+        [(cc * p - ac * q) / *square, (aa * q - ac * p) / *square]
     }
 
     /// What lies `arm` from the centre, as seen by a flat cell. The twist of the cell is small: one correction.
-    #[inline]
-    fn untwisted(&self, arm: &Vector3<f64>, [x, y]: [f64; 2]) -> Vector3<f64> {
-        arm - self.twist * (x * y)
+    #[inline(always)]
+    fn untwisted(&self, arm: &Vector<R>, [x, y]: [R; 2]) -> Vector<R> {
+        let by = x * y;
+        each!(i in 3 => arm[i] - self.twist[i] * by)
+    }
+
+    /// See [`foot`]: coordinates, normal and height, and whether the cell is not folded.
+    #[inline(always)]
+    fn foot(&self, point: &Vector<R>, area: R) -> ([R; 2], Vector<R>, R, R::Mask) {
+        let arm = each!(i in 3 => point[i] - self.centre[i]);
+        let arm = self.untwisted(&arm, self.at(&arm));
+        let size = self.square.sqrt();
+        let normal = each!(i in 3 => self.normal[i] / size);
+        let sound = (area.with(FOLDED) * area).squared().le(self.square);
+        (self.at(&arm), normal, dot(&arm, &normal), sound)
     }
 }
 
@@ -105,14 +191,23 @@ impl Surface {
 /// `area`: of the cell at rest [m²].
 #[inline]
 pub fn foot(corner: &[Vector3<f64>; 4], point: &Vector3<f64>, area: f64) -> Option<Foot> {
-    let cell = Surface::new(corner);
-    if cell.square < (FOLDED * area).powi(2) {
-        return None;
-    }
-    let arm = point - cell.centre;
-    let arm = cell.untwisted(&arm, cell.at(&arm));
-    let normal = cell.normal / cell.square.sqrt();
-    Some(Foot { at: cell.at(&arm), normal, height: arm.dot(&normal) })
+    let (at, normal, height, sound) = Surface::new(&corner.map(Into::into)).foot(&(*point).into(), area);
+    sound.then(|| Foot { at, normal: normal.into(), height })
+}
+
+/// Whether points stand over their cells, and there no deeper than `slop` [m] in touch: for many at once, and as [`foot`] and [`is_over`]
+/// see each of them. `sign`, `touching` as in [`is_apart`].
+#[inline(always)]
+pub fn stands_clear<R: Real>(
+    corner: &[Vector<R>; 4],
+    point: &Vector<R>,
+    [sign, touching, slop]: [f64; 3],
+    area: R,
+) -> R::Mask {
+    let ([x, y], _, height, sound) = Surface::new(corner).foot(point, area);
+    let room = x.with(0.5 + EDGE);
+    let clear = x.with(-slop).le(x.with(sign) * height - x.with(touching));
+    sound & (-room).le(x) & x.le(room) & (-room).le(y) & y.le(room) & clear
 }
 
 /// The foot of a point on mirror planes, which lies on them: along the normal less what of it points across them.
@@ -123,8 +218,8 @@ pub fn foot_on_planes(
     area: f64,
     edge: [Option<usize>; 2],
 ) -> Option<Foot> {
-    let cell = Surface::new(corner);
-    let mut push = cell.normal;
+    let cell = Surface::new(&corner.map(Into::into));
+    let mut push = Vector3::from(cell.normal);
     for axis in edge.into_iter().flatten() {
         push[axis] = 0.0;
     }
@@ -133,14 +228,15 @@ pub fn foot_on_planes(
         return None;
     }
     let push = push / size;
-    let solve = |arm: &Vector3<f64>| {
-        let height = arm.dot(&cell.normal) / push.dot(&cell.normal);
-        let at = cell.at(&(arm - push * height));
+    let normal = Vector3::from(cell.normal);
+    let solve = |arm: Vector3<f64>| {
+        let height = arm.dot(&normal) / push.dot(&normal);
+        let at = cell.at(&(arm - push * height).into());
         let on_edge = |i: usize| if edge[i].is_some() { 0.5_f64.copysign(at[i]) } else { at[i] };
         ([on_edge(0), on_edge(1)], height)
     };
-    let arm = point - cell.centre;
-    let (at, height) = solve(&cell.untwisted(&arm, solve(&arm).0));
+    let arm = point - Vector3::from(cell.centre);
+    let (at, height) = solve(cell.untwisted(&arm.into(), solve(arm).0).into());
     Some(Foot { at, normal: push, height })
 }
 

@@ -1,11 +1,15 @@
-//! What of an element's size changes along a row, as the element kernel loads it.
+//! What changes along a row of a mesh, as kernels load it.
 
 use super::{Grid, Mesh, regularisation};
 use crate::number::Scalar;
 
-/// Shapes (node stride,), beyond the last element as of the finest; of an even mesh empty.
+/// Shapes (node stride,), beyond the last element as of the finest; all but the places are empty for an even mesh.
 #[derive(Clone, Debug)]
 pub struct Columns<S> {
+    /// Reference places of the nodes along X of the ply [m]; zero beyond the last. And rounded to the precision of the state.
+    pub place: Vec<f64>,
+    /// See `place`.
+    pub rounded: Vec<S>,
     /// Lengths of elements along X over the finest [-].
     pub width: Vec<S>,
     /// 1 over that [-].
@@ -19,9 +23,13 @@ pub struct Columns<S> {
 impl<S: Scalar> Columns<S> {
     /// `viscosity`: of elements twice the finest along X, along Y, over the stiffness [s].
     pub(super) fn new(mesh: &Mesh, viscosity: [f64; 2]) -> Self {
-        let stride = if mesh.is_graded() { Grid::node_stride(mesh.columns) } else { 0 };
-        let ones = || vec![S::splat(1.0); stride];
-        let mut out = Self { width: ones(), per_width: ones(), along: vec![S::splat(0.0); stride], across: Vec::new() };
+        let mut place: Vec<f64> = (0..=mesh.columns).map(|column| mesh.reference(0, column)[0]).collect();
+        place.resize(Grid::node_stride(mesh.columns), 0.0);
+        let rounded = place.iter().map(|x| S::splat(*x)).collect();
+        let sizes = if mesh.is_graded() { place.len() } else { 0 };
+        let ones = || vec![S::splat(1.0); sizes];
+        let along = vec![S::splat(0.0); sizes];
+        let mut out = Self { place, rounded, width: ones(), per_width: ones(), along, across: Vec::new() };
         if !mesh.is_graded() {
             return out;
         }

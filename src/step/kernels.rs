@@ -9,6 +9,7 @@ use crate::kernels::node_update::{Neighbours, NodeRow, NodeTotals, Part, RowMass
 use crate::lanes::{Twice, Vectors};
 use crate::model::Sheet;
 use crate::number::{Real, Scalar};
+use super::plies::{CompiledSieve, Sieve};
 
 /// The kernels, row by row.
 pub trait RowKernels<S>: Send + Sync {
@@ -78,6 +79,11 @@ impl<R: Real + Send + Sync, L: LawKernel> RowKernels<R::Scalar> for Compiled<R, 
 pub trait HasKernels: Sized {
     /// The kernels of a sheet.
     fn kernels(sheet: &Sheet<Self>, vectors: Vectors) -> Box<dyn RowKernels<Self>>;
+
+    /// The sieve of nodes that may touch the next ply.
+    fn sieve(vectors: Vectors) -> Box<dyn Sieve<Self>>
+    where
+        Self: Scalar;
 }
 
 impl HasKernels for f64 {
@@ -85,12 +91,22 @@ impl HasKernels for f64 {
     fn kernels(sheet: &Sheet<Self>, vectors: Vectors) -> Box<dyn RowKernels<Self>> {
         crate::with_law!(sheet.law, L => of_law::<Self, L>(sheet, vectors))
     }
+
+    #[inline(never)]
+    fn sieve(vectors: Vectors) -> Box<dyn Sieve<Self>> {
+        sieve(vectors)
+    }
 }
 
 impl HasKernels for f32 {
     #[inline(never)]
     fn kernels(sheet: &Sheet<Self>, vectors: Vectors) -> Box<dyn RowKernels<Self>> {
         crate::with_law!(sheet.law, L => of_law::<Self, L>(sheet, vectors))
+    }
+
+    #[inline(never)]
+    fn sieve(vectors: Vectors) -> Box<dyn Sieve<Self>> {
+        sieve(vectors)
     }
 }
 
@@ -116,4 +132,18 @@ where
     L: LawKernel,
 {
     Box::new(Compiled::<R, L> { constants: constants.spread(n), shear, law: PhantomData })
+}
+
+fn sieve<S: Scalar>(vectors: Vectors) -> Box<dyn Sieve<S>> {
+    match vectors {
+        Vectors::None => Box::new(CompiledSieve(S::splat(0.0), 0.0)),
+        #[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
+        Vectors::Avx512(simd) => Box::new(CompiledSieve(S::lanes(simd), f64::lanes(simd))),
+        #[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
+        Vectors::Avx2(simd) => Box::new(CompiledSieve(S::lanes(simd), f64::lanes(simd))),
+        #[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
+        Vectors::Sse2(simd) => Box::new(CompiledSieve(S::lanes(simd), f64::lanes(simd))),
+        #[cfg(target_arch = "aarch64")]
+        Vectors::Neon(simd) => Box::new(CompiledSieve(S::lanes(simd), f64::lanes(simd))),
+    }
 }

@@ -135,7 +135,7 @@ pub struct Stepper<S: Scalar> {
     nothing: Vec<S>,
     /// What had been reached when the step began.
     reached: Vec<Reach>,
-    plies: PlyContact,
+    plies: PlyContact<S>,
     projectile: ProjectileContact,
     /// Failures of the last step.
     pub failures: Vec<FailureEvent>,
@@ -158,7 +158,7 @@ impl<S: Scalar> Stepper<S> {
             node_totals: vec![NodeTotals::default(); grid.node_rows()],
             nothing: vec![S::splat(0.0); element::FORCES.end * grid.element_stride],
             reached: Vec::new(),
-            plies: PlyContact::new(model),
+            plies: PlyContact::new(model, vectors),
             projectile: ProjectileContact::default(),
             failures: Vec::new(),
             stopwatch: Stopwatch::default(),

@@ -9,14 +9,14 @@ use crate::kernels::ply_contact::{self, SLOP, SUDDEN, WALK};
 use crate::model::{Mesh, Model, Sheet, mesh::corners, over, over::INSIDE};
 use crate::number::Scalar;
 use crate::reach::Reach;
-use crate::state::State;
+use crate::state::{State, split};
 use crate::step::node_stands;
+
+use super::sieve::Sieve;
 
 /// A node that comes too close to a cell of the neighbouring ply.
 #[derive(Clone, Debug)]
 pub(super) struct Point {
-    /// 0: the ply in front, 1: the ply behind.
-    pub(super) side: u8,
     pub(super) row: u32,
     pub(super) column: u32,
     /// Row and column of the cell.
@@ -41,9 +41,10 @@ pub(super) struct Point {
 #[derive(Clone, Copy)]
 pub(super) struct View<'a, S> {
     sheet: &'a Sheet<S>,
-    mesh: &'a Mesh,
-    z: f64,
-    turned: bool,
+    pub(super) mesh: &'a Mesh,
+    /// At rest [m].
+    pub(super) z: f64,
+    pub(super) turned: bool,
     /// Rows of the ply's nodes.
     nodes: &'a [S],
     stride: usize,
@@ -62,6 +63,25 @@ impl<'a, S: Scalar> View<'a, S> {
             nodes: &state.nodes.data[first * length..(first + sheet.mesh.rows + 1) * length],
             stride: state.nodes.stride,
         }
+    }
+
+    /// Displacements of a row of nodes, in the ply's axes [m].
+    #[inline(always)]
+    pub(super) fn row(&self, row: usize) -> [&'a [S]; 3] {
+        let start = (row * node::COUNT + node::DISPLACEMENT) * self.stride;
+        split(&self.nodes[start..start + 3 * self.stride], self.stride)
+    }
+
+    /// Reference places of the nodes of a row along it [m].
+    #[inline(always)]
+    pub(super) fn places(&self) -> &'a [f64] {
+        &self.sheet.columns.place
+    }
+
+    /// The same, rounded.
+    #[inline(always)]
+    pub(super) fn rounded_places(&self) -> &'a [S] {
+        &self.sheet.columns.rounded
     }
 
     #[inline(always)]
@@ -109,18 +129,36 @@ impl<'a, S: Scalar> View<'a, S> {
 }
 
 /// Rows of nodes of a part.
-const ROWS: usize = 8;
+pub(super) const ROWS: usize = 8;
 
-/// Some rows of a search, which one thread looks at, and what is found there.
+/// What was found in some rows of a ply's nodes, against one neighbour.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Found {
+    /// Contacts, in the order of the nodes.
+    pub(super) points: Vec<Point>,
+    /// Deepest node of whole fabric inside the neighbouring ply [m].
+    pub(super) penetration: f64,
+    /// Lost by friction of the points [J].
+    pub(super) friction: f64,
+    /// Columns of a row to look at.
+    near: Vec<usize>,
+}
+
+impl Found {
+    /// Keeps nothing but the memory.
+    pub(super) fn clear(&mut self) {
+        self.points.clear();
+        (self.penetration, self.friction) = (0.0, 0.0);
+    }
+}
+
+/// Some rows of a search, which one thread looks at.
 pub(super) struct Part<'a, S> {
     look: Look<'a, S>,
     rows: Range<usize>,
     columns: Range<usize>,
     over: &'a mut [u32],
-    /// Contacts, in the order of the nodes.
-    pub(super) points: Vec<Point>,
-    /// Deepest node of whole fabric inside the neighbouring ply [m].
-    pub(super) penetration: f64,
+    found: &'a mut Found,
 }
 
 impl<S: Scalar> Part<'_, S> {
@@ -129,22 +167,19 @@ impl<S: Scalar> Part<'_, S> {
         self.rows.start
     }
 
-    /// Whose nodes these are.
-    pub(super) fn ply(&self) -> usize {
-        self.look.ply
-    }
-
-    /// Looks at every node.
-    pub(super) fn search(&mut self) {
-        let look = self.look;
+    /// Looks at every node that the sieve lets through.
+    pub(super) fn search(&mut self, sieve: &dyn Sieve<S>) {
+        let Self { look, found, .. } = self;
         for (row, over) in self.rows.clone().zip(self.over.chunks_mut(look.model.grid.columns + 1)) {
-            for column in self.columns.clone() {
-                let over = &mut over[column];
-                if let Some((point, depth)) = look.node(row, column, over) {
-                    if depth > self.penetration && look.is_whole(row, column, over::element(*over)) {
-                        self.penetration = depth;
+            found.near.clear();
+            sieve.pass(look, row, self.columns.clone(), over, &mut found.near);
+            for column in &found.near {
+                let over = &mut over[*column];
+                if let Some((point, depth)) = look.node(row, *column, over) {
+                    if depth > found.penetration && look.is_whole(row, *column, over::element(*over)) {
+                        found.penetration = depth;
                     }
-                    self.points.extend(point);
+                    found.points.extend(point);
                 }
             }
         }
@@ -167,19 +202,19 @@ struct Touch {
 
 /// The search for contacts of one ply with one neighbour.
 #[derive(Clone, Copy)]
-pub(super) struct Look<'a, S> {
+pub struct Look<'a, S> {
     model: &'a Model<S>,
     state: &'a State<S>,
     ply: usize,
     side: usize,
     other: usize,
-    own: View<'a, S>,
-    theirs: View<'a, S>,
+    pub(super) own: View<'a, S>,
+    pub(super) theirs: View<'a, S>,
     /// Column, row of the nodes on mirror planes.
-    planes: [Option<usize>; 2],
+    pub(super) planes: [Option<usize>; 2],
     /// Distance of mid-planes in touch, and mean thickness [m].
-    touching: f64,
-    thickness: f64,
+    pub(super) touching: f64,
+    pub(super) thickness: f64,
 }
 
 impl<'a, S: Scalar> Look<'a, S> {
@@ -199,22 +234,26 @@ impl<'a, S: Scalar> Look<'a, S> {
         }
     }
 
-    /// Every node that anything may have reached, in parts of a few rows.
-    pub(super) fn parts(self, over: &'a mut [u32], travel: f64) -> impl Iterator<Item = Part<'a, S>> {
+    /// Every node that anything may have reached, in parts of a few rows; each fills the next of `found`.
+    pub(super) fn parts(
+        self,
+        over: &'a mut [u32],
+        found: &'a mut [Found],
+        travel: f64,
+    ) -> impl Iterator<Item = Part<'a, S>> {
         let (own, theirs) = (self.own.mesh, self.theirs.mesh);
         let reach = &self.state.reach;
         let Reach { rows, columns } = reach[self.ply].union(&reach[self.other].seen_from(theirs, own, travel));
         let across = self.model.grid.columns + 1;
         let over = over[rows.start * across..rows.end * across].chunks_mut(ROWS * across);
-        let part = move |(first, over): (usize, &'a mut [u32])| Part {
+        let part = move |((first, over), found): ((usize, &'a mut [u32]), &'a mut Found)| Part {
             look: self,
             rows: first..(first + ROWS).min(rows.end),
             columns: columns.clone(),
             over,
-            points: Vec::new(),
-            penetration: 0.0,
+            found,
         };
-        (rows.start..).step_by(ROWS).zip(over).map(part)
+        (rows.start..).step_by(ROWS).zip(over).zip(found).map(part)
     }
 
     /// Whether nothing has failed around a node and in the cell it is over: torn edges stick into each other.
@@ -275,7 +314,8 @@ impl<'a, S: Scalar> Look<'a, S> {
     }
 
     /// 1 where the neighbour is in front, −1 where it is behind.
-    fn sign(&self) -> f64 {
+    #[inline(always)]
+    pub(super) fn sign(&self) -> f64 {
         if self.side == 0 { 1.0 } else { -1.0 }
     }
 
@@ -393,7 +433,6 @@ impl<'a, S: Scalar> Look<'a, S> {
         let limit = ply_contact::closing_limit(gap, dt);
         let recovery = ply_contact::recovery(gap, self.thickness, along, dt);
         let point = (along < limit || recovery > 0.0).then(|| Point {
-            side: self.side as u8,
             row: row as u32,
             column: column as u32,
             cell: touch.cell.map(|at| at as u32),

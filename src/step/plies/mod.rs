@@ -6,50 +6,65 @@
 
 mod look;
 mod moves;
+mod sieve;
 
 use rayon::prelude::*;
 
 use super::Context;
+use crate::lanes::Vectors;
 use crate::kernels::ply_contact;
 use crate::model::{Model, mesh::corners, over::SIDES, over::neighbour};
 use crate::number::Scalar;
 use crate::state::State;
-use look::{Look, Part, Point, View};
+use look::{Found, Look, Part, Point, ROWS, View};
 use moves::{Effect, Load, Mover};
+pub use sieve::{Compiled as CompiledSieve, Sieve};
 
 /// What contact does to one ply in a step.
 #[derive(Clone, Debug, Default)]
 struct PlyWork {
-    points: Vec<Point>,
+    /// Against the ply in front, then against that behind, each in parts of [`ROWS`] rows.
+    found: Vec<Found>,
     load: Load,
     effect: Effect,
-    /// Deepest node inside a neighbouring ply [m].
-    penetration: f64,
-    /// Lost by friction of its points [J].
-    friction: f64,
+}
+
+impl PlyWork {
+    /// Contacts with either neighbour, in order.
+    fn points(&self) -> impl Iterator<Item = &Point> {
+        self.found.iter().flat_map(|found| &found.points)
+    }
+
+    /// Contacts with the ply in front, or with that behind.
+    fn points_on(&self, side: usize) -> impl Iterator<Item = &Point> {
+        let parts = self.found.len() / SIDES;
+        self.found[side * parts..(side + 1) * parts].iter().flat_map(|found| &found.points)
+    }
 }
 
 /// Contact between the plies of a pack.
-pub(super) struct PlyContact {
+pub(super) struct PlyContact<S> {
     plies: Vec<PlyWork>,
+    sieve: Box<dyn Sieve<S>>,
     /// How far any node may have gone so far [m].
     pub(super) travel: f64,
 }
 
-impl PlyContact {
-    pub(super) fn new<S: Scalar>(model: &Model<S>) -> Self {
-        let nodes = if model.plies.len() > 1 { model.nodes_per_ply() } else { 0 };
-        let work = PlyWork { load: Load::new(nodes), ..PlyWork::default() };
-        Self { plies: vec![work; model.plies.len()], travel: 0.0 }
+impl<S: Scalar> PlyContact<S> {
+    pub(super) fn new(model: &Model<S>, vectors: Vectors) -> Self {
+        let [nodes, rows] = if model.plies.len() > 1 { [model.nodes_per_ply(), model.grid.rows + 1] } else { [0; 2] };
+        let found = vec![Found::default(); SIDES * rows.div_ceil(ROWS)];
+        let work = PlyWork { found, load: Load::new(nodes), ..PlyWork::default() };
+        Self { plies: vec![work; model.plies.len()], sieve: S::sieve(vectors), travel: 0.0 }
     }
 
     /// Finds and applies the impulses of a step.
-    pub(super) fn resolve<S: Scalar>(&mut self, context: &mut Context<'_, S>, nothing: &[S]) {
+    pub(super) fn resolve(&mut self, context: &mut Context<'_, S>, nothing: &[S]) {
         let model = context.model;
         let body = context.state.body.as_ref().map_or(0.0, |b| b.speed_bound());
         self.travel += model.dt * context.totals.max_speed.max(body);
         self.find(context);
-        if self.plies.iter().all(|ply| ply.points.is_empty()) {
+        if self.plies.iter().all(|ply| ply.points().next().is_none()) {
             return;
         }
         self.share(model);
@@ -59,44 +74,37 @@ impl PlyContact {
     }
 
     /// Nodes that come too close to a cell of a neighbouring ply.
-    fn find<S: Scalar>(&mut self, context: &mut Context<'_, S>) {
+    fn find(&mut self, context: &mut Context<'_, S>) {
         let model = context.model;
         let travel = self.travel;
         let mut over = std::mem::take(&mut context.state.over);
         let state = &*context.state;
         let per_ply = SIDES * model.nodes_per_ply();
         let mut parts = Vec::new();
-        for (ply, over) in over.chunks_mut(per_ply).enumerate() {
-            for (side, over) in over.chunks_mut(per_ply / SIDES).enumerate() {
+        for (ply, (over, work)) in over.chunks_mut(per_ply).zip(&mut self.plies).enumerate() {
+            work.found.iter_mut().for_each(Found::clear);
+            let found = work.found.len() / SIDES;
+            let sides = over.chunks_mut(per_ply / SIDES).zip(work.found.chunks_mut(found));
+            for (side, (over, found)) in sides.enumerate() {
                 if let Some(other) = neighbour(ply, side, model.plies.len()) {
-                    parts.extend(Look::new(model, state, ply, side, other).parts(over, travel));
+                    parts.extend(Look::new(model, state, ply, side, other).parts(over, found, travel));
                 }
             }
         }
         // By rows, as the sweep shares them out, so that a thread mostly meets nodes of its own.
-        let mut by_row: Vec<&mut Part<'_, S>> = parts.iter_mut().collect();
-        by_row.sort_by_key(|part| part.first_row());
-        by_row.into_par_iter().for_each(Part::search);
-        for work in &mut self.plies {
-            work.points.clear();
-            work.penetration = 0.0;
-        }
-        for part in &mut parts {
-            let work = &mut self.plies[part.ply()];
-            work.points.append(&mut part.points);
-            work.penetration = work.penetration.max(part.penetration);
-        }
+        parts.sort_by_key(Part::first_row);
+        parts.par_iter_mut().for_each(|part| part.search(&*self.sieve));
         drop(parts);
         context.state.over = over;
     }
 
     /// Shares each node's mass out among its contacts, in the whole scene: a node on a mirror plane has the images of those
     /// that come from one side of it.
-    fn share<S: Scalar>(&mut self, model: &Model<S>) {
+    fn share(&mut self, model: &Model<S>) {
         let across = model.grid.columns + 1;
         self.each_load(|ply, load, plies| {
             let mesh = &model.sheet(ply).mesh;
-            for p in &plies[ply].points {
+            for p in plies[ply].points() {
                 load.share(p.row as usize * across + p.column as usize, 1.0);
             }
             for p in against(plies, ply) {
@@ -120,49 +128,53 @@ impl PlyContact {
     }
 
     /// The impulse of every contact, each on its own.
-    fn solve<S: Scalar>(&mut self, context: &Context<'_, S>) {
+    fn solve(&mut self, context: &Context<'_, S>) {
         let (model, state) = (context.model, &*context.state);
         let across = model.grid.columns + 1;
-        let mut points: Vec<_> = self.plies.iter_mut().map(|w| (std::mem::take(&mut w.points), 0.0)).collect();
+        let mut found: Vec<_> = self.plies.iter_mut().map(|work| std::mem::take(&mut work.found)).collect();
         let plies = &self.plies;
-        points.par_iter_mut().enumerate().for_each(|(ply, (points, friction))| {
+        found.par_iter_mut().enumerate().for_each(|(ply, found)| {
             let own = View::new(model, state, ply);
-            let around = [0, 1].map(|side| neighbour(ply, side, plies.len()));
-            let views =
-                around.map(|other| other.map(|other| (View::new(model, state, other), &plies[other].load.shares)));
-            for p in points {
-                let Some((theirs, shares)) = &views[usize::from(p.side)] else { continue };
-                let [row, column] = [p.row as usize, p.column as usize];
-                let mut velocity = own.velocity(row, column);
-                // A share below one would let a light touch of a corner throw it away.
-                let mut compliance =
-                    plies[ply].load.shares[row * across + column].max(1.0) * own.inverse(row, column, &p.push);
-                let cell = p.cell.map(|at| at as usize);
-                for ((r, c), weight) in corners(cell).into_iter().zip(p.weights) {
-                    velocity -= theirs.velocity(r, c) * weight;
-                    compliance += weight * shares[r * across + c].max(1.0) * theirs.inverse(r, c, &p.push);
+            let parts = found.len() / SIDES;
+            for (side, found) in found.chunks_mut(parts).enumerate() {
+                let Some(other) = neighbour(ply, side, plies.len()) else { continue };
+                let (theirs, shares) = (View::new(model, state, other), &plies[other].load.shares);
+                for found in found {
+                    for p in &mut found.points {
+                        let [row, column] = [p.row as usize, p.column as usize];
+                        let mut velocity = own.velocity(row, column);
+                        // A share below one would let a light touch of a corner throw it away.
+                        let mut compliance =
+                            plies[ply].load.shares[row * across + column].max(1.0) * own.inverse(row, column, &p.push);
+                        let cell = p.cell.map(|at| at as usize);
+                        for ((r, c), weight) in corners(cell).into_iter().zip(p.weights) {
+                            velocity -= theirs.velocity(r, c) * weight;
+                            compliance += weight * shares[r * across + c].max(1.0) * theirs.inverse(r, c, &p.push);
+                        }
+                        if compliance <= 0.0 {
+                            continue;
+                        }
+                        let kappa = 1.0 / compliance;
+                        let (normal, drag) =
+                            ply_contact::impulse(&velocity, &p.push, p.limit, kappa, model.ply_friction);
+                        let slide = velocity - p.push * velocity.dot(&p.push);
+                        found.friction -= drag.dot(&(slide + drag * (0.5 * compliance))) * p.part;
+                        p.impulse = (p.push * normal + drag) * p.part;
+                        p.shift = p.push * (kappa * p.recovery * p.part);
+                    }
                 }
-                if compliance <= 0.0 {
-                    continue;
-                }
-                let kappa = 1.0 / compliance;
-                let (normal, drag) = ply_contact::impulse(&velocity, &p.push, p.limit, kappa, model.ply_friction);
-                let slide = velocity - p.push * velocity.dot(&p.push);
-                *friction -= drag.dot(&(slide + drag * (0.5 * compliance))) * p.part;
-                p.impulse = (p.push * normal + drag) * p.part;
-                p.shift = p.push * (kappa * p.recovery * p.part);
             }
         });
-        for (work, (points, friction)) in self.plies.iter_mut().zip(points) {
-            (work.points, work.friction) = (points, friction);
+        for (work, found) in self.plies.iter_mut().zip(found) {
+            work.found = found;
         }
     }
 
     /// Gives the nodes their impulses, ply by ply.
-    fn apply<S: Scalar>(&mut self, context: &mut Context<'_, S>, nothing: &[S]) {
+    fn apply(&mut self, context: &mut Context<'_, S>, nothing: &[S]) {
         let across = context.model.grid.columns + 1;
         self.each_load(|ply, load, plies| {
-            for p in &plies[ply].points {
+            for p in plies[ply].points() {
                 load.add(p.row as usize * across + p.column as usize, p, 1.0);
             }
             for p in against(plies, ply) {
@@ -182,14 +194,17 @@ impl PlyContact {
     }
 
     /// Takes note of what contact did, ply after ply.
-    fn collect<S: Scalar>(&mut self, context: &mut Context<'_, S>) {
+    fn collect(&mut self, context: &mut Context<'_, S>) {
         for (ply, work) in self.plies.iter_mut().enumerate() {
             let (effect, ledger) = (&mut work.effect, &mut *context.ledger);
-            context.totals.ply_contacts += work.points.len() as u64;
-            context.totals.ply_penetration = context.totals.ply_penetration.max(work.penetration);
-            ledger.contact += effect.loss - work.friction - effect.lifted[0] - effect.lifted[1];
+            let friction: f64 = work.found.iter().map(|found| found.friction).sum();
+            for found in &work.found {
+                context.totals.ply_contacts += found.points.len() as u64;
+                context.totals.ply_penetration = context.totals.ply_penetration.max(found.penetration);
+            }
+            ledger.contact += effect.loss - friction - effect.lifted[0] - effect.lifted[1];
             ledger.work += effect.lifted[0];
-            ledger.friction += work.friction;
+            ledger.friction += friction;
             for a in 0..3 {
                 ledger.support[a] -= effect.support[a];
             }
@@ -201,9 +216,8 @@ impl PlyContact {
 
 /// The points of the neighbouring plies that lie on a ply: of the one in front, then of the one behind.
 fn against(plies: &[PlyWork], ply: usize) -> impl Iterator<Item = &Point> {
-    let front = ply.checked_sub(1).map_or(&[][..], |front| &plies[front].points);
-    let rear = plies.get(ply + 1).map_or(&[][..], |rear| &rear.points);
-    front.iter().filter(|p| p.side == 1).chain(rear.iter().filter(|p| p.side == 0))
+    let points = move |side: usize| neighbour(ply, side, plies.len()).map(|other| plies[other].points_on(1 - side));
+    points(0).into_iter().flatten().chain(points(1).into_iter().flatten())
 }
 
 /// Corners of a cell as places among a ply's nodes.
