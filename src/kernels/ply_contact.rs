@@ -175,69 +175,90 @@ impl<R: Real> Surface<R> {
         each!(i in 3 => arm[i] - self.twist[i] * by)
     }
 
-    /// See [`foot`]: coordinates, normal and height, and whether the cell is not folded.
+    /// See [`foot`].
     #[inline(always)]
-    fn foot(&self, point: &Vector<R>, area: R) -> ([R; 2], Vector<R>, R, R::Mask) {
+    fn foot(&self, point: &Vector<R>, area: R, planes: Planes) -> Feet<R> {
+        if planes == NO_PLANES { self.foot_anywhere(point, area) } else { self.foot_on(planes, point, area) }
+    }
+
+    #[inline(always)]
+    fn foot_anywhere(&self, point: &Vector<R>, area: R) -> Feet<R> {
         let arm = each!(i in 3 => point[i] - self.centre[i]);
         let arm = self.untwisted(&arm, self.at(&arm));
         let size = self.square.sqrt();
         let normal = each!(i in 3 => self.normal[i] / size);
-        let sound = (area.with(FOLDED) * area).squared().le(self.square);
-        (self.at(&arm), normal, dot(&arm, &normal), sound)
+        Feet { at: self.at(&arm), normal, height: dot(&arm, &normal), sound: self.is_sound(area) }
+    }
+
+    #[inline(always)]
+    fn foot_on(&self, planes: Planes, point: &Vector<R>, area: R) -> Feet<R> {
+        let mut across = self.normal;
+        for axis in planes.into_iter().flatten() {
+            across[axis] = area.zero();
+        }
+        let size = dot(&across, &across).sqrt();
+        let normal = each!(i in 3 => across[i] / size);
+        let arm = each!(i in 3 => point[i] - self.centre[i]);
+        let (at, _) = self.at_along(&arm, &normal, planes);
+        let (at, height) = self.at_along(&self.untwisted(&arm, at), &normal, planes);
+        let sound = self.is_sound(area) & (area.with(FOLDED) * area).le(size);
+        Feet { at, normal, height, sound }
+    }
+
+    /// Coordinates, on the edges that lie on planes, and height along a direction of what lies `arm` from the centre of a flat cell.
+    #[inline(always)]
+    fn at_along(&self, arm: &Vector<R>, direction: &Vector<R>, planes: Planes) -> ([R; 2], R) {
+        let height = dot(arm, &self.normal) / dot(direction, &self.normal);
+        let at = self.at(&each!(i in 3 => arm[i] - direction[i] * height));
+        let half = height.with(0.5);
+        let on_edge = each!(i in 2 => R::select(at[i].lt(height.zero()), -half, half));
+        (each!(i in 2 => if planes[i].is_some() { on_edge[i] } else { at[i] }), height)
+    }
+
+    /// Whether the cell is not folded.
+    #[inline(always)]
+    fn is_sound(&self, area: R) -> R::Mask {
+        (area.with(FOLDED) * area).squared().le(self.square)
     }
 }
 
-/// The foot of a point on the bilinear cell with these corners (counter-clockwise) [m]; `None` on a folded cell.
-/// `area`: of the cell at rest [m²].
+/// The feet of points, where their cells are sound.
+struct Feet<R: Real> {
+    at: [R; 2],
+    normal: Vector<R>,
+    height: R,
+    sound: R::Mask,
+}
+
+/// Mirror planes that a point lies on: by coordinate of the cell, one of whose edges lies on the plane then, the axis across it.
+pub type Planes = [Option<usize>; 2];
+
+/// Most points lie on none.
+pub const NO_PLANES: Planes = [None; 2];
+
+/// The foot of a point on the bilinear cell with these corners (counter-clockwise) [m]; `None` on a folded cell. Of a point on
+/// mirror planes it lies on them: along the normal less what of it points across them. `area`: of the cell at rest [m²].
 #[inline]
-pub fn foot(corner: &[Vector3<f64>; 4], point: &Vector3<f64>, area: f64) -> Option<Foot> {
-    let (at, normal, height, sound) = Surface::new(&corner.map(Into::into)).foot(&(*point).into(), area);
+pub fn foot(corner: &[Vector3<f64>; 4], point: &Vector3<f64>, area: f64, planes: Planes) -> Option<Foot> {
+    let cell = Surface::new(&corner.map(Into::into));
+    let Feet { at, normal, height, sound } = cell.foot(&(*point).into(), area, planes);
     sound.then(|| Foot { at, normal: normal.into(), height })
 }
 
-/// Whether points stand over their cells, and there no deeper than `slop` [m] in touch: for many at once, and as [`foot`] and [`is_over`]
-/// see each of them. `sign`, `touching` as in [`is_apart`].
+/// Whether points, all of them on these planes, stand over their cells, and there no deeper than `slop` [m] in touch: for many at
+/// once, and as [`foot`] and [`is_over`] see each of them. `sign`, `touching` as in [`is_apart`].
 #[inline(always)]
 pub fn stands_clear<R: Real>(
     corner: &[Vector<R>; 4],
     point: &Vector<R>,
     [sign, touching, slop]: [f64; 3],
     area: R,
+    planes: Planes,
 ) -> R::Mask {
-    let ([x, y], _, height, sound) = Surface::new(corner).foot(point, area);
+    let Feet { at: [x, y], height, sound, .. } = Surface::new(corner).foot(point, area, planes);
     let room = x.with(0.5 + EDGE);
     let clear = x.with(-slop).le(x.with(sign) * height - x.with(touching));
     sound & (-room).le(x) & x.le(room) & (-room).le(y) & y.le(room) & clear
-}
-
-/// The foot of a point on mirror planes, which lies on them: along the normal less what of it points across them.
-/// `edge`: by coordinate of the cell, the axis across which there is a plane, on one of the cell's edges then.
-pub fn foot_on_planes(
-    corner: &[Vector3<f64>; 4],
-    point: &Vector3<f64>,
-    area: f64,
-    edge: [Option<usize>; 2],
-) -> Option<Foot> {
-    let cell = Surface::new(&corner.map(Into::into));
-    let mut push = Vector3::from(cell.normal);
-    for axis in edge.into_iter().flatten() {
-        push[axis] = 0.0;
-    }
-    let size = push.norm();
-    if cell.square < (FOLDED * area).powi(2) || size < FOLDED * area {
-        return None;
-    }
-    let push = push / size;
-    let normal = Vector3::from(cell.normal);
-    let solve = |arm: Vector3<f64>| {
-        let height = arm.dot(&normal) / push.dot(&normal);
-        let at = cell.at(&(arm - push * height).into());
-        let on_edge = |i: usize| if edge[i].is_some() { 0.5_f64.copysign(at[i]) } else { at[i] };
-        ([on_edge(0), on_edge(1)], height)
-    };
-    let arm = point - Vector3::from(cell.centre);
-    let (at, height) = solve(cell.untwisted(&arm.into(), solve(arm).0).into());
-    Some(Foot { at, normal: push, height })
 }
 
 /// Weights of the corners at a place in a cell; they add up to 1.
@@ -348,8 +369,8 @@ mod tests {
             let corner = cell(twist);
             for at in [[0.0, 0.0], [0.3, -0.4], [-0.5, 0.5], [0.7, 0.1]] {
                 let on: Vector3<f64> = corner.iter().zip([0, 1, 2, 3]).map(|(c, i)| c * unclamped(at)[i]).sum();
-                let flat = foot(&corner, &on, 2.0).map(|f| f.normal).unwrap_or_default();
-                let found = foot(&corner, &(on + flat * 0.1), 2.0);
+                let flat = foot(&corner, &on, 2.0, NO_PLANES).map(|f| f.normal).unwrap_or_default();
+                let found = foot(&corner, &(on + flat * 0.1), 2.0, NO_PLANES);
                 let Some(f) = found else { unreachable!("a sound cell") };
                 let allowed = 1e-12 + 0.1 * twist;
                 assert!((f.at[0] - at[0]).abs() < allowed && (f.at[1] - at[1]).abs() < allowed, "{at:?}: {f:?}");
@@ -371,7 +392,7 @@ mod tests {
             [[3.5, 0.9, 2.0], [-1.0, 0.4, 0.1], [1.3, -2.0, 0.3], [1.0, 3.0, 0.0], [4.0, 2.0, 1.0], [-1.0, -1.0, 3.0]]
         {
             let point = Vector3::from(point);
-            let Some(foot) = foot(&corner, &point, 2.0) else { unreachable!("a sound cell") };
+            let Some(foot) = foot(&corner, &point, 2.0, NO_PLANES) else { unreachable!("a sound cell") };
             let (arm, at) = on_edge(&corner, &point, foot.at);
             assert!((point - on(at) - arm).norm() < 1e-12 && at.iter().any(|x| x.abs() == 0.5), "{at:?}");
             for i in 0..=1000 {
@@ -386,8 +407,8 @@ mod tests {
     #[test]
     fn a_folded_cell_has_no_surface() {
         let line = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 0.01, 0.0], [0.0, 0.01, 0.0]].map(Vector3::from);
-        assert!(foot(&line, &Vector3::zeros(), 1.0).is_none());
-        assert!(foot(&line, &Vector3::zeros(), 0.01).is_some());
+        assert!(foot(&line, &Vector3::zeros(), 1.0, NO_PLANES).is_none());
+        assert!(foot(&line, &Vector3::zeros(), 0.01, NO_PLANES).is_some());
     }
 
     #[test]

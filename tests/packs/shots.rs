@@ -120,6 +120,7 @@ fn inside(simulation: &Simulation<f64>) -> [usize; 2] {
                 &corner,
                 &node_position(model, state, ply, row, column),
                 theirs.length[0] * theirs.length[1],
+                ply_contact::NO_PLANES,
             ) else {
                 continue;
             };

@@ -4,6 +4,7 @@
 //! that is its own mirror image there is the part that is computed. Pictures lie evenly in time: where there are too many, every
 //! second one goes, and the ones to come lie twice as far apart. A checkpoint carries the film so far.
 
+use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use super::super::surface::Surface;
@@ -24,6 +25,8 @@ const STILLS: usize = 64;
 const NODES: usize = 5000;
 /// Plies shown at most.
 const PLIES: usize = 8;
+/// Squared force of a yarn that is broken.
+const BROKEN: f64 = -1.0;
 /// Lines of nodes on either side of the point of impact that are all kept.
 const DENSE: usize = 8;
 
@@ -133,16 +136,27 @@ impl Film {
         if self.stills.last().is_some_and(|last| last.time >= time) {
             return; // the end of the run was due anyway
         }
+        let [nodes, cells] = [|strip: &Strip| strip.reference.len(), Strip::cells]
+            .map(|count| self.strips.iter().map(count).sum());
         let mut still = Still {
             time,
-            displacement: Vec::with_capacity(self.strips.iter().map(|strip| strip.reference.len()).sum()),
-            tension: Vec::with_capacity(self.strips.iter().map(Strip::cells).sum()),
+            displacement: vec![[0.0; 3]; nodes],
+            tension: vec![[None; 2]; cells],
             pose: state.body.as_ref().map(pose),
         };
+        let (mut displacement, mut tension) = (&mut still.displacement[..], &mut still.tension[..]);
+        let mut rows = Vec::new();
         for strip in &self.strips {
-            strip.displacements(model, state, &mut still.displacement);
-            strip.tensions(model, state, &mut still.tension);
+            let (own, rest) = displacement.split_at_mut(strip.reference.len());
+            strip.displacements(model, state, own);
+            displacement = rest;
+            let (own, rest) = tension.split_at_mut(strip.cells());
+            let cells = own.chunks_mut(strip.counts()[0].max(1));
+            rows.extend(strip.own[1].windows(2).zip(cells).map(|(rows, cells)| (strip, rows, cells)));
+            tension = rest;
         }
+        // This reads all elements, and the threads of the loop wait meanwhile.
+        rows.into_par_iter().for_each(|(strip, rows, cells)| strip.tensions(model, state, rows, cells));
         self.stills.push(still);
         self.passed = (time / self.interval).round() as usize + 1;
         if self.stills.len() > STILLS {
@@ -260,41 +274,56 @@ impl Strip {
         columns * rows
     }
 
-    fn displacements<S: Scalar>(&self, model: &Model<S>, state: &State<S>, out: &mut Vec<[f32; 3]>) {
+    fn displacements<S: Scalar>(&self, model: &Model<S>, state: &State<S>, out: &mut [[f32; 3]]) {
         let mesh = &model.sheet(self.ply).mesh;
-        for row in &self.own[1] {
-            let at = model.grid.first_node_row(self.ply) + row;
-            let row = state.nodes.row(at);
-            let field = |a: usize| &row[(node::DISPLACEMENT + a) * state.nodes.stride..];
-            let [x, y, z] = [0, 1, 2].map(field);
-            let of = |column: &usize| mesh.to_pack([x, y, z].map(|u| u[*column].to_f64())).map(|u| u as f32);
-            out.extend(self.own[0].iter().map(of));
+        for (row, out) in self.own[1].iter().zip(out.chunks_mut(self.own[0].len())) {
+            let row = state.nodes.row(model.grid.first_node_row(self.ply) + row);
+            let [x, y, z] = [0, 1, 2].map(|a| &row[(node::DISPLACEMENT + a) * state.nodes.stride..]);
+            for (column, out) in self.own[0].iter().zip(out) {
+                *out = mesh.to_pack([x, y, z].map(|u| u[*column].to_f64())).map(|u| u as f32);
+            }
         }
     }
 
-    fn tensions<S: Scalar>(&self, model: &Model<S>, state: &State<S>, out: &mut Vec<[Option<f32>; 2]>) {
-        let sheet = model.sheet(self.ply);
+    /// Tensions in a row of cells, between two rows of nodes.
+    fn tensions<S: Scalar>(
+        &self,
+        model: &Model<S>,
+        state: &State<S>,
+        rows: &[usize],
+        cells: &mut [[Option<f32>; 2]],
+    ) {
         // From the force of an element to that of one of its yarns.
-        let per_yarn = sheet.element.membrane.map(|membrane| (1.0 / membrane) as f32);
+        let per_yarn = model.sheet(self.ply).element.membrane.map(|membrane| (1.0 / membrane) as f32);
         let first = model.grid.first_element_row(self.ply);
-        for rows in self.own[1].windows(2) {
-            let start = out.len();
-            out.resize(start + self.counts()[0], [None; 2]);
-            for row in rows[0]..rows[1] {
-                let row = state.elements.row(first + row);
-                for (cell, columns) in out[start..].iter_mut().zip(self.own[0].windows(2)) {
-                    for yarn in 0..2 {
-                        let field =
-                            |field: usize, column: usize| row[field * state.elements.stride + column + 1].to_f64();
-                        for column in columns[0]..columns[1] {
-                            if field(element::ALIVE + yarn, column) > 0.5 {
-                                let force = [element::WARP_FORCE, element::WEFT_FORCE][yarn];
-                                let square: f64 = (0..3).map(|a| field(force + a, column).powi(2)).sum();
-                                let tension = per_yarn[yarn] * square.sqrt() as f32;
-                                cell[yarn] = Some(cell[yarn].map_or(tension, |most| most.max(tension)));
-                            }
-                        }
-                    }
+        let mut squares = vec![[BROKEN; 2]; cells.len()];
+        for row in rows[0]..rows[1] {
+            self.largest(state.elements.row(first + row), state.elements.stride, &mut squares);
+        }
+        for (cell, squares) in cells.iter_mut().zip(squares) {
+            let tension = |yarn: usize| per_yarn[yarn] * squares[yarn].sqrt() as f32;
+            *cell = [0, 1].map(|yarn| (squares[yarn] != BROKEN).then(|| tension(yarn)));
+        }
+    }
+
+    /// Raises the largest squared force of the yarns of every cell to that of a row of its elements [N²].
+    fn largest<S: Scalar>(&self, row: &[S], stride: usize, squares: &mut [[f64; 2]]) {
+        let columns = self.own[0].last().map_or(0, |last| *last);
+        let mut all = vec![BROKEN; columns];
+        for (yarn, force) in [element::WARP_FORCE, element::WEFT_FORCE].into_iter().enumerate() {
+            // Element c is at c + 1.
+            let field = |field: usize| &row[field * stride + 1..field * stride + 1 + columns];
+            let [x, y, z] = [force, force + 1, force + 2].map(field);
+            let forces = field(element::ALIVE + yarn).iter().zip(x).zip(y.iter().zip(z));
+            for (square, ((alive, x), (y, z))) in all.iter_mut().zip(forces) {
+                let [x, y, z] = [x, y, z].map(|force| force.to_f64());
+                let sum = x * x + y * y + z * z;
+                *square = if alive.to_f64() > 0.5 { sum } else { BROKEN };
+            }
+            for (most, columns) in squares.iter_mut().zip(self.own[0].windows(2)) {
+                for square in &all[columns[0]..columns[1]] {
+                    // What is no number is shown as none.
+                    most[yarn] = if *square <= most[yarn] { most[yarn] } else { *square };
                 }
             }
         }

@@ -5,7 +5,7 @@ use std::ops::Range;
 use nalgebra::Vector3;
 
 use crate::kernels::node_update::field as node;
-use crate::kernels::ply_contact::{self, SLOP, SUDDEN, WALK};
+use crate::kernels::ply_contact::{self, NO_PLANES, Planes, SLOP, SUDDEN, WALK};
 use crate::model::{Mesh, Model, Sheet, mesh::corners, over, over::INSIDE};
 use crate::number::Scalar;
 use crate::reach::Reach;
@@ -265,20 +265,20 @@ impl<'a, S: Scalar> Look<'a, S> {
             && self.own.mesh.around(row, column).all(|[r, c]| state.whole(self.own.sheet, first + r, c))
     }
 
-    /// The mirror planes that a node lies on: by coordinate of the neighbour's cells, the axis across them.
+    /// The mirror planes that a node lies on.
     #[inline]
-    fn edge(&self, row: usize, column: usize) -> [Option<usize>; 2] {
+    pub(super) fn planes_at(&self, row: usize, column: usize) -> Planes {
         if Some(column) != self.planes[0] && Some(row) != self.planes[1] {
-            return [None; 2];
+            return NO_PLANES;
         }
-        let mut edge = [None; 2];
+        let mut planes = NO_PLANES;
         for (own, at) in [column, row].into_iter().enumerate() {
             let axis = self.own.mesh.own_axis(own).filter(|_| self.planes[own] == Some(at));
             if let Some((theirs, axis)) = axis.and_then(|axis| Some((self.theirs.mesh.own_axis(axis)?, axis))) {
-                edge[theirs] = Some(axis);
+                planes[theirs] = Some(axis);
             }
         }
-        edge
+        planes
     }
 
     /// Looks at one node: a contact if it closes too fast, and its depth [m].
@@ -303,7 +303,7 @@ impl<'a, S: Scalar> Look<'a, S> {
             }
             return None;
         }
-        let (cell, touch) = self.touch(cell, corner, &position, self.edge(row, column));
+        let (cell, touch) = self.touch(cell, corner, &position, self.planes_at(row, column));
         let [r, c] = touch.as_ref().map_or(cell, |touch| touch.cell);
         *over = (r * columns + c) as u32;
         let found = touch.and_then(|touch| self.contact(row, column, &touch, was_inside));
@@ -336,7 +336,7 @@ impl<'a, S: Scalar> Look<'a, S> {
         self.state.standing(self.model.grid.first_element_row(self.other) + cell[0], cell[1])
     }
 
-    /// Walks from a cell, whose corners are known, to that which a point is over; and how it stands over it. `edge`: mirror planes it
+    /// Walks from a cell, whose corners are known, to that which a point is over; and how it stands over it. `planes`: that it
     /// lies on.
     #[inline]
     fn touch(
@@ -344,16 +344,12 @@ impl<'a, S: Scalar> Look<'a, S> {
         mut cell: [usize; 2],
         mut corner: [Vector3<f64>; 4],
         position: &Vector3<f64>,
-        edge: [Option<usize>; 2],
+        planes: Planes,
     ) -> ([usize; 2], Option<Touch>) {
         let (mesh, sign) = (self.theirs.mesh, self.sign());
         let mut left = [cell; WALK];
         for walk in 0..=WALK {
-            let foot = match edge {
-                [None, None] => ply_contact::foot(&corner, position, self.area(cell)),
-                _ => ply_contact::foot_on_planes(&corner, position, self.area(cell), edge),
-            };
-            let Some(foot) = foot else { break };
+            let Some(foot) = ply_contact::foot(&corner, position, self.area(cell), planes) else { break };
             if ply_contact::is_over(foot.at, cell, mesh.rows, mesh.columns, mesh.cut) {
                 let gap = sign * foot.height - self.touching;
                 let weights = ply_contact::weights(foot.at);
@@ -363,7 +359,7 @@ impl<'a, S: Scalar> Look<'a, S> {
             if left[..walk].contains(&next) {
                 // Cells send the point to each other: it is beyond the ridge between them. On a mirror plane the image of the place nearest
                 // to it is as near.
-                let touch = if edge == [None, None] { self.on_ridge(cell, foot.at, position) } else { None };
+                let touch = if planes == NO_PLANES { self.on_ridge(cell, foot.at, position) } else { None };
                 return (cell, touch);
             }
             if next == cell || walk == WALK {
@@ -391,7 +387,7 @@ impl<'a, S: Scalar> Look<'a, S> {
             }
             let cell = [r, c];
             let corner = self.corners(cell);
-            let Some(foot) = ply_contact::foot(&corner, position, self.area(cell)) else { continue };
+            let Some(foot) = ply_contact::foot(&corner, position, self.area(cell), NO_PLANES) else { continue };
             let (arm, at) = match ply_contact::is_over(foot.at, cell, mesh.rows, mesh.columns, mesh.cut) {
                 true => (foot.normal * foot.height, foot.at),
                 false => ply_contact::on_edge(&corner, position, foot.at),

@@ -20,6 +20,11 @@ use look::{Found, Look, Part, Point, ROWS, View};
 use moves::{Effect, Load, Mover};
 pub use sieve::{Compiled as CompiledSieve, Sieve};
 
+/// Parts of the search that a thread takes at once.
+const PARTS: usize = 4;
+/// Contacts that more than one thread works on; fewer take longer to share out than to do.
+const SHARED: usize = 256;
+
 /// What contact does to one ply in a step.
 #[derive(Clone, Debug, Default)]
 struct PlyWork {
@@ -46,6 +51,8 @@ impl PlyWork {
 pub(super) struct PlyContact<S> {
     plies: Vec<PlyWork>,
     sieve: Box<dyn Sieve<S>>,
+    /// Plies that a thread has at least for itself.
+    alone: usize,
     /// How far any node may have gone so far [m].
     pub(super) travel: f64,
 }
@@ -55,7 +62,7 @@ impl<S: Scalar> PlyContact<S> {
         let [nodes, rows] = if model.plies.len() > 1 { [model.nodes_per_ply(), model.grid.rows + 1] } else { [0; 2] };
         let found = vec![Found::default(); SIDES * rows.div_ceil(ROWS)];
         let work = PlyWork { found, load: Load::new(nodes), ..PlyWork::default() };
-        Self { plies: vec![work; model.plies.len()], sieve: S::sieve(vectors), travel: 0.0 }
+        Self { plies: vec![work; model.plies.len()], sieve: S::sieve(vectors), alone: 1, travel: 0.0 }
     }
 
     /// Finds and applies the impulses of a step.
@@ -64,9 +71,11 @@ impl<S: Scalar> PlyContact<S> {
         let body = context.state.body.as_ref().map_or(0.0, |b| b.speed_bound());
         self.travel += model.dt * context.totals.max_speed.max(body);
         self.find(context);
-        if self.plies.iter().all(|ply| ply.points().next().is_none()) {
+        let points: usize = self.plies.iter().flat_map(|ply| &ply.found).map(|found| found.points.len()).sum();
+        if points == 0 {
             return;
         }
+        self.alone = if points < SHARED { usize::MAX } else { 1 };
         self.share(model);
         self.solve(context);
         self.apply(context, nothing);
@@ -93,7 +102,7 @@ impl<S: Scalar> PlyContact<S> {
         }
         // By rows, as the sweep shares them out, so that a thread mostly meets nodes of its own.
         parts.sort_by_key(Part::first_row);
-        parts.par_iter_mut().for_each(|part| part.search(&*self.sieve));
+        parts.par_iter_mut().with_max_len(PARTS).for_each(|part| part.search(&*self.sieve));
         drop(parts);
         context.state.over = over;
     }
@@ -121,7 +130,7 @@ impl<S: Scalar> PlyContact<S> {
     fn each_load(&mut self, work: impl Fn(usize, &mut Load, &[PlyWork]) + Sync) {
         let mut loads: Vec<_> = self.plies.iter_mut().map(|ply| std::mem::take(&mut ply.load)).collect();
         let plies = &self.plies;
-        loads.par_iter_mut().enumerate().for_each(|(ply, load)| work(ply, load, plies));
+        loads.par_iter_mut().with_min_len(self.alone).enumerate().for_each(|(ply, load)| work(ply, load, plies));
         for (ply, load) in self.plies.iter_mut().zip(loads) {
             ply.load = load;
         }
@@ -133,7 +142,7 @@ impl<S: Scalar> PlyContact<S> {
         let across = model.grid.columns + 1;
         let mut found: Vec<_> = self.plies.iter_mut().map(|work| std::mem::take(&mut work.found)).collect();
         let plies = &self.plies;
-        found.par_iter_mut().enumerate().for_each(|(ply, found)| {
+        found.par_iter_mut().with_min_len(self.alone).enumerate().for_each(|(ply, found)| {
             let own = View::new(model, state, ply);
             let parts = found.len() / SIDES;
             for (side, found) in found.chunks_mut(parts).enumerate() {
@@ -190,7 +199,8 @@ impl<S: Scalar> PlyContact<S> {
         let work = |(ply, (work, nodes)): (usize, (&mut PlyWork, &mut [S]))| {
             work.effect = mover.apply(ply, &mut work.load, nodes);
         };
-        self.plies.par_iter_mut().zip(nodes.data.par_chunks_mut(length)).enumerate().for_each(work);
+        let plies = self.plies.par_iter_mut().zip(nodes.data.par_chunks_mut(length));
+        plies.with_min_len(self.alone).enumerate().for_each(work);
     }
 
     /// Takes note of what contact did, ply after ply.

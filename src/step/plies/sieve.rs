@@ -8,7 +8,7 @@
 use std::ops::Range;
 
 use super::look::{Look, View};
-use crate::kernels::ply_contact::{Clearance, SLOP, is_certainly_apart, stands_clear};
+use crate::kernels::ply_contact::{Clearance, Planes, SLOP, is_certainly_apart, stands_clear};
 use crate::model::over::INSIDE;
 use crate::number::{Mask, Real, Scalar, each};
 
@@ -58,7 +58,8 @@ fn pass<R: Real, D: Real<Scalar = f64>>(
         return;
     }
     let clearance = Clearance::new(n, look.sign(), [own.z, theirs.z], look.touching - SLOP * look.thickness);
-    let straight = !own.turned && look.planes[1] != Some(row);
+    // Of every node of the row but that on the plane across it.
+    let planes = look.planes_at(row, usize::MAX);
     let mut column = columns.start;
     while column < columns.end {
         let first = over[column];
@@ -71,15 +72,16 @@ fn pass<R: Real, D: Real<Scalar = f64>>(
         let most = R::LANES.min(columns.end - column).min(theirs.mesh.columns - cell[1]);
         let count = consecutive(&over[column..column + most]);
         let mut left = !certainly_apart(&clearance, look, [row, column], cell).bits() & ((1 << count) - 1);
-        if left != 0 && straight {
+        if left != 0 && !own.turned {
             for lane in (0..count).step_by(D::LANES) {
                 let part = ((1 << D::LANES) - 1) << lane;
                 if left & part != 0 {
-                    left &= !(clear(d, look, [row, column + lane], [cell[0], cell[1] + lane]).bits() << lane);
+                    let clear = clear(d, look, [row, column + lane], [cell[0], cell[1] + lane], planes);
+                    left &= !(clear.bits() << lane);
                 }
             }
-            if let Some(plane) = look.planes[0].filter(|plane| (column..column + count).contains(plane)) {
-                left |= 1 << (plane - column);
+            if let Some(at) = look.planes[0].filter(|at| (column..column + count).contains(at)) {
+                left |= 1 << (at - column);
             }
         }
         while left != 0 {
@@ -143,6 +145,7 @@ fn clear<D: Real<Scalar = f64>, S: Scalar>(
     look: &Look<'_, S>,
     [row, column]: [usize; 2],
     cell: [usize; 2],
+    planes: Planes,
 ) -> D::Mask {
     let point = places(d, &look.own, [row, column]);
     let a = places(d, &look.theirs, cell);
@@ -159,7 +162,7 @@ fn clear<D: Real<Scalar = f64>, S: Scalar>(
     } else {
         d.with(mesh.area(cell[0], cell[1]))
     };
-    stands_clear(&[a, b, c, e], &point, [look.sign(), look.touching, SLOP * look.thickness], area)
+    stands_clear(&[a, b, c, e], &point, [look.sign(), look.touching, SLOP * look.thickness], area, planes)
 }
 
 /// Double numbers in a register at most.
