@@ -3,13 +3,13 @@
 use std::marker::PhantomData;
 use std::ops::Range;
 
+use super::plies::{CompiledSieve, Sieve};
 use crate::kernels::crossover::LawKernel;
 use crate::kernels::element_force::{ElementConstants, ElementRow, ElementTotals, Extent, element_force};
 use crate::kernels::node_update::{Neighbours, NodeRow, NodeTotals, Part, RowMass, node_update};
 use crate::lanes::{Twice, Vectors};
 use crate::model::Sheet;
 use crate::number::{Real, Scalar};
-use super::plies::{CompiledSieve, Sieve};
 
 /// The kernels, row by row.
 pub trait RowKernels<S>: Send + Sync {

@@ -32,6 +32,7 @@ use crate::state::{Rows, State, split};
 pub use kernels::{HasKernels, RowKernels};
 pub(crate) use memory::Memory;
 use plies::PlyContact;
+pub use plies::{Look, Near, Sieve};
 use projectile::ProjectileContact;
 pub(crate) use projectile::row_positions;
 pub use projectile::{fabric_between, node_position, node_stands};

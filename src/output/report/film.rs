@@ -136,8 +136,8 @@ impl Film {
         if self.stills.last().is_some_and(|last| last.time >= time) {
             return; // the end of the run was due anyway
         }
-        let [nodes, cells] = [|strip: &Strip| strip.reference.len(), Strip::cells]
-            .map(|count| self.strips.iter().map(count).sum());
+        let [nodes, cells] =
+            [|strip: &Strip| strip.reference.len(), Strip::cells].map(|count| self.strips.iter().map(count).sum());
         let mut still = Still {
             time,
             displacement: vec![[0.0; 3]; nodes],
@@ -286,13 +286,7 @@ impl Strip {
     }
 
     /// Tensions in a row of cells, between two rows of nodes.
-    fn tensions<S: Scalar>(
-        &self,
-        model: &Model<S>,
-        state: &State<S>,
-        rows: &[usize],
-        cells: &mut [[Option<f32>; 2]],
-    ) {
+    fn tensions<S: Scalar>(&self, model: &Model<S>, state: &State<S>, rows: &[usize], cells: &mut [[Option<f32>; 2]]) {
         // From the force of an element to that of one of its yarns.
         let per_yarn = model.sheet(self.ply).element.membrane.map(|membrane| (1.0 / membrane) as f32);
         let first = model.grid.first_element_row(self.ply);

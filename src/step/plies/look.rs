@@ -12,7 +12,7 @@ use crate::reach::Reach;
 use crate::state::{State, split};
 use crate::step::node_stands;
 
-use super::sieve::Sieve;
+use super::sieve::{Near, Sieve};
 
 /// A node that comes too close to a cell of the neighbouring ply.
 #[derive(Clone, Debug)]
@@ -44,7 +44,7 @@ pub(super) struct View<'a, S> {
     pub(super) mesh: &'a Mesh,
     /// At rest [m].
     pub(super) z: f64,
-    pub(super) turned: bool,
+    turned: bool,
     /// Rows of the ply's nodes.
     nodes: &'a [S],
     stride: usize,
@@ -140,8 +140,8 @@ pub(super) struct Found {
     pub(super) penetration: f64,
     /// Lost by friction of the points [J].
     pub(super) friction: f64,
-    /// Columns of a row to look at.
-    near: Vec<usize>,
+    /// What was looked at.
+    near: Near,
 }
 
 impl Found {
@@ -169,18 +169,18 @@ impl<S: Scalar> Part<'_, S> {
 
     /// Looks at every node that the sieve lets through.
     pub(super) fn search(&mut self, sieve: &dyn Sieve<S>) {
-        let Self { look, found, .. } = self;
-        for (row, over) in self.rows.clone().zip(self.over.chunks_mut(look.model.grid.columns + 1)) {
-            found.near.clear();
-            sieve.pass(look, row, self.columns.clone(), over, &mut found.near);
-            for column in &found.near {
-                let over = &mut over[*column];
-                if let Some((point, depth)) = look.node(row, *column, over) {
-                    if depth > found.penetration && look.is_whole(row, *column, over::element(*over)) {
-                        found.penetration = depth;
-                    }
-                    found.points.extend(point);
+        let Self { look, rows, columns, over, found } = self;
+        let across = look.across();
+        found.near.clear();
+        sieve.pass(look, rows.clone(), columns.clone(), over, &mut found.near);
+        for place in &found.near {
+            let [row, column] = place.map(|at| at as usize);
+            let over = &mut over[(row - rows.start) * across + column];
+            if let Some((point, depth)) = look.node(row, column, over) {
+                if depth > found.penetration && look.is_whole(row, column, over::element(*over)) {
+                    found.penetration = depth;
                 }
+                found.points.extend(point);
             }
         }
     }
@@ -234,6 +234,11 @@ impl<'a, S: Scalar> Look<'a, S> {
         }
     }
 
+    /// Nodes stored for a row of them.
+    pub(super) fn across(&self) -> usize {
+        self.model.grid.columns + 1
+    }
+
     /// Every node that anything may have reached, in parts of a few rows; each fills the next of `found`.
     pub(super) fn parts(
         self,
@@ -244,7 +249,7 @@ impl<'a, S: Scalar> Look<'a, S> {
         let (own, theirs) = (self.own.mesh, self.theirs.mesh);
         let reach = &self.state.reach;
         let Reach { rows, columns } = reach[self.ply].union(&reach[self.other].seen_from(theirs, own, travel));
-        let across = self.model.grid.columns + 1;
+        let across = self.across();
         let over = over[rows.start * across..rows.end * across].chunks_mut(ROWS * across);
         let part = move |((first, over), found): ((usize, &'a mut [u32]), &'a mut Found)| Part {
             look: self,
@@ -285,7 +290,7 @@ impl<'a, S: Scalar> Look<'a, S> {
     ///
     /// The place is looked at as it would be at the end of the step; what came too close on the way is known from there.
     #[inline]
-    fn node(&self, row: usize, column: usize, over: &mut u32) -> Option<(Option<Point>, f64)> {
+    pub(super) fn node(&self, row: usize, column: usize, over: &mut u32) -> Option<(Option<Point>, f64)> {
         let columns = self.theirs.mesh.columns;
         let position = self.own.position(row, column);
         let (start, was_inside) = (over::element(*over), *over & INSIDE != 0);

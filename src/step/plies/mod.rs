@@ -4,6 +4,7 @@
 //! closes faster than its gap allows becomes a contact; each node's mass is shared out among its contacts; then all
 //! impulses are found at once and added up ply by ply, in fixed order.
 
+mod line;
 mod look;
 mod moves;
 mod sieve;
@@ -11,14 +12,16 @@ mod sieve;
 use rayon::prelude::*;
 
 use super::Context;
-use crate::lanes::Vectors;
 use crate::kernels::ply_contact;
+use crate::lanes::Vectors;
 use crate::model::{Model, mesh::corners, over::SIDES, over::neighbour};
 use crate::number::Scalar;
 use crate::state::State;
-use look::{Found, Look, Part, Point, ROWS, View};
+pub use look::Look;
+use look::{Found, Part, Point, ROWS, View};
 use moves::{Effect, Load, Mover};
-pub use sieve::{Compiled as CompiledSieve, Sieve};
+pub(super) use sieve::Compiled as CompiledSieve;
+pub use sieve::{Near, Sieve};
 
 /// Parts of the search that a thread takes at once.
 const PARTS: usize = 4;
@@ -139,38 +142,14 @@ impl<S: Scalar> PlyContact<S> {
     /// The impulse of every contact, each on its own.
     fn solve(&mut self, context: &Context<'_, S>) {
         let (model, state) = (context.model, &*context.state);
-        let across = model.grid.columns + 1;
         let mut found: Vec<_> = self.plies.iter_mut().map(|work| std::mem::take(&mut work.found)).collect();
         let plies = &self.plies;
         found.par_iter_mut().with_min_len(self.alone).enumerate().for_each(|(ply, found)| {
-            let own = View::new(model, state, ply);
             let parts = found.len() / SIDES;
             for (side, found) in found.chunks_mut(parts).enumerate() {
-                let Some(other) = neighbour(ply, side, plies.len()) else { continue };
-                let (theirs, shares) = (View::new(model, state, other), &plies[other].load.shares);
-                for found in found {
-                    for p in &mut found.points {
-                        let [row, column] = [p.row as usize, p.column as usize];
-                        let mut velocity = own.velocity(row, column);
-                        // A share below one would let a light touch of a corner throw it away.
-                        let mut compliance =
-                            plies[ply].load.shares[row * across + column].max(1.0) * own.inverse(row, column, &p.push);
-                        let cell = p.cell.map(|at| at as usize);
-                        for ((r, c), weight) in corners(cell).into_iter().zip(p.weights) {
-                            velocity -= theirs.velocity(r, c) * weight;
-                            compliance += weight * shares[r * across + c].max(1.0) * theirs.inverse(r, c, &p.push);
-                        }
-                        if compliance <= 0.0 {
-                            continue;
-                        }
-                        let kappa = 1.0 / compliance;
-                        let (normal, drag) =
-                            ply_contact::impulse(&velocity, &p.push, p.limit, kappa, model.ply_friction);
-                        let slide = velocity - p.push * velocity.dot(&p.push);
-                        found.friction -= drag.dot(&(slide + drag * (0.5 * compliance))) * p.part;
-                        p.impulse = (p.push * normal + drag) * p.part;
-                        p.shift = p.push * (kappa * p.recovery * p.part);
-                    }
+                if let Some(other) = neighbour(ply, side, plies.len()) {
+                    let pair = [ply, other].map(|ply| (View::new(model, state, ply), &plies[ply].load));
+                    found.iter_mut().for_each(|found| solve(model, &pair, found));
                 }
             }
         });
@@ -221,6 +200,34 @@ impl<S: Scalar> PlyContact<S> {
             effect.correct(ledger, ply);
             context.state.reach[ply] = context.state.reach[ply].union(&effect.reach);
         }
+    }
+}
+
+/// The impulses of contacts of a ply with a neighbour, both with what is asked of their nodes.
+fn solve<S: Scalar>(
+    model: &Model<S>,
+    [(own, load), (theirs, their_load)]: &[(View<'_, S>, &Load); 2],
+    found: &mut Found,
+) {
+    let at = |row: usize, column: usize| row * (model.grid.columns + 1) + column;
+    for p in &mut found.points {
+        let [row, column] = [p.row as usize, p.column as usize];
+        let mut velocity = own.velocity(row, column);
+        // A share below one would let a light touch of a corner throw it away.
+        let mut compliance = load.shares[at(row, column)].max(1.0) * own.inverse(row, column, &p.push);
+        for ((r, c), weight) in corners(p.cell.map(|at| at as usize)).into_iter().zip(p.weights) {
+            velocity -= theirs.velocity(r, c) * weight;
+            compliance += weight * their_load.shares[at(r, c)].max(1.0) * theirs.inverse(r, c, &p.push);
+        }
+        if compliance <= 0.0 {
+            continue;
+        }
+        let kappa = 1.0 / compliance;
+        let (normal, drag) = ply_contact::impulse(&velocity, &p.push, p.limit, kappa, model.ply_friction);
+        let slide = velocity - p.push * velocity.dot(&p.push);
+        found.friction -= drag.dot(&(slide + drag * (0.5 * compliance))) * p.part;
+        p.impulse = (p.push * normal + drag) * p.part;
+        p.shift = p.push * (kappa * p.recovery * p.part);
     }
 }
 

@@ -1,25 +1,29 @@
 //! The sieve before the search: lets through the nodes that may touch a cell of the neighbouring ply.
 //!
-//! Of a row of nodes most are over a row of cells, each over the next, and touch none: as many as a register holds are looked at in
+//! Of a line of nodes most are over a row of cells, each over the next, and touch none: as many as a register holds are looked at in
 //! one go, first whether they are certainly apart, in the precision of the state, then whether they stand clear of their cell, in
 //! double precision. What neither shows is let through and looked at one by one. No outcome depends on the sieve: what it
 //! keeps would be left as it is.
 
 use std::ops::Range;
 
-use super::look::{Look, View};
-use crate::kernels::ply_contact::{Clearance, Planes, SLOP, is_certainly_apart, stands_clear};
+use super::line::{self, Column, Line};
+use super::look::{Look, ROWS, View};
+use crate::kernels::ply_contact::{Clearance, SLOP, is_certainly_apart, stands_clear};
 use crate::model::over::INSIDE;
 use crate::number::{Mask, Real, Scalar, each};
 
 /// A sieve, compiled for the vectors of this processor.
 pub trait Sieve<S: Scalar>: Send + Sync {
-    /// Appends the columns of the nodes of a row that may touch. `over`: cells that the nodes of the row are over.
-    fn pass(&self, look: &Look<'_, S>, row: usize, columns: Range<usize>, over: &[u32], near: &mut Vec<usize>);
+    /// Appends rows and columns of the nodes that may touch, in order. `over`: cells that the nodes of the rows are over.
+    fn pass(&self, look: &Look<'_, S>, rows: Range<usize>, columns: Range<usize>, over: &[u32], near: &mut Near);
 }
 
+/// Rows and columns of nodes.
+pub type Near = Vec<[u32; 2]>;
+
 /// In the precision of the state on numbers like the first, in double precision on numbers like the second.
-pub struct Compiled<R, D>(pub R, pub D);
+pub(in crate::step) struct Compiled<R, D>(pub(in crate::step) R, pub(in crate::step) D);
 
 impl<R, D> Sieve<R::Scalar> for Compiled<R, D>
 where
@@ -29,14 +33,14 @@ where
     fn pass(
         &self,
         look: &Look<'_, R::Scalar>,
-        row: usize,
+        rows: Range<usize>,
         columns: Range<usize>,
         over: &[u32],
-        near: &mut Vec<usize>,
+        near: &mut Near,
     ) {
         self.0.vectorize(
             #[inline(always)]
-            || pass(self.0, self.1, look, row, columns, over, near),
+            || pass(self, look, rows, columns, over, near),
         );
     }
 }
@@ -44,73 +48,96 @@ where
 /// See [`Sieve::pass`].
 #[inline(always)]
 fn pass<R: Real, D: Real<Scalar = f64>>(
-    n: R,
-    d: D,
+    sieve: &Compiled<R, D>,
     look: &Look<'_, R::Scalar>,
-    row: usize,
+    rows: Range<usize>,
     columns: Range<usize>,
     over: &[u32],
-    near: &mut Vec<usize>,
+    near: &mut Near,
 ) {
     let (own, theirs) = (&look.own, &look.theirs);
-    if own.mesh.turn != theirs.mesh.turn {
-        near.extend(columns);
-        return;
-    }
-    let clearance = Clearance::new(n, look.sign(), [own.z, theirs.z], look.touching - SLOP * look.thickness);
-    // Of every node of the row but that on the plane across it.
-    let planes = look.planes_at(row, usize::MAX);
-    let mut column = columns.start;
-    while column < columns.end {
-        let first = over[column];
-        if first & INSIDE != 0 {
-            near.push(column);
-            column += 1;
-            continue;
+    let across = look.across();
+    let clearance = Clearance::new(sieve.0, look.sign(), [own.z, theirs.z], look.touching - SLOP * look.thickness);
+    if own.mesh.turn == theirs.mesh.turn {
+        for (row, over) in rows.zip(over.chunks(across)) {
+            let line = line::row(look, row, columns.clone(), over);
+            sift(sieve, &clearance, look, &line, |column| near.push([row, column].map(|at| at as u32)));
         }
-        let cell = [first as usize / theirs.mesh.columns, first as usize % theirs.mesh.columns];
-        let most = R::LANES.min(columns.end - column).min(theirs.mesh.columns - cell[1]);
-        let count = consecutive(&over[column..column + most]);
-        let mut left = !certainly_apart(&clearance, look, [row, column], cell).bits() & ((1 << count) - 1);
-        if left != 0 && !own.turned {
-            for lane in (0..count).step_by(D::LANES) {
-                let part = ((1 << D::LANES) - 1) << lane;
-                if left & part != 0 {
-                    let clear = clear(d, look, [row, column + lane], [cell[0], cell[1] + lane], planes);
-                    left &= !(clear.bits() << lane);
-                }
-            }
-            if let Some(at) = look.planes[0].filter(|at| (column..column + count).contains(at)) {
-                left |= 1 << (at - column);
-            }
+    } else if let Some(mut part) = Column::within(look, rows.clone()) {
+        let first = near.len();
+        for column in columns {
+            let mut left = 0_u64;
+            sift(sieve, &clearance, look, &part.line(look, column, over, across), |at| left |= 1 << at);
+            let places = (0..ROWS).filter(|at| left & 1 << at != 0);
+            near.extend(places.map(|at| [part.row(at), column].map(|at| at as u32)));
         }
-        while left != 0 {
-            near.push(column + left.trailing_zeros() as usize);
-            left &= left - 1;
-        }
-        column += count;
+        near[first..].sort_unstable();
+    } else {
+        near.extend(rows.flat_map(|row| columns.clone().map(move |column| [row, column].map(|at| at as u32))));
     }
 }
 
-/// Which nodes of a row, from one on, are certainly apart from the cells from this one on.
+/// Lets through what may touch of a line.
+#[inline(always)]
+fn sift<R: Real, D: Real<Scalar = f64>>(
+    Compiled(_, d): &Compiled<R, D>,
+    clearance: &Clearance<R>,
+    look: &Look<'_, R::Scalar>,
+    line: &Line<'_, R::Scalar>,
+    mut through: impl FnMut(usize),
+) {
+    let columns = look.theirs.mesh.columns;
+    let quarters = look.theirs.mesh.own_axis(0).is_some();
+    let mut at = line.range.start;
+    while at < line.range.end {
+        let first = line.over[at];
+        if first & INSIDE != 0 {
+            through(at);
+            at += 1;
+            continue;
+        }
+        let cell = [first as usize / columns, first as usize % columns];
+        let most = R::LANES.min(line.range.end - at).min(columns - cell[1]);
+        let count = consecutive(&line.over[at..at + most]);
+        let mut left = !certainly_apart(clearance, look, line, at, cell).bits() & ((1 << count) - 1);
+        // In the axes of a ply that does not lie along those of the pack rounding would differ from the search's.
+        if left != 0 && quarters {
+            for lane in (0..count).step_by(D::LANES) {
+                let part = ((1 << D::LANES) - 1) << lane;
+                if left & part != 0 {
+                    left &= !(clear(*d, look, line, at + lane, [cell[0], cell[1] + lane]).bits() << lane);
+                }
+            }
+            if let Some(crossed) = line.crossed.filter(|crossed| (at..at + count).contains(crossed)) {
+                left |= 1 << (crossed - at);
+            }
+        }
+        while left != 0 {
+            through(at + left.trailing_zeros() as usize);
+            left &= left - 1;
+        }
+        at += count;
+    }
+}
+
+/// Which nodes of a line, from one on, are certainly apart from the cells from this one on.
 #[inline(always)]
 fn certainly_apart<R: Real>(
     clearance: &Clearance<R>,
     look: &Look<'_, R::Scalar>,
-    [row, column]: [usize; 2],
+    line: &Line<'_, R::Scalar>,
+    at: usize,
     cell: [usize; 2],
 ) -> R::Mask {
-    let (n, own, theirs) = (clearance.sign, &look.own, &look.theirs);
-    let node = own.row(row);
-    let y = own.mesh.reference(row, 0)[1];
-    let x = n.load(own.rounded_places(), column);
+    let (n, theirs) = (clearance.sign, &look.theirs);
+    let x = n.load(line.rounded, at);
     let place = each!(side in 2 => n.load(theirs.rounded_places(), cell[1] + side) - x);
-    let height = [theirs.mesh.reference(cell[0], 0)[1] - y, theirs.mesh.reference(cell[0] + 1, 0)[1] - y];
+    let height = each!(side in 2 => theirs.mesh.reference(cell[0] + side, 0)[1] - line.y);
     let area = (place[1] - place[0]) * n.with(height[1] - height[0]);
-    let at = each!(a in 3 => n.load(node[a], column));
+    let own = each!(a in 3 => n.load(line.displacement[a], at));
     let [below, above] = [theirs.row(cell[0]), theirs.row(cell[0] + 1)];
-    let below = each!(side in 2 => Corner::new(clearance, &at, &below, cell[1] + side));
-    let above = each!(side in 2 => Corner::new(clearance, &at, &above, cell[1] + side));
+    let below = each!(side in 2 => Corner::new(clearance, &own, &below, cell[1] + side));
+    let above = each!(side in 2 => Corner::new(clearance, &own, &above, cell[1] + side));
     let low = each!(side in 2 => below[side].arm(place[side], n.with(height[0])));
     let high = each!(side in 2 => above[side].arm(place[side], n.with(height[1])));
     let gap = [below[0].gap, below[1].gap, above[1].gap, above[0].gap];
@@ -124,10 +151,10 @@ struct Corner<R> {
 }
 
 impl<R: Real> Corner<R> {
-    /// `at`: displacement of the nodes; `row`: of the corners' row.
+    /// `own`: displacement of the nodes; `row`: of the corners' row.
     #[inline(always)]
-    fn new(clearance: &Clearance<R>, at: &[R; 3], row: &[&[R::Scalar]; 3], column: usize) -> Self {
-        let change = each!(a in 3 => at[0].load(row[a], column) - at[a]);
+    fn new(clearance: &Clearance<R>, own: &[R; 3], row: &[&[R::Scalar]; 3], column: usize) -> Self {
+        let change = each!(a in 3 => own[0].load(row[a], column) - own[a]);
         Self { change: [change[0], change[1]], gap: clearance.distance - clearance.sign * change[2] }
     }
 
@@ -138,37 +165,37 @@ impl<R: Real> Corner<R> {
     }
 }
 
-/// Which nodes of a row, from one on, stand over the cells from this one on, and clear of them.
+/// Which nodes of a line, from one on, stand over the cells from this one on, and clear of them.
 #[inline(always)]
 fn clear<D: Real<Scalar = f64>, S: Scalar>(
     d: D,
     look: &Look<'_, S>,
+    line: &Line<'_, S>,
+    at: usize,
     [row, column]: [usize; 2],
-    cell: [usize; 2],
-    planes: Planes,
 ) -> D::Mask {
-    let point = places(d, &look.own, [row, column]);
-    let a = places(d, &look.theirs, cell);
-    let b = places(d, &look.theirs, [cell[0], cell[1] + 1]);
-    let c = places(d, &look.theirs, [cell[0] + 1, cell[1] + 1]);
-    let e = places(d, &look.theirs, [cell[0] + 1, cell[1]]);
+    let reference = [d.load(line.place, at), d.with(line.y), d.with(look.own.z)];
+    let point = each!(a in 3 => reference[a] + widened(d, line.displacement[a], at));
+    let low = each!(side in 2 => places(d, &look.theirs, [row, column + side]));
+    let high = each!(side in 2 => places(d, &look.theirs, [row + 1, column + side]));
     let mesh = look.theirs.mesh;
     let area = if mesh.is_graded() {
         let mut areas = [0.0; WIDEST];
-        for (area, column) in areas.iter_mut().zip(cell[1]..mesh.columns) {
-            *area = mesh.area(cell[0], column);
+        for (area, column) in areas.iter_mut().zip(column..mesh.columns) {
+            *area = mesh.area(row, column);
         }
         d.load(&areas, 0)
     } else {
-        d.with(mesh.area(cell[0], cell[1]))
+        d.with(mesh.area(row, column))
     };
-    stands_clear(&[a, b, c, e], &point, [look.sign(), look.touching, SLOP * look.thickness], area, planes)
+    let bounds = [look.sign(), look.touching, SLOP * look.thickness];
+    stands_clear(&[low[0], low[1], high[1], high[0]], &point, bounds, area, line.planes)
 }
 
 /// Double numbers in a register at most.
 const WIDEST: usize = 8;
 
-/// Where the nodes of a row are, from one on [m]; the ply is not turned.
+/// Where the nodes of a row are, from one on, in the axes of the ply [m].
 #[inline(always)]
 fn places<D: Real<Scalar = f64>, S: Scalar>(d: D, view: &View<'_, S>, [row, column]: [usize; 2]) -> [D; 3] {
     let field = view.row(row);
@@ -193,3 +220,7 @@ fn consecutive(over: &[u32]) -> usize {
     let follows = |(at, over_this): (usize, &u32)| *over_this == over[0] + at as u32;
     over.iter().enumerate().position(|it| !follows(it)).unwrap_or(over.len())
 }
+
+#[cfg(test)]
+#[path = "sieve_tests.rs"]
+mod tests;
