@@ -71,7 +71,7 @@ impl<S: Scalar> Column<S> {
         let seen = |own: [f64; 3]| look.theirs.mesh.to_ply(look.own.mesh.to_pack(own));
         let turn = [seen([0.0, 1.0, 0.0])[0], seen([1.0, 0.0, 0.0])[1]];
         let zero = S::splat(0.0);
-        turn.iter().all(|turn| turn.abs() == 1.0).then(|| Self {
+        turn.iter().all(|turn| turn.abs() == 1.0).then_some(Self {
             displacement: [[zero; LENGTH]; 3],
             place: [0.0; LENGTH],
             rounded: [zero; LENGTH],

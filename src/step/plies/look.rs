@@ -239,7 +239,8 @@ impl<'a, S: Scalar> Look<'a, S> {
         self.model.grid.columns + 1
     }
 
-    /// Every node that anything may have reached, in parts of a few rows; each fills the next of `found`.
+    /// Every node that anything may have reached, in parts of a few rows; each fills one of `found`. Parts are the same whatever has
+    /// been reached, so that what they add up is.
     pub(super) fn parts(
         self,
         over: &'a mut [u32],
@@ -250,15 +251,18 @@ impl<'a, S: Scalar> Look<'a, S> {
         let reach = &self.state.reach;
         let Reach { rows, columns } = reach[self.ply].union(&reach[self.other].seen_from(theirs, own, travel));
         let across = self.across();
-        let over = over[rows.start * across..rows.end * across].chunks_mut(ROWS * across);
-        let part = move |((first, over), found): ((usize, &'a mut [u32]), &'a mut Found)| Part {
-            look: self,
-            rows: first..(first + ROWS).min(rows.end),
-            columns: columns.clone(),
-            over,
-            found,
+        let part = move |(index, (over, found)): (usize, (&'a mut [u32], &'a mut Found))| {
+            let first = index * ROWS;
+            let (start, end) = (rows.start.max(first), rows.end.min(first + ROWS));
+            (start < end).then(|| Part {
+                look: self,
+                rows: start..end,
+                columns: columns.clone(),
+                over: &mut over[(start - first) * across..(end - first) * across],
+                found,
+            })
         };
-        (rows.start..).step_by(ROWS).zip(over).zip(found).map(part)
+        over.chunks_mut(ROWS * across).zip(found).enumerate().filter_map(part)
     }
 
     /// Whether nothing has failed around a node and in the cell it is over: torn edges stick into each other.
