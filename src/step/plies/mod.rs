@@ -1,8 +1,8 @@
 //! Contact between neighbouring plies, over the whole pack.
 //!
-//! Every node remembers the element of the ply in front and of the ply behind that it is over, and walks from there. What
-//! closes faster than its gap allows becomes a contact; each node's mass is shared out among its contacts; then all
-//! impulses are found at once and added up ply by ply, in fixed order.
+//! Every node remembers the element of the ply in front and of the ply behind that it is over, and walks from there; a sieve keeps
+//! back most nodes, which touch nothing and stay where they are. What closes faster than its gap allows becomes a contact; each
+//! node's mass is shared out among its contacts; then all impulses are found at once and added up ply by ply, in fixed order.
 
 mod line;
 mod look;
@@ -23,8 +23,6 @@ use moves::{Effect, Load, Mover};
 pub(super) use sieve::Compiled as CompiledSieve;
 pub use sieve::{Near, Sieve};
 
-/// Parts of the search that a thread takes at once.
-const PARTS: usize = 4;
 /// Contacts that more than one thread works on; fewer take longer to share out than to do.
 const SHARED: usize = 256;
 
@@ -54,8 +52,6 @@ impl PlyWork {
 pub(super) struct PlyContact<S> {
     plies: Vec<PlyWork>,
     sieve: Box<dyn Sieve<S>>,
-    /// Plies that a thread has at least for itself.
-    alone: usize,
     /// How far any node may have gone so far [m].
     pub(super) travel: f64,
 }
@@ -65,10 +61,10 @@ impl<S: Scalar> PlyContact<S> {
         let [nodes, rows] = if model.plies.len() > 1 { [model.nodes_per_ply(), model.grid.rows + 1] } else { [0; 2] };
         let found = vec![Found::default(); SIDES * rows.div_ceil(ROWS)];
         let work = PlyWork { found, load: Load::new(nodes), ..PlyWork::default() };
-        Self { plies: vec![work; model.plies.len()], sieve: S::sieve(vectors), alone: 1, travel: 0.0 }
+        Self { plies: vec![work; model.plies.len()], sieve: S::sieve(vectors), travel: 0.0 }
     }
 
-    /// Finds and applies the impulses of a step.
+    /// Finds and applies the impulses of a step. What is done ply by ply is told how many plies a thread has at least for itself.
     pub(super) fn resolve(&mut self, context: &mut Context<'_, S>, nothing: &[S]) {
         let model = context.model;
         let body = context.state.body.as_ref().map_or(0.0, |b| b.speed_bound());
@@ -78,10 +74,10 @@ impl<S: Scalar> PlyContact<S> {
         if points == 0 {
             return;
         }
-        self.alone = if points < SHARED { usize::MAX } else { 1 };
-        self.share(model);
-        self.solve(context);
-        self.apply(context, nothing);
+        let alone = if points < SHARED { usize::MAX } else { 1 };
+        self.share(model, alone);
+        self.solve(context, alone);
+        self.apply(context, nothing, alone);
         self.collect(context);
     }
 
@@ -105,16 +101,16 @@ impl<S: Scalar> PlyContact<S> {
         }
         // By rows, as the sweep shares them out, so that a thread mostly meets nodes of its own.
         parts.sort_by_key(Part::first_row);
-        parts.par_iter_mut().with_max_len(PARTS).for_each(|part| part.search(&*self.sieve));
+        parts.par_iter_mut().with_max_len(1).for_each(|part| part.search(&*self.sieve));
         drop(parts);
         context.state.over = over;
     }
 
     /// Shares each node's mass out among its contacts, in the whole scene: a node on a mirror plane has the images of those
     /// that come from one side of it.
-    fn share(&mut self, model: &Model<S>) {
+    fn share(&mut self, model: &Model<S>, alone: usize) {
         let across = model.grid.columns + 1;
-        self.each_load(|ply, load, plies| {
+        self.each_load(alone, |ply, load, plies| {
             let mesh = &model.sheet(ply).mesh;
             for p in plies[ply].points() {
                 load.share(p.row as usize * across + p.column as usize, 1.0);
@@ -130,21 +126,21 @@ impl<S: Scalar> PlyContact<S> {
     }
 
     /// Works on the load of every ply while the contacts of all can be read.
-    fn each_load(&mut self, work: impl Fn(usize, &mut Load, &[PlyWork]) + Sync) {
+    fn each_load(&mut self, alone: usize, work: impl Fn(usize, &mut Load, &[PlyWork]) + Sync) {
         let mut loads: Vec<_> = self.plies.iter_mut().map(|ply| std::mem::take(&mut ply.load)).collect();
         let plies = &self.plies;
-        loads.par_iter_mut().with_min_len(self.alone).enumerate().for_each(|(ply, load)| work(ply, load, plies));
+        loads.par_iter_mut().with_min_len(alone).enumerate().for_each(|(ply, load)| work(ply, load, plies));
         for (ply, load) in self.plies.iter_mut().zip(loads) {
             ply.load = load;
         }
     }
 
     /// The impulse of every contact, each on its own.
-    fn solve(&mut self, context: &Context<'_, S>) {
+    fn solve(&mut self, context: &Context<'_, S>, alone: usize) {
         let (model, state) = (context.model, &*context.state);
         let mut found: Vec<_> = self.plies.iter_mut().map(|work| std::mem::take(&mut work.found)).collect();
         let plies = &self.plies;
-        found.par_iter_mut().with_min_len(self.alone).enumerate().for_each(|(ply, found)| {
+        found.par_iter_mut().with_min_len(alone).enumerate().for_each(|(ply, found)| {
             let parts = found.len() / SIDES;
             for (side, found) in found.chunks_mut(parts).enumerate() {
                 if let Some(other) = neighbour(ply, side, plies.len()) {
@@ -159,9 +155,9 @@ impl<S: Scalar> PlyContact<S> {
     }
 
     /// Gives the nodes their impulses, ply by ply.
-    fn apply(&mut self, context: &mut Context<'_, S>, nothing: &[S]) {
+    fn apply(&mut self, context: &mut Context<'_, S>, nothing: &[S], alone: usize) {
         let across = context.model.grid.columns + 1;
-        self.each_load(|ply, load, plies| {
+        self.each_load(alone, |ply, load, plies| {
             for p in plies[ply].points() {
                 load.add(p.row as usize * across + p.column as usize, p, 1.0);
             }
@@ -179,7 +175,7 @@ impl<S: Scalar> PlyContact<S> {
             work.effect = mover.apply(ply, &mut work.load, nodes);
         };
         let plies = self.plies.par_iter_mut().zip(nodes.data.par_chunks_mut(length));
-        plies.with_min_len(self.alone).enumerate().for_each(work);
+        plies.with_min_len(alone).enumerate().for_each(work);
     }
 
     /// Takes note of what contact did, ply after ply.
