@@ -127,13 +127,18 @@ pub fn is_certainly_apart<R: Real>(clearance: &Clearance<R>, arm: &[[R; 2]; 4], 
     let spread = gap[0].max(gap[1]).max(gap[2].max(gap[3])) - low;
     let [a, b, c, d] = *arm;
     let beside = clearance.beside * area;
-    let within = |[a, b]: [R; 2], [c, d]: [R; 2]| beside.le(a * d - b * c);
     (clearance.room + clearance.more * spread).le(clearance.less * low)
         & spread.squared().le(clearance.flat * area)
-        & within(a, b)
-        & within(b, c)
-        & within(c, d)
-        & within(d, a)
+        & beside.le(across(a, b))
+        & beside.le(across(b, c))
+        & beside.le(across(c, d))
+        & beside.le(across(d, a))
+}
+
+/// Twice the triangle between two arms.
+#[inline(always)]
+fn across<R: Real>(a: [R; 2], b: [R; 2]) -> R {
+    a[0] * b[1] - a[1] * b[0]
 }
 
 /// A bilinear cell, by its corners (counter-clockwise). Its arithmetic is that of one number for every lane of a register.
