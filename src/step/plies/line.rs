@@ -6,8 +6,8 @@
 use std::ops::Range;
 
 use super::look::{Look, ROWS};
-use crate::kernels::ply_contact::{NO_PLANES, Planes};
-use crate::number::Scalar;
+use crate::kernels::ply_contact::Planes;
+use crate::number::{Scalar, each};
 
 /// Room for the nodes of a column within a part, and for the longest register from the last of them on.
 const LENGTH: usize = 4 * ROWS;
@@ -119,9 +119,5 @@ impl<S: Scalar> Column<S> {
 /// The axes of the pack across planes replaced by those of the neighbour, which are the coordinates of its cells.
 #[inline(always)]
 fn in_axes_of_the_ply(planes: Planes) -> Planes {
-    let mut own = NO_PLANES;
-    for (axis, plane) in planes.iter().enumerate() {
-        own[axis] = plane.map(|_| axis);
-    }
-    own
+    each!(axis in 2 => planes[axis].map(|_| axis))
 }

@@ -148,6 +148,7 @@ impl Found {
     /// Keeps nothing but the memory.
     pub(super) fn clear(&mut self) {
         self.points.clear();
+        self.near.clear();
         (self.penetration, self.friction) = (0.0, 0.0);
     }
 }
@@ -171,7 +172,6 @@ impl<S: Scalar> Part<'_, S> {
     pub(super) fn search(&mut self, sieve: &dyn Sieve<S>) {
         let Self { look, rows, columns, over, found } = self;
         let across = look.across();
-        found.near.clear();
         sieve.pass(look, rows.clone(), columns.clone(), over, &mut found.near);
         for place in &found.near {
             let [row, column] = place.map(|at| at as usize);

@@ -29,8 +29,8 @@ const SHARED: usize = 256;
 /// What contact does to one ply in a step.
 #[derive(Clone, Debug, Default)]
 struct PlyWork {
-    /// Against the ply in front, then against that behind, each in parts of [`ROWS`] rows.
-    found: Vec<Found>,
+    /// Against the ply in front, and against that behind, in parts of [`ROWS`] rows.
+    found: [Vec<Found>; SIDES],
     load: Load,
     effect: Effect,
 }
@@ -38,13 +38,12 @@ struct PlyWork {
 impl PlyWork {
     /// Contacts with either neighbour, in order.
     fn points(&self) -> impl Iterator<Item = &Point> {
-        self.found.iter().flat_map(|found| &found.points)
+        self.found.iter().flatten().flat_map(|found| &found.points)
     }
 
     /// Contacts with the ply in front, or with that behind.
     fn points_on(&self, side: usize) -> impl Iterator<Item = &Point> {
-        let parts = self.found.len() / SIDES;
-        self.found[side * parts..(side + 1) * parts].iter().flat_map(|found| &found.points)
+        self.found[side].iter().flat_map(|found| &found.points)
     }
 }
 
@@ -59,7 +58,7 @@ pub(super) struct PlyContact<S> {
 impl<S: Scalar> PlyContact<S> {
     pub(super) fn new(model: &Model<S>, vectors: Vectors) -> Self {
         let [nodes, rows] = if model.plies.len() > 1 { [model.nodes_per_ply(), model.grid.rows + 1] } else { [0; 2] };
-        let found = vec![Found::default(); SIDES * rows.div_ceil(ROWS)];
+        let found = [(); SIDES].map(|()| vec![Found::default(); rows.div_ceil(ROWS)]);
         let work = PlyWork { found, load: Load::new(nodes), ..PlyWork::default() };
         Self { plies: vec![work; model.plies.len()], sieve: S::sieve(vectors), travel: 0.0 }
     }
@@ -70,7 +69,8 @@ impl<S: Scalar> PlyContact<S> {
         let body = context.state.body.as_ref().map_or(0.0, |b| b.speed_bound());
         self.travel += model.dt * context.totals.max_speed.max(body);
         self.find(context);
-        let points: usize = self.plies.iter().flat_map(|ply| &ply.found).map(|found| found.points.len()).sum();
+        let found = self.plies.iter().flat_map(|ply| ply.found.iter().flatten());
+        let points: usize = found.map(|found| found.points.len()).sum();
         if points == 0 {
             return;
         }
@@ -90,9 +90,8 @@ impl<S: Scalar> PlyContact<S> {
         let per_ply = SIDES * model.nodes_per_ply();
         let mut parts = Vec::new();
         for (ply, (over, work)) in over.chunks_mut(per_ply).zip(&mut self.plies).enumerate() {
-            work.found.iter_mut().for_each(Found::clear);
-            let found = work.found.len() / SIDES;
-            let sides = over.chunks_mut(per_ply / SIDES).zip(work.found.chunks_mut(found));
+            work.found.iter_mut().flatten().for_each(Found::clear);
+            let sides = over.chunks_mut(per_ply / SIDES).zip(&mut work.found);
             for (side, (over, found)) in sides.enumerate() {
                 if let Some(other) = neighbour(ply, side, model.plies.len()) {
                     parts.extend(Look::new(model, state, ply, side, other).parts(over, found, travel));
@@ -141,8 +140,7 @@ impl<S: Scalar> PlyContact<S> {
         let mut found: Vec<_> = self.plies.iter_mut().map(|work| std::mem::take(&mut work.found)).collect();
         let plies = &self.plies;
         found.par_iter_mut().with_min_len(alone).enumerate().for_each(|(ply, found)| {
-            let parts = found.len() / SIDES;
-            for (side, found) in found.chunks_mut(parts).enumerate() {
+            for (side, found) in found.iter_mut().enumerate() {
                 if let Some(other) = neighbour(ply, side, plies.len()) {
                     let pair = [ply, other].map(|ply| (View::new(model, state, ply), &plies[ply].load));
                     found.iter_mut().for_each(|found| solve(model, &pair, found));
@@ -182,8 +180,8 @@ impl<S: Scalar> PlyContact<S> {
     fn collect(&mut self, context: &mut Context<'_, S>) {
         for (ply, work) in self.plies.iter_mut().enumerate() {
             let (effect, ledger) = (&mut work.effect, &mut *context.ledger);
-            let friction: f64 = work.found.iter().map(|found| found.friction).sum();
-            for found in &work.found {
+            let friction: f64 = work.found.iter().flatten().map(|found| found.friction).sum();
+            for found in work.found.iter().flatten() {
                 context.totals.ply_contacts += found.points.len() as u64;
                 context.totals.ply_penetration = context.totals.ply_penetration.max(found.penetration);
             }

@@ -8,7 +8,7 @@
 use std::ops::Range;
 
 use super::line::{self, Column, Line};
-use super::look::{Look, ROWS, View};
+use super::look::{Look, ROWS};
 use crate::kernels::ply_contact::{Clearance, SLOP, is_certainly_apart, stands_clear};
 use crate::model::over::INSIDE;
 use crate::number::{Mask, Real, Scalar, each};
@@ -174,11 +174,12 @@ fn clear<D: Real<Scalar = f64>, S: Scalar>(
     at: usize,
     [row, column]: [usize; 2],
 ) -> D::Mask {
-    let reference = [d.load(line.place, at), d.with(line.y), d.with(look.own.z)];
-    let point = each!(a in 3 => reference[a] + widened(d, line.displacement[a], at));
-    let low = each!(side in 2 => places(d, &look.theirs, [row, column + side]));
-    let high = each!(side in 2 => places(d, &look.theirs, [row + 1, column + side]));
-    let mesh = look.theirs.mesh;
+    let (theirs, mesh) = (&look.theirs, look.theirs.mesh);
+    let point = places(d, &line.displacement, line.place, at, [line.y, look.own.z]);
+    let corner = [theirs.row(row), theirs.row(row + 1)];
+    let across = [mesh.reference(row, 0)[1], mesh.reference(row + 1, 0)[1]];
+    let low = each!(side in 2 => places(d, &corner[0], theirs.places(), column + side, [across[0], theirs.z]));
+    let high = each!(side in 2 => places(d, &corner[1], theirs.places(), column + side, [across[1], theirs.z]));
     let area = if mesh.is_graded() {
         let mut areas = [0.0; WIDEST];
         for (area, column) in areas.iter_mut().zip(column..mesh.columns) {
@@ -195,13 +196,17 @@ fn clear<D: Real<Scalar = f64>, S: Scalar>(
 /// Double numbers in a register at most.
 const WIDEST: usize = 8;
 
-/// Where the nodes of a row are, from one on, in the axes of the ply [m].
+/// Where the nodes of a line are, from one on, in the axes in which it is displaced [m]. `place`: along it at rest; `y`, `z`: across it.
 #[inline(always)]
-fn places<D: Real<Scalar = f64>, S: Scalar>(d: D, view: &View<'_, S>, [row, column]: [usize; 2]) -> [D; 3] {
-    let field = view.row(row);
-    let y = view.mesh.reference(row, 0)[1];
-    let reference = [d.load(view.places(), column), d.with(y), d.with(view.z)];
-    each!(a in 3 => reference[a] + widened(d, field[a], column))
+fn places<D: Real<Scalar = f64>, S: Scalar>(
+    d: D,
+    displacement: &[&[S]; 3],
+    place: &[f64],
+    at: usize,
+    [y, z]: [f64; 2],
+) -> [D; 3] {
+    let reference = [d.load(place, at), d.with(y), d.with(z)];
+    each!(a in 3 => reference[a] + widened(d, displacement[a], at))
 }
 
 /// Consecutive numbers in double precision.
