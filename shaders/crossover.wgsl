@@ -169,7 +169,7 @@ fn solve(stretch: vec2<f32>, warm: vec2<f32>, both: bool) -> Equilibrium {
     let straight = vec2<f32>(straight_strain(yarn(0u), stretch.x), straight_strain(yarn(1u), stretch.y));
     let top = scene.height_sum;
     if (!both || !(0.0 < top)) {
-        let tension = vec2<f32>(scene.warp_stiffness, scene.weft_stiffness) * max(vec2<f32>(0.0), straight);
+        let tension = vec2<f32>(tension_at(yarn(0u), straight.x), tension_at(yarn(1u), straight.y));
         return Equilibrium(tension, tension, straight, vec2<f32>(0.0), Guide(), 0.0, 0.0, 0u, true);
     }
     let start = min(max(vec2<f32>(0.0), vec2<f32>(warm[PIVOT], warm[1u - PIVOT])), vec2<f32>(top));
@@ -189,8 +189,7 @@ fn solve(stretch: vec2<f32>, warm: vec2<f32>, both: bool) -> Equilibrium {
     out.height[1u - PIVOT] = best.other_height;
     out.strain[PIVOT] = best.pivot.strain;
     out.strain[1u - PIVOT] = best.other.strain;
-    out.tension[PIVOT] = best.pivot.tension;
-    out.tension[1u - PIVOT] = best.other.tension;
+    out.tension = vec2<f32>(tension_at(yarn(0u), out.strain.x), tension_at(yarn(1u), out.strain.y));
     out.in_plane = out.tension * vec2<f32>(
         in_plane_factor(yarn(0u), stretch.x, out.height.x),
         in_plane_factor(yarn(1u), stretch.y, out.height.y));

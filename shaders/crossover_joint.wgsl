@@ -66,8 +66,8 @@ fn joint(stretch: vec2<f32>, start: vec2<f32>) -> Found {
         // What the curves bend away from their tangents over this step: F″h ≤ 3F′ and ε″h ≤ ε′ of a yarn in any law, twice
         // as much for q.
         let rise = vec2<f32>(next_x - x, next_y - y);
-        let far_pivot = raised(pivot, yarn(PIVOT), rise.x);
-        let far_other = raised(other, yarn(1u - PIVOT), rise.y);
+        let far_pivot = raised(pivot, rise.x);
+        let far_other = raised(other, rise.y);
         let square = rise * rise;
         let bends = !(4.0 * pivot.stiffness * square.x <= limit * x && 4.0 * other.stiffness * square.y <= limit * y);
         let strays = !(pivot.growth * square.x <= 0.5 * EPSILON * x && other.growth * square.y <= 0.5 * EPSILON * y);

@@ -30,10 +30,13 @@ fn yarn(i: u32) -> Yarn {
         scene.weft_stiffness, scene.weft_half_span, scene.weft_crimp, scene.weft_failure_strain, scene.weft_slack);
 }
 
+/// Tension at a strain [N] (17): a yarn carries no compression.
+fn tension_at(y: Yarn, strain: f32) -> f32 {
+    return y.stiffness * max(strain, 0.0);
+}
+
 struct YarnResponse {
     strain: f32,
-    /// T ≥ 0 [N].
-    tension: f32,
     /// F [N]; negative and growing with h where the yarn is slack.
     force: f32,
     /// dF/dh [N/m].
@@ -43,9 +46,9 @@ struct YarnResponse {
 }
 
 /// The response of a taut yarn after a rise of its height too small to bend the curve.
-fn raised(r: YarnResponse, y: Yarn, rise: f32) -> YarnResponse {
+fn raised(r: YarnResponse, rise: f32) -> YarnResponse {
     let strain = r.strain + r.growth * rise;
-    return YarnResponse(strain, y.stiffness * strain, r.force + r.stiffness * rise, r.stiffness, r.growth);
+    return YarnResponse(strain, r.force + r.stiffness * rise, r.stiffness, r.growth);
 }
 
 /// The contact force without its continuation.
@@ -70,7 +73,7 @@ fn sinusoid(y: Yarn, stretch: f32, h: f32) -> Sinusoid {
     let per_length = 1.0 / (1.0 + y.crimp);
     let scale = length * per_length;
     let strain = (stretch - y.crimp) * per_length + scale * arc.excess;
-    let tension = y.stiffness * max(strain, 0.0);
+    let tension = tension_at(y, strain);
     let dstrain = scale * dk * arc.slope;
     return Sinusoid(arc, k, dk, strain, tension, dstrain);
 }
@@ -88,7 +91,7 @@ fn saw_tooth(y: Yarn, stretch: f32, h: f32) -> YarnResponse {
     let per_length = 1.0 / (1.0 + y.crimp);
     let strain = (l.x - y.crimp) * per_length;
     let taut = 0.0 < strain;
-    let tension = select(0.0, y.stiffness * strain, taut);
+    let tension = tension_at(y, strain);
     let eta = h / y.half_span;
     let per_leg = 1.0 / l.y;
     let sine = eta * per_leg;
@@ -98,7 +101,6 @@ fn saw_tooth(y: Yarn, stretch: f32, h: f32) -> YarnResponse {
     let stiffness = 2.0 * (y.stiffness * dstrain * sine + turning);
     return YarnResponse(
         strain,
-        tension,
         select(y.slack * strain, 2.0 * tension * sine, taut),
         select(y.slack * dstrain, stiffness, taut),
         dstrain);
@@ -126,7 +128,6 @@ fn yarn_response(y: Yarn, stretch: f32, h: f32) -> YarnResponse {
     let taut = 0.0 < s.strain;
     return YarnResponse(
         s.strain,
-        s.tension,
         select(y.slack * s.strain, force, taut),
         select(y.slack * s.dstrain, stiffness, taut),
         s.dstrain);

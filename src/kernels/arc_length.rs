@@ -87,6 +87,8 @@ pub fn arc_length<R: Real>(k: R, terms: usize) -> ArcLength<R> {
     let (mut p, mut dg) = ([n.zero(); 2], [n.zero(); 2]);
     for pair in (0..terms.div_ceil(2)).rev() {
         p = each!(i in 2 => p[i].fused(square_x, n.with(SERIES[2 * pair + i])));
+    }
+    for pair in (0..terms.div_ceil(2)).rev() {
         dg = each!(i in 2 => dg[i].fused(square_x, n.with(SLOPES[2 * pair + i])));
     }
     let g_minus_1 = x * x.fused(p[1], p[0]);

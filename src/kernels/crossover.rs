@@ -137,11 +137,9 @@ pub fn solve<R: Real, L: LawKernel>(
     out.height[o] = R::select(pressing, best.other_height, zero);
     out.strain[p] = R::select(pressing, best.pivot.strain, straight[p]);
     out.strain[o] = R::select(pressing, best.other.strain, straight[o]);
-    let pressed = [best.pivot.tension, best.other.tension];
-    for (i, t) in [(p, pressed[0]), (o, pressed[1])] {
+    for i in 0..2 {
         let y = &cell.yarn[i];
-        let alone = y.stiffness * zero.max(straight[i]);
-        out.tension[i] = R::select(pressing, t, alone);
+        out.tension[i] = y.tension(out.strain[i]);
         out.in_plane[i] = out.tension[i] * R::select(pressing, L::in_plane_factor(y, &span[i], out.height[i]), n.one());
     }
     out

@@ -60,7 +60,6 @@ pub(super) fn iterate<R: Real, L: LawKernel>(
     let mut height = [height[0], other_height(cell, height[0], q)];
     let mut yarn = each!(i in 2 => L::respond(&cell.yarn[index[i]], &span[index[i]], height[i]));
     let mut iterations = R::select(active, one, zero);
-    let mut met = n.never();
     let mut bound = zero;
     let mut pending = active;
     for round in 0..JOINT_ITERATIONS {
@@ -78,7 +77,6 @@ pub(super) fn iterate<R: Real, L: LawKernel>(
         // Both yarns slack although the crossover is not compressed: nothing presses.
         let slack = (rigid | loose.le(q)) & !(taut[0] | taut[1]);
         let done = (off.le(limit) & misfit.le(slip)) | slack;
-        met = met | (pending & done);
         pending = pending & !done;
         if round + 1 == JOINT_ITERATIONS || !pending.any() {
             break;
@@ -98,7 +96,7 @@ pub(super) fn iterate<R: Real, L: LawKernel>(
         let next = opening(cell, pivot + other).max(q * n.with(0.3));
         let new = [pivot, other_height(cell, pivot, next)];
         let rise = each!(i in 2 => new[i] - height[i]);
-        let raised = each!(i in 2 => yarn[i].raised(&cell.yarn[index[i]], rise[i]));
+        let raised = each!(i in 2 => yarn[i].raised(rise[i]));
         // What the curves bend away from their tangents over this step: F″h ≤ 3F′ and ε″h ≤ ε′ of a yarn in any law, twice
         // as much for q.
         let bend = each!(i in 2 => {
@@ -110,7 +108,6 @@ pub(super) fn iterate<R: Real, L: LawKernel>(
         let balanced = (raised[0].force - raised[1].force).abs().le(limit);
         let stays = each!(i in 2 => taut[i] & zero.lt(raised[i].strain));
         let last = pending & bend[0] & bend[1] & bend_q & balanced & stays[0] & stays[1];
-        met = met | last;
         height = each!(i in 2 => R::select(pending, new[i], height[i]));
         q = R::select(pending, next, q);
         yarn = each!(i in 2 => YarnResponse::select(last, raised[i], yarn[i]));
@@ -128,7 +125,7 @@ pub(super) fn iterate<R: Real, L: LawKernel>(
     let give = b * q * (q * q * q) * n.with(1.0 / 3.0);
     let stiffness = each!(i in 2 => yarn[i].stiffness.max(cell.softest));
     let guide = Guide::of(&yarn, stiffness, give, height, each!(i in 2 => span[index[i]].length()));
-    Joint { height, yarn, guide, iterations, bound, met }
+    Joint { height, yarn, guide, iterations, bound, met: active & !pending }
 }
 
 /// q = (a − d)/b where the heights sum up to `sum`; a compression that is none but for rounding is none.

@@ -35,8 +35,6 @@ pub struct YarnConstants<R> {
 pub struct YarnResponse<R> {
     /// Axial strain S/S0 − 1 [-] (17).
     pub strain: R,
-    /// Tension T ≥ 0 [N].
-    pub tension: R,
     /// Contact force F [N], odd in h (18); of a slack yarn, which presses with nothing, a negative continuation that
     /// keeps growing with h. Newton steps over onsets of tension with it instead of bouncing between them.
     pub force: R,
@@ -52,6 +50,12 @@ impl<R: Real> YarnConstants<R> {
     pub fn straight(&self, stretch: R) -> R {
         (stretch - self.crimp) * self.per_rest
     }
+
+    /// Tension at a strain [N] (17): a yarn carries no compression.
+    #[inline(always)]
+    pub fn tension(&self, strain: R) -> R {
+        self.stiffness * strain.max(strain.zero())
+    }
 }
 
 impl<R: Real> YarnResponse<R> {
@@ -60,7 +64,6 @@ impl<R: Real> YarnResponse<R> {
     pub fn select(mask: R::Mask, yes: Self, no: Self) -> Self {
         Self {
             strain: R::select(mask, yes.strain, no.strain),
-            tension: R::select(mask, yes.tension, no.tension),
             force: R::select(mask, yes.force, no.force),
             stiffness: R::select(mask, yes.stiffness, no.stiffness),
             growth: R::select(mask, yes.growth, no.growth),
@@ -69,9 +72,9 @@ impl<R: Real> YarnResponse<R> {
 
     /// The response of a taut yarn after a rise of its height too small to bend the curve.
     #[inline(always)]
-    pub fn raised(&self, yarn: &YarnConstants<R>, rise: R) -> Self {
+    pub fn raised(&self, rise: R) -> Self {
         let strain = self.growth.fused(rise, self.strain);
-        Self { strain, tension: yarn.stiffness * strain, force: self.stiffness.fused(rise, self.force), ..*self }
+        Self { strain, force: self.stiffness.fused(rise, self.force), ..*self }
     }
 
     /// The contact force without its continuation: 0 where the yarn is slack.
@@ -156,7 +159,7 @@ fn sinusoid<R: Real>(yarn: &YarnConstants<R>, span: &Span<R>, h: R) -> Sinusoid<
     let arc = arc_length(k, yarn.terms);
     let strain = span.scale.fused(arc.excess, span.straight);
     let taut = h.zero().lt(strain);
-    let tension = yarn.stiffness * strain.max(h.zero());
+    let tension = yarn.tension(strain);
     let dstrain = span.scale * span.rise * arc.slope;
     Sinusoid { arc, k, strain, tension, taut, dstrain }
 }
@@ -167,7 +170,6 @@ impl<R: Real> Sinusoid<R> {
     fn response(&self, yarn: &YarnConstants<R>, force: R, stiffness: R) -> YarnResponse<R> {
         YarnResponse {
             strain: self.strain,
-            tension: self.tension,
             force: R::select(self.taut, force, yarn.slack * self.strain),
             stiffness: R::select(self.taut, stiffness, yarn.slack * self.dstrain),
             growth: self.dstrain,
@@ -246,7 +248,7 @@ impl LawKernel for Kawabata {
         let per_length = yarn.per_rest;
         let strain = (excess - yarn.crimp) * per_length;
         let taut = n.zero().lt(strain);
-        let tension = R::select(taut, yarn.stiffness * strain, n.zero());
+        let tension = yarn.tension(strain);
         let eta = h / yarn.half_span;
         let per_leg = one / leg;
         let sine = eta * per_leg;
@@ -257,7 +259,6 @@ impl LawKernel for Kawabata {
         let stiffness = two * (yarn.stiffness * dstrain * sine + turning);
         YarnResponse {
             strain,
-            tension,
             force: R::select(taut, two * tension * sine, yarn.slack * strain),
             stiffness: R::select(taut, stiffness, yarn.slack * dstrain),
             growth: dstrain,

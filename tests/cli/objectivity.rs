@@ -88,3 +88,14 @@ fn one_case_at_a_time() {
     assert_eq!(code(&output), 2);
     assert!(stderr(&output).contains("one case"), "{}", stderr(&output));
 }
+
+#[test]
+fn without_a_case_it_is_the_one_made_for_limits() {
+    let bench = Bench::new(&small());
+    for (options, case) in [(&["--objectivity"][..], "s720-1ply-limit"), (&[], "s720-1ply-155")] {
+        let driven = ["bench", "--set", "/projectile/motion=prescribed"];
+        let output = bench.ripstop(&[&driven, options].concat());
+        assert_eq!(code(&output), 2);
+        assert!(stderr(&output).starts_with(&format!("error: {case}: /projectile\n")), "{}", stderr(&output));
+    }
+}

@@ -145,18 +145,20 @@ impl Film {
             pose: state.body.as_ref().map(pose),
         };
         let (mut displacement, mut tension) = (&mut still.displacement[..], &mut still.tension[..]);
-        let mut rows = Vec::new();
+        let (mut node_rows, mut cell_rows) = (Vec::new(), Vec::new());
         for strip in &self.strips {
             let (own, rest) = displacement.split_at_mut(strip.reference.len());
-            strip.displacements(model, state, own);
+            let nodes = own.chunks_mut(strip.own[0].len().max(1));
+            node_rows.extend(strip.own[1].iter().zip(nodes).map(|(row, nodes)| (strip, *row, nodes)));
             displacement = rest;
             let (own, rest) = tension.split_at_mut(strip.cells());
             let cells = own.chunks_mut(strip.counts()[0].max(1));
-            rows.extend(strip.own[1].windows(2).zip(cells).map(|(rows, cells)| (strip, rows, cells)));
+            cell_rows.extend(strip.own[1].windows(2).zip(cells).map(|(rows, cells)| (strip, rows, cells)));
             tension = rest;
         }
         // This reads all elements, and the threads of the loop wait meanwhile.
-        rows.into_par_iter().for_each(|(strip, rows, cells)| strip.tensions(model, state, rows, cells));
+        cell_rows.into_par_iter().for_each(|(strip, rows, cells)| strip.tensions(model, state, rows, cells));
+        node_rows.into_par_iter().for_each(|(strip, row, nodes)| strip.displacements(model, state, row, nodes));
         self.stills.push(still);
         self.passed = (time / self.interval).round() as usize + 1;
         if self.stills.len() > STILLS {
@@ -274,14 +276,13 @@ impl Strip {
         columns * rows
     }
 
-    fn displacements<S: Scalar>(&self, model: &Model<S>, state: &State<S>, out: &mut [[f32; 3]]) {
+    /// Displacements of the nodes kept of a row.
+    fn displacements<S: Scalar>(&self, model: &Model<S>, state: &State<S>, row: usize, out: &mut [[f32; 3]]) {
         let mesh = &model.sheet(self.ply).mesh;
-        for (row, out) in self.own[1].iter().zip(out.chunks_mut(self.own[0].len())) {
-            let row = state.nodes.row(model.grid.first_node_row(self.ply) + row);
-            let [x, y, z] = [0, 1, 2].map(|a| &row[(node::DISPLACEMENT + a) * state.nodes.stride..]);
-            for (column, out) in self.own[0].iter().zip(out) {
-                *out = mesh.to_pack([x, y, z].map(|u| u[*column].to_f64())).map(|u| u as f32);
-            }
+        let row = state.nodes.row(model.grid.first_node_row(self.ply) + row);
+        let [x, y, z] = [0, 1, 2].map(|a| &row[(node::DISPLACEMENT + a) * state.nodes.stride..]);
+        for (column, out) in self.own[0].iter().zip(out) {
+            *out = mesh.to_pack([x, y, z].map(|u| u[*column].to_f64())).map(|u| u as f32);
         }
     }
 

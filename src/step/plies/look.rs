@@ -155,7 +155,7 @@ impl Found {
 
 /// Some rows of a search, which one thread looks at.
 pub(super) struct Part<'a, S> {
-    look: Look<'a, S>,
+    look: &'a Look<'a, S>,
     rows: Range<usize>,
     columns: Range<usize>,
     over: &'a mut [u32],
@@ -242,7 +242,7 @@ impl<'a, S: Scalar> Look<'a, S> {
     /// Every node that anything may have reached, in parts of a few rows; each fills one of `found`. Parts are the same whatever has
     /// been reached, so that what they add up is.
     pub(super) fn parts(
-        self,
+        &'a self,
         over: &'a mut [u32],
         found: &'a mut [Found],
         travel: f64,

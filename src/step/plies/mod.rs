@@ -23,9 +23,6 @@ use moves::{Effect, Load, Mover};
 pub(super) use sieve::Compiled as CompiledSieve;
 pub use sieve::{Near, Sieve};
 
-/// Contacts that more than one thread works on; fewer take longer to share out than to do.
-const SHARED: usize = 256;
-
 /// What contact does to one ply in a step.
 #[derive(Clone, Debug, Default)]
 struct PlyWork {
@@ -63,21 +60,18 @@ impl<S: Scalar> PlyContact<S> {
         Self { plies: vec![work; model.plies.len()], sieve: S::sieve(vectors), travel: 0.0 }
     }
 
-    /// Finds and applies the impulses of a step. What is done ply by ply is told how many plies a thread has at least for itself.
+    /// Finds and applies the impulses of a step.
     pub(super) fn resolve(&mut self, context: &mut Context<'_, S>, nothing: &[S]) {
         let model = context.model;
         let body = context.state.body.as_ref().map_or(0.0, |b| b.speed_bound());
         self.travel += model.dt * context.totals.max_speed.max(body);
         self.find(context);
-        let found = self.plies.iter().flat_map(|ply| ply.found.iter().flatten());
-        let points: usize = found.map(|found| found.points.len()).sum();
-        if points == 0 {
+        if self.plies.iter().all(|ply| ply.points().next().is_none()) {
             return;
         }
-        let alone = if points < SHARED { usize::MAX } else { 1 };
-        self.share(model, alone);
-        self.solve(context, alone);
-        self.apply(context, nothing, alone);
+        self.share(model);
+        self.solve(context);
+        self.apply(context, nothing);
         self.collect(context);
     }
 
@@ -87,15 +81,16 @@ impl<S: Scalar> PlyContact<S> {
         let travel = self.travel;
         let mut over = std::mem::take(&mut context.state.over);
         let state = &*context.state;
-        let per_ply = SIDES * model.nodes_per_ply();
+        let plies = model.plies.len();
+        let sides = (0..plies).flat_map(|ply| (0..SIDES).map(move |side| (ply, side)));
+        let look = |(ply, side)| Some(Look::new(model, state, ply, side, neighbour(ply, side, plies)?));
+        let looks: Vec<_> = sides.map(look).collect();
+        let found = self.plies.iter_mut().flat_map(|work| &mut work.found);
         let mut parts = Vec::new();
-        for (ply, (over, work)) in over.chunks_mut(per_ply).zip(&mut self.plies).enumerate() {
-            work.found.iter_mut().flatten().for_each(Found::clear);
-            let sides = over.chunks_mut(per_ply / SIDES).zip(&mut work.found);
-            for (side, (over, found)) in sides.enumerate() {
-                if let Some(other) = neighbour(ply, side, model.plies.len()) {
-                    parts.extend(Look::new(model, state, ply, side, other).parts(over, found, travel));
-                }
+        for ((look, over), found) in looks.iter().zip(over.chunks_mut(model.nodes_per_ply())).zip(found) {
+            found.iter_mut().for_each(Found::clear);
+            if let Some(look) = look {
+                parts.extend(look.parts(over, found, travel));
             }
         }
         // By rows, as the sweep shares them out, so that a thread mostly meets nodes of its own.
@@ -107,9 +102,9 @@ impl<S: Scalar> PlyContact<S> {
 
     /// Shares each node's mass out among its contacts, in the whole scene: a node on a mirror plane has the images of those
     /// that come from one side of it.
-    fn share(&mut self, model: &Model<S>, alone: usize) {
+    fn share(&mut self, model: &Model<S>) {
         let across = model.grid.columns + 1;
-        self.each_load(alone, |ply, load, plies| {
+        self.each_load(|ply, load, plies| {
             let mesh = &model.sheet(ply).mesh;
             for p in plies[ply].points() {
                 load.share(p.row as usize * across + p.column as usize, 1.0);
@@ -125,21 +120,21 @@ impl<S: Scalar> PlyContact<S> {
     }
 
     /// Works on the load of every ply while the contacts of all can be read.
-    fn each_load(&mut self, alone: usize, work: impl Fn(usize, &mut Load, &[PlyWork]) + Sync) {
+    fn each_load(&mut self, work: impl Fn(usize, &mut Load, &[PlyWork]) + Sync) {
         let mut loads: Vec<_> = self.plies.iter_mut().map(|ply| std::mem::take(&mut ply.load)).collect();
         let plies = &self.plies;
-        loads.par_iter_mut().with_min_len(alone).enumerate().for_each(|(ply, load)| work(ply, load, plies));
+        loads.par_iter_mut().enumerate().for_each(|(ply, load)| work(ply, load, plies));
         for (ply, load) in self.plies.iter_mut().zip(loads) {
             ply.load = load;
         }
     }
 
     /// The impulse of every contact, each on its own.
-    fn solve(&mut self, context: &Context<'_, S>, alone: usize) {
+    fn solve(&mut self, context: &Context<'_, S>) {
         let (model, state) = (context.model, &*context.state);
         let mut found: Vec<_> = self.plies.iter_mut().map(|work| std::mem::take(&mut work.found)).collect();
         let plies = &self.plies;
-        found.par_iter_mut().with_min_len(alone).enumerate().for_each(|(ply, found)| {
+        found.par_iter_mut().enumerate().for_each(|(ply, found)| {
             for (side, found) in found.iter_mut().enumerate() {
                 if let Some(other) = neighbour(ply, side, plies.len()) {
                     let pair = [ply, other].map(|ply| (View::new(model, state, ply), &plies[ply].load));
@@ -153,9 +148,9 @@ impl<S: Scalar> PlyContact<S> {
     }
 
     /// Gives the nodes their impulses, ply by ply.
-    fn apply(&mut self, context: &mut Context<'_, S>, nothing: &[S], alone: usize) {
+    fn apply(&mut self, context: &mut Context<'_, S>, nothing: &[S]) {
         let across = context.model.grid.columns + 1;
-        self.each_load(alone, |ply, load, plies| {
+        self.each_load(|ply, load, plies| {
             for p in plies[ply].points() {
                 load.add(p.row as usize * across + p.column as usize, p, 1.0);
             }
@@ -173,7 +168,7 @@ impl<S: Scalar> PlyContact<S> {
             work.effect = mover.apply(ply, &mut work.load, nodes);
         };
         let plies = self.plies.par_iter_mut().zip(nodes.data.par_chunks_mut(length));
-        plies.with_min_len(alone).enumerate().for_each(work);
+        plies.enumerate().for_each(work);
     }
 
     /// Takes note of what contact did, ply after ply.
