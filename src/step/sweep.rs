@@ -4,7 +4,6 @@
 //! cache. Bands and in them blocks of rows run in parallel; the row of nodes between two of them moves when both are done, since
 //! until then both read it.
 
-use std::mem::take;
 use std::ops::Range;
 
 use rayon::prelude::*;
@@ -46,15 +45,61 @@ pub(super) struct Sweep<'a, S: Scalar> {
 }
 
 /// Storage of the rows of elements from `first` on, with the rows of nodes strictly between them.
-struct Block<'a, S> {
+struct Strip<'a, S> {
     first: usize,
-    /// Rows of nodes at either end, which nothing moves before the block is done.
-    below: &'a [S],
-    above: &'a [S],
     nodes: &'a mut [S],
     elements: &'a mut [S],
     element_totals: &'a mut [ElementTotals],
     node_totals: &'a mut [NodeTotals],
+}
+
+/// A strip between two rows of nodes, which nothing moves before it is done.
+struct Block<'a, S> {
+    strip: Strip<'a, S>,
+    below: &'a [S],
+    above: &'a [S],
+}
+
+/// What is on either side of a row of nodes, and that row with its totals.
+type Parted<'a, S> = (Strip<'a, S>, (&'a mut [S], &'a mut NodeTotals), Strip<'a, S>);
+
+impl<'a, S> Strip<'a, S> {
+    /// Cuts it at the row of nodes `row`. `length`: numbers per row of nodes and of elements.
+    fn cut(self, row: usize, length: [usize; 2]) -> Parted<'a, S> {
+        let rows = row - self.first;
+        let (nodes_low, nodes) = self.nodes.split_at_mut((rows - 1) * length[0]);
+        let (middle, nodes_high) = nodes.split_at_mut(length[0]);
+        let (node_totals_low, node_totals) = self.node_totals.split_at_mut(rows - 1);
+        let (middle_totals, node_totals_high) = node_totals.split_at_mut(1);
+        let (elements_low, elements_high) = self.elements.split_at_mut(rows * length[1]);
+        let (element_totals_low, element_totals_high) = self.element_totals.split_at_mut(rows);
+        let low = Strip {
+            first: self.first,
+            nodes: nodes_low,
+            elements: elements_low,
+            element_totals: element_totals_low,
+            node_totals: node_totals_low,
+        };
+        let high = Strip {
+            first: row,
+            nodes: nodes_high,
+            elements: elements_high,
+            element_totals: element_totals_high,
+            node_totals: node_totals_high,
+        };
+        (low, (middle, &mut middle_totals[0]), high)
+    }
+
+    /// The same strip for a while.
+    fn lend(&mut self) -> Strip<'_, S> {
+        Strip {
+            first: self.first,
+            nodes: &mut *self.nodes,
+            elements: &mut *self.elements,
+            element_totals: &mut *self.element_totals,
+            node_totals: &mut *self.node_totals,
+        }
+    }
 }
 
 /// What is the same for all rows of a ply.
@@ -95,33 +140,27 @@ fn cuts(rows: usize, computed: &Range<usize>, bands: usize) -> Vec<usize> {
 impl<'a, S: Scalar> Storage<'a, S> {
     /// The bands, with their numbers.
     fn blocks(&mut self) -> Vec<(usize, &Ply<'a, S>, Block<'_, S>)> {
-        let [length, element_length] = self.ply.length;
-        let (below, mut nodes) = self.nodes.split_at_mut(length);
+        let length = self.ply.length;
+        // A ply may have fewer rows than there is room for.
+        let rows = self.cuts[self.cuts.len() - 1];
+        let (below, nodes) = self.nodes[..(rows + 1) * length[0]].split_at_mut(length[0]);
+        let (nodes, top) = nodes.split_at_mut((rows - 1) * length[0]);
         let mut below = &*below;
-        let (mut elements, mut element_totals) = (&mut *self.elements, &mut *self.element_totals);
-        let mut node_totals = &mut self.node_totals[1..];
+        let mut rest = Strip {
+            first: 0,
+            nodes,
+            elements: &mut self.elements[..rows * length[1]],
+            element_totals: &mut self.element_totals[..rows],
+            node_totals: &mut self.node_totals[1..rows],
+        };
         let mut blocks = Vec::with_capacity(self.cuts.len() - 1);
-        for (band, ends) in self.cuts.windows(2).enumerate() {
-            let rows = ends[1] - ends[0];
-            let (inner, rest) = take(&mut nodes).split_at_mut((rows - 1) * length);
-            let (above, rest) = rest.split_at_mut(length);
+        for (band, &row) in self.cuts[1..self.cuts.len() - 1].iter().enumerate() {
+            let (strip, (above, _), high) = rest.cut(row, length);
             let above = &*above;
-            let (own_elements, more_elements) = take(&mut elements).split_at_mut(rows * element_length);
-            let (own_totals, more_totals) = take(&mut element_totals).split_at_mut(rows);
-            let (own_node_totals, more_node_totals) = take(&mut node_totals).split_at_mut(rows);
-            let block = Block {
-                first: ends[0],
-                below,
-                above,
-                nodes: inner,
-                elements: own_elements,
-                element_totals: own_totals,
-                node_totals: &mut own_node_totals[..rows - 1],
-            };
-            blocks.push((band, &self.ply, block));
-            (below, nodes) = (above, rest);
-            (elements, element_totals, node_totals) = (more_elements, more_totals, more_node_totals);
+            blocks.push((band, &self.ply, Block { strip, below, above }));
+            (below, rest) = (above, high);
         }
+        blocks.push((self.cuts.len() - 2, &self.ply, Block { strip: rest, below, above: top }));
         blocks
     }
 
@@ -188,47 +227,25 @@ impl<S: Scalar> Sweep<'_, S> {
 
 impl<S: Scalar> Ply<'_, S> {
     fn block(&self, block: Block<'_, S>) {
-        let [length, element_length] = self.length;
-        let rows = block.element_totals.len();
+        let Block { mut strip, below, above } = block;
+        let rows = strip.element_totals.len();
         if rows <= BLOCK {
-            self.rows(block);
+            self.rows(strip, [below, above]);
             return;
         }
-        let Block { first, below, above, nodes, elements, element_totals, node_totals } = block;
-        let half = rows / 2;
-        let (nodes_low, rest) = nodes.split_at_mut((half - 1) * length);
-        let (middle, nodes_high) = rest.split_at_mut(length);
-        let (totals_low, rest) = node_totals.split_at_mut(half - 1);
-        let (middle_totals, totals_high) = rest.split_at_mut(1);
-        let (elements_low, elements_high) = elements.split_at_mut(half * element_length);
-        let (element_totals_low, element_totals_high) = element_totals.split_at_mut(half);
-        let low = Block {
-            first,
-            below,
-            above: middle,
-            nodes: nodes_low,
-            elements: elements_low,
-            element_totals: element_totals_low,
-            node_totals: totals_low,
-        };
-        let high = Block {
-            first: first + half,
-            below: middle,
-            above,
-            nodes: nodes_high,
-            elements: elements_high,
-            element_totals: element_totals_high,
-            node_totals: totals_high,
-        };
+        let middle = strip.first + rows / 2;
+        let (low, (nodes, _), high) = strip.lend().cut(middle, self.length);
+        let low = Block { strip: low, below, above: nodes };
+        let high = Block { strip: high, below: nodes, above };
         rayon::join(|| self.block(low), || self.block(high));
-        let (front, back) = elements.split_at(half * element_length);
-        let last = &front[(half - 1) * element_length..];
-        self.move_nodes(first + half, last, &back[..element_length], middle, &mut middle_totals[0]);
+        let (low, (nodes, totals), high) = strip.cut(middle, self.length);
+        let length = self.length[1];
+        self.move_nodes(middle, &low.elements[low.elements.len() - length..], &high.elements[..length], nodes, totals);
     }
 
-    fn rows(&self, block: Block<'_, S>) {
+    fn rows(&self, strip: Strip<'_, S>, [below, above]: [&[S]; 2]) {
         let [length, element_length] = self.length;
-        let Block { first, below, above, nodes, elements, element_totals, node_totals } = block;
+        let Strip { first, nodes, elements, element_totals, node_totals } = strip;
         let rows = element_totals.len();
         for (at, totals) in element_totals.iter_mut().enumerate() {
             let under = if at == 0 { below } else { &nodes[(at - 1) * length..at * length] };
