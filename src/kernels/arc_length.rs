@@ -83,6 +83,7 @@ pub fn arc_length<R: Real>(k: R, terms: usize) -> ArcLength<R> {
     let lambda = a_minus_1 * a1;
     let x = lambda.squared();
     // Horner for the series G(x) − 1 = x·p(x) and its derivative G′(x), even powers beside odd ones: none waits for another.
+    // One series after the other: both at once do not fit into sixteen registers.
     let square_x = x.squared();
     let (mut p, mut dg) = ([n.zero(); 2], [n.zero(); 2]);
     for pair in (0..terms.div_ceil(2)).rev() {

@@ -13,6 +13,7 @@
 mod failure;
 mod kernels;
 mod memory;
+mod near;
 mod plies;
 mod projectile;
 mod stopwatch;

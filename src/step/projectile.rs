@@ -4,17 +4,15 @@
 //! the struck side by the thickness of the fabric that lies between, hole by hole. So the projectile meets a stack of plies
 //! in one solve, with the mass of all of them, and contact between plies has only their differences to deal with.
 
-use std::ops::RangeInclusive;
-
 use nalgebra::Vector3;
-use rayon::prelude::*;
 
+use super::near::near_nodes;
 use super::{Context, neighbours};
 use crate::kernels::node_update::{self, field as node};
 use crate::kernels::projectile_contact::{self, ContactPoint};
 use crate::kernels::projectile_rim::{Rim, Tie};
 use crate::kernels::rigid_body::RigidBody;
-use crate::model::{Mesh, Model, over, over::SIDES};
+use crate::model::{Model, over, over::SIDES};
 use crate::number::Scalar;
 use crate::state::{State, split};
 
@@ -321,63 +319,6 @@ pub(crate) fn row_positions<S: Scalar>(
     })
 }
 
-/// Nodes within `margin` of the body, or of it moved through the plies in front, in storage order.
-fn near_nodes<S: Scalar>(model: &Model<S>, state: &State<S>, body: &RigidBody, margin: f64) -> Vec<[u32; 3]> {
-    let grid = &model.grid;
-    let looks: Vec<_> = (0..model.plies.len())
-        .map(|ply| {
-            let depth = model.plies[ply].depth;
-            // Places to look at between a node and its place behind no fabric, no further apart than the margin.
-            let looks = (depth / margin).ceil().min(64.0);
-            let room = margin + 0.5 * depth / looks.max(1.0);
-            (depth, looks, room, [0, 1].map(|axis| extent(body, &model.sheet(ply).mesh, axis, room)))
-        })
-        .collect();
-    let found = (0..grid.node_rows()).into_par_iter().with_min_len(16).map(|index| {
-        let (ply, row) = grid.node_row(index);
-        let mut out = Vec::new();
-        let mesh = &model.sheet(ply).mesh;
-        if row > mesh.rows {
-            return out;
-        }
-        let (depth, looks, room, [along, across]) = &looks[ply];
-        // Most nodes are beside the body, most rows of nodes as a whole.
-        let [_, y] = mesh.reference(row, 0);
-        let [_, v]: [&[S]; 2] = split(state.nodes.row(index), state.nodes.stride);
-        if !v[..=mesh.columns].iter().fold(false, |any, v| any | across.contains(&(y + v.to_f64()))) {
-            return out;
-        }
-        for (column, [x, y, _]) in row_positions(model, state, ply, row).enumerate() {
-            if !(along.contains(&x) && across.contains(&y)) {
-                continue;
-            }
-            let position = node_position(model, state, ply, row, column);
-            let close = |look: u32| {
-                let moved = position - Vector3::new(0.0, 0.0, depth * f64::from(look) / looks.max(1.0));
-                body.gap(&moved).0 < *room
-            };
-            if (0..=*looks as u32).any(close) {
-                out.push([ply, row, column].map(|at| at as u32));
-            }
-        }
-        out
-    });
-    found.collect::<Vec<_>>().concat()
-}
-
-/// From where to where a body reaches along the first or second axis of a ply, with `room` on either side [m].
-fn extent(body: &RigidBody, mesh: &Mesh, axis: usize, room: f64) -> RangeInclusive<f64> {
-    if body.body.profile.bar {
-        return f64::NEG_INFINITY..=f64::INFINITY;
-    }
-    let mut direction = [0.0; 3];
-    direction[axis] = 1.0;
-    let direction = body.orientation.inverse_transform_vector(&mesh.to_pack(direction).into());
-    let centre = mesh.to_ply(body.position.into())[axis];
-    let [back, front] = [-direction, direction].map(|direction| body.body.support(direction.into()) + room);
-    centre - back..=centre + front
-}
-
 #[cfg(test)]
 mod tests {
     use std::path::Path;
@@ -385,64 +326,6 @@ mod tests {
     use super::*;
     use crate::case;
     use crate::kernels::element_force::field;
-
-    /// A case of a smaller pack, its projectile changed, ready to run.
-    fn scene(file: &str, projectile: &str) -> (Model<f64>, State<f64>) {
-        let sets = ["/expect=[]", "/sources={}", "/pack/width_mm=40", "/pack/height_mm=40"].map(str::to_owned);
-        let sets = [&sets[..], &[format!("/projectile={projectile}")]].concat();
-        let case = case::read(Path::new(file), &sets).unwrap_or_else(|error| unreachable!("{error}"));
-        let model = Model::<f64>::new(&case).unwrap_or_else(|error| unreachable!("{error}"));
-        let state = State::new(&case, &model);
-        (model, state)
-    }
-
-    /// Every node that comes within the margin when it is moved through any part of the plies in front is listed, and few that
-    /// do not come within a margin more.
-    #[test]
-    fn all_nodes_near_the_body_are_listed() {
-        let common =
-            r#""mass_g": 3, "velocity_m_s": 155, "offset_mm": [7.3, -4.1], "obliquity_deg": 40, "azimuth_deg": 25"#;
-        let shapes = [
-            r#""shape": "cylinder", "diameter_mm": 5.5, "length_mm": 20, "yaw_deg": 20"#,
-            r#""shape": "cylinder", "diameter_mm": 9, "length_mm": 3, "edge_radius_mm": 0.4, "yaw_deg": -25"#,
-            r#""shape": "sphere", "diameter_mm": 8"#,
-            r#""shape": "cone", "diameter_mm": 6, "length_mm": 30, "nose_length_mm": 30"#,
-            r#""shape": "ogive", "diameter_mm": 6, "length_mm": 14, "nose_length_mm": 9"#,
-            r#""shape": "fragment", "diameter_mm": 7, "length_mm": 8, "roll_deg": 30"#,
-        ];
-        for shape in shapes {
-            for file in ["cases/s728-4ply-91.json", "cases/hybrid-8ply-200.json"] {
-                let (model, mut state) = scene(file, &format!("{{{shape}, {common}}}"));
-                for row in 0..model.grid.node_rows() {
-                    for column in 0..model.grid.columns {
-                        let swell = 1e-3 * (0.3 * row as f64 + 0.7 * column as f64).sin();
-                        (0..3)
-                            .for_each(|a| state.nodes.set(row, node::DISPLACEMENT + a, column, swell * (1 + a) as f64));
-                    }
-                }
-                let Some(mut body) = state.body.clone() else { unreachable!() };
-                body.position += body.flight * 4e-3;
-                let margin = 1.5e-3;
-                let listed = near_nodes(&model, &state, &body, margin);
-                let within = |room: f64| {
-                    let mut all = crate::step::nodes(&model).collect::<Vec<_>>();
-                    all.retain(|&[ply, row, column]| {
-                        let position = node_position(&model, &state, ply, row, column);
-                        let moved = |part: u32| {
-                            position - Vector3::new(0.0, 0.0, model.plies[ply].depth * f64::from(part) / 40.0)
-                        };
-                        (0..=40).any(|part| body.gap(&moved(part)).0 < room)
-                    });
-                    all.iter().map(|place| place.map(|at| at as u32)).collect::<Vec<_>>()
-                };
-                let (least, most) = (within(margin), within(2.0 * margin));
-                assert!(least.len() > 20, "{shape} {file}: {}", least.len());
-                assert!(least.iter().all(|place| listed.contains(place)), "{shape} {file}");
-                assert!(listed.iter().all(|place| most.contains(place)), "{shape} {file}");
-                assert!(listed.is_sorted(), "in storage order");
-            }
-        }
-    }
 
     #[test]
     fn an_edge_is_there_as_long_as_a_yarn_runs_along_it() {
