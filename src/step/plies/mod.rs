@@ -19,7 +19,7 @@ use crate::number::Scalar;
 use crate::state::State;
 pub use look::Look;
 use look::{Found, Part, Point, ROWS, View};
-use moves::{Effect, Load, Mover};
+use moves::{Load, Mover};
 pub(super) use sieve::Compiled as CompiledSieve;
 pub use sieve::{Near, Sieve};
 
@@ -29,7 +29,6 @@ struct PlyWork {
     /// Against the ply in front, and against that behind, in parts of [`ROWS`] rows.
     found: [Vec<Found>; SIDES],
     load: Load,
-    effect: Effect,
 }
 
 impl PlyWork {
@@ -56,7 +55,7 @@ impl<S: Scalar> PlyContact<S> {
     pub(super) fn new(model: &Model<S>, vectors: Vectors) -> Self {
         let [nodes, rows] = if model.plies.len() > 1 { [model.nodes_per_ply(), model.grid.rows + 1] } else { [0; 2] };
         let found = [(); SIDES].map(|()| vec![Found::default(); rows.div_ceil(ROWS)]);
-        let work = PlyWork { found, load: Load::new(nodes), ..PlyWork::default() };
+        let work = PlyWork { found, load: Load::new(nodes) };
         Self { plies: vec![work; model.plies.len()], sieve: S::sieve(vectors), travel: 0.0 }
     }
 
@@ -104,7 +103,7 @@ impl<S: Scalar> PlyContact<S> {
     /// that come from one side of it.
     fn share(&mut self, model: &Model<S>) {
         let across = model.grid.columns + 1;
-        self.each_load(|ply, load, plies| {
+        self.each_load(rayon::iter::repeat_n((), self.plies.len()), |ply, load, (), plies| {
             let mesh = &model.sheet(ply).mesh;
             for p in plies[ply].points() {
                 load.share(p.row as usize * across + p.column as usize, 1.0);
@@ -119,11 +118,15 @@ impl<S: Scalar> PlyContact<S> {
         });
     }
 
-    /// Works on the load of every ply while the contacts of all can be read.
-    fn each_load(&mut self, work: impl Fn(usize, &mut Load, &[PlyWork]) + Sync) {
+    /// Works on the load of every ply, with something of its own, while the contacts of all can be read.
+    fn each_load<T: Send>(
+        &mut self,
+        own: impl IndexedParallelIterator<Item = T>,
+        work: impl Fn(usize, &mut Load, T, &[PlyWork]) + Sync,
+    ) {
         let mut loads: Vec<_> = self.plies.iter_mut().map(|ply| std::mem::take(&mut ply.load)).collect();
         let plies = &self.plies;
-        loads.par_iter_mut().enumerate().for_each(|(ply, load)| work(ply, load, plies));
+        loads.par_iter_mut().zip(own).enumerate().for_each(|(ply, (load, own))| work(ply, load, own, plies));
         for (ply, load) in self.plies.iter_mut().zip(loads) {
             ply.load = load;
         }
@@ -149,8 +152,12 @@ impl<S: Scalar> PlyContact<S> {
 
     /// Gives the nodes their impulses, ply by ply.
     fn apply(&mut self, context: &mut Context<'_, S>, nothing: &[S]) {
-        let across = context.model.grid.columns + 1;
-        self.each_load(|ply, load, plies| {
+        let (kick, sample, model) = (context.kick(), context.sample, context.model);
+        let across = model.grid.columns + 1;
+        let State { nodes, elements, .. } = &mut *context.state;
+        let length = nodes.row_length() * (model.grid.rows + 1);
+        let mover = Mover { model, elements, nothing, stride: nodes.stride, kick, sample };
+        self.each_load(nodes.data.par_chunks_mut(length), |ply, load, nodes, plies| {
             for p in plies[ply].points() {
                 load.add(p.row as usize * across + p.column as usize, p, 1.0);
             }
@@ -159,22 +166,14 @@ impl<S: Scalar> PlyContact<S> {
                     load.add(at, p, -weight);
                 }
             }
+            mover.apply(ply, load, nodes);
         });
-        let (kick, sample, model) = (context.kick(), context.sample, context.model);
-        let State { nodes, elements, .. } = &mut *context.state;
-        let length = nodes.row_length() * (model.grid.rows + 1);
-        let mover = Mover { model, elements, nothing, stride: nodes.stride, kick, sample };
-        let work = |(ply, (work, nodes)): (usize, (&mut PlyWork, &mut [S]))| {
-            work.effect = mover.apply(ply, &mut work.load, nodes);
-        };
-        let plies = self.plies.par_iter_mut().zip(nodes.data.par_chunks_mut(length));
-        plies.enumerate().for_each(work);
     }
 
     /// Takes note of what contact did, ply after ply.
     fn collect(&mut self, context: &mut Context<'_, S>) {
         for (ply, work) in self.plies.iter_mut().enumerate() {
-            let (effect, ledger) = (&mut work.effect, &mut *context.ledger);
+            let (effect, ledger) = (&mut work.load.effect, &mut *context.ledger);
             let friction: f64 = work.found.iter().flatten().map(|found| found.friction).sum();
             for found in work.found.iter().flatten() {
                 context.totals.ply_contacts += found.points.len() as u64;

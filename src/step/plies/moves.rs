@@ -21,11 +21,13 @@ pub(super) struct Load {
     impulse: Vec<[f64; 6]>,
     /// Nodes with a share.
     touched: Vec<u32>,
+    /// What came of it.
+    pub(super) effect: Effect,
 }
 
 impl Load {
     pub(super) fn new(nodes: usize) -> Self {
-        Self { shares: vec![0.0; nodes], impulse: vec![[0.0; 6]; nodes], touched: Vec::new() }
+        Self { shares: vec![0.0; nodes], impulse: vec![[0.0; 6]; nodes], ..Self::default() }
     }
 
     /// A node takes part in another contact, with this weight.
@@ -93,8 +95,8 @@ pub(super) struct Mover<'a, S> {
 }
 
 impl<S: Scalar> Mover<'_, S> {
-    /// Gives the nodes of a ply their impulses, and leaves the load empty.
-    pub(super) fn apply(&self, ply: usize, load: &mut Load, nodes: &mut [S]) -> Effect {
+    /// Gives the nodes of a ply their impulses, and leaves of the load what came of it.
+    pub(super) fn apply(&self, ply: usize, load: &mut Load, nodes: &mut [S]) {
         let (model, stride) = (self.model, self.stride);
         let sheet = model.sheet(ply);
         let (mesh, across) = (&sheet.mesh, model.grid.columns + 1);
@@ -147,6 +149,6 @@ impl<S: Scalar> Mover<'_, S> {
                 effect.corrections.push(Correction { mass: masses.mass[column].to_f64(), free, now, pull });
             }
         }
-        effect
+        load.effect = effect;
     }
 }
