@@ -20,6 +20,8 @@ use crate::state::{split, split_mut};
 const BLOCK: usize = 8;
 /// Bands a ply is cut into at most. More threads share bands.
 const BANDS: usize = 4;
+/// Plies whose rows between bands one thread moves: a few rows take no longer than sharing them out.
+const TOGETHER: usize = 16;
 
 /// What of a step a sweep does.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -58,6 +60,28 @@ struct Block<'a, S> {
     strip: Strip<'a, S>,
     below: &'a [S],
     above: &'a [S],
+}
+
+/// A row of nodes at an end of a band: between two of them, or at the edge of the ply.
+enum End<'a, S> {
+    Shared(&'a [S]),
+    Own(&'a mut [S], &'a mut NodeTotals),
+}
+
+impl<S> End<'_, S> {
+    fn nodes(&self) -> &[S] {
+        match self {
+            Self::Shared(nodes) => nodes,
+            Self::Own(nodes, _) => nodes,
+        }
+    }
+}
+
+/// A strip with its ends.
+struct Band<'a, S> {
+    strip: Strip<'a, S>,
+    low: End<'a, S>,
+    high: End<'a, S>,
 }
 
 /// What is on either side of a row of nodes, and that row with its totals.
@@ -120,7 +144,7 @@ struct Ply<'a, S: Scalar> {
 /// A ply and its rows.
 struct Storage<'a, S: Scalar> {
     ply: Ply<'a, S>,
-    /// Rows of nodes at the ends of bands, of the first and of the last among them.
+    /// Rows of nodes at the ends of bands, the first and the last of the ply among them.
     cuts: Vec<usize>,
     nodes: &'a mut [S],
     elements: &'a mut [S],
@@ -139,40 +163,41 @@ fn cuts(rows: usize, computed: &Range<usize>, bands: usize) -> Vec<usize> {
 
 impl<'a, S: Scalar> Storage<'a, S> {
     /// The bands, with their numbers.
-    fn blocks(&mut self) -> Vec<(usize, &Ply<'a, S>, Block<'_, S>)> {
+    fn bands(&mut self) -> Vec<(usize, &Ply<'a, S>, Band<'_, S>)> {
         let length = self.ply.length;
         // A ply may have fewer rows than there is room for.
         let rows = self.cuts[self.cuts.len() - 1];
-        let (below, nodes) = self.nodes[..(rows + 1) * length[0]].split_at_mut(length[0]);
+        let (bottom, nodes) = self.nodes[..(rows + 1) * length[0]].split_at_mut(length[0]);
         let (nodes, top) = nodes.split_at_mut((rows - 1) * length[0]);
-        let mut below = &*below;
+        let (bottom_totals, node_totals) = self.node_totals[..=rows].split_at_mut(1);
+        let (node_totals, top_totals) = node_totals.split_at_mut(rows - 1);
+        let mut low = End::Own(bottom, &mut bottom_totals[0]);
         let mut rest = Strip {
             first: 0,
             nodes,
             elements: &mut self.elements[..rows * length[1]],
             element_totals: &mut self.element_totals[..rows],
-            node_totals: &mut self.node_totals[1..rows],
+            node_totals,
         };
-        let mut blocks = Vec::with_capacity(self.cuts.len() - 1);
+        let mut bands = Vec::with_capacity(self.cuts.len() - 1);
         for (band, &row) in self.cuts[1..self.cuts.len() - 1].iter().enumerate() {
-            let (strip, (above, _), high) = rest.cut(row, length);
-            let above = &*above;
-            blocks.push((band, &self.ply, Block { strip, below, above }));
-            (below, rest) = (above, high);
+            let (strip, (middle, _), high) = rest.cut(row, length);
+            let middle = &*middle;
+            bands.push((band, &self.ply, Band { strip, low, high: End::Shared(middle) }));
+            (low, rest) = (End::Shared(middle), high);
         }
-        blocks.push((self.cuts.len() - 2, &self.ply, Block { strip: rest, below, above: top }));
-        blocks
+        let high = End::Own(top, &mut top_totals[0]);
+        bands.push((self.cuts.len() - 2, &self.ply, Band { strip: rest, low, high }));
+        bands
     }
 
-    /// Moves the rows of nodes at the ends of bands, which both sides have read.
+    /// Moves the rows of nodes between bands, which both of them have read.
     fn between(&mut self) {
         let [length, element_length] = self.ply.length;
-        for &row in &self.cuts {
-            let element = |row: usize| &self.elements[row * element_length..(row + 1) * element_length];
-            let below = if row > 0 { element(row - 1) } else { self.ply.sweep.nothing };
-            let above = if row < self.cuts[self.cuts.len() - 1] { element(row) } else { self.ply.sweep.nothing };
+        for &row in &self.cuts[1..self.cuts.len() - 1] {
+            let (below, above) = self.elements[(row - 1) * element_length..].split_at(element_length);
             let node = &mut self.nodes[row * length..(row + 1) * length];
-            self.ply.move_nodes(row, below, above, node, &mut self.node_totals[row]);
+            self.ply.move_nodes(row, below, &above[..element_length], node, &mut self.node_totals[row]);
         }
     }
 }
@@ -214,10 +239,10 @@ impl<S: Scalar> Sweep<'_, S> {
         };
         let mut plies: Vec<_> = plies.enumerate().map(storage).collect();
         // Band by band, so that a thread has the same rows of neighbouring plies, which look at each other in contact.
-        let mut blocks: Vec<_> = plies.iter_mut().flat_map(Storage::blocks).collect();
-        blocks.sort_by_key(|(band, ..)| *band);
-        blocks.into_par_iter().for_each(|(_, ply, block)| ply.block(block));
-        plies.par_iter_mut().for_each(Storage::between);
+        let mut bands: Vec<_> = plies.iter_mut().flat_map(Storage::bands).collect();
+        bands.sort_by_key(|(number, ..)| *number);
+        bands.into_par_iter().for_each(|(_, ply, band)| ply.band(band));
+        plies.par_iter_mut().with_min_len(TOGETHER).for_each(Storage::between);
     }
 
     fn has(&self, pass: Passes) -> bool {
@@ -226,6 +251,19 @@ impl<S: Scalar> Sweep<'_, S> {
 }
 
 impl<S: Scalar> Ply<'_, S> {
+    fn band(&self, band: Band<'_, S>) {
+        let Band { mut strip, low, high } = band;
+        self.block(Block { strip: strip.lend(), below: low.nodes(), above: high.nodes() });
+        let (length, nothing) = (self.length[1], self.sweep.nothing);
+        let (first, last) = (&strip.elements[..length], &strip.elements[strip.elements.len() - length..]);
+        if let End::Own(nodes, totals) = low {
+            self.move_nodes(strip.first, nothing, first, nodes, totals);
+        }
+        if let End::Own(nodes, totals) = high {
+            self.move_nodes(strip.first + strip.element_totals.len(), last, nothing, nodes, totals);
+        }
+    }
+
     fn block(&self, block: Block<'_, S>) {
         let Block { mut strip, below, above } = block;
         let rows = strip.element_totals.len();
