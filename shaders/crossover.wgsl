@@ -163,13 +163,18 @@ fn straight_strain(y: Yarn, stretch: f32) -> f32 {
     return (stretch - y.crimp) / (1.0 + y.crimp);
 }
 
+/// Tensions of warp and weft at their strains [N].
+fn tensions(strain: vec2<f32>) -> vec2<f32> {
+    return vec2<f32>(tension_at(yarn(0u), strain.x), tension_at(yarn(1u), strain.y));
+}
+
 /// Solves the cell for the stretches Λ = 1 + `stretch`, from the heights `warm` of the last step. `both`: both yarns
 /// are alive and present; elsewhere each straightens freely.
 fn solve(stretch: vec2<f32>, warm: vec2<f32>, both: bool) -> Equilibrium {
     let straight = vec2<f32>(straight_strain(yarn(0u), stretch.x), straight_strain(yarn(1u), stretch.y));
     let top = scene.height_sum;
     if (!both || !(0.0 < top)) {
-        let tension = vec2<f32>(tension_at(yarn(0u), straight.x), tension_at(yarn(1u), straight.y));
+        let tension = tensions(straight);
         return Equilibrium(tension, tension, straight, vec2<f32>(0.0), Guide(), 0.0, 0.0, 0u, true);
     }
     let start = min(max(vec2<f32>(0.0), vec2<f32>(warm[PIVOT], warm[1u - PIVOT])), vec2<f32>(top));
@@ -189,7 +194,7 @@ fn solve(stretch: vec2<f32>, warm: vec2<f32>, both: bool) -> Equilibrium {
     out.height[1u - PIVOT] = best.other_height;
     out.strain[PIVOT] = best.pivot.strain;
     out.strain[1u - PIVOT] = best.other.strain;
-    out.tension = vec2<f32>(tension_at(yarn(0u), out.strain.x), tension_at(yarn(1u), out.strain.y));
+    out.tension = tensions(out.strain);
     out.in_plane = out.tension * vec2<f32>(
         in_plane_factor(yarn(0u), stretch.x, out.height.x),
         in_plane_factor(yarn(1u), stretch.y, out.height.y));

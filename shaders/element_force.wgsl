@@ -214,7 +214,7 @@ fn element_step(element: u32) -> u32 {
     let both_left = both_of(alive);
     let straight = vec2<f32>(straight_strain(yarn(0u), k.stretch.x), straight_strain(yarn(1u), k.stretch.y));
     let free_strain = max(straight, zero);
-    let free = vec2<f32>(scene.warp_stiffness, scene.weft_stiffness) * free_strain;
+    let free = tensions(straight);
     let pull = select(zero, select(free, cell.in_plane, both_left), alive);
 
     var gamma = 0.0;

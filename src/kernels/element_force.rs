@@ -316,8 +316,9 @@ pub fn element_force<R: Real, L: LawKernel>(
         let alive = [was_alive[0] & !failed[0], was_alive[1] & !failed[1]];
         let both_left = alive[0] & alive[1];
         let any_failed = failed[0] | failed[1];
-        let free_strain = each!(i in 2 => c.cell.yarn[i].straight(k.stretch[i]).max(zero));
-        let free = each!(i in 2 => c.cell.yarn[i].stiffness * free_strain[i]);
+        let straight = each!(i in 2 => c.cell.yarn[i].straight(k.stretch[i]));
+        let free_strain = each!(i in 2 => straight[i].max(zero));
+        let free = each!(i in 2 => c.cell.yarn[i].tension(straight[i]));
         let mut pull = each!(i in 2 => R::select(both_left, cell.in_plane[i], free[i]));
         let mut intact = cell.in_plane;
         if let Some((along, across)) = row.viscosity {

@@ -9,14 +9,14 @@ use super::projectile::{node_position, row_positions};
 use crate::kernels::rigid_body::RigidBody;
 use crate::model::{Mesh, Model};
 use crate::number::Scalar;
-use crate::state::{State, split};
+use crate::state::State;
 
 /// Where nodes of a ply are near a body.
 struct Zone {
     /// Thickness of the plies in front [m].
     depth: f64,
     /// Places to look at between a node and its place behind no fabric, less one.
-    looks: f64,
+    looks: u32,
     /// Distance of any of these from the body [m].
     room: f64,
     /// Where the body reaches along the axes of the ply, with that room [m].
@@ -28,16 +28,16 @@ impl Zone {
     fn new<S: Scalar>(model: &Model<S>, ply: usize, body: &RigidBody, margin: f64) -> Self {
         let depth = model.plies[ply].depth;
         // No further apart than the margin.
-        let looks = (depth / margin).ceil().min(64.0);
-        let room = margin + 0.5 * depth / looks.max(1.0);
+        let looks = (depth / margin).ceil().min(64.0) as u32;
+        let room = margin + 0.5 * depth / f64::from(looks.max(1));
         let [along, across] = [0, 1].map(|axis| extent(body, &model.sheet(ply).mesh, axis, room));
         Self { depth, looks, room, along, across }
     }
 
     /// Whether a node is near the body at its own place, behind no fabric, or between.
     fn has(&self, body: &RigidBody, position: &Vector3<f64>) -> bool {
-        let moved = |look: u32| Vector3::new(0.0, 0.0, self.depth * f64::from(look) / self.looks.max(1.0));
-        (0..=self.looks as u32).any(|look| body.gap(&(position - moved(look))).0 < self.room)
+        let moved = |look: u32| Vector3::new(0.0, 0.0, self.depth * f64::from(look) / f64::from(self.looks.max(1)));
+        (0..=self.looks).any(|look| body.gap(&(position - moved(look))).0 < self.room)
     }
 }
 
@@ -57,15 +57,10 @@ pub(super) fn near_nodes<S: Scalar>(
         if row > mesh.rows {
             return out;
         }
-        // Most nodes are beside the body, most rows of nodes as a whole.
-        let [_, y] = mesh.reference(row, 0);
-        let [_, v]: [&[S]; 2] = split(state.nodes.row(index), state.nodes.stride);
-        if !v[..=mesh.columns].iter().fold(false, |any, v| any | zone.across.contains(&(y + v.to_f64()))) {
-            return out;
-        }
         for (column, [x, y, _]) in row_positions(model, state, ply, row).enumerate() {
-            let beside = !(zone.along.contains(&x) && zone.across.contains(&y));
-            if !beside && zone.has(body, &node_position(model, state, ply, row, column)) {
+            // Most nodes are beside the body.
+            let reaches = zone.across.contains(&y) && zone.along.contains(&x);
+            if reaches && zone.has(body, &node_position(model, state, ply, row, column)) {
                 out.push([ply, row, column].map(|at| at as u32));
             }
         }

@@ -55,13 +55,6 @@ struct Strip<'a, S> {
     node_totals: &'a mut [NodeTotals],
 }
 
-/// A strip between two rows of nodes, which nothing moves before it is done.
-struct Block<'a, S> {
-    strip: Strip<'a, S>,
-    below: &'a [S],
-    above: &'a [S],
-}
-
 /// A row of nodes at an end of a band: between two of them, or at the edge of the ply.
 enum End<'a, S> {
     Shared(&'a [S]),
@@ -251,9 +244,10 @@ impl<S: Scalar> Sweep<'_, S> {
 }
 
 impl<S: Scalar> Ply<'_, S> {
+    /// A band, and the edges of the ply that it has.
     fn band(&self, band: Band<'_, S>) {
         let Band { mut strip, low, high } = band;
-        self.block(Block { strip: strip.lend(), below: low.nodes(), above: high.nodes() });
+        self.strip(strip.lend(), [low.nodes(), high.nodes()]);
         let (length, nothing) = (self.length[1], self.sweep.nothing);
         let (first, last) = (&strip.elements[..length], &strip.elements[strip.elements.len() - length..]);
         if let End::Own(nodes, totals) = low {
@@ -264,8 +258,8 @@ impl<S: Scalar> Ply<'_, S> {
         }
     }
 
-    fn block(&self, block: Block<'_, S>) {
-        let Block { mut strip, below, above } = block;
+    /// A strip between two rows of nodes, which nothing moves before it is done; block by block.
+    fn strip(&self, mut strip: Strip<'_, S>, [below, above]: [&[S]; 2]) {
         let rows = strip.element_totals.len();
         if rows <= BLOCK {
             self.rows(strip, [below, above]);
@@ -273,14 +267,14 @@ impl<S: Scalar> Ply<'_, S> {
         }
         let middle = strip.first + rows / 2;
         let (low, (nodes, _), high) = strip.lend().cut(middle, self.length);
-        let low = Block { strip: low, below, above: nodes };
-        let high = Block { strip: high, below: nodes, above };
-        rayon::join(|| self.block(low), || self.block(high));
+        let nodes = &*nodes;
+        rayon::join(|| self.strip(low, [below, nodes]), || self.strip(high, [nodes, above]));
         let (low, (nodes, totals), high) = strip.cut(middle, self.length);
         let length = self.length[1];
         self.move_nodes(middle, &low.elements[low.elements.len() - length..], &high.elements[..length], nodes, totals);
     }
 
+    /// A block, row by row.
     fn rows(&self, strip: Strip<'_, S>, [below, above]: [&[S]; 2]) {
         let [length, element_length] = self.length;
         let Strip { first, nodes, elements, element_totals, node_totals } = strip;

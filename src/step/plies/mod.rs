@@ -23,29 +23,33 @@ use moves::{Load, Mover};
 pub(super) use sieve::Compiled as CompiledSieve;
 pub use sieve::{Near, Sieve};
 
-/// What contact does to one ply in a step.
-#[derive(Clone, Debug, Default)]
-struct PlyWork {
-    /// Against the ply in front, and against that behind, in parts of [`ROWS`] rows.
-    found: [Vec<Found>; SIDES],
-    load: Load,
-}
+/// Contacts of a ply: against the ply in front, and against that behind, in parts of [`ROWS`] rows.
+#[derive(Clone, Debug)]
+struct Contacts([Vec<Found>; SIDES]);
 
-impl PlyWork {
+impl Contacts {
+    /// What was found, part by part.
+    fn found(&self) -> impl Iterator<Item = &Found> {
+        self.0.iter().flatten()
+    }
+
     /// Contacts with either neighbour, in order.
     fn points(&self) -> impl Iterator<Item = &Point> {
-        self.found.iter().flatten().flat_map(|found| &found.points)
+        self.found().flat_map(|found| &found.points)
     }
 
     /// Contacts with the ply in front, or with that behind.
     fn points_on(&self, side: usize) -> impl Iterator<Item = &Point> {
-        self.found[side].iter().flat_map(|found| &found.points)
+        self.0[side].iter().flat_map(|found| &found.points)
     }
 }
 
 /// Contact between the plies of a pack.
 pub(super) struct PlyContact<S> {
-    plies: Vec<PlyWork>,
+    /// By ply.
+    contacts: Vec<Contacts>,
+    /// By ply.
+    loads: Vec<Load>,
     sieve: Box<dyn Sieve<S>>,
     /// How far any node may have gone so far [m].
     pub(super) travel: f64,
@@ -54,9 +58,14 @@ pub(super) struct PlyContact<S> {
 impl<S: Scalar> PlyContact<S> {
     pub(super) fn new(model: &Model<S>, vectors: Vectors) -> Self {
         let [nodes, rows] = if model.plies.len() > 1 { [model.nodes_per_ply(), model.grid.rows + 1] } else { [0; 2] };
-        let found = [(); SIDES].map(|()| vec![Found::default(); rows.div_ceil(ROWS)]);
-        let work = PlyWork { found, load: Load::new(nodes) };
-        Self { plies: vec![work; model.plies.len()], sieve: S::sieve(vectors), travel: 0.0 }
+        let contacts = Contacts([(); SIDES].map(|()| vec![Found::default(); rows.div_ceil(ROWS)]));
+        let plies = model.plies.len();
+        Self {
+            contacts: vec![contacts; plies],
+            loads: vec![Load::new(nodes); plies],
+            sieve: S::sieve(vectors),
+            travel: 0.0,
+        }
     }
 
     /// Finds and applies the impulses of a step.
@@ -65,7 +74,7 @@ impl<S: Scalar> PlyContact<S> {
         let body = context.state.body.as_ref().map_or(0.0, |b| b.speed_bound());
         self.travel += model.dt * context.totals.max_speed.max(body);
         self.find(context);
-        if self.plies.iter().all(|ply| ply.points().next().is_none()) {
+        if self.contacts.iter().all(|contacts| contacts.points().next().is_none()) {
             return;
         }
         self.share(model);
@@ -84,7 +93,7 @@ impl<S: Scalar> PlyContact<S> {
         let sides = (0..plies).flat_map(|ply| (0..SIDES).map(move |side| (ply, side)));
         let look = |(ply, side)| Some(Look::new(model, state, ply, side, neighbour(ply, side, plies)?));
         let looks: Vec<_> = sides.map(look).collect();
-        let found = self.plies.iter_mut().flat_map(|work| &mut work.found);
+        let found = self.contacts.iter_mut().flat_map(|contacts| &mut contacts.0);
         let mut parts = Vec::new();
         for ((look, over), found) in looks.iter().zip(over.chunks_mut(model.nodes_per_ply())).zip(found) {
             found.iter_mut().for_each(Found::clear);
@@ -103,12 +112,13 @@ impl<S: Scalar> PlyContact<S> {
     /// that come from one side of it.
     fn share(&mut self, model: &Model<S>) {
         let across = model.grid.columns + 1;
-        self.each_load(rayon::iter::repeat_n((), self.plies.len()), |ply, load, (), plies| {
+        let contacts = &self.contacts;
+        self.loads.par_iter_mut().enumerate().for_each(|(ply, load)| {
             let mesh = &model.sheet(ply).mesh;
-            for p in plies[ply].points() {
+            for p in contacts[ply].points() {
                 load.share(p.row as usize * across + p.column as usize, 1.0);
             }
-            for p in against(plies, ply) {
+            for p in against(contacts, ply) {
                 for ((row, column), weight) in corners(p.cell.map(|at| at as usize)).into_iter().zip(p.weights) {
                     if weight > 0.0 {
                         load.share(row * across + column, weight * p.part / mesh.part_of(row, column));
@@ -118,36 +128,18 @@ impl<S: Scalar> PlyContact<S> {
         });
     }
 
-    /// Works on the load of every ply, with something of its own, while the contacts of all can be read.
-    fn each_load<T: Send>(
-        &mut self,
-        own: impl IndexedParallelIterator<Item = T>,
-        work: impl Fn(usize, &mut Load, T, &[PlyWork]) + Sync,
-    ) {
-        let mut loads: Vec<_> = self.plies.iter_mut().map(|ply| std::mem::take(&mut ply.load)).collect();
-        let plies = &self.plies;
-        loads.par_iter_mut().zip(own).enumerate().for_each(|(ply, (load, own))| work(ply, load, own, plies));
-        for (ply, load) in self.plies.iter_mut().zip(loads) {
-            ply.load = load;
-        }
-    }
-
     /// The impulse of every contact, each on its own.
     fn solve(&mut self, context: &Context<'_, S>) {
         let (model, state) = (context.model, &*context.state);
-        let mut found: Vec<_> = self.plies.iter_mut().map(|work| std::mem::take(&mut work.found)).collect();
-        let plies = &self.plies;
-        found.par_iter_mut().enumerate().for_each(|(ply, found)| {
-            for (side, found) in found.iter_mut().enumerate() {
-                if let Some(other) = neighbour(ply, side, plies.len()) {
-                    let pair = [ply, other].map(|ply| (View::new(model, state, ply), &plies[ply].load));
+        let loads = &self.loads;
+        self.contacts.par_iter_mut().enumerate().for_each(|(ply, Contacts(sides))| {
+            for (side, found) in sides.iter_mut().enumerate() {
+                if let Some(other) = neighbour(ply, side, loads.len()) {
+                    let pair = [ply, other].map(|ply| (View::new(model, state, ply), &loads[ply]));
                     found.iter_mut().for_each(|found| solve(model, &pair, found));
                 }
             }
         });
-        for (work, found) in self.plies.iter_mut().zip(found) {
-            work.found = found;
-        }
     }
 
     /// Gives the nodes their impulses, ply by ply.
@@ -157,11 +149,13 @@ impl<S: Scalar> PlyContact<S> {
         let State { nodes, elements, .. } = &mut *context.state;
         let length = nodes.row_length() * (model.grid.rows + 1);
         let mover = Mover { model, elements, nothing, stride: nodes.stride, kick, sample };
-        self.each_load(nodes.data.par_chunks_mut(length), |ply, load, nodes, plies| {
-            for p in plies[ply].points() {
+        let contacts = &self.contacts;
+        let plies = self.loads.par_iter_mut().zip(nodes.data.par_chunks_mut(length)).enumerate();
+        plies.for_each(|(ply, (load, nodes))| {
+            for p in contacts[ply].points() {
                 load.add(p.row as usize * across + p.column as usize, p, 1.0);
             }
-            for p in against(plies, ply) {
+            for p in against(contacts, ply) {
                 for (at, weight) in corner_nodes(p.cell, across).into_iter().zip(p.weights) {
                     load.add(at, p, -weight);
                 }
@@ -172,10 +166,10 @@ impl<S: Scalar> PlyContact<S> {
 
     /// Takes note of what contact did, ply after ply.
     fn collect(&mut self, context: &mut Context<'_, S>) {
-        for (ply, work) in self.plies.iter_mut().enumerate() {
-            let (effect, ledger) = (&mut work.load.effect, &mut *context.ledger);
-            let friction: f64 = work.found.iter().flatten().map(|found| found.friction).sum();
-            for found in work.found.iter().flatten() {
+        for (ply, (contacts, load)) in self.contacts.iter().zip(&mut self.loads).enumerate() {
+            let (effect, ledger) = (&mut load.effect, &mut *context.ledger);
+            let friction: f64 = contacts.found().map(|found| found.friction).sum();
+            for found in contacts.found() {
                 context.totals.ply_contacts += found.points.len() as u64;
                 context.totals.ply_penetration = context.totals.ply_penetration.max(found.penetration);
             }
@@ -220,8 +214,9 @@ fn solve<S: Scalar>(
 }
 
 /// The points of the neighbouring plies that lie on a ply: of the one in front, then of the one behind.
-fn against(plies: &[PlyWork], ply: usize) -> impl Iterator<Item = &Point> {
-    let points = move |side: usize| neighbour(ply, side, plies.len()).map(|other| plies[other].points_on(1 - side));
+fn against(contacts: &[Contacts], ply: usize) -> impl Iterator<Item = &Point> {
+    let points =
+        move |side: usize| neighbour(ply, side, contacts.len()).map(|other| contacts[other].points_on(1 - side));
     points(0).into_iter().flatten().chain(points(1).into_iter().flatten())
 }
 
