@@ -18,10 +18,10 @@ pub enum Vectors {
     #[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
     Avx512(fearless_simd::Avx512),
     /// 256 bits.
-    #[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
+    #[cfg(all(any(target_arch = "x86", target_arch = "x86_64"), not(feature = "quick-build")))]
     Avx2(fearless_simd::Avx2),
     /// 128 bits.
-    #[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
+    #[cfg(all(any(target_arch = "x86", target_arch = "x86_64"), not(feature = "quick-build")))]
     Sse2(fearless_simd::Sse2),
     /// 128 bits.
     #[cfg(target_arch = "aarch64")]
@@ -36,7 +36,9 @@ impl Vectors {
         {
             let level = fearless_simd::Level::new();
             all.extend(level.as_avx512().map(Self::Avx512));
+            #[cfg(not(feature = "quick-build"))]
             all.extend(level.as_avx2().map(Self::Avx2));
+            #[cfg(not(feature = "quick-build"))]
             all.extend(level.as_sse2().map(Self::Sse2));
         }
         #[cfg(target_arch = "aarch64")]
@@ -56,9 +58,9 @@ impl Vectors {
             Self::None => "scalar",
             #[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
             Self::Avx512(_) => "avx512",
-            #[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
+            #[cfg(all(any(target_arch = "x86", target_arch = "x86_64"), not(feature = "quick-build")))]
             Self::Avx2(_) => "avx2",
-            #[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
+            #[cfg(all(any(target_arch = "x86", target_arch = "x86_64"), not(feature = "quick-build")))]
             Self::Sse2(_) => "sse2",
             #[cfg(target_arch = "aarch64")]
             Self::Neon(_) => "neon",

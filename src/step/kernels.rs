@@ -117,9 +117,9 @@ fn of_law<S: Scalar, L: LawKernel>(sheet: &Sheet<S>, vectors: Vectors) -> Box<dy
         Vectors::None => compiled::<S, L>(&constants, S::splat(0.0), shear),
         #[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
         Vectors::Avx512(simd) => compiled::<_, L>(&constants, S::many(simd), shear),
-        #[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
+        #[cfg(all(any(target_arch = "x86", target_arch = "x86_64"), not(feature = "quick-build")))]
         Vectors::Avx2(simd) => compiled::<_, L>(&constants, Twice::of(S::lanes(simd)), shear),
-        #[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
+        #[cfg(all(any(target_arch = "x86", target_arch = "x86_64"), not(feature = "quick-build")))]
         Vectors::Sse2(simd) => compiled::<_, L>(&constants, Twice::of(S::lanes(simd)), shear),
         #[cfg(target_arch = "aarch64")]
         Vectors::Neon(simd) => compiled::<_, L>(&constants, Twice::of(S::lanes(simd)), shear),
@@ -139,9 +139,9 @@ fn sieve<S: Scalar>(vectors: Vectors) -> Box<dyn Sieve<S>> {
         Vectors::None => Box::new(CompiledSieve(S::splat(0.0), 0.0)),
         #[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
         Vectors::Avx512(simd) => Box::new(CompiledSieve(S::lanes(simd), f64::lanes(simd))),
-        #[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
+        #[cfg(all(any(target_arch = "x86", target_arch = "x86_64"), not(feature = "quick-build")))]
         Vectors::Avx2(simd) => Box::new(CompiledSieve(S::lanes(simd), f64::lanes(simd))),
-        #[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
+        #[cfg(all(any(target_arch = "x86", target_arch = "x86_64"), not(feature = "quick-build")))]
         Vectors::Sse2(simd) => Box::new(CompiledSieve(S::lanes(simd), f64::lanes(simd))),
         #[cfg(target_arch = "aarch64")]
         Vectors::Neon(simd) => Box::new(CompiledSieve(S::lanes(simd), f64::lanes(simd))),
