@@ -3,10 +3,10 @@
 //   in/out  forces    array<f32>  (9, E)   P1·Ly/2, P2·Lx/2, hourglass per corner [N]
 //   in/out  heights   array<f32>  (6, E)   `fall` [m] and `share` [-] of warp and weft, which foretell heights; h1, h2 [m], warm start
 //   in/out  flags     array<u32>  (E)      bit 0 warp alive, bit 1 weft alive; evaluations since the last ledger << 8
-//   in/out  accounts  array<f32>  (7, E)   see `ledger`
+//   in/out  accounts  array<f32>  (8, E)   see `ledger`
 //   in/out  status    array<u32>           counters
 //   out     events    array<Event>         yarn failures
-//   in/out  strains   array<f32>  (3, E)   of warp and weft [-], and which of them are to break: see `failure`; where it is nonlocal
+//   in/out  viscous   array<f32>  (2, E)   viscous forces of warp and weft [N], where yarns have shock viscosity
 // Twin: src/kernels/element_force.rs
 
 @group(1) @binding(0) var<storage, read> nodes: array<f32>;
@@ -16,7 +16,7 @@
 @group(1) @binding(4) var<storage, read_write> accounts: array<f32>;
 @group(1) @binding(5) var<storage, read_write> status: array<atomic<u32>>;
 @group(1) @binding(6) var<storage, read_write> events: array<Event>;
-@group(1) @binding(7) var<storage, read_write> strains: array<f32>;
+@group(1) @binding(7) var<storage, read_write> viscous: array<f32>;
 
 /// A yarn failure.
 struct Event {
@@ -27,10 +27,8 @@ struct Event {
     strain: f32,
 }
 
-/// Stretch below which the lever of shear is not shortened further.
-const STRETCH_FLOOR: f32 = 0.3;
-/// Cosine of the shear angle below which the plane of the yarns is no longer resolved.
-const COSINE_FLOOR: f32 = 1e-3;
+/// Stretch of a yarn below which it counts as folded: its element's trellis energy fades with the stretch.
+const FOLDED_STRETCH: f32 = 0.5;
 
 struct Kinematics {
     /// Λ − 1.
@@ -88,25 +86,43 @@ fn stretching(k: Kinematics, v: Differences) -> vec2<f32> {
     return along - 0.5 * k.per_stretch * (vec2<f32>(dot(warp, warp), dot(weft, weft)) - along * along);
 }
 
+/// Trellis shear as the membrane feels it: the energy per reference area is fade(Λ1) fade(Λ2) W(sin γ).
+struct Shear {
+    /// Slope of that energy over Λ1 and Λ2, and over sin γ [N/m].
+    along: vec2<f32>,
+    slope: f32,
+    /// The energy [J/m²].
+    energy: f32,
+}
+
+fn trellis_shear(k: Kinematics) -> Shear {
+    let trellis = trellis_at(k.sine);
+    let part = min((1.0 + k.stretch) * (1.0 / FOLDED_STRETCH), vec2<f32>(1.0));
+    let fade = part * part * (3.0 - 2.0 * part);
+    let rise = (6.0 / FOLDED_STRETCH) * part * (1.0 - part);
+    let both = fade.x * fade.y;
+    return Shear(trellis.energy * (rise * fade.yx), trellis.slope * both, trellis.energy * both);
+}
+
 struct Membrane {
     warp: vec3<f32>,
     weft: vec3<f32>,
 }
 
-/// P1·Ly/2 and P2·Lx/2 [N] from in-plane yarn forces and shear resultant.
-fn membrane(k: Kinematics, pull: vec2<f32>, resultant: f32) -> Membrane {
+/// P1·Ly/2 and P2·Lx/2 [N] from in-plane yarn forces and trellis shear.
+fn membrane(k: Kinematics, pull: vec2<f32>, shear: Shear) -> Membrane {
     let n1 = pull.x * scene.membrane_warp;
     let n2 = pull.y * scene.membrane_weft;
     if (!SHEAR) {
         return Membrane(n1 * k.warp, n2 * k.weft);
     }
-    let cosine = sqrt(max(1.0 - squared(k.sine), COSINE_FLOOR * COSINE_FLOOR));
-    let q = resultant / cosine;
-    let q1 = q * scene.half_length_warp * min(k.per_stretch.x, 1.0 / STRETCH_FLOOR);
-    let q2 = q * scene.half_length_weft * min(k.per_stretch.y, 1.0 / STRETCH_FLOOR);
+    let m1 = n1 + shear.along.x * scene.half_length_warp;
+    let m2 = n2 + shear.along.y * scene.half_length_weft;
+    let q1 = shear.slope * scene.half_length_warp * k.per_stretch.x;
+    let q2 = shear.slope * scene.half_length_weft * k.per_stretch.y;
     return Membrane(
-        n1 * k.warp + q1 * (k.weft - k.sine * k.warp),
-        n2 * k.weft + q2 * (k.warp - k.sine * k.weft));
+        m1 * k.warp + q1 * (k.weft - k.sine * k.warp),
+        m2 * k.weft + q2 * (k.warp - k.sine * k.weft));
 }
 
 /// Energy of one element [J]: yarns, crossover compression, shear.
@@ -151,19 +167,34 @@ fn report(element: u32, which: u32, strain: f32) {
     events[at] = Event(step.index, element, which, strain);
 }
 
-/// Yarns that were to break in this step, no longer marked.
-fn unmark(element: u32) -> vec2<bool> {
-    let at = 2u * scene.elements + element;
-    let marks = u32(strains[at]);
-    if (marks != 0u) {
-        strains[at] = 0.0;
-    }
-    return vec2<bool>((marks & 1u) != 0u, (marks & 2u) != 0u);
+fn keep_viscous(element: u32, force: vec2<f32>) {
+    viscous[element] = force.x;
+    viscous[scene.elements + element] = force.y;
 }
 
-fn keep_strains(element: u32, strain: vec2<f32>) {
-    strains[element] = strain.x;
-    strains[scene.elements + element] = strain.y;
+/// Shock viscosity of an element's yarns.
+struct Viscous {
+    /// Now [N].
+    force: vec2<f32>,
+    /// Work since the last step over ½ of the element's length times its yarns [N].
+    work: vec2<f32>,
+}
+
+/// Viscous forces of warp and weft: stiffness times viscosity times the rate of stretch, so large at a shock and small elsewhere. A slack
+/// yarn has none, and a yarn never pushes. `elastic`: in-plane forces of the yarns; `before`: viscous forces at the last step.
+fn shock_viscosity(k: Kinematics, v: Differences, elastic: vec2<f32>, before: vec2<f32>) -> Viscous {
+    let warp = v.x * scene.gradient_x;
+    let weft = v.y * scene.gradient_y;
+    let rate = vec2<f32>(dot(k.warp, warp), dot(k.weft, weft));
+    let stiffness = vec2<f32>(scene.warp_stiffness * scene.viscosity_warp, scene.weft_stiffness * scene.viscosity_weft);
+    let zero = vec2<f32>(0.0);
+    let force = select(max(stiffness * rate, -elastic), zero, elastic <= zero);
+    // The same rate along the directions of the last step, from Λ² there.
+    let along = rate * step.span;
+    let now = 1.0 + k.stretch;
+    let moved = vec2<f32>(dot(warp, warp), dot(weft, weft)) * (step.span * step.span);
+    let last = sqrt(max(now * now - 2.0 * now * along + moved, vec2<f32>(1e-12)));
+    return Viscous(force, force * along + before * ((now * along - moved) / last));
 }
 
 /// Both of a pair.
@@ -189,8 +220,8 @@ fn element_step(element: u32) -> u32 {
             accounts[6u * e + element] = 0.0;
         }
         keep_heights(element, vec2<f32>(0.0), Guide());
-        if (NONLOCAL) {
-            keep_strains(element, vec2<f32>(0.0));
+        if (VISCOUS) {
+            keep_viscous(element, vec2<f32>(0.0));
         }
         return 0u;
     }
@@ -204,10 +235,7 @@ fn element_step(element: u32) -> u32 {
     let zero = vec2<f32>(0.0);
     let limit = vec2<f32>(scene.warp_failure_strain, scene.weft_failure_strain);
     var failed = vec2<bool>(false);
-    if (NONLOCAL) {
-        failed = was_alive & unmark(element);
-        keep_strains(element, select(zero, cell.strain, was_alive));
-    } else if (FAILURE) {
+    if (FAILURE) {
         failed = was_alive & (limit <= cell.strain);
     }
     let alive = was_alive & !failed;
@@ -215,15 +243,28 @@ fn element_step(element: u32) -> u32 {
     let straight = vec2<f32>(straight_strain(yarn(0u), k.stretch.x), straight_strain(yarn(1u), k.stretch.y));
     let free_strain = max(straight, zero);
     let free = tensions(straight);
-    let pull = select(zero, select(free, cell.in_plane, both_left), alive);
-
-    var gamma = 0.0;
-    var trellis = 0.0;
-    if (SHEAR) {
-        gamma = arc_sine(k.sine);
-        trellis = shear_resultant(gamma);
+    let elastic = select(zero, select(free, cell.in_plane, both_left), alive);
+    var drag = zero;
+    if (VISCOUS) {
+        let at_last = vec2<f32>(viscous[element], viscous[e + element]);
+        let shock = shock_viscosity(k, v, elastic, at_last);
+        drag = shock.force;
+        keep_viscous(element, drag);
+        // N over the element's width times its length.
+        accounts[7u * e + element] += dot(shock.work,
+            vec2<f32>(0.5 * scene.membrane_warp / scene.gradient_x, 0.5 * scene.membrane_weft / scene.gradient_y));
     }
-    let m = membrane(k, pull, select(0.0, trellis, both_left));
+    let pull = elastic + drag;
+
+    var trellis = Shear();
+    if (SHEAR) {
+        trellis = trellis_shear(k);
+    }
+    var left = Shear();
+    if (both_left) {
+        left = trellis;
+    }
+    let m = membrane(k, pull, left);
 
     // Work done on the element between the last positions and these (trapezoid), and the new forces.
     let power = dot(stored(0u, element) + m.warp, v.x) + dot(stored(3u, element) + m.weft, v.y);
@@ -239,14 +280,15 @@ fn element_step(element: u32) -> u32 {
     keep_heights(element, cell.height, cell.guide);
 
     if (FAILURE && any_of(failed)) {
-        var shear_left = 0.0;
-        if (SHEAR) {
-            shear_left = select(0.0, shear_energy(gamma), both);
+        var was = Shear();
+        if (both) {
+            was = trellis;
         }
-        let before = stored_energy(select(zero, cell.tension, was_alive), cell.strain, cell.force, shear_left);
+        let before = stored_energy(select(zero, cell.tension, was_alive), cell.strain, cell.force, was.energy);
         let after = stored_energy(select(zero, free, alive), free_strain, 0.0, 0.0);
         // Forces that break in this step never act, so the last half step's work on them was not done either.
-        let intact = membrane(k, select(zero, cell.in_plane, was_alive), select(0.0, trellis, both));
+        // Of what acts now only the elastic part changes what is stored.
+        let intact = membrane(k, select(zero, cell.in_plane, was_alive) + drag, was);
         let undone = dot(intact.warp - m.warp, v.x) + dot(intact.weft - m.weft, v.y);
         accounts[e + element] += before - after - 0.5 * step.span * undone;
         if (HOURGLASS) {
@@ -264,11 +306,7 @@ fn element_step(element: u32) -> u32 {
     if (LEDGER) {
         let tension = select(zero, select(free, cell.tension, both_left), alive);
         let strain = select(free_strain, cell.strain, both_left);
-        var shear_now = 0.0;
-        if (SHEAR) {
-            shear_now = select(0.0, shear_energy(gamma), both_left);
-        }
-        accounts[3u * e + element] = stored_energy(tension, strain, select(0.0, cell.force, both_left), shear_now);
+        accounts[3u * e + element] = stored_energy(tension, strain, select(0.0, cell.force, both_left), left.energy);
         accounts[4u * e + element] = select(0.0, 0.5 * stiffness * dot(mode, mode), HOURGLASS);
         accounts[5u * e + element] = max(tension.x, tension.y);
         let n = 2u * scene.nodes;

@@ -2,8 +2,9 @@
 //   in      nodes     array<f32>  (6, N)   displacement [m], velocity [m/s]
 //   in      forces    array<f32>  (9, E)   P1·Ly/2, P2·Lx/2, hourglass per corner [N]
 //   in/out  flags     array<u32>  (E)      evaluations are counted from 0 again
-//   in/out  accounts  array<f32>  (7, E)   since the last ledger: work, released by failures, hourglass released [J];
-//                                          now: stored, hourglass [J], largest tension [N], deflection [m];
+//   in/out  accounts  array<f32>  (8, E)   since the last ledger: work, released by failures, hourglass released [J];
+//                                          now: stored, hourglass [J], largest tension [N], deflection [m]; since the last ledger:
+//                                          dissipated by shock viscosity [J];
 //                             then (4, N)  of contact between plies, since the last ledger, see PLY_LOSS
 //   in/out  supports  array<f32>  (S, 3)   impulse of the supports, from 0 again [N·s]
 //   in/out  body      Body                 its sums begin at 0 again
@@ -50,6 +51,8 @@ const COVERED: u32 = 18u;
 const PLY_LOSS: u32 = 19u;
 const PLY_RUBBED: u32 = 20u;
 const PLY_LIFTED: u32 = 21u;
+/// Dissipated by shock viscosity.
+const VISCOUS_WORK: u32 = 23u;
 
 var<workgroup> sums: array<f32, 1560>; // 24 sums of 64 parts, in rows of 65
 
@@ -151,6 +154,10 @@ fn ledger(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_ind
         let word = flags[element];
         part[WORK] += accounts[element];
         accounts[element] = 0.0;
+        if (VISCOUS) {
+            part[VISCOUS_WORK] += accounts[7u * e + element];
+            accounts[7u * e + element] = 0.0;
+        }
         if (FAILURE) {
             part[RELEASED] += accounts[e + element];
             part[RELEASED_HOURGLASS] += accounts[2u * e + element];
@@ -186,7 +193,7 @@ fn ledger(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_ind
         part[MOMENTUM + 1u] += momentum.y;
         part[MOMENTUM + 2u] += momentum.z;
         if (PLIES) {
-            let at = 7u * e + node;
+            let at = 8u * e + node;
             part[PLY_LOSS] += accounts[at];
             part[PLY_RUBBED] += accounts[at + n];
             part[PLY_LIFTED] += accounts[at + 2u * n];

@@ -17,8 +17,8 @@ override SHEAR: bool = true;
 override SECANT: bool = true;
 override HOURGLASS: bool = true;
 override FAILURE: bool = true;
-/// Whether yarns are judged by what lies around them, not element by element.
-override NONLOCAL: bool = true;
+/// Whether yarns have shock viscosity.
+override VISCOUS: bool = true;
 override PROJECTILE: bool = true;
 override FRICTION: bool = true;
 /// Whether the rim of its face is sampled where it crosses the edges of elements.
@@ -85,6 +85,9 @@ struct Scene {
     half_length_warp: f32,
     half_length_weft: f32,
     hourglass: f32,
+    /// Shock viscosity over the stiffness [s].
+    viscosity_warp: f32,
+    viscosity_weft: f32,
     cells: f32,
     area: f32,
     dt: f32,
@@ -128,10 +131,6 @@ struct Scene {
     body_held: u32,
     /// Mirror planes that the scene has, cut there or not: 1 x = 0, 2 y = 0.
     mirror: u32,
-    /// How far around the middle of an element the mean strain goes that breaks its yarns [element lengths].
-    neighbourhood: f32,
-    /// Mean strain along a yarn at which it breaks whatever lies beside it, over its failure strain [-].
-    alone: f32,
     /// Room for points of the rim on each ply.
     ties: u32,
     pad0: u32,

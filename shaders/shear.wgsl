@@ -59,3 +59,22 @@ fn shear_energy(gamma: f32) -> f32 {
     let ramp = 0.5 * third * scene.shear_slope * into * into * into;
     return base + ramp + 0.5 * scene.shear_slope * squared(into) * past + 0.5 * scene.shear_rise * squared(past);
 }
+
+/// Sine of the shear angle up to which (25) is followed; beyond it the energy goes on at a constant slope over the sine.
+const STEEPEST: f32 = 0.95;
+
+/// Trellis shear of an element at one time.
+struct Trellis {
+    /// dW/d(sin γ) [N/m].
+    slope: f32,
+    /// W [J/m²].
+    energy: f32,
+}
+
+/// Trellis shear at the sine of an angle.
+fn trellis_at(sine: f32) -> Trellis {
+    let followed = min(max(sine, -STEEPEST), STEEPEST);
+    let angle = arc_sine(followed);
+    let slope = shear_resultant(angle) / sqrt(1.0 - squared(followed));
+    return Trellis(slope, shear_energy(angle) + abs(slope) * abs(sine - followed));
+}

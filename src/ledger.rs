@@ -19,6 +19,8 @@ use crate::model::{Grid, MirrorPlanes};
 pub struct Ledger {
     /// Work done on the elements since the start [J].
     pub work: f64,
+    /// The part of it that shock viscosity dissipated [J].
+    pub viscous: f64,
     /// Energy released by yarn failures: membrane and shear, hourglass [J].
     pub released: [f64; 2],
     /// Lost in inelastic contact [J].
@@ -81,12 +83,14 @@ pub(crate) struct Sums {
 pub struct Balance {
     /// Fabric kinetic energy.
     pub kinetic: f64,
-    /// Internal work, less what failures released.
+    /// Elastic work, less what failures released.
     pub internal: f64,
     /// Elastic energy by its state function (equal to `internal` for conservative laws).
     pub stored: f64,
     /// Hourglass energy.
     pub hourglass: f64,
+    /// Dissipated by shock viscosity.
+    pub viscous: f64,
     /// Lost in inelastic contact.
     pub contact: f64,
     /// Lost to friction.
@@ -97,8 +101,10 @@ pub struct Balance {
     pub projectile: f64,
     /// Work of prescribed motion.
     pub external: f64,
-    /// (total − initial total) over the initial energy, or over the work put in where that is larger [-].
+    /// Of the work ledger: (total − initial total) over the initial energy, or over the work put in where that is larger [-].
     pub error: f64,
+    /// Of state functions: energy that nothing accounts for, over the same [-].
+    pub gained: f64,
     /// Length of the momentum error vector over the initial momentum (or the largest impulse) [-].
     pub momentum_error: f64,
     /// Largest yarn tension [N].
@@ -114,6 +120,7 @@ impl Balance {
             internal: self.internal * copies,
             stored: self.stored * copies,
             hourglass: self.hourglass * copies,
+            viscous: self.viscous * copies,
             contact: self.contact * copies,
             friction: self.friction * copies,
             failure: self.failure * copies,
@@ -126,7 +133,7 @@ impl Balance {
     /// All the fabric holds and everything lost, by state functions: with the projectile's energy, and less the work put in, a
     /// step that invents or forgets shows here [J].
     pub fn without_projectile(&self) -> f64 {
-        self.kinetic + self.stored + self.hourglass + self.contact + self.friction + self.failure
+        self.kinetic + self.stored + self.hourglass + self.viscous + self.contact + self.friction + self.failure
     }
 }
 
@@ -261,7 +268,7 @@ impl Ledger {
     /// Energy by state functions beyond what was put in, at the last sample: what a step has invented [J].
     pub(crate) fn gained(&self) -> f64 {
         let Some(i) = self.initial else { return 0.0 };
-        let unearned = self.stored + self.released[0] - i.stored - self.work;
+        let unearned = self.stored + self.viscous + self.released[0] - i.stored - self.work;
         self.total(i.stored) - i.total + unearned
     }
 
@@ -270,9 +277,10 @@ impl Ledger {
         let stored = self.initial.map_or(self.stored, |i| i.stored);
         let mut out = Balance {
             kinetic: self.kinetic,
-            internal: stored + self.work - self.released[0],
+            internal: stored + self.work - self.viscous - self.released[0],
             stored: self.stored,
             hourglass: self.hourglass,
+            viscous: self.viscous,
             contact: self.contact,
             friction: self.friction,
             failure: self.released[0] + self.released[1],
@@ -285,6 +293,7 @@ impl Ledger {
             let scale = i.scale.max(self.external.abs());
             let drift = self.total(i.stored) - i.total;
             out.error = if scale > 0.0 { drift / scale } else { drift };
+            out.gained = if scale > 0.0 { self.gained() / scale } else { self.gained() };
             let mut worst = 0.0;
             let mut supports: f64 = 0.0;
             for a in (0..3).filter(|a| *a == 2 || !self.planes.0[*a]) {

@@ -230,10 +230,6 @@ pub struct Pack {
     pub crossovers_per_element: u32,
     /// How elements grow away from the hit; `None`: they are alike.
     pub grading: Option<Grading>,
-    /// What larger elements do to keep the outcome.
-    pub regularisation: Regularisation,
-    /// The strain by which yarns are judged.
-    pub failure: FailureMeasure,
     /// Elements along each side of one crossover.
     pub elements_per_crossover: u32,
     /// Boundary conditions.
@@ -251,24 +247,6 @@ impl Pack {
     pub fn crossovers_along_element(&self) -> f64 {
         f64::from(self.crossovers_per_element) / f64::from(self.elements_per_crossover)
     }
-}
-
-/// The strain by which a yarn is judged.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum FailureMeasure {
-    /// That of the element.
-    Local,
-    /// Its mean over the crossovers around.
-    Nonlocal,
-}
-
-/// What meshes coarser than one crossover per element do to keep its outcome.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Regularisation {
-    /// Elements of several crossovers fail at a lower strain, those of a graded mesh are viscous away from the hit.
-    Calibrated,
-    /// Nothing.
-    None,
 }
 
 /// Consecutive plies that are alike.
@@ -455,6 +433,8 @@ pub struct Solver {
     pub courant: f64,
     /// Hourglass stiffness over the full-integration stiffness [-].
     pub hourglass: f64,
+    /// Coefficient of the shock viscosity along the yarns [-].
+    pub shock_viscosity: f64,
     /// Whether mirror symmetry may be used.
     pub symmetry: Symmetry,
     /// Where contact with the projectile is sampled.

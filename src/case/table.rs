@@ -6,7 +6,7 @@ use super::fields::{Key, Kind, Unit, above, key, number, within, word};
 use super::pointer::index;
 use super::words::{ShapeWord, Word};
 use super::{
-    Along, ContactSampling, Edge, FailureMeasure, Law, MembraneForce, Motion, Regularisation, Rotation, RunUntil,
+    Along, ContactSampling, Edge, Law, MembraneForce, Motion, Rotation, RunUntil,
     ShearModulus, Symmetry, UnitCell,
 };
 
@@ -139,20 +139,6 @@ static PACK: &[Key] = &[
         "Elements that grow away from the hit; \"graded\" is an object without keys.",
     )
     .default_word("none", "elements are alike"),
-    word(
-        "regularisation",
-        Regularisation::WORDS,
-        "What elements larger than one crossover do to keep the outcome: they fail at a lower strain, in a graded mesh \
-        they are viscous.",
-    )
-    .default_word("calibrated", "measured on S-720; elements of one crossover are not concerned"),
-    word(
-        "failure",
-        FailureMeasure::WORDS,
-        "The strain by which yarns are judged: the element's own, or its mean over four by four crossovers, which does \
-        not depend on the mesh.",
-    )
-    .default_word("local", "the paper: one element per crossover"),
     number(
         "spacing_mm",
         MM,
@@ -326,6 +312,13 @@ static SOLVER: &[Key] = &[
         .help("above 1 the time step exceeds the critical step and leapfrog integration is unstable"),
     number("hourglass", NONE, within(0.0, 1.0), "Hourglass stiffness over the full-integration stiffness.")
         .default(HOURGLASS, "model: keeps hourglass energy small without stiffening"),
+    number(
+        "shock_viscosity",
+        NONE,
+        within(0.0, 1.0),
+        "Linear viscosity along the yarns over the stiffness, times length of an element over wave speed; 0: none, as in the paper.",
+    )
+    .default(0.3, "measured: tension behind a shock peaks at most a fifth above its plateau"),
     word("symmetry", Symmetry::WORDS, "Whether mirror symmetry may be used.")
         .default_word("auto", "same result, less work"),
     word(

@@ -1,7 +1,7 @@
 //! The words of the case file and what they stand for.
 
 use super::{
-    Along, ContactSampling, Edge, FailureMeasure, Law, MembraneForce, Motion, Regularisation, Rotation, RunUntil,
+    Along, ContactSampling, Edge, Law, MembraneForce, Motion, Rotation, RunUntil,
     ShearModulus, Symmetry, UnitCell,
 };
 
@@ -44,10 +44,8 @@ words! {
     Motion { "free" => Free, "prescribed" => Prescribed }
     Rotation { "free" => Free, "locked" => Locked }
     Symmetry { "auto" => Auto, "none" => None }
-    FailureMeasure { "local" => Local, "nonlocal" => Nonlocal }
     ContactSampling { "nodes" => Nodes, "rim" => Rim }
     UnitCell { "joint" => Joint, "bracketed" => Bracketed }
-    Regularisation { "calibrated" => Calibrated, "none" => None }
     RunUntil { "outcome" => Outcome, "end_time" => EndTime }
     ShapeWord {
         "cylinder" => Cylinder, "sphere" => Sphere, "cone" => Cone, "ogive" => Ogive, "fragment" => Fragment, "bar" => Bar

@@ -3,8 +3,7 @@
 use std::fmt::Write;
 use std::path::Path;
 
-use ripstop::case::{self, Case, FailureMeasure, Regularisation};
-use ripstop::model::regularisation::{NEIGHBOURHOOD, failure_factor};
+use ripstop::case::{self, Case};
 use ripstop::output::number::{bytes, grouped, us};
 use ripstop::output::symmetry;
 use ripstop::simulation::{Sample, Simulation, Skips};
@@ -42,25 +41,6 @@ fn report(path: &Path, sets: &[String]) -> Result<String, Failure> {
     Ok(report)
 }
 
-/// What elements larger than one crossover do to keep the outcome.
-fn regularisation(case: &Case) -> Option<String> {
-    let factor = failure_factor(&case.pack);
-    let mean = match case.pack.failure {
-        FailureMeasure::Nonlocal => {
-            format!(
-                " (assumed), for the mean over {NEIGHBOURHOOD} × {NEIGHBOURHOOD} crossovers; × 1 for that along one yarn"
-            )
-        }
-        FailureMeasure::Local => String::new(),
-    };
-    let failure = (factor < 1.0).then(|| format!("failure strain × {factor:.3}{mean}"));
-    let calibrated = case.pack.regularisation == Regularisation::Calibrated;
-    let viscous = case.pack.grading.filter(|_| calibrated);
-    let viscous = viscous.map(|_| "viscous where elements are larger than the finest".to_owned());
-    let parts: Vec<String> = failure.into_iter().chain(viscous).collect();
-    (!parts.is_empty()).then(|| parts.join(", "))
-}
-
 /// What follows for the run.
 fn the_run(case: &Case, simulation: &Simulation<f64>) -> Table {
     let (model, state) = (&simulation.model, &simulation.state);
@@ -76,9 +56,6 @@ fn the_run(case: &Case, simulation: &Simulation<f64>) -> Table {
     table.row(["  steps", format!("{} at most", grouped(steps)).as_str()]);
     table.row(["  elements", grouped(elements).as_str()]);
     table.row(["  element-steps", format!("{} at most", grouped(elements.saturating_mul(steps))).as_str()]);
-    if let Some(text) = regularisation(case) {
-        table.row(["  regularisation", text.as_str()]);
-    }
     table.row(["  symmetry", symmetry(model.planes).as_str()]);
     table.row(["  memory", format!("{} of state and history", bytes(memory)).as_str()]);
     table

@@ -3,7 +3,7 @@
 use super::DeviceError;
 use super::layout::{
     ACCOUNT_FIELDS, BODY_WORDS, CONTACT_WORDS, EVENT_WORDS, FORCE_FIELDS, HEIGHT_FIELDS, IMPULSE_FIELDS, NODE_FIELDS,
-    PLY_ACCOUNT_FIELDS, POINT_WORDS, REACH_WORDS, STATUS_WORDS, STRAIN_FIELDS, SUMS, TOUCH_HEAD, TOUCH_WORDS,
+    PLY_ACCOUNT_FIELDS, POINT_WORDS, REACH_WORDS, STATUS_WORDS, SUMS, TOUCH_HEAD, TOUCH_WORDS, VISCOUS_FIELDS,
 };
 use crate::model::Model;
 
@@ -62,8 +62,8 @@ pub enum Name {
     Members,
     /// Their equations, a triangle for each ply.
     Matrix,
-    /// Where failure is nonlocal: strains, and yarns that are to break, shape (3, elements).
-    Strains,
+    /// Viscous forces of the yarns, where they have shock viscosity, shape (2, elements).
+    Viscous,
 }
 
 impl Name {
@@ -88,7 +88,7 @@ impl Name {
         Self::Touches,
         Self::Members,
         Self::Matrix,
-        Self::Strains,
+        Self::Viscous,
     ];
 
     /// Its variable in the shaders.
@@ -113,7 +113,7 @@ impl Name {
             Self::Touches => "touches",
             Self::Members => "members",
             Self::Matrix => "matrix",
-            Self::Strains => "strains",
+            Self::Viscous => "viscous",
         }
     }
 }
@@ -125,8 +125,8 @@ pub struct Sizes {
     pub plies: u64,
     /// Places for elements.
     pub elements: u64,
-    /// Those whose strains are kept.
-    pub strained: u64,
+    /// Those whose yarns have shock viscosity.
+    pub viscous: u64,
     /// Places for nodes.
     pub nodes: u64,
     /// Nodes on the rims of the plies.
@@ -150,7 +150,7 @@ impl Sizes {
         Self {
             plies: grid.plies as u64,
             elements,
-            strained: if model.terms().nonlocal { elements } else { 0 },
+            viscous: if model.terms().viscous { elements } else { 0 },
             nodes,
             rim: (grid.plies * 2 * (grid.columns + grid.rows + 2)) as u64,
             points: nodes.min(POINTS),
@@ -198,7 +198,7 @@ impl Sizes {
             Name::Touches => 1,
             Name::Members => (self.plies * self.members()).max(1),
             Name::Matrix => (self.plies * self.members() * (self.members() + 1) / 2).max(1),
-            Name::Strains => (STRAIN_FIELDS * self.strained).max(1),
+            Name::Viscous => (VISCOUS_FIELDS * self.viscous).max(1),
         }
     }
 

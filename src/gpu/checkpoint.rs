@@ -28,8 +28,8 @@ const KEPT: [Name; 9] = [
 
 impl Stepper<'_> {
     fn kept(&self) -> impl Iterator<Item = Name> + use<> {
-        let strains = (self.sizes.strained > 0).then_some(Name::Strains);
-        KEPT.into_iter().chain(strains)
+        let viscous = (self.sizes.viscous > 0).then_some(Name::Viscous);
+        KEPT.into_iter().chain(viscous)
     }
 }
 

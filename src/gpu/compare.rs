@@ -40,7 +40,7 @@ const fn allow(kernel: &'static str, buffer: &'static str, tolerance: f64, reaso
 }
 
 /// The tolerance table, in the order of a step.
-pub const TOLERANCES: [Tolerance; 26] = [
+pub const TOLERANCES: [Tolerance; 25] = [
     allow(
         "element_force",
         "membrane force",
@@ -50,13 +50,7 @@ pub const TOLERANCES: [Tolerance; 26] = [
     allow("element_force", "hourglass force", 1e-5, "of the breaking force, as above"),
     allow("element_force", "yarn height", 2e-2, "of the sum of heights: not unique where nothing presses"),
     allow("element_force", "yarn alive", 0.0, "the same yarns fail"),
-    allow(
-        "element_force",
-        "yarn strain",
-        1e-5,
-        "of the strain at which yarns break, as above; kept where failure is nonlocal",
-    ),
-    allow("failure", "yarn to break", 0.0, "the same yarns are marked"),
+    allow("element_force", "viscous force", 1e-5, "of the breaking force: velocities round at 1e-7 of the largest"),
     allow("node_update", "displacement", 1e-6, "of the largest: a few roundings"),
     allow("node_update", "velocity", 1e-6, "of the largest: a few roundings"),
     allow("ply_contact", "displacement", 2e-6, "of the largest: places in the pack round to 1e-8 m"),
@@ -180,7 +174,6 @@ struct Triple<'a> {
 #[derive(Clone, Copy, Debug)]
 struct Scales {
     force: f64,
-    strain: f64,
     height: f64,
     length: f64,
     speed: f64,
@@ -282,16 +275,6 @@ impl<'a> Lockstep<'a> {
         let scales = self.scales();
         self.elements(&scales);
 
-        if self.leader.model.terms().nonlocal {
-            self.device.upload_but_accounts(&self.leader.model, &self.leader.state);
-            self.follower.state = widen(&self.leader.state);
-            self.leader.run(|stepper, context| stepper.judge(context));
-            self.follower.run(|stepper, context| stepper.judge(context));
-            self.device.run_stages(&info, &[Stage::Failure])?;
-            self.device.download(&self.leader.model, &mut self.gpu)?;
-            self.element_fields("failure", &[("yarn to break", element::ALIVE..element::COUNT, 1.0)]);
-        }
-
         // The accounts of the elements stay on the device for the ledger; all else is the leader's.
         self.device.upload_but_accounts(&self.leader.model, &self.leader.state);
         // Contact between plies adds to the work of the membrane later: on the device that is another sum.
@@ -338,7 +321,6 @@ impl<'a> Lockstep<'a> {
             };
             model.sheets.iter().map(of).fold(0.0, f64::max)
         };
-        let yarns = model.sheets.iter().flat_map(|sheet| &sheet.cell.yarn);
         let shortest = model.sheets.iter().map(|sheet| sheet.mesh.shortest()).fold(f64::INFINITY, f64::min);
         let largest = |first: usize| {
             let rows = 0..model.grid.node_rows();
@@ -363,7 +345,6 @@ impl<'a> Lockstep<'a> {
         let heaviest = mass.max(node_mass);
         Scales {
             force: breaking(0).max(breaking(1)),
-            strain: yarns.map(|yarn| yarn.failure_strain.min(1.0)).fold(0.0, f64::max),
             height: model.sheets.iter().map(|sheet| sheet.cell.height_sum).fold(1e-9, f64::max),
             length,
             speed,
@@ -381,8 +362,8 @@ impl<'a> Lockstep<'a> {
             ("yarn height", element::HEIGHT..element::ALIVE, scales.height),
             ("yarn alive", element::ALIVE..element::COUNT, 1.0),
         ];
-        if self.leader.model.terms().nonlocal {
-            fields.push(("yarn strain", element::COUNT..element::COUNT + element::STRAINS, scales.strain));
+        if self.leader.model.terms().viscous {
+            fields.push(("viscous force", element::COUNT..element::COUNT + element::VISCOUS, scales.force));
         }
         self.element_fields("element_force", &fields);
     }

@@ -9,7 +9,7 @@ use crate::case::{Edge, Edges};
 use crate::kernels::element_force::ElementConstants;
 use crate::kernels::ply_contact;
 use crate::kernels::rigid_body::RigidBody;
-use crate::model::{Mesh, Model, Sheet, regularisation::MEAN_OVER_PEAK, symmetry::Cut};
+use crate::model::{Mesh, Model, Sheet, symmetry::Cut};
 use crate::outcome::{shoulder, unbroken_cells};
 
 /// Invocations per workgroup of the kernels over elements and nodes.
@@ -21,11 +21,11 @@ pub const FORCE_FIELDS: u64 = 9;
 /// Fields of an element's heights: what foretells them, and the two.
 pub const HEIGHT_FIELDS: u64 = 6;
 /// Fields of an element's accounts.
-pub const ACCOUNT_FIELDS: u64 = 7;
+pub const ACCOUNT_FIELDS: u64 = 8;
 /// Fields of a node's accounts of contact between plies.
 pub const PLY_ACCOUNT_FIELDS: u64 = 4;
-/// Fields of an element where failure is nonlocal: strains of warp and weft, yarns to break.
-pub const STRAIN_FIELDS: u64 = 3;
+/// Fields of an element whose yarns have shock viscosity: viscous forces of warp and weft.
+pub const VISCOUS_FIELDS: u64 = 2;
 /// Words of a contact between plies.
 pub const CONTACT_WORDS: u64 = 8;
 /// Fields of the impulses of contact between plies.
@@ -123,6 +123,8 @@ pub mod sum {
     pub const PLY_RUBBED: usize = 20;
     /// Work of moving nodes out of other plies, against membrane and hourglass forces [J].
     pub const PLY_LIFTED: usize = 21;
+    /// Dissipated by shock viscosity since the last ledger [J].
+    pub const VISCOUS: usize = 23;
 }
 
 /// Named words of a uniform, in order.
@@ -173,8 +175,6 @@ pub fn scene(model: &Model<f32>, sheet: usize, sizes: &Sizes) -> Block {
     block.count("groups", sizes.groups as usize);
     block.count("body_held", model.projectile.as_ref().map_or(0, body_held));
     block.count("mirror", model.mirror.0.into_iter().enumerate().map(|(axis, plane)| usize::from(plane) << axis).sum());
-    block.double("neighbourhood", sheet.neighbourhood.as_ref().map_or(0.0, |around| around.reach));
-    block.double("alone", 1.0 / MEAN_OVER_PEAK);
     block.count("ties", sizes.ties as usize);
     // The array begins at a multiple of sixteen bytes.
     while !block.0.len().is_multiple_of(4) {
@@ -278,10 +278,8 @@ fn element(block: &mut Block, sheet: &Sheet<f32>) {
         ["warp_stiffness", "warp_half_span", "warp_crimp", "warp_failure_strain", "warp_slack"],
         ["weft_stiffness", "weft_half_span", "weft_crimp", "weft_failure_strain", "weft_slack"],
     ];
-    for ((names, y), judged) in names.into_iter().zip(&c.cell.yarn).zip(&sheet.cell.yarn) {
-        // Where failure is nonlocal another kernel than the elements' asks for it.
-        let failure_strain = judged.failure_strain as f32;
-        let values = [y.stiffness, y.half_span, y.crimp, failure_strain, y.slack];
+    for (names, y) in names.into_iter().zip(&c.cell.yarn) {
+        let values = [y.stiffness, y.half_span, y.crimp, y.failure_strain, y.slack];
         names.into_iter().zip(values).for_each(|(name, value)| block.number(name, value));
     }
     block.number("height_sum", c.cell.height_sum);
@@ -305,6 +303,8 @@ fn element(block: &mut Block, sheet: &Sheet<f32>) {
     block.number("half_length_warp", c.half_length[0]);
     block.number("half_length_weft", c.half_length[1]);
     block.number("hourglass", c.hourglass[0] + c.hourglass[1]);
+    block.number("viscosity_warp", c.viscosity[0]);
+    block.number("viscosity_weft", c.viscosity[1]);
     block.number("cells", c.cells);
     block.number("area", c.area);
 }

@@ -59,15 +59,8 @@ pub const ELEMENT_FORCE: Kernel = Kernel {
         (Name::Accounts, Write),
         (Name::Status, Write),
         (Name::Events, Write),
-        (Name::Strains, Write),
+        (Name::Viscous, Write),
     ],
-};
-
-/// Nonlocal failure.
-pub const FAILURE: Kernel = Kernel {
-    name: "failure",
-    sources: sources!("failure", "reach"),
-    bindings: &[(Name::Flags, Read), (Name::Strains, Write), (Name::Status, Write)],
 };
 
 /// Gather, kick and drift of the nodes.
@@ -235,9 +228,8 @@ pub const LEDGER: Kernel = Kernel {
 };
 
 /// Every kernel, in the order of a step.
-pub const KERNELS: [Kernel; 10] = [
+pub const KERNELS: [Kernel; 9] = [
     ELEMENT_FORCE,
-    FAILURE,
     NODE_UPDATE,
     PLY_SEARCH,
     PLY_IMPULSE,
@@ -257,7 +249,6 @@ impl Kernel {
     /// Whether steps of a scene with these terms run it; the ledger runs in those that are sampled.
     pub fn is_in(&self, terms: &Terms) -> bool {
         match self.name {
-            "failure" => terms.nonlocal,
             "ply_search" | "ply_impulse" | "ply_move" => terms.plies,
             "projectile_contact" => terms.projectile && !terms.rim,
             "projectile_points" | "projectile_rim" => terms.rim,
@@ -285,7 +276,7 @@ pub fn constants(terms: &Terms, ledger: bool) -> [(&'static str, f64); 17] {
         ("SECANT", flag(terms.secant)),
         ("HOURGLASS", flag(terms.hourglass)),
         ("FAILURE", flag(terms.failure)),
-        ("NONLOCAL", flag(terms.nonlocal)),
+        ("VISCOUS", flag(terms.viscous)),
         ("PROJECTILE", flag(terms.projectile)),
         ("FRICTION", flag(terms.friction)),
         ("RIM", flag(terms.rim)),

@@ -383,6 +383,7 @@ impl<'a> Simulation<'a> {
         };
         let ledger = &mut self.ledger;
         ledger.work += sums.add(sum::WORK);
+        ledger.viscous += sums.add(sum::VISCOUS);
         ledger.released[0] += sums.add(sum::RELEASED);
         ledger.released[1] += sums.add(sum::RELEASED_HOURGLASS);
         let [membrane, mode] = [0, 1].map(|part| sums.add(sum::PLY_LIFTED + part));

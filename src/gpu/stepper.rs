@@ -24,8 +24,6 @@ const EVENT_WINDOW: u64 = 256;
 pub enum Stage {
     /// `element_force`
     Elements,
-    /// `failure`, where it is nonlocal.
-    Failure,
     /// `node_update`
     Nodes,
     /// `ply_search`, `ply_impulse`, `ply_move`
@@ -41,7 +39,6 @@ impl Stage {
     pub(super) fn name(self) -> &'static str {
         match self {
             Self::Elements => "element_force",
-            Self::Failure => "failure",
             Self::Nodes => "node_update",
             Self::Plies => "ply_contact",
             Self::Projectile => "projectile_contact",
@@ -50,10 +47,9 @@ impl Stage {
     }
 }
 
-/// A whole step, in parts that are timed one by one under the name of their first stage: yarns are judged with the elements, as on
-/// the processor.
-pub(super) const PARTS: [&[Stage]; 5] =
-    [&[Stage::Elements, Stage::Failure], &[Stage::Nodes], &[Stage::Plies], &[Stage::Projectile], &[Stage::Ledger]];
+/// A whole step, in parts that are timed one by one.
+pub(super) const PARTS: [Stage; 5] =
+    [Stage::Elements, Stage::Nodes, Stage::Plies, Stage::Projectile, Stage::Ledger];
 /// Speed of any node over the largest at the start, at most: all the energy in one place.
 const FASTER: f64 = 4.0;
 
@@ -102,7 +98,6 @@ pub struct Stepper<'a> {
     common: wgpu::BindGroup,
     /// By sheet: plain, and with the ledger.
     element: Vec<[Program; 2]>,
-    failure: Program,
     node: Program,
     plies: [Program; 3],
     /// One, or two where the rim is sampled.
@@ -206,7 +201,6 @@ impl<'a> Stepper<'a> {
         };
         Self {
             element: model.sheets.iter().map(element).collect(),
-            failure: single(&shader::FAILURE, false),
             plies: [&shader::PLY_SEARCH, &shader::PLY_IMPULSE, &shader::PLY_MOVE].map(|kernel| single(kernel, false)),
             farthest: model.dt * FASTER * layout::start_speed(model),
             node: single(&shader::NODE_UPDATE, false),
@@ -266,7 +260,7 @@ impl<'a> Stepper<'a> {
             for (at, info) in steps.iter().enumerate() {
                 match &self.clock {
                     Some(clock) if at == timed => self.record_timed(&mut pass, at, info, &PARTS, clock),
-                    _ => PARTS.iter().for_each(|part| self.record(&mut pass, at, info, part)),
+                    _ => self.record(&mut pass, at, info, &PARTS),
                 }
             }
         }
@@ -376,16 +370,13 @@ impl<'a> Stepper<'a> {
                         dispatch(&programs[usize::from(sampled)], sheet, elements);
                     }
                 }
-                Stage::Failure if self.terms.nonlocal => {
-                    (0..self.element.len()).for_each(|sheet| dispatch(&self.failure, sheet, elements));
-                }
                 Stage::Nodes => dispatch(&self.node, 0, nodes),
                 Stage::Plies if self.terms.plies => self.plies.iter().for_each(|program| dispatch(program, 0, nodes)),
                 Stage::Projectile if self.terms.projectile => {
                     self.contact.iter().for_each(|program| dispatch(program, 0, [1, 1]));
                 }
                 Stage::Ledger if sampled => dispatch(&self.ledger, 0, [self.sizes.groups as u32, 1]),
-                Stage::Failure | Stage::Plies | Stage::Projectile | Stage::Ledger => {}
+                Stage::Plies | Stage::Projectile | Stage::Ledger => {}
             }
         }
     }

@@ -7,7 +7,7 @@ use super::stepper::{self, Stage, Stepper};
 use super::{Device, DeviceError};
 
 /// Stages of a sampled step of a single ply, in order.
-const STAGES: [&[Stage]; 4] = [&[Stage::Elements], &[Stage::Nodes], &[Stage::Projectile], &[Stage::Ledger]];
+const STAGES: [Stage; 4] = [Stage::Elements, Stage::Nodes, Stage::Projectile, Stage::Ledger];
 
 /// Stamps of the device's clock before and after each of some stages.
 pub(super) struct Clock {
@@ -95,12 +95,12 @@ impl Stepper<'_> {
         pass: &mut wgpu::ComputePass<'_>,
         at: usize,
         info: &StepInfo,
-        parts: &[&[Stage]],
+        parts: &[Stage],
         clock: &Clock,
     ) {
         clock.stamp(pass, 0);
         for (number, part) in (1..).zip(parts) {
-            self.record(pass, at, info, part);
+            self.record(pass, at, info, std::slice::from_ref(part));
             clock.stamp(pass, number);
         }
     }
@@ -161,7 +161,7 @@ impl Timed {
     /// Adds the parts of one step [s].
     pub(super) fn add(&mut self, sampled: bool, seconds: &[f64]) {
         for ((sum, part), seconds) in self.sums.iter_mut().zip(stepper::PARTS).zip(seconds) {
-            if sampled || part[0] != Stage::Ledger {
+            if sampled || part != Stage::Ledger {
                 *sum = (sum.0 + seconds, sum.1 + 1);
             }
         }
@@ -174,7 +174,7 @@ impl Timed {
             return Vec::new();
         }
         let all = |stage: Stage| self.sent[usize::from(stage == Stage::Ledger)] as f64;
-        let parts = stepper::PARTS.into_iter().map(|part| part[0]).zip(self.sums);
+        let parts = stepper::PARTS.into_iter().zip(self.sums);
         parts.map(|(stage, (sum, count))| (stage.name(), all(stage) * sum / count.max(1) as f64)).collect()
     }
 }

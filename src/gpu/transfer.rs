@@ -8,7 +8,7 @@ use super::DeviceError;
 use super::buffers::Name;
 use super::layout::{self, REACH_WORDS, STATUS_WORDS, status};
 use super::stepper::Stepper;
-use crate::kernels::element_force::{BREAKING, field as element};
+use crate::kernels::element_force::field as element;
 use crate::kernels::node_update::field as node;
 use crate::model::{Model, over::SIDES};
 use crate::reach::Reach;
@@ -45,11 +45,9 @@ impl Stepper<'_> {
         let (warp, weft) = alive.split_at(self.sizes.elements as usize);
         let flag = |(warp, weft): (&f32, &f32)| u32::from(*warp > 0.5) + 2 * u32::from(*weft > 0.5);
         self.write(Name::Flags, &warp.iter().zip(weft).map(flag).collect::<Vec<_>>());
-        if self.sizes.strained > 0 {
-            let mut strains = planes(&state.elements, element::COUNT..element::COUNT + element::STRAINS, 1, columns);
-            let breaking = |alive: &f32| u8::from(*alive == BREAKING as f32);
-            strains.extend(warp.iter().zip(weft).map(|(warp, weft)| f32::from(breaking(warp) + 2 * breaking(weft))));
-            self.write(Name::Strains, bytemuck::cast_slice(&strains));
+        if self.sizes.viscous > 0 {
+            let viscous = planes(&state.elements, element::COUNT..element::COUNT + element::VISCOUS, 1, columns);
+            self.write(Name::Viscous, bytemuck::cast_slice(&viscous));
         }
         let mut counters = vec![0; STATUS_WORDS];
         counters[status::BAD_STEP] = u32::MAX;
@@ -84,17 +82,11 @@ impl Stepper<'_> {
         set_planes(&mut state.elements, element::FORCES, 1, columns, &floats(Name::Forces)?);
         set_planes(&mut state.elements, element::GUIDE..element::ALIVE, 1, columns, &floats(Name::Heights)?);
         let flags = self.read(Name::Flags)?;
-        let mut alive: Vec<f32> =
+        let alive: Vec<f32> =
             [1, 2].iter().flat_map(|bit| flags.iter().map(move |f| f32::from(u8::from(f & bit != 0)))).collect();
-        if self.sizes.strained > 0 {
-            let strains = floats(Name::Strains)?;
-            let (strains, marks) = strains.split_at(2 * flags.len());
-            set_planes(&mut state.elements, element::COUNT..element::COUNT + element::STRAINS, 1, columns, strains);
-            for (yarn, alive) in alive.chunks_exact_mut(flags.len()).enumerate() {
-                for (alive, _) in alive.iter_mut().zip(marks).filter(|(_, marks)| **marks as u32 & 1 << yarn != 0) {
-                    *alive = BREAKING as f32;
-                }
-            }
+        if self.sizes.viscous > 0 {
+            let viscous = floats(Name::Viscous)?;
+            set_planes(&mut state.elements, element::COUNT..element::COUNT + element::VISCOUS, 1, columns, &viscous);
         }
         set_planes(&mut state.elements, element::ALIVE..element::COUNT, 1, columns, &alive);
         let status = self.read(Name::Status)?;

@@ -31,23 +31,19 @@ pub mod field {
     pub const GUIDE: usize = 9;
     /// Yarn heights h1, h2 [m].
     pub const HEIGHT: usize = 13;
-    /// 1 while the yarn carries load, [`BREAKING`](super::BREAKING) when it is about to fail, 0 once it did or where it is absent;
-    /// warp, weft.
+    /// 1 while the yarn carries load, 0 once it failed or where it is absent; warp, weft.
     pub const ALIVE: usize = 15;
     /// Number of fields.
     pub const COUNT: usize = 17;
-    /// Further fields where failure is nonlocal: strains of warp and weft [-].
-    pub const STRAINS: usize = 2;
+    /// Further fields where yarns have shock viscosity: viscous forces of warp and weft [N].
+    pub const VISCOUS: usize = 2;
 }
 
-/// Mark of a yarn that fails in the next step: nonlocal failure is judged when all elements are computed.
-pub const BREAKING: f64 = 0.75;
-
-/// Stretch below which the lever of shear is not shortened further, so that a collapsed, slack element keeps a
-/// bounded stiffness. Enters the step bound.
-pub const STRETCH_FLOOR: f64 = 0.3;
-/// Cosine of the shear angle below which the plane of the yarns is no longer resolved.
-pub const COSINE_FLOOR: f64 = 1e-3;
+/// Stretch of a yarn below which it counts as folded: its element's trellis energy fades with the stretch, so that a crumpled
+/// element keeps a bounded stiffness and a force that is the slope of an energy. Enters the step bound.
+pub const FOLDED_STRETCH: f64 = 0.5;
+/// Largest fade(Λ)/Λ: the lever of shear in a folded element over 1.
+pub const LONGEST_LEVER: f64 = 1.125 / FOLDED_STRETCH;
 
 /// Constants of the element kernel; lengths are those of the finest elements.
 #[derive(Clone, Copy, Debug)]
@@ -64,6 +60,8 @@ pub struct ElementConstants<R> {
     pub half_length: [R; 2],
     /// Hourglass stiffness contributed by each yarn while both are alive [N/m].
     pub hourglass: [R; 2],
+    /// Shock viscosity of warp and weft over the stiffness, q1·L/c with c the wave speed of the straight yarn in the fabric [s].
+    pub viscosity: [R; 2],
     /// Crossovers per element, and element area [m²], for energies.
     pub cells: R,
     /// [m²]
@@ -81,6 +79,7 @@ impl<S: Scalar> ElementConstants<S> {
             membrane: self.membrane.map(all),
             half_length: self.half_length.map(all),
             hourglass: self.hourglass.map(all),
+            viscosity: self.viscosity.map(all),
             cells: all(self.cells),
             area: all(self.area),
         }
@@ -95,16 +94,14 @@ pub struct ElementRow<'a, S> {
     pub above: [&'a [S]; 6],
     /// Element fields; column c is stored at c + 1 so that node c finds its left neighbour at c.
     pub element: [&'a mut [S]; field::COUNT],
-    /// Where the strains of warp and weft go if failure is nonlocal, stored as the fields are.
-    pub strain: Option<[&'a mut [S]; field::STRAINS]>,
+    /// Viscous forces of warp and weft [N], stored as the fields are; `None`: the yarns have no shock viscosity.
+    pub viscous: Option<[&'a mut [S]; field::VISCOUS]>,
     /// Height of the row, over that of a row of the finest elements [-].
     pub height: f64,
     /// Lengths of the elements along X over the finest, and 1 over that [-].
     pub width: &'a [S],
     /// See `width`.
     pub per_width: &'a [S],
-    /// Viscosity along X of each element and along Y of the row, over the stiffness [s]; `None`: an even mesh has none.
-    pub viscosity: Option<(&'a [S], f64)>,
     /// How many numbers further on the next row of elements has its fields, and the next row of nodes those of the one above.
     pub ahead: [usize; 2],
 }
@@ -140,8 +137,10 @@ pub struct Failure {
 /// Sums of one row of elements over one step.
 #[derive(Clone, Debug, Default)]
 pub struct ElementTotals {
-    /// Work of the membrane forces on the element since the last step [J].
+    /// Work of the membrane forces on the element since the last step, viscous forces included [J].
     pub internal_work: f64,
+    /// The part of it that shock viscosity dissipated [J].
+    pub viscous_work: f64,
     /// Energy released by failures in this step: membrane, hourglass [J].
     pub released: [f64; 2],
     /// Elastic energy stored now (state function) [J]; only in ledger steps.
@@ -160,8 +159,6 @@ pub struct ElementTotals {
     pub max_tension: f64,
     /// Largest |z displacement| of a corner of a standing element [m]; only in ledger steps.
     pub max_deflection: f64,
-    /// Largest strain of warp and weft [-]; only where failure is nonlocal.
-    pub largest_strain: [f64; 2],
     /// Elements computed.
     pub computed: usize,
     /// Yarn failures in column order.
@@ -177,48 +174,106 @@ impl ElementTotals {
     }
 }
 
-/// P1·Ly/2 and P2·Lx/2 [N] from in-plane yarn forces and shear resultant.
+/// Trellis shear of an element as its membrane feels it, fading where a yarn is folded: the energy per reference area is
+/// fade(Λ1) fade(Λ2) W(sin γ).
+#[derive(Clone, Copy)]
+struct Shear<R> {
+    /// Slope of that energy over sin γ, over Λ1 and over Λ2 [N/m].
+    slope: R,
+    along: [R; 2],
+    /// The energy [J/m²].
+    energy: R,
+}
+
+/// `wanted`: whether the energy is asked for.
 #[inline(always)]
-fn membrane<R: Real>(c: &Size<R>, k: &Kinematics<R>, pull: &[R; 2], q: R, shear: bool) -> (Vector<R>, Vector<R>) {
+fn trellis_shear<R: Real>(c: &ShearConstants<R>, k: &Kinematics<R>, wanted: bool) -> Shear<R> {
+    let trellis = shear::trellis(c, k.sine);
+    let (zero, one) = (k.sine.zero(), k.sine.one());
+    let part = each!(i in 2 => ((one + k.stretch[i]) * one.with(1.0 / FOLDED_STRETCH)).min(one));
+    if !(part[0].lt(one) | part[1].lt(one)).any() {
+        let energy = if wanted { trellis.energy(c) } else { zero };
+        return Shear { slope: trellis.slope, along: [zero; 2], energy };
+    }
+    let fade = each!(i in 2 => part[i].squared() * (one.with(3.0) - one.with(2.0) * part[i]));
+    let rise = each!(i in 2 => one.with(6.0 / FOLDED_STRETCH) * part[i] * (one - part[i]));
+    let energy = trellis.energy(c);
+    Shear {
+        slope: trellis.slope * (fade[0] * fade[1]),
+        along: [energy * (rise[0] * fade[1]), energy * (rise[1] * fade[0])],
+        energy: energy * (fade[0] * fade[1]),
+    }
+}
+
+impl<R: Real> Shear<R> {
+    /// It where `mask` is true, nothing elsewhere.
+    #[inline(always)]
+    fn only(&self, mask: R::Mask) -> Self {
+        let zero = self.slope.zero();
+        let part = |x: R| R::select(mask, x, zero);
+        Self { slope: part(self.slope), along: self.along.map(part), energy: part(self.energy) }
+    }
+}
+
+/// P1·Ly/2 and P2·Lx/2 [N] from in-plane yarn forces and trellis shear, if there is any.
+#[inline(always)]
+fn membrane<R: Real>(
+    c: &Size<R>,
+    k: &Kinematics<R>,
+    pull: &[R; 2],
+    shear: Option<&Shear<R>>,
+) -> (Vector<R>, Vector<R>) {
     let [e1, e2] = k.direction;
     let (n1, n2) = (pull[0] * c.membrane[0], pull[1] * c.membrane[1]);
-    if !shear {
+    let Some(shear) = shear else {
         return (each!(a in 3 => n1 * e1[a]), each!(a in 3 => n2 * e2[a]));
-    }
-    let n = q;
-    let floor = n.with(COSINE_FLOOR * COSINE_FLOOR);
-    let cosine = (-k.sine).fused(k.sine, n.one()).max(floor).sqrt();
-    let most = n.with(1.0 / STRETCH_FLOOR);
-    let q = q / cosine;
-    let q1 = q * c.half_length[0] * k.per_stretch[0].min(most);
-    let q2 = q * c.half_length[1] * k.per_stretch[1].min(most);
+    };
+    let n1 = shear.along[0].fused(c.half_length[0], n1);
+    let n2 = shear.along[1].fused(c.half_length[1], n2);
+    let q1 = shear.slope * c.half_length[0] * k.per_stretch[0];
+    let q2 = shear.slope * c.half_length[1] * k.per_stretch[1];
     (
         each!(a in 3 => n1.fused(e1[a], q1 * (-k.sine).fused(e1[a], e2[a]))),
         each!(a in 3 => n2.fused(e2[a], q2 * (-k.sine).fused(e2[a], e1[a]))),
     )
 }
 
-/// Viscous forces of warp and weft [N]: stiffness times `viscosity` [s] times the rate of stretch along the yarn. `v`: differences of
-/// velocities over the element.
+/// Shock viscosity of a yarn: its force at the last and at this step, and the work of both on the stretch in between.
+struct Viscous<R> {
+    /// Now [N].
+    force: [R; 2],
+    /// Work since the last step over ½ of the element's length times its yarns [N], warp and weft: (V⁻ ΔΛ⁻ + V⁺ ΔΛ⁺).
+    work: [R; 2],
+}
+
+/// Viscous forces of warp and weft [N]: stiffness times `viscosity` [s] times the rate of stretch, so large at a shock and small
+/// elsewhere. A slack yarn has none, and a yarn never pushes. `elastic`: in-plane forces of the yarns [N]; `before`: viscous forces at
+/// the last step [N]; `v`: differences of velocities over the element; `dt` [s].
 #[inline(always)]
-fn drag<R: Real>(
+fn viscous<R: Real>(
     c: &ElementConstants<R>,
     size: &Size<R>,
     k: &Kinematics<R>,
     v: [&[R; 3]; 3],
-    viscosity: [R; 2],
-) -> [R; 2] {
-    each!(i in 2 => {
+    elastic: &[R; 2],
+    before: [R; 2],
+    dt: R,
+) -> Viscous<R> {
+    let parts = each!(i in 2 => {
         let e = &k.direction[i];
+        let zero = dt.zero();
         let rate = (e[0] * v[0][i] + e[1] * v[1][i] + e[2] * v[2][i]) * size.gradient[i];
-        c.cell.yarn[i].stiffness * viscosity[i] * rate
-    })
-}
-
-/// In-plane force of a yarn with its viscous force: none where it is slack, and never one that pushes.
-#[inline(always)]
-fn viscous<R: Real>(force: R, drag: R) -> R {
-    R::select(drag.abs().le(drag.zero()) | force.le(drag.zero()), force, (force + drag).max(drag.zero()))
+        let force = c.cell.yarn[i].stiffness * size.viscosity[i] * rate;
+        let force = R::select(elastic[i].le(zero), zero, force.max(-elastic[i]));
+        // The same rate along the direction of the last step, from Λ² there.
+        let step = each!(a in 3 => v[a][i] * (size.gradient[i] * dt));
+        let along = rate * dt;
+        let now = dt.one() + k.stretch[i];
+        let moved = dot(&step, &step);
+        let last = (now * now - dt.with(2.0) * now * along + moved).max(dt.with(1e-12)).sqrt();
+        (force, force * along + before[i] * ((now * along - moved) / last))
+    });
+    Viscous { force: [parts[0].0, parts[1].0], work: [parts[0].1, parts[1].1] }
 }
 
 /// Energy of one element [J]: yarns, crossover compression, shear.
@@ -265,12 +320,12 @@ pub fn element_force<R: Real, L: LawKernel>(
     let graded = !row.is_even();
     let tall = Size::of_row(c, if graded { row.height } else { 1.0 });
     let mut work = Tally::default();
+    let mut dissipated = Tally::default();
     let mut stored = Tally::default();
     let mut hourglass = Tally::default();
     // Whole numbers add up exactly in any order.
     let mut iterations = zero;
     let mut released = [Tally::default(); 2];
-    let mut largest_strain = [zero; 2];
     let (mut residual, mut largest, mut deflection) = (zero, zero, zero);
     let mut column = range.start - range.start % R::LANES;
     while column < range.end {
@@ -304,34 +359,33 @@ pub fn element_force<R: Real, L: LawKernel>(
         }
 
         let failed = each!(i in 2 => {
-            was_alive[i] & (c.cell.yarn[i].failure_strain.le(cell.strain[i]) | life[i].le(n.with(BREAKING)))
+            was_alive[i] & c.cell.yarn[i].failure_strain.le(cell.strain[i])
         });
-        if let Some(strains) = &mut row.strain {
-            for i in 0..2 {
-                let strain = R::select(was_alive[i], cell.strain[i], zero);
-                strain.store(strains[i], at);
-                largest_strain[i] = largest_strain[i].max(strain);
-            }
-        }
         let alive = [was_alive[0] & !failed[0], was_alive[1] & !failed[1]];
         let both_left = alive[0] & alive[1];
         let any_failed = failed[0] | failed[1];
         let straight = each!(i in 2 => c.cell.yarn[i].straight(k.stretch[i]));
         let free_strain = each!(i in 2 => straight[i].max(zero));
         let free = each!(i in 2 => c.cell.yarn[i].tension(straight[i]));
-        let mut pull = each!(i in 2 => R::select(both_left, cell.in_plane[i], free[i]));
-        let mut intact = cell.in_plane;
-        if let Some((along, across)) = row.viscosity {
-            let drag = drag(c, &size, &k, [&vx, &vy, &vz], [n.load(along, column), n.with(across)]);
-            pull = each!(i in 2 => viscous(pull[i], drag[i]));
-            intact = each!(i in 2 => viscous(intact[i], drag[i]));
+        let elastic = each!(i in 2 => R::select(both_left, cell.in_plane[i], free[i]));
+        let elastic = each!(i in 2 => R::select(alive[i], elastic[i], zero));
+        let mut drag = [zero; 2];
+        if let Some(fields) = &mut row.viscous {
+            let before = each!(i in 2 => n.load(fields[i], at));
+            let viscous = viscous(c, &size, &k, [&vx, &vy, &vz], &elastic, before, n.with(dt));
+            drag = viscous.force;
+            for i in 0..2 {
+                drag[i].store(fields[i], at);
+            }
+            // N over the element's width times its length.
+            let energy = each!(i in 2 => viscous.work[i] * size.membrane[i] * (half / size.gradient[i]));
+            dissipated.add(energy[0] + energy[1], column);
         }
-        let pull = each!(i in 2 => R::select(alive[i], pull[i], zero));
+        let pull = each!(i in 2 => elastic[i] + drag[i]);
 
-        let gamma = if shear { shear::arc_sine(k.sine) } else { zero };
-        let trellis = if shear { shear::resultant(&c.shear, gamma) } else { zero };
-        let q = R::select(both_left, trellis, zero);
-        let (warp, weft) = membrane(&size, &k, &pull, q, shear);
+        let trellis = shear.then(|| trellis_shear(&c.shear, &k, ledger | any_failed.any()));
+        let left = trellis.map(|trellis| trellis.only(both_left));
+        let (warp, weft) = membrane(&size, &k, &pull, left.as_ref());
 
         // Work done on the element between the last positions and these (trapezoid), and the new forces.
         let mut power = zero;
@@ -365,15 +419,16 @@ pub fn element_force<R: Real, L: LawKernel>(
         residual = residual.max(cell.residual);
 
         if any_failed.any() {
-            let shear_energy = if shear { shear::energy(&c.shear, gamma) } else { zero };
-            let shear_before = R::select(both, shear_energy, zero);
+            let was = trellis.map(|trellis| trellis.only(both));
+            let shear_before = was.map_or(zero, |was| was.energy);
             let tension = each!(i in 2 => R::select(was_alive[i], cell.tension[i], zero));
             let before = stored_energy(&c.cell, &size, &tension, &cell.strain, cell.force, shear_before);
             let left = each!(i in 2 => R::select(alive[i], free[i], zero));
             let after = stored_energy(&c.cell, &size, &left, &free_strain, zero, zero);
             // Forces that break in this step never act, so the last half step's work on them was not done either.
-            let intact = each!(i in 2 => R::select(was_alive[i], intact[i], zero));
-            let (warp_intact, weft_intact) = membrane(&size, &k, &intact, R::select(both, trellis, zero), shear);
+            // Of what acts now only the elastic part changes what is stored.
+            let intact = each!(i in 2 => R::select(was_alive[i], cell.in_plane[i], zero) + drag[i]);
+            let (warp_intact, weft_intact) = membrane(&size, &k, &intact, was.as_ref());
             let mut undone = zero;
             for a in 0..3 {
                 undone = undone + (warp_intact[a] - warp[a]) * v[a][0] + (weft_intact[a] - weft[a]) * v[a][1];
@@ -403,8 +458,7 @@ pub fn element_force<R: Real, L: LawKernel>(
             let tension = each!(i in 2 => R::select(alive[i], R::select(both_left, cell.tension[i], free[i]), zero));
             let strain = each!(i in 2 => R::select(both_left, cell.strain[i], free_strain[i]));
             let force = R::select(both_left, cell.force, zero);
-            let shear_energy = if shear { shear::energy(&c.shear, gamma) } else { zero };
-            let shear_energy = R::select(both_left, shear_energy, zero);
+            let shear_energy = left.map_or(zero, |left| left.energy);
             let energy = stored_energy(&c.cell, &size, &tension, &strain, force, shear_energy);
             stored.add(R::select(any, energy, zero), column);
             hourglass.add(R::select(any, half * kh * dot(&mode, &mode), zero), column);
@@ -416,11 +470,9 @@ pub fn element_force<R: Real, L: LawKernel>(
     }
     totals.max_residual = totals.max_residual.max(residual.largest());
     totals.max_tension = totals.max_tension.max(largest.largest());
-    for i in 0..2 {
-        totals.largest_strain[i] = totals.largest_strain[i].max(largest_strain[i].largest());
-    }
     totals.max_deflection = totals.max_deflection.max(deflection.largest());
     totals.internal_work += work.total();
+    totals.viscous_work += dissipated.total();
     totals.iterations += (0..R::LANES).map(|lane| iterations.lane(lane).to_f64()).sum::<f64>();
     if !totals.failures.is_empty() {
         totals.released = each!(i in 2 => released[i].total());

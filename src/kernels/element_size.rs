@@ -10,6 +10,7 @@ pub(crate) struct Size<R> {
     pub(crate) membrane: [R; 2],
     pub(crate) half_length: [R; 2],
     pub(crate) hourglass: [R; 2],
+    pub(crate) viscosity: [R; 2],
     pub(crate) cells: R,
     pub(crate) area: R,
 }
@@ -24,6 +25,7 @@ impl<R: Real> Size<R> {
             membrane: [c.membrane[0] * size, c.membrane[1]],
             half_length: [c.half_length[0] * size, c.half_length[1]],
             hourglass: [c.hourglass[0] * size, c.hourglass[1] * per_size],
+            viscosity: [c.viscosity[0], c.viscosity[1] * size],
             cells: c.cells * size,
             area: c.area * size,
         }
@@ -37,6 +39,7 @@ impl<R: Real> Size<R> {
             membrane: [self.membrane[0], self.membrane[1] * width],
             half_length: [self.half_length[0], self.half_length[1] * width],
             hourglass: [self.hourglass[0] * per_width, self.hourglass[1] * width],
+            viscosity: [self.viscosity[0] * width, self.viscosity[1]],
             cells: self.cells * width,
             area: self.area * width,
         }

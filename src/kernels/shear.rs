@@ -148,6 +148,37 @@ pub fn energy<R: Real>(c: &ShearConstants<R>, gamma: R) -> R {
     R::select(c.secant.le(n.zero()), tangent, secant)
 }
 
+/// Sine of the shear angle, 72°, up to which (25) is followed. Beyond it the energy goes on at a constant slope over the sine, so that
+/// yarns that come to lie along each other keep a finite force.
+pub const STEEPEST: f64 = 0.95;
+
+/// Trellis shear of an element at one time.
+#[derive(Clone, Copy, Debug)]
+pub struct Trellis<R> {
+    /// dW/d(sin γ) [N/m]: q/cos γ up to [`STEEPEST`].
+    pub slope: R,
+    angle: R,
+    beyond: R,
+}
+
+/// Trellis shear at the sine of an angle.
+#[inline(always)]
+pub fn trellis<R: Real>(c: &ShearConstants<R>, sine: R) -> Trellis<R> {
+    let limit = sine.with(STEEPEST);
+    let followed = sine.max(-limit).min(limit);
+    let angle = arc_sine(followed);
+    let cosine = (-followed).fused(followed, sine.one()).sqrt();
+    Trellis { slope: resultant(c, angle) / cosine, angle, beyond: (sine - followed).abs() }
+}
+
+impl<R: Real> Trellis<R> {
+    /// Shear energy per reference area W [J/m²].
+    #[inline(always)]
+    pub fn energy(&self, c: &ShearConstants<R>) -> R {
+        self.slope.abs().fused(self.beyond, energy(c, self.angle))
+    }
+}
+
 /// Largest tangent modulus dq/dγ of the law [N/m], for the step bound.
 pub fn largest_tangent(c: &ShearConstants<f64>) -> f64 {
     let tangent = c.g1 + c.rise.max(0.0);
@@ -165,6 +196,22 @@ mod tests {
             let x = f64::from(i) / 1000.0;
             assert!((arc_sine(x) - x.asin()).abs() < 4e-16, "{x}");
             assert!((arc_sine(x as f32) - (x as f32).asin()).abs() < 3e-7, "{x}");
+        }
+    }
+
+    #[test]
+    fn the_slope_over_the_sine_is_that_of_the_energy_at_any_angle() {
+        for modulus in [ShearModulus::Tangent, ShearModulus::Secant] {
+            let c = ShearConstants::<f64>::new(&Shear { g1: 1e7, g2: 1e9, gamma1: 0.35, gamma2: 0.6, modulus }, 3e-4);
+            for i in -99..=99 {
+                let (sine, step) = (0.01 * f64::from(i) + 0.0013, 1e-6);
+                let energy = |sine: f64| trellis(&c, sine).energy(&c);
+                let slope = (energy(sine + step) - energy(sine - step)) / (2.0 * step);
+                let got = trellis(&c, sine).slope;
+                assert!((slope - got).abs() < 1e-5 * got.abs().max(1e3), "{modulus:?} {sine}: {slope} {got}");
+            }
+            // Whole at yarns that lie along each other.
+            assert!(trellis(&c, 1.0).slope.is_finite() && trellis(&c, -1.0).energy(&c) > energy(&c, 1.25));
         }
     }
 

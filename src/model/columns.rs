@@ -1,6 +1,6 @@
 //! What changes along a row of a mesh, as kernels load it.
 
-use super::{Grid, Mesh, regularisation};
+use super::{Grid, Mesh};
 use crate::number::Scalar;
 
 /// Shapes (node stride,), beyond the last element as of the finest; all but the places are empty for an even mesh.
@@ -14,22 +14,16 @@ pub struct Columns<S> {
     pub width: Vec<S>,
     /// 1 over that [-].
     pub per_width: Vec<S>,
-    /// Viscosity along X over the stiffness [s].
-    along: Vec<S>,
-    /// The same along Y of each row, shape (rows,); empty: there is none.
-    across: Vec<f64>,
 }
 
 impl<S: Scalar> Columns<S> {
-    /// `viscosity`: of elements twice the finest along X, along Y, over the stiffness [s].
-    pub(super) fn new(mesh: &Mesh, viscosity: [f64; 2]) -> Self {
+    pub(super) fn new(mesh: &Mesh) -> Self {
         let mut place: Vec<f64> = (0..=mesh.columns).map(|column| mesh.reference(0, column)[0]).collect();
         place.resize(Grid::node_stride(mesh.columns), 0.0);
         let rounded = place.iter().map(|x| S::splat(*x)).collect();
         let sizes = if mesh.is_graded() { place.len() } else { 0 };
         let ones = || vec![S::splat(1.0); sizes];
-        let along = vec![S::splat(0.0); sizes];
-        let mut out = Self { place, rounded, width: ones(), per_width: ones(), along, across: Vec::new() };
+        let mut out = Self { place, rounded, width: ones(), per_width: ones() };
         if !mesh.is_graded() {
             return out;
         }
@@ -37,17 +31,7 @@ impl<S: Scalar> Columns<S> {
             let [x, _] = mesh.widths(0, column);
             out.width[column] = S::splat(x);
             out.per_width[column] = S::splat(1.0 / x);
-            out.along[column] = S::splat(viscosity[0] * regularisation::share(x));
-        }
-        if viscosity != [0.0; 2] {
-            let of_row = |row| viscosity[1] * regularisation::share(mesh.widths(row, 0)[1]);
-            out.across = (0..mesh.rows).map(of_row).collect();
         }
         out
-    }
-
-    /// Viscosity of the elements of a row along X, and of the row along Y, over the stiffness [s]; `None`: there is none.
-    pub fn viscosity(&self, row: usize) -> Option<(&[S], f64)> {
-        self.across.get(row).map(|across| (&self.along[..], *across))
     }
 }

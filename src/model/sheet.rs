@@ -1,14 +1,10 @@
 //! A sheet: everything that plies of one fabric, laid and held alike, share.
 
-use super::{
-    Columns, Grid, InitialStretch, Mesh, MirrorPlanes, ModelError, Neighbourhood, StepBound, pretension, regularisation,
-};
-use crate::case::{Case, Edge, Edges, Fabric, FailureMeasure, Layer, Regularisation, UnitCell};
-use crate::kernels::cell_constants::NEVER;
+use super::{Columns, Grid, InitialStretch, Mesh, MirrorPlanes, ModelError, StepBound, pretension};
+use crate::case::{Case, Edge, Edges, Fabric, Layer, Solver, UnitCell};
 use crate::kernels::crossover::{CellConstants, LawKernel, Variant};
 use crate::kernels::element_force::ElementConstants;
 use crate::kernels::shear::ShearConstants;
-use crate::kernels::yarn_law::YarnConstants;
 use crate::number::Scalar;
 
 /// Constants of alike plies in the number type of the state.
@@ -38,8 +34,8 @@ pub struct Sheet<S> {
     pub mass: Vec<RowMasses<S>>,
     /// Sizes of the elements of a row.
     pub columns: Columns<S>,
-    /// What lies around every element, where failure is nonlocal.
-    pub neighbourhood: Option<Neighbourhood>,
+    /// Whether yarns have shock viscosity.
+    pub viscous: bool,
     /// Uniform initial stretch.
     pub initial: InitialStretch,
     /// Initial velocity of free nodes in the ply's axes [m/s].
@@ -66,24 +62,19 @@ impl<S: Scalar> Sheet<S> {
         if !along_axes && [left, right, bottom, top].contains(&Edge::Roller) {
             return Err(ModelError::TurnedRoller { degrees: layer.orientation.to_degrees() });
         }
-        let mut cell = CellConstants { joint: case.solver.unit_cell == UnitCell::Joint, ..CellConstants::new(fabric) };
-        for yarn in cell.yarn.iter_mut().filter(|yarn| yarn.failure_strain < NEVER) {
-            yarn.failure_strain *= regularisation::failure_factor(pack);
-        }
-        let nonlocal = pack.failure == FailureMeasure::Nonlocal;
-        let neighbourhood = nonlocal.then(|| Neighbourhood::of(&mesh, pack.crossovers_along_element()));
-        let element = element_constants(fabric, length, case.solver.hourglass, &cell);
+        let cell = CellConstants { joint: case.solver.unit_cell == UnitCell::Joint, ..CellConstants::new(fabric) };
+        let element = element_constants(fabric, length, &case.solver, &cell);
         let law = Variant::of(&fabric.crossover);
         let edges = MirrorPlanes::edges(&mesh, layer.edges);
         Ok(Self {
-            bound: StepBound::new(length, fabric.areal_density, &element),
+            bound: StepBound::new(length, fabric.areal_density, &element, case.solver.shock_viscosity),
             initial: crate::with_law!(law, L => pretension::solve::<L>(pack, &cell)?),
             mass: row_kinds(&mesh)
                 .into_iter()
                 .map(|row| row_masses(&mesh, fabric.areal_density, &edges, row))
                 .collect(),
-            neighbourhood,
-            columns: Columns::new(&mesh, viscosity(case, layer, &cell)),
+            columns: Columns::new(&mesh),
+            viscous: case.solver.shock_viscosity > 0.0,
             initial_velocity: mesh.to_ply(layer.initial_velocity),
             has_shear: fabric.shear.is_some(),
             present: [fabric.warp.present, fabric.weft.present],
@@ -116,18 +107,14 @@ impl<S: Scalar> Sheet<S> {
     /// Element constants in the precision of a kernel.
     pub fn constants<T: Scalar, L: LawKernel>(&self) -> ElementConstants<T> {
         let e = &self.element;
-        let mut cell = CellConstants::cast::<L>(&self.cell);
-        if self.neighbourhood.is_some() {
-            // The element kernel does not judge the yarns.
-            cell.yarn = cell.yarn.map(|yarn| YarnConstants { failure_strain: T::splat(NEVER), ..yarn });
-        }
         ElementConstants {
-            cell,
+            cell: CellConstants::cast::<L>(&self.cell),
             shear: e.shear.cast(),
             gradient: e.gradient.map(T::splat),
             membrane: e.membrane.map(T::splat),
             half_length: e.half_length.map(T::splat),
             hourglass: e.hourglass.map(T::splat),
+            viscosity: e.viscosity.map(T::splat),
             cells: T::splat(e.cells),
             area: T::splat(e.area),
         }
@@ -138,7 +125,7 @@ impl<S: Scalar> Sheet<S> {
 fn element_constants(
     fabric: &Fabric,
     [lx, ly]: [f64; 2],
-    hourglass: f64,
+    solver: &Solver,
     cell: &CellConstants<f64>,
 ) -> ElementConstants<f64> {
     let [w1, w2] = [cell.yarn[0].half_span, cell.yarn[1].half_span];
@@ -146,7 +133,13 @@ fn element_constants(
     // their mean.
     let warp = cell.yarn[0].stiffness / (2.0 * w2) * ly / lx;
     let weft = cell.yarn[1].stiffness / (2.0 * w1) * lx / ly;
-    let hourglass = [warp, weft].map(|k| hourglass * (2.0 / 3.0) * k);
+    let hourglass = [warp, weft].map(|k| solver.hourglass * (2.0 / 3.0) * k);
+    let viscosity = [0, 1].map(|i| {
+        let stiffness = cell.yarn[i].stiffness / (2.0 * cell.yarn[1 - i].half_span);
+        // Time that a wave of the straight yarn takes over the element.
+        let period = if stiffness > 0.0 { [lx, ly][i] * (fabric.areal_density / stiffness).sqrt() } else { 0.0 };
+        solver.shock_viscosity * period
+    });
     let none =
         crate::case::Shear { g1: 0.0, g2: 0.0, gamma1: 0.0, gamma2: 0.0, modulus: crate::case::ShearModulus::Tangent };
     ElementConstants {
@@ -156,23 +149,10 @@ fn element_constants(
         membrane: [0.5 * ly / (2.0 * w2), 0.5 * lx / (2.0 * w1)],
         half_length: [0.5 * ly, 0.5 * lx],
         hourglass,
+        viscosity,
         cells: lx / (2.0 * w1) * (ly / (2.0 * w2)),
         area: lx * ly,
     }
-}
-
-/// Viscosity of elements twice the finest, over the stiffness, along warp and weft [s].
-fn viscosity(case: &Case, layer: &Layer, cell: &CellConstants<f64>) -> [f64; 2] {
-    let Some(grading) = layer.grading.filter(|_| case.pack.regularisation == Regularisation::Calibrated) else {
-        return [0.0; 2];
-    };
-    let length = [layer.element_length_x, layer.element_length_y];
-    [0, 1].map(|i| {
-        let stiffness = cell.yarn[i].stiffness / (2.0 * cell.yarn[1 - i].half_span);
-        // Time that a wave takes over the finest element.
-        let period = if stiffness > 0.0 { length[i] * (layer.fabric.areal_density / stiffness).sqrt() } else { 0.0 };
-        regularisation::viscosity(grading.growth) * period
-    })
 }
 
 /// First, inner, last.

@@ -26,8 +26,8 @@ pub struct Terms {
     pub hourglass: bool,
     /// Yarns may break.
     pub failure: bool,
-    /// They are judged by what lies around them.
-    pub nonlocal: bool,
+    /// They have shock viscosity.
+    pub viscous: bool,
     /// There is a projectile.
     pub projectile: bool,
     /// It rubs.
@@ -57,7 +57,7 @@ impl Terms {
             secant: sheet.has_shear && sheet.element.shear.secant > 0.0,
             hourglass: sheet.element.hourglass.iter().any(|k| *k > 0.0),
             failure: (0..2).any(|i| sheet.present[i] && yarns[i].failure_strain < NEVER),
-            nonlocal: sheet.neighbourhood.is_some(),
+            viscous: sheet.viscous,
             projectile: projectile.is_some(),
             friction: projectile.is_some() && model.friction > 0.0,
             rim: model.rim,
@@ -76,7 +76,7 @@ impl Terms {
             secant: all.secant | sheet.secant,
             hourglass: all.hourglass | sheet.hourglass,
             failure: all.failure | sheet.failure,
-            nonlocal: all.nonlocal | sheet.nonlocal,
+            viscous: all.viscous | sheet.viscous,
             ..all
         })
     }

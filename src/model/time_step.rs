@@ -5,7 +5,7 @@
 //! (shear) are too, so the bound is the largest of the terms below, for any stretch and shear angle. Contact is
 //! kinematic and adds no stiffness.
 
-use crate::kernels::element_force::{ElementConstants, STRETCH_FLOOR};
+use crate::kernels::element_force::{ElementConstants, LONGEST_LEVER};
 use crate::kernels::shear;
 
 /// The step bound of a fabric's mesh.
@@ -19,18 +19,20 @@ pub struct StepBound {
 
 impl StepBound {
     /// The bound of a fabric. Yarn waves give min(Lx √(Ad/C1), Ly √(Ad/C2)).
-    /// `length`: of an element [m]; `areal_density` [kg/m²].
-    pub fn new([lx, ly]: [f64; 2], areal_density: f64, element: &ElementConstants<f64>) -> Self {
+    /// `length`: of an element [m]; `areal_density` [kg/m²]; `viscosity`: the coefficient q of the shock viscosity [-], which acts half a
+    /// step late, so that a wave's step is shorter by √(1 + q²) − q.
+    pub fn new([lx, ly]: [f64; 2], areal_density: f64, element: &ElementConstants<f64>, viscosity: f64) -> Self {
         let yarn = &element.cell.yarn;
         let c1 = yarn[0].stiffness / (2.0 * yarn[1].half_span);
         let c2 = yarn[1].stiffness / (2.0 * yarn[0].half_span);
-        let levers = (STRETCH_FLOOR * lx).powi(-2) + (STRETCH_FLOOR * ly).powi(-2);
+        let levers = (LONGEST_LEVER / lx).powi(2) + (LONGEST_LEVER / ly).powi(2);
         // Tension stiffens the directions across the yarns, where shear acts, by at most its value at failure.
         let limit = [0, 1].map(|i| yarn[i].failure_strain.min(1.0));
         let tension = (c1 * limit[0] / (lx * lx)).max(c2 * limit[1] / (ly * ly));
+        let damped = ((1.0 + viscosity * viscosity).sqrt() - viscosity).powi(-2);
         let terms = [
-            (4.0 * c1 / (lx * lx), "wave along the warp"),
-            (4.0 * c2 / (ly * ly), "wave along the weft"),
+            (4.0 * damped * c1 / (lx * lx), "wave along the warp"),
+            (4.0 * damped * c2 / (ly * ly), "wave along the weft"),
             (4.0 * (shear::largest_tangent(&element.shear) * levers + tension), "trellis shear"),
             ((element.hourglass[0] + element.hourglass[1]) / (lx * ly), "hourglass stiffness"),
         ];

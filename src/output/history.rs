@@ -18,7 +18,7 @@ const fn column(name: &'static str, read: fn(&Sample) -> f64) -> Column {
 }
 
 /// Every column of `history.csv`, in order.
-pub const COLUMNS: [Column; 22] = [
+pub const COLUMNS: [Column; 24] = [
     column("time_us", |s| s.time * 1e6),
     column("projectile_velocity_m_s", |s| s.projectile_velocity),
     column("projectile_displacement_mm", |s| s.projectile_displacement * 1e3),
@@ -40,6 +40,8 @@ pub const COLUMNS: [Column; 22] = [
     column("max_yarn_tension_n", |s| s.balance.max_tension),
     column("momentum_error", |s| s.balance.momentum_error),
     column("perforated_plies", |s| f64::from(s.perforated_plies)),
+    column("viscous_dissipation_j", |s| s.balance.viscous),
+    column("energy_gained", |s| s.balance.gained),
     column("last_ply_deflection_mm", |s| s.last_deflection * 1e3),
 ];
 

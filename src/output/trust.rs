@@ -3,7 +3,7 @@
 
 use super::number::{fraction, grouped, short};
 use super::verdict::verdict;
-use crate::case::{Case, ContactSampling, FailureMeasure};
+use crate::case::{Case, ContactSampling};
 use crate::kernels::projectile_shape::Body;
 use crate::simulation::Run;
 use crate::warnings::{
@@ -192,15 +192,13 @@ fn place(case: &Case, run: &Run) -> Sign {
     let body = case.projectile.as_ref().and_then(|projectile| Body::new(projectile).ok());
     let has_rim = body.is_some_and(|body| body.profile.has_round_rim());
     let at_rim = !has_rim || case.solver.contact_sampling == ContactSampling::Rim;
-    let (level, reason) = match (broken, case.pack.failure) {
-        (0, _) => (Level::Fine, "no yarn broke: a hit elsewhere in a cell changes what is lost by a few per cent"),
-        (_, FailureMeasure::Nonlocal) if at_rim => {
-            (Level::Fine, "a ballistic limit is within 3 % for every place in a cell, a residual velocity within 7 %")
-        }
+    let (level, reason) = match broken {
+        0 => (Level::Fine, "no yarn broke: a hit elsewhere in a cell changes what is lost by a few per cent"),
+        _ if at_rim => (Level::Fine, "a ballistic limit is within 5 % for every place in a cell"),
         _ => (
             Level::Look,
-            "yarns were judged element by element: for one fabric, S-720, the ballistic limit is 110 to 149 m/s, by where in a \
-             cell the hit is; compare with \"contact_sampling\": \"rim\" and \"failure\": \"nonlocal\"",
+            "contact was sampled at nodes: a ballistic limit hangs on where in a cell the hit is; compare with \
+             \"contact_sampling\": \"rim\"",
         ),
     };
     let value = if broken == 1 { "1 yarn broken".to_owned() } else { format!("{} yarns broken", grouped(broken)) };

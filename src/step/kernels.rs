@@ -7,7 +7,9 @@ use super::plies::{CompiledSieve, Sieve};
 use crate::kernels::crossover::LawKernel;
 use crate::kernels::element_force::{ElementConstants, ElementRow, ElementTotals, Extent, element_force};
 use crate::kernels::node_update::{Neighbours, NodeRow, NodeTotals, Part, RowMass, node_update};
-use crate::lanes::{Twice, Vectors};
+#[cfg(not(feature = "quick-build"))]
+use crate::lanes::Twice;
+use crate::lanes::Vectors;
 use crate::model::Sheet;
 use crate::number::{Real, Scalar};
 

@@ -2,7 +2,6 @@
 //!
 //! 1. `element_force` on every row of elements, from the positions, and
 //! 2. `node_update` on every row of nodes: gather, kick, drift; row by row in one sweep;
-//! -  where failure is nonlocal the yarns are judged, once all elements are computed;
 //! 3. `ply_contact` between neighbouring plies, and
 //! 4. `projectile_contact` on the nodes near the projectile, each correcting velocity and position of what it touches;
 //! 5. `rigid_body`: the projectile moves.
@@ -10,7 +9,6 @@
 //! Rows run in parallel; sums are kept by row and added in row order, so results do not depend on threads. Rows and
 //! columns that nothing has reached are left out.
 
-mod failure;
 mod kernels;
 mod memory;
 mod near;
@@ -173,14 +171,12 @@ impl<S: Scalar> Stepper<S> {
         self.stopwatch.start();
         if context.state.step.is_multiple_of(APART) {
             self.elements(&mut context);
-            self.judge(&mut context);
             self.stopwatch.lap(Phase::ElementForce);
             self.nodes(&mut context);
             self.stopwatch.lap(Phase::NodeUpdate);
         } else {
             self.sweep(&mut context, Passes::Both);
             self.collect_elements(&mut context);
-            self.judge(&mut context);
             self.collect_nodes(&mut context);
             self.stopwatch.lap_of_both();
         }
@@ -196,11 +192,6 @@ impl<S: Scalar> Stepper<S> {
     pub fn elements(&mut self, context: &mut Context<'_, S>) {
         self.sweep(context, Passes::Elements);
         self.collect_elements(context);
-    }
-
-    /// After the first part, where failure is nonlocal: marks the yarns that fail in the next step.
-    pub fn judge(&self, context: &mut Context<'_, S>) {
-        failure::judge(context.model, context.state, &self.element_totals);
     }
 
     /// The second part on its own: the nodes move.
@@ -266,6 +257,7 @@ impl<S: Scalar> Stepper<S> {
         self.failures.clear();
         for (index, row) in self.element_totals.iter().enumerate() {
             ledger.work += row.internal_work;
+            ledger.viscous += row.viscous_work;
             ledger.released[0] += row.released[0];
             ledger.released[1] += row.released[1];
             totals.unconverged += u64::from(row.unconverged);

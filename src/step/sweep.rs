@@ -306,16 +306,15 @@ impl<S: Scalar> Ply<'_, S> {
         totals.computed = columns.len();
         let model = self.sweep.model;
         let (grid, sheet) = (&model.grid, model.sheet(self.ply));
-        let (element, strain) = element.split_at_mut(element::COUNT * grid.element_stride);
+        let (element, viscous) = element.split_at_mut(element::COUNT * grid.element_stride);
         let mut row = ElementRow {
             below: split(below, grid.node_stride),
             above: split(above, grid.node_stride),
             element: split_mut(element, grid.element_stride),
-            strain: sheet.neighbourhood.as_ref().map(|_| split_mut(strain, grid.element_stride)),
+            viscous: sheet.viscous.then(|| split_mut(viscous, grid.element_stride)),
             height: sheet.mesh.widths(row, 0)[1],
             width: &sheet.columns.width,
             per_width: &sheet.columns.per_width,
-            viscosity: sheet.columns.viscosity(row),
             ahead: [self.length[1], self.length[0]],
         };
         let kernels = &self.sweep.kernels[model.plies[self.ply].sheet];

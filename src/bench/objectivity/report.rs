@@ -98,7 +98,6 @@ pub fn json(measured: &Measured, plan: Plan, wall_seconds: f64) -> Value {
         "title": case.title,
         "case_hash": output::case_hash(&case.as_run),
         "contact_sampling": case.solver.contact_sampling.word(),
-        "failure": case.pack.failure.word(),
         "threads": plan.threads,
         "quick": plan.quick,
         "bracket_percent": plan.width * 100.0,

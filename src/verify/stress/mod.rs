@@ -324,7 +324,6 @@ mod tests {
         const FURTHER: [&str; 5] = [
             "/pack/elements_per_crossover",
             "/pack/mesh_grading",
-            "/pack/regularisation",
             "/pack/failure",
             "/solver/contact_sampling",
         ];

@@ -141,8 +141,6 @@ fn further() -> Vec<BoxedStrategy<Change>> {
     vec![
         key(0.2, "/pack/elements_per_crossover", 2_u32..5),
         key(0.25, "/pack/mesh_grading", grading),
-        word(0.1, "/pack/regularisation", &["none"]),
-        word(0.25, "/pack/failure", &["nonlocal"]),
         word(0.35, "/solver/contact_sampling", &["rim"]),
     ]
 }
