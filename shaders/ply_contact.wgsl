@@ -2,7 +2,7 @@
 // Twin: src/kernels/ply_contact.rs
 
 /// Fraction of a penetration that is driven out in a step.
-const RECOVERY: f32 = 0.2;
+const RECOVERY: f32 = 0.05;
 /// Depth that is let be, over the thickness.
 const SLOP: f32 = 1e-4;
 /// Steps over neighbouring cells a node may take in one time step.

@@ -23,6 +23,8 @@ pub struct Ledger {
     pub viscous: f64,
     /// Energy released by yarn failures: membrane and shear, hourglass [J].
     pub released: [f64; 2],
+    /// Energy that the unit-cell law had made by itself in cells that have failed [J].
+    pub law_released: f64,
     /// Lost in inelastic contact [J].
     pub contact: f64,
     /// Lost to friction [J].
@@ -36,6 +38,7 @@ pub struct Ledger {
     /// Fabric kinetic energy [J], at the last sample.
     kinetic: f64,
     stored: f64,
+    law_energy: f64,
     hourglass: f64,
     max_tension: f64,
     projectile: f64,
@@ -62,6 +65,7 @@ pub struct PlyMoment {
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 struct Initial {
     stored: f64,
+    law_energy: f64,
     total: f64,
     scale: f64,
     momentum: [f64; 3],
@@ -87,6 +91,8 @@ pub struct Balance {
     pub internal: f64,
     /// Elastic energy by its state function (equal to `internal` for conservative laws).
     pub stored: f64,
+    /// Made by the unit-cell law itself, whose force is not the slope of an energy.
+    pub law: f64,
     /// Hourglass energy.
     pub hourglass: f64,
     /// Dissipated by shock viscosity.
@@ -103,7 +109,7 @@ pub struct Balance {
     pub external: f64,
     /// Of the work ledger: (total − initial total) over the initial energy, or over the work put in where that is larger [-].
     pub error: f64,
-    /// Of state functions: energy that nothing accounts for, over the same [-].
+    /// Of state functions: energy that nothing accounts for, the law's own share apart, over the same [-].
     pub gained: f64,
     /// Length of the momentum error vector over the initial momentum (or the largest impulse) [-].
     pub momentum_error: f64,
@@ -119,6 +125,7 @@ impl Balance {
             kinetic: self.kinetic * copies,
             internal: self.internal * copies,
             stored: self.stored * copies,
+            law: self.law * copies,
             hourglass: self.hourglass * copies,
             viscous: self.viscous * copies,
             contact: self.contact * copies,
@@ -158,6 +165,7 @@ impl Ledger {
     pub fn sample_elements(&mut self, rows: &[ElementTotals], grid: &Grid) {
         let tension = rows.iter().map(|r| r.max_tension).fold(0.0, f64::max);
         self.elements_are(rows.iter().map(|r| r.stored).sum(), rows.iter().map(|r| r.hourglass).sum(), tension);
+        self.law_energy = rows.iter().map(|r| r.law_energy).sum();
         let plies = rows.chunks(grid.rows).map(|rows| PlyMoment {
             stored: rows.iter().map(|r| r.stored).sum(),
             deflection: rows.iter().map(|r| r.max_deflection).fold(0.0, f64::max),
@@ -247,7 +255,9 @@ impl Ledger {
         let stored = self.stored + self.released[0];
         // A slack ply that is bent holds hourglass energy and nothing else; rounding may make it less than nothing.
         let scale = energy + (stored + self.hourglass + self.released[1]).max(0.0);
-        let mut initial = Initial { stored, total: 0.0, scale, momentum: [0.0; 3], momentum_scale: momentum.norm() };
+        let law_energy = self.law_energy + self.law_released;
+        let mut initial =
+            Initial { stored, law_energy, total: 0.0, scale, momentum: [0.0; 3], momentum_scale: momentum.norm() };
         initial.total = self.total(stored);
         initial.momentum = [0, 1, 2].map(|a| self.momentum[a] - self.support[a]);
         self.initial = Some(initial);
@@ -265,11 +275,17 @@ impl Ledger {
             - self.external
     }
 
-    /// Energy by state functions beyond what was put in, at the last sample: what a step has invented [J].
+    /// Energy that the unit-cell law itself has made since the start [J].
+    fn law(&self) -> f64 {
+        self.law_energy + self.law_released - self.initial.map_or(0.0, |i| i.law_energy)
+    }
+
+    /// Energy by state functions beyond what was put in and what the unit-cell law makes, at the last sample: what the arithmetic has
+    /// invented [J].
     pub(crate) fn gained(&self) -> f64 {
         let Some(i) = self.initial else { return 0.0 };
         let unearned = self.stored + self.viscous + self.released[0] - i.stored - self.work;
-        self.total(i.stored) - i.total + unearned
+        self.total(i.stored) - i.total + unearned - self.law()
     }
 
     /// The balance at the last sample.
@@ -279,6 +295,7 @@ impl Ledger {
             kinetic: self.kinetic,
             internal: stored + self.work - self.viscous - self.released[0],
             stored: self.stored,
+            law: self.law(),
             hourglass: self.hourglass,
             viscous: self.viscous,
             contact: self.contact,

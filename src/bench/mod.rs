@@ -62,12 +62,6 @@ impl Subject {
         Self { source: Source::BuiltIn("s720-1ply-155", text), sets: sets.to_vec() }
     }
 
-    /// The same shot with the numerics that a ballistic limit asks for, built in, with changes.
-    pub fn for_a_limit(sets: &[String]) -> Self {
-        let text = include_str!("../../cases/s720-1ply-limit.json");
-        Self { source: Source::BuiltIn("s720-1ply-limit", text), sets: sets.to_vec() }
-    }
-
     /// What it is called in messages.
     pub fn name(&self) -> String {
         match &self.source {

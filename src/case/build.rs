@@ -7,10 +7,16 @@ use super::record::Record;
 use super::scope::{Choice, Scope};
 use super::words::Word;
 use super::{
-    Case, Compression, Crossover, Edge, Edges, Fabric, InitialDeflection, MembraneForce, Output, Pack, Projectile,
-    Shear, Solver, Yarn,
+    Accuracy, Case, Compression, ContactSampling, Crossover, Edge, Edges, Fabric, InitialDeflection, MembraneForce,
+    Numerics, Output, Pack, Projectile, Shape, Shear, Solver, Yarn,
 };
 use super::{expect, grading, layup, limits, projectile};
+
+/// Coefficient of the shock viscosity.
+const VISCOSITY: f64 = 0.3;
+/// Elements along a side of a crossover around the hit, and where the result is to be converged.
+const FINE: u32 = 2;
+const CONVERGED: u32 = 4;
 
 /// A case from its document, fabric inlined and changes applied; `as_run` and the names are the caller's.
 pub(super) fn case(map: &Map<String, Value>) -> Result<Case, CaseError> {
@@ -19,8 +25,8 @@ pub(super) fn case(map: &Map<String, Value>) -> Result<Case, CaseError> {
     let title = root.text("title")?;
     let fabric = fabric(&root.object("fabric")?, &record)?;
     let projectile = root.object_if_given("projectile")?.map(|scope| projectile::read(&scope)).transpose()?;
-    let pack = pack(&root.object("pack")?, &fabric, projectile.as_ref(), &record)?;
     let solver = solver(&root.object("solver")?)?;
+    let pack = pack(&root.object("pack")?, &fabric, projectile.as_ref(), &solver, &record)?;
     let output = output(&root.object("output")?)?;
     let expect = root.quiet_items("expect")?.iter().map(expect::read).collect::<Result<_, _>>()?;
     root.raw("sources")?;
@@ -151,12 +157,27 @@ fn pack(
     scope: &Scope<'_>,
     fabric: &Fabric,
     projectile: Option<&Projectile>,
+    solver: &Solver,
     record: &Record,
 ) -> Result<Pack, CaseError> {
     let size = [scope.number("width_mm")?, scope.number("height_mm")?];
     let edges = edges(scope)?;
     let crossovers_per_element = scope.whole("crossovers_per_element")?;
-    let elements_per_crossover = scope.whole("elements_per_crossover")?;
+    // A bar meets whole rows of nodes; waves and strips need no finer mesh than the fabric's own.
+    let bar = projectile.is_none_or(|p| matches!(p.shape, Shape::Bar { .. }));
+    let refined = solver.numerics == Numerics::Default && crossovers_per_element == 1 && !bar;
+    let elements_per_crossover = match scope.given("elements_per_crossover") {
+        Some(_) => scope.whole("elements_per_crossover")?,
+        None => {
+            let count = match (refined, solver.accuracy) {
+                (false, _) => 1,
+                (true, Accuracy::Default) => FINE,
+                (true, Accuracy::Converged) => CONVERGED,
+            };
+            scope.derive_value("elements_per_crossover", count.to_string(), false)?;
+            count
+        }
+    };
     let side = f64::from(crossovers_per_element) / f64::from(elements_per_crossover);
     let ([columns, rows], [element_length_x, element_length_y]) = mesh(scope, fabric, size, side)?;
     let pretension = scope.object("pretension")?;
@@ -175,7 +196,7 @@ fn pack(
         None => layup::derive_spacing(scope, &layup, record)?,
     }
     let depth = f64::from(plies - 1) * spacing.unwrap_or_else(|| layup::thickest(&layup, fabric));
-    let grading = grading::read(scope, projectile, side)?.map(|g| g.through(depth, projectile));
+    let grading = grading::read(scope, projectile, side, refined)?.map(|g| g.through(depth, projectile));
     for layer in &mut layup {
         layer.grading = grading;
     }
@@ -236,13 +257,27 @@ fn deflection(scope: &Scope<'_>) -> Result<InitialDeflection, CaseError> {
 }
 
 fn solver(scope: &Scope<'_>) -> Result<Solver, CaseError> {
+    let numerics = scope.word("numerics")?;
+    let paper = numerics == Numerics::Paper;
     Ok(Solver {
+        numerics,
+        accuracy: scope.word("accuracy")?,
         end_time: scope.number("end_time_us")?,
         courant: scope.number("courant")?,
         hourglass: scope.number("hourglass")?,
-        shock_viscosity: scope.number("shock_viscosity")?,
+        shock_viscosity: match scope.number_if_given("shock_viscosity")? {
+            Some(given) => given,
+            None => scope.derive("shock_viscosity", if paper { 0.0 } else { VISCOSITY }, false)?,
+        },
         symmetry: scope.word("symmetry")?,
-        contact_sampling: scope.word("contact_sampling")?,
+        contact_sampling: match scope.given("contact_sampling") {
+            Some(_) => scope.word("contact_sampling")?,
+            None => {
+                let sampling = if paper { ContactSampling::Nodes } else { ContactSampling::Rim };
+                scope.derive_value("contact_sampling", sampling.word().to_owned(), false)?;
+                sampling
+            }
+        },
         unit_cell: scope.word("unit_cell")?,
         run_until: scope.word("run_until")?,
     })

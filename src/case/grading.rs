@@ -26,8 +26,22 @@ pub struct Grading {
 }
 
 /// Reads the grading of a pack of which each element of the finest size has `side` crossovers along a side.
-pub(super) fn read(pack: &Scope<'_>, projectile: Option<&Projectile>, side: f64) -> Result<Option<Grading>, CaseError> {
-    let keys = match pack.choice("mesh_grading")? {
+/// `refined`: it is graded where nothing is said.
+pub(super) fn read(
+    pack: &Scope<'_>,
+    projectile: Option<&Projectile>,
+    side: f64,
+    refined: bool,
+) -> Result<Option<Grading>, CaseError> {
+    let choice = match pack.given("mesh_grading") {
+        Some(_) => pack.choice("mesh_grading")?,
+        None => {
+            let word = if refined { "graded" } else { "none" };
+            pack.derive_value("mesh_grading", word.to_owned(), false)?;
+            Choice::Word(word.to_owned())
+        }
+    };
+    let keys = match choice {
         Choice::Word(word) if word == "none" => return Ok(None),
         Choice::Word(_) => pack.defaults("mesh_grading")?,
         Choice::Keys(keys) => keys,

@@ -424,9 +424,31 @@ pub enum Rotation {
     Locked,
 }
 
+/// The scheme that keys left out of a case take their values from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Numerics {
+    /// Shock viscosity, contact at the rim, a mesh that is fine around the hit.
+    Default,
+    /// The paper's own: one even element per crossover, contact at nodes, no viscosity.
+    Paper,
+}
+
+/// How far the mesh around the hit is refined.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Accuracy {
+    /// The cheapest mesh whose ballistic limit is near the converged one.
+    Default,
+    /// The mesh from which on the limit stays.
+    Converged,
+}
+
 /// Time integration.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Solver {
+    /// The scheme behind the defaults of the others.
+    pub numerics: Numerics,
+    /// How far the mesh around the hit is refined.
+    pub accuracy: Accuracy,
     /// [s]
     pub end_time: f64,
     /// Time step over the critical one, in (0, 1].

@@ -6,7 +6,7 @@ use super::fields::{Key, Kind, Unit, above, key, number, within, word};
 use super::pointer::index;
 use super::words::{ShapeWord, Word};
 use super::{
-    Along, ContactSampling, Edge, Law, MembraneForce, Motion, Rotation, RunUntil,
+    Accuracy, Along, ContactSampling, Edge, Law, MembraneForce, Motion, Numerics, Rotation, RunUntil,
     ShearModulus, Symmetry, UnitCell,
 };
 
@@ -122,6 +122,10 @@ static SHEAR: &[Key] = &[
         .default_word("tangent", "model: G of (25) as the slope of the stress"),
 ];
 
+/// Where the mesh comes from.
+const MESH: &str = "numerics and accuracy: around a free projectile's hit two elements per crossover (converged: four), graded beyond; one \
+    even element for the paper's numerics, a bar, no projectile, or several crossovers per element";
+
 static PACK: &[Key] = &[
     key("plies", Kind::Whole(1, MAX_PLIES), "Number of plies; with a layup the sum over it, which need not be given.")
         .default(1.0, "a single ply"),
@@ -132,13 +136,13 @@ static PACK: &[Key] = &[
     key("crossovers_per_element", Kind::Whole(1, 64), "Crossovers along each side of an element.")
         .default(1.0, "the paper: one element per crossover"),
     key("elements_per_crossover", Kind::Whole(1, 16), "Elements along each side of a crossover, to refine the mesh.")
-        .default(1.0, "the paper: one element per crossover"),
+        .derived(MESH),
     key(
         "mesh_grading",
         Kind::WordOrObject(&["none", "graded"], GRADING),
         "Elements that grow away from the hit; \"graded\" is an object without keys.",
     )
-    .default_word("none", "elements are alike"),
+    .derived(MESH),
     number(
         "spacing_mm",
         MM,
@@ -178,7 +182,7 @@ static GRADING: &[Key] = &[
     number("growth", NONE, within(1.0, 2.0), "Largest ratio of the lengths of neighbouring elements.")
         .default(1.15, "measured: smaller ones keep the outcome no better"),
     key("coarsest", Kind::Whole(1, 64), "Crossovers along a side of the largest elements.")
-        .default(8.0, "measured: larger ones save little"),
+        .default(2.0, "measured: larger ones tangle with what is torn"),
 ];
 
 static LAYER: &[Key] = &[
@@ -307,6 +311,19 @@ static PROJECTILE: &[Key] = &[
 
 static SOLVER: &[Key] = &[
     number("end_time_us", US, within(1e-6, 1e9), "End of the run."),
+    word(
+        "numerics",
+        Numerics::WORDS,
+        "The scheme that keys left out take their values from: ripstop's own, or the paper's (one even element per crossover, contact \
+        at nodes, no viscosity).",
+    )
+    .default_word("default", "measured: run time against error of limit, residual velocity and absorbed energy"),
+    word(
+        "accuracy",
+        Accuracy::WORDS,
+        "How far the mesh around the hit is refined, where elements_per_crossover is left out.",
+    )
+    .default_word("default", "measured: the cheapest mesh whose ballistic limit is within 5 % of the converged one"),
     number("courant", NONE, above(0.0, 1.0), "Time step over the critical one.")
         .default(0.9, "model: margin for contact, shear and hourglass stiffness")
         .help("above 1 the time step exceeds the critical step and leapfrog integration is unstable"),
@@ -318,7 +335,7 @@ static SOLVER: &[Key] = &[
         within(0.0, 1.0),
         "Linear viscosity along the yarns over the stiffness, times length of an element over wave speed; 0: none, as in the paper.",
     )
-    .default(0.3, "measured: tension behind a shock peaks at most a fifth above its plateau"),
+    .derived("0.3, measured: tension behind a shock peaks at most a fifth above its plateau; 0 with \"numerics\": \"paper\""),
     word("symmetry", Symmetry::WORDS, "Whether mirror symmetry may be used.")
         .default_word("auto", "same result, less work"),
     word(
@@ -327,7 +344,7 @@ static SOLVER: &[Key] = &[
         "Where contact with the projectile is sampled: at nodes, or also where the rim of a flat face crosses the edges \
         of elements.",
     )
-    .default_word("nodes", "the cheaper one"),
+    .derived("rim, measured: the ballistic limit does not hang on the place of the hit; nodes with \"numerics\": \"paper\""),
     word("unit_cell", UnitCell::WORDS, "How the unit cell is solved: the result is the same to rounding.")
         .default_word("joint", "the faster one"),
     word("run_until", RunUntil::WORDS, "When the run ends.")

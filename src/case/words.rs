@@ -1,7 +1,7 @@
 //! The words of the case file and what they stand for.
 
 use super::{
-    Along, ContactSampling, Edge, Law, MembraneForce, Motion, Rotation, RunUntil,
+    Accuracy, Along, ContactSampling, Edge, Law, MembraneForce, Motion, Numerics, Rotation, RunUntil,
     ShearModulus, Symmetry, UnitCell,
 };
 
@@ -45,6 +45,8 @@ words! {
     Rotation { "free" => Free, "locked" => Locked }
     Symmetry { "auto" => Auto, "none" => None }
     ContactSampling { "nodes" => Nodes, "rim" => Rim }
+    Numerics { "default" => Default, "paper" => Paper }
+    Accuracy { "default" => Default, "converged" => Converged }
     UnitCell { "joint" => Joint, "bracketed" => Bracketed }
     RunUntil { "outcome" => Outcome, "end_time" => EndTime }
     ShapeWord {

@@ -195,8 +195,7 @@ Examples:
 DIR gets bench.json and bench.svg."
 )]
 pub(crate) struct BenchArguments {
-    /// Case files [default: the paper's shot, cases/s720-1ply-155.json, with --objectivity cases/s720-1ply-limit.json; both are
-    /// built in]
+    /// Case files [default: the paper's shot, cases/s720-1ply-155.json, built in]
     #[arg(value_name = "CASE.json")]
     pub(crate) cases: Vec<PathBuf>,
     /// Largest error of the velocity history, and of what is left or the stop time, that is good enough: 1% or 0.01

@@ -14,6 +14,7 @@ use crate::kernels::element_size::Size;
 use crate::kernels::guide::Guide;
 use crate::kernels::kinematics::{Kinematics, Vector, differences, dot, kinematics, stretching};
 use crate::kernels::shear::{self, ShearConstants};
+use crate::kernels::law_energy::LawEnergy;
 use crate::number::{Mask, Real, Scalar, each};
 use crate::tally::Tally;
 
@@ -102,6 +103,8 @@ pub struct ElementRow<'a, S> {
     pub width: &'a [S],
     /// See `width`.
     pub per_width: &'a [S],
+    /// What the unit-cell law makes of energy by itself, for the ledger; `None`: nothing.
+    pub law_energy: Option<&'a LawEnergy>,
     /// How many numbers further on the next row of elements has its fields, and the next row of nodes those of the one above.
     pub ahead: [usize; 2],
 }
@@ -143,6 +146,10 @@ pub struct ElementTotals {
     pub viscous_work: f64,
     /// Energy released by failures in this step: membrane, hourglass [J].
     pub released: [f64; 2],
+    /// Energy that the unit-cell law has made by itself in cells that failed in this step [J].
+    pub law_released: f64,
+    /// The same in whole cells now [J]; only in ledger steps.
+    pub law_energy: f64,
     /// Elastic energy stored now (state function) [J]; only in ledger steps.
     pub stored: f64,
     /// Hourglass energy now [J]; only in ledger steps.
@@ -293,6 +300,17 @@ fn stored_energy<R: Real>(
     size.cells * (yarn[0] + yarn[1] + crossover::compression_energy(cell, force)) + size.area * shear
 }
 
+/// Energy that the unit-cell law has made by itself in the elements of `mask` [J].
+#[inline(always)]
+fn law_energy<R: Real>(table: Option<&LawEnergy>, stretch: &[R; 2], size: &Size<R>, mask: R::Mask) -> f64 {
+    let Some(table) = table else { return 0.0 };
+    let of = |lane: usize| {
+        let [warp, weft] = [stretch[0].lane(lane).to_f64(), stretch[1].lane(lane).to_f64()];
+        size.cells.lane(lane).to_f64() * table.at([warp, weft])
+    };
+    (0..R::LANES).filter(|lane| mask.lane(*lane)).map(of).sum()
+}
+
 /// A field of the nodes at the corners of elements from `column` on, counter-clockwise.
 #[inline(always)]
 fn corners<R: Real>(n: R, row: &ElementRow<'_, R::Scalar>, field: usize, column: usize) -> [R; 4] {
@@ -322,6 +340,7 @@ pub fn element_force<R: Real, L: LawKernel>(
     let mut work = Tally::default();
     let mut dissipated = Tally::default();
     let mut stored = Tally::default();
+    let mut of_law = [0.0; 2];
     let mut hourglass = Tally::default();
     // Whole numbers add up exactly in any order.
     let mut iterations = zero;
@@ -440,6 +459,7 @@ pub fn element_force<R: Real, L: LawKernel>(
             let product = mode[0] * (mode[0] - last[0]) + mode[1] * (mode[1] - last[1]) + mode[2] * (mode[2] - last[2]);
             let drop = half * (R::select(both, stiffness, zero) - kh) * product;
             released[1].add(R::select(any_failed, drop, zero), column);
+            of_law[1] += law_energy(row.law_energy, &k.stretch, &size, both & any_failed);
             for lane in 0..R::LANES {
                 for yarn in 0..2 {
                     if failed[yarn].lane(lane) {
@@ -462,6 +482,8 @@ pub fn element_force<R: Real, L: LawKernel>(
             let energy = stored_energy(&c.cell, &size, &tension, &strain, force, shear_energy);
             stored.add(R::select(any, energy, zero), column);
             hourglass.add(R::select(any, half * kh * dot(&mode, &mode), zero), column);
+            let taut = zero.lt(tension[0]) | zero.lt(tension[1]);
+            of_law[0] += law_energy(row.law_energy, &k.stretch, &size, both_left & taut & counted);
             largest = largest.max(tension[0].max(tension[1]));
             let [p, q, r, s] = corners(n, row, 2, column);
             deflection = deflection.max(R::select(any, p.abs().max(q.abs()).max(r.abs().max(s.abs())), zero));
@@ -473,6 +495,8 @@ pub fn element_force<R: Real, L: LawKernel>(
     totals.max_deflection = totals.max_deflection.max(deflection.largest());
     totals.internal_work += work.total();
     totals.viscous_work += dissipated.total();
+    totals.law_energy += of_law[0];
+    totals.law_released += of_law[1];
     totals.iterations += (0..R::LANES).map(|lane| iterations.lane(lane).to_f64()).sum::<f64>();
     if !totals.failures.is_empty() {
         totals.released = each!(i in 2 => released[i].total());

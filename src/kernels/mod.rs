@@ -12,6 +12,7 @@ pub mod crossover_joint;
 pub mod element_force;
 pub(crate) mod element_size;
 pub mod guide;
+pub mod law_energy;
 pub(crate) mod kinematics;
 pub mod node_update;
 pub mod ply_contact;

@@ -13,7 +13,7 @@ use crate::model::symmetry::Cut;
 use crate::number::{Real, each};
 
 /// Fraction of a penetration that is driven out in a step.
-pub const RECOVERY: f64 = 0.2;
+pub const RECOVERY: f64 = 0.05;
 /// Depth that is let be, over the thickness: rounding of places is no penetration.
 pub const SLOP: f64 = 1e-4;
 /// Steps over neighbouring cells a node may take in one time step.

@@ -4,6 +4,7 @@ use super::{Columns, Grid, InitialStretch, Mesh, MirrorPlanes, ModelError, StepB
 use crate::case::{Case, Edge, Edges, Fabric, Layer, Solver, UnitCell};
 use crate::kernels::crossover::{CellConstants, LawKernel, Variant};
 use crate::kernels::element_force::ElementConstants;
+use crate::kernels::law_energy::LawEnergy;
 use crate::kernels::shear::ShearConstants;
 use crate::number::Scalar;
 
@@ -34,6 +35,8 @@ pub struct Sheet<S> {
     pub mass: Vec<RowMasses<S>>,
     /// Sizes of the elements of a row.
     pub columns: Columns<S>,
+    /// What the unit-cell law makes of energy by itself; `None`: nothing.
+    pub law_energy: Option<LawEnergy>,
     /// Whether yarns have shock viscosity.
     pub viscous: bool,
     /// Uniform initial stretch.
@@ -73,6 +76,7 @@ impl<S: Scalar> Sheet<S> {
                 .into_iter()
                 .map(|row| row_masses(&mesh, fabric.areal_density, &edges, row))
                 .collect(),
+            law_energy: crate::with_law!(law, L => LawEnergy::new::<L>(law, &cell)),
             columns: Columns::new(&mesh),
             viscous: case.solver.shock_viscosity > 0.0,
             initial_velocity: mesh.to_ply(layer.initial_velocity),

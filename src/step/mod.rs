@@ -258,6 +258,7 @@ impl<S: Scalar> Stepper<S> {
         for (index, row) in self.element_totals.iter().enumerate() {
             ledger.work += row.internal_work;
             ledger.viscous += row.viscous_work;
+            ledger.law_released += row.law_released;
             ledger.released[0] += row.released[0];
             ledger.released[1] += row.released[1];
             totals.unconverged += u64::from(row.unconverged);

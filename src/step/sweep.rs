@@ -315,6 +315,7 @@ impl<S: Scalar> Ply<'_, S> {
             height: sheet.mesh.widths(row, 0)[1],
             width: &sheet.columns.width,
             per_width: &sheet.columns.per_width,
+            law_energy: sheet.law_energy.as_ref(),
             ahead: [self.length[1], self.length[0]],
         };
         let kernels = &self.sweep.kernels[model.plies[self.ply].sheet];

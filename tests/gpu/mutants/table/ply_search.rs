@@ -10,8 +10,8 @@ pub(super) const MUTANTS: &[Mutant] = &[
     mutant(
         "more of a penetration driven out",
         "two free plies",
-        "const RECOVERY: f32 = 0.2;",
-        "const RECOVERY: f32 = 0.3;",
+        "const RECOVERY: f32 = 0.05;",
+        "const RECOVERY: f32 = 0.1;",
     ),
     mutant("more of a penetration let be", "two free plies", "const SLOP: f32 = 1e-4;", "const SLOP: f32 = 1e-2;"),
     mutant("no walk", "two free plies", "walk <= WALK; walk++", "walk <= 0u; walk++"),
