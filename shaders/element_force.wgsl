@@ -3,7 +3,7 @@
 //   in/out  forces    array<f32>  (9, E)   P1·Ly/2, P2·Lx/2, hourglass per corner [N]
 //   in/out  heights   array<f32>  (6, E)   `fall` [m] and `share` [-] of warp and weft, which foretell heights; h1, h2 [m], warm start
 //   in/out  flags     array<u32>  (E)      bit 0 warp alive, bit 1 weft alive; evaluations since the last ledger << 8
-//   in/out  accounts  array<f32>  (8, E)   see `ledger`
+//   in/out  accounts  array<f32>  (10, E)   see `ledger`
 //   in/out  status    array<u32>           counters
 //   out     events    array<Event>         yarn failures
 //   in/out  viscous   array<f32>  (2, E)   viscous forces of warp and weft [N], where yarns have shock viscosity
@@ -17,6 +17,38 @@
 @group(1) @binding(5) var<storage, read_write> status: array<atomic<u32>>;
 @group(1) @binding(6) var<storage, read_write> events: array<Event>;
 @group(1) @binding(7) var<storage, read_write> viscous: array<f32>;
+
+/// Places along each axis of the law's energy.
+const LAW_COUNT: u32 = 40u;
+
+/// Energy that the unit-cell law makes by itself, per crossover over both stretches; see src/kernels/law_energy.rs.
+struct LawEnergy {
+    /// Λ − 1 of the first place, warp and weft.
+    low: vec2<f32>,
+    /// Places per stretch.
+    per_stretch: vec2<f32>,
+    /// [J], shape (40 warp, 40 weft).
+    values: array<vec4<f32>, 400>,
+}
+
+@group(0) @binding(3) var<uniform> law: LawEnergy;
+
+fn law_value(i: u32, j: u32) -> f32 {
+    let at = i * LAW_COUNT + j;
+    return law.values[at / 4u][at % 4u];
+}
+
+/// Of one crossover at the stretches Λ − 1 [J].
+fn law_energy(stretch: vec2<f32>) -> f32 {
+    let place = min(max((stretch - law.low) * law.per_stretch, vec2<f32>(0.0)), vec2<f32>(f32(LAW_COUNT - 1u)));
+    let i = min(u32(place.x), LAW_COUNT - 2u);
+    let j = min(u32(place.y), LAW_COUNT - 2u);
+    let x = place.x - f32(i);
+    let y = place.y - f32(j);
+    let low = law_value(i, j) + y * (law_value(i, j + 1u) - law_value(i, j));
+    let high = law_value(i + 1u, j) + y * (law_value(i + 1u, j + 1u) - law_value(i + 1u, j));
+    return low + x * (high - low);
+}
 
 /// A yarn failure.
 struct Event {
@@ -218,6 +250,7 @@ fn element_step(element: u32) -> u32 {
             accounts[4u * e + element] = 0.0;
             accounts[5u * e + element] = 0.0;
             accounts[6u * e + element] = 0.0;
+            accounts[9u * e + element] = 0.0;
         }
         keep_heights(element, vec2<f32>(0.0), Guide());
         if (VISCOUS) {
@@ -296,6 +329,10 @@ fn element_step(element: u32) -> u32 {
             let lost = select(0.0, scene.hourglass, both) - stiffness;
             accounts[2u * e + element] += 0.5 * lost * dot(mode, mode - 0.25 * step.span * v.mode);
         }
+        if (LAW_ENERGY && both) {
+            // What it has made by now stays.
+            accounts[8u * e + element] = scene.cells * law_energy(k.stretch);
+        }
         if (failed.x) { report(element, 0u, cell.strain.x); }
         if (failed.y) { report(element, 1u, cell.strain.y); }
         if (!any_of(alive)) { atomicAdd(&status[ERODED], 1u); }
@@ -309,6 +346,13 @@ fn element_step(element: u32) -> u32 {
         accounts[3u * e + element] = stored_energy(tension, strain, select(0.0, cell.force, both_left), left.energy);
         accounts[4u * e + element] = select(0.0, 0.5 * stiffness * dot(mode, mode), HOURGLASS);
         accounts[5u * e + element] = max(tension.x, tension.y);
+        if (LAW_ENERGY && both_left) {
+            let taut = tension.x > 0.0 || tension.y > 0.0;
+            accounts[8u * e + element] = select(0.0, scene.cells * law_energy(k.stretch), taut);
+        }
+        // Tension over breaking load is strain over failure strain.
+        let load = select(zero, strain / limit, alive);
+        accounts[9u * e + element] = max(load.x, load.y);
         let n = 2u * scene.nodes;
         let z = abs(vec4<f32>(nodes[n + at.x], nodes[n + at.y], nodes[n + at.z], nodes[n + at.w]));
         accounts[6u * e + element] = max(max(z.x, z.y), max(z.z, z.w));

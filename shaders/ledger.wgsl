@@ -2,14 +2,15 @@
 //   in      nodes     array<f32>  (6, N)   displacement [m], velocity [m/s]
 //   in      forces    array<f32>  (9, E)   P1·Ly/2, P2·Lx/2, hourglass per corner [N]
 //   in/out  flags     array<u32>  (E)      evaluations are counted from 0 again
-//   in/out  accounts  array<f32>  (8, E)   since the last ledger: work, released by failures, hourglass released [J];
+//   in/out  accounts  array<f32>  (10, E)   since the last ledger: work, released by failures, hourglass released [J];
 //                                          now: stored, hourglass [J], largest tension [N], deflection [m]; since the last ledger:
-//                                          dissipated by shock viscosity [J];
+//                                          dissipated by shock viscosity [J]; made by the unit-cell law since the start [J]; now:
+//                                          largest tension over breaking load [-];
 //                             then (4, N)  of contact between plies, since the last ledger, see PLY_LOSS
 //   in/out  supports  array<f32>  (S, 3)   impulse of the supports, from 0 again [N·s]
 //   in/out  body      Body                 its sums begin at 0 again
 //   in      status    array<u32>           counters
-//   out     samples   array<u32>  (slots, groups·24 + 71)
+//   out     samples   array<u32>  (slots, groups·26 + 73)
 // Twin: src/ledger.rs, and `covered` of src/outcome.rs
 
 @group(1) @binding(0) var<storage, read> nodes: array<f32>;
@@ -24,7 +25,7 @@
 /// Invocations.
 const WIDTH: u32 = 64u;
 /// Numbers a workgroup adds up.
-const SUMS: u32 = 24u;
+const SUMS: u32 = 26u;
 /// Words of the body and of the counters.
 const BODY_WORDS: u32 = 60u;
 const STATUS_WORDS: u32 = 13u;
@@ -53,8 +54,12 @@ const PLY_RUBBED: u32 = 20u;
 const PLY_LIFTED: u32 = 21u;
 /// Dissipated by shock viscosity.
 const VISCOUS_WORK: u32 = 23u;
+/// Made by the unit-cell law itself since the start.
+const LAW_MADE: u32 = 24u;
+/// Largest tension over breaking load.
+const LOAD: u32 = 25u;
 
-var<workgroup> sums: array<f32, 1560>; // 24 sums of 64 parts, in rows of 65
+var<workgroup> sums: array<f32, 1690>; // 26 sums of 64 parts, in rows of 65
 
 /// Whether a point lies ahead of the body's widest section, or of the faces of its chisel nose, and within its shadow.
 fn ahead(arm: vec3<f32>) -> bool {
@@ -144,7 +149,7 @@ fn ledger(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_ind
     let begin = (group.x % share) * WIDTH + local;
     let stride = share * WIDTH;
     let first = step.slot * (scene.groups * SUMS + BODY_WORDS + STATUS_WORDS);
-    var part: array<f32, 24>;
+    var part: array<f32, 26>;
     let ply_elements = scene.rows * scene.columns;
     for (var i = begin; i < ply_elements; i += stride) {
         let element = ply * ply_elements + i;
@@ -167,6 +172,8 @@ fn ledger(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_ind
         part[STORED] += accounts[3u * e + element];
         part[HOURGLASS_NOW] += accounts[4u * e + element];
         part[TENSION] = max(part[TENSION], accounts[5u * e + element]);
+        part[LAW_MADE] += accounts[8u * e + element];
+        part[LOAD] = max(part[LOAD], accounts[9u * e + element]);
         part[DEFLECTION] = max(part[DEFLECTION], accounts[6u * e + element]);
         part[EVALUATIONS] += f32(word >> 8u);
         part[SOLVED] += select(0.0, f32(step.since), (word & 3u) == 3u);
@@ -193,7 +200,7 @@ fn ledger(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_ind
         part[MOMENTUM + 1u] += momentum.y;
         part[MOMENTUM + 2u] += momentum.z;
         if (PLIES) {
-            let at = 8u * e + node;
+            let at = 10u * e + node;
             part[PLY_LOSS] += accounts[at];
             part[PLY_RUBBED] += accounts[at + n];
             part[PLY_LIFTED] += accounts[at + 2u * n];
@@ -219,7 +226,7 @@ fn ledger(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_ind
     }
     workgroupBarrier();
     if (local < SUMS) {
-        let largest = local == TENSION || local == DEFLECTION || local == FASTEST;
+        let largest = local == TENSION || local == DEFLECTION || local == FASTEST || local == LOAD;
         var sum = 0.0;
         for (var i = 0u; i < WIDTH; i++) {
             let x = sums[local * 65u + i];

@@ -55,7 +55,7 @@ fn press(ply: u32, node: u32, side: u32) {
     let found = impulse_between(velocity, push, contact.push.w, kappa);
     let slide = velocity - push * dot(velocity, push);
     let part = part_of(ply, node_place(node));
-    accounts[8u * scene.elements + scene.nodes + node] -= part * dot(found.drag, slide + found.drag * (0.5 * compliance));
+    accounts[10u * scene.elements + scene.nodes + node] -= part * dot(found.drag, slide + found.drag * (0.5 * compliance));
     let counts = (push * found.along + found.drag) * (part / scene.impulse_unit);
     let shifts = push * (kappa * contact.foot.z) * (part / scene.impulse_unit);
     var given = vec3<i32>(0);

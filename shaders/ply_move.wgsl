@@ -63,7 +63,7 @@ fn ply_move(
     nodes[3u * n + node] = now.x;
     nodes[4u * n + node] = now.y;
     nodes[5u * n + node] = now.z;
-    let at = 8u * scene.elements + node;
+    let at = 10u * scene.elements + node;
     accounts[at] -= 0.5 * dot(impulse, (free - pull) + now);
     accounts[at + 2u * n] -= dot(force.membrane, way);
     if (HOURGLASS) {

@@ -19,6 +19,8 @@ override HOURGLASS: bool = true;
 override FAILURE: bool = true;
 /// Whether yarns have shock viscosity.
 override VISCOUS: bool = true;
+/// Whether the unit-cell law makes energy by itself.
+override LAW_ENERGY: bool = true;
 override PROJECTILE: bool = true;
 override FRICTION: bool = true;
 /// Whether the rim of its face is sampled where it crosses the edges of elements.

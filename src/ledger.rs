@@ -41,6 +41,7 @@ pub struct Ledger {
     law_energy: f64,
     hourglass: f64,
     max_tension: f64,
+    max_load: f64,
     projectile: f64,
     /// The part of it that fabric and projectile share; every sample sets it.
     #[serde(skip)]
@@ -115,6 +116,8 @@ pub struct Balance {
     pub momentum_error: f64,
     /// Largest yarn tension [N].
     pub max_tension: f64,
+    /// Largest yarn tension over the yarn's breaking load [-].
+    pub max_load: f64,
 }
 
 impl Balance {
@@ -165,7 +168,8 @@ impl Ledger {
     pub fn sample_elements(&mut self, rows: &[ElementTotals], grid: &Grid) {
         let tension = rows.iter().map(|r| r.max_tension).fold(0.0, f64::max);
         self.elements_are(rows.iter().map(|r| r.stored).sum(), rows.iter().map(|r| r.hourglass).sum(), tension);
-        self.law_energy = rows.iter().map(|r| r.law_energy).sum();
+        let load = rows.iter().map(|r| r.max_load).fold(0.0, f64::max);
+        self.cells_are(rows.iter().map(|r| r.law_energy).sum(), load);
         let plies = rows.chunks(grid.rows).map(|rows| PlyMoment {
             stored: rows.iter().map(|r| r.stored).sum(),
             deflection: rows.iter().map(|r| r.max_deflection).fold(0.0, f64::max),
@@ -190,6 +194,12 @@ impl Ledger {
         self.stored = stored;
         self.hourglass = hourglass;
         self.max_tension = max_tension;
+    }
+
+    /// Sums over the unit cells now: energy that their law has made [J], largest tension over breaking load [-].
+    pub(crate) fn cells_are(&mut self, law_energy: f64, max_load: f64) {
+        self.law_energy = law_energy;
+        self.max_load = max_load;
     }
 
     /// Sums over the nodes now: kinetic energy at the time of the positions [J], momentum [kg·m/s].
@@ -304,6 +314,7 @@ impl Ledger {
             projectile: self.projectile,
             external: self.external,
             max_tension: self.max_tension,
+            max_load: self.max_load,
             ..Balance::default()
         };
         if let Some(i) = self.initial {

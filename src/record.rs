@@ -82,6 +82,8 @@ pub(crate) struct Record {
     tracker: Option<Tracker>,
     momentum_error: f64,
     energy_error: f64,
+    /// Of the largest size so far [-].
+    energy_gained: f64,
     impact_energy: f64,
     planes: MirrorPlanes,
     /// The projectile has touched the fabric.
@@ -113,6 +115,7 @@ impl Record {
             tracker: body.map(|b| Tracker::new(b, b.mass * copies, areal_density)),
             momentum_error: 0.0,
             energy_error: 0.0,
+            energy_gained: 0.0,
             impact_energy: body.map_or(0.0, RigidBody::kinetic_energy) * copies,
             planes: model.planes,
             touched: false,
@@ -227,6 +230,9 @@ impl Record {
             }
         }
         self.energy_error = self.energy_error.max(at.balance.error.abs());
+        if at.balance.gained.abs() > self.energy_gained.abs() {
+            self.energy_gained = at.balance.gained;
+        }
         self.momentum_error = self.momentum_error.max(at.balance.momentum_error);
         if at.plies.len() > 1 {
             let row = |(ply, moment): (usize, &PlyMoment)| PlySample {
@@ -280,6 +286,7 @@ impl Record {
             max_penetration: self.max_penetration[0],
             max_ply_penetration: self.max_penetration[1],
             energy_error: self.energy_error,
+            energy_gained: self.energy_gained,
             momentum_error: self.momentum_error,
             hourglass_fraction: if internal > 0.0 { peak(|b| b.hourglass) / internal } else { 0.0 },
             newton: NewtonStatistics {

@@ -195,8 +195,10 @@ pub struct Run {
     pub max_penetration: f64,
     /// Largest penetration of a node into a neighbouring ply [m].
     pub max_ply_penetration: f64,
-    /// Largest |energy error| [-].
+    /// Largest |energy error| of the work ledger [-].
     pub energy_error: f64,
+    /// Energy by state functions that nothing accounts for, where it was largest, over the initial energy [-].
+    pub energy_gained: f64,
     /// Largest momentum error [-].
     pub momentum_error: f64,
     /// Largest hourglass energy over the largest internal energy [-].

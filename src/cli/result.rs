@@ -75,7 +75,8 @@ fn energy(run: &Run) -> String {
 
 fn trust(run: &Run, summary: &Value) -> String {
     let mut table = Table::plain(&[Align::Left, Align::Left]);
-    table.row(["energy error".to_owned(), fraction(run.energy_error)]);
+    table.row(["energy gained".to_owned(), format!("{} by state functions", fraction(run.energy_gained))]);
+    table.row(["work balance".to_owned(), format!("{} of assembly, contact and failure", fraction(run.energy_error))]);
     table.row(["momentum error".to_owned(), fraction(run.momentum_error)]);
     table.row(["hourglass / internal".to_owned(), fraction(run.hourglass_fraction)]);
     table.row(["fabric in projectile".to_owned(), format!("{} mm", short(run.max_penetration * 1e3, 2))]);

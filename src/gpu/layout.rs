@@ -21,7 +21,7 @@ pub const FORCE_FIELDS: u64 = 9;
 /// Fields of an element's heights: what foretells them, and the two.
 pub const HEIGHT_FIELDS: u64 = 6;
 /// Fields of an element's accounts.
-pub const ACCOUNT_FIELDS: u64 = 8;
+pub const ACCOUNT_FIELDS: u64 = 10;
 /// Fields of a node's accounts of contact between plies.
 pub const PLY_ACCOUNT_FIELDS: u64 = 4;
 /// Fields of an element whose yarns have shock viscosity: viscous forces of warp and weft.
@@ -51,7 +51,7 @@ pub const STATUS_WORDS: usize = 13;
 /// Words of the projectile.
 pub const BODY_WORDS: usize = 60;
 /// Sums of a workgroup of the ledger.
-pub const SUMS: usize = 24;
+pub const SUMS: usize = 26;
 /// Bytes of a step's uniform.
 pub const STEP_BYTES: u64 = 32;
 /// Bytes between two steps' uniforms, the alignment every device grants.
@@ -125,6 +125,10 @@ pub mod sum {
     pub const PLY_LIFTED: usize = 21;
     /// Dissipated by shock viscosity since the last ledger [J].
     pub const VISCOUS: usize = 23;
+    /// Made by the unit-cell law itself since the start [J].
+    pub const LAW: usize = 24;
+    /// Largest tension over breaking load [-].
+    pub const LOAD: usize = 25;
 }
 
 /// Named words of a uniform, in order.
@@ -212,6 +216,22 @@ pub(super) fn start_speed(model: &Model<f32>) -> f64 {
     let fabric = model.sheets.iter().map(|sheet| Vector3::from(sheet.initial_velocity).norm()).fold(0.0, f64::max);
     let speed = fabric.max(model.projectile.as_ref().map_or(0.0, RigidBody::speed_bound));
     if speed > 0.0 { speed } else { 1.0 }
+}
+
+/// Bytes between the law tables of two sheets: the table, to the alignment every device grants.
+pub const LAW_STRIDE: u64 = 6656;
+
+/// What the unit-cell law of a sheet makes of energy by itself, as the shaders see it: first place and places per stretch of warp and
+/// weft, then the table.
+pub fn law_energy(sheet: &Sheet<f32>) -> Vec<u32> {
+    let mut words = vec![0.0_f32; LAW_STRIDE as usize / 4];
+    if let Some(table) = &sheet.law_energy {
+        let head = table.low.iter().chain(&table.per_stretch);
+        for (word, value) in words.iter_mut().zip(head.chain(&table.values)) {
+            *word = *value as f32;
+        }
+    }
+    words.into_iter().map(f32::to_bits).collect()
 }
 
 /// The plies as the shaders see them.

@@ -1,6 +1,6 @@
 //! Pipelines: a kernel compiled for a scene, with the buffers it binds.
 
-use super::layout::{SCENE_STRIDE, STEP_BYTES};
+use super::layout::{LAW_STRIDE, SCENE_STRIDE, STEP_BYTES};
 use super::shader::{Access, Kernel};
 
 /// A pipeline with what it binds.
@@ -9,7 +9,7 @@ pub(super) struct Program {
     pub(super) group: wgpu::BindGroup,
 }
 
-/// Layout of group 0: the constants of a sheet and the step at dynamic offsets, and the plies.
+/// Layout of group 0: the constants of a sheet and the step at dynamic offsets, the plies, and the law's energy at a dynamic offset.
 pub(super) fn common_layout(gpu: &wgpu::Device) -> wgpu::BindGroupLayout {
     let uniform = |binding: u32, dynamic: bool, size: u64| wgpu::BindGroupLayoutEntry {
         binding,
@@ -23,7 +23,7 @@ pub(super) fn common_layout(gpu: &wgpu::Device) -> wgpu::BindGroupLayout {
     };
     gpu.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
         label: Some("scene and step"),
-        entries: &[uniform(0, true, SCENE_STRIDE), uniform(1, true, STEP_BYTES), uniform(2, false, 0)],
+        entries: &[uniform(0, true, SCENE_STRIDE), uniform(1, true, STEP_BYTES), uniform(2, false, 0), uniform(3, true, LAW_STRIDE)],
     })
 }
 

@@ -258,7 +258,7 @@ impl Kernel {
 }
 
 /// Values of the pipeline-overridable constants, by name. `ledger`: the step fills in the energies of the state.
-pub fn constants(terms: &Terms, ledger: bool) -> [(&'static str, f64); 17] {
+pub fn constants(terms: &Terms, ledger: bool) -> [(&'static str, f64); 18] {
     let law = match terms.law {
         Variant::PublishedTension => 0.0,
         Variant::PublishedProjected => 1.0,
@@ -277,6 +277,7 @@ pub fn constants(terms: &Terms, ledger: bool) -> [(&'static str, f64); 17] {
         ("HOURGLASS", flag(terms.hourglass)),
         ("FAILURE", flag(terms.failure)),
         ("VISCOUS", flag(terms.viscous)),
+        ("LAW_ENERGY", flag(terms.law_energy)),
         ("PROJECTILE", flag(terms.projectile)),
         ("FRICTION", flag(terms.friction)),
         ("RIM", flag(terms.rim)),

@@ -391,6 +391,7 @@ impl<'a> Simulation<'a> {
         ledger.friction += sums.add(sum::PLY_RUBBED);
         ledger.work += membrane;
         ledger.elements_are(sums.add(sum::STORED), sums.add(sum::HOURGLASS_NOW), sums.largest(sum::TENSION));
+        ledger.cells_are(sums.add(sum::LAW), sums.largest(sum::LOAD));
         ledger.nodes_are(sums.add(sum::KINETIC_NOW), [0, 1, 2].map(|a| sums.add(sum::MOMENTUM + a)));
         for a in 0..3 {
             ledger.support[a] += sums.add(sum::SUPPORT + a);

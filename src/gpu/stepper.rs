@@ -4,7 +4,7 @@ use std::time::{Duration, Instant};
 
 use super::buffers::{Name, Sizes, spread};
 use super::layout::{
-    self, BODY_WORDS, EVENT_WORDS, GROUP, PLIES, PLY_WORDS, SCENE_STRIDE, STATUS_WORDS, STEP_BYTES, STEP_STRIDE,
+    self, BODY_WORDS, EVENT_WORDS, GROUP, LAW_STRIDE, PLIES, PLY_WORDS, SCENE_STRIDE, STATUS_WORDS, STEP_BYTES, STEP_STRIDE,
     StepInfo, status,
 };
 use super::program::{self, Program};
@@ -164,6 +164,11 @@ impl<'a> Stepper<'a> {
             let block = layout::scene(model, sheet, &sizes).words();
             device.queue.write_buffer(&scene, SCENE_STRIDE * sheet as u64, bytemuck::cast_slice(&block));
         }
+        let law = buffer("law", LAW_STRIDE * model.sheets.len() as u64, wgpu::BufferUsages::UNIFORM);
+        for (at, sheet) in model.sheets.iter().enumerate() {
+            let words = layout::law_energy(sheet);
+            device.queue.write_buffer(&law, LAW_STRIDE * at as u64, bytemuck::cast_slice(&words));
+        }
         let plies = buffer("plies", 4 * (PLIES * PLY_WORDS) as u64, wgpu::BufferUsages::UNIFORM);
         let words: Vec<u32> = layout::plies(model).iter().flat_map(|ply| ply.words()).collect();
         device.queue.write_buffer(&plies, 0, bytemuck::cast_slice(&words));
@@ -178,6 +183,7 @@ impl<'a> Stepper<'a> {
                 wgpu::BindGroupEntry { binding: 0, resource: part(&scene, SCENE_STRIDE) },
                 wgpu::BindGroupEntry { binding: 1, resource: part(&steps, STEP_BYTES) },
                 wgpu::BindGroupEntry { binding: 2, resource: plies.as_entire_binding() },
+                wgpu::BindGroupEntry { binding: 3, resource: part(&law, LAW_STRIDE) },
             ],
         });
         let module = |kernel: &Kernel| {
@@ -357,7 +363,8 @@ impl<'a> Stepper<'a> {
         let sampled = info.slot.is_some();
         let step = at as u32 * STEP_STRIDE as u32;
         let mut dispatch = |program: &Program, sheet: usize, [x, y]: [u32; 2]| {
-            pass.set_bind_group(0, &self.common, &[sheet as u32 * SCENE_STRIDE as u32, step]);
+            let [constants, law] = [SCENE_STRIDE, LAW_STRIDE].map(|stride| sheet as u32 * stride as u32);
+            pass.set_bind_group(0, &self.common, &[constants, step, law]);
             pass.set_pipeline(&program.pipeline);
             pass.set_bind_group(1, &program.group, &[]);
             pass.dispatch_workgroups(x, y, 1);

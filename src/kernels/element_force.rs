@@ -164,6 +164,8 @@ pub struct ElementTotals {
     pub max_residual: f64,
     /// Largest yarn tension now [N]; only in ledger steps.
     pub max_tension: f64,
+    /// Largest yarn tension over the yarn's breaking load now [-]; only in ledger steps.
+    pub max_load: f64,
     /// Largest |z displacement| of a corner of a standing element [m]; only in ledger steps.
     pub max_deflection: f64,
     /// Elements computed.
@@ -345,7 +347,7 @@ pub fn element_force<R: Real, L: LawKernel>(
     // Whole numbers add up exactly in any order.
     let mut iterations = zero;
     let mut released = [Tally::default(); 2];
-    let (mut residual, mut largest, mut deflection) = (zero, zero, zero);
+    let (mut residual, mut largest, mut load, mut deflection) = (zero, zero, zero, zero);
     let mut column = range.start - range.start % R::LANES;
     while column < range.end {
         let at = column + 1;
@@ -485,6 +487,9 @@ pub fn element_force<R: Real, L: LawKernel>(
             let taut = zero.lt(tension[0]) | zero.lt(tension[1]);
             of_law[0] += law_energy(row.law_energy, &k.stretch, &size, both_left & taut & counted);
             largest = largest.max(tension[0].max(tension[1]));
+            // Tension over breaking load is strain over failure strain.
+            let part = each!(i in 2 => R::select(alive[i], strain[i] / c.cell.yarn[i].failure_strain, zero));
+            load = load.max(part[0].max(part[1]));
             let [p, q, r, s] = corners(n, row, 2, column);
             deflection = deflection.max(R::select(any, p.abs().max(q.abs()).max(r.abs().max(s.abs())), zero));
         }
@@ -492,6 +497,7 @@ pub fn element_force<R: Real, L: LawKernel>(
     }
     totals.max_residual = totals.max_residual.max(residual.largest());
     totals.max_tension = totals.max_tension.max(largest.largest());
+    totals.max_load = totals.max_load.max(load.largest());
     totals.max_deflection = totals.max_deflection.max(deflection.largest());
     totals.internal_work += work.total();
     totals.viscous_work += dissipated.total();

@@ -26,6 +26,8 @@ pub struct Terms {
     pub hourglass: bool,
     /// Yarns may break.
     pub failure: bool,
+    /// The unit-cell law makes energy by itself.
+    pub law_energy: bool,
     /// They have shock viscosity.
     pub viscous: bool,
     /// There is a projectile.
@@ -57,6 +59,7 @@ impl Terms {
             secant: sheet.has_shear && sheet.element.shear.secant > 0.0,
             hourglass: sheet.element.hourglass.iter().any(|k| *k > 0.0),
             failure: (0..2).any(|i| sheet.present[i] && yarns[i].failure_strain < NEVER),
+            law_energy: sheet.law_energy.is_some(),
             viscous: sheet.viscous,
             projectile: projectile.is_some(),
             friction: projectile.is_some() && model.friction > 0.0,
@@ -76,6 +79,7 @@ impl Terms {
             secant: all.secant | sheet.secant,
             hourglass: all.hourglass | sheet.hourglass,
             failure: all.failure | sheet.failure,
+            law_energy: all.law_energy | sheet.law_energy,
             viscous: all.viscous | sheet.viscous,
             ..all
         })

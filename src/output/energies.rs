@@ -20,12 +20,14 @@ pub struct Energies {
 pub(super) fn meaning(share: &str) -> &'static str {
     match share {
         "fabric, kinetic" => "the fabric moves",
-        "fabric, internal" => "work of stretching and shearing the yarns",
+        "fabric, elastic" => "held by stretched yarns, pressed crossovers and shear",
+        "shock viscosity" => "what tension shocks dissipate",
+        "unit-cell law" => "taken by the published law, whose force is not the slope of an energy; negative: given",
         "hourglass" => "artificial stiffness that keeps elements in shape; should be small",
         "contact" => "lost where bodies meet and go on together, an inelastic impact",
         "friction" => "sliding of projectile and plies",
         "yarn failure" => "held by yarns when they broke",
-        "unaccounted" => "error of the computation",
+        "unaccounted" => "error of the arithmetic",
         _ => "",
     }
 }
@@ -42,12 +44,16 @@ impl Energies {
             start.kinetic + start.contact + start.friction + start.projectile - start.external - run.impact_energy;
         let mut shares = vec![
             ("fabric, kinetic", end.kinetic - kinetic),
-            ("fabric, internal", end.internal - start.internal),
+            ("fabric, elastic", end.stored - start.stored),
             ("hourglass", end.hourglass - start.hourglass),
+            ("shock viscosity", end.viscous),
             ("contact", end.contact),
             ("friction", end.friction),
             ("yarn failure", end.failure),
         ];
+        if end.law != 0.0 {
+            shares.push(("unit-cell law", -end.law));
+        }
         let found: f64 = shares.iter().map(|share| share.1).sum();
         shares.push(("unaccounted", given - found));
         let scale = shares.iter().map(|share| share.1.abs()).fold(given.abs(), f64::max);
