@@ -7,8 +7,14 @@ use ripstop::case::{self, Case};
 use ripstop::output::{self, Checked};
 use ripstop::simulation::{self, Options, Precision, Run};
 
-/// A shipped case with changes, each `/pointer=value`.
+/// A shipped case on the paper's numerics (one even element per crossover, contact at nodes, no viscosity) with changes, each
+/// `/pointer=value`.
 pub(crate) fn builtin(path: &str, sets: &[&str]) -> Case {
+    shipped(path, &[&["/solver/numerics=paper"], sets].concat())
+}
+
+/// A shipped case as it is, with changes, each `/pointer=value`.
+pub(crate) fn shipped(path: &str, sets: &[&str]) -> Case {
     let sets: Vec<String> = sets.iter().map(ToString::to_string).collect();
     case::read(Path::new(path), &sets).unwrap_or_else(|e| panic!("{e}"))
 }

@@ -58,7 +58,7 @@ fn cases() -> Vec<Case> {
     };
     let layup = r#"/pack/layup=[{"plies":2},{"plies":2,"orientation_deg":30,"edges":"free"}]"#;
     let rim = shot(&["/solver/contact_sampling=rim"]);
-    let pack = shot(&[layup, "/pack/plies=4", "/pack/failure=nonlocal"]);
+    let pack = shot(&[layup, "/pack/plies=4"]);
     vec![patch, bar, moving, pack, nose("ogive"), nose("fragment"), rim]
 }
 

@@ -62,7 +62,6 @@ fn every_kind_of_register_gives_the_same_bits() {
     assert_eq!(Vectors::all().last().unwrap().name(), "scalar");
     same_on_all::<f64>(&shot(&[]), 130);
     same_on_all::<f32>(&shot(&[]), 130);
-    same_on_all::<f64>(&shot(&["/pack/failure=nonlocal"]), 130);
 }
 
 #[test]

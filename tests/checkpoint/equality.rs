@@ -1,7 +1,7 @@
 //! The resumed run and the one that was never interrupted.
 
 use rayon::ThreadPoolBuilder;
-use ripstop::case::{Case, FailureMeasure};
+use ripstop::case::Case;
 use ripstop::checkpoint::Checkpoint;
 use ripstop::number::Scalar;
 use ripstop::simulation::{Run, Simulation};
@@ -76,9 +76,9 @@ fn one_ply_in_f64_goes_on_bit_by_bit_from_20_random_steps() {
 }
 
 #[test]
-fn nonlocal_failure_goes_on_bit_by_bit_from_20_random_steps() {
+fn a_ply_with_shock_viscosity_goes_on_bit_by_bit_from_20_random_steps() {
     let mut case = ply();
-    case.pack.failure = FailureMeasure::Nonlocal;
+    case.solver.shock_viscosity = 0.3;
     let run = resumes_equal::<f64>(&case, 160, 6);
     assert!(run.events.len() > 20, "{}", run.events.len());
 }

@@ -21,10 +21,9 @@ pub(crate) fn check(device: &Device, scene: &Scene, parts: &[Part], source: &dyn
 }
 
 /// Every scene, by the kernels it is for.
-fn groups() -> [(&'static str, Vec<Scene>); 4] {
+fn groups() -> [(&'static str, Vec<Scene>); 3] {
     [
         ("elements", scenes::element_scenes()),
-        ("failure", scenes::nonlocal::scenes()),
         ("contact", scenes::contact_scenes()),
         ("plies", scenes::packs::scenes()),
     ]

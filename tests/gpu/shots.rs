@@ -9,7 +9,6 @@ mod batches;
 mod endings;
 mod frames;
 mod killed;
-mod nonlocal;
 mod packs;
 mod program;
 mod resume;
@@ -38,7 +37,6 @@ pub(crate) fn tests() -> Vec<Trial> {
         ("scenes", scenes::TESTS),
         ("symmetry", symmetry::TESTS),
         ("batches", batches::TESTS),
-        ("nonlocal", nonlocal::TESTS),
         ("rim", rim::TESTS),
         ("packs", packs::TESTS),
         ("endings", endings::TESTS),

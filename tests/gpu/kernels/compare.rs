@@ -3,7 +3,6 @@
 mod bad_step;
 mod conservation;
 mod elements;
-mod failure;
 mod ledger;
 mod nodes;
 mod plies;
@@ -34,7 +33,6 @@ pub(crate) use rim::{crowded, restless};
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Part {
     Elements,
-    Failure,
     Nodes,
     Plies,
     Contact,
@@ -42,14 +40,12 @@ pub(crate) enum Part {
 }
 
 impl Part {
-    pub(crate) const ALL: [Self; 6] =
-        [Self::Elements, Self::Failure, Self::Nodes, Self::Plies, Self::Contact, Self::Ledger];
+    pub(crate) const ALL: [Self; 5] = [Self::Elements, Self::Nodes, Self::Plies, Self::Contact, Self::Ledger];
 
     /// Whether a scene has it.
     fn is_in(self, scene: &Scene) -> bool {
         match self {
             Self::Elements => scene.elements,
-            Self::Failure => scene.elements && scene.model.terms().nonlocal,
             Self::Plies => scene.pack,
             Self::Contact => scene.model.projectile.is_some(),
             // Without a projectile the device never lets what may have moved grow: then nothing does, or all of it.
@@ -62,7 +58,6 @@ impl Part {
         let node = kernel.name == "node_update";
         match self {
             Self::Elements => kernel.name == "element_force",
-            Self::Failure => ["element_force", "failure"].contains(&kernel.name),
             Self::Nodes => node,
             Self::Plies => node || is_ply_kernel(kernel),
             Self::Contact => node || kernel.name.starts_with("projectile_"),
@@ -153,7 +148,6 @@ impl<'a> Pair<'a> {
                     self.failures.extend(self.cpu.failures.iter().copied());
                     self.evaluations += context.totals.iterations;
                 }
-                Stage::Failure => self.cpu.judge(&mut context),
                 Stage::Nodes => self.cpu.nodes(&mut context),
                 Stage::Plies => self.cpu.plies(&mut context),
                 Stage::Projectile => self.cpu.projectile(&mut context),
@@ -236,7 +230,6 @@ pub(crate) fn differences(
     for part in parts {
         let compare: fn(&mut Pair<'_>, &mut Seen) -> Outcome = match part {
             Part::Elements => elements::compare,
-            Part::Failure => failure::compare,
             Part::Nodes => nodes::compare,
             Part::Plies => plies::compare,
             Part::Contact => projectile::compare,

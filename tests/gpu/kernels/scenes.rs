@@ -1,6 +1,5 @@
 //! States to compare kernels on: random and at the edges of what a run meets.
 
-pub(crate) mod nonlocal;
 pub(crate) mod packs;
 pub(crate) mod struck;
 
@@ -100,6 +99,10 @@ fn special_scenes() -> Vec<Scene> {
         deformed("plies of two fabrics".to_owned(), packs::case([7, 6], &groups), 3, 200),
         special("only a part reached", 7, 6, &|case| case.pack.plies = plies),
         deformed("the first step of a part".to_owned(), patch::case(7, 6), 0, 201),
+        special("no shock viscosity", 7, 5, &|case| {
+            case.pack.plies = plies;
+            case.solver.shock_viscosity = 0.0;
+        }),
         special("one element", 1, 1, &|case| case.pack.plies = plies),
         special("several workgroups of the ledger", 33, 35, &|case| {
             case.pack.edges.left = Edge::Roller;
@@ -203,6 +206,10 @@ fn random_elements(model: &Model<f32>, state: &mut State<f32>, random: &mut Rand
         for field in element::FORCES {
             let there = stands * if field < element::HOURGLASS || modes { 1.0 } else { 0.0 };
             state.elements.set(row, field, at, (there * random.between(-most, most)) as f32);
+        }
+        for viscous in 0..state.elements.fields - element::COUNT {
+            let force = stands * 0.1 * most / model.sheets[0].element.membrane[viscous];
+            state.elements.set(row, element::COUNT + viscous, at, (random.between(-1.0, 1.0) * force) as f32);
         }
         for yarn in 0..2 {
             let height = model.sheets[0].cell.height_sum * random.between(-0.2, 1.2);

@@ -20,7 +20,7 @@ const fn row(quantity: &'static str, limit: f64, reason: &'static str) -> Tolera
 }
 
 /// The table. Limits are about four times what was seen in any scene.
-pub(crate) const TOLERANCES: [Tolerance; 48] = [
+pub(crate) const TOLERANCES: [Tolerance; 50] = [
     row("alive", 0.0, "the same yarns must break"),
     row("failures", 0.0, "the same events must be reported"),
     row("counters", 0.0, "counts"),
@@ -34,7 +34,9 @@ pub(crate) const TOLERANCES: [Tolerance; 48] = [
     row("hourglass", 1e-6, "of the breaking force of an element and its own"),
     row("height", 1e-6, "of the sum of heights: the misfit of compatibility accepted"),
     row("guide", 4e-5, "of the sum of heights by the failure strain; of one"),
-    row("strain", 1e-6, "of the failure strain"),
+    row("viscous force", 1e-6, "of the breaking force: velocities are those of the scene, so a few roundings"),
+    row("law energy", 1.5e-6, "of the breaking energy of an element and itself"),
+    row("load", 1e-6, "of one: strain over failure strain"),
     row("failure strain", 1e-6, "of the failure strain"),
     row("residual", 1e-6, "of the breaking force: both are roundings"),
     row("evaluations", 4e-3, "of their number: a rounding may cost or spare a Newton step"),

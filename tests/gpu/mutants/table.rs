@@ -1,7 +1,6 @@
 //! The defects: what is wrong, the scene it shows in, a text of the kernel and what it becomes.
 
 mod elements;
-mod failure;
 mod ledger;
 mod nodes;
 mod ply_impulse;
@@ -15,7 +14,6 @@ use super::Mutant;
 /// By kernel, in the order of a step.
 pub(super) const MUTANTS: [&[Mutant]; 9] = [
     elements::MUTANTS,
-    failure::MUTANTS,
     nodes::MUTANTS,
     ply_search::MUTANTS,
     ply_impulse::MUTANTS,

@@ -3,7 +3,7 @@
 use std::fs::File;
 use std::path::PathBuf;
 
-use ripstop::case::{Case, ContactSampling, FailureMeasure};
+use ripstop::case::{Case, ContactSampling};
 use ripstop::checkpoint::{Checkpoint, CheckpointError, Fault, Head, Kept};
 use ripstop::gpu::{Device, Simulation};
 use ripstop::simulation::{self, Options, Run, RunError, Skips, Watch};
@@ -16,9 +16,6 @@ use crate::support::Random;
 pub(super) const TESTS: Tests = &[
     ("one_ply_goes_on_bit_by_bit_from_14_random_times", |device| resumes_equal(device, &ply(), random::<14, 21>)),
     ("a_pack_goes_on_bit_by_bit_from_6_random_times", |device| resumes_equal(device, &pack(), random::<6, 22>)),
-    ("nonlocal_failure_goes_on_bit_by_bit_from_before_10_failures", |device| {
-        resumes_equal(device, &nonlocal(), |_, run| failing(run, 10))
-    }),
     ("contact_at_the_rim_goes_on_bit_by_bit_from_3_random_times", |device| {
         resumes_equal(device, &rim(), random::<3, 23>)
     }),
@@ -50,13 +47,6 @@ impl Watch for Shelf {
         run.save(&self.head, &[], &mut File::create(&path).unwrap()).unwrap();
         self.kept.push(path);
     }
-}
-
-/// One ply whose yarns are judged by what lies around them.
-fn nonlocal() -> Case {
-    let mut case = ply();
-    case.pack.failure = FailureMeasure::Nonlocal;
-    case
 }
 
 /// One ply that is met at the rim of the projectile's face too.

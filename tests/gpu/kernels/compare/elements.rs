@@ -62,7 +62,7 @@ pub(super) fn compare_elements(pair: &Pair<'_>, seen: &mut Seen) -> Outcome {
                     GUIDE_SHARE..element::HEIGHT => ("guide", 1.0),
                     element::HEIGHT..element::ALIVE => ("height", height),
                     element::ALIVE..element::COUNT => ("alive", 1.0),
-                    _ => ("strain", 0.035),
+                    _ => ("viscous force", force / model.sheets[0].element.membrane[field - element::COUNT]),
                 };
                 let place = || format!("step {}, row {row}, column {column}, field {field}", expected.step - 1);
                 seen.see(quantity, number(&got, field), number(expected, field), scale, place);
@@ -101,13 +101,14 @@ fn compare_accounts(pair: &Pair<'_>, seen: &mut Seen) -> Outcome {
     let field = |n: usize| accounts[n * count..(n + 1) * count].iter().copied();
     let add = |n: usize| field(n).sum::<f64>();
     let most = |n: usize| field(n).fold(0.0, f64::max);
-    let sums = [add(0), add(1), add(2), add(3), add(4), most(5), most(6)];
+    let sums = [add(0), add(1), add(2), add(3), add(4), most(5), most(6), add(7), add(8), most(9)];
     compare_sums(pair, seen, sums, "accounts");
     Ok(())
 }
 
-/// Work, released membrane and hourglass energy, stored and hourglass energy, tension, deflection.
-pub(super) fn compare_sums(pair: &Pair<'_>, seen: &mut Seen, got: [f64; 7], place: &str) {
+/// Work, released membrane and hourglass energy, stored and hourglass energy, tension, deflection, viscous work, energy of the unit-cell
+/// law, load.
+pub(super) fn compare_sums(pair: &Pair<'_>, seen: &mut Seen, got: [f64; 10], place: &str) {
     let balance = pair.ledger.balance();
     let energy = pair.energy_scale();
     let deflection = pair.ledger.plies().iter().map(|ply| ply.deflection).fold(0.0, f64::max);
@@ -121,6 +122,9 @@ pub(super) fn compare_sums(pair: &Pair<'_>, seen: &mut Seen, got: [f64; 7], plac
         ("stored", balance.hourglass, energy),
         ("tension", balance.max_tension, force_scale(&pair.scene.model)),
         ("deflection", deflection, pair.scene.model.sheets[0].mesh.length[0]),
+        ("work", pair.ledger.viscous, energy),
+        ("law energy", balance.law, energy),
+        ("load", balance.max_load, 1.0),
     ];
     for (n, (quantity, value, scale)) in expected.into_iter().enumerate() {
         seen.see(quantity, got[n], value, scale + value.abs(), || format!("{place} {n}"));
