@@ -195,26 +195,30 @@ fn every_level_of_trust_can_be_reached() {
     for (name, change) in [
         ("crossovers per element", "/pack/crossovers_per_element=2"),
         ("projectile width", "/projectile/diameter_mm=3"),
-        ("work against stored energy", "/fabric/crossover/law=kawabata"),
+        ("energy of the unit-cell law", "/fabric/crossover/law=published"),
     ] {
         let mut other = Shot::new(&[change]);
-        if name.starts_with("work") {
-            other.run.history.last_mut().unwrap().balance.stored *= 0.5;
+        if name.starts_with("energy") {
+            other.run.history.last_mut().unwrap().balance.law = 0.5 * other.run.impact_energy;
         }
         assert_eq!(shot.level(name).0, Level::Fine, "{name}");
         assert_eq!(other.level(name).0, Level::Look, "{name}");
     }
     let place = |changes: &[&str]| Shot::new(changes).level("sensitivity to the place of the hit").0;
-    let (slow, mean, rim) = ("/projectile/velocity_m_s=20", "/pack/failure=nonlocal", "/solver/contact_sampling=rim");
-    assert_eq!([place(&[]), place(&[mean]), place(&[rim])], [Level::Look; 3]);
-    assert_eq!([place(&[slow]), place(&[mean, rim])], [Level::Fine; 2]);
+    let (slow, rim) = ("/projectile/velocity_m_s=20", "/solver/contact_sampling=rim");
+    assert_eq!(place(&[]), Level::Look);
+    assert_eq!([place(&[slow]), place(&[rim])], [Level::Fine; 2]);
     let ball = r#"/projectile={"shape": "sphere", "diameter_mm": 5.5, "mass_g": 3, "velocity_m_s": 600}"#;
-    assert_eq!([place(&[ball, mean]), place(&[ball])], [Level::Fine, Level::Look]);
+    assert_eq!(place(&[ball]), Level::Fine);
     // In single precision rounding is larger.
     shot.run.energy_error = 1e-5;
-    assert_eq!(shot.level("energy error").0, Level::Look);
+    assert_eq!(shot.level("work balance").0, Level::Look);
     shot.run.precision = "f32";
-    assert_eq!(shot.level("energy error").0, Level::Fine);
+    assert_eq!(shot.level("work balance").0, Level::Fine);
+    for (gained, level) in [(0.009, Level::Fine), (-0.02, Level::Look), (0.2, Level::Bad), (f64::NAN, Level::Bad)] {
+        shot.run.energy_gained = gained;
+        assert_eq!(shot.level("energy gained").0, level, "{gained}");
+    }
 }
 
 #[test]

@@ -125,10 +125,6 @@ fn info_says_what_the_machine_has_and_what_a_case_needs() {
     fs::write(&without, case.to_string()).unwrap();
     let scene = stdout(&bench.ripstop(&["info", "without.json"]));
     assert!(scene.contains("element_force, node_update, ledger"), "{scene}");
-    case["pack"]["failure"] = json!("nonlocal");
-    fs::write(&without, case.to_string()).unwrap();
-    let scene = stdout(&bench.ripstop(&["info", "without.json"]));
-    assert!(scene.contains("element_force, failure, node_update, ledger"), "{scene}");
     assert_eq!(code(&bench.ripstop(&["info", "absent.json"])), 2);
 }
 

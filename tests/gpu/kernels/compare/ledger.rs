@@ -12,7 +12,8 @@ use super::{Outcome, Pair, STEPS, Seen, motion, places};
 use crate::gpu::kernels::scenes::force_scale;
 
 /// Sums that begin anew after a sample.
-const ANEW: [usize; 12] = [
+const ANEW: [usize; 13] = [
+    sum::VISCOUS,
     sum::WORK,
     sum::RELEASED,
     sum::RELEASED_HOURGLASS,
@@ -50,7 +51,18 @@ pub(super) fn compare(pair: &mut Pair<'_>, seen: &mut Seen) -> Outcome {
     let add = |which: usize| numbers(which).sum::<f64>();
     let most = |which: usize| numbers(which).fold(0.0, f64::max);
     let same = [sum::WORK, sum::RELEASED, sum::RELEASED_HOURGLASS, sum::STORED, sum::HOURGLASS_NOW].map(add);
-    let got = [same[0], same[1], same[2], same[3], same[4], most(sum::TENSION), most(sum::DEFLECTION)];
+    let got = [
+        same[0],
+        same[1],
+        same[2],
+        same[3],
+        same[4],
+        most(sum::TENSION),
+        most(sum::DEFLECTION),
+        add(sum::VISCOUS),
+        add(sum::LAW),
+        most(sum::LOAD),
+    ];
     compare_sums(pair, seen, got, "ledger");
     seen.see("evaluations", add(sum::EVALUATIONS), pair.evaluations, pair.evaluations.max(1.0), || "ledger".into());
     compare_motion(pair, seen, add, most(sum::FASTEST));
