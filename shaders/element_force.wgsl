@@ -64,9 +64,9 @@ fn differences(field: u32, at: vec4<u32>) -> Differences {
     return Differences(bottom + top, (d - a) + (c - b), top - bottom);
 }
 
-fn kinematics(u: Differences) -> Kinematics {
-    let g1 = u.x * scene.gradient_x;
-    let g2 = u.y * scene.gradient_y;
+fn kinematics(size: Size, u: Differences) -> Kinematics {
+    let g1 = u.x * size.gradient_x;
+    let g2 = u.y * size.gradient_y;
     let f1 = vec3<f32>(1.0 + g1.x, g1.y, g1.z);
     let f2 = vec3<f32>(g2.x, 1.0 + g2.y, g2.z);
     let l1 = max(sqrt(dot(f1, f1)), 1e-12);
@@ -81,9 +81,9 @@ fn kinematics(u: Differences) -> Kinematics {
 }
 
 /// What the stretches have grown by since the last forces, to second order. `v`: differences of velocities.
-fn stretching(k: Kinematics, v: Differences) -> vec2<f32> {
-    let warp = v.x * (step.span * scene.gradient_x);
-    let weft = v.y * (step.span * scene.gradient_y);
+fn stretching(size: Size, k: Kinematics, v: Differences) -> vec2<f32> {
+    let warp = v.x * (step.span * size.gradient_x);
+    let weft = v.y * (step.span * size.gradient_y);
     let along = vec2<f32>(dot(k.warp, warp), dot(k.weft, weft));
     return along - 0.5 * k.per_stretch * (vec2<f32>(dot(warp, warp), dot(weft, weft)) - along * along);
 }
@@ -94,26 +94,26 @@ struct Membrane {
 }
 
 /// P1·Ly/2 and P2·Lx/2 [N] from in-plane yarn forces and shear resultant.
-fn membrane(k: Kinematics, pull: vec2<f32>, resultant: f32) -> Membrane {
-    let n1 = pull.x * scene.membrane_warp;
-    let n2 = pull.y * scene.membrane_weft;
+fn membrane(size: Size, k: Kinematics, pull: vec2<f32>, resultant: f32) -> Membrane {
+    let n1 = pull.x * size.membrane_warp;
+    let n2 = pull.y * size.membrane_weft;
     if (!SHEAR) {
         return Membrane(n1 * k.warp, n2 * k.weft);
     }
     let cosine = sqrt(max(1.0 - squared(k.sine), COSINE_FLOOR * COSINE_FLOOR));
     let q = resultant / cosine;
-    let q1 = q * scene.half_length_warp * min(k.per_stretch.x, 1.0 / STRETCH_FLOOR);
-    let q2 = q * scene.half_length_weft * min(k.per_stretch.y, 1.0 / STRETCH_FLOOR);
+    let q1 = q * size.half_length_warp * min(k.per_stretch.x, 1.0 / STRETCH_FLOOR);
+    let q2 = q * size.half_length_weft * min(k.per_stretch.y, 1.0 / STRETCH_FLOOR);
     return Membrane(
         n1 * k.warp + q1 * (k.weft - k.sine * k.warp),
         n2 * k.weft + q2 * (k.warp - k.sine * k.weft));
 }
 
 /// Energy of one element [J]: yarns, crossover compression, shear.
-fn stored_energy(tension: vec2<f32>, strain: vec2<f32>, force: f32, shear: f32) -> f32 {
+fn stored_energy(size: Size, tension: vec2<f32>, strain: vec2<f32>, force: f32, shear: f32) -> f32 {
     let warp = tension.x * strain.x * scene.warp_half_span * (1.0 + scene.warp_crimp);
     let weft = tension.y * strain.y * scene.weft_half_span * (1.0 + scene.weft_crimp);
-    return scene.cells * (warp + weft + compression_energy(force)) + scene.area * shear;
+    return size.cells * (warp + weft + compression_energy(force)) + size.area * shear;
 }
 
 fn store(field: u32, element: u32, value: vec3<f32>) {
@@ -197,8 +197,9 @@ fn element_step(element: u32) -> u32 {
     let at = corners(element);
     let u = differences(0u, at);
     let v = differences(3u, at);
-    let k = kinematics(u);
-    let warm = foretold(kept_guide(element), vec2<f32>(heights[4u * e + element], heights[5u * e + element]), stretching(k, v));
+    let size = size_of(element);
+    let k = kinematics(size, u);
+    let warm = foretold(kept_guide(element), vec2<f32>(heights[4u * e + element], heights[5u * e + element]), stretching(size, k, v));
     let cell = solve(k.stretch, warm, both);
 
     let zero = vec2<f32>(0.0);
@@ -223,7 +224,7 @@ fn element_step(element: u32) -> u32 {
         gamma = arc_sine(k.sine);
         trellis = shear_resultant(gamma);
     }
-    let m = membrane(k, pull, select(0.0, trellis, both_left));
+    let m = membrane(size, k, pull, select(0.0, trellis, both_left));
 
     // Work done on the element between the last positions and these (trapezoid), and the new forces.
     let power = dot(stored(0u, element) + m.warp, v.x) + dot(stored(3u, element) + m.weft, v.y);
@@ -232,7 +233,7 @@ fn element_step(element: u32) -> u32 {
     accounts[element] += 0.5 * step.span * power;
 
     let mode = 0.25 * u.mode;
-    let stiffness = select(0.0, scene.hourglass, both_left);
+    let stiffness = select(0.0, size.hourglass, both_left);
     if (HOURGLASS) {
         store(6u, element, 0.25 * stiffness * mode);
     }
@@ -243,15 +244,15 @@ fn element_step(element: u32) -> u32 {
         if (SHEAR) {
             shear_left = select(0.0, shear_energy(gamma), both);
         }
-        let before = stored_energy(select(zero, cell.tension, was_alive), cell.strain, cell.force, shear_left);
-        let after = stored_energy(select(zero, free, alive), free_strain, 0.0, 0.0);
+        let before = stored_energy(size, select(zero, cell.tension, was_alive), cell.strain, cell.force, shear_left);
+        let after = stored_energy(size, select(zero, free, alive), free_strain, 0.0, 0.0);
         // Forces that break in this step never act, so the last half step's work on them was not done either.
-        let intact = membrane(k, select(zero, cell.in_plane, was_alive), select(0.0, trellis, both));
+        let intact = membrane(size, k, select(zero, cell.in_plane, was_alive), select(0.0, trellis, both));
         let undone = dot(intact.warp - m.warp, v.x) + dot(intact.weft - m.weft, v.y);
         accounts[e + element] += before - after - 0.5 * step.span * undone;
         if (HOURGLASS) {
             // The part of the hourglass work that the state function ½k|q|² does not hold once k dropped.
-            let lost = select(0.0, scene.hourglass, both) - stiffness;
+            let lost = select(0.0, size.hourglass, both) - stiffness;
             accounts[2u * e + element] += 0.5 * lost * dot(mode, mode - 0.25 * step.span * v.mode);
         }
         if (failed.x) { report(element, 0u, cell.strain.x); }
@@ -268,7 +269,7 @@ fn element_step(element: u32) -> u32 {
         if (SHEAR) {
             shear_now = select(0.0, shear_energy(gamma), both_left);
         }
-        accounts[3u * e + element] = stored_energy(tension, strain, select(0.0, cell.force, both_left), shear_now);
+        accounts[3u * e + element] = stored_energy(size, tension, strain, select(0.0, cell.force, both_left), shear_now);
         accounts[4u * e + element] = select(0.0, 0.5 * stiffness * dot(mode, mode), HOURGLASS);
         accounts[5u * e + element] = max(tension.x, tension.y);
         let n = 2u * scene.nodes;

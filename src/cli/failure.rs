@@ -114,10 +114,10 @@ impl Failure {
                 format!("{adapter}, which holds {} in one buffer", bytes(*limit as f64)),
                 "take --backend cpu or a smaller pack",
             ),
-            DeviceError::Graded => (
-                "elements of one size".to_owned(),
-                "/pack/mesh_grading".to_owned(),
-                "take --backend cpu, or /pack/mesh_grading \"none\"",
+            DeviceError::GradedNonlocal => (
+                "elements of one size, or yarns that break each on its own".to_owned(),
+                "/pack/mesh_grading and /pack/failure".to_owned(),
+                "take --backend cpu, /pack/mesh_grading \"none\" or /pack/failure \"local\"",
             ),
             DeviceError::OutOfMemory { adapter, total, reason } => (
                 format!("{} of device memory", bytes(*total as f64)),

@@ -40,6 +40,8 @@ pub struct Terms {
     pub plies: bool,
     /// They rub.
     pub ply_friction: bool,
+    /// Elements of a ply differ in size.
+    pub graded: bool,
 }
 
 impl Terms {
@@ -64,6 +66,7 @@ impl Terms {
             rotation: projectile.is_some_and(|p| !p.locked),
             plies: model.plies.len() > 1,
             ply_friction: model.plies.len() > 1 && model.ply_friction > 0.0,
+            graded: sheet.mesh.is_graded(),
         }
     }
 
@@ -77,6 +80,7 @@ impl Terms {
             hourglass: all.hourglass | sheet.hourglass,
             failure: all.failure | sheet.failure,
             nonlocal: all.nonlocal | sheet.nonlocal,
+            graded: all.graded | sheet.graded,
             ..all
         })
     }

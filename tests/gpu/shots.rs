@@ -8,6 +8,7 @@
 mod batches;
 mod endings;
 mod frames;
+mod graded;
 mod killed;
 mod nonlocal;
 mod packs;
@@ -41,6 +42,7 @@ pub(crate) fn tests() -> Vec<Trial> {
         ("nonlocal", nonlocal::TESTS),
         ("rim", rim::TESTS),
         ("packs", packs::TESTS),
+        ("graded", graded::TESTS),
         ("endings", endings::TESTS),
         ("resume", resume::TESTS),
         ("killed", killed::TESTS),
