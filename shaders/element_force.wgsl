@@ -31,7 +31,7 @@ struct LawEnergy {
     values: array<vec4<f32>, 400>,
 }
 
-@group(0) @binding(3) var<uniform> law: LawEnergy;
+@group(0) @binding(4) var<uniform> law: LawEnergy;
 
 fn law_value(i: u32, j: u32) -> f32 {
     let at = i * LAW_COUNT + j;
@@ -94,9 +94,9 @@ fn differences(field: u32, at: vec4<u32>) -> Differences {
     return Differences(bottom + top, (d - a) + (c - b), top - bottom);
 }
 
-fn kinematics(u: Differences) -> Kinematics {
-    let g1 = u.x * scene.gradient_x;
-    let g2 = u.y * scene.gradient_y;
+fn kinematics(size: Size, u: Differences) -> Kinematics {
+    let g1 = u.x * size.gradient_x;
+    let g2 = u.y * size.gradient_y;
     let f1 = vec3<f32>(1.0 + g1.x, g1.y, g1.z);
     let f2 = vec3<f32>(g2.x, 1.0 + g2.y, g2.z);
     let l1 = max(sqrt(dot(f1, f1)), 1e-12);
@@ -111,9 +111,9 @@ fn kinematics(u: Differences) -> Kinematics {
 }
 
 /// What the stretches have grown by since the last forces, to second order. `v`: differences of velocities.
-fn stretching(k: Kinematics, v: Differences) -> vec2<f32> {
-    let warp = v.x * (step.span * scene.gradient_x);
-    let weft = v.y * (step.span * scene.gradient_y);
+fn stretching(size: Size, k: Kinematics, v: Differences) -> vec2<f32> {
+    let warp = v.x * (step.span * size.gradient_x);
+    let weft = v.y * (step.span * size.gradient_y);
     let along = vec2<f32>(dot(k.warp, warp), dot(k.weft, weft));
     return along - 0.5 * k.per_stretch * (vec2<f32>(dot(warp, warp), dot(weft, weft)) - along * along);
 }
@@ -142,26 +142,26 @@ struct Membrane {
 }
 
 /// P1·Ly/2 and P2·Lx/2 [N] from in-plane yarn forces and trellis shear.
-fn membrane(k: Kinematics, pull: vec2<f32>, shear: Shear) -> Membrane {
-    let n1 = pull.x * scene.membrane_warp;
-    let n2 = pull.y * scene.membrane_weft;
+fn membrane(size: Size, k: Kinematics, pull: vec2<f32>, shear: Shear) -> Membrane {
+    let n1 = pull.x * size.membrane_warp;
+    let n2 = pull.y * size.membrane_weft;
     if (!SHEAR) {
         return Membrane(n1 * k.warp, n2 * k.weft);
     }
-    let m1 = n1 + shear.along.x * scene.half_length_warp;
-    let m2 = n2 + shear.along.y * scene.half_length_weft;
-    let q1 = shear.slope * scene.half_length_warp * k.per_stretch.x;
-    let q2 = shear.slope * scene.half_length_weft * k.per_stretch.y;
+    let m1 = n1 + shear.along.x * size.half_length_warp;
+    let m2 = n2 + shear.along.y * size.half_length_weft;
+    let q1 = shear.slope * size.half_length_warp * k.per_stretch.x;
+    let q2 = shear.slope * size.half_length_weft * k.per_stretch.y;
     return Membrane(
         m1 * k.warp + q1 * (k.weft - k.sine * k.warp),
         m2 * k.weft + q2 * (k.warp - k.sine * k.weft));
 }
 
 /// Energy of one element [J]: yarns, crossover compression, shear.
-fn stored_energy(tension: vec2<f32>, strain: vec2<f32>, force: f32, shear: f32) -> f32 {
+fn stored_energy(size: Size, tension: vec2<f32>, strain: vec2<f32>, force: f32, shear: f32) -> f32 {
     let warp = tension.x * strain.x * scene.warp_half_span * (1.0 + scene.warp_crimp);
     let weft = tension.y * strain.y * scene.weft_half_span * (1.0 + scene.weft_crimp);
-    return scene.cells * (warp + weft + compression_energy(force)) + scene.area * shear;
+    return size.cells * (warp + weft + compression_energy(force)) + size.area * shear;
 }
 
 fn store(field: u32, element: u32, value: vec3<f32>) {
@@ -214,11 +214,11 @@ struct Viscous {
 
 /// Viscous forces of warp and weft: stiffness times viscosity times the rate of stretch, so large at a shock and small elsewhere. A slack
 /// yarn has none, and a yarn never pushes. `elastic`: in-plane forces of the yarns; `before`: viscous forces at the last step.
-fn shock_viscosity(k: Kinematics, v: Differences, elastic: vec2<f32>, before: vec2<f32>) -> Viscous {
-    let warp = v.x * scene.gradient_x;
-    let weft = v.y * scene.gradient_y;
+fn shock_viscosity(size: Size, k: Kinematics, v: Differences, elastic: vec2<f32>, before: vec2<f32>) -> Viscous {
+    let warp = v.x * size.gradient_x;
+    let weft = v.y * size.gradient_y;
     let rate = vec2<f32>(dot(k.warp, warp), dot(k.weft, weft));
-    let stiffness = vec2<f32>(scene.warp_stiffness * scene.viscosity_warp, scene.weft_stiffness * scene.viscosity_weft);
+    let stiffness = vec2<f32>(scene.warp_stiffness * size.viscosity_warp, scene.weft_stiffness * size.viscosity_weft);
     let zero = vec2<f32>(0.0);
     let force = select(max(stiffness * rate, -elastic), zero, elastic <= zero);
     // The same rate along the directions of the last step, from Λ² there.
@@ -261,8 +261,9 @@ fn element_step(element: u32) -> u32 {
     let at = corners(element);
     let u = differences(0u, at);
     let v = differences(3u, at);
-    let k = kinematics(u);
-    let warm = foretold(kept_guide(element), vec2<f32>(heights[4u * e + element], heights[5u * e + element]), stretching(k, v));
+    let size = size_of(element);
+    let k = kinematics(size, u);
+    let warm = foretold(kept_guide(element), vec2<f32>(heights[4u * e + element], heights[5u * e + element]), stretching(size, k, v));
     let cell = solve(k.stretch, warm, both);
 
     let zero = vec2<f32>(0.0);
@@ -280,12 +281,12 @@ fn element_step(element: u32) -> u32 {
     var drag = zero;
     if (VISCOUS) {
         let at_last = vec2<f32>(viscous[element], viscous[e + element]);
-        let shock = shock_viscosity(k, v, elastic, at_last);
+        let shock = shock_viscosity(size, k, v, elastic, at_last);
         drag = shock.force;
         keep_viscous(element, drag);
         // N over the element's width times its length.
         accounts[7u * e + element] += dot(shock.work,
-            vec2<f32>(0.5 * scene.membrane_warp / scene.gradient_x, 0.5 * scene.membrane_weft / scene.gradient_y));
+            vec2<f32>(0.5 * size.membrane_warp / size.gradient_x, 0.5 * size.membrane_weft / size.gradient_y));
     }
     let pull = elastic + drag;
 
@@ -297,7 +298,7 @@ fn element_step(element: u32) -> u32 {
     if (both_left) {
         left = trellis;
     }
-    let m = membrane(k, pull, left);
+    let m = membrane(size, k, pull, left);
 
     // Work done on the element between the last positions and these (trapezoid), and the new forces.
     let power = dot(stored(0u, element) + m.warp, v.x) + dot(stored(3u, element) + m.weft, v.y);
@@ -306,7 +307,7 @@ fn element_step(element: u32) -> u32 {
     accounts[element] += 0.5 * step.span * power;
 
     let mode = 0.25 * u.mode;
-    let stiffness = select(0.0, scene.hourglass, both_left);
+    let stiffness = select(0.0, size.hourglass, both_left);
     if (HOURGLASS) {
         store(6u, element, 0.25 * stiffness * mode);
     }
@@ -317,21 +318,21 @@ fn element_step(element: u32) -> u32 {
         if (both) {
             was = trellis;
         }
-        let before = stored_energy(select(zero, cell.tension, was_alive), cell.strain, cell.force, was.energy);
-        let after = stored_energy(select(zero, free, alive), free_strain, 0.0, 0.0);
+        let before = stored_energy(size, select(zero, cell.tension, was_alive), cell.strain, cell.force, was.energy);
+        let after = stored_energy(size, select(zero, free, alive), free_strain, 0.0, 0.0);
         // Forces that break in this step never act, so the last half step's work on them was not done either.
         // Of what acts now only the elastic part changes what is stored.
-        let intact = membrane(k, select(zero, cell.in_plane, was_alive) + drag, was);
+        let intact = membrane(size, k, select(zero, cell.in_plane, was_alive) + drag, was);
         let undone = dot(intact.warp - m.warp, v.x) + dot(intact.weft - m.weft, v.y);
         accounts[e + element] += before - after - 0.5 * step.span * undone;
         if (HOURGLASS) {
             // The part of the hourglass work that the state function ½k|q|² does not hold once k dropped.
-            let lost = select(0.0, scene.hourglass, both) - stiffness;
+            let lost = select(0.0, size.hourglass, both) - stiffness;
             accounts[2u * e + element] += 0.5 * lost * dot(mode, mode - 0.25 * step.span * v.mode);
         }
         if (LAW_ENERGY && both) {
             // What it has made by now stays.
-            accounts[8u * e + element] = scene.cells * law_energy(k.stretch);
+            accounts[8u * e + element] = size.cells * law_energy(k.stretch);
         }
         if (failed.x) { report(element, 0u, cell.strain.x); }
         if (failed.y) { report(element, 1u, cell.strain.y); }
@@ -343,12 +344,12 @@ fn element_step(element: u32) -> u32 {
     if (LEDGER) {
         let tension = select(zero, select(free, cell.tension, both_left), alive);
         let strain = select(free_strain, cell.strain, both_left);
-        accounts[3u * e + element] = stored_energy(tension, strain, select(0.0, cell.force, both_left), left.energy);
+        accounts[3u * e + element] = stored_energy(size, tension, strain, select(0.0, cell.force, both_left), left.energy);
         accounts[4u * e + element] = select(0.0, 0.5 * stiffness * dot(mode, mode), HOURGLASS);
         accounts[5u * e + element] = max(tension.x, tension.y);
         if (LAW_ENERGY && both_left) {
             let taut = tension.x > 0.0 || tension.y > 0.0;
-            accounts[8u * e + element] = select(0.0, scene.cells * law_energy(k.stretch), taut);
+            accounts[8u * e + element] = select(0.0, size.cells * law_energy(k.stretch), taut);
         }
         // Tension over breaking load is strain over failure strain.
         let load = select(zero, strain / limit, alive);

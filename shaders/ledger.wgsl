@@ -59,6 +59,9 @@ const LAW_MADE: u32 = 24u;
 /// Largest tension over breaking load.
 const LOAD: u32 = 25u;
 
+/// Part of a finest cell by which a yarn may run on too short for rounding.
+const WITHIN: f32 = 1e-3;
+
 var<workgroup> sums: array<f32, 1690>; // 26 sums of 64 parts, in rows of 65
 
 /// Whether a point lies ahead of the body's widest section, or of the faces of its chisel nose, and within its shadow.
@@ -75,13 +78,32 @@ fn arm_to(node: u32) -> vec3<f32> {
     return arm_of(body.nose_coarse, body.nose_fine, lies, to_pack(ply, u));
 }
 
+/// The first, and one past the last, of the elements of a ply along X (0) or Y (1) that lie within `span` finest cells of one.
+fn within(ply: u32, axis: u32, along: u32) -> vec2<u32> {
+    let span = plies[ply].span;
+    let count = select(plies[ply].rows, plies[ply].columns, axis == 0u);
+    if (!GRADED) {
+        return vec2<u32>(along - min(along, span), min(along + span + 1u, count));
+    }
+    // A part of an element counts.
+    var first = along;
+    for (var left = f32(span); left > WITHIN && first > 0u; left -= line_at(ply, axis, first).width) {
+        first -= 1u;
+    }
+    var end = along + 1u;
+    for (var left = f32(span); left > WITHIN && end < count; left -= line_at(ply, axis, end - 1u).width) {
+        end += 1u;
+    }
+    return vec2<u32>(first, end);
+}
+
 /// Whether a yarn (1 warp, 2 weft) of an element is unbroken there and for `span` cells on either side, or to the edge of
 /// the ply. Only the yarns' bits of `flags` are read: the ledger leaves them as they are.
 fn runs_on(ply: u32, place: vec2<u32>, yarn: u32) -> bool {
     let warp = yarn == 1u;
     let along = select(place.x, place.y, warp);
-    let end = min(along + plies[ply].span + 1u, select(plies[ply].rows, plies[ply].columns, warp));
-    for (var at = along - min(along, plies[ply].span); at < end; at++) {
+    let pieces = within(ply, select(1u, 0u, warp), along);
+    for (var at = pieces.x; at < pieces.y; at++) {
         let cell = select(vec2<u32>(at, place.y), vec2<u32>(place.x, at), warp);
         if ((flags[element_at(ply, cell)] & yarn) == 0u) {
             return false;
@@ -95,14 +117,15 @@ fn covers(ply: u32, element: u32) -> bool {
     let at = corners(element);
     let a = arm_to(at.x);
     // An element with a corner further away is not looked at any closer.
-    let far = scene.body_radius + 2.0 * (plies[ply].length_x + plies[ply].length_y);
+    let place = element_place(element);
+    let size = cell_size(ply, place);
+    let far = scene.body_radius + 2.0 * (size.x + size.y);
     if ((flags[element] & 3u) == 0u || axis_distance(rotate_back(body.orientation, a)) >= far) {
         return false;
     }
     let b = arm_to(at.y);
     let c = arm_to(at.z);
     let d = arm_to(at.w);
-    let place = element_place(element);
     return (ahead(a) || ahead(b) || ahead(c) || ahead(d) || ahead(0.25 * ((a + b) + (c + d))))
         && (runs_on(ply, place, 1u) || runs_on(ply, place, 2u));
 }

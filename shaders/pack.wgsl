@@ -12,6 +12,7 @@ struct Ply {
     present: u32,
     origin_x: f32,
     origin_y: f32,
+    /// Of the finest elements [m].
     length_x: f32,
     length_y: f32,
     /// Of the angle from the pack's X axis to the warp.
@@ -24,7 +25,7 @@ struct Ply {
     /// Distance of mid-planes at which it touches the ply behind it, and mean thickness of the two [m].
     touching: f32,
     thickness: f32,
-    // Mass [kg] of an inner node, 1/mass of an inner, edge and corner node.
+    // Mass [kg] of an inner node, 1/mass of an inner, edge and corner node; of the finest elements.
     mass: f32,
     inverse_inner: f32,
     inverse_edge: f32,
@@ -32,8 +33,13 @@ struct Ply {
     /// Held directions (1 x, 2 y, 4 z) of the left, right, bottom and top side, three bits each; from bit 12 on, which of
     /// these sides mirror planes cut.
     held: u32,
-    /// Cells for which a yarn must run on unbroken to cover.
+    /// Finest cells for which a yarn must run on unbroken to cover.
     span: u32,
+    /// Longest side of any element [m].
+    longest: f32,
+    pad0: u32,
+    pad1: u32,
+    pad2: u32,
 }
 
 /// Set beside the element that a node is over where it is inside it, closer than the two plies touch.
@@ -114,6 +120,9 @@ fn edges(ply: u32, place: vec2<u32>) -> u32 {
 }
 
 fn node_mass(ply: u32, place: vec2<u32>) -> f32 {
+    if (GRADED) {
+        return plies[ply].mass * mass_share(ply, place);
+    }
     let count = edges(ply, place);
     return plies[ply].mass * select(select(1.0, 0.5, count == 1u), 0.25, count == 2u);
 }
@@ -122,7 +131,10 @@ fn node_mass(ply: u32, place: vec2<u32>) -> f32 {
 fn inverse_mass(ply: u32, place: vec2<u32>) -> vec3<f32> {
     let count = edges(ply, place);
     let edge = select(plies[ply].inverse_inner, plies[ply].inverse_edge, count == 1u);
-    let inverse = select(edge, plies[ply].inverse_corner, count == 2u);
+    var inverse = select(edge, plies[ply].inverse_corner, count == 2u);
+    if (GRADED) {
+        inverse = plies[ply].inverse_inner / mass_share(ply, place);
+    }
     let bits = vec3<u32>(held(ply, place)) & vec3<u32>(1u, 2u, 4u);
     return select(vec3<f32>(inverse), vec3<f32>(0.0), bits != vec3<u32>(0u));
 }
@@ -169,7 +181,11 @@ fn to_ply(ply: u32, v: vec3<f32>) -> vec3<f32> {
 
 /// Reference position of a node in the ply's axes, its depth in the pack in z [m].
 fn reference(ply: u32, place: vec2<u32>) -> vec3<f32> {
-    let x = plies[ply].origin_x + plies[ply].length_x * f32(place.y);
-    let y = plies[ply].origin_y + plies[ply].length_y * f32(place.x);
+    var x = plies[ply].origin_x + plies[ply].length_x * f32(place.y);
+    var y = plies[ply].origin_y + plies[ply].length_y * f32(place.x);
+    if (GRADED) {
+        x = line_at(ply, 0u, place.y).place;
+        y = line_at(ply, 1u, place.x).place;
+    }
     return vec3<f32>(x, y, plies[ply].z);
 }

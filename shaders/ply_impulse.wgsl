@@ -56,18 +56,28 @@ fn press(ply: u32, node: u32, side: u32) {
     let slide = velocity - push * dot(velocity, push);
     let part = part_of(ply, node_place(node));
     accounts[10u * scene.elements + scene.nodes + node] -= part * dot(found.drag, slide + found.drag * (0.5 * compliance));
-    let counts = (push * found.along + found.drag) * (part / scene.impulse_unit);
-    let shifts = push * (kappa * contact.foot.z) * (part / scene.impulse_unit);
+    // In the largest unit of any of the nodes, which is a whole number of every other one's.
+    let own = count_shift(ply, node_place(node));
+    var theirs: vec4<u32>;
+    for (var i = 0u; i < 4u; i++) {
+        theirs[i] = count_shift(other, node_place(around[i]));
+    }
+    let largest = max(max(own, max(theirs.x, theirs.y)), max(theirs.z, theirs.w));
+    let unit = scene.impulse_unit * f32(1u << largest);
+    let counts = (push * found.along + found.drag) * (part / unit);
+    let shifts = push * (kappa * contact.foot.z) * (part / unit);
     var given = vec3<i32>(0);
     var moved = vec3<i32>(0);
     for (var i = 0u; i < 4u; i++) {
         let part = vec3<i32>(round(counts * weights[i]));
         let way = vec3<i32>(round(shifts * weights[i]));
-        add(around[i], -part, -way);
+        let each = 1 << (largest - theirs[i]);
+        add(around[i], -part * each, -way * each);
         given += part;
         moved += way;
     }
-    add(node, given, moved);
+    let each = 1 << (largest - own);
+    add(node, given * each, moved * each);
 }
 
 @compute @workgroup_size(64)

@@ -17,12 +17,12 @@
 @group(1) @binding(6) var<storage, read_write> status: array<atomic<u32>>;
 
 /// A node's sum in the axes of its ply [N·s], and 0 in its place.
-fn take(ply: u32, at: u32) -> vec3<f32> {
+fn take(ply: u32, at: u32, unit: f32) -> vec3<f32> {
     let count = vec3<f32>(f32(impulses[at]), f32(impulses[at + 1u]), f32(impulses[at + 2u]));
     impulses[at] = 0;
     impulses[at + 1u] = 0;
     impulses[at + 2u] = 0;
-    return to_ply(ply, count * scene.impulse_unit);
+    return to_ply(ply, count * unit);
 }
 
 @compute @workgroup_size(64)
@@ -42,8 +42,9 @@ fn ply_move(
     let n = scene.nodes;
     let ply = node_ply(node);
     let place = node_place(node);
-    let impulse = take(ply, 6u * node);
-    let shift = take(ply, 6u * node + 3u);
+    let unit = scene.impulse_unit * f32(1u << count_shift(ply, place));
+    let impulse = take(ply, 6u * node, unit);
+    let shift = take(ply, 6u * node + 3u, unit);
     if (all(impulse == vec3<f32>(0.0)) && all(shift == vec3<f32>(0.0))) {
         return;
     }

@@ -21,13 +21,10 @@ fn sees(own: u32, place: vec2<u32>, other: u32) -> bool {
         return false;
     }
     let lies = to_ply(other, to_pack(own, reference(own, place)));
-    let o = plies[other];
-    let longest = max(max(o.length_x, o.length_y), max(plies[own].length_x, plies[own].length_y));
     // A ring for the growth of this step, and room for what has gone sideways.
-    let slack = step.travel + 3.0 * longest;
-    let low = vec2<f32>(
-        o.origin_x + o.length_x * f32(reach.z), o.origin_y + o.length_y * f32(reach.x)) - vec2<f32>(slack);
-    let high = vec2<f32>(o.origin_x + o.length_x * f32(reach.w), o.origin_y + o.length_y * f32(reach.y)) + vec2<f32>(slack);
+    let slack = step.travel + 3.0 * max(plies[other].longest, plies[own].longest);
+    let low = reference(other, vec2<u32>(reach.x, reach.z)).xy - vec2<f32>(slack);
+    let high = reference(other, vec2<u32>(reach.y, reach.w)).xy + vec2<f32>(slack);
     return all(lies.xy >= low) && all(lies.xy <= high);
 }
 
@@ -74,7 +71,7 @@ fn on_ridge(
             continue;
         }
         let corner = cell_at(other, cell);
-        let f = foot_on(corner, point, o.length_x * o.length_y);
+        let f = foot_on(corner, point, cell_area(other, cell));
         if (!f.sound) {
             continue;
         }
@@ -104,12 +101,12 @@ fn touch_of(
     other: u32, start: vec2<u32>, at_start: Cell, point: vec3<f32>, direction: f32, touching: f32, slop: f32, edge: vec2<u32>,
 ) -> Touch {
     let o = plies[other];
-    let area = o.length_x * o.length_y;
     var found = Touch(start, vec2<f32>(0.0), vec3<f32>(0.0), 0.0, false);
     var left: array<u32, WALK>;
     var corner = at_start;
     for (var walk = 0u; walk <= WALK; walk++) {
         let cell = found.cell;
+        let area = cell_area(other, cell);
         var foot: Foot;
         if (all(edge == vec2<u32>(0u))) {
             foot = foot_on(corner, point, area);
@@ -155,7 +152,7 @@ fn look(ply: u32, node: u32, place: vec2<u32>, side: u32) -> bool {
     let direction = select(-1.0, 1.0, side == 0u);
     let slop = SLOP * front.thickness;
     let corner = cell_at(other, cell);
-    if (is_apart(corner, point, direction, front.touching - slop, o.length_x * o.length_y)) {
+    if (is_apart(corner, point, direction, front.touching - slop, cell_area(other, cell))) {
         if (was_inside) {
             over[at] &= ~INSIDE;
         }

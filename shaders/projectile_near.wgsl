@@ -56,8 +56,8 @@ fn fabric_between(node: u32) -> f32 {
         // On through the corner nearest to the node by its place in the ply behind.
         let lies = to_ply(ply, to_pack(front, reference(front, node_place(at))));
         let corner = reference(ply, place);
-        let further = vec2<u32>(
-            u32(lies.y - corner.y > 0.5 * plies[ply].length_y), u32(lies.x - corner.x > 0.5 * plies[ply].length_x));
+        let size = cell_size(ply, place);
+        let further = vec2<u32>(u32(lies.y - corner.y > 0.5 * size.y), u32(lies.x - corner.x > 0.5 * size.x));
         at = node_at(ply, place + further);
     }
     return thickness;

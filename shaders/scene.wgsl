@@ -33,6 +33,8 @@ override LEDGER: bool = true;
 override PLIES: bool = true;
 /// Whether they rub.
 override PLY_FRICTION: bool = true;
+/// Whether elements of a ply differ in size.
+override GRADED: bool = true;
 
 /// Invocations per workgroup of the kernels over elements and nodes.
 const GROUP: u32 = 64u;
@@ -86,7 +88,8 @@ struct Scene {
     membrane_weft: f32,
     half_length_warp: f32,
     half_length_weft: f32,
-    hourglass: f32,
+    hourglass_warp: f32,
+    hourglass_weft: f32,
     /// Shock viscosity over the stiffness [s].
     viscosity_warp: f32,
     viscosity_weft: f32,
@@ -135,7 +138,6 @@ struct Scene {
     mirror: u32,
     /// Room for points of the rim on each ply.
     ties: u32,
-    pad0: u32,
     /// Corner (ρ, s) and outward normal (ρ, s) of the side that begins there.
     profile: array<vec4<f32>, 5>,
 }
@@ -182,6 +184,8 @@ const REACH: u32 = 13u;
 @group(0) @binding(0) var<uniform> scene: Scene;
 @group(0) @binding(1) var<uniform> step: Step;
 @group(0) @binding(2) var<uniform> plies: array<Ply, 64>;
+/// See `Line`. A texture: kernels already bind the eight storage buffers that every device has.
+@group(0) @binding(3) var grid_lines: texture_2d<f32>;
 
 /// Number of an invocation in a dispatch that may spread over two dimensions.
 fn invocation(group: vec3<u32>, groups: vec3<u32>, local: u32) -> u32 {

@@ -59,7 +59,13 @@ fn cases() -> Vec<Case> {
     let layup = r#"/pack/layup=[{"plies":2},{"plies":2,"orientation_deg":30,"edges":"free"}]"#;
     let rim = shot(&["/solver/contact_sampling=rim"]);
     let pack = shot(&[layup, "/pack/plies=4"]);
-    vec![patch, bar, moving, pack, nose("ogive"), nose("fragment"), rim]
+    vec![patch, bar, moving, pack, nose("ogive"), nose("fragment"), rim, graded()]
+}
+
+/// Turned plies, longer along one side.
+fn graded() -> Case {
+    let layup = r#"/pack/layup=[{},{"orientation_deg":30}]"#;
+    builtin("cases/s720-1ply-155.json", &["/pack/plies=2", layup, "/pack/width_mm=150", "/pack/mesh_grading=graded"])
 }
 
 #[test]
@@ -88,7 +94,7 @@ fn bindings_are_those_the_host_makes() {
         for (_, variable) in module.global_variables.iter() {
             let Some(binding) = &variable.binding else { continue };
             let access = match variable.space {
-                AddressSpace::Uniform => None,
+                AddressSpace::Uniform | AddressSpace::Handle => None,
                 AddressSpace::Storage { access } if access.contains(StorageAccess::STORE) => Some(Access::Write),
                 AddressSpace::Storage { .. } => Some(Access::Read),
                 space => panic!("{}: {space:?}", kernel.name),
@@ -100,8 +106,10 @@ fn bindings_are_those_the_host_makes() {
             .iter()
             .zip(0..)
             .map(|((name, access), at)| ((1, at), (name.variable().to_owned(), Some(*access))));
-        let common =
-            ["scene", "step", "plies"].into_iter().zip(0..).map(|(name, at)| ((0, at), (name.to_owned(), None)));
+        let common = ["scene", "step", "plies", "grid_lines"]
+            .into_iter()
+            .zip(0..)
+            .map(|(name, at)| ((0, at), (name.to_owned(), None)));
         assert_eq!(found, common.chain(own).collect(), "{}", kernel.name);
         assert!(kernel.bindings.len() <= 8, "{}: WebGPU promises eight storage buffers", kernel.name);
     }
@@ -201,6 +209,35 @@ fn the_plies_are_laid_out_as_the_host_fills_them() {
     let all: Vec<_> = cases().iter().flat_map(plies).collect();
     assert_block("Ply", &all);
     assert_eq!(all[0].words().len(), layout::PLY_WORDS);
+}
+
+#[test]
+fn the_grid_lines_are_laid_out_as_the_host_fills_them() {
+    let model = Model::<f32>::part(&graded()).unwrap();
+    let mesh = &model.sheets[1].mesh;
+    assert_block("Line", &[layout::line(mesh, 0, 3), layout::line(mesh, 1, 4)]);
+    assert_eq!(layout::line(mesh, 0, 3).words().len(), layout::LINE_WORDS);
+    // By sheet, by axis; `line_at` finds them in a texture.
+    let words = layout::lines(&model);
+    let texels: Vec<_> = words.chunks_exact(layout::LINE_WORDS).collect();
+    assert!(texels.len().is_multiple_of(layout::LINES_ACROSS));
+    let room = model.grid.columns.max(model.grid.rows) + 2;
+    let number = |word: u32| f64::from(f32::from_bits(word));
+    for (at, sheet) in model.sheets.iter().enumerate() {
+        for (axis, elements) in [sheet.mesh.columns, sheet.mesh.rows].into_iter().enumerate() {
+            let lines = &texels[(2 * at + axis) * room..];
+            let mass: f64 = lines[..=elements].iter().map(|line| number(line[3])).sum();
+            let widths: f64 = lines[..elements].iter().map(|line| number(line[1])).sum();
+            let [first, last] = [0, elements].map(|line| number(lines[line][0]));
+            let extent = sheet.mesh.extent()[axis];
+            assert!((mass / extent - 1.0).abs() < 1e-6 && (widths / extent - 1.0).abs() < 1e-6, "{mass} {widths}");
+            assert!(((last - first) / (extent * sheet.mesh.length[axis]) - 1.0).abs() < 1e-6);
+            assert!(lines[..elements + 2].windows(2).all(|pair| number(pair[0][0]) < number(pair[1][0])));
+            assert_eq!(lines[elements - 1][1], lines[elements][1], "what follows is as wide as the last element");
+        }
+    }
+    let even = Model::<f32>::new(&builtin("cases/s720-1ply-155.json", &[])).unwrap();
+    assert_eq!(layout::lines(&even).len(), layout::LINE_WORDS, "a texel that nobody reads");
 }
 
 #[test]
@@ -405,6 +442,9 @@ fn constants() -> Vec<(&'static str, Vec<f64>)> {
         count("NEAR", 1),
         count("PUSHING", 2),
         number("NOISE", 1e-6),
+        // Nor has a row of the texture of grid lines, or what a yarn may be short of by rounding.
+        count("LINES_ACROSS", layout::LINES_ACROSS),
+        number("WITHIN", 1e-3),
         // Nor has what double precision rounds to 1e-9, shares by 1e-10 and lets fall to 1e-14; or a number for none.
         number("SAME", 1e-6),
         number("SHARED", 1e-6),

@@ -114,11 +114,6 @@ impl Failure {
                 format!("{adapter}, which holds {} in one buffer", bytes(*limit as f64)),
                 "take --backend cpu or a smaller pack",
             ),
-            DeviceError::Graded => (
-                "elements of one size".to_owned(),
-                "/pack/mesh_grading".to_owned(),
-                "take --backend cpu, or /pack/mesh_grading \"none\"",
-            ),
             DeviceError::OutOfMemory { adapter, total, reason } => (
                 format!("{} of device memory", bytes(*total as f64)),
                 format!("{adapter}: {reason}"),

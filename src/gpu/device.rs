@@ -38,9 +38,6 @@ pub enum DeviceError {
         /// All buffers together [bytes].
         total: u64,
     },
-    /// The shaders know no mesh of different elements.
-    #[error("the GPU backend computes no graded meshes")]
-    Graded,
     /// The device ran out of memory.
     #[error("{adapter} has not the {total} bytes of memory the case needs")]
     OutOfMemory {

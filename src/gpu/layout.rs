@@ -35,7 +35,11 @@ pub const REACH_WORDS: u64 = 4;
 /// Most plies there are.
 pub const PLIES: usize = 64;
 /// Words of a ply.
-pub const PLY_WORDS: usize = 20;
+pub const PLY_WORDS: usize = 24;
+/// Numbers of a grid line.
+pub const LINE_WORDS: usize = 4;
+/// Grid lines in a row of their texture.
+pub const LINES_ACROSS: usize = 2048;
 /// Bytes between the constants of two sheets.
 pub const SCENE_STRIDE: u64 = 512;
 /// Words of a failure event.
@@ -198,7 +202,8 @@ pub fn scene(model: &Model<f32>, sheet: usize, sizes: &Sizes) -> Block {
 
 /// What impulses between plies are counted in [N·s]: sums are whole numbers of 32 bits, with room for eight times the
 /// largest speed there is at the start, and for driving nodes out of the deepest penetration there is, which does not
-/// depend on any speed. Light touches of many corners may add up to a few times that.
+/// depend on any speed. Light touches of many corners may add up to a few times that. In a graded mesh nodes of larger elements count in
+/// larger units.
 fn impulse_unit(model: &Model<f32>) -> f64 {
     let heaviest = model.sheets.iter().map(node_mass).fold(0.0, f64::max);
     let thickest = model.sheets.iter().map(|sheet| sheet.thickness).fold(0.0, f64::max);
@@ -206,7 +211,7 @@ fn impulse_unit(model: &Model<f32>) -> f64 {
     heaviest * (8.0 * start_speed(model) + 4.0 * recovery) / f64::from(1_u32 << 31)
 }
 
-/// Mass of an inner node [kg].
+/// Mass of an inner node of the finest elements [kg].
 fn node_mass(sheet: &Sheet<f32>) -> f64 {
     sheet.areal_density * sheet.mesh.length[0] * sheet.mesh.length[1]
 }
@@ -267,8 +272,45 @@ pub fn plies(model: &Model<f32>) -> Vec<Block> {
         block.double("inverse_corner", 4.0 / mass);
         block.count("held", held(&sheet.edges) | cut_sides(mesh) << 12);
         block.count("span", model.projectile.as_ref().map_or(0, |body| unbroken_cells(&sheet.mesh, body)));
+        block.double("longest", mesh.longest());
+        for pad in ["pad0", "pad1", "pad2"] {
+            block.count(pad, 0);
+        }
         out.push(block);
     }
+    out
+}
+
+/// A grid line across the X (0) or Y (1) of a ply of a sheet, with one more behind the last.
+pub fn line(mesh: &Mesh, axis: usize, line: usize) -> Block {
+    let last = [mesh.columns, mesh.rows][axis];
+    let place = |line: usize| mesh.reference(line * axis, line * (1 - axis))[axis];
+    let width = |element: usize| mesh.widths(element * axis, element * (1 - axis))[axis];
+    let width = width(line.min(last - 1));
+    let mut block = Block::default();
+    block.double("place", if line > last { place(last) + width * mesh.length[axis] } else { place(line) });
+    block.double("width", width);
+    block.double("per_width", 1.0 / width);
+    block.double("share", if line > last { 0.0 } else { mesh.share(axis, line) });
+    block
+}
+
+/// The grid lines of graded meshes as the shaders see them, shape (sheets, axes, room for the longest axis), in whole rows of the
+/// texture; of even meshes a texel that nobody reads.
+pub fn lines(model: &Model<f32>) -> Vec<u32> {
+    if !model.terms().graded {
+        return vec![0; LINE_WORDS];
+    }
+    let room = model.grid.columns.max(model.grid.rows) + 2;
+    let mut out = Vec::new();
+    for mesh in model.sheets.iter().map(|sheet| &sheet.mesh) {
+        for (axis, elements) in [mesh.columns, mesh.rows].into_iter().enumerate() {
+            let end = out.len() + room * LINE_WORDS;
+            (0..elements + 2).for_each(|at| out.extend(line(mesh, axis, at).words()));
+            out.resize(end, 0);
+        }
+    }
+    out.resize(out.len().next_multiple_of(LINES_ACROSS * LINE_WORDS), 0);
     out
 }
 
@@ -322,7 +364,8 @@ fn element(block: &mut Block, sheet: &Sheet<f32>) {
     block.number("membrane_weft", c.membrane[1]);
     block.number("half_length_warp", c.half_length[0]);
     block.number("half_length_weft", c.half_length[1]);
-    block.number("hourglass", c.hourglass[0] + c.hourglass[1]);
+    block.number("hourglass_warp", c.hourglass[0]);
+    block.number("hourglass_weft", c.hourglass[1]);
     block.number("viscosity_warp", c.viscosity[0]);
     block.number("viscosity_weft", c.viscosity[1]);
     block.number("cells", c.cells);

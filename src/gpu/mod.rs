@@ -5,7 +5,7 @@
 //! - [`stepper`] records steps in batches and reads the ledger back, [`timing`] asks the device how long kernels take; the host loop is in [`simulation`].
 //!
 //! A step is three dispatches: `element_force` | `node_update` | `projectile_contact`, and `ledger` after those
-//! that the history takes note of; `failure` after the first where it is nonlocal, and `projectile_points` | `projectile_rim` for the third where
+//! that the history takes note of; `projectile_points` | `projectile_rim` for the third where
 //! the projectile's rim is sampled too. The barriers between them are needed because a node gathers the forces of elements
 //! that other workgroups wrote; because contact is one solve over all touched nodes, whose velocities must be final; and
 //! because elements read the positions contact has corrected. Within a batch nothing is read back.

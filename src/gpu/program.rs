@@ -9,7 +9,8 @@ pub(super) struct Program {
     pub(super) group: wgpu::BindGroup,
 }
 
-/// Layout of group 0: the constants of a sheet and the step at dynamic offsets, the plies, and the law's energy at a dynamic offset.
+/// Layout of group 0: the constants of a sheet and the step at dynamic offsets, the plies, their grid lines, and what the law of a sheet
+/// makes of energy, at a dynamic offset.
 pub(super) fn common_layout(gpu: &wgpu::Device) -> wgpu::BindGroupLayout {
     let uniform = |binding: u32, dynamic: bool, size: u64| wgpu::BindGroupLayoutEntry {
         binding,
@@ -21,9 +22,25 @@ pub(super) fn common_layout(gpu: &wgpu::Device) -> wgpu::BindGroupLayout {
         },
         count: None,
     };
+    let texture = |binding: u32| wgpu::BindGroupLayoutEntry {
+        binding,
+        visibility: wgpu::ShaderStages::COMPUTE,
+        ty: wgpu::BindingType::Texture {
+            sample_type: wgpu::TextureSampleType::Float { filterable: false },
+            view_dimension: wgpu::TextureViewDimension::D2,
+            multisampled: false,
+        },
+        count: None,
+    };
     gpu.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
         label: Some("scene and step"),
-        entries: &[uniform(0, true, SCENE_STRIDE), uniform(1, true, STEP_BYTES), uniform(2, false, 0), uniform(3, true, LAW_STRIDE)],
+        entries: &[
+            uniform(0, true, SCENE_STRIDE),
+            uniform(1, true, STEP_BYTES),
+            uniform(2, false, 0),
+            texture(3),
+            uniform(4, true, LAW_STRIDE),
+        ],
     })
 }
 

@@ -22,16 +22,17 @@ pub struct Kernel {
     pub name: &'static str,
     /// The kernel, then what it shares with others: line numbers of the kernel stay right.
     pub sources: &'static [&'static str],
-    /// Bindings of group 1 in order; group 0 is the scene and the step.
+    /// Bindings of group 1 in order; group 0 is the scene, the step, the plies and their grid lines.
     pub bindings: &'static [(Name, Access)],
 }
 
-/// A kernel's own sources; every one ends with the pack, the scene and numbers.
+/// A kernel's own sources; every one ends with the pack, its grid lines, the scene and numbers.
 macro_rules! sources {
     ($($name:literal),+ $(,)?) => {
         &[
             $(include_str!(concat!("../../shaders/", $name, ".wgsl")),)+
             include_str!("../../shaders/pack.wgsl"),
+            include_str!("../../shaders/grid_lines.wgsl"),
             include_str!("../../shaders/scene.wgsl"),
             include_str!("../../shaders/number.wgsl"),
         ]
@@ -43,6 +44,7 @@ pub const ELEMENT_FORCE: Kernel = Kernel {
     name: "element_force",
     sources: sources!(
         "element_force",
+        "element_size",
         "crossover",
         "crossover_joint",
         "guide",
@@ -258,7 +260,7 @@ impl Kernel {
 }
 
 /// Values of the pipeline-overridable constants, by name. `ledger`: the step fills in the energies of the state.
-pub fn constants(terms: &Terms, ledger: bool) -> [(&'static str, f64); 18] {
+pub fn constants(terms: &Terms, ledger: bool) -> [(&'static str, f64); 19] {
     let law = match terms.law {
         Variant::PublishedTension => 0.0,
         Variant::PublishedProjected => 1.0,
@@ -285,5 +287,6 @@ pub fn constants(terms: &Terms, ledger: bool) -> [(&'static str, f64); 18] {
         ("LEDGER", flag(ledger)),
         ("PLIES", flag(terms.plies)),
         ("PLY_FRICTION", flag(terms.ply_friction)),
+        ("GRADED", flag(terms.graded)),
     ]
 }

@@ -4,8 +4,8 @@ use std::time::{Duration, Instant};
 
 use super::buffers::{Name, Sizes, spread};
 use super::layout::{
-    self, BODY_WORDS, EVENT_WORDS, GROUP, LAW_STRIDE, PLIES, PLY_WORDS, SCENE_STRIDE, STATUS_WORDS, STEP_BYTES, STEP_STRIDE,
-    StepInfo, status,
+    self, BODY_WORDS, EVENT_WORDS, GROUP, LAW_STRIDE, LINE_WORDS, LINES_ACROSS, PLIES, PLY_WORDS, SCENE_STRIDE,
+    STATUS_WORDS, STEP_BYTES, STEP_STRIDE, StepInfo, status,
 };
 use super::program::{self, Program};
 use super::shader::{self, Kernel};
@@ -115,7 +115,7 @@ impl<'a> Stepper<'a> {
     /// Pipelines and buffers for a model; the state is not there yet.
     ///
     /// # Errors
-    /// When the device cannot hold the case, or refuses a pipeline; and for a graded mesh.
+    /// When the device cannot hold the case, or refuses a pipeline.
     pub fn new(device: &'a Device, model: &Model<f32>) -> Result<Self, DeviceError> {
         Self::with_sources(device, model, &Kernel::source)
     }
@@ -129,9 +129,6 @@ impl<'a> Stepper<'a> {
         model: &Model<f32>,
         source: &dyn Fn(&Kernel) -> String,
     ) -> Result<Self, DeviceError> {
-        if model.sheets.iter().any(|sheet| sheet.mesh.is_graded()) {
-            return Err(DeviceError::Graded);
-        }
         let sizes = Sizes::new(model);
         sizes.check(&device.limits(), device.name())?;
         let memory = device.inner.push_error_scope(wgpu::ErrorFilter::OutOfMemory);
@@ -172,6 +169,7 @@ impl<'a> Stepper<'a> {
         let plies = buffer("plies", 4 * (PLIES * PLY_WORDS) as u64, wgpu::BufferUsages::UNIFORM);
         let words: Vec<u32> = layout::plies(model).iter().flat_map(|ply| ply.words()).collect();
         device.queue.write_buffer(&plies, 0, bytemuck::cast_slice(&words));
+        let lines = grid_lines(device, model);
         let steps = buffer("steps", STEP_STRIDE * BATCH as u64, wgpu::BufferUsages::UNIFORM);
         let staging_size = sizes.bytes(Name::Samples) + STATUS_BYTES + EVENT_BYTES * EVENT_WINDOW + STAMP_BYTES;
         let staging = [0; IN_FLIGHT].map(|_| buffer("staging", staging_size, wgpu::BufferUsages::MAP_READ));
@@ -183,7 +181,8 @@ impl<'a> Stepper<'a> {
                 wgpu::BindGroupEntry { binding: 0, resource: part(&scene, SCENE_STRIDE) },
                 wgpu::BindGroupEntry { binding: 1, resource: part(&steps, STEP_BYTES) },
                 wgpu::BindGroupEntry { binding: 2, resource: plies.as_entire_binding() },
-                wgpu::BindGroupEntry { binding: 3, resource: part(&law, LAW_STRIDE) },
+                wgpu::BindGroupEntry { binding: 3, resource: wgpu::BindingResource::TextureView(&lines) },
+                wgpu::BindGroupEntry { binding: 4, resource: part(&law, LAW_STRIDE) },
             ],
         });
         let module = |kernel: &Kernel| {
@@ -423,6 +422,28 @@ impl<'a> Stepper<'a> {
 const STATUS_BYTES: u64 = 4 * STATUS_WORDS as u64;
 const STAMP_BYTES: u64 = Clock::bytes(PARTS.len());
 const EVENT_BYTES: u64 = 4 * EVENT_WORDS;
+
+/// The grid lines of graded meshes, a texel each.
+fn grid_lines(device: &Device, model: &Model<f32>) -> wgpu::TextureView {
+    let words = layout::lines(model);
+    let texels = words.len() / LINE_WORDS;
+    let width = texels.min(LINES_ACROSS);
+    let size = wgpu::Extent3d { width: width as u32, height: (texels / width) as u32, depth_or_array_layers: 1 };
+    let texture = device.inner.create_texture(&wgpu::TextureDescriptor {
+        label: Some("grid lines"),
+        size,
+        mip_level_count: 1,
+        sample_count: 1,
+        dimension: wgpu::TextureDimension::D2,
+        format: wgpu::TextureFormat::Rgba32Float,
+        usage: wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_DST,
+        view_formats: &[],
+    });
+    let bytes_per_row = Some((4 * LINE_WORDS * width) as u32);
+    let rows = wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row, rows_per_image: None };
+    device.queue.write_texture(texture.as_image_copy(), bytemuck::cast_slice(&words), rows, size);
+    texture.create_view(&wgpu::TextureViewDescriptor::default())
+}
 
 /// The first bytes of a buffer, to be moved by a dynamic offset.
 fn part(buffer: &wgpu::Buffer, size: u64) -> wgpu::BindingResource<'_> {

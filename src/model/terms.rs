@@ -42,6 +42,8 @@ pub struct Terms {
     pub plies: bool,
     /// They rub.
     pub ply_friction: bool,
+    /// Elements of a ply differ in size.
+    pub graded: bool,
 }
 
 impl Terms {
@@ -67,6 +69,7 @@ impl Terms {
             rotation: projectile.is_some_and(|p| !p.locked),
             plies: model.plies.len() > 1,
             ply_friction: model.plies.len() > 1 && model.ply_friction > 0.0,
+            graded: sheet.mesh.is_graded(),
         }
     }
 
@@ -81,6 +84,7 @@ impl Terms {
             failure: all.failure | sheet.failure,
             law_energy: all.law_energy | sheet.law_energy,
             viscous: all.viscous | sheet.viscous,
+            graded: all.graded | sheet.graded,
             ..all
         })
     }

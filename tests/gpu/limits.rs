@@ -1,7 +1,6 @@
 //! What a device cannot do, and what becomes of a run whose device goes away.
 //!
-//! Promises: a scene that does not fit is refused before anything is allocated on the device, with the memory it needs, and a graded
-//! mesh by name;
+//! Promises: a scene that does not fit is refused before anything is allocated on the device, with the memory it needs;
 //! an adapter is found by name, part of a name or number, and an unknown one is an error that lists what there is; a
 //! device lost in mid-run ends the run with a reason and with the history so far.
 
@@ -21,7 +20,6 @@ pub(crate) fn tests() -> Vec<Trial> {
     vec![
         trial("limits::too_large_for_a_binding_is_refused_with_the_memory_needed", too_large),
         trial("limits::a_dispatch_over_two_dimensions_gives_the_same_bits", two_dimensions),
-        trial("limits::what_the_shaders_do_not_know_is_refused_by_name", unknown),
         trial("limits::an_adapter_is_found_by_name_part_or_number", choice),
         trial("limits::a_device_lost_in_mid_run_leaves_the_history_so_far", lost),
         Trial::test("limits::refused_before_anything_is_allocated", refused),
@@ -51,16 +49,6 @@ fn two_dimensions(device: &'static Device) -> Outcome {
     assert_eq!(wide.history, folded.history);
     assert_eq!(wide.events, folded.events);
     Ok(())
-}
-
-/// The shaders take elements for alike.
-fn unknown(device: &'static Device) -> Outcome {
-    let case = builtin("cases/s720-1ply-155.json", &["/pack/mesh_grading=graded"]);
-    let options = Options { device: Some(device), ..Options::default() };
-    match simulation::run(&case, options, &AtomicBool::new(false), &mut ()) {
-        Err(RunError::Device(DeviceError::Graded)) => Ok(()),
-        other => Err(format!("{other:?}")),
-    }
 }
 
 fn too_large(device: &'static Device) -> Outcome {

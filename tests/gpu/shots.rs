@@ -8,6 +8,7 @@
 mod batches;
 mod endings;
 mod frames;
+mod graded;
 mod killed;
 mod packs;
 mod program;
@@ -39,6 +40,7 @@ pub(crate) fn tests() -> Vec<Trial> {
         ("batches", batches::TESTS),
         ("rim", rim::TESTS),
         ("packs", packs::TESTS),
+        ("graded", graded::TESTS),
         ("endings", endings::TESTS),
         ("resume", resume::TESTS),
         ("killed", killed::TESTS),

@@ -126,11 +126,11 @@ impl<S: Scalar> Patch<S> {
                 below: split(nodes.row(row), nodes.stride),
                 above: split(nodes.row(row + 1), nodes.stride),
                 element: split_mut(elements.row_mut(row), stride),
-                strain: None,
+                viscous: None,
+                law_energy: None,
                 height: sheet.mesh.widths(row, 0)[1],
                 width: &sheet.columns.width,
                 per_width: &sheet.columns.per_width,
-                viscosity: sheet.columns.viscosity(row),
             };
             with_law!(sheet.law, L => {
                 let c = sheet.constants::<S, L>();

@@ -3,9 +3,10 @@
 use nalgebra::Vector3;
 use ripstop::gpu::Device;
 use ripstop::gpu::buffers::Name;
-use ripstop::gpu::layout::IMPULSE_FIELDS;
+use ripstop::gpu::layout::{self, IMPULSE_FIELDS};
 use ripstop::gpu::shader::Kernel;
 use ripstop::gpu::stepper::Stage;
+use ripstop::model::Model;
 use ripstop::state::State;
 
 use super::{Outcome, Pair, idle, is_ply_kernel, motion, places};
@@ -36,13 +37,29 @@ pub(crate) fn cancels(device: &Device, scene: &Scene) -> Outcome {
     if lost > 0 {
         return Err(format!("{lost} nodes are given impulses they do not take"));
     }
+    let units = units(&scene.model);
     for field in 0..IMPULSE_FIELDS as usize {
-        let sum: i64 = counts.iter().skip(field).step_by(IMPULSE_FIELDS as usize).sum();
+        let of_field = counts.iter().skip(field).step_by(IMPULSE_FIELDS as usize);
+        let sum: i64 = of_field.zip(&units).map(|(count, unit)| count * unit).sum();
         if sum != 0 {
             return Err(format!("{sum} counts too many in field {field}"));
         }
     }
     Ok(())
+}
+
+/// What each node counts impulses in, over the unit of the scene: as many as its mass is of that of an inner node of the finest elements,
+/// rounded up to a power of two.
+fn units(model: &Model<f32>) -> Vec<i64> {
+    let mut units = vec![1; model.plies.len() * model.nodes_per_ply()];
+    for [ply, row, column] in places(model) {
+        let mesh = &model.sheet(ply).mesh;
+        let share = |axis, line| f32::from_bits(layout::line(mesh, axis, line).words()[3]);
+        let mass = share(0, column) * share(1, row);
+        let at = (model.grid.first_node_row(ply) + row) * (model.grid.columns + 1) + column;
+        units[at] = (mass.ceil() as u64).next_power_of_two() as i64;
+    }
+    units
 }
 
 /// Contact between plies leaves the momentum of a free pack as it was, to the rounding of its nodes' velocities.

@@ -137,6 +137,8 @@ struct Kind {
     hourglass: f64,
     /// Nodes lie over nodes and move along Z alone, as where a shot begins.
     aligned: bool,
+    /// Length of the largest elements over the finest, where they differ.
+    coarsest: Option<f64>,
     /// Speed at the start, and largest speed of a node [m/s].
     start: f64,
 }
@@ -154,8 +156,15 @@ const PLAIN: Kind = Kind {
     friction: 0.3,
     hourglass: 0.05,
     aligned: false,
+    coarsest: None,
     start: SPEED,
 };
+
+/// With ridges.
+const PLEATED: Kind = Kind { cells: 0.0, pleats: 3e-4, holes: 0.3, ..PLAIN };
+
+/// A gap of two micrometres keeps rounding from deciding what touches where the motion dies out.
+const APART: Kind = Kind { spacing: Some(0.302e-3), ..PLAIN };
 
 /// Every angle, fabric, edge and kind of contact.
 pub(crate) fn scenes() -> Vec<Scene> {
@@ -183,19 +192,34 @@ pub(crate) fn scenes() -> Vec<Scene> {
         pack("the first step", &[coarse(90), turned(0).held()], Kind { step: 0, friction: 1.2, ..PLAIN }),
         pack("a torn cell", &[turned(0), turned(0)], Kind { cells: 0.0, torn: Some(1), ..PLAIN }),
         pack("a torn node", &[turned(0), turned(0)], Kind { cells: 0.0, torn: Some(0), ..PLAIN }),
-        pack("ridges", &[turned(0), turned(0)], Kind { size: [24, 20], cells: 0.0, pleats: 3e-4, holes: 0.3, ..PLAIN }),
+        pack("ridges", &[turned(0), turned(0)], Kind { size: [24, 20], ..PLEATED }),
         pack("folded cells", &[turned(0), turned(0), coarse(0)], Kind { folded: true, cells: 0.7, ..PLAIN }),
         pack(
             "resting plies",
             &[turned(0), turned(90), turned(0), coarse(30)],
             Kind { reach: small, cells: 0.0, ..PLAIN },
         ),
-        // Far from the centre, and early: what sees what is decided by places, not by the room for travel. A gap of two
-        // micrometres keeps rounding from deciding what touches where the motion dies out.
+        // Far from the centre, and early: what sees what is decided by places, not by the room for travel.
         pack(
             "resting plies, a corner",
             &[turned(0), turned(90), turned(0)],
-            Kind { size: [16, 14], step: 1, reach: Some([1, 4, 11, 14]), spacing: Some(0.302e-3), ..PLAIN },
+            Kind { size: [16, 14], step: 1, reach: Some([1, 4, 11, 14]), ..APART },
+        ),
+        pack(
+            "graded plies",
+            &[turned(0), turned(90), coarse(30), turned(0)],
+            Kind { size: [30, 26], coarsest: Some(8.0), cells: 1.0, holes: 0.1, ..PLAIN },
+        ),
+        pack(
+            "graded folded cells",
+            &[turned(0), turned(0)],
+            Kind { size: [30, 26], coarsest: Some(8.0), folded: true, cells: 0.7, ..PLAIN },
+        ),
+        pack("ridges of graded plies", &[turned(0), turned(0)], Kind { size: [40, 36], coarsest: Some(2.0), ..PLEATED }),
+        pack(
+            "graded resting plies",
+            &[turned(0), turned(90), turned(0)],
+            Kind { size: [30, 26], step: 1, coarsest: Some(4.0), reach: Some([1, 4, 9, 12]), ..APART },
         ),
         pack("resting plies of two fabrics", &[coarse(0), turned(0)], Kind { reach: small, cells: 0.0, ..PLAIN }),
     ]
@@ -217,6 +241,9 @@ fn pack(name: &str, groups: &[Group], kind: Kind) -> Scene {
     case.pack.spacing = kind.spacing;
     case.pack.friction = kind.friction;
     case.solver.hourglass = kind.hourglass;
+    if let Some(coarsest) = kind.coarsest {
+        super::grade(&mut case, [2e-3, -3e-3], coarsest);
+    }
     case.pack.layup.iter_mut().for_each(|layer| layer.initial_velocity[2] = kind.start);
     let model = Model::<f32>::new(&case).unwrap();
     let mut state = State::new(&case, &model);
@@ -280,7 +307,7 @@ fn scatter(model: &Model<f32>, state: &mut State<f32>, random: &mut Random, kind
         for (row, column) in (0..=mesh.rows).flat_map(|row| (0..=mesh.columns).map(move |column| (row, column))) {
             let reference = Vector3::from(model.reference(ply, row, column));
             let noise = Vector3::from(random.vector(0.1 * sideways * mesh.shortest()));
-            let folds = if kind.folded && ply == 1 && column == 4 { -0.98 * mesh.length[0] } else { 0.0 };
+            let folds = if kind.folded && ply == 1 && column == 4 { -0.98 * mesh.size(0, column - 1)[0] } else { 0.0 };
             let [fx, fy, _] = mesh.to_pack([folds, 0.0, 0.0]);
             let [x, y] = [reference.x + sx + noise.x + fx, reference.y + sy + noise.y + fy];
             let near = random.between(-1.5e-5, 1.5e-5);

@@ -165,6 +165,20 @@ pub(crate) fn scenes() -> Vec<Scene> {
         make("sphere under a weft", SPHERE, &|_, _| {}),
         make("away from the fabric", SPHERE, &|p, _| p.standoff = 2e-3),
         make("cylinder in front of a hole", CYLINDER, &|_, _| {}),
+        make("cylinder beside the middle of a graded ply, friction", CYLINDER, &|p, case| {
+            oblique(p);
+            super::grade(case, [4e-3, 3e-3], 2.0);
+        }),
+        make("graded yarns cut close and far away", CYLINDER, &|_, case| {
+            (case.pack.columns, case.pack.rows, case.pack.plies) = (49, 43, 4);
+            super::grade(case, [0.0; 2], 4.0);
+        }),
+        make("coarse row beside the middle", CYLINDER, &|p, case| {
+            (case.pack.columns, case.pack.rows) = (49, 43);
+            super::grade(case, [-2e-2, -2e-2], 8.0);
+            let mesh = &Model::<f32>::new(case).unwrap().sheets[0].mesh;
+            p.offset = mesh.reference(mesh.rows - 2, mesh.columns - 2);
+        }),
         make("cylinder behind a faster flap", CYLINDER, &|p, case| {
             p.friction = 0.1;
             case.pack.edges.right = Edge::Clamped;
@@ -217,6 +231,10 @@ pub(crate) fn rim_scenes() -> Vec<Scene> {
             (p.friction, case.pack.friction) = (0.4, 0.15);
             p.angular_velocity = [2e3, -3e3, 8e3];
         }),
+        make("between nodes on graded plies, friction", &[turned(0), turned(90)], &|p, case| {
+            (p.friction, case.pack.friction) = (0.4, 0.15);
+            super::grade(case, [-2e-3, 3e-3], 3.0);
+        }),
         make("between nodes exactly touching resting plies", &[turned(0), turned(90)], &|p, _| p.friction = 0.1),
     ]
 }
@@ -251,6 +269,15 @@ pub(crate) fn pack_scenes() -> Vec<Scene> {
             p.rotation = Rotation::Locked;
             case.pack.spacing = Some(0.7e-3);
         }),
+        make(
+            "sphere on graded plies, friction",
+            &[turned(0), turned(90), turned(30), turned(0), turned(90), turned(0)],
+            SPHERE,
+            &|p, case| {
+                (p.friction, case.pack.friction) = (0.4, 0.15);
+                super::grade(case, [4e-3, -5e-3], 2.0);
+            },
+        ),
         make("cone in front of a torn turned ply", &[turned(0), turned(90)], CONE, &|p, _| p.offset = [4e-3, 5e-3]),
         // Nothing has moved, or been reached, before the first of the steps.
         make(
@@ -286,6 +313,20 @@ fn run_on(model: &Model<f32>, state: &mut State<f32>, body: &RigidBody, name: &s
         } else if at == under_row + 2 {
             set(0, true); // beside the middle, where scenes leave nothing standing
         }
+    }
+}
+
+/// Cuts warp on the right in every other ply, weft below in the rest: close by in the last two plies, in the others further away than a
+/// yarn must run on to cover, in elements but not in length. Nothing is left of the other yarn.
+fn cut_along(model: &Model<f32>, state: &mut State<f32>, body: &RigidBody) {
+    for [ply, row, column] in super::element_places(model) {
+        let (mesh, yarn) = (&model.sheet(ply).mesh, ply % 2);
+        let at = row - model.grid.first_element_row(ply);
+        let middle = mesh.reference(at, column)[yarn] + 0.5 * mesh.size(at, column)[yarn];
+        let away = (middle - body.position[yarn]) * [1.0, -1.0][yarn] / mesh.length[yarn];
+        let whole = away < if ply < 2 { 11.0 } else { 4.5 };
+        state.elements.set(row, element::ALIVE + yarn, column + 1, if whole { 1.0 } else { 0.0 });
+        state.elements.set(row, element::ALIVE + 1 - yarn, column + 1, 0.0);
     }
 }
 
@@ -342,6 +383,16 @@ fn struck(name: &str, case: Case) -> Scene {
             for (yarn, left) in [1.0, 0.0].into_iter().enumerate() {
                 state.elements.set(row, element::ALIVE + yarn, column + 1, left);
             }
+        }
+    }
+    if name.contains("cut close") {
+        cut_along(&model, &mut state, &body);
+    }
+    if name.contains("coarse row") {
+        // Of the elements under the body, the first corner of each lies further away than the finest elements are long.
+        for [_, row, column] in super::element_places(&model) {
+            let whole = if row + 3 == model.grid.rows { 1.0 } else { 0.0 };
+            (0..2).for_each(|yarn| state.elements.set(row, element::ALIVE + yarn, column + 1, whole));
         }
     }
     if name.contains("torn turned") {

@@ -126,4 +126,24 @@ pub(super) const MUTANTS: &[Mutant] = &[
         "plies[ply].inverse_inner, plies[ply].inverse_edge, count == 1u",
         "plies[0].inverse_inner, plies[0].inverse_edge, count == 1u",
     ),
+    mutant(
+        "masses of the finest",
+        "graded",
+        "inverse = plies[ply].inverse_inner / mass_share(ply, place);",
+        "inverse = plies[ply].inverse_inner;",
+    ),
+    mutant("masses of a row", "graded", "line_at(ply, 0u, place.y).share * line_at", "line_at"),
+    mutant("masses of a column", "graded", " * line_at(ply, 1u, place.x).share", ""),
+    mutant(
+        "columns where the finest would be",
+        "cylinder beside the middle of a graded ply, friction",
+        "        x = line_at(ply, 0u, place.y).place;\n",
+        "",
+    ),
+    mutant(
+        "rows where the finest would be",
+        "cylinder beside the middle of a graded ply, friction",
+        "        y = line_at(ply, 1u, place.x).place;\n",
+        "",
+    ),
 ];

@@ -27,8 +27,8 @@ pub(super) const MUTANTS: &[Mutant] = &[
     mutant(
         "impulses of a turned ply",
         "thirty degrees, clamped, smooth",
-        "return to_ply(ply, count * scene.impulse_unit);",
-        "return count * scene.impulse_unit;",
+        "return to_ply(ply, count * unit);",
+        "return count * unit;",
     ),
     mutant(
         "whole kick in the loss of the first step",
@@ -93,5 +93,17 @@ pub(super) const MUTANTS: &[Mutant] = &[
         "thirty degrees, clamped, smooth",
         "let turned = to_pack(ply, impulse);",
         "let turned = impulse;",
+    ),
+    mutant(
+        "own unit forgotten",
+        "graded plies",
+        "scene.impulse_unit * f32(1u << count_shift(ply, place))",
+        "scene.impulse_unit",
+    ),
+    mutant(
+        "masses of the finest",
+        "graded plies",
+        "inverse = plies[ply].inverse_inner / mass_share(ply, place);",
+        "inverse = plies[ply].inverse_inner;",
     ),
 ];

@@ -79,14 +79,14 @@ pub(super) const MUTANTS: &[Mutant] = &[
     mutant(
         "rows for columns of the rest",
         "resting plies, a corner",
-        "o.length_x * f32(reach.w)",
-        "o.length_x * f32(reach.y)",
+        "vec2<u32>(reach.y, reach.w)",
+        "vec2<u32>(reach.w, reach.y)",
     ),
     mutant(
         "no room around the rest",
         "resting plies, a corner",
-        "let slack = step.travel + 3.0 * longest;",
-        "let slack = 0.0;",
+        "step.travel + 3.0 * max(plies[other].longest, plies[own].longest)",
+        "0.0",
     ),
     mutant("moving nodes over rest not asked", "resting plies", "(moving || sees(", "(sees("),
     mutant(
@@ -199,5 +199,13 @@ pub(super) const MUTANTS: &[Mutant] = &[
         "a torn cell",
         "(flags[element_at(other, touch.cell)] & 3u) == o.present && is_whole",
         "is_whole",
+    ),
+    mutant("columns where the finest would be", "graded plies", "        x = line_at(ply, 0u, place.y).place;\n", ""),
+    mutant("rows where the finest would be", "graded plies", "        y = line_at(ply, 1u, place.x).place;\n", ""),
+    mutant(
+        "cells as large as the finest",
+        "graded folded cells",
+        "return size.x * size.y;",
+        "return plies[ply].length_x * plies[ply].length_y;",
     ),
 ];

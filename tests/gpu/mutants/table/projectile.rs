@@ -404,4 +404,40 @@ pub(super) const MUTANTS: &[Mutant] = &[
         "let before = atomicAdd(&status[VISITED], count);",
         "let before = 0u;",
     ),
+    mutant(
+        "columns where the finest would be",
+        "cylinder beside the middle of a graded ply, friction",
+        "        x = line_at(ply, 0u, place.y).place;\n",
+        "",
+    ),
+    mutant(
+        "rows where the finest would be",
+        "cylinder beside the middle of a graded ply, friction",
+        "        y = line_at(ply, 1u, place.x).place;\n",
+        "",
+    ),
+    mutant(
+        "friction meets the finest",
+        "sphere on graded plies, friction",
+        "return plies[ply].mass * mass_share(ply, place);",
+        "return plies[ply].mass;",
+    ),
+    mutant(
+        "contact meets the finest",
+        "cylinder beside the middle of a graded ply, friction",
+        "inverse = plies[ply].inverse_inner / mass_share(ply, place);",
+        "inverse = plies[ply].inverse_inner;",
+    ),
+    mutant(
+        "next node by the finest column",
+        "sphere on graded plies, friction",
+        "lies.x - corner.x > 0.5 * size.x",
+        "lies.x - corner.x > 0.5 * plies[ply].length_x",
+    ),
+    mutant(
+        "next node by the finest row",
+        "sphere on graded plies, friction",
+        "lies.y - corner.y > 0.5 * size.y",
+        "lies.y - corner.y > 0.5 * plies[ply].length_y",
+    ),
 ];

@@ -85,4 +85,28 @@ pub(super) const MUTANTS: &[Mutant] = &[
         find: "room += scene.rim_depth;",
         put: "room -= scene.rim_depth;",
     },
+    of_points(
+        "columns where the finest would be",
+        "between nodes on graded plies, friction",
+        "        x = line_at(ply, 0u, place.y).place;\n",
+        "",
+    ),
+    of_points(
+        "rows where the finest would be",
+        "between nodes on graded plies, friction",
+        "        y = line_at(ply, 1u, place.x).place;\n",
+        "",
+    ),
+    of_points(
+        "masses of the finest",
+        "between nodes on graded plies, friction",
+        "inverse = plies[ply].inverse_inner / mass_share(ply, place);",
+        "inverse = plies[ply].inverse_inner;",
+    ),
+    of_points(
+        "friction meets the finest",
+        "between nodes on graded plies, friction",
+        "return plies[ply].mass * mass_share(ply, place);",
+        "return plies[ply].mass;",
+    ),
 ];

@@ -1,0 +1,52 @@
+// grid_lines: the lines of nodes of graded meshes, sheet by sheet: those along X, then those along Y.
+// Twin: src/model/lines.rs and `lines` of src/gpu/layout.rs
+
+/// Texels in a row of the table.
+const LINES_ACROSS: u32 = 2048u;
+
+/// A line of nodes, a texel of the table. Behind the last line of nodes of a mesh there is one more.
+struct Line {
+    /// Reference place along the axis [m].
+    place: f32,
+    /// Length of the element behind it over the finest, and 1 over that [-].
+    width: f32,
+    per_width: f32,
+    /// Half of each element beside it, over the finest [-].
+    share: f32,
+}
+
+/// A line of nodes across X (0) or Y (1) of a ply of a graded mesh.
+fn line_at(ply: u32, axis: u32, line: u32) -> Line {
+    let at = (2u * plies[ply].sheet + axis) * (max(scene.columns, scene.rows) + 2u) + line;
+    let texel = textureLoad(grid_lines, vec2<u32>(at % LINES_ACROSS, at / LINES_ACROSS), 0);
+    return Line(texel.x, texel.y, texel.z, texel.w);
+}
+
+/// Lengths along X and Y of a cell (row, column) of a ply [m].
+fn cell_size(ply: u32, cell: vec2<u32>) -> vec2<f32> {
+    let finest = vec2<f32>(plies[ply].length_x, plies[ply].length_y);
+    if (!GRADED) {
+        return finest;
+    }
+    return finest * vec2<f32>(line_at(ply, 0u, cell.y).width, line_at(ply, 1u, cell.x).width);
+}
+
+/// Area of a cell of a ply [m²].
+fn cell_area(ply: u32, cell: vec2<u32>) -> f32 {
+    let size = cell_size(ply, cell);
+    return size.x * size.y;
+}
+
+/// The part of the mass of an inner node of the finest elements that a node of a graded mesh has [-].
+fn mass_share(ply: u32, place: vec2<u32>) -> f32 {
+    return line_at(ply, 0u, place.y).share * line_at(ply, 1u, place.x).share;
+}
+
+/// Impulses between plies are counted at a node in units of 2 to the power of this: heavier nodes take larger ones. With `ceil` of a
+/// single product it is the same in every kernel.
+fn count_shift(ply: u32, place: vec2<u32>) -> u32 {
+    if (!GRADED) {
+        return 0u;
+    }
+    return 32u - countLeadingZeros(u32(ceil(mass_share(ply, place))) - 1u);
+}
