@@ -38,7 +38,6 @@ impl Mutant {
     fn parts(&self) -> &'static [Part] {
         match self.kernel {
             "element_force" => &[Part::Elements],
-            "failure" => &[Part::Failure],
             "node_update" => &[Part::Nodes, Part::Contact],
             "projectile_contact" | "projectile_points" | "projectile_rim" => &[Part::Contact],
             "ply_search" | "ply_impulse" | "ply_move" => &[Part::Plies],

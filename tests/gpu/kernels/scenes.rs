@@ -3,7 +3,7 @@
 pub(crate) mod packs;
 pub(crate) mod struck;
 
-use ripstop::case::{Case, Edge, Grading, Regularisation, ShearModulus, UnitCell};
+use ripstop::case::{Case, Edge, Grading, ShearModulus, UnitCell};
 use ripstop::kernels::element_force::field as element;
 use ripstop::kernels::node_update::field as node;
 use ripstop::model::Model;
@@ -145,7 +145,6 @@ fn grade(case: &mut Case, hit: [f64; 2], coarsest: f64) {
     let grading = Some(Grading { hit, way: [0.0; 2], fine: [1e-3; 2], growth: 1.6, coarsest });
     case.pack.grading = grading;
     case.pack.layup.iter_mut().for_each(|layer| layer.grading = grading);
-    case.pack.regularisation = Regularisation::None;
 }
 
 fn secant(case: &mut Case) {

@@ -12,7 +12,7 @@ mod rim;
 use super::Mutant;
 
 /// By kernel, in the order of a step.
-pub(super) const MUTANTS: [&[Mutant]; 9] = [
+pub(super) const MUTANTS: [&[Mutant]; 8] = [
     elements::MUTANTS,
     nodes::MUTANTS,
     ply_search::MUTANTS,

@@ -75,13 +75,6 @@ fn random<const COUNT: usize, const SEED: u64>(case: &Case, _: &Run) -> Vec<f64>
     times.into()
 }
 
-/// Times just before steps in which yarns break that the step before has marked [s].
-fn failing(run: &Run, count: usize) -> Vec<f64> {
-    let mut steps: Vec<u64> = run.events.iter().map(|event| event.step).collect();
-    steps.dedup();
-    steps.into_iter().take(count).map(|step| (step as f64 - 0.5) * run.time_step).collect()
-}
-
 fn resumes_equal(device: &'static Device, case: &Case, times: fn(&Case, &Run) -> Vec<f64>) -> Outcome {
     let first = run(case, options(device), &mut ());
     let times = times(case, &first);

@@ -25,7 +25,7 @@ fn stops(device: &Device, scene: &Scene) -> Outcome {
     let whole = |index| StepInfo { index, ..pair.gpu.whole_step(0, None, 1) };
     let infos = [index, index + 1].map(whole);
     let info = |at: u64| infos[(at - index) as usize];
-    let all = [Stage::Elements, Stage::Failure, Stage::Nodes, Stage::Plies, Stage::Projectile];
+    let all = [Stage::Elements, Stage::Nodes, Stage::Plies, Stage::Projectile];
     pair.gpu.run_stages(&info(index), &all).map_err(|e| e.to_string())?;
     let everything = |pair: &Pair<'_>| Name::ALL.map(|name| pair.read(name));
     if u64::from(pair.read(Name::Status)?[status::BAD_STEP]) != index {
