@@ -215,7 +215,11 @@ pub(crate) fn scenes() -> Vec<Scene> {
             &[turned(0), turned(0)],
             Kind { size: [30, 26], coarsest: Some(8.0), folded: true, cells: 0.7, ..PLAIN },
         ),
-        pack("ridges of graded plies", &[turned(0), turned(0)], Kind { size: [40, 36], coarsest: Some(2.0), ..PLEATED }),
+        pack(
+            "ridges of graded plies",
+            &[turned(0), turned(0)],
+            Kind { size: [40, 36], coarsest: Some(2.0), ..PLEATED },
+        ),
         pack(
             "graded resting plies",
             &[turned(0), turned(90), turned(0)],
