@@ -348,8 +348,7 @@ fn element_step(element: u32) -> u32 {
         accounts[4u * e + element] = select(0.0, 0.5 * stiffness * dot(mode, mode), HOURGLASS);
         accounts[5u * e + element] = max(tension.x, tension.y);
         if (LAW_ENERGY && both_left) {
-            let taut = tension.x > 0.0 || tension.y > 0.0;
-            accounts[8u * e + element] = select(0.0, size.cells * law_energy(k.stretch), taut);
+            accounts[8u * e + element] = size.cells * law_energy(k.stretch);
         }
         // Tension over breaking load is strain over failure strain.
         let load = select(zero, strain / limit, alive);

@@ -61,7 +61,7 @@ fn shear_energy(gamma: f32) -> f32 {
 }
 
 /// Sine of the shear angle up to which (25) is followed; beyond it the energy goes on at a constant slope over the sine.
-const STEEPEST: f32 = 0.95;
+const STEEPEST: f32 = 0.98;
 
 /// Trellis shear of an element at one time.
 struct Trellis {

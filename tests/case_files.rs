@@ -48,7 +48,7 @@ fn good() -> Value {
             "axial_inertia_g_mm2": 11, "transverse_inertia_g_mm2": 440, "velocity_m_s": 155, "offset_mm": [1, -2],
             "standoff_mm": 1, "obliquity_deg": 30, "azimuth_deg": 90, "yaw_deg": 10,
             "angular_velocity_rad_s": [0, 0, 5], "friction": 0.2, "motion": "free", "rotation": "free"},
-        "solver": {"end_time_us": 400, "courant": 0.9, "hourglass": 0.02, "symmetry": "none", "run_until": "end_time"},
+        "solver": {"numerics": "paper", "end_time_us": 400, "courant": 0.9, "hourglass": 0.02, "symmetry": "none", "run_until": "end_time"},
         "output": {"history_interval_us": 0.5, "frames": 10, "profile_times_us": [0, 50, 100], "profile_along": "weft"},
         "expect": [
             {"quantity": "outcome", "value": "perforated", "source": "paper, Figure 6"},

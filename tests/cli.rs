@@ -117,7 +117,7 @@ fn small() -> Value {
         "fabric": fabric,
         "pack": {"width_mm": 30, "height_mm": 30},
         "projectile": {"shape": "cylinder", "diameter_mm": 5.5, "length_mm": 42.1, "mass_g": 3, "velocity_m_s": 600},
-        "solver": {"end_time_us": 10},
+        "solver": {"end_time_us": 10, "numerics": "paper"},
         "output": {"history_interval_us": 0.5},
         "sources": {"/fabric/crossover": "assumed: for this test"}
     })

@@ -17,7 +17,7 @@ use ripstop::simulation::Simulation;
 fn pack(pack: &str, more: &str, sets: &[&str]) -> Case {
     let text = format!(
         r#"{{"title": "pack", "fabric": {{"file": "fabrics/s-720.json"}}, "pack": {pack}, {more}
-        "solver": {{"end_time_us": 20}}}}"#
+        "solver": {{"end_time_us": 20, "numerics": "paper"}}}}"#
     );
     let sets: Vec<String> = sets.iter().map(ToString::to_string).collect();
     case::from_str("pack", &text, &sets).unwrap_or_else(|e| panic!("{e}"))

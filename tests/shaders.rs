@@ -15,7 +15,7 @@ use ripstop::gpu::stepper::Stepper;
 use ripstop::gpu::{Device, buffers};
 use ripstop::kernels::rigid_body::RigidBody;
 use ripstop::kernels::{
-    arc_length, crossover, crossover_joint, element_force, guide, ply_contact, projectile_chisel, projectile_contact,
+    arc_length, crossover, crossover_joint, element_force, guide, law_energy, ply_contact, projectile_chisel, projectile_contact,
     projectile_shape, shear, yarn_law,
 };
 use ripstop::model::{Model, over};
@@ -106,10 +106,14 @@ fn bindings_are_those_the_host_makes() {
             .iter()
             .zip(0..)
             .map(|((name, access), at)| ((1, at), (name.variable().to_owned(), Some(*access))));
-        let common = ["scene", "step", "plies", "grid_lines"]
-            .into_iter()
+        let names: &[&str] = match kernel.name {
+            "element_force" => &["scene", "step", "plies", "grid_lines", "law"],
+            _ => &["scene", "step", "plies", "grid_lines"],
+        };
+        let common = names
+            .iter()
             .zip(0..)
-            .map(|(name, at)| ((0, at), (name.to_owned(), None)));
+            .map(|(name, at)| ((0, at), ((*name).to_owned(), None)));
         assert_eq!(found, common.chain(own).collect(), "{}", kernel.name);
         assert!(kernel.bindings.len() <= 8, "{}: WebGPU promises eight storage buffers", kernel.name);
     }
@@ -422,6 +426,7 @@ fn constants() -> Vec<(&'static str, Vec<f64>)> {
         count("FRICTION_SWEEPS", projectile_contact::FRICTION_SWEEPS),
         count("ELLIPSE_STEPS", projectile_chisel::ELLIPSE_STEPS),
         number("RESOLVED", projectile_shape::RESOLVED),
+        count("LAW_COUNT", law_energy::COUNT),
         number("FOLDED_STRETCH", element_force::FOLDED_STRETCH),
         number("STEEPEST", shear::STEEPEST),
         number("SHORTEST", yarn_law::SHORTEST),

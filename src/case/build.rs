@@ -228,8 +228,10 @@ pub(super) fn mesh(
     side: f64,
 ) -> Result<([usize; 2], [f64; 2]), CaseError> {
     let length = [&fabric.warp, &fabric.weft].map(|yarn| side * 2.0 * yarn.half_span());
-    let count = limits::mesh(&scope.pointer, size, length)?;
-    let how = "the size over the element length, to the nearest whole number";
+    // Finer meshes cover the same cloth: whole crossovers.
+    let fine = (1.0 / side).round().max(1.0) as usize;
+    let count = limits::mesh(&scope.pointer, size, length, fine)?;
+    let how = "the size over the element length, to the nearest whole number of crossovers";
     for (name, count) in [("columns", count[0]), ("rows", count[1])] {
         scope.derive_text(name, count.to_string(), how);
     }

@@ -21,10 +21,11 @@ const FRAMES_BYTES: usize = 128 << 20;
 /// One row of the history [bytes].
 const ROW_BYTES: f64 = 200.0;
 
-/// Columns and rows nearest to a size [m], from the length of an element along each direction [m]; `pointer` is what
-/// has that size.
-pub(super) fn mesh(pointer: &str, size: [f64; 2], element: [f64; 2]) -> Result<[usize; 2], CaseError> {
-    let [columns, rows] = [0, 1].map(|i| (size[i] / element[i]).round().max(1.0));
+/// Columns and rows nearest to a size [m], from the length of an element along each direction [m], in whole multiples of `fine`;
+/// `pointer` is what has that size.
+pub(super) fn mesh(pointer: &str, size: [f64; 2], element: [f64; 2], fine: usize) -> Result<[usize; 2], CaseError> {
+    let fine = fine as f64;
+    let [columns, rows] = [0, 1].map(|i| fine * (size[i] / (fine * element[i])).round().max(1.0));
     if columns * rows > MAX_ELEMENTS {
         let expected = format!("at most {MAX_ELEMENTS:.2e} elements in a ply");
         let found = format!("{columns} × {rows} elements");
@@ -173,10 +174,11 @@ mod tests {
 
     #[test]
     fn the_mesh_is_the_nearest_whole_number_and_never_overflows() {
-        assert_eq!(mesh("/pack", [0.203, 0.001], [0.00127, 0.00127]).unwrap(), [160, 1]);
-        assert_eq!(mesh("/pack", [1e-9, 0.00635], [0.00127, 0.00127]).unwrap(), [1, 5]);
-        assert!(mesh("/pack/layup/1", [1e6, 1e6], [1e-5, 1e-5]).unwrap_err().found.contains("elements"));
-        assert!(mesh("/pack", [f64::MAX, f64::MAX], [1e-300, 1e-300]).is_err());
+        assert_eq!(mesh("/pack", [0.203, 0.001], [0.00127, 0.00127], 1).unwrap(), [160, 1]);
+        assert_eq!(mesh("/pack", [1e-9, 0.00635], [0.00127, 0.00127], 1).unwrap(), [1, 5]);
+        assert_eq!(mesh("/pack", [0.0305, 0.0294], [0.000635, 0.000635], 2).unwrap(), [48, 46]);
+        assert!(mesh("/pack/layup/1", [1e6, 1e6], [1e-5, 1e-5], 1).unwrap_err().found.contains("elements"));
+        assert!(mesh("/pack", [f64::MAX, f64::MAX], [1e-300, 1e-300], 1).is_err());
     }
 
     #[test]

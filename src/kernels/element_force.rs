@@ -302,15 +302,19 @@ fn stored_energy<R: Real>(
     size.cells * (yarn[0] + yarn[1] + crossover::compression_energy(cell, force)) + size.area * shear
 }
 
-/// Energy that the unit-cell law has made by itself in the elements of `mask` [J].
+/// Most numbers in a register.
+const WIDEST: usize = 16;
+
+/// Energy that the unit-cell law has made by itself in elements with two yarns [J].
 #[inline(always)]
-fn law_energy<R: Real>(table: Option<&LawEnergy>, stretch: &[R; 2], size: &Size<R>, mask: R::Mask) -> f64 {
-    let Some(table) = table else { return 0.0 };
-    let of = |lane: usize| {
-        let [warp, weft] = [stretch[0].lane(lane).to_f64(), stretch[1].lane(lane).to_f64()];
-        size.cells.lane(lane).to_f64() * table.at([warp, weft])
-    };
-    (0..R::LANES).filter(|lane| mask.lane(*lane)).map(of).sum()
+fn law_energy<R: Real>(table: Option<&LawEnergy>, stretch: &[R; 2], size: &Size<R>) -> R {
+    let Some(table) = table else { return size.cells.zero() };
+    let mut values = [R::Scalar::splat(0.0); WIDEST];
+    for lane in 0..R::LANES {
+        let at = [0, 1].map(|i: usize| stretch[i].lane(lane).to_f64());
+        values[lane] = R::Scalar::splat(table.at(at));
+    }
+    size.cells * size.cells.load(&values, 0)
 }
 
 /// A field of the nodes at the corners of elements from `column` on, counter-clockwise.
@@ -342,7 +346,7 @@ pub fn element_force<R: Real, L: LawKernel>(
     let mut work = Tally::default();
     let mut dissipated = Tally::default();
     let mut stored = Tally::default();
-    let mut of_law = [0.0; 2];
+    let mut of_law = [Tally::default(); 2];
     let mut hourglass = Tally::default();
     // Whole numbers add up exactly in any order.
     let mut iterations = zero;
@@ -461,7 +465,7 @@ pub fn element_force<R: Real, L: LawKernel>(
             let product = mode[0] * (mode[0] - last[0]) + mode[1] * (mode[1] - last[1]) + mode[2] * (mode[2] - last[2]);
             let drop = half * (R::select(both, stiffness, zero) - kh) * product;
             released[1].add(R::select(any_failed, drop, zero), column);
-            of_law[1] += law_energy(row.law_energy, &k.stretch, &size, both & any_failed);
+            of_law[1].add(R::select(both & any_failed, law_energy(row.law_energy, &k.stretch, &size), zero), column);
             for lane in 0..R::LANES {
                 for yarn in 0..2 {
                     if failed[yarn].lane(lane) {
@@ -484,8 +488,7 @@ pub fn element_force<R: Real, L: LawKernel>(
             let energy = stored_energy(&c.cell, &size, &tension, &strain, force, shear_energy);
             stored.add(R::select(any, energy, zero), column);
             hourglass.add(R::select(any, half * kh * dot(&mode, &mode), zero), column);
-            let taut = zero.lt(tension[0]) | zero.lt(tension[1]);
-            of_law[0] += law_energy(row.law_energy, &k.stretch, &size, both_left & taut & counted);
+            of_law[0].add(R::select(both_left, law_energy(row.law_energy, &k.stretch, &size), zero), column);
             largest = largest.max(tension[0].max(tension[1]));
             // Tension over breaking load is strain over failure strain.
             let part = each!(i in 2 => R::select(alive[i], strain[i] / c.cell.yarn[i].failure_strain, zero));
@@ -501,8 +504,8 @@ pub fn element_force<R: Real, L: LawKernel>(
     totals.max_deflection = totals.max_deflection.max(deflection.largest());
     totals.internal_work += work.total();
     totals.viscous_work += dissipated.total();
-    totals.law_energy += of_law[0];
-    totals.law_released += of_law[1];
+    totals.law_energy += of_law[0].total();
+    totals.law_released += of_law[1].total();
     totals.iterations += (0..R::LANES).map(|lane| iterations.lane(lane).to_f64()).sum::<f64>();
     if !totals.failures.is_empty() {
         totals.released = each!(i in 2 => released[i].total());

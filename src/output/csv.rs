@@ -1,5 +1,6 @@
 //! Comma-separated text, and the small tables: yarn failures, plies, deflection profiles.
 
+use crate::case::{Case, Layer};
 use crate::profile::Profile;
 use crate::simulation::PlySample;
 use crate::step::FailureEvent;
@@ -23,16 +24,20 @@ pub(super) fn number(value: f64) -> String {
     if value.fract() == 0.0 && value.abs() < 1e15 { format!("{value:.0}") } else { format!("{value:?}") }
 }
 
-/// `events.csv`: every yarn failure. `ply`, `i` (column, along warp) and `j` (row, along weft) count from 0.
-/// `time_step` [s].
-pub(super) fn events(events: &[FailureEvent], time_step: f64) -> String {
-    let mut text = header(["time_us", "ply", "i", "j", "yarn", "strain"]);
+/// `events.csv`: every yarn failure. `ply`, `i` (column, along warp) and `j` (row, along weft) count from 0; `x_mm` and `y_mm` are the
+/// reference place of the element from the middle of its ply, in the ply's axes. `time_step` [s].
+pub(super) fn events(case: &Case, events: &[FailureEvent], time_step: f64) -> String {
+    let mut text = header(["time_us", "ply", "i", "j", "yarn", "strain", "x_mm", "y_mm"]);
+    let of_layer = |layer: &Layer| vec![layer.middles(); layer.plies as usize];
+    let middles: Vec<[Vec<f64>; 2]> = case.layers().iter().flat_map(of_layer).collect();
     for event in events {
         let time = event.step as f64 * time_step * 1e6;
         let yarn = if event.yarn == 0 { "warp" } else { "weft" };
         let place = [event.ply, event.i, event.j].map(|n| n.to_string());
         let [ply, i, j] = place;
-        row(&mut text, [number(time), ply, i, j, yarn.to_owned(), number(event.strain)]);
+        let [along, across] = &middles[event.ply as usize];
+        let [x, y] = [along[event.i as usize], across[event.j as usize]].map(|place| number(place * 1e3));
+        row(&mut text, [number(time), ply, i, j, yarn.to_owned(), number(event.strain), x, y]);
     }
     text
 }

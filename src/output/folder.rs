@@ -159,7 +159,7 @@ impl Folder {
         let mut texts = vec![
             (CASE, pretty(&case.as_run)),
             ("history.csv", history::text(&run.history)),
-            ("events.csv", csv::events(&run.events, run.time_step)),
+            ("events.csv", csv::events(case, &run.events, run.time_step)),
         ];
         if run.plies > 1 {
             texts.push((PLIES, csv::plies(&run.ply_history)));

@@ -2,7 +2,7 @@
 
 use super::*;
 
-const SUMMARY: [&str; 47] = [
+const SUMMARY: [&str; 51] = [
     "outcome",
     "residual_velocity_m_s",
     "stop_time_us",
@@ -18,6 +18,10 @@ const SUMMARY: [&str; 47] = [
     "hourglass_fraction",
     "failed_yarns",
     "eroded_elements",
+    "energy_gained",
+    "law_energy_j",
+    "viscous_dissipation_j",
+    "breaking_load_ratio",
     "newton",
     "elements",
     "steps",
@@ -54,7 +58,8 @@ const SUMMARY: [&str; 47] = [
 const HISTORY: &str = "time_us,projectile_velocity_m_s,projectile_displacement_mm,contact_force_n,\
     kinetic_energy_j,internal_energy_j,hourglass_energy_j,contact_dissipation_j,friction_j,failure_energy_j,\
     projectile_energy_j,energy_error,failed_warp,failed_weft,stored_energy_j,external_work_j,eroded_elements,\
-    max_deflection_mm,max_yarn_tension_n,momentum_error,perforated_plies,last_ply_deflection_mm";
+    max_deflection_mm,max_yarn_tension_n,momentum_error,perforated_plies,viscous_dissipation_j,\
+    energy_gained,law_energy_j,last_ply_deflection_mm";
 
 fn rows(text: &str) -> Vec<Vec<String>> {
     text.lines().skip(1).map(|line| line.split(',').map(str::to_owned).collect()).collect()
@@ -134,7 +139,7 @@ fn tables_have_the_columns_of_the_contract_and_agree_with_the_summary() {
     assert_eq!(history.lines().next().unwrap(), HISTORY);
     let summary = bench.json("here/summary.json");
     let table = rows(&history);
-    assert!(table.len() >= 20 && table.iter().all(|row| row.len() == 22));
+    assert!(table.len() >= 20 && table.iter().all(|row| row.len() == 25));
     let last = table.last().unwrap();
     assert_eq!(number(&table[0][0]), 0.0);
     assert_eq!(number(&table[0][1]), 600.0);
@@ -144,7 +149,7 @@ fn tables_have_the_columns_of_the_contract_and_agree_with_the_summary() {
     let absorbed = 0.5 * 0.003 * 600.0 * 600.0 - number(&last[10]);
     assert!((absorbed - summary["absorbed_energy_j"].as_f64().unwrap()).abs() < 1e-9);
     let events = bench.text("here/events.csv");
-    assert_eq!(events.lines().next().unwrap(), "time_us,ply,i,j,yarn,strain");
+    assert_eq!(events.lines().next().unwrap(), "time_us,ply,i,j,yarn,strain,x_mm,y_mm");
     let failures = rows(&events);
     let of = |yarn: &str| failures.iter().filter(|row| row[4] == yarn).count() as u64;
     assert!(of("warp") > 0 && of("weft") > 0);

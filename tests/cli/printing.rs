@@ -26,7 +26,7 @@ fn the_table_begins_with_the_verdict_and_holds_what_a_reader_asks_for() {
         "friction",
         "yarn failure",
         "unaccounted",
-        "energy error",
+        "energy gained", "work balance",
         "momentum error",
         "hourglass / internal",
         "fabric in projectile",
