@@ -379,7 +379,10 @@ impl<S: Scalar> Simulation<S> {
                 body: self.state.body.as_ref().zip(before),
             };
             let (model, state) = (&self.model, &self.state);
-            self.record.sample(case, &moment, |body, ply| outcome::covered(model, state, body, ply));
+            let in_doubt = self.record.sample(case, &moment, |body, ply| outcome::covered(model, state, body, ply));
+            if let Some(body) = state.body.as_ref().filter(|_| in_doubt) {
+                self.record.look(case, |ply| outcome::held(model, state, body, ply));
+            }
         }
         self.sampled = sample;
         self.watch(&totals, sample);
