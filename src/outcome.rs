@@ -73,6 +73,10 @@ pub struct Tracker {
     last: Option<(f64, f64)>,
     /// When the velocity along the normal came to zero [s].
     pub stop_time: Option<f64>,
+    /// Speed away from the pack, along its normal, of a projectile that flies back [m/s].
+    pub rebound_velocity: Option<f64>,
+    /// It flies back, and nothing has touched it for [`QUIET`].
+    pub separated: bool,
     /// Nothing but fabric that covers speaks against a perforation.
     #[serde(skip)] // of one sample
     pub in_doubt: bool,
@@ -93,6 +97,8 @@ impl Tracker {
             window: VecDeque::new(),
             last: None,
             stop_time: None,
+            rebound_velocity: None,
+            separated: false,
             in_doubt: false,
             outcome: Outcome::Running,
         }
@@ -126,6 +132,8 @@ impl Tracker {
         }
         if goes_on && normal < -0.01 * self.impact_speed && quiet {
             self.outcome = Outcome::Rebounded;
+            self.rebound_velocity = Some(-normal);
+            self.separated = taken == 0.0;
         }
     }
 

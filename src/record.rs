@@ -282,6 +282,7 @@ impl Record {
         let Some(tracker) = &self.tracker else { return };
         let asked = match case.solver.run_until {
             RunUntil::Outcome => tracker.outcome != Outcome::Running,
+            RunUntil::Separation => tracker.outcome == Outcome::Perforated || tracker.separated,
             RunUntil::EndTime => false,
         };
         let decided = asked && self.skips.outcome;
@@ -315,6 +316,7 @@ impl Record {
         Run {
             outcome: self.tracker.as_ref().map_or(Outcome::Running, |t| t.outcome),
             stop_time: self.tracker.as_ref().and_then(|t| t.stop_time),
+            rebound_velocity: self.tracker.as_ref().and_then(|t| t.rebound_velocity),
             impact_energy: self.impact_energy,
             max_penetration: self.max_penetration[0],
             max_ply_penetration: self.max_penetration[1],

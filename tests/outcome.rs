@@ -2,7 +2,7 @@
 //!
 //! Promise: yarns that run on unbroken cover it, plugs and flaps do not; what covers holds it only where it hangs on an edge that is
 //! held, or is most of a free ply that does not outrun it, of the whole as of a quarter of a scene; debris that flies ahead does not
-//! keep a shot undecided.
+//! keep a shot undecided; a shot that stopped flies back with no more energy than the fabric had.
 
 use ripstop::case::Case;
 use ripstop::kernels::element_force::field as element;
@@ -10,10 +10,11 @@ use ripstop::kernels::node_update::field as node;
 use ripstop::kernels::rigid_body::RigidBody;
 use ripstop::model::Model;
 use ripstop::outcome::{self, Outcome};
+use ripstop::output;
 use ripstop::simulation::Simulation;
 use ripstop::state::State;
 
-use crate::scene::builtin;
+use crate::scene::{builtin, run as run_case};
 use crate::support::torn;
 
 /// A ply struck in the middle, whose yarns a test cuts by hand.
@@ -194,4 +195,56 @@ fn debris_ahead_does_not_keep_a_shot_undecided() {
     let (running, time, plies) = shot(false);
     assert_eq!((running, plies), (Outcome::Running, 0));
     assert!(time >= 70e-6, "{time}");
+}
+
+#[test]
+fn a_shot_that_stopped_is_carried_on_until_it_flies_back() {
+    let sets = |until: &'static str| {
+        let straight = ["/projectile/obliquity_deg=0", "/projectile/offset_mm=[0,0]", "/projectile/velocity_m_s=60"];
+        let run = match until {
+            "outcome" => "/solver/run_until=outcome",
+            "separation" => "/solver/run_until=separation",
+            _ => "/solver/run_until=end_time",
+        };
+        let case = builtin("cases/verify/mirror.json", &[&straight[..], &[run, "/solver/end_time_us=1500"]].concat());
+        let run = run_case(&case);
+        (case, run)
+    };
+    let (_, stopped) = sets("outcome");
+    let (case, separated) = sets("separation");
+    let (_, longest) = sets("end_time");
+    assert_eq!((stopped.outcome, stopped.rebound_velocity), (Outcome::Stopped, None));
+    assert_eq!((separated.outcome, separated.stop_time), (Outcome::Rebounded, stopped.stop_time));
+    let rebound = separated.rebound_velocity.unwrap();
+    let last = separated.history.last().unwrap();
+    // Free of the fabric for 20 µs, so that a run that goes on changes nothing before it is struck again.
+    let end = last.time;
+    assert!(separated.stop_time.unwrap() + 20e-6 < end && end < 1400e-6, "separated at {end} s");
+    let free = separated.history.iter().filter(|row| row.time > end - 19e-6);
+    assert!(free.clone().count() > 10);
+    for row in free {
+        assert!(row.contact_force == 0.0 && (row.projectile_velocity + rebound).abs() < 1e-9 * rebound, "{row:?}");
+    }
+    assert!(separated.history.iter().any(|row| row.time < end - 20e-6 && row.contact_force > 0.0));
+    // What drives it back is what it gave the fabric, less what that keeps.
+    assert!((0.05..0.95).contains(&(rebound / 60.0)), "{rebound} m/s");
+    assert!(separated.energy_error < 1e-3, "{}", separated.energy_error);
+    assert!(longest.history.len() > separated.history.len());
+    for (one, other) in separated.history.iter().zip(&longest.history) {
+        assert_eq!(format!("{one:?}"), format!("{other:?}"));
+    }
+    assert_eq!(longest.outcome, Outcome::Rebounded);
+    let summary = output::summary(&case, &separated, 0.0);
+    assert_eq!(summary["rebound_velocity_m_s"].as_f64(), Some(rebound));
+    assert!(output::summary(&case, &stopped, 0.0)["rebound_velocity_m_s"].is_null());
+    let verdict = output::verdict(&case, &separated);
+    assert!(verdict.detail.contains("flies back at "), "{verdict:?}");
+}
+
+#[test]
+fn a_perforation_ends_a_run_until_separation() {
+    let sets = ["/solver/run_until=separation", "/projectile/velocity_m_s=250"];
+    let run = run_case(&builtin("cases/s720-1ply-155.json", &sets));
+    assert_eq!((run.outcome, run.rebound_velocity), (Outcome::Perforated, None));
+    assert!(run.history.last().unwrap().time < 395e-6);
 }

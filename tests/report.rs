@@ -125,6 +125,14 @@ fn the_verdict_of_each_outcome_comes_first() {
         assert!(header.contains(&format!("verdict {}\">{word}</h1>", outcome.word())), "{header}");
         assert!(header.contains(story), "{header}");
         assert!(page.find("<header>") < page.find("<figure"), "{word}");
+        assert!(!header.contains("rebound velocity"), "{header}");
+    }
+    shot.run.outcome = Outcome::Rebounded;
+    shot.run.rebound_velocity = Some(12.3);
+    let page = shot.page();
+    let header = between(&page, "<header>", "</header>");
+    for told in ["flies back at 12.3 m/s", "<dt>rebound velocity</dt><dd>12.3 m/s <small>of 600 m/s</small>"] {
+        assert!(header.contains(told), "{header}");
     }
 }
 

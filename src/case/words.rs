@@ -46,7 +46,7 @@ words! {
     Symmetry { "auto" => Auto, "none" => None }
     ContactSampling { "nodes" => Nodes, "rim" => Rim }
     UnitCell { "joint" => Joint, "bracketed" => Bracketed }
-    RunUntil { "outcome" => Outcome, "end_time" => EndTime }
+    RunUntil { "outcome" => Outcome, "separation" => Separation, "end_time" => EndTime }
     ShapeWord {
         "cylinder" => Cylinder, "sphere" => Sphere, "cone" => Cone, "ogive" => Ogive, "fragment" => Fragment, "bar" => Bar
     }

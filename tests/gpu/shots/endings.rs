@@ -16,6 +16,7 @@ pub(super) const TESTS: Tests = &[
     ("numbers_that_blow_up_are_told_with_step_and_place", unstable),
     ("a_run_that_is_decided_ends_there", decided),
     ("debris_ahead_does_not_keep_a_shot_undecided", debris),
+    ("a_shot_that_stopped_flies_back", separated),
 ];
 
 /// The last row is of the positions that the last step began with.
@@ -111,5 +112,23 @@ fn debris(device: &'static Device) -> Outcome {
             assert_eq!((g.time, g.perforated_plies), (c.time, c.perforated_plies), "batches of {batch:?}");
         }
     }
+    Ok(())
+}
+
+fn separated(device: &'static Device) -> Outcome {
+    let sets = [
+        "/projectile/velocity_m_s=60",
+        "/projectile/obliquity_deg=0",
+        "/projectile/offset_mm=[0,0]",
+        "/solver/end_time_us=1500",
+        "/solver/run_until=separation",
+    ];
+    let case = builtin("cases/verify/mirror.json", &sets);
+    let (cpu, gpu) = (run(&case), run_on(device, &case));
+    assert_eq!((gpu.outcome, cpu.outcome), (outcome::Outcome::Rebounded, outcome::Outcome::Rebounded));
+    let [c, g] = [&cpu, &gpu].map(|run| run.rebound_velocity.unwrap());
+    assert!((c - g).abs() < 0.02 * c, "flies back at {g} for {c} m/s");
+    assert!(gpu.history.last().unwrap().time < 1400e-6);
+    ends_with_a_row(&case, &gpu);
     Ok(())
 }
