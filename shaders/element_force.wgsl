@@ -21,13 +21,13 @@
 /// Places along each axis of the law's energy.
 const LAW_COUNT: u32 = 40u;
 
-/// Energy that the unit-cell law makes by itself, per crossover over both stretches; see src/kernels/law_energy.rs.
+/// Share of a cell's energy that the unit-cell law makes by itself, over both stretches; see src/kernels/law_energy.rs.
 struct LawEnergy {
     /// Λ − 1 of the first place, warp and weft.
     low: vec2<f32>,
     /// Places per stretch.
     per_stretch: vec2<f32>,
-    /// [J], shape (40 warp, 40 weft).
+    /// Shape (40 warp, 40 weft).
     values: array<vec4<f32>, 400>,
 }
 
@@ -38,8 +38,8 @@ fn law_value(i: u32, j: u32) -> f32 {
     return law.values[at / 4u][at % 4u];
 }
 
-/// Of one crossover at the stretches Λ − 1 [J].
-fn law_energy(stretch: vec2<f32>) -> f32 {
+/// At the stretches Λ − 1.
+fn law_share(stretch: vec2<f32>) -> f32 {
     let place = min(max((stretch - law.low) * law.per_stretch, vec2<f32>(0.0)), vec2<f32>(f32(LAW_COUNT - 1u)));
     let i = min(u32(place.x), LAW_COUNT - 2u);
     let j = min(u32(place.y), LAW_COUNT - 2u);
@@ -332,7 +332,8 @@ fn element_step(element: u32) -> u32 {
         }
         if (LAW_ENERGY && both) {
             // What it has made by now stays.
-            accounts[8u * e + element] = size.cells * law_energy(k.stretch);
+            let cells = stored_energy(size, select(zero, cell.tension, was_alive), cell.strain, cell.force, 0.0);
+            accounts[8u * e + element] = law_share(k.stretch) * cells;
         }
         if (failed.x) { report(element, 0u, cell.strain.x); }
         if (failed.y) { report(element, 1u, cell.strain.y); }
@@ -348,7 +349,8 @@ fn element_step(element: u32) -> u32 {
         accounts[4u * e + element] = select(0.0, 0.5 * stiffness * dot(mode, mode), HOURGLASS);
         accounts[5u * e + element] = max(tension.x, tension.y);
         if (LAW_ENERGY && both_left) {
-            accounts[8u * e + element] = size.cells * law_energy(k.stretch);
+            let cells = stored_energy(size, tension, strain, select(0.0, cell.force, both_left), 0.0);
+            accounts[8u * e + element] = law_share(k.stretch) * cells;
         }
         // Tension over breaking load is strain over failure strain.
         let load = select(zero, strain / limit, alive);

@@ -67,6 +67,7 @@ pub mod model;
 pub mod number;
 pub mod outcome;
 pub mod output;
+mod pieces;
 pub mod profile;
 pub mod reach;
 mod record;

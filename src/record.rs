@@ -197,8 +197,31 @@ impl Record {
         [0, 1].map(|yarn| self.failed.iter().map(|ply| ply[yarn]).sum())
     }
 
-    /// Adds a row to the history and follows the projectile. `covered` tells whether whole fabric of a ply lies ahead of it.
-    pub(crate) fn sample(&mut self, case: &Case, at: &Moment<'_>, covered: impl Fn(&RigidBody, usize) -> bool) {
+    /// Whether what covers the projectile may have to be looked at closer after the step from `time` [s], as far as samples are
+    /// known: never wrongly not, so that a device can be asked to wait there. `last`: time of the last sample.
+    pub(crate) fn may_look(&self, case: &Case, last: Option<f64>, time: f64, dt: f64) -> bool {
+        look_due(case, last, time, dt) && self.tracker.as_ref().is_some_and(|tracker| tracker.may_be_quiet(time))
+    }
+
+    /// Takes note of a closer look: `held` tells whether fabric of a ply covers the projectile and can hold it. Where none
+    /// does, the last sample is of a perforation.
+    pub(crate) fn look(&mut self, case: &Case, held: impl Fn(usize) -> bool) {
+        let Some(tracker) = &mut self.tracker else { return };
+        if (0..self.failed.len()).any(held) {
+            return;
+        }
+        tracker.outcome = Outcome::Perforated;
+        let torn = self.failed.iter().filter(|failed| **failed != [0; 2]).count();
+        if let Some(row) = self.history.last_mut() {
+            row.perforated_plies = torn as u32;
+        }
+        self.decide(case);
+    }
+
+    /// Adds a row to the history and follows the projectile. `covered` tells whether whole fabric of a ply lies ahead of it. True where
+    /// a closer [`look`](Self::look) at what covers it is due.
+    #[must_use]
+    pub(crate) fn sample(&mut self, case: &Case, at: &Moment<'_>, covered: impl Fn(&RigidBody, usize) -> bool) -> bool {
         let last = self.history.last().copied().unwrap_or_default();
         let failed = self.failed();
         let copies = self.planes.copies();
@@ -226,7 +249,8 @@ impl Record {
             row.contact_force = impulse.dot(&body.flight) / if since > 0.0 { since } else { at.dt };
             if body.velocity.z > 0.0 {
                 let torn = self.failed.iter().enumerate().filter(|(_, failed)| failed[0] + failed[1] > 0);
-                row.perforated_plies = torn.filter(|(ply, _)| !covered(body, *ply)).count() as u32;
+                let through = self.tracker.as_ref().is_some_and(|tracker| tracker.outcome == Outcome::Perforated);
+                row.perforated_plies = torn.filter(|(ply, _)| through || !covered(body, *ply)).count() as u32;
             }
         }
         self.energy_error = self.energy_error.max(at.balance.error.abs());
@@ -247,16 +271,32 @@ impl Record {
             };
             self.plies.extend(at.plies.iter().enumerate().map(row));
         }
+        let before = self.history.last().map(|sample| sample.time);
         self.history.push(row);
+        let mut in_doubt = false;
         if let (Some(tracker), Some((body, _))) = (&mut self.tracker, at.body) {
             let all = || (0..at.plies.len()).any(|ply| covered(body, ply));
-            let known = tracker.update(at.time, body, impulse.norm(), failed[0] + failed[1], all);
-            let decided = known && self.skips.outcome && case.solver.run_until == RunUntil::Outcome;
-            if decided && !self.decided {
-                info!(time_us = at.time * 1e6, outcome = tracker.outcome.word(), "outcome known");
-            }
-            self.decided |= decided;
+            tracker.update(at.time, body, impulse.norm(), failed[0] + failed[1], all);
+            in_doubt = tracker.in_doubt;
+            self.decide(case);
         }
+        in_doubt && look_due(case, before, at.time, at.dt)
+    }
+
+    /// Whether the last sample ends the run.
+    fn decide(&mut self, case: &Case) {
+        let Some(tracker) = &self.tracker else { return };
+        let asked = match case.solver.run_until {
+            RunUntil::Outcome => tracker.outcome != Outcome::Running,
+            RunUntil::Separation => tracker.outcome == Outcome::Perforated || tracker.separated,
+            RunUntil::EndTime => false,
+        };
+        let decided = asked && self.skips.outcome;
+        if decided && !self.decided {
+            let time = self.history.last().map_or(0.0, |sample| sample.time);
+            info!(time_us = time * 1e6, outcome = tracker.outcome.word(), "outcome known");
+        }
+        self.decided |= decided;
     }
 
     /// Where the run is.
@@ -282,6 +322,7 @@ impl Record {
         Run {
             outcome: self.tracker.as_ref().map_or(Outcome::Running, |t| t.outcome),
             stop_time: self.tracker.as_ref().and_then(|t| t.stop_time),
+            rebound_velocity: self.tracker.as_ref().and_then(|t| t.rebound_velocity),
             impact_energy: self.impact_energy,
             max_penetration: self.max_penetration[0],
             max_ply_penetration: self.max_penetration[1],
@@ -344,6 +385,16 @@ pub(crate) fn sample_due(case: &Case, last: Option<f64>, time: f64, dt: f64) -> 
         rows * case.output.history_interval
     });
     time >= next - SLACK * dt || time_up(case, time, dt)
+}
+
+/// Least time between two looks at what fabric hangs on, which take the whole state [s].
+const LOOKS: f64 = 10e-6;
+
+/// Whether a sample at `time`, the last one at `last` [s], is the first after a multiple of [`LOOKS`], or the last of all: time alone
+/// decides, so that every backend looks at the same samples.
+fn look_due(case: &Case, last: Option<f64>, time: f64, dt: f64) -> bool {
+    let count = |time: f64| (time / LOOKS + 1e-9).floor();
+    time_up(case, time, dt) || last.is_none_or(|last| count(time) > count(last))
 }
 
 /// Whether the run's time ends with positions at `time` [s].

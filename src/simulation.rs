@@ -46,7 +46,7 @@ impl Precision {
 pub struct Skips {
     /// What nothing has reached is at rest and is not computed.
     pub wavefront: bool,
-    /// Where the case asks for the outcome, nothing is computed after it is known.
+    /// Where the case asks for the outcome, or for a rebound, nothing is computed after it is known.
     pub outcome: bool,
     /// Of a scene that is its own mirror image, and whose case allows it, a half or a quarter is computed.
     pub symmetry: bool,
@@ -181,6 +181,8 @@ pub struct Run {
     pub outcome: Outcome,
     /// When the projectile came to rest [s].
     pub stop_time: Option<f64>,
+    /// Speed away from the pack, along its normal, of a projectile that flew back in a run that went on after it stopped [m/s].
+    pub rebound_velocity: Option<f64>,
     /// History, ascending in time; the last row is the last state.
     pub history: Vec<Sample>,
     /// Yarn failures in order of step, ply, row, column.
@@ -381,7 +383,10 @@ impl<S: Scalar> Simulation<S> {
                 body: self.state.body.as_ref().zip(before),
             };
             let (model, state) = (&self.model, &self.state);
-            self.record.sample(case, &moment, |body, ply| outcome::covered(model, state, body, ply));
+            let in_doubt = self.record.sample(case, &moment, |body, ply| outcome::covered(model, state, body, ply));
+            if let Some(body) = state.body.as_ref().filter(|_| in_doubt) {
+                self.record.look(case, |ply| outcome::held(model, state, body, ply));
+            }
         }
         self.sampled = sample;
         self.watch(&totals, sample);

@@ -32,7 +32,7 @@ fn assert_same(one: &Run, other: &Run) {
 }
 
 const STILL: &str = "/pack/mesh_grading={\"fine_radius_mm\":5,\"growth\":1}";
-const GROWN: &str = "/pack/mesh_grading={\"fine_radius_mm\":5,\"growth\":1.3}";
+const GROWN: &str = "/pack/mesh_grading={\"fine_radius_mm\":5,\"growth\":1.3,\"coarsest\":8}";
 const TURNED: &str = "/pack/layup=[{},{\"orientation_deg\":90},{\"orientation_deg\":30}]";
 
 #[test]

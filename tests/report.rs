@@ -125,6 +125,14 @@ fn the_verdict_of_each_outcome_comes_first() {
         assert!(header.contains(&format!("verdict {}\">{word}</h1>", outcome.word())), "{header}");
         assert!(header.contains(story), "{header}");
         assert!(page.find("<header>") < page.find("<figure"), "{word}");
+        assert!(!header.contains("rebound velocity"), "{header}");
+    }
+    shot.run.outcome = Outcome::Rebounded;
+    shot.run.rebound_velocity = Some(12.3);
+    let page = shot.page();
+    let header = between(&page, "<header>", "</header>");
+    for told in ["flies back at 12.3 m/s", "<dt>rebound velocity</dt><dd>12.3 m/s <small>of 600 m/s</small>"] {
+        assert!(header.contains(told), "{header}");
     }
 }
 
@@ -161,7 +169,7 @@ fn a_run_that_broke_off_says_so_before_anything_else() {
 #[test]
 fn every_level_of_trust_can_be_reached() {
     let set: [Ladder; 7] = [
-        ("energy error", |s, x| s.run.energy_error = x, [1e-15, 1e-3, 0.03]),
+        ("work balance", |s, x| s.run.energy_error = x, [1e-15, 1e-3, 0.03]),
         ("momentum error", |s, x| s.run.momentum_error = x, [1e-15, 1e-3, f64::NAN]),
         ("hourglass / internal energy", |s, x| s.run.hourglass_fraction = x, [0.05, 0.06, 0.3]),
         ("fabric inside the projectile", |s, x| s.run.max_penetration = x, [0.5e-3, 1.0e-3, 4e-3]),

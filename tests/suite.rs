@@ -11,6 +11,7 @@ mod frames;
 mod graded;
 mod kept;
 mod objectivity;
+mod outcome;
 mod packs;
 mod report;
 mod scene;

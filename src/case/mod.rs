@@ -499,6 +499,8 @@ pub enum UnitCell {
 pub enum RunUntil {
     /// As soon as the outcome is known (or at `end_time`).
     Outcome,
+    /// As soon as the projectile is through, or flies back free of the fabric (or at `end_time`).
+    Separation,
     /// At `end_time`, whatever happened before.
     EndTime,
 }

@@ -347,7 +347,12 @@ static SOLVER: &[Key] = &[
     .derived("rim, measured: the ballistic limit does not hang on the place of the hit; nodes with \"numerics\": \"paper\""),
     word("unit_cell", UnitCell::WORDS, "How the unit cell is solved: the result is the same to rounding.")
         .default_word("joint", "the faster one"),
-    word("run_until", RunUntil::WORDS, "When the run ends.")
+    word(
+        "run_until",
+        RunUntil::WORDS,
+        "When the run ends: with the outcome, when a projectile that stopped has flown back free of the fabric too, or at \
+        end_time_us.",
+    )
         .default_word("outcome", "nothing asked for happens after it"),
 ];
 

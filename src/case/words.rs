@@ -48,7 +48,7 @@ words! {
     Numerics { "default" => Default, "paper" => Paper }
     Accuracy { "default" => Default, "converged" => Converged }
     UnitCell { "joint" => Joint, "bracketed" => Bracketed }
-    RunUntil { "outcome" => Outcome, "end_time" => EndTime }
+    RunUntil { "outcome" => Outcome, "separation" => Separation, "end_time" => EndTime }
     ShapeWord {
         "cylinder" => Cylinder, "sphere" => Sphere, "cone" => Cone, "ogive" => Ogive, "fragment" => Fragment, "bar" => Bar
     }

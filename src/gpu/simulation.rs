@@ -20,6 +20,7 @@ use crate::checkpoint::Clock;
 use crate::kernels::projectile_contact::SET_CHANGES;
 use crate::ledger::{Ledger, PlyMoment};
 use crate::model::Model;
+use crate::outcome;
 use crate::profile;
 use crate::record::{Machine, Moment, Record, sample_due, time_up};
 use crate::simulation::{self, Options, Progress, Run, RunError, Skips, View, Watch};
@@ -160,14 +161,15 @@ impl<'a> Simulation<'a> {
         self.record.profile_due(case, time, self.model.dt) || watch.is_due(time, self.model.dt)
     }
 
-    /// The steps of the next batch, and whether the last of them ends the run by time or request.
-    fn plan(&self, case: &Case, watch: &dyn Watch) -> (Vec<StepInfo>, bool) {
+    /// The steps of the next batch, whether the last of them ends the run by time or request, and whether the state after it may
+    /// have to be looked at.
+    fn plan(&self, case: &Case, watch: &dyn Watch) -> (Vec<StepInfo>, bool, bool) {
         let dt = self.model.dt;
         let mut last = self.sampled;
         let mut slots = 0;
         let mut steps = Vec::with_capacity(self.batch);
-        let mut ends = false;
-        while steps.len() < self.batch && slots < SLOTS && !ends {
+        let (mut ends, mut looks) = (false, false);
+        while steps.len() < self.batch && slots < SLOTS && !ends && !looks {
             let index = self.next + steps.len() as u64;
             let time = self.time_of(index);
             if !steps.is_empty() && (self.state_due(case, watch, time) || watch.keeps(time, dt)) {
@@ -179,11 +181,12 @@ impl<'a> Simulation<'a> {
             steps.push(self.stepper.whole_step(index, slot, since as u32));
             if sampled {
                 slots += 1;
+                looks = self.record.may_look(case, last.map(|l| self.time_of(l)), time, dt);
                 last = Some(index);
                 ends = self.record.interrupted || (index > 0 && time_up(case, time, dt));
             }
         }
-        (steps, ends)
+        (steps, ends, looks)
     }
 
     /// Sends a batch off, and takes over the one before it, which computed while this one was recorded.
@@ -210,15 +213,20 @@ impl<'a> Simulation<'a> {
         if !self.complete && self.state_due(case, watch, time) {
             self.read_state(case, watch, time)?;
         }
+        // Nothing is sent off after a step whose state may have to be looked at before its sample is known.
+        let mut waits = false;
         if !self.complete && !self.ended {
-            let (steps, ends) = self.plan(case, watch);
+            let (steps, ends, looks) = self.plan(case, watch);
             self.complete = ends;
+            waits = looks;
             self.next += steps.len() as u64;
             self.sampled = steps.iter().rev().find(|s| s.slot.is_some()).map(|s| s.index).or(self.sampled);
             let batch = self.stepper.submit(&steps);
             self.pending.push_back((steps, batch));
         }
-        if !self.ended && (self.complete || self.pending.len() > 1) {
+        if waits {
+            self.collect_all(case)?;
+        } else if !self.ended && (self.complete || self.pending.len() > 1) {
             self.collect(case)?;
         }
         Ok(())
@@ -314,7 +322,7 @@ impl<'a> Simulation<'a> {
             while let Some(event) = events.next_if(|e| e.step <= info.index) {
                 self.record.add_failures(std::slice::from_ref(event));
             }
-            self.sample(case, info, words);
+            self.sample(case, info, words)?;
             self.step = info.index + 1;
         }
         if self.record.over_but_interrupted() {
@@ -364,7 +372,7 @@ impl<'a> Simulation<'a> {
     }
 
     /// One row of the history from one sample.
-    fn sample(&mut self, case: &Case, info: &StepInfo, words: &[u32]) {
+    fn sample(&mut self, case: &Case, info: &StepInfo, words: &[u32]) -> Result<(), DeviceError> {
         let (sums, rest) = words.split_at(self.stepper.body_at());
         let (body, counters) = rest.split_at(BODY_WORDS);
         let sums = Sums::new(sums);
@@ -427,7 +435,10 @@ impl<'a> Simulation<'a> {
             impulse: Vector3::from(std::mem::take(&mut ledger.contact_impulse)),
             body: body.as_ref().map(|b| (&b.body, b.before)),
         };
-        record.sample(case, &moment, |_, ply| sums.ply(ply, count).add(sum::COVERED) > 0.5);
+        let in_doubt = record.sample(case, &moment, |_, ply| sums.ply(ply, count).add(sum::COVERED) > 0.5);
+        if in_doubt {
+            self.look(case, info.index)?;
+        }
         let kinetic = sums.add(sum::KINETIC) + simulation::flying(body.as_ref().map(|b| &b.body));
         if let Some(excess) = simulation::excess(&self.ledger, kinetic, true) {
             // The place is looked for in the state as it is now, at most two batches later.
@@ -437,6 +448,19 @@ impl<'a> Simulation<'a> {
             }
             self.diagnose(excess);
         }
+        Ok(())
+    }
+
+    /// A closer look at what covers the projectile after a step, the last one the device has done.
+    fn look(&mut self, case: &Case, step: u64) -> Result<(), DeviceError> {
+        debug_assert_eq!(step + 1, self.next, "steps were sent off after one whose state is looked at");
+        self.stepper.download(&self.model, &mut self.state)?;
+        self.state.step = step + 1;
+        let (model, state) = (&self.model, &self.state);
+        if let Some(body) = &state.body {
+            self.record.look(case, |ply| outcome::held(model, state, body, ply));
+        }
+        Ok(())
     }
 
     /// Where the run is.

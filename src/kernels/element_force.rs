@@ -305,16 +305,16 @@ fn stored_energy<R: Real>(
 /// Most numbers in a register.
 const WIDEST: usize = 16;
 
-/// Energy that the unit-cell law has made by itself in elements with two yarns [J].
+/// Share of the energy of cells with two yarns that the unit-cell law has made by itself [-].
 #[inline(always)]
-fn law_energy<R: Real>(table: Option<&LawEnergy>, stretch: &[R; 2], size: &Size<R>) -> R {
-    let Some(table) = table else { return size.cells.zero() };
+fn law_share<R: Real>(n: R, table: Option<&LawEnergy>, stretch: &[R; 2]) -> R {
+    let Some(table) = table else { return n };
     let mut values = [R::Scalar::splat(0.0); WIDEST];
     for lane in 0..R::LANES {
         let at = [0, 1].map(|i: usize| stretch[i].lane(lane).to_f64());
         values[lane] = R::Scalar::splat(table.at(at));
     }
-    size.cells * size.cells.load(&values, 0)
+    n.load(&values, 0)
 }
 
 /// A field of the nodes at the corners of elements from `column` on, counter-clockwise.
@@ -465,7 +465,11 @@ pub fn element_force<R: Real, L: LawKernel>(
             let product = mode[0] * (mode[0] - last[0]) + mode[1] * (mode[1] - last[1]) + mode[2] * (mode[2] - last[2]);
             let drop = half * (R::select(both, stiffness, zero) - kh) * product;
             released[1].add(R::select(any_failed, drop, zero), column);
-            of_law[1].add(R::select(both & any_failed, law_energy(row.law_energy, &k.stretch, &size), zero), column);
+            if row.law_energy.is_some() {
+                let cells = stored_energy(&c.cell, &size, &tension, &cell.strain, cell.force, zero);
+                let share = law_share(zero, row.law_energy, &k.stretch);
+                of_law[1].add(R::select(both & any_failed, share * cells, zero), column);
+            }
             for lane in 0..R::LANES {
                 for yarn in 0..2 {
                     if failed[yarn].lane(lane) {
@@ -488,7 +492,11 @@ pub fn element_force<R: Real, L: LawKernel>(
             let energy = stored_energy(&c.cell, &size, &tension, &strain, force, shear_energy);
             stored.add(R::select(any, energy, zero), column);
             hourglass.add(R::select(any, half * kh * dot(&mode, &mode), zero), column);
-            of_law[0].add(R::select(both_left, law_energy(row.law_energy, &k.stretch, &size), zero), column);
+            if row.law_energy.is_some() {
+                let cells = stored_energy(&c.cell, &size, &tension, &strain, force, zero);
+                let share = law_share(zero, row.law_energy, &k.stretch);
+                of_law[0].add(R::select(both_left, share * cells, zero), column);
+            }
             largest = largest.max(tension[0].max(tension[1]));
             // Tension over breaking load is strain over failure strain.
             let part = each!(i in 2 => R::select(alive[i], strain[i] / c.cell.yarn[i].failure_strain, zero));

@@ -1,27 +1,29 @@
 //! Energy that the published unit-cell law makes or loses by itself.
 //!
-//! Its contact force (18) is not the slope of an energy: what its in-plane forces W take up on the way to a pair of stretches is not what
-//! yarns and crossover U hold there. U − W is tabulated per crossover over both stretches, W along the straight way from rest. Other
-//! ways differ by 0.05 to 0.3 % of what is stored. The ledger takes it as a state of its own, so that the energy which nothing accounts
-//! for is that of the arithmetic alone.
+//! Its contact force (18) is not the slope of an energy: what its in-plane forces take up on the way to a pair of stretches, W, is not
+//! what yarns and crossover hold there, U. The share (U − W)/U is tabulated over both stretches, W along the straight way from rest.
+//! Other ways differ by 0.05 to 0.3 % of what is stored. The ledger takes share times U as a state of its own, so that the energy which
+//! nothing accounts for is that of the arithmetic alone.
 
 use crate::kernels::crossover::{CellConstants, LawKernel, Variant, compression_energy, solve};
 
 /// Places along each axis of the table.
 pub const COUNT: usize = 40;
-/// Points of the midpoint rule along the way to a place.
-const POINTS: usize = 20;
+/// Points of the midpoint rule along the taut part of the way to a place.
+const POINTS: usize = 16;
+/// Halvings that find where the way grows taut.
+const HALVINGS: usize = 12;
 /// Axial strain that the table reaches where yarns do not fail.
 const NO_FAILURE: f64 = 0.1;
 
-/// U − W of one crossover over the stretches of warp and weft; nothing for laws that conserve energy.
+/// (U − W)/U of a crossover over the stretches of warp and weft; nothing for laws that conserve energy.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LawEnergy {
     /// Λ − 1 of the first place [-], warp and weft.
     pub low: [f64; 2],
     /// Places per stretch [-].
     pub per_stretch: [f64; 2],
-    /// U − W [J], shape (COUNT warp, COUNT weft).
+    /// Share [-], 0 where both yarns are slack, shape (COUNT warp, COUNT weft).
     pub values: Vec<f64>,
 }
 
@@ -42,11 +44,11 @@ impl LawEnergy {
         let low = range.map(|[low, _]| low);
         let per_stretch = range.map(|[low, high]| steps / (high - low));
         let at = |axis: usize, index: usize| low[axis] + index as f64 / per_stretch[axis];
-        let value = |index: usize| difference::<L>(cell, [at(0, index / COUNT), at(1, index % COUNT)]);
+        let value = |index: usize| share::<L>(cell, [at(0, index / COUNT), at(1, index % COUNT)]);
         Some(Self { low, per_stretch, values: (0..COUNT * COUNT).map(value).collect() })
     }
 
-    /// U − W at the stretches Λ − 1 of warp and weft [J], bilinear between the places.
+    /// The share at the stretches Λ − 1 of warp and weft [-], bilinear between the places.
     pub fn at(&self, stretch: [f64; 2]) -> f64 {
         let [(i, x), (j, y)] = [0, 1].map(|axis: usize| {
             let place = ((stretch[axis] - self.low[axis]) * self.per_stretch[axis]).clamp(0.0, (COUNT - 1) as f64);
@@ -60,25 +62,35 @@ impl LawEnergy {
     }
 }
 
-/// U − W of a crossover [J] on the straight way from rest.
-fn difference<L: LawKernel>(cell: &CellConstants<f64>, stretch: [f64; 2]) -> f64 {
+/// (U − W)/U on the straight way from rest.
+fn share<L: LawKernel>(cell: &CellConstants<f64>, stretch: [f64; 2]) -> f64 {
     let rest = cell.yarn.map(|yarn| yarn.height);
-    let end = solve::<f64, L>(cell, stretch, rest, true);
+    let at = |part: f64, warm: [f64; 2]| solve::<f64, L>(cell, stretch.map(|s| part * s), warm, true);
+    let end = at(1.0, rest);
     let of_yarn = |i: usize| {
         let yarn = &cell.yarn[i];
         end.tension[i] * end.strain[i] * yarn.half_span * (1.0 + yarn.crimp)
     };
     let stored = of_yarn(0) + of_yarn(1) + compression_energy(cell, end.force);
+    if stored <= 0.0 {
+        return 0.0;
+    }
+    // Nothing works before a yarn is taut.
+    let (mut slack, mut taut) = (0.0, 1.0);
+    for _ in 0..HALVINGS {
+        let middle = 0.5 * (slack + taut);
+        if at(middle, rest).tension.iter().any(|tension| *tension > 0.0) { taut = middle } else { slack = middle }
+    }
     let mut warm = rest;
     let mut work = 0.0;
+    let step = (1.0 - slack) / POINTS as f64;
     for point in 0..POINTS {
-        let part = (point as f64 + 0.5) / POINTS as f64;
-        let there = solve::<f64, L>(cell, stretch.map(|s| part * s), warm, true);
+        let there = at(slack + (point as f64 + 0.5) * step, warm);
         warm = there.height;
         let along = |i: usize| there.in_plane[i] * 2.0 * cell.yarn[i].half_span * stretch[i];
-        work += (along(0) + along(1)) / POINTS as f64;
+        work += (along(0) + along(1)) * step;
     }
-    stored - work
+    (1.0 - work / stored).clamp(-1.0, 1.0)
 }
 
 #[cfg(test)]
@@ -97,9 +109,9 @@ mod tests {
         let cell = cell();
         assert!(LawEnergy::new::<Variational>(Variant::Variational, &cell).is_none());
         for stretch in [[0.01, 0.0], [0.02, 0.02], [0.04, 0.01]] {
-            let conserved = difference::<Variational>(&cell, stretch).abs();
-            let published = difference::<PublishedTension>(&cell, stretch).abs();
-            assert!(conserved < 0.05 * published, "{stretch:?}: {conserved} {published}");
+            let conserved = share::<Variational>(&cell, stretch).abs();
+            let published = share::<PublishedTension>(&cell, stretch).abs();
+            assert!(conserved < 0.05 * published && published < 0.3, "{stretch:?}: {conserved} {published}");
         }
     }
 
@@ -110,11 +122,10 @@ mod tests {
             unreachable!("the published law has a table")
         };
         for stretch in [[0.004, 0.003], [0.011, 0.002], [0.013, 0.017], [0.03, 0.012], [0.05, -0.01]] {
-            let exact = difference::<PublishedTension>(&cell, stretch);
-            let scale = difference::<PublishedTension>(&cell, [0.03, 0.03]).abs();
-            assert!((table.at(stretch) - exact).abs() < 0.01 * scale, "{stretch:?}: {} {exact}", table.at(stretch));
+            let exact = share::<PublishedTension>(&cell, stretch);
+            assert!((table.at(stretch) - exact).abs() < 0.02, "{stretch:?}: {} {exact}", table.at(stretch));
         }
         // Slack, and beyond the table: what is nearest.
-        assert!(table.at([-0.2, -0.2]).abs() < 1e-12 && table.at([9.0, 9.0]).is_finite());
+        assert!(table.at([-0.2, -0.2]) == 0.0 && table.at([9.0, 9.0]).abs() <= 1.0);
     }
 }

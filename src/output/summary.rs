@@ -63,6 +63,7 @@ fn result(case: &Case, run: &Run) -> Map<String, Value> {
         "title": case.title,
         "outcome": run.outcome.word(),
         "residual_velocity_m_s": residual_velocity(case, run),
+        "rebound_velocity_m_s": run.rebound_velocity,
         "stop_time_us": run.stop_time.map(|t| t * 1e6),
         "absorbed_energy_j": absorbed_energy(run),
         "max_deflection_mm": peak(run, |s| s.deflection) * 1e3,

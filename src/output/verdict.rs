@@ -53,7 +53,11 @@ pub fn verdict(case: &Case, run: &Run) -> Verdict {
         Outcome::Perforated => ended("perforated", format!("leaves at {velocity} m/s, {struck}")),
         Outcome::Stopped => ended("stopped", format!("{stop}{struck}, {deflected}")),
         Outcome::Rebounded => {
-            ended("rebounded", format!("turned {stop}flies at {velocity} m/s, {struck}, {deflected}"))
+            let flies = match run.rebound_velocity {
+                Some(rebound) => format!("flies back at {} m/s", short(rebound, 4)),
+                None => format!("flies at {velocity} m/s"),
+            };
+            ended("rebounded", format!("turned {stop}{flies}, {struck}, {deflected}"))
         }
         Outcome::Running => ended(
             "undecided",

@@ -2,9 +2,10 @@
 
 use super::*;
 
-const SUMMARY: [&str; 51] = [
+const SUMMARY: [&str; 52] = [
     "outcome",
     "residual_velocity_m_s",
+    "rebound_velocity_m_s",
     "stop_time_us",
     "absorbed_energy_j",
     "max_deflection_mm",

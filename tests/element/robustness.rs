@@ -84,7 +84,7 @@ fn shear_of_a_collapsed_element_fades_and_is_the_slope_of_its_energy() {
         let step = 1e-4 * squeeze;
         let slope = (energy(squeeze + step).1 - energy(squeeze - step).1) / (2.0 * step);
         let way = |corner: usize| {
-            let [x, y] = [[-0.5, -0.5], [0.5, -0.5], [0.5, 0.5], [-0.5, 0.5]][corner];
+            let [x, y] = [[-0.5, -0.5], [0.5, -0.5], [-0.5, 0.5], [0.5, 0.5]][corner];
             [lx * x + ly * y * gamma.sin(), ly * y * gamma.cos(), 0.0]
         };
         let power: f64 = (0..4).map(|c| (0..3).map(|a| forces[c][a] * way(c)[a]).sum::<f64>()).sum();

@@ -4,6 +4,7 @@
 
 pub(crate) mod oracle;
 pub(crate) mod patch;
+pub(crate) mod torn;
 
 use ripstop::case::{Compression, Crossover, Fabric, Law, MembraneForce, Yarn};
 use ripstop::kernels::crossover::{self, CellConstants, Equilibrium, Variant};

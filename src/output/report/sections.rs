@@ -59,10 +59,13 @@ fn story(case: &Case, run: &Run) -> String {
             fixed(100.0 * left / struck, 0)
         ),
         Outcome::Stopped => format!("The fabric stopped the projectile, which struck at {before} m/s,{stop}."),
-        Outcome::Rebounded => format!(
-            "The fabric turned the projectile{stop}: it struck at {before} m/s and flies off at {} m/s.",
-            short(left.abs(), 3)
-        ),
+        Outcome::Rebounded => {
+            let flies = match run.rebound_velocity {
+                Some(rebound) => format!("flies back at {}", short(rebound, 3)),
+                None => format!("flies off at {}", short(left.abs(), 3)),
+            };
+            format!("The fabric turned the projectile{stop}: it struck at {before} m/s and {flies} m/s.")
+        }
         Outcome::Running => format!(
             "Not decided: the computation ended at {}, the projectile still flying at {speed} of {before} m/s. \
              Raise /solver/end_time_us for a verdict.",
@@ -76,7 +79,11 @@ fn figures(case: &Case, run: &Run) -> Vec<(&'static str, String, String)> {
     let mut all = Vec::new();
     if let (Some(projectile), Some(left)) = (&case.projectile, residual_velocity(case, run)) {
         let name = if run.outcome == Outcome::Perforated { "leaves at" } else { "velocity left" };
-        all.push((name, format!("{} m/s", short(left, 3)), format!("of {} m/s", short(projectile.velocity, 4))));
+        let struck = format!("of {} m/s", short(projectile.velocity, 4));
+        all.push((name, format!("{} m/s", short(left, 3)), struck.clone()));
+        if let Some(rebound) = run.rebound_velocity {
+            all.push(("rebound velocity", format!("{} m/s", short(rebound, 3)), struck));
+        }
     }
     if run.impact_energy > 0.0 {
         let absorbed = absorbed_energy(run);

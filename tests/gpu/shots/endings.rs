@@ -3,16 +3,20 @@
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use ripstop::case::Case;
-use ripstop::gpu::Device;
-use ripstop::simulation::{self, Options, Run};
+use ripstop::gpu::{Device, Simulation};
+use ripstop::outcome;
+use ripstop::simulation::{self, Options, Run, Skips};
 
 use super::{Outcome, Tests, failures_add_up, run_on, run_until};
 use crate::scene::{builtin, run};
+use crate::support::torn;
 
 pub(super) const TESTS: Tests = &[
     ("an_interrupt_ends_with_a_row", interrupted),
     ("numbers_that_blow_up_are_told_with_step_and_place", unstable),
     ("a_run_that_is_decided_ends_there", decided),
+    ("debris_ahead_does_not_keep_a_shot_undecided", debris),
+    ("a_shot_that_stopped_flies_back", separated),
 ];
 
 /// The last row is of the positions that the last step began with.
@@ -76,6 +80,55 @@ fn decided(device: &'static Device) -> Outcome {
     let [c, g] = [&cpu, &gpu].map(|run| run.stop_time.unwrap());
     assert!((c - g).abs() < 0.2e-6, "stops at {g} for {c} s");
     assert!(gpu.history.last().unwrap().time < 390e-6);
+    ends_with_a_row(&case, &gpu);
+    Ok(())
+}
+
+/// What covers the projectile is looked at after the same samples as on the processor, whatever the batches: a longer one waits.
+fn debris(device: &'static Device) -> Outcome {
+    let case = torn::case(&[]);
+    for loose in [true, false] {
+        let mut cpu = simulation::Simulation::<f32>::new(&case).map_err(|e| e.to_string())?;
+        torn::tear(&cpu.model, &mut cpu.state, loose);
+        while !cpu.finished(&case) {
+            cpu.advance(&case);
+        }
+        let cpu = cpu.into_run(1.0);
+        let expected = if loose { outcome::Outcome::Perforated } else { outcome::Outcome::Running };
+        assert_eq!(cpu.outcome, expected);
+        for batch in [Some(1), Some(7), Some(256), None] {
+            let gpu = Simulation::with_skips(&case, device, Skips::WHOLE).map_err(|e| e.to_string())?;
+            let mut gpu = gpu.with_state(|model, state| torn::tear(model, state, loose));
+            if let Some(steps) = batch {
+                gpu = gpu.with_batch(steps);
+            }
+            while !gpu.finished() {
+                gpu.advance(&case);
+            }
+            let gpu = gpu.into_run(1.0);
+            assert!(gpu.trouble.is_none() && gpu.lost.is_none(), "{:?} {:?}", gpu.trouble, gpu.lost);
+            assert_eq!(gpu.outcome, expected, "batches of {batch:?}");
+            let [c, g] = [&cpu, &gpu].map(|run| run.history.last().unwrap());
+            assert_eq!((g.time, g.perforated_plies), (c.time, c.perforated_plies), "batches of {batch:?}");
+        }
+    }
+    Ok(())
+}
+
+fn separated(device: &'static Device) -> Outcome {
+    let sets = [
+        "/projectile/velocity_m_s=60",
+        "/projectile/obliquity_deg=0",
+        "/projectile/offset_mm=[0,0]",
+        "/solver/end_time_us=1500",
+        "/solver/run_until=separation",
+    ];
+    let case = builtin("cases/verify/mirror.json", &sets);
+    let (cpu, gpu) = (run(&case), run_on(device, &case));
+    assert_eq!((gpu.outcome, cpu.outcome), (outcome::Outcome::Rebounded, outcome::Outcome::Rebounded));
+    let [c, g] = [&cpu, &gpu].map(|run| run.rebound_velocity.unwrap());
+    assert!((c - g).abs() < 0.02 * c, "flies back at {g} for {c} m/s");
+    assert!(gpu.history.last().unwrap().time < 1400e-6);
     ends_with_a_row(&case, &gpu);
     Ok(())
 }

@@ -1,0 +1,250 @@
+//! What became of the projectile.
+//!
+//! Promise: yarns that run on unbroken cover it, plugs and flaps do not; what covers holds it only where it hangs on an edge that is
+//! held, or is most of a free ply that does not outrun it, of the whole as of a quarter of a scene; debris that flies ahead does not
+//! keep a shot undecided; a shot that stopped flies back with no more energy than the fabric had.
+
+use ripstop::case::Case;
+use ripstop::kernels::element_force::field as element;
+use ripstop::kernels::node_update::field as node;
+use ripstop::kernels::rigid_body::RigidBody;
+use ripstop::model::Model;
+use ripstop::outcome::{self, Outcome};
+use ripstop::output;
+use ripstop::simulation::Simulation;
+use ripstop::state::State;
+
+use crate::scene::{builtin, run as run_case};
+use crate::support::torn;
+
+/// A ply struck in the middle, whose yarns a test cuts by hand.
+struct Ply {
+    case: Case,
+    model: Model<f64>,
+    body: RigidBody,
+    state: State<f64>,
+}
+
+impl Ply {
+    /// A ply held so; of it a quarter where `quarter` says so.
+    fn new(edges: &str, quarter: bool) -> Self {
+        let edges = format!("/pack/edges={edges}");
+        let case = builtin("cases/s720-1ply-155.json", &[torn::PLY, &[&edges]].concat());
+        let model = if quarter { Model::part(&case) } else { Model::new(&case) }.unwrap();
+        assert_eq!(model.planes.copies(), if quarter { 4 } else { 1 });
+        let (body, state) = (model.projectile.clone().unwrap(), State::new(&case, &model));
+        Self { case, model, body, state }
+    }
+
+    /// Sews the ply up again, then cuts the yarns that `cut` names by row, column from the pack's centre, and yarn.
+    fn cut(&mut self, cut: impl Fn(isize, isize, usize) -> bool) -> &mut Self {
+        self.state = State::new(&self.case, &self.model);
+        let mesh = &self.model.sheet(0).mesh;
+        let [column_0, row_0] = mesh.centre.map(|lines| lines as isize);
+        for row in 0..mesh.rows {
+            for column in 0..mesh.columns {
+                let [r, c] = [row as isize - row_0, column as isize - column_0];
+                for yarn in (0..2).filter(|yarn| cut(r, c, *yarn)) {
+                    self.state.elements.set(row, element::ALIVE + yarn, column + 1, 0.0);
+                }
+            }
+        }
+        self
+    }
+
+    /// Lets the nodes in the middle, up to `ring` from the centre, move at `speed` along the normal [m/s].
+    fn moves(&mut self, ring: isize, speed: f64) -> &mut Self {
+        let mesh = &self.model.sheet(0).mesh;
+        let [column_0, row_0] = mesh.centre.map(|lines| lines as isize);
+        for row in 0..=mesh.rows {
+            for column in 0..=mesh.columns {
+                if (row as isize - row_0).abs().max((column as isize - column_0).abs()) <= ring {
+                    self.state.nodes.set(row, node::VELOCITY + 2, column, speed);
+                }
+            }
+        }
+        self
+    }
+
+    fn covered(&self) -> bool {
+        outcome::covered(&self.model, &self.state, &self.body, 0)
+    }
+
+    /// Covered, and by what can hold the projectile.
+    fn held(&self) -> bool {
+        let held = outcome::held(&self.model, &self.state, &self.body, 0);
+        assert!(!held || self.covered(), "what holds covers");
+        held
+    }
+}
+
+/// The larger of the distances of an element from the middle of the ply, in elements.
+fn ring(r: isize, c: isize) -> isize {
+    let away = |at: isize| if at < 0 { -at - 1 } else { at };
+    away(r).max(away(c))
+}
+
+#[test]
+fn a_yarn_covers_that_runs_on_unbroken_on_both_sides() {
+    let mut ply = Ply::new("clamped", false);
+    let mut covered = |cut: &dyn Fn(isize, isize, usize) -> bool| ply.cut(cut).covered();
+    assert!(covered(&|_, _, _| false));
+    assert!(!covered(&|r, c, _| ring(r, c) <= 4), "a hole");
+    assert!(!covered(&|r, c, _| ring(r, c) == 4), "a plug");
+    assert!(!covered(&|r, c, yarn| [c, r][yarn] == 4), "a flap");
+    assert!(!covered(&|r, c, yarn| [c, r][yarn] == -5), "a flap on the other side");
+    assert!(covered(&|r, c, yarn| ring(r, c) <= 4 && (yarn, r) != (0, 1)), "one warp is left");
+    assert!(covered(&|r, c, yarn| ring(r, c) <= 4 && (yarn, c) != (1, -1)), "one weft is left");
+    assert!(covered(&|r, c, _| ring(r, c) == 12), "cut far away");
+    assert!(covered(&|r, c, _| ring(r, c) <= 1), "a hole smaller than the projectile");
+}
+
+/// Where a patch is torn out: too far for the yarns in it not to run on.
+const SEAM: isize = 20;
+
+#[test]
+fn a_patch_that_is_torn_out_covers_and_does_not_hold() {
+    for quarter in [false, true] {
+        let mut ply = Ply::new("clamped", quarter);
+        assert!(ply.held(), "quarter {quarter}");
+        let seam = |r: isize, c: isize| ring(r, c) == SEAM;
+        ply.cut(|r, c, _| seam(r, c));
+        assert!(ply.covered() && !ply.held(), "quarter {quarter}: torn out all round");
+        // In columns of the seam only warps are cut, in rows only wefts: the others resist nothing across the seam.
+        ply.cut(|r, c, yarn| ring([c, r][yarn], 0) == SEAM && seam(r, c));
+        assert!(ply.covered() && !ply.held(), "quarter {quarter}: cut yarn by yarn");
+        ply.cut(|r, c, yarn| seam(r, c) && (yarn, r) != (0, 7));
+        assert!(ply.held(), "quarter {quarter}: one warp still holds the patch");
+        ply.cut(|r, c, yarn| seam(r, c) && (yarn, c) != (1, 3));
+        assert!(ply.held(), "quarter {quarter}: one weft still holds the patch");
+        ply.cut(|r, c, yarn| seam(r, c) && (yarn, r) != (1, 7));
+        assert!(!ply.held(), "quarter {quarter}: wefts in the seam link nothing across it");
+    }
+}
+
+#[test]
+fn a_piece_hangs_on_the_sides_that_are_held() {
+    for quarter in [false, true] {
+        // Cut off from left and right, and there reaching both free sides.
+        let strip = |_: isize, c: isize, _: usize| ring(0, c) == SEAM;
+        for (edges, held) in [
+            (r#"{"left": "clamped", "right": "clamped", "bottom": "free", "top": "free"}"#, false),
+            (r#"{"left": "free", "right": "free", "bottom": "clamped", "top": "clamped"}"#, true),
+            (r#"{"left": "free", "right": "free", "bottom": "roller", "top": "roller"}"#, true),
+        ] {
+            let mut ply = Ply::new(edges, quarter);
+            assert!(ply.held(), "{edges}");
+            ply.cut(strip);
+            assert!(ply.covered());
+            assert_eq!(ply.held(), held, "quarter {quarter}, {edges}");
+        }
+    }
+    // One side is enough, and only that one.
+    for (side, inside) in [("left", -1), ("right", 1), ("bottom", -1), ("top", 1)] {
+        let mut edges: serde_json::Map<_, _> =
+            ["left", "right", "bottom", "top"].map(|name| (name.to_owned(), "free".into())).into_iter().collect();
+        edges[side] = "clamped".into();
+        let mut ply = Ply::new(&serde_json::Value::Object(edges).to_string(), false);
+        let along = |r: isize, c: isize| if ["left", "right"].contains(&side) { c } else { r };
+        assert!(ply.held(), "{side}");
+        ply.cut(|r, c, _| along(r, c) == inside * SEAM);
+        assert!(!ply.held(), "cut off from the {side}");
+        ply.cut(|r, c, _| along(r, c) == -inside * SEAM);
+        assert!(ply.held(), "cut on the side away from the {side}");
+    }
+}
+
+#[test]
+fn a_free_ply_holds_as_long_as_it_is_the_ply_and_is_pushed() {
+    for quarter in [false, true] {
+        let mut ply = Ply::new("free", quarter);
+        let speed = ply.body.velocity.z;
+        assert!(ply.held(), "a whole ply at rest");
+        assert!(ply.moves(isize::MAX, 0.9 * speed).held(), "pushed along");
+        assert!(!ply.moves(isize::MAX, 1.1 * speed).held(), "faster than the projectile");
+        assert!(ply.moves(isize::MAX, 0.0).moves(5, 3.0 * speed).held(), "only its middle is faster");
+        // The ply has 80 elements across; 57 across are half of it.
+        ply.cut(|r, c, _| ring(r, c) == 26);
+        assert!(ply.covered() && !ply.held(), "quarter {quarter}: a patch of less than half the ply");
+        ply.cut(|r, c, _| ring(r, c) == 30);
+        assert!(ply.held(), "quarter {quarter}: what is left is most of the ply");
+        ply.moves(29, 1.1 * speed);
+        assert!(!ply.held(), "quarter {quarter}: what is left flies ahead, a rim stays behind");
+    }
+}
+
+#[test]
+fn debris_ahead_does_not_keep_a_shot_undecided() {
+    let case = torn::case(&[]);
+    let shot = |loose: bool| {
+        let mut simulation = Simulation::<f64>::new(&case).unwrap();
+        torn::tear(&simulation.model, &mut simulation.state, loose);
+        while !simulation.finished(&case) {
+            simulation.advance(&case);
+        }
+        let (model, state) = (simulation.model.clone(), simulation.state.clone());
+        let run = simulation.into_run(1.0);
+        let last = run.history.last().unwrap();
+        assert!(run.trouble.is_none() && last.contact_force == 0.0 && last.failed != [0; 2], "{last:?}");
+        assert!(outcome::covered(&model, &state, state.body.as_ref().unwrap(), 0), "it flies ahead all the time");
+        (run.outcome, last.time, last.perforated_plies)
+    };
+    let (through, time, plies) = shot(true);
+    assert_eq!((through, plies), (Outcome::Perforated, 1));
+    assert!((20e-6..45e-6).contains(&time), "known {time} s after impact: quiet, and looked at every 10 µs");
+    let (running, time, plies) = shot(false);
+    assert_eq!((running, plies), (Outcome::Running, 0));
+    assert!(time >= 70e-6, "{time}");
+}
+
+#[test]
+fn a_shot_that_stopped_is_carried_on_until_it_flies_back() {
+    let sets = |until: &'static str| {
+        let straight = ["/projectile/obliquity_deg=0", "/projectile/offset_mm=[0,0]", "/projectile/velocity_m_s=60"];
+        let run = match until {
+            "outcome" => "/solver/run_until=outcome",
+            "separation" => "/solver/run_until=separation",
+            _ => "/solver/run_until=end_time",
+        };
+        let case = builtin("cases/verify/mirror.json", &[&straight[..], &[run, "/solver/end_time_us=1500"]].concat());
+        let run = run_case(&case);
+        (case, run)
+    };
+    let (_, stopped) = sets("outcome");
+    let (case, separated) = sets("separation");
+    let (_, longest) = sets("end_time");
+    assert_eq!((stopped.outcome, stopped.rebound_velocity), (Outcome::Stopped, None));
+    assert_eq!((separated.outcome, separated.stop_time), (Outcome::Rebounded, stopped.stop_time));
+    let rebound = separated.rebound_velocity.unwrap();
+    let last = separated.history.last().unwrap();
+    // Free of the fabric for 20 µs, so that a run that goes on changes nothing before it is struck again.
+    let end = last.time;
+    assert!(separated.stop_time.unwrap() + 20e-6 < end && end < 1400e-6, "separated at {end} s");
+    let free = separated.history.iter().filter(|row| row.time > end - 19e-6);
+    assert!(free.clone().count() > 10);
+    for row in free {
+        assert!(row.contact_force == 0.0 && (row.projectile_velocity + rebound).abs() < 1e-9 * rebound, "{row:?}");
+    }
+    assert!(separated.history.iter().any(|row| row.time < end - 20e-6 && row.contact_force > 0.0));
+    // What drives it back is what it gave the fabric, less what that keeps.
+    assert!((0.05..0.95).contains(&(rebound / 60.0)), "{rebound} m/s");
+    assert!(separated.energy_error < 1e-3, "{}", separated.energy_error);
+    assert!(longest.history.len() > separated.history.len());
+    for (one, other) in separated.history.iter().zip(&longest.history) {
+        assert_eq!(format!("{one:?}"), format!("{other:?}"));
+    }
+    assert_eq!(longest.outcome, Outcome::Rebounded);
+    let summary = output::summary(&case, &separated, 0.0);
+    assert_eq!(summary["rebound_velocity_m_s"].as_f64(), Some(rebound));
+    assert!(output::summary(&case, &stopped, 0.0)["rebound_velocity_m_s"].is_null());
+    let verdict = output::verdict(&case, &separated);
+    assert!(verdict.detail.contains("flies back at "), "{verdict:?}");
+}
+
+#[test]
+fn a_perforation_ends_a_run_until_separation() {
+    let sets = ["/solver/run_until=separation", "/projectile/velocity_m_s=250"];
+    let run = run_case(&builtin("cases/s720-1ply-155.json", &sets));
+    assert_eq!((run.outcome, run.rebound_velocity), (Outcome::Perforated, None));
+    assert!(run.history.last().unwrap().time < 395e-6);
+}
