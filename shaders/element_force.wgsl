@@ -253,9 +253,6 @@ fn element_step(element: u32) -> u32 {
             accounts[9u * e + element] = 0.0;
         }
         keep_heights(element, vec2<f32>(0.0), Guide());
-        if (VISCOUS) {
-            keep_viscous(element, vec2<f32>(0.0));
-        }
         return 0u;
     }
     let at = corners(element);

@@ -3,6 +3,10 @@
 
 /// Fraction of a penetration that is driven out in a step.
 const RECOVERY: f32 = 0.05;
+/// Fraction of what is deeper than `DEEP` that is driven out besides.
+const DEEP_RECOVERY: f32 = 0.15;
+/// Over the thickness.
+const DEEP: f32 = 0.5;
 /// Depth that is let be, over the thickness.
 const SLOP: f32 = 1e-4;
 /// Steps over neighbouring cells a node may take in one time step.
@@ -194,7 +198,8 @@ fn ply_closing_limit(gap: f32) -> f32 {
 /// Speed at which a node is moved out of a surface, beyond what its own velocity does [m/s]; no part of its velocity.
 fn recovery_speed(gap: f32, thickness: f32, along: f32) -> f32 {
     let depth = min(-gap, DEEPEST * thickness) - SLOP * thickness;
-    return max(RECOVERY * depth / scene.dt - max(along, 0.0), 0.0);
+    let deep = max(depth - DEEP * thickness, 0.0);
+    return max((RECOVERY * depth + DEEP_RECOVERY * deep) / scene.dt - max(along, 0.0), 0.0);
 }
 
 /// Impulse of one contact on its node [N·s].

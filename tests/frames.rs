@@ -33,7 +33,7 @@ fn shot(sets: &[&str]) -> Case {
     let text = r#"{"title": "shot", "fabric": {"file": "fabrics/s-720.json"},
         "pack": {"width_mm": 30, "height_mm": 25, "plies": 2},
         "projectile": {"shape": "cylinder", "diameter_mm": 5.5, "length_mm": 20, "mass_g": 3, "velocity_m_s": 600},
-        "solver": {"end_time_us": 10, "run_until": "end_time"}, "output": {"frames": 6, "history_interval_us": 0.001}}"#;
+        "solver": {"end_time_us": 10, "run_until": "end_time", "numerics": "paper"}, "output": {"frames": 6, "history_interval_us": 0.001}}"#;
     let sets: Vec<String> = sets.iter().map(ToString::to_string).collect();
     case::from_str("shot", text, &sets).unwrap_or_else(|error| panic!("{error}"))
 }

@@ -50,7 +50,7 @@ impl Shot {
             "fabric": {"file": "fabrics/s-720.json"},
             "pack": {"width_mm": 30, "height_mm": 30},
             "projectile": {"shape": "cylinder", "diameter_mm": 5.5, "length_mm": 12, "mass_g": 3, "velocity_m_s": 600},
-            "solver": {"end_time_us": 10},
+            "solver": {"end_time_us": 10, "numerics": "paper"},
         });
         let changes: Vec<String> = changes.iter().map(|&change| change.to_owned()).collect();
         let case = case::from_str("shot", &text.to_string(), &changes).unwrap();

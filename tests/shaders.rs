@@ -15,8 +15,8 @@ use ripstop::gpu::stepper::Stepper;
 use ripstop::gpu::{Device, buffers};
 use ripstop::kernels::rigid_body::RigidBody;
 use ripstop::kernels::{
-    arc_length, crossover, crossover_joint, element_force, guide, law_energy, ply_contact, projectile_chisel, projectile_contact,
-    projectile_shape, shear, yarn_law,
+    arc_length, crossover, crossover_joint, element_force, guide, law_energy, ply_contact, projectile_chisel,
+    projectile_contact, projectile_shape, shear, yarn_law,
 };
 use ripstop::model::{Model, over};
 use wgpu::naga;
@@ -110,10 +110,7 @@ fn bindings_are_those_the_host_makes() {
             "element_force" => &["scene", "step", "plies", "grid_lines", "law"],
             _ => &["scene", "step", "plies", "grid_lines"],
         };
-        let common = names
-            .iter()
-            .zip(0..)
-            .map(|(name, at)| ((0, at), ((*name).to_owned(), None)));
+        let common = names.iter().zip(0..).map(|(name, at)| ((0, at), ((*name).to_owned(), None)));
         assert_eq!(found, common.chain(own).collect(), "{}", kernel.name);
         assert!(kernel.bindings.len() <= 8, "{}: WebGPU promises eight storage buffers", kernel.name);
     }
@@ -412,6 +409,8 @@ fn constants() -> Vec<(&'static str, Vec<f64>)> {
         count("WALK", ply_contact::WALK),
         count("INSIDE", over::INSIDE as usize),
         number("RECOVERY", ply_contact::RECOVERY),
+        number("DEEP_RECOVERY", ply_contact::DEEP_RECOVERY),
+        number("DEEP", ply_contact::DEEP),
         number("SLOP", ply_contact::SLOP),
         number("EDGE", ply_contact::EDGE),
         number("DEEPEST", ply_contact::DEEPEST),
@@ -454,7 +453,6 @@ fn constants() -> Vec<(&'static str, Vec<f64>)> {
         count("LINES_ACROSS", layout::LINES_ACROSS),
         number("WITHIN", 1e-3),
         // Nor has what double precision rounds to 1e-9, shares by 1e-10 and lets fall to 1e-14; or a number for none.
-        number("SAME", 1e-6),
         number("SHARED", 1e-6),
         number("FLOOR", 1e-7),
         count("NONE", u32::MAX as usize),

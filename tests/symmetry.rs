@@ -195,6 +195,6 @@ fn the_papers_shot_computes_at_most_a_quarter_at_unchanged_history() {
     assert_eq!(skipped["mirror_planes"], json!(["x", "y"]));
     assert_eq!(skipped["symmetry"], json!(whole - whole / 4));
     assert_eq!(skipped["wavefront"], json!(whole / 4 - part.element_steps_computed));
-    assert!((part.history.last().unwrap().projectile_velocity - 96.3133).abs() < 1e-4);
+    assert!((part.history.last().unwrap().projectile_velocity - 96.3490).abs() < 1e-4);
     assert_eq!(part.events.len(), 36);
 }

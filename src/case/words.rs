@@ -1,8 +1,8 @@
 //! The words of the case file and what they stand for.
 
 use super::{
-    Accuracy, Along, ContactSampling, Edge, Law, MembraneForce, Motion, Numerics, Rotation, RunUntil,
-    ShearModulus, Symmetry, UnitCell,
+    Accuracy, Along, ContactSampling, Edge, Law, MembraneForce, Motion, Numerics, Rotation, RunUntil, ShearModulus,
+    Symmetry, UnitCell,
 };
 
 /// A choice that the case file names by a word.

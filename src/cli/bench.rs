@@ -79,8 +79,7 @@ pub(crate) fn bench(arguments: &BenchArguments) -> Result<(), Failure> {
 pub(crate) fn subjects(arguments: &BenchArguments) -> Result<Vec<Subject>, Failure> {
     let sets = &arguments.sets;
     let files = arguments.cases.iter().map(|path| Subject::file(path.clone(), sets));
-    let subjects: Vec<Subject> =
-        if arguments.cases.is_empty() { vec![Subject::paper(sets)] } else { files.collect() };
+    let subjects: Vec<Subject> = if arguments.cases.is_empty() { vec![Subject::paper(sets)] } else { files.collect() };
     for subject in &subjects {
         let case = subject.case(&[])?;
         if !bench::is_measurable(&case) {

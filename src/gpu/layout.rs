@@ -207,7 +207,7 @@ pub fn scene(model: &Model<f32>, sheet: usize, sizes: &Sizes) -> Block {
 fn impulse_unit(model: &Model<f32>) -> f64 {
     let heaviest = model.sheets.iter().map(node_mass).fold(0.0, f64::max);
     let thickest = model.sheets.iter().map(|sheet| sheet.thickness).fold(0.0, f64::max);
-    let recovery = ply_contact::RECOVERY * ply_contact::DEEPEST * thickest / model.dt;
+    let recovery = (ply_contact::RECOVERY + ply_contact::DEEP_RECOVERY) * ply_contact::DEEPEST * thickest / model.dt;
     heaviest * (8.0 * start_speed(model) + 4.0 * recovery) / f64::from(1_u32 << 31)
 }
 

@@ -48,8 +48,7 @@ impl Stage {
 }
 
 /// A whole step, in parts that are timed one by one.
-pub(super) const PARTS: [Stage; 5] =
-    [Stage::Elements, Stage::Nodes, Stage::Plies, Stage::Projectile, Stage::Ledger];
+pub(super) const PARTS: [Stage; 5] = [Stage::Elements, Stage::Nodes, Stage::Plies, Stage::Projectile, Stage::Ledger];
 /// Speed of any node over the largest at the start, at most: all the energy in one place.
 const FASTER: f64 = 4.0;
 

@@ -13,8 +13,8 @@ use crate::kernels::crossover::{self, CellConstants, LawKernel};
 use crate::kernels::element_size::Size;
 use crate::kernels::guide::Guide;
 use crate::kernels::kinematics::{Kinematics, Vector, differences, dot, kinematics, stretching};
-use crate::kernels::shear::{self, ShearConstants};
 use crate::kernels::law_energy::LawEnergy;
+use crate::kernels::shear::{self, ShearConstants};
 use crate::number::{Mask, Real, Scalar, each};
 use crate::tally::Tally;
 

@@ -7,7 +7,8 @@ use crate::case::{Case, ContactSampling};
 use crate::kernels::projectile_shape::Body;
 use crate::simulation::Run;
 use crate::warnings::{
-    self, CELLS_LIMIT, CROSSOVERS_LIMIT, ENERGY_LIMIT, GAINED_LIMIT, HOURGLASS_LIMIT, PENETRATION_LIMIT, PLY_PENETRATION_LIMIT,
+    self, CELLS_LIMIT, CROSSOVERS_LIMIT, ENERGY_LIMIT, GAINED_LIMIT, HOURGLASS_LIMIT, PENETRATION_LIMIT,
+    PLY_PENETRATION_LIMIT,
 };
 
 /// Errors that are rounding and nothing else [-], in double and in single precision.

@@ -176,7 +176,11 @@ fn the_case_as_run_reads_back_as_the_same_case() {
 fn the_report_names_every_field_with_its_source() {
     let case = case::read(Path::new("cases/s720-1ply-155.json"), &[]).unwrap();
     let report = case::report(&case);
-    assert!(report.starts_with("Kevlar 129 S-720, 1 ply, RCC at 155 m/s\n1 ply, 116 × 116 elements from 0.6350 × 0.6350 mm"), "{report}");
+    assert!(
+        report
+            .starts_with("Kevlar 129 S-720, 1 ply, RCC at 155 m/s\n1 ply, 116 × 116 elements from 0.6350 × 0.6350 mm"),
+        "{report}"
+    );
     for field in &case.fields {
         let line = report.lines().find(|line| line.split_whitespace().any(|word| word == field.pointer)).unwrap();
         assert!(line.contains(&field.value) && line.ends_with(&field.source), "{line}");

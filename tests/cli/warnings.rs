@@ -123,7 +123,14 @@ fn explain_knows_every_code_by_number_and_name_and_names_them_to_who_asks_for_an
 fn what_explain_says_of_a_threshold_is_the_threshold() {
     let percent = |limit: f64| format!("above {} %", limit * 100.0);
     let expected = [
-        (2, format!("{} gained or lost, or a ledger error {}", percent(warnings::GAINED_LIMIT), percent(warnings::ENERGY_LIMIT))),
+        (
+            2,
+            format!(
+                "{} gained or lost, or a ledger error {}",
+                percent(warnings::GAINED_LIMIT),
+                percent(warnings::ENERGY_LIMIT)
+            ),
+        ),
         (3, percent(warnings::HOURGLASS_LIMIT)),
         (5, format!("above {}", warnings::CROSSOVERS_LIMIT)),
         (6, format!("below {}", warnings::CELLS_LIMIT)),

@@ -22,11 +22,7 @@ pub(crate) fn check(device: &Device, scene: &Scene, parts: &[Part], source: &dyn
 
 /// Every scene, by the kernels it is for.
 fn groups() -> [(&'static str, Vec<Scene>); 3] {
-    [
-        ("elements", scenes::element_scenes()),
-        ("contact", scenes::contact_scenes()),
-        ("plies", scenes::packs::scenes()),
-    ]
+    [("elements", scenes::element_scenes()), ("contact", scenes::contact_scenes()), ("plies", scenes::packs::scenes())]
 }
 
 /// Every scene.

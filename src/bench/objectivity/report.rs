@@ -97,6 +97,7 @@ pub fn json(measured: &Measured, plan: Plan, wall_seconds: f64) -> Value {
         "case": case.name,
         "title": case.title,
         "case_hash": output::case_hash(&case.as_run),
+        "numerics": case.solver.numerics.word(),
         "contact_sampling": case.solver.contact_sampling.word(),
         "threads": plan.threads,
         "quick": plan.quick,
@@ -142,10 +143,10 @@ pub fn markdown(report: &Value) -> String {
     let limit =
         report["settings"][0]["limit_m_s"].as_f64().map_or_else(|| "-".to_owned(), |limit| format!("{limit:.1}"));
     let mut out = format!(
-        "{}, contact sampling `{}`, failure `{}`{quick}: ballistic limit {limit} m/s\n\n| quantity | varied | allowed | got | |\n|---|---|---|---|---|\n",
+        "{}, numerics `{}`, contact sampling `{}`{quick}: ballistic limit {limit} m/s\n\n| quantity | varied | allowed | got | |\n|---|---|---|---|---|\n",
         text(&report["case"]),
+        text(&report["numerics"]),
         text(&report["contact_sampling"]),
-        text(&report["failure"]),
     );
     let percent = |value: &Value| value.as_f64().map_or_else(|| "-".to_owned(), |value| format!("{value:.1} %"));
     for figure in report["figures"].as_array().into_iter().flatten() {

@@ -7,7 +7,7 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use super::disturbance::Disturbance;
-use crate::case::{Case, Law, Layer, Rotation, Shape};
+use crate::case::{Case, Rotation, Shape};
 use crate::gpu::{self, Device};
 use crate::kernels::rigid_body::RigidBody;
 use crate::ledger::Balance;
@@ -188,9 +188,9 @@ impl Finished {
     }
 }
 
-/// Energy there is and was lost, by state functions, less what was put in since the start [J].
+/// Energy there is and was lost, by state functions, less what was put in since the start and what the unit-cell law made [J].
 fn held(balance: &Balance, driven: bool) -> f64 {
-    balance.without_projectile() - balance.external + if driven { 0.0 } else { balance.projectile }
+    balance.without_projectile() - balance.external - balance.law + if driven { 0.0 } else { balance.projectile }
 }
 
 /// Largest energy there is and was lost, by state functions, over the energy put in [-].
@@ -219,14 +219,8 @@ pub(super) fn ledger_bound(case: &Case, machine: Machine<'_>) -> f64 {
     }
 }
 
-/// What the energy by state functions may exceed the energy put in by, over it [-].
-pub(super) fn energy_bound(case: &Case) -> f64 {
-    let layers = case.layers();
-    let crimped = |layer: &Layer| layer.fabric.warp.crimp.max(layer.fabric.weft.crimp) > 0.0;
-    let published = layers.iter().any(|layer| layer.fabric.crossover.law == Law::Published && crimped(layer));
-    // Kinks between slack and taut; and (18), which is up to 4/π times the force that goes with the energy of (17).
-    if published { 0.02 + 4.0 / std::f64::consts::PI - 1.0 } else { 0.02 }
-}
+/// What the energy by state functions may exceed the energy put in by, over it [-]: the law's own share is told apart.
+pub(super) const ENERGY_BOUND: f64 = 0.01;
 
 /// What is wrong with a run; `None`: nothing. `gain`: energy by state functions over what was put in, less one, at most.
 pub(super) fn fault(case: &Case, machine: Machine<'_>, finished: &Finished, gain: f64) -> Option<Fault> {
@@ -249,7 +243,7 @@ const WATCHED: f64 = 0.5;
 /// Runs a random scene and judges it.
 pub(super) fn judge(case: &Case, machine: Machine<'_>, interrupt: &AtomicBool) -> Result<Judged, NoRun> {
     let finished = run(case, machine, None, interrupt)?;
-    let gain = energy_bound(case);
+    let gain = ENERGY_BOUND;
     let stopped = finished.run.trouble.as_ref().is_some_and(|t| t.quantity.contains(simulation::NEVER_PUT_IN));
     let found = fault(case, machine, &finished, WATCHED).filter(|_| !stopped);
     if let Some(found) = found {

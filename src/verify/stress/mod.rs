@@ -321,12 +321,8 @@ mod tests {
 
     #[test]
     fn what_a_machine_does_not_compute_is_left_out_of_the_same_scene() {
-        const FURTHER: [&str; 4] = [
-            "/pack/elements_per_crossover",
-            "/pack/mesh_grading",
-            "/pack/failure",
-            "/solver/contact_sampling",
-        ];
+        const FURTHER: [&str; 4] =
+            ["/pack/elements_per_crossover", "/pack/mesh_grading", "/pack/failure", "/solver/contact_sampling"];
         let given = |draw: &random::Draw| {
             let document = random::document(draw);
             FURTHER.map(|key| document.pointer(key).is_some())

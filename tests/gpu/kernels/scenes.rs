@@ -220,6 +220,7 @@ fn kill(model: &Model<f32>, state: &mut State<f32>, random: &mut Random, share: 
 fn random_elements(model: &Model<f32>, state: &mut State<f32>, random: &mut Random, share: f64) {
     let most = share * force_scale(model);
     let modes = model.sheets[0].element.hourglass[0] > 0.0;
+    let mut drags = Random(77);
     for [ply, row, column] in element_places(model) {
         let [rows, columns] = state.reach[ply].elements(&model.sheet(ply).mesh);
         let reached = rows.contains(&(row - model.grid.first_element_row(ply))) && columns.contains(&column);
@@ -231,7 +232,7 @@ fn random_elements(model: &Model<f32>, state: &mut State<f32>, random: &mut Rand
         }
         for viscous in 0..state.elements.fields - element::COUNT {
             let force = stands * 0.1 * most / model.sheets[0].element.membrane[viscous];
-            state.elements.set(row, element::COUNT + viscous, at, (random.between(-1.0, 1.0) * force) as f32);
+            state.elements.set(row, element::COUNT + viscous, at, (drags.between(-1.0, 1.0) * force) as f32);
         }
         for yarn in 0..2 {
             let height = model.sheets[0].cell.height_sum * random.between(-0.2, 1.2);

@@ -1,7 +1,7 @@
 //! Contact between plies: motion, cells, what may have moved, energies, supports, depth.
 
 use ripstop::gpu::buffers::Name;
-use ripstop::gpu::layout::{CONTACT_WORDS, status};
+use ripstop::gpu::layout::{ACCOUNT_FIELDS, CONTACT_WORDS, status};
 use ripstop::gpu::stepper::Stage;
 
 use super::nodes::compare_nodes;
@@ -38,7 +38,8 @@ pub(super) fn compare(pair: &mut Pair<'_>, seen: &mut Seen) -> Outcome {
 fn compare_energies(pair: &Pair<'_>, seen: &mut Seen) -> Outcome {
     let accounts = pair.read_floats(Name::Accounts)?;
     let (elements, nodes) = (pair.gpu.sizes().elements as usize, pair.gpu.sizes().nodes as usize);
-    let sum = |field: usize| accounts[7 * elements + field * nodes..][..nodes].iter().sum::<f64>();
+    let sum =
+        |field: usize| accounts[ACCOUNT_FIELDS as usize * elements + field * nodes..][..nodes].iter().sum::<f64>();
     see_energies(pair, seen, [0, 1, 2, 3].map(sum), "accounts");
     Ok(())
 }
