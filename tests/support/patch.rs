@@ -26,7 +26,7 @@ pub(crate) fn case(columns: usize, rows: usize) -> Case {
             "shear": {"thickness_mm": 0.3, "g1_mpa": 10, "g2_mpa": 1000, "gamma1": 0.35, "gamma2": 0.6},
         },
         "pack": {"width_mm": columns as f64 * 25.4 / 20.0, "height_mm": rows as f64 * 25.4 / 15.0, "edges": "free"},
-        "solver": {"end_time_us": 10, "hourglass": 0.05, "contact_sampling": "nodes"},
+        "solver": {"end_time_us": 10, "hourglass": 0.05, "contact_sampling": "nodes", "shock_viscosity": 0},
     });
     let case = case::from_str("patch.json", &document.to_string(), &[]).unwrap();
     assert_eq!((case.pack.columns, case.pack.rows), (columns, rows));
