@@ -45,7 +45,6 @@ fn pack(plies: u32, size: f64, warm: u64, steps: u64) {
             last = now;
         };
         stepper.elements(&mut context);
-        stepper.judge(&mut context);
         lap(0);
         stepper.nodes(&mut context);
         lap(1);

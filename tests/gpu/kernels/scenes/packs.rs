@@ -90,7 +90,7 @@ pub(super) fn case([columns, rows]: [usize; 2], groups: &[Group]) -> Case {
             "friction": 0.3, "initial_velocity_m_s": [0, 0, SPEED],
             "layup": groups.iter().map(|group| group.json()).collect::<Vec<_>>(),
         },
-        "solver": {"end_time_us": 10, "hourglass": 0.05},
+        "solver": {"end_time_us": 10, "hourglass": 0.05, "numerics": "paper"},
     });
     case::from_str("pack.json", &document.to_string(), &[]).unwrap()
 }
