@@ -75,7 +75,7 @@ pub struct Tracker {
     pub stop_time: Option<f64>,
     /// Speed away from the pack, along its normal, of a projectile that flies back [m/s].
     pub rebound_velocity: Option<f64>,
-    /// It flies back, and nothing has touched it for [`QUIET`].
+    /// It flies back, and nothing has touched it for 20 µs.
     pub separated: bool,
     /// Nothing but fabric that covers speaks against a perforation.
     #[serde(skip)] // of one sample

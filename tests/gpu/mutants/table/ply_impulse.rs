@@ -68,8 +68,8 @@ pub(super) const MUTANTS: &[Mutant] = &[
     mutant(
         "rubbing not noted",
         "two free plies",
-        "accounts[7u * scene.elements + scene.nodes + node] -=",
-        "accounts[7u * scene.elements + scene.nodes + node] -= 0.0 *",
+        "accounts[10u * scene.elements + scene.nodes + node] -=",
+        "accounts[10u * scene.elements + scene.nodes + node] -= 0.0 *",
     ),
     mutant("gap closed at once", "two free plies", "max(kappa * (limit - along), 0.0)", "max(kappa * (-along), 0.0)"),
     mutant("contacts pull", "two free plies", "max(kappa * (limit - along), 0.0)", "kappa * (limit - along)"),
