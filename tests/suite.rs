@@ -16,6 +16,7 @@ mod packs;
 mod report;
 mod scene;
 mod shaders;
+mod shocks;
 mod shots;
 mod stress;
 mod support;
