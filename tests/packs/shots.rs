@@ -214,3 +214,13 @@ fn the_outcome_counts_plies() {
     );
     assert!(stopped.unwrap().interrupted);
 }
+
+/// Velocities [m/s] at times [µs] of an independent prototype of the paper's scheme (four real plies, no friction), and how far they may be.
+#[test]
+fn four_plies_follow_the_prototype_with_the_papers_numerics() {
+    let run = run_as(&crate::scene::builtin("cases/s728-4ply-91.json", &["/expect=[]"]), Precision::F64, 2);
+    for (time, expected, allowed) in [(50e-6, 83.6, 0.5), (100e-6, 67.6, 1.0)] {
+        let got = velocity(&run, time);
+        assert!((got - expected).abs() < allowed, "{time}: {got}");
+    }
+}
