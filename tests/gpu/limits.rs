@@ -66,8 +66,8 @@ fn too_large(device: &'static Device) -> Outcome {
     let Err(DeviceError::TooLarge { adapter, buffer, needed, limit, total }) = refused else {
         return Err(format!("{} plies are not refused: {refused:?}", most + 1));
     };
-    assert_eq!((adapter.as_str(), buffer, limit), (device.name(), "contacts", room));
-    assert_eq!(needed, sizes.bytes(Name::Contacts));
+    assert_eq!((adapter.as_str(), buffer, limit), (device.name(), "accounts", room));
+    assert_eq!(needed, sizes.bytes(Name::Accounts));
     assert_eq!(total, Name::ALL.iter().map(|name| sizes.bytes(*name)).sum::<u64>());
     assert!(needed > room && total > needed);
     // Where a buffer may be larger than what 32-bit numbers reach, they are the limit.

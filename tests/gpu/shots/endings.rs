@@ -48,9 +48,9 @@ fn interrupted(device: &'static Device) -> Outcome {
 
 fn unstable(device: &'static Device) -> Outcome {
     let mut case = builtin("cases/verify/mirror.json", &[]);
-    case.solver.courant = 2.5;
+    case.solver.courant = 5.0;
     let run = run_until(device, &case, &AtomicBool::new(false));
-    let trouble = run.trouble.as_ref().ok_or("no trouble at 2.5 times the stable step")?;
+    let trouble = run.trouble.as_ref().ok_or("no trouble at five times the stable step")?;
     assert!(run.lost.is_none() && !run.interrupted);
     assert!(trouble.step <= run.steps && trouble.step > 0, "{trouble:?} {}", run.steps);
     assert!(

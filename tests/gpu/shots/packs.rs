@@ -36,7 +36,7 @@ const PACKS: [(&str, &[&str]); 3] = [
 /// An oblique shot at 300 m/s on a small pack.
 fn shot(pack: &[&str], more: &[&str]) -> Case {
     let small =
-        ["/pack/width_mm=30", "/pack/height_mm=25", "/solver/end_time_us=16", "/output/history_interval_us=0.5"];
+        ["/pack/width_mm=30", "/pack/height_mm=25", "/solver/end_time_us=16", "/output/history_interval_us=0.25"];
     builtin("cases/verify/mirror.json", &[&small[..], pack, more].concat())
 }
 
