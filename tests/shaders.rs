@@ -65,7 +65,10 @@ fn cases() -> Vec<Case> {
 /// Turned plies, longer along one side.
 fn graded() -> Case {
     let layup = r#"/pack/layup=[{},{"orientation_deg":30}]"#;
-    builtin("cases/s720-1ply-155.json", &["/pack/plies=2", layup, "/pack/width_mm=150", "/pack/mesh_grading=graded"])
+    builtin(
+        "cases/s720-1ply-155.json",
+        &["/pack/plies=2", layup, "/pack/width_mm=150", "/pack/mesh_grading=graded", "/solver/shock_viscosity=0.3"],
+    )
 }
 
 #[test]
