@@ -175,7 +175,8 @@ mod tests {
 
     #[test]
     fn a_mesh_must_divide_the_crossovers() -> Result<(), CaseError> {
-        let case = Subject::paper(&["/pack/width_mm=17.8".to_owned(), "/pack/height_mm=20.3".to_owned()]).case(&[])?;
+        let sets = ["/pack/width_mm=17.8", "/pack/height_mm=20.3", "/solver/numerics=paper"].map(str::to_owned);
+        let case = Subject::paper(&sets).case(&[])?;
         assert_eq!((case.pack.columns, case.pack.rows), (14, 16));
         let mesh = |mesh: u32| fits(&case, &Choice::default_of(&case).mesh(mesh));
         assert_eq!(mesh(2), Ok(()));
