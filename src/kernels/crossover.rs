@@ -75,6 +75,16 @@ pub fn compression_energy<R: Real>(cell: &CellConstants<R>, force: R) -> R {
     R::select(rigid | force.le(n.zero()), n.zero(), energy)
 }
 
+/// Energy stored in a cell [J]: yarns at their tensions [N] and strains [-], and the crossover under its contact force [N].
+#[inline(always)]
+pub fn cell_energy<R: Real>(cell: &CellConstants<R>, tension: &[R; 2], strain: &[R; 2], force: R) -> R {
+    let yarn = each!(i in 2 => {
+        let y = &cell.yarn[i];
+        tension[i] * strain[i] * y.half_span * (tension[i].one() + y.crimp)
+    });
+    yarn[0] + yarn[1] + compression_energy(cell, force)
+}
+
 /// Solves the cell for the stretches Λ_i = 1 + `stretch[i]`, from the heights `warm` of the last step.
 ///
 /// `both` is true where both yarns are alive and present; elsewhere each yarn straightens freely.

@@ -285,23 +285,6 @@ fn viscous<R: Real>(
     Viscous { force: [parts[0].0, parts[1].0], work: [parts[0].1, parts[1].1] }
 }
 
-/// Energy of one element [J]: yarns, crossover compression, shear.
-#[inline(always)]
-fn stored_energy<R: Real>(
-    cell: &CellConstants<R>,
-    size: &Size<R>,
-    tension: &[R; 2],
-    strain: &[R; 2],
-    force: R,
-    shear: R,
-) -> R {
-    let yarn = each!(i in 2 => {
-        let y = &cell.yarn[i];
-        tension[i] * strain[i] * y.half_span * (tension[i].one() + y.crimp)
-    });
-    size.cells * (yarn[0] + yarn[1] + crossover::compression_energy(cell, force)) + size.area * shear
-}
-
 /// Most numbers in a register.
 const WIDEST: usize = 16;
 
@@ -447,9 +430,10 @@ pub fn element_force<R: Real, L: LawKernel>(
             let was = trellis.map(|trellis| trellis.only(both));
             let shear_before = was.map_or(zero, |was| was.energy);
             let tension = each!(i in 2 => R::select(was_alive[i], cell.tension[i], zero));
-            let before = stored_energy(&c.cell, &size, &tension, &cell.strain, cell.force, shear_before);
+            let cells = size.cells * crossover::cell_energy(&c.cell, &tension, &cell.strain, cell.force);
+            let before = cells + size.area * shear_before;
             let left = each!(i in 2 => R::select(alive[i], free[i], zero));
-            let after = stored_energy(&c.cell, &size, &left, &free_strain, zero, zero);
+            let after = size.cells * crossover::cell_energy(&c.cell, &left, &free_strain, zero);
             // Forces that break in this step never act, so the last half step's work on them was not done either.
             // Of what acts now only the elastic part changes what is stored.
             let intact = each!(i in 2 => R::select(was_alive[i], cell.in_plane[i], zero) + drag[i]);
@@ -466,7 +450,6 @@ pub fn element_force<R: Real, L: LawKernel>(
             let drop = half * (R::select(both, stiffness, zero) - kh) * product;
             released[1].add(R::select(any_failed, drop, zero), column);
             if row.law_energy.is_some() {
-                let cells = stored_energy(&c.cell, &size, &tension, &cell.strain, cell.force, zero);
                 let share = law_share(zero, row.law_energy, &k.stretch);
                 of_law[1].add(R::select(both & any_failed, share * cells, zero), column);
             }
@@ -489,11 +472,11 @@ pub fn element_force<R: Real, L: LawKernel>(
             let strain = each!(i in 2 => R::select(both_left, cell.strain[i], free_strain[i]));
             let force = R::select(both_left, cell.force, zero);
             let shear_energy = left.map_or(zero, |left| left.energy);
-            let energy = stored_energy(&c.cell, &size, &tension, &strain, force, shear_energy);
+            let cells = size.cells * crossover::cell_energy(&c.cell, &tension, &strain, force);
+            let energy = cells + size.area * shear_energy;
             stored.add(R::select(any, energy, zero), column);
             hourglass.add(R::select(any, half * kh * dot(&mode, &mode), zero), column);
             if row.law_energy.is_some() {
-                let cells = stored_energy(&c.cell, &size, &tension, &strain, force, zero);
                 let share = law_share(zero, row.law_energy, &k.stretch);
                 of_law[0].add(R::select(both_left, share * cells, zero), column);
             }

@@ -5,7 +5,7 @@
 //! Other ways differ by 0.05 to 0.3 % of what is stored. The ledger takes share times U as a state of its own, so that the energy which
 //! nothing accounts for is that of the arithmetic alone.
 
-use crate::kernels::crossover::{CellConstants, LawKernel, Variant, compression_energy, solve};
+use crate::kernels::crossover::{CellConstants, LawKernel, Variant, cell_energy, solve};
 
 /// Places along each axis of the table.
 pub const COUNT: usize = 40;
@@ -67,11 +67,7 @@ fn share<L: LawKernel>(cell: &CellConstants<f64>, stretch: [f64; 2]) -> f64 {
     let rest = cell.yarn.map(|yarn| yarn.height);
     let at = |part: f64, warm: [f64; 2]| solve::<f64, L>(cell, stretch.map(|s| part * s), warm, true);
     let end = at(1.0, rest);
-    let of_yarn = |i: usize| {
-        let yarn = &cell.yarn[i];
-        end.tension[i] * end.strain[i] * yarn.half_span * (1.0 + yarn.crimp)
-    };
-    let stored = of_yarn(0) + of_yarn(1) + compression_energy(cell, end.force);
+    let stored = cell_energy(cell, &end.tension, &end.strain, end.force);
     if stored <= 0.0 {
         return 0.0;
     }
