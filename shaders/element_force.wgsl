@@ -6,8 +6,9 @@
 //   in/out  accounts  array<f32>  (10, E)   see `ledger`
 //   in/out  status    array<u32>           counters
 //   out     events    array<Event>         yarn failures
-//   in/out  viscous   array<f32>  (2, E)   viscous forces of warp and weft [N], where yarns have shock viscosity
-// Twin: src/kernels/element_force.rs
+//   in/out  yarns     array<f32>  (6, E)   viscous forces of warp and weft [N]; strains of warp and weft in steps of even number, of odd
+//                                          number [-], where failure is judged over a length
+// Twin: src/kernels/element_force.rs, src/step/failure.rs
 
 @group(1) @binding(0) var<storage, read> nodes: array<f32>;
 @group(1) @binding(1) var<storage, read_write> forces: array<f32>;
@@ -16,7 +17,7 @@
 @group(1) @binding(4) var<storage, read_write> accounts: array<f32>;
 @group(1) @binding(5) var<storage, read_write> status: array<atomic<u32>>;
 @group(1) @binding(6) var<storage, read_write> events: array<Event>;
-@group(1) @binding(7) var<storage, read_write> viscous: array<f32>;
+@group(1) @binding(7) var<storage, read_write> yarns: array<f32>;
 
 /// Places along each axis of the law's energy.
 const LAW_COUNT: u32 = 40u;
@@ -200,8 +201,8 @@ fn report(element: u32, which: u32, strain: f32) {
 }
 
 fn keep_viscous(element: u32, force: vec2<f32>) {
-    viscous[element] = force.x;
-    viscous[scene.elements + element] = force.y;
+    yarns[element] = force.x;
+    yarns[scene.elements + element] = force.y;
 }
 
 /// Shock viscosity of an element's yarns.
@@ -229,6 +230,94 @@ fn shock_viscosity(size: Size, k: Kinematics, v: Differences, elastic: vec2<f32>
     return Viscous(force, force * along + before * ((now * along - moved) / last));
 }
 
+/// Stands for the strain of a piece of yarn that is broken or absent.
+const BROKEN: f32 = -1.0;
+
+fn keep_strains(element: u32, strain: vec2<f32>) {
+    let slot = 2u + 2u * (step.index & 1u);
+    yarns[slot * scene.elements + element] = strain.x;
+    yarns[(slot + 1u) * scene.elements + element] = strain.y;
+}
+
+/// Strain of a yarn (0 warp, 1 weft) of an element in the last step.
+fn last_strain(element: u32, which: u32) -> f32 {
+    return yarns[(2u + 2u * ((step.index + 1u) & 1u) + which) * scene.elements + element];
+}
+
+/// Length of an element along a yarn over the finest.
+fn width_along(ply: u32, axis: u32, at: u32) -> f32 {
+    if (!GRADED) {
+        return 1.0;
+    }
+    return line_at(ply, axis, at).width;
+}
+
+/// What breaks a yarn.
+struct Mean {
+    /// Mean strain over the pieces within the failure length that are whole.
+    strain: f32,
+    /// 1 where no piece is broken, else 0.
+    whole: f32,
+}
+
+/// Of a yarn around an element in the last step. A broken piece, slack beside its break, says nothing of the others.
+fn mean_strain(element: u32, which: u32, reach: f32) -> Mean {
+    let ply = element_ply(element);
+    let place = element_place(element);
+    let axis = which;
+    let own = place[1u - axis];
+    let count = i32(select(plies[ply].rows, plies[ply].columns, axis == 0u));
+    // Past a mirror plane lies the image.
+    let cut = select(cut_sides(ply) >> 2u, cut_sides(ply), axis == 0u);
+    let half = 0.5 * width_along(ply, axis, own);
+    var total = 2.0 * min(half, reach);
+    var sum = total * last_strain(element, which);
+    var whole = 1.0;
+    for (var side = 0u; side < 2u; side++) {
+        var begin = half;
+        for (var along = 1; begin < reach; along++) {
+            var at = i32(own) + select(along, -along, side == 0u);
+            if (at < 0 && (cut & 1u) != 0u) {
+                at = -1 - at;
+            } else if (at >= count && (cut & 2u) != 0u) {
+                at = 2 * count - 1 - at;
+            }
+            if (at < 0 || at >= count) {
+                break;
+            }
+            let width = width_along(ply, axis, u32(at));
+            let length = min(width, reach - begin);
+            let strain = last_strain(element_at(ply, select(vec2<u32>(u32(at), place.y), vec2<u32>(place.x, u32(at)), axis == 0u)), which);
+            if (strain >= 0.0) {
+                sum += length * strain;
+                total += length;
+            } else {
+                whole = 0.0;
+            }
+            begin += width;
+        }
+    }
+    return Mean(sum / total, whole);
+}
+
+/// Warp and weft of an element in the last step where their own strain reached the failure strain; elsewhere zeros.
+struct Judged {
+    strain: vec2<f32>,
+    whole: vec2<f32>,
+}
+
+fn judged(element: u32, limit: vec2<f32>) -> Judged {
+    var warp = Mean();
+    var weft = Mean();
+    if (last_strain(element, 0u) >= limit.x) {
+        warp = mean_strain(element, 0u, scene.failure_reach_warp);
+    }
+    if (last_strain(element, 1u) >= limit.y) {
+        weft = mean_strain(element, 1u, scene.failure_reach_weft);
+    }
+    return Judged(vec2<f32>(warp.strain, weft.strain), vec2<f32>(warp.whole, weft.whole));
+}
+
 /// Both of a pair.
 fn both_of(x: vec2<bool>) -> bool {
     return x.x && x.y;
@@ -253,6 +342,9 @@ fn element_step(element: u32) -> u32 {
             accounts[9u * e + element] = 0.0;
         }
         keep_heights(element, vec2<f32>(0.0), Guide());
+        if (WINDOWS) {
+            keep_strains(element, vec2<f32>(BROKEN));
+        }
         return 0u;
     }
     let at = corners(element);
@@ -266,7 +358,12 @@ fn element_step(element: u32) -> u32 {
     let zero = vec2<f32>(0.0);
     let limit = vec2<f32>(scene.warp_failure_strain, scene.weft_failure_strain);
     var failed = vec2<bool>(false);
-    if (FAILURE) {
+    var over_length = Judged();
+    if (WINDOWS) {
+        over_length = judged(element, limit);
+        failed = was_alive & (over_length.strain >= limit);
+        keep_strains(element, select(vec2<f32>(BROKEN), max(cell.strain, zero), was_alive & !failed));
+    } else if (FAILURE) {
         failed = was_alive & (limit <= cell.strain);
     }
     let alive = was_alive & !failed;
@@ -277,7 +374,7 @@ fn element_step(element: u32) -> u32 {
     let elastic = select(zero, select(free, cell.in_plane, both_left), alive);
     var drag = zero;
     if (VISCOUS) {
-        let at_last = vec2<f32>(viscous[element], viscous[e + element]);
+        let at_last = vec2<f32>(yarns[element], yarns[e + element]);
         let shock = shock_viscosity(size, k, v, elastic, at_last);
         drag = shock.force;
         keep_viscous(element, drag);
@@ -350,7 +447,11 @@ fn element_step(element: u32) -> u32 {
             accounts[8u * e + element] = law_share(k.stretch) * cells;
         }
         // Tension over breaking load is strain over failure strain.
-        let load = select(zero, strain / limit, alive);
+        var load = select(zero, strain / limit, alive);
+        if (WINDOWS) {
+            // A mean over the failure length stands for what is beyond.
+            load = max(select(zero, load, load < vec2<f32>(1.0)), over_length.whole * over_length.strain / limit);
+        }
         accounts[9u * e + element] = max(load.x, load.y);
         let n = 2u * scene.nodes;
         let z = abs(vec4<f32>(nodes[n + at.x], nodes[n + at.y], nodes[n + at.z], nodes[n + at.w]));

@@ -19,6 +19,8 @@ override HOURGLASS: bool = true;
 override FAILURE: bool = true;
 /// Whether yarns have shock viscosity.
 override VISCOUS: bool = true;
+/// Whether failure is judged over a length along the yarns.
+override WINDOWS: bool = true;
 /// Whether the unit-cell law makes energy by itself.
 override LAW_ENERGY: bool = true;
 override PROJECTILE: bool = true;
@@ -93,6 +95,9 @@ struct Scene {
     /// Shock viscosity over the stiffness [s].
     viscosity_warp: f32,
     viscosity_weft: f32,
+    /// Half the failure length along warp and weft, in lengths of the finest element.
+    failure_reach_warp: f32,
+    failure_reach_weft: f32,
     cells: f32,
     area: f32,
     dt: f32,

@@ -164,11 +164,12 @@ impl Ledger {
         }
     }
 
-    /// Takes the element sums of a sampling step, row by row.
-    pub fn sample_elements(&mut self, rows: &[ElementTotals], grid: &Grid) {
+    /// Takes the element sums of a sampling step, row by row. `load`: largest load of a yarn over the failure length, over its breaking
+    /// load; 0 where every element is judged alone.
+    pub fn sample_elements(&mut self, rows: &[ElementTotals], grid: &Grid, load: f64) {
         let tension = rows.iter().map(|r| r.max_tension).fold(0.0, f64::max);
         self.elements_are(rows.iter().map(|r| r.stored).sum(), rows.iter().map(|r| r.hourglass).sum(), tension);
-        let load = rows.iter().map(|r| r.max_load).fold(0.0, f64::max);
+        let load = rows.iter().map(|r| r.max_load).fold(load, f64::max);
         self.cells_are(rows.iter().map(|r| r.law_energy).sum(), load);
         let plies = rows.chunks(grid.rows).map(|rows| PlyMoment {
             stored: rows.iter().map(|r| r.stored).sum(),

@@ -85,8 +85,8 @@ pub fn split_mut<S, const F: usize>(row: &mut [S], stride: usize) -> [&mut [S]; 
 pub struct State<S> {
     /// Displacement [m] and velocity [m/s] of the nodes, shape (plies·(rows + 1), 6, node stride).
     pub nodes: Rows<S>,
-    /// Forces, heights and life of the elements, shape (plies·rows, 17, element stride); with shock viscosity the viscous forces of
-    /// their yarns too, shape (plies·rows, 19, element stride).
+    /// Forces, heights and life of the elements, shape (plies·rows, 17, element stride); two more fields with shock viscosity, and two
+    /// where failure is judged over a length.
     pub elements: Rows<S>,
     /// Nodes of each ply that may have moved.
     pub reach: Vec<Reach>,
@@ -105,8 +105,7 @@ impl<S: Scalar> State<S> {
     pub fn new(case: &Case, model: &Model<S>) -> Self {
         let grid = &model.grid;
         let mut nodes = Rows::new(grid.node_rows(), node::COUNT, grid.node_stride, 0);
-        let viscous = model.sheets.iter().any(|sheet| sheet.viscous);
-        let fields = element::COUNT + if viscous { element::VISCOUS } else { 0 };
+        let fields = model.element_fields();
         let mut elements = Rows::new(grid.element_rows(), fields, grid.element_stride, 1);
         let mut reach = Vec::with_capacity(grid.plies);
         for ply in 0..grid.plies {

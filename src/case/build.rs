@@ -14,6 +14,8 @@ use super::{expect, grading, layup, limits, projectile};
 
 /// Coefficient of the shock viscosity.
 const VISCOSITY: f64 = 0.3;
+/// Length along a yarn over which its failure is judged [m]; assumed.
+const FAILURE_LENGTH: f64 = 1e-3;
 /// Elements along a side of a crossover around the hit, and where the result is to be converged.
 const FINE: u32 = 2;
 const CONVERGED: u32 = 4;
@@ -270,6 +272,10 @@ fn solver(scope: &Scope<'_>) -> Result<Solver, CaseError> {
         shock_viscosity: match scope.number_if_given("shock_viscosity")? {
             Some(given) => given,
             None => scope.derive("shock_viscosity", if paper { 0.0 } else { VISCOSITY }, false)?,
+        },
+        failure_length: match scope.number_if_given("failure_length_mm")? {
+            Some(given) => given,
+            None => scope.derive("failure_length_mm", if paper { 0.0 } else { FAILURE_LENGTH }, !paper)?,
         },
         symmetry: scope.word("symmetry")?,
         contact_sampling: match scope.given("contact_sampling") {

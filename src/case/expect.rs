@@ -27,8 +27,12 @@ pub(super) fn read(scope: &Scope<'_>) -> Result<Expect, CaseError> {
         return Err(CaseError::at(scope.at("between_us"), expected, "both"));
     }
     let source = scope.text("source")?;
+    let known_difference = match scope.given("known_difference") {
+        Some(_) => scope.text("known_difference")?,
+        None => String::new(),
+    };
     scope.summarise(format!("{quantity} {}", in_words(&bound)), &source);
-    Ok(Expect { quantity, bound, at, between, source })
+    Ok(Expect { quantity, bound, at, between, source, known_difference })
 }
 
 fn bound(scope: &Scope<'_>) -> Result<Bound, CaseError> {

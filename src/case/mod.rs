@@ -457,6 +457,8 @@ pub struct Solver {
     pub hourglass: f64,
     /// Coefficient of the shock viscosity along the yarns [-].
     pub shock_viscosity: f64,
+    /// Length along a yarn over which its failure is judged [m]; 0: that of an element.
+    pub failure_length: f64,
     /// Whether mirror symmetry may be used.
     pub symmetry: Symmetry,
     /// Where contact with the projectile is sampled.
@@ -532,6 +534,8 @@ pub struct Expect {
     pub between: Option<[f64; 2]>,
     /// Where the statement comes from.
     pub source: String,
+    /// Why it is known not to hold; empty: it must.
+    pub known_difference: String,
 }
 
 /// The expectation itself.

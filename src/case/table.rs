@@ -336,6 +336,13 @@ static SOLVER: &[Key] = &[
         "Linear viscosity along the yarns over the stiffness, times length of an element over wave speed; 0: none, as in the paper.",
     )
     .derived("0.3, measured: tension behind a shock peaks at most a third above its plateau; 0 with \"numerics\": \"paper\""),
+    number(
+        "failure_length_mm",
+        MM,
+        within(0.0, 100.0),
+        "Length along a yarn over which the strain that breaks it is averaged; 0: that of an element, as in the paper.",
+    )
+    .derived("1, assumed: the order of a yarn's width; 0 with \"numerics\": \"paper\""),
     word("symmetry", Symmetry::WORDS, "Whether mirror symmetry may be used.")
         .default_word("auto", "same result, less work"),
     word(
@@ -378,6 +385,7 @@ static EXPECT: &[Key] = &[
     key("between_us", Kind::Numbers(US, within(0.0, 1e9), [2, 2]), "Interval of a measured speed or frequency.")
         .optional(""),
     key("source", Kind::Text, "Where the statement comes from."),
+    key("known_difference", Kind::Text, "Why the statement is known not to hold: shown, and no failure.").optional(""),
 ];
 
 /// The key that a JSON pointer names, whether or not a document has it.

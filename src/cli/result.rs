@@ -5,7 +5,7 @@ use std::path::Path;
 
 use ripstop::case::Case;
 use ripstop::model::MirrorPlanes;
-use ripstop::output::expectation::{expected, got, note, quantity};
+use ripstop::output::expectation::{Judgement, expected, got, judgement, note, quantity};
 use ripstop::output::number::{fixed, fraction, grouped, short, us};
 use ripstop::output::{Energies, symmetry, verdict};
 use ripstop::simulation::Run;
@@ -130,7 +130,10 @@ fn expectations(summary: &Value) -> String {
     }
     let mut table = Table::plain(&[Align::Left; 6]);
     for check in checks {
-        let pass = paint::mark(check["pass"] == true);
+        let pass = match judgement(check) {
+            Judgement::Known => paint::caution("known"),
+            other => paint::mark(other == Judgement::Holds),
+        };
         let got = format!("got {}", got(check));
         let source = check["source"].as_str().unwrap_or_default().to_owned();
         table.row([pass, quantity(check), expected(check), got, source, note(check)]);

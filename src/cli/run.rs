@@ -5,6 +5,7 @@ use std::time::Instant;
 
 use ripstop::case::{self, Case};
 use ripstop::checkpoint::{Extras, Head, Keeper};
+use ripstop::output::expectation::{Judgement, judgement};
 use ripstop::output::frames::{Recorder, Staged};
 use ripstop::output::report::{self, Film};
 use ripstop::output::{self, Folder};
@@ -163,7 +164,7 @@ fn verdict(case: &Case, run: &Run, summary: &Value, folder: &Path, goes_on: bool
     let expect: Vec<&Value> = summary["expect"].as_array().into_iter().flatten().collect();
     let failed: Vec<String> = expect
         .iter()
-        .filter(|check| check["pass"] == false)
+        .filter(|check| judgement(check) == Judgement::Fails)
         .map(|check| format!("\n  {}", result::broken(check)))
         .collect();
     if failed.is_empty() {

@@ -3,7 +3,8 @@
 use super::DeviceError;
 use super::layout::{
     ACCOUNT_FIELDS, BODY_WORDS, CONTACT_WORDS, EVENT_WORDS, FORCE_FIELDS, HEIGHT_FIELDS, IMPULSE_FIELDS, NODE_FIELDS,
-    PLY_ACCOUNT_FIELDS, POINT_WORDS, REACH_WORDS, STATUS_WORDS, SUMS, TOUCH_HEAD, TOUCH_WORDS, VISCOUS_FIELDS,
+    PLY_ACCOUNT_FIELDS, POINT_WORDS, REACH_WORDS, STATUS_WORDS, STRAIN_FIELDS, SUMS, TOUCH_HEAD, TOUCH_WORDS,
+    VISCOUS_FIELDS,
 };
 use crate::model::Model;
 
@@ -62,8 +63,9 @@ pub enum Name {
     Members,
     /// Their equations, a triangle for each ply.
     Matrix,
-    /// Viscous forces of the yarns, where they have shock viscosity, shape (2, elements).
-    Viscous,
+    /// Where yarns have shock viscosity or are judged over a length: viscous forces of warp and weft, shape (2, elements); where they are
+    /// judged over a length, then their strains in the last two steps, shape (2 steps, 2, elements).
+    Yarns,
 }
 
 impl Name {
@@ -88,7 +90,7 @@ impl Name {
         Self::Touches,
         Self::Members,
         Self::Matrix,
-        Self::Viscous,
+        Self::Yarns,
     ];
 
     /// Its variable in the shaders.
@@ -113,7 +115,7 @@ impl Name {
             Self::Touches => "touches",
             Self::Members => "members",
             Self::Matrix => "matrix",
-            Self::Viscous => "viscous",
+            Self::Yarns => "yarns",
         }
     }
 }
@@ -125,8 +127,8 @@ pub struct Sizes {
     pub plies: u64,
     /// Places for elements.
     pub elements: u64,
-    /// Those whose yarns have shock viscosity.
-    pub viscous: u64,
+    /// Fields of the yarns of an element; see [`Name::Yarns`].
+    pub yarn_fields: u64,
     /// Places for nodes.
     pub nodes: u64,
     /// Nodes on the rims of the plies.
@@ -150,7 +152,11 @@ impl Sizes {
         Self {
             plies: grid.plies as u64,
             elements,
-            viscous: if model.terms().viscous { elements } else { 0 },
+            yarn_fields: match (model.terms().windows, model.terms().viscous) {
+                (true, _) => VISCOUS_FIELDS + STRAIN_FIELDS,
+                (false, true) => VISCOUS_FIELDS,
+                (false, false) => 0,
+            },
             nodes,
             rim: (grid.plies * 2 * (grid.columns + grid.rows + 2)) as u64,
             points: nodes.min(POINTS),
@@ -198,7 +204,7 @@ impl Sizes {
             Name::Touches => 1,
             Name::Members => (self.plies * self.members()).max(1),
             Name::Matrix => (self.plies * self.members() * (self.members() + 1) / 2).max(1),
-            Name::Viscous => (VISCOUS_FIELDS * self.viscous).max(1),
+            Name::Yarns => (self.yarn_fields * self.elements).max(1),
         }
     }
 

@@ -28,8 +28,8 @@ const KEPT: [Name; 9] = [
 
 impl Stepper<'_> {
     fn kept(&self) -> impl Iterator<Item = Name> + use<> {
-        let viscous = (self.sizes.viscous > 0).then_some(Name::Viscous);
-        KEPT.into_iter().chain(viscous)
+        let yarns = (self.sizes.yarn_fields > 0).then_some(Name::Yarns);
+        KEPT.into_iter().chain(yarns)
     }
 }
 

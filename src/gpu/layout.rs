@@ -26,6 +26,8 @@ pub const ACCOUNT_FIELDS: u64 = 10;
 pub const PLY_ACCOUNT_FIELDS: u64 = 4;
 /// Fields of an element whose yarns have shock viscosity: viscous forces of warp and weft.
 pub const VISCOUS_FIELDS: u64 = 2;
+/// Fields of an element whose yarns are judged over a length: strains of warp and weft in the last two steps.
+pub const STRAIN_FIELDS: u64 = 4;
 /// Words of a contact between plies.
 pub const CONTACT_WORDS: u64 = 8;
 /// Fields of the impulses of contact between plies.
@@ -368,6 +370,8 @@ fn element(block: &mut Block, sheet: &Sheet<f32>) {
     block.number("hourglass_weft", c.hourglass[1]);
     block.number("viscosity_warp", c.viscosity[0]);
     block.number("viscosity_weft", c.viscosity[1]);
+    block.double("failure_reach_warp", sheet.failure_reach[0]);
+    block.double("failure_reach_weft", sheet.failure_reach[1]);
     block.number("cells", c.cells);
     block.number("area", c.area);
 }

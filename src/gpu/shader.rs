@@ -61,7 +61,7 @@ pub const ELEMENT_FORCE: Kernel = Kernel {
         (Name::Accounts, Write),
         (Name::Status, Write),
         (Name::Events, Write),
-        (Name::Viscous, Write),
+        (Name::Yarns, Write),
     ],
 };
 
@@ -260,7 +260,7 @@ impl Kernel {
 }
 
 /// Values of the pipeline-overridable constants, by name. `ledger`: the step fills in the energies of the state.
-pub fn constants(terms: &Terms, ledger: bool) -> [(&'static str, f64); 19] {
+pub fn constants(terms: &Terms, ledger: bool) -> [(&'static str, f64); 20] {
     let law = match terms.law {
         Variant::PublishedTension => 0.0,
         Variant::PublishedProjected => 1.0,
@@ -279,6 +279,7 @@ pub fn constants(terms: &Terms, ledger: bool) -> [(&'static str, f64); 19] {
         ("HOURGLASS", flag(terms.hourglass)),
         ("FAILURE", flag(terms.failure)),
         ("VISCOUS", flag(terms.viscous)),
+        ("WINDOWS", flag(terms.windows)),
         ("LAW_ENERGY", flag(terms.law_energy)),
         ("PROJECTILE", flag(terms.projectile)),
         ("FRICTION", flag(terms.friction)),

@@ -84,7 +84,7 @@ pub struct Stepper<'a> {
     pub(super) device: &'a Device,
     pub(super) sizes: Sizes,
     pub(super) grid: Grid,
-    terms: Terms,
+    pub(super) terms: Terms,
     dt: f64,
     /// How far any node may go in a step [m].
     farthest: f64,

@@ -45,9 +45,8 @@ impl Stepper<'_> {
         let (warp, weft) = alive.split_at(self.sizes.elements as usize);
         let flag = |(warp, weft): (&f32, &f32)| u32::from(*warp > 0.5) + 2 * u32::from(*weft > 0.5);
         self.write(Name::Flags, &warp.iter().zip(weft).map(flag).collect::<Vec<_>>());
-        if self.sizes.viscous > 0 {
-            let viscous = planes(&state.elements, element::COUNT..element::COUNT + element::VISCOUS, 1, columns);
-            self.write(Name::Viscous, bytemuck::cast_slice(&viscous));
+        if self.sizes.yarn_fields > 0 {
+            self.write(Name::Yarns, bytemuck::cast_slice(&self.yarns(&state.elements)));
         }
         let mut counters = vec![0; STATUS_WORDS];
         counters[status::BAD_STEP] = u32::MAX;
@@ -63,6 +62,20 @@ impl Stepper<'_> {
         self.events_read = 0;
     }
 
+    /// Viscous forces and strains of the yarns; strains as those of both of the last steps.
+    fn yarns(&self, elements: &Rows<f32>) -> Vec<f32> {
+        let fields = |first: usize, count: usize| planes(elements, first..first + count, 1, self.grid.columns);
+        let strains = elements.fields - element::STRAIN;
+        let mut yarns = match self.terms.viscous {
+            true => fields(element::COUNT, element::VISCOUS),
+            false => vec![0.0; 2 * self.sizes.elements as usize],
+        };
+        if self.terms.windows {
+            (0..2).for_each(|_| yarns.extend(fields(strains, element::STRAIN)));
+        }
+        yarns
+    }
+
     fn clear(&self, names: &[Name]) {
         let mut encoder = self.device.inner.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
         for name in names {
@@ -71,7 +84,7 @@ impl Stepper<'_> {
         self.device.queue.submit([encoder.finish()]);
     }
 
-    /// Reads the state back; of the projectile what moves.
+    /// Reads the state back, but the strains that failure is judged by; of the projectile what moves.
     ///
     /// # Errors
     /// When the device was lost.
@@ -84,9 +97,9 @@ impl Stepper<'_> {
         let flags = self.read(Name::Flags)?;
         let alive: Vec<f32> =
             [1, 2].iter().flat_map(|bit| flags.iter().map(move |f| f32::from(u8::from(f & bit != 0)))).collect();
-        if self.sizes.viscous > 0 {
-            let viscous = floats(Name::Viscous)?;
-            set_planes(&mut state.elements, element::COUNT..element::COUNT + element::VISCOUS, 1, columns, &viscous);
+        if self.terms.viscous {
+            let yarns = floats(Name::Yarns)?;
+            set_planes(&mut state.elements, element::COUNT..element::COUNT + element::VISCOUS, 1, columns, &yarns);
         }
         set_planes(&mut state.elements, element::ALIVE..element::COUNT, 1, columns, &alive);
         let status = self.read(Name::Status)?;

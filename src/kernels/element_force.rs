@@ -32,13 +32,21 @@ pub mod field {
     pub const GUIDE: usize = 9;
     /// Yarn heights h1, h2 [m].
     pub const HEIGHT: usize = 13;
-    /// 1 while the yarn carries load, 0 once it failed or where it is absent; warp, weft.
+    /// 1 while the yarn carries load, [`BREAKING`](super::BREAKING) when it is about to fail, 0 once it failed or where it is absent;
+    /// warp, weft.
     pub const ALIVE: usize = 15;
     /// Number of fields.
     pub const COUNT: usize = 17;
     /// Further fields where yarns have shock viscosity: viscous forces of warp and weft [N].
     pub const VISCOUS: usize = 2;
+    /// Further fields, behind those, where failure is judged over a length: strains of warp and weft [-], 0 where slack, broken ones [`BROKEN`](super::BROKEN).
+    pub const STRAIN: usize = 2;
 }
+
+/// Life of a yarn that is to break in this step.
+pub const BREAKING: f64 = 0.75;
+/// Stands for the strain of a piece of yarn that is broken or absent.
+pub const BROKEN: f64 = -1.0;
 
 /// Stretch of a yarn below which it counts as folded: its element's trellis energy fades with the stretch, so that a crumpled
 /// element keeps a bounded stiffness and a force that is the slope of an energy. Enters the step bound.
@@ -97,6 +105,8 @@ pub struct ElementRow<'a, S> {
     pub element: [&'a mut [S]; field::COUNT],
     /// Viscous forces of warp and weft [N], stored as the fields are; `None`: the yarns have no shock viscosity.
     pub viscous: Option<[&'a mut [S]; field::VISCOUS]>,
+    /// Where strains of warp and weft go that are judged over a length, stored as the fields are; `None`: elements break at their own.
+    pub strain: Option<[&'a mut [S]; field::STRAIN]>,
     /// Height of the row, over that of a row of the finest elements [-].
     pub height: f64,
     /// Lengths of the elements along X over the finest, and 1 over that [-].
@@ -164,10 +174,13 @@ pub struct ElementTotals {
     pub max_residual: f64,
     /// Largest yarn tension now [N]; only in ledger steps.
     pub max_tension: f64,
-    /// Largest yarn tension over the yarn's breaking load now [-]; only in ledger steps.
+    /// Largest yarn tension over the yarn's breaking load now [-]; only in ledger steps. Where failure is judged over a length, of
+    /// pieces that carry less.
     pub max_load: f64,
     /// Largest |z displacement| of a corner of a standing element [m]; only in ledger steps.
     pub max_deflection: f64,
+    /// Largest strain of warp and weft now [-]; only where failure is judged over a length.
+    pub largest_strain: [f64; 2],
     /// Elements computed.
     pub computed: usize,
     /// Yarn failures in column order.
@@ -334,6 +347,7 @@ pub fn element_force<R: Real, L: LawKernel>(
     // Whole numbers add up exactly in any order.
     let mut iterations = zero;
     let mut released = [Tally::default(); 2];
+    let mut largest_strain = [zero; 2];
     let (mut residual, mut largest, mut load, mut deflection) = (zero, zero, zero, zero);
     let mut column = range.start - range.start % R::LANES;
     while column < range.end {
@@ -367,8 +381,16 @@ pub fn element_force<R: Real, L: LawKernel>(
         }
 
         let failed = each!(i in 2 => {
-            was_alive[i] & c.cell.yarn[i].failure_strain.le(cell.strain[i])
+            let at_end = if row.strain.is_some() { life[i].le(n.with(BREAKING)) } else { c.cell.yarn[i].failure_strain.le(cell.strain[i]) };
+            was_alive[i] & at_end
         });
+        if let Some(strains) = &mut row.strain {
+            for i in 0..2 {
+                let strain = R::select(was_alive[i] & !failed[i], cell.strain[i].max(zero), n.with(BROKEN));
+                strain.store(strains[i], at);
+                largest_strain[i] = largest_strain[i].max(strain);
+            }
+        }
         let alive = [was_alive[0] & !failed[0], was_alive[1] & !failed[1]];
         let both_left = alive[0] & alive[1];
         let any_failed = failed[0] | failed[1];
@@ -483,11 +505,17 @@ pub fn element_force<R: Real, L: LawKernel>(
             largest = largest.max(tension[0].max(tension[1]));
             // Tension over breaking load is strain over failure strain.
             let part = each!(i in 2 => R::select(alive[i], strain[i] / c.cell.yarn[i].failure_strain, zero));
+            // A mean over the failure length stands for what is beyond.
+            let part =
+                if row.strain.is_some() { part.map(|part| R::select(part.lt(n.one()), part, zero)) } else { part };
             load = load.max(part[0].max(part[1]));
             let [p, q, r, s] = corners(n, row, 2, column);
             deflection = deflection.max(R::select(any, p.abs().max(q.abs()).max(r.abs().max(s.abs())), zero));
         }
         column += R::LANES;
+    }
+    for i in 0..2 {
+        totals.largest_strain[i] = totals.largest_strain[i].max(largest_strain[i].largest());
     }
     totals.max_residual = totals.max_residual.max(residual.largest());
     totals.max_tension = totals.max_tension.max(largest.largest());

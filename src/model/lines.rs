@@ -116,6 +116,24 @@ impl Lines {
         }
     }
 
+    /// Lengths of the elements that lie within `reach` of the middle of one, from the first of them on; past a mirror plane at the
+    /// first or last line their images count.
+    pub(super) fn overlaps(&self, element: usize, reach: f64, mirrored: [bool; 2]) -> (usize, Vec<f64>) {
+        let end = self.at(self.elements());
+        let middle = self.at(element) + 0.5 * self.width(element);
+        let (from, to) = (middle - reach, middle + reach);
+        let common = |a: f64, b: f64| (b.min(to) - a.max(from)).max(0.0);
+        let length = |k: usize| {
+            let (a, b) = (self.at(k), self.at(k) + self.width(k));
+            let before = if mirrored[0] { common(-b, -a) } else { 0.0 };
+            let behind = if mirrored[1] { common(2.0 * end - b, 2.0 * end - a) } else { 0.0 };
+            common(a, b) + before + behind
+        };
+        let first = (self.element_at(from)..=element).find(|k| length(*k) > SAME).unwrap_or(element);
+        let lengths = (first..self.elements()).map(length);
+        (first, lengths.take_while(|length| *length > SAME).collect())
+    }
+
     /// Whether they are their own mirror image, with a line in the middle.
     pub(super) fn is_mirrored(&self) -> bool {
         let elements = self.elements();
@@ -188,5 +206,18 @@ mod tests {
         assert_eq!(lines.half(false), Lines::graded(vec![0.0, 2.0, 3.0]));
         assert!([true, false].into_iter().all(|behind| lines.half(behind).doubled(behind) == lines));
         assert_eq!((lines.widest(), lines.elements()), (2.0, 4));
+    }
+
+    #[test]
+    fn what_lies_around_an_element_is_that_of_the_whole_in_its_half() {
+        assert_eq!(Lines::even(9).overlaps(4, 1.5, [false; 2]), (3, vec![1.0, 1.0, 1.0]));
+        assert_eq!(Lines::even(9).overlaps(4, 3.0, [false; 2]), (1, vec![0.5, 1.0, 1.0, 1.0, 1.0, 1.0, 0.5]));
+        assert_eq!(Lines::even(9).overlaps(0, 1.5, [false; 2]), (0, vec![1.0, 1.0]));
+        // The image of the first element lies beside it, that of the second half a length within reach.
+        assert_eq!(Lines::even(9).overlaps(0, 2.0, [true, false]), (0, vec![2.0, 1.5, 0.5]));
+        assert_eq!(Lines::even(9).overlaps(8, 2.0, [false, true]), (6, vec![0.5, 1.5, 2.0]));
+        let lines = Lines::graded(vec![0.0, 2.0, 3.0, 4.0, 6.0]);
+        assert_eq!(lines.overlaps(1, 1.5, [false; 2]), (0, vec![1.0, 1.0, 1.0]));
+        assert_eq!(lines.overlaps(3, 1.5, [false; 2]), (2, vec![0.5, 2.0]));
     }
 }

@@ -215,6 +215,14 @@ impl Mesh {
         self.lines[axis].within(element, span as f64)
     }
 
+    /// Elements within `reach` finest ones of the middle of every element along an axis, and how much of each; of the whole ply, of
+    /// which the mesh may be a part.
+    pub(super) fn overlaps(&self, axis: usize, reach: f64) -> Vec<(usize, Vec<f64>)> {
+        let lines = &self.lines[axis];
+        let mirrored = [Cut::First, Cut::Last].map(|cut| self.cut[axis] == cut);
+        (0..lines.elements()).map(|element| lines.overlaps(element, reach, mirrored)).collect()
+    }
+
     /// A vector of the ply's axes in those of the pack.
     #[inline]
     pub fn to_pack(&self, [x, y, z]: [f64; 3]) -> [f64; 3] {

@@ -3,6 +3,7 @@
 //! The model knows no backend. State arrays that go with it are laid out (shot, ply, row, column).
 
 mod columns;
+pub mod failure_length;
 pub mod grid;
 mod layup;
 mod lines;
@@ -15,6 +16,7 @@ pub mod terms;
 pub mod time_step;
 
 use crate::case::{Case, ContactSampling, Symmetry};
+use crate::kernels::element_force::field;
 use crate::kernels::projectile_shape::Body;
 use crate::kernels::rigid_body::RigidBody;
 use crate::number::Scalar;
@@ -173,6 +175,13 @@ impl<S: Scalar> Model<S> {
     /// The sheet of a ply.
     pub fn sheet(&self, ply: usize) -> &Sheet<S> {
         &self.sheets[self.plies[ply].sheet]
+    }
+
+    /// Fields of an element: see [`field`].
+    pub fn element_fields(&self) -> usize {
+        let terms = self.terms();
+        let more = |wanted: bool, count: usize| if wanted { count } else { 0 };
+        field::COUNT + more(terms.viscous, field::VISCOUS) + more(terms.windows, field::STRAIN)
     }
 
     /// What rounding makes of the energy of a pack at rest [J].

@@ -30,6 +30,8 @@ pub struct Terms {
     pub law_energy: bool,
     /// They have shock viscosity.
     pub viscous: bool,
+    /// Failure is judged over a length along the yarns.
+    pub windows: bool,
     /// There is a projectile.
     pub projectile: bool,
     /// It rubs.
@@ -63,6 +65,7 @@ impl Terms {
             failure: (0..2).any(|i| sheet.present[i] && yarns[i].failure_strain < NEVER),
             law_energy: sheet.law_energy.is_some(),
             viscous: sheet.viscous,
+            windows: sheet.windows.is_some(),
             projectile: projectile.is_some(),
             friction: projectile.is_some() && model.friction > 0.0,
             rim: model.rim,
@@ -84,6 +87,7 @@ impl Terms {
             failure: all.failure | sheet.failure,
             law_energy: all.law_energy | sheet.law_energy,
             viscous: all.viscous | sheet.viscous,
+            windows: all.windows | sheet.windows,
             graded: all.graded | sheet.graded,
             ..all
         })

@@ -49,6 +49,9 @@ impl Checked {
         if let Some(note) = &self.note {
             out["note"] = json!(note);
         }
+        if !self.pass && !expect.known_difference.is_empty() {
+            out["known_difference"] = json!(expect.known_difference);
+        }
         out
     }
 }

@@ -42,7 +42,28 @@ pub fn got(check: &Value) -> String {
     }
 }
 
-/// Why there is nothing to compare, or how the number was read.
+/// Why there is nothing to compare, how the number was read, or why it is known to differ.
 pub fn note(check: &Value) -> String {
-    check["note"].as_str().map_or_else(String::new, |note| format!("({note})"))
+    let notes = ["note", "known_difference"].into_iter().filter_map(|key| check[key].as_str());
+    notes.map(|note| format!("({note})")).collect::<Vec<_>>().join(" ")
+}
+
+/// How an expectation came out.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Judgement {
+    /// It holds.
+    Holds,
+    /// It does not, and the case says why.
+    Known,
+    /// It does not.
+    Fails,
+}
+
+/// Of an expectation.
+pub fn judgement(check: &Value) -> Judgement {
+    match (check["pass"] == true, check["known_difference"].is_string()) {
+        (true, _) => Judgement::Holds,
+        (false, true) => Judgement::Known,
+        (false, false) => Judgement::Fails,
+    }
 }

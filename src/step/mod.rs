@@ -1,5 +1,6 @@
 //! One time step: the only place that knows the order of the kernels.
 //!
+//! 0. where failure is judged over a length, the yarns that break in this step are marked;
 //! 1. `element_force` on every row of elements, from the positions, and
 //! 2. `node_update` on every row of nodes: gather, kick, drift; row by row in one sweep;
 //! 3. `ply_contact` between neighbouring plies, and
@@ -9,6 +10,7 @@
 //! Rows run in parallel; sums are kept by row and added in row order, so results do not depend on threads. Rows and
 //! columns that nothing has reached are left out.
 
+mod failure;
 mod kernels;
 mod memory;
 mod near;
@@ -130,6 +132,10 @@ pub struct Stepper<S: Scalar> {
     /// By sheet.
     kernels: Vec<Box<dyn RowKernels<S>>>,
     element_totals: Vec<ElementTotals>,
+    /// Whether those are of the last step.
+    stepped: bool,
+    /// Largest load of a yarn over the failure length in the last step, over its breaking load, where a piece carries more than that.
+    load: f64,
     node_totals: Vec<NodeTotals>,
     /// What a row of nodes without elements on one side reads.
     nothing: Vec<S>,
@@ -155,6 +161,8 @@ impl<S: Scalar> Stepper<S> {
         Self {
             kernels: model.sheets.iter().map(|sheet| S::kernels(sheet, vectors)).collect(),
             element_totals: vec![ElementTotals::default(); grid.element_rows()],
+            stepped: false,
+            load: 0.0,
             node_totals: vec![NodeTotals::default(); grid.node_rows()],
             nothing: vec![S::splat(0.0); element::FORCES.end * grid.element_stride],
             reached: Vec::new(),
@@ -201,6 +209,11 @@ impl<S: Scalar> Stepper<S> {
     }
 
     fn sweep(&mut self, context: &mut Context<'_, S>, passes: Passes) {
+        if passes != Passes::Nodes && context.model.terms().windows {
+            let last = self.stepped.then_some(&self.element_totals[..]);
+            self.load = failure::judge(context.model, context.state, last);
+            self.stepped = true;
+        }
         self.reached.clone_from(&context.state.reach);
         let sweep = Sweep {
             model: context.model,
@@ -208,6 +221,7 @@ impl<S: Scalar> Stepper<S> {
             nothing: &self.nothing,
             reached: &self.reached,
             passes,
+            viscous: context.model.terms().viscous,
         };
         sweep.run(context, &mut self.element_totals, &mut self.node_totals);
     }
@@ -282,7 +296,7 @@ impl<S: Scalar> Stepper<S> {
             }
         }
         if *sample {
-            ledger.sample_elements(&self.element_totals, &model.grid);
+            ledger.sample_elements(&self.element_totals, &model.grid, self.load);
         }
     }
 }

@@ -44,6 +44,8 @@ pub(super) struct Sweep<'a, S: Scalar> {
     /// What had been reached before this step, by ply.
     pub(super) reached: &'a [Reach],
     pub(super) passes: Passes,
+    /// Elements have fields for viscous forces.
+    pub(super) viscous: bool,
 }
 
 /// Storage of the rows of elements from `first` on, with the rows of nodes strictly between them.
@@ -306,12 +308,15 @@ impl<S: Scalar> Ply<'_, S> {
         totals.computed = columns.len();
         let model = self.sweep.model;
         let (grid, sheet) = (&model.grid, model.sheet(self.ply));
-        let (element, viscous) = element.split_at_mut(element::COUNT * grid.element_stride);
+        let stride = grid.element_stride;
+        let (element, more) = element.split_at_mut(element::COUNT * stride);
+        let (viscous, strain) = more.split_at_mut(if self.sweep.viscous { element::VISCOUS * stride } else { 0 });
         let mut row = ElementRow {
             below: split(below, grid.node_stride),
             above: split(above, grid.node_stride),
-            element: split_mut(element, grid.element_stride),
-            viscous: sheet.viscous.then(|| split_mut(viscous, grid.element_stride)),
+            element: split_mut(element, stride),
+            viscous: sheet.viscous.then(|| split_mut(viscous, stride)),
+            strain: sheet.windows.is_some().then(|| split_mut(strain, stride)),
             height: sheet.mesh.widths(row, 0)[1],
             width: &sheet.columns.width,
             per_width: &sheet.columns.per_width,

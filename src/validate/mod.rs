@@ -39,6 +39,8 @@ pub struct Row {
     pub source: String,
     /// Whether it holds; `None`: not judged.
     pub pass: Option<bool>,
+    /// Why it does not, where that is known; else empty.
+    pub known_difference: String,
 }
 
 /// What was published.
@@ -78,7 +80,15 @@ impl Row {
             Expected::Number { value, tolerance, .. } => Some((got - value).abs() <= *tolerance),
             _ => None,
         };
-        Self { group: group.to_owned(), name: name.into(), expected, got: json!(got), source: source.to_owned(), pass }
+        Self {
+            group: group.to_owned(),
+            name: name.into(),
+            expected,
+            got: json!(got),
+            source: source.to_owned(),
+            pass,
+            known_difference: String::new(),
+        }
     }
 
     /// A row that could not be computed, and why.
@@ -91,6 +101,7 @@ impl Row {
             got: json!(why),
             source: String::new(),
             pass: Some(false),
+            known_difference: String::new(),
         }
     }
 
@@ -130,6 +141,14 @@ impl Row {
         })
     }
 
+    /// Source, and why the row is known to fail.
+    pub fn source_text(&self) -> String {
+        match (self.pass, self.known_difference.as_str()) {
+            (_, "") | (Some(true) | None, _) => self.source.clone(),
+            (Some(false), why) => format!("{}; {why}", self.source),
+        }
+    }
+
     /// `pass`, `FAIL`, or nothing where there is no judgement.
     pub fn mark(&self) -> &'static str {
         match self.pass {
@@ -156,6 +175,7 @@ impl Row {
             "source": self.source,
             "judged": self.pass.is_some(),
             "pass": self.pass,
+            "known_difference": self.known_difference,
         })
     }
 }
@@ -163,6 +183,11 @@ impl Row {
 /// What happened to the rows in numbers: passed, failed, not judged.
 pub fn counts(rows: &[Row]) -> [usize; 3] {
     [Some(true), Some(false), None].map(|pass| rows.iter().filter(|row| row.pass == pass).count())
+}
+
+/// Rows that fail without a reason that is known.
+pub fn unexplained(rows: &[Row]) -> usize {
+    rows.iter().filter(|row| row.pass == Some(false) && row.known_difference.is_empty()).count()
 }
 
 /// Computes every row. Rows after an interrupt are left out.

@@ -24,7 +24,7 @@ pub fn markdown(rows: &[Row]) -> String {
             &row.got_text(),
             &row.difference_text(),
             verdict(row),
-            &row.source,
+            &row.source_text(),
         ]
         .map(|cell| cell.replace('|', "\\|"));
         out += &format!("| {} |\n", cells.join(" | "));
@@ -49,7 +49,7 @@ pub fn html(rows: &[Row], machine: &str) -> String {
         };
         let cells = [row.name.clone(), row.expected_text(), row.got_text(), row.difference_text()];
         let cells: String = cells.iter().map(|cell| format!("<td>{}</td>", escape(cell))).collect();
-        let source = escape(&row.source);
+        let source = escape(&row.source_text());
         body += &format!("<tr class=\"{class}\">{cells}<td>{}</td><td>{source}</td></tr>\n", verdict(row));
     }
     format!(

@@ -127,6 +127,7 @@ impl<S: Scalar> Patch<S> {
                 above: split(nodes.row(row + 1), nodes.stride),
                 element: split_mut(elements.row_mut(row), stride),
                 viscous: None,
+                strain: None,
                 law_energy: None,
                 height: sheet.mesh.widths(row, 0)[1],
                 width: &sheet.columns.width,

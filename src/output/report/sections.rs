@@ -6,7 +6,7 @@ use serde_json::Value;
 
 use super::super::chart::escape;
 use super::super::energies::{self, Energies};
-use super::super::expectation::{expected, got, note, quantity};
+use super::super::expectation::{Judgement, expected, got, judgement, note, quantity};
 use super::super::number::{fixed, grouped, short};
 use super::super::summary::{absorbed_energy, flies_freely, residual_velocity};
 use super::super::trust::{self, Level, Sign};
@@ -188,7 +188,11 @@ fn expectations(summary: &Value) -> String {
     }
     let mut out = "<h3>What the case expects</h3><table class=\"signs\"><tbody>\n".to_owned();
     for check in checks {
-        let (class, word) = if check["pass"] == true { ("fine", "holds") } else { ("bad", "fails") };
+        let (class, word) = match judgement(check) {
+            Judgement::Holds => ("fine", "holds"),
+            Judgement::Known => ("bad", "known difference"),
+            Judgement::Fails => ("bad", "fails"),
+        };
         let (name, bound, found) = (escape(&quantity(check)), escape(&expected(check)), escape(&got(check)));
         let why = format!("{} {}", check["source"].as_str().unwrap_or_default(), note(check));
         let _ = writeln!(

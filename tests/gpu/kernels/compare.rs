@@ -15,6 +15,7 @@ use ripstop::gpu::Device;
 use ripstop::gpu::buffers::Name;
 use ripstop::gpu::shader::Kernel;
 use ripstop::gpu::stepper::{Stage, Stepper};
+use ripstop::kernels::element_force::field as element;
 use ripstop::lanes::Vectors;
 use ripstop::ledger::Ledger;
 use ripstop::model::Model;
@@ -173,7 +174,24 @@ impl<'a> Pair<'a> {
     fn download(&self) -> Result<State<f32>, String> {
         let mut got = self.scene.state.clone();
         self.gpu.download(&self.scene.model, &mut got).map_err(|e| e.to_string())?;
+        if self.scene.model.terms().windows {
+            self.download_strains(&mut got)?;
+        }
         Ok(got)
+    }
+
+    /// Strains of the last step, which a run never needs.
+    fn download_strains(&self, got: &mut State<f32>) -> Outcome {
+        let yarns = self.read_floats(Name::Yarns)?;
+        let columns = self.scene.model.grid.columns;
+        let elements = self.gpu.sizes().elements as usize;
+        let first = got.elements.fields - element::STRAIN;
+        let slot = 2 + 2 * ((self.expected.step as usize + 1) % 2);
+        for (at, yarn) in (0..elements).flat_map(|at| [(at, 0), (at, 1)]) {
+            let strain = yarns[(slot + yarn) * elements + at] as f32;
+            got.elements.set(at / columns, first + yarn, at % columns + 1, strain);
+        }
+        Ok(())
     }
 
     /// The name of a quantity in the table.

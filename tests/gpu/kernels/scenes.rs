@@ -4,7 +4,7 @@ pub(crate) mod packs;
 pub(crate) mod struck;
 
 use ripstop::case::{Case, Edge, Grading, ShearModulus, UnitCell};
-use ripstop::kernels::element_force::field as element;
+use ripstop::kernels::element_force::{BROKEN, field as element};
 use ripstop::kernels::node_update::field as node;
 use ripstop::model::Model;
 use ripstop::reach::Reach;
@@ -92,6 +92,12 @@ fn graded_pack(size: [usize; 2], groups: &[Group]) -> Case {
     case
 }
 
+/// Plies of which one fabric's elements are shorter than the failure length, the other's longer.
+fn over_length(mut case: Case) -> Case {
+    case.solver.failure_length = 1.8e-3;
+    case
+}
+
 /// One law, with something unusual about the mesh or the fabric.
 fn special_scenes() -> Vec<Scene> {
     let plies = DEFORMATIONS.len() as u32;
@@ -114,6 +120,16 @@ fn special_scenes() -> Vec<Scene> {
         }),
         special("graded, more lines than fit into a row of their table", 2600, 1, &|case| grade(case, [0.0; 2], 1.2)),
         deformed("graded plies of two fabrics".to_owned(), graded_pack([20, 17], &groups), 3, 202),
+        special("failure over a length", 13, 9, &|case| {
+            case.pack.plies = plies;
+            case.solver.failure_length = 3.3e-3;
+        }),
+        special("failure over a length, graded", 13, 26, &|case| {
+            case.pack.plies = plies;
+            case.solver.failure_length = 2.1e-3;
+            grade(case, [3e-3, -2e-3], 4.0);
+        }),
+        deformed("failure over a length, two fabrics".to_owned(), over_length(graded_pack([20, 17], &groups)), 4, 203),
         special("one element", 1, 1, &|case| case.pack.plies = plies),
         special("several workgroups of the ledger", 33, 35, &|case| {
             case.pack.edges.left = Edge::Roller;
@@ -223,7 +239,7 @@ fn kill(model: &Model<f32>, state: &mut State<f32>, random: &mut Random, share: 
 fn random_elements(model: &Model<f32>, state: &mut State<f32>, random: &mut Random, share: f64) {
     let most = share * force_scale(model);
     let modes = model.sheets[0].element.hourglass[0] > 0.0;
-    let mut drags = Random(77);
+    let (mut drags, mut strains) = (Random(77), Random(78));
     for [ply, row, column] in element_places(model) {
         let [rows, columns] = state.reach[ply].elements(&model.sheet(ply).mesh);
         let reached = rows.contains(&(row - model.grid.first_element_row(ply))) && columns.contains(&column);
@@ -233,9 +249,21 @@ fn random_elements(model: &Model<f32>, state: &mut State<f32>, random: &mut Rand
             let there = stands * if field < element::HOURGLASS || modes { 1.0 } else { 0.0 };
             state.elements.set(row, field, at, (there * random.between(-most, most)) as f32);
         }
-        for viscous in 0..state.elements.fields - element::COUNT {
+        for viscous in 0..if model.terms().viscous { element::VISCOUS } else { 0 } {
             let force = stands * 0.1 * most / model.sheets[0].element.membrane[viscous];
             state.elements.set(row, element::COUNT + viscous, at, (drags.between(-1.0, 1.0) * force) as f32);
+        }
+        if model.terms().windows {
+            // From slack to as far beyond failure as a step strains a yarn.
+            for yarn in 0..2 {
+                let limit = model.sheet(ply).cell.yarn[yarn].failure_strain;
+                let strain = match reached && state.alive(row, column, yarn) {
+                    true => limit * strains.between(0.5, 1.4),
+                    false => BROKEN,
+                };
+                let first = state.elements.fields - element::STRAIN;
+                state.elements.set(row, first + yarn, at, strain as f32);
+            }
         }
         for yarn in 0..2 {
             let height = model.sheets[0].cell.height_sum * random.between(-0.2, 1.2);

@@ -62,6 +62,9 @@ pub(super) fn compare_elements(pair: &Pair<'_>, seen: &mut Seen) -> Outcome {
                     GUIDE_SHARE..element::HEIGHT => ("guide", 1.0),
                     element::HEIGHT..element::ALIVE => ("height", height),
                     element::ALIVE..element::COUNT => ("alive", 1.0),
+                    _ if model.terms().windows && field >= expected.elements.fields - element::STRAIN => {
+                        ("strain", 0.035 + number(expected, field).abs())
+                    }
                     _ => ("viscous force", force / model.sheets[0].element.membrane[field - element::COUNT]),
                 };
                 let place = || format!("step {}, row {row}, column {column}, field {field}", expected.step - 1);
@@ -90,7 +93,7 @@ fn compare_failures(pair: &Pair<'_>, seen: &mut Seen, words: &[u32]) -> Outcome 
     }
     for (g, e) in got.iter().zip(&expected).filter(|_| same) {
         let strain = f64::from(f32::from_bits(g[3]));
-        seen.see("failure strain", strain, e.1, 0.035, || format!("{:?}", e.0));
+        seen.see("failure strain", strain, e.1, 0.035 + e.1.abs(), || format!("{:?}", e.0));
     }
     Ok(())
 }
