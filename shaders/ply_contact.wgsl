@@ -7,6 +7,10 @@ const RECOVERY: f32 = 0.05;
 const DEEP_RECOVERY: f32 = 0.15;
 /// Over the thickness.
 const DEEP: f32 = 0.5;
+/// Largest speed at which a node is driven out [m/s].
+const RECOVERY_SPEED: f32 = 60.0;
+/// So many times that speed more for every thickness beyond `DEEP`.
+const DEEP_SPEED: f32 = 8.0;
 /// Depth that is let be, over the thickness.
 const SLOP: f32 = 1e-4;
 /// Steps over neighbouring cells a node may take in one time step.
@@ -199,7 +203,8 @@ fn ply_closing_limit(gap: f32) -> f32 {
 fn recovery_speed(gap: f32, thickness: f32, along: f32) -> f32 {
     let depth = min(-gap, DEEPEST * thickness) - SLOP * thickness;
     let deep = max(depth - DEEP * thickness, 0.0);
-    return max((RECOVERY * depth + DEEP_RECOVERY * deep) / scene.dt - max(along, 0.0), 0.0);
+    let fastest = RECOVERY_SPEED * (1.0 + DEEP_SPEED * deep / thickness);
+    return max(min((RECOVERY * depth + DEEP_RECOVERY * deep) / scene.dt, fastest) - max(along, 0.0), 0.0);
 }
 
 /// Impulse of one contact on its node [N·s].

@@ -67,7 +67,14 @@ fn graded() -> Case {
     let layup = r#"/pack/layup=[{},{"orientation_deg":30}]"#;
     builtin(
         "cases/s720-1ply-155.json",
-        &["/pack/plies=2", layup, "/pack/width_mm=150", "/pack/mesh_grading=graded", "/solver/shock_viscosity=0.3"],
+        &[
+            "/pack/plies=2",
+            layup,
+            "/pack/width_mm=150",
+            "/pack/mesh_grading=graded",
+            "/solver/shock_viscosity=0.3",
+            "/solver/failure_length_mm=2",
+        ],
     )
 }
 
@@ -414,6 +421,8 @@ fn constants() -> Vec<(&'static str, Vec<f64>)> {
         number("RECOVERY", ply_contact::RECOVERY),
         number("DEEP_RECOVERY", ply_contact::DEEP_RECOVERY),
         number("DEEP", ply_contact::DEEP),
+        number("RECOVERY_SPEED", ply_contact::RECOVERY_SPEED),
+        number("DEEP_SPEED", ply_contact::DEEP_SPEED),
         number("SLOP", ply_contact::SLOP),
         number("EDGE", ply_contact::EDGE),
         number("DEEPEST", ply_contact::DEEPEST),
@@ -432,6 +441,7 @@ fn constants() -> Vec<(&'static str, Vec<f64>)> {
         count("ELLIPSE_STEPS", projectile_chisel::ELLIPSE_STEPS),
         number("RESOLVED", projectile_shape::RESOLVED),
         count("LAW_COUNT", law_energy::COUNT),
+        number("BROKEN", element_force::BROKEN),
         number("FOLDED_STRETCH", element_force::FOLDED_STRETCH),
         number("STEEPEST", shear::STEEPEST),
         number("SHORTEST", yarn_law::SHORTEST),

@@ -59,7 +59,8 @@ fn a_pack_breaks_where_it_is_hit() {
         assert!(run.energy_gained.abs() < 0.01, "{velocity}: {}", run.energy_gained);
         assert!(run.hourglass_fraction < 0.05, "{velocity}: {}", run.hourglass_fraction);
         let loads = run.history.iter().map(|row| row.balance.max_load).fold(0.0, f64::max);
-        assert!((0.8..=1.05).contains(&loads), "{velocity}: {loads}");
+        // A yarn breaks in the step after its mean strain has reached the failure strain; a step strains it by some per cent of that.
+        assert!((0.8..=1.1).contains(&loads), "{velocity}: {loads}");
         (case, run)
     };
     let (case, fast) = shot("/projectile/velocity_m_s=320");

@@ -19,6 +19,11 @@ pub const RECOVERY: f64 = 0.05;
 pub const DEEP_RECOVERY: f64 = 0.15;
 /// See [`DEEP_RECOVERY`]; over the thickness.
 pub const DEEP: f64 = 0.5;
+/// Largest speed at which a node is driven out [m/s]. Moving it strains the yarns beyond what the work of their forces tells, by the square of
+/// this speed.
+pub const RECOVERY_SPEED: f64 = 60.0;
+/// So many times that speed more for every thickness beyond [`DEEP`].
+pub const DEEP_SPEED: f64 = 8.0;
 /// Depth that is let be, over the thickness: rounding of places is no penetration.
 pub const SLOP: f64 = 1e-4;
 /// Steps over neighbouring cells a node may take in one time step.
@@ -341,7 +346,8 @@ pub fn closing_limit(gap: f64, dt: f64) -> f64 {
 pub fn recovery(gap: f64, thickness: f64, along: f64, dt: f64) -> f64 {
     let depth = (-gap).min(DEEPEST * thickness) - SLOP * thickness;
     let deep = (depth - DEEP * thickness).max(0.0);
-    ((RECOVERY * depth + DEEP_RECOVERY * deep) / dt - along.max(0.0)).max(0.0)
+    let fastest = RECOVERY_SPEED * (1.0 + DEEP_SPEED * deep / thickness);
+    (((RECOVERY * depth + DEEP_RECOVERY * deep) / dt).min(fastest) - along.max(0.0)).max(0.0)
 }
 
 /// Impulse of one contact on its node [N·s]: along the push and across it.
@@ -452,6 +458,7 @@ mod tests {
         assert!((recovery(-1.0, 1.0, -1.0, 0.5) - full).abs() < 1e-15);
         assert!((recovery(-1.0, 1.0, 0.1, 0.5) - (full - 0.1)).abs() < 1e-15);
         assert_eq!(recovery(-3.0, 1.0, -1.0, 0.5), recovery(-DEEPEST, 1.0, -1.0, 0.5));
+        assert_eq!(recovery(-0.4, 1.0, 2.0, 1e-6), RECOVERY_SPEED - 2.0);
         assert_eq!((recovery(2.0, 0.5, -1.0, 0.5), recovery(-2.0, 0.5, 9.0, 0.5)), (0.0, 0.0));
     }
 }

@@ -37,7 +37,7 @@ pub(super) fn paper(
     rows: &mut Vec<Row>,
 ) {
     for (name, text) in SHOTS {
-        for (numerics, words) in [("default", ""), ("paper", ", the paper's numerics")] {
+        for (numerics, words) in [("default", ""), ("paper", ", numerics paper")] {
             let case = case::from_str(name, text, &[format!("/solver/numerics={numerics}")]);
             let case = match case {
                 Ok(case) => Case { title: case.title.clone() + words, ..case },

@@ -1,8 +1,8 @@
-//! Objectivity: how far ballistic limit and residual velocity depend on what is numerical.
+//! Objectivity: how far ballistic limit, absorbed energy and residual velocity depend on what is numerical.
 //!
 //! A result worth having is that of the fabric, not of the mesh, the time step, the place in a cell that the projectile
 //! happens to hit, or the way contact is sampled. Each of these is varied alone. For every setting the ballistic limit is
-//! bisected, the residual velocity at one and a half times the limit of the reference is read, and the velocity history
+//! bisected, the energy absorbed at five velocities above the limit of the reference is read, and the velocity history
 //! before the first broken yarn is compared with the reference's.
 //!
 //! Once yarns break, a shot is sensitive to anything. What is chance in a residual velocity, and what is not, is told by shots at places
@@ -19,7 +19,7 @@ use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use super::{BenchError, Subject, complete};
 use crate::case::Case;
 use crate::outcome::Outcome;
-use crate::output::history;
+use crate::output::{self, history};
 use crate::simulation::{self, Options, Run, Sample};
 
 pub use axes::{Axis, Setting};
@@ -28,6 +28,8 @@ pub use scatter::Scatter;
 
 /// Velocity of the shots whose residual velocity is compared, over the limit of the reference [-].
 pub const ABOVE: f64 = 1.5;
+/// Velocities of the shots whose absorbed energy is compared, over the limit of the reference [-].
+pub const FACTORS: [f64; 5] = [1.05, 1.2, ABOVE, 2.0, 3.0];
 /// A shot near its limit takes longer than one that the case was made for: end times are so many times longer [-].
 const PATIENCE: f64 = 4.0;
 
@@ -51,6 +53,9 @@ pub struct Row {
     pub limit: Option<Limit>,
     /// Velocity left at [`ABOVE`] times the limit of the reference [m/s], of one shot; none where there is no such limit.
     pub residual: Option<f64>,
+    /// Energy absorbed at [`FACTORS`] times the limit of the reference [J]; none where a shot became unstable or has no outcome, empty
+    /// where there is no limit.
+    pub absorbed: Vec<Option<f64>>,
     /// The same of many shots that nobody could tell apart, where a figure is asked; none where one became unstable.
     pub scatter: Option<Scatter>,
     /// When the first yarn of the case as it is breaks [s].
@@ -261,12 +266,17 @@ impl<'a> Shooter<'a> {
         as_it_is: &Run,
         reference: &Run,
     ) -> Result<Row, BenchError> {
-        let residual = above.map(|velocity| self.shoot(&[at_velocity(velocity)])).transpose()?;
+        let velocities = above.map(|above| FACTORS.map(|factor| factor / ABOVE * above));
+        let runs = velocities.into_iter().flatten().map(|velocity| self.shoot(&[at_velocity(velocity)]));
+        let runs = runs.collect::<Result<Vec<Run>, _>>()?;
+        let residual = FACTORS.iter().zip(&runs).find(|(factor, _)| **factor == ABOVE).map(|(_, run)| run);
+        let decided = |run: &Run| complete(run) && run.outcome != Outcome::Running;
         Ok(Row {
             setting: setting.clone(),
             limit,
             scatter: None,
-            residual: residual.as_ref().and_then(scatter::left),
+            residual: residual.and_then(scatter::left),
+            absorbed: runs.iter().map(|run| decided(run).then(|| output::absorbed_energy(run))).collect(),
             first_failure: first_failure(as_it_is),
             before_failure: before_failure(reference, as_it_is),
             shots: self.shots,

@@ -2,8 +2,8 @@
 
 use serde_json::{Value, json};
 
-use super::{ABOVE, Axis, Measured, Plan, Row};
-use crate::case::Word;
+use super::{ABOVE, Axis, FACTORS, Measured, Plan, Row};
+use crate::case::{Accuracy, Word};
 use crate::output;
 
 /// A figure that is asked for.
@@ -30,26 +30,50 @@ impl Figure {
 pub fn figures(measured: &Measured) -> Vec<Figure> {
     let figure = |quantity, varied, allowed, got| Figure { quantity, varied, allowed, got };
     let limit = |row: &Row| row.limit.map(|limit| limit.middle());
-    let residual = |row: &Row| row.residual;
     let mean = |row: &Row| row.scatter.map(|scatter| scatter.mean);
     let (before, ballistic) = ("velocity before failure", "ballistic limit");
-    let (left, means) = ("residual velocity at 1.5 × the limit", "the same, mean of many shots");
+    let means = "mean residual velocity at 1.5 × the limit";
+    let energy = if measured.case.solver.accuracy == Accuracy::Converged { 0.05 } else { 0.08 };
     let half = largest(measured, |row| row.setting.half_cell);
     let finer = largest(measured, |row| row.setting.axis == Axis::Finer);
     let of = |axis: Axis, read: &dyn Fn(&Row) -> Option<f64>| spread(measured, axis, read);
-    vec![
+    let mut figures = vec![
         figure(before, "half-cell shifts", 0.005, half),
         figure(before, "half as long elements", 0.01, finer),
         figure(ballistic, "position of the hit in a cell", 0.03, of(Axis::Position, &limit)),
         figure(ballistic, "half as long elements", 0.03, of(Axis::Finer, &limit)),
         figure(ballistic, "Courant number", 0.01, of(Axis::Courant, &limit)),
-        figure(left, "position of the hit in a cell", 0.02, of(Axis::Position, &residual)),
-        figure(left, "half as long elements", 0.02, of(Axis::Finer, &residual)),
-        figure(left, "Courant number", 0.02, of(Axis::Courant, &residual)),
         figure(means, "position of the hit in a cell", 0.02, of(Axis::Position, &mean)),
         figure(means, "half as long elements", 0.02, of(Axis::Finer, &mean)),
         figure(means, "Courant number", 0.02, of(Axis::Courant, &mean)),
-    ]
+    ];
+    figures.extend(
+        ABSORBED.into_iter().enumerate().map(|(at, name)| {
+            figure(name, "position, elements, Courant number", energy, absorbed_spread(measured, at))
+        }),
+    );
+    figures
+}
+
+/// Absorbed energy at each of [`FACTORS`].
+const ABSORBED: [&str; FACTORS.len()] = [
+    "absorbed energy at 1.05 × the limit",
+    "absorbed energy at 1.2 × the limit",
+    "absorbed energy at 1.5 × the limit",
+    "absorbed energy at 2 × the limit",
+    "absorbed energy at 3 × the limit",
+];
+
+/// Largest less smallest absorbed energy at one of [`FACTORS`] over places, half as long elements and Courant numbers, over the impact energy at
+/// the limit of the reference [-].
+fn absorbed_spread(measured: &Measured, at: usize) -> Option<f64> {
+    let limit = measured.rows.first()?.limit?.middle();
+    let impact = 0.5 * measured.case.projectile.as_ref()?.mass * limit * limit;
+    let asked = [Axis::Reference, Axis::Position, Axis::Finer, Axis::Courant];
+    let rows = measured.rows.iter().filter(|row| asked.contains(&row.setting.axis));
+    let energies = rows.map(|row| row.absorbed.get(at).copied().flatten()).collect::<Option<Vec<f64>>>()?;
+    let largest = energies.iter().copied().reduce(f64::max)?;
+    Some((largest - energies.iter().copied().reduce(f64::min)?) / impact)
 }
 
 /// Largest difference of velocity before failure among rows.
@@ -105,8 +129,11 @@ pub fn json(measured: &Measured, plan: Plan, wall_seconds: f64) -> Value {
         "wall_s": wall_seconds,
         "interrupted": measured.interrupted,
         "above_limit": ABOVE,
+        "absorbed_at": FACTORS,
+        "accuracy": case.solver.accuracy.word(),
         "spread_is": "largest less smallest value over the axis with the reference, over the reference's; before failure: largest \
-                      difference to the reference's velocity before either's first broken yarn, over the velocity it lost until then",
+                      difference to the reference's velocity before either's first broken yarn, over the velocity it lost until then; absorbed energy: over \
+                      position, half as long elements and Courant numbers, over the impact energy at the limit",
         "figures": figures(measured).into_iter().map(figure).collect::<Vec<_>>(),
         "axes": Axis::ALL.iter().map(axis).collect::<Vec<_>>(),
         "settings": measured.rows.iter().map(of_row).collect::<Vec<_>>(),
@@ -122,6 +149,7 @@ fn of_row(row: &Row) -> Value {
         "stopped_m_s": row.limit.map(|limit| limit.stopped),
         "perforated_m_s": row.limit.map(|limit| limit.perforated),
         "residual_velocity_m_s": row.residual,
+        "absorbed_energy_j": row.absorbed,
         "mean_residual_velocity_m_s": row.scatter.map(|scatter| scatter.mean),
         "standard_error_m_s": row.scatter.map(|scatter| scatter.error()),
         "standard_deviation_m_s": row.scatter.map(|scatter| scatter.deviation),
@@ -142,8 +170,9 @@ pub fn markdown(report: &Value) -> String {
     let quick = if report["quick"] == true { " (--quick)" } else { "" };
     let limit =
         report["settings"][0]["limit_m_s"].as_f64().map_or_else(|| "-".to_owned(), |limit| format!("{limit:.1}"));
+    let accuracy = if report["accuracy"] == "converged" { ", accuracy `converged`" } else { "" };
     let mut out = format!(
-        "{}, numerics `{}`, contact sampling `{}`{quick}: ballistic limit {limit} m/s\n\n| quantity | varied | allowed | got | |\n|---|---|---|---|---|\n",
+        "{}, numerics `{}`{accuracy}, contact sampling `{}`{quick}: ballistic limit {limit} m/s\n\n| quantity | varied | allowed | got | |\n|---|---|---|---|---|\n",
         text(&report["case"]),
         text(&report["numerics"]),
         text(&report["contact_sampling"]),

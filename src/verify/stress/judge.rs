@@ -41,9 +41,6 @@ impl Machine<'_> {
     }
 }
 
-/// The step that shows whether energy was gained by its length, over the step of the case [-].
-const SHORTER: f64 = 0.25;
-
 /// What is wrong with a run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kind {
@@ -222,42 +219,25 @@ pub(super) fn ledger_bound(case: &Case, machine: Machine<'_>) -> f64 {
 /// What the energy by state functions may exceed the energy put in by, over it [-]: the law's own share is told apart.
 pub(super) const ENERGY_BOUND: f64 = 0.01;
 
+/// What the energy that the unit-cell law makes by itself hangs on the path of its stretches by, over that energy [-]: it is told along a
+/// straight one.
+const LAW_PATH: f64 = 0.2;
+
+/// What a random scene may gain, over the energy put in [-].
+fn energy_bound(finished: &Finished) -> f64 {
+    let law = finished.run.history.iter().map(|row| row.balance.law.abs()).fold(0.0, f64::max);
+    ENERGY_BOUND + LAW_PATH * law / finished.given
+}
+
 /// What is wrong with a run; `None`: nothing. `gain`: energy by state functions over what was put in, less one, at most.
 pub(super) fn fault(case: &Case, machine: Machine<'_>, finished: &Finished, gain: f64) -> Option<Fault> {
     unsound(finished).or_else(|| unbalanced(case, machine, finished, gain))
 }
 
-/// What became of a random scene.
-pub(super) enum Judged {
-    Sound,
-    /// It gains energy, but not with a quarter of its step.
-    Coarse,
-    /// It gains energy whatever the step; the run stops itself by name where that becomes half of what was put in.
-    Gaining,
-    Unsound(Fault),
-}
-
-/// Energy over what was put in, less one, at which a run stops itself [-].
-const WATCHED: f64 = 0.5;
-
-/// Runs a random scene and judges it.
-pub(super) fn judge(case: &Case, machine: Machine<'_>, interrupt: &AtomicBool) -> Result<Judged, NoRun> {
+/// Runs a random scene and judges it; `None`: it is sound.
+pub(super) fn judge(case: &Case, machine: Machine<'_>, interrupt: &AtomicBool) -> Result<Option<Fault>, NoRun> {
     let finished = run(case, machine, None, interrupt)?;
-    let gain = ENERGY_BOUND;
-    let stopped = finished.run.trouble.as_ref().is_some_and(|t| t.quantity.contains(simulation::NEVER_PUT_IN));
-    let found = fault(case, machine, &finished, WATCHED).filter(|_| !stopped);
-    if let Some(found) = found {
-        return Ok(Judged::Unsound(found));
-    }
-    if !stopped && largest_energy(&finished) <= 1.0 + gain {
-        return Ok(Judged::Sound);
-    }
-    // A mesh of few elements that go slack and taut again has most of its energy in its highest frequencies: what a
-    // step of 0.9 times the critical one makes of that is an error of the step, if a shorter one makes it go away.
-    let mut shorter = case.clone();
-    shorter.solver.courant *= SHORTER;
-    let again = run(&shorter, machine, None, interrupt)?;
-    Ok(if fault(&shorter, machine, &again, gain).is_none() { Judged::Coarse } else { Judged::Gaining })
+    Ok(fault(case, machine, &finished, energy_bound(&finished)))
 }
 
 /// Numbers that are not finite or did not converge.
