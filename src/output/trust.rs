@@ -206,18 +206,19 @@ fn place(case: &Case, run: &Run) -> Sign {
     let body = case.projectile.as_ref().and_then(|projectile| Body::new(projectile).ok());
     let has_rim = body.is_some_and(|body| body.profile.has_round_rim());
     let is_sphere = case.projectile.as_ref().is_some_and(|p| matches!(p.shape, Shape::Sphere { .. }));
+    let is_pointed =
+        case.projectile.as_ref().is_some_and(|p| matches!(p.shape, Shape::Cone { .. } | Shape::Ogive { .. }));
     let at_rim = case.solver.contact_sampling == ContactSampling::Rim;
     let (level, reason) = match broken {
         0 => (Level::Fine, "no yarn broke: a hit elsewhere in a cell changes what is lost by a few per cent"),
         _ if is_sphere => (Level::Fine, "a sphere: finer elements move a ballistic limit by about 1 %"),
-        _ if !has_rim => (
+        _ if is_pointed => (
             Level::Look,
-            "a point or a chisel: the strain beside it grows with a finer mesh, and the ballistic limit falls; round it (edge_radius_mm) and \
-             compare with \"accuracy\": \"converged\"",
+            "a point: the ballistic limit falls with a finer mesh; round it (edge_radius_mm) and compare with \"accuracy\": \"converged\"",
         ),
-        _ if at_rim => (
+        _ if !has_rim || at_rim => (
             Level::Look,
-            "a sharp rim: for one fabric, S-720, the ballistic limit is 135 to 165 m/s, by where in a cell the hit is; compare with \
+            "a sharp rim: for one fabric, S-720, the ballistic limit is 155 to 176 m/s, by where in a cell the hit is; compare with \
              \"accuracy\": \"converged\", or give the rim its edge_radius_mm",
         ),
         _ => (

@@ -276,8 +276,36 @@ pub(super) const MUTANTS: &[Mutant] = &[
     mutant(
         "viscous forces exchanged",
         "Variational, compressible",
-        "viscous[element] = force.x;",
-        "viscous[element] = force.y;",
+        "yarns[element] = force.x;",
+        "yarns[element] = force.y;",
+    ),
+    mutant("strains of this step judged", "failure over a length", "((step.index + 1u) & 1u)", "(step.index & 1u)"),
+    mutant("mean over one side", "failure over a length", "side < 2u; side++", "side < 1u; side++"),
+    mutant("mean across the yarn", "failure over a length", "let axis = which;", "let axis = 1u - which;"),
+    mutant(
+        "whole elements in the mean",
+        "failure over a length",
+        "let length = min(width, reach - begin);",
+        "let length = width;",
+    ),
+    mutant(
+        "all elements alike in the mean",
+        "failure over a length, graded",
+        "return line_at(ply, axis, at).width;",
+        "return 1.0;",
+    ),
+    mutant("broken pieces in the mean", "failure over a length", "if (strain >= 0.0) {", "if (strain >= -2.0) {"),
+    mutant(
+        "reach of the other yarn",
+        "failure over a length",
+        "mean_strain(element, 1u, scene.failure_reach_weft)",
+        "mean_strain(element, 1u, scene.failure_reach_warp)",
+    ),
+    mutant(
+        "slack pieces that pull the mean down",
+        "failure over a length",
+        "max(cell.strain, zero), was_alive & !failed",
+        "cell.strain, was_alive & !failed",
     ),
     mutant(
         "last drag along the yarn of now",
