@@ -8,9 +8,15 @@ const DEEP_RECOVERY: f32 = 0.15;
 /// Over the thickness.
 const DEEP: f32 = 0.5;
 /// Largest speed at which a node is driven out [m/s].
-const RECOVERY_SPEED: f32 = 60.0;
-/// So many times that speed more for every thickness beyond `DEEP`.
-const DEEP_SPEED: f32 = 8.0;
+const RECOVERY_SPEED: f32 = 30.0;
+/// So many times that speed more for every thickness beyond `NEAR_MIDDLE`.
+const DEEP_SPEED: f32 = 30.0;
+/// A node is about to pass the mid-plane here; over the thickness.
+const NEAR_MIDDLE: f32 = 0.8;
+/// A node has passed the mid-plane here; over the thickness.
+const PASSED: f32 = 1.2;
+/// Largest speed at which such a node is driven back [m/s].
+const PASSED_SPEED: f32 = 6.0;
 /// Depth that is let be, over the thickness.
 const SLOP: f32 = 1e-4;
 /// Steps over neighbouring cells a node may take in one time step.
@@ -19,8 +25,6 @@ const WALK: u32 = 4u;
 const EDGE: f32 = 1e-6;
 /// Beyond the edge of a ply up to which its outermost cells carry a node, over the cell's length.
 const OVERHANG: f32 = 0.25;
-/// Depth up to which a node is moved out the faster the deeper it is, over the thickness.
-const DEEPEST: f32 = 2.0;
 /// Depth up to which a node that was outside a step ago may be found inside, over the thickness: what appears deeper has come
 /// through a hole, past an edge or round a fold, and not through the cell.
 const SUDDEN: f32 = 0.25;
@@ -201,9 +205,10 @@ fn ply_closing_limit(gap: f32) -> f32 {
 
 /// Speed at which a node is moved out of a surface, beyond what its own velocity does [m/s]; no part of its velocity.
 fn recovery_speed(gap: f32, thickness: f32, along: f32) -> f32 {
-    let depth = min(-gap, DEEPEST * thickness) - SLOP * thickness;
+    let depth = -gap - SLOP * thickness;
     let deep = max(depth - DEEP * thickness, 0.0);
-    let fastest = RECOVERY_SPEED * (1.0 + DEEP_SPEED * deep / thickness);
+    let rising = RECOVERY_SPEED * (1.0 + DEEP_SPEED * max(depth / thickness - NEAR_MIDDLE, 0.0));
+    let fastest = select(PASSED_SPEED, rising, depth < PASSED * thickness);
     return max(min((RECOVERY * depth + DEEP_RECOVERY * deep) / scene.dt, fastest) - max(along, 0.0), 0.0);
 }
 

@@ -29,6 +29,8 @@ pub struct Ledger {
     pub contact: f64,
     /// Lost to friction [J].
     pub friction: f64,
+    /// Work of moving nodes out of other plies, against the forces on them [J].
+    pub separation: f64,
     /// Work of prescribed motion [J].
     pub external: f64,
     /// Impulse of supports and drives on fabric and projectile [N·s].
@@ -102,6 +104,8 @@ pub struct Balance {
     pub contact: f64,
     /// Lost to friction.
     pub friction: f64,
+    /// Made by moving nodes out of other plies.
+    pub separation: f64,
     /// Released by failures.
     pub failure: f64,
     /// Projectile kinetic energy.
@@ -133,6 +137,7 @@ impl Balance {
             viscous: self.viscous * copies,
             contact: self.contact * copies,
             friction: self.friction * copies,
+            separation: self.separation * copies,
             failure: self.failure * copies,
             projectile: self.projectile * copies,
             external: self.external * copies,
@@ -284,6 +289,7 @@ impl Ledger {
             + self.released[1]
             + self.shared
             - self.external
+            - self.separation
     }
 
     /// Energy that the unit-cell law itself has made since the start [J].
@@ -311,6 +317,7 @@ impl Ledger {
             viscous: self.viscous,
             contact: self.contact,
             friction: self.friction,
+            separation: self.separation,
             failure: self.released[0] + self.released[1],
             projectile: self.projectile,
             external: self.external,

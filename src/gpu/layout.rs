@@ -203,14 +203,12 @@ pub fn scene(model: &Model<f32>, sheet: usize, sizes: &Sizes) -> Block {
 }
 
 /// What impulses between plies are counted in [N·s]: sums are whole numbers of 32 bits, with room for eight times the
-/// largest speed there is at the start, and for driving nodes out of the deepest penetration there is, which does not
+/// largest speed there is at the start, and for driving nodes out of other plies, which does not
 /// depend on any speed. Light touches of many corners may add up to a few times that. In a graded mesh nodes of larger elements count in
 /// larger units.
 fn impulse_unit(model: &Model<f32>) -> f64 {
     let heaviest = model.sheets.iter().map(node_mass).fold(0.0, f64::max);
-    let thickest = model.sheets.iter().map(|sheet| sheet.thickness).fold(0.0, f64::max);
-    let recovery = (ply_contact::RECOVERY + ply_contact::DEEP_RECOVERY) * ply_contact::DEEPEST * thickest / model.dt;
-    heaviest * (8.0 * start_speed(model) + 4.0 * recovery) / f64::from(1_u32 << 31)
+    heaviest * (8.0 * start_speed(model) + 4.0 * ply_contact::FASTEST) / f64::from(1_u32 << 31)
 }
 
 /// Mass of an inner node of the finest elements [kg].

@@ -395,7 +395,8 @@ impl<'a> Simulation<'a> {
         ledger.released[0] += sums.add(sum::RELEASED);
         ledger.released[1] += sums.add(sum::RELEASED_HOURGLASS);
         let [membrane, mode] = [0, 1].map(|part| sums.add(sum::PLY_LIFTED + part));
-        ledger.contact += sums.add(sum::PLY_LOSS) - sums.add(sum::PLY_RUBBED) - membrane - mode;
+        ledger.contact += sums.add(sum::PLY_LOSS) - sums.add(sum::PLY_RUBBED);
+        ledger.separation += membrane + mode;
         ledger.friction += sums.add(sum::PLY_RUBBED);
         ledger.work += membrane;
         ledger.elements_are(sums.add(sum::STORED), sums.add(sum::HOURGLASS_NOW), sums.largest(sum::TENSION));

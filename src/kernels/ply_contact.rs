@@ -21,9 +21,17 @@ pub const DEEP_RECOVERY: f64 = 0.15;
 pub const DEEP: f64 = 0.5;
 /// Largest speed at which a node is driven out [m/s]. Moving it strains the yarns beyond what the work of their forces tells, by the square of
 /// this speed.
-pub const RECOVERY_SPEED: f64 = 60.0;
-/// So many times that speed more for every thickness beyond [`DEEP`].
-pub const DEEP_SPEED: f64 = 8.0;
+pub const RECOVERY_SPEED: f64 = 30.0;
+/// So many times that speed more for every thickness beyond [`NEAR_MIDDLE`].
+pub const DEEP_SPEED: f64 = 30.0;
+/// A node is about to pass the mid-plane here; over the thickness.
+pub const NEAR_MIDDLE: f64 = 0.8;
+/// A node has passed the mid-plane here, over the thickness: torn, crumpled fabric hooks over its neighbour.
+pub const PASSED: f64 = 1.2;
+/// Largest speed at which such a node is driven back [m/s]: yarns hold it where it is, and a faster one pumps energy into them.
+pub const PASSED_SPEED: f64 = 6.0;
+/// No node is driven out faster [m/s].
+pub const FASTEST: f64 = RECOVERY_SPEED * (1.0 + DEEP_SPEED * (PASSED - NEAR_MIDDLE));
 /// Depth that is let be, over the thickness: rounding of places is no penetration.
 pub const SLOP: f64 = 1e-4;
 /// Steps over neighbouring cells a node may take in one time step.
@@ -33,8 +41,6 @@ pub const EDGE: f64 = 1e-6;
 /// Beyond the edge of a ply up to which its outermost cells carry a node, over the cell's length [-]: a node on the rim
 /// stands for half a cell.
 pub const OVERHANG: f64 = 0.25;
-/// Depth up to which a node is moved out the faster the deeper it is, over the thickness.
-pub const DEEPEST: f64 = 2.0;
 /// Depth up to which a node that was outside a step ago may be found inside, over the thickness: what appears deeper has come
 /// through a hole, past an edge or round a fold, and not through the cell.
 pub const SUDDEN: f64 = 0.25;
@@ -344,9 +350,13 @@ pub fn closing_limit(gap: f64, dt: f64) -> f64 {
 /// `thickness` of the fabric [m].
 #[inline]
 pub fn recovery(gap: f64, thickness: f64, along: f64, dt: f64) -> f64 {
-    let depth = (-gap).min(DEEPEST * thickness) - SLOP * thickness;
+    let depth = -gap - SLOP * thickness;
     let deep = (depth - DEEP * thickness).max(0.0);
-    let fastest = RECOVERY_SPEED * (1.0 + DEEP_SPEED * deep / thickness);
+    let fastest = if depth < PASSED * thickness {
+        RECOVERY_SPEED * (1.0 + DEEP_SPEED * (depth / thickness - NEAR_MIDDLE).max(0.0))
+    } else {
+        PASSED_SPEED
+    };
     (((RECOVERY * depth + DEEP_RECOVERY * deep) / dt).min(fastest) - along.max(0.0)).max(0.0)
 }
 
@@ -457,7 +467,9 @@ mod tests {
         let full = (RECOVERY * (1.0 - SLOP) + DEEP_RECOVERY * (1.0 - SLOP - DEEP)) * 2.0;
         assert!((recovery(-1.0, 1.0, -1.0, 0.5) - full).abs() < 1e-15);
         assert!((recovery(-1.0, 1.0, 0.1, 0.5) - (full - 0.1)).abs() < 1e-15);
-        assert_eq!(recovery(-3.0, 1.0, -1.0, 0.5), recovery(-DEEPEST, 1.0, -1.0, 0.5));
+        assert_eq!(recovery(-3.0, 1.0, 2.0, 1e-6), PASSED_SPEED - 2.0);
+        let near = recovery(-PASSED + 1e-9, 1.0, -1.0, 1e-6);
+        assert!(near < FASTEST && (near / FASTEST - 1.0).abs() < 1e-3, "{near}");
         assert_eq!(recovery(-0.4, 1.0, 2.0, 1e-6), RECOVERY_SPEED - 2.0);
         assert_eq!((recovery(2.0, 0.5, -1.0, 0.5), recovery(-2.0, 0.5, 9.0, 0.5)), (0.0, 0.0));
     }

@@ -22,6 +22,7 @@ pub(super) fn meaning(share: &str) -> &'static str {
         "fabric, kinetic" => "the fabric moves",
         "fabric, elastic" => "held by stretched yarns, pressed crossovers and shear",
         "shock viscosity" => "what tension shocks dissipate",
+        "ply separation" => "taken by moving plies out of each other; negative: given, an error of ply contact",
         "unit-cell law" => "taken by the published law, whose force is not the slope of an energy; negative: given",
         "hourglass" => "artificial stiffness that keeps elements in shape; should be small",
         "contact" => "lost where bodies meet and go on together, an inelastic impact",
@@ -40,8 +41,10 @@ impl Energies {
         let absorbed = absorbed_energy(run);
         let given = absorbed + end.external;
         // The first row stands after the first contact: what the fabric moved with before is what balances it.
-        let kinetic =
-            start.kinetic + start.contact + start.friction + start.projectile - start.external - run.impact_energy;
+        let kinetic = start.kinetic + start.contact + start.friction + start.projectile
+            - start.separation
+            - start.external
+            - run.impact_energy;
         let mut shares = vec![
             ("fabric, kinetic", end.kinetic - kinetic),
             ("fabric, elastic", end.stored - start.stored),
@@ -53,6 +56,9 @@ impl Energies {
         ];
         if end.law != 0.0 {
             shares.push(("unit-cell law", -end.law));
+        }
+        if end.separation != 0.0 {
+            shares.push(("ply separation", -end.separation));
         }
         let found: f64 = shares.iter().map(|share| share.1).sum();
         shares.push(("unaccounted", given - found));

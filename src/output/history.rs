@@ -18,7 +18,7 @@ const fn column(name: &'static str, read: fn(&Sample) -> f64) -> Column {
 }
 
 /// Every column of `history.csv`, in order.
-pub const COLUMNS: [Column; 25] = [
+pub const COLUMNS: [Column; 26] = [
     column("time_us", |s| s.time * 1e6),
     column("projectile_velocity_m_s", |s| s.projectile_velocity),
     column("projectile_displacement_mm", |s| s.projectile_displacement * 1e3),
@@ -44,6 +44,7 @@ pub const COLUMNS: [Column; 25] = [
     column("energy_gained", |s| s.balance.gained),
     column("law_energy_j", |s| s.balance.law),
     column("last_ply_deflection_mm", |s| s.last_deflection * 1e3),
+    column("ply_separation_j", |s| s.balance.separation),
 ];
 
 /// The column of a name.

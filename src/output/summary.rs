@@ -80,6 +80,7 @@ fn result(case: &Case, run: &Run) -> Map<String, Value> {
         "energy_error": run.energy_error,
         "energy_gained": run.energy_gained,
         "law_energy_j": last.balance.law,
+        "ply_separation_j": last.balance.separation,
         "viscous_dissipation_j": last.balance.viscous,
         "momentum_error": run.momentum_error,
         "hourglass_fraction": run.hourglass_fraction,

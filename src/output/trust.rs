@@ -64,7 +64,9 @@ pub fn signs(case: &Case, run: &Run) -> Vec<Sign> {
     if run.plies > 1 {
         all.push(ply_penetration(case, run));
     }
-    all.extend([newton(run), law(run), mesh(case)]);
+    all.extend([newton(run), law(run)]);
+    all.extend((run.plies > 1).then(|| separation(run)));
+    all.push(mesh(case));
     all
 }
 
@@ -125,7 +127,7 @@ fn gained(run: &Run) -> Sign {
     let reason = by_level(
         level,
         [
-            "by state functions, the law's own share apart: the step neither made nor lost energy that counts",
+            "by state functions, the shares of law and ply separation apart: the step neither made nor lost energy that counts",
             "by state functions: the step made or lost energy; compare with a lower Courant number",
             "by state functions: the step made or lost so much energy that the result is not to be used",
         ],
@@ -259,6 +261,22 @@ fn law(run: &Run) -> Sign {
         ],
     );
     Sign { name: "energy of the unit-cell law", value: fraction(share), level, reason }
+}
+
+fn separation(run: &Run) -> Sign {
+    let end = run.history.last().map(|row| row.balance).unwrap_or_default();
+    let given = run.impact_energy + end.external.max(0.0);
+    let share = if end.separation == 0.0 { 0.0 } else { end.separation / given.max(f64::MIN_POSITIVE) };
+    let level = level(share.abs(), [GAINED_LIMIT, 5.0 * GAINED_LIMIT]);
+    let reason = by_level(
+        level,
+        [
+            "of the energy put in: plies that are moved out of each other strain their yarns by no more than counts",
+            "moving plies out of each other gave the fabric energy that nothing put in",
+            "moving plies out of each other gave the fabric so much energy that the result is not to be used",
+        ],
+    );
+    Sign { name: "energy of ply separation", value: fraction(share), level, reason }
 }
 
 fn mesh(case: &Case) -> Sign {

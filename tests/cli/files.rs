@@ -2,7 +2,7 @@
 
 use super::*;
 
-const SUMMARY: [&str; 52] = [
+const SUMMARY: [&str; 53] = [
     "outcome",
     "residual_velocity_m_s",
     "rebound_velocity_m_s",
@@ -21,6 +21,7 @@ const SUMMARY: [&str; 52] = [
     "eroded_elements",
     "energy_gained",
     "law_energy_j",
+    "ply_separation_j",
     "viscous_dissipation_j",
     "breaking_load_ratio",
     "newton",
@@ -60,7 +61,7 @@ const HISTORY: &str = "time_us,projectile_velocity_m_s,projectile_displacement_m
     kinetic_energy_j,internal_energy_j,hourglass_energy_j,contact_dissipation_j,friction_j,failure_energy_j,\
     projectile_energy_j,energy_error,failed_warp,failed_weft,stored_energy_j,external_work_j,eroded_elements,\
     max_deflection_mm,max_yarn_tension_n,momentum_error,perforated_plies,viscous_dissipation_j,\
-    energy_gained,law_energy_j,last_ply_deflection_mm";
+    energy_gained,law_energy_j,last_ply_deflection_mm,ply_separation_j";
 
 fn rows(text: &str) -> Vec<Vec<String>> {
     text.lines().skip(1).map(|line| line.split(',').map(str::to_owned).collect()).collect()
@@ -140,7 +141,7 @@ fn tables_have_the_columns_of_the_contract_and_agree_with_the_summary() {
     assert_eq!(history.lines().next().unwrap(), HISTORY);
     let summary = bench.json("here/summary.json");
     let table = rows(&history);
-    assert!(table.len() >= 20 && table.iter().all(|row| row.len() == 25));
+    assert!(table.len() >= 20 && table.iter().all(|row| row.len() == 26));
     let last = table.last().unwrap();
     assert_eq!(number(&table[0][0]), 0.0);
     assert_eq!(number(&table[0][1]), 600.0);

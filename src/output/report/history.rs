@@ -110,7 +110,7 @@ fn legend(curves: &[Curve], kind: &str) -> Vec<(String, String)> {
 
 /// Every energy, one on the other: together they are what was there.
 pub(super) fn energy(run: &Run) -> Figure {
-    let curves: [Curve; 7] = [
+    let curves: [Curve; 8] = [
         ("projectile", |row| row.balance.projectile),
         ("fabric, kinetic", |row| row.balance.kinetic),
         ("fabric, internal", |row| row.balance.internal),
@@ -118,6 +118,7 @@ pub(super) fn energy(run: &Run) -> Figure {
         ("friction", |row| row.balance.friction),
         ("contact", |row| row.balance.contact),
         ("hourglass", |row| row.balance.hourglass),
+        ("shock viscosity", |row| row.balance.viscous),
     ];
     let step = run.history.len().div_ceil(COLUMNS).max(1);
     let last = run.history.len().saturating_sub(1);

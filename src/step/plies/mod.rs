@@ -173,7 +173,8 @@ impl<S: Scalar> PlyContact<S> {
                 context.totals.ply_contacts += found.points.len() as u64;
                 context.totals.ply_penetration = context.totals.ply_penetration.max(found.penetration);
             }
-            ledger.contact += effect.loss - friction - effect.lifted[0] - effect.lifted[1];
+            ledger.contact += effect.loss - friction;
+            ledger.separation += effect.lifted[0] + effect.lifted[1];
             ledger.work += effect.lifted[0];
             ledger.friction += friction;
             for a in 0..3 {

@@ -39,7 +39,9 @@ pub(super) struct Draw {
 impl Draw {
     /// The scene without some of what not every machine computes, the fewest left out first; the whole is not among them.
     pub(super) fn with_less(&self) -> impl Iterator<Item = Self> + '_ {
-        let given: Vec<usize> = (0..self.further.len()).filter(|at| !self.further[*at].is_empty()).collect();
+        // A user's scene has none of them.
+        let drawn = if self.user.is_some() { 0 } else { self.further.len() };
+        let given: Vec<usize> = (0..drawn).filter(|at| !self.further[*at].is_empty()).collect();
         let mut without: Vec<u32> = (1..1 << given.len()).collect();
         without.sort_by_key(|left_out| left_out.count_ones());
         without.into_iter().map(move |left_out| {

@@ -16,7 +16,12 @@ pub(super) const MUTANTS: &[Mutant] = &[
     mutant("more of a penetration let be", "two free plies", "const SLOP: f32 = 1e-4;", "const SLOP: f32 = 1e-2;"),
     mutant("no walk", "two free plies", "walk <= WALK; walk++", "walk <= 0u; walk++"),
     mutant("shorter walk", "two free plies", "const WALK: u32 = 4u;", "const WALK: u32 = 1u;"),
-    mutant("deeper is faster", "two free plies", "const DEEPEST: f32 = 2.0;", "const DEEPEST: f32 = 20.0;"),
+    mutant(
+        "what has passed is driven as fast",
+        "two free plies",
+        "const PASSED: f32 = 1.2;",
+        "const PASSED: f32 = 12.0;",
+    ),
     mutant(
         "what is found inside has gone in",
         "two free plies",
