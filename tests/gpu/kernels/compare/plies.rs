@@ -44,12 +44,13 @@ fn compare_energies(pair: &Pair<'_>, seen: &mut Seen) -> Outcome {
     Ok(())
 }
 
-/// Loss, rubbed, and lifted against membrane and hourglass; the processor's ledger has them in three sums.
+/// Loss, rubbed, and lifted against membrane and hourglass; the CPU ledger has them in four sums.
 pub(super) fn see_energies(pair: &Pair<'_>, seen: &mut Seen, got: [f64; 4], place: &str) {
     let energy = pair.node_mass() * pair.scene.speed * pair.scene.speed;
     let [loss, rubbed, membrane, mode] = got;
     let sums = [
-        ("inelastic", loss - rubbed - membrane - mode, pair.ledger.contact),
+        ("inelastic", loss - rubbed, pair.ledger.contact),
+        ("separation", membrane + mode, pair.ledger.separation),
         ("rubbed", rubbed, pair.ledger.friction),
         ("lifted", membrane, pair.ledger.work),
     ];
