@@ -93,7 +93,7 @@ impl Failure {
     pub(crate) fn device(error: &DeviceError) -> Self {
         let (expected, found, help) = match error {
             DeviceError::NoAdapter => (
-                "a graphics adapter".to_owned(),
+                "a graphics adapter with Vulkan, Metal or DirectX 12".to_owned(),
                 "none".to_owned(),
                 "take --backend cpu, or install a Vulkan driver (mesa-vulkan-drivers has one in software)",
             ),

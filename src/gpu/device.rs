@@ -119,32 +119,26 @@ impl Adapter {
         limits.max_storage_buffer_binding_size.min(limits.max_buffer_size)
     }
 
-    /// Lower is better: hardware before software, native interfaces before OpenGL.
+    /// Lower is better: hardware before software.
     fn rank(&self) -> u32 {
-        let kind = match self.info.device_type {
+        match self.info.device_type {
             wgpu::DeviceType::DiscreteGpu => 0,
             wgpu::DeviceType::IntegratedGpu => 1,
             wgpu::DeviceType::VirtualGpu => 2,
             wgpu::DeviceType::Other => 3,
             wgpu::DeviceType::Cpu => 4,
-        };
-        2 * kind + u32::from(self.info.backend == wgpu::Backend::Gl)
+        }
     }
 }
 
 /// Every adapter, the best first; their numbers on the command line follow this order.
 ///
-/// OpenGL is asked only where there is nothing else: its loaders write to the terminal.
+/// Vulkan, Metal or DirectX 12. OpenGL is left out: its one context at a time fails where several threads open devices, and machines
+/// that have it alone compute in software, slower than the CPU backend.
 pub fn adapters() -> Vec<Adapter> {
-    let of = |backends: wgpu::Backends| {
-        let descriptor =
-            wgpu::InstanceDescriptor { backends, ..wgpu::InstanceDescriptor::new_without_display_handle() };
-        pollster::block_on(wgpu::Instance::new(descriptor).enumerate_adapters(backends))
-    };
-    let mut found = of(wgpu::Backends::PRIMARY);
-    if found.is_empty() {
-        found = of(wgpu::Backends::SECONDARY);
-    }
+    let backends = wgpu::Backends::PRIMARY;
+    let descriptor = wgpu::InstanceDescriptor { backends, ..wgpu::InstanceDescriptor::new_without_display_handle() };
+    let found = pollster::block_on(wgpu::Instance::new(descriptor).enumerate_adapters(backends));
     let mut adapters: Vec<Adapter> = found.into_iter().map(|inner| Adapter { info: inner.get_info(), inner }).collect();
     adapters.sort_by_key(Adapter::rank);
     adapters

@@ -5,6 +5,7 @@ use super::number::{fraction, grouped, short};
 use super::verdict::verdict;
 use crate::case::{Case, ContactSampling, Shape};
 use crate::kernels::projectile_shape::Body;
+use crate::ledger::Balance;
 use crate::simulation::Run;
 use crate::warnings::{
     self, CELLS_LIMIT, CROSSOVERS_LIMIT, ENERGY_LIMIT, GAINED_LIMIT, HOURGLASS_LIMIT, PENETRATION_LIMIT,
@@ -247,10 +248,18 @@ fn newton(run: &Run) -> Sign {
     Sign { name: "unit cells unsolved", value: grouped(run.newton.unconverged), level, reason }
 }
 
-fn law(run: &Run) -> Sign {
+/// An energy at the end over the energy put in [-].
+fn of_given(run: &Run, energy: impl Fn(&Balance) -> f64) -> f64 {
     let end = run.history.last().map(|row| row.balance).unwrap_or_default();
     let given = run.impact_energy + end.external.max(0.0);
-    let share = if end.law == 0.0 { 0.0 } else { end.law.abs() / given.max(f64::MIN_POSITIVE) };
+    match energy(&end) {
+        0.0 => 0.0,
+        energy => energy / given.max(f64::MIN_POSITIVE),
+    }
+}
+
+fn law(run: &Run) -> Sign {
+    let share = of_given(run, |end| end.law).abs();
     let level = level(share, [LAW_LIMIT, f64::INFINITY]);
     let reason = by_level(
         level,
@@ -264,9 +273,7 @@ fn law(run: &Run) -> Sign {
 }
 
 fn separation(run: &Run) -> Sign {
-    let end = run.history.last().map(|row| row.balance).unwrap_or_default();
-    let given = run.impact_energy + end.external.max(0.0);
-    let share = if end.separation == 0.0 { 0.0 } else { end.separation / given.max(f64::MIN_POSITIVE) };
+    let share = of_given(run, |end| end.separation);
     let level = level(share.abs(), [GAINED_LIMIT, 5.0 * GAINED_LIMIT]);
     let reason = by_level(
         level,
