@@ -55,6 +55,8 @@ impl Chromium {
         let start = |name: &&str| {
             let mut command = Command::new(name);
             command.args(FLAGS).arg(format!("--user-data-dir={}", profile.path().display())).arg("about:blank");
+            // It brings a driver in software of its own, which these would hide.
+            command.env_remove("VK_DRIVER_FILES").env_remove("VK_ICD_FILENAMES");
             command.stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::null()).spawn().ok()
         };
         let process = NAMES.iter().find_map(start)?;
