@@ -1,6 +1,7 @@
 //! Several numbers at once: the kernels' fast path on the CPU.
 //!
-//! Vectors of the widest registers that the processor has (AVX-512, AVX2, SSE, Neon), chosen when the program runs.
+//! Vectors of the widest registers that the processor has (AVX-512, AVX2, Neon), chosen when the program runs.
+//! Not SSE2: it has no fused multiply-add, without which f64 is as slow as one number at a time.
 //! Every lane does exactly what one number alone would do, so results are the same bits for any width.
 
 use std::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Not, Range, Sub};
@@ -21,9 +22,6 @@ pub enum Vectors {
     #[cfg(all(any(target_arch = "x86", target_arch = "x86_64"), not(feature = "quick-build")))]
     Avx2(fearless_simd::Avx2),
     /// 128 bits.
-    #[cfg(all(any(target_arch = "x86", target_arch = "x86_64"), not(feature = "quick-build")))]
-    Sse2(fearless_simd::Sse2),
-    /// 128 bits.
     #[cfg(target_arch = "aarch64")]
     Neon(fearless_simd::Neon),
 }
@@ -38,8 +36,6 @@ impl Vectors {
             all.extend(level.as_avx512().map(Self::Avx512));
             #[cfg(not(feature = "quick-build"))]
             all.extend(level.as_avx2().map(Self::Avx2));
-            #[cfg(not(feature = "quick-build"))]
-            all.extend(level.as_sse2().map(Self::Sse2));
         }
         #[cfg(target_arch = "aarch64")]
         all.extend(fearless_simd::Level::new().as_neon().map(Self::Neon));
@@ -60,8 +56,6 @@ impl Vectors {
             Self::Avx512(_) => "avx512",
             #[cfg(all(any(target_arch = "x86", target_arch = "x86_64"), not(feature = "quick-build")))]
             Self::Avx2(_) => "avx2",
-            #[cfg(all(any(target_arch = "x86", target_arch = "x86_64"), not(feature = "quick-build")))]
-            Self::Sse2(_) => "sse2",
             #[cfg(target_arch = "aarch64")]
             Self::Neon(_) => "neon",
         }

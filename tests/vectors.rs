@@ -99,8 +99,6 @@ fn same_extremes_on_all<S: Scalar>() {
             Vectors::Avx512(simd) => same_extremes(Twice::of(S::lanes(simd)), vectors.name()),
             #[cfg(all(any(target_arch = "x86", target_arch = "x86_64"), not(feature = "quick-build")))]
             Vectors::Avx2(simd) => same_extremes(Twice::of(S::lanes(simd)), vectors.name()),
-            #[cfg(all(any(target_arch = "x86", target_arch = "x86_64"), not(feature = "quick-build")))]
-            Vectors::Sse2(simd) => same_extremes(Twice::of(S::lanes(simd)), vectors.name()),
             #[cfg(target_arch = "aarch64")]
             Vectors::Neon(simd) => same_extremes(Twice::of(S::lanes(simd)), vectors.name()),
         }

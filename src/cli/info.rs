@@ -93,7 +93,7 @@ fn simd() -> String {
         ("avx512f", is_x86_feature_detected!("avx512f")),
     ];
     let names: Vec<&str> = found.into_iter().filter(|(_, there)| *there).map(|(name, _)| name).collect();
-    if names.is_empty() { "sse2".to_owned() } else { names.join(", ") }
+    if names.is_empty() { "none used".to_owned() } else { names.join(", ") }
 }
 
 /// Instruction sets of this processor that matter for the kernels.

@@ -1,11 +1,13 @@
-//! What the program says about its own work on standard error: `-v`, `-vv`, or `RIPSTOP_LOG` in the words of tracing's filters.
+//! What the program says about its own work on standard error: `-v`, `-vv`, or `RIPSTOP_LOG` in the words of tracing's targets.
 
 use std::env;
 use std::io::{self, Write};
 
 use console::colors_enabled_stderr;
-use tracing_subscriber::EnvFilter;
-use tracing_subscriber::fmt::time;
+use tracing_subscriber::filter::Targets;
+use tracing_subscriber::fmt::{self, time};
+use tracing_subscriber::layer::SubscriberExt as _;
+use tracing_subscriber::util::SubscriberInitExt as _;
 
 use super::failure::Failure;
 use super::progress;
@@ -30,9 +32,10 @@ pub(crate) fn start(verbose: u8) -> Result<(), Failure> {
              found: {found}\n  help: -v and -vv are the same as ripstop=info and ripstop=debug"
         ))
     };
-    let filter = EnvFilter::builder().parse(&filter).map_err(|error| wrong(format!("{filter:?}: {error}")))?;
-    let log = tracing_subscriber::fmt().with_env_filter(filter).with_writer(|| BesideTheBar).with_timer(time::uptime());
-    log.with_ansi(colors_enabled_stderr()).with_target(false).try_init().map_err(|error| wrong(error.to_string()))
+    let targets = filter.parse::<Targets>().map_err(|error| wrong(format!("{filter:?}: {error}")))?;
+    let log = fmt::layer().with_writer(|| BesideTheBar).with_timer(time::uptime());
+    let log = log.with_ansi(colors_enabled_stderr()).with_target(false);
+    tracing_subscriber::registry().with(targets).with(log).try_init().map_err(|error| wrong(error.to_string()))
 }
 
 /// Standard error, with the progress bar out of the way.

@@ -69,12 +69,25 @@ impl<R: Real + Send + Sync, L: LawKernel> RowKernels<R::Scalar> for Compiled<R, 
         times: [f64; 2],
         ledger: bool,
     ) -> NodeTotals {
-        let n = self.constants.area;
-        n.vectorize(
-            #[inline(always)]
-            || node_update(n, around, mass, node, part, times, ledger),
-        )
+        nodes(self.constants.area, around, mass, node, part, times, ledger)
     }
+}
+
+/// Compiled once for all laws.
+#[inline(never)]
+fn nodes<R: Real>(
+    n: R,
+    around: &Neighbours<'_, R::Scalar>,
+    mass: &RowMass<'_, R::Scalar>,
+    node: &mut NodeRow<'_, R::Scalar>,
+    part: &Part,
+    times: [f64; 2],
+    ledger: bool,
+) -> NodeTotals {
+    n.vectorize(
+        #[inline(always)]
+        || node_update(n, around, mass, node, part, times, ledger),
+    )
 }
 
 /// A precision that has kernels. They are compiled here, once, not wherever something generic uses them.
@@ -121,8 +134,6 @@ fn of_law<S: Scalar, L: LawKernel>(sheet: &Sheet<S>, vectors: Vectors) -> Box<dy
         Vectors::Avx512(simd) => compiled::<_, L>(&constants, S::many(simd), shear),
         #[cfg(all(any(target_arch = "x86", target_arch = "x86_64"), not(feature = "quick-build")))]
         Vectors::Avx2(simd) => compiled::<_, L>(&constants, Twice::of(S::lanes(simd)), shear),
-        #[cfg(all(any(target_arch = "x86", target_arch = "x86_64"), not(feature = "quick-build")))]
-        Vectors::Sse2(simd) => compiled::<_, L>(&constants, Twice::of(S::lanes(simd)), shear),
         #[cfg(target_arch = "aarch64")]
         Vectors::Neon(simd) => compiled::<_, L>(&constants, Twice::of(S::lanes(simd)), shear),
     }
@@ -143,8 +154,6 @@ fn sieve<S: Scalar>(vectors: Vectors) -> Box<dyn Sieve<S>> {
         Vectors::Avx512(simd) => Box::new(CompiledSieve(S::lanes(simd), f64::lanes(simd))),
         #[cfg(all(any(target_arch = "x86", target_arch = "x86_64"), not(feature = "quick-build")))]
         Vectors::Avx2(simd) => Box::new(CompiledSieve(S::lanes(simd), f64::lanes(simd))),
-        #[cfg(all(any(target_arch = "x86", target_arch = "x86_64"), not(feature = "quick-build")))]
-        Vectors::Sse2(simd) => Box::new(CompiledSieve(S::lanes(simd), f64::lanes(simd))),
         #[cfg(target_arch = "aarch64")]
         Vectors::Neon(simd) => Box::new(CompiledSieve(S::lanes(simd), f64::lanes(simd))),
     }
