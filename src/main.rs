@@ -17,6 +17,7 @@ fn main() -> ExitCode {
     let done = match arguments.command {
         Command::Run(arguments) => cli::run::run(&arguments),
         Command::Resume(arguments) => cli::resume::resume(&arguments),
+        Command::New(arguments) => cli::new::new(&arguments),
         Command::Check(arguments) => cli::check::check(&arguments),
         Command::Crossover(arguments) => cli::crossover::crossover(&arguments),
         Command::Bench(arguments) => cli::bench::bench(&arguments),

@@ -5,7 +5,9 @@
 
 use serde_json::{Value, json};
 
-use crate::case::{Case, Field, Shape};
+use crate::case::{Case, Field, Motion, Shape};
+use crate::kernels::projectile_body::volume;
+use crate::output::number::short;
 use crate::simulation::Run;
 
 /// What practitioners accept of the energy error, over the initial energy [-].
@@ -23,6 +25,11 @@ pub const PLY_PENETRATION_LIMIT: f64 = 1.0;
 pub const CROSSOVERS_LIMIT: u32 = 1;
 /// Least diameter of a projectile over the longest element side [-]: contact is sampled at nodes.
 pub const CELLS_LIMIT: f64 = 3.0;
+
+/// Mean densities a projectile may have [kg/m³]: from light plastics to osmium.
+pub const DENSITY_LIMITS: [f64; 2] = [900.0, 22_600.0];
+/// Difference of a given mass from that of the given density, over the latter [-].
+pub const DENSITY_TOLERANCE: f64 = 0.05;
 
 /// One numbered warning: what it says, whenever it is given.
 #[derive(Debug, PartialEq, Eq)]
@@ -42,7 +49,7 @@ pub struct Kind {
 }
 
 /// Every warning there is, in order of its code.
-pub static KINDS: [Kind; 6] = [
+pub static KINDS: [Kind; 7] = [
     Kind {
         code: "W1",
         name: "assumed-parameters",
@@ -103,6 +110,16 @@ pub static KINDS: [Kind; 6] = [
         help: "Refine the mesh as far as one crossover per element. If that is not enough, move the impact by parts of a cell \
                (/projectile/offset_mm) and take the scatter as the error.",
     },
+    Kind {
+        code: "W7",
+        name: "mass",
+        measured: "Mass of the projectile over its volume, edges sharp: its mean density. A bar has no mass of its own length.",
+        given: "above 22 600 kg/m³, the densest metal; below 900 kg/m³, lighter than plastics; or 5 % from /projectile/density_kg_m3 \
+                where the case gives mass and density",
+        means: "No solid of this size and material has this mass: a unit, a diameter or a length may be wrong.",
+        help: "Look at /projectile: lengths in mm, mass in g. Give density_kg_m3 alone and the mass follows; of a hollow body \
+               give mass_g alone.",
+    },
 ];
 
 /// A warning that a case or a run calls for.
@@ -133,7 +150,7 @@ impl Warning {
 
 /// What can be said before a run, in order of code.
 pub fn of_case(case: &Case) -> Vec<Warning> {
-    [assumed(case), coarse_mesh(case), small_projectile(case)].into_iter().flatten().collect()
+    [assumed(case), coarse_mesh(case), small_projectile(case), mass(case)].into_iter().flatten().collect()
 }
 
 /// What is to be said after a run, in order of code.
@@ -217,17 +234,29 @@ fn small_projectile(case: &Case) -> Option<Warning> {
     (cells < CELLS_LIMIT).then(|| warning(6, cells, CELLS_LIMIT, message()))
 }
 
+fn mass(case: &Case) -> Option<Warning> {
+    let projectile = case.projectile.as_ref()?;
+    if matches!(projectile.shape, Shape::Bar { .. }) || projectile.motion == Motion::Prescribed {
+        return None;
+    }
+    let volume = volume(&projectile.shape);
+    let found = projectile.mass / volume;
+    let body = format!("{} g in {} cm³ are {found:.0} kg/m³", short(projectile.mass * 1e3, 3), short(volume * 1e6, 3));
+    let [lightest, densest] = DENSITY_LIMITS;
+    match projectile.density {
+        Some(given) if (found / given - 1.0).abs() > DENSITY_TOLERANCE => {
+            Some(warning(7, found, given, format!("{body}, not the {given:.0} of /projectile/density_kg_m3")))
+        }
+        _ if found > densest => Some(warning(7, found, densest, format!("{body}, more than the densest metal has"))),
+        _ if found < lightest => Some(warning(7, found, lightest, format!("{body}: hollow, or a slip of a unit"))),
+        _ => None,
+    }
+}
+
 /// Elements that a projectile is wide; of a bar, which meets whole rows of nodes, that says nothing.
 pub(crate) fn cells_across(case: &Case) -> Option<f64> {
-    let diameter = match case.projectile.as_ref()?.shape {
-        Shape::Cylinder { diameter, .. }
-        | Shape::Sphere { diameter }
-        | Shape::Cone { diameter, .. }
-        | Shape::Ogive { diameter, .. }
-        | Shape::Fragment { diameter, .. } => diameter,
-        Shape::Bar { .. } => return None,
-    };
-    Some(diameter / longest_side(case))
+    let shape = case.projectile.as_ref()?.shape;
+    (!matches!(shape, Shape::Bar { .. })).then(|| shape.diameter() / longest_side(case))
 }
 
 /// Thickness of the thinnest fabric [m].

@@ -121,7 +121,14 @@ fn pointers(value: &Value) -> Vec<String> {
 
 /// One line for each part, none of them empty.
 fn assert_well_formed(error: &CaseError) {
-    for part in [&error.file, &error.expected, &error.found] {
+    for error in error.all() {
+        assert_one_well_formed(&CaseError { next: None, ..error.clone() });
+    }
+}
+
+#[track_caller]
+fn assert_one_well_formed(error: &CaseError) {
+    for part in [&*error.file, &error.expected, &error.found] {
         assert!(!part.trim().is_empty() && !part.contains('\n'), "{error:?}");
     }
     assert!(!error.location.contains('\n'), "{error:?}");
@@ -144,4 +151,8 @@ fn refused(result: Result<Case, CaseError>, location: &str, words: &str) -> Case
 
 fn close(got: f64, expected: f64, relative: f64) {
     assert!((got - expected).abs() <= relative * expected.abs(), "{got} is not {expected}");
+}
+
+fn field<'a>(case: &'a Case, pointer: &str) -> &'a Field {
+    case.fields.iter().find(|field| field.pointer == pointer).unwrap_or_else(|| panic!("no field {pointer}"))
 }

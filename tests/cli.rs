@@ -12,6 +12,7 @@ mod exit_codes;
 mod expectations;
 mod files;
 mod logging;
+mod new;
 mod no_gpu;
 mod objectivity;
 mod printing;

@@ -8,12 +8,14 @@ use super::scope::{Choice, Scope};
 use super::words::Word;
 use super::{
     Accuracy, Case, Compression, ContactSampling, Crossover, Edge, Edges, Fabric, InitialDeflection, MembraneForce,
-    Numerics, Output, Pack, Projectile, Shape, Shear, Solver, Yarn,
+    Motion, Numerics, Output, Pack, Projectile, RunUntil, Shape, Shear, Solver, Yarn,
 };
 use super::{expect, grading, layup, limits, projectile};
 
 /// Coefficient of the shock viscosity.
 const VISCOSITY: f64 = 0.3;
+/// A shot whose case names no end and whose outcome is not known ends here [s].
+const LONGEST: f64 = 1e-3;
 /// Length along a yarn over which its failure is judged [m]; assumed.
 const FAILURE_LENGTH: f64 = 1e-3;
 /// Elements along a side of a crossover around the hit, and where the result is to be converged.
@@ -23,21 +25,23 @@ const CONVERGED: u32 = 4;
 /// A case from its document, fabric inlined and changes applied; `as_run` and the names are the caller's.
 pub(super) fn case(map: &Map<String, Value>) -> Result<Case, CaseError> {
     let record = Record::new(map.get("sources"));
-    let root = Scope::root(&record, map)?;
+    let root = Scope::root(&record, map);
     let title = root.text("title")?;
     let fabric = fabric(&root.object("fabric")?, &record)?;
     let projectile = root.object_if_given("projectile")?.map(|scope| projectile::read(&scope)).transpose()?;
-    let solver = solver(&root.object("solver")?)?;
+    let solver = solver(&root.object("solver")?, projectile.as_ref())?;
     let pack = pack(&root.object("pack")?, &fabric, projectile.as_ref(), &solver, &record)?;
     let output = output(&root.object("output")?)?;
     let expect = root.quiet_items("expect")?.iter().map(expect::read).collect::<Result<_, _>>()?;
     root.raw("sources")?;
-    if root.given("notes").is_some() {
-        root.text("notes")?;
+    for remark in ["$schema", "notes"] {
+        if root.given(remark).is_some() {
+            root.text(remark)?;
+        }
     }
     let fields = record.into_fields();
-    let (name, as_run, path) = Default::default();
-    Ok(Case { name, title, fabric, pack, projectile, solver, output, expect, fields, as_run, path })
+    let (name, as_run, path, notes) = Default::default();
+    Ok(Case { name, title, fabric, pack, projectile, solver, output, expect, fields, as_run, notes, path })
 }
 
 /// A fabric written out in the case.
@@ -260,13 +264,27 @@ fn deflection(scope: &Scope<'_>) -> Result<InitialDeflection, CaseError> {
     })
 }
 
-fn solver(scope: &Scope<'_>) -> Result<Solver, CaseError> {
+fn solver(scope: &Scope<'_>, projectile: Option<&Projectile>) -> Result<Solver, CaseError> {
     let numerics = scope.word("numerics")?;
     let paper = numerics == Numerics::Paper;
+    let run_until = scope.word("run_until")?;
+    let end_time = match scope.number_if_given("end_time_us")? {
+        Some(given) => given,
+        None => {
+            let decided = projectile.is_some_and(|p| p.motion == Motion::Free) && run_until != RunUntil::EndTime;
+            if !decided {
+                let error = CaseError::at(scope.at("end_time_us"), "the end of the run", "nothing");
+                return Err(
+                    error.help("no outcome ends this run: it has no free projectile, or run_until is \"end_time\"")
+                );
+            }
+            scope.derive("end_time_us", LONGEST, false)?
+        }
+    };
     Ok(Solver {
         numerics,
         accuracy: scope.word("accuracy")?,
-        end_time: scope.number("end_time_us")?,
+        end_time,
         courant: scope.number("courant")?,
         hourglass: scope.number("hourglass")?,
         shock_viscosity: match scope.number_if_given("shock_viscosity")? {
@@ -287,7 +305,7 @@ fn solver(scope: &Scope<'_>) -> Result<Solver, CaseError> {
             }
         },
         unit_cell: scope.word("unit_cell")?,
-        run_until: scope.word("run_until")?,
+        run_until,
     })
 }
 

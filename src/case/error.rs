@@ -1,15 +1,16 @@
 //! What is wrong with a case: where, what was expected, what was found, and help.
 
+use std::{fmt, iter};
+
 use serde_json::Value;
 
 use super::value::number_text;
 
-/// The one error a case is refused with.
+/// What a case is refused with.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("error: {file}{}\n  expected: {expected}\n  found: {found}{}", place(.location), help_line(.help))]
 pub struct CaseError {
     /// The file, as the user named it.
-    pub file: String,
+    pub file: Box<str>,
     /// JSON pointer, `line L, column C`, or `--set /pointer`; empty where the file cannot be read at all.
     pub location: String,
     /// What may stand there.
@@ -18,26 +19,52 @@ pub struct CaseError {
     pub found: String,
     /// What to do about it, where that is known.
     pub help: Option<String>,
+    /// What is wrong next.
+    pub next: Option<Box<Self>>,
 }
 
-fn place(location: &str) -> String {
-    if location.is_empty() { String::new() } else { format!(": {location}") }
-}
+/// Errors shown; of a file that is something else, more tell nothing.
+const SHOWN: usize = 12;
 
-fn help_line(help: &Option<String>) -> String {
-    help.as_ref().map(|text| format!("\n  help: {text}")).unwrap_or_default()
+impl fmt::Display for CaseError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        for (index, error) in self.all().take(SHOWN).enumerate() {
+            let Self { file, location, expected, found, help, .. } = error;
+            let [line, colon] = [if index > 0 { "\n" } else { "" }, if location.is_empty() { "" } else { ": " }];
+            write!(f, "{line}error: {file}{colon}{location}\n  expected: {expected}\n  found: {found}")?;
+            if let Some(help) = help {
+                write!(f, "\n  help: {help}")?;
+            }
+        }
+        match self.all().count().saturating_sub(SHOWN) {
+            0 => Ok(()),
+            more => write!(f, "\n{more} more"),
+        }
+    }
 }
 
 impl CaseError {
     /// An error at `location` of a file that the caller names with [`CaseError::in_file`].
     pub(super) fn at(location: impl Into<String>, expected: impl Into<String>, found: impl Into<String>) -> Self {
         Self {
-            file: String::new(),
+            file: Box::default(),
             location: location.into(),
             expected: expected.into(),
             found: found.into(),
             help: None,
+            next: None,
         }
+    }
+
+    /// This one and all that are wrong besides.
+    pub fn all(&self) -> impl Iterator<Item = &Self> {
+        iter::successors(Some(self), |error| error.next.as_deref())
+    }
+
+    /// The first of some errors, with the others behind it.
+    pub(super) fn first_of(errors: Vec<Self>) -> Self {
+        let chained = errors.into_iter().rev().reduce(|next, error| Self { next: Some(Box::new(next)), ..error });
+        chained.unwrap_or_else(|| Self::at("", "a case", "nothing"))
     }
 
     pub(super) fn help(mut self, help: impl Into<String>) -> Self {
@@ -48,7 +75,7 @@ impl CaseError {
     /// Names the file, unless an inner reader already did.
     pub(super) fn in_file(mut self, file: &str) -> Self {
         if self.file.is_empty() {
-            self.file = file.to_owned();
+            self.file = file.into();
         }
         self
     }

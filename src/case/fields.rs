@@ -20,6 +20,8 @@ pub(super) struct Key {
     pub group: &'static str,
     /// Another key that must be given with this one; empty: none.
     pub with: &'static str,
+    /// A key that may be given in place of this one; empty: none.
+    pub instead: &'static str,
     /// What to say to a value out of range.
     pub help: &'static str,
 }
@@ -152,7 +154,7 @@ impl fmt::Display for Range {
 /// A key that must be given; the other properties are added by the methods below.
 pub(super) const fn key(name: &'static str, kind: Kind, doc: &'static str) -> Key {
     let presence = Presence::Required;
-    Key { name, doc, kind, presence, only: None, group: "", with: "", help: "" }
+    Key { name, doc, kind, presence, only: None, group: "", with: "", instead: "", help: "" }
 }
 
 pub(super) const fn number(name: &'static str, unit: Unit, range: Range, doc: &'static str) -> Key {
@@ -216,6 +218,11 @@ impl Key {
 
     pub(super) const fn with(mut self, key: &'static str) -> Self {
         self.with = key;
+        self
+    }
+
+    pub(super) const fn or(mut self, key: &'static str) -> Self {
+        self.instead = key;
         self
     }
 

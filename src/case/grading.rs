@@ -129,11 +129,17 @@ impl Layer {
         }))
     }
 
+    /// Places of the lines of nodes along warp and weft, even or not, counted in finest elements from the first.
+    pub fn node_lines(&self) -> [Vec<f64>; 2] {
+        let (s, c) = self.orientation.sin_cos();
+        let even = || [self.columns, self.rows].map(|count| (0..=count).map(|k| k as f64).collect());
+        self.lines([c, s]).unwrap_or_else(even)
+    }
+
     /// Reference places of the middles of elements along warp and weft, from the middle of the ply, in its own axes [m].
     pub fn middles(&self) -> [Vec<f64>; 2] {
-        let (s, c) = self.orientation.sin_cos();
         let (counts, length) = ([self.columns, self.rows], [self.element_length_x, self.element_length_y]);
-        let lines = self.lines([c, s]).unwrap_or_else(|| counts.map(|count| (0..=count).map(|k| k as f64).collect()));
+        let lines = self.node_lines();
         [0, 1].map(|axis: usize| {
             let middle = |pair: &[f64]| (0.5 * (pair[0] + pair[1]) - 0.5 * counts[axis] as f64) * length[axis];
             lines[axis].windows(2).map(middle).collect()

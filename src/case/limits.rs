@@ -1,4 +1,4 @@
-//! What the fields of a case must satisfy together: times, mesh, number of steps, memory.
+//! What the fields of a case must satisfy together: times within the run, mesh, number of steps, memory.
 
 use super::error::CaseError;
 use super::value::{number_text, short_number_text};
@@ -36,38 +36,41 @@ pub(super) fn mesh(pointer: &str, size: [f64; 2], element: [f64; 2], fine: usize
 
 const SMALLER: &str = "reduce width_mm and height_mm, or raise crossovers_per_element";
 
-/// Refuses what cannot be run: times after the end, too many steps, too much memory.
+/// Refuses what cannot be run: too many elements or steps, too much memory.
 pub(super) fn check(case: &Case) -> Result<(), CaseError> {
-    times(case)?;
     elements(case)?;
     steps(case)?;
     memory(memory_needed(case), memory_available())
 }
 
-fn times(case: &Case) -> Result<(), CaseError> {
+/// Leaves out what would come after the end of the run, and notes it in the case.
+pub(super) fn fit(case: &mut Case) {
     let end = case.solver.end_time;
     // The end, and a time like it computed from another unit, may differ in the last digit.
-    let refuse = |pointer: String, time: f64| {
-        if time <= end * (1.0 + 1e-12) {
-            return Ok(());
-        }
-        let us = |time: f64| format!("{} µs", short_number_text(time * 1e6));
-        let expected = format!("at most the end of the run, /solver/end_time_us = {}", us(end));
-        Err(CaseError::at(pointer, expected, us(time)).help("the run would end before; raise /solver/end_time_us"))
-    };
-    refuse("/output/history_interval_us".to_owned(), case.output.history_interval)?;
-    for (index, time) in case.output.profile_times.iter().enumerate() {
-        refuse(format!("/output/profile_times_us/{index}"), *time)?;
+    let reached = |time: f64| time <= end * (1.0 + 1e-12);
+    let us = |time: f64| format!("{} µs", short_number_text(time * 1e6));
+    let note = |what: String| format!("{what}: after the end of the run, /solver/end_time_us = {}", us(end));
+    let output = &mut case.output;
+    if !reached(output.history_interval) {
+        case.notes
+            .push(note(format!("/output/history_interval_us = {} is taken as the end", us(output.history_interval))));
+        output.history_interval = end;
     }
-    for (index, expect) in case.expect.iter().enumerate() {
-        if let Some(at) = expect.at {
-            refuse(format!("/expect/{index}/at_us"), at)?;
-        }
-        if let Some([_, last]) = expect.between {
-            refuse(format!("/expect/{index}/between_us/1"), last)?;
-        }
+    let late: Vec<String> = output.profile_times.iter().filter(|time| !reached(**time)).map(|time| us(*time)).collect();
+    if !late.is_empty() {
+        case.notes.push(note(format!("/output/profile_times_us: {} left out", late.join(", "))));
+        output.profile_times.retain(|time| reached(*time));
     }
-    Ok(())
+    let mut index = 0;
+    case.expect.retain(|expect| {
+        let last = expect.at.or(expect.between.map(|[_, last]| last));
+        let kept = last.is_none_or(reached);
+        if let (false, Some(last)) = (kept, last) {
+            case.notes.push(note(format!("/expect/{index} at {} left out", us(last))));
+        }
+        index += 1;
+        kept
+    });
 }
 
 fn elements(case: &Case) -> Result<(), CaseError> {

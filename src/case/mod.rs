@@ -8,6 +8,7 @@ use std::borrow::Cow;
 use std::path::PathBuf;
 
 mod build;
+mod check;
 mod error;
 mod expect;
 mod fabric_file;
@@ -33,7 +34,7 @@ mod words;
 pub use error::CaseError;
 pub use fabric_file::builtin_fabric;
 pub use grading::Grading;
-pub use read::{from_str, read};
+pub use read::{from_str, from_text, read};
 pub(crate) use report::mesh;
 pub use report::report;
 pub use schema::schema;
@@ -62,6 +63,8 @@ pub struct Case {
     pub fields: Vec<Field>,
     /// The case as run: file with its fabric inlined and every `--set` applied. Written to the output folder.
     pub as_run: serde_json::Value,
+    /// What of the file was left out, and why, a line each.
+    pub notes: Vec<String>,
     /// The file the case was read from (empty for a built-in case).
     pub path: PathBuf,
 }
@@ -318,6 +321,8 @@ pub struct Projectile {
     pub edge_radius: f64,
     /// [kg]
     pub mass: f64,
+    /// Density of a solid body, where the case gives it [kg/m³].
+    pub density: Option<f64>,
     /// Moments of inertia about the body axis and across it through the centre of mass [kg·m²]; `None`: uniform solid.
     pub inertia: Option<[f64; 2]>,
     /// Speed along the line of flight [m/s].
@@ -395,6 +400,20 @@ pub enum Shape {
         /// The yarn direction the bar lies along.
         along: Along,
     },
+}
+
+impl Shape {
+    /// Largest diameter [m].
+    pub fn diameter(&self) -> f64 {
+        match *self {
+            Self::Cylinder { diameter, .. }
+            | Self::Sphere { diameter }
+            | Self::Cone { diameter, .. }
+            | Self::Ogive { diameter, .. }
+            | Self::Fragment { diameter, .. }
+            | Self::Bar { diameter, .. } => diameter,
+        }
+    }
 }
 
 /// A yarn direction.

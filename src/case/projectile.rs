@@ -5,6 +5,7 @@ use super::scope::Scope;
 use super::value::{millimetres, short_number_text};
 use super::words::ShapeWord;
 use super::{Projectile, Rotation, Shape};
+use crate::kernels::projectile_body::volume;
 
 /// Reads the projectile in the order of the table.
 pub(super) fn read(scope: &Scope<'_>) -> Result<Projectile, CaseError> {
@@ -13,12 +14,26 @@ pub(super) fn read(scope: &Scope<'_>) -> Result<Projectile, CaseError> {
     let long = !matches!(word, ShapeWord::Sphere | ShapeWord::Bar);
     let turning = word != ShapeWord::Bar;
     let edge_radius = if long { edge_radius(scope, &shape)? } else { 0.0 };
-    let mass = scope.number("mass_g")?;
+    let density = if turning { scope.number_if_given("density_kg_m3")? } else { None };
+    let mass = match (scope.number_if_given("mass_g")?, density) {
+        (Some(mass), _) => mass,
+        (None, Some(density)) => {
+            let assumed = scope.is_assumed("density_kg_m3");
+            scope.derive_as(
+                "mass_g",
+                density * volume(&shape),
+                "density_kg_m3 times the volume of the body",
+                assumed,
+            )?
+        }
+        (None, None) => return Err(CaseError::at(scope.at("mass_g"), "a mass or a density", "neither")),
+    };
     let inertia = if turning { inertia(scope)? } else { None };
     Ok(Projectile {
         shape,
         edge_radius,
         mass,
+        density,
         inertia,
         velocity: scope.number("velocity_m_s")?,
         offset: scope.vector("offset_mm")?,

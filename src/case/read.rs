@@ -10,7 +10,7 @@ use super::error::{CaseError, describe};
 use super::fabric_file::{self, Inlined, Shelf};
 use super::pointer::is_at_or_below;
 use super::set::{self, Set};
-use super::{Case, build, json, limits, sources};
+use super::{Case, build, check, json, limits, words};
 
 /// No case comes near this size [bytes]; a file that does is something else.
 const MAX_BYTES: u64 = 1 << 20;
@@ -18,7 +18,7 @@ const MAX_BYTES: u64 = 1 << 20;
 /// Reads, completes and checks a case file; `sets` are changes in the form `/json/pointer=value`.
 ///
 /// # Errors
-/// The first thing that is wrong, with its place in the file.
+/// Everything that is wrong key by key, else the first thing that does not go together, with places in the file.
 pub fn read(path: &Path, sets: &[String]) -> Result<Case, CaseError> {
     let file = path.display().to_string();
     let folder = match path.parent() {
@@ -32,15 +32,42 @@ pub fn read(path: &Path, sets: &[String]) -> Result<Case, CaseError> {
     Ok(case)
 }
 
+/// Reads a case from text that came another way; `name` stands for the file in errors and names the results, files of
+/// fabrics lie in `folder`.
+///
+/// # Errors
+/// As of [`read`].
+pub fn from_text(name: &str, text: &str, folder: &Path, sets: &[String]) -> Result<Case, CaseError> {
+    let mut case = assemble(name, text, sets, &Shelf::Folder(folder))?;
+    case.name = name.to_owned();
+    case.path = PathBuf::from(name);
+    Ok(case)
+}
+
 /// Reads a case from memory; `name` stands for the file in errors. It may name built-in fabrics only.
 ///
 /// # Errors
-/// The first thing that is wrong, with its place in the text.
+/// As of [`read`].
 pub fn from_str(name: &str, text: &str, sets: &[String]) -> Result<Case, CaseError> {
     let mut case = assemble(name, text, sets, &Shelf::BuiltIn)?;
     case.name = stem(Path::new(name));
     case.path = PathBuf::new();
     Ok(case)
+}
+
+impl Case {
+    /// Names the changes that a case was read with in its title and its name, so that its results are not taken for those of the file.
+    pub fn name_changes(&mut self, sets: &[String]) {
+        let sets: Vec<Set> = sets.iter().filter_map(|text| set::parse(text).ok()).collect();
+        self.name.push_str(&set::in_name(&sets));
+        if sets.iter().any(|set| set.pointer == "/title") {
+            return;
+        }
+        self.title.push_str(&set::in_title(&sets));
+        if let Some(title) = self.as_run.get_mut("title") {
+            *title = Value::from(self.title.as_str());
+        }
+    }
 }
 
 fn stem(path: &Path) -> String {
@@ -88,21 +115,28 @@ fn assemble(file: &str, text: &str, sets: &[String], shelf: &Shelf<'_>) -> Resul
     for set in sets.iter().filter(|set| !set.chooses_fabric()) {
         set.apply(&mut document).map_err(named)?;
     }
+    words::without_aliases(&mut document);
     let as_run = Value::Object(document);
     // Where a change reaches into the fabric, the file alone is not to blame.
     let changes = |set: &Set, place: &str| !set.chooses_fabric() && is_at_or_below(&set.pointer, place);
     files.retain(|file| !sets.iter().any(|set| changes(set, &file.place)));
-    let case = checked(&as_run).map_err(|error| blamed(in_fabric_file(error, &files)))?;
+    let case = checked(&as_run).map_err(|errors| {
+        let placed = errors.into_iter().map(|error| blamed(in_fabric_file(error, &files)));
+        CaseError::first_of(placed.collect())
+    })?;
     Ok(Case { as_run, ..case })
 }
 
-fn checked(document: &Value) -> Result<Case, CaseError> {
-    if let Some(given) = document.get("sources") {
-        sources::check(given, "", document)?;
+/// The case, or everything that the table does not allow, or the first thing that does not go together.
+fn checked(document: &Value) -> Result<Case, Vec<CaseError>> {
+    let wrong = check::document(document);
+    if !wrong.is_empty() {
+        return Err(wrong);
     }
     let map = document.as_object().cloned().unwrap_or_default();
-    let case = build::case(&map)?;
-    limits::check(&case)?;
+    let mut case = build::case(&map).map_err(|error| vec![error])?;
+    limits::fit(&mut case);
+    limits::check(&case).map_err(|error| vec![error])?;
     Ok(case)
 }
 

@@ -4,6 +4,7 @@ use serde_json::{Map, Value, json};
 
 use super::fields::{Key, Kind, Only, Presence, Range};
 use super::table;
+use super::words::aliases;
 
 /// The case file as a JSON Schema (2020-12): keys, types, ranges, defaults, units and meaning.
 pub fn schema() -> Value {
@@ -60,10 +61,11 @@ fn groups<'a>(keys: impl Iterator<Item = &'a Key>) -> Vec<Value> {
 
 fn required_unless(key: &Key) -> Option<Value> {
     let Presence::RequiredUnless(other, word, ..) = key.presence else { return None };
-    Some(json!({
-        "if": {"properties": {other: {"const": word}}, "required": [other]},
-        "else": {"required": [key.name]},
-    }))
+    let needed = match key.instead {
+        "" => json!({"required": [key.name]}),
+        instead => json!({"anyOf": [{"required": [key.name]}, {"required": [instead]}]}),
+    };
+    Some(json!({"if": {"properties": {other: {"const": word}}, "required": [other]}, "else": needed}))
 }
 
 /// The keys that decide which others belong.
@@ -84,7 +86,8 @@ fn variants(decider: &Key, keys: &[Key]) -> Vec<Value> {
         None => false,
     };
     let variant = |(name, value): (&str, Value)| {
-        let mut condition = json!({"properties": {decider.name: {"const": value}}});
+        let values: Vec<Value> = std::iter::once(value.clone()).chain(aliases(name).map(Value::from)).collect();
+        let mut condition = json!({"properties": {decider.name: {"enum": values}}});
         if default.as_ref() != Some(&value) {
             condition["required"] = json!([decider.name]);
         }
@@ -111,7 +114,9 @@ fn property(key: &Key) -> Value {
         Kind::Numbers(_, range, [min, max]) => {
             json!({"type": "array", "items": number(range), "minItems": min, "maxItems": max})
         }
-        Kind::Word(words) => json!({"enum": words}),
+        Kind::Word(words) => {
+            json!({"enum": words.iter().flat_map(|word| std::iter::once(*word).chain(aliases(word))).collect::<Vec<_>>()})
+        }
         Kind::Object(keys) => object(keys),
         Kind::WordOrObject(words, keys) => json!({"anyOf": [{"enum": words}, object(keys)]}),
         Kind::ObjectOrFile(keys) => json!({"anyOf": [file(), object(keys)]}),

@@ -1,14 +1,14 @@
-//! Typed reading of one object of the case, recording every value with where it came from.
+//! Typed reading of one object of a case that has been checked against the table, recording every value with where it came from.
 
 use std::borrow::Cow;
 
 use serde_json::{Map, Value};
 
-use super::error::{CaseError, describe, list, nearest, quote};
+use super::check::plain;
+use super::error::CaseError;
 use super::fields::{Key, Kind, Literal, Presence};
-use super::pointer::escape;
 use super::record::{Record, is_assumed};
-use super::value::{check, mismatch, short_number_text, text_of, whole};
+use super::value::{mismatch, short_number_text, text_of, whole};
 use super::words::Word;
 use super::{Field, Origin, table};
 
@@ -31,62 +31,21 @@ pub(super) struct Scope<'a> {
 
 impl<'a> Scope<'a> {
     /// The whole document.
-    pub(super) fn root(record: &'a Record, map: &'a Map<String, Value>) -> Result<Self, CaseError> {
-        Self { record, pointer: String::new(), keys: table::CASE, map: Some(map), quiet: false }.checked()
+    pub(super) fn root(record: &'a Record, map: &'a Map<String, Value>) -> Self {
+        Self { record, pointer: String::new(), keys: table::CASE, map: Some(map), quiet: false }
     }
 
-    fn below(&self, key: &Key, map: Option<&'a Map<String, Value>>) -> Result<Self, CaseError> {
-        let pointer = self.at(key.name);
-        Self { record: self.record, pointer, keys: key.keys(), map, quiet: self.quiet }.checked()
-    }
-
-    /// Refuses unknown keys, keys that do not belong here, and halves of pairs.
-    fn checked(self) -> Result<Self, CaseError> {
-        for (name, value) in self.map.into_iter().flatten() {
-            let Some(key) = self.keys.iter().find(|key| key.name == name) else {
-                return Err(self.unknown(name));
-            };
-            if let Some(only) = key.only
-                && let Some(found) = self.plain(only.key)
-                && !only.values.contains(&found.as_str())
-            {
-                let expected = format!("no {} where {} is {}", quote(name), quote(only.key), quote(&found));
-                let help = format!("it belongs where {} is {}", quote(only.key), list(only.values.iter().copied()));
-                return Err(CaseError::at(self.at(name), expected, describe(value)).help(help));
-            }
-            if !key.with.is_empty() && self.given(key.with).is_none() {
-                let expected = format!("{} and {} together, or none of them", quote(name), quote(key.with));
-                return Err(CaseError::at(self.at(name), expected, format!("only {}", quote(name))));
-            }
-        }
-        Ok(self)
-    }
-
-    fn unknown(&self, name: &str) -> CaseError {
-        let keys = list(self.keys.iter().map(|key| key.name));
-        let object = if self.pointer.is_empty() { "the case" } else { &self.pointer };
-        let elsewhere = table::pointers().into_iter().find(|pointer| pointer.rsplit('/').next() == Some(name));
-        let help = match (elsewhere, nearest(name, self.keys.iter().map(|key| key.name))) {
-            (Some(pointer), _) => format!("{} belongs at {pointer}", quote(name)),
-            (None, Some(near)) => format!("did you mean {}?", quote(near)),
-            (None, None) => format!("{object} has no keys"),
-        };
-        let location = format!("{}/{}", self.pointer, escape(name));
-        CaseError::at(location, format!("a key of {object}: {keys}"), format!("unknown key {}", quote(name))).help(help)
-    }
-
-    /// The value of a key that other keys depend on, when it is one that may stand there.
-    fn plain(&self, name: &str) -> Option<String> {
-        let key = self.keys.iter().find(|key| key.name == name)?;
-        match (self.given(name), key.presence) {
-            (Some(value), _) => key.accepts(value).then(|| text_of(value)),
-            (None, Presence::Default(literal, _)) => Some(text_of(&literal.value())),
-            (None, _) => None,
-        }
+    fn below(&self, key: &Key, map: Option<&'a Map<String, Value>>) -> Self {
+        Self { record: self.record, pointer: self.at(key.name), keys: key.keys(), map, quiet: self.quiet }
     }
 
     pub(super) fn at(&self, name: &str) -> String {
         format!("{}/{name}", self.pointer)
+    }
+
+    /// Whether a value read earlier is assumed.
+    pub(super) fn is_assumed(&self, name: &str) -> bool {
+        self.record.is_assumed(&self.at(name))
     }
 
     pub(super) fn given(&self, name: &str) -> Option<&'a Value> {
@@ -98,11 +57,10 @@ impl<'a> Scope<'a> {
         self.keys.iter().find(|key| key.name == name).ok_or_else(missing)
     }
 
-    /// The value of a key, given or by default, checked against the table and recorded.
+    /// The value of a key, given or by default, recorded. The document has been checked against the table.
     fn take(&self, name: &str) -> Result<(&'static Key, Option<Cow<'a, Value>>), CaseError> {
         let key = self.key(name)?;
         if let Some(value) = self.given(name) {
-            check(key, value, &self.at(name))?;
             let recorded = key.keys().is_empty() && !matches!(key.kind, Kind::Sources);
             if recorded || value.is_string() {
                 let source = self.record.source(&self.at(name));
@@ -117,11 +75,14 @@ impl<'a> Scope<'a> {
         let value = match key.presence {
             Presence::Default(literal, source) => default(literal, source),
             Presence::RequiredUnless(other, word, literal, source)
-                if self.plain(other).is_some_and(|found| found == word) =>
+                if self.map.and_then(|map| plain(other, self.keys, map)).is_some_and(|found| found == word) =>
             {
                 default(literal, source)
             }
-            Presence::Required | Presence::RequiredUnless(..) => return Err(self.missing(key)),
+            Presence::RequiredUnless(..) if self.given(key.instead).is_some() => None,
+            Presence::Required | Presence::RequiredUnless(..) => {
+                return Err(CaseError::at(self.at(name), key.expected(), "nothing"));
+            }
             Presence::Optional("") | Presence::Derived(_) => None,
             Presence::Optional(without) => {
                 self.note(key, "none".to_owned(), Origin::Default, without, false);
@@ -129,11 +90,6 @@ impl<'a> Scope<'a> {
             }
         };
         Ok((key, value))
-    }
-
-    fn missing(&self, key: &Key) -> CaseError {
-        let error = CaseError::at(self.at(key.name), key.expected(), "nothing");
-        error.help(format!("{} is required: {}", quote(key.name), key.doc))
     }
 
     fn note(&self, key: &Key, value: String, origin: Origin, source: &str, assumed: bool) {
@@ -209,16 +165,8 @@ impl<'a> Scope<'a> {
 
     /// The one given number of a group of keys, in SI units.
     pub(super) fn one_of(&self, group: &str) -> Result<f64, CaseError> {
-        let names: Vec<&str> = self.keys.iter().filter(|key| key.group == group).map(|key| key.name).collect();
-        let given: Vec<&str> = names.iter().copied().filter(|name| self.given(name).is_some()).collect();
-        match given[..] {
-            [name] => self.number(name),
-            [] => Err(CaseError::at(&self.pointer, format!("a {group}: {}", list(names)), "none of them")),
-            [_, second, ..] => {
-                let found = format!("{} of them", given.len());
-                Err(CaseError::at(self.at(second), format!("one {group}: {}", list(names)), found))
-            }
-        }
+        let given = self.keys.iter().find(|key| key.group == group && self.given(key.name).is_some());
+        given.map_or_else(|| Err(CaseError::at(&self.pointer, group, "nothing")), |key| self.number(key.name))
     }
 
     pub(super) fn whole(&self, name: &str) -> Result<u32, CaseError> {
@@ -272,7 +220,7 @@ impl<'a> Scope<'a> {
     /// An object; the defaults of its keys hold where it was left out.
     pub(super) fn object(&self, name: &str) -> Result<Self, CaseError> {
         let (key, _) = self.take(name)?;
-        self.below(key, self.given(name).and_then(Value::as_object))
+        Ok(self.below(key, self.given(name).and_then(Value::as_object)))
     }
 
     /// An object, where it was given.
@@ -285,19 +233,19 @@ impl<'a> Scope<'a> {
             return Ok(None);
         }
         self.take(name)?;
-        self.given(name).and_then(Value::as_object).map(|map| self.below(key, Some(map))).transpose()
+        Ok(self.given(name).and_then(Value::as_object).map(|map| self.below(key, Some(map))))
     }
 
     /// The defaults of an object's keys, where a word stands for them.
     pub(super) fn defaults(&self, name: &str) -> Result<Self, CaseError> {
-        self.below(self.key(name)?, None)
+        Ok(self.below(self.key(name)?, None))
     }
 
     pub(super) fn choice(&self, name: &str) -> Result<Choice<'a>, CaseError> {
         let (key, value) = self.take(name)?;
         match value.as_deref().and_then(Value::as_str) {
             Some(word) => Ok(Choice::Word(word.to_owned())),
-            None => Ok(Choice::Keys(self.below(key, self.given(name).and_then(Value::as_object))?)),
+            None => Ok(Choice::Keys(self.below(key, self.given(name).and_then(Value::as_object)))),
         }
     }
 
@@ -317,8 +265,8 @@ impl<'a> Scope<'a> {
         let item = |(index, value): (usize, &'a Value)| {
             let pointer = format!("{}/{index}", self.at(name));
             let map = value.as_object();
-            Self { record: self.record, pointer, keys: key.keys(), map, quiet }.checked()
+            Self { record: self.record, pointer, keys: key.keys(), map, quiet }
         };
-        items.into_iter().flatten().enumerate().map(item).collect()
+        Ok(items.into_iter().flatten().enumerate().map(item).collect())
     }
 }

@@ -1,12 +1,14 @@
 //! `--set /json/pointer=value`: one change to the document.
 
 use serde_json::{Map, Value, json};
+use twox_hash::XxHash3_64;
 
 use super::error::{CaseError, describe, nearest, quote};
 use super::fields::{Key, Kind, Presence};
 use super::places;
 use super::pointer::{index, is_at_or_below, unescape};
 use super::record::is_assumed;
+use super::value::text_of;
 use super::{json, table};
 
 /// One change: the pointer and the value it gets.
@@ -122,6 +124,67 @@ impl Set {
             sources.insert(self.pointer.clone(), Value::from(text));
         }
     }
+}
+
+/// Values longer than this stand in names as a hash [characters].
+const LONGEST_VALUE: usize = 24;
+/// Names of changes longer than this become a hash [characters].
+const LONGEST_NAME: usize = 100;
+
+/// The changes that make another shot of a case, each key's last one: its name and itself.
+fn differences(sets: &[Set]) -> Vec<(String, &Set)> {
+    let same_shot = ["/$schema", "/title", "/notes", "/expect", "/sources", "/output"];
+    let last = |(index, set): (usize, &Set)| !sets[index + 1..].iter().any(|later| later.pointer == set.pointer);
+    let kept = sets.iter().enumerate().filter(|(index, set)| last((*index, set))).map(|(_, set)| set);
+    let kept = kept.filter(|set| !same_shot.iter().any(|above| is_at_or_below(&set.pointer, above)));
+    kept.map(|set| (short_name(&set.pointer), set)).collect()
+}
+
+/// The last part of a pointer, with the one before it where other keys end alike.
+fn short_name(pointer: &str) -> String {
+    let known = table::pointers();
+    let alike = |count: usize| {
+        let end = |pointer: &str| pointer.rsplit('/').take(count).map(str::to_owned).collect::<Vec<_>>();
+        known.iter().filter(|known| end(known) == end(pointer)).count()
+    };
+    let parts = if alike(1) <= 1
+        && table::lookup(pointer).is_some()
+        && index(pointer.rsplit('/').next().unwrap_or_default()).is_none()
+    {
+        1
+    } else {
+        2
+    };
+    let mut last: Vec<&str> = pointer.rsplit('/').take(parts).filter(|part| !part.is_empty()).collect();
+    last.reverse();
+    last.join(".")
+}
+
+/// What was changed, for the title: empty, or `velocity_m_s = 200, …` in brackets.
+pub(super) fn in_title(sets: &[Set]) -> String {
+    let changes: Vec<String> =
+        differences(sets).iter().map(|(name, set)| format!("{name} = {}", text_of(&set.value))).collect();
+    if changes.is_empty() { String::new() } else { format!(" [{}]", changes.join(", ")) }
+}
+
+/// What was changed, for the name of a folder: empty, or `+velocity_m_s=200…`; any file system takes it.
+pub(super) fn in_name(sets: &[Set]) -> String {
+    let plain = |value: &str| {
+        value.chars().count() <= LONGEST_VALUE && value.chars().all(|c| c.is_ascii_alphanumeric() || ".-_".contains(c))
+    };
+    let change = |(name, set): &(String, &Set)| {
+        let value = text_of(&set.value);
+        let name: String =
+            name.chars().map(|c| if c.is_ascii_alphanumeric() || "._".contains(c) { c } else { '_' }).collect();
+        if plain(&value) { format!("+{name}={value}") } else { format!("+{name}={:08x}", hash(&set.value.to_string())) }
+    };
+    let changes = differences(sets);
+    let whole: String = changes.iter().map(change).collect();
+    if whole.len() <= LONGEST_NAME { whole } else { format!("+{}-changes-{:08x}", changes.len(), hash(&whole)) }
+}
+
+fn hash(text: &str) -> u32 {
+    (XxHash3_64::oneshot(text.as_bytes()) >> 32) as u32
 }
 
 fn child<'a>(node: &'a mut Value, part: &str, place: &str) -> Result<&'a mut Value, CaseError> {

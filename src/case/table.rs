@@ -40,6 +40,8 @@ pub(super) const MAX_PLIES: u32 = 64;
 const NOT_PUBLISHED: &str = "assumed: not published for this fabric";
 
 pub(super) static CASE: &[Key] = &[
+    key("$schema", Kind::Text, "The JSON Schema of case files, for editors; ripstop writes one with `ripstop schema`.")
+        .optional(""),
     key("title", Kind::Text, "What the case is, for people."),
     key(
         "fabric",
@@ -49,7 +51,7 @@ pub(super) static CASE: &[Key] = &[
     key("pack", Kind::Object(PACK), "Plies, size, edges and initial state."),
     key("projectile", Kind::Object(PROJECTILE), "What strikes the pack; null or absent: nothing does.")
         .optional("nothing strikes the pack"),
-    key("solver", Kind::Object(SOLVER), "Time integration."),
+    key("solver", Kind::Object(SOLVER), "Time integration.").optional(""),
     key("output", Kind::Object(OUTPUT), "What is written and how often.").optional(""),
     key("expect", Kind::Items(EXPECT, [0, 1000]), "Statements about the result that the run checks.").optional(""),
     key(
@@ -273,7 +275,16 @@ static PROJECTILE: &[Key] = &[
         ("motion", "prescribed"),
         1000.0,
         "not used: the velocity is prescribed",
-    ),
+    )
+    .or("density_kg_m3"),
+    number(
+        "density_kg_m3",
+        KG_M3,
+        within(1.0, 1e5),
+        "Density of a solid body (steel 7850): gives the mass where mass_g is left out; where both are given, they are compared.",
+    )
+    .optional("")
+    .only("shape", TURNING),
     number("axial_inertia_g_mm2", G_MM2, within(1e-9, 1e12), "Moment of inertia about the body's axis.")
         .derived("a uniform solid of this shape and mass")
         .with("transverse_inertia_g_mm2")
@@ -310,7 +321,13 @@ static PROJECTILE: &[Key] = &[
 ];
 
 static SOLVER: &[Key] = &[
-    number("end_time_us", US, within(1e-6, 1e9), "End of the run."),
+    number(
+        "end_time_us",
+        US,
+        within(1e-6, 1e9),
+        "End of the run. Needed where nothing flies freely into the pack, or run_until is \"end_time\".",
+    )
+    .derived("when the outcome is known, after 1000 µs at the latest"),
     word(
         "numerics",
         Numerics::WORDS,
@@ -458,7 +475,7 @@ mod tests {
         r#""pack": {"width_mm": 9, "height_mm": 9, "layup": [{"fabric": FABRIC, "edges": {}}]}"#,
         r#""pack": {"width_mm": 9, "height_mm": 9, "layup": [{"edges": "free"}]}"#,
         r#""pack": {"width_mm": 9, "height_mm": 9},
-            "projectile": {"shape": "fragment", "diameter_mm": 5, "length_mm": 6, "mass_g": 1, "velocity_m_s": 9}"#,
+            "projectile": {"shape": "fragment", "diameter_mm": 5, "length_mm": 6, "density_kg_m3": 7850, "velocity_m_s": 9}"#,
         r#""pack": {"width_mm": 9, "height_mm": 9},
             "projectile": {"shape": "bar", "diameter_mm": 5, "velocity_m_s": 9, "motion": "prescribed"}"#,
     ];
@@ -486,7 +503,7 @@ mod tests {
                         format!(r#"{{"name": "f", "fibre_density_kg_m3": 1440, "warp": {warp}, "weft": {weft}}}"#);
                     let part = part.replace("FABRIC", &fabric);
                     let text = format!(
-                        r#"{{"title": "t", "notes": "n", {part}, "solver": {{"end_time_us": 9}}, "fabric": {fabric}}}"#
+                        r#"{{"$schema": "s", "title": "t", "notes": "n", {part}, "solver": {{"end_time_us": 9}}, "fabric": {fabric}}}"#
                     );
                     let case = crate::case::from_str("t", &text, &[]).unwrap();
                     read.extend(case.fields.into_iter().map(|field| field.pointer));

@@ -3,7 +3,7 @@
 use serde_json::Value;
 
 use super::error::{CaseError, describe, list, nearest, quote};
-use super::fields::{Key, Kind, Range};
+use super::fields::{Key, Kind, Presence, Range};
 
 impl Key {
     /// Whether a value may stand at this key, its own keys aside.
@@ -107,8 +107,15 @@ pub(super) fn text_of(value: &Value) -> String {
     }
 }
 
+/// The keys that an object needs, or may have where it needs none.
 fn names(keys: &[Key]) -> String {
-    keys.iter().map(|key| quote(key.name)).collect::<Vec<_>>().join(", ")
+    let needed = |key: &&Key| matches!(key.presence, Presence::Required) && key.group.is_empty();
+    let needed: Vec<String> = keys.iter().filter(needed).map(|key| quote(key.name)).collect();
+    if needed.is_empty() {
+        keys.iter().map(|key| quote(key.name)).collect::<Vec<_>>().join(", ")
+    } else {
+        needed.join(", ")
+    }
 }
 
 /// A whole number that fits; 2.0 is one.

@@ -1,5 +1,7 @@
 //! The words of the case file and what they stand for.
 
+use serde_json::{Map, Value};
+
 use super::{
     Accuracy, Along, ContactSampling, Edge, Law, MembraneForce, Motion, Numerics, Rotation, RunUntil, ShearModulus,
     Symmetry, UnitCell,
@@ -51,6 +53,22 @@ words! {
     RunUntil { "outcome" => Outcome, "separation" => Separation, "end_time" => EndTime }
     ShapeWord {
         "cylinder" => Cylinder, "sphere" => Sphere, "cone" => Cone, "ogive" => Ogive, "fragment" => Fragment, "bar" => Bar
+    }
+}
+
+/// Other words that people have for a shape, and the word of the case file.
+const SHAPE_ALIASES: &[(&str, &str)] = &[("ball", "sphere"), ("fsp", "fragment"), ("rcc", "cylinder")];
+
+/// Other words for a word of the case file.
+pub(super) fn aliases(word: &str) -> impl Iterator<Item = &'static str> {
+    SHAPE_ALIASES.iter().filter(move |(_, meant)| *meant == word).map(|(alias, _)| *alias)
+}
+
+/// Puts the words of the case file in place of others for them.
+pub(super) fn without_aliases(document: &mut Map<String, Value>) {
+    let Some(shape) = document.get_mut("projectile").and_then(|projectile| projectile.get_mut("shape")) else { return };
+    if let Some((_, meant)) = SHAPE_ALIASES.iter().find(|(alias, _)| shape.as_str() == Some(*alias)) {
+        *shape = Value::from(*meant);
     }
 }
 

@@ -32,6 +32,8 @@ pub(crate) struct Arguments {
 pub(crate) enum Command {
     /// Run a case: verdict, energies, files
     Run(RunArguments),
+    /// Write a case to start from: fabric, plies, projectile, velocity
+    New(NewArguments),
     /// Check cases without running them: every field with its value and source, time step, memory
     Check(CheckArguments),
     /// Go on with a run from its last checkpoint, to the same results as if it had never stopped
@@ -60,7 +62,9 @@ pub(crate) enum Command {
 #[derive(Args, Debug)]
 #[command(after_help = "Examples:
   ripstop run cases/s720-1ply-155.json
-  ripstop run shot.json --set /projectile/velocity_m_s=200 --out out/shot-200
+  ripstop run shot.json --set /projectile/velocity_m_s=200 -o out/shot-200
+  ripstop run cases/s728-*.json
+  jq '.pack.plies = 2' shot.json | ripstop run -
   ripstop run shot.json --frames 60
   ripstop run shot.json --checkpoint-every 10     # then, after a crash: ripstop resume out/shot
   ripstop run shot.json --set '/pack/edges={\"left\":\"free\"}' --json | jq .residual_velocity_m_s
@@ -70,13 +74,13 @@ history.csv, events.csv, case.json (the case as run), shot.svg (a picture), plie
 profiles.csv where the case asks for profiles, and frames.vtkhdf where there are frames. \
 The first Ctrl-C writes them up to that moment, the second ends at once.")]
 pub(crate) struct RunArguments {
-    /// Case file
-    #[arg(value_name = "CASE.json")]
-    pub(crate) case: PathBuf,
+    /// Case files, run one after the other; - is standard input
+    #[arg(value_name = "CASE.json", required = true)]
+    pub(crate) cases: Vec<PathBuf>,
     #[command(flatten)]
     pub(crate) backend: BackendArguments,
-    /// Folder for the results [default: out/<case name>]
-    #[arg(long, value_name = "DIR")]
+    /// Folder for the results; of several cases each gets a folder in it [default: out/<case name>, with what --set changed]
+    #[arg(long, short, value_name = "DIR")]
     pub(crate) out: Option<PathBuf>,
     /// Change of the case, checked like the file; may be given again
     #[arg(long = "set", value_name = "/POINTER=VALUE")]
@@ -128,6 +132,36 @@ impl RunArguments {
         let on = |kind: Skip| !self.no_skip.iter().any(|off| [kind, Skip::All].contains(off));
         Skips { wavefront: on(Skip::Wavefront), outcome: on(Skip::Outcome), symmetry: on(Skip::Symmetry) }
     }
+}
+
+/// `ripstop new`
+#[derive(Args, Debug)]
+#[command(after_help = "Examples:
+  ripstop new shot.json                          # asks for what is not given, on a terminal
+  ripstop new shot.json --fabric twaron-ct709 --plies 4 --projectile fsp-22 --velocity 350
+  ripstop new shot.json --fabric my-fabric.json --projectile sphere:6.35 --velocity 300
+
+FILE holds every value with its source, and names ripstop.schema.json, written beside it: editors that know JSON Schema complete \
+and check as you type. --fabric and --projectile without a known name list what there is.")]
+pub(crate) struct NewArguments {
+    /// Case file to write
+    #[arg(value_name = "FILE")]
+    pub(crate) file: PathBuf,
+    /// Fabric: a name, or a file with the keys of a fabric [default: s-720]
+    #[arg(long, value_name = "NAME|FILE")]
+    pub(crate) fabric: Option<String>,
+    /// Plies [default: 1]
+    #[arg(long, value_name = "N")]
+    pub(crate) plies: Option<u32>,
+    /// Projectile: a name, or sphere:D, ball:D, rcc:D, cylinder:DxL with sizes in mm, of solid steel [default: rcc-paper]
+    #[arg(long, value_name = "NAME")]
+    pub(crate) projectile: Option<String>,
+    /// Velocity [m/s] [default: 200]
+    #[arg(long, value_name = "M_S")]
+    pub(crate) velocity: Option<f64>,
+    /// Write over FILE where there is one
+    #[arg(long)]
+    pub(crate) force: bool,
 }
 
 /// `ripstop resume`

@@ -12,7 +12,7 @@ use ripstop::warnings;
 use super::arguments::CheckArguments;
 use super::failure::Failure;
 use super::table::{Align, Table};
-use super::{paint, result, screen};
+use super::{input, paint, result, screen};
 
 /// Reports every case; fails if any of them is refused.
 pub(crate) fn check(arguments: &CheckArguments) -> Result<(), Failure> {
@@ -30,13 +30,14 @@ pub(crate) fn check(arguments: &CheckArguments) -> Result<(), Failure> {
 }
 
 fn report(path: &Path, sets: &[String]) -> Result<String, Failure> {
-    let case = case::read(path, sets)?;
+    let case = input::read(path, sets)?;
     let simulation = Simulation::<f64>::with_skips(&case, Skips::default())
         .map_err(|error| Failure::model(&path.display().to_string(), &error))?;
     let mut report = case::report(&case);
     // Writing to a string cannot fail.
     write!(report, "\n{}\n{}", paint::heading("the run"), the_run(&case, &simulation))
         .map_err(|error| Failure::input(error.to_string()))?;
+    report += &result::part("notes", &case.notes.join("\n"));
     report += &result::part("warnings", &result::warnings(&warnings::of_case(&case)));
     Ok(report)
 }

@@ -220,5 +220,6 @@ fn in_case(file: &str, error: &ModelError) -> CaseError {
             "raise /projectile/standoff_mm or lower /pack/initial_deflection",
         ),
     };
-    CaseError { file: file.to_owned(), location: location.to_owned(), expected, found, help: Some(help.to_owned()) }
+    let (file, location, help) = (file.into(), location.to_owned(), Some(help.to_owned()));
+    CaseError { file, location, expected, found, help, next: None }
 }

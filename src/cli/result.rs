@@ -7,7 +7,8 @@ use ripstop::case::Case;
 use ripstop::model::MirrorPlanes;
 use ripstop::output::expectation::{Judgement, expected, got, judgement, note, quantity};
 use ripstop::output::number::{fixed, fraction, grouped, short, us};
-use ripstop::output::{Energies, symmetry, verdict};
+use ripstop::output::trust::{self, Level};
+use ripstop::output::{Breakage, Energies, symmetry, verdict};
 use ripstop::simulation::Run;
 use ripstop::warnings::{self, Warning};
 use serde_json::Value;
@@ -19,8 +20,10 @@ use super::{paint, screen};
 pub(crate) fn text(case: &Case, run: &Run, summary: &Value, files: Option<(&Path, &[&str])>) -> String {
     let verdict = verdict(case, run);
     let verdict = format!("{}{} {}", verdict.word.to_uppercase(), verdict.mark(), verdict.detail);
-    let verdict = format!("\n{}", paint::heading(&verdict));
-    let mut parts = vec![case.title.clone(), verdict, energy(run), trust(run, summary)];
+    let verdict: String =
+        screen::wrapped(&verdict, 0).iter().map(|line| format!("\n{}", paint::heading(line))).collect();
+    let mut parts =
+        vec![case.title.clone(), verdict, advice(case, run), energy(run), damage(case, run), trust(run, summary)];
     parts.push(cost(case, run, summary));
     parts.push(part("warnings", &warnings(&warnings::of_run(case, run))));
     parts.push(expectations(summary));
@@ -52,6 +55,49 @@ pub(crate) fn warnings(warnings: &[Warning]) -> String {
         Some(first) => format!("{table}`ripstop explain {}` says what it means and what to do\n", first.kind.code),
         None => String::new(),
     }
+}
+
+/// One line: what to do with the result, and why.
+fn advice(case: &Case, run: &Run) -> String {
+    let signs = trust::signs(case, run);
+    let (level, why) = trust::answer(&signs);
+    let why: Vec<String> = why.iter().map(|sign| format!("{}: {}", sign.name, sign.reason)).collect();
+    let text = match level {
+        Level::Fine => format!("trust: all {} checks are fine", signs.len()),
+        _ => format!("{}: {}", level.advice(), why.join("; ")),
+    };
+    let mut lines = screen::wrapped(&text, 0);
+    if let Some(first) = lines.first_mut() {
+        let word = level.advice();
+        let painted = match level {
+            Level::Fine => paint::good(word),
+            Level::Look => paint::caution(word),
+            Level::Bad => paint::bad(word),
+        };
+        *first = first.replacen(word, &painted, 1);
+    }
+    lines.join("\n")
+}
+
+/// Which yarns broke, and where; nothing where none did.
+fn damage(case: &Case, run: &Run) -> String {
+    let found = Breakage::of(case, run);
+    if found.pieces() == 0 {
+        return String::new();
+    }
+    let [warp, weft] = found.yarns.map(|count| grouped(count as u64));
+    let mut table = Table::plain(&[Align::Left, Align::Left]);
+    table.row([
+        "yarns",
+        format!("{}: {warp} warp, {weft} weft", grouped(found.yarns.iter().sum::<usize>() as u64)).as_str(),
+    ]);
+    let [hit, edges, elsewhere] = [found.at_hit, found.at_edges, found.elsewhere].map(|count| grouped(count as u64));
+    let pieces = grouped(found.pieces() as u64);
+    table.row([
+        "places",
+        format!("{pieces}: {hit} within two diameters of the hit, {edges} at edges, {elsewhere} elsewhere").as_str(),
+    ]);
+    part("broken", &table.to_string())
 }
 
 /// What the fabric was given and where it is at the end.
@@ -128,17 +174,20 @@ fn expectations(summary: &Value) -> String {
     if checks.is_empty() {
         return String::new();
     }
-    let mut table = Table::plain(&[Align::Left; 6]);
+    let mut text = String::new();
     for check in checks {
         let pass = match judgement(check) {
             Judgement::Known => paint::caution("known"),
             other => paint::mark(other == Judgement::Holds),
         };
         let got = format!("got {}", got(check));
-        let source = check["source"].as_str().unwrap_or_default().to_owned();
-        table.row([pass, quantity(check), expected(check), got, source, note(check)]);
+        text += &format!("{pass}  {} {}, {got}\n", quantity(check), expected(check));
+        let source = check["source"].as_str().unwrap_or_default();
+        for line in [source, &note(check)].into_iter().filter(|line| !line.is_empty()) {
+            text.extend(screen::wrapped(line, 8).iter().map(|line| format!("      {line}\n")));
+        }
     }
-    part("expected", &table.to_string())
+    part("expected", &text)
 }
 
 /// One line about an expectation that does not hold.

@@ -1,9 +1,10 @@
 //! `ripstop run`.
 
 use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
-use ripstop::case::{self, Case};
+use ripstop::case::Case;
 use ripstop::checkpoint::{Extras, Head, Keeper};
 use ripstop::output::expectation::{Judgement, judgement};
 use ripstop::output::frames::{Recorder, Staged};
@@ -18,51 +19,76 @@ use super::arguments::{Backend, RunArguments};
 use super::failure::Failure;
 use super::follow::{Follower, recorder, waiting};
 use super::progress::Bar;
-use super::{backend, interrupt, result, screen};
+use super::{backend, input, interrupt, result, screen};
 
-/// Runs a case, writes its results and says what happened.
+/// Runs cases one after the other; one that fails does not keep the others from being run.
 pub(crate) fn run(arguments: &RunArguments) -> Result<(), Failure> {
-    let start = Instant::now();
     let interrupted = interrupt::watch()?;
     let sets = arguments.sets();
-    let case = case::read(&arguments.case, &sets)?;
-    info!(file = file(&case), fields = case.fields.len(), changes = sets.len(), "case read");
-    for warning in warnings::of_case(&case) {
+    let mut folders: Vec<PathBuf> = Vec::new();
+    let mut failures = Vec::new();
+    for path in &arguments.cases {
+        let done = input::read(path, &sets).and_then(|case| {
+            let folder = out(arguments, &case);
+            if folders.contains(&folder) {
+                let found = format!("two cases for {}", folder.display());
+                return Err(Failure::input(format!(
+                    "error: {}\n  expected: a folder for each case\n  found: {found}",
+                    path.display()
+                )));
+            }
+            folders.push(folder.clone());
+            shoot(arguments, &case, &folder, &interrupted)
+        });
+        failures.extend(done.err());
+        if interrupted.load(Ordering::Relaxed) {
+            break;
+        }
+    }
+    failures.into_iter().reduce(Failure::and).map_or(Ok(()), Err)
+}
+
+/// Runs a case, writes its results and says what happened.
+fn shoot(arguments: &RunArguments, case: &Case, out: &Path, interrupted: &AtomicBool) -> Result<(), Failure> {
+    let start = Instant::now();
+    info!(file = file(case), fields = case.fields.len(), changes = arguments.sets.len(), "case read");
+    for warning in warnings::of_case(case) {
         warn!(code = warning.kind.code, "{}", warning.message);
     }
     let chosen = backend::choose(&arguments.backend)?;
-    let folder = Folder::prepare(&out(arguments, &case), &case)?;
+    let folder = Folder::prepare(out, case)?;
     let say = |note: &str| {
         if !arguments.quiet {
             screen::complain(note)
         }
     };
+    case.notes.iter().for_each(|note| say(&format!("note: {note}")));
     chosen.note.iter().chain(&waiting(&folder)).for_each(|note| say(note));
     let bar = Bar::new(!arguments.quiet);
     let options = Options { skips: arguments.skips(), ..chosen.options(arguments.threads) };
-    let shoot = |options: Options<'_>| -> Result<(Result<Run, RunError>, Follower<'_>), Failure> {
+    let attempt = |options: Options<'_>| -> Result<(Result<Run, RunError>, Follower<'_>), Failure> {
         let head = arguments.checkpoint_every.map(|every| Head {
             extras: Extras { report: !arguments.no_report, vtu: arguments.vtu },
-            ..Head::new(&case, &options, every)
+            ..Head::new(case, &options, every)
         });
-        let recorder = recorder(&case, &folder, &options, arguments.vtu, head.as_ref())?;
-        let film = (!arguments.no_report).then(|| Film::new(&case));
-        let keeper = head.map(|head| Keeper::new(&folder, &case, head, start));
+        let recorder = recorder(case, &folder, &options, arguments.vtu, head.as_ref())?;
+        let film = (!arguments.no_report).then(|| Film::new(case));
+        let keeper = head.map(|head| Keeper::new(&folder, case, head, start));
         let mut follower = Follower { bar: &bar, film, recorder, keeper };
-        Ok((simulation::run(&case, options, &interrupted, &mut follower), follower))
+        Ok((simulation::run(case, options, interrupted, &mut follower), follower))
     };
-    let mut shot = shoot(options);
+    let mut shot = attempt(options);
     if let (Ok((Err(RunError::Device(error)), _)), Backend::Auto) = (&shot, arguments.backend.backend) {
         say(&backend::took_cpu(error));
-        shot = shoot(Options { device: None, ..options });
+        shot = attempt(Options { device: None, ..options });
     }
     bar.clear();
     let refused = match shot {
         Ok((Ok(run), follower)) => {
             let wall = start.elapsed().as_secs_f64();
-            return conclude(&case, run, &folder, follower, wall, Print::of(arguments.json, arguments.quiet));
+            return conclude(case, run, &folder, follower, wall, Print::of(arguments.json, arguments.quiet));
         }
-        Ok((Err(error), _)) => Failure::start(&file(&case), &error),
+        Ok((Err(error), _)) => Failure::start(&file(case), &error),
         Err(failure) => failure,
     };
     folder.abandon();
@@ -131,7 +157,10 @@ pub(crate) fn conclude(
 }
 
 fn out(arguments: &RunArguments, case: &Case) -> PathBuf {
-    arguments.out.clone().unwrap_or_else(|| Path::new("out").join(&case.name))
+    match &arguments.out {
+        Some(folder) if arguments.cases.len() == 1 => folder.clone(),
+        several => several.as_deref().unwrap_or(Path::new("out")).join(&case.name),
+    }
 }
 
 pub(crate) fn file(case: &Case) -> String {

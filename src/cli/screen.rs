@@ -8,7 +8,7 @@ use super::failure::Failure;
 use super::paint;
 
 /// Lines of text are no wider than this, however wide the screen.
-const WIDEST: usize = 100;
+const WIDEST: usize = 80;
 
 /// Writes to standard output.
 pub(crate) fn print(text: &str) -> Result<(), Failure> {

@@ -23,6 +23,30 @@ pub struct Body {
 #[error("the edge radius does not fit into the shape")]
 pub struct EdgeRadiusTooLarge;
 
+/// The uniform solid of a shape, edges sharp; of a bar, a ball of its diameter.
+fn solid(shape: &Shape) -> Solid {
+    match *shape {
+        Shape::Sphere { diameter } | Shape::Bar { diameter, .. } => Solid::sphere(0.5 * diameter),
+        Shape::Cylinder { diameter, length } => Solid::cylinder(0.5 * diameter, length),
+        Shape::Cone { diameter, length, nose_length } => {
+            let (r, shank) = (0.5 * diameter, length - nose_length);
+            Solid::cylinder(r, shank).with(Solid::cone(r, nose_length).raised(shank))
+        }
+        Shape::Ogive { diameter, length, nose_length } => {
+            let (r, shank) = (0.5 * diameter, length - nose_length);
+            Solid::cylinder(r, shank).with(Solid::ogive(r, nose_length).raised(shank))
+        }
+        Shape::Fragment { diameter, length, nose_flat, nose_angle, .. } => {
+            Solid::chisel(0.5 * diameter, length, 0.5 * nose_flat, nose_angle)
+        }
+    }
+}
+
+/// Volume of a shape, edges sharp [m³]; a bar has none of its own.
+pub fn volume(shape: &Shape) -> f64 {
+    solid(shape).volume
+}
+
 impl Body {
     /// Surface and mass properties of a projectile.
     ///
@@ -30,30 +54,22 @@ impl Body {
     /// When the edge radius is larger than the shape allows.
     pub fn new(projectile: &Projectile) -> Result<Self, EdgeRadiusTooLarge> {
         let edge = projectile.edge_radius;
-        let (profile, solid) = match projectile.shape {
+        let solid = solid(&projectile.shape);
+        let profile = match projectile.shape {
             Shape::Sphere { diameter } | Shape::Bar { diameter, .. } => {
-                let r = 0.5 * diameter;
                 let bar = matches!(projectile.shape, Shape::Bar { .. });
-                (Profile { bar, ..polygon(&[[0.0, 0.0]], r)? }, Solid::sphere(r))
+                Profile { bar, ..polygon(&[[0.0, 0.0]], 0.5 * diameter)? }
             }
-            Shape::Cylinder { diameter, length } => {
-                let solid = Solid::cylinder(0.5 * diameter, length);
-                (polygon(&flat_ended(0.5 * diameter, length, solid.centre), edge)?, solid)
-            }
+            Shape::Cylinder { diameter, length } => polygon(&flat_ended(0.5 * diameter, length, solid.centre), edge)?,
             Shape::Cone { diameter, length, nose_length } => {
-                let (r, shank) = (0.5 * diameter, length - nose_length);
-                let solid = Solid::cylinder(r, shank).with(Solid::cone(r, nose_length).raised(shank));
-                (polygon(&pointed(r, length, shank, solid.centre), edge)?, solid)
+                polygon(&pointed(0.5 * diameter, length, length - nose_length, solid.centre), edge)?
             }
             Shape::Ogive { diameter, length, nose_length } => {
-                let (r, shank) = (0.5 * diameter, length - nose_length);
-                let solid = Solid::cylinder(r, shank).with(Solid::ogive(r, nose_length).raised(shank));
-                (ogive([r, shank, nose_length], solid.centre, edge)?, solid)
+                ogive([0.5 * diameter, length - nose_length, nose_length], solid.centre, edge)?
             }
             Shape::Fragment { diameter, length, nose_flat, nose_angle, .. } => {
-                let solid = Solid::chisel(0.5 * diameter, length, 0.5 * nose_flat, nose_angle);
                 let profile = polygon(&flat_ended(0.5 * diameter, length, solid.centre), edge)?;
-                (chisel(profile, 0.5 * nose_flat, nose_angle)?, solid)
+                chisel(profile, 0.5 * nose_flat, nose_angle)?
             }
         };
         let corners = &profile.corner[..profile.count];

@@ -8,6 +8,7 @@ pub(crate) fn projectile(shape: Shape, edge_radius: f64) -> Projectile {
         shape,
         edge_radius,
         mass: 3e-3,
+        density: None,
         inertia: None,
         velocity: 155.0,
         offset: [0.0; 2],

@@ -300,8 +300,11 @@ fn sweep(folder: &Path) -> io::Result<()> {
     Ok(())
 }
 
-/// An empty file in `folder` with the rights of any new file.
-pub(super) fn temporary(folder: &Path) -> io::Result<NamedTempFile> {
+/// An empty file in `folder` with the rights of any new file, to be renamed when it is whole.
+///
+/// # Errors
+/// Where the folder cannot be written.
+pub fn temporary(folder: &Path) -> io::Result<NamedTempFile> {
     let mut builder = tempfile::Builder::new();
     builder.prefix(UNFINISHED[0]).suffix(UNFINISHED[1]);
     #[cfg(unix)]

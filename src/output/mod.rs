@@ -4,6 +4,7 @@
 //! Every file is written beside its place, flushed to the disk and renamed, and nothing is renamed before all files
 //! are complete: a folder holds the whole result of one run, never half of one.
 
+mod breakage;
 pub(crate) mod chart;
 mod csv;
 mod energies;
@@ -20,9 +21,10 @@ mod surface;
 pub mod trust;
 mod verdict;
 
+pub use breakage::Breakage;
 pub use energies::Energies;
 pub use expect::{Checked, check};
-pub use folder::{CHECKPOINT, Folder, OutputError};
+pub use folder::{CHECKPOINT, Folder, OutputError, temporary};
 pub use picture::picture;
 pub(crate) use summary::velocity_left;
 pub use summary::{absorbed_energy, case_hash, flies_freely, residual_velocity, summary};

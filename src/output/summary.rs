@@ -2,7 +2,9 @@
 
 use serde_json::{Map, Value, json};
 
+use super::breakage::Breakage;
 use super::expect::{self, Checked};
+use super::trust::{self, Sign};
 use crate::case::{Case, Motion};
 use crate::outcome::Outcome;
 use crate::simulation::{PlySample, Run, Sample};
@@ -17,9 +19,19 @@ pub fn summary(case: &Case, run: &Run, wall_seconds: f64) -> Value {
     summary.append(&mut cost(run, wall_seconds));
     summary.append(&mut origin(case, run));
     let mut summary = Value::Object(summary);
+    summary["notes"] = json!(case.notes);
     let checked = expect::check(case, run, &summary);
+    summary["trust"] = trust_of(case, run);
     summary["expect"] = checked.iter().map(Checked::to_json).collect();
     summary
+}
+
+/// One word on the result, and the signs that gave it.
+fn trust_of(case: &Case, run: &Run) -> Value {
+    let signs = trust::signs(case, run);
+    let (level, why) = trust::answer(&signs);
+    let reason = |sign: &&Sign| json!({"sign": sign.name, "value": sign.value, "reason": sign.reason});
+    json!({"advice": level.advice(), "why": why.iter().map(reason).collect::<Vec<_>>()})
 }
 
 /// Kinetic energy the projectile has lost [J].
@@ -59,10 +71,12 @@ fn object(value: Value) -> Map<String, Value> {
 /// What happened, and how far it can be trusted.
 fn result(case: &Case, run: &Run) -> Map<String, Value> {
     let last = run.history.last().copied().unwrap_or_default();
+    let broken = Breakage::of(case, run);
     object(json!({
         "title": case.title,
         "outcome": run.outcome.word(),
         "residual_velocity_m_s": residual_velocity(case, run),
+        "residual_velocity_scatter_m_s": trust::scatter(case, run),
         "rebound_velocity_m_s": run.rebound_velocity,
         "stop_time_us": run.stop_time.map(|t| t * 1e6),
         "absorbed_energy_j": absorbed_energy(run),
@@ -76,6 +90,8 @@ fn result(case: &Case, run: &Run) -> Map<String, Value> {
         "breaking_load_ratio": peak(run, |s| s.balance.max_load),
         "peak_contact_force_n": peak(run, |s| s.contact_force),
         "failed_yarns": { "warp": last.failed[0], "weft": last.failed[1] },
+        "broken_yarns": { "warp": broken.yarns[0], "weft": broken.yarns[1] },
+        "failures_at": { "hit": broken.at_hit, "edges": broken.at_edges, "elsewhere": broken.elsewhere },
         "eroded_elements": last.eroded,
         "energy_error": run.energy_error,
         "energy_gained": run.energy_gained,
@@ -182,7 +198,7 @@ fn origin(case: &Case, run: &Run) -> Map<String, Value> {
 /// Fingerprint of what a case computes: 64-bit FNV-1a of the case as run, with keys sorted and numbers in one form,
 /// without the words around it (title, sources, notes) and what is expected of it.
 pub fn case_hash(as_run: &Value) -> String {
-    const WORDS: [&str; 4] = ["title", "sources", "notes", "expect"];
+    const WORDS: [&str; 5] = ["$schema", "title", "sources", "notes", "expect"];
     let mut text = String::new();
     match as_run.as_object() {
         Some(map) => object_text(map.iter().filter(|(key, _)| !WORDS.contains(&key.as_str())), &mut text),

@@ -2,6 +2,7 @@
 
 use super::number::{short, us};
 use super::summary::{flies_freely, residual_velocity};
+use super::trust;
 use crate::case::Case;
 use crate::model::MirrorPlanes;
 use crate::outcome::Outcome;
@@ -50,7 +51,14 @@ pub fn verdict(case: &Case, run: &Run) -> Verdict {
     let struck = format!("{torn}struck at {} m/s", short(struck, 4));
     let velocity = short(velocity, 4);
     match run.outcome {
-        Outcome::Perforated => ended("perforated", format!("leaves at {velocity} m/s, {struck}")),
+        Outcome::Perforated => {
+            let left = residual_velocity(case, run).unwrap_or(0.0);
+            let leaves = match trust::scatter(case, run) {
+                Some(scatter) => format!("{} m/s ± {} by the place of the hit", short(left, 3), short(scatter, 2)),
+                None => format!("{velocity} m/s"),
+            };
+            ended("perforated", format!("leaves at {leaves}, {struck}"))
+        }
         Outcome::Stopped => ended("stopped", format!("{stop}{struck}, {deflected}")),
         Outcome::Rebounded => {
             let flies = match run.rebound_velocity {

@@ -20,10 +20,6 @@ fn layup(groups: Value) -> Vec<Layer> {
     read(&laid(groups)).unwrap().pack.layup
 }
 
-fn field<'a>(case: &'a Case, pointer: &str) -> &'a Field {
-    case.fields.iter().find(|field| field.pointer == pointer).unwrap_or_else(|| panic!("no field {pointer}"))
-}
-
 fn shown(case: &Case, pointer: &str) -> (String, Origin, String, bool) {
     let field = field(case, pointer);
     (field.value.clone(), field.origin, field.source.clone(), field.assumed)

@@ -187,3 +187,98 @@ fn the_report_names_every_field_with_its_source() {
         assert_eq!(line.starts_with("* "), field.assumed, "{line}");
     }
 }
+
+/// A shot with as few keys as can be.
+fn plain() -> Value {
+    json!({
+        "title": "plain",
+        "fabric": {"file": "fabrics/s-720.json"},
+        "pack": {"width_mm": 50, "height_mm": 50},
+        "projectile": {"shape": "sphere", "diameter_mm": 6, "mass_g": 1, "velocity_m_s": 100},
+    })
+}
+
+#[test]
+fn a_shot_needs_no_solver_and_ends_with_its_outcome() {
+    let case = read(&plain()).unwrap();
+    close(case.solver.end_time, 1e-3, 1e-15);
+    assert_eq!(field(&case, "/solver/end_time_us").origin, Origin::Derived);
+    let without_outcome = [
+        ("/projectile/motion", json!("prescribed")),
+        ("/projectile", Value::Null),
+        ("/solver", json!({"run_until": "end_time"})),
+    ];
+    for (pointer, value) in without_outcome {
+        let mut document = plain();
+        put(&mut document, pointer, value);
+        let error = read(&document).unwrap_err();
+        assert_eq!(error.location, "/solver/end_time_us", "{pointer}");
+    }
+}
+
+#[test]
+fn what_comes_after_the_end_is_left_out_and_noted() {
+    let mut document = good();
+    put(&mut document, "/output/profile_times_us", json!([0, 50, 500]));
+    put(&mut document, "/expect/4/at_us", json!(401));
+    let case = read(&document).unwrap();
+    assert_eq!(case.output.profile_times, [0.0, 50e-6]);
+    assert_eq!(case.expect.len(), 4);
+    let notes = case.notes.join("\n");
+    assert!(notes.contains("500 µs left out") && notes.contains("/expect/4 at 401 µs"), "{notes}");
+    put(&mut document, "/output/history_interval_us", json!(401));
+    let case = read(&document).unwrap();
+    close(case.output.history_interval, case.solver.end_time, 0.0);
+    assert!(read(&good()).unwrap().notes.is_empty());
+}
+
+#[test]
+fn shapes_have_the_names_that_people_have_for_them() {
+    for (word, shape) in [("ball", "sphere"), ("rcc", "cylinder"), ("fsp", "fragment")] {
+        let mut document = plain();
+        put(&mut document, "/projectile/shape", json!(word));
+        if shape != "sphere" {
+            put(&mut document, "/projectile/length_mm", json!(6));
+        }
+        let case = read(&document).unwrap();
+        assert_eq!(case.as_run["projectile"]["shape"], shape);
+        assert_eq!(field(&case, "/projectile/shape").value, shape);
+    }
+}
+
+#[test]
+fn the_mass_of_a_solid_follows_from_its_density() {
+    let mut document = plain();
+    remove(&mut document, "/projectile/mass_g");
+    let error = read(&document).unwrap_err();
+    assert!(error.location == "/projectile/mass_g" && error.to_string().contains("density_kg_m3"), "{error}");
+    put(&mut document, "/projectile/density_kg_m3", json!(7850));
+    let case = read(&document).unwrap();
+    close(case.projectile.unwrap().mass, 7850.0 * std::f64::consts::PI / 6.0 * 6e-3_f64.powi(3), 1e-12);
+    put(&mut document, "/projectile/mass_g", json!(2));
+    close(read(&document).unwrap().projectile.unwrap().mass, 2e-3, 1e-15);
+}
+
+#[test]
+fn changes_are_named_in_title_and_name() {
+    let named = |sets: &[&str]| {
+        let sets: Vec<String> = sets.iter().map(|set| (*set).to_owned()).collect();
+        let mut case = case::from_str("plain.json", &plain().to_string(), &sets).unwrap();
+        case.name_changes(&sets);
+        assert_eq!(case.as_run["title"], case.title.as_str());
+        (case.name, case.title)
+    };
+    let pair = |name: &str, title: &str| (name.to_owned(), title.to_owned());
+    assert_eq!(named(&[]), pair("plain", "plain"));
+    let fast = "/projectile/velocity_m_s=200";
+    assert_eq!(named(&[fast]), pair("plain+velocity_m_s=200", "plain [velocity_m_s = 200]"));
+    // The last of two counts; what does not change the shot has no name.
+    assert_eq!(named(&["/projectile/velocity_m_s=9", fast, "/output/frames=3", "/expect=[]"]), named(&[fast]));
+    // Other keys end alike: the object is named too.
+    assert_eq!(named(&["/pack/friction=0.1"]).0, "plain+pack.friction=0.1");
+    assert_eq!(named(&["/title=mine", fast]), pair("plain+velocity_m_s=200", "mine"));
+    let free = |side: &str| named(&[&format!("/pack/edges={{\"{side}\": \"free\"}}")]).0;
+    assert!(free("left") != free("right") && free("left").starts_with("plain+edges="), "{}", free("left"));
+    let many: Vec<String> = (1..8).map(|i| format!("/projectile/offset_mm=[{i}.123456789, 0]")).collect();
+    assert!(many.iter().map(|set| named(&[set]).0).all(|name| name.len() < 120 && !name.contains(['/', ' ', '['])));
+}

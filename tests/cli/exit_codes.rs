@@ -65,7 +65,7 @@ fn results_never_replace_the_case() {
 fn ctrl_c_is_130_with_complete_results() {
     let bench = Bench::new(&small());
     let long = ["/solver/end_time_us=1e6", "/solver/run_until=end_time", "/output/history_interval_us=50"];
-    let mut arguments = vec!["run", "shot.json", "--backend", "cpu", "--json"];
+    let mut arguments = vec!["run", "shot.json", "--backend", "cpu", "--json", "--out", "out/shot"];
     arguments.extend(long.iter().flat_map(|set| ["--set", set]));
     let output = bench.interrupt(&arguments, "out/shot");
     assert_eq!(code(&output), 130, "{}", stderr(&output));

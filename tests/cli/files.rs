@@ -2,7 +2,12 @@
 
 use super::*;
 
-const SUMMARY: [&str; 53] = [
+const SUMMARY: [&str; 58] = [
+    "trust",
+    "notes",
+    "residual_velocity_scatter_m_s",
+    "broken_yarns",
+    "failures_at",
     "outcome",
     "residual_velocity_m_s",
     "rebound_velocity_m_s",

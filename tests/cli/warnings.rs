@@ -26,6 +26,7 @@ fn codes_and_names_stay_what_they_are() {
         ("W4", "penetration"),
         ("W5", "coarse-mesh"),
         ("W6", "small-projectile"),
+        ("W7", "mass"),
     ];
     assert_eq!(kinds, given);
 }
@@ -64,10 +65,14 @@ fn what_a_case_shows_before_the_run_is_shown_by_check_and_by_the_run() {
     for (set, expected) in [
         ("/projectile/diameter_mm=3.9", &["W1"][..]),
         ("/projectile/diameter_mm=3.7", &["W1", "W6"]), // three elements are 3.81 mm
+        ("/projectile/mass_g=0.3", &["W1", "W7"]),      // 300 kg/m³
+        ("/projectile/mass_g=30", &["W1", "W7"]),
+        ("/projectile/density_kg_m3=2700", &["W1", "W7"]), // the mass given is a tenth more
+        ("/projectile/density_kg_m3=2950", &["W1"]),
         ("/pack/crossovers_per_element=2", &["W1", "W5", "W6"]),
     ] {
         let text = stdout(&bench.ripstop(&["check", "shot.json", "--set", set]));
-        let output = bench.shoot(&["--set", set]);
+        let output = bench.shoot(&["--set", set, "--out", "out/shot"]);
         assert_eq!((code(&output), stderr(&output)), (0, String::new()));
         let summary = bench.json("out/shot/summary.json");
         let listed = summary["warnings"].as_array().unwrap();
@@ -112,7 +117,7 @@ fn explain_knows_every_code_by_number_and_name_and_names_them_to_who_asks_for_an
         assert!(text.starts_with(&format!("exit code {exit}: ")) && text.contains(part), "{text}");
         assert!(text.contains("means") && text.contains("to do"), "{text}");
     }
-    for unknown in ["W7", "4", "", "0130"] {
+    for unknown in ["W8", "4", "", "0130"] {
         let output = explain(unknown);
         assert_eq!((code(&output), stdout(&output)), (2, String::new()));
         assert!(stderr(&output).contains("0, 1, 2, 3, 130, W1, W2, W3, W4, W5, W6"), "{}", stderr(&output));

@@ -4,6 +4,7 @@ use std::fmt::Write;
 
 use serde_json::Value;
 
+use super::super::breakage::Breakage;
 use super::super::chart::escape;
 use super::super::energies::{self, Energies};
 use super::super::expectation::{Judgement, expected, got, judgement, note, quantity};
@@ -94,8 +95,14 @@ fn figures(case: &Case, run: &Run) -> Vec<(&'static str, String, String)> {
     let deflection = run.history.iter().map(|row| row.deflection).fold(0.0, f64::max);
     all.push(("largest deflection", format!("{} mm", short(deflection * 1e3, 3)), String::new()));
     let last = run.history.last();
-    let [warp, weft] = last.map_or([0, 0], |row| row.failed);
-    all.push(("yarn failures", grouped(warp + weft), format!("{} warp, {} weft", grouped(warp), grouped(weft))));
+    let broken = Breakage::of(case, run);
+    let pieces = broken.pieces() as u64;
+    let places = if pieces == 0 {
+        String::new()
+    } else {
+        format!("in {} places, {} at the hit", grouped(pieces), grouped(broken.at_hit as u64))
+    };
+    all.push(("yarns broken", grouped(broken.yarns.iter().sum::<usize>() as u64), places));
     if run.plies > 1 {
         let through = last.map_or(0, |row| row.perforated_plies);
         all.push(("plies perforated", format!("{through} of {}", run.plies), String::new()));

@@ -34,6 +34,7 @@ fn projectile(shape: Shape) -> Projectile {
         shape,
         edge_radius: 0.0,
         mass: 2e-5,
+        density: None,
         inertia: None,
         velocity: 200.0,
         offset: [0.2e-3, -0.3e-3],

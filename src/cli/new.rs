@@ -1,0 +1,167 @@
+//! `ripstop new`: a case to start from.
+
+use std::fs;
+use std::io::{self, BufRead as _, IsTerminal as _, Write as _};
+use std::path::Path;
+
+use ripstop::{case, output};
+use serde_json::{Map, Value, json};
+
+use super::arguments::NewArguments;
+use super::failure::Failure;
+use super::presets::{self, FABRICS, Preset};
+use super::screen;
+
+/// Beside every new case, for editors.
+const SCHEMA: &str = "ripstop.schema.json";
+/// Side of the pack [mm]: the paper's frame.
+const SIDE: u32 = 203;
+
+/// Writes the case and its schema, and says what to do next.
+pub(crate) fn new(arguments: &NewArguments) -> Result<(), Failure> {
+    let file = &arguments.file;
+    if file.exists() && !arguments.force {
+        return Err(Failure::input(format!(
+            "error: {}\n  expected: a file that is not there yet\n  found: one that is\n  help: --force writes over it",
+            file.display()
+        )));
+    }
+    let fabric = answer(&arguments.fabric, "fabric", &FABRICS, "s-720")?;
+    let (name, fabric, mut sources) = read_fabric(&fabric)?;
+    let plies = number(arguments.plies, "plies", 1)?;
+    let projectile = answer(&arguments.projectile, "projectile", &presets::projectiles(), "rcc-paper")?;
+    let Some(projectile) = presets::projectile(&projectile) else {
+        return Err(unknown(
+            "--projectile",
+            &projectile,
+            &presets::projectiles(),
+            "or sphere:D, rcc:D, cylinder:DxL [mm]",
+        ));
+    };
+    let velocity = number(arguments.velocity, "velocity [m/s]", 200.0)?;
+    let Preset { what, mut keys, sources: of_projectile } = projectile;
+    keys.insert("velocity_m_s".to_owned(), json!(velocity));
+    keys.insert("friction".to_owned(), json!(0.2));
+    let chosen = "chosen with `ripstop new`";
+    sources.insert("/pack".to_owned(), json!(chosen));
+    for (key, text) in of_projectile {
+        let place = if key.is_empty() { "/projectile".to_owned() } else { format!("/projectile/{key}") };
+        sources.insert(place, json!(text));
+    }
+    sources.insert("/projectile/velocity_m_s".to_owned(), json!(chosen));
+    sources.insert("/projectile/friction".to_owned(), json!("assumed: not published"));
+    let count = if plies == 1 { "1 ply".to_owned() } else { format!("{plies} plies") };
+    let document = json!({
+        "$schema": SCHEMA,
+        "title": format!("{name}, {count}, {what} at {velocity} m/s"),
+        "notes": NOTES,
+        "fabric": fabric,
+        "pack": { "plies": plies, "width_mm": SIDE, "height_mm": SIDE, "edges": "clamped", "friction": 0.2 },
+        "projectile": keys,
+        "output": { "history_interval_us": 0.5, "profile_times_us": [20, 40, 60, 80, 100] },
+        "sources": sources,
+    });
+    let text = format!("{document:#}\n");
+    let name = file.display().to_string();
+    let folder = file.parent().filter(|folder| *folder != Path::new("")).unwrap_or(Path::new("."));
+    case::from_text(&name, &text, folder, &[])?;
+    write(&folder.join(SCHEMA), &format!("{:#}\n", case::schema()))?;
+    write(file, &text)?;
+    screen::print(&format!(
+        "{name}: {}\n  ripstop check {name}   every value, with its source; assumed ones marked\n  \
+         ripstop run {name}     the shot, until its outcome is known\n",
+        document["title"].as_str().unwrap_or_default(),
+    ))
+}
+
+/// What stands in the new case under `notes`.
+const NOTES: &str = "Lengths in mm, masses in g, times in us; every key ends in its unit. `ripstop check` shows what each value is and \
+    where it comes from. What has the source `assumed` was not published for this fabric or projectile: put your own value and say \
+    under `sources` where you have it from. Keys left out have defaults; `ripstop schema` describes every key, and an editor that \
+    knows JSON Schema shows it as you type. The run ends when its outcome is known, or at /solver/end_time_us.";
+
+/// A flag's value, or what is typed, or the default where nobody can be asked.
+fn answer(given: &Option<String>, what: &str, known: &[(&str, &str)], default: &str) -> Result<String, Failure> {
+    if let Some(given) = given {
+        return Ok(given.clone());
+    }
+    if !asks() {
+        return Ok(default.to_owned());
+    }
+    screen::print(&menu(known))?;
+    ask(what, default)
+}
+
+fn number<N: std::str::FromStr + ToString + Copy>(given: Option<N>, what: &str, default: N) -> Result<N, Failure> {
+    match given {
+        Some(given) => Ok(given),
+        None if !asks() => Ok(default),
+        None => {
+            let typed = ask(what, &default.to_string())?;
+            typed
+                .parse()
+                .map_err(|_| Failure::input(format!("error: {what}\n  expected: a number\n  found: {typed:?}")))
+        }
+    }
+}
+
+/// Whether somebody sits at the terminal.
+fn asks() -> bool {
+    io::stdin().is_terminal() && io::stdout().is_terminal()
+}
+
+fn ask(what: &str, default: &str) -> Result<String, Failure> {
+    let failed = |error: io::Error| Failure::input(format!("error: cannot ask for the {what}: {error}"));
+    let mut out = io::stdout().lock();
+    write!(out, "{what} [{default}]: ").and_then(|()| out.flush()).map_err(failed)?;
+    let mut line = String::new();
+    io::stdin().lock().read_line(&mut line).map_err(failed)?;
+    let typed = line.trim();
+    Ok(if typed.is_empty() { default } else { typed }.to_owned())
+}
+
+fn menu(known: &[(&str, &str)]) -> String {
+    known.iter().map(|(name, what)| format!("  {name:14} {what}\n")).collect()
+}
+
+fn unknown(flag: &str, found: &str, known: &[(&str, &str)], more: &str) -> Failure {
+    let names: Vec<&str> = known.iter().map(|(name, _)| *name).collect();
+    Failure::input(format!("error: {flag}\n  expected: {}, {more}\n  found: {found:?}", names.join(", ")))
+}
+
+/// A fabric by name or from a file: its name, its keys, and its sources as pointers of a case.
+fn read_fabric(given: &str) -> Result<(String, Value, Map<String, Value>), Failure> {
+    let text = match presets::fabric(given) {
+        Some(text) => text.to_owned(),
+        None => fs::read_to_string(given).map_err(|error| {
+            let more = format!("or a file with the keys of a fabric ({error})");
+            unknown("--fabric", given, &FABRICS, &more)
+        })?,
+    };
+    let wrong = |found: String| {
+        Failure::input(format!("error: {given}\n  expected: an object with the keys of a fabric\n  found: {found}"))
+    };
+    let mut fabric: Value = serde_json::from_str(&text).map_err(|error| wrong(error.to_string()))?;
+    let Value::Object(keys) = &mut fabric else { return Err(wrong("something else".to_owned())) };
+    let name = keys.get("name").and_then(Value::as_str).unwrap_or("fabric").to_owned();
+    let own = keys.shift_remove("sources");
+    let mut sources = Map::new();
+    sources.insert("/fabric".to_owned(), json!(given));
+    for (pointer, text) in own.as_ref().and_then(Value::as_object).into_iter().flatten() {
+        sources.insert(format!("/fabric{pointer}"), text.clone());
+    }
+    Ok((name, fabric, sources))
+}
+
+/// Whole or not at all.
+fn write(path: &Path, text: &str) -> Result<(), Failure> {
+    let folder = path.parent().filter(|folder| *folder != Path::new("")).unwrap_or(Path::new("."));
+    let staged = output::temporary(folder).and_then(|mut file| {
+        file.write_all(text.as_bytes())?;
+        Ok(file)
+    });
+    let put = staged.and_then(|file| file.persist(path).map_err(|error| error.error));
+    put.map(|_| ()).map_err(|error| {
+        Failure::input(format!("error: {}\n  expected: a file that can be written\n  found: {error}", path.display()))
+    })
+}

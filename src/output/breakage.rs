@@ -1,0 +1,133 @@
+//! Which yarns broke, and where.
+
+use std::collections::BTreeSet;
+
+use crate::case::{Case, Layer};
+use crate::simulation::Run;
+
+/// Pieces of yarn this near to the line of flight broke at the hit [diameters].
+const HIT: f64 = 2.0;
+/// Pieces of yarn this near to the side of a ply broke at its edge [crossovers].
+const EDGE: f64 = 2.0;
+
+/// What broke in a run. A yarn that broke in several places is one yarn and as many pieces.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Breakage {
+    /// Yarns, warp and weft.
+    pub yarns: [usize; 2],
+    /// Pieces within two diameters of the line of flight.
+    pub at_hit: usize,
+    /// Of the others, those within two crossovers of the side of a ply.
+    pub at_edges: usize,
+    /// The rest.
+    pub elsewhere: usize,
+}
+
+impl Breakage {
+    /// Pieces of yarn in all.
+    pub fn pieces(&self) -> usize {
+        self.at_hit + self.at_edges + self.elsewhere
+    }
+
+    /// What broke in a run of a case.
+    pub fn of(case: &Case, run: &Run) -> Self {
+        let layers = case.layers();
+        let plies: Vec<Ply> =
+            layers.iter().flat_map(|layer| vec![Ply::new(case, layer); layer.plies as usize]).collect();
+        let hit = case.projectile.as_ref().map(|p| (p.offset, HIT * p.shape.diameter()));
+        let mut broken: [BTreeSet<(u32, usize)>; 2] = Default::default();
+        let mut found = Self::default();
+        for event in &run.events {
+            let Some(ply) = plies.get(event.ply as usize) else { continue };
+            let element = [event.i as usize, event.j as usize];
+            // A warp yarn runs along X: its number is that of its place along Y.
+            let yarn = usize::from(event.yarn.min(1));
+            let across = 1 - yarn;
+            broken[yarn].extend(ply.yarns(across, element[across]).map(|number| (event.ply, number)));
+            let near_hit = hit.is_some_and(|(aim, reach)| ply.distance(element, aim) <= reach);
+            let place = match (near_hit, ply.is_at_edge(element)) {
+                (true, _) => &mut found.at_hit,
+                (false, true) => &mut found.at_edges,
+                (false, false) => &mut found.elsewhere,
+            };
+            *place += 1;
+        }
+        found.yarns = broken.map(|yarns| yarns.len());
+        found
+    }
+}
+
+/// Where the elements of a ply lie.
+#[derive(Clone)]
+struct Ply {
+    /// Lines of nodes along warp and weft [crossovers from the first].
+    lines: [Vec<f64>; 2],
+    /// Middles of elements along warp and weft, from the middle of the ply [m].
+    middles: [Vec<f64>; 2],
+    /// Cosine and sine of the warp's angle.
+    turn: [f64; 2],
+}
+
+impl Ply {
+    fn new(case: &Case, layer: &Layer) -> Self {
+        let side = case.pack.crossovers_along_element();
+        let lines = layer.node_lines().map(|lines| lines.into_iter().map(|line| line * side).collect());
+        let (s, c) = layer.orientation.sin_cos();
+        Self { lines, middles: layer.middles(), turn: [c, s] }
+    }
+
+    /// Numbers of the yarns that cross an element of this column or row.
+    fn yarns(&self, axis: usize, index: usize) -> std::ops::Range<usize> {
+        let [from, to] = [0, 1].map(|end| self.lines[axis].get(index + end).copied().unwrap_or(0.0));
+        let first = (from + 1e-6).floor() as usize;
+        first..((to - 1e-6).ceil() as usize).max(first + 1)
+    }
+
+    /// Distance of an element from a place in the pack's plane [m].
+    fn distance(&self, [i, j]: [usize; 2], place: [f64; 2]) -> f64 {
+        let [x, y] = [self.middles[0][i], self.middles[1][j]];
+        let [c, s] = self.turn;
+        (c * x - s * y - place[0]).hypot(s * x + c * y - place[1])
+    }
+
+    fn is_at_edge(&self, element: [usize; 2]) -> bool {
+        [0, 1].into_iter().any(|axis: usize| {
+            let lines = &self.lines[axis];
+            let (first, last) = (lines[0], lines[lines.len() - 1]);
+            lines[element[axis] + 1] <= first + EDGE + 1e-6 || lines[element[axis]] >= last - EDGE - 1e-6
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
+    use super::*;
+
+    /// A 20 × 20 mm ply of S-720 (1.27 mm a crossover: 16 × 16) with so many elements a crossover.
+    fn ply(mesh: &str) -> Ply {
+        let text = format!(
+            r#"{{"title": "t", "fabric": {{"file": "fabrics/s-720.json"}}, "solver": {{"end_time_us": 1}},
+                "pack": {{"width_mm": 20.32, "height_mm": 20.32, {mesh}}}}}"#
+        );
+        let case = crate::case::from_str("t", &text, &[]).unwrap();
+        Ply::new(&case, &case.layers()[0])
+    }
+
+    #[test]
+    fn elements_of_a_crossover_are_one_yarn_and_an_element_of_several_has_several() {
+        let fine = ply(r#""elements_per_crossover": 2"#);
+        assert_eq!((fine.yarns(1, 0), fine.yarns(1, 1), fine.yarns(1, 2)), (0..1, 0..1, 1..2));
+        let coarse = ply(r#""crossovers_per_element": 4"#);
+        assert_eq!((coarse.yarns(0, 0), coarse.yarns(0, 3)), (0..4, 12..16));
+    }
+
+    #[test]
+    fn places_are_at_the_edge_or_so_far_from_the_hit() {
+        let even = ply(r#""elements_per_crossover": 1"#);
+        assert!(even.is_at_edge([0, 8]) && even.is_at_edge([1, 8]) && even.is_at_edge([8, 15]));
+        assert!(!even.is_at_edge([2, 8]) && !even.is_at_edge([8, 13]));
+        // The middle of the element beside the centre is half a crossover off both ways.
+        assert!((even.distance([8, 8], [0.0, 0.0]) - 0.635e-3 * 2.0_f64.sqrt()).abs() < 1e-9);
+    }
+}
