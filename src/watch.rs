@@ -41,13 +41,21 @@ pub enum View<'a> {
 }
 
 impl View<'_> {
+    /// Steps done.
+    pub fn step(&self) -> u64 {
+        match self {
+            Self::Double(_, state) => state.step,
+            Self::Single(_, state) => state.step,
+        }
+    }
+
     /// Time of the positions, and of a step [s].
     pub fn clock(&self) -> [f64; 2] {
-        let (step, dt) = match self {
-            Self::Double(model, state) => (state.step, model.dt),
-            Self::Single(model, state) => (state.step, model.dt),
+        let dt = match self {
+            Self::Double(model, _) => model.dt,
+            Self::Single(model, _) => model.dt,
         };
-        [step as f64 * dt, dt]
+        [self.step() as f64 * dt, dt]
     }
 }
 

@@ -9,24 +9,9 @@ use std::sync::atomic::AtomicBool;
 
 use ripstop::case::{self, Case};
 use ripstop::frame::{Camera, Frame};
-use ripstop::simulation::{self, Options, Progress, Run, Skips, View, Watch};
+use ripstop::simulation::{self, Options, Run, Skips};
 
-struct Frames {
-    camera: Camera,
-    taken: Vec<Frame>,
-}
-
-impl Watch for Frames {
-    fn progress(&mut self, _: &Progress) {}
-
-    fn is_due(&self, time: f64, dt: f64) -> bool {
-        self.camera.is_due(time, dt)
-    }
-
-    fn look(&mut self, view: &View<'_>) {
-        self.taken.push(self.camera.take(view).frame());
-    }
-}
+use crate::support::filmed::Frames;
 
 /// 24 × 20 elements, yarns of which break; two plies, a history row for every step.
 fn shot(sets: &[&str]) -> Case {
@@ -40,10 +25,10 @@ fn shot(sets: &[&str]) -> Case {
 
 fn filmed(case: &Case, skips: Skips) -> (Run, Vec<Frame>) {
     let camera = Camera::new(case.output.frames as usize, case.solver.end_time);
-    let mut frames = Frames { camera, taken: Vec::new() };
+    let mut frames = Frames::new(camera);
     let options = Options { skips, ..Options::default() };
     let run = simulation::run(case, options, &AtomicBool::new(false), &mut frames).unwrap();
-    (run, frames.taken)
+    (run, frames.chosen(case.output.frames as usize).0)
 }
 
 #[track_caller]
@@ -65,7 +50,7 @@ fn a_quarter_gives_the_frames_of_the_whole() {
     assert!(all[5].alive[0].contains(&0) && all[5].alive[1].contains(&0), "yarns must fail for this to mean anything");
     assert!(all[5].shear_angle.iter().any(|angle| angle.abs() > 0.01));
     for (few, all) in few.into_iter().zip(all) {
-        assert_eq!((few.index, few.step, few.time.to_bits()), (all.index, all.step, all.time.to_bits()));
+        assert_eq!((few.step, few.time.to_bits()), (all.step, all.time.to_bits()));
         assert_eq!(few.alive, all.alive);
         assert_close("displacement", few.displacement.into_flattened(), all.displacement.into_flattened());
         assert_close("velocity", few.velocity.into_flattened(), all.velocity.into_flattened());
@@ -111,4 +96,20 @@ fn a_frame_is_what_the_history_says_of_its_step() {
     let peak = last.tension.iter().flatten().fold(0.0_f32, |peak, tension| peak.max(*tension));
     let row = run.history.last().unwrap();
     assert!((f64::from(peak) / row.balance.max_tension - 1.0).abs() < 0.05, "{peak} {}", row.balance.max_tension);
+}
+
+#[test]
+fn a_shot_that_is_decided_early_has_as_many_frames_as_asked_for_and_the_last_shows_its_end() {
+    for end_time in [20, 300] {
+        let end_time = format!("/solver/end_time_us={end_time}");
+        let case = shot(&[&end_time, "/solver/run_until=outcome", "/output/frames=12"]);
+        let (run, frames) = filmed(&case, Skips::default());
+        let last = &frames[11];
+        assert!(frames.len() == 12 && run.steps - last.step <= 1, "{} of {}", last.step, run.steps);
+        assert!(last.time < 0.5 * case.solver.end_time || end_time.ends_with("=20"), "decided at {}", last.time);
+        let gap = last.time / 11.0;
+        for (number, frame) in frames.iter().enumerate() {
+            assert!((frame.time - gap * number as f64).abs() < 0.51 * gap, "frame {number} at {}", frame.time);
+        }
+    }
 }

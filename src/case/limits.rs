@@ -123,18 +123,19 @@ fn frames_bytes(case: &Case) -> f64 {
     if case.output.frames == 0 {
         return 0.0;
     }
-    (of_frames(case, FRAME_BYTES, 1) + waiting_frame_bytes(case)) as f64
+    (of_frames(case, case.output.frames as usize, FRAME_BYTES, 1) + waiting_frame_bytes(case)) as f64
 }
 
 /// Bytes of so many per element and frame: of all frames if they are small, of so many always.
-fn of_frames(case: &Case, of_element: usize, always: usize) -> usize {
+fn of_frames(case: &Case, frames: usize, of_element: usize, always: usize) -> usize {
     let one = of_element.saturating_mul(case.elements());
-    one.saturating_mul(case.output.frames as usize).min(FRAMES_BYTES).max(one.saturating_mul(always))
+    one.saturating_mul(frames).min(FRAMES_BYTES).max(one.saturating_mul(always))
 }
 
 /// Bytes of the frames that may wait to be written.
 pub(super) fn waiting_frame_bytes(case: &Case) -> usize {
-    of_frames(case, SNAPSHOT_BYTES, 2)
+    // Up to twice as many as asked for are kept until the end of the run is known.
+    of_frames(case, 2 * case.output.frames as usize, SNAPSHOT_BYTES, 2)
 }
 
 /// Frames that may be made at once.
@@ -215,7 +216,7 @@ mod tests {
         };
         assert_eq!(needed(0, 203).0, 0.0);
         let (few, elements) = needed(10, 203);
-        assert_eq!(few, elements * 10.0 * (400.0 + 80.0));
+        assert_eq!(few, elements * 10.0 * (400.0 + 2.0 * 80.0));
         let (many, elements) = needed(10_000, 203);
         assert!(many > few && many < 2.0 * 1.35e8, "{many} for {elements}");
         let (large, elements) = needed(10_000, 2000);

@@ -103,7 +103,7 @@ pub(crate) struct RunArguments {
     /// Write no report.html
     #[arg(long)]
     pub(crate) no_report: bool,
-    /// Frames for ParaView, evenly over the end time asked for, in frames.vtkhdf [default: /output/frames of the case]
+    /// Frames for ParaView, evenly from impact to the end of the run, in frames.vtkhdf [default: /output/frames of the case]
     #[arg(long, value_name = "N")]
     pub(crate) frames: Option<u32>,
     /// Frames also as frames.pvd with a series of .vtu files

@@ -47,6 +47,9 @@ impl Watch for Follower<'_> {
         if let Some(film) = &mut self.film {
             film.end(view);
         }
+        if let Some(recorder) = &mut self.recorder {
+            recorder.end(view);
+        }
     }
 
     fn keeps(&self, time: f64, dt: f64) -> bool {
@@ -56,10 +59,13 @@ impl Watch for Follower<'_> {
     fn keep(&mut self, run: &dyn Kept, loop_seconds: f64) {
         let Some(keeper) = &mut self.keeper else { return };
         // A checkpoint without the frames before it would be worth less.
-        let unshelved = self.recorder.as_ref().and_then(Recorder::settle);
+        let unspooled = self.recorder.as_mut().and_then(Recorder::settle);
         let film = self.film.as_ref().map_or_else(Vec::new, Film::to_bytes);
         let unkept = keeper.keep(run, &film, loop_seconds).err();
-        unshelved.iter().chain(&unkept).for_each(|complaint| self.bar.say(&format!("warning: {complaint}")));
+        if let Some(recorder) = self.recorder.as_mut().filter(|_| unkept.is_none()) {
+            recorder.discard();
+        }
+        unspooled.iter().chain(&unkept).for_each(|complaint| self.bar.say(&format!("warning: {complaint}")));
     }
 }
 
@@ -83,10 +89,6 @@ fn frames(case: &Case, vtu: bool) -> Result<bool, Failure> {
     Ok(case.output.frames > 0)
 }
 
-fn no_thread(error: std::io::Error) -> Failure {
-    Failure::input(format!("error: cannot start the thread that writes frames: {error}"))
-}
-
 /// Writes frames where some are asked for. `head`: of a run that leaves checkpoints.
 pub(crate) fn recorder(
     case: &Case,
@@ -98,7 +100,7 @@ pub(crate) fn recorder(
     if !frames(case, vtu)? {
         return Ok(None);
     }
-    Recorder::start(folder.path(), case, options, vtu, head).map(Some).map_err(no_thread)
+    Ok(Some(Recorder::new(folder.path(), case, options, vtu, head)))
 }
 
 /// The same of a run that goes on; `say` hears of frames that are lost.
@@ -113,7 +115,7 @@ pub(crate) fn recorder_again(
     if !frames(case, vtu)? {
         return Ok(None);
     }
-    let (recorder, lost) = Recorder::resume(folder.path(), case, options, vtu, head).map_err(no_thread)?;
+    let (recorder, lost) = Recorder::resume(folder.path(), case, options, vtu, head);
     lost.iter().for_each(|lost| say(&format!("warning: {lost}; the files of frames begin after that")));
     Ok(Some(recorder))
 }

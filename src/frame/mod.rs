@@ -4,24 +4,24 @@
 //! and strains of every element and the mirror images of a scene that is computed in part, is left to [`Snapshot::frame`],
 //! which may be called on another thread while the solver goes on.
 //!
-//! N frames lie evenly between the start and the end time of a case, both included, each at the nearest step. A run that
-//! ends before has fewer.
+//! N frames lie evenly between the start and the end of a run, both included. When a run ends is not known before: frames
+//! are taken more often, and N of them are chosen in the end ([`even`]).
 
 mod element;
 mod scene;
+mod schedule;
 mod snapshot;
 
 use serde::{Deserialize, Serialize};
 
 pub use scene::{PlyMesh, Scene};
+pub use schedule::even;
 pub use snapshot::{Camera, Snapshot};
 
 /// The whole scene at one time, in the axes of the pack. Nodes and elements run over (ply, row, column); [`Scene`] has
 /// their numbers and what does not change.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Frame {
-    /// Counted from 0.
-    pub index: usize,
     /// Steps done.
     pub step: u64,
     /// [s]
@@ -50,7 +50,6 @@ impl Frame {
         let (nodes, elements) = (scene.reference.len(), scene.elements);
         let zeros = || std::array::from_fn(|_| vec![0.0; elements]);
         Self {
-            index: 0,
             step: 0,
             time: 0.0,
             displacement: vec![[0.0; 3]; nodes],

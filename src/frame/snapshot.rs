@@ -1,9 +1,10 @@
-//! When a frame is due, and the copy of the state that it is made from.
+//! The copy of the state that a frame is made from.
 
 use std::ops::Range;
 use std::sync::Arc;
 
 use super::element::{self, Before, Reading};
+use super::schedule::Schedule;
 use super::{Frame, PlyMesh, Pose, Scene};
 use crate::kernels::crossover::LawKernel;
 use crate::kernels::element_force::{ElementConstants, field as element_field};
@@ -17,7 +18,6 @@ use crate::state::{Rows, State};
 /// The state when a frame is due: what has moved of the part that is computed.
 pub struct Snapshot {
     scene: Arc<Scene>,
-    index: usize,
     step: u64,
     time: f64,
     projectile: Option<Pose>,
@@ -35,6 +35,11 @@ impl Snapshot {
         self.time
     }
 
+    /// Steps done.
+    pub fn step(&self) -> u64 {
+        self.step
+    }
+
     /// Bytes that it takes, about.
     pub fn bytes(&self) -> usize {
         self.moved.bytes()
@@ -42,41 +47,10 @@ impl Snapshot {
 
     /// The frame of the whole scene.
     pub fn frame(&self) -> Frame {
-        let mut frame = Frame {
-            index: self.index,
-            step: self.step,
-            time: self.time,
-            projectile: self.projectile,
-            ..Frame::empty(&self.scene)
-        };
+        let mut frame =
+            Frame { step: self.step, time: self.time, projectile: self.projectile, ..Frame::empty(&self.scene) };
         self.moved.fill(&self.scene, &mut frame);
         frame
-    }
-}
-
-/// The times at which frames are due.
-#[derive(Clone, Copy, Debug)]
-struct Schedule {
-    frames: usize,
-    interval: f64,
-    /// Frames whose time has come.
-    passed: usize,
-}
-
-impl Schedule {
-    fn new(frames: usize, end_time: f64) -> Self {
-        Self { frames, interval: end_time / frames.saturating_sub(1).max(1) as f64, passed: 0 }
-    }
-
-    fn is_due(&self, time: f64, dt: f64) -> bool {
-        self.passed < self.frames && time >= self.passed as f64 * self.interval - 0.5 * dt
-    }
-
-    /// Everything due at `time` [s] is taken.
-    fn pass(&mut self, time: f64, dt: f64) {
-        while self.is_due(time, dt) {
-            self.passed += 1;
-        }
     }
 }
 
@@ -84,29 +58,19 @@ impl Schedule {
 pub struct Camera {
     schedule: Schedule,
     scene: Option<Arc<Scene>>,
-    taken: usize,
 }
 
 impl Camera {
-    /// For so many frames evenly from 0 to `end_time` [s]; a single one is that of the start.
+    /// For so many frames from 0 to the end of a run, at `end_time` [s] or before; a single one is that of the start.
     pub fn new(frames: usize, end_time: f64) -> Self {
-        Self { schedule: Schedule::new(frames, end_time), scene: None, taken: 0 }
+        Self { schedule: Schedule::new(frames, end_time), scene: None }
     }
 
-    /// The camera of a run that goes on before the step of this number, `dt` [s] long, and the steps before which the run has
-    /// taken its frames so far.
-    pub fn resume(frames: usize, end_time: f64, step: u64, dt: f64) -> (Self, Vec<u64>) {
+    /// The camera of a run that goes on before the step of this number, `dt` [s] long.
+    pub fn resume(frames: usize, end_time: f64, step: u64, dt: f64) -> Self {
         let mut camera = Self::new(frames, end_time);
-        let mut taken = Vec::new();
-        for past in 0..step {
-            let time = past as f64 * dt;
-            if camera.is_due(time, dt) {
-                camera.schedule.pass(time, dt);
-                taken.push(past);
-            }
-        }
-        camera.taken = taken.len();
-        (camera, taken)
+        (0..step).for_each(|past| camera.schedule.pass(past, dt));
+        camera
     }
 
     /// Whether a frame is due at `time` [s], or nearer to it than to the next step `dt` [s] later.
@@ -114,8 +78,24 @@ impl Camera {
         self.schedule.is_due(time, dt)
     }
 
-    /// The state in view.
+    /// Steps done before the frames that are kept, in order; all others have been given up.
+    pub fn kept(&self) -> impl Iterator<Item = u64> {
+        self.schedule.kept()
+    }
+
+    /// The state in view, which is due.
     pub fn take(&mut self, view: &View<'_>) -> Snapshot {
+        let (step, [_, dt]) = (view.step(), view.clock());
+        self.schedule.pass(step, dt);
+        self.snapshot(view)
+    }
+
+    /// The state in view, that after the last step, unless a frame shows it already.
+    pub fn end(&mut self, view: &View<'_>) -> Option<Snapshot> {
+        self.schedule.wants_end(view.step()).then(|| self.snapshot(view))
+    }
+
+    fn snapshot(&mut self, view: &View<'_>) -> Snapshot {
         match view {
             View::Double(model, state) => self.take_as(model, state),
             View::Single(model, state) => self.take_as(model, state),
@@ -123,16 +103,11 @@ impl Camera {
     }
 
     fn take_as<S: Scalar>(&mut self, model: &Arc<Model<S>>, state: &State<S>) -> Snapshot {
-        let time = state.step as f64 * model.dt;
-        self.schedule.pass(time, model.dt);
-        let index = self.taken;
-        self.taken += 1;
         let plies = (0..model.plies.len()).map(|ply| Patch::new(model, state, ply)).collect();
         Snapshot {
             scene: self.scene.get_or_insert_with(|| Arc::new(Scene::new(model))).clone(),
-            index,
             step: state.step,
-            time,
+            time: state.step as f64 * model.dt,
             projectile: state.body.as_ref().map(pose),
             moved: Box::new(Patches { model: model.clone(), plies }),
         }
@@ -322,27 +297,18 @@ fn images(mesh: &Mesh, last: usize) -> [Images; 2] {
 mod tests {
     use super::*;
 
-    /// Steps before which a camera takes frames, from one on.
-    fn taken(mut camera: Camera, from: u64, dt: f64) -> Vec<u64> {
-        let due = |step: &u64| {
-            let time = *step as f64 * dt;
-            let due = camera.is_due(time, dt);
-            camera.schedule.pass(time, dt);
-            due
-        };
-        (from..100).filter(due).collect()
-    }
-
     #[test]
-    fn a_camera_that_goes_on_takes_what_is_left() {
+    fn a_camera_that_goes_on_keeps_what_the_whole_run_keeps() {
         let dt = 1e-6;
+        let on = |mut camera: Camera, from: u64| {
+            (from..100).for_each(|step| camera.schedule.pass(step, dt));
+            camera.kept().collect::<Vec<_>>()
+        };
         for (frames, end_time) in [(1, 60e-6), (2, 60e-6), (13, 60.5e-6), (200, 60e-6), (7, 1.0)] {
-            let whole = taken(Camera::new(frames, end_time), 0, dt);
+            let whole = on(Camera::new(frames, end_time), 0);
             assert_eq!(whole[0], 0);
             for step in 0..100 {
-                let (camera, before) = Camera::resume(frames, end_time, step, dt);
-                assert_eq!(camera.taken, before.len());
-                assert_eq!([before, taken(camera, step, dt)].concat(), whole, "{frames} frames, from step {step}");
+                assert_eq!(on(Camera::resume(frames, end_time, step, dt), step), whole, "{frames} frames, step {step}");
             }
         }
     }

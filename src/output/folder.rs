@@ -215,7 +215,7 @@ impl Folder {
             self.remove(name).map_err(failed)
         };
         remove(&staged(CHECKPOINT)).and_then(|()| remove(CHECKPOINT))?;
-        frames::clear_shelf(&self.path).map_err(|error| self.refused("frames", &error))
+        frames::clear_spool(&self.path).map_err(|error| self.refused("frames", &error))
     }
 
     /// Writes files, all complete before the first gets its name; `stale` ones of an earlier time go before that.

@@ -1,37 +1,26 @@
 //! Frames for ParaView: `frames.vtkhdf`, and on request `frames.pvd` with a `.vtu` file for every part and frame.
 //!
-//! The solver's thread only copies what has moved and puts it into a queue; everything else happens on a thread beside it where
-//! there is a core for that, else after the run. Files are written under temporary names and get theirs when the run is over,
-//! however it ended. Of a run that leaves checkpoints every frame lies on a shelf as well, for the run that goes on.
+//! The solver's thread only copies what has moved. Everything else happens when the run is over, however it ended, on all threads:
+//! files are written under temporary names and get theirs then.
 
 mod hdf;
 mod parts;
-mod queue;
-mod shelf;
+mod recorder;
+mod spool;
 mod vtu;
 mod writer;
 
 use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
-use std::thread::{self, JoinHandle};
 
-use rayon::prelude::*;
-use tempfile::NamedTempFile;
-use thread_priority::ThreadPriority;
+use tempfile::{NamedTempFile, TempDir};
 
-use super::folder::OutputError;
-use crate::case::Case;
-use crate::checkpoint::Head;
-use crate::frame::Camera;
-use crate::simulation::{Options, View, Watch};
-use queue::Queue;
-use shelf::{Row, Shelf};
+use super::folder::UNFINISHED;
 use vtu::{SERIES, Series};
-use writer::Writer;
 
-pub(super) use shelf::clear as clear_shelf;
+pub use recorder::Recorder;
+pub(super) use spool::clear as clear_spool;
 
 /// The file with all frames, and the one that lists those of the series.
 pub(super) const HDF: &str = "frames.vtkhdf";
@@ -40,128 +29,6 @@ pub(super) const PVD: &str = "frames.pvd";
 const VTU: &str = "frames/*.vtu";
 /// What a place for frames has to be.
 const WRITABLE: &str = "a disk that takes the frames";
-
-/// Writes the frames of a run that it watches.
-pub struct Recorder {
-    camera: Camera,
-    queue: Arc<Queue>,
-    shelf: Option<Arc<Shelf>>,
-    beside: JoinHandle<Result<Writer, OutputError>>,
-    /// Threads of the solver; `None`: one for each core.
-    threads: Option<usize>,
-}
-
-impl Recorder {
-    /// Begins to take the frames that a case asks for; their files go to `folder`. `vtu`: also as a series; `head`: of the run,
-    /// where it leaves checkpoints.
-    ///
-    /// # Errors
-    /// When the system has no thread for it.
-    pub fn start(
-        folder: &Path,
-        case: &Case,
-        options: &Options<'_>,
-        vtu: bool,
-        head: Option<&Head>,
-    ) -> io::Result<Self> {
-        let camera = Camera::new(case.output.frames as usize, case.solver.end_time);
-        let shelf = head.map(|head| Shelf::new(folder, head));
-        Self::spawn(case, options, camera, shelf, Writer::new(folder, case, vtu, Vec::new()))
-    }
-
-    /// The same of a run that goes on from the checkpoint with this head: the frames that it had taken come first. Where some
-    /// are lost, the files begin after those; the words say so.
-    ///
-    /// # Errors
-    /// When the system has no thread for it.
-    pub fn resume(
-        folder: &Path,
-        case: &Case,
-        options: &Options<'_>,
-        vtu: bool,
-        head: &Head,
-    ) -> io::Result<(Self, Option<String>)> {
-        let (frames, end_time) = (case.output.frames as usize, case.solver.end_time);
-        let (camera, steps) = Camera::resume(frames, end_time, head.step, head.time_step);
-        let shelf = Shelf::new(folder, head);
-        let Row { files, lost } = shelf.last_row(&steps);
-        let writer = Writer::new(folder, case, vtu, files);
-        Ok((Self::spawn(case, options, camera, Some(shelf), writer)?, lost))
-    }
-
-    fn spawn(
-        case: &Case,
-        options: &Options<'_>,
-        camera: Camera,
-        shelf: Option<Shelf>,
-        mut writer: Writer,
-    ) -> io::Result<Self> {
-        let cores = thread::available_parallelism().map_or(1, usize::from);
-        // What computes on a device leaves the cores alone.
-        let spare = options.device.is_some() || options.threads.is_some_and(|threads| threads < cores);
-        let queue = Arc::new(Queue::new(case.waiting_frame_bytes(), spare));
-        let shelf = shelf.map(Arc::new);
-        let work = {
-            let (queue, shelf) = (queue.clone(), shelf.clone());
-            move || {
-                step_back();
-                let written = writer.follow(&queue, shelf.as_deref());
-                queue.close();
-                written.map(|()| writer)
-            }
-        };
-        let beside = thread::Builder::new().name("frames".to_owned()).spawn(work)?;
-        Ok(Self { camera, queue, shelf, beside, threads: options.threads })
-    }
-
-    /// Puts every frame taken where a run that goes on finds it; what to tell the user where none will be any more.
-    pub fn settle(&self) -> Option<String> {
-        let shelf = self.shelf.as_ref()?;
-        self.queue.hold(|waiting| {
-            waiting.par_iter_mut().filter(|frame| !frame.shelved).for_each(|frame| {
-                shelf.keep(&frame.snapshot.frame());
-                frame.shelved = true;
-            });
-        });
-        shelf.complaint()
-    }
-
-    /// Writes what is left; the files are complete, under temporary names.
-    ///
-    /// # Errors
-    /// When the disk refuses.
-    pub fn finish(self) -> Result<Staged, OutputError> {
-        let stopped = |reason: &dyn std::fmt::Display| OutputError::new(Path::new(HDF), WRITABLE, reason);
-        self.queue.close();
-        let writer = self.beside.join().map_err(|_| stopped(&"the writer stopped"))??;
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(self.threads.unwrap_or(0)).build();
-        let rest: Vec<_> = self.queue.rest().into_iter().map(|frame| frame.snapshot).collect();
-        pool.map_err(|error| stopped(&error))?.install(|| writer.finish(rest))
-    }
-}
-
-/// Lets this thread run where no other wants to: it may wait, the solver's threads may not. Where the system does not let it, it runs
-/// like them.
-fn step_back() {
-    thread_priority::set_current_thread_priority(ThreadPriority::Min).ok();
-    // Linux lets a thread of low priority finish its turn of some milliseconds before one that wakes, unless it is an idle one.
-    #[cfg(target_os = "linux")]
-    {
-        use thread_priority::{NormalThreadSchedulePolicy, ThreadSchedulePolicy, unix};
-        let idle = ThreadSchedulePolicy::Normal(NormalThreadSchedulePolicy::Idle);
-        unix::set_thread_priority_and_policy(unix::thread_native_id(), ThreadPriority::Min, idle).ok();
-    }
-}
-
-impl Watch for Recorder {
-    fn is_due(&self, time: f64, dt: f64) -> bool {
-        self.camera.is_due(time, dt)
-    }
-
-    fn look(&mut self, view: &View<'_>) {
-        self.queue.push(self.camera.take(view));
-    }
-}
 
 /// Complete files under temporary names.
 #[derive(Default)]
@@ -194,6 +61,11 @@ impl Staged {
         }
         Ok(names)
     }
+}
+
+/// A folder of its own, under a temporary name.
+fn hidden(folder: &Path) -> io::Result<TempDir> {
+    tempfile::Builder::new().prefix(UNFINISHED[0]).suffix(UNFINISHED[1]).tempdir_in(folder)
 }
 
 /// Removes the frames of an earlier run.

@@ -1,0 +1,154 @@
+//! When frames are due: evenly over a run whose end is not known before it comes.
+//!
+//! Frames are taken more often than asked for. Each time there are twice as many as asked for, every second one is given up, and
+//! those to come lie twice as far apart. So at any time between half and all of twice as many lie evenly from the start on, and
+//! [`even`] chooses from them.
+
+/// Frames are taken so many times as often as asked for at first: a run that ends after this part of its end time has as many frames
+/// as asked for. A power of two, so that a run that reaches its end time has frames at even times to the step.
+const FINEST: f64 = 64.0;
+
+/// The times at which frames are due, and which of them are kept.
+#[derive(Clone, Debug)]
+pub(super) struct Schedule {
+    /// Frames asked for.
+    wanted: usize,
+    /// Interval of the frames of a run that reaches its end time [s].
+    widest: f64,
+    /// Interval now [s].
+    interval: f64,
+    /// Multiples of the interval whose time has come.
+    passed: u64,
+    /// Multiple of the interval, and steps done, of the frames kept.
+    kept: Vec<[u64; 2]>,
+}
+
+impl Schedule {
+    pub(super) fn new(wanted: usize, end_time: f64) -> Self {
+        let widest = end_time / wanted.saturating_sub(1).max(1) as f64;
+        Self { wanted, widest, interval: widest / FINEST, passed: 0, kept: Vec::new() }
+    }
+
+    /// The interval [s]: no finer than the time step `dt` [s].
+    fn interval(&self, dt: f64) -> f64 {
+        let mut interval = self.interval;
+        while interval < dt && interval < self.widest {
+            interval *= 2.0;
+        }
+        interval
+    }
+
+    /// Whether a frame is due at `time` [s], or nearer to it than to the next step `dt` [s] later.
+    pub(super) fn is_due(&self, time: f64, dt: f64) -> bool {
+        (self.wanted > 1 || self.passed < self.wanted as u64)
+            && time >= self.passed as f64 * self.interval(dt) - 0.5 * dt
+    }
+
+    /// The frame before this step, `dt` [s] long, is taken; others may be given up.
+    pub(super) fn pass(&mut self, step: u64, dt: f64) {
+        let time = step as f64 * dt;
+        if !self.is_due(time, dt) {
+            return;
+        }
+        while self.is_due(time, dt) {
+            self.passed += 1;
+        }
+        self.kept.push([self.passed - 1, step]);
+        if self.wanted > 1 && self.kept.len() > 2 * (self.wanted - 1) + 1 {
+            self.interval = 2.0 * self.interval(dt);
+            self.passed = self.passed.div_ceil(2);
+            self.kept.retain(|[number, _]| number % 2 == 0);
+            self.kept.iter_mut().for_each(|[number, _]| *number /= 2);
+        }
+    }
+
+    /// Whether the state after the last step is one more frame: not where it is the last frame or the step after that.
+    pub(super) fn wants_end(&self, step: u64) -> bool {
+        self.wanted > 1 && self.kept.last().is_none_or(|[_, last]| last + 1 < step)
+    }
+
+    /// Steps done before the frames that are kept, in order.
+    pub(super) fn kept(&self) -> impl Iterator<Item = u64> {
+        self.kept.iter().map(|[_, step]| *step)
+    }
+}
+
+/// Which of these ascending times lie most evenly from the first to the last: at most `wanted`, all if there are fewer.
+pub fn even(times: &[f64], wanted: usize) -> Vec<usize> {
+    let count = times.len();
+    if count <= wanted || wanted < 2 {
+        return (0..count.min(wanted)).collect();
+    }
+    let (first, last) = (times[0], times[count - 1]);
+    let mut chosen = Vec::with_capacity(wanted);
+    let mut free = 0;
+    for number in 0..wanted {
+        let ideal = first + (last - first) * number as f64 / (wanted - 1) as f64;
+        // Enough must be left for those that follow.
+        let most = count - (wanted - number);
+        let mut nearest = free;
+        while nearest < most && (times[nearest + 1] - ideal).abs() <= (times[nearest] - ideal).abs() {
+            nearest += 1;
+        }
+        chosen.push(nearest);
+        free = nearest + 1;
+    }
+    chosen
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const DT: f64 = 1e-6;
+
+    /// The steps kept of a run of so many steps.
+    fn kept(wanted: usize, end_time: f64, steps: u64) -> Vec<u64> {
+        let mut schedule = Schedule::new(wanted, end_time);
+        (0..=steps).for_each(|step| schedule.pass(step, DT));
+        schedule.kept().collect()
+    }
+
+    #[test]
+    fn at_any_time_between_as_many_as_asked_for_and_twice_as_many_lie_evenly() {
+        for steps in 64..=4000 {
+            let kept = kept(61, 4e-3, steps);
+            assert!((61..=121).contains(&kept.len()), "{} after {steps} steps", kept.len());
+            let gap = kept[1] - kept[0];
+            assert_eq!(kept[0], 0);
+            assert!(
+                kept.windows(2).all(|pair| pair[1] - pair[0] <= gap + 1 && pair[1] - pair[0] + 1 >= gap),
+                "{kept:?}"
+            );
+            assert!(steps - kept[kept.len() - 1] <= gap + 1, "the last of {steps}: {kept:?}");
+        }
+    }
+
+    #[test]
+    fn a_run_that_reaches_its_end_time_has_frames_at_the_times_of_that() {
+        for (wanted, steps) in [(2, 60), (6, 60), (6, 6), (13, 60), (61, 60), (200, 60)] {
+            let steps_kept = kept(wanted, steps as f64 * DT, steps);
+            let times: Vec<f64> = steps_kept.iter().map(|step| *step as f64 * DT).collect();
+            let chosen: Vec<u64> = even(&times, wanted).iter().map(|at| steps_kept[*at]).collect();
+            let ideal = |number: usize| (number as f64 * steps as f64 / (wanted - 1) as f64).round() as u64;
+            let mut expected: Vec<u64> = (0..wanted).map(ideal).collect();
+            expected.dedup();
+            let off = chosen.iter().zip(&expected).map(|(got, expected)| got.abs_diff(*expected)).max();
+            assert_eq!((chosen.len(), off <= Some(1)), (expected.len(), true), "{chosen:?}");
+        }
+        assert_eq!(kept(1, 60e-6, 60), [0]);
+        assert!(kept(0, 60e-6, 60).is_empty());
+    }
+
+    #[test]
+    fn what_is_chosen_begins_and_ends_with_the_run_and_is_as_many_as_asked_for() {
+        let times: Vec<f64> = (0..97).map(f64::from).chain([96.3]).collect();
+        for wanted in 2..=98 {
+            let chosen = even(&times, wanted);
+            assert_eq!((chosen.len(), chosen[0], chosen[wanted - 1]), (wanted, 0, 97));
+            assert!(chosen.windows(2).all(|pair| pair[0] < pair[1]), "{chosen:?}");
+        }
+        assert_eq!(even(&times, 3), [0, 48, 97]);
+        assert_eq!((even(&times, 1), even(&times, 0), even(&times[..2], 3)), (vec![0], vec![], vec![0, 1]));
+    }
+}

@@ -1,0 +1,264 @@
+//! Takes the frames of a run and keeps them until it is over.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+use rayon::prelude::*;
+
+use super::spool::{Found, Spool};
+use super::writer::Files;
+use super::{HDF, Staged, WRITABLE};
+use crate::case::Case;
+use crate::checkpoint::Head;
+use crate::frame::{self, Camera, Frame, Scene, Snapshot};
+use crate::output::folder::OutputError;
+use crate::simulation::{Options, View, Watch};
+
+/// A frame that waits to be written.
+struct Waiting {
+    /// [s]
+    time: f64,
+    /// `None`: on the disk alone.
+    snapshot: Option<Snapshot>,
+    /// It lies on the disk.
+    spooled: bool,
+}
+
+/// Takes the frames of a run that it watches, and writes them when the run is over.
+///
+/// More are taken than asked for, since nobody knows when a run ends ([`crate::frame`]). They wait in memory; what has no room there
+/// waits on the disk, and of a run with checkpoints all of them lie there, for the run that goes on.
+pub struct Recorder {
+    folder: PathBuf,
+    case: Case,
+    vtu: bool,
+    camera: Camera,
+    /// By the steps done before them.
+    waiting: BTreeMap<u64, Waiting>,
+    /// The state after the last step.
+    end: Option<Snapshot>,
+    /// Bytes of snapshots that may be in memory.
+    room: usize,
+    head: Head,
+    checkpoints: bool,
+    spool: Option<Spool>,
+    /// Steps done before frames on the disk that are no longer kept.
+    given_up: Vec<u64>,
+    /// Why frames are lost.
+    refused: Option<OutputError>,
+    /// Threads of the solver; `None`: one for each core.
+    threads: Option<usize>,
+}
+
+impl Recorder {
+    /// For the frames that a case asks for; their files go to `folder`. `vtu`: also as a series; `head`: of the run, where it leaves
+    /// checkpoints.
+    pub fn new(folder: &Path, case: &Case, options: &Options<'_>, vtu: bool, head: Option<&Head>) -> Self {
+        Self {
+            folder: folder.to_owned(),
+            case: case.clone(),
+            vtu,
+            camera: Camera::new(case.output.frames as usize, case.solver.end_time),
+            waiting: BTreeMap::new(),
+            end: None,
+            room: case.waiting_frame_bytes(),
+            head: head.cloned().unwrap_or_else(|| Head::new(case, options, 0.0)),
+            checkpoints: head.is_some(),
+            spool: head.map(|head| Spool::beside(folder, head)),
+            given_up: Vec::new(),
+            refused: None,
+            threads: options.threads,
+        }
+    }
+
+    /// The same of a run that goes on from the checkpoint with this head: with the frames that it had kept. Where some are lost, the
+    /// files begin after those; the words say so.
+    pub fn resume(folder: &Path, case: &Case, options: &Options<'_>, vtu: bool, head: &Head) -> (Self, Option<String>) {
+        let (frames, end_time) = (case.output.frames as usize, case.solver.end_time);
+        let camera = Camera::resume(frames, end_time, head.step, head.time_step);
+        let spool = Spool::beside(folder, head);
+        let Found { steps, lost } = spool.found(&camera.kept().collect::<Vec<_>>());
+        let of = |step| {
+            let time = step as f64 * head.time_step;
+            (step, Waiting { time, snapshot: None, spooled: true })
+        };
+        let waiting = steps.into_iter().map(of).collect();
+        let new = Self::new(folder, case, options, vtu, Some(head));
+        (Self { camera, waiting, spool: Some(spool), ..new }, lost)
+    }
+
+    /// Puts every frame where a run that goes on finds it; what to tell the user where none will be any more.
+    pub fn settle(&mut self) -> Option<String> {
+        self.put();
+        self.spool.as_ref()?.complaint()
+    }
+
+    /// Writes all frames to the disk that are not there yet.
+    fn put(&mut self) {
+        let Some(spool) = &self.spool else { return };
+        self.waiting.par_iter_mut().filter(|(_, frame)| !frame.spooled).for_each(|(_, frame)| {
+            frame.spooled = frame.snapshot.as_ref().is_some_and(|snapshot| spool.put(&snapshot.frame()));
+        });
+    }
+
+    /// Gives up what the camera no longer keeps.
+    fn give_up(&mut self) {
+        let mut kept = self.camera.kept().peekable();
+        let given_up = &mut self.given_up;
+        self.waiting.retain(|step, frame| {
+            while kept.next_if(|kept| kept < step).is_some() {}
+            let keep = kept.next_if_eq(step).is_some();
+            if !keep && frame.spooled {
+                given_up.push(*step);
+            }
+            keep
+        });
+        if !self.checkpoints {
+            drop(kept);
+            self.discard();
+        }
+    }
+
+    /// Removes from the disk what has been given up. Of a run with checkpoints the last one may need it until there is another.
+    pub fn discard(&mut self) {
+        for step in std::mem::take(&mut self.given_up) {
+            self.spool.iter().for_each(|spool| spool.remove(step));
+        }
+    }
+
+    /// Bytes of the snapshots in memory.
+    fn bytes(&self) -> usize {
+        self.waiting.values().filter_map(|frame| frame.snapshot.as_ref()).map(Snapshot::bytes).sum()
+    }
+
+    /// Moves what is in memory to the disk.
+    fn spill(&mut self) -> Result<(), OutputError> {
+        let failed = |reason: &dyn std::fmt::Display| OutputError::new(&self.folder.join(HDF), WRITABLE, reason);
+        if self.spool.is_none() {
+            self.spool = Some(Spool::temporary(&self.folder, &self.head).map_err(|error| failed(&error))?);
+        }
+        self.put();
+        // What the disk refuses is lost: memory would not hold it.
+        self.waiting.values_mut().for_each(|frame| frame.snapshot = None);
+        match self.spool.as_ref().and_then(Spool::reason) {
+            Some(reason) => Err(OutputError::new(&self.folder.join(HDF), WRITABLE, &reason)),
+            None => Ok(()),
+        }
+    }
+
+    /// Writes the frames asked for; the files are complete, under temporary names.
+    ///
+    /// # Errors
+    /// When the disk refuses.
+    pub fn finish(mut self) -> Result<Staged, OutputError> {
+        if let Some(error) = self.refused.take() {
+            return Err(error);
+        }
+        let failed = |reason: &dyn std::fmt::Display| OutputError::new(&self.folder.join(HDF), WRITABLE, reason);
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(self.threads.unwrap_or(0)).build();
+        pool.map_err(|error| failed(&error))?.install(|| self.write())
+    }
+
+    fn write(self) -> Result<Staged, OutputError> {
+        let failed = |reason: &dyn std::fmt::Display| OutputError::new(&self.folder.join(HDF), WRITABLE, reason);
+        let mut all: Vec<(u64, Waiting)> = self.waiting.into_iter().collect();
+        if let Some(end) = self.end {
+            all.push((end.step(), Waiting { time: end.time(), snapshot: Some(end), spooled: false }));
+        }
+        let times: Vec<f64> = all.iter().map(|(_, frame)| frame.time).collect();
+        let chosen = frame::even(&times, self.case.output.frames as usize);
+        if chosen.is_empty() {
+            return Ok(Staged::default());
+        }
+        let scene = match all.iter().find_map(|(_, frame)| frame.snapshot.as_ref()) {
+            Some(snapshot) => snapshot.scene().clone(),
+            None => Scene::of(&self.case).map_err(|error| failed(&error))?,
+        };
+        let read = |at: &usize| -> Result<Frame, OutputError> {
+            let (step, waiting) = &all[*at];
+            match (&waiting.snapshot, &self.spool) {
+                (Some(snapshot), _) => Ok(snapshot.frame()),
+                (None, Some(spool)) => spool.read(*step, &scene).map_err(|error| failed(&error)),
+                (None, None) => Err(failed(&"a frame is lost")),
+            }
+        };
+        let mut files: Option<Files> = None;
+        let at_once = (2 * rayon::current_num_threads()).min(self.case.frames_at_once());
+        for some in chosen.chunks(at_once) {
+            let frames = some.par_iter().map(read).collect::<Result<Vec<_>, _>>()?;
+            let files = match &mut files {
+                Some(files) => files,
+                none => none.insert(Files::create(&self.folder, self.vtu, &scene, &frames[0])?),
+            };
+            let packed = frames.par_iter().map(|frame| files.pack(&scene, frame)).collect::<Result<Vec<_>, _>>()?;
+            packed.iter().try_for_each(|frame| files.add(frame))?;
+        }
+        files.map_or_else(|| Ok(Staged::default()), Files::close)
+    }
+}
+
+impl Watch for Recorder {
+    fn is_due(&self, time: f64, dt: f64) -> bool {
+        self.camera.is_due(time, dt)
+    }
+
+    fn look(&mut self, view: &View<'_>) {
+        let snapshot = self.camera.take(view);
+        let (step, time) = (snapshot.step(), snapshot.time());
+        self.waiting.insert(step, Waiting { time, snapshot: Some(snapshot), spooled: false });
+        self.give_up();
+        if self.bytes() > self.room && self.refused.is_none() {
+            self.refused = self.spill().err();
+        }
+    }
+
+    fn end(&mut self, view: &View<'_>) {
+        self.end = self.camera.end(view);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::fs;
+    use std::sync::atomic::AtomicBool;
+
+    use super::*;
+    use crate::case;
+    use crate::simulation;
+
+    /// The frames of a small shot, where so many bytes may wait in memory; how many waited on the disk at the end.
+    fn written(room: Option<usize>) -> (Vec<u8>, usize) {
+        let sets = [
+            "/pack/width_mm=11.43",
+            "/pack/height_mm=11.43",
+            "/solver/end_time_us=40",
+            "/output/frames=9",
+            "/expect=[]",
+        ];
+        let case = case::read(Path::new("cases/s720-1ply-155.json"), &sets.map(str::to_owned));
+        let case = case.unwrap_or_else(|error| unreachable!("{error}"));
+        let folder = tempfile::tempdir().unwrap_or_else(|error| unreachable!("{error}"));
+        let mut recorder = Recorder::new(folder.path(), &case, &Options::default(), false, None);
+        recorder.room = room.unwrap_or(recorder.room);
+        let run = simulation::run(&case, Options::default(), &AtomicBool::new(false), &mut recorder);
+        assert!(run.is_ok());
+        let spooled = recorder.waiting.values().filter(|frame| frame.snapshot.is_none()).count();
+        let files = |path: &Path| fs::read_dir(path).map_or(0, Iterator::count);
+        let lying = recorder.spool.as_ref().map_or(0, |spool| files(spool.folder()));
+        assert_eq!(lying, recorder.waiting.values().filter(|frame| frame.spooled).count(), "files given up lie there");
+        let names = recorder.finish().and_then(|staged| {
+            staged.place(folder.path()).map_err(|error| OutputError::new(folder.path(), WRITABLE, &error))
+        });
+        assert_eq!(names.unwrap_or_else(|error| unreachable!("{error}")), [HDF]);
+        assert_eq!(files(folder.path()), 1, "something is left");
+        (fs::read(folder.path().join(HDF)).unwrap_or_default(), spooled)
+    }
+
+    #[test]
+    fn frames_that_have_waited_on_the_disk_are_the_same() {
+        let (from_memory, none) = written(None);
+        let (from_disk, some) = written(Some(20_000));
+        assert!(none == 0 && some >= 9, "{none} {some}");
+        assert!(from_memory.len() > 10_000 && from_memory == from_disk);
+    }
+}
