@@ -173,10 +173,11 @@ impl<S: Scalar> Patch<S> {
         [0, 1, 2].map(|a| nodes.map(|(row, column)| self.node(row, node_field::DISPLACEMENT + a, column)))
     }
 
-    /// What an element had at the last step.
-    fn before(&self, row: usize, column: usize) -> Before<S> {
+    /// What an element had at the last step. `mean`: yarns are judged by their mean strain over the failure length.
+    fn before(&self, row: usize, column: usize, mean: bool) -> Before<S> {
         let number = |field: usize| self.elements[(row * OF_ELEMENT + field) * self.columns.len() + column];
-        Before { height: [number(0), number(1)], alive: [2, 3].map(|field| number(field).to_f64() > 0.5) }
+        let alive = [2, 3].map(|field| number(field).to_f64() > 0.5);
+        Before { height: [number(0), number(1)], alive, mean }
     }
 }
 
@@ -204,11 +205,16 @@ impl<S: Scalar> Moved for Patches<S> {
             let whole = &scene.plies[ply];
             crate::with_law!(sheet.law, L => {
                 let constants = sheet.constants::<S, L>();
-                let start = Before { height: sheet.initial.height.map(S::splat), alive: sheet.present };
+                let mean = sheet.windows.is_some();
+                let start = Before {
+                    height: sheet.initial.height.map(S::splat),
+                    alive: sheet.present,
+                    mean,
+                };
                 // What nothing has reached is flat; what started otherwise counts as reached.
                 let rest = element::read::<S, L>(&constants, [1.0; 2], &[[S::splat(0.0); 4]; 3], start);
                 (0..whole.elements()).for_each(|at| put(frame, whole.first_element + at, &rest, 1.0));
-                fill_elements::<S, L>(patch, &constants, &sheet.mesh, whole, frame);
+                fill_elements::<S, L>(patch, &constants, mean, &sheet.mesh, whole, frame);
             });
             fill_nodes(patch, &sheet.mesh, whole, frame);
         }
@@ -218,6 +224,7 @@ impl<S: Scalar> Moved for Patches<S> {
 fn fill_elements<S: Scalar, L: LawKernel>(
     patch: &Patch<S>,
     constants: &ElementConstants<S>,
+    mean: bool,
     mesh: &Mesh,
     whole: &PlyMesh,
     frame: &mut Frame,
@@ -226,8 +233,8 @@ fn fill_elements<S: Scalar, L: LawKernel>(
     for row in 0..patch.rows.len() {
         for column in 0..patch.columns.len() {
             let size = mesh.widths(patch.rows.start + row, patch.columns.start + column);
-            let reading =
-                element::read::<S, L>(constants, size, &patch.corners(row, column), patch.before(row, column));
+            let before = patch.before(row, column, mean);
+            let reading = element::read::<S, L>(constants, size, &patch.corners(row, column), before);
             for (row, row_sign) in up.of(patch.rows.start + row) {
                 for (column, column_sign) in across.of(patch.columns.start + column) {
                     let at = whole.first_element + row * whole.columns + column;
