@@ -19,7 +19,7 @@
 //! - [`simulation`] is the host loop: checks of the numbers, end of the run; `record` is what a run has produced (history, failure
 //!   events), the same for both backends.
 //!   [`ledger`] keeps energy and momentum, [`outcome`] decides what became of the projectile,
-//!   [`profile`] measures deflection and waves. Whoever wants to follow a run implements [`simulation::Watch`] and gets
+//!   `deflection` measures the largest of what hangs on something, [`profile`] deflection and waves. Whoever wants to follow a run implements [`simulation::Watch`] and gets
 //!   progress and [`frame`]s, the whole scene at one time.
 //! - [`checkpoint`] writes a run down between two steps, and lets it go on from there to the same bits.
 //! - [`warnings`] says what makes a result less certain than it looks: numbered, each with its threshold.
@@ -58,6 +58,7 @@ pub mod aligned;
 pub mod bench;
 pub mod case;
 pub mod checkpoint;
+mod deflection;
 pub mod frame;
 pub mod gpu;
 pub mod kernels;

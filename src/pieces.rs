@@ -77,6 +77,35 @@ pub(crate) fn that_hold<S: Scalar>(
     move |row, column| hold[roots[row * stride + column]]
 }
 
+/// What of a torn ply hangs on something.
+pub(crate) struct Hanging {
+    /// Largest deflection of it [m].
+    pub(crate) deflection: f64,
+    /// Some of the fabric does not.
+    pub(crate) loose: bool,
+}
+
+/// What of a ply hangs on an edge that is held; of a ply free all round, what is at least half of it.
+pub(crate) fn hanging<S: Scalar>(model: &Model<S>, state: &State<S>, ply: usize) -> Hanging {
+    let hangs = that_hold(model, state, ply, f64::INFINITY);
+    let (mesh, grid) = (&model.sheet(ply).mesh, &model.grid);
+    let (nodes, elements) = (grid.first_node_row(ply), grid.first_element_row(ply));
+    let mut found = Hanging { deflection: 0.0, loose: false };
+    for row in 0..mesh.rows {
+        for column in (0..mesh.columns).filter(|column| state.standing(elements + row, *column)) {
+            for (row, column) in corners([row, column]) {
+                if hangs(row, column) {
+                    let deflection = state.displacement(nodes + row, column)[2].abs();
+                    found.deflection = found.deflection.max(deflection);
+                } else {
+                    found.loose = true;
+                }
+            }
+        }
+    }
+    found
+}
+
 /// Left, right, bottom and top of a mesh: whether something holds the ply there. A mirror plane does not: behind it the image of a piece reaches
 /// the images of the edges that the piece itself reaches.
 fn held_sides(mesh: &Mesh, edges: Edges) -> [bool; 4] {

@@ -8,11 +8,13 @@ use serde::{Deserialize, Serialize};
 use tracing::info;
 
 use crate::case::{Case, RunUntil};
+use crate::deflection::Deflections;
 use crate::kernels::rigid_body::RigidBody;
 use crate::ledger::{Balance, PlyMoment};
 use crate::model::{MirrorPlanes, Model};
 use crate::number::Scalar;
 use crate::outcome::{Outcome, Tracker};
+use crate::pieces::Hanging;
 use crate::profile::Profile;
 use crate::simulation::{NewtonStatistics, PlySample, Progress, Run, Sample, Skips};
 use crate::step::{FailureEvent, StepTotals, Trouble};
@@ -72,6 +74,7 @@ pub(crate) struct Record {
     /// Elements times steps computed.
     pub(crate) computed: u64,
     plies: Vec<PlySample>,
+    deflections: Deflections,
     pub(crate) decided: bool,
     pub(crate) interrupted: bool,
     pub(crate) skips: Skips,
@@ -107,6 +110,7 @@ impl Record {
             max_penetration: [0.0; 2],
             computed: 0,
             plies: Vec::new(),
+            deflections: Deflections::new(model.plies.len()),
             decided: false,
             interrupted: false,
             skips: Skips::default(),
@@ -131,6 +135,7 @@ impl Record {
                 && event.yarn < 2
         };
         self.failed.len() == model.plies.len()
+            && self.deflections.plies() == model.plies.len()
             && self.tracker.is_some() == model.projectile.is_some()
             && self.planes == model.planes
             && !self.history.is_empty()
@@ -157,6 +162,16 @@ impl Record {
     pub(crate) fn profile_due(&self, case: &Case, time: f64, dt: f64) -> bool {
         let next = case.output.profile_times.get(self.profiles.len());
         next.is_some_and(|t| time >= t - 0.5 * dt)
+    }
+
+    /// Whether the state before the step from `time` [s] is needed for what hangs on something.
+    pub(crate) fn deflection_due(&self, case: &Case, time: f64, dt: f64) -> bool {
+        self.deflections.is_due(case, time, dt)
+    }
+
+    /// Takes note of what of each ply hangs on something at `time` [s].
+    pub(crate) fn look_at_deflection(&mut self, case: &Case, time: f64, dt: f64, hanging: impl Fn(usize) -> Hanging) {
+        self.deflections.look(case, time, dt, &self.failed, hanging);
     }
 
     /// Adds what one step did.
@@ -253,6 +268,7 @@ impl Record {
                 row.perforated_plies = torn.filter(|(ply, _)| through || !covered(body, *ply)).count() as u32;
             }
         }
+        self.deflections.sample(at.plies);
         self.energy_error = self.energy_error.max(at.balance.error.abs());
         if at.balance.gained.abs() > self.energy_gained.abs() {
             self.energy_gained = at.balance.gained;
@@ -359,6 +375,7 @@ impl Record {
             events: whole_events(model, self.events),
             profiles: self.profiles,
             ply_history: self.plies,
+            deflections: self.deflections.largest(),
         }
     }
 }

@@ -15,6 +15,7 @@ use crate::ledger::{Balance, Ledger, PlyMoment};
 use crate::model::{MirrorPlanes, Model, ModelError, Terms};
 use crate::number::Scalar;
 use crate::outcome::{self, Outcome};
+use crate::pieces;
 use crate::profile::{self, Profile};
 use crate::record::{Machine, Moment, Record};
 use crate::state::State;
@@ -209,6 +210,8 @@ pub struct Run {
     pub newton: NewtonStatistics,
     /// Plies.
     pub plies: usize,
+    /// Largest deflection of each ply, of fabric that hangs on something [m].
+    pub deflections: Vec<f64>,
     /// Elements of the whole scene.
     pub elements: usize,
     /// Mirror planes that the scene was cut at: one part was computed, everything here is of the whole.
@@ -247,6 +250,13 @@ pub struct Run {
     pub interrupted: bool,
     /// The last checkpoint that could not be written, and why.
     pub unkept: Option<String>,
+}
+
+impl Run {
+    /// Largest deflection of any ply, of fabric that hangs on something [m].
+    pub fn deflection(&self) -> f64 {
+        self.deflections.iter().copied().fold(0.0, f64::max)
+    }
 }
 
 /// Runs a case.
@@ -363,6 +373,10 @@ impl<S: Scalar> Simulation<S> {
         let time = self.time();
         if self.record.profile_due(case, time, self.model.dt) {
             self.record.profiles.push(profile::take(&self.model, &self.state, case, time));
+        }
+        if self.record.deflection_due(case, time, self.model.dt) {
+            let (model, state) = (&self.model, &self.state);
+            self.record.look_at_deflection(case, time, model.dt, |ply| pieces::hanging(model, state, ply));
         }
         let sample = self.record.sample_due(case, time, self.model.dt);
         let before = self.state.body.as_ref().map(|b| (b.velocity, b.position));

@@ -6,6 +6,7 @@ mod checkpoint;
 mod cli;
 mod conservation;
 mod contact;
+mod deflection;
 mod element;
 mod frames;
 mod graded;

@@ -21,6 +21,7 @@ use crate::kernels::projectile_contact::SET_CHANGES;
 use crate::ledger::{Ledger, PlyMoment};
 use crate::model::Model;
 use crate::outcome;
+use crate::pieces;
 use crate::profile;
 use crate::record::{Machine, Moment, Record, sample_due, time_up};
 use crate::simulation::{self, Options, Progress, Run, RunError, Skips, View, Watch};
@@ -158,7 +159,9 @@ impl<'a> Simulation<'a> {
 
     /// Whether the state has to be read before the step from `time` [s].
     fn state_due(&self, case: &Case, watch: &dyn Watch, time: f64) -> bool {
-        self.record.profile_due(case, time, self.model.dt) || watch.is_due(time, self.model.dt)
+        self.record.profile_due(case, time, self.model.dt)
+            || self.record.deflection_due(case, time, self.model.dt)
+            || watch.is_due(time, self.model.dt)
     }
 
     /// The steps of the next batch, whether the last of them ends the run by time or request, and whether the state after it may
@@ -242,6 +245,10 @@ impl<'a> Simulation<'a> {
         self.state.step = self.next;
         if self.record.profile_due(case, time, self.model.dt) {
             self.record.profiles.push(profile::take(&self.model, &self.state, case, time));
+        }
+        if self.record.deflection_due(case, time, self.model.dt) {
+            let (model, state) = (&self.model, &self.state);
+            self.record.look_at_deflection(case, time, model.dt, |ply| pieces::hanging(model, state, ply));
         }
         if watch.is_due(time, self.model.dt) {
             watch.look(&View::Single(&self.model, &self.state));

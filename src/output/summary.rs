@@ -80,10 +80,10 @@ fn result(case: &Case, run: &Run) -> Map<String, Value> {
         "rebound_velocity_m_s": run.rebound_velocity,
         "stop_time_us": run.stop_time.map(|t| t * 1e6),
         "absorbed_energy_j": absorbed_energy(run),
-        "max_deflection_mm": peak(run, |s| s.deflection) * 1e3,
+        "max_deflection_mm": run.deflection() * 1e3,
         "max_penetration_mm": run.max_penetration * 1e3,
         "max_ply_penetration_mm": run.max_ply_penetration * 1e3,
-        "last_ply_deflection_mm": peak(run, |s| s.last_deflection) * 1e3,
+        "last_ply_deflection_mm": run.deflections.last().copied().unwrap_or(0.0) * 1e3,
         "perforated_plies": last.perforated_plies,
         "plies": plies(run),
         "peak_yarn_tension_n": peak(run, |s| s.balance.max_tension),
@@ -127,16 +127,12 @@ fn unstable(trouble: &Trouble) -> Value {
 /// Every ply of a pack at the end of the run, and its largest deflection; empty for a single ply.
 fn plies(run: &Run) -> Vec<Value> {
     let end = run.ply_history.len().saturating_sub(run.plies);
-    let deflection = |ply: usize| {
-        let own = run.ply_history.iter().filter(|sample| sample.ply == ply);
-        own.map(|sample| sample.moment.deflection).fold(0.0, f64::max)
-    };
     let ply = |last: &PlySample| {
         json!({
             "ply": last.ply,
             "kinetic_energy_j": last.moment.kinetic,
             "stored_energy_j": last.moment.stored,
-            "max_deflection_mm": deflection(last.ply) * 1e3,
+            "max_deflection_mm": run.deflections.get(last.ply).copied().unwrap_or(0.0) * 1e3,
             "failed_yarns": { "warp": last.failed[0], "weft": last.failed[1] },
         })
     };

@@ -32,7 +32,7 @@ pub fn verdict(case: &Case, run: &Run) -> Verdict {
     if let Some(trouble) = &run.trouble {
         return broken_off("unstable", format!("at {}: {}", place(trouble), trouble.quantity));
     }
-    let deflection = run.history.iter().map(|row| row.deflection).fold(0.0, f64::max) * 1e3;
+    let deflection = run.deflection() * 1e3;
     let deflected = format!("deflected {} mm at most", short(deflection, 4));
     if let Some(reason) = &run.lost {
         return broken_off("device lost", format!("at {}, {deflected}: {reason}", reached(run)));

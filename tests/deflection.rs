@@ -1,0 +1,110 @@
+//! The largest deflection is that of fabric that hangs on something.
+//!
+//! Promise: until a piece comes loose it is that of every sample; debris that flies ahead does not count, what hangs on an edge does. What hangs is
+//! told here by a flood from the edges over frames, which knows nothing of the solver's forest of pieces.
+//! Red when: debris counts, samples before the first loose piece are lost, mirror images are forgotten.
+
+use std::sync::atomic::AtomicBool;
+
+use ripstop::case::{self, Case};
+use ripstop::frame::{Camera, Frame, PlyMesh};
+use ripstop::simulation::{self, Options, Run, Skips};
+
+use crate::support::filmed::Frames;
+
+/// Looks over the end time, both included.
+const LOOKS: usize = 81;
+
+fn shot(velocity: f64) -> Case {
+    let text = format!(
+        r#"{{"title": "shot", "fabric": {{"file": "fabrics/s-720.json"}},
+        "pack": {{"width_mm": 50, "height_mm": 45}},
+        "projectile": {{"shape": "cylinder", "diameter_mm": 5.5, "length_mm": 20, "mass_g": 3, "velocity_m_s": {velocity}}},
+        "solver": {{"end_time_us": 60, "run_until": "end_time"}}, "output": {{"history_interval_us": 0.01}}}}"#
+    );
+    case::from_str("shot", &text, &[]).unwrap_or_else(|error| panic!("{error}"))
+}
+
+/// Largest deflection [m] of what a flood from the edges over unbroken yarns reaches, and whether it leaves out an element that
+/// still has a yarn.
+fn flooded(frame: &Frame, ply: &PlyMesh) -> (f64, bool) {
+    let (columns, rows) = (ply.columns, ply.rows);
+    let node = |row: usize, column: usize| ply.first_node + row * (columns + 1) + column;
+    let whole = |yarn: usize, row: usize, column: usize| {
+        row < rows && column < columns && frame.alive[yarn][ply.first_element + row * columns + column] == 1
+    };
+    let edge = |row: usize, column: usize| row == 0 || column == 0 || row == rows || column == columns;
+    let all = (0..=rows).flat_map(|row| (0..=columns).map(move |column| (row, column)));
+    let mut waiting: Vec<(usize, usize)> = all.filter(|(row, column)| edge(*row, *column)).collect();
+    let mut reached = vec![false; (rows + 1) * (columns + 1)];
+    while let Some((row, column)) = waiting.pop() {
+        if std::mem::replace(&mut reached[row * (columns + 1) + column], true) {
+            continue;
+        }
+        // Along the warp, which an element below or above the line carries; then along the weft.
+        let below = row.wrapping_sub(1);
+        let left = column.wrapping_sub(1);
+        let warp = |column: usize| whole(0, row, column) || whole(0, below, column);
+        let weft = |row: usize| whole(1, row, column) || whole(1, row, left);
+        let next = [
+            (warp(column), (row, column + 1)),
+            (warp(left), (row, left)),
+            (weft(row), (row + 1, column)),
+            (weft(below), (below, column)),
+        ];
+        waiting.extend(next.into_iter().filter(|(linked, _)| *linked).map(|(_, at)| at));
+    }
+    let (mut largest, mut loose) = (0.0_f64, false);
+    for row in 0..rows {
+        for column in (0..columns).filter(|column| whole(0, row, *column) || whole(1, row, *column)) {
+            for (row, column) in [(row, column), (row, column + 1), (row + 1, column), (row + 1, column + 1)] {
+                if reached[row * (columns + 1) + column] {
+                    largest = largest.max(f64::from(frame.displacement[node(row, column)][2].abs()));
+                } else {
+                    loose = true;
+                }
+            }
+        }
+    }
+    (largest, loose)
+}
+
+fn filmed(case: &Case, skips: Skips) -> (Run, f64, bool) {
+    let mut frames = Frames::new(Camera::new(LOOKS, case.solver.end_time));
+    let run = simulation::run(case, Options { skips, ..Options::default() }, &AtomicBool::new(false), &mut frames);
+    let (run, (frames, scene)) = (run.unwrap(), frames.chosen(LOOKS));
+    let ply = &scene.unwrap().plies[0];
+    assert_eq!(frames.len(), LOOKS);
+    let looks: Vec<(f64, bool)> = frames.iter().map(|frame| flooded(frame, ply)).collect();
+    let whole = looks.iter().position(|(_, loose)| *loose);
+    let until = whole.map_or(f64::INFINITY, |first| frames[first - 1].time - 1e-12);
+    let samples = run.history.iter().filter(|row| row.time < until).map(|row| row.deflection);
+    let expected = samples.chain(looks.iter().map(|(largest, _)| *largest)).fold(0.0, f64::max);
+    (run, expected, whole.is_some())
+}
+
+#[test]
+fn debris_does_not_count_and_what_hangs_does() {
+    for velocity in [200.0, 330.0, 600.0] {
+        let case = shot(velocity);
+        let (part, expected, loose) = filmed(&case, Skips::default());
+        let largest = part.deflections[0];
+        let with_debris = part.history.iter().map(|row| row.deflection).fold(0.0, f64::max);
+        assert!(loose && largest < 0.97 * with_debris, "{velocity} m/s: no debris: {largest} {with_debris}");
+        assert!((largest / expected - 1.0).abs() < 1e-6, "{velocity} m/s: {largest}, expected {expected}");
+        let (whole, ..) = filmed(&case, Skips::NONE);
+        assert!(
+            (largest / whole.deflections[0] - 1.0).abs() < 1e-6,
+            "{velocity} m/s: {largest} {:?}",
+            whole.deflections
+        );
+    }
+}
+
+#[test]
+fn while_nothing_is_loose_every_sample_counts() {
+    let case = shot(60.0);
+    let (run, ..) = filmed(&case, Skips::default());
+    let samples = run.history.iter().map(|row| row.deflection).fold(0.0, f64::max);
+    assert!(run.events.is_empty() && run.deflections == [samples] && samples > 1e-3);
+}
