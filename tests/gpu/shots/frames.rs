@@ -40,7 +40,7 @@ struct Read {
 
 fn written(folder: &Path, case: &Case, options: Options<'_>) -> Read {
     let place = Folder::prepare(folder, case).unwrap_or_else(|e| panic!("{e}"));
-    let mut recorder = Recorder::start(folder, case, &options, false, None).unwrap();
+    let mut recorder = Recorder::new(folder, case, &options, false, None);
     let run = simulation::run(case, options, &false.into(), &mut recorder).unwrap_or_else(|e| panic!("{e}"));
     let staged = recorder.finish().unwrap_or_else(|e| panic!("{e}"));
     place.write(case, &run, &output::summary(case, &run, 0.0), None, staged).unwrap_or_else(|e| panic!("{e}"));
