@@ -169,6 +169,11 @@ impl Record {
         self.deflections.is_due(case, time, dt)
     }
 
+    /// Whether any yarn has failed.
+    pub(crate) fn has_failures(&self) -> bool {
+        self.failed.iter().any(|ply| *ply != [0; 2])
+    }
+
     /// Takes note of what of each ply hangs on something at `time` [s].
     pub(crate) fn look_at_deflection(&mut self, case: &Case, time: f64, dt: f64, hanging: impl Fn(usize) -> Hanging) {
         self.deflections.look(case, time, dt, &self.failed, hanging);

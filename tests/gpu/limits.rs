@@ -107,7 +107,7 @@ fn lost(device: &'static Device) -> Outcome {
     let adapter = device::choose(&adapters(), Some(device.name())).map_err(|e| e.to_string())?;
     let other = Device::open(&adapter).map_err(|e| e.to_string())?;
     let mut simulation = Simulation::new(&case, &other).map_err(|e| e.to_string())?.with_batch(8);
-    for _ in 0..8 {
+    while simulation.steps() < 64 {
         simulation.advance(&case);
     }
     assert!(!simulation.finished());
