@@ -152,13 +152,13 @@ pub(crate) struct NewArguments {
     pub(crate) fabric: Option<String>,
     /// Plies [default: 1]
     #[arg(long, value_name = "N")]
-    pub(crate) plies: Option<u32>,
+    pub(crate) plies: Option<String>,
     /// Projectile: a name, or sphere:D, ball:D, rcc:D, cylinder:DxL with sizes in mm, of solid steel [default: rcc-paper]
     #[arg(long, value_name = "NAME")]
     pub(crate) projectile: Option<String>,
     /// Velocity [m/s] [default: 200]
-    #[arg(long, value_name = "M_S")]
-    pub(crate) velocity: Option<f64>,
+    #[arg(long, value_name = "M_S", allow_negative_numbers = true)]
+    pub(crate) velocity: Option<String>,
     /// Write over FILE where there is one
     #[arg(long)]
     pub(crate) force: bool,

@@ -79,6 +79,11 @@ pub(crate) struct Failure {
 }
 
 impl Failure {
+    /// What is said of it on standard error.
+    pub(crate) fn message(&self) -> &str {
+        &self.message
+    }
+
     /// Exit code 1.
     pub(crate) fn check(message: impl Into<String>) -> Self {
         Self { code: CHECK, message: message.into() }

@@ -5,7 +5,7 @@ use std::io::{self, BufRead as _, IsTerminal as _, Write as _};
 use std::path::Path;
 
 use ripstop::{case, output};
-use serde_json::{Map, Value, json};
+use serde_json::{Map, Number, Value, json};
 
 use super::arguments::NewArguments;
 use super::failure::Failure;
@@ -26,19 +26,21 @@ pub(crate) fn new(arguments: &NewArguments) -> Result<(), Failure> {
             file.display()
         )));
     }
-    let fabric = answer(&arguments.fabric, "fabric", &FABRICS, "s-720")?;
-    let (name, fabric, mut sources) = read_fabric(&fabric)?;
-    let plies = number(arguments.plies, "plies", 1)?;
-    let projectile = answer(&arguments.projectile, "projectile", &presets::projectiles(), "rcc-paper")?;
-    let Some(projectile) = presets::projectile(&projectile) else {
-        return Err(unknown(
-            "--projectile",
-            &projectile,
-            &presets::projectiles(),
-            "or sphere:D, rcc:D, cylinder:DxL [mm]",
-        ));
-    };
-    let velocity = number(arguments.velocity, "velocity [m/s]", 200.0)?;
+    let (name, fabric, mut sources) =
+        answer(arguments.fabric.as_deref(), "fabric", "s-720", &menu(&FABRICS), read_fabric)?;
+    let plies = answer(arguments.plies.as_deref(), "plies", "1", "", |typed| {
+        number("--plies", "pack/properties/plies", typed)
+    })?;
+    let projectile = answer(
+        arguments.projectile.as_deref(),
+        "projectile",
+        "rcc-paper",
+        &menu(&presets::projectiles()),
+        read_projectile,
+    )?;
+    let velocity = answer(arguments.velocity.as_deref(), "velocity [m/s]", "200", "", |typed| {
+        number("--velocity", "projectile/properties/velocity_m_s", typed)
+    })?;
     let Preset { what, mut keys, sources: of_projectile } = projectile;
     keys.insert("velocity_m_s".to_owned(), json!(velocity));
     keys.insert("friction".to_owned(), json!(0.2));
@@ -50,7 +52,7 @@ pub(crate) fn new(arguments: &NewArguments) -> Result<(), Failure> {
     }
     sources.insert("/projectile/velocity_m_s".to_owned(), json!(chosen));
     sources.insert("/projectile/friction".to_owned(), json!("assumed: not published"));
-    let count = if plies == 1 { "1 ply".to_owned() } else { format!("{plies} plies") };
+    let count = if plies == Number::from(1) { "1 ply".to_owned() } else { format!("{plies} plies") };
     let document = json!({
         "$schema": SCHEMA,
         "title": format!("{name}, {count}, {what} at {velocity} m/s"),
@@ -80,29 +82,45 @@ const NOTES: &str = "Lengths in mm, masses in g, times in us; every key ends in 
     under `sources` where you have it from. Keys left out have defaults; `ripstop schema` describes every key, and an editor that \
     knows JSON Schema shows it as you type. The run ends when its outcome is known, or at /solver/end_time_us.";
 
-/// A flag's value, or what is typed, or the default where nobody can be asked.
-fn answer(given: &Option<String>, what: &str, known: &[(&str, &str)], default: &str) -> Result<String, Failure> {
-    if let Some(given) = given {
-        return Ok(given.clone());
+/// What `read` makes of a flag's value, or of what is typed, asked for until it can be read, or of the default where nobody can
+/// be asked.
+fn answer<T>(
+    given: Option<&str>,
+    what: &str,
+    default: &str,
+    menu: &str,
+    read: impl Fn(&str) -> Result<T, Failure>,
+) -> Result<T, Failure> {
+    if given.is_some() || !asks() {
+        return read(given.unwrap_or(default));
     }
-    if !asks() {
-        return Ok(default.to_owned());
-    }
-    screen::print(&menu(known))?;
-    ask(what, default)
-}
-
-fn number<N: std::str::FromStr + ToString + Copy>(given: Option<N>, what: &str, default: N) -> Result<N, Failure> {
-    match given {
-        Some(given) => Ok(given),
-        None if !asks() => Ok(default),
-        None => {
-            let typed = ask(what, &default.to_string())?;
-            typed
-                .parse()
-                .map_err(|_| Failure::input(format!("error: {what}\n  expected: a number\n  found: {typed:?}")))
+    screen::print(menu)?;
+    loop {
+        match read(&ask(what, default)?) {
+            Err(failure) => screen::complain(failure.message()),
+            read => return read,
         }
     }
+}
+
+/// A number within the bounds that the schema has at `place`.
+fn number(flag: &str, place: &str, typed: &str) -> Result<Number, Failure> {
+    let schema = case::schema();
+    let key = &schema.pointer(&format!("/properties/{place}")).unwrap_or(&Value::Null);
+    let bound = |name: &str| key[name].as_f64();
+    let fits = |number: &Number| {
+        let value = number.as_f64().unwrap_or(f64::NAN);
+        bound("minimum").is_none_or(|least| value >= least)
+            && bound("exclusiveMinimum").is_none_or(|least| value > least)
+            && bound("maximum").is_none_or(|most| value <= most)
+            && (key["type"] != "integer" || number.is_u64())
+    };
+    typed.parse().ok().filter(fits).ok_or_else(|| {
+        let kind = if key["type"] == "integer" { "a whole number" } else { "a number" };
+        let least = bound("minimum").map_or("above 0".to_owned(), |least| format!("from {least}"));
+        let most = bound("maximum").unwrap_or(f64::INFINITY);
+        Failure::input(format!("error: {flag}\n  expected: {kind} {least}, at most {most}\n  found: {typed:?}"))
+    })
 }
 
 /// Whether somebody sits at the terminal.
@@ -115,7 +133,9 @@ fn ask(what: &str, default: &str) -> Result<String, Failure> {
     let mut out = io::stdout().lock();
     write!(out, "{what} [{default}]: ").and_then(|()| out.flush()).map_err(failed)?;
     let mut line = String::new();
-    io::stdin().lock().read_line(&mut line).map_err(failed)?;
+    if io::stdin().lock().read_line(&mut line).map_err(failed)? == 0 {
+        return Err(failed(io::ErrorKind::UnexpectedEof.into()));
+    }
     let typed = line.trim();
     Ok(if typed.is_empty() { default } else { typed }.to_owned())
 }
@@ -127,6 +147,11 @@ fn menu(known: &[(&str, &str)]) -> String {
 fn unknown(flag: &str, found: &str, known: &[(&str, &str)], more: &str) -> Failure {
     let names: Vec<&str> = known.iter().map(|(name, _)| *name).collect();
     Failure::input(format!("error: {flag}\n  expected: {}, {more}\n  found: {found:?}", names.join(", ")))
+}
+
+fn read_projectile(given: &str) -> Result<Preset, Failure> {
+    let more = "or sphere:D, rcc:D, cylinder:DxL [mm]";
+    presets::projectile(given).ok_or_else(|| unknown("--projectile", given, &presets::projectiles(), more))
 }
 
 /// A fabric by name or from a file: its name, its keys, and its sources as pointers of a case.

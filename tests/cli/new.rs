@@ -55,8 +55,42 @@ fn the_schema_beside_it_is_the_one_it_names_and_nothing_is_written_over() {
     assert_eq!(bench.text("x.json"), before);
     let nowhere = bench.ripstop(&["new", "no/such/folder/x.json"]);
     assert!(code(&nowhere) == 2 && stderr(&nowhere).contains("error: no/such/folder"), "{}", stderr(&nowhere));
-    let fast = bench.ripstop(&["new", "y.json", "--velocity", "1e9"]);
-    assert!(code(&fast) == 2 && !bench.path("y.json").exists(), "{}", stderr(&fast));
+    let wrong =
+        [["--velocity", "1e9"], ["--velocity", "-3"], ["--velocity", "nan"], ["--plies", "0"], ["--plies", "2.5"]];
+    for [flag, value] in wrong {
+        let said = bench.ripstop(&["new", "y.json", flag, value]);
+        let text = stderr(&said);
+        assert!(
+            code(&said) == 2 && text.contains(&format!("error: {flag}")) && text.contains(&format!("{value:?}")),
+            "{text}"
+        );
+        assert!(!bench.path("y.json").exists());
+    }
+}
+
+/// At a terminal it asks, and asks again after what it cannot read; what flags give is not asked.
+#[cfg(unix)]
+#[test]
+fn at_a_terminal_it_asks_until_it_can_read_the_answer() {
+    let bench = Bench::new(&small());
+    let mut command = std::process::Command::new(env!("CARGO_BIN_EXE_ripstop"));
+    command.current_dir(bench.path("")).args(["new", "x.json", "--projectile", "fsp-22"]);
+    let mut terminal = rexpect::session::spawn_command(command, Some(20_000)).unwrap();
+    for (question, found, answer) in [
+        ("fabric [s-720]: ", "no such fabric", "s-728"),
+        ("plies [1]: ", "65", "3"),
+        ("velocity [m/s] [200]: ", "fast", ""),
+    ] {
+        terminal.exp_string(question).unwrap();
+        terminal.send_line(found).unwrap();
+        terminal.exp_string(&format!("found: {found:?}")).unwrap();
+        terminal.exp_string(question).unwrap();
+        terminal.send_line(answer).unwrap();
+    }
+    terminal.exp_string("ripstop run x.json").unwrap();
+    terminal.exp_eof().unwrap();
+    let case = case::read(&bench.path("x.json"), &[]).unwrap();
+    assert_eq!(case.title, "S-728, 3 plies, chisel-nosed fragment simulator, .22 calibre, 17 grains at 200 m/s");
 }
 
 #[test]
