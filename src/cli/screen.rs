@@ -21,11 +21,36 @@ pub(crate) fn print(text: &str) -> Result<(), Failure> {
     }
 }
 
-/// Writes a line to standard error; where that fails there is no one left to tell.
-pub(crate) fn complain(line: &str) {
+/// Writes lines to standard error, fitted to the screen if it is one; where that fails there is no one left to tell.
+pub(crate) fn complain(message: &str) {
+    let term = Term::stderr();
+    let fitted = if term.is_term() { fitted(message, width(&term)) } else { message.to_owned() };
     let mut err = io::stderr().lock();
-    let told = writeln!(err, "{}", paint::labels(line));
+    let told = writeln!(err, "{}", paint::labels(&fitted));
     drop(told);
+}
+
+/// Lines that are too long go on under themselves, four blanks further to the right.
+fn fitted(message: &str, width: usize) -> String {
+    let mut lines = Vec::new();
+    for line in message.lines() {
+        let text = line.trim_start();
+        let blanks = " ".repeat(line.len() - text.len());
+        if line.chars().count() <= width {
+            lines.push(line.to_owned());
+            continue;
+        }
+        for (number, part) in broken(text, width.saturating_sub(blanks.len() + 4)).iter().enumerate() {
+            let further = if number == 0 { "" } else { "    " };
+            lines.push(format!("{blanks}{further}{part}"));
+        }
+    }
+    lines.join("\n")
+}
+
+/// Columns of text on a screen.
+fn width(term: &Term) -> usize {
+    term.size_checked().filter(|(_, columns)| *columns > 0).map_or(WIDEST, |(_, columns)| columns.into()).min(WIDEST)
 }
 
 /// Every line two blanks further to the right.
@@ -35,8 +60,12 @@ pub(crate) fn indent(text: &str) -> String {
 
 /// Lines of a text that fit on the screen after so many blanks.
 pub(crate) fn wrapped(text: &str, indent: usize) -> Vec<String> {
-    let screen = Term::stdout().size_checked().map_or(WIDEST, |(_, columns)| columns.into());
-    let width = screen.min(WIDEST).saturating_sub(indent).max(20);
+    broken(text, width(&Term::stdout()).saturating_sub(indent))
+}
+
+/// A text in lines of at most so many columns (20 at least), broken between words.
+fn broken(text: &str, width: usize) -> Vec<String> {
+    let width = width.max(20);
     let mut lines: Vec<String> = Vec::new();
     for word in text.split_whitespace() {
         match lines.last_mut() {

@@ -68,14 +68,32 @@ fn the_schema_beside_it_is_the_one_it_names_and_nothing_is_written_over() {
     }
 }
 
+#[cfg(unix)]
+fn at_a_terminal(bench: &Bench, arguments: &[&str]) -> rexpect::session::PtySession {
+    let mut command = std::process::Command::new(env!("CARGO_BIN_EXE_ripstop"));
+    command.current_dir(bench.path("")).args(arguments).env("NO_COLOR", "1");
+    rexpect::session::spawn_command(command, Some(20_000)).unwrap()
+}
+
+#[cfg(unix)]
+#[test]
+fn an_error_fits_on_a_terminal_and_says_the_same_as_elsewhere() {
+    let bench = Bench::new(&small());
+    let arguments = ["new", "x.json", "--fabric", "s-720", "--plies", "1", "--projectile", "none"];
+    let there = at_a_terminal(&bench, &arguments).exp_eof().unwrap();
+    let elsewhere = stderr(&bench.ripstop(&arguments));
+    assert!(elsewhere.lines().any(|line| line.len() > 80), "{elsewhere}");
+    assert!(there.lines().all(|line| line.chars().count() <= 80), "{there}");
+    assert!(there.contains("\n      "), "{there}");
+    assert_eq!(there.split_whitespace().collect::<Vec<_>>(), elsewhere.split_whitespace().collect::<Vec<_>>());
+}
+
 /// At a terminal it asks, and asks again after what it cannot read; what flags give is not asked.
 #[cfg(unix)]
 #[test]
 fn at_a_terminal_it_asks_until_it_can_read_the_answer() {
     let bench = Bench::new(&small());
-    let mut command = std::process::Command::new(env!("CARGO_BIN_EXE_ripstop"));
-    command.current_dir(bench.path("")).args(["new", "x.json", "--projectile", "fsp-22"]);
-    let mut terminal = rexpect::session::spawn_command(command, Some(20_000)).unwrap();
+    let mut terminal = at_a_terminal(&bench, &["new", "x.json", "--projectile", "fsp-22"]);
     for (question, found, answer) in [
         ("fabric [s-720]: ", "no such fabric", "s-728"),
         ("plies [1]: ", "65", "3"),
