@@ -44,7 +44,7 @@ pub(crate) enum Command {
     Bench(BenchArguments),
     /// Run the built-in verification table: unit cell, waves, conservation, the paper's shot, hard scenes
     Verify(VerifyArguments),
-    /// Published numbers against what this build computes: the paper's fabrics and its two shots
+    /// Predictions against closed forms and the paper's two shots
     Validate(ValidateArguments),
     /// CPU and GPU from the same state, kernel by kernel: the first difference
     Compare(CompareArguments),
@@ -323,9 +323,9 @@ pub(crate) struct VerifyArguments {
   ripstop validate --html out/validation.html
   ripstop validate --json | jq '.rows[] | select(.judged)'
 
-What was published as a curve only is shown, not judged. The exit code is 1 if a judged row fails.")]
+What was published as a curve only is shown, not judged. The exit code is 1 if a judged row fails for no known reason.")]
 pub(crate) struct ValidateArguments {
-    /// Case files whose published statements are checked [default: the paper's table and shots, which are built in]
+    /// Case files whose published statements are checked [default: closed forms and the paper's shots, which are built in]
     #[arg(value_name = "CASE.json")]
     pub(crate) cases: Vec<PathBuf>,
     #[command(flatten)]

@@ -1,4 +1,4 @@
-//! `ripstop validate`: published numbers, expected and got.
+//! `ripstop validate`: predictions, expected and got.
 
 use std::path::Path;
 use std::sync::atomic::Ordering;
@@ -63,7 +63,7 @@ fn stated(path: &Path) -> Result<Case, Failure> {
         return Ok(case);
     }
     Err(Failure::input(format!(
-        "error: {}: /expect\n  expected: a statement whose source begins with \"paper\" or \"published\"\n  found: none\n  \
+        "error: {}: /expect\n  expected: a statement whose source begins with \"paper\", \"published\" or \"closed form\"\n  found: none\n  \
          help: `ripstop run` checks all statements of a case",
         path.display()
     )))
@@ -87,7 +87,7 @@ fn page(path: &Path) -> Result<(Folder, &str), Failure> {
 fn table(rows: &[Row]) -> String {
     use Align::{Left, Right};
     let heads =
-        [("", Left), ("published", Left), ("expected", Right), ("got", Right), ("difference", Right), ("source", Left)];
+        [("", Left), ("quantity", Left), ("expected", Right), ("got", Right), ("difference", Right), ("source", Left)];
     let mut table = Table::new(&heads);
     let mut group = "";
     for row in rows {

@@ -1,10 +1,10 @@
-//! Shots: what their cases state with a published source, and what the paper's figures show as curves.
+//! Runs: what their cases state with a published source, and what the paper's figures show as curves.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use super::{Expected, Row};
 use crate::case::{self, Bound, Case};
-use crate::output::{self, Checked};
+use crate::output::{self, Checked, expectation};
 use crate::simulation::{self, Options, Progress, Run};
 
 /// Name and text of every case with a published shot.
@@ -19,12 +19,12 @@ const CURVES: [[&str; 5]; 2] = [
     ["s728-4ply-91", "stop_time_us", "time to rest [µs]", "a curve", "paper, Figure 7"],
 ];
 
-/// Whether the source of an expectation is a publication.
+/// Whether the source of an expectation is a publication or a closed form: what a prediction can be held against.
 pub fn is_published(source: &str) -> bool {
-    ["paper", "published"].iter().any(|word| source.starts_with(word))
+    ["paper", "published", "closed form"].iter().any(|word| source.starts_with(word))
 }
 
-/// Whether a case states anything that is published.
+/// Whether a case states anything with such a source.
 pub fn has_published(case: &Case) -> bool {
     case.expect.iter().any(|expect| is_published(&expect.source))
 }
@@ -79,7 +79,7 @@ pub(super) fn add(
 }
 
 /// A run that came to its end or was interrupted.
-fn shot(
+pub(super) fn shot(
     case: &Case,
     options: Options<'_>,
     interrupt: &AtomicBool,
@@ -99,12 +99,10 @@ fn shot(
 /// What the paper says of a shot that its case does not state.
 fn beside_the_case(case: &Case, run: &Run) -> Vec<Row> {
     let summary = output::summary(case, run, 0.0);
-    let mut rows: Vec<Row> = broken_yarns(&case.title, run).into_iter().collect();
+    let mut rows = Vec::new();
     for [_, quantity, what, curve, source] in CURVES.iter().filter(|curve| curve[0] == case.name) {
-        let got = summary[*quantity].clone();
         let expected = Expected::CurveOnly((*curve).to_owned());
-        let (group, name, source) = (case.title.clone(), (*what).to_owned(), (*source).to_owned());
-        rows.push(Row { group, name, expected, got, source, pass: None, known_difference: String::new() });
+        rows.push(Row::judged(&case.title, what, expected, summary[*quantity].clone(), source));
     }
     rows
 }
@@ -123,20 +121,11 @@ fn statement(title: &str, checked: &Checked) -> Row {
     };
     Row {
         group: title.to_owned(),
-        name: checked.expect.quantity.clone(),
+        name: expectation::quantity(&checked.to_json()),
         expected,
         got: checked.got.clone(),
         source: checked.expect.source.clone(),
         pass: Some(checked.pass),
         known_difference: checked.expect.known_difference.clone(),
     }
-}
-
-/// The strain at which yarns broke, against the failure strain of Table I.
-fn broken_yarns(title: &str, run: &Run) -> Option<Row> {
-    let least = run.events.iter().map(|event| event.strain).reduce(f64::min)?;
-    let name = "failure strain, least at which a yarn broke [%]";
-    let because = "a broken yarn is found in the step after it has passed its limit";
-    let expected = Expected::Number { text: "3.5".to_owned(), value: 3.5, tolerance: 0.05 * 3.5, because };
-    Some(Row::number(title, name, expected, 100.0 * least, "paper, Table I"))
 }

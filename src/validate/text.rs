@@ -4,7 +4,7 @@ use super::{PAPER, Row, counts};
 use crate::output::chart::escape;
 
 /// Above and below every table.
-const TITLE: &str = "Published numbers";
+const TITLE: &str = "Predictions";
 const NOTE: &str = "Not judged: published as a curve, without numbers.";
 
 /// What is judged, what is not.
@@ -15,7 +15,7 @@ fn verdict(row: &Row) -> &'static str {
 /// The table in Markdown.
 pub fn markdown(rows: &[Row]) -> String {
     let mut out =
-        "| of | published | expected | got | difference | | source |\n|---|---|---|---|---|---|---|\n".to_owned();
+        "| of | quantity | expected | got | difference | | source |\n|---|---|---|---|---|---|---|\n".to_owned();
     for row in rows {
         let cells = [
             &row.group,
@@ -56,9 +56,9 @@ pub fn html(rows: &[Row], machine: &str) -> String {
         "<!doctype html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
          <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n<title>ripstop: {TITLE}</title>\n\
          <style>{STYLE}</style>\n</head>\n<body>\n<h1>{TITLE}</h1>\n\
-         <p>What was published of these fabrics and shots, and what this program computes for it.</p>\n\
+         <p>What closed forms and publications say of these scenes, and what this program computes for them.</p>\n\
          <p>{pass} pass, {fail} fail, {open} not judged. ripstop {}, {}.</p>\n\
-         <table>\n<thead><tr><th>published</th><th>expected</th><th>got</th><th>difference</th><th></th><th>source</th></tr>\
+         <table>\n<thead><tr><th>quantity</th><th>expected</th><th>got</th><th>difference</th><th></th><th>source</th></tr>\
          </thead>\n<tbody>\n{body}</tbody>\n</table>\n<p>{NOTE} Paper: {PAPER}</p>\n</body>\n</html>\n",
         env!("CARGO_PKG_VERSION"),
         escape(machine),

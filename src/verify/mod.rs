@@ -3,7 +3,7 @@
 //! Three parts: the unit cell against tabulated values, every scene of `cases/verify` against its `expect` block,
 //! and stability of hard scenes. The same scenes are run by the tests.
 
-mod scenes;
+pub(crate) mod scenes;
 mod stability;
 pub mod stress;
 pub(crate) mod unit_cell;

@@ -10,7 +10,7 @@ use crate::simulation::Options;
 macro_rules! scenes {
     ($($name:literal),+ $(,)?) => {
         /// Name and text of every scene of `cases/verify`.
-        const SCENES: &[(&str, &str)] =
+        pub(crate) const SCENES: &[(&str, &str)] =
             &[$(($name, include_str!(concat!("../../cases/verify/", $name, ".json")))),+];
     };
 }
@@ -19,6 +19,8 @@ scenes!(
     "smith-yarn-155",
     "strip-uncrimped-155",
     "strip-crimped-155",
+    "strip-compressible-155",
+    "strip-compressible-250",
     "membrane-frequency",
     "mass-on-strip",
     "first-drop",
@@ -29,7 +31,7 @@ scenes!(
 );
 
 /// Text of a scene; empty for a name there is not.
-pub(super) fn text(name: &str) -> &'static str {
+pub(crate) fn text(name: &str) -> &'static str {
     SCENES.iter().find(|(of, _)| *of == name).map_or("", |(_, text)| text)
 }
 

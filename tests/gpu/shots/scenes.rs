@@ -1,6 +1,6 @@
 //! Shipped scenes and variants of them against the double-precision reference, by integral quantities.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use ripstop::case::Case;
 use ripstop::gpu::Device;
@@ -83,6 +83,12 @@ fn report(wrong: Vec<String>) -> Outcome {
     if wrong.is_empty() { Ok(()) } else { Err(wrong.join("\n")) }
 }
 
+/// With the paper's numerics, but for the strips whose waves ring without viscosity until yarns break.
+fn read(file: &Path) -> Case {
+    let name = file.to_str().unwrap();
+    if name.contains("strip-compressible") { crate::scene::shipped(name, &[]) } else { builtin(name, &[]) }
+}
+
 fn shipped(device: &'static Device) -> Outcome {
     let folder = std::fs::read_dir("cases/verify").unwrap().map(|f| f.unwrap().path());
     let mut files: Vec<PathBuf> = folder.filter(|f| f.extension().is_some_and(|e| e == "json")).collect();
@@ -90,7 +96,7 @@ fn shipped(device: &'static Device) -> Outcome {
     assert!(files.len() >= 10, "{files:?}");
     let mut wrong = Vec::new();
     for file in files {
-        let case = builtin(file.to_str().unwrap(), &[]);
+        let case = read(&file);
         let (cpu, gpu) = (run(&case), run_on(device, &case));
         let (allowed, part) = if cpu.events.is_empty() { (WHOLE, 0.0) } else { (TORN, 0.5) };
         let mut found = off(&cpu, &gpu, allowed, part);
