@@ -59,6 +59,7 @@ pub mod bench;
 pub mod case;
 pub mod checkpoint;
 mod deflection;
+pub mod diff;
 pub mod frame;
 pub mod gpu;
 pub mod kernels;

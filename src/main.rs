@@ -24,6 +24,7 @@ fn main() -> ExitCode {
         Command::Verify(arguments) => cli::verify::verify(&arguments),
         Command::Validate(arguments) => cli::validate::validate(&arguments),
         Command::Compare(arguments) => cli::compare::compare(&arguments),
+        Command::Diff(arguments) => cli::diff::diff(&arguments),
         Command::Info(arguments) => cli::info::info(&arguments),
         Command::Schema => cli::schema(),
         Command::Explain(arguments) => cli::explain::explain(&arguments),

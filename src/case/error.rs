@@ -116,7 +116,7 @@ pub(super) fn list<'a>(words: impl IntoIterator<Item = &'a str>) -> String {
 }
 
 /// The candidate nearest to `word`: fewest edits, and among those the longest common beginning.
-pub(super) fn nearest<'a>(word: &str, candidates: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
+pub(crate) fn nearest<'a>(word: &str, candidates: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
     // Beyond this length nothing resembles a key, and the table of edits would only cost time.
     let word: Vec<char> = word.chars().take(100).collect();
     candidates.into_iter().min_by_key(|candidate| {

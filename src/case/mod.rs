@@ -32,8 +32,10 @@ mod value;
 mod words;
 
 pub use error::CaseError;
+pub(crate) use error::nearest;
 pub use fabric_file::builtin_fabric;
 pub use grading::Grading;
+pub(crate) use pointer::escape as escape_pointer;
 pub use read::{from_str, from_text, read};
 pub(crate) use report::mesh;
 pub use report::report;

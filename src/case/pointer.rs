@@ -12,7 +12,7 @@ pub(super) fn index(part: &str) -> Option<usize> {
 }
 
 /// A key as part of a JSON pointer.
-pub(super) fn escape(key: &str) -> String {
+pub(crate) fn escape(key: &str) -> String {
     let short: String = key.chars().take(200).collect();
     short.replace('~', "~0").replace('/', "~1").chars().flat_map(shown).collect()
 }

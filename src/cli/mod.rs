@@ -7,6 +7,7 @@ pub(crate) mod check;
 pub(crate) mod compare;
 pub(crate) mod completions;
 pub(crate) mod crossover;
+pub(crate) mod diff;
 pub(crate) mod explain;
 pub(crate) mod failure;
 pub(crate) mod follow;

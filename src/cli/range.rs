@@ -1,4 +1,4 @@
-//! `first[:last:count]`: a value or evenly spaced values, both ends included; and times between checkpoints.
+//! `first[:last:count]`: a value or evenly spaced values, both ends included; and single numbers: times, percentages.
 
 use std::str::FromStr;
 
@@ -55,6 +55,22 @@ pub(crate) fn interval(text: &str) -> Result<f64, String> {
     match text.trim().parse::<f64>() {
         Ok(interval) if interval > 0.0 && interval.is_finite() => Ok(interval * 1e-6),
         _ => Err(format!("expected a time above 0 in µs, found {text:?}")),
+    }
+}
+
+/// A difference above 0 in percent, as a fraction.
+pub(crate) fn percent(text: &str) -> Result<f64, String> {
+    match text.trim().trim_end_matches('%').trim_end().parse::<f64>() {
+        Ok(percent) if percent > 0.0 && percent.is_finite() => Ok(percent / 100.0),
+        _ => Err(format!("expected a difference above 0 in percent, such as 2 or 0.5%, found {text:?}")),
+    }
+}
+
+/// A time of either sign [µs].
+pub(crate) fn shift(text: &str) -> Result<f64, String> {
+    match text.trim().parse::<f64>() {
+        Ok(shift) if shift.abs() <= 1e12 => Ok(shift),
+        _ => Err(format!("expected a time in µs, such as 12.5 or -40, found {text:?}")),
     }
 }
 

@@ -6,20 +6,20 @@ use crate::simulation::PlySample;
 use crate::step::FailureEvent;
 
 /// The first line.
-pub(super) fn header<'a>(names: impl IntoIterator<Item = &'a str>) -> String {
+pub(crate) fn header<'a>(names: impl IntoIterator<Item = &'a str>) -> String {
     let mut line = names.into_iter().collect::<Vec<_>>().join(",");
     line.push('\n');
     line
 }
 
 /// Adds a line.
-pub(super) fn row(text: &mut String, cells: impl IntoIterator<Item = String>) {
+pub(crate) fn row(text: &mut String, cells: impl IntoIterator<Item = String>) {
     text.push_str(&cells.into_iter().collect::<Vec<_>>().join(","));
     text.push('\n');
 }
 
 /// A number as the shortest text that reads back the same; whole numbers without a fraction, no negative zero.
-pub(super) fn number(value: f64) -> String {
+pub(crate) fn number(value: f64) -> String {
     let value = value + 0.0;
     if value.fract() == 0.0 && value.abs() < 1e15 { format!("{value:.0}") } else { format!("{value:?}") }
 }

@@ -113,7 +113,7 @@ impl Folder {
         }
     }
 
-    /// Refuses to write over the case that was read.
+    /// Refuses to write over what was read.
     fn keeps(&self, files: &[&str], read: &[&Path]) -> Result<(), OutputError> {
         // A built-in case has no file.
         let read: Vec<PathBuf> = read.iter().filter_map(|path| path.canonicalize().ok()).collect();
@@ -123,8 +123,12 @@ impl Folder {
                 return Err(OutputError::new(&path, "a file or nothing", "a folder"));
             }
             if path.canonicalize().is_ok_and(|path| read.contains(&path)) {
-                let found = format!("{name}, which is the case itself");
-                return Err(OutputError::new(&self.path, "a folder where no result replaces the case", found));
+                let found = format!("{name}, which was read");
+                return Err(OutputError::new(
+                    &self.path,
+                    "a folder where no result replaces a file that was read",
+                    found,
+                ));
             }
         }
         Ok(())

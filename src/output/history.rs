@@ -54,14 +54,25 @@ pub fn find(name: &str) -> Option<&'static Column> {
 
 /// A column at a time [s], linear between rows; `None` outside the history.
 pub fn at(history: &[Sample], column: &Column, time: f64) -> Option<f64> {
-    let after = history.partition_point(|row| row.time < time);
-    let next = history.get(after)?;
-    let value = (column.read)(next);
-    let Some(last) = after.checked_sub(1).and_then(|before| history.get(before)) else {
-        return (next.time <= time).then_some(value);
-    };
-    let share = (time - last.time) / (next.time - last.time);
-    let start = (column.read)(last);
+    between(history, time, |row| row.time, column.read)
+}
+
+/// A value at a time, linear between rows of ascending time; `None` outside them.
+pub(crate) fn between<T>(
+    rows: &[T],
+    time: f64,
+    time_of: impl Fn(&T) -> f64,
+    value_of: impl Fn(&T) -> f64,
+) -> Option<f64> {
+    let after = rows.partition_point(|row| time_of(row) < time);
+    let next = rows.get(after)?;
+    let value = value_of(next);
+    if time_of(next) <= time {
+        return Some(value);
+    }
+    let last = after.checked_sub(1).and_then(|before| rows.get(before))?;
+    let share = (time - time_of(last)) / (time_of(next) - time_of(last));
+    let start = value_of(last);
     Some(start + share * (value - start))
 }
 

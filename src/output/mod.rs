@@ -6,7 +6,7 @@
 
 mod breakage;
 pub(crate) mod chart;
-mod csv;
+pub(crate) mod csv;
 mod energies;
 pub mod expect;
 pub mod expectation;
@@ -26,6 +26,6 @@ pub use energies::Energies;
 pub use expect::{Checked, check};
 pub use folder::{CHECKPOINT, Folder, OutputError, temporary};
 pub use picture::picture;
-pub(crate) use summary::velocity_left;
+pub(crate) use summary::{CASE_WORDS, velocity_left};
 pub use summary::{absorbed_energy, case_hash, flies_freely, residual_velocity, summary};
 pub use verdict::{Verdict, place, reached, symmetry, verdict};

@@ -191,13 +191,15 @@ fn origin(case: &Case, run: &Run) -> Map<String, Value> {
     }))
 }
 
+/// Keys of a case that say nothing about what it computes.
+pub(crate) const CASE_WORDS: [&str; 5] = ["$schema", "title", "sources", "notes", "expect"];
+
 /// Fingerprint of what a case computes: 64-bit FNV-1a of the case as run, with keys sorted and numbers in one form,
 /// without the words around it (title, sources, notes) and what is expected of it.
 pub fn case_hash(as_run: &Value) -> String {
-    const WORDS: [&str; 5] = ["$schema", "title", "sources", "notes", "expect"];
     let mut text = String::new();
     match as_run.as_object() {
-        Some(map) => object_text(map.iter().filter(|(key, _)| !WORDS.contains(&key.as_str())), &mut text),
+        Some(map) => object_text(map.iter().filter(|(key, _)| !CASE_WORDS.contains(&key.as_str())), &mut text),
         None => canonical(as_run, &mut text),
     }
     let mix = |hash: u64, byte: u8| (hash ^ u64::from(byte)).wrapping_mul(0x0000_0100_0000_01b3);

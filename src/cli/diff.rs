@@ -1,0 +1,234 @@
+//! `ripstop diff`: runs and measured curves, held against the first.
+
+use std::path::{Path, PathBuf};
+
+use ripstop::diff::{self, CurveRow, Diff, DiffError, Input, Key, Kind, Options, Pair, Request, SummaryRow};
+use ripstop::output::Folder;
+use ripstop::output::number::{fraction, short};
+use serde_json::Value;
+
+use super::arguments::DiffArguments;
+use super::failure::Failure;
+use super::result::part;
+use super::run::Print;
+use super::table::{Align, Table};
+use super::{paint, screen};
+
+/// What is written.
+const FILES: [&str; 3] = ["diff.csv", "diff.svg", "diff.html"];
+/// Keys of cases shown on the terminal at most.
+const KEYS: usize = 30;
+/// Letters of a value on the terminal at most.
+const VALUE: usize = 24;
+
+/// Compares, prints and writes; exit code 1 where something judged differs by more than it may.
+pub(crate) fn diff(arguments: &DiffArguments) -> Result<(), Failure> {
+    let options = Options { within: arguments.within, shift_us: arguments.shift };
+    let request = Request::new(options, &arguments.columns)?;
+    let inputs =
+        arguments.inputs.iter().map(|path| diff::input::read(path, &request)).collect::<Result<Vec<_>, _>>()?;
+    let read: Vec<PathBuf> = inputs.iter().flat_map(Input::files).collect();
+    let found = diff::diff(inputs, &request)?;
+    let notes = found.inputs.iter().flat_map(|input| &input.notes);
+    if !arguments.quiet {
+        notes.for_each(|note| screen::complain(&format!("note: {note}")));
+    }
+    let written = arguments.out.as_deref().map(|out| write(out, &read, &found)).transpose()?;
+    match Print::of(arguments.json, arguments.quiet) {
+        Print::Json => screen::print(&format!("{:#}\n", diff::json(&found)))?,
+        Print::Table => screen::print(&text(&found, written.as_ref()))?,
+        Print::Nothing => {}
+    }
+    verdict(&found)
+}
+
+impl From<DiffError> for Failure {
+    fn from(error: DiffError) -> Self {
+        Self::input(error.to_string())
+    }
+}
+
+fn write(out: &Path, read: &[PathBuf], found: &Diff) -> Result<Folder, Failure> {
+    let folder = Folder::prepare_for(out, &FILES, &read.iter().map(PathBuf::as_path).collect::<Vec<_>>())?;
+    let texts = [diff::csv(found), diff::svg(found), diff::html(found)];
+    let texts: Vec<(&str, String)> = FILES.into_iter().zip(texts).collect();
+    folder.put(&texts, &FILES)?;
+    Ok(folder)
+}
+
+/// What the exit code says.
+fn verdict(found: &Diff) -> Result<(), Failure> {
+    let Some(within) = found.options.within else { return Ok(()) };
+    let lines = found.pairs.iter().enumerate().flat_map(|(n, pair)| {
+        let letter = diff::letter(n + 1);
+        pair.failures().map(move |line| format!("\n  {letter}: {line}"))
+    });
+    let lines: Vec<String> = lines.collect();
+    if lines.is_empty() {
+        return Ok(());
+    }
+    let (a, within) =
+        (found.inputs.first().map(|a| a.path.display().to_string()).unwrap_or_default(), fraction(within));
+    Err(Failure::check(format!("error: {a}: others differ by more than {within}{}", lines.concat())))
+}
+
+/// The whole text.
+fn text(found: &Diff, folder: Option<&Folder>) -> String {
+    let mut out = String::new();
+    for (n, input) in found.inputs.iter().enumerate() {
+        let letter = diff::letter(n).to_string();
+        let lines = screen::wrapped(&named(input), 3);
+        out += &format!("{}  {}\n", paint::heading(&letter), lines.join("\n   "));
+    }
+    for (n, pair) in found.pairs.iter().enumerate() {
+        out += &compared(diff::letter(n + 1), pair, found);
+    }
+    if let Some(folder) = folder {
+        out += &format!("\n{}  {}\n  {}\n", paint::heading("files"), folder.path().display(), FILES.join(", "));
+    }
+    out
+}
+
+/// What an input is.
+fn named(input: &Input) -> String {
+    let path = input.path.display();
+    let [from, to] = input.table.span().map(|time| short(time, 4));
+    let rows = input.table.times.len();
+    match input.kind {
+        Kind::Run => format!("{path}: {}", input.title().unwrap_or("a run")),
+        Kind::Curve => {
+            let columns: Vec<&str> = input.table.columns.iter().map(|column| column.name.as_str()).collect();
+            let columns = match columns.as_slice() {
+                few @ ([] | [_] | [_, _] | [_, _, _]) => few.join(", "),
+                many => format!("{} columns", many.len()),
+            };
+            format!("{path}: a table of {rows} rows, {from} to {to} µs: {columns}")
+        }
+    }
+}
+
+/// What differs between the first and another.
+fn compared(b: char, pair: &Pair, found: &Diff) -> String {
+    let mut out = part(&format!("results, {b} against A"), &results(b, &pair.summary));
+    if let Some(keys) = &pair.keys {
+        let text = if keys.is_empty() { "the same\n".to_owned() } else { self::keys(b, keys) };
+        out += &part("case", &text);
+    }
+    if !pair.machine.is_empty() {
+        out += &part("computed by", &keys(b, &pair.machine));
+    }
+    out += &part(&format!("curves, {b} against A{}", span(pair)), &curves(pair));
+    out + &screen::indent(&conclusion(pair, found))
+}
+
+fn span(pair: &Pair) -> String {
+    pair.span().map_or_else(String::new, |span| {
+        let [from, to] = span.map(|time| short(time, 5));
+        format!(", {from} to {to} µs")
+    })
+}
+
+/// Quantities side by side.
+fn results(b: char, rows: &[SummaryRow]) -> String {
+    use Align::{Left, Right};
+    if rows.is_empty() {
+        return String::new();
+    }
+    let (b, difference) = (b.to_string(), format!("{b} - A"));
+    let heads = [("", Left), ("A", Right), (b.as_str(), Right), (&difference, Right), ("", Right), ("", Left)];
+    let mut table = Table::new(&heads);
+    for row in rows {
+        let [a, b] = [&row.a, &row.b].map(|value| value.as_f64().map_or_else(|| word(Some(value)), |v| short(v, 5)));
+        let difference = row.difference.map_or_else(String::new, |difference| short(difference, 3));
+        let relative = if row.difference.is_some() { percent(row.relative) } else { String::new() };
+        table.row([row.name.to_owned(), a, b, difference, relative, mark(row.pass)]);
+    }
+    table.to_string()
+}
+
+fn mark(pass: Option<bool>) -> String {
+    pass.map_or_else(String::new, paint::mark)
+}
+
+/// A share in percent; `-` where there is none.
+fn percent(share: Option<f64>) -> String {
+    match share {
+        None => "-".to_owned(),
+        Some(share) if share.abs() >= 10.0 => format!("{} %", short(100.0 * share, 2)),
+        Some(share) => fraction(share),
+    }
+}
+
+/// Keys and their values.
+fn keys(b: char, keys: &[Key]) -> String {
+    let mut table = Table::new(&[("", Align::Left), ("A", Align::Left), (&b.to_string(), Align::Left)]);
+    for key in keys.iter().take(KEYS) {
+        let [a, b] = [&key.a, &key.b].map(|value| cut(&word(value.as_ref())));
+        table.row([key.pointer.clone(), a, b]);
+    }
+    let more = match keys.len().saturating_sub(KEYS) {
+        0 => String::new(),
+        more => format!("and {more} more: --json has them all\n"),
+    };
+    format!("{table}{more}")
+}
+
+/// A value in one line.
+fn word(value: Option<&Value>) -> String {
+    match value {
+        None | Some(Value::Null) => "-".to_owned(),
+        Some(Value::String(text)) => text.clone(),
+        Some(value) => value.to_string(),
+    }
+}
+
+fn cut(text: &str) -> String {
+    let short: String = text.chars().take(VALUE).collect();
+    if short.len() < text.len() { short + "…" } else { short }
+}
+
+/// Curves that differ, and the names of those that do not.
+fn curves(pair: &Pair) -> String {
+    use Align::{Left, Right};
+    let heads = [
+        ("", Left),
+        ("largest", Right),
+        ("at µs", Right),
+        ("rms", Right),
+        ("of peak", Right),
+        ("parts µs", Right),
+        ("", Left),
+    ];
+    let mut table = Table::new(&heads);
+    let (same, differ): (Vec<&CurveRow>, Vec<&CurveRow>) = pair.curves.iter().partition(|row| row.difference.is_zero());
+    for row in &differ {
+        let found = &row.difference;
+        let parts = found.parts_at.map_or_else(|| "-".to_owned(), |time| short(time, 4));
+        let numbers = [short(found.largest, 3), short(found.at, 4), short(found.rms, 3)];
+        let [largest, at, rms] = numbers;
+        table.row([row.name.clone(), largest, at, rms, percent(found.share()), parts, mark(row.pass)]);
+    }
+    let mut out = if differ.is_empty() { String::new() } else { table.to_string() };
+    if !same.is_empty() {
+        let names: Vec<&str> = same.iter().map(|row| row.name.as_str()).collect();
+        let which = if differ.is_empty() { format!("all {}", names.len()) } else { names.join(", ") };
+        out += &(screen::wrapped(&format!("the same to the last digit: {which}"), 2).join("\n") + "\n");
+    }
+    out
+}
+
+/// Where they part, and what the numbers are.
+fn conclusion(pair: &Pair, found: &Diff) -> String {
+    let part = fraction(found.options.part());
+    let mut out = match pair.parts() {
+        Some((row, time)) => {
+            vec![format!("they part first at {} µs, in {}, by more than {part}", short(time, 4), row.name)]
+        }
+        None => vec![format!("no judged curve differs by more than {part}")],
+    };
+    out.push("of peak: largest difference over the largest magnitude of A in the common time".to_owned());
+    if pair.span().is_none() {
+        out.push("curves cover different times: --json has the span of each".to_owned());
+    }
+    out.iter().flat_map(|line| screen::wrapped(line, 2)).map(|line| line + "\n").collect()
+}

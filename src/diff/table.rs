@@ -1,0 +1,385 @@
+//! A table of numbers over time, as CSV: `history.csv`, or what a camera measured.
+//!
+//! Columns are separated by commas, semicolons or tabs, whichever the heading has; cells may be quoted (RFC 4180); lines that begin with
+//! `#` are comments; a byte order mark and any ends of lines are taken. Numbers have a point.
+
+use ::csv::{ByteRecord, ReaderBuilder, Trim};
+
+use super::curve::Points;
+use super::error::{DiffError, few, quoted};
+use super::quantity::{self, Quantity, TIME};
+use super::request::Mapping;
+
+/// Size of a file at most [bytes].
+pub(super) const MAX_BYTES: u64 = 32 << 20;
+/// Columns, rows, and both together, at most.
+const MAX_COLUMNS: usize = 256;
+const MAX_ROWS: usize = 200_000;
+const MAX_CELLS: usize = 5_000_000;
+
+/// Columns over time.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Table {
+    /// Times [µs], ascending.
+    pub times: Vec<f64>,
+    /// Every other column that holds numbers.
+    pub columns: Vec<Column>,
+    /// What a reader should know of how it was read.
+    pub notes: Vec<String>,
+    /// Headings as the file has them.
+    pub(super) headings: Vec<String>,
+}
+
+/// A column.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Column {
+    /// A name of `history.csv`, or the heading where it has none like it.
+    pub name: String,
+    /// One for each time, in the unit of the name; NaN where the cell is empty.
+    pub values: Vec<f64>,
+}
+
+impl Table {
+    /// First and last time [µs].
+    pub fn span(&self) -> [f64; 2] {
+        [self.times.first(), self.times.last()].map(|time| time.copied().unwrap_or(f64::NAN))
+    }
+
+    /// Column of a name.
+    pub fn column(&self, name: &str) -> Option<&Column> {
+        self.columns.iter().find(|column| column.name == name)
+    }
+
+    /// The points of a column; times without a value are left out.
+    pub fn points(&self, column: &Column) -> Points {
+        let rows = self.times.iter().zip(&column.values);
+        rows.filter(|(_, value)| value.is_finite()).map(|(time, value)| [*time, *value]).collect()
+    }
+
+    /// Adds to every time [µs].
+    pub(super) fn shift(&mut self, by: f64) {
+        self.times.iter_mut().for_each(|time| *time += by);
+    }
+}
+
+/// A column as it is read.
+struct Raw {
+    heading: String,
+    quantity: Option<Quantity>,
+    values: Vec<f64>,
+    /// Line and text of the first cell that is no number.
+    words: Option<(u64, String)>,
+}
+
+/// Reads a table. `mappings`: what headings stand for.
+pub(super) fn read(bytes: &[u8], mappings: &[Mapping]) -> Result<Table, DiffError> {
+    let text = text(bytes)?;
+    let separator = separator(&text);
+    let mut reader = ReaderBuilder::new();
+    reader.has_headers(false).flexible(true).comment(Some(b'#')).delimiter(separator).trim(Trim::All);
+    let mut reader = reader.from_reader(text.as_bytes());
+    let mut record = ByteRecord::new();
+    let mut columns: Option<Vec<Raw>> = None;
+    let mut rows = Rows::default();
+    while reader.read_byte_record(&mut record).map_err(|error| unreadable(&error))? {
+        // The place of a record is that of what is skipped before it; every line here has an end, so the next one is known.
+        let line = reader.position().line() - 1;
+        let cells: Vec<&str> = record.iter().map(|cell| std::str::from_utf8(cell).unwrap_or_default()).collect();
+        match &mut columns {
+            None => columns = Some(headings(&cells, line, mappings)?),
+            Some(_) if cells.iter().all(|cell| cell.is_empty()) => {}
+            Some(columns) => rows.add(columns, &cells, line, separator)?,
+        }
+    }
+    let Some(columns) = columns else { return Err(empty("an empty file")) };
+    if rows.lines.is_empty() {
+        return Err(empty("a heading alone"));
+    }
+    table(columns, &rows.lines)
+}
+
+fn empty(found: &str) -> DiffError {
+    DiffError::new(
+        "",
+        "a heading and lines of numbers",
+        found,
+        "take history.csv of a run, or a CSV with times and values",
+    )
+}
+
+fn unreadable(error: &::csv::Error) -> DiffError {
+    DiffError::new("", "comma-separated values", error.to_string(), "save the table as CSV (UTF-8)")
+}
+
+/// The text, every line of which ends with a line feed.
+fn text(bytes: &[u8]) -> Result<String, DiffError> {
+    let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
+    let line = |at: usize| format!("line {}", bytes[..at].iter().filter(|byte| **byte == b'\n').count() + 1);
+    let no_text = |at: usize, byte: u8| {
+        let help = "save the table as CSV (UTF-8); a spreadsheet's own file is none";
+        DiffError::new(line(at), "text in UTF-8", format!("the byte 0x{byte:02X}"), help)
+    };
+    if let Some(at) = bytes.iter().position(|byte| *byte == 0) {
+        return Err(no_text(at, 0));
+    }
+    let text = std::str::from_utf8(bytes).map_err(|error| {
+        let at = error.valid_up_to();
+        no_text(at, bytes.get(at).copied().unwrap_or_default())
+    })?;
+    let mut text = text.replace("\r\n", "\n").replace('\r', "\n");
+    text.push('\n');
+    Ok(text)
+}
+
+/// What separates the names of the heading: the most frequent of three, outside quotes.
+fn separator(text: &str) -> u8 {
+    let heading = text.lines().find(|line| !line.trim().is_empty() && !line.starts_with('#')).unwrap_or_default();
+    let outside: Vec<u8> = heading.split('"').step_by(2).flat_map(str::bytes).collect();
+    let count = |sign: u8| outside.iter().filter(|byte| **byte == sign).count();
+    // The last of equals wins: a comma where there is none at all.
+    [b'\t', b';', b','].into_iter().max_by_key(|sign| count(*sign)).unwrap_or(b',')
+}
+
+/// The columns that a heading names.
+fn headings(cells: &[&str], line: u64, mappings: &[Mapping]) -> Result<Vec<Raw>, DiffError> {
+    let place = format!("line {line}");
+    if cells.len() > MAX_COLUMNS {
+        let expected = format!("at most {MAX_COLUMNS} columns");
+        return Err(DiffError::new(place, expected, cells.len().to_string(), "leave out what is not compared"));
+    }
+    if cells.iter().all(|cell| cell.is_empty() || cell.parse::<f64>().is_ok()) {
+        let help = "write a first line such as time_us,velocity_m_s";
+        return Err(DiffError::new(place, "a heading that names the columns", few(cells.iter().copied()), help));
+    }
+    for (n, cell) in cells.iter().enumerate() {
+        if !cell.is_empty() && cells[..n].contains(cell) {
+            let found = format!("{} twice", quoted(cell));
+            return Err(DiffError::new(place, "each column once", found, "rename or leave out one of them"));
+        }
+    }
+    let column = |cell: &&str| {
+        let mapped = mappings.iter().find(|mapping| mapping.heading == *cell).map(|mapping| mapping.quantity);
+        let quantity = mapped.or_else(|| quantity::of(cell));
+        Raw { heading: (*cell).to_owned(), quantity, values: Vec::new(), words: None }
+    };
+    let columns: Vec<Raw> = cells.iter().map(column).collect();
+    once(&columns, &place)?;
+    Ok(columns)
+}
+
+/// Refuses two columns for one quantity, and a table without time.
+fn once(columns: &[Raw], place: &str) -> Result<(), DiffError> {
+    let of = |name: &str| {
+        let same = columns.iter().filter(|column| column.quantity.is_some_and(|quantity| quantity.name == name));
+        same.map(|column| column.heading.as_str()).collect::<Vec<_>>()
+    };
+    for name in columns.iter().filter_map(|column| column.quantity).map(|quantity| quantity.name) {
+        let found = of(name);
+        if found.len() > 1 {
+            let expected = format!("one column for {name}");
+            return Err(DiffError::new(place, expected, few(found), "leave out or rename all but one"));
+        }
+    }
+    if of(TIME).is_empty() {
+        let found = few(columns.iter().map(|column| column.heading.as_str()));
+        let help = "call it time_us, time_ms or time_s, or say which it is: --column HEADING=time_ms";
+        return Err(DiffError::new(place, "a column of times", found, help));
+    }
+    Ok(())
+}
+
+/// Lines read so far.
+#[derive(Default)]
+struct Rows {
+    lines: Vec<u64>,
+}
+
+impl Rows {
+    fn add(&mut self, columns: &mut [Raw], cells: &[&str], line: u64, separator: u8) -> Result<(), DiffError> {
+        let place = format!("line {line}");
+        if cells.len() != columns.len() {
+            let help = match (separator, cells.len() > columns.len()) {
+                (b',', true) => "numbers have a decimal point; a comma separates columns",
+                _ => "every line has as many cells as the heading; an empty cell is a value that is missing",
+            };
+            let expected = format!("{} cells, as in the heading", columns.len());
+            return Err(DiffError::new(place, expected, cells.len().to_string(), help));
+        }
+        self.lines.push(line);
+        if self.lines.len() > MAX_ROWS || self.lines.len() * columns.len() > MAX_CELLS {
+            let expected = format!("at most {MAX_ROWS} lines, and {MAX_CELLS} cells");
+            return Err(DiffError::new(place, expected, "more", "keep fewer lines"));
+        }
+        for (column, cell) in columns.iter_mut().zip(cells) {
+            let value = match *cell {
+                "" => Some(f64::NAN),
+                cell => cell.parse::<f64>().ok(),
+            };
+            if value.is_none() && column.words.is_none() {
+                column.words = Some((line, (*cell).to_owned()));
+            }
+            let factor = column.quantity.map_or(1.0, |quantity| quantity.factor);
+            column.values.push(value.unwrap_or(f64::NAN) * factor);
+        }
+        Ok(())
+    }
+}
+
+/// What the columns are, once all lines are read. `lines`: line of each row.
+fn table(columns: Vec<Raw>, lines: &[u64]) -> Result<Table, DiffError> {
+    let headings = columns.iter().map(|column| column.heading.clone()).collect();
+    let mut table = Table { headings, ..Table::default() };
+    for column in columns {
+        let Raw { heading, quantity, values, words } = column;
+        let name = quantity.map_or(heading.as_str(), |quantity| quantity.name);
+        match words {
+            Some((line, found)) if quantity.is_some() || is_decimal_comma(&found) => {
+                return Err(no_number(line, &heading, &found));
+            }
+            Some((line, found)) => {
+                let left_out = format!("column {} is left out: line {line} holds {}", quoted(&heading), quoted(&found));
+                table.notes.push(left_out);
+                continue;
+            }
+            None if name == TIME => {
+                check_times(&values, lines, &heading)?;
+                table.times = values;
+                continue;
+            }
+            None if heading.is_empty() => continue,
+            None => {}
+        }
+        if let Some(at) = values.iter().position(|value| value.is_infinite()) {
+            return Err(no_number(lines[at], &heading, &values[at].to_string()));
+        }
+        let missing = values.iter().filter(|value| value.is_nan()).count();
+        if missing > 0 && missing < values.len() {
+            let found = format!("column {} has no value in {missing} of {} lines", quoted(&heading), values.len());
+            table.notes.push(format!("{found}; the curve is straight across them"));
+        }
+        if missing < values.len() {
+            table.columns.push(Column { name: name.to_owned(), values });
+        }
+    }
+    Ok(table)
+}
+
+fn check_times(times: &[f64], lines: &[u64], heading: &str) -> Result<(), DiffError> {
+    let place = |n: usize| format!("line {}, column {}", lines[n], quoted(heading));
+    if let Some(n) = times.iter().position(|time| !time.is_finite()) {
+        let found = if times[n].is_nan() { "none".to_owned() } else { times[n].to_string() };
+        return Err(DiffError::new(place(n), "a time", found, "leave out lines without one"));
+    }
+    if let Some(n) = times.windows(2).position(|pair| pair[1] <= pair[0]) {
+        let expected = format!("a time after that of the line before, {} µs", times[n]);
+        return Err(DiffError::new(
+            place(n + 1),
+            expected,
+            format!("{} µs", times[n + 1]),
+            "sort the lines by time, each time once",
+        ));
+    }
+    Ok(())
+}
+
+fn no_number(line: u64, heading: &str, found: &str) -> DiffError {
+    let help = match found {
+        found if is_decimal_comma(found) => "write a decimal point instead of the comma",
+        _ => "a line of units or remarks begins with #; a value that is missing is an empty cell",
+    };
+    DiffError::new(format!("line {line}, column {}", quoted(heading)), "a number", quoted(found), help)
+}
+
+/// `12,5`
+fn is_decimal_comma(cell: &str) -> bool {
+    cell.matches(',').count() == 1 && cell.replace(',', ".").parse::<f64>().is_ok()
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
+    use super::*;
+
+    fn table_of(text: &str) -> Table {
+        read(text.as_bytes(), &[]).unwrap()
+    }
+
+    fn error(text: &str) -> DiffError {
+        read(text.as_bytes(), &[]).unwrap_err()
+    }
+
+    #[test]
+    fn all_usual_forms_of_csv_are_the_same_table() {
+        let plain = table_of("time_us,velocity_m_s,gauge 1\n0,155,1\n0.5,154.5,\n1,-1e-3,3\n");
+        assert_eq!(plain.times, [0.0, 0.5, 1.0]);
+        assert_eq!(
+            plain.columns[0],
+            Column { name: "projectile_velocity_m_s".into(), values: vec![155.0, 154.5, -1e-3] }
+        );
+        assert_eq!(plain.points(&plain.columns[1]), [[0.0, 1.0], [1.0, 3.0]]);
+        assert_eq!(plain.notes.len(), 1, "{:?}", plain.notes);
+        let others = [
+            "\u{feff}time_us,velocity_m_s,gauge 1\r\n0,155,1\r\n0.5,154.5,\r\n1,-1e-3,3",
+            "# a camera\n\n\"Time (ms)\";\"Velocity [m/s]\"; \"gauge 1\"\n0;155;1\n\n5e-4; 154.5;NaN\n# done\n1e-3;-1e-3;\"3\"\n;;\n",
+            "time_s\tvelocity_km_s\tgauge 1\r0\t.155\t1\r5e-7\t0.1545\t\r1e-6\t-1e-6\t3\r",
+        ];
+        for text in others {
+            let table = table_of(text);
+            assert_eq!(table.columns[0].name, plain.columns[0].name);
+            let both = |table: &Table| [table.times.clone(), table.columns[0].values.clone()].concat();
+            for (a, b) in both(&table).iter().zip(both(&plain)) {
+                assert!((a - b).abs() < 1e-12, "{a} {b} in {text}");
+            }
+            assert_eq!(table.points(&table.columns[1]).len(), 2, "{text}");
+        }
+    }
+
+    #[test]
+    fn each_damage_is_named_with_its_line() {
+        let cases = [
+            ("", "", "an empty file"),
+            ("\u{feff}# only words\n", "", "an empty file"),
+            ("time_us,v\n", "", "a heading alone"),
+            ("0,155\n1,150\n", "line 1", "\"0\", \"155\""),
+            ("a,b\n1,2\n", "line 1", "\"a\", \"b\""),
+            ("time_us,time_ms\n1,2\n", "line 1", "\"time_us\", \"time_ms\""),
+            ("time_us,v,v\n1,2,3\n", "line 1", "\"v\" twice"),
+            ("time_us,velocity_m_s,velocity_km_s\n1,2,3\n", "line 1", "\"velocity_m_s\", \"velocity_km_s\""),
+            ("# x\n\ntime_us,v\n0,1\n# y\n\n1,2,3\n", "line 7", "3"),
+            ("time_us,v\n0,1\n1\n", "line 3", "1"),
+            ("time_us,velocity_m_s\nus,m/s\n0,1\n", "line 2, column \"time_us\"", "\"us\""),
+            ("time_us;velocity_m_s\n0;1\n1;155,5\n", "line 3, column \"velocity_m_s\"", "\"155,5\""),
+            ("time_us;v\n0;1\n1;155,5\n", "line 3, column \"v\"", "\"155,5\""),
+            ("time_us,v\n0,1\n\n0,2\n", "line 4, column \"time_us\"", "0 µs"),
+            ("time_us,v\n1,1\n0.5,2\n", "line 3, column \"time_us\"", "0.5 µs"),
+            ("time_us,v\n0,1\n,2\n", "line 3, column \"time_us\"", "none"),
+            ("time_us,v\n0,1\nNaN,2\n", "line 3, column \"time_us\"", "none"),
+            ("time_us,v\n0,1\ninf,2\n", "line 3, column \"time_us\"", "inf"),
+            ("time_us,v\n0,1\n1,-inf\n", "line 3, column \"v\"", "\"-inf\""),
+            ("time_us,v\n0,1\n1,2\0\n", "line 3", "the byte 0x00"),
+        ];
+        for (text, place, found) in cases {
+            let error = error(text);
+            assert_eq!((error.place.as_str(), error.found.as_str()), (place, found), "{text:?}");
+            assert!(!error.help.is_empty());
+        }
+        assert!(error("time_us;v\n0;1\n1;155,5\n").help.contains("decimal point"));
+        assert!(error("time_us,v\n0,1,5\n").help.contains("decimal point"));
+        assert_eq!(read(b"time_us,v\n0,\xff", &[]).unwrap_err().found, "the byte 0xFF");
+    }
+
+    #[test]
+    fn a_column_of_words_is_left_out_and_said() {
+        let table = table_of("time_us,v,remark\n0,1,trigger\n1,2,\n");
+        assert_eq!(table.columns.len(), 1);
+        assert_eq!(table.notes, ["column \"remark\" is left out: line 2 holds \"trigger\""]);
+    }
+
+    #[test]
+    fn size_is_bounded() {
+        let wide = format!("time_us{}\n", ",x".repeat(MAX_COLUMNS));
+        assert_eq!(error(&wide).found, (MAX_COLUMNS + 1).to_string());
+        let long: String = (0..=MAX_ROWS).map(|n| format!("{n}\n")).collect();
+        assert_eq!(error(&format!("time_us\n{long}")).place, format!("line {}", MAX_ROWS + 2));
+    }
+}
