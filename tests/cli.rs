@@ -8,6 +8,7 @@ mod bench;
 mod colours;
 mod completions;
 mod crossover;
+mod diff;
 mod exit_codes;
 mod expectations;
 mod files;

@@ -121,11 +121,14 @@ fn compared(b: char, pair: &Pair, found: &Diff) -> String {
     out + &screen::indent(&conclusion(pair, found))
 }
 
+/// The time that most curves are compared over.
 fn span(pair: &Pair) -> String {
-    pair.span().map_or_else(String::new, |span| {
-        let [from, to] = span.map(|time| short(time, 5));
-        format!(", {from} to {to} µs")
-    })
+    pair.spans().first().map_or_else(String::new, |(span, _)| format!(", {}", times(*span)))
+}
+
+fn times(span: [f64; 2]) -> String {
+    let [from, to] = span.map(|time| short(time, 5));
+    format!("{from} to {to} µs")
 }
 
 /// Quantities side by side.
@@ -154,7 +157,8 @@ fn mark(pass: Option<bool>) -> String {
 fn percent(share: Option<f64>) -> String {
     match share {
         None => "-".to_owned(),
-        Some(share) if share.abs() >= 10.0 => format!("{} %", short(100.0 * share, 2)),
+        Some(share) if share >= 10.0 => "> 1000 %".to_owned(),
+        Some(share) if share <= -10.0 => "< -1000 %".to_owned(),
         Some(share) => fraction(share),
     }
 }
@@ -227,8 +231,6 @@ fn conclusion(pair: &Pair, found: &Diff) -> String {
         None => vec![format!("no judged curve differs by more than {part}")],
     };
     out.push("of peak: largest difference over the largest magnitude of A in the common time".to_owned());
-    if pair.span().is_none() {
-        out.push("curves cover different times: --json has the span of each".to_owned());
-    }
+    out.extend(pair.spans().iter().skip(1).map(|(span, names)| format!("{} for {}", times(*span), names.join(", "))));
     out.iter().flat_map(|line| screen::wrapped(line, 2)).map(|line| line + "\n").collect()
 }

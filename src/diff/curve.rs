@@ -19,7 +19,7 @@ pub struct Difference {
     pub at: f64,
     /// Root of the mean square over the span.
     pub rms: f64,
-    /// Largest magnitude of the first curve in the span: what shares are taken of.
+    /// Largest magnitude of the first curve in the span, what shares are taken of; 1 of what is a share already.
     pub scale: f64,
     /// When the difference first exceeds the share asked for.
     pub parts_at: Option<f64>,
@@ -60,6 +60,11 @@ pub fn at(points: &[[f64; 2]], time: f64) -> Option<f64> {
 ///
 /// `None` where no time is covered by both.
 pub fn difference(first: &[[f64; 2]], other: &[[f64; 2]], part: f64) -> Option<Difference> {
+    scaled(first, other, part, None)
+}
+
+/// The same with a given scale, where there is one.
+pub(super) fn scaled(first: &[[f64; 2]], other: &[[f64; 2]], part: f64, scale: Option<f64>) -> Option<Difference> {
     let span = [first.first()?[0].max(other.first()?[0]), first.last()?[0].min(other.last()?[0])];
     let mut times: Vec<f64> =
         [first, other].into_iter().flatten().map(|p| p[0]).filter(|t| (span[0]..=span[1]).contains(t)).collect();
@@ -74,7 +79,7 @@ pub fn difference(first: &[[f64; 2]], other: &[[f64; 2]], part: f64) -> Option<D
         .collect::<Option<_>>()?;
     let start = *values.first()?;
     let worst = values.iter().fold(start, |worst, v| if v[2].abs() > worst[2].abs() { *v } else { worst });
-    let scale = values.iter().map(|v| v[1].abs()).fold(0.0, f64::max);
+    let scale = scale.unwrap_or_else(|| values.iter().map(|v| v[1].abs()).fold(0.0, f64::max));
     // The square of what is straight between d and e has the mean (d² + de + e²)/3.
     let mean_square = |[d, e]: [f64; 2]| (d * d + d * e + e * e) / 3.0;
     let integral: f64 = values.windows(2).map(|v| (v[1][0] - v[0][0]) * mean_square([v[0][2], v[1][2]])).sum();
@@ -113,7 +118,7 @@ mod tests {
     /// sin(t + φ) − sin t = 2 sin(φ/2) cos(t + φ/2): that is its amplitude, and over a period its root mean square is amplitude/√2.
     #[test]
     fn a_shifted_sine_differs_by_its_closed_form() {
-        let (phase, period) = (0.3, 2.0 * PI);
+        let (phase, period) = (0.3_f64, 2.0 * PI);
         let amplitude = 2.0 * (0.5 * phase).sin();
         // Steps that never meet, so that both are interpolated.
         let (a, b) = (sampled(f64::sin, 0.0, period, 4001), sampled(|t| (t + phase).sin(), 0.0, period, 2500));

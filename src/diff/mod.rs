@@ -13,7 +13,7 @@
 //! - `draw`, `page` and `text` make `diff.svg`, `diff.html`, `diff.csv` and JSON of it.
 //!
 //! A difference is the other one less the first. It is relative to the first: to its value, or to the largest magnitude of its curve
-//! in the common time.
+//! in the common time. What is a share already, of energy or momentum, is not made relative.
 
 pub mod curve;
 mod draw;

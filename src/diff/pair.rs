@@ -47,10 +47,18 @@ impl Pair {
         parted.min_by(|a, b| a.1.total_cmp(&b.1))
     }
 
-    /// Times that every curve covers [µs]; `None` where they differ from curve to curve.
-    pub fn span(&self) -> Option<[f64; 2]> {
-        let first = self.curves.first()?.difference.span;
-        self.curves.iter().all(|row| row.difference.span == first).then_some(first)
+    /// Times that curves cover [µs], with the names of those that do; most of them first.
+    pub fn spans(&self) -> Vec<([f64; 2], Vec<&str>)> {
+        let mut spans: Vec<([f64; 2], Vec<&str>)> = Vec::new();
+        for row in &self.curves {
+            let span = row.difference.span;
+            match spans.iter_mut().find(|known| known.0 == span) {
+                Some((_, names)) => names.push(&row.name),
+                None => spans.push((span, vec![&row.name])),
+            }
+        }
+        spans.sort_by_key(|(_, names)| std::cmp::Reverse(names.len()));
+        spans
     }
 
     /// What is not within what was asked for, one line each.
@@ -105,7 +113,8 @@ pub(super) fn pair(first: &Input, other: &Input, request: &Request) -> Result<Pa
     let mut curves = Vec::new();
     for name in common.iter().filter(|name| wanted(name)) {
         let [a, b] = [first, other].map(|input| input.table.column(name).map(|column| input.table.points(column)));
-        let difference = a.zip(b).and_then(|(a, b)| curve::difference(&a, &b, options.part()));
+        let scale = quantity::is_share(name).then_some(1.0);
+        let difference = a.zip(b).and_then(|(a, b)| curve::scaled(&a, &b, options.part(), scale));
         let Some(difference) = difference else { continue };
         let good = |within: f64| difference.share().is_some_and(|share| share <= within);
         let judged = judged(name);

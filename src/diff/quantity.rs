@@ -94,6 +94,11 @@ pub(super) fn words(name: &str) -> String {
     }
 }
 
+/// Whether a quantity is a share already, of the initial energy, say: differences of it are not made relative once more.
+pub(super) fn is_share(name: &str) -> bool {
+    ["energy_error", "energy_gained", "momentum_error", "hourglass_fraction"].contains(&name)
+}
+
 /// The unit of a column, after a blank; nothing where it has none.
 pub(super) fn unit_of(name: &str) -> String {
     split(name).map_or_else(String::new, |(_, units)| format!(" {}", units[0].text))

@@ -4,6 +4,7 @@ use serde_json::Value;
 
 use super::curve::share;
 use super::input::Input;
+use super::quantity::is_share;
 
 /// Where a quantity stands.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -88,7 +89,7 @@ pub struct SummaryRow {
     pub b: Value,
     /// Other less first, of numbers.
     pub difference: Option<f64>,
-    /// That over the magnitude of the first; `None` where the first is zero and the other is not.
+    /// That over the magnitude of the first, but of what is a share already; `None` where the first is zero and the other is not.
     pub relative: Option<f64>,
     /// Within what was asked for; `None` where it is not judged.
     pub pass: Option<bool>,
@@ -110,7 +111,7 @@ fn of(row: &Row, first: &Input, other: &Input, within: Option<f64>) -> Option<Su
     }
     let numbers = a.as_f64().zip(b.as_f64());
     let difference = numbers.map(|(a, b)| b - a);
-    let relative = numbers.and_then(|(a, b)| share(b - a, a));
+    let relative = numbers.and_then(|(a, b)| share(b - a, if is_share(row.name) { 1.0 } else { a }));
     let good = |within: f64| match difference {
         Some(_) => relative.is_some_and(|relative| relative.abs() <= within),
         None => a == b,

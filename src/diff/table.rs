@@ -56,6 +56,15 @@ impl Table {
         rows.filter(|(_, value)| value.is_finite()).map(|(time, value)| [*time, *value]).collect()
     }
 
+    /// The first contact force of a run is an impulse over one step, all others are means between rows: it is no point of the curve.
+    fn without_first_force(&mut self) {
+        let is_of_a_run = ["energy_error", "kinetic_energy_j"].iter().all(|name| self.column(name).is_some());
+        let force = self.columns.iter_mut().find(|column| column.name == "contact_force_n");
+        if let Some(first) = force.filter(|_| is_of_a_run).and_then(|force| force.values.first_mut()) {
+            *first = f64::NAN;
+        }
+    }
+
     /// Adds to every time [µs].
     pub(super) fn shift(&mut self, by: f64) {
         self.times.iter_mut().for_each(|time| *time += by);
@@ -255,12 +264,13 @@ fn table(columns: Vec<Raw>, lines: &[u64]) -> Result<Table, DiffError> {
         let missing = values.iter().filter(|value| value.is_nan()).count();
         if missing > 0 && missing < values.len() {
             let found = format!("column {} has no value in {missing} of {} lines", quoted(&heading), values.len());
-            table.notes.push(format!("{found}; the curve is straight across them"));
+            table.notes.push(format!("{found}; it is taken as straight between its values"));
         }
         if missing < values.len() {
             table.columns.push(Column { name: name.to_owned(), values });
         }
     }
+    table.without_first_force();
     Ok(table)
 }
 
