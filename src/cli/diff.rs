@@ -157,8 +157,8 @@ fn mark(pass: Option<bool>) -> String {
 fn percent(share: Option<f64>) -> String {
     match share {
         None => "-".to_owned(),
-        Some(share) if share >= 10.0 => "> 1000 %".to_owned(),
-        Some(share) if share <= -10.0 => "< -1000 %".to_owned(),
+        Some(share) if share >= 10.0 => ">1000 %".to_owned(),
+        Some(share) if share <= -10.0 => "<-1000 %".to_owned(),
         Some(share) => fraction(share),
     }
 }
@@ -200,15 +200,15 @@ fn curves(pair: &Pair) -> String {
         ("at µs", Right),
         ("rms", Right),
         ("of peak", Right),
-        ("parts µs", Right),
+        ("parts", Right),
         ("", Left),
     ];
     let mut table = Table::new(&heads);
     let (same, differ): (Vec<&CurveRow>, Vec<&CurveRow>) = pair.curves.iter().partition(|row| row.difference.is_zero());
     for row in &differ {
         let found = &row.difference;
-        let parts = found.parts_at.map_or_else(|| "-".to_owned(), |time| short(time, 4));
-        let numbers = [short(found.largest, 3), short(found.at, 4), short(found.rms, 3)];
+        let parts = found.parts_at.map_or_else(|| "-".to_owned(), |time| short(time, 3));
+        let numbers = [short(found.largest, 3), short(found.at, 3), short(found.rms, 3)];
         let [largest, at, rms] = numbers;
         table.row([row.name.clone(), largest, at, rms, percent(found.share()), parts, mark(row.pass)]);
     }
@@ -230,7 +230,9 @@ fn conclusion(pair: &Pair, found: &Diff) -> String {
         }
         None => vec![format!("no judged curve differs by more than {part}")],
     };
-    out.push("of peak: largest difference over the largest magnitude of A in the common time".to_owned());
+    let meaning =
+        "of peak: largest difference over the largest magnitude of A in the common time; parts: when it first exceeds";
+    out.push(format!("{meaning} {part} of that, in µs"));
     out.extend(pair.spans().iter().skip(1).map(|(span, names)| format!("{} for {}", times(*span), names.join(", "))));
     out.iter().flat_map(|line| screen::wrapped(line, 2)).map(|line| line + "\n").collect()
 }

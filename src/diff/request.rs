@@ -2,7 +2,7 @@
 
 use super::error::{DiffError, few, quoted};
 use super::quantity::{self, Quantity};
-use super::table::Table;
+use super::table::{Table, one_line};
 use crate::case::nearest;
 use crate::output::history;
 
@@ -52,14 +52,16 @@ impl Request {
         for text in columns {
             match text.rsplit_once('=') {
                 Some((heading, name)) => {
-                    let (heading, quantity) = (heading.trim().to_owned(), known(name)?);
+                    let (heading, quantity) = (one_line(heading), known(name)?);
                     if request.mappings.iter().any(|mapping| mapping.heading == heading) {
                         let found = format!("{} twice", quoted(&heading));
                         return Err(DiffError::new("--column", "one name for a heading", found, "leave out one"));
                     }
                     request.mappings.push(Mapping { heading, quantity });
                 }
-                None => request.columns.push(quantity::of(text).map_or(text.trim(), |known| known.name).to_owned()),
+                None => request
+                    .columns
+                    .push(quantity::of(text).map_or_else(|| one_line(text), |known| known.name.to_owned())),
             }
         }
         Ok(request)

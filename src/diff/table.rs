@@ -95,7 +95,10 @@ pub(super) fn read(bytes: &[u8], mappings: &[Mapping]) -> Result<Table, DiffErro
         let line = reader.position().line() - 1;
         let cells: Vec<&str> = record.iter().map(|cell| std::str::from_utf8(cell).unwrap_or_default()).collect();
         match &mut columns {
-            None => columns = Some(headings(&cells, line, mappings)?),
+            None => {
+                let cells: Vec<String> = cells.iter().map(|cell| one_line(cell)).collect();
+                columns = Some(headings(&cells.iter().map(String::as_str).collect::<Vec<_>>(), line, mappings)?);
+            }
             Some(_) if cells.iter().all(|cell| cell.is_empty()) => {}
             Some(columns) => rows.add(columns, &cells, line, separator)?,
         }
@@ -147,6 +150,15 @@ fn separator(text: &str) -> u8 {
     let count = |sign: u8| outside.iter().filter(|byte| **byte == sign).count();
     // The last of equals wins: a comma where there is none at all.
     [b'\t', b';', b','].into_iter().max_by_key(|sign| count(*sign)).unwrap_or(b',')
+}
+
+/// A heading on one line, without what would steer a terminal.
+pub(super) fn one_line(heading: &str) -> String {
+    heading
+        .split(|c: char| c.is_control() || c.is_whitespace())
+        .filter(|part| !part.is_empty())
+        .collect::<Vec<_>>()
+        .join(" ")
 }
 
 /// The columns that a heading names.
@@ -383,6 +395,14 @@ mod tests {
         let table = table_of("time_us,v,remark\n0,1,trigger\n1,2,\n");
         assert_eq!(table.columns.len(), 1);
         assert_eq!(table.notes, ["column \"remark\" is left out: line 2 holds \"trigger\""]);
+    }
+
+    #[test]
+    fn a_heading_over_two_lines_is_one() {
+        let table = table_of("\"Time\n(ms)\",\"a\u{1b}  gauge\"\n0,1\n1,2\n");
+        assert_eq!((table.times.as_slice(), table.columns[0].name.as_str()), (&[0.0, 1e3][..], "a gauge"));
+        let error = error("\"Time\n(ms)\",v\n0,1\n0,2\n");
+        assert_eq!(error.place, "line 4, column \"Time (ms)\"");
     }
 
     #[test]
