@@ -422,7 +422,8 @@ pub(crate) struct CompareArguments {
 A table is CSV with a heading and a column of times: time_us, time_ms, time_s. Headings are columns of history.csv, in its \
 unit or another (velocity_m_s, velocity_ft_s, deflection_mm, force_kn); others are compared where both have them.
 
-Curves are compared where both are known, straight between their rows, never extrapolated. --within judges outcome, residual and \
+Curves are compared where both are known, straight between their rows, never extrapolated. The first contact \
+force of a run, an impulse over one step, is left out. --within judges outcome, residual and \
 rebound velocity, stop time, absorbed energy, largest deflection, and of the curves velocity, displacement and deflection (all \
 common ones where there is none of these), by their largest difference over the largest magnitude of A. With --column NAME it \
 judges the curves named and nothing else. The exit code is 1 if one differs by more.

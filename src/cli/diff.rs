@@ -146,7 +146,7 @@ fn results(b: char, rows: &[SummaryRow]) -> String {
         let relative = if row.difference.is_some() { percent(row.relative) } else { String::new() };
         table.row([row.name.to_owned(), a, b, difference, relative, mark(row.pass)]);
     }
-    table.to_string()
+    format!("{table}energies at the end of each run\n")
 }
 
 fn mark(pass: Option<bool>) -> String {

@@ -342,7 +342,7 @@ mod tests {
         assert_eq!(plain.notes.len(), 1, "{:?}", plain.notes);
         let others = [
             "\u{feff}time_us,velocity_m_s,gauge 1\r\n0,155,1\r\n0.5,154.5,\r\n1,-1e-3,3",
-            "# a camera\n\n\"Time (ms)\";\"Velocity [m/s]\"; \"gauge 1\"\n0;155;1\n\n5e-4; 154.5;NaN\n# done\n1e-3;-1e-3;\"3\"\n;;\n",
+            "\u{feff}# a, b, c, d\n\n\"Time (ms)\";\"Velocity [m/s]\"; \"gauge 1\"\n0;155;1\n\n5e-4; 154.5;NaN\n# done\n1e-3;-1e-3;\"3\"\n;;\n",
             "time_s\tvelocity_km_s\tgauge 1\r0\t.155\t1\r5e-7\t0.1545\t\r1e-6\t-1e-6\t3\r",
         ];
         for text in others {
@@ -373,6 +373,7 @@ mod tests {
             ("time_us;velocity_m_s\n0;1\n1;155,5\n", "line 3, column \"velocity_m_s\"", "\"155,5\""),
             ("time_us;v\n0;1\n1;155,5\n", "line 3, column \"v\"", "\"155,5\""),
             ("time_us,v\n0,1\n\n0,2\n", "line 4, column \"time_us\"", "0 µs"),
+            ("time_us,v\r\n0,1\r\n0,2\r\n", "line 3, column \"time_us\"", "0 µs"),
             ("time_us,v\n1,1\n0.5,2\n", "line 3, column \"time_us\"", "0.5 µs"),
             ("time_us,v\n0,1\n,2\n", "line 3, column \"time_us\"", "none"),
             ("time_us,v\n0,1\nNaN,2\n", "line 3, column \"time_us\"", "none"),

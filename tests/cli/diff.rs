@@ -63,6 +63,11 @@ fn two_runs_are_laid_side_by_side() {
     assert_eq!(curve["parts_at_us"], 0.0);
     assert!(curve["largest_relative"].as_f64().unwrap() >= 0.02, "{curve}");
     assert_eq!(found["parts"], json!({"name": "projectile_velocity_m_s", "at_us": 0.0}));
+    // The first contact force is an impulse over one step, and no point of the curve.
+    assert!(named(&found["curves"], "contact_force_n")["span_us"][0].as_f64() > Some(0.1));
+    // What is a share already is not made relative.
+    let error = named(&found["curves"], "energy_gained");
+    assert_eq!(error["largest_relative"].as_f64(), error["largest"].as_f64().map(f64::abs));
     // The terms of the absorbed energy, at the end of each run.
     let history = bench.text("b/history.csv");
     let at = history.lines().next().unwrap().split(',').position(|name| name == "internal_energy_j").unwrap();
