@@ -5,7 +5,6 @@ use std::path::{Path, PathBuf};
 use ripstop::diff::{self, CurveRow, Diff, DiffError, Input, Key, Kind, Options, Pair, Request, SummaryRow};
 use ripstop::output::Folder;
 use ripstop::output::number::{fraction, short};
-use serde_json::Value;
 
 use super::arguments::DiffArguments;
 use super::failure::Failure;
@@ -80,6 +79,9 @@ fn text(found: &Diff, folder: Option<&Folder>) -> String {
         let lines = screen::wrapped(&named(input), 3);
         out += &format!("{}  {}\n", paint::heading(&letter), lines.join("\n   "));
     }
+    if found.options.shift_us != 0.0 {
+        out += &format!("times of all but A are moved by {} µs\n", found.options.shift_us);
+    }
     for (n, pair) in found.pairs.iter().enumerate() {
         out += &compared(diff::letter(n + 1), pair, found);
     }
@@ -141,7 +143,8 @@ fn results(b: char, rows: &[SummaryRow]) -> String {
     let heads = [("", Left), ("A", Right), (b.as_str(), Right), (&difference, Right), ("", Right), ("", Left)];
     let mut table = Table::new(&heads);
     for row in rows {
-        let [a, b] = [&row.a, &row.b].map(|value| value.as_f64().map_or_else(|| word(Some(value)), |v| short(v, 5)));
+        let [a, b] =
+            [&row.a, &row.b].map(|value| value.as_f64().map_or_else(|| diff::word(Some(value)), |v| short(v, 5)));
         let difference = row.difference.map_or_else(String::new, |difference| short(difference, 3));
         let relative = if row.difference.is_some() { percent(row.relative) } else { String::new() };
         table.row([row.name.to_owned(), a, b, difference, relative, mark(row.pass)]);
@@ -167,7 +170,7 @@ fn percent(share: Option<f64>) -> String {
 fn keys(b: char, keys: &[Key]) -> String {
     let mut table = Table::new(&[("", Align::Left), ("A", Align::Left), (&b.to_string(), Align::Left)]);
     for key in keys.iter().take(KEYS) {
-        let [a, b] = [&key.a, &key.b].map(|value| cut(&word(value.as_ref())));
+        let [a, b] = [&key.a, &key.b].map(|value| cut(&diff::word(value.as_ref())));
         table.row([key.pointer.clone(), a, b]);
     }
     let more = match keys.len().saturating_sub(KEYS) {
@@ -175,15 +178,6 @@ fn keys(b: char, keys: &[Key]) -> String {
         more => format!("and {more} more: --json has them all\n"),
     };
     format!("{table}{more}")
-}
-
-/// A value in one line.
-fn word(value: Option<&Value>) -> String {
-    match value {
-        None | Some(Value::Null) => "-".to_owned(),
-        Some(Value::String(text)) => text.clone(),
-        Some(value) => value.to_string(),
-    }
 }
 
 fn cut(text: &str) -> String {

@@ -70,13 +70,7 @@ pub(super) fn stroke(input: usize) -> String {
 
 /// A panel for each curve that is not zero throughout: its name, and what lies inside.
 pub(super) fn panels(diff: &Diff) -> Vec<(String, String)> {
-    let mut names: Vec<&str> = Vec::new();
-    for row in diff.pairs.iter().flat_map(|pair| &pair.curves) {
-        if !names.contains(&row.name.as_str()) {
-            names.push(&row.name);
-        }
-    }
-    names.iter().filter_map(|name| Some(((*name).to_owned(), panel(diff, name)?))).collect()
+    diff.names().iter().filter_map(|name| Some(((*name).to_owned(), panel(diff, name)?))).collect()
 }
 
 /// The curves of a name.

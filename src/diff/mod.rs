@@ -36,7 +36,8 @@ pub use page::html;
 pub use pair::{CurveRow, Pair};
 pub use request::{Options, Request};
 pub use summary::SummaryRow;
-pub use text::{csv, json};
+pub use table::{Column, Table};
+pub use text::{csv, json, word};
 
 /// Inputs at most: so many lines can be told apart in one figure.
 pub const MAX_INPUTS: usize = 8;
@@ -56,6 +57,17 @@ impl Diff {
     /// Whether everything judged is within what was asked for; `None` where nothing was asked.
     pub fn pass(&self) -> Option<bool> {
         self.options.within.map(|_| self.pairs.iter().all(|pair| pair.failures().next().is_none()))
+    }
+
+    /// Every compared column once.
+    fn names(&self) -> Vec<&str> {
+        let mut names: Vec<&str> = Vec::new();
+        for row in self.pairs.iter().flat_map(|pair| &pair.curves) {
+            if !names.contains(&row.name.as_str()) {
+                names.push(&row.name);
+            }
+        }
+        names
     }
 }
 

@@ -1,9 +1,8 @@
 //! `diff.html`: tables and figures in one file that asks nothing of a network.
 
-use serde_json::Value;
-
 use super::draw::{self, STYLE as DRAWING};
 use super::pair::Pair;
+use super::text::word;
 use super::{CurveRow, Diff, Key, SummaryRow, letter};
 use crate::output::chart::escape;
 use crate::output::number::{fraction, short};
@@ -19,6 +18,9 @@ pub fn html(diff: &Diff) -> String {
         );
     }
     body += "</ul>\n";
+    if diff.options.shift_us != 0.0 {
+        body += &format!("<p>Times of all but A are moved by {} µs.</p>\n", diff.options.shift_us);
+    }
     for note in diff.inputs.iter().flat_map(|input| &input.notes) {
         body += &format!("<p class=\"note\">{}</p>\n", escape(note));
     }
@@ -139,15 +141,6 @@ fn curve_row(row: &CurveRow) -> String {
     all.extend(numbers);
     all.extend([share(found.share()), share(found.rms_share()), parts]);
     cells(&all, row.pass)
-}
-
-/// A value of JSON in one line; nothing where there is none.
-pub(super) fn word(value: Option<&Value>) -> String {
-    match value {
-        None | Some(Value::Null) => "–".to_owned(),
-        Some(Value::String(text)) => text.clone(),
-        Some(value) => value.to_string(),
-    }
 }
 
 const PAGE: &str = "

@@ -1,12 +1,16 @@
 //! What differs between two inputs.
 
+use serde_json::Value;
+
 use super::curve::{self, Difference};
 use super::error::{DiffError, few};
 use super::input::Input;
 use super::keys::{self, Key};
 use super::quantity;
-use super::request::Request;
+use super::request::{Options, Request};
 use super::summary::{self, SummaryRow};
+use super::text::word;
+use crate::output::number::short;
 
 /// Curves that two inputs are judged by where none is named: what a shot is measured by.
 const JUDGED: [&str; 3] = ["projectile_velocity_m_s", "projectile_displacement_mm", "max_deflection_mm"];
@@ -70,57 +74,20 @@ impl Pair {
         let curves = self.curves.iter().filter(|row| row.pass == Some(false)).map(|row| {
             let share = row.difference.share().map_or(String::new(), |share| format!(" ({:.3} %)", 100.0 * share));
             let unit = quantity::unit_of(&row.name);
-            let largest = crate::output::number::short(row.difference.largest, 4);
+            let largest = short(row.difference.largest, 4);
             format!("curve {}: {largest}{unit}{share} at {:.3} µs", row.name, row.difference.at)
         });
         summary.chain(curves)
     }
 }
 
-fn two(a: &serde_json::Value, b: &serde_json::Value) -> String {
-    let text = |value: &serde_json::Value| if value.is_null() { "none".to_owned() } else { value.to_string() };
-    format!("{} and {}", text(a), text(b))
+fn two(a: &Value, b: &Value) -> String {
+    format!("{} and {}", word(Some(a)), word(Some(b)))
 }
 
 /// Compares two inputs.
 pub(super) fn pair(first: &Input, other: &Input, request: &Request) -> Result<Pair, DiffError> {
-    let options = request.options;
-    let named = &request.columns;
-    let has = |input: &Input, name: &str| input.table.column(name).is_some();
-    for name in named {
-        for input in [first, other].into_iter().filter(|input| !has(input, name)) {
-            let place = format!("--column {name}: {}", input.path.display());
-            let found = names(input);
-            return Err(DiffError::new(
-                place,
-                "a column that both have",
-                found,
-                "or say which it is: --column HEADING=NAME",
-            ));
-        }
-    }
-    let wanted = |name: &str| named.is_empty() || named.iter().any(|named| named == name);
-    let common: Vec<&str> =
-        first.table.columns.iter().map(|column| column.name.as_str()).filter(|n| has(other, n)).collect();
-    if common.is_empty() {
-        let found = format!("{} in the first", names(first));
-        let help = "say what a heading stands for: --column HEADING=projectile_velocity_m_s";
-        let place = other.path.display().to_string();
-        return Err(DiffError::new(place, "a column that both have", format!("{}; {found}", names(other)), help));
-    }
-    let usual = common.iter().any(|name| JUDGED.contains(name));
-    let judged = |name: &str| !named.is_empty() || !usual || JUDGED.contains(&name);
-    let mut curves = Vec::new();
-    for name in common.iter().filter(|name| wanted(name)) {
-        let [a, b] = [first, other].map(|input| input.table.column(name).map(|column| input.table.points(column)));
-        let scale = quantity::is_share(name).then_some(1.0);
-        let difference = a.zip(b).and_then(|(a, b)| curve::scaled(&a, &b, options.part(), scale));
-        let Some(difference) = difference else { continue };
-        let good = |within: f64| difference.share().is_some_and(|share| share <= within);
-        let judged = judged(name);
-        let pass = options.within.filter(|_| judged).map(good);
-        curves.push(CurveRow { name: (*name).to_owned(), difference, judged, pass });
-    }
+    let curves = curves(first, other, &common(first, other, &request.columns)?, request);
     if curves.is_empty() {
         let [[from, to], [first_from, first_to]] = [other, first].map(|input| input.table.span());
         let found = format!("{from} to {to} µs; {first_from} to {first_to} µs in the first");
@@ -129,21 +96,54 @@ pub(super) fn pair(first: &Input, other: &Input, request: &Request) -> Result<Pa
     }
     let only = |input: &Input, without: &Input| {
         let columns = input.table.columns.iter().map(|column| &column.name);
-        columns.filter(|name| !has(without, name)).cloned().collect()
+        columns.filter(|name| without.table.column(name).is_none()).cloned().collect()
     };
     // Where curves are named, nothing else is judged.
-    let summary = summary::rows(first, other, options.within.filter(|_| named.is_empty()));
+    let within = request.options.within.filter(|_| request.columns.is_empty());
+    let both = |of: fn(&Input) -> Option<&Value>| of(first).zip(of(other));
     Ok(Pair {
-        summary,
-        keys: first.case.as_ref().zip(other.case.as_ref()).map(|(a, b)| keys::of_cases(a, b)),
-        machine: first
-            .summary
-            .as_ref()
-            .zip(other.summary.as_ref())
-            .map_or_else(Vec::new, |(a, b)| keys::of_machines(a, b)),
+        summary: summary::rows(first, other, within),
+        keys: both(|input| input.case.as_ref()).map(|(a, b)| keys::of_cases(a, b)),
+        machine: both(|input| input.summary.as_ref()).map_or_else(Vec::new, |(a, b)| keys::of_machines(a, b)),
         curves,
         alone: [only(first, other), only(other, first)],
     })
+}
+
+/// The columns that both have, as far as they are wanted: those named, all where none is.
+fn common<'a>(first: &'a Input, other: &Input, named: &[String]) -> Result<Vec<&'a str>, DiffError> {
+    let has = |input: &Input, name: &str| input.table.column(name).is_some();
+    let expected = "a column that both have";
+    let missing = named.iter().flat_map(|name| [(name, first), (name, other)]).find(|(name, input)| !has(input, name));
+    if let Some((name, input)) = missing {
+        let place = format!("--column {name}: {}", input.path.display());
+        let help = "name one of these, or say what a heading stands for: --column HEADING=NAME";
+        return Err(DiffError::new(place, expected, names(input), help));
+    }
+    let both = first.table.columns.iter().map(|column| column.name.as_str()).filter(|name| has(other, name));
+    let common: Vec<&str> = both.filter(|name| named.is_empty() || named.iter().any(|named| named == name)).collect();
+    if common.is_empty() {
+        let found = format!("{}; {} in the first", names(other), names(first));
+        let help = "say what a heading stands for: --column HEADING=projectile_velocity_m_s";
+        return Err(DiffError::new(other.path.display().to_string(), expected, found, help));
+    }
+    Ok(common)
+}
+
+/// How columns differ; those without common times are left out.
+fn curves(first: &Input, other: &Input, common: &[&str], request: &Request) -> Vec<CurveRow> {
+    let Options { within, .. } = request.options;
+    let usual = common.iter().any(|name| JUDGED.contains(name));
+    let all = !request.columns.is_empty() || !usual;
+    let row = |name: &&str| {
+        let points = |input: &Input| input.table.column(name).map(|column| input.table.points(column));
+        let scale = quantity::is_share(name).then_some(1.0);
+        let difference = curve::scaled(&points(first)?, &points(other)?, request.options.part(), scale)?;
+        let judged = all || JUDGED.contains(name);
+        let good = |within: f64| difference.share().is_some_and(|share| share <= within);
+        Some(CurveRow { name: (*name).to_owned(), difference, judged, pass: within.filter(|_| judged).map(good) })
+    };
+    common.iter().filter_map(row).collect()
 }
 
 fn names(input: &Input) -> String {

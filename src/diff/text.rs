@@ -14,15 +14,9 @@ pub fn csv(diff: &Diff) -> String {
     let mut times: Vec<f64> = diff.inputs.iter().flat_map(|input| input.table.times.iter().copied()).collect();
     times.sort_by(f64::total_cmp);
     times.dedup();
-    let mut names: Vec<&str> = Vec::new();
-    for curve in diff.pairs.iter().flat_map(|pair| &pair.curves) {
-        if !names.contains(&curve.name.as_str()) {
-            names.push(&curve.name);
-        }
-    }
     let mut heads = vec![TIME.to_owned()];
     let mut columns: Vec<Vec<Option<f64>>> = Vec::new();
-    for name in names {
+    for name in diff.names() {
         let values: Vec<Option<Vec<Option<f64>>>> =
             diff.inputs.iter().map(|input| values(input, name, &times)).collect();
         for (n, values) in values.iter().enumerate() {
@@ -69,6 +63,15 @@ pub fn json(diff: &Diff) -> Value {
         "inputs": inputs,
         "comparisons": pairs,
     })
+}
+
+/// A value in one line, words without quotes.
+pub fn word(value: Option<&Value>) -> String {
+    match value {
+        None | Some(Value::Null) => "-".to_owned(),
+        Some(Value::String(text)) => text.clone(),
+        Some(value) => value.to_string(),
+    }
 }
 
 fn input_json(n: usize, input: &Input) -> Value {
