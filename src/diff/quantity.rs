@@ -72,6 +72,12 @@ pub(super) fn of(heading: &str) -> Option<Quantity> {
     with_unit.or_else(|| columns().find(|name| *name == key).map(|name| Quantity { name, factor: 1.0 }))
 }
 
+/// Every name that there is, short ones in the history's unit.
+pub(super) fn names() -> Vec<String> {
+    let short = SHORT.iter().filter_map(|(short, name)| Some(format!("{short}_{}", split(name)?.1.first()?.suffix)));
+    history::COLUMNS.iter().map(|column| column.name.to_owned()).chain(short).collect()
+}
+
 /// Small letters, and `_` for everything that is neither letter nor digit.
 fn key(heading: &str) -> String {
     let plain = heading.trim().replace(['µ', 'μ'], "u").to_lowercase();

@@ -4,7 +4,6 @@ use super::error::{DiffError, few, quoted};
 use super::quantity::{self, Quantity};
 use super::table::{Table, one_line};
 use crate::case::nearest;
-use crate::output::history;
 
 /// Share from which on curves count as parted, where no other was asked for.
 const PART: f64 = 0.01;
@@ -82,8 +81,9 @@ impl Request {
 
 fn known(name: &str) -> Result<Quantity, DiffError> {
     quantity::of(name).ok_or_else(|| {
-        let names = history::COLUMNS.iter().map(|column| column.name);
-        let help = nearest(name.trim(), names).map_or_else(String::new, |near| format!("did you mean {near}?"));
+        let names = quantity::names();
+        let help = nearest(name.trim(), names.iter().map(String::as_str))
+            .map_or_else(String::new, |near| format!("did you mean {near}?"));
         let expected = "after = a column of history.csv, in its unit or another: projectile_velocity_m_s, time_ms";
         DiffError::new("--column", expected, quoted(name), help)
     })

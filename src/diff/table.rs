@@ -16,6 +16,8 @@ pub(super) const MAX_BYTES: u64 = 32 << 20;
 const MAX_COLUMNS: usize = 256;
 const MAX_ROWS: usize = 200_000;
 const MAX_CELLS: usize = 5_000_000;
+/// Magnitude of a number at most: squares of differences stay finite.
+const LARGEST: f64 = 1e100;
 
 /// Columns over time.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -270,8 +272,8 @@ fn table(columns: Vec<Raw>, lines: &[u64]) -> Result<Table, DiffError> {
             None if heading.is_empty() => continue,
             None => {}
         }
-        if let Some(at) = values.iter().position(|value| value.is_infinite()) {
-            return Err(no_number(lines[at], &heading, &values[at].to_string()));
+        if let Some(at) = values.iter().position(|value| value.abs() > LARGEST) {
+            return Err(no_number(lines[at], &heading, &format!("{:?}", values[at])));
         }
         let missing = values.iter().filter(|value| value.is_nan()).count();
         if missing > 0 && missing < values.len() {
@@ -288,7 +290,7 @@ fn table(columns: Vec<Raw>, lines: &[u64]) -> Result<Table, DiffError> {
 
 fn check_times(times: &[f64], lines: &[u64], heading: &str) -> Result<(), DiffError> {
     let place = |n: usize| format!("line {}, column {}", lines[n], quoted(heading));
-    if let Some(n) = times.iter().position(|time| !time.is_finite()) {
+    if let Some(n) = times.iter().position(|time| time.is_nan() || time.abs() > LARGEST) {
         let found = if times[n].is_nan() { "none".to_owned() } else { times[n].to_string() };
         return Err(DiffError::new(place(n), "a time", found, "leave out lines without one"));
     }
@@ -307,6 +309,9 @@ fn check_times(times: &[f64], lines: &[u64], heading: &str) -> Result<(), DiffEr
 fn no_number(line: u64, heading: &str, found: &str) -> DiffError {
     let help = match found {
         found if is_decimal_comma(found) => "write a decimal point instead of the comma",
+        found if found.parse::<f64>().is_ok() => {
+            "no number here is beyond 1e100; a value that is missing is an empty cell"
+        }
         _ => "a line of units or remarks begins with #; a value that is missing is an empty cell",
     };
     DiffError::new(format!("line {line}, column {}", quoted(heading)), "a number", quoted(found), help)
@@ -379,6 +384,7 @@ mod tests {
             ("time_us,v\n0,1\nNaN,2\n", "line 3, column \"time_us\"", "none"),
             ("time_us,v\n0,1\ninf,2\n", "line 3, column \"time_us\"", "inf"),
             ("time_us,v\n0,1\n1,-inf\n", "line 3, column \"v\"", "\"-inf\""),
+            ("time_us,v\n0,1\n1,1e101\n", "line 3, column \"v\"", "\"1e101\""),
             ("time_us,v\n0,1\n1,2\0\n", "line 3", "the byte 0x00"),
         ];
         for (text, place, found) in cases {

@@ -255,7 +255,7 @@ fn bad_input_is_one_error_and_nothing_is_written() {
         (&["cut"], "broken off at 5 µs"),
         (&["broken"], "broken/summary.json"),
         (&["line.csv", "--column", "contact_force_n"], "--column contact_force_n"),
-        (&["line.csv", "--column", "v=speed"], "did you mean"),
+        (&["line.csv", "--column", "v=velocty_m_s"], "did you mean velocity_m_s?"),
         (&["line.csv", "--column", "v=velocity_m_s"], "a heading of one of the files"),
         (&["line.csv", "--within", "0"], "--within"),
         (&["line.csv", "--within", "-1"], "--within"),
