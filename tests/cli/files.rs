@@ -155,6 +155,11 @@ fn tables_have_the_columns_of_the_contract_and_agree_with_the_summary() {
     // Half m v² before the first contact, less what is left.
     let absorbed = 0.5 * 0.003 * 600.0 * 600.0 - number(&last[10]);
     assert!((absorbed - summary["absorbed_energy_j"].as_f64().unwrap()).abs() < 1e-9);
+    // The first row's force is an impulse over one step, ten times what follows.
+    let force = HISTORY.split(',').position(|name| name == "contact_force_n").unwrap();
+    let peak = table[1..].iter().map(|row| number(&row[force])).fold(0.0, f64::max);
+    assert_eq!(summary["peak_contact_force_n"].as_f64().unwrap(), peak);
+    assert!(peak > 0.0 && number(&table[0][force]) > 2.0 * peak);
     let events = bench.text("here/events.csv");
     assert_eq!(events.lines().next().unwrap(), "time_us,ply,i,j,yarn,strain,x_mm,y_mm");
     let failures = rows(&events);
