@@ -122,8 +122,9 @@ pub(crate) fn recorder_again(
 
 /// The film of a run that goes on; `say` hears of one that is lost.
 pub(crate) fn film_again(case: &Case, checkpoint: &Checkpoint, say: impl Fn(&str)) -> Result<Film, Failure> {
-    Ok(Film::resume(case, &checkpoint.followed()?).unwrap_or_else(|| {
-        let from = us(checkpoint.head().time);
+    let head = checkpoint.head();
+    Ok(Film::resume(case, &checkpoint.followed()?, head.step, head.time_step).unwrap_or_else(|| {
+        let from = us(head.time);
         say(&format!("warning: the pictures before {from} are lost; the report's playback begins there"));
         Film::new(case)
     }))

@@ -15,6 +15,7 @@ mod snapshot;
 use serde::{Deserialize, Serialize};
 
 pub use scene::{PlyMesh, Scene};
+pub(crate) use schedule::Schedule;
 pub use schedule::even;
 pub use snapshot::{Camera, Snapshot};
 

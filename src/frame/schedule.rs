@@ -10,7 +10,7 @@ const FINEST: f64 = 64.0;
 
 /// The times at which frames are due, and which of them are kept.
 #[derive(Clone, Debug)]
-pub(super) struct Schedule {
+pub(crate) struct Schedule {
     /// Frames asked for.
     wanted: usize,
     /// Interval of the frames of a run that reaches its end time [s].
@@ -24,9 +24,17 @@ pub(super) struct Schedule {
 }
 
 impl Schedule {
-    pub(super) fn new(wanted: usize, end_time: f64) -> Self {
+    /// So many frames from 0 to the end of a run, at `end_time` [s] or before.
+    pub(crate) fn new(wanted: usize, end_time: f64) -> Self {
         let widest = end_time / wanted.saturating_sub(1).max(1) as f64;
         Self { wanted, widest, interval: widest / FINEST, passed: 0, kept: Vec::new() }
+    }
+
+    /// The schedule of a run that goes on before the step of this number, `dt` [s] long.
+    pub(crate) fn resume(wanted: usize, end_time: f64, step: u64, dt: f64) -> Self {
+        let mut schedule = Self::new(wanted, end_time);
+        (0..step).for_each(|past| schedule.pass(past, dt));
+        schedule
     }
 
     /// The interval [s]: no finer than the time step `dt` [s].
@@ -39,13 +47,13 @@ impl Schedule {
     }
 
     /// Whether a frame is due at `time` [s], or nearer to it than to the next step `dt` [s] later.
-    pub(super) fn is_due(&self, time: f64, dt: f64) -> bool {
+    pub(crate) fn is_due(&self, time: f64, dt: f64) -> bool {
         (self.wanted > 1 || self.passed < self.wanted as u64)
             && time >= self.passed as f64 * self.interval(dt) - 0.5 * dt
     }
 
     /// The frame before this step, `dt` [s] long, is taken; others may be given up.
-    pub(super) fn pass(&mut self, step: u64, dt: f64) {
+    pub(crate) fn pass(&mut self, step: u64, dt: f64) {
         let time = step as f64 * dt;
         if !self.is_due(time, dt) {
             return;
@@ -63,12 +71,12 @@ impl Schedule {
     }
 
     /// Whether the state after the last step is one more frame: not where it is the last frame or the step after that.
-    pub(super) fn wants_end(&self, step: u64) -> bool {
+    pub(crate) fn wants_end(&self, step: u64) -> bool {
         self.wanted > 1 && self.kept.last().is_none_or(|[_, last]| last + 1 < step)
     }
 
     /// Steps done before the frames that are kept, in order.
-    pub(super) fn kept(&self) -> impl Iterator<Item = u64> {
+    pub(crate) fn kept(&self) -> impl Iterator<Item = u64> {
         self.kept.iter().map(|[_, step]| *step)
     }
 }

@@ -68,9 +68,7 @@ impl Camera {
 
     /// The camera of a run that goes on before the step of this number, `dt` [s] long.
     pub fn resume(frames: usize, end_time: f64, step: u64, dt: f64) -> Self {
-        let mut camera = Self::new(frames, end_time);
-        (0..step).for_each(|past| camera.schedule.pass(past, dt));
-        camera
+        Self { schedule: Schedule::resume(frames, end_time, step, dt), scene: None }
     }
 
     /// Whether a frame is due at `time` [s], or nearer to it than to the next step `dt` [s] later.

@@ -1,26 +1,28 @@
 //! The film of a run: few, coarse pictures of what is computed, for the playback and the maps of the report.
 //!
 //! Lines of nodes lie dense around the point of impact and sparse far from it; of a thick pack some plies are shown; of a scene
-//! that is its own mirror image there is the part that is computed. Pictures lie evenly in time: where there are too many, every
-//! second one goes, and the ones to come lie twice as far apart. A checkpoint carries the film so far.
+//! that is its own mirror image there is the part that is computed. Pictures are taken when frames are ([`Schedule`]), so that
+//! they lie evenly over a run of any length. A checkpoint carries the film so far.
+
+use std::collections::HashSet;
 
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use super::super::surface::Surface;
 use crate::case::Case;
+use crate::frame::{Schedule, even};
 use crate::kernels::element_force::field as element;
 use crate::kernels::node_update::field as node;
 use crate::kernels::rigid_body::RigidBody;
 use crate::model::{MirrorPlanes, Model};
 use crate::number::Scalar;
+use crate::pieces;
 use crate::simulation::{View, Watch};
 use crate::state::State;
 
-/// Pictures from start to end time, before any goes.
-const FRAMES: f64 = 100.0;
-/// Pictures kept at most, even.
-const STILLS: usize = 64;
+/// Pictures shown at most, the first and the last among them.
+const PICTURES: usize = 61;
 /// Nodes of a picture at most, about.
 const NODES: usize = 5000;
 /// Plies shown at most.
@@ -50,19 +52,23 @@ pub struct Strip {
 /// All strips at one time; nodes and cells follow each other strip by strip.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Still {
+    /// Steps done.
+    pub step: u64,
     /// [s]
     pub time: f64,
+    /// Largest deflection of each strip's ply, of fabric that hangs on something [m].
+    pub deflections: Vec<f64>,
     /// Of the nodes [m].
     pub displacement: Vec<[f32; 3]>,
-    /// Largest force of a yarn in a cell, as its elements carry it, warp and weft [N]; `None` where the yarn is broken in all
-    /// of it.
+    /// Largest force of a yarn in a cell, as its elements carry it, warp and weft [N]; `None` where no yarn of that direction
+    /// goes through the cell from end to end.
     pub tension: Vec<[Option<f32>; 2]>,
     /// Position of the projectile's centre of mass [m], and its turn as a quaternion w, x, y, z.
     pub pose: Option<[f64; 7]>,
 }
 
 /// Pictures of a run.
-#[derive(Clone, Debug, Serialize, Deserialize)]
+#[derive(Clone, Debug)]
 pub struct Film {
     /// Plies shown, the struck one first; none before the first picture.
     pub strips: Vec<Strip>,
@@ -78,11 +84,9 @@ pub struct Film {
     pub(super) body: Option<Surface>,
     /// Where the projectile strikes [m].
     hit: [f64; 2],
-    /// Time between pictures [s], and how many of it have passed.
-    interval: f64,
-    passed: usize,
+    /// When pictures are due.
+    schedule: Schedule,
     /// The strips are those of the model; not known of a film from a checkpoint before its next picture.
-    #[serde(skip)]
     begun: bool,
 }
 
@@ -97,8 +101,7 @@ impl Film {
             crossovers: case.pack.crossovers_per_element,
             body: None,
             hit: case.projectile.as_ref().map_or([0.0; 2], |p| p.offset),
-            interval: case.solver.end_time / FRAMES,
-            passed: 0,
+            schedule: Schedule::new(PICTURES, case.solver.end_time),
             begun: false,
         }
     }
@@ -106,13 +109,16 @@ impl Film {
     /// What a checkpoint carries of it.
     pub fn to_bytes(&self) -> Vec<u8> {
         // Writing to memory cannot fail.
-        postcard::to_stdvec(self).unwrap_or_default()
+        postcard::to_stdvec(&(&self.strips, self.plies, &self.stills, self.planes, &self.body)).unwrap_or_default()
     }
 
-    /// The film of a run that goes on, from what a checkpoint carries; `None` where that is no film.
-    pub fn resume(case: &Case, bytes: &[u8]) -> Option<Self> {
-        let Self { strips, plies, stills, planes, body, interval, passed, .. } = postcard::from_bytes(bytes).ok()?;
-        let film = Self { strips, plies, stills, planes, body, interval, passed, ..Self::new(case) };
+    /// The film of a run that goes on before the step of this number, `dt` [s] long, from what a checkpoint carries; `None` where
+    /// that is no film.
+    pub fn resume(case: &Case, bytes: &[u8], step: u64, dt: f64) -> Option<Self> {
+        let (strips, plies, mut stills, planes, body) = postcard::from_bytes(bytes).ok()?;
+        let schedule = Schedule::resume(PICTURES, case.solver.end_time, step, dt);
+        keep(&mut stills, &schedule);
+        let film = Self { strips, plies, stills, planes, body, schedule, ..Self::new(case) };
         film.is_sound().then_some(film)
     }
 
@@ -120,12 +126,22 @@ impl Film {
     fn is_sound(&self) -> bool {
         let nodes: usize = self.strips.iter().map(|strip| strip.reference.len()).sum();
         let cells: usize = self.strips.iter().map(Strip::cells).sum();
-        let whole = |still: &Still| still.displacement.len() == nodes && still.tension.len() == cells;
-        self.interval > 0.0
-            && self.body.as_ref().is_none_or(Surface::is_sound)
+        let whole = |still: &Still| {
+            still.displacement.len() == nodes
+                && still.tension.len() == cells
+                && still.deflections.len() == self.strips.len()
+        };
+        self.body.as_ref().is_none_or(Surface::is_sound)
             && self.strips.iter().all(Strip::is_sound)
             && self.stills.iter().all(whole)
             && self.stills.windows(2).all(|pair| pair[0].time < pair[1].time)
+    }
+
+    fn take_from(&mut self, view: &View<'_>) {
+        match view {
+            View::Double(model, state) => self.take(model, state),
+            View::Single(model, state) => self.take(model, state),
+        }
     }
 
     fn take<S: Scalar>(&mut self, model: &Model<S>, state: &State<S>) {
@@ -138,8 +154,11 @@ impl Film {
         }
         let [nodes, cells] =
             [|strip: &Strip| strip.reference.len(), Strip::cells].map(|count| self.strips.iter().map(count).sum());
+        let deflections = self.strips.par_iter().map(|strip| pieces::hanging(model, state, strip.ply).deflection);
         let mut still = Still {
+            step: state.step,
             time,
+            deflections: deflections.collect(),
             displacement: vec![[0.0; 3]; nodes],
             tension: vec![[None; 2]; cells],
             pose: state.body.as_ref().map(pose),
@@ -160,10 +179,6 @@ impl Film {
         cell_rows.into_par_iter().for_each(|(strip, rows, cells)| strip.tensions(model, state, rows, cells));
         node_rows.into_par_iter().for_each(|(strip, row, nodes)| strip.displacements(model, state, row, nodes));
         self.stills.push(still);
-        self.passed = (time / self.interval).round() as usize + 1;
-        if self.stills.len() > STILLS {
-            self.halve();
-        }
     }
 
     fn begin<S: Scalar>(&mut self, model: &Model<S>) {
@@ -181,15 +196,18 @@ impl Film {
         self.body = model.projectile.as_ref().map(|projectile| Surface::new(&projectile.body, pack));
     }
 
-    /// Drops every second picture.
-    pub(super) fn halve(&mut self) {
-        let mut index = 0;
-        self.stills.retain(|_| {
-            index += 1;
-            index % 2 == 1
-        });
-        self.interval *= 2.0;
-        self.passed = self.passed.div_ceil(2);
+    /// The same with at most so many pictures, evenly from the first to the last.
+    #[must_use]
+    pub(super) fn with(&self, pictures: usize) -> Self {
+        let times: Vec<f64> = self.stills.iter().map(|still| still.time).collect();
+        let stills = even(&times, pictures).into_iter().map(|at| self.stills[at].clone()).collect();
+        Self { stills, ..self.clone() }
+    }
+
+    /// The pictures that a page shows: evenly from the first to the last.
+    #[must_use]
+    pub fn shown(&self) -> Self {
+        self.with(PICTURES)
     }
 
     /// Largest tension in any picture [N].
@@ -201,19 +219,26 @@ impl Film {
 
 impl Watch for Film {
     fn is_due(&self, time: f64, dt: f64) -> bool {
-        time >= self.passed as f64 * self.interval - 0.5 * dt
+        self.schedule.is_due(time, dt)
     }
 
     fn look(&mut self, view: &View<'_>) {
-        match view {
-            View::Double(model, state) => self.take(model, state),
-            View::Single(model, state) => self.take(model, state),
-        }
+        self.take_from(view);
+        self.schedule.pass(view.step(), view.clock()[1]);
+        keep(&mut self.stills, &self.schedule);
     }
 
     fn end(&mut self, view: &View<'_>) {
-        self.look(view);
+        if self.schedule.wants_end(view.step()) {
+            self.take_from(view);
+        }
     }
+}
+
+/// Gives up the pictures that the schedule has given up.
+fn keep(stills: &mut Vec<Still>, schedule: &Schedule) {
+    let kept: HashSet<u64> = schedule.kept().collect();
+    stills.retain(|still| kept.contains(&still.step));
 }
 
 fn pose(body: &RigidBody) -> [f64; 7] {
@@ -291,38 +316,46 @@ impl Strip {
         // From the force of an element to that of one of its yarns.
         let per_yarn = model.sheet(self.ply).element.membrane.map(|membrane| (1.0 / membrane) as f32);
         let first = model.grid.first_element_row(self.ply);
-        let mut squares = vec![[BROKEN; 2]; cells.len()];
+        let columns = self.own[0].last().map_or(0, |last| *last);
+        let mut most = vec![[BROKEN; 2]; cells.len()];
+        // A warp yarn goes through a cell along a row of elements, a weft yarn along a column.
+        let mut wefts = vec![0.0; columns];
         for row in rows[0]..rows[1] {
-            self.largest(state.elements.row(first + row), state.elements.stride, &mut squares);
+            let [warps, here] = squares(state.elements.row(first + row), state.elements.stride, columns);
+            for (cell, span) in most.iter_mut().zip(self.own[0].windows(2)) {
+                cell[0] = warps[span[0]..span[1]].iter().copied().fold(0.0, end_to_end).max(cell[0]);
+            }
+            wefts.iter_mut().zip(here).for_each(|(all, one)| *all = end_to_end(*all, one));
         }
-        for (cell, squares) in cells.iter_mut().zip(squares) {
+        for (cell, span) in most.iter_mut().zip(self.own[0].windows(2)) {
+            cell[1] = wefts[span[0]..span[1]].iter().copied().fold(BROKEN, f64::max);
+        }
+        for (cell, squares) in cells.iter_mut().zip(most) {
             let tension = |yarn: usize| per_yarn[yarn] * squares[yarn].sqrt() as f32;
             *cell = [0, 1].map(|yarn| (squares[yarn] != BROKEN).then(|| tension(yarn)));
         }
     }
+}
 
-    /// Raises the largest squared force of the yarns of every cell to that of a row of its elements [N²].
-    fn largest<S: Scalar>(&self, row: &[S], stride: usize, squares: &mut [[f64; 2]]) {
-        let columns = self.own[0].last().map_or(0, |last| *last);
-        let mut all = vec![BROKEN; columns];
-        for (yarn, force) in [element::WARP_FORCE, element::WEFT_FORCE].into_iter().enumerate() {
-            // Element c is at c + 1.
-            let field = |field: usize| &row[field * stride + 1..field * stride + 1 + columns];
-            let [x, y, z] = [force, force + 1, force + 2].map(field);
-            let forces = field(element::ALIVE + yarn).iter().zip(x).zip(y.iter().zip(z));
-            for (square, ((alive, x), (y, z))) in all.iter_mut().zip(forces) {
-                let [x, y, z] = [x, y, z].map(|force| force.to_f64());
-                let sum = x * x + y * y + z * z;
-                *square = if alive.to_f64() > 0.5 { sum } else { BROKEN };
-            }
-            for (most, columns) in squares.iter_mut().zip(self.own[0].windows(2)) {
-                for square in &all[columns[0]..columns[1]] {
-                    // What is no number is shown as none.
-                    most[yarn] = if *square <= most[yarn] { most[yarn] } else { *square };
-                }
-            }
-        }
-    }
+/// Squared force of the yarns in a row of elements, warp and weft [N²].
+fn squares<S: Scalar>(row: &[S], stride: usize, columns: usize) -> [Vec<f64>; 2] {
+    [element::WARP_FORCE, element::WEFT_FORCE].map(|force| {
+        // Element c is at c + 1.
+        let field = |field: usize| &row[field * stride + 1..field * stride + 1 + columns];
+        let yarn = usize::from(force == element::WEFT_FORCE);
+        let [x, y, z] = [force, force + 1, force + 2].map(field);
+        let forces = field(element::ALIVE + yarn).iter().zip(x).zip(y.iter().zip(z));
+        let square = |((alive, x), (y, z)): ((&S, &S), (&S, &S))| {
+            let [x, y, z] = [x, y, z].map(|force| force.to_f64());
+            if alive.to_f64() > 0.5 { x * x + y * y + z * z } else { BROKEN }
+        };
+        forces.map(square).collect()
+    })
+}
+
+/// The larger of two squared forces along a yarn; a yarn that is broken in one place is broken. What is no number counts as none.
+fn end_to_end(one: f64, other: f64) -> f64 {
+    if one == BROKEN || other == BROKEN { BROKEN } else { one.max(other) }
 }
 
 /// Nodes of a ply along one of its own axes.
@@ -383,15 +416,23 @@ mod tests {
         let case = crate::case::from_str("shot", text, &[]).unwrap_or_else(|error| unreachable!("{error}"));
         let mut film = Film::new(&case);
         film.strips = vec![Strip::for_tests(vec![[0.0; 3]; 4])];
-        let still = |time: f64| Still { time, displacement: vec![[1.0; 3]; 4], tension: Vec::new(), pose: None };
-        film.stills = vec![still(0.0), still(1.0)];
-        let taken = |film: &Film| Film::resume(&case, &film.to_bytes()).map(|film| film.stills);
+        let still = |step: u64| Still {
+            step,
+            time: step as f64,
+            deflections: vec![0.0],
+            displacement: vec![[1.0; 3]; 4],
+            tension: Vec::new(),
+            pose: None,
+        };
+        film.stills = vec![still(0), still(1)];
+        let resume = |bytes: &[u8]| Film::resume(&case, bytes, 2, 1e-7);
+        let taken = |film: &Film| resume(&film.to_bytes()).map(|film| film.stills);
         assert_eq!(taken(&film), Some(film.stills.clone()));
         for length in 0..film.to_bytes().len() {
-            assert!(Film::resume(&case, &film.to_bytes()[..length]).is_none(), "{length} bytes");
+            assert!(resume(&film.to_bytes()[..length]).is_none(), "{length} bytes");
         }
         let wrong: [fn(&mut Film); 6] = [
-            |film| film.interval = f64::NAN,
+            |film| film.stills[0].deflections.clear(),
             |film| film.stills[1].time = 0.0,
             |film| film.stills[1].displacement.truncate(3),
             |film| film.stills[0].tension.push([None; 2]),

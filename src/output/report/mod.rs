@@ -30,7 +30,8 @@ const SCRIPT: &str = include_str!("page.js");
 
 /// The page. With a film of less than two pictures it has neither playback nor maps.
 pub fn report(case: &Case, run: &Run, summary: &Value, film: &Film) -> String {
-    let film = Some(film).filter(|film| film.stills.len() > 1);
+    let film = film.shown();
+    let film = Some(&film).filter(|film| film.stills.len() > 1);
     let signs = trust::signs(case, run);
     let mut out = head(case);
     out += "<body>\n<main>\n";

@@ -32,7 +32,7 @@ pub(super) struct Playback {
     pub(super) base64: String,
 }
 
-/// Packs a film; drops every second picture until it is small enough. `None` where there is nothing to show.
+/// Packs a film, with fewer pictures where it would be too large. `None` where there is nothing to show.
 pub(super) fn pack(film: &Film) -> Option<Playback> {
     let mut film = film.clone();
     loop {
@@ -44,7 +44,7 @@ pub(super) fn pack(film: &Film) -> Option<Playback> {
         if base64.len() <= BUDGET {
             return Some(Playback { description: describe(&film, &steps), base64 });
         }
-        film.halve();
+        film = film.with(film.stills.len() * 3 / 4);
     }
 }
 
@@ -172,7 +172,9 @@ mod tests {
         film.strips = vec![Strip::for_tests((0..nodes).map(|n| [rough(n), rough(n + 1), 0.0]).collect())];
         for at in 0..stills {
             film.stills.push(Still {
+                step: at as u64,
                 time: at as f64,
+                deflections: vec![0.0],
                 displacement: (0..nodes).map(|n| [rough(n + at), -rough(n * at), rough(at)]).collect(),
                 tension: (0..nodes).map(|n| [(n % 5 > 0).then_some(n as f32), (at < 2).then_some(at as f32)]).collect(),
                 pose: None,
