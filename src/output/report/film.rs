@@ -67,6 +67,13 @@ pub struct Still {
     pub pose: Option<[f64; 7]>,
 }
 
+impl Still {
+    /// Largest deflection of any ply shown, of fabric that hangs on something [m].
+    pub fn deflection(&self) -> f64 {
+        self.deflections.iter().copied().fold(0.0, f64::max)
+    }
+}
+
 /// Pictures of a run.
 #[derive(Clone, Debug)]
 pub struct Film {
@@ -210,6 +217,27 @@ impl Film {
         self.with(PICTURES)
     }
 
+    /// Largest deflection in any picture, of fabric that hangs on something [m].
+    pub fn deflection(&self) -> f64 {
+        self.stills.iter().map(Still::deflection).fold(0.0, f64::max)
+    }
+
+    /// The picture of the largest deflection among those in which the projectile has not left the fabric behind.
+    pub fn opening(&self) -> usize {
+        let is_near = |still: &Still| still.pose.is_none_or(|pose| self.tail(&pose) <= still.deflection());
+        let near = (0..self.stills.len()).filter(|at| is_near(&self.stills[*at]));
+        let deflection = |at: usize| self.stills[at].deflection();
+        near.max_by(|a, b| deflection(*a).total_cmp(&deflection(*b))).unwrap_or(0)
+    }
+
+    /// How far the last part of the projectile has come, along the normal of the pack [m].
+    fn tail(&self, [_, _, height, w, x, y, z]: &[f64; 7]) -> f64 {
+        let normal = [2.0 * (x * z - w * y), 2.0 * (y * z + w * x), 1.0 - 2.0 * (x * x + y * y)];
+        let points = self.body.iter().flat_map(|body| &body.points);
+        let heights = points.map(|point| (0..3).map(|axis| normal[axis] * point[axis]).sum::<f64>());
+        height + heights.fold(0.0, f64::min)
+    }
+
     /// Largest tension in any picture [N].
     pub fn peak_tension(&self) -> f32 {
         let all = self.stills.iter().flat_map(|still| &still.tension).flatten();
@@ -247,7 +275,7 @@ fn pose(body: &RigidBody) -> [f64; 7] {
 }
 
 /// Plies to show, evenly from the first to the last.
-fn shown(plies: usize) -> Vec<usize> {
+pub(super) fn shown(plies: usize) -> Vec<usize> {
     if plies <= PLIES {
         return (0..plies).collect();
     }

@@ -52,6 +52,9 @@
       for (let n = 0; n < nodes; n++) out[4 * n + 3] = names[n];
       return out;
     });
+    const flat = new Float32Array(4 * size);
+    for (let axis = 0; axis < 3; axis++)
+      for (let n = 0; n < nodes; n++) flat[4 * n + axis] = 1e3 * rest[axis][n] * film.step.reference;
     const last = new Uint8Array(2 * cells);
     const loads = film.times.map(() => {
       const out = new Uint8Array(2 * WIDE * Math.ceil(cells / WIDE));
@@ -59,43 +62,76 @@
         for (let n = 0; n < cells; n++) out[2 * n + yarn] = last[2 * n + yarn] += bytes[at++];
       return out;
     });
-    return { strips, nodes, cells, places, loads };
+    return { strips, nodes, cells, flat, places, loads };
   }
 
-  // Where the fabric goes [mm]: largest deflection, and how far from the impact it moves.
-  function extent({ nodes, places }) {
-    let deepest = 1e-6, moved = 8, whole = 8;
+  // Where the fabric goes [mm]: largest deflection, how far from the impact it moves, and where the projectile is at the opening.
+  function extent({ nodes, flat, places }) {
+    const deepest = Math.max(film.deepest, 1e-6);
+    let moved = 8, whole = 8;
     for (let n = 0; n < nodes; n++) {
-      const [x, y] = [places[0][4 * n], places[0][4 * n + 1]];
-      whole = Math.max(whole, Math.hypot(x, y));
-      for (const place of places) deepest = Math.max(deepest, Math.abs(place[4 * n + 2] - places[0][4 * n + 2]));
+      const away = Math.hypot(flat[4 * n], flat[4 * n + 1]);
+      whole = Math.max(whole, away);
+      if (places.some((place) => Math.abs(place[4 * n + 2] - flat[4 * n + 2]) > 0.1 * deepest)) moved = Math.max(moved, away);
     }
-    for (let n = 0; n < nodes; n++)
-      for (const place of places)
-        if (Math.abs(place[4 * n + 2] - places[0][4 * n + 2]) > 0.1 * deepest)
-          moved = Math.max(moved, Math.hypot(places[0][4 * n], places[0][4 * n + 1]));
-    return { deepest, radius: Math.min(1.15 * moved, whole) };
+    let [low, high] = [0, deepest];
+    if (film.body && film.poses) {
+      const [, , z, ...q] = film.poses[film.opening], r = turn(q);
+      const heights = film.body.points.flatMap((_, i, all) => i % 3 ? [] : [r[2] * all[i] + r[5] * all[i + 1] + r[8] * all[i + 2]]);
+      low = Math.min(low, ...heights.map((h) => 1e3 * (z + film.body.step * h)));
+      high = Math.max(high, ...heights.map((h) => 1e3 * (z + film.body.step * h)));
+    }
+    return { deepest, radius: Math.max(Math.min(1.15 * moved, whole), 0.6 * (high - low)), middle: 0.5 * (low + high) };
   }
 
   const HEAD = "#version 300 es\nprecision highp float; precision highp int; precision highp sampler2D;\n";
   const FABRIC = [`${HEAD}
-    uniform sampler2D now, next, load; uniform float blend; uniform ivec3 strip; uniform vec2 mirror; uniform mat4 camera;
-    out vec3 place; out vec2 yarn; flat out vec2 tension;
+    uniform sampler2D now, next, load, flat_; uniform float blend; uniform ivec4 strip; uniform vec2 mirror; uniform mat4 camera;
+    out vec3 place; out vec2 yarn; flat out vec2 tension; out vec2 held;
     ivec2 at(int n) { return ivec2(n & 255, n >> 8); }
+    vec4 node(ivec2 n) {
+      ivec2 texel = at(strip.x + n.y * strip.z + n.x);
+      vec4 here = texelFetch(now, texel, 0);
+      return vec4(mix(here.xyz, texelFetch(next, texel, 0).xyz, blend), here.w);
+    }
+    vec3 rest(ivec2 n) { return texelFetch(flat_, at(strip.x + n.y * strip.z + n.x), 0).xyz; }
+    vec2 carried(ivec2 cell) { return 255.0 * texelFetch(load, at(strip.y + cell.y * (strip.z - 1) + cell.x), 0).rg; }
+    vec2 yarns(vec4 n) { return vec2(mod(n.w, 4096.0), floor(n.w / 4096.0)); }
+    // Mean tension of the whole yarns in the cells around a node.
+    vec2 around(ivec2 n) {
+      vec2 sum = vec2(0.0), count = vec2(0.0);
+      for (int i = 0; i < 4; i++) {
+        ivec2 cell = n - ivec2(i & 1, i >> 1);
+        if (min(cell.x, cell.y) < 0 || cell.x > strip.z - 2 || cell.y > strip.w - 2) continue;
+        vec2 there = carried(cell), whole = vec2(lessThan(there, vec2(254.5)));
+        sum += whole * there;
+        count += whole;
+      }
+      return sum / max(count, 1.0);
+    }
+    // A cell is drawn in two halves, each on its own edge. Across broken yarns the edges do not hang together: there each half
+    // is no wider than at rest, so that nothing spans the gap.
     void main() {
       const ivec2 corners[6] = ivec2[6](ivec2(0, 0), ivec2(1, 0), ivec2(1, 1), ivec2(0, 0), ivec2(1, 1), ivec2(0, 1));
-      int cell = gl_VertexID / 6;
-      ivec2 corner = corners[gl_VertexID % 6] + ivec2(cell % (strip.z - 1), cell / (strip.z - 1));
-      int node = strip.x + corner.y * strip.z + corner.x;
-      vec4 here = texelFetch(now, at(node), 0);
-      place = mix(here.xyz, texelFetch(next, at(node), 0).xyz, blend) * vec3(mirror, 1.0);
-      yarn = vec2(mod(here.w, 4096.0), floor(here.w / 4096.0));
-      tension = 255.0 * texelFetch(load, at(strip.y + cell), 0).rg;
-      bool gone = min(tension.x, tension.y) > 254.5;
-      gl_Position = gone ? vec4(0.0, 0.0, 2.0, 1.0) : camera * vec4(place, 1.0);
+      int number = gl_VertexID / 12, side = (gl_VertexID / 6) % 2;
+      ivec2 cell = ivec2(number % (strip.z - 1), number / (strip.z - 1)), corner = corners[gl_VertexID % 6];
+      tension = carried(cell);
+      bvec2 gone = greaterThan(tension, vec2(254.5));
+      bool rows = gone.y && !gone.x;
+      ivec2 own = cell + (rows ? ivec2(corner.x, side) : ivec2(side, corner.y));
+      ivec2 other = cell + (rows ? ivec2(corner.x, 1 - side) : ivec2(1 - side, corner.y));
+      float part = 0.5 * float(rows ? corner.y : corner.x);
+      vec4 here = node(own), there = node(other);
+      float width = distance(rest(own), rest(other)), stretched = distance(here.xyz, there.xyz);
+      float reach = gone.x != gone.y ? min(1.0, width / max(stretched, 1e-6)) : 1.0;
+      place = mix(here.xyz, there.xyz, reach * part) * vec3(mirror, 1.0);
+      yarn = mix(yarns(here), yarns(there), part);
+      vec2 lines = abs(yarns(node(cell + 1)) - yarns(node(cell)));
+      held = max(lines.x, lines.y) > 1.5 ? mix(around(own), around(other), part) : tension;
+      gl_Position = gone.x && gone.y ? vec4(0.0, 0.0, 2.0, 1.0) : camera * vec4(place, 1.0);
     }`, `${HEAD}
     uniform sampler2D colours; uniform int mode; uniform float deepest, cut, weave; uniform vec3 light;
-    in vec3 place; in vec2 yarn; flat in vec2 tension; out vec4 colour;
+    in vec3 place; in vec2 yarn; flat in vec2 tension; in vec2 held; out vec4 colour;
     vec3 scale(float byte) { return texture(colours, vec2((byte + 0.5) / 256.0, 0.5)).rgb; }
     // Warp (0) or weft (1) in the colour asked for.
     vec3 paint(int which, float byte) {
@@ -113,10 +149,10 @@
       bool over = mod(floor(there.x) + floor(there.y), 2.0) < 0.5;
       bool warp = here.x && (over || !here.y);
       float across = warp ? side.y : side.x, along = warp ? side.x : side.y;
-      vec3 woven = paint(warp ? 0 : 1, warp ? tension.x : tension.y);
+      vec3 woven = paint(warp ? 0 : 1, warp ? held.x : held.y);
       woven *= (1.0 - 1.3 * across * across) * (over == warp ? 1.0 - 0.9 * along * along : 0.75);
-      vec2 held = vec2(whole) * tension;
-      vec3 plain = mode == 2 ? paint(1, held.y) : mode == 1 ? paint(0, held.x) : paint(0, max(held.x, held.y));
+      vec2 most = vec2(whole) * held;
+      vec3 plain = mode == 2 ? paint(1, most.y) : mode == 1 ? paint(0, most.x) : paint(0, max(most.x, most.y));
       vec3 normal = normalize(cross(dFdx(place), dFdy(place)));
       float bright = 0.5 + 0.6 * abs(dot(normal, light));
       colour = vec4(bright * mix(plain, woven, fine), 1.0);
@@ -160,15 +196,17 @@
 
   function start(data) {
     const size = extent(data);
-    const VIEWS = [[-1.1, 0.42], [-1.5708, 0.04], [-1.1, 1.35], [-1.1, -0.55]]; // azimuth, elevation
+    const VIEWS = [[-1.25, 0.26, 1.4], [-1.1, 0.42, 1], [-1.5708, 0.04, 1], [-1.1, 1.35, 1], [-1.1, -0.55, 1]]; // azimuth, elevation, zoom
     const view = { azimuth: 0, elevation: 0, zoom: 1 };
-    let place = count - 1, playing = false, touched = false, before = 0, uploaded = -1;
+    let place = film.opening, playing = false, touched = false, before = 0, uploaded = -1;
 
     const fabric = program(FABRIC), body = program(BODY);
     gl.pixelStorei(gl.UNPACK_ALIGNMENT, 1);
-    [0, 1, 2, 3].forEach(texture);
+    [0, 1, 2, 3, 4].forEach(texture);
     gl.activeTexture(gl.TEXTURE3);
     gl.texImage2D(gl.TEXTURE_2D, 0, gl.RGB8, 256, 1, 0, gl.RGB, gl.UNSIGNED_BYTE, bytesOf(film.colours));
+    gl.activeTexture(gl.TEXTURE4);
+    gl.texImage2D(gl.TEXTURE_2D, 0, gl.RGBA32F, WIDE, data.flat.length / 4 / WIDE, 0, gl.RGBA, gl.FLOAT, data.flat);
     const [plain, solid] = [gl.createVertexArray(), gl.createVertexArray()];
     let triangles = 0;
     if (film.body && film.poses) {
@@ -203,7 +241,7 @@
       const right = [-Math.sin(a), Math.cos(a), 0];
       const up = [-Math.sin(e) * Math.cos(a), -Math.sin(e) * Math.sin(a), Math.cos(e)];
       const far = (3.7 * size.radius * Math.max(1, 1.25 / ratio)) / view.zoom;
-      const target = [0, 0, 0.25 * size.deepest - 0.06 * size.radius];
+      const target = [0, 0, size.middle];
       const eye = target.map((t, i) => t + far * out[i]);
       const dot = (v) => -(v[0] * eye[0] + v[1] * eye[1] + v[2] * eye[2]);
       const look = [right[0], up[0], out[0], 0, right[1], up[1], out[1], 0, right[2], up[2], out[2], 0, dot(right), dot(up), dot(out), 1];
@@ -221,13 +259,14 @@
       return [r[0], r[1], r[2], 0, r[3], r[4], r[5], 0, r[6], r[7], r[8], 0, 1e3 * mixed[0], 1e3 * mixed[1], 1e3 * mixed[2], 1];
     }
 
-    function draw() {
+    // The canvas as it lies on the page, or of a given size on white paper.
+    function draw(paper) {
       const pixels = Math.min(window.devicePixelRatio || 1, 2);
-      const [width, height] = [canvas.clientWidth, canvas.clientHeight].map((x) => Math.max(1, Math.round(x * pixels)));
+      const [width, height] = paper || [canvas.clientWidth, canvas.clientHeight].map((x) => Math.max(1, Math.round(x * pixels)));
       if (canvas.width !== width || canvas.height !== height) Object.assign(canvas, { width, height });
       const still = Math.min(Math.floor(place), count - 1), blend = place - still;
       upload(still);
-      const ink = getComputedStyle(canvas).backgroundColor.match(/[\d.]+/g).map((x) => x / 255);
+      const ink = paper ? [1, 1, 1] : getComputedStyle(canvas).backgroundColor.match(/[\d.]+/g).map((x) => x / 255);
       gl.viewport(0, 0, width, height);
       gl.clearColor(ink[0], ink[1], ink[2], 1);
       gl.enable(gl.DEPTH_TEST);
@@ -235,7 +274,7 @@
       const { matrix, light } = camera();
       const cut = find("cut").checked ? 1 : 0;
       gl.useProgram(fabric.made);
-      ["now", "next", "load", "colours"].forEach((name, unit) => gl.uniform1i(fabric.at(name), unit));
+      ["now", "next", "load", "colours", "flat_"].forEach((name, unit) => gl.uniform1i(fabric.at(name), unit));
       gl.uniform1f(fabric.at("blend"), blend);
       gl.uniform1f(fabric.at("cut"), cut);
       gl.uniform1f(fabric.at("weave"), film.crossovers);
@@ -248,8 +287,8 @@
         for (const y of film.mirror[1] ? [1, -1] : [1])
           for (const s of data.strips) {
             gl.uniform2f(fabric.at("mirror"), x, y);
-            gl.uniform3i(fabric.at("strip"), s.node, s.cell, s.across);
-            gl.drawArrays(gl.TRIANGLES, 0, 6 * s.cells);
+            gl.uniform4i(fabric.at("strip"), s.node, s.cell, s.across, s.up);
+            gl.drawArrays(gl.TRIANGLES, 0, 12 * s.cells);
           }
       if (triangles) {
         gl.useProgram(body.made);
@@ -318,7 +357,11 @@
     }
     function step(by) { play(false); goto(Math.round(place) + by); }
     function zoom(by) { view.zoom = Math.min(Math.max(view.zoom * by, 0.3), 12); request(); }
-    function stand(at) { [view.azimuth, view.elevation] = VIEWS[at]; view.zoom = 1; request(); }
+    function stand(at) { 
+      [view.azimuth, view.elevation, view.zoom] = VIEWS[at];
+      find("cut").checked = at === 0;
+      request();
+    }
 
     find("scrub").max = count - 1;
     find("scrub").addEventListener("input", () => { play(false); goto(Number(find("scrub").value)); });
@@ -372,8 +415,14 @@
     matchMedia("(prefers-color-scheme: dark)").addEventListener("change", request);
 
     document.querySelector(".player").hidden = false;
-    find("instead").classList.add("printed");
+    find("instead").hidden = true;
     stand(0);
+    draw([1200, 560]);
+    const picture = document.createElement("img");
+    picture.src = canvas.toDataURL();
+    picture.alt = `Fabric and projectile at ${film.times[film.opening].toFixed(1)} µs, cut open`;
+    find("paper").append(picture);
+    find("paper").hidden = false;
     draw();
   }
 

@@ -139,6 +139,8 @@ fn describe(film: &Film, steps: &Rounding) -> Value {
     };
     json!({
         "times": film.stills.iter().map(|still| still.time * 1e6).collect::<Vec<_>>(),
+        "opening": film.opening(),
+        "deepest": 1e3 * film.deflection(),
         "strips": film.strips.iter().map(strip).collect::<Vec<_>>(),
         "mirror": film.planes.0,
         "crossovers": film.crossovers,
