@@ -92,8 +92,7 @@ fn figures(case: &Case, run: &Run) -> Vec<(&'static str, String, String)> {
             format!("{} % of {} J", fixed(100.0 * absorbed / run.impact_energy, 0), short(run.impact_energy, 3));
         all.push(("energy absorbed", format!("{} J", short(absorbed, 3)), share));
     }
-    let deflection = run.history.iter().map(|row| row.deflection).fold(0.0, f64::max);
-    all.push(("largest deflection", format!("{} mm", short(deflection * 1e3, 3)), String::new()));
+    all.push(("largest deflection", format!("{} mm", short(run.deflection() * 1e3, 3)), String::new()));
     let last = run.history.last();
     let broken = Breakage::of(case, run);
     let pieces = broken.pieces() as u64;
@@ -112,15 +111,11 @@ fn figures(case: &Case, run: &Run) -> Vec<(&'static str, String, String)> {
 
 /// Whether to trust it, in one box.
 fn answer(case: &Case, signs: &[Sign]) -> String {
-    let level = trust::worst(signs);
-    let at = |level: Level| {
-        let names = signs.iter().filter(|sign| sign.level == level).map(|sign| sign.name);
-        names.collect::<Vec<_>>().join(", ")
-    };
+    let (level, why) = trust::answer(signs);
+    let why = why.iter().map(|sign| sign.name).collect::<Vec<_>>().join(", ");
     let words = match level {
-        Level::Fine => format!("The computation is sound: all {} checks are fine.", signs.len()),
-        Level::Look => format!("The computation is sound, with something to look at: {}.", at(Level::Look)),
-        Level::Bad => format!("Do not use this result: {}.", at(Level::Bad)),
+        Level::Fine => format!("all {} checks are fine.", signs.len()),
+        Level::Look | Level::Bad => format!("{why}."),
     };
     let (assumed, fields) = (assumed_fields(case).count(), case.fields.len());
     let inputs = match assumed {
@@ -136,12 +131,16 @@ fn answer(case: &Case, signs: &[Sign]) -> String {
     )
 }
 
-fn mark(level: Level) -> &'static str {
-    match level {
-        Level::Fine => "<span aria-hidden=\"true\">✓</span> Trust:",
-        Level::Look => "<span aria-hidden=\"true\">▲</span> Trust, but look:",
-        Level::Bad => "<span aria-hidden=\"true\">✕</span> No trust:",
-    }
+/// A level as everywhere else, and a mark for those who do not see colours.
+fn mark(level: Level) -> String {
+    let mark = match level {
+        Level::Fine => '✓',
+        Level::Look => '▲',
+        Level::Bad => '✕',
+    };
+    let advice = level.advice();
+    let (first, rest) = advice.split_at(1);
+    format!("<span aria-hidden=\"true\">{mark}</span> {}{rest}:", first.to_uppercase())
 }
 
 /// Every sign with its reason, and what was assumed.
@@ -151,11 +150,11 @@ pub(super) fn trust(case: &Case, signs: &[Sign], summary: &Value) -> String {
                    <th scope=\"col\">why</th></tr></thead><tbody>\n"
         .to_owned();
     for sign in signs {
-        let word = sign.level.word();
+        let (class, word) = (sign.level.word(), sign.level.advice());
         let (value, reason) = (escape(&sign.value), escape(&sign.reason));
         let _ = writeln!(
             out,
-            "<tr><th scope=\"row\">{}</th><td>{value}</td><td><span class=\"level {word}\">{word}</span></td><td>{reason}</td></tr>",
+            "<tr><th scope=\"row\">{}</th><td>{value}</td><td><span class=\"level {class}\">{word}</span></td><td>{reason}</td></tr>",
             escape(sign.name)
         );
     }
@@ -170,7 +169,7 @@ fn assumed(case: &Case) -> String {
         return String::new();
     }
     let mut out = format!(
-        "<h3>Assumed parameters</h3><p>{} of {} fields: the paper does not publish them, nor does another source that the \
+        "<div class=\"assumptions\"><h3>Assumed parameters</h3><p>{} of {} fields: the paper does not publish them, nor does another source that the \
          case names. Vary those that matter with <code>--set</code> and see how far the answer moves.</p>\n<ul class=\"assumed\">\n",
         fields.len(),
         case.fields.len()
@@ -179,7 +178,7 @@ fn assumed(case: &Case) -> String {
         let (pointer, value, source) = (pointer(field), escape(&field.with_unit()), escape(&field.source));
         let _ = writeln!(out, "<li><code>{pointer}</code> <b>{value}</b> <span>{source}</span></li>");
     }
-    out + "</ul>\n"
+    out + "</ul></div>\n"
 }
 
 /// A JSON pointer that a narrow column may break between its words.
@@ -234,11 +233,12 @@ pub(super) fn energy(run: &Run) -> String {
 /// Every field of the case, as `ripstop check` lists it.
 pub(super) fn case(case: &Case) -> String {
     let mut out = format!(
-        "<section id=\"case\"><h2>The case as read</h2><p>{}</p><p class=\"note\">Fields marked * are assumed. \
+        "<section id=\"case\"><h2>The case as read</h2><p>{}</p><details><summary>All {} fields</summary><p class=\"note\">Fields marked * are assumed. \
          <code>case.json</code> beside this page computes the same again.</p>\n<div class=\"scroll\" tabindex=\"0\">\
          <table class=\"fields\"><thead><tr><th scope=\"col\">field</th><th scope=\"col\">value</th>\
          <th scope=\"col\">origin</th><th scope=\"col\">source</th></tr></thead><tbody>\n",
-        escape(&case::mesh(case)).replace('\n', "<br>")
+        escape(&case::mesh(case)).replace('\n', "<br>"),
+        case.fields.len()
     );
     for field in &case.fields {
         let class = if field.assumed { " class=\"assumed\"" } else { "" };
@@ -250,7 +250,7 @@ pub(super) fn case(case: &Case) -> String {
             "<tr{class}><th scope=\"row\">{mark}<code>{pointer}</code></th><td>{value}</td><td>{origin}</td><td>{source}</td></tr>"
         );
     }
-    out + "</tbody></table></div></section>\n"
+    out + "</tbody></table></div></details></section>\n"
 }
 
 /// What computed it and how long it took.
