@@ -46,12 +46,51 @@ pub(super) fn profiles(case: &Case, run: &Run, film: Option<&Film>) -> Option<Fi
         caption: format!("The struck ply along the {along} through the point of impact, from light to dark in time."),
         drawing,
         legend,
+        axes: Some([x, y]),
         numbers: Numbers {
             heads: ["time [µs]", "position [mm]", "deflection [mm]"].map(str::to_owned).to_vec(),
             rows,
             file: "profiles.csv",
         },
         ..Figure::default()
+    })
+}
+
+/// Deflection of the first and the last ply over time.
+pub(super) fn deflection(film: &Film, run: &Run) -> Option<Figure> {
+    let last = film.strips.len().checked_sub(1)?;
+    let strips: Vec<usize> = if last == 0 { vec![0] } else { vec![0, last] };
+    let end = film.stills.last()?.time * 1e6;
+    let [x, y] = figure::axes([0.0, end], [0.0, 1e3 * film.deflection()]);
+    let mut drawing = chart::axes(&x, &y, ["time [µs]", "deflection [mm]"]);
+    let mut legend = Vec::new();
+    for (n, strip) in strips.iter().enumerate() {
+        let points = film.stills.iter().map(|still| [still.time * 1e6, 1e3 * still.deflections[*strip]]);
+        drawing += &chart::line(&x, &y, points, &format!("class=\"curve k{n}\""));
+        let name = format!("ply {}", film.strips[*strip].ply + 1);
+        legend.push((format!("line k{n}"), name));
+    }
+    let row = |still: &Still| {
+        let deflections = strips.iter().map(|strip| short(1e3 * still.deflections[*strip], 4));
+        std::iter::once(short(still.time * 1e6, 4)).chain(deflections).collect()
+    };
+    let heads = legend.iter().map(|(_, name)| format!("{name} [mm]"));
+    let heads = std::iter::once("time [µs]".to_owned()).chain(heads).collect();
+    if last == 0 {
+        legend.clear();
+    }
+    Some(Figure {
+        id: "deflection",
+        title: "Deflection".to_owned(),
+        caption: format!(
+            "Of fabric that hangs on an edge, at most {} mm; debris does not count.",
+            short(1e3 * run.deflection(), 3)
+        ),
+        drawing,
+        legend,
+        axes: Some([x, y]),
+        over_time: true,
+        numbers: Numbers { heads, rows: film.stills.iter().map(row).collect(), file: "history.csv" },
     })
 }
 
@@ -138,6 +177,7 @@ pub(super) fn unit_cell(case: &Case) -> Option<Figure> {
         ),
         drawing,
         legend: vec![("line k0".to_owned(), "warp".to_owned()), ("line k1".to_owned(), "weft".to_owned())],
+        axes: Some([x, y]),
         numbers: Numbers {
             heads: heads.map(str::to_owned).to_vec(),
             rows: curve.iter().map(row).collect(),

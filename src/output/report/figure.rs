@@ -16,12 +16,14 @@ pub(super) struct Figure {
     pub(super) title: String,
     /// One or two sentences: what is to be seen.
     pub(super) caption: String,
-    /// What lies inside the drawing.
+    /// What lies inside the drawing; empty where there is nothing to show, and the caption says so in a line.
     pub(super) drawing: String,
     /// Class and words of each line or area.
     pub(super) legend: Vec<(String, String)>,
-    /// Where time runs along the drawing: the page marks the playback's time there.
-    pub(super) time: Option<Axis>,
+    /// The axes, from which the page reads values.
+    pub(super) axes: Option<[Axis; 2]>,
+    /// Time runs along the drawing: the page marks the playback's time there.
+    pub(super) over_time: bool,
     pub(super) numbers: Numbers,
 }
 
@@ -43,13 +45,20 @@ impl Figure {
     pub(super) fn html(&self) -> String {
         let (id, [width, height]) = (self.id, SIZE);
         let (title, caption) = (escape(&self.title), escape(&self.caption));
-        let time = self.time.map_or(String::new(), |axis| {
-            let [[from, to], [left, right]] = [axis.range(), axis.paper];
-            format!(" data-time=\"{from} {to} {left} {right}\"")
+        if self.drawing.is_empty() {
+            return format!("<p class=\"plot nothing\" id=\"{id}\"><b>{title}:</b> {caption}</p>\n");
+        }
+        let data = |name: &str, axis: Axis| {
+            let [[from, to], [start, end]] = [axis.range(), axis.paper];
+            format!(" data-{name}=\"{from} {to} {start} {end}\"")
+        };
+        let axes = self.axes.map_or(String::new(), |[x, y]| {
+            let time = if self.over_time { data("time", x) } else { String::new() };
+            time + &data("x", x) + &data("y", y)
         });
         let mut out = format!(
             "<figure class=\"plot\" id=\"{id}\">\n<figcaption><h3>{title}</h3><p>{caption}</p></figcaption>\n\
-             <svg viewBox=\"0 0 {width} {height}\" role=\"img\" aria-labelledby=\"{id}-t {id}-d\"{time}>\n\
+             <svg viewBox=\"0 0 {width} {height}\" role=\"img\" aria-labelledby=\"{id}-t {id}-d\"{axes}>\n\
              <title id=\"{id}-t\">{title}</title><desc id=\"{id}-d\">{caption}</desc>\n{}</svg>\n",
             self.drawing
         );

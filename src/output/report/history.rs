@@ -1,13 +1,20 @@
-//! Figures over time: velocity, force, energy, failed yarns.
+//! Figures over time: velocity, force, energy, energy of the plies, failed yarns.
 
+use std::collections::BTreeMap;
+
+use super::super::breakage::Breakage;
 use super::super::chart::{self, Axis};
 use super::super::number::short;
 use super::figure::{self, Figure, Numbers};
-use crate::simulation::{Run, Sample};
+use super::film;
+use crate::case::Case;
+use crate::simulation::{PlySample, Run, Sample};
 
 /// Points of a line, and columns of an area, at most.
 const POINTS: usize = 600;
 const COLUMNS: usize = 240;
+/// Energy below zero that is drawn, over the largest [-].
+const LEAST: f64 = 1e-3;
 
 /// A curve: what it is, and how to read it from a row of the history.
 type Curve = (&'static str, fn(&Sample) -> f64);
@@ -18,7 +25,7 @@ fn end(run: &Run) -> f64 {
 }
 
 /// Lines over time. `rows`: those of the history that count; `least`: the upper end of the axis at least.
-fn over_time(rows: &[Sample], end: f64, least: f64, unit: &str, curves: &[Curve]) -> (Axis, String, Numbers) {
+fn over_time(rows: &[Sample], end: f64, least: f64, unit: &str, curves: &[Curve]) -> ([Axis; 2], String, Numbers) {
     let values = || rows.iter().flat_map(|row| curves.iter().map(move |(_, of)| of(row))).filter(|v| v.is_finite());
     let range = [values().fold(0.0, f64::min), values().fold(least, f64::max)];
     let [x, y] = figure::axes([0.0, end], range);
@@ -28,7 +35,7 @@ fn over_time(rows: &[Sample], end: f64, least: f64, unit: &str, curves: &[Curve]
         let class = format!("class=\"curve k{n}\"");
         drawing += &chart::line(&x, &y, chart::thinned(&points, POINTS).into_iter(), &class);
     }
-    (x, drawing, numbers(rows, unit, curves))
+    ([x, y], drawing, numbers(rows, unit, curves))
 }
 
 fn numbers(rows: &[Sample], unit: &str, curves: &[Curve]) -> Numbers {
@@ -48,7 +55,7 @@ fn numbers(rows: &[Sample], unit: &str, curves: &[Curve]) -> Numbers {
 /// Projectile velocity.
 pub(super) fn velocity(run: &Run) -> Figure {
     let of = |row: &Sample| row.projectile_velocity;
-    let (x, drawing, numbers) = over_time(&run.history, end(run), 0.0, "velocity [m/s]", &[("velocity", of)]);
+    let (axes, drawing, numbers) = over_time(&run.history, end(run), 0.0, "velocity [m/s]", &[("velocity", of)]);
     let [first, last] = [run.history.first(), run.history.last()].map(|row| row.map_or(0.0, of));
     Figure {
         id: "velocity",
@@ -56,7 +63,8 @@ pub(super) fn velocity(run: &Run) -> Figure {
         caption: format!("From {} to {} m/s along the line of flight.", short(first, 4), short(last, 3))
             .replace('-', "−"),
         drawing,
-        time: Some(x),
+        axes: Some(axes),
+        over_time: true,
         numbers,
         ..Figure::default()
     }
@@ -67,7 +75,10 @@ pub(super) fn force(run: &Run) -> Figure {
     // The first row's force is an impulse over one step, not a mean.
     let rows = run.history.get(1..).unwrap_or_default();
     let of = |row: &Sample| row.contact_force;
-    let (x, drawing, numbers) = over_time(rows, end(run), 0.0, "force [N]", &[("force", of)]);
+    let (axes, drawing, numbers) = over_time(rows, end(run), 0.0, "force [N]", &[("force", of)]);
+    if rows.iter().all(|row| row.contact_force == 0.0) {
+        return nothing("force", "Contact force", "none after the first step.");
+    }
     let peak = rows.iter().max_by(|a, b| a.contact_force.total_cmp(&b.contact_force));
     let caption = peak.map_or(String::new(), |row| {
         let (force, time) = (short(row.contact_force, 3), short(row.time * 1e6, 3));
@@ -78,30 +89,89 @@ pub(super) fn force(run: &Run) -> Figure {
         title: "Contact force".to_owned(),
         caption,
         drawing,
-        time: Some(x),
+        axes: Some(axes),
+        over_time: true,
         numbers,
         ..Figure::default()
     }
 }
 
+/// A figure that has nothing to show.
+fn nothing(id: &'static str, title: &str, caption: &str) -> Figure {
+    Figure { id, title: title.to_owned(), caption: caption.to_owned(), ..Figure::default() }
+}
+
 /// Failed yarns.
-pub(super) fn failures(run: &Run) -> Figure {
+pub(super) fn failures(case: &Case, run: &Run) -> Figure {
+    let Some(first) = run.events.first() else { return nothing("failures", "Failed yarns", "none.") };
     let curves: [Curve; 2] = [("warp", |row| row.failed[0] as f64), ("weft", |row| row.failed[1] as f64)];
-    let (x, drawing, numbers) = over_time(&run.history, end(run), 5.0, "failures [-]", &curves);
-    let [warp, weft] = run.history.last().map_or([0, 0], |row| row.failed);
-    let first = run.events.first().map(|event| short(event.step as f64 * run.time_step * 1e6, 3));
-    let first = first.map_or("No yarn failed.".to_owned(), |time| {
-        format!("Elements in which the yarn broke: {warp} of the warp, {weft} of the weft; the first at {time} µs.")
-    });
+    let (axes, drawing, numbers) = over_time(&run.history, end(run), 5.0, "failures [-]", &curves);
+    let broken = Breakage::of(case, run);
+    let [warp, weft] = broken.yarns;
+    let time = short(first.step as f64 * run.time_step * 1e6, 3);
     Figure {
         id: "failures",
         title: "Failed yarns".to_owned(),
-        caption: first,
+        caption: format!(
+            "{warp} yarns of the warp and {weft} of the weft broke, in {} places, which are counted here; the first at {time} µs.",
+            broken.pieces()
+        ),
         drawing,
         legend: legend(&curves, "line"),
-        time: Some(x),
+        axes: Some(axes),
+        over_time: true,
         numbers,
     }
+}
+
+/// Kinetic and elastic energy of the plies of a pack, of a thick one those that the playback shows.
+pub(super) fn plies(run: &Run) -> Option<Figure> {
+    let shown = film::shown(run.plies);
+    if shown.len() < 2 || run.ply_history.is_empty() {
+        return None;
+    }
+    let energy = |row: &PlySample| row.moment.kinetic + row.moment.stored;
+    let finite = || run.ply_history.iter().filter(|row| energy(row).is_finite());
+    let top = finite().map(energy).fold(0.0, f64::max);
+    let (factor, unit) = unit(top);
+    let lowest = finite().map(energy).fold(0.0, f64::min);
+    let [x, y] = figure::axes([0.0, end(run)], [factor * lowest, factor * top]);
+    let unit = format!("energy [{unit}]");
+    let mut drawing = chart::axes(&x, &y, ["time [µs]", &unit]);
+    let mut legend = Vec::new();
+    for (n, ply) in shown.iter().enumerate() {
+        let rows = finite().filter(|row| row.ply == *ply);
+        let points: Vec<[f64; 2]> = rows.map(|row| [row.time * 1e6, factor * energy(row)]).collect();
+        let class = format!("class=\"curve k{n}\"");
+        drawing += &chart::line(&x, &y, chart::thinned(&points, POINTS).into_iter(), &class);
+        legend.push((format!("line k{n}"), format!("ply {}", ply + 1)));
+    }
+    let mut rows: BTreeMap<u64, Vec<String>> = BTreeMap::new();
+    for row in run.ply_history.iter().filter(|row| shown.contains(&row.ply)) {
+        // Times are not below zero: their bits are in their order.
+        let numbers = rows.entry(row.time.to_bits()).or_insert_with(|| vec![short(row.time * 1e6, 4)]);
+        numbers.push(short(energy(row), 4));
+    }
+    let heads = shown.iter().map(|ply| format!("ply {} [J]", ply + 1));
+    Some(Figure {
+        id: "plies",
+        title: "Energy of the plies".to_owned(),
+        caption: "Kinetic and elastic energy of a ply; ply 1 is struck.".to_owned(),
+        drawing,
+        legend,
+        axes: Some([x, y]),
+        over_time: true,
+        numbers: Numbers {
+            heads: std::iter::once("time [µs]".to_owned()).chain(heads).collect(),
+            rows: rows.into_values().collect(),
+            file: "plies.csv",
+        },
+    })
+}
+
+/// Factor and unit in which energies up to this [J] are shown.
+fn unit(top: f64) -> (f64, &'static str) {
+    if top < 0.1 { (1e3, "mJ") } else { (1.0, "J") }
 }
 
 fn legend(curves: &[Curve], kind: &str) -> Vec<(String, String)> {
@@ -110,7 +180,7 @@ fn legend(curves: &[Curve], kind: &str) -> Vec<(String, String)> {
 
 /// Every energy, one on the other: together they are what was there.
 pub(super) fn energy(run: &Run) -> Figure {
-    let curves: [Curve; 8] = [
+    let mut curves: Vec<Curve> = vec![
         ("projectile", |row| row.balance.projectile),
         ("fabric, kinetic", |row| row.balance.kinetic),
         ("fabric, internal", |row| row.balance.internal),
@@ -120,32 +190,53 @@ pub(super) fn energy(run: &Run) -> Figure {
         ("hourglass", |row| row.balance.hourglass),
         ("shock viscosity", |row| row.balance.viscous),
     ];
+    if run.history.iter().any(|row| row.balance.separation != 0.0) {
+        curves.push(("ply separation", |row| -row.balance.separation));
+    }
     let step = run.history.len().div_ceil(COLUMNS).max(1);
     let last = run.history.len().saturating_sub(1);
     let kept = run.history.iter().enumerate().filter(|(n, _)| n.is_multiple_of(step) || *n == last);
     let rows: Vec<&Sample> =
         kept.map(|(_, row)| row).filter(|row| curves.iter().all(|c| c.1(row).is_finite())).collect();
-    // Below zero lies rounding, or what a law that is not conservative owes.
-    let level = |row: &Sample, count: usize| curves[..count].iter().map(|(_, of)| of(row).max(0.0)).sum::<f64>();
-    let top = rows.iter().map(|row| level(row, curves.len())).fold(0.0, f64::max);
-    let (factor, unit) = if top < 0.1 { (1e3, "mJ") } else { (1.0, "J") };
-    let [x, y] = figure::axes([0.0, end(run)], [0.0, factor * top]);
+    // What is above zero stands on zero, what is below hangs from it.
+    let part = |value: f64, below: bool| if below { value.min(0.0) } else { value.max(0.0) };
+    let level = |row: &Sample, count: usize, below: bool| -> f64 {
+        curves[..count].iter().map(|(_, of)| part(of(row), below)).sum()
+    };
+    let top = rows.iter().map(|row| level(row, curves.len(), false)).fold(0.0, f64::max);
+    let bottom = rows.iter().map(|row| level(row, curves.len(), true)).fold(0.0, f64::min);
+    // Rounding is not drawn.
+    let bottom = if bottom < -LEAST * top { bottom } else { 0.0 };
+    let (factor, unit) = unit(top);
+    let [x, y] = figure::axes([0.0, end(run)], [factor * bottom, factor * top]);
     let mut drawing = String::new();
-    for n in 0..curves.len() {
-        let over = rows.iter().map(|row| [row.time * 1e6, factor * level(row, n + 1)]);
-        let under = rows.iter().rev().map(|row| [row.time * 1e6, factor * level(row, n)]);
-        let places = chart::places(&x, &y, over.chain(under));
-        drawing += &format!("<polygon class=\"area k{n}\" points=\"{places}\"/>\n");
+    for (n, (_, of)) in curves.iter().enumerate() {
+        for below in [false, true] {
+            let is_there = |row: &&Sample| part(of(row), below).abs() > if below { LEAST * top } else { 0.0 };
+            if !rows.iter().any(is_there) {
+                continue;
+            }
+            let edge = |count: usize| move |row: &&Sample| [row.time * 1e6, factor * level(row, count, below)];
+            let places = chart::places(&x, &y, rows.iter().map(edge(n + 1)).chain(rows.iter().rev().map(edge(n))));
+            drawing += &format!("<polygon class=\"area k{n}\" points=\"{places}\"/>\n");
+        }
     }
     let unit = format!("energy [{unit}]");
     drawing += &chart::axes(&x, &y, ["time [µs]", &unit]);
+    let level = if bottom < 0.0 {
+        "What is below zero was given, not taken. That the height of all of it stays the same, what is below zero taken off, means \
+         that no energy is made or lost."
+    } else {
+        "That the upper edge stays level means that no energy is made or lost."
+    };
     Figure {
         id: "energy",
         title: "Where the energy is".to_owned(),
-        caption: "One on the other; that the upper edge stays level means that no energy is made or lost.".to_owned(),
+        caption: format!("One on the other. {level}"),
         drawing,
         legend: legend(&curves, "block"),
-        time: Some(x),
+        axes: Some([x, y]),
+        over_time: true,
         numbers: numbers(&run.history, "energy [J]", &curves),
     }
 }

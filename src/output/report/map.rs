@@ -15,6 +15,8 @@ use crate::simulation::Run;
 const WIDTH: f64 = 300.0;
 const SIDES: [f64; 2] = [52.0, WIDTH - 10.0];
 const TOP: f64 = 8.0;
+/// Pixels along the longer side of a picture.
+const PIXELS: f64 = 200.0;
 
 /// The maps with their legend; empty without a film.
 pub(super) fn maps(film: &Film, run: &Run) -> String {
@@ -22,26 +24,31 @@ pub(super) fn maps(film: &Film, run: &Run) -> String {
     let peak = film.peak_tension();
     let moments = moments(film, run);
     let mut out = "<figure class=\"plot wide\" id=\"tension\">\n<figcaption><h3>Yarn tension in the struck ply</h3>\
-                   <p>The larger of warp and weft in each crossover; holes are where both yarns have failed.</p></figcaption>\n\
+                   <p>The larger of warp and weft; holes are where both yarns have failed. A map whose tension stays below half \
+                   the largest of the shot has a scale of its own.</p></figcaption>\n\
                    <div class=\"maps\">\n"
         .to_owned();
     for (n, (at, what)) in moments.iter().enumerate() {
         let still = &film.stills[*at];
+        let own = peak_of(strip, still);
+        let top = if own < 0.5 * peak { own } else { peak };
         let words = format!("{} µs: {what}", short(still.time * 1e6, 3));
         // Writing to a string cannot fail.
         let _ = writeln!(
             out,
-            "<div class=\"map\"><h4>{}</h4>{}</div>",
+            "<div class=\"map\"><h4>{}</h4>{}<p class=\"scale\"><span>0 N</span><i></i><span>{} N</span></p></div>",
             escape(&words),
-            map(strip, still, peak, &format!("tension-{n}"), &words)
+            map(strip, still, top, &format!("tension-{n}"), &words),
+            short(f64::from(top), 3)
         );
     }
-    let _ = writeln!(
-        out,
-        "</div>\n<p class=\"scale\"><span>0 N</span><i></i><span>{} N</span></p></figure>",
-        short(f64::from(peak), 3)
-    );
-    out
+    out + "</div></figure>\n"
+}
+
+/// Largest tension of a picture in the first strip [N].
+fn peak_of(strip: &Strip, still: &Still) -> f32 {
+    let tensions = still.tension.iter().take(strip.cells()).flatten().flatten().copied();
+    tensions.filter(|tension| tension.is_finite()).fold(0.0, f32::max)
 }
 
 /// Pictures to show and what they show: on the way, when the fabric holds most, and the last.
@@ -89,37 +96,45 @@ fn map(strip: &Strip, still: &Still, peak: f32, id: &str, words: &str) -> String
 
 /// Width and height of the whole ply [mm].
 fn extent(strip: &Strip) -> [f64; 2] {
-    let length = strip.lines[0].len();
-    let corner = strip.reference[0];
-    let ends = [strip.reference[length - 1], strip.reference[strip.reference.len() - length]];
-    [0, 1].map(|own| {
-        let size = f64::from(ends[own][0] - corner[0]).hypot(f64::from(ends[own][1] - corner[1]));
-        let kept = strip.lines[own][strip.lines[own].len() - 1] - strip.lines[own][0];
-        1e3 * size * strip.elements[own] as f64 / kept.max(1) as f64
-    })
+    [0, 1].map(|own| 1e3 * Span::new(strip, own).whole)
 }
 
-/// A PNG with a pixel for each element of the whole ply, weft upwards; without a colour where both yarns are gone.
+/// A PNG of the whole ply, weft upwards, with a colour between those of the cells around a place, and none where both yarns are
+/// gone.
 fn picture(strip: &Strip, still: &Still, peak: f32) -> Vec<u8> {
-    let [columns, rows] = strip.elements;
-    let cells = [0, 1].map(|own| (0..strip.elements[own]).map(|at| cell_of(strip, own, at)).collect::<Vec<_>>());
+    let spans = [0, 1].map(|own| Span::new(strip, own));
+    let longest = spans[0].whole.max(spans[1].whole);
+    let size = [0, 1].map(|own| ((PIXELS * spans[own].whole / longest).round() as usize).max(1));
+    let [columns, rows] = [0, 1].map(|own| {
+        let middle = |pixel: usize| (pixel as f64 + 0.5) / size[own] as f64 * spans[own].whole;
+        (0..size[own]).map(|pixel| spans[own].around(middle(pixel))).collect::<Vec<_>>()
+    });
     let count = strip.counts()[0];
-    let mut pixels = Vec::with_capacity(4 * columns * rows);
-    for row in cells[1].iter().rev() {
-        for column in &cells[0] {
-            let tension = still.tension[row * count + column];
-            let largest = tension.into_iter().flatten().reduce(f32::max);
-            match largest {
-                Some(tension) => {
-                    pixels.extend(colour::colour(f64::from(tension / peak.max(1e-9))));
-                    pixels.push(255);
-                }
-                None => pixels.extend([0; 4]),
+    let tension = |column: usize, row: usize| {
+        still.tension[row * count + column].into_iter().flatten().reduce(f32::max).map(f64::from)
+    };
+    let mut pixels = Vec::with_capacity(4 * size[0] * size[1]);
+    for row in rows.iter().rev() {
+        for column in &columns {
+            if tension(column.cell, row.cell).is_none() {
+                pixels.extend([0; 4]);
+                continue;
             }
+            let (mut sum, mut weights) = (0.0, 0.0);
+            for (column, across) in [(column.cell, 1.0 - column.share), (column.next, column.share)] {
+                for (row, up) in [(row.cell, 1.0 - row.share), (row.next, row.share)] {
+                    if let Some(tension) = tension(column, row) {
+                        sum += across * up * tension;
+                        weights += across * up;
+                    }
+                }
+            }
+            pixels.extend(colour::colour(sum / weights / f64::from(peak.max(1e-9))));
+            pixels.push(255);
         }
     }
     let mut out = Vec::new();
-    let mut encoder = png::Encoder::new(&mut out, columns as u32, rows as u32);
+    let mut encoder = png::Encoder::new(&mut out, size[0] as u32, size[1] as u32);
     encoder.set_color(png::ColorType::Rgba);
     encoder.set_depth(png::BitDepth::Eight);
     // Writing to memory cannot fail; a picture that is not there leaves the axes.
@@ -127,10 +142,71 @@ fn picture(strip: &Strip, still: &Still, peak: f32) -> Vec<u8> {
     if written.is_ok() { out } else { Vec::new() }
 }
 
-/// The cell that shows an element of the whole ply along one of its axes, or that shows its mirror image.
-fn cell_of(strip: &Strip, own: usize, element: usize) -> usize {
-    let lines = &strip.lines[own];
-    let inside = |at: usize| lines[0] <= at && at < lines[lines.len() - 1];
-    let at = if inside(element) { element } else { strip.elements[own] - 1 - element };
-    lines.partition_point(|line| *line <= at).saturating_sub(1).min(lines.len().saturating_sub(2))
+/// A strip along one of its ply's axes.
+struct Span {
+    /// Distances of the lines kept from the first of them [m].
+    lines: Vec<f64>,
+    /// Distance of the first of them from the edge of the ply [m].
+    start: f64,
+    /// Length of the ply [m].
+    whole: f64,
+}
+
+/// The cell at a place, and the neighbour on the side where the place is.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Around {
+    cell: usize,
+    next: usize,
+    /// Weight of the neighbour: 0 in the middle of the cell, a half at its edge between cells of one size.
+    share: f64,
+}
+
+impl Span {
+    fn new(strip: &Strip, own: usize) -> Self {
+        let lines = &strip.lines[own];
+        let step = if own == 0 { 1 } else { strip.lines[0].len() };
+        let first = strip.reference[0];
+        let distance = |line: usize| {
+            let at = strip.reference[line * step];
+            f64::from(at[0] - first[0]).hypot(f64::from(at[1] - first[1]))
+        };
+        let distances: Vec<f64> = (0..lines.len()).map(distance).collect();
+        let (from, to) = (lines[0], lines[lines.len() - 1]);
+        let length = distances[distances.len() - 1];
+        // What is not kept is the mirror image of what is.
+        let whole = length * strip.elements[own] as f64 / (to - from).max(1) as f64;
+        Self { lines: distances, start: if from == 0 { 0.0 } else { whole - length }, whole }
+    }
+
+    /// The cells at a place, counted from the edge of the ply [m].
+    fn around(&self, place: f64) -> Around {
+        let length = self.lines[self.lines.len() - 1];
+        let is_kept = |at: &f64| (0.0..=length).contains(at);
+        let kept = Some(place - self.start).filter(is_kept);
+        let at = kept.unwrap_or(self.whole - place - self.start).clamp(0.0, length);
+        let last = self.lines.len().saturating_sub(2);
+        let cell = self.lines.partition_point(|line| *line <= at).saturating_sub(1).min(last);
+        let middle = |cell: usize| 0.5 * (self.lines[cell] + self.lines[(cell + 1).min(self.lines.len() - 1)]);
+        let next = if at < middle(cell) { cell.saturating_sub(1) } else { (cell + 1).min(last) };
+        let gap = (middle(next) - middle(cell)).abs();
+        let share = if gap > 0.0 { ((at - middle(cell)).abs() / gap).min(1.0) } else { 0.0 };
+        Around { cell, next, share }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn places_lie_between_the_middles_of_cells_and_mirror_images_where_the_cells_do() {
+        // Cells of 1, 1 and 2 m of the far half of a ply of 8 m.
+        let span = Span { lines: vec![0.0, 1.0, 2.0, 4.0], start: 4.0, whole: 8.0 };
+        let at = |place: f64| span.around(place);
+        assert_eq!(at(4.5), Around { cell: 0, next: 1, share: 0.0 });
+        assert_eq!(at(5.0), Around { cell: 1, next: 0, share: 0.5 });
+        assert_eq!(at(6.25), Around { cell: 2, next: 1, share: 0.5 });
+        assert_eq!(at(7.5), Around { cell: 2, next: 2, share: 0.0 });
+        assert_eq!(at(1.75), at(6.25));
+    }
 }

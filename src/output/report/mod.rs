@@ -1,6 +1,6 @@
 //! `report.html`: one file that tells what happened in a run, whether to trust it, and shows it moving.
 //!
-//! It asks nothing of a network and says so in its content security policy; style and script are `page.css` and `page.js`. All
+//! It asks nothing of a network and says so in its content security policy; style and script are `page.css`, `page.js` and `values.js`. All
 //! text that a user wrote is escaped. But for machine and timing, the same run gives the same bytes.
 
 mod colour;
@@ -26,7 +26,7 @@ pub use film::Film;
 
 /// What the page looks like, and how it plays.
 const STYLE: &str = include_str!("page.css");
-const SCRIPT: &str = include_str!("page.js");
+const SCRIPT: &str = concat!(include_str!("page.js"), include_str!("values.js"));
 
 /// The page. With a film of less than two pictures it has neither playback nor maps.
 pub fn report(case: &Case, run: &Run, summary: &Value, film: &Film) -> String {
@@ -42,8 +42,10 @@ pub fn report(case: &Case, run: &Run, summary: &Value, film: &Film) -> String {
         out += &history::velocity(run).html();
         out += &history::force(run).html();
     }
+    out += &film.and_then(|film| fabric::deflection(film, run)).map_or(String::new(), |figure| figure.html());
     out += &history::energy(run).html();
-    out += &history::failures(run).html();
+    out += &history::plies(run).map_or(String::new(), |figure| figure.html());
+    out += &history::failures(case, run).html();
     let fabric = [fabric::profiles(case, run, film), fabric::unit_cell(case)];
     out += &fabric.iter().flatten().map(figure::Figure::html).collect::<String>();
     out += &film.map_or(String::new(), |film| map::maps(film, run));
@@ -93,12 +95,14 @@ fn player(film: &Film) -> String {
          <div class=\"controls\">\n\
          <label>Colour <select id=\"colour\"><option value=\"0\">tension, both yarns</option><option value=\"1\">tension, warp</option>\
          <option value=\"2\">tension, weft</option><option value=\"3\">deflection</option></select></label>\n\
-         <label>View <select id=\"view\"><option value=\"0\">oblique</option><option value=\"1\">side</option>\
-         <option value=\"2\">exit side</option><option value=\"3\">struck side</option></select></label>\n\
-         <label><input type=\"checkbox\" id=\"cut\"> cut open</label>\n</div>\n\
+         <label>View <select id=\"view\"><option value=\"0\">section</option><option value=\"1\">oblique</option>\
+         <option value=\"2\">side</option><option value=\"3\">exit side</option><option value=\"4\">struck side</option></select></label>\n\
+         <label><input type=\"checkbox\" id=\"cut\"> cut open</label>\n\
+         <button type=\"button\" id=\"save\">Save picture</button>\n</div>\n\
          <p class=\"scale\"><span id=\"low\">0 N</span><i></i><span id=\"high\" data-tension=\"{peak} N\">{peak} N</span></p>\n\
          <p class=\"note\">Space plays and pauses, ← → step, Home and End jump, drag turns, wheel or + − zoom.{plies} \
          The projectile comes from below. Drawn to scale from a thinned mesh; the numbers are in the files.</p>\n</div>\n\
+         <figure class=\"printed\" id=\"paper\" hidden></figure>\n\
          <p class=\"still\" id=\"instead\">The moving picture needs a screen, JavaScript and WebGL 2; the tension maps below show three moments of it.</p>\n\
          <script type=\"application/json\" id=\"film\">{description}</script>\n\
          <script type=\"application/octet-stream\" id=\"film-numbers\">{}</script>\n</section>\n",

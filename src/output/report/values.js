@@ -1,0 +1,130 @@
+// Values under the pointer, or under a mark that the arrow keys move; pictures to keep.
+(() => {
+  const make = (name, more) => Object.assign(document.createElement(name), more);
+  const numbers = (text) => text.split(" ").map(Number);
+  const short = (value) => String(Number(value.toPrecision(3))).replace("-", "−");
+
+  // The lines and areas of a drawing: name, class, and value at a place on the paper.
+  function series(svg) {
+    const names = [...svg.closest("figure").querySelectorAll(".legend li")];
+    const axis = numbers(svg.dataset.y), scale = (axis[1] - axis[0]) / (axis[3] - axis[2]);
+    const between = (points, x) => {
+      for (let n = 1; n < points.length; n++) {
+        const [a, b] = [points[n - 1], points[n]];
+        if ((a[0] - x) * (b[0] - x) > 0) continue;
+        return a[0] === b[0] ? b[1] : a[1] + ((x - a[0]) / (b[0] - a[0])) * (b[1] - a[1]);
+      }
+      return NaN;
+    };
+    return [...svg.querySelectorAll("polyline, polygon")].map((shape) => {
+      const kind = shape.getAttribute("class").split(" ").find((word) => /^[kt]\d$/.test(word));
+      const points = shape.getAttribute("points").split(" ").map((pair) => pair.split(",").map(Number));
+      const item = names.find((li) => li.firstChild.classList.contains(kind));
+      const half = points.length / 2;
+      const at = shape.tagName === "polyline"
+        ? (x) => axis[0] + scale * (between(points, x) - axis[2])
+        : (x) => scale * (between(points.slice(0, half), x) - between(points.slice(half).reverse(), x));
+      return { kind, name: item ? item.textContent : "", at };
+    });
+  }
+
+  for (const svg of document.querySelectorAll("svg[data-x]")) {
+    const figure = svg.closest("figure"), lines = series(svg);
+    const [from, to, left, right] = numbers(svg.dataset.x);
+    const [xTitle, yTitle] = [...svg.querySelectorAll(".title")].map((text) => text.textContent);
+    const unit = (title) => (title.match(/\[(.*)\]/) || ["", ""])[1].replace(/^-$/, "");
+    const frame = svg.querySelector(".frame"), mark = document.createElementNS(svg.namespaceURI, "line");
+    mark.setAttribute("class", "reading");
+    mark.setAttribute("y1", Number(frame.getAttribute("y")));
+    mark.setAttribute("y2", Number(frame.getAttribute("y")) + Number(frame.getAttribute("height")));
+    mark.style.display = "none";
+    svg.append(mark);
+    const values = make("p", { className: "values", hidden: true });
+    values.setAttribute("aria-live", "polite");
+    svg.after(values);
+    let place = null;
+    function read(x) {
+      place = x === null ? null : Math.min(Math.max(x, left), right);
+      mark.style.display = place === null ? "none" : "";
+      values.hidden = place === null;
+      if (place === null) return;
+      mark.setAttribute("x1", place);
+      mark.setAttribute("x2", place);
+      const found = new Map();
+      for (const { kind, name, at } of lines) {
+        const value = at(place);
+        if (Number.isFinite(value)) found.set(kind, { name, value: value + (found.get(kind)?.value || 0) });
+      }
+      const where = from + ((place - left) / (right - left)) * (to - from);
+      values.replaceChildren(`${xTitle.replace(/ \[.*/, "")} ${short(where)} ${unit(xTitle)}: `);
+      for (const [kind, { name, value }] of found) {
+        const one = make("span", { className: kind });
+        if (name) one.append(make("i"), `${name} `);
+        one.append(make("b", { textContent: `${short(value)} ${unit(yTitle)}` }));
+        values.append(one);
+      }
+    }
+    const onPaper = (event) => {
+      const box = svg.getBoundingClientRect();
+      return ((event.clientX - box.left) / box.width) * svg.viewBox.baseVal.width;
+    };
+    svg.tabIndex = 0;
+    svg.addEventListener("pointermove", (event) => read(onPaper(event)));
+    svg.addEventListener("pointerdown", (event) => read(onPaper(event)));
+    svg.addEventListener("pointerleave", () => { if (document.activeElement !== svg) read(null); });
+    svg.addEventListener("blur", () => read(null));
+    svg.addEventListener("keydown", (event) => {
+      const by = { ArrowLeft: -1, ArrowRight: 1 }[event.key];
+      if (event.key === "Escape") read(null);
+      if (!by || event.ctrlKey || event.metaKey || event.altKey) return;
+      event.preventDefault();
+      read((place === null ? (by > 0 ? left : right) : place + (by * (right - left)) / 50));
+    });
+    const save = make("button", { type: "button", className: "save", textContent: "Save picture" });
+    save.setAttribute("aria-label", `Save the picture of ${figure.querySelector("h3").textContent}`);
+    save.addEventListener("click", () => keep(new Blob([drawing(svg)], { type: "image/svg+xml" }), `${figure.id}.svg`));
+    figure.append(save);
+  }
+
+  // A drawing that stands alone: its style within, its title above, its legend below.
+  function drawing(svg) {
+    const copy = svg.cloneNode(true), figure = svg.closest("figure");
+    const [width, height] = [svg.viewBox.baseVal.width, svg.viewBox.baseVal.height];
+    const originals = svg.querySelectorAll("*");
+    copy.querySelectorAll("*").forEach((shape, n) => {
+      const style = getComputedStyle(originals[n]);
+      for (const name of ["fill", "fill-opacity", "stroke", "stroke-width", "stroke-opacity", "stroke-dasharray", "display"])
+        shape.style.setProperty(name, style.getPropertyValue(name));
+    });
+    copy.querySelectorAll(".now, .reading").forEach((line) => line.remove());
+    const add = (name, attributes, text = "") => {
+      const shape = document.createElementNS(svg.namespaceURI, name);
+      for (const [key, value] of Object.entries(attributes)) shape.setAttribute(key, value);
+      shape.textContent = text;
+      return copy.appendChild(shape);
+    };
+    const { color, fontFamily } = getComputedStyle(svg), top = 26;
+    add("text", { x: 8, y: -9, fill: color, "font-size": 15, "font-weight": "bold" }, figure.querySelector("h3").textContent);
+    const items = [...figure.querySelectorAll(".legend li")];
+    items.forEach((item, n) => {
+      const [x, y] = [64 + 190 * (n % 2), height + 14 + 18 * Math.floor(n / 2)];
+      const paint = getComputedStyle(item.firstChild).getPropertyValue("--k");
+      add("rect", { x, y: y - 8, width: 14, height: 8, fill: paint });
+      add("text", { x: x + 20, y, fill: color }, item.textContent);
+    });
+    const whole = height + top + (items.length ? 10 + 18 * Math.ceil(items.length / 2) : 0);
+    const paper = add("rect", { x: 0, y: -top, width, height: whole, fill: getComputedStyle(figure).backgroundColor });
+    copy.prepend(paper);
+    for (const [key, value] of Object.entries({ viewBox: `0 ${-top} ${width} ${whole}`, width: 2 * width, height: 2 * whole, "font-size": 12, "font-family": fontFamily }))
+      copy.setAttribute(key, value);
+    return new XMLSerializer().serializeToString(copy);
+  }
+
+  function keep(blob, name) {
+    const address = URL.createObjectURL(blob);
+    make("a", { href: address, download: name }).click();
+    setTimeout(() => URL.revokeObjectURL(address), 10000);
+  }
+  const scene = document.getElementById("save");
+  if (scene) scene.addEventListener("click", () => document.getElementById("scene").toBlob((blob) => keep(blob, "playback.png")));
+})();
