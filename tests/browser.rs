@@ -1,7 +1,7 @@
 //! `report.html` in a real browser: Chromium without a window, driven over its DevTools protocol.
 //!
 //! Promise: the page asks nothing of a network and writes no error; every figure is there; the playback moves, by mouse and by
-//! keyboard; it fits a phone, follows light and dark, prints without the canvas; what a user wrote stays words; without WebGL the
+//! keyboard; it fits a phone, follows light and dark, prints on three pages with a picture; figures give their values and can be saved; what a user wrote stays words; without WebGL the
 //! rest of it works. `RIPSTOP_SCREENSHOTS=DIR` leaves pictures to look at.
 //!
 //! Without Chromium every test is ignored and says so; with `RIPSTOP_REQUIRE_BROWSER=1` it fails instead.
@@ -52,7 +52,9 @@ fn main() -> std::process::ExitCode {
         trial("the_keyboard_does_everything", checks::keyboard),
         trial("it_fits_a_phone", checks::phone),
         trial("it_follows_light_and_dark", checks::dark),
-        trial("it_prints_without_the_canvas", checks::print),
+        trial("it_prints_on_three_pages_with_a_picture", checks::print),
+        trial("figures_give_values_by_pointer_and_keyboard", checks::values),
+        trial("pictures_can_be_saved", checks::saves),
         trial("what_a_user_wrote_stays_words", checks::hostile),
         trial("without_webgl_the_rest_works", checks::without_webgl),
     ];

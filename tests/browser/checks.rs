@@ -6,7 +6,7 @@ use super::chromium::Chromium;
 use super::page::{Page, Shot};
 
 /// Every figure of a shot.
-const FIGURES: [&str; 7] = ["velocity", "force", "energy", "failures", "profile", "unit-cell", "tension"];
+const FIGURES: [&str; 8] = ["velocity", "force", "deflection", "energy", "failures", "profile", "unit-cell", "tension"];
 
 fn open<'a>(chromium: &'a Chromium, shot: &Shot) -> Page<'a> {
     Page::open(chromium, shot, "")
@@ -77,7 +77,9 @@ pub(crate) fn playback(chromium: &Chromium, shot: &Shot) {
     scrub(12);
     assert!(page.number(mark) > at_start + 50.0);
     let tension = page.pixels();
-    for (id, change) in [("colour", "colour.value = 3"), ("cut", "cut.checked = true"), ("view", "view.value = 1")] {
+    for (id, change) in
+        [("colour", "colour.value = 3"), ("cut", "cut.checked = !cut.checked"), ("view", "view.value = 2")]
+    {
         page.value(&format!("{change}; {id}.dispatchEvent(new Event('change'))"));
         assert_ne!(tension, page.pixels(), "{id}");
     }
@@ -94,7 +96,8 @@ pub(crate) fn playback(chromium: &Chromium, shot: &Shot) {
 pub(crate) fn keyboard(chromium: &Chromium, shot: &Shot) {
     let page = open(chromium, shot);
     let place = || page.number("Number(scene.dataset.place)");
-    // Nothing plays by itself.
+    // It opens at the largest deflection, and nothing plays by itself.
+    assert_eq!(place(), page.number("JSON.parse(film.textContent).opening"));
     let rest = place();
     page.value("new Promise(done => setTimeout(done, 200))");
     assert_eq!(place(), rest);
@@ -106,7 +109,7 @@ pub(crate) fn keyboard(chromium: &Chromium, shot: &Shot) {
         let outlined = page.text("getComputedStyle(document.activeElement).outlineStyle");
         assert_ne!(outlined, "none", "{reached:?}");
     }
-    for id in ["scene", "play", "scrub", "colour", "view", "cut"] {
+    for id in ["scene", "play", "scrub", "colour", "view", "cut", "save"] {
         assert!(reached.iter().any(|at| at == id), "{id} not in {reached:?}");
     }
     page.value("scene.focus()");
@@ -167,12 +170,69 @@ pub(crate) fn print(chromium: &Chromium, shot: &Shot) {
     page.media("print", "dark");
     let shown = |of: &str| page.value(&format!("document.querySelector('{of}').getClientRects().length > 0"));
     assert_eq!(shown("canvas"), json!(false));
-    for what in ["#tension svg", "#velocity svg", "h1", "#instead", "#case table"] {
+    for what in ["#tension svg", "#velocity svg", "h1", "#paper img"] {
         assert_eq!(shown(what), json!(true), "{what}");
     }
+    assert_eq!(shown("#case table"), json!(false));
+    // The picture is one of fabric on white.
+    let picture = "(async () => { const i = document.querySelector('#paper img'); await i.decode(); \
+                   const c = document.createElement('canvas'); c.width = i.naturalWidth; c.height = i.naturalHeight; \
+                   const g = c.getContext('2d'); g.drawImage(i, 0, 0); \
+                   const p = new Uint32Array(g.getImageData(0, 0, c.width, c.height).data.buffer); \
+                   return p[0] == 0xffffffff ? new Set(p).size : 0 })()";
+    assert!(page.number(picture) > 50.0);
     // Paper is white whatever the screen was.
     assert_eq!(page.text("getComputedStyle(document.body).backgroundColor"), "rgb(255, 255, 255)");
-    assert!(page.print() > 50_000);
+    assert!((1..=3).contains(&page.print()));
+}
+
+pub(crate) fn values(chromium: &Chromium, shot: &Shot) {
+    let page = open(chromium, shot);
+    page.value("document.querySelector('#velocity svg').focus()");
+    let read = || page.text("document.querySelector('#velocity .values').textContent");
+    page.press("ArrowLeft");
+    let last = read();
+    assert!(last.starts_with("time ") && last.contains(" µs: ") && last.ends_with(" m/s"), "{last}");
+    let velocity: f64 = last.split(' ').rev().nth(1).unwrap().parse().unwrap();
+    let table = "[...document.querySelectorAll('#velocity td')].at(-1).textContent";
+    let expected: f64 = page.text(table).parse().unwrap();
+    assert!((velocity - expected).abs() < 2.0, "{velocity} {expected}");
+    page.press("ArrowLeft");
+    assert_ne!(last, read());
+    page.value("document.activeElement.blur()");
+    assert_eq!(page.value("document.querySelector('#velocity .values').hidden"), json!(true));
+    // In a stack a value is that of the area, not of its upper edge.
+    let point = "(type, x) => { const s = document.querySelector('#energy svg'), b = s.getBoundingClientRect(); \
+                 s.dispatchEvent(new PointerEvent(type, { clientX: b.left + x * b.width, clientY: b.top + 50 })) }";
+    page.value(&format!("({point})('pointermove', 0.9)"));
+    let values =
+        "[...document.querySelectorAll('#energy .values b')].map(b => parseFloat(b.textContent.replace('−', '-')))";
+    let sum = page.number(&format!("{values}.reduce((a, b) => a + b, 0)"));
+    assert!((sum / 540.0 - 1.0).abs() < 0.03, "{sum} J of 3 g at 600 m/s");
+    page.value(&format!("({point})('pointerleave', 0.9)"));
+    assert_eq!(page.value("document.querySelector('#energy .values').hidden"), json!(true));
+}
+
+pub(crate) fn saves(chromium: &Chromium, shot: &Shot) {
+    let first = "window.saved = []; HTMLAnchorElement.prototype.click = function () { \
+                 window.saved.push({ name: this.download }) }; \
+                 const make = URL.createObjectURL; window.blobs = []; \
+                 URL.createObjectURL = (blob) => { window.blobs.push(blob); return make.call(URL, blob) }";
+    let page = Page::open(chromium, shot, first);
+    page.value("document.querySelector('#energy .save').click()");
+    assert_eq!(page.text("saved[0].name"), "energy.svg");
+    let svg = page.text("blobs[0].text()");
+    assert!(
+        svg.starts_with("<svg") && svg.contains(">Where the energy is</text>") && svg.contains(">hourglass</text>")
+    );
+    assert!(!svg.contains("class=\"now\"") && svg.contains("fill: rgb("));
+    let errors = "(async () => new DOMParser().parseFromString(await blobs[0].text(), 'image/svg+xml')\
+                  .querySelectorAll('parsererror').length)()";
+    assert_eq!(page.number(errors), 0.0);
+    page.value("save.click()");
+    page.wait("saved.length == 2");
+    assert_eq!(page.text("saved[1].name + ' ' + blobs[1].type"), "playback.png image/png");
+    assert!(page.number("blobs[1].size") > 5000.0);
 }
 
 pub(crate) fn hostile(chromium: &Chromium, _: &Shot) {

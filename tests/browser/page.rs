@@ -7,6 +7,7 @@ use std::sync::OnceLock;
 use std::thread;
 use std::time::{Duration, Instant};
 
+use base64::Engine;
 use serde_json::{Value, json};
 use tempfile::TempDir;
 
@@ -175,19 +176,20 @@ impl<'a> Page<'a> {
         keep(&folder, name, taken["data"].as_str().unwrap());
     }
 
-    /// Prints the page; gives the number of base64 characters of the PDF.
+    /// Prints the page; gives the number of sheets.
     pub(crate) fn print(&self) -> usize {
         let printed = self.call("Page.printToPDF", json!({ "preferCSSPageSize": true }));
         let pdf = printed["data"].as_str().unwrap();
         if let Ok(folder) = std::env::var("RIPSTOP_SCREENSHOTS") {
             keep(&folder, "print.pdf", pdf);
         }
-        pdf.len()
+        let bytes = base64::prelude::BASE64_STANDARD.decode(pdf).unwrap();
+        let text = String::from_utf8_lossy(&bytes);
+        text.matches("/Type /Page").count() - text.matches("/Type /Pages").count()
     }
 }
 
 fn keep(folder: &str, name: &str, base64: &str) {
-    use base64::Engine;
     fs::create_dir_all(folder).unwrap();
     fs::write(PathBuf::from(folder).join(name), base64::prelude::BASE64_STANDARD.decode(base64).unwrap()).unwrap();
 }

@@ -57,7 +57,7 @@ pub(super) fn profiles(case: &Case, run: &Run, film: Option<&Film>) -> Option<Fi
 }
 
 /// Deflection of the first and the last ply over time.
-pub(super) fn deflection(film: &Film, run: &Run) -> Option<Figure> {
+pub(super) fn deflection(film: &Film) -> Option<Figure> {
     let last = film.strips.len().checked_sub(1)?;
     let strips: Vec<usize> = if last == 0 { vec![0] } else { vec![0, last] };
     let end = film.stills.last()?.time * 1e6;
@@ -82,10 +82,7 @@ pub(super) fn deflection(film: &Film, run: &Run) -> Option<Figure> {
     Some(Figure {
         id: "deflection",
         title: "Deflection".to_owned(),
-        caption: format!(
-            "Of fabric that hangs on an edge, at most {} mm; debris does not count.",
-            short(1e3 * run.deflection(), 3)
-        ),
+        caption: "Of fabric that hangs on an edge; debris does not count.".to_owned(),
         drawing,
         legend,
         axes: Some([x, y]),

@@ -85,8 +85,6 @@ pub struct Film {
     pub stills: Vec<Still>,
     /// Mirror planes: shown is the part at x ≥ 0, y ≥ 0.
     pub planes: MirrorPlanes,
-    /// Crossovers along the side of an element.
-    pub crossovers: u32,
     /// Surface of the projectile.
     pub(super) body: Option<Surface>,
     /// Where the projectile strikes [m].
@@ -105,7 +103,6 @@ impl Film {
             plies: 0,
             stills: Vec::new(),
             planes: MirrorPlanes::NONE,
-            crossovers: case.pack.crossovers_per_element,
             body: None,
             hit: case.projectile.as_ref().map_or([0.0; 2], |p| p.offset),
             schedule: Schedule::new(PICTURES, case.solver.end_time),
@@ -472,6 +469,13 @@ mod tests {
             change(&mut film);
             assert_eq!(taken(&film), None);
         }
+    }
+
+    #[test]
+    fn a_yarn_that_is_broken_in_one_place_is_broken_from_end_to_end() {
+        let along = |squares: &[f64]| squares.iter().copied().fold(0.0, end_to_end);
+        assert_eq!(along(&[4.0, 9.0, f64::NAN]), 9.0);
+        assert_eq!(along(&[4.0, BROKEN, 9.0]), BROKEN);
     }
 
     #[test]

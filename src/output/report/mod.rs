@@ -36,13 +36,13 @@ pub fn report(case: &Case, run: &Run, summary: &Value, film: &Film) -> String {
     let mut out = head(case);
     out += "<body>\n<main>\n";
     out += &sections::header(case, run, &signs);
-    out += &film.map_or(String::new(), player);
+    out += &film.map_or(String::new(), |film| player(case, film));
     out += "<section id=\"plots\"><h2>The shot in figures</h2><div class=\"plots\">\n";
     if case.projectile.is_some() {
         out += &history::velocity(run).html();
         out += &history::force(run).html();
     }
-    out += &film.and_then(|film| fabric::deflection(film, run)).map_or(String::new(), |figure| figure.html());
+    out += &film.and_then(fabric::deflection).map_or(String::new(), |figure| figure.html());
     out += &history::energy(run).html();
     out += &history::plies(run).map_or(String::new(), |figure| figure.html());
     out += &history::failures(case, run).html();
@@ -73,8 +73,8 @@ fn head(case: &Case) -> String {
 }
 
 /// The playback: what it needs, and its controls, which the script brings to life.
-fn player(film: &Film) -> String {
-    let Some(playback) = playback::pack(film) else { return String::new() };
+fn player(case: &Case, film: &Film) -> String {
+    let Some(playback) = playback::pack(case, film) else { return String::new() };
     // No `<` in a script element: nothing can end it.
     let description = playback.description.to_string().replace('<', "\\u003c");
     let shown: Vec<String> = film.strips.iter().map(|strip| (strip.ply + 1).to_string()).collect();

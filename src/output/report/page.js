@@ -16,7 +16,7 @@
   const inflated = async (bytes) =>
     new Uint8Array(await new Response(new Blob([bytes]).stream().pipeThrough(new DecompressionStream("deflate"))).arrayBuffer());
 
-  // Positions [mm] and yarn numbers of all nodes at each time, tensions of all cells at each time.
+  // Positions [mm] and places among the yarns of all nodes at each time, tensions of all cells at each time.
   function unpack(bytes) {
     const strips = film.strips.map((s) => ({ across: s.columns.length, up: s.rows.length, ...s }));
     let nodes = 0, cells = 0;
@@ -35,11 +35,14 @@
     const rest = [words(), words(), words()];
     const moved = [0, 1, 2].map(() => new Int16Array(nodes));
     const size = WIDE * Math.ceil(nodes / WIDE);
-    const names = new Float32Array(nodes);
+    // Where a node lies among the yarns, across the weft and across the warp.
+    const yarns = [new Float32Array(nodes), new Float32Array(nodes)];
     for (const s of strips)
       for (let row = 0; row < s.up; row++)
-        for (let column = 0; column < s.across; column++)
-          names[s.node + row * s.across + column] = s.rows[row] * 4096 + s.columns[column];
+        for (let column = 0; column < s.across; column++) {
+          yarns[0][s.node + row * s.across + column] = s.columns[column];
+          yarns[1][s.node + row * s.across + column] = s.rows[row];
+        }
     const places = film.times.map(() => {
       const out = new Float32Array(4 * size);
       for (let axis = 0; axis < 3; axis++) {
@@ -49,10 +52,11 @@
           out[4 * n + axis] = 1e3 * (rest[axis][n] * film.step.reference + moved[axis][n] * film.step.displacement);
         }
       }
-      for (let n = 0; n < nodes; n++) out[4 * n + 3] = names[n];
+      for (let n = 0; n < nodes; n++) out[4 * n + 3] = yarns[0][n];
       return out;
     });
     const flat = new Float32Array(4 * size);
+    for (let n = 0; n < nodes; n++) flat[4 * n + 3] = yarns[1][n];
     for (let axis = 0; axis < 3; axis++)
       for (let n = 0; n < nodes; n++) flat[4 * n + axis] = 1e3 * rest[axis][n] * film.step.reference;
     const last = new Uint8Array(2 * cells);
@@ -89,14 +93,13 @@
     uniform sampler2D now, next, load, flat_; uniform float blend; uniform ivec4 strip; uniform vec2 mirror; uniform mat4 camera;
     out vec3 place; out vec2 yarn; flat out vec2 tension; out vec2 held;
     ivec2 at(int n) { return ivec2(n & 255, n >> 8); }
-    vec4 node(ivec2 n) {
-      ivec2 texel = at(strip.x + n.y * strip.z + n.x);
-      vec4 here = texelFetch(now, texel, 0);
-      return vec4(mix(here.xyz, texelFetch(next, texel, 0).xyz, blend), here.w);
+    int texel(ivec2 n) { return strip.x + n.y * strip.z + n.x; }
+    vec3 node(ivec2 n) {
+      return mix(texelFetch(now, at(texel(n)), 0).xyz, texelFetch(next, at(texel(n)), 0).xyz, blend);
     }
-    vec3 rest(ivec2 n) { return texelFetch(flat_, at(strip.x + n.y * strip.z + n.x), 0).xyz; }
+    vec3 rest(ivec2 n) { return texelFetch(flat_, at(texel(n)), 0).xyz; }
+    vec2 yarns(ivec2 n) { return vec2(texelFetch(now, at(texel(n)), 0).w, texelFetch(flat_, at(texel(n)), 0).w); }
     vec2 carried(ivec2 cell) { return 255.0 * texelFetch(load, at(strip.y + cell.y * (strip.z - 1) + cell.x), 0).rg; }
-    vec2 yarns(vec4 n) { return vec2(mod(n.w, 4096.0), floor(n.w / 4096.0)); }
     // Mean tension of the whole yarns in the cells around a node.
     vec2 around(ivec2 n) {
       vec2 sum = vec2(0.0), count = vec2(0.0);
@@ -121,16 +124,16 @@
       ivec2 own = cell + (rows ? ivec2(corner.x, side) : ivec2(side, corner.y));
       ivec2 other = cell + (rows ? ivec2(corner.x, 1 - side) : ivec2(1 - side, corner.y));
       float part = 0.5 * float(rows ? corner.y : corner.x);
-      vec4 here = node(own), there = node(other);
-      float width = distance(rest(own), rest(other)), stretched = distance(here.xyz, there.xyz);
+      vec3 here = node(own), there = node(other);
+      float width = distance(rest(own), rest(other)), stretched = distance(here, there);
       float reach = gone.x != gone.y ? min(1.0, width / max(stretched, 1e-6)) : 1.0;
-      place = mix(here.xyz, there.xyz, reach * part) * vec3(mirror, 1.0);
-      yarn = mix(yarns(here), yarns(there), part);
-      vec2 lines = abs(yarns(node(cell + 1)) - yarns(node(cell)));
-      held = max(lines.x, lines.y) > 1.5 ? mix(around(own), around(other), part) : tension;
+      place = mix(here, there, reach * part) * vec3(mirror, 1.0);
+      yarn = mix(yarns(own), yarns(other), part);
+      vec2 across = yarns(cell + 1) - yarns(cell);
+      held = max(across.x, across.y) > 1.01 ? mix(around(own), around(other), part) : tension;
       gl_Position = gone.x && gone.y ? vec4(0.0, 0.0, 2.0, 1.0) : camera * vec4(place, 1.0);
     }`, `${HEAD}
-    uniform sampler2D colours; uniform int mode; uniform float deepest, cut, weave; uniform vec3 light;
+    uniform sampler2D colours; uniform int mode; uniform float deepest, cut; uniform vec3 light;
     in vec3 place; in vec2 yarn; flat in vec2 tension; in vec2 held; out vec4 colour;
     vec3 scale(float byte) { return texture(colours, vec2((byte + 0.5) / 256.0, 0.5)).rgb; }
     // Warp (0) or weft (1) in the colour asked for.
@@ -140,7 +143,7 @@
     }
     void main() {
       if (cut > 0.5 && place.y < 0.0) discard;
-      vec2 there = weave * yarn, side = fract(there) - 0.5, size = fwidth(there);
+      vec2 there = yarn, side = fract(there) - 0.5, size = fwidth(there);
       float fine = 1.0 - smoothstep(0.2, 0.5, max(size.x, size.y));
       bvec2 whole = lessThan(tension, vec2(254.5));
       // The warp runs along x, so that its yarn lies across y, and the other way round.
@@ -277,7 +280,6 @@
       ["now", "next", "load", "colours", "flat_"].forEach((name, unit) => gl.uniform1i(fabric.at(name), unit));
       gl.uniform1f(fabric.at("blend"), blend);
       gl.uniform1f(fabric.at("cut"), cut);
-      gl.uniform1f(fabric.at("weave"), film.crossovers);
       gl.uniform1f(fabric.at("deepest"), size.deepest);
       gl.uniform1i(fabric.at("mode"), Number(find("colour").value));
       gl.uniform3fv(fabric.at("light"), light);

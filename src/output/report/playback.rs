@@ -16,6 +16,7 @@ use serde_json::{Value, json};
 use super::super::surface::Surface;
 use super::colour;
 use super::film::{Film, Still, Strip};
+use crate::case::{Case, Layer};
 
 /// Characters of the base64 text at most.
 const BUDGET: usize = 3_600_000;
@@ -33,7 +34,7 @@ pub(super) struct Playback {
 }
 
 /// Packs a film, with fewer pictures where it would be too large. `None` where there is nothing to show.
-pub(super) fn pack(film: &Film) -> Option<Playback> {
+pub(super) fn pack(case: &Case, film: &Film) -> Option<Playback> {
     let mut film = film.clone();
     loop {
         if film.stills.len() < 2 {
@@ -42,7 +43,7 @@ pub(super) fn pack(film: &Film) -> Option<Playback> {
         let steps = Rounding::of(&film);
         let base64 = BASE64_STANDARD.encode(deflated(&bytes(&film, &steps)));
         if base64.len() <= BUDGET {
-            return Some(Playback { description: describe(&film, &steps), base64 });
+            return Some(Playback { description: describe(case, &film, &steps), base64 });
         }
         film = film.with(film.stills.len() * 3 / 4);
     }
@@ -129,12 +130,20 @@ fn body(surface: &Surface) -> Value {
     })
 }
 
-fn describe(film: &Film, steps: &Rounding) -> Value {
+fn describe(case: &Case, film: &Film, steps: &Rounding) -> Value {
+    let layers = case.layers();
+    let plies: Vec<&Layer> = layers.iter().flat_map(|layer| vec![layer; layer.plies as usize]).collect();
+    let side = case.pack.crossovers_along_element();
+    // Lines of nodes, counted in yarns: on a graded mesh they do not lie evenly.
+    let yarns = |strip: &Strip, own: usize| -> Vec<f64> {
+        let places = plies.get(strip.ply).map(|layer| layer.node_lines()[own].clone()).unwrap_or_default();
+        strip.lines[own].iter().map(|line| places.get(*line).map_or(0.0, |place| place * side)).collect()
+    };
     let strip = |strip: &Strip| {
         json!({
             "ply": strip.ply,
-            "columns": strip.lines[0],
-            "rows": strip.lines[1],
+            "columns": yarns(strip, 0),
+            "rows": yarns(strip, 1),
         })
     };
     json!({
@@ -143,7 +152,6 @@ fn describe(film: &Film, steps: &Rounding) -> Value {
         "deepest": 1e3 * film.deflection(),
         "strips": film.strips.iter().map(strip).collect::<Vec<_>>(),
         "mirror": film.planes.0,
-        "crossovers": film.crossovers,
         "step": { "reference": steps.reference, "displacement": steps.displacement, "tension": steps.tension },
         "poses": film.stills.iter().map(|still| still.pose).collect::<Option<Vec<_>>>(),
         "body": film.body.as_ref().map(body),
@@ -160,15 +168,19 @@ mod tests {
     use super::*;
     use crate::case;
 
-    /// A film of one strip whose numbers follow a rule.
-    fn film(stills: usize, nodes: usize) -> Film {
+    fn case() -> Case {
         let case = case::from_str(
             "shot",
             r#"{"title": "t", "fabric": {"file": "fabrics/s-720.json"}, "pack": {"width_mm": 20, "height_mm": 20},
                 "solver": {"end_time_us": 1}}"#,
             &[],
         );
-        let mut film = Film::new(&case.unwrap_or_else(|error| unreachable!("{error}")));
+        case.unwrap_or_else(|error| unreachable!("{error}"))
+    }
+
+    /// A film of one strip whose numbers follow a rule.
+    fn film(stills: usize, nodes: usize) -> Film {
+        let mut film = Film::new(&case());
         // Like noise, so that it cannot be packed.
         let rough = |n: usize| ((n * n % 99_991 * 7919) % 100_003) as f32 * 1e-8;
         film.strips = vec![Strip::for_tests((0..nodes).map(|n| [rough(n), rough(n + 1), 0.0]).collect())];
@@ -188,7 +200,7 @@ mod tests {
     #[test]
     fn numbers_come_back_to_half_a_step() {
         let film = film(4, 50);
-        let packed = pack(&film)
+        let packed = pack(&case(), &film)
             .map(|playback| BASE64_STANDARD.decode(playback.base64))
             .and_then(Result::ok)
             .unwrap_or_default();
@@ -232,14 +244,15 @@ mod tests {
     #[test]
     fn a_film_that_is_too_large_loses_pictures() {
         let film = film(60, 16_000);
-        let packed = pack(&film).map_or(0, |playback| playback.description["times"].as_array().map_or(0, Vec::len));
+        let packed =
+            pack(&case(), &film).map_or(0, |playback| playback.description["times"].as_array().map_or(0, Vec::len));
         assert!((2..60).contains(&packed), "{packed}");
-        let size = pack(&film).map_or(0, |playback| playback.base64.len());
+        let size = pack(&case(), &film).map_or(0, |playback| playback.base64.len());
         assert!(0 < size && size <= BUDGET, "{size}");
     }
 
     #[test]
     fn a_single_picture_is_no_film() {
-        assert!(pack(&film(1, 10)).is_none());
+        assert!(pack(&case(), &film(1, 10)).is_none());
     }
 }
