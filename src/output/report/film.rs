@@ -254,9 +254,11 @@ impl Watch for Film {
     }
 
     fn end(&mut self, view: &View<'_>) {
-        if self.schedule.wants_end(view.step()) {
-            self.take_from(view);
+        // The last picture is that of the end, not of the step before.
+        if !self.schedule.wants_end(view.step()) {
+            self.stills.pop();
         }
+        self.take_from(view);
     }
 }
 

@@ -300,7 +300,7 @@
         gl.bindVertexArray(solid);
         gl.drawElements(gl.TRIANGLES, triangles, gl.UNSIGNED_SHORT, 0);
       }
-      show(still, blend);
+      show();
     }
 
     // Clock, slider, and the mark in every figure over time.
@@ -324,8 +324,12 @@
       if (after < 1) return after === 0 ? 0 : count - 1;
       return after - 1 + (time - film.times[after - 1]) / (film.times[after] - film.times[after - 1]);
     }
-    function show(still, blend) {
-      const time = film.times[still] + blend * (film.times[Math.min(still + 1, count - 1)] - film.times[still]);
+    function timeAt(where) {
+      const still = Math.min(Math.floor(where), count - 1);
+      return film.times[still] + (where - still) * (film.times[Math.min(still + 1, count - 1)] - film.times[still]);
+    }
+    function show() {
+      const time = timeAt(place);
       find("clock").textContent = `${time.toFixed(1)} µs`;
       find("scrub").value = place;
       find("scrub").setAttribute("aria-valuetext", `${time.toFixed(1)} microseconds`);
@@ -340,7 +344,8 @@
       if (playing) {
         // The whole film in eight seconds. A frame's time may lie before that of the key that started it.
         const passed = Math.min(Math.max(time - before, 0), 100);
-        place = Math.min(place + (passed / 8000) * (count - 1), count - 1);
+        // Pictures need not lie evenly to the step.
+        place = stillAt(timeAt(place) + (passed / 8000) * (film.times[count - 1] - film.times[0]));
         before = time;
         if (place >= count - 1) play(false);
         else request();
@@ -419,7 +424,7 @@
     document.querySelector(".player").hidden = false;
     find("instead").hidden = true;
     stand(0);
-    draw([1200, 560]);
+    draw([1200, 440]);
     const picture = document.createElement("img");
     picture.src = canvas.toDataURL();
     picture.alt = `Fabric and projectile at ${film.times[film.opening].toFixed(1)} µs, cut open`;
