@@ -32,6 +32,15 @@ const PARTS: [&str; 13] = [
     "machine",
 ];
 
+/// Changes that make a shot throw debris ahead.
+const TORN: [&str; 5] = [
+    "/pack/width_mm=50",
+    "/pack/height_mm=45",
+    "/projectile/velocity_m_s=450",
+    "/solver/end_time_us=80",
+    "/solver/run_until=end_time",
+];
+
 /// What makes a run another one.
 type Change = fn(&mut Run);
 /// A sign of trust, how to give it a value, and values that are fine, to be looked at, and bad.
@@ -295,7 +304,8 @@ fn pictures_fill_a_shot_that_is_decided_early() {
     let end = shot.run.history.last().unwrap().time;
     assert!(shot.run.outcome == Outcome::Perforated && end < 100e-6, "{end}");
     let times: Vec<f64> = shot.film.shown().stills.iter().map(|still| still.time).collect();
-    assert_eq!((times.len(), times[0], times[60]), (61, 0.0, end));
+    assert_eq!((times.len(), times[0]), (61, 0.0));
+    assert!((times[60] - end).abs() < 2.0 * shot.run.time_step, "{} {end}", times[60]);
     assert!(off_even(&times) < 0.55, "{times:?}");
 }
 
@@ -310,7 +320,7 @@ fn the_playback_opens_at_the_largest_deflection_before_the_projectile_is_gone() 
     assert!((opening.deflection() / stopped.run.deflection() - 1.0).abs() < 0.02);
     assert_eq!(film_of(&stopped.page())["opening"], film.opening());
     // 12 mm long, it leaves what it broke behind.
-    let perforated = Shot::new(&["/solver/end_time_us=80", "/solver/run_until=end_time"]);
+    let perforated = Shot::new(&TORN);
     let film = perforated.film.shown();
     let at = |still: usize| film.stills[still].pose.unwrap()[2] - film.stills[still].deflection();
     assert!(at(60) > 0.02 && at(film.opening()) < 0.007, "{} {}", at(60), at(film.opening()));
@@ -323,7 +333,7 @@ fn deflection_over_time_is_that_of_fabric_that_hangs_on_an_edge() {
     let (film, debris) = (&shot.film, shot.run.history.last().unwrap().deflection);
     let largest = film.deflection();
     assert!((largest / shot.run.deflection() - 1.0).abs() < 0.1, "{largest} {}", shot.run.deflection());
-    assert!(largest < 0.9 * debris, "{largest} {debris}");
+    assert!(largest < 0.5 * debris, "{largest} {debris}");
     let page = shot.page();
     let figure = between(&page, "id=\"deflection\"", "</figure>");
     let last = film.stills.last().unwrap().deflection();

@@ -436,21 +436,43 @@ mod tests {
         assert_eq!((half[0], half[half.len() - 1]), (0, 80));
     }
 
-    #[test]
-    fn what_is_no_film_is_not_taken_for_one() {
+    fn case() -> Case {
         let text = r#"{"title": "t", "fabric": {"file": "fabrics/s-720.json"}, "pack": {"width_mm": 20, "height_mm": 20},
             "solver": {"end_time_us": 1}}"#;
-        let case = crate::case::from_str("shot", text, &[]).unwrap_or_else(|error| unreachable!("{error}"));
-        let mut film = Film::new(&case);
-        film.strips = vec![Strip::for_tests(vec![[0.0; 3]; 4])];
-        let still = |step: u64| Still {
+        crate::case::from_str("shot", text, &[]).unwrap_or_else(|error| unreachable!("{error}"))
+    }
+
+    fn still(step: u64) -> Still {
+        Still {
             step,
             time: step as f64,
             deflections: vec![0.0],
             displacement: vec![[1.0; 3]; 4],
             tension: Vec::new(),
             pose: None,
+        }
+    }
+
+    #[test]
+    fn a_film_opens_at_the_largest_deflection_that_the_projectile_is_near() {
+        let mut film = Film::new(&case());
+        let of = |(step, [deflection, height]): (u64, [f64; 2])| {
+            let pose = Some([0.0, 0.0, height, 1.0, 0.0, 0.0, 0.0]);
+            Still { deflections: vec![0.0, deflection], pose, ..still(step) }
         };
+        film.stills = (0..).zip([[0.0, 0.0], [2.0, 1.0], [3.0, 3.5], [4.0, 9.0]]).map(of).collect();
+        assert_eq!(film.opening(), 1);
+        // A body that reaches 1 m back from its centre of mass.
+        let body = Surface { points: vec![[0.0, 0.0, -1.0], [0.0, 0.0, 1.0]], faces: Vec::new() };
+        film.body = Some(body);
+        assert_eq!(film.opening(), 2);
+    }
+
+    #[test]
+    fn what_is_no_film_is_not_taken_for_one() {
+        let case = case();
+        let mut film = Film::new(&case);
+        film.strips = vec![Strip::for_tests(vec![[0.0; 3]; 4])];
         film.stills = vec![still(0), still(1)];
         let resume = |bytes: &[u8]| Film::resume(&case, bytes, 2, 1e-7);
         let taken = |film: &Film| resume(&film.to_bytes()).map(|film| film.stills);
