@@ -328,8 +328,7 @@ fn the_playback_opens_at_the_largest_deflection_before_the_projectile_is_gone() 
 
 #[test]
 fn deflection_over_time_is_that_of_fabric_that_hangs_on_an_edge() {
-    let shot =
-        Shot::new(&["/pack/width_mm=50", "/pack/height_mm=45", "/solver/end_time_us=60", "/solver/run_until=end_time"]);
+    let shot = Shot::new(&TORN);
     let (film, debris) = (&shot.film, shot.run.history.last().unwrap().deflection);
     let largest = film.deflection();
     assert!((largest / shot.run.deflection() - 1.0).abs() < 0.1, "{largest} {}", shot.run.deflection());
