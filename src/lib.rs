@@ -66,6 +66,7 @@ pub mod gpu;
 pub mod kernels;
 pub mod lanes;
 pub mod ledger;
+pub mod markdown;
 pub mod model;
 pub mod number;
 pub mod outcome;

@@ -26,7 +26,7 @@ fn main() -> ExitCode {
         Command::Compare(arguments) => cli::compare::compare(&arguments),
         Command::Diff(arguments) => cli::diff::diff(&arguments),
         Command::Info(arguments) => cli::info::info(&arguments),
-        Command::Schema => cli::schema(),
+        Command::Schema(arguments) => cli::schema(&arguments),
         Command::Explain(arguments) => cli::explain::explain(&arguments),
         Command::Completions(arguments) => cli::completions::completions(&arguments),
     };

@@ -383,7 +383,7 @@ static SOLVER: &[Key] = &[
 static OUTPUT: &[Key] = &[
     number("history_interval_us", US, within(1e-6, 1e9), "Interval of history.csv, at most end_time_us.")
         .default(0.5, "a few hundred rows for a shot"),
-    key("frames", Kind::Whole(0, 10_000), "Frames for ParaView, evenly from 0 to end_time_us.")
+    key("frames", Kind::Whole(0, 10_000), "Frames for ParaView, evenly from impact to the end of the run.")
         .default(0.0, "none asked for"),
     key("profile_times_us", Kind::Numbers(US, within(0.0, 1e9), [0, 1000]), "Times of deflection profiles, ascending.")
         .default_list(&[], "none asked for"),

@@ -53,7 +53,7 @@ pub(crate) enum Command {
     /// What this machine offers and what `--backend auto` would choose
     Info(InfoArguments),
     /// JSON Schema of the case file
-    Schema,
+    Schema(SchemaArguments),
     /// What an exit code or a warning means and what to do
     Explain(ExplainArguments),
     /// Completion script for a shell
@@ -255,7 +255,7 @@ pub(crate) struct BenchArguments {
     /// A part of the settings
     #[arg(long, requires = "objectivity")]
     pub(crate) quick: bool,
-    /// Print the table of figures for a README
+    /// Print the table of figures in Markdown
     #[arg(long, requires = "objectivity", conflicts_with = "json")]
     pub(crate) markdown: bool,
     /// Run every choice so many times and take the shortest
@@ -316,6 +316,9 @@ pub(crate) struct VerifyArguments {
     /// Print the table as JSON
     #[arg(long)]
     pub(crate) json: bool,
+    /// Print the table in Markdown
+    #[arg(long, conflicts_with_all = ["json", "stress"])]
+    pub(crate) markdown: bool,
 }
 
 /// `ripstop validate`
@@ -461,6 +464,17 @@ pub(crate) struct InfoArguments {
     pub(crate) case: Option<PathBuf>,
 }
 
+/// `ripstop schema`
+#[derive(Args, Debug)]
+#[command(after_help = "Examples:
+  ripstop schema > ripstop.schema.json
+  ripstop schema --markdown > keys.md")]
+pub(crate) struct SchemaArguments {
+    /// Print tables of every key in Markdown instead, for people
+    #[arg(long)]
+    pub(crate) markdown: bool,
+}
+
 /// `ripstop explain`
 #[derive(Args, Debug)]
 #[command(after_help = "Examples:
@@ -471,6 +485,9 @@ pub(crate) struct ExplainArguments {
     /// Exit code (0, 1, 2, 3, 130), or code or name of a warning (W1, energy) [default: all, in a list]
     #[arg(value_name = "EXIT|WARNING")]
     pub(crate) code: Option<String>,
+    /// Print all of them in Markdown
+    #[arg(long, conflicts_with = "code")]
+    pub(crate) markdown: bool,
 }
 
 /// `ripstop completions`

@@ -1,5 +1,6 @@
 //! `ripstop explain`: what an exit code or a warning means and what to do.
 
+use ripstop::markdown;
 use ripstop::warnings::{self, Kind};
 
 use super::arguments::ExplainArguments;
@@ -9,6 +10,9 @@ use super::{paint, screen};
 
 /// Explains one code, or lists all.
 pub(crate) fn explain(arguments: &ExplainArguments) -> Result<(), Failure> {
+    if arguments.markdown {
+        return screen::print(&tables());
+    }
     let Some(code) = &arguments.code else { return screen::print(&list()) };
     let exit = EXITS.iter().find(|exit| exit.code.to_string() == *code);
     let same = |word: &str| word.eq_ignore_ascii_case(code);
@@ -45,6 +49,18 @@ fn list() -> String {
     let [exits, kinds] = [exits, kinds].map(|table| screen::indent(&table.to_string()));
     let [first, second] = ["exit codes", "warnings"].map(paint::heading);
     format!("{first}\n{exits}\n{second}\n{kinds}\n`ripstop explain CODE` says what one means and what to do.\n")
+}
+
+/// All there is to say about every code, in Markdown.
+fn tables() -> String {
+    let exits = EXITS.iter().map(|exit| [&exit.code.to_string(), exit.name, exit.means, exit.help].map(str::to_owned));
+    let kinds =
+        warnings::KINDS.iter().map(|kind| [kind.code, kind.name, kind.measured, kind.given, kind.means, kind.help]);
+    format!(
+        "## Exit codes\n\n{}\n## Warnings\n\n{}",
+        markdown::table(&["code", "what", "means", "to do"], exits.map(Vec::from)),
+        markdown::table(&["code", "name", "measured", "given", "means", "to do"], kinds.map(Vec::from))
+    )
 }
 
 fn of_exit(exit: &Exit) -> String {

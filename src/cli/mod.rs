@@ -29,9 +29,13 @@ pub(crate) mod table;
 pub(crate) mod validate;
 pub(crate) mod verify;
 
+use arguments::SchemaArguments;
 use failure::Failure;
 
 /// `ripstop schema`.
-pub(crate) fn schema() -> Result<(), Failure> {
-    screen::print(&format!("{:#}\n", ripstop::case::schema()))
+pub(crate) fn schema(arguments: &SchemaArguments) -> Result<(), Failure> {
+    match arguments.markdown {
+        true => screen::print(&ripstop::case::reference()),
+        false => screen::print(&format!("{:#}\n", ripstop::case::schema())),
+    }
 }

@@ -36,6 +36,8 @@ pub(crate) fn verify(arguments: &VerifyArguments) -> Result<(), Failure> {
             all["refused"] = report.refused.iter().map(refused).collect();
         }
         screen::print(&format!("{all:#}\n"))?;
+    } else if arguments.markdown {
+        screen::print(&verify::markdown(rows))?;
     } else {
         screen::print(&format!("{}\n{counts}\n", table(rows)))?;
         if arguments.out.is_none() {

@@ -1,6 +1,7 @@
 //! The table for files: Markdown, and a page of HTML that needs nothing but itself.
 
 use super::{PAPER, Row, counts};
+use crate::markdown;
 use crate::output::chart::escape;
 
 /// Above and below every table.
@@ -14,22 +15,18 @@ fn verdict(row: &Row) -> &'static str {
 
 /// The table in Markdown.
 pub fn markdown(rows: &[Row]) -> String {
-    let mut out =
-        "| of | quantity | expected | got | difference | | source |\n|---|---|---|---|---|---|---|\n".to_owned();
-    for row in rows {
-        let cells = [
-            &row.group,
-            &row.name,
-            &row.expected_text(),
-            &row.got_text(),
-            &row.difference_text(),
-            verdict(row),
-            &row.source_text(),
+    let cells = |row: &Row| {
+        vec![
+            row.group.clone(),
+            row.name.clone(),
+            row.expected_text(),
+            row.got_text(),
+            row.difference_text(),
+            verdict(row).to_owned(),
+            row.source_text(),
         ]
-        .map(|cell| cell.replace('|', "\\|"));
-        out += &format!("| {} |\n", cells.join(" | "));
-    }
-    out
+    };
+    markdown::table(&["of", "quantity", "expected", "got", "difference", "", "source"], rows.iter().map(cells))
 }
 
 /// The table as a page. `machine`: what computed it.

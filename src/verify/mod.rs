@@ -11,6 +11,7 @@ pub(crate) mod unit_cell;
 use std::sync::atomic::AtomicBool;
 
 use crate::case::Case;
+use crate::markdown::table;
 use crate::simulation::{self, Options, Run};
 
 /// One line of the table.
@@ -44,6 +45,20 @@ pub fn run(options: Options<'_>, interrupt: &AtomicBool, each: &mut dyn FnMut(&R
     stability::rows(options, interrupt, &mut keep);
     rows
 }
+
+/// The table in Markdown. Numbers found that are rounding and nothing else are not shown: they say no more than the row's bound.
+pub fn markdown(rows: &[Row]) -> String {
+    let cells = |row: &Row| {
+        let verdict = if row.pass { "pass" } else { "FAIL" };
+        let is_rounding = row.got.parse().is_ok_and(|got: f64| got != 0.0 && got.abs() < ROUNDING);
+        let got = if is_rounding { "rounding" } else { &row.got };
+        [row.group, &row.name, &row.expected, got, &row.tolerance, verdict, &row.source].map(str::to_owned).to_vec()
+    };
+    table(&["of", "what", "expected", "got", "tolerance", "", "source"], rows.iter().map(cells))
+}
+
+/// A number that is not zero and smaller than this is rounding.
+const ROUNDING: f64 = 1e-9;
 
 /// A number against an expected one.
 fn number(group: &'static str, name: String, expected: f64, got: f64, tolerance: f64, source: &str) -> Row {

@@ -4,7 +4,7 @@ use serde_json::{Value, json};
 
 use super::{ABOVE, Axis, FACTORS, Measured, Plan, Row};
 use crate::case::{Accuracy, Word};
-use crate::output;
+use crate::{markdown, output};
 
 /// A figure that is asked for.
 #[derive(Clone, Debug, PartialEq)]
@@ -164,25 +164,26 @@ fn of_row(row: &Row) -> Value {
     })
 }
 
-/// The figures as a table for a README, from the file.
+/// The figures as a table in Markdown, from the file.
 pub fn markdown(report: &Value) -> String {
     let text = |value: &Value| value.as_str().unwrap_or("-").to_owned();
     let quick = if report["quick"] == true { " (--quick)" } else { "" };
     let limit =
         report["settings"][0]["limit_m_s"].as_f64().map_or_else(|| "-".to_owned(), |limit| format!("{limit:.1}"));
     let accuracy = if report["accuracy"] == "converged" { ", accuracy `converged`" } else { "" };
-    let mut out = format!(
-        "{}, numerics `{}`{accuracy}, contact sampling `{}`{quick}: ballistic limit {limit} m/s\n\n| quantity | varied | allowed | got | |\n|---|---|---|---|---|\n",
-        text(&report["case"]),
-        text(&report["numerics"]),
-        text(&report["contact_sampling"]),
-    );
     let percent = |value: &Value| value.as_f64().map_or_else(|| "-".to_owned(), |value| format!("{value:.1} %"));
-    for figure in report["figures"].as_array().into_iter().flatten() {
+    let figure = |figure: &Value| {
         let verdict = if figure["met"] == true { "met" } else { "**missed**" };
         let [quantity, varied] = ["quantity", "varied"].map(|key| text(&figure[key]));
         let [allowed, got] = ["allowed_percent", "got_percent"].map(|key| percent(&figure[key]));
-        out += &format!("| {quantity} | {varied} | {allowed} | {got} | {verdict} |\n");
-    }
-    out
+        vec![quantity, varied, allowed, got, verdict.to_owned()]
+    };
+    let figures = report["figures"].as_array().into_iter().flatten().map(figure);
+    format!(
+        "{}, numerics `{}`{accuracy}, contact sampling `{}`{quick}: ballistic limit {limit} m/s\n\n{}",
+        text(&report["case"]),
+        text(&report["numerics"]),
+        text(&report["contact_sampling"]),
+        markdown::table(&["quantity", "varied", "allowed", "got", ""], figures)
+    )
 }
