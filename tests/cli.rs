@@ -36,7 +36,7 @@ use serde_json::{Value, json};
 use tempfile::TempDir;
 
 /// Hides every adapter from a program, hardware or software, where drivers are found by files (not on macOS and Windows).
-const DRIVER_FILES: [&str; 3] = ["VK_DRIVER_FILES", "VK_ICD_FILENAMES", "__EGL_VENDOR_LIBRARY_FILENAMES"];
+pub(crate) const DRIVER_FILES: [&str; 3] = ["VK_DRIVER_FILES", "VK_ICD_FILENAMES", "__EGL_VENDOR_LIBRARY_FILENAMES"];
 
 /// A folder with a case in it.
 struct Bench {

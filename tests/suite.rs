@@ -7,6 +7,7 @@ mod cli;
 mod conservation;
 mod contact;
 mod deflection;
+mod docs;
 mod element;
 mod frames;
 mod graded;

@@ -1,6 +1,6 @@
-//! `ripstop validate`: published numbers, on the screen, for scripts, in a page and in the README.
+//! `ripstop validate`: published numbers, on the screen, for scripts, in a page and in the book.
 //!
-//! Promise: every published number and closed form that a case states is in the table; the README shows what this build computes; a row that
+//! Promise: every published number and closed form that a case states is in the table; the book shows what this build computes; a row that
 //! fails is exit code 1, a case without a published statement is refused.
 
 use ripstop::validate::is_published;
@@ -8,18 +8,15 @@ use ripstop::validate::is_published;
 use super::*;
 
 #[test]
-fn readme_json_and_page_show_the_table_of_this_build() {
+fn book_and_page_show_the_table_of_this_build() {
     let bench = Bench::new(&small());
     let output = bench.ripstop(&["validate", "--backend", "cpu", "--markdown", "--html", "page.html"]);
     assert_eq!(code(&output), 0, "{}", stderr(&output));
-    let readme = fs::read_to_string("README.md").unwrap();
-    let (_, after) = readme.split_once("<!-- validate -->\n").expect("the marker before the table");
-    let (table, _) = after.split_once("<!-- /validate -->").expect("the marker after it");
-    assert_eq!(table.trim(), stdout(&output).trim(), "`ripstop validate --backend cpu --markdown` makes it");
+    crate::docs::hold("ripstop validate --backend cpu --markdown", &stdout(&output));
     let page = bench.text("page.html");
     assert!(page.starts_with("<!doctype html>") && page.trim_end().ends_with("</html>"), "{page}");
     for row in stdout(&output).lines().skip(2) {
-        for cell in row.trim_matches('|').split(" | ").map(str::trim).filter(|cell| !cell.is_empty()) {
+        for cell in row.split('|').map(str::trim).filter(|cell| !cell.is_empty()) {
             assert!(page.contains(&cell.replace('&', "&amp;").replace('\'', "&#39;")), "{cell} in\n{page}");
         }
     }
@@ -41,10 +38,10 @@ fn no_published_number_of_a_case_is_left_out() {
             }
         }
     }
-    let readme = fs::read_to_string("README.md").unwrap();
+    let page = fs::read_to_string("docs/src/validation.md").unwrap();
     assert!(found.len() >= 10, "{found:?}");
     for title in found {
-        assert!(readme.contains(&format!("\n| {title} | ")), "{title} is not in the table");
+        assert!(page.contains(&format!("\n| {title} | ")), "{title} is not in the table");
     }
 }
 

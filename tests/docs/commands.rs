@@ -1,0 +1,185 @@
+//! Commands in pages: each is run, in order, in a folder of its page's own. Blocks below a comment `parsed only: why` take too long
+//! or need what is not there: of these the arguments are checked, by `--help` after them. A comment `exit code N` says that
+//! the command fails.
+
+use std::fs;
+use std::path::Path;
+use std::process::{Command, Output, Stdio};
+
+use tempfile::TempDir;
+
+use super::generated::is_update;
+use super::page::{self, Block, Page};
+use crate::cli::DRIVER_FILES;
+
+/// What else may stand in a block: not the program's.
+const OTHERS: [&str; 3] = ["cargo install --path .", "cargo test --release", "mdbook serve docs"];
+/// Lines that differ from run to run, up to here.
+const VARYING: [&str; 2] = ["  wall time  ", "  on  "];
+/// Lines left out.
+const LEFT_OUT: &str = "…";
+/// The picture of the first shot: where it stands in the book, and where the README's first command leaves it.
+const PICTURE: [&str; 2] = ["docs/src/shot.svg", "out/s720-1ply-155/shot.svg"];
+
+/// A line of a shell that finds the program, and no graphics adapter.
+pub(super) fn program(line: &str) -> Command {
+    let folder = Path::new(env!("CARGO_BIN_EXE_ripstop")).parent().unwrap();
+    let others = std::env::var_os("PATH").unwrap_or_default();
+    let path = std::env::join_paths([folder.to_owned()].into_iter().chain(std::env::split_paths(&others))).unwrap();
+    let mut command = Command::new("sh");
+    command.args(["-c", line]).env("PATH", path).stdin(Stdio::null());
+    command.envs(DRIVER_FILES.map(|name| (name, "/nowhere/at/all"))).env("NODEVICE_SELECT", "1");
+    command
+}
+
+/// The folder of a page: empty but for the cases.
+struct Folder(TempDir);
+
+impl Folder {
+    fn new() -> Self {
+        let folder = TempDir::new().unwrap();
+        let cases = folder.path().join("cases");
+        for name in ["", "fabrics", "verify"] {
+            fs::create_dir_all(cases.join(name)).unwrap();
+            for entry in fs::read_dir(Path::new("cases").join(name)).unwrap().map(|entry| entry.unwrap()) {
+                if entry.path().is_file() {
+                    fs::copy(entry.path(), cases.join(name).join(entry.file_name())).unwrap();
+                }
+            }
+        }
+        Self(folder)
+    }
+
+    fn run(&self, line: &str) -> Output {
+        program(line).current_dir(self.0.path()).output().unwrap()
+    }
+
+    /// Does what a page says.
+    fn follow(&self, page: &Page) -> usize {
+        let blocks = page.blocks();
+        let blocks: Vec<&Block> = blocks.iter().filter(|block| ["sh", "console"].contains(&&*block.kind)).collect();
+        let mut count = 0;
+        for block in blocks {
+            for (line, shown) in lines(block) {
+                let place = format!("{}:{}: {line}", page.path.display(), block.at);
+                self.check(&line, &shown, &block.comment, &place);
+                count += 1;
+            }
+        }
+        count
+    }
+
+    fn check(&self, line: &str, shown: &[&str], comment: &str, place: &str) {
+        if OTHERS.iter().any(|other| line.starts_with(other)) {
+            return;
+        }
+        assert!(line.starts_with("ripstop "), "{place}: not a command of this program");
+        if comment.starts_with("parsed only: ") {
+            return assert_eq!(parse(line), Ok(()), "{place}");
+        }
+        let code: i32 = comment.strip_prefix("exit code ").map_or(0, |code| code.parse().unwrap());
+        let output = self.run(line);
+        let [stdout, stderr] = [output.stdout, output.stderr].map(|bytes| String::from_utf8(bytes).unwrap());
+        assert_eq!(output.status.code(), Some(code), "{place}\n{stdout}\n{stderr}");
+        if !shown.is_empty() {
+            let got = if code == 0 { stdout } else { stderr };
+            assert_eq!(compare(shown, &got), Ok(()), "{place}\n{got}");
+        }
+    }
+}
+
+/// The commands of a block, each with what is shown of its output.
+fn lines(block: &Block) -> Vec<(String, Vec<&str>)> {
+    let mut all: Vec<(String, Vec<&str>)> = Vec::new();
+    for line in &block.lines {
+        let command = if block.kind == "console" { line.strip_prefix("$ ") } else { Some(&**line) };
+        match command {
+            Some("") => {}
+            Some(command) => all.push((command.replace("cargo run --release -- ", "ripstop "), Vec::new())),
+            None => all.last_mut().expect("a command before its output").1.push(line),
+        }
+    }
+    all
+}
+
+/// Whether the program takes these arguments, without doing anything.
+fn parse(line: &str) -> Result<(), String> {
+    let output = program(&format!("{line} --help")).output().unwrap();
+    let help = String::from_utf8_lossy(&output.stdout).contains("Usage: ripstop ");
+    if output.status.success() && help { Ok(()) } else { Err(String::from_utf8_lossy(&output.stderr).into_owned()) }
+}
+
+/// Whether the lines shown are those got, but for what is left out.
+fn compare(shown: &[&str], got: &str) -> Result<(), String> {
+    let cut = |line: &'_ str| {
+        VARYING.iter().find(|start| line.starts_with(**start)).map_or(line.to_owned(), ToString::to_string)
+    };
+    let got: Vec<String> = got.lines().map(cut).collect();
+    let parts: Vec<Vec<String>> =
+        shown.split(|line| *line == LEFT_OUT).map(|part| part.iter().map(|line| cut(line)).collect()).collect();
+    let mut from = 0;
+    for (number, part) in parts.iter().enumerate() {
+        let last = got.len().checked_sub(part.len()).ok_or("more lines than there are")?;
+        let places = match (number == 0, number + 1 == parts.len()) {
+            (true, true) if got.len() != part.len() => return Err(format!("{} lines, not {}", part.len(), got.len())),
+            (true, _) => 0..1,
+            (false, true) if !part.is_empty() => last.max(from)..last + 1,
+            _ => from..last + 1,
+        };
+        let place = places.into_iter().find(|at| got[*at..].starts_with(part));
+        from = place.ok_or_else(|| format!("not in the output, or not there:\n{}", part.join("\n")))? + part.len();
+    }
+    Ok(())
+}
+
+#[test]
+fn the_commands_of_the_readme_do_what_it_says_and_draw_its_picture() {
+    let folder = Folder::new();
+    assert!(folder.follow(&Page::read(Path::new("README.md"))) >= 6);
+    let [shown, drawn] = PICTURE;
+    let drawn = fs::read_to_string(folder.0.path().join(drawn)).unwrap();
+    if is_update() {
+        return fs::write(shown, drawn).unwrap();
+    }
+    assert!(fs::read_to_string(shown).unwrap() == drawn, "{shown}: RIPSTOP_UPDATE_DOCS=1 writes it anew");
+}
+
+/// Two shots of four plies: some seconds.
+#[test]
+fn the_tutorial_is_what_happens() {
+    assert!(Folder::new().follow(&Page::read(Path::new("docs/src/tutorial.md"))) >= 8);
+}
+
+#[test]
+fn the_commands_of_other_pages_do_what_they_say() {
+    let pages = page::book();
+    let others = pages.iter().filter(|page| page.name() != "tutorial.md");
+    assert!(others.map(|page| Folder::new().follow(page)).sum::<usize>() >= 15);
+}
+
+#[test]
+fn what_is_only_parsed_is_parsed() {
+    assert_eq!(parse("ripstop bench --objectivity --quick"), Ok(()));
+    for wrong in ["ripstop bench --objectivity --quik", "ripstop verify --stress --seed x", "ripstop shoot x.json"] {
+        assert!(parse(wrong).is_err(), "{wrong}");
+    }
+}
+
+#[test]
+fn what_is_shown_is_compared() {
+    let got = "a\nb\n  wall time  2 s\nc\nd\n";
+    for right in [
+        &["a", "b", "  wall time  1 s", "c", "d"][..],
+        &["a", "…", "d"],
+        &["…", "c", "…"],
+        &["a", "…"],
+        &["…", "b", "…", "c", "d"],
+    ] {
+        assert_eq!(compare(right, got), Ok(()), "{right:?}");
+    }
+    for wrong in
+        [&["a"][..], &["b", "…"], &["…", "c"], &["…", "c", "…", "b", "…"], &["a", "…", "e"], &["a", "b", "c", "c", "d"]]
+    {
+        assert!(compare(wrong, got).is_err(), "{wrong:?}");
+    }
+}
