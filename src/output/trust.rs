@@ -236,7 +236,7 @@ fn width(cells: f64) -> Sign {
 }
 
 /// Half the spread of the absorbed energy over places in a cell, meshes and steps near the limit and up to three times it, over
-/// the energy at the limit [-]: largest of the README's section on objectivity, by default and with the paper's numerics.
+/// the energy at the limit [-]: largest of `docs/src/objectivity.md`, by default and with the paper's numerics.
 const ABSORBED_SCATTER: [f64; 2] = [0.21, 0.35];
 
 /// A load over the breaking load above which another place of the hit may break a yarn [-]: the limit of S-720 differs by 12 % with
@@ -269,7 +269,7 @@ pub fn answer(signs: &[Sign]) -> (Level, Vec<&Sign>) {
     (level, signs.iter().filter(|sign| sign.level == level && level != Level::Fine).collect())
 }
 
-/// Whether the outcome hangs on where in a cell the projectile hits; the figures are those of the README's section on objectivity.
+/// Whether the outcome hangs on where in a cell the projectile hits; the figures are those of `docs/src/objectivity.md`.
 fn place(case: &Case, run: &Run) -> Sign {
     let broken: u64 = run.history.last().map_or(0, |row| row.failed.iter().sum());
     let body = case.projectile.as_ref().and_then(|projectile| Body::new(projectile).ok());

@@ -132,6 +132,7 @@ fn compare(shown: &[&str], got: &str) -> Result<(), String> {
     Ok(())
 }
 
+/// Two shots, as users see them: a few seconds.
 #[test]
 fn the_commands_of_the_readme_do_what_it_says_and_draw_its_picture() {
     let folder = Folder::new();
@@ -150,6 +151,7 @@ fn the_tutorial_is_what_happens() {
     assert!(Folder::new().follow(&Page::read(Path::new("docs/src/tutorial.md"))) >= 8);
 }
 
+/// A handful of shots, as users see them: a few seconds.
 #[test]
 fn the_commands_of_other_pages_do_what_they_say() {
     let pages = page::book();

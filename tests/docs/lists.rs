@@ -8,6 +8,7 @@ use ripstop::case::{self, Case};
 use ripstop::output::history::COLUMNS;
 use ripstop::output::{self, trust};
 use ripstop::simulation::Run;
+use ripstop::warnings::{GAINED_LIMIT, HOURGLASS_LIMIT};
 
 use super::commands::program;
 use super::page::Page;
@@ -77,6 +78,15 @@ fn checks_behind_the_line_of_trust_and_energies() {
     listed.sort();
     checks.sort_unstable();
     assert_eq!(listed, checks);
+    // The first limits of those that have one in per cent.
+    for (check, limit) in [
+        ("energy gained", GAINED_LIMIT),
+        ("hourglass / internal energy", HOURGLASS_LIMIT),
+        ("energy of ply separation", GAINED_LIMIT),
+    ] {
+        let row = format!("| {check} | more than {} %", 100.0 * limit);
+        assert!(results.text.contains(&row), "{row}");
+    }
     let energies = output::Energies::of(run).unwrap();
     let shares: Vec<&str> = energies.shares.iter().map(|(name, _)| *name).collect();
     assert_eq!(results.first_cells("Where the energy went"), shares);
