@@ -208,6 +208,7 @@ pub fn run_cases(
 
 #[cfg(test)]
 mod tests {
+    #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
     use super::*;
 
     fn row(text: &str, got: Value) -> Row {
