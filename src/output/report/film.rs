@@ -1,7 +1,7 @@
 //! The film of a run: few, coarse pictures of what is computed, for the playback and the maps of the report.
 //!
 //! Lines of nodes lie dense around the point of impact and sparse far from it; of a thick pack some plies are shown; of a scene
-//! that is its own mirror image there is the part that is computed. Pictures are taken when frames are ([`Schedule`]), so that
+//! that is its own mirror image there is the part that is computed. Pictures are taken when frames are (`Schedule`), so that
 //! they lie evenly over a run of any length. A checkpoint carries the film so far.
 
 use std::collections::HashSet;
