@@ -254,50 +254,98 @@ fn width_along(ply: u32, axis: u32, at: u32) -> f32 {
 
 /// What breaks a yarn.
 struct Mean {
-    /// Mean strain over the pieces within the failure length that are whole.
+    /// Mean strain over the elements of the piece of yarn that are whole.
     strain: f32,
-    /// 1 where no piece is broken, else 0.
+    /// 1 where none of them is broken, else 0.
     whole: f32,
 }
 
-/// Of a yarn around an element in the last step. A broken piece, slack beside its break, says nothing of the others.
-fn mean_strain(element: u32, which: u32, reach: f32) -> Mean {
-    let ply = element_ply(element);
-    let place = element_place(element);
-    let axis = which;
-    let own = place[1u - axis];
+/// Sums over elements of a piece of yarn: strain times area and area of those that are whole, and 1 where none is broken.
+struct Sums {
+    strain: f32,
+    area: f32,
+    whole: f32,
+}
+
+/// Elements of a ply along an axis, and which of their ends a mirror plane cuts (1 the first, 2 the last).
+struct Axis {
+    count: i32,
+    cut: u32,
+}
+
+fn axis_of(ply: u32, axis: u32) -> Axis {
     let count = i32(select(plies[ply].rows, plies[ply].columns, axis == 0u));
-    // Past a mirror plane lies the image.
-    let cut = select(cut_sides(ply) >> 2u, cut_sides(ply), axis == 0u);
-    let half = 0.5 * width_along(ply, axis, own);
-    var total = 2.0 * min(half, reach);
-    var sum = total * last_strain(element, which);
-    var whole = 1.0;
+    return Axis(count, select(cut_sides(ply) >> 2u, cut_sides(ply), axis == 0u));
+}
+
+/// The element at a place along an axis; past a mirror plane lies the image. Negative: there is none.
+fn element_along(a: Axis, at: i32) -> i32 {
+    if (at < 0 && (a.cut & 1u) != 0u) {
+        return -1 - at;
+    }
+    if (at >= a.count) {
+        return select(-1, 2 * a.count - 1 - at, (a.cut & 2u) != 0u);
+    }
+    return at;
+}
+
+/// Adds an element of the last step. A broken one, slack beside its break, says nothing of the others.
+fn add_strain(sums: ptr<function, Sums>, element: u32, which: u32, area: f32) {
+    let strain = last_strain(element, which);
+    if (strain >= 0.0) {
+        (*sums).strain += area * strain;
+        (*sums).area += area;
+    } else {
+        (*sums).whole = 0.0;
+    }
+}
+
+/// Adds the elements along a yarn that lie within the failure length of the middle of one at a place (row, column).
+fn add_along(sums: ptr<function, Sums>, ply: u32, place: vec2<u32>, which: u32, breadth: f32) {
+    let reach = select(scene.failure_reach_weft, scene.failure_reach_warp, which == 0u);
+    let own = place[1u - which];
+    let axis = axis_of(ply, which);
+    let half = 0.5 * width_along(ply, which, own);
+    add_strain(sums, element_at(ply, place), which, 2.0 * min(half, reach) * breadth);
     for (var side = 0u; side < 2u; side++) {
         var begin = half;
         for (var along = 1; begin < reach; along++) {
-            var at = i32(own) + select(along, -along, side == 0u);
-            if (at < 0 && (cut & 1u) != 0u) {
-                at = -1 - at;
-            } else if (at >= count && (cut & 2u) != 0u) {
-                at = 2 * count - 1 - at;
-            }
-            if (at < 0 || at >= count) {
+            let at = element_along(axis, i32(own) + select(along, -along, side == 0u));
+            if (at < 0) {
                 break;
             }
-            let width = width_along(ply, axis, u32(at));
-            let length = min(width, reach - begin);
-            let strain = last_strain(element_at(ply, select(vec2<u32>(u32(at), place.y), vec2<u32>(place.x, u32(at)), axis == 0u)), which);
-            if (strain >= 0.0) {
-                sum += length * strain;
-                total += length;
-            } else {
-                whole = 0.0;
-            }
+            let width = width_along(ply, which, u32(at));
+            let next = select(vec2<u32>(u32(at), place.y), vec2<u32>(place.x, u32(at)), which == 0u);
+            add_strain(sums, element_at(ply, next), which, min(width, reach - begin) * breadth);
             begin += width;
         }
     }
-    return Mean(sum / total, whole);
+}
+
+/// Of a yarn around an element in the last step: over the failure length along it, and over its spacing across it.
+fn mean_strain(element: u32, which: u32) -> Mean {
+    let ply = element_ply(element);
+    let place = element_place(element);
+    let reach = select(scene.failure_breadth_weft, scene.failure_breadth_warp, which == 0u);
+    let own = place[which];
+    let axis = axis_of(ply, 1u - which);
+    let half = 0.5 * width_along(ply, 1u - which, own);
+    var sums = Sums(0.0, 0.0, 1.0);
+    add_along(&sums, ply, place, which, 2.0 * min(half, reach));
+    for (var side = 0u; side < 2u; side++) {
+        var begin = half;
+        for (var beside = 1; begin < reach; beside++) {
+            let at = element_along(axis, i32(own) + select(beside, -beside, side == 0u));
+            if (at < 0) {
+                break;
+            }
+            let width = width_along(ply, 1u - which, u32(at));
+            let next = select(vec2<u32>(place.x, u32(at)), vec2<u32>(u32(at), place.y), which == 0u);
+            add_along(&sums, ply, next, which, min(width, reach - begin));
+            begin += width;
+        }
+    }
+    return Mean(sums.strain / sums.area, sums.whole);
 }
 
 /// Warp and weft of an element in the last step where their own strain reached the failure strain; elsewhere zeros.
@@ -310,10 +358,10 @@ fn judged(element: u32, limit: vec2<f32>) -> Judged {
     var warp = Mean();
     var weft = Mean();
     if (last_strain(element, 0u) >= limit.x) {
-        warp = mean_strain(element, 0u, scene.failure_reach_warp);
+        warp = mean_strain(element, 0u);
     }
     if (last_strain(element, 1u) >= limit.y) {
-        weft = mean_strain(element, 1u, scene.failure_reach_weft);
+        weft = mean_strain(element, 1u);
     }
     return Judged(vec2<f32>(warp.strain, weft.strain), vec2<f32>(warp.whole, weft.whole));
 }

@@ -6,7 +6,7 @@
 //! Red when: an element's size misses in its strain, its forces, its hourglass stiffness, its energy or its nodes' masses; when contact
 //! between plies, the wave front or a mirror plane takes elements for alike.
 
-use ripstop::case::{self, Case, Grading};
+use ripstop::case::{self, Case, Grading, LinesFrom};
 use ripstop::model::Model;
 use ripstop::simulation::{Run, Skips};
 use serde_json::json;
@@ -31,7 +31,7 @@ fn assert_same(one: &Run, other: &Run) {
     assert_eq!(one.time_step.to_bits(), other.time_step.to_bits());
 }
 
-const STILL: &str = "/pack/mesh_grading={\"fine_radius_mm\":5,\"growth\":1}";
+const STILL: &str = "/pack/mesh_grading={\"fine_radius_mm\":5,\"growth\":1,\"lines_from\":\"edges\"}";
 const GROWN: &str = "/pack/mesh_grading={\"fine_radius_mm\":5,\"growth\":1.3,\"coarsest\":8}";
 const TURNED: &str = "/pack/layup=[{},{\"orientation_deg\":90},{\"orientation_deg\":30}]";
 
@@ -86,7 +86,7 @@ fn graded_patch(law: &str) -> Patch<f64> {
         _ => case::Law::Variational,
     };
     case.pack.grading =
-        Some(Grading { hit: [2e-3, -1e-3], way: [0.0; 2], fine: [1e-3; 2], growth: 1.4, coarsest: 3.0 });
+        Some(Grading { hit: [2e-3, -1e-3], way: [0.0; 2], fine: [1e-3; 2], growth: 1.4, coarsest: 3.0, lines_from: LinesFrom::Hit });
     let patch = Patch::new(&case);
     assert!(patch.model.grid.columns < 11 && patch.model.grid.rows < 9 && patch.model.sheets[0].mesh.is_graded());
     patch

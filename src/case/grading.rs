@@ -3,7 +3,7 @@
 use super::error::CaseError;
 use super::scope::{Choice, Scope};
 use super::value::millimetres;
-use super::{Layer, Projectile, Shape};
+use super::{Layer, LinesFrom, Projectile, Shape};
 
 /// Fine elements reach this far from the projectile's wall by default, over its radius [-].
 const FINE_RADII: f64 = 3.0;
@@ -23,6 +23,8 @@ pub struct Grading {
     pub growth: f64,
     /// Largest length of an element over the finest.
     pub coarsest: f64,
+    /// Where lines are counted from.
+    pub lines_from: LinesFrom,
 }
 
 /// Reads the grading of a pack of which each element of the finest size has `side` crossovers along a side.
@@ -74,6 +76,7 @@ pub(super) fn read(
         fine: [along_bar(0), along_bar(1)],
         growth,
         coarsest: f64::from(coarsest) / side,
+        lines_from: keys.word("lines_from")?,
     }))
 }
 
@@ -102,8 +105,7 @@ impl Grading {
 
     /// From where to where elements are fine along the axes of a ply whose warp lies at the angle with this cosine and sine [m].
     fn range(&self, [c, s]: [f64; 2]) -> [[f64; 2]; 2] {
-        let turned = |[x, y]: [f64; 2]| [c * x + s * y, c * y - s * x];
-        let (from, way) = (turned(self.hit), turned(self.way));
+        let (from, way) = (turned([c, s], self.hit), turned([c, s], self.way));
         let reach = |share: [f64; 2]| {
             [0, 1]
                 .map(|a: usize| if share[a].abs() > ON_LINE { share[a].abs() * self.fine[a] } else { 0.0 })
@@ -112,6 +114,49 @@ impl Grading {
         };
         let reach: [f64; 2] = [reach([c, s]), reach([s, c])];
         [0, 1].map(|a| [from[a] + way[a].min(0.0) - reach[a], from[a] + way[a].max(0.0) + reach[a]])
+    }
+}
+
+impl Grading {
+    /// Lines over `count` finest elements, fine `from` … `to`, around a hit.
+    fn lines(&self, count: usize, [from, to]: [f64; 2], hit: f64) -> Vec<f64> {
+        let last = count as f64;
+        // How far lines are off those that lie whole elements from the edges.
+        let off = match self.lines_from {
+            LinesFrom::Hit if from.is_finite() && (hit - hit.round()).abs() > ON_LINE => hit - hit.floor(),
+            _ => 0.0,
+        };
+        // A line of the fine part. At an edge it ends there, or a whole element before it: none is shorter than the finest.
+        let on_line = |place: f64, whole: fn(f64) -> f64| whole(place - off) + off;
+        let mut from = on_line(from + ON_LINE, f64::floor).max(0.0);
+        let mut to = on_line(to - ON_LINE, f64::ceil).min(last);
+        if off > 0.0 {
+            if from < 1.0 {
+                from = 1.0 + off;
+            }
+            if to > last - 1.0 {
+                to = last - 2.0 + off;
+            }
+        }
+        if to - from < 1.0 || from < 0.0 || to > last {
+            return Self { lines_from: LinesFrom::Edges, ..*self }.lines_from_edges(last, [from, to]);
+        }
+        self.between(last, [from, to])
+    }
+
+    /// Lines that lie whole finest elements from the edges where they are fine.
+    fn lines_from_edges(&self, last: f64, [from, to]: [f64; 2]) -> Vec<f64> {
+        let from = (from + ON_LINE).floor().clamp(0.0, last - 1.0);
+        let to = (to - ON_LINE).ceil().clamp(from + 1.0, last);
+        self.between(last, [from, to])
+    }
+
+    /// Lines that are fine between two of them, up to the edges.
+    fn between(&self, last: f64, [from, to]: [f64; 2]) -> Vec<f64> {
+        let before = growing(from, self.growth, self.coarsest);
+        let after = growing(last - to, self.growth, self.coarsest);
+        let fine = (0..=(to - from).round() as usize).map(|k| from + k as f64);
+        before.iter().rev().map(|at| from - at).chain(fine).chain(after.iter().map(|at| to + at)).collect()
     }
 }
 
@@ -125,7 +170,8 @@ impl Layer {
         Some([0, 1].map(|axis| {
             let centre = 0.5 * counts[axis] as f64;
             let fine = range[axis].map(|at| at / length[axis] + centre);
-            lines(counts[axis], fine, grading.growth, grading.coarsest)
+            let hit = turned(turn, grading.hit)[axis] / length[axis] + centre;
+            grading.lines(counts[axis], fine, hit)
         }))
     }
 
@@ -153,19 +199,13 @@ impl Layer {
     }
 }
 
-/// Lines over `count` finest elements, fine `from` … `to`.
-fn lines(count: usize, [from, to]: [f64; 2], growth: f64, coarsest: f64) -> Vec<f64> {
-    let last = count as f64;
-    let from = (from + ON_LINE).floor().clamp(0.0, last - 1.0);
-    let to = (to - ON_LINE).ceil().clamp(from + 1.0, last);
-    let before = growing(from, growth, coarsest);
-    let after = growing(last - to, growth, coarsest);
-    let fine = (0..=(to - from) as usize).map(|k| from + k as f64);
-    let out = before.iter().rev().map(|at| from - at).chain(fine).chain(after.iter().map(|at| to + at));
-    out.collect()
+/// A vector of the pack's axes in those of a ply.
+fn turned([c, s]: [f64; 2], [x, y]: [f64; 2]) -> [f64; 2] {
+    [c * x + s * y, c * y - s * x]
 }
 
-/// Ends of elements that grow by at most `growth` from 1 to `coarsest` and fill `room`: as few as that takes.
+/// Ends of elements that grow by at most `growth` from 1 to `coarsest` and fill `room`: as few as that takes. None is shorter than 1 where
+/// the room is not; in a room of a few elements they may be longer than the growth allows.
 fn growing(room: f64, growth: f64, coarsest: f64) -> Vec<f64> {
     let ends = |count: usize, growth: f64| {
         let mut at = 0.0;
@@ -182,6 +222,10 @@ fn growing(room: f64, growth: f64, coarsest: f64) -> Vec<f64> {
     let mut count = 0;
     while length(count, growth) < room {
         count += 1;
+    }
+    if count as f64 > room + ON_LINE {
+        let count = room.max(1.0) as usize;
+        return (1..=count).map(|end| room * end as f64 / count as f64).collect();
     }
     // The growth with which they fill it exactly.
     let (mut low, mut high) = (1.0, growth);
@@ -200,4 +244,46 @@ fn growing(room: f64, growth: f64, coarsest: f64) -> Vec<f64> {
 pub(super) fn words(grading: &Grading) -> String {
     let fine = grading.fine.into_iter().fold(f64::INFINITY, f64::min);
     format!("fine up to {} from the hit, growing by {} to {}", millimetres(fine), grading.growth, grading.coarsest)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Lines of a mesh of 40 finest elements that is fine within 4 of a hit.
+    fn lines_around(hit: f64, lines_from: LinesFrom) -> Vec<f64> {
+        let grading = Grading { hit: [0.0; 2], way: [0.0; 2], fine: [0.0; 2], growth: 1.2, coarsest: 3.0, lines_from };
+        grading.lines(40, [hit - 4.0, hit + 4.0], hit)
+    }
+
+    fn widths(lines: &[f64]) -> Vec<f64> {
+        lines.windows(2).map(|pair| pair[1] - pair[0]).collect()
+    }
+
+    #[test]
+    fn a_line_goes_through_the_hit_and_no_element_is_shorter_than_the_finest() {
+        for tenth in 0..=400 {
+            let hit = f64::from(tenth) / 10.0;
+            let lines = lines_around(hit, LinesFrom::Hit);
+            assert_eq!((lines[0], lines[lines.len() - 1]), (0.0, 40.0), "{hit}");
+            let widths = widths(&lines);
+            assert!(widths.iter().all(|width| *width > 1.0 - 1e-9 && *width <= 3.0 + 1e-9), "{hit}: {widths:?}");
+            // Closer to the edge than an element there is no room for a line of its own.
+            let at_line = lines.iter().any(|line| (line - hit).abs() < 1e-9);
+            assert!(at_line || !(1.0..=39.0).contains(&hit), "{hit}: {lines:?}");
+        }
+    }
+
+    #[test]
+    fn the_mesh_around_a_hit_does_not_depend_on_its_place_in_a_cell() {
+        let around = |hit: f64| {
+            let lines = lines_around(hit, LinesFrom::Hit);
+            let near = lines.iter().filter(|line| (**line - hit).abs() < 4.0 + 1e-9);
+            near.map(|line| ((line - hit) * 1e6).round()).collect::<Vec<_>>()
+        };
+        assert_eq!(around(20.0).len(), 9);
+        assert!([20.25, 20.5, 19.9, 14.3].into_iter().all(|hit| around(hit) == around(20.0)));
+        let [even, shifted] = [20.0, 20.5].map(|hit| lines_around(hit, LinesFrom::Edges));
+        assert!(even.contains(&20.0) && shifted.contains(&20.0) && !shifted.contains(&20.5));
+    }
 }

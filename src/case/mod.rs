@@ -492,6 +492,15 @@ pub struct Solver {
     pub run_until: RunUntil,
 }
 
+/// Where the lines of nodes of a graded mesh are counted from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum LinesFrom {
+    /// Two lines cross where the projectile hits, so that the mesh around a hit does not hang on its place in the weave.
+    Hit,
+    /// Lines lie whole finest elements from the edges of the ply.
+    Edges,
+}
+
 /// Whether mirror symmetry may be used.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Symmetry {

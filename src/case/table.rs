@@ -6,7 +6,7 @@ use super::fields::{Key, Kind, Unit, above, key, number, within, word};
 use super::pointer::index;
 use super::words::{ShapeWord, Word};
 use super::{
-    Accuracy, Along, ContactSampling, Edge, Law, MembraneForce, Motion, Numerics, Rotation, RunUntil, ShearModulus,
+    Accuracy, Along, ContactSampling, Edge, Law, LinesFrom, MembraneForce, Motion, Numerics, Rotation, RunUntil, ShearModulus,
     Symmetry, UnitCell,
 };
 
@@ -185,6 +185,12 @@ static GRADING: &[Key] = &[
         .default(1.15, "measured: smaller ones keep the outcome no better"),
     key("coarsest", Kind::Whole(1, 64), "Crossovers along a side of the largest elements.")
         .default(2.0, "measured: larger ones tangle with what is torn"),
+    word(
+        "lines_from",
+        LinesFrom::WORDS,
+        "Where lines of nodes are counted from: the hit, at which two of them cross, or the edges of the ply.",
+    )
+    .default_word("hit", "measured: the result does not depend on where in a cell the projectile hits"),
 ];
 
 static LAYER: &[Key] = &[
@@ -357,9 +363,10 @@ static SOLVER: &[Key] = &[
         "failure_length_mm",
         MM,
         within(0.0, 100.0),
-        "Length along a yarn over which the strain that breaks it is averaged; 0: that of an element, as in the paper.",
+        "Length along a yarn over which, and over the yarn's spacing across it, the strain that breaks it is averaged; 0: that of an \
+        element, as in the paper.",
     )
-    .derived("1, assumed: the order of a yarn's width; 0 with \"numerics\": \"paper\""),
+    .derived("0.9, assumed: the order of a yarn's width; 0 with \"numerics\": \"paper\""),
     word("symmetry", Symmetry::WORDS, "Whether mirror symmetry may be used.")
         .default_word("auto", "same result, less work"),
     word(

@@ -3,7 +3,7 @@
 use serde_json::{Map, Value};
 
 use super::{
-    Accuracy, Along, ContactSampling, Edge, Law, MembraneForce, Motion, Numerics, Rotation, RunUntil, ShearModulus,
+    Accuracy, Along, ContactSampling, Edge, Law, LinesFrom, MembraneForce, Motion, Numerics, Rotation, RunUntil, ShearModulus,
     Symmetry, UnitCell,
 };
 
@@ -45,6 +45,7 @@ words! {
     Along { "warp" => Warp, "weft" => Weft }
     Motion { "free" => Free, "prescribed" => Prescribed }
     Rotation { "free" => Free, "locked" => Locked }
+    LinesFrom { "hit" => Hit, "edges" => Edges }
     Symmetry { "auto" => Auto, "none" => None }
     ContactSampling { "nodes" => Nodes, "rim" => Rim }
     Numerics { "default" => Default, "paper" => Paper }

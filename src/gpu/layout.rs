@@ -368,8 +368,11 @@ fn element(block: &mut Block, sheet: &Sheet<f32>) {
     block.number("hourglass_weft", c.hourglass[1]);
     block.number("viscosity_warp", c.viscosity[0]);
     block.number("viscosity_weft", c.viscosity[1]);
-    block.double("failure_reach_warp", sheet.failure_reach[0]);
-    block.double("failure_reach_weft", sheet.failure_reach[1]);
+    let reach = &sheet.failure_reach;
+    block.double("failure_reach_warp", reach.along[0]);
+    block.double("failure_reach_weft", reach.along[1]);
+    block.double("failure_breadth_warp", reach.across[0]);
+    block.double("failure_breadth_weft", reach.across[1]);
     block.number("cells", c.cells);
     block.number("area", c.area);
 }

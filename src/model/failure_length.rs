@@ -1,34 +1,66 @@
-//! The length along a yarn over which its failure is judged.
+//! The piece of yarn over which failure is judged: the failure length along it, its own spacing across it.
 //!
 //! The strain of a single element under a sharp rim or a point grows as the mesh is refined; its mean along the yarn over a fixed length
-//! converges.
+//! converges. Elements narrower than a yarn are no yarns of their own: which of them carries most hangs on where the rim lies in the mesh,
+//! what the yarn carries does not.
 
 use super::Mesh;
 
-/// Pieces of a yarn within the failure length around one of its elements.
+/// Elements within a length around the middle of one.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Window {
-    /// The first of them: a column for warp, a row for weft.
+    /// The first of them: a column or a row.
     pub first: usize,
     /// Length of each within the window, in lengths of the finest element.
     pub length: Vec<f64>,
 }
 
-/// Windows of the elements of a mesh by column for warp, by row for weft; empty where no element is shorter than the failure length.
-pub type Windows = [Vec<Window>; 2];
-
-/// Half of `length` [m] along warp and weft, in lengths of the finest element.
-pub(super) fn reach(mesh: &Mesh, length: f64) -> [f64; 2] {
-    mesh.length.map(|finest| 0.5 * length / finest)
+impl Window {
+    /// Column or row of each element, with its length within the window.
+    pub fn elements(&self) -> impl Iterator<Item = (usize, f64)> {
+        (self.first..).zip(self.length.iter().copied())
+    }
 }
 
-/// `length` [m]; `None`: every element is judged by its own strain.
-pub(super) fn windows(mesh: &Mesh, length: f64) -> Option<Windows> {
-    let of_axis = |axis: usize| {
-        let reach = reach(mesh, length)[axis];
-        let windows = mesh.overlaps(axis, reach).into_iter().map(|(first, length)| Window { first, length });
-        if reach > 0.5 { windows.collect() } else { Vec::new() }
-    };
-    let windows = [of_axis(0), of_axis(1)];
-    windows.iter().any(|windows| !windows.is_empty()).then_some(windows)
+/// Windows of a yarn direction.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Windows {
+    /// Along the yarn, by column for warp, by row for weft.
+    pub along: Vec<Window>,
+    /// Across the yarn, by row for warp, by column for weft.
+    pub across: Vec<Window>,
+}
+
+/// Half the length and half the breadth of the piece, in lengths of the finest element; warp and weft.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Reach {
+    /// Half of the failure length.
+    pub along: [f64; 2],
+    /// Half of the yarns' spacing.
+    pub across: [f64; 2],
+}
+
+impl Reach {
+    /// `length`: the failure length [m]. `spacing`: of the crossovers along warp and weft [m]; across warp lies that along weft.
+    pub(super) fn new(mesh: &Mesh, length: f64, spacing: [f64; 2]) -> Self {
+        let over = |axis: usize, length: f64| 0.5 * length / mesh.length[axis];
+        Self { along: [over(0, length), over(1, length)], across: [over(1, spacing[1]), over(0, spacing[0])] }
+    }
+
+    /// Windows of warp and weft; `None`: no element is smaller than the piece, or no length is given, so that each is judged by its own
+    /// strain.
+    pub(super) fn windows(&self, mesh: &Mesh) -> Option<[Windows; 2]> {
+        let lengths = self.along.iter().chain(&self.across);
+        if self.along == [0.0; 2] || lengths.copied().fold(0.0, f64::max) <= 0.5 {
+            return None;
+        }
+        let windows = |axis: usize, reach: f64| {
+            let overlaps = mesh.overlaps(axis, reach).into_iter();
+            overlaps.map(|(first, length)| Window { first, length }).collect()
+        };
+        Some([0, 1].map(|yarn| Windows {
+            along: windows(yarn, self.along[yarn]),
+            across: windows(1 - yarn, self.across[yarn]),
+        }))
+    }
 }

@@ -1,6 +1,6 @@
 //! A sheet: everything that plies of one fabric, laid and held alike, share.
 
-use super::failure_length::{self, Windows};
+use super::failure_length::{Reach, Windows};
 use super::{Columns, Grid, InitialStretch, Mesh, MirrorPlanes, ModelError, StepBound, pretension};
 use crate::case::{Case, Edge, Edges, Fabric, Layer, Solver, UnitCell};
 use crate::kernels::crossover::{CellConstants, LawKernel, Variant};
@@ -40,10 +40,10 @@ pub struct Sheet<S> {
     pub law_energy: Option<LawEnergy>,
     /// Whether yarns have shock viscosity.
     pub viscous: bool,
-    /// Pieces of yarn whose mean strain breaks one; `None`: every element breaks at its own.
-    pub windows: Option<Windows>,
-    /// Half the length of those along warp and weft, in lengths of the finest element.
-    pub failure_reach: [f64; 2],
+    /// Elements whose mean strain breaks a yarn, of warp and weft; `None`: every element breaks at its own.
+    pub windows: Option<[Windows; 2]>,
+    /// Size of the piece of yarn that they make up.
+    pub failure_reach: Reach,
     /// Uniform initial stretch.
     pub initial: InitialStretch,
     /// Initial velocity of free nodes in the ply's axes [m/s].
@@ -74,6 +74,7 @@ impl<S: Scalar> Sheet<S> {
         let element = element_constants(fabric, length, &case.solver, &cell);
         let law = Variant::of(&fabric.crossover);
         let edges = MirrorPlanes::edges(&mesh, layer.edges);
+        let failure_reach = Reach::new(&mesh, case.solver.failure_length, cell.yarn.map(|yarn| 2.0 * yarn.half_span));
         Ok(Self {
             bound: StepBound::new(length, fabric.areal_density, &element, case.solver.shock_viscosity),
             initial: crate::with_law!(law, L => pretension::solve::<L>(pack, &cell)?),
@@ -84,8 +85,8 @@ impl<S: Scalar> Sheet<S> {
             law_energy: crate::with_law!(law, L => LawEnergy::new::<L>(law, &cell)),
             columns: Columns::new(&mesh),
             viscous: case.solver.shock_viscosity > 0.0,
-            windows: failure_length::windows(&mesh, case.solver.failure_length),
-            failure_reach: failure_length::reach(&mesh, case.solver.failure_length),
+            windows: failure_reach.windows(&mesh),
+            failure_reach,
             initial_velocity: mesh.to_ply(layer.initial_velocity),
             has_shear: fabric.shear.is_some(),
             present: [fabric.warp.present, fabric.weft.present],

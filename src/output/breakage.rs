@@ -76,9 +76,13 @@ impl Ply {
         Self { lines, middles: layer.middles(), turn: [c, s] }
     }
 
-    /// Numbers of the yarns that cross an element of this column or row.
+    /// Numbers of the yarns that cross an element of this column or row. An element no wider than a yarn has the one at its middle.
     fn yarns(&self, axis: usize, index: usize) -> std::ops::Range<usize> {
         let [from, to] = [0, 1].map(|end| self.lines[axis].get(index + end).copied().unwrap_or(0.0));
+        if to - from <= 1.0 + 1e-6 {
+            let only = (0.5 * (from + to)) as usize;
+            return only..only + 1;
+        }
         let first = (from + 1e-6).floor() as usize;
         first..((to - 1e-6).ceil() as usize).max(first + 1)
     }
@@ -118,6 +122,9 @@ mod tests {
     fn elements_of_a_crossover_are_one_yarn_and_an_element_of_several_has_several() {
         let fine = ply(r#""elements_per_crossover": 2"#);
         assert_eq!((fine.yarns(1, 0), fine.yarns(1, 1), fine.yarns(1, 2)), (0..1, 0..1, 1..2));
+        // Lines of a mesh around a hit lie anywhere in a yarn.
+        let shifted = Ply { lines: [vec![0.0, 0.7, 1.2, 1.7], vec![0.0]], ..fine };
+        assert_eq!((shifted.yarns(0, 0), shifted.yarns(0, 1), shifted.yarns(0, 2)), (0..1, 0..1, 1..2));
         let coarse = ply(r#""crossovers_per_element": 4"#);
         assert_eq!((coarse.yarns(0, 0), coarse.yarns(0, 3)), (0..4, 12..16));
     }

@@ -1,4 +1,4 @@
-//! Failure judged over a length along the yarns.
+//! Failure judged over a piece of yarn: a length along it, its spacing across it.
 
 use crate::kernels::element_force::{BREAKING, ElementTotals, field};
 use crate::model::Model;
@@ -6,7 +6,7 @@ use crate::model::failure_length::Window;
 use crate::number::Scalar;
 use crate::state::State;
 
-/// Marks the yarns whose own strain and whose mean strain over the failure length reached the failure strain in the last step: they break
+/// Marks the yarns whose own strain and whose mean strain over the piece around them reached the failure strain in the last step: they break
 /// in this one. `last`: sums of that step, which say where nothing has to be looked at; `None`: everything is.
 ///
 /// Gives the largest of those means over the failure strain where all pieces are whole: what a yarn carries over its breaking load.
@@ -26,10 +26,10 @@ pub(super) fn judge<S: Scalar>(model: &Model<S>, state: &mut State<S>, last: Opt
                 }
                 let strain =
                     |row: usize, column: usize| state.elements.get(first + row, strains + yarn, column + 1).to_f64();
-                let mean = |column: usize| match (yarn, windows[yarn].get([column, row][yarn])) {
-                    (_, None) => Mean { strain: strain(row, column), whole: true },
-                    (0, Some(window)) => Mean::over(window, |column| strain(row, column)),
-                    (_, Some(window)) => Mean::over(window, |row| strain(row, column)),
+                let windows = &windows[yarn];
+                let mean = |column: usize| match yarn {
+                    0 => Mean::over(&windows.along[column], &windows.across[row], |column, row| strain(row, column)),
+                    _ => Mean::over(&windows.along[row], &windows.across[column], strain),
                 };
                 let near = (0..sheet.mesh.columns).filter(|column| strain(row, *column) >= limit);
                 let means: Vec<_> = near.map(|column| (column, mean(column))).collect();
@@ -47,25 +47,27 @@ pub(super) fn judge<S: Scalar>(model: &Model<S>, state: &mut State<S>, last: Opt
     largest
 }
 
-/// Mean strain over the pieces in a window that are whole, of which there is one at least. A broken piece, slack beside its break, says
-/// nothing of the others.
+/// Mean strain over the elements of a piece of yarn that are whole, of which there is one at least. A broken one, slack beside its break,
+/// says nothing of the others.
 struct Mean {
     strain: f64,
-    /// No piece is broken.
+    /// No element of it is broken.
     whole: bool,
 }
 
 impl Mean {
-    /// `strain`: of a piece.
-    fn over(window: &Window, strain: impl Fn(usize) -> f64) -> Self {
+    /// `strain`: of an element, by its places along and across the yarn.
+    fn over(along: &Window, across: &Window, strain: impl Fn(usize, usize) -> f64) -> Self {
         let (mut sum, mut total, mut whole) = (0.0, 0.0, true);
-        for (at, length) in (window.first..).zip(&window.length) {
-            let strain = strain(at);
-            if strain >= 0.0 {
-                sum += length * strain;
-                total += length;
-            } else {
-                whole = false;
+        for (beside, breadth) in across.elements() {
+            for (at, length) in along.elements() {
+                let (strain, area) = (strain(at, beside), length * breadth);
+                if strain >= 0.0 {
+                    sum += area * strain;
+                    total += area;
+                } else {
+                    whole = false;
+                }
             }
         }
         Self { strain: sum / total, whole }
@@ -168,6 +170,20 @@ mod tests {
     }
 
     #[test]
+    fn a_yarn_of_several_elements_across_is_judged_by_all_of_them() {
+        // Two elements across a crossover: the row itself and half of the ones beside it.
+        let fine = ["/solver/failure_length_mm=1.27", "/pack/elements_per_crossover=2"];
+        let rows = |own: f64| move |row: usize, _| if row == 9 { own } else { 0.8 };
+        let row: Vec<[usize; 2]> = (0..9).map(|column| [9, column]).collect();
+        let marked = judged(rows(1.21), &fine).0;
+        assert!(row.iter().all(|place| marked.contains(place)) && marked.iter().all(|[row, _]| *row == 9), "{marked:?}");
+        assert_eq!(judged(rows(1.19), &fine).0, NOTHING);
+        // Beside a broken one the others are judged by themselves.
+        let torn = |row: usize, _| if row == 9 { 1.01 } else { -1.0 / 0.035 };
+        assert!(judged(torn, &fine).0.contains(&[9, 4]));
+    }
+
+    #[test]
     fn a_part_of_a_ply_judges_as_the_whole() {
         let windows = |cut: bool| {
             let sets = ["/solver/failure_length_mm=3", "/expect=[]"].map(str::to_owned);
@@ -179,13 +195,14 @@ mod tests {
         let (whole, part) = (windows(false), windows(true));
         let (Some(all), Some(half)) = (&whole.windows, &part.windows) else { unreachable!("there are windows") };
         for axis in 0..2 {
-            let middle = half[axis].len();
-            assert_eq!(all[axis].len(), 2 * middle);
-            for (at, window) in half[axis].iter().enumerate() {
+            let middle = half[axis].along.len();
+            assert_eq!(all[axis].along.len(), 2 * middle);
+            for (at, window) in half[axis].along.iter().enumerate() {
                 // A symmetric field, over the whole and over the half.
                 let field = |place: usize| ((place.max(2 * middle - 1 - place) - middle) as f64).sqrt();
-                let over_whole = Mean::over(&all[axis][middle + at], field).strain;
-                let over_half = Mean::over(window, |place| field(middle + place)).strain;
+                let one = Window { first: 0, length: vec![1.0] };
+                let over_whole = Mean::over(&all[axis].along[middle + at], &one, |place, _| field(place)).strain;
+                let over_half = Mean::over(window, &one, |place, _| field(middle + place)).strain;
                 assert!((over_whole - over_half).abs() < 1e-12, "{axis} {at}");
             }
         }

@@ -3,7 +3,7 @@
 pub(crate) mod packs;
 pub(crate) mod struck;
 
-use ripstop::case::{Case, Edge, Grading, ShearModulus, UnitCell};
+use ripstop::case::{Case, Edge, Grading, LinesFrom, ShearModulus, UnitCell};
 use ripstop::kernels::element_force::{BROKEN, field as element};
 use ripstop::kernels::node_update::field as node;
 use ripstop::model::Model;
@@ -98,6 +98,12 @@ fn over_length(mut case: Case) -> Case {
     case
 }
 
+/// Elements that are narrower than the yarns.
+fn narrow(case: &mut Case) {
+    case.pack.element_length_x *= 0.5;
+    case.pack.element_length_y *= 0.4;
+}
+
 /// One law, with something unusual about the mesh or the fabric.
 fn special_scenes() -> Vec<Scene> {
     let plies = DEFORMATIONS.len() as u32;
@@ -122,10 +128,12 @@ fn special_scenes() -> Vec<Scene> {
         deformed("graded plies of two fabrics".to_owned(), graded_pack([20, 17], &groups), 3, 202),
         special("failure over a length", 13, 9, &|case| {
             case.pack.plies = plies;
+            narrow(case);
             case.solver.failure_length = 3.3e-3;
         }),
         special("failure over a length, graded", 13, 26, &|case| {
             case.pack.plies = plies;
+            narrow(case);
             case.solver.failure_length = 2.1e-3;
             grade(case, [3e-3, -2e-3], 4.0);
         }),
@@ -155,7 +163,7 @@ fn special_scenes() -> Vec<Scene> {
 
 /// Elements grow away from a place in the pack to so many times the finest.
 fn grade(case: &mut Case, hit: [f64; 2], coarsest: f64) {
-    let grading = Some(Grading { hit, way: [0.0; 2], fine: [1e-3; 2], growth: 1.6, coarsest });
+    let grading = Some(Grading { hit, way: [0.0; 2], fine: [1e-3; 2], growth: 1.6, coarsest, lines_from: LinesFrom::Hit });
     case.pack.grading = grading;
     case.pack.layup.iter_mut().for_each(|layer| layer.grading = grading);
 }

@@ -285,8 +285,8 @@ pub(super) const MUTANTS: &[Mutant] = &[
     mutant(
         "whole elements in the mean",
         "failure over a length",
-        "let length = min(width, reach - begin);",
-        "let length = width;",
+        "add_strain(sums, element_at(ply, next), which, min(width, reach - begin) * breadth);",
+        "add_strain(sums, element_at(ply, next), which, width * breadth);",
     ),
     mutant(
         "all elements alike in the mean",
@@ -298,8 +298,20 @@ pub(super) const MUTANTS: &[Mutant] = &[
     mutant(
         "reach of the other yarn",
         "failure over a length",
-        "mean_strain(element, 1u, scene.failure_reach_weft)",
-        "mean_strain(element, 1u, scene.failure_reach_warp)",
+        "select(scene.failure_reach_weft, scene.failure_reach_warp, which == 0u)",
+        "scene.failure_reach_warp",
+    ),
+    mutant(
+        "breadth of the other yarn",
+        "failure over a length, graded",
+        "select(scene.failure_breadth_weft, scene.failure_breadth_warp, which == 0u)",
+        "scene.failure_breadth_warp",
+    ),
+    mutant(
+        "whole elements across the yarn",
+        "failure over a length, graded",
+        "add_along(&sums, ply, next, which, min(width, reach - begin));",
+        "add_along(&sums, ply, next, which, width);",
     ),
     mutant(
         "slack pieces that pull the mean down",
