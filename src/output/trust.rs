@@ -73,7 +73,7 @@ pub fn signs(case: &Case, run: &Run) -> Vec<Sign> {
     if case.projectile.is_some() {
         all.push(penetration(run, warnings::longest_diagonal(case)));
         all.extend(warnings::cells_across(case).map(width));
-        all.push(place(case, run));
+        all.push(mesh_under_hit(case, run));
     }
     if run.plies > 1 {
         all.push(ply_penetration(case, run));
@@ -235,16 +235,16 @@ fn width(cells: f64) -> Sign {
     Sign { name: "projectile width", value: format!("{} elements", short(cells, 2)), level, reason }
 }
 
-/// Half the spread of the absorbed energy over places in a cell, meshes and steps near the limit and up to three times it, over
+/// Half the spread of the absorbed energy over meshes, steps and places in a cell near the limit and up to three times it, over
 /// the energy at the limit [-]: largest of `docs/src/objectivity.md`, by default and with the paper's numerics.
 const ABSORBED_SCATTER: [f64; 2] = [0.21, 0.35];
 
-/// A load over the breaking load above which another place of the hit may break a yarn [-]: the limit of S-720 differs by 12 % with
-/// the place, and tension grows with velocity to the power 4/3 (Smith).
+/// A load over the breaking load above which another mesh, or another place of the hit in a mesh whose lines are counted from the edges, may
+/// break a yarn [-]: the limit of S-720 differs by up to 12 % then, and tension grows with velocity to the power 4/3 (Smith).
 const NEAR_BREAKING: f64 = 0.85;
 
-/// By how much the velocity of a sharp-rimmed projectile that leaves may differ with the place of the hit [m/s], as measured on one
-/// fabric, S-720; `None` where that was not measured or nothing broke.
+/// By how much the velocity of a sharp-rimmed projectile that leaves may differ with the mesh [m/s], and with the place of the hit where
+/// lines of nodes do not follow it, as measured on one fabric, S-720; `None` where that was not measured or nothing broke.
 pub fn scatter(case: &Case, run: &Run) -> Option<f64> {
     let projectile = case.projectile.as_ref().filter(|p| p.motion == Motion::Free)?;
     let has_rim = Body::new(projectile).ok()?.profile.has_round_rim() && projectile.edge_radius == 0.0;
@@ -269,8 +269,8 @@ pub fn answer(signs: &[Sign]) -> (Level, Vec<&Sign>) {
     (level, signs.iter().filter(|sign| sign.level == level && level != Level::Fine).collect())
 }
 
-/// Whether the outcome hangs on where in a cell the projectile hits; the figures are those of `docs/src/objectivity.md`.
-fn place(case: &Case, run: &Run) -> Sign {
+/// Whether the outcome depends on how the mesh lies under the projectile; the figures are those of `docs/src/objectivity.md`.
+fn mesh_under_hit(case: &Case, run: &Run) -> Sign {
     let broken: u64 = run.history.last().map_or(0, |row| row.failed.iter().sum());
     let body = case.projectile.as_ref().and_then(|projectile| Body::new(projectile).ok());
     let has_rim = body.is_some_and(|body| body.profile.has_round_rim());
@@ -280,9 +280,9 @@ fn place(case: &Case, run: &Run) -> Sign {
     let at_rim = case.solver.contact_sampling == ContactSampling::Rim;
     let (level, reason) = match broken {
         0 if has_rim && highest_load(run) > NEAR_BREAKING => {
-            (Level::Look, "no yarn broke, but one came near to it: elsewhere in a cell the projectile may pass")
+            (Level::Look, "no yarn broke, but one came near to it: with another mesh the projectile may pass")
         }
-        0 => (Level::Fine, "no yarn broke: a hit elsewhere in a cell changes what is lost by a few per cent"),
+        0 => (Level::Fine, "no yarn broke: another mesh changes what is lost by a few per cent"),
         _ if is_sphere => (Level::Fine, "a sphere: finer elements move a ballistic limit by about 1 %"),
         _ if is_pointed => (
             Level::Look,
@@ -290,8 +290,8 @@ fn place(case: &Case, run: &Run) -> Sign {
         ),
         _ if !has_rim || at_rim => (
             Level::Look,
-            "a sharp rim: for one fabric, S-720, the ballistic limit is 155 to 176 m/s, by where in a cell the hit is; compare with \
-             \"accuracy\": \"converged\", or give the rim its edge_radius_mm",
+            "a sharp rim: finer elements change the energy that a perforation takes; compare with \"accuracy\": \"converged\", or give \
+             the rim its edge_radius_mm",
         ),
         _ => (
             Level::Look,
@@ -304,7 +304,7 @@ fn place(case: &Case, run: &Run) -> Sign {
         None if broken == 0 => format!("at most {} of a breaking load", fraction(highest_load(run))),
         None => "not measured".to_owned(),
     };
-    Sign { name: "sensitivity to the place of the hit", value, level, reason: reason.to_owned() }
+    Sign { name: "sensitivity to the mesh under the hit", value, level, reason: reason.to_owned() }
 }
 
 fn newton(run: &Run) -> Sign {

@@ -54,7 +54,7 @@ pub fn verdict(case: &Case, run: &Run) -> Verdict {
         Outcome::Perforated => {
             let left = residual_velocity(case, run).unwrap_or(0.0);
             let leaves = match trust::scatter(case, run) {
-                Some(scatter) => format!("{} m/s ± {} by the place of the hit", short(left, 3), short(scatter, 2)),
+                Some(scatter) => format!("{} m/s ± {} by the mesh", short(left, 3), short(scatter, 2)),
                 None => format!("{velocity} m/s"),
             };
             ended("perforated", format!("leaves at {leaves}, {struck}"))

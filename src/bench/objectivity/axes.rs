@@ -1,6 +1,6 @@
 //! What is varied: numerical choices that a result should not depend on.
 
-use crate::case::{Case, ContactSampling, Word};
+use crate::case::{Case, ContactSampling, LinesFrom, Word};
 
 /// Courant numbers [-].
 const COURANT: [f64; 5] = [0.2, 0.4, 0.6, 0.8, 0.95];
@@ -27,6 +27,8 @@ pub enum Axis {
     Courant,
     /// Where in a cell the projectile hits.
     Position,
+    /// Where lines of nodes lie under the hit: counted from the edges of the ply instead of from the hit.
+    Lines,
     /// Nothing that matters: what differs is chance.
     Chance,
     /// Where contact is sampled.
@@ -37,8 +39,16 @@ pub enum Axis {
 
 impl Axis {
     /// All but the reference.
-    pub const ALL: [Self; 7] =
-        [Self::Position, Self::Finer, Self::Courant, Self::Coarser, Self::Sampling, Self::Hourglass, Self::Chance];
+    pub const ALL: [Self; 8] = [
+        Self::Position,
+        Self::Lines,
+        Self::Finer,
+        Self::Courant,
+        Self::Coarser,
+        Self::Sampling,
+        Self::Hourglass,
+        Self::Chance,
+    ];
 
     /// Whether a figure is asked for the residual velocity, so that it is worth a mean.
     pub(super) fn asks_for_a_mean(self) -> bool {
@@ -53,6 +63,7 @@ impl Axis {
             Self::Coarser => "coarser mesh",
             Self::Courant => "Courant number",
             Self::Position => "position of the hit",
+            Self::Lines => "lines of nodes under the hit",
             Self::Chance => "a nanometre off",
             Self::Sampling => "contact sampling",
             Self::Hourglass => "hourglass coefficient",
@@ -83,6 +94,10 @@ impl Setting {
 pub fn settings(case: &Case, quick: bool) -> Vec<Setting> {
     let mut all = vec![Setting::new(Axis::Reference, "the case as it is".to_owned(), &[])];
     all.extend(SHIFTS.iter().filter(|shift| !quick || shift[0] == shift[1]).map(|shift| shifted(case, *shift)));
+    if case.pack.grading.is_some_and(|grading| grading.lines_from == LinesFrom::Hit) {
+        let shifts = SHIFTS.iter().filter(|shift| !quick || shift[0] == shift[1]);
+        all.extend(shifts.map(|shift| shifted_lines(case, *shift)));
+    }
     all.extend(meshes(case));
     let courant = if quick { &COURANT_QUICK[..] } else { &COURANT };
     for courant in courant.iter().filter(|courant| **courant != case.solver.courant) {
@@ -126,6 +141,13 @@ fn shifted(case: &Case, shift: [f64; 2]) -> Setting {
     let name = format!("{}, {} cells", shift[0], shift[1]);
     let half_cell = shift.iter().all(|part| [0.0, 0.5].contains(part));
     Setting { half_cell, ..Setting::new(Axis::Position, name, &[offset(case, [x * 1e3, y * 1e3])]) }
+}
+
+/// The hit moved likewise, over lines that are counted from the edges.
+fn shifted_lines(case: &Case, shift: [f64; 2]) -> Setting {
+    let moved = shifted(case, shift);
+    let sets = moved.sets.into_iter().chain(["/pack/mesh_grading/lines_from=edges".to_owned()]).collect();
+    Setting { axis: Axis::Lines, sets, half_cell: false, ..moved }
 }
 
 /// The point of aim moved by `by` [mm].

@@ -52,6 +52,10 @@ pub fn figures(measured: &Measured) -> Vec<Figure> {
             figure(name, "position, elements, Courant number", energy, absorbed_spread(measured, at))
         }),
     );
+    // An even mesh has no other lines than those counted from the edges.
+    if measured.rows.iter().any(|row| row.setting.axis == Axis::Lines) {
+        figures.push(figure(ballistic, "lines of nodes under the hit", 0.05, of(Axis::Lines, &limit)));
+    }
     figures
 }
 
