@@ -14,7 +14,8 @@ mod residual;
 use ripstop::study::outcomes::{Outcomes, Shot};
 
 /// Wu & Tian 2014, Table 1: range 0 to 22, σ guessed as 3.
-const WU_TIAN: &str = "5.5/0 16.5/1 11/0 13.8/1 10.1/0 14.7/1 10.4/1 11.7/1 9.7/1 7.3/0 7.8/0 8.1/0 12.2/1 8.5/0 11.8/1";
+const WU_TIAN: &str =
+    "5.5/0 16.5/1 11/0 13.8/1 10.1/0 14.7/1 10.4/1 11.7/1 9.7/1 7.3/0 7.8/0 8.1/0 12.2/1 8.5/0 11.8/1";
 /// The same, and the third phase of the overview of the package `gonogo`.
 const GONOGO: &str = "11.7106/1 11.40675/1 11.15419/0 12.46178/1 12.27455/1 12.10918/1 11.96126/1 11.82756/1 11.70565/1 11.59367/1 \
                       11.49016/1 11.39395/1 11.3041/1 11.21983/1 11.1405/1";

@@ -161,7 +161,7 @@ fn arithmetic(found: &Fit) -> String {
     for (rule, result) in &found.arithmetic {
         let words = match result {
             Ok(mean) => format!("{} m/s, spread {} m/s", short(mean.mean, 4), short(mean.spread, 3)),
-            Err(why) => format!("none: {}", fit::refusal(rule, why)),
+            Err(why) => format!("none: {}", fit::refusal(why)),
         };
         table.row([rule.standard.to_owned(), fit::rule(rule), words]);
     }

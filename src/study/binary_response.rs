@@ -12,6 +12,8 @@ use super::search::root;
 const STEPS: usize = 500;
 /// Newton decrement below which heights differ by rounding only: the log-likelihood is then within half of it.
 const CLOSE: f64 = 1e-10;
+/// Newton decrement of steps that move no digit.
+const NOTHING: f64 = 1e-28;
 /// Step of the differences that give the curvature of the penalty.
 const DIFFERENCE: f64 = 1e-4;
 /// Share of a step that must lead upwards.
@@ -303,7 +305,7 @@ impl Problem {
         for _ in 0..STEPS {
             let step = self.step(line, penalty).ok_or(NoEstimate::Unsettled)?;
             let close = step.decrement < CLOSE;
-            if close && step.decrement >= last {
+            if step.decrement < NOTHING || (close && step.decrement >= last) {
                 return Ok(line);
             }
             last = step.decrement;

@@ -28,7 +28,8 @@ fn a_spread_that_is_too_wide_is_refused_with_the_mean() {
 
 #[test]
 fn a_spread_that_is_just_met_is_met() {
-    let within = |fastest: &str| arithmetic_v50(&outcomes(&format!("400/0 410/0 420/0 425/1 430/1 {fastest}/1")), &THREE);
+    let within =
+        |fastest: &str| arithmetic_v50(&outcomes(&format!("400/0 410/0 420/0 425/1 430/1 {fastest}/1")), &THREE);
     assert!(within("438").is_ok());
     assert!(within("438.1").is_err());
 }

@@ -48,13 +48,12 @@ fn range(number: u32, row: usize, design: Design, count: usize) -> Range {
     let Ok(found) = fit(Link::Probit, &outcomes) else { return Range::default() };
     let truth = |p: f64| mu + SIGMA * Link::Probit.quantile(p);
     let mut open = false;
-    let held = [(Interval::Likelihood, 0.5), (Interval::Wald, 0.5), (Interval::Likelihood, 0.9), (Interval::Wald, 0.9)].map(
-        |(kind, p)| {
+    let held = [(Interval::Likelihood, 0.5), (Interval::Wald, 0.5), (Interval::Likelihood, 0.9), (Interval::Wald, 0.9)]
+        .map(|(kind, p)| {
             let bounds = interval(kind, Link::Probit, &outcomes, Some(&found), p, LEVEL);
             open |= bounds.low.is_none() || bounds.high.is_none();
             bounds.holds(truth(p))
-        },
-    );
+        });
     Range { estimate: true, firth: !outcomes.overlap(), open, held }
 }
 
@@ -64,16 +63,18 @@ fn percent(count: usize, of: usize) -> f64 {
 
 #[test]
 fn intervals_hold_the_truth_as_often_as_the_book_says() {
-    let mut table = "| design | shots | no overlap % | open % | V50, likelihood | V50, Wald | V90, likelihood | V90, Wald |\n\
+    let mut table =
+        "| design | shots | no overlap % | open % | V50, likelihood | V50, Wald | V90, likelihood | V90, Wald |\n\
                      |---|---|---|---|---|---|---|---|\n"
-        .to_owned();
+            .to_owned();
     let mut row = 0;
     for count in [12, 30] {
         for (name, design) in DESIGNS {
             row += 1;
             let ranges: Vec<Range> = (0..RANGES).into_par_iter().map(|n| range(n, row, design, count)).collect();
             let with: Vec<&Range> = ranges.iter().filter(|range| range.estimate).collect();
-            let share = |of: &dyn Fn(&Range) -> bool| percent(with.iter().filter(|range| of(range)).count(), with.len());
+            let share =
+                |of: &dyn Fn(&Range) -> bool| percent(with.iter().filter(|range| of(range)).count(), with.len());
             let held = [0, 1, 2, 3].map(|kind| share(&|range| range.held[kind]));
             let [v50, v50_wald, v90, v90_wald] = held;
             table += &format!(

@@ -112,7 +112,11 @@ fn without_overlap_firths_penalty_gives_the_estimate_and_says_so() {
     let found = fit(Link::Logit, &outcomes).unwrap();
     let eta = |velocity: f64| (velocity - found.mu) / found.sigma;
     let info = |of: fn(f64) -> f64| -> f64 {
-        outcomes.groups().iter().map(|group| Link::Logit.information(eta(group.velocity)) * of(eta(group.velocity))).sum()
+        outcomes
+            .groups()
+            .iter()
+            .map(|group| Link::Logit.information(eta(group.velocity)) * of(eta(group.velocity)))
+            .sum()
     };
     let (s0, s1, s2) = (info(|_| 1.0), info(|z| z), info(|z| z * z));
     let mut score = [0.0; 2];

@@ -75,7 +75,8 @@ fn at_an_end_the_likelihood_has_fallen_by_half_of_chi_square() {
                     let mu = t - link.quantile(p) * sigma;
                     let terms = all.groups().iter().map(|group| {
                         let eta = (group.velocity - mu) / sigma;
-                        group.perforated as f64 * link.ln_probability(eta) + group.stopped as f64 * link.ln_probability(-eta)
+                        group.perforated as f64 * link.ln_probability(eta)
+                            + group.stopped as f64 * link.ln_probability(-eta)
                     });
                     terms.sum()
                 };

@@ -86,7 +86,8 @@ fn the_weakest_of_many_pieces_has_the_closed_form() {
     const CHAINS: u32 = 20_000;
     let pieces = 8;
     let chain = |n: u32| {
-        let draw = |piece: u32| YARN.strength(50.0, Key { seed: 11, yarn: n, element: piece, ..Key::default() }.uniform()[0]);
+        let draw =
+            |piece: u32| YARN.strength(50.0, Key { seed: 11, yarn: n, element: piece, ..Key::default() }.uniform()[0]);
         (0..pieces).map(draw).fold(f64::INFINITY, f64::min)
     };
     let mut strengths: Vec<f64> = (0..CHAINS).map(chain).collect();

@@ -22,7 +22,11 @@ fn a_curve_is_found_again_from_its_own_points() {
         near(found.limit, limit, 1e-4);
         near(found.factor, factor, 1e-6);
         near(found.exponent, exponent, 1e-5);
-        near(found.residual(limit + 100.0), factor * ((limit + 100.0).powf(exponent) - limit.powf(exponent)).powf(1.0 / exponent), 1e-4);
+        near(
+            found.residual(limit + 100.0),
+            factor * ((limit + 100.0).powf(exponent) - limit.powf(exponent)).powf(1.0 / exponent),
+            1e-4,
+        );
         assert_eq!(found.residual(limit - 1.0), 0.0);
     }
     let found = residual_fit(Curve::RechtIpson, &exact(1.0, 2.0, 300.0), 0.9).unwrap();
@@ -56,7 +60,9 @@ fn intervals_hold_the_limit_as_often_as_they_say() {
     let mut held = [0; 2];
     let ranges = 400;
     for range in 0..ranges {
-        let noise = |n: u32| 8.0 * Link::Probit.quantile(Key { seed: 3, shot: range, element: n, ..Key::default() }.uniform()[0]);
+        let noise = |n: u32| {
+            8.0 * Link::Probit.quantile(Key { seed: 3, shot: range, element: n, ..Key::default() }.uniform()[0])
+        };
         let range = |factor: f64, exponent: f64| -> Vec<Passed> {
             let shot = |n: u32| {
                 let impact = 300.0 + 15.0 * f64::from(n);

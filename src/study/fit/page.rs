@@ -88,7 +88,7 @@ fn arithmetic(fit: &Fit) -> String {
         .map(|(of, found)| {
             let (value, why) = match found {
                 Ok(found) => (short(found.mean, 5), format!("spread {} m/s", short(found.spread, 3))),
-                Err(why) => ("none".to_owned(), refusal(of, why)),
+                Err(why) => ("none".to_owned(), refusal(why)),
             };
             row(&[rule(of), of.standard.to_owned(), value, why])
         })

@@ -6,7 +6,6 @@ use std::path::Path;
 
 use ::csv::{ReaderBuilder, StringRecord, Trim};
 
-use crate::case::nearest;
 use crate::diff::{bounded, few, one_line, plain_text, quoted, separator};
 use crate::study::error::StudyError;
 use crate::study::outcomes::{Group, Outcomes};
@@ -23,6 +22,8 @@ const FASTEST: f64 = 1e6;
 
 /// Columns, the first two of which must be there.
 const COLUMNS: [&str; 4] = ["velocity_m_s", "perforated", "count", "residual_velocity_m_s"];
+/// Letters of a column's name that a heading like it holds.
+const STEM: usize = 7;
 /// What a table looks like.
 const EXAMPLE: &str = "a first line velocity_m_s,perforated and lines such as 431.5,1";
 
@@ -122,7 +123,10 @@ impl Heading {
         if let Some(missing) =
             COLUMNS.iter().zip(places).take(2).find(|(_, place)| place.is_none()).map(|(name, _)| name)
         {
-            let near = names.iter().map(String::as_str).find(|name| nearest(name, [*missing]).is_some());
+            // `velocity`, `Impact velocity (m/s)` or `perforation` are meant as the column they resemble.
+            let stem = &missing[..STEM];
+            let near =
+                names.iter().find(|name| name.to_lowercase().contains(stem) && !COLUMNS.contains(&name.as_str()));
             let help = match near {
                 Some(near) => format!("rename {} to {missing}", quoted(near)),
                 None => format!("write {EXAMPLE}"),

@@ -54,7 +54,7 @@ fn arithmetic((of, found): &(Rule, Result<Arithmetic, Refusal>)) -> Value {
         "standard": of.standard,
         "value": found.as_ref().ok().map(|found| found.mean),
         "spread": spread,
-        "refused": found.as_ref().err().map(|why| refusal(of, why)),
+        "refused": found.as_ref().err().map(refusal),
     })
 }
 
@@ -79,13 +79,13 @@ pub fn rule(rule: &Rule) -> String {
 }
 
 /// Why a rule gives no V50.
-pub fn refusal(rule: &Rule, why: &Refusal) -> String {
+pub fn refusal(why: &Refusal) -> String {
     match why {
         Refusal::TooFew { counts: [perforated, stopped] } => {
-            format!("needs {0} perforations and {0} stops, there are {perforated} and {stopped}", rule.pairs)
+            format!("there are {perforated} perforations and {stopped} stops")
         }
         Refusal::TooWide(found) => {
-            format!("the shots spread over {} m/s; their mean is {} m/s", short(found.spread, 4), short(found.mean, 4))
+            format!("spread {} m/s, mean {} m/s", short(found.spread, 4), short(found.mean, 4))
         }
     }
 }
