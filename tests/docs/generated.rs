@@ -61,7 +61,7 @@ fn no_generated_part_is_held_by_nobody() {
         names.extend(parts.map(|part| part.split_once(" -->").unwrap().0.to_owned()));
     }
     names.sort();
-    let mut held = [BY_COMMAND, BY_OTHERS].concat();
+    let mut held = [&BY_COMMAND[..], &BY_OTHERS].concat();
     held.sort_unstable();
     assert_eq!(names, held);
 }

@@ -1,7 +1,7 @@
 //! Designs replay published paths.
 
 use ripstop::study::binary_response::fit;
-use ripstop::study::designs::{Langlie, Neyer, RobbinsMonro, ThreePod, UpDown};
+use ripstop::study::designs::{Langlie, Neyer, RobbinsMonro, ThreePod, UpDown, d_optimal};
 use ripstop::study::link::Link;
 use ripstop::study::outcomes::Shot;
 
@@ -27,6 +27,24 @@ fn neyers_published_path_is_followed() {
     let mirrored: Vec<Shot> = all.iter().map(mirror).collect();
     for (n, shot) in mirrored.iter().enumerate() {
         near(design.next(&mirrored[..n]), shot.velocity, 0.005);
+    }
+}
+
+/// The published path has overlap after one shot that was placed with the guess. Without it the next one takes 0.8 of the guess: the gap
+/// from 1 to 1.02 is narrower than that, and shots outside leave it as it is.
+#[test]
+fn neyers_guess_shrinks_with_each_shot_that_gave_no_overlap() {
+    let design = Neyer { low: 0.6, high: 1.4, sigma: 0.1 };
+    let mut all = shots("1/0 1.02/1");
+    let mut sigma = 0.1;
+    for _ in 0..3 {
+        let seen = all.iter().collect();
+        let velocity = design.next(&all);
+        near(velocity, d_optimal(&seen, 1.01, sigma), 1e-9);
+        assert!((velocity - d_optimal(&seen, 1.01, sigma / 0.8)).abs() > 1e-3);
+        assert!(!(0.999..1.021).contains(&velocity), "{velocity}");
+        all.push(shot(velocity, velocity > 1.01));
+        sigma *= 0.8;
     }
 }
 
