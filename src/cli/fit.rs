@@ -143,7 +143,10 @@ fn curve(found: &Fit) -> String {
         let chance = estimate.probability(low + (high - low) * n as f64 / (COLUMNS - 1) as f64);
         rows[((1.0 - chance) * (ROWS - 1) as f64).round() as usize][n] = '*';
     }
-    let line = |name: &str, cells: &[char]| format!("{name:>10} {}\n", cells.iter().collect::<String>().trim_end());
+    let line = |name: &str, cells: &[char]| {
+        let text = format!("{name:>10} {}", cells.iter().collect::<String>());
+        text.trim_end().to_owned() + "\n"
+    };
     let [above, below] = &marks;
     let mut out = line("perforated", above);
     for (n, row) in rows.iter().enumerate() {

@@ -103,6 +103,7 @@ fn residual_velocities_and_the_rules_of_standards_are_looked_at() {
         assert!(text.contains(part), "{part} in\n{text}");
     }
     assert!(text.lines().all(|line| line.chars().count() <= 80), "{text}");
+    assert!(text.lines().all(|line| line.trim_end() == line), "{text}");
     assert!(!text.contains('\u{1b}'));
 }
 

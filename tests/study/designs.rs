@@ -35,7 +35,7 @@ fn neyers_published_path_is_followed() {
 #[test]
 fn neyers_guess_shrinks_with_each_shot_that_gave_no_overlap() {
     let design = Neyer { low: 0.6, high: 1.4, sigma: 0.1 };
-    let mut all = shots("1/0 1.02/1");
+    let mut all = shots("0.6/0 1.4/1 1/0 1.02/1");
     let mut sigma = 0.1;
     for _ in 0..3 {
         let seen = all.iter().collect();
