@@ -22,7 +22,8 @@
 //!   `deflection` measures the largest of what hangs on something, [`profile`] deflection and waves. Whoever wants to follow a run implements [`simulation::Watch`] and gets
 //!   progress and [`frame`]s, the whole scene at one time.
 //! - [`checkpoint`] writes a run down between two steps, and lets it go on from there to the same bits.
-//! - [`diff`] holds finished runs and measured curves against each other.
+//! - [`diff`] holds finished runs and measured curves against each other; [`study`] makes a ballistic limit of many shots, fired or
+//!   computed.
 //! - [`warnings`] says what makes a result less certain than it looks: numbered, each with its threshold.
 //! - [`output`] writes files, [`output::report`] the page among them, and checks expectations; [`verify`] is the built-in verification
 //!   table, [`validate`] holds published numbers against what is computed, [`bench`] measures run time against error.
@@ -78,6 +79,7 @@ mod record;
 pub mod simulation;
 pub mod state;
 pub mod step;
+pub mod study;
 mod tally;
 pub mod unit_cell;
 pub mod validate;

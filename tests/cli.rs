@@ -12,6 +12,7 @@ mod diff;
 mod exit_codes;
 mod expectations;
 mod files;
+mod fit;
 mod logging;
 mod new;
 mod no_gpu;

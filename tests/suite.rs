@@ -21,6 +21,7 @@ mod shaders;
 mod shocks;
 mod shots;
 mod stress;
+mod study;
 mod support;
 mod symmetry;
 mod unit_cell;

@@ -6,8 +6,9 @@ use clap::{ArgAction, Args, Parser, Subcommand, ValueEnum, builder::RangedU64Val
 
 use clap_complete::Shell;
 use ripstop::simulation::{self, Skips};
+use ripstop::study;
 
-use super::range::{Range, interval, percent, shift};
+use super::range::{Range, interval, level, percent, shift};
 
 /// The whole command line.
 #[derive(Debug, Parser)]
@@ -50,6 +51,8 @@ pub(crate) enum Command {
     Compare(CompareArguments),
     /// Runs and measured curves against the first of them: results, keys of the case, curves over each other
     Diff(DiffArguments),
+    /// Shots that perforated or were stopped: V50, scatter, intervals
+    Fit(FitArguments),
     /// What this machine offers and what `--backend auto` would choose
     Info(InfoArguments),
     /// JSON Schema of the case file
@@ -456,6 +459,60 @@ pub(crate) struct DiffArguments {
     pub(crate) json: bool,
 }
 
+/// `ripstop fit`
+#[derive(Args, Debug)]
+#[command(after_help = "Examples:
+  ripstop fit shots.csv
+  ripstop fit shots.csv --link logit --level 95% -o out/limit
+  ripstop fit shots.csv --json | jq '.quantiles[] | select(.p == 0.5)'
+
+DATA.csv has a heading and the columns velocity_m_s and perforated (1 where the projectile passed, 0 where it was \
+stopped), and if wanted count (shots that were alike) and residual_velocity_m_s. Other columns are left alone.
+
+Without a stop that was faster than a perforation the likelihood has no maximum: the estimate is then the one with Firth's \
+penalty, and says so. DIR gets fit.json, fit.svg and fit.html.")]
+pub(crate) struct FitArguments {
+    /// CSV of shots
+    #[arg(value_name = "DATA.csv")]
+    pub(crate) data: PathBuf,
+    /// Distribution of the thresholds
+    #[arg(long, value_enum, default_value = "probit")]
+    pub(crate) link: Link,
+    /// Two-sided confidence of the intervals, such as 0.9 or 95%
+    #[arg(long, value_name = "LEVEL", value_parser = level, default_value = "0.9", allow_hyphen_values = true)]
+    pub(crate) level: f64,
+    /// How intervals are made
+    #[arg(long, value_enum, default_value = "likelihood")]
+    pub(crate) interval: IntervalKind,
+    /// Folder for fit.json, fit.svg and fit.html [default: none is written]
+    #[arg(long, short, value_name = "DIR")]
+    pub(crate) out: Option<PathBuf>,
+    /// Print nothing but errors
+    #[arg(long, short)]
+    pub(crate) quiet: bool,
+    /// Print JSON
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+/// Distribution of the thresholds.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Link {
+    /// Normal
+    Probit,
+    /// Logistic
+    Logit,
+}
+
+/// How intervals are made.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum IntervalKind {
+    /// Likelihood ratio
+    Likelihood,
+    /// Estimate and standard error: too short for few shots
+    Wald,
+}
+
 /// `ripstop info`
 #[derive(Args, Debug)]
 pub(crate) struct InfoArguments {
@@ -558,6 +615,24 @@ impl From<Precision> for simulation::Precision {
         match precision {
             Precision::F64 => Self::F64,
             Precision::F32 => Self::F32,
+        }
+    }
+}
+
+impl From<Link> for study::link::Link {
+    fn from(link: Link) -> Self {
+        match link {
+            Link::Probit => Self::Probit,
+            Link::Logit => Self::Logit,
+        }
+    }
+}
+
+impl From<IntervalKind> for study::interval::Interval {
+    fn from(kind: IntervalKind) -> Self {
+        match kind {
+            IntervalKind::Likelihood => Self::Likelihood,
+            IntervalKind::Wald => Self::Wald,
         }
     }
 }

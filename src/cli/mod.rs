@@ -10,6 +10,7 @@ pub(crate) mod crossover;
 pub(crate) mod diff;
 pub(crate) mod explain;
 pub(crate) mod failure;
+pub(crate) mod fit;
 pub(crate) mod follow;
 pub(crate) mod info;
 pub(crate) mod input;

@@ -66,6 +66,19 @@ pub(crate) fn percent(text: &str) -> Result<f64, String> {
     }
 }
 
+/// A two-sided confidence, between 0 and 1; or in percent with its sign.
+pub(crate) fn level(text: &str) -> Result<f64, String> {
+    let text = text.trim();
+    let level = match text.strip_suffix('%') {
+        Some(percent) => percent.trim_end().parse::<f64>().map(|percent| percent / 100.0),
+        None => text.parse::<f64>(),
+    };
+    match level {
+        Ok(level) if (0.01..=0.9999).contains(&level) => Ok(level),
+        _ => Err(format!("expected a confidence from 0.01 to 0.9999, such as 0.9 or 90%, found {text:?}")),
+    }
+}
+
 /// A time of either sign [µs].
 pub(crate) fn shift(text: &str) -> Result<f64, String> {
     match text.trim().parse::<f64>() {

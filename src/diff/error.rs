@@ -32,7 +32,7 @@ impl DiffError {
 }
 
 /// Names in a row, the first few of many.
-pub(super) fn few<'a>(names: impl IntoIterator<Item = &'a str>) -> String {
+pub(crate) fn few<'a>(names: impl IntoIterator<Item = &'a str>) -> String {
     const SHOWN: usize = 8;
     let names: Vec<&str> = names.into_iter().collect();
     let more = names.len().saturating_sub(SHOWN);
@@ -45,7 +45,7 @@ pub(super) fn few<'a>(names: impl IntoIterator<Item = &'a str>) -> String {
 }
 
 /// A word of a file in quotes, control characters escaped, cut at 40 characters.
-pub(super) fn quoted(text: &str) -> String {
+pub(crate) fn quoted(text: &str) -> String {
     let short: String = text.chars().take(40).collect();
     let rest = if short.len() < text.len() { "…" } else { "" };
     format!("{:?}", short + rest)

@@ -132,7 +132,7 @@ fn object(path: &Path) -> Result<Value, DiffError> {
 }
 
 /// A file of a bounded size; a pipe has none beforehand.
-fn bounded(path: &Path, most: u64, help: &str) -> Result<Vec<u8>, DiffError> {
+pub(crate) fn bounded(path: &Path, most: u64, help: &str) -> Result<Vec<u8>, DiffError> {
     let place = path.display().to_string();
     let failed = |error: io::Error| DiffError::new(&place, "a file that can be read", error.to_string(), help);
     let large = || {

@@ -30,6 +30,8 @@ mod text;
 
 pub use draw::svg;
 pub use error::DiffError;
+pub(crate) use error::{few, quoted};
+pub(crate) use input::bounded;
 pub use input::{Input, Kind};
 pub use keys::Key;
 pub use page::html;
@@ -37,6 +39,7 @@ pub use pair::{CurveRow, Pair};
 pub use request::{Options, Request};
 pub use summary::SummaryRow;
 pub use table::{Column, Table};
+pub(crate) use table::{one_line, separator, text as plain_text};
 pub use text::{csv, json, word};
 
 /// Inputs at most: so many lines can be told apart in one figure.

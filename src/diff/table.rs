@@ -126,7 +126,7 @@ fn unreadable(error: &::csv::Error) -> DiffError {
 }
 
 /// The text, every line of which ends with a line feed.
-fn text(bytes: &[u8]) -> Result<String, DiffError> {
+pub(crate) fn text(bytes: &[u8]) -> Result<String, DiffError> {
     let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
     let line = |at: usize| format!("line {}", bytes[..at].iter().filter(|byte| **byte == b'\n').count() + 1);
     let no_text = |at: usize, byte: u8| {
@@ -146,7 +146,7 @@ fn text(bytes: &[u8]) -> Result<String, DiffError> {
 }
 
 /// What separates the names of the heading: the most frequent of three, outside quotes.
-fn separator(text: &str) -> u8 {
+pub(crate) fn separator(text: &str) -> u8 {
     let heading = text.lines().find(|line| !line.trim().is_empty() && !line.starts_with('#')).unwrap_or_default();
     let outside: Vec<u8> = heading.split('"').step_by(2).flat_map(str::bytes).collect();
     let count = |sign: u8| outside.iter().filter(|byte| **byte == sign).count();
@@ -155,7 +155,7 @@ fn separator(text: &str) -> u8 {
 }
 
 /// A heading on one line, without what would steer a terminal.
-pub(super) fn one_line(heading: &str) -> String {
+pub(crate) fn one_line(heading: &str) -> String {
     heading
         .split(|c: char| c.is_control() || c.is_whitespace())
         .filter(|part| !part.is_empty())

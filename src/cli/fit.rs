@@ -1,0 +1,205 @@
+//! `ripstop fit`: from shots to a ballistic limit.
+
+use std::path::Path;
+
+use ripstop::output::Folder;
+use ripstop::output::number::short;
+use ripstop::study::StudyError;
+use ripstop::study::binary_response::Method;
+use ripstop::study::fit::{self, Fit, Quantile, Request};
+
+use super::arguments::FitArguments;
+use super::failure::Failure;
+use super::result::part;
+use super::run::Print;
+use super::table::{Align, Table};
+use super::{paint, screen};
+
+/// What is written.
+const FILES: [&str; 3] = ["fit.json", "fit.svg", "fit.html"];
+/// Columns and rows of the curve on the terminal.
+const COLUMNS: usize = 61;
+const ROWS: usize = 9;
+
+/// Fits, prints and writes.
+pub(crate) fn fit(arguments: &FitArguments) -> Result<(), Failure> {
+    let rows = fit::read(&arguments.data)?;
+    let request = Request { link: arguments.link.into(), level: arguments.level, interval: arguments.interval.into() };
+    let found = fit::fit(&rows, request);
+    let written = arguments.out.as_deref().map(|out| write(out, &arguments.data, &found)).transpose()?;
+    match Print::of(arguments.json, arguments.quiet) {
+        Print::Json => screen::print(&format!("{:#}\n", fit::json(&found))),
+        Print::Table => screen::print(&text(&arguments.data, &found, written.as_ref())),
+        Print::Nothing => Ok(()),
+    }
+}
+
+impl From<StudyError> for Failure {
+    fn from(error: StudyError) -> Self {
+        Self::input(error.to_string())
+    }
+}
+
+fn write(out: &Path, data: &Path, found: &Fit) -> Result<Folder, Failure> {
+    let folder = Folder::prepare_for(out, &FILES, &[data])?;
+    let title = data.display().to_string();
+    let texts = [format!("{:#}\n", fit::json(found)), fit::svg(found, &title), fit::html(found, &title)];
+    let texts: Vec<(&str, String)> = FILES.into_iter().zip(texts).collect();
+    folder.put(&texts, &FILES)?;
+    Ok(folder)
+}
+
+/// The whole text.
+fn text(data: &Path, found: &Fit, folder: Option<&Folder>) -> String {
+    let [perforated, stopped] = found.outcomes.counts();
+    let shots = perforated + stopped;
+    let mut out = format!("{}: {shots} shots, {perforated} perforated, {stopped} stopped\n", data.display());
+    out += &format!("{}\n", screen::wrapped(&zone(found), 0).join("\n"));
+    out += &answer(found);
+    for note in fit::notes(found) {
+        let lines = screen::wrapped(&note, 6);
+        out += &format!("{}  {}\n", paint::caution("look"), lines.join("\n      "));
+    }
+    out += &part("velocity by chance of a perforation", &quantiles(found));
+    if found.estimate.is_ok() {
+        out += &part("chance of a perforation", &curve(found));
+    }
+    out += &part("arithmetic V50", &arithmetic(found));
+    out += &part("residual velocity", &residual(found));
+    if let Some(folder) = folder {
+        out += &format!("\n{}  {}\n  {}\n", paint::heading("files"), folder.path().display(), FILES.join(", "));
+    }
+    out
+}
+
+/// Where results are mixed, or how far apart they are.
+fn zone(found: &Fit) -> String {
+    match (found.outcomes.slowest_perforation(), found.outcomes.fastest_stop()) {
+        (Some(perforation), Some(stop)) => {
+            let [perforation, stop] = [perforation, stop].map(|velocity| short(velocity, 4));
+            let mixed = if found.outcomes.overlap() { "mixed results" } else { "no mixed results" };
+            format!("{mixed}: slowest perforation {perforation} m/s, fastest stop {stop} m/s")
+        }
+        _ => "one outcome only".to_owned(),
+    }
+}
+
+/// V50 and σ.
+fn answer(found: &Fit) -> String {
+    let (Ok(estimate), Some(v50)) = (&found.estimate, found.v50()) else { return String::new() };
+    let [low, high] = ends(v50);
+    let level = short(100.0 * found.request.level, 3);
+    let by = match estimate.method {
+        Method::MaximumLikelihood => "",
+        Method::Firth => ", with Firth's penalty",
+    };
+    let v50 = paint::heading(&format!("V50 {} m/s", short(estimate.mu, 4)));
+    let (sigma, link) = (short(estimate.sigma, 3), found.request.link.word());
+    format!(
+        "\n{v50}, {level} % interval {low} to {high} m/s\nσ {sigma} m/s, {link}{by}, deviance {}\n",
+        short(estimate.deviance(), 4)
+    )
+}
+
+/// Ends of an interval in words.
+fn ends(quantile: &Quantile) -> [String; 2] {
+    [quantile.bounds.low, quantile.bounds.high].map(end)
+}
+
+fn end(end: Option<f64>) -> String {
+    end.map_or_else(|| "none".to_owned(), |end| short(end, 4))
+}
+
+fn quantiles(found: &Fit) -> String {
+    use Align::Right;
+    let mut table = Table::new(&[("chance", Right), ("m/s", Right), ("low", Right), ("high", Right)]);
+    for quantile in &found.quantiles {
+        let [low, high] = ends(quantile);
+        let value = quantile.value.map_or_else(|| "-".to_owned(), |value| short(value, 4));
+        table.row([format!("{} %", short(100.0 * quantile.p, 3)), value, low, high]);
+    }
+    let kind = match found.request.interval {
+        ripstop::study::interval::Interval::Likelihood => "likelihood ratio",
+        ripstop::study::interval::Interval::Wald => "Wald",
+    };
+    format!("{table}{} % intervals, {kind}\n", short(100.0 * found.request.level, 3))
+}
+
+/// The chance over velocity, perforations above it, stops below.
+fn curve(found: &Fit) -> String {
+    let Ok(estimate) = &found.estimate else { return String::new() };
+    let [low, high] = found.outcomes.range();
+    let column = |velocity: f64| ((velocity - low) / (high - low) * (COLUMNS - 1) as f64).round() as usize;
+    let mut marks = [vec![' '; COLUMNS], vec![' '; COLUMNS]];
+    for group in found.outcomes.groups() {
+        for (row, count) in marks.iter_mut().zip([group.perforated, group.stopped]) {
+            if count > 0 {
+                row[column(group.velocity)] = '|';
+            }
+        }
+    }
+    let mut rows = vec![vec![' '; COLUMNS]; ROWS];
+    for n in 0..COLUMNS {
+        let chance = estimate.probability(low + (high - low) * n as f64 / (COLUMNS - 1) as f64);
+        rows[((1.0 - chance) * (ROWS - 1) as f64).round() as usize][n] = '*';
+    }
+    let line = |name: &str, cells: &[char]| {
+        let text = format!("{name:>10} {}", cells.iter().collect::<String>());
+        text.trim_end().to_owned() + "\n"
+    };
+    let [above, below] = &marks;
+    let mut out = line("perforated", above);
+    for (n, row) in rows.iter().enumerate() {
+        let name = if n % 2 == 0 { format!("{} %", 100 - 100 * n / (ROWS - 1)) } else { String::new() };
+        out += &line(&name, row);
+    }
+    out += &line("stopped", below);
+    let [low, high] = [low, high].map(|velocity| short(velocity, 4));
+    let axis = format!("{low}{high:>width$} m/s", width = COLUMNS.saturating_sub(low.chars().count()));
+    out + &line("", &axis.chars().collect::<Vec<_>>())
+}
+
+fn arithmetic(found: &Fit) -> String {
+    let mut table = Table::plain(&[Align::Left, Align::Left, Align::Left]);
+    for (rule, result) in &found.arithmetic {
+        let words = match result {
+            Ok(mean) => format!("{} m/s, spread {} m/s", short(mean.mean, 4), short(mean.spread, 3)),
+            Err(why) => format!("none: {}", fit::refusal(why)),
+        };
+        table.row([rule.standard.to_owned(), fit::rule(rule), words]);
+    }
+    table.to_string()
+}
+
+fn residual(found: &Fit) -> String {
+    use Align::{Left, Right};
+    if found.residual.is_empty() {
+        return String::new();
+    }
+    let heads = [
+        ("", Left),
+        ("limit m/s", Right),
+        ("low", Right),
+        ("high", Right),
+        ("a", Right),
+        ("p", Right),
+        ("scatter m/s", Right),
+    ];
+    let mut table = Table::new(&heads);
+    let mut refused = String::new();
+    for (curve, result) in &found.residual {
+        match result {
+            Ok(fit) => table.row([
+                curve.words().to_owned(),
+                short(fit.limit, 4),
+                end(fit.bounds.low),
+                end(fit.bounds.high),
+                short(fit.factor, 3),
+                short(fit.exponent, 3),
+                short(fit.scatter, 2),
+            ]),
+            Err(few) => refused += &format!("{}: {}\n", curve.words(), fit::too_few(few)),
+        }
+    }
+    format!("{table}{refused}Vr = a (Vs^p - V0^p)^(1/p)\n")
+}

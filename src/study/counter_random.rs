@@ -1,0 +1,81 @@
+//! Random numbers that are a function of what they are for: Philox4x32-10 (Salmon, Moraes, Dror & Shaw 2011).
+//!
+//! A draw is keyed by seed, shot, ply, yarn and element, and by nothing else: it does not depend on which shots ran before, or beside it.
+//! Only 32-bit integers take part, so that a shader can draw the same bits.
+
+/// Multipliers and key increments of the published generator.
+const MULTIPLIERS: [u32; 2] = [0xD251_1F53, 0xCD9E_8D57];
+const INCREMENTS: [u32; 2] = [0x9E37_79B9, 0xBB67_AE85];
+const ROUNDS: usize = 10;
+
+/// What a draw is for.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub struct Key {
+    /// Seed of the campaign.
+    pub seed: u64,
+    /// Shot, from 0.
+    pub shot: u32,
+    /// Ply, from 0; or [`Key::WHOLE`].
+    pub ply: u32,
+    /// Yarn of that ply, from 0; or [`Key::WHOLE`].
+    pub yarn: u32,
+    /// Element of that yarn, from 0; or [`Key::WHOLE`].
+    pub element: u32,
+}
+
+impl Key {
+    /// In place of a ply, a yarn or an element: the draw is for all of them.
+    pub const WHOLE: u32 = u32::MAX;
+
+    /// Four independent words of random bits.
+    pub fn words(self) -> [u32; 4] {
+        philox([self.shot, self.ply, self.yarn, self.element], [self.seed as u32, (self.seed >> 32) as u32])
+    }
+
+    /// Four independent numbers, uniform between 0 and 1, never either.
+    pub fn uniform(self) -> [f64; 4] {
+        self.words().map(uniform)
+    }
+}
+
+/// The middle of one of 2²³ equal parts of (0, 1): exact in single precision too.
+pub fn uniform(word: u32) -> f64 {
+    (f64::from(word >> 9) + 0.5) / f64::from(1_u32 << 23)
+}
+
+/// Philox4x32-10: a bijection of the counter for every key.
+pub fn philox(mut counter: [u32; 4], mut key: [u32; 2]) -> [u32; 4] {
+    for round in 0..ROUNDS {
+        if round > 0 {
+            key = [key[0].wrapping_add(INCREMENTS[0]), key[1].wrapping_add(INCREMENTS[1])];
+        }
+        let [high0, low0] = product(MULTIPLIERS[0], counter[0]);
+        let [high1, low1] = product(MULTIPLIERS[1], counter[2]);
+        counter = [high1 ^ counter[1] ^ key[0], low1, high0 ^ counter[3] ^ key[1], low0];
+    }
+    counter
+}
+
+/// Upper and lower half of a product, from products of half words: WGSL has no wider integers.
+fn product(a: u32, b: u32) -> [u32; 2] {
+    let ([a0, a1], [b0, b1]) = ([a & 0xFFFF, a >> 16], [b & 0xFFFF, b >> 16]);
+    // Neither sum can overflow: (2¹⁶ − 1)² + 2 (2¹⁶ − 1) = 2³² − 1.
+    let middle = a1 * b0 + ((a0 * b0) >> 16);
+    let carry = a0 * b1 + (middle & 0xFFFF);
+    [a1 * b1 + (middle >> 16) + (carry >> 16), a.wrapping_mul(b)]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_product_of_half_words_is_the_product() {
+        for [a, b] in
+            [[0, 1], [u32::MAX, u32::MAX], [0xFFFF, 0xFFFF_0000], [0x8000_0000, 3], [123_456_789, 987_654_321]]
+        {
+            let [high, low] = product(a, b);
+            assert_eq!((u64::from(high) << 32) | u64::from(low), u64::from(a) * u64::from(b), "{a} {b}");
+        }
+    }
+}

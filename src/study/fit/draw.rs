@@ -1,0 +1,149 @@
+//! `fit.svg`: chance of a perforation over velocity, with the shots and the intervals; beside it residual velocities.
+
+use std::fmt::Write as _;
+
+use super::Fit;
+use crate::output::chart::{self, Axis};
+use crate::output::number::short;
+use crate::study::residual_fit::{Curve, ResidualFit};
+
+/// Size of a panel.
+pub(super) const PANEL: [f64; 2] = [520.0, 340.0];
+/// Points of a curve.
+const POINTS: usize = 240;
+/// Colours of Okabe and Ito, which colour-blind people tell apart: perforations, stops, curves.
+const PERFORATED: &str = "#d55e00";
+const STOPPED: &str = "#0072b2";
+const CURVE: &str = "#222";
+/// Dashes of the second curve.
+const DASHES: &str = "7 4";
+
+/// Frame, grid, words; for the page too.
+pub(super) const STYLE: &str =
+    ".grid { stroke: #222; stroke-opacity: 0.1; } .frame { fill: none; stroke: #888; } text { fill: #222; }";
+
+/// The picture.
+pub fn svg(fit: &Fit, title: &str) -> String {
+    let panels = panels(fit);
+    let (width, height) = (PANEL[0] * panels.len() as f64, PANEL[1] + 40.0);
+    let mut out = format!(
+        "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {width} {height}\" width=\"{width}\" height=\"{height}\" \
+         font-family=\"sans-serif\" font-size=\"12\">\n<rect width=\"100%\" height=\"100%\" fill=\"white\"/>\n<style>{STYLE}</style>\n"
+    );
+    out += &chart::text(24.0, 26.0, "font-size=\"14\" font-weight=\"bold\"", title);
+    for (n, (_, drawing)) in panels.iter().enumerate() {
+        // Writing to a string cannot fail.
+        let _ = writeln!(out, "<g transform=\"translate({} 40)\">\n{drawing}</g>", PANEL[0] * n as f64);
+    }
+    out + "</svg>\n"
+}
+
+/// What each panel shows, and what lies inside.
+pub(super) fn panels(fit: &Fit) -> Vec<(&'static str, String)> {
+    let mut panels = vec![("chance of a perforation over impact velocity", chance(fit))];
+    if !fit.passed.is_empty() {
+        panels.push(("residual over impact velocity", residual(fit)));
+    }
+    panels
+}
+
+/// Velocities shown: those of the shots and of the quantiles, and of intervals what lies near them.
+fn velocities(fit: &Fit) -> [f64; 2] {
+    let [low, high] = fit.outcomes.range();
+    let reach = 0.6 * (high - low).max(1e-3 * high.abs()).max(1e-9);
+    let ends = fit.quantiles.iter().flat_map(|quantile| [quantile.value, quantile.bounds.low, quantile.bounds.high]);
+    let near = ends.flatten().map(|velocity| velocity.clamp(low - reach, high + reach));
+    let [low, high] = near.fold([low, high], |[low, high], velocity| [low.min(velocity), high.max(velocity)]);
+    let room = 0.04 * (high - low).max(reach);
+    [low - room, high + room]
+}
+
+fn evenly([low, high]: [f64; 2]) -> impl Iterator<Item = f64> {
+    (0..=POINTS).map(move |n| low + (high - low) * n as f64 / POINTS as f64)
+}
+
+/// A dot for shots of one kind; larger where they are many.
+fn dot(at: [f64; 2], count: u64, colour: &str) -> String {
+    let (radius, words) = (
+        3.5 * (count as f64).powf(0.25),
+        if count > 1 { format!("<title>{count} shots</title>") } else { String::new() },
+    );
+    format!(
+        "<circle cx=\"{:.1}\" cy=\"{:.1}\" r=\"{radius:.1}\" fill=\"{colour}\" fill-opacity=\"0.35\" stroke=\"{colour}\">{words}</circle>\n",
+        at[0], at[1]
+    )
+}
+
+fn chance(fit: &Fit) -> String {
+    let range = velocities(fit);
+    let x = Axis::linear(range, [64.0, PANEL[0] - 18.0]);
+    let y = Axis::linear([0.0, 1.0], [PANEL[1] - 58.0, 22.0]);
+    let mut out = chart::axes(&x, &y, ["impact velocity [m/s]", "chance of a perforation"]);
+    for quantile in &fit.quantiles {
+        let ends = [quantile.bounds.low.unwrap_or(range[0]), quantile.bounds.high.unwrap_or(range[1])];
+        let [from, to] = ends.map(|end| x.at(end.clamp(range[0], range[1])));
+        let at = y.at(quantile.p);
+        if quantile.value.is_some() {
+            let style = format!("stroke=\"{CURVE}\" stroke-opacity=\"0.45\" stroke-width=\"3\"");
+            let _ = writeln!(out, "<line x1=\"{from:.1}\" x2=\"{to:.1}\" y1=\"{at:.1}\" y2=\"{at:.1}\" {style}/>");
+        }
+    }
+    if let Ok(found) = &fit.estimate {
+        let points = evenly(range).map(|velocity| [velocity, found.probability(velocity)]);
+        out += &chart::line(&x, &y, points, &format!("stroke=\"{CURVE}\" stroke-width=\"2\""));
+    }
+    for group in fit.outcomes.groups() {
+        let at = |height: f64| [x.at(group.velocity), y.at(height)];
+        if group.perforated > 0 {
+            out += &dot(at(1.0), group.perforated, PERFORATED);
+        }
+        if group.stopped > 0 {
+            out += &dot(at(0.0), group.stopped, STOPPED);
+        }
+    }
+    let legend =
+        format!("orange: perforated, blue: stopped; bars: {} % intervals", short(100.0 * fit.request.level, 3));
+    out + &chart::text(x.paper[0], PANEL[1] - 8.0, "font-size=\"11\"", &legend)
+}
+
+fn residual(fit: &Fit) -> String {
+    let fits = || fit.residual.iter().filter_map(|(_, found)| found.as_ref().ok());
+    let fastest = fit.passed.iter().map(|shot| shot.impact).fold(0.0, f64::max);
+    let slowest =
+        fit.passed.iter().map(|shot| shot.impact).chain(fits().map(|found| found.limit)).fold(fastest, f64::min);
+    let room = 0.05 * (fastest - slowest).max(1e-3 * fastest).max(1e-9);
+    let range = [slowest - room, fastest + room];
+    let highest = fit
+        .passed
+        .iter()
+        .map(|shot| shot.residual)
+        .chain(fits().map(|found| found.residual(range[1])))
+        .fold(0.0, f64::max);
+    let x = Axis::linear(range, [78.0, PANEL[0] - 18.0]);
+    let y = Axis::linear(chart::rounded_up([0.0, highest]), [PANEL[1] - 58.0, 22.0]);
+    let mut out = chart::axes(&x, &y, ["impact velocity [m/s]", "residual velocity [m/s]"]);
+    for found in fits() {
+        // The curve rises from the limit with an infinite slope: its points are dense there.
+        let squared = evenly([0.0, 1.0]).map(|share| found.limit + (range[1] - found.limit) * share * share);
+        let points = squared.filter(|impact| *impact >= range[0]).map(|impact| [impact, found.residual(impact)]);
+        out += &chart::line(
+            &x,
+            &y,
+            points,
+            &format!("stroke=\"{CURVE}\" stroke-width=\"2\" stroke-dasharray=\"{}\"", dashes(found)),
+        );
+    }
+    for shot in &fit.passed {
+        out += &dot([x.at(shot.impact), y.at(shot.residual)], shot.count, PERFORATED);
+    }
+    chart_legend(&mut out, x.paper[0]);
+    out
+}
+
+fn dashes(found: &ResidualFit) -> &'static str {
+    if found.curve == Curve::RechtIpson { "none" } else { DASHES }
+}
+
+fn chart_legend(out: &mut String, x: f64) {
+    *out += &chart::text(x, PANEL[1] - 8.0, "font-size=\"11\"", "line: Recht-Ipson; dashed: Lambert-Jonas");
+}
