@@ -11,6 +11,7 @@ mod crossover;
 mod diff;
 mod exit_codes;
 mod expectations;
+mod faults;
 mod files;
 mod fit;
 mod logging;
@@ -56,7 +57,12 @@ impl Bench {
     }
 
     fn command(&self, arguments: &[&str]) -> Command {
-        let mut command = Command::new(env!("CARGO_BIN_EXE_ripstop"));
+        self.command_of(env!("CARGO_BIN_EXE_ripstop"), arguments)
+    }
+
+    /// The same with another program in between.
+    fn command_of(&self, program: &str, arguments: &[&str]) -> Command {
+        let mut command = Command::new(program);
         command.current_dir(self.folder.path()).args(arguments).stdin(Stdio::null());
         command.envs(DRIVER_FILES.map(|name| (name, "/nowhere/at/all"))).env("NODEVICE_SELECT", "1");
         command

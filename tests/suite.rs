@@ -10,6 +10,7 @@ mod deflection;
 mod docs;
 mod element;
 mod frames;
+mod fuzz;
 mod graded;
 mod kept;
 mod objectivity;

@@ -7,6 +7,10 @@ use crate::case::Case;
 use crate::output;
 use crate::simulation::{Options, Precision, Skips};
 
+/// Steps, and worker threads, of any run at most.
+const MAX_STEPS: u64 = 1_000_000_000;
+const MAX_THREADS: usize = 1024;
+
 /// The run, and how far it has come.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Head {
@@ -100,10 +104,20 @@ impl Head {
     /// Whether the run was one of this case.
     pub(super) fn check_case(&self, case: &Case) -> Result<(), Fault> {
         let hash = output::case_hash(&case.as_run);
-        if hash == self.case_hash {
-            return Ok(());
+        if hash != self.case_hash {
+            return Err(Fault::Case { checkpoint: self.case_hash.clone(), case: hash });
         }
-        Err(Fault::Case { checkpoint: self.case_hash.clone(), case: hash })
+        if self.is_possible() { Ok(()) } else { Err(Fault::Contents("steps and times of the head")) }
+    }
+
+    /// Whether a run can have come so far: who goes on counts through all steps that were done.
+    fn is_possible(&self) -> bool {
+        let of_steps = self.step as f64 * self.time_step;
+        let lengths = [self.every, self.time_step].iter().all(|length| length.is_finite() && *length > 0.0);
+        lengths
+            && self.step <= MAX_STEPS
+            && (self.time - of_steps).abs() <= self.time_step
+            && self.threads.is_none_or(|threads| threads <= MAX_THREADS)
     }
 
     /// Whether this is of the same run, to the last bit, at whatever time.

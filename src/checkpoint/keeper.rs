@@ -73,9 +73,12 @@ impl<'a> Keeper<'a> {
     }
 
     fn complaint(&self, time: f64, reason: &str) -> String {
-        let last = self.kept.map_or("there is none so far".to_owned(), |kept| {
-            format!("the one of {:.3} µs is still there", kept * 1e6)
-        });
+        let is_there = self.folder.path().join(CHECKPOINT).exists();
+        let last = match self.kept {
+            Some(kept) if is_there => format!("the one of {:.3} µs is still there", kept * 1e6),
+            Some(_) => "the one before is gone".to_owned(),
+            None => "there is none so far".to_owned(),
+        };
         format!("no checkpoint at {:.3} µs: {reason}; {last}", time * 1e6)
     }
 

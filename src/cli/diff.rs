@@ -48,7 +48,7 @@ impl From<DiffError> for Failure {
 }
 
 fn write(out: &Path, read: &[PathBuf], found: &Diff) -> Result<Folder, Failure> {
-    let folder = Folder::prepare_for(out, &FILES, &read.iter().map(PathBuf::as_path).collect::<Vec<_>>())?;
+    let folder = Folder::share(out, &FILES, &read.iter().map(PathBuf::as_path).collect::<Vec<_>>())?;
     let texts = [diff::csv(found), diff::svg(found), diff::html(found)];
     let texts: Vec<(&str, String)> = FILES.into_iter().zip(texts).collect();
     folder.put(&texts, &FILES)?;

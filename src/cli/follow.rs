@@ -21,6 +21,8 @@ pub(crate) struct Follower<'a> {
     pub(crate) recorder: Option<Recorder>,
     /// Where checkpoints are asked for.
     pub(crate) keeper: Option<Keeper<'a>>,
+    /// The user knows that checkpoints cannot be written.
+    pub(crate) told: bool,
 }
 
 impl Watch for Follower<'_> {
@@ -65,7 +67,10 @@ impl Watch for Follower<'_> {
         if let Some(recorder) = self.recorder.as_mut().filter(|_| unkept.is_none()) {
             recorder.discard();
         }
-        unspooled.iter().chain(&unkept).for_each(|complaint| self.bar.say(&format!("warning: {complaint}")));
+        // A disk that is full for long is told once.
+        let news = unkept.iter().filter(|_| !self.told);
+        unspooled.iter().chain(news).for_each(|complaint| self.bar.say(&format!("warning: {complaint}")));
+        self.told = unkept.is_some();
     }
 }
 

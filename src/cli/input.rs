@@ -1,5 +1,6 @@
 //! Cases as the command line names them: files, and `-` for standard input.
 
+use std::fs::File;
 use std::io::{self, Read as _};
 use std::path::Path;
 
@@ -15,6 +16,13 @@ pub(crate) fn read(path: &Path, sets: &[String]) -> Result<Case, Failure> {
     let mut case = if path == Path::new("-") { piped(sets)? } else { case::read(path, sets)? };
     case.name_changes(sets);
     Ok(case)
+}
+
+/// The text of a file, which is none of those that a program would read for ever.
+pub(crate) fn text(path: &str) -> io::Result<String> {
+    let mut text = String::new();
+    File::open(path)?.take(MAX_BYTES + 1).read_to_string(&mut text)?;
+    if text.len() as u64 > MAX_BYTES { Err(io::Error::other("more than 1 MiB")) } else { Ok(text) }
 }
 
 /// The case on standard input.

@@ -1,6 +1,5 @@
 //! `ripstop new`: a case to start from.
 
-use std::fs;
 use std::io::{self, BufRead as _, IsTerminal as _, Write as _};
 use std::path::Path;
 
@@ -10,7 +9,7 @@ use serde_json::{Map, Number, Value, json};
 use super::arguments::NewArguments;
 use super::failure::Failure;
 use super::presets::{self, FABRICS, Preset};
-use super::screen;
+use super::{input, screen};
 
 /// Beside every new case, for editors.
 const SCHEMA: &str = "ripstop.schema.json";
@@ -158,7 +157,7 @@ fn read_projectile(given: &str) -> Result<Preset, Failure> {
 fn read_fabric(given: &str) -> Result<(String, Value, Map<String, Value>), Failure> {
     let text = match presets::fabric(given) {
         Some(text) => text.to_owned(),
-        None => fs::read_to_string(given).map_err(|error| {
+        None => input::text(given).map_err(|error| {
             let more = format!("or a file with the keys of a fabric ({error})");
             unknown("--fabric", given, &FABRICS, &more)
         })?,

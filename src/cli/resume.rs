@@ -26,13 +26,14 @@ pub(crate) fn resume(arguments: &ResumeArguments) -> Result<(), Failure> {
     if !path.exists() {
         return nothing_to_resume(&arguments.folder, arguments.quiet);
     }
+    // First: until the folder is held, another run may write a later checkpoint, or end.
+    let folder = Folder::reopen(&arguments.folder)?;
     let checkpoint = Checkpoint::open(&path)?;
     let head = checkpoint.head();
     let case = case::read(&arguments.folder.join("case.json"), &[])?;
     let case = Case { name: head.case.clone(), ..case };
     checkpoint.check_case(&case)?;
     let chosen = backend::again(&head.backend)?;
-    let folder = Folder::reopen(&arguments.folder)?;
     let say = |note: &str| {
         if !arguments.quiet {
             screen::complain(note);
@@ -47,7 +48,7 @@ pub(crate) fn resume(arguments: &ResumeArguments) -> Result<(), Failure> {
     let recorder = recorder_again(&case, &folder, &options, extras.vtu, &head, say)?;
     let film = if extras.report { Some(film_again(&case, &checkpoint, say)?) } else { None };
     let keeper = Some(Keeper::new(&folder, &case, head, start));
-    let mut follower = Follower { bar: &bar, film, recorder, keeper };
+    let mut follower = Follower { bar: &bar, film, recorder, keeper, told: false };
     let run = simulation::run(&case, options, &interrupted, &mut follower);
     bar.clear();
     let run = run.map_err(|error| Failure::start(&file(&case), &error))?;

@@ -74,7 +74,7 @@ fn shoot(arguments: &RunArguments, case: &Case, out: &Path, interrupted: &Atomic
         let recorder = recorder(case, &folder, &options, arguments.vtu, head.as_ref())?;
         let film = (!arguments.no_report).then(|| Film::new(case));
         let keeper = head.map(|head| Keeper::new(&folder, case, head, start));
-        let mut follower = Follower { bar: &bar, film, recorder, keeper };
+        let mut follower = Follower { bar: &bar, film, recorder, keeper, told: false };
         Ok((simulation::run(case, options, interrupted, &mut follower), follower))
     };
     let mut shot = attempt(options);

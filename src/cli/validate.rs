@@ -81,7 +81,7 @@ fn page(path: &Path) -> Result<(Folder, &str), Failure> {
         Some(parent) if parent != Path::new("") => parent,
         _ => Path::new("."),
     };
-    Ok((Folder::prepare_for(folder, &[name], &[])?, name))
+    Ok((Folder::share(folder, &[name], &[])?, name))
 }
 
 fn table(rows: &[Row]) -> String {

@@ -291,7 +291,7 @@ fn table(columns: Vec<Raw>, lines: &[u64]) -> Result<Table, DiffError> {
 fn check_times(times: &[f64], lines: &[u64], heading: &str) -> Result<(), DiffError> {
     let place = |n: usize| format!("line {}, column {}", lines[n], quoted(heading));
     if let Some(n) = times.iter().position(|time| time.is_nan() || time.abs() > LARGEST) {
-        let found = if times[n].is_nan() { "none".to_owned() } else { times[n].to_string() };
+        let found = if times[n].is_nan() { "none".to_owned() } else { format!("{:?}", times[n]) };
         return Err(DiffError::new(place(n), "a time", found, "leave out lines without one"));
     }
     if let Some(n) = times.windows(2).position(|pair| pair[1] <= pair[0]) {

@@ -8,6 +8,7 @@ use serde_json::Value;
 use tempfile::NamedTempFile;
 
 use super::frames::{self, Staged};
+use super::lock::Lock;
 use super::{csv, history, picture};
 use crate::case::Case;
 use crate::simulation::Run;
@@ -24,6 +25,8 @@ const CASE: &str = "case.json";
 const SUMMARY: &str = "summary.json";
 /// The last checkpoint of a run that has not ended.
 pub const CHECKPOINT: &str = "checkpoint.bin";
+/// What a folder has to be.
+const WRITABLE: &str = "a folder that can be written";
 /// Every file this module may write.
 const FILES: [&str; 11] = [
     CASE,
@@ -58,6 +61,20 @@ impl OutputError {
         let help = "choose another folder with --out DIR";
         Self { path: path.display().to_string(), expected, found: found.to_string(), help }
     }
+
+    /// Another run writes there.
+    fn taken(path: &Path) -> Self {
+        let help = "wait for its end, or choose another folder with --out DIR";
+        let expected = "a folder that no other run writes to";
+        Self { help, ..Self::new(path, expected, "another run, which is still going on") }
+    }
+
+    /// Somebody has removed it.
+    fn gone(path: &Path) -> Self {
+        let expected = "the folder that the run began with";
+        let found = if path.exists() { "another one of this name" } else { "none: it was removed meanwhile" };
+        Self { help: "run it again, and leave its folder until it has ended", ..Self::new(path, expected, found) }
+    }
 }
 
 /// A folder that exists and can be written.
@@ -66,13 +83,16 @@ pub struct Folder {
     path: PathBuf,
     /// The folders made for it, outermost first.
     made: Vec<PathBuf>,
+    /// Keeps other runs away; `None` of a folder that is shared.
+    lock: Option<Lock>,
 }
 
 impl Folder {
-    /// Makes the folder where it is missing and tries to write there, so that a run does not end in vain.
+    /// Makes the folder where it is missing and tries to write there, so that a run does not end in vain. Until it is dropped no other
+    /// run gets it.
     ///
     /// # Errors
-    /// When it is a file, cannot be made or written, or when results would replace the case file itself.
+    /// When it is a file, cannot be made or written, another run has it, or when results would replace the case file itself.
     pub fn prepare(path: &Path, case: &Case) -> Result<Self, OutputError> {
         Self::prepare_for(path, &FILES, &[case.path.as_path()])
     }
@@ -82,7 +102,8 @@ impl Folder {
     /// # Errors
     /// As [`Folder::prepare`].
     pub fn reopen(path: &Path) -> Result<Self, OutputError> {
-        let folder = Self::prepare_for(path, &FILES, &[])?;
+        let help = "wait for the end of a run that writes to it, or see to it that it can be written";
+        let folder = Self::prepare_for(path, &FILES, &[]).map_err(|error| OutputError { help, ..error })?;
         // A run that was killed had no time to do that.
         sweep(path).map_err(|error| folder.refused("", &error))?;
         Ok(folder)
@@ -93,6 +114,23 @@ impl Folder {
     /// # Errors
     /// As [`Folder::prepare`].
     pub fn prepare_for(path: &Path, files: &[&str], read: &[&Path]) -> Result<Self, OutputError> {
+        let mut folder = Self::share(path, files, read)?;
+        folder.lock = match Lock::take(path) {
+            Ok(Some(lock)) => Some(lock),
+            refused => {
+                folder.abandon();
+                let unwritable = |error| OutputError::new(path, WRITABLE, error);
+                return Err(refused.err().map_or_else(|| OutputError::taken(path), unwritable));
+            }
+        };
+        Ok(folder)
+    }
+
+    /// The same of a folder that others may write to at the same time: for files that are made in a moment.
+    ///
+    /// # Errors
+    /// As [`Folder::prepare`], but that nobody can have it.
+    pub fn share(path: &Path, files: &[&str], read: &[&Path]) -> Result<Self, OutputError> {
         let expected = "a folder for the results";
         if path.exists() && !path.is_dir() {
             return Err(OutputError::new(path, expected, "a file"));
@@ -100,9 +138,9 @@ impl Folder {
         let missing = |folder: &&Path| *folder != Path::new("") && !folder.exists();
         let mut made: Vec<PathBuf> = path.ancestors().take_while(missing).map(Path::to_owned).collect();
         made.reverse();
-        let folder = Self { path: path.to_owned(), made };
+        let folder = Self { path: path.to_owned(), made, lock: None };
         let tried = fs::create_dir_all(path).and_then(|()| temporary(path)).map(drop);
-        let checked = tried.map_err(|error| OutputError::new(path, "a folder that can be written", error));
+        let checked = tried.map_err(|error| OutputError::new(path, WRITABLE, error));
         let checked = checked.and_then(|()| folder.keeps(files, read));
         match checked {
             Ok(()) => Ok(folder),
@@ -139,8 +177,15 @@ impl Folder {
         &self.path
     }
 
+    /// Whether the folder is still the one that was prepared.
+    fn stands(&self) -> Result<(), OutputError> {
+        let stands = self.lock.as_ref().is_none_or(|lock| lock.has_folder(&self.path));
+        if stands { Ok(()) } else { Err(OutputError::gone(&self.path)) }
+    }
+
     /// Takes back the folders made by [`Folder::prepare`], as far as they are empty.
-    pub fn abandon(self) {
+    pub fn abandon(mut self) {
+        self.lock = None; // with its file
         for folder in self.made.iter().rev() {
             if fs::remove_dir(folder).is_err() {
                 return; // something else lies there by now
@@ -196,6 +241,7 @@ impl Folder {
     /// # Errors
     /// When the disk refuses, or `write` does; the older one is then still there.
     pub(crate) fn replace(&self, name: &str, write: impl FnOnce(&mut File) -> io::Result<()>) -> io::Result<()> {
+        self.stands().map_err(|error| io::Error::other(error.found))?;
         let staged = self.path.join(staged(name));
         let written = File::create(&staged).and_then(|mut file| {
             write(&mut file)?;
@@ -232,6 +278,7 @@ impl Folder {
 
     /// Complete files under temporary names.
     fn complete<'a>(&self, texts: &[(&'a str, String)]) -> Result<Vec<(&'a str, NamedTempFile)>, OutputError> {
+        self.stands()?;
         let stage = |(name, text): &(&'a str, String)| {
             self.stage(text).map(|file| (*name, file)).map_err(|error| self.refused(name, &error))
         };

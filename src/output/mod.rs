@@ -13,6 +13,7 @@ pub mod expectation;
 mod folder;
 pub mod frames;
 pub mod history;
+mod lock;
 pub mod number;
 mod picture;
 pub mod report;

@@ -39,11 +39,13 @@ fn no_more_than_an_interval_is_ever_lost() {
     for pair in noted.times.windows(2) {
         assert!(pair[1] - pair[0] <= every + run.time_step, "{pair:?}");
     }
-    // Each in place of the one before, under its name only.
+    // Each in place of the one before, under its name only; the lock goes with the folder.
+    let times = noted.times;
+    drop(folder);
     let names: Vec<_> = std::fs::read_dir(shelf.path()).unwrap().map(|file| file.unwrap().file_name()).collect();
     assert_eq!(names.len(), 2, "{names:?}");
     let last = Checkpoint::open(&shelf.path().join(CHECKPOINT)).unwrap();
-    assert_eq!(last.head().time, noted.times[14]);
+    assert_eq!(last.head().time, times[14]);
 }
 
 /// What is written to `/dev/full` meets a full disk.

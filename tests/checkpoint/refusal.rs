@@ -7,6 +7,7 @@ use ripstop::checkpoint::{CheckpointError, FORMAT, Fault};
 use ripstop::simulation::RunError;
 
 use super::*;
+use crate::fuzz::targets::Plain;
 use crate::kept::pack;
 use crate::scene::builtin;
 use crate::support::Random;
@@ -90,4 +91,39 @@ fn a_checkpoint_of_another_model_or_precision_does_not_fit() {
     refused(Simulation::<f64>::resume(&pack(), &checkpoint).map(drop));
     refused(Simulation::<f32>::resume(&case, &checkpoint).map(drop));
     assert!(Simulation::<f64>::resume(&case, &checkpoint).is_ok());
+}
+
+/// Whoever goes on from a checkpoint counts through the steps before it. Found by reading, before a fuzzer did.
+#[test]
+fn a_head_that_no_run_can_have_is_refused() {
+    let shelf = Shelf::new();
+    let path = written(&shelf);
+    let whole = Plain::of(&fs::read(&path).unwrap());
+    let of_head = |edits: &[u8]| {
+        fs::write(&path, whole.clone().edited(edits).seal()).unwrap();
+        Checkpoint::open(&path).unwrap_or_else(|e| panic!("{e}")).check_case(&ply())
+    };
+    assert_eq!(of_head(&[]), Ok(()));
+    // From the end of the head: 24 bytes of time spent, 8 of the time step, 8 of the time; before them the steps, one byte here.
+    let many_steps = [7, 41, 0, 8, 255, 255, 255, 255, 255, 255, 255, 255];
+    let no_time_step = [3, 32, 0, 8, 0, 0, 0, 0, 0, 0, 0, 0];
+    let another_time = [3, 40, 0, 8, 0, 0, 0, 0, 0, 0, 240, 63];
+    for edits in [&many_steps[..], &no_time_step, &another_time] {
+        let fault = of_head(edits).unwrap_err().fault;
+        assert_eq!(fault, Fault::Contents("steps and times of the head"), "{edits:?}");
+    }
+    let case = ply();
+    let options = Options::default();
+    for head in [
+        Head { every: 0.0, ..Head::new(&case, &options, 1e-6) },
+        Head { every: f64::NAN, ..Head::new(&case, &options, 1e-6) },
+        Head { threads: Some(1 << 20), ..Head::new(&case, &options, 1e-6) },
+    ] {
+        let mut simulation = start::<f64>(&case);
+        simulation.advance(&case);
+        simulation.save(&head, &[], &mut File::create(&path).unwrap()).unwrap();
+        let checkpoint = Checkpoint::open(&path).unwrap_or_else(|e| panic!("{e}"));
+        let fault = checkpoint.check_case(&case).unwrap_err().fault;
+        assert_eq!(fault, Fault::Contents("steps and times of the head"), "{head:?}");
+    }
 }

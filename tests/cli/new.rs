@@ -124,6 +124,17 @@ fn a_fabric_of_one_s_own_comes_with_its_sources() {
     assert!(crimp.assumed && crimp.source.contains("Table I"), "{crimp:?}");
 }
 
+#[cfg(unix)]
+#[test]
+fn a_fabric_file_without_an_end_is_refused() {
+    let bench = Bench::new(&small());
+    let output =
+        bench.ripstop(&["new", "x.json", "--fabric", "/dev/zero", "--plies", "1", "--projectile", "rcc-paper"]);
+    assert_eq!(code(&output), 2);
+    assert!(stderr(&output).contains("(more than 1 MiB)"), "{}", stderr(&output));
+    assert_eq!(bench.names("."), ["shot.json"]);
+}
+
 #[test]
 fn several_cases_run_one_after_the_other_each_in_its_folder() {
     let bench = Bench::new(&small_with("/solver/end_time_us", json!(2)));

@@ -6,7 +6,7 @@ use crate::support::Random;
 use ripstop::checkpoint::Checkpoint;
 
 /// Two plies that a projectile goes through in good time, for long enough to be killed often.
-fn long() -> Value {
+pub(super) fn long() -> Value {
     let mut case = small_with("/pack/plies", json!(2));
     case["solver"] = json!({"end_time_us": 600, "run_until": "end_time"});
     case["output"] = json!({"history_interval_us": 0.9, "profile_times_us": [3, 77.7, 240]});

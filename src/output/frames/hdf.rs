@@ -22,7 +22,8 @@ const LEVEL: u32 = 1;
 
 /// A file in the making.
 pub(super) struct HdfFile {
-    file: H5File,
+    /// `None` once it is closed.
+    file: Option<H5File>,
     root: H5Group,
     parts: Vec<HdfPart>,
     /// [µs]
@@ -51,6 +52,17 @@ impl HdfFile {
     /// A file with everything that does not change. `first`: the parts of the first frame, for the names of their arrays.
     pub(super) fn create(path: &Path, grids: &[Grid], first: &[Part]) -> Result<Self> {
         let file = H5File::create(path)?;
+        match Self::begin(&file, grids, first) {
+            Ok((root, parts)) => Ok(Self { file: Some(file), root, parts, times: Vec::new() }),
+            Err(error) => {
+                give_up(file);
+                Err(error)
+            }
+        }
+    }
+
+    /// Everything that does not change.
+    fn begin(file: &H5File, grids: &[Grid], first: &[Part]) -> Result<(H5Group, Vec<HdfPart>)> {
         file.set_track_order(true)?;
         let root = file.create_group("VTKHDF")?;
         label(&root, "MultiBlockDataSet")?;
@@ -62,7 +74,7 @@ impl HdfFile {
             assembly.create_soft_link(grid.name, &format!("/VTKHDF/{}", grid.name))?;
             parts.push(HdfPart::create(group, grid, part)?);
         }
-        Ok(Self { file, root, parts, times: Vec::new() })
+        Ok((root, parts))
     }
 
     /// Adds a frame.
@@ -77,13 +89,25 @@ impl HdfFile {
     }
 
     /// Completes the file.
-    pub(super) fn close(self) -> Result<()> {
+    pub(super) fn close(mut self) -> Result<()> {
         list_times(&self.root, &self.times)?;
         for part in &self.parts {
             part.finish(&self.times)?;
         }
-        self.file.close()
+        self.file.take().map_or(Ok(()), H5File::close)
     }
+}
+
+impl Drop for HdfFile {
+    fn drop(&mut self) {
+        self.file.take().into_iter().for_each(give_up);
+    }
+}
+
+/// Closes a file that nobody will read. Left to itself the library would say on standard error that the disk refuses it, which the user
+/// is told otherwise.
+fn give_up(file: H5File) {
+    file.close_no_sync().ok();
 }
 
 impl HdfPart {

@@ -8,6 +8,7 @@ use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
+use same_file::Handle;
 use tempfile::TempDir;
 
 use super::{clear_folder, hidden};
@@ -22,6 +23,8 @@ const ENDING: &str = ".bin";
 /// A folder of frames.
 pub(super) struct Spool {
     folder: PathBuf,
+    /// Folder of the run, around it; `None` where it could not be opened.
+    around: Option<Handle>,
     head: Head,
     /// Removes the folder of a run without checkpoints.
     temporary: Option<TempDir>,
@@ -41,7 +44,8 @@ enum Refused {
 impl Spool {
     /// Beside the checkpoints of a run.
     pub(super) fn beside(folder: &Path, head: &Head) -> Self {
-        Self { folder: folder.join(FOLDER), head: head.clone(), temporary: None, refused: Mutex::new(Refused::No) }
+        let (around, refused) = (Handle::from_path(folder).ok(), Mutex::new(Refused::No));
+        Self { folder: folder.join(FOLDER), around, head: head.clone(), temporary: None, refused }
     }
 
     /// In a temporary folder, of a run without checkpoints.
@@ -111,9 +115,21 @@ impl Spool {
         }
     }
 
+    /// Makes the folder in the folder of the run, not in one that took its place.
+    fn begin(&self) -> io::Result<()> {
+        let around = self.folder.parent().map(Handle::from_path).transpose()?;
+        if around != self.around {
+            return Err(io::Error::other("another folder took the place of that of the run"));
+        }
+        match fs::create_dir(&self.folder) {
+            Err(error) if error.kind() == io::ErrorKind::AlreadyExists && self.folder.is_dir() => Ok(()),
+            made => made,
+        }
+    }
+
     /// Writes a frame; beside a checkpoint it is on the disk when this returns.
     fn write(&self, frame: &Frame) -> io::Result<()> {
-        fs::create_dir_all(&self.folder)?;
+        self.begin()?;
         let head = Head { step: frame.step, time: frame.time, ..self.head.clone() };
         let mut file = File::create(self.path(frame.step))?;
         checkpoint::write(&mut file, &head, &[], |contents| write(frame, contents))?;
