@@ -85,8 +85,14 @@ fn graded_patch(law: &str) -> Patch<f64> {
         "published" => case::Law::Published,
         _ => case::Law::Variational,
     };
-    case.pack.grading =
-        Some(Grading { hit: [2e-3, -1e-3], way: [0.0; 2], fine: [1e-3; 2], growth: 1.4, coarsest: 3.0, lines_from: LinesFrom::Hit });
+    case.pack.grading = Some(Grading {
+        hit: [2e-3, -1e-3],
+        way: [0.0; 2],
+        fine: [1e-3; 2],
+        growth: 1.4,
+        coarsest: 3.0,
+        lines_from: LinesFrom::Hit,
+    });
     let patch = Patch::new(&case);
     assert!(patch.model.grid.columns < 11 && patch.model.grid.rows < 9 && patch.model.sheets[0].mesh.is_graded());
     patch

@@ -6,8 +6,8 @@ use super::fields::{Key, Kind, Unit, above, key, number, within, word};
 use super::pointer::index;
 use super::words::{ShapeWord, Word};
 use super::{
-    Accuracy, Along, ContactSampling, Edge, Law, LinesFrom, MembraneForce, Motion, Numerics, Rotation, RunUntil, ShearModulus,
-    Symmetry, UnitCell,
+    Accuracy, Along, ContactSampling, Edge, Law, LinesFrom, MembraneForce, Motion, Numerics, Rotation, RunUntil,
+    ShearModulus, Symmetry, UnitCell,
 };
 
 const NONE: Unit = Unit::new("", 1.0, 1.0);

@@ -3,8 +3,8 @@
 use serde_json::{Map, Value};
 
 use super::{
-    Accuracy, Along, ContactSampling, Edge, Law, LinesFrom, MembraneForce, Motion, Numerics, Rotation, RunUntil, ShearModulus,
-    Symmetry, UnitCell,
+    Accuracy, Along, ContactSampling, Edge, Law, LinesFrom, MembraneForce, Motion, Numerics, Rotation, RunUntil,
+    ShearModulus, Symmetry, UnitCell,
 };
 
 /// A choice that the case file names by a word.

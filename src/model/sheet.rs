@@ -1,6 +1,7 @@
 //! A sheet: everything that plies of one fabric, laid and held alike, share.
 
 use super::failure_length::{Reach, Windows};
+use super::time_step::is_let_go;
 use super::{Columns, Grid, InitialStretch, Mesh, MirrorPlanes, ModelError, StepBound, pretension};
 use crate::case::{Case, Edge, Edges, Fabric, Layer, Solver, UnitCell};
 use crate::kernels::crossover::{CellConstants, LawKernel, Variant};
@@ -74,9 +75,10 @@ impl<S: Scalar> Sheet<S> {
         let element = element_constants(fabric, length, &case.solver, &cell);
         let law = Variant::of(&fabric.crossover);
         let edges = MirrorPlanes::edges(&mesh, layer.edges);
+        let bound = StepBound::new(length, fabric.areal_density, &element, case.solver.shock_viscosity);
         let failure_reach = Reach::new(&mesh, case.solver.failure_length, cell.yarn.map(|yarn| 2.0 * yarn.half_span));
         Ok(Self {
-            bound: StepBound::new(length, fabric.areal_density, &element, case.solver.shock_viscosity),
+            bound: if is_let_go(pack.pretension, layer.edges) { bound.of_let_go() } else { bound },
             initial: crate::with_law!(law, L => pretension::solve::<L>(pack, &cell)?),
             mass: row_kinds(&mesh)
                 .into_iter()

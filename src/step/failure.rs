@@ -176,7 +176,10 @@ mod tests {
         let rows = |own: f64| move |row: usize, _| if row == 9 { own } else { 0.8 };
         let row: Vec<[usize; 2]> = (0..9).map(|column| [9, column]).collect();
         let marked = judged(rows(1.21), &fine).0;
-        assert!(row.iter().all(|place| marked.contains(place)) && marked.iter().all(|[row, _]| *row == 9), "{marked:?}");
+        assert!(
+            row.iter().all(|place| marked.contains(place)) && marked.iter().all(|[row, _]| *row == 9),
+            "{marked:?}"
+        );
         assert_eq!(judged(rows(1.19), &fine).0, NOTHING);
         // Beside a broken one the others are judged by themselves.
         let torn = |row: usize, _| if row == 9 { 1.01 } else { -1.0 / 0.035 };

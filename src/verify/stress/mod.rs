@@ -7,6 +7,7 @@
 mod disturbance;
 mod drift;
 mod judge;
+mod law_path;
 mod list;
 mod random;
 mod user;

@@ -12,7 +12,7 @@ use proptest::test_runner::{Config, RngAlgorithm, TestRng, TestRunner};
 use serde_json::{Value, json};
 
 use super::user;
-use crate::case::{self, Case};
+use crate::case::{self, Case, Law};
 use crate::model::Model;
 
 /// Keys of the case, by JSON pointer, with their values.
@@ -355,18 +355,10 @@ pub(super) fn document(draw: &Draw) -> Value {
             _ => put(&mut document, pointer, value.clone()),
         }
     }
-    let published = document["fabric"]["crossover"]["law"].as_str().is_none_or(|law| law == "published");
-    for yarn in ["warp", "weft"].into_iter().filter(|_| published) {
-        if let Some(crimp) = document["fabric"][yarn]["crimp"].as_f64() {
-            document["fabric"][yarn]["crimp"] = crimp.min(PUBLISHED_CRIMP).into();
-        }
-    }
     let size = size(&mut document, draw);
     if let Some(share) = draw.pretension {
         pretension(&mut document, share);
-        hold_the_few(&mut document, draw.cells);
     }
-    resolve(&mut document, draw.cells);
     // Plies that lie differently would bulge into each other.
     if let (true, Some(pack)) = (document["pack"].get("layup").is_some(), document["pack"].as_object_mut()) {
         pack.shift_remove("initial_deflection");
@@ -390,37 +382,6 @@ pub(super) fn document(draw: &Draw) -> Value {
         put(&mut document, "/projectile/offset_mm", json!([0, 1].map(|i| short(aim[i] * size[i]))));
     }
     document
-}
-
-/// Largest crimp with the published law, beyond that of any fabric for armour. What this law makes of energy by itself hangs on the path of the
-/// stretches, the more the larger the crimp: the list has 25 %.
-const PUBLISHED_CRIMP: f64 = 0.1;
-
-/// Elements over which what the pack holds at the start is spread at least: what fewer hold lies in the mesh's highest frequencies, of which a
-/// step of 0.9 times the critical one makes several per cent of energy as it is let go.
-const RESOLVED: u32 = 12;
-/// Elements of a half wave of the start, at least.
-const HALF_WAVE: u32 = 4;
-
-/// Clamps a pack of few elements that starts stretched.
-fn hold_the_few(document: &mut Value, cells: [u32; 2]) {
-    if cells.into_iter().all(|count| count >= RESOLVED) {
-        return;
-    }
-    put(document, "/pack/edges", "clamped".into());
-    let groups = document["pack"].get_mut("layup").and_then(Value::as_array_mut);
-    for group in groups.into_iter().flatten() {
-        group["edges"] = "clamped".into();
-    }
-}
-
-/// Takes half waves away that the mesh cannot show.
-fn resolve(document: &mut Value, cells: [u32; 2]) {
-    let Some(shape) = document["pack"].get_mut("initial_deflection") else { return };
-    for (key, cells) in ["warp_half_waves", "weft_half_waves"].into_iter().zip(cells) {
-        let waves = shape[key].as_u64().unwrap_or(0);
-        shape[key] = waves.min(u64::from(cells / HALF_WAVE)).into();
-    }
 }
 
 /// Gives the pack the number of elements drawn; returns its size [mm].
@@ -455,16 +416,35 @@ fn pretension(document: &mut Value, share: [f64; 2]) {
     }
 }
 
+/// Elements times steps of a user's scene, about.
+const USER_WORK: f64 = 2e6;
+/// Steps of a user's scene, at least.
+const USER_STEPS: f64 = 60.0;
+
+/// The model of a case, with a law whose energy needs no table: its mesh and step are the same.
+fn model(mut case: Case) -> Result<Model<f64>, String> {
+    let layers = case.pack.layup.iter_mut().map(|layer| &mut layer.fabric);
+    for fabric in layers.chain([&mut case.fabric]).filter(|fabric| fabric.crossover.law == Law::Published) {
+        fabric.crossover.law = Law::Variational;
+    }
+    Model::new(&case).map_err(|error| error.to_string())
+}
+
 /// The case of a draw, or why there is none.
 pub(super) fn case(draw: &Draw, name: &str) -> Result<Case, String> {
     let mut document = document(draw);
     document["title"] = name.into();
     let read = |document: &Value| case::from_str(name, &document.to_string(), &[]).map_err(|error| error.to_string());
     if draw.user.is_some() {
+        // As long as was drawn, or as time allows.
+        let model = model(read(&document)?)?;
+        let steps = (USER_WORK / model.elements() as f64).max(USER_STEPS);
+        let end = document["solver"]["end_time_us"].as_f64().unwrap_or(f64::INFINITY);
+        document["solver"]["end_time_us"] = short(end.min(steps * model.dt * 1e6)).into();
         return read(&document);
     }
     // As many steps as were drawn, whatever the step is.
-    let step = Model::<f64>::new(&read(&document)?).map_err(|error| error.to_string())?.dt;
+    let step = model(read(&document)?)?.dt;
     let end = short(f64::from(draw.steps) * step * 1e6);
     document["solver"]["end_time_us"] = end.into();
     document["output"]["history_interval_us"] = short(end / 20.0).into();

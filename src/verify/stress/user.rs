@@ -9,27 +9,18 @@ use serde_json::{Value, json};
 use super::random::{log, number, short};
 
 /// How many of the random scenes are such.
-const SHARE: f64 = 0.03;
+const SHARE: f64 = 0.05;
 /// Steel [g/mm³].
 const STEEL: f64 = 7.85e-3;
 
 /// A whole case, now and then.
 pub(super) fn scenes() -> impl Strategy<Value = Option<Value>> {
-    let size = [number(40.0..120.0), number(40.0..120.0)];
-    let edges = prop_oneof![
-        3 => Just(json!("clamped")),
-        1 => Just(json!({"left": "clamped", "right": "clamped", "bottom": "free", "top": "free"})),
-        1 => Just(json!({"left": "free", "right": "free", "bottom": "clamped", "top": "clamped"})),
-    ];
-    let aim = prop_oneof![2 => Just([0.0; 2]), 1 => [number(-0.7..0.7), number(-0.7..0.7)], 1 => [number(-12.0..12.0), number(-12.0..12.0)]];
-    let scene = (fabric(), 1_u32..5, size, edges, projectile(), log(50.0..900.0), aim, number(20.0..60.0));
-    let scene = scene.prop_map(|(fabric, plies, [width, height], edges, mut projectile, velocity, aim, end)| {
-        projectile["velocity_m_s"] = velocity.into();
-        projectile["offset_mm"] = json!(aim);
+    let scene = (fabric(), pack(), projectile(), number(20.0..200.0));
+    let scene = scene.prop_map(|(fabric, pack, projectile, end)| {
         json!({
             "title": "random scene",
             "fabric": fabric,
-            "pack": {"plies": plies, "width_mm": width, "height_mm": height, "edges": edges},
+            "pack": pack,
             "projectile": projectile,
             "solver": {"end_time_us": end, "run_until": "end_time"},
         })
@@ -37,6 +28,7 @@ pub(super) fn scenes() -> impl Strategy<Value = Option<Value>> {
     weighted(SHARE, scene)
 }
 
+/// A fabric file that comes with the program, or a data sheet.
 fn fabric() -> impl Strategy<Value = Value> {
     let law = select(vec!["published", "variational", "kawabata"]);
     let yarn = || [number(0.003..0.03), number(10.0..40.0)];
@@ -50,12 +42,87 @@ fn fabric() -> impl Strategy<Value = Value> {
         json!({"name": "data sheet", "fibre_density_kg_m3": 1440, "warp": yarn(warp), "weft": yarn(weft),
             "crossover": {"law": law}, "shear": {}})
     });
-    let table = select(vec!["fabrics/s-720.json", "fabrics/s-728.json"]).prop_map(|file| json!({"file": file}));
-    prop_oneof![1 => table, 2 => sheet]
+    prop_oneof![3 => file(), 2 => sheet]
 }
 
-/// Of steel, of the sizes that are shot at fabric.
+fn file() -> impl Strategy<Value = Value> {
+    select(vec!["fabrics/s-720.json", "fabrics/s-728.json", "fabrics/twaron-ct709.json"])
+        .prop_map(|file| json!({"file": file}))
+}
+
+/// One to eight plies in a frame, alike or not.
+fn pack() -> impl Strategy<Value = Value> {
+    let size = [number(50.0..200.0), number(50.0..200.0)];
+    let few = prop_oneof![3 => 1_u32..3, 2 => 3_u32..5, 1 => 5_u32..9];
+    // One of these angles, or beside a roller, which holds plies at multiples of 90° only, the one after it.
+    let turn = select(vec![[0.0, 0.0], [90.0, 90.0], [45.0, 0.0], [-45.0, 90.0], [30.0, 0.0]]);
+    let group = (turn, 1_u32..4, weighted(0.3, file()));
+    let groups = weighted(0.2, proptest::collection::vec(group, 2..4));
+    let pretension = weighted(0.1, [log(100.0..20_000.0), log(100.0..20_000.0)]);
+    (size, few, edges(), groups, pretension).prop_map(|([width, height], plies, edges, groups, pretension)| {
+        let mut pack = json!({"width_mm": width, "height_mm": height, "edges": edges});
+        let rollers = edges.to_string().contains("roller");
+        if let Some([warp, weft]) = pretension {
+            pack["pretension"] = json!({"warp_n_per_m": warp, "weft_n_per_m": weft});
+        }
+        let Some(groups) = groups else {
+            pack["plies"] = plies.into();
+            return pack;
+        };
+        let group = |([turn, square], plies, fabric): ([f64; 2], u32, Option<Value>)| {
+            let mut group = json!({"plies": plies, "orientation_deg": if rollers { square } else { turn }});
+            if let Some(fabric) = fabric {
+                group["fabric"] = fabric;
+            }
+            group
+        };
+        pack["layup"] = groups.into_iter().map(group).collect();
+        pack
+    })
+}
+
+fn edges() -> impl Strategy<Value = Value> {
+    let sides = [(); 4].map(|()| select(vec!["clamped", "free", "roller"]));
+    let sides = sides
+        .prop_map(|[left, right, bottom, top]| json!({"left": left, "right": right, "bottom": bottom, "top": top}));
+    let pair = |held: [&str; 4]| {
+        let [left, right, bottom, top] = held;
+        Just(json!({"left": left, "right": right, "bottom": bottom, "top": top}))
+    };
+    prop_oneof![
+        4 => Just(json!("clamped")),
+        1 => pair(["clamped", "clamped", "free", "free"]),
+        1 => pair(["free", "free", "clamped", "clamped"]),
+        1 => Just(json!("free")),
+        2 => sides,
+    ]
+}
+
+/// Of steel, of the sizes that are shot at fabric, from any side.
 fn projectile() -> impl Strategy<Value = Value> {
+    let place = || [number(-0.7..0.7), number(-0.7..0.7)];
+    let aim = prop_oneof![
+        2 => Just([0.0; 2]),
+        1 => place(),
+        1 => [number(-15.0..15.0), number(-15.0..15.0)],
+    ];
+    let oblique = weighted(0.3, [number(0.0..60.0), number(-180.0..180.0)]);
+    let yaw = weighted(0.1, number(-30.0..30.0));
+    (body(), log(50.0..800.0), aim, oblique, yaw).prop_map(|(mut projectile, velocity, aim, oblique, yaw)| {
+        projectile["velocity_m_s"] = velocity.into();
+        projectile["offset_mm"] = json!(aim);
+        if let Some([obliquity, azimuth]) = oblique {
+            projectile["obliquity_deg"] = obliquity.into();
+            projectile["azimuth_deg"] = azimuth.into();
+        }
+        if let Some(yaw) = yaw {
+            projectile["yaw_deg"] = yaw.into();
+        }
+        projectile
+    })
+}
+
+fn body() -> impl Strategy<Value = Value> {
     let long = (number(4.5..9.0), number(1.0..4.0));
     let cylinder = |d: f64, l: f64| short(STEEL * std::f64::consts::FRAC_PI_4 * d * d * l);
     let sphere = number(4.0..12.0).prop_map(|d| {

@@ -163,7 +163,8 @@ fn special_scenes() -> Vec<Scene> {
 
 /// Elements grow away from a place in the pack to so many times the finest.
 fn grade(case: &mut Case, hit: [f64; 2], coarsest: f64) {
-    let grading = Some(Grading { hit, way: [0.0; 2], fine: [1e-3; 2], growth: 1.6, coarsest, lines_from: LinesFrom::Hit });
+    let grading =
+        Some(Grading { hit, way: [0.0; 2], fine: [1e-3; 2], growth: 1.6, coarsest, lines_from: LinesFrom::Hit });
     case.pack.grading = grading;
     case.pack.layup.iter_mut().for_each(|layer| layer.grading = grading);
 }
