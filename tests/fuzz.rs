@@ -49,6 +49,7 @@ struct Told<'a> {
 }
 
 impl Drop for Told<'_> {
+    #[allow(clippy::print_stderr, reason = "whoever reads of the panic wants the input")]
     fn drop(&mut self) {
         if std::thread::panicking() {
             let path = std::env::temp_dir().join(format!("ripstop-fuzz-{}-{}", self.target, self.name));

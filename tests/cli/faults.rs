@@ -148,7 +148,7 @@ fn frames_that_find_no_room_are_told_and_the_rest_is_written() {
         let run = format!("\"$RIPSTOP\" run shot.json --backend cpu --quiet --no-report --frames 60 {vtu}");
         let script = format!("full {run}; code=$?; ls -A out/shot >after; cp out/shot/summary.json .; exit $code");
         let (output, word) = on_a_small_disk(&bench, 64, &script);
-        refused(&output, &["error: out/shot/frames.vtkhdf", "a disk that takes the frames", word]);
+        refused(&output, &["error: out/shot/frames", "a disk that takes the frames", word]);
         let names = ["case.json", "events.csv", "history.csv", "shot.svg", "summary.json"];
         assert_eq!(bench.text("after").lines().collect::<Vec<_>>(), names);
         assert_eq!(bench.json("summary.json")["interrupted"], false);

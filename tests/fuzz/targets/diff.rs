@@ -28,8 +28,11 @@ pub(crate) fn diff(bytes: &[u8]) {
     }
 }
 
+/// Options, and columns.
+pub(crate) type Asked = (Options, Vec<String>);
+
 /// What is asked for, and where the inputs lie, once they are written to a folder.
-pub(crate) fn lay_out(folder: &Path, bytes: &[u8]) -> Option<((Options, Vec<String>), [PathBuf; 2])> {
+pub(crate) fn lay_out(folder: &Path, bytes: &[u8]) -> Option<(Asked, [PathBuf; 2])> {
     let parts = parts(bytes);
     let [asked, first, rest @ ..] = parts.as_slice() else { return None };
     let asked = String::from_utf8_lossy(asked).into_owned();
