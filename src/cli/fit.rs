@@ -62,7 +62,8 @@ fn text(data: &Path, found: &Fit, folder: Option<&Folder>) -> String {
     }
     out += &part("velocity by chance of a perforation", &quantiles(found));
     if found.estimate.is_ok() {
-        out += &part("chance of a perforation", &curve(found));
+        // No blanks on a line where nothing is drawn.
+        out += &part("chance of a perforation", &curve(found)).replace("\n  \n", "\n\n");
     }
     out += &part("arithmetic V50", &arithmetic(found));
     out += &part("residual velocity", &residual(found));
@@ -139,9 +140,15 @@ fn curve(found: &Fit) -> String {
         }
     }
     let mut rows = vec![vec![' '; COLUMNS]; ROWS];
+    let mut last = None;
     for n in 0..COLUMNS {
         let chance = estimate.probability(low + (high - low) * n as f64 / (COLUMNS - 1) as f64);
-        rows[((1.0 - chance) * (ROWS - 1) as f64).round() as usize][n] = '*';
+        let row = ((1.0 - chance) * (ROWS - 1) as f64).round() as usize;
+        // A steep curve is drawn through, so that it stays one line.
+        for row in &mut rows[row..last.unwrap_or(row + 1).max(row + 1)] {
+            row[n] = '*';
+        }
+        last = Some(row);
     }
     let line = |name: &str, cells: &[char]| {
         let text = format!("{name:>10} {}", cells.iter().collect::<String>());

@@ -85,6 +85,10 @@ fn an_estimate_is_a_maximum_and_its_covariance_the_inverse_information() {
         near((likelihood(mu + h, sigma) - likelihood(mu - h, sigma)) / (2.0 * h), 0.0, 1e-6);
         near((likelihood(mu, sigma + h) - likelihood(mu, sigma - h)) / (2.0 * h), 0.0, 1e-6);
         let [[a, b], [_, c]] = found.covariance;
+        for p in [0.1, 0.5, 0.9] {
+            let z = link.quantile(p);
+            near(found.standard_error(p).powi(2), a + 2.0 * z * b + z * z * c, 1e-12);
+        }
         let mut product = [0.0; 3];
         for group in outcomes.groups() {
             let z = (group.velocity - mu) / sigma;
