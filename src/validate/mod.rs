@@ -1,10 +1,13 @@
 //! Predictions against what others have found: closed forms with published constants, and the paper's shots.
 //!
-//! No row gives an input back. Closed forms are scenes of `cases/verify` whose source says so. What was published as a curve
+//! No row gives an input back. Closed forms are scenes of `cases/verify` whose source says so, the same scenes driven otherwise, and
+//! tests of shear whose frame or grips no case has. What was published as a curve
 //! only is shown without a judgement: there is no number to hold it against. A row that fails stays, with the reason where it
 //! is known. Tables of the unit cell, conservation and stability are the affair of [`crate::verify`].
 
+mod driven;
 mod limits;
+mod shear;
 mod shots;
 mod text;
 
@@ -108,10 +111,10 @@ impl Row {
         }
     }
 
-    /// Got over expected, minus one; `None` where one of them is no number.
+    /// Got over expected, minus one; `None` where one of them is no number, or nothing is expected.
     pub fn difference(&self) -> Option<f64> {
         match &self.expected {
-            Expected::Number { value, .. } => self.got.as_f64().map(|got| got / value - 1.0),
+            Expected::Number { value, .. } if *value != 0.0 => self.got.as_f64().map(|got| got / value - 1.0),
             _ => None,
         }
     }
@@ -187,6 +190,8 @@ pub fn run(
             Err(error) => rows.push(Row::failed(name, error.to_string())),
         }
     }
+    driven::add(options, interrupt, progress, &mut rows);
+    shear::add(interrupt, progress, &mut rows);
     shots::paper(options, interrupt, progress, &mut rows);
     limits::add(options, interrupt, progress, &mut rows);
     rows
