@@ -65,7 +65,7 @@ mod tests {
             cell.yarn[i].failure_strain = strain[i];
         }
         let modulus = ShearModulus::Tangent;
-        let shear = Shear { g1: shear, g2: shear, gamma1: 0.3, gamma2: 0.6, modulus };
+        let shear = Shear { g1: 0.25 * shear, g2: shear, gamma1: 0.3, gamma2: 0.6, modulus };
         let element = ElementConstants {
             cell,
             shear: ShearConstants::new(&shear, 1.0),
