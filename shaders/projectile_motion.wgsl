@@ -10,6 +10,8 @@ const PUSHING: u32 = 2u;
 const SET_CHANGES: u32 = 40u;
 /// Alternations between normal impulses and friction.
 const FRICTION_SWEEPS: u32 = 6u;
+/// Mass of a held node over that of the body, or over its own where that is more.
+const HELD: f32 = 1e3;
 /// Rounding of relative velocities, over the largest speed of the body.
 const NOISE: f32 = 1e-6;
 
@@ -21,10 +23,9 @@ fn closing_limit(gap: f32) -> f32 {
     return -max(gap, 0.0) / scene.dt;
 }
 
-/// 1/(n·w n) [kg]. A held node weighs as much as a thousand bodies: more would drown the body's momentum in the rounding of its
-/// speed.
+/// Inertia met along a normal [kg], of what a unit impulse moves at `along` [1/kg].
 fn inertia_along(along: f32, mass: f32) -> f32 {
-    return 1.0 / max(along, 1e-3 / max(scene.body_mass, mass));
+    return 1.0 / max(along, 1.0 / (HELD * max(scene.body_mass, mass)));
 }
 
 /// What is left of a velocity of the body, or of an impulse on it, where mirror planes hold directions.

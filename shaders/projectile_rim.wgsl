@@ -20,8 +20,8 @@
 @group(1) @binding(6) var<storage, read_write> members: array<u32>;
 @group(1) @binding(7) var<storage, read_write> matrix: array<f32>;
 
-/// Two points that ask the same of a node share its impulse: what is added to the diagonal of K, over itself.
-const SHARED: f32 = 1e-6;
+/// What is added to the diagonal of K, over itself in the whole scene: two points that ask the same of a node share its impulse.
+const SHARED: f32 = 1e-3;
 /// Least pivot, over the diagonal of K.
 const FLOOR: f32 = 1e-7;
 
@@ -39,8 +39,20 @@ struct Through {
     /// Their impulses and friction impulses by weight [N·s].
     impulse: vec3<f32>,
     drag: vec3<f32>,
-    /// Their weights.
+    /// Their weights by what is there of them.
     weight: f32,
+}
+
+/// The part of the node of a point that is there.
+fn part_at(p: u32) -> f32 {
+    let node = points[p].node;
+    return part_of(node_ply(node), node_place(node));
+}
+
+/// The part of a touch that is there: a half on an edge in a mirror plane.
+fn part_of_touch(t: u32) -> f32 {
+    let ends = touches.list[t].ends;
+    return max(part_at(ends.x), part_at(ends.y));
 }
 
 fn through_edges(p: u32) -> Through {
@@ -62,7 +74,7 @@ fn through_edges(p: u32) -> Through {
             let drag = touches.list[t].drag;
             sum.impulse += weight * (touches.list[t].normal.xyz * drag.w + drag.xyz);
             sum.drag += weight * drag.xyz;
-            sum.weight += weight;
+            sum.weight += weight * part_of_touch(t);
         }
     }
     return sum;
@@ -97,7 +109,8 @@ fn settle(local: u32) {
 fn share_mass(t: u32) {
     let ends = touches.list[t].ends;
     let second = touches.list[t].weight;
-    let shares = vec2<f32>((1.0 - second) * points[ends.x].carried.w, second * points[ends.y].carried.w);
+    // In the whole scene: a touch has images at a node on a mirror plane.
+    let shares = vec2<f32>((1.0 - second) * points[ends.x].carried.w, second * points[ends.y].carried.w) / part_of_touch(t);
     let inverse = shares.x * points[ends.x].inverse.xyz + shares.y * points[ends.y].inverse.xyz;
     let unheld = shares.x / points[ends.x].relative.w + shares.y / points[ends.y].relative.w;
     let most = max(max(inverse.x, inverse.y), inverse.z);
@@ -180,6 +193,18 @@ fn coupling(a: u32, b: u32) -> f32 {
     return dot(touches.list[a].normal.xyz, inverse * touches.list[b].normal.xyz);
 }
 
+/// What is added to the entry of a touch on the diagonal of K [1/kg]. A node on a mirror plane adds as much as it would in the whole
+/// scene, where the images of the points on its edges push it too.
+fn compliance(t: u32) -> f32 {
+    let ends = touches.list[t].ends;
+    let normal = touches.list[t].normal.xyz;
+    let weights = vec2<f32>(1.0 - touches.list[t].weight, touches.list[t].weight);
+    let parts = vec2<f32>(part_at(ends.x), part_at(ends.y)) / part_of_touch(t);
+    let shares = weights * weights * parts;
+    let inverse = shares.x * points[ends.x].inverse.xyz + shares.y * points[ends.y].inverse.xyz;
+    return SHARED * dot(normal, inverse * normal);
+}
+
 /// What a touch that pushes adds to the equations: its row of K, direction and excess. One that shares no node has a row to itself.
 fn fill(t: u32) {
     let member = touches.list[t].member;
@@ -211,7 +236,7 @@ fn fill(t: u32) {
     let normal = touches.list[t].normal;
     let arm = touches.list[t].arm;
     let ends = touches.list[t].ends;
-    let pivot = select(1.0 + SHARED, 1.0, alone) / inertia_along(diagonal, arm.w);
+    let pivot = 1.0 / inertia_along(diagonal, arm.w) + select(compliance(t), 0.0, alone);
     touches.list[t].pivot = pivot;
     touches.list[t].least = FLOOR * pivot;
     let g = direction_of(normal.xyz, arm.xyz);

@@ -16,7 +16,7 @@ use ripstop::gpu::{Device, buffers};
 use ripstop::kernels::rigid_body::RigidBody;
 use ripstop::kernels::{
     arc_length, crossover, crossover_joint, element_force, guide, law_energy, ply_contact, projectile_chisel,
-    projectile_contact, projectile_shape, shear, yarn_law,
+    projectile_contact, projectile_rim, projectile_shape, shear, yarn_law,
 };
 use ripstop::model::{Model, over};
 use wgpu::naga;
@@ -467,9 +467,9 @@ fn constants() -> Vec<(&'static str, Vec<f64>)> {
         // Nor has a row of the texture of grid lines, or what a yarn may be short of by rounding.
         count("LINES_ACROSS", layout::LINES_ACROSS),
         number("WITHIN", 1e-3),
-        // Nor has what double precision rounds to 1e-9, shares by 1e-10 and lets fall to 1e-14; or a number for none.
-        number("SHARED", 1e-6),
-        number("FLOOR", 1e-7),
+        number("HELD", projectile_contact::HELD),
+        number("SHARED", projectile_rim::SHARED),
+        number("FLOOR", projectile_rim::FLOOR),
         count("NONE", u32::MAX as usize),
     ]
 }

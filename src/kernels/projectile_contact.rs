@@ -14,6 +14,11 @@ use crate::kernels::rigid_body::RigidBody;
 pub const SET_CHANGES: usize = 40;
 /// Alternations between normal impulses and friction.
 pub const FRICTION_SWEEPS: usize = 6;
+/// Rounding of relative velocities in double precision, over the largest speed of the body [-].
+pub const NOISE: f64 = 1e-9;
+/// Mass of a held node over that of the body, or over its own where that is more [-]. A step leaves the body a thousandth of its
+/// speed, the steps after it take that. More would drown the body's momentum in the rounding of its speed in single precision.
+pub const HELD: f64 = 1e3;
 
 /// A node near the body during one step.
 #[derive(Clone, Debug)]
@@ -38,6 +43,8 @@ pub struct ContactPoint {
     pub inverse: Vector3<f64>,
     /// Lumped mass [kg].
     pub mass: f64,
+    /// Part of it that is there [-]: mirror planes leave a half or a quarter.
+    pub part: f64,
     /// Coulomb coefficient [-].
     pub friction: f64,
     /// Inertia met along the normal, 1/(n·w n) [kg].
@@ -87,11 +94,16 @@ impl ContactPoint {
         self.drag = Vector3::zeros();
     }
 
-    /// Fills in the inertia along the normal. A held node is as heavy as a thousand million of its kind.
-    pub fn set_kappa(&mut self) {
+    /// Fills in the inertia along the normal.
+    pub fn set_kappa(&mut self, body_mass: f64) {
         let along = self.normal.dot(&self.inverse.component_mul(&self.normal));
-        self.kappa = 1.0 / along.max(1e-9 / self.mass);
+        self.kappa = inertia_along(along, self.mass, body_mass);
     }
+}
+
+/// Inertia met along a normal [kg], of what a unit impulse moves at `along` [1/kg].
+pub fn inertia_along(along: f64, mass: f64, body_mass: f64) -> f64 {
+    1.0 / along.max(1.0 / (HELD * body_mass.max(mass)))
 }
 
 /// What contact did in one step.
@@ -115,7 +127,7 @@ pub struct ContactTotals {
 /// those of the rim, as many as it has ties.
 pub fn resolve(body: &mut RigidBody, points: &mut [ContactPoint], rim: &mut Rim, dt: f64) -> ContactTotals {
     let start = body.clone();
-    rim.share_masses(points);
+    rim.share_masses(points, body.mass);
     rim.settle(points);
     for p in points.iter_mut() {
         p.active = p.free.dot(&p.normal) - start.velocity_at(&p.arm).dot(&p.normal) < closing_limit(p, dt);
@@ -139,7 +151,7 @@ fn closing_limit(p: &ContactPoint, dt: f64) -> f64 {
 
 /// Normal impulses of the active set, with changes of the set until none pulls and none enters.
 fn solve_normal(start: &RigidBody, body: &mut RigidBody, points: &mut [ContactPoint], rim: &mut Rim, dt: f64) {
-    let tolerance = 1e-9 * (start.speed_bound() + 1e-3);
+    let tolerance = NOISE * (start.speed_bound() + 1e-3);
     for change in 0..SET_CHANGES {
         common_velocity(start, body, points, rim, dt);
         let mut changed = false;
@@ -177,7 +189,7 @@ fn common_velocity(start: &RigidBody, body: &mut RigidBody, points: &mut [Contac
     let mut matrix = Matrix6::identity();
     let mut right = Vector6::zeros();
     if start.prescribed {
-        rim.eliminate(points, direction, |p| closing_limit(p, dt), (&mut matrix, &mut right));
+        rim.eliminate(points, start.mass, direction, |p| closing_limit(p, dt), (&mut matrix, &mut right));
     } else {
         matrix.fixed_view_mut::<3, 3>(0, 0).copy_from(&(nalgebra::Matrix3::identity() * start.mass));
         if !start.locked {
@@ -192,7 +204,7 @@ fn common_velocity(start: &RigidBody, body: &mut RigidBody, points: &mut [Contac
                 matrix += g * g.transpose() * p.kappa;
             }
         }
-        rim.eliminate(points, direction, |p| closing_limit(p, dt), (&mut matrix, &mut right));
+        rim.eliminate(points, start.mass, direction, |p| closing_limit(p, dt), (&mut matrix, &mut right));
         if start.locked {
             for a in 3..6 {
                 right[a] = 0.0;
@@ -244,7 +256,7 @@ fn update_friction(body: &RigidBody, points: &mut [ContactPoint]) -> bool {
         let limit = p.friction * p.push;
         let size = wanted.norm();
         let drag = if size > limit { wanted * (limit / size) } else { wanted };
-        if (drag - p.drag).norm() > 1e-9 * limit {
+        if (drag - p.drag).norm() > NOISE * limit {
             changed = true;
         }
         p.drag = drag;

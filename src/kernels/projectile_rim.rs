@@ -12,10 +12,15 @@ use std::ops::Range;
 
 use nalgebra::{Matrix6, Vector3, Vector6};
 
-use super::projectile_contact::ContactPoint;
+use super::projectile_contact::{ContactPoint, inertia_along};
 
-/// Two points that ask the same of a node share its impulse: what is added to the diagonal of K, over itself.
-const SHARED: f64 = 1e-10;
+/// What is added to the diagonal of K, over itself in the whole scene [-]: two points that ask the same of a node share its impulse.
+///
+/// A point close to a node has the small weight w at the far one. With this compliance s it gives the far node w/(w² + s) of
+/// its error, 1/(2√s) = 16 times at most, so that single precision rounds to what is allowed (`benches/NOTES.md`).
+pub const SHARED: f64 = 1e-3;
+/// Least pivot, over the diagonal of K [-]: below [`SHARED`], so that only rounding could reach it.
+pub const FLOOR: f64 = 1e-7;
 
 /// The nodes at the ends of the edge that a point of the rim lies on.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -69,14 +74,17 @@ impl Rim {
 
     /// Gives every point of the rim its share of the masses of its nodes, by its weight among the points there: what
     /// friction meets.
-    pub fn share_masses(&self, points: &mut [ContactPoint]) {
+    pub fn share_masses(&self, points: &mut [ContactPoint], body_mass: f64) {
         let nodes = points.len() - self.ties.len();
         for at in 0..self.ties.len() {
             let mut inverse = Vector3::zeros();
             let mut unheld = 0.0;
             for (node, weight) in self.ties[at].ends() {
-                let others = self.ties.iter().flat_map(Tie::ends).filter(|(other, _)| *other == node);
-                let share = weight * others.map(|(_, weight)| weight).sum::<f64>();
+                // In the whole scene: a point has images at a node on a mirror plane.
+                let all = self.ties.iter().zip(&points[nodes..]);
+                let others = all.flat_map(|(tie, p)| tie.ends().map(|(other, weight)| (other, weight * p.part)));
+                let of_node = others.filter(|(other, _)| *other == node).map(|(_, weight)| weight).sum::<f64>();
+                let share = weight * of_node / points[nodes + at].part;
                 inverse += points[node].inverse * share;
                 unheld += share / points[node].mass;
             }
@@ -84,7 +92,7 @@ impl Rim {
             p.inverse = inverse;
             // Between two held nodes it has a mass like they have, though nothing moves it.
             p.mass = if inverse.amax() > 0.0 { inverse.amax() } else { unheld }.recip();
-            p.set_kappa();
+            p.set_kappa(body_mass);
         }
     }
 
@@ -110,6 +118,7 @@ impl Rim {
     pub fn eliminate(
         &mut self,
         points: &[ContactPoint],
+        body_mass: f64,
         direction: impl Fn(&ContactPoint) -> Vector6<f64>,
         target: impl Fn(&ContactPoint) -> f64,
         (matrix, right): (&mut Matrix6<f64>, &mut Vector6<f64>),
@@ -132,7 +141,7 @@ impl Rim {
         while first < self.members.len() {
             let ply = points[self.members[first]].ply;
             let of_ply = self.members[first..].iter().take_while(|at| points[**at].ply == ply).count();
-            self.fill(points, first..first + of_ply);
+            self.fill(points, body_mass, first..first + of_ply);
             factor_and_solve(&mut self.matrix, &mut self.solved[first..first + of_ply]);
             first += of_ply;
         }
@@ -162,8 +171,19 @@ impl Rim {
         }
     }
 
+    /// What is added to the entry of a point on the diagonal of K [1/kg]. A node on a mirror plane adds as much as it would in the
+    /// whole scene, where the images of the points on its edges push it too.
+    fn compliance(&self, points: &[ContactPoint], at: usize) -> f64 {
+        let (normal, part) = (points[at].normal, points[at].part);
+        let of_node = |(node, weight): (usize, f64)| {
+            let along = normal.dot(&points[node].inverse.component_mul(&normal));
+            weight * weight * points[node].part / part * along
+        };
+        SHARED * self.parts(points.len(), at).into_iter().map(of_node).sum::<f64>()
+    }
+
     /// K of some members.
-    fn fill(&mut self, points: &[ContactPoint], of: Range<usize>) {
+    fn fill(&mut self, points: &[ContactPoint], body_mass: f64, of: Range<usize>) {
         let count = points.len();
         self.matrix.clear();
         for row in of.clone() {
@@ -180,9 +200,9 @@ impl Rim {
                 }
                 self.matrix.push(sum);
             }
-            // A held node is as heavy as a thousand million of its kind.
+            let compliance = self.compliance(points, a);
             if let Some(last) = self.matrix.last_mut() {
-                *last = last.max(1e-9 / points[a].mass) * (1.0 + SHARED);
+                *last = 1.0 / inertia_along(*last, points[a].mass, body_mass) + compliance;
             }
         }
     }
@@ -196,7 +216,7 @@ fn factor_and_solve(a: &mut [f64], x: &mut [[f64; 7]]) {
         for j in 0..=i {
             let sum: f64 = (0..j).map(|k| a[start(i) + k] * a[start(j) + k]).sum();
             let left = a[start(i) + j] - sum;
-            let floor = 1e-14 * a[start(i) + i].abs();
+            let floor = FLOOR * a[start(i) + i].abs();
             a[start(i) + j] = if i == j { left.max(floor).sqrt() } else { left / a[start(j) + j] };
         }
         for column in 0..7 {

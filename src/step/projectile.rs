@@ -171,6 +171,7 @@ impl ProjectileContact {
                     }
                     let mut point = contact_point(context, body, nothing, ends[0], &crossing);
                     point.before = tie.between(|node| self.points[node].before);
+                    point.part = nodes.map(|node| self.points[node].part).into_iter().fold(0.0, f64::max);
                     point.shared = true;
                     self.crossings.push(point);
                     self.rim.ties.push(tie);
@@ -229,6 +230,7 @@ fn contact_point<S: Scalar>(
         free: seen.free,
         inverse,
         mass: m.mass[column].to_f64(),
+        part: sheet.mesh.part_of(row, column),
         // What the projectile rubs against is the fabric it touches; further plies rub against each other.
         friction: if seen.between > 0.0 { model.friction.min(model.ply_friction) } else { model.friction },
         kappa: 0.0,
@@ -238,7 +240,7 @@ fn contact_point<S: Scalar>(
         active: false,
         shared: false,
     };
-    point.set_kappa();
+    point.set_kappa(body.mass);
     point
 }
 

@@ -20,7 +20,7 @@ pub(super) const MUTANTS: &[Mutant] = &[
     mutant(
         "held direction pushes as a free one",
         "bar along warp, clamped ends",
-        "1.0 / max(along, 1e-3 / max(scene.body_mass, mass))",
+        "1.0 / max(along, 1.0 / (HELD * max(scene.body_mass, mass)))",
         "mass",
     ),
     mutant(
