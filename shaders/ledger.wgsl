@@ -59,9 +59,6 @@ const LAW_MADE: u32 = 24u;
 /// Largest tension over breaking load.
 const LOAD: u32 = 25u;
 
-/// Part of a finest cell by which a yarn may run on too short for rounding.
-const WITHIN: f32 = 1e-3;
-
 var<workgroup> sums: array<f32, 1690>; // 26 sums of 64 parts, in rows of 65
 
 /// Whether a point lies ahead of the body's widest section, or of the faces of its chisel nose, and within its shadow.

@@ -1,9 +1,6 @@
 // ply_views: the nodes of a ply in the axes of the pack, and its neighbours. Needs `nodes`.
 // Twin: `View` of src/step/plies/look.rs
 
-/// Contacts are counted by weight in these.
-const SHARE_UNIT: f32 = 1048576.0;
-
 /// No such ply.
 const NO_PLY: u32 = 0xffffffffu;
 

@@ -12,8 +12,6 @@ const SET_CHANGES: u32 = 40u;
 const FRICTION_SWEEPS: u32 = 6u;
 /// Mass of a held node over that of the body, or over its own where that is more.
 const HELD: f32 = 1e3;
-/// Rounding of relative velocities, over the largest speed of the body.
-const NOISE: f32 = 1e-6;
 
 /// Change of the body's velocity [m/s] and angular velocity [rad/s].
 var<workgroup> motion: array<f32, 6>;

@@ -1,6 +1,14 @@
 // scene: constants of a run, the step at hand, and where a node or an element lies.
 // Twin: src/gpu/layout.rs
 
+// What only the device rounds or counts; the host has the values.
+/// Rounding of relative velocities, over the largest speed of the body.
+override NOISE: f32;
+/// Part of a finest cell by which a yarn may run on too short for rounding.
+override WITHIN: f32;
+/// Contacts between plies are counted by weight in these.
+override SHARE_UNIT: f32;
+
 // What a scene lacks is compiled out.
 /// 0 published with T in the plane, 1 published with T cos α, 2 variational, 3 Kawabata.
 override LAW: u32 = 0u;

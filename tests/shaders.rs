@@ -433,9 +433,8 @@ fn constants() -> Vec<(&'static str, Vec<f64>)> {
         number("OVERHANG", ply_contact::OVERHANG),
         number("BESIDE", ply_contact::BESIDE),
         number("FLAT", ply_contact::FLAT),
-        // The processor shares masses out in real numbers, and has no ply number for none.
-        number("SHARE_UNIT", f64::from(1_u32 << 20)),
-        count("NO_PLY", u32::MAX as usize),
+        count("NO_PLY", layout::NONE as usize),
+        count("NONE", layout::NONE as usize),
         count("MAX_ITERATIONS", crossover::MAX_ITERATIONS as usize),
         count("JOINT_ITERATIONS", crossover_joint::JOINT_ITERATIONS as usize),
         count("SET_CHANGES", projectile_contact::SET_CHANGES),
@@ -454,33 +453,24 @@ fn constants() -> Vec<(&'static str, Vec<f64>)> {
         number("FINE", layout::FINE),
         list("SERIES", &arc_length::SERIES),
         list("ARC_SINE_SINGLE", &shear::ARC_SINE_SINGLE),
-        // The laws are numbered by `shader::constants`.
-        count("PUBLISHED_TENSION", 0),
-        count("PUBLISHED_PROJECTED", 1),
-        count("VARIATIONAL", 2),
-        count("KAWABATA", 3),
-        // The states of a contact point and the noise of single precision have no twin.
-        count("AWAY", 0),
-        count("NEAR", 1),
-        count("PUSHING", 2),
-        number("NOISE", 1e-6),
-        // Nor has a row of the texture of grid lines, or what a yarn may be short of by rounding.
         count("LINES_ACROSS", layout::LINES_ACROSS),
-        number("WITHIN", 1e-3),
         number("HELD", projectile_contact::HELD),
         number("SHARED", projectile_rim::SHARED),
         number("FLOOR", projectile_rim::FLOOR),
-        count("NONE", u32::MAX as usize),
     ]
 }
 
+/// Names that shaders alone have for the states of a point of contact. A fresh one is away: its words are zero.
+const STATES: [&str; 3] = ["AWAY", "NEAR", "PUSHING"];
+
 #[test]
 fn constants_have_the_values_of_their_twins() {
-    let expected: BTreeMap<_, _> = constants().into_iter().collect();
+    let laws = shader::LAWS.iter().enumerate().map(|(at, (name, _))| (*name, vec![at as f64]));
+    let expected: BTreeMap<_, _> = constants().into_iter().chain(laws).collect();
     let mut seen = BTreeSet::new();
     for (kernel, module) in modules() {
         for (_, constant) in module.constants.iter() {
-            let Some(name) = constant.name.as_deref() else { continue };
+            let Some(name) = constant.name.as_deref().filter(|name| !STATES.contains(name)) else { continue };
             let got = numbers(&module, constant.init);
             let twin = expected.get(name).unwrap_or_else(|| panic!("{kernel}: {name} is not in the list above"));
             assert_eq!(&got, twin, "{kernel}: {name}");
@@ -492,6 +482,23 @@ fn constants_have_the_values_of_their_twins() {
 }
 
 #[test]
+fn states_of_a_contact_differ_and_a_fresh_one_is_away() {
+    for (kernel, module) in modules() {
+        let value = |name: &str| {
+            let found = module.constants.iter().find(|(_, constant)| constant.name.as_deref() == Some(name));
+            found.map(|(_, constant)| numbers(&module, constant.init))
+        };
+        let states = STATES.map(value);
+        let of_contact = kernel.starts_with("projectile_");
+        assert_eq!(states.iter().flatten().count(), if of_contact { STATES.len() } else { 0 }, "{kernel}");
+        if of_contact {
+            assert_eq!(states[0], Some(vec![0.0]), "{kernel}");
+            assert!(states[0] != states[1] && states[1] != states[2] && states[2] != states[0], "{kernel}");
+        }
+    }
+}
+
+#[test]
 fn laws_are_numbered_alike() {
     let laws = crate::support::LAWS.map(|law| {
         let fabric = crate::support::s720(law, None);
@@ -500,7 +507,7 @@ fn laws_are_numbered_alike() {
         let terms = Model::<f32>::new(&case).unwrap().terms();
         shader::constants(&terms, false).iter().find(|(name, _)| *name == "LAW").map(|(_, value)| *value)
     });
-    assert_eq!(laws, [0.0, 1.0, 2.0, 3.0].map(Some), "the order of PUBLISHED_TENSION, … in yarn_law.wgsl");
+    assert_eq!(laws, std::array::from_fn(|at| Some(at as f64)), "the order of `shader::LAWS`");
 }
 
 #[test]

@@ -14,6 +14,8 @@ use crate::outcome::{shoulder, unbroken_cells};
 
 /// Invocations per workgroup of the kernels over elements and nodes.
 pub const GROUP: u32 = 64;
+/// A number for none: no step that went bad, no place, no ply.
+pub const NONE: u32 = u32::MAX;
 /// Fields of a node: displacement, velocity.
 pub const NODE_FIELDS: u64 = 6;
 /// Fields of an element's forces.

@@ -259,17 +259,31 @@ impl Kernel {
     }
 }
 
+/// The laws of the unit cell, by the constants of the shaders that number them: a law's number is its place here.
+pub const LAWS: [(&str, Variant); 4] = [
+    ("PUBLISHED_TENSION", Variant::PublishedTension),
+    ("PUBLISHED_PROJECTED", Variant::PublishedProjected),
+    ("VARIATIONAL", Variant::Variational),
+    ("KAWABATA", Variant::Kawabata),
+];
+
+/// Rounding of relative velocities in single precision, over the largest speed of the body [-]; in double precision
+/// [`projectile_contact::NOISE`](crate::kernels::projectile_contact::NOISE).
+const NOISE: f64 = 1e-6;
+/// Part of a finest cell by which a yarn may run on too short [-]: what a sum of widths rounds to in single precision.
+const WITHIN: f64 = 1e-3;
+/// Counts that make a whole share of a node's mass. The processor shares masses out in real numbers.
+const SHARE_UNIT: u32 = 1 << 20;
+
 /// Values of the pipeline-overridable constants, by name. `ledger`: the step fills in the energies of the state.
-pub fn constants(terms: &Terms, ledger: bool) -> [(&'static str, f64); 20] {
-    let law = match terms.law {
-        Variant::PublishedTension => 0.0,
-        Variant::PublishedProjected => 1.0,
-        Variant::Variational => 2.0,
-        Variant::Kawabata => 3.0,
-    };
+pub fn constants(terms: &Terms, ledger: bool) -> [(&'static str, f64); 23] {
+    let law = LAWS.iter().take_while(|(_, law)| *law != terms.law).count();
     let flag = |yes: bool| f64::from(u8::from(yes));
     [
-        ("LAW", law),
+        ("NOISE", NOISE),
+        ("WITHIN", WITHIN),
+        ("SHARE_UNIT", f64::from(SHARE_UNIT)),
+        ("LAW", law as f64),
         ("PIVOT", terms.pivot as f64),
         ("JOINT", flag(terms.joint)),
         ("TERMS", terms.series as f64),

@@ -343,7 +343,7 @@ impl<'a> Simulation<'a> {
         self.step = steps.last().map_or(self.step, |s| s.index + 1).min(bad.saturating_add(1));
         events.for_each(|event| self.record.add_failures(std::slice::from_ref(event)));
         self.check_room(&result.status)?;
-        if bad < u64::from(u32::MAX) {
+        if bad < u64::from(layout::NONE) {
             self.stepper.download(&self.model, &mut self.state)?;
             self.state.step = bad;
             if result.status[status::UNSETTLED] > 0 {

@@ -49,7 +49,7 @@ impl Stepper<'_> {
             self.write(Name::Yarns, bytemuck::cast_slice(&self.yarns(&state.elements)));
         }
         let mut counters = vec![0; STATUS_WORDS];
-        counters[status::BAD_STEP] = u32::MAX;
+        counters[status::BAD_STEP] = layout::NONE;
         counters.extend(state.reach.iter().flat_map(reach_words));
         self.write(Name::Status, &counters);
         if !state.over.is_empty() {
@@ -198,7 +198,7 @@ fn set_planes(rows: &mut Rows<f32>, fields: Range<usize>, first: usize, columns:
 /// What may have moved of a ply as the shaders hold it; of nothing, a first beyond every end.
 fn reach_words(reach: &Reach) -> [u32; 4] {
     if reach.is_nothing() {
-        return [u32::MAX, 0, u32::MAX, 0];
+        return [layout::NONE, 0, layout::NONE, 0];
     }
     [reach.rows.start, reach.rows.end, reach.columns.start, reach.columns.end].map(|at| at as u32)
 }

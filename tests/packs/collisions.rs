@@ -3,13 +3,16 @@
 use ripstop::case::Case;
 use ripstop::kernels::element_force::field as element;
 use ripstop::model::over;
-use ripstop::simulation::Simulation;
+use ripstop::simulation::{Precision, Simulation};
 
 use super::{advance, motion, pack};
+use crate::scene::run_as;
 
-/// Energy error of scenes in which nodes are moved out of penetrations: the work of that against the hourglass stiffness is
-/// counted to first order.
-const ENERGY: f64 = 1e-5;
+/// Energy error where the work of moving nodes out of penetrations, counted to first order against the hourglass stiffness, is all
+/// that rounding does not explain: twice the largest seen, 8.9e-8. Without that stiffness the same scenes close to 2e-15.
+const FIRST_ORDER: f64 = 2e-7;
+/// Energy error of rounding alone: hundreds of steps, of 1.1e-16 each.
+const ROUNDING: f64 = 1e-12;
 
 /// Free plies half a millimetre apart, the first flying at `velocity` [m/s].
 fn flying(velocity: [f64; 3], friction: f64, second: &str) -> Case {
@@ -48,7 +51,7 @@ fn plies_of_different_fabrics_and_orientations_meet_too() {
         r#""orientation_deg": 30"#,
         r#""orientation_deg": 57, "fabric": {"file": "fabrics/s-728.json"}"#,
     ] {
-        let case = flying([0.0, 0.0, 100.0], 0.3, second);
+        let mut case = flying([0.0, 0.0, 100.0], 0.3, second);
         let mut simulation = Simulation::<f64>::new(&case).unwrap();
         let [(first, _), (other, _)] = [0, 1].map(|ply| motion(&simulation, ply));
         advance(&mut simulation, &case, 15e-6);
@@ -60,11 +63,14 @@ fn plies_of_different_fabrics_and_orientations_meet_too() {
         assert!((a[2] / common - 1.0).abs() < 0.15 && (b[2] / common - 1.0).abs() < 0.15, "{second}: {a:?} {b:?}");
         let run = simulation.into_run(1.0);
         assert!(
-            run.energy_error < ENERGY && run.momentum_error < 1e-11,
+            run.energy_error < FIRST_ORDER && run.momentum_error < 1e-12,
             "{second}: {} {}",
             run.energy_error,
             run.momentum_error
         );
+        case.solver.hourglass = 0.0;
+        let soft = run_as(&case, Precision::F64, 2);
+        assert!(soft.energy_error < ROUNDING, "{second}, no hourglass: {}", soft.energy_error);
         assert!(run.max_ply_penetration < 0.1 * 0.3e-3, "{second}: {}", run.max_ply_penetration);
     }
 }
@@ -82,7 +88,12 @@ fn friction_slows_by_coulomb_and_stops_sliding_at_most() {
         assert!((a[0] - first).abs() < allowed && (b[0] - second).abs() < allowed, "μ {friction}: {a:?} {b:?}");
         let run = simulation.into_run(1.0);
         let last = run.history.last().unwrap();
-        assert!(run.energy_error < ENERGY && run.momentum_error < 1e-12, "{} {}", run.energy_error, run.momentum_error);
+        assert!(
+            run.energy_error < ROUNDING && run.momentum_error < 1e-12,
+            "{} {}",
+            run.energy_error,
+            run.momentum_error
+        );
         assert_eq!(last.balance.friction > 1e-6 * mass, friction > 0.0, "{}", last.balance.friction);
         assert!(last.balance.friction >= 0.0 && last.balance.contact > 0.0);
     }
@@ -186,7 +197,7 @@ fn a_heavy_ply_drives_a_stack_through_contact_between_plies_alone() {
     }
     let run = simulation.into_run(1.0);
     assert!(run.max_ply_penetration < 0.25 * 0.3e-3, "{}", run.max_ply_penetration);
-    assert!(run.energy_error < ENERGY && run.momentum_error < 1e-11, "{} {}", run.energy_error, run.momentum_error);
+    assert!(run.energy_error < ROUNDING && run.momentum_error < 1e-12, "{} {}", run.energy_error, run.momentum_error);
 }
 
 #[test]

@@ -209,6 +209,12 @@ impl<'a> Pair<'a> {
         sheet.element.cells * (yarn(0) + yarn(1))
     }
 
+    /// Mass by which impulses on the projectile are measured [kg]: that of a node, or where it meets held nodes its own.
+    fn pushed_mass(&self) -> f64 {
+        let body = self.scene.model.projectile.as_ref().filter(|_| self.scene.held);
+        body.map_or_else(|| self.node_mass(), |body| body.mass)
+    }
+
     /// Mass of an inner node [kg].
     fn node_mass(&self) -> f64 {
         f64::from(self.scene.model.sheets[0].row_mass(1).mass[1])

@@ -71,7 +71,7 @@ pub(super) fn compare(pair: &mut Pair<'_>, seen: &mut Seen) -> Outcome {
         let lost = [sum::PLY_LOSS, sum::PLY_RUBBED, sum::PLY_LIFTED, sum::PLY_LIFTED + 1].map(add);
         see_energies(pair, seen, lost, "ledger");
     }
-    let impulse = pair.node_mass() * pair.scene.speed;
+    let impulse = pair.pushed_mass() * pair.scene.speed;
     if let Some(start) = body {
         let record = layout::read_body(&rest[..BODY_WORDS], start);
         // The supports of the fabric are sums of the ledger now.

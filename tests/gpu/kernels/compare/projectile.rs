@@ -69,7 +69,7 @@ fn compare_body(pair: &Pair<'_>, seen: &mut Seen, got: &layout::BodyRecord) -> O
     let Some(expected) = &pair.expected.body else { return Ok(()) };
     let scene = pair.scene;
     let (speed, reach) = (scene.speed, expected.body.reach);
-    let mass = pair.node_mass();
+    let mass = pair.pushed_mass();
     let (impulse, energy) = (mass * speed, mass * speed * speed);
     let ledger = &pair.ledger;
     let supports = pair.read_floats(Name::Supports)?;
@@ -91,7 +91,7 @@ fn compare_body(pair: &Pair<'_>, seen: &mut Seen, got: &layout::BodyRecord) -> O
             place,
         );
         let spin = [got.body.angular_momentum[a], expected.angular_momentum[a]];
-        seen.see("angular momentum", spin[0], spin[1], impulse * reach + spin[1].abs(), place);
+        seen.see("angular momentum", spin[0], spin[1], pair.node_mass() * speed * reach + spin[1].abs(), place);
         let given = -ledger.contact_impulse[a];
         seen.see(pair.kind("impulse", "impulse, held"), got.impulse[a], given, impulse + given.abs(), place);
         let fabric: f64 = supports.iter().skip(a).step_by(3).sum();
