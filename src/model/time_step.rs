@@ -63,22 +63,6 @@ pub fn is_let_go(pretension: Option<[Option<f64>; 2]>, edges: Edges) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn tension_is_let_go_at_free_edges_across_it_only() {
-        let held = Edges { left: Edge::Clamped, right: Edge::Clamped, bottom: Edge::Free, top: Edge::Roller };
-        assert!(!is_let_go(None, held));
-        assert!(!is_let_go(Some([Some(1e4), Some(0.0)]), held));
-        assert!(is_let_go(Some([Some(1e4), None]), held) && is_let_go(Some([None, Some(1.0)]), held));
-        assert!(!is_let_go(Some([Some(1e4); 2]), Edges { bottom: Edge::Roller, ..held }));
-        let bound = StepBound { critical_step: 2e-7, set_by: "wave along the warp" };
-        assert_eq!(bound.of_let_go().critical_step, 1e-7);
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
     use crate::case::{self, Fabric, Shear, ShearModulus};
     use crate::kernels::crossover::CellConstants;
     use crate::kernels::shear::ShearConstants;
@@ -152,5 +136,16 @@ mod tests {
         let step = 2.0 * (DENSITY * LX * LY / 7e7).sqrt();
         assert_bound(bound([3e6, 2e6], [0.03; 2], 0.0, [3e7, 4e7], 0.0), step, "hourglass stiffness");
         assert_bound(bound([3e6, 2e6], [0.03; 2], 0.0, [3e7, 4e7], 0.75), step, "hourglass stiffness");
+    }
+
+    #[test]
+    fn tension_is_let_go_at_free_edges_across_it_only() {
+        let held = Edges { left: Edge::Clamped, right: Edge::Clamped, bottom: Edge::Free, top: Edge::Roller };
+        assert!(!is_let_go(None, held));
+        assert!(!is_let_go(Some([Some(1e4), Some(0.0)]), held));
+        assert!(is_let_go(Some([Some(1e4), None]), held) && is_let_go(Some([None, Some(1.0)]), held));
+        assert!(!is_let_go(Some([Some(1e4); 2]), Edges { bottom: Edge::Roller, ..held }));
+        let bound = StepBound { critical_step: 2e-7, set_by: "wave along the warp" };
+        assert_eq!(bound.of_let_go().critical_step, 1e-7);
     }
 }
