@@ -2,7 +2,7 @@
 
 use std::sync::atomic::AtomicBool;
 
-use ripstop::case::{Case, ContactSampling};
+use ripstop::case::Case;
 use ripstop::gpu::{Device, compare};
 use ripstop::model::Model;
 use ripstop::simulation::{Precision, Skips};
@@ -117,10 +117,7 @@ fn same_bits(device: &'static Device) -> Outcome {
 
 fn kernels(device: &'static Device) -> Outcome {
     let mut wrong = Vec::new();
-    // Where points of the rim lie close together, in finer elements of any mesh, their solves round to more than is allowed.
-    let rounds =
-        |case: &Case| case.solver.contact_sampling == ContactSampling::Rim && case.pack.elements_per_crossover > 1;
-    for (name, mut case) in all().into_iter().filter(|(_, case)| !rounds(case)) {
+    for (name, mut case) in all() {
         // What is allowed of a contact is made for a shot like the paper's.
         case.projectile.as_mut().unwrap().velocity = 200.0;
         let found = compare::compare(&case, device, Some(60), 4, &AtomicBool::new(false)).map_err(|e| e.to_string())?;
