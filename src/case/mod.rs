@@ -495,7 +495,7 @@ pub struct Solver {
 /// Where the lines of nodes of a graded mesh are counted from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum LinesFrom {
-    /// Two lines cross where the projectile hits, so that the mesh around a hit does not hang on its place in the weave.
+    /// Two lines cross where the projectile hits, so that the mesh around a hit does not depend on its place in the weave.
     Hit,
     /// Lines lie whole finest elements from the edges of the ply.
     Edges,

@@ -1,7 +1,7 @@
 //! The piece of yarn over which failure is judged: the failure length along it, its own spacing across it.
 //!
 //! The strain of a single element under a sharp rim or a point grows as the mesh is refined; its mean along the yarn over a fixed length
-//! converges. Elements narrower than a yarn are no yarns of their own: which of them carries most hangs on where the rim lies in the mesh,
+//! converges. Elements narrower than a yarn are no yarns of their own: which of them carries most depends on where the rim lies in the mesh,
 //! what the yarn carries does not.
 
 use super::Mesh;
