@@ -135,7 +135,7 @@ fn special_scenes() -> Vec<Scene> {
             case.pack.plies = plies;
             narrow(case);
             case.solver.failure_length = 2.1e-3;
-            grade(case, [3e-3, -2e-3], 4.0);
+            grade_from(case, [3e-3, -2e-3], 4.0, LinesFrom::Hit);
         }),
         deformed("failure over a length, two fabrics".to_owned(), over_length(graded_pack([20, 17], &groups)), 4, 203),
         special("one element", 1, 1, &|case| case.pack.plies = plies),
@@ -163,8 +163,12 @@ fn special_scenes() -> Vec<Scene> {
 
 /// Elements grow away from a place in the pack to so many times the finest.
 fn grade(case: &mut Case, hit: [f64; 2], coarsest: f64) {
-    let grading =
-        Some(Grading { hit, way: [0.0; 2], fine: [1e-3; 2], growth: 1.6, coarsest, lines_from: LinesFrom::Hit });
+    grade_from(case, hit, coarsest, LinesFrom::Edges);
+}
+
+/// Likewise, with lines counted from that place or from the edges.
+fn grade_from(case: &mut Case, hit: [f64; 2], coarsest: f64, lines_from: LinesFrom) {
+    let grading = Some(Grading { hit, way: [0.0; 2], fine: [1e-3; 2], growth: 1.6, coarsest, lines_from });
     case.pack.grading = grading;
     case.pack.layup.iter_mut().for_each(|layer| layer.grading = grading);
 }

@@ -281,7 +281,12 @@ pub(super) const MUTANTS: &[Mutant] = &[
     ),
     mutant("strains of this step judged", "failure over a length", "((step.index + 1u) & 1u)", "(step.index & 1u)"),
     mutant("mean over one side", "failure over a length", "side < 2u; side++", "side < 1u; side++"),
-    mutant("mean across the yarn", "failure over a length", "let axis = which;", "let axis = 1u - which;"),
+    mutant(
+        "mean across the yarn",
+        "failure over a length",
+        "vec2<u32>(u32(at), place.y), vec2<u32>(place.x, u32(at)), which == 0u",
+        "vec2<u32>(u32(at), place.y), vec2<u32>(place.x, u32(at)), which == 1u",
+    ),
     mutant(
         "whole elements in the mean",
         "failure over a length",
