@@ -139,7 +139,7 @@ impl Grading {
             }
         }
         if to - from < 1.0 || from < 0.0 || to > last {
-            return Self { lines_from: LinesFrom::Edges, ..*self }.lines_from_edges(last, [from, to]);
+            return self.lines_from_edges(last, [from, to]);
         }
         self.between(last, [from, to])
     }

@@ -2,7 +2,7 @@
 //!
 //! The ledger tells it along a straight way from rest, from a table. Where the way is another one, as that of a stretched ply let go, it may be
 //! off by a third of itself. Here W is the integral of the in-plane forces over the stretches of each step, by Simpson's rule: a step that
-//! is too long for a kink, or a force that is not the law's, still shows as energy out of nowhere.
+//! is too long for a kink, or a force that is not the law's, still shows as energy gained.
 
 use crate::kernels::crossover::{CellConstants, Equilibrium, LawKernel, cell_energy, solve};
 use crate::kernels::node_update::field as node;
