@@ -20,8 +20,8 @@ use ripstop::gpu::stepper::{BATCH, Stepper};
 use ripstop::gpu::timing::BYTES;
 use ripstop::gpu::{self, Device};
 use ripstop::model::Model;
-use ripstop::simulation::{self, Options};
-use ripstop::state::State;
+use ripstop::run::{self, Options};
+use ripstop::solver::state::State;
 
 /// Packs: name, plies, edge [mm].
 const PACKS: [(&str, u32, u32); 5] = [
@@ -133,6 +133,6 @@ fn main() {
     let until = if test { "/solver/end_time_us=5" } else { "/solver/end_time_us=400" };
     let case = shot(1, 203, &[until]);
     let options = Options { device: Some(&device), ..Options::default() };
-    let run = simulation::run(&case, options, &AtomicBool::new(false), &mut ()).unwrap();
+    let run = run::run(&case, options, &AtomicBool::new(false), &mut ()).unwrap();
     println!("s720-1ply-155: {} steps, loop {:.3} s, {}", run.steps, run.loop_seconds, run.outcome.word());
 }

@@ -12,8 +12,8 @@ use std::time::Duration;
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use ripstop::case::{self, Case};
 use ripstop::kernels::crossover::{self, CellConstants, PublishedTension};
-use ripstop::number::Scalar;
-use ripstop::simulation::{self, Options, Simulation};
+use ripstop::run::RunScalar;
+use ripstop::run::{self, Options, Simulation};
 
 fn shot(sets: &[&str]) -> Case {
     let sets: Vec<String> = sets.iter().map(ToString::to_string).collect();
@@ -34,7 +34,7 @@ fn unit_cell(c: &mut Criterion) {
     }
 }
 
-fn steps<S: Scalar>(c: &mut Criterion, name: &str) {
+fn steps<S: RunScalar>(c: &mut Criterion, name: &str) {
     let case = shot(&["/solver/run_until=end_time"]);
     let mut simulation = Simulation::<S>::new(&case).unwrap();
     while simulation.time() < 60e-6 {
@@ -58,7 +58,7 @@ fn whole_shot(c: &mut Criterion) {
     group.bench_function("s720-1ply-155", |b| {
         b.iter(|| {
             let options = Options::default();
-            simulation::run(&case, options, &AtomicBool::new(false), &mut ()).unwrap().steps
+            run::run(&case, options, &AtomicBool::new(false), &mut ()).unwrap().steps
         });
     });
 }

@@ -6,10 +6,10 @@ use std::path::Path;
 use std::time::{Duration, Instant};
 
 use ripstop::case;
-use ripstop::ledger::Ledger;
 use ripstop::model::Model;
-use ripstop::state::State;
-use ripstop::step::{Context, Stepper};
+use ripstop::solver::energy_balance::Ledger;
+use ripstop::solver::state::State;
+use ripstop::solver::{Context, Stepper};
 
 /// Plies, elements per side, steps before the clock starts.
 const PACKS: [(u32, f64, u64); 4] = [(1, 203.0, 300), (4, 203.0, 300), (16, 120.0, 250), (50, 120.0, 250)];

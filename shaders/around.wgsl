@@ -1,5 +1,5 @@
 // around: the up to four elements of a node.
-// Twin: `neighbours` of src/step/mod.rs
+// Twin: `neighbours` of src/solver/mod.rs
 
 /// First element above and to the right of a node, as if the ply went on.
 fn element_above(node: u32, place: vec2<u32>) -> u32 {

@@ -8,7 +8,7 @@
 //   out     events    array<Event>         yarn failures
 //   in/out  yarns     array<f32>  (6, E)   viscous forces of warp and weft [N]; strains of warp and weft in steps of even number, of odd
 //                                          number [-], where failure is judged over a length
-// Twin: src/kernels/element_force.rs, src/step/failure.rs
+// Twin: src/kernels/element_force.rs, src/solver/failure.rs
 
 @group(1) @binding(0) var<storage, read> nodes: array<f32>;
 @group(1) @binding(1) var<storage, read_write> forces: array<f32>;

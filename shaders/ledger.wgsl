@@ -11,7 +11,7 @@
 //   in/out  body      Body                 its sums begin at 0 again
 //   in      status    array<u32>           counters
 //   out     samples   array<u32>  (slots, groups·26 + 73)
-// Twin: src/ledger.rs, and `covered` of src/outcome.rs
+// Twin: src/solver/energy_balance.rs, and `covered` of src/run/outcome.rs
 
 @group(1) @binding(0) var<storage, read> nodes: array<f32>;
 @group(1) @binding(1) var<storage, read> forces: array<f32>;

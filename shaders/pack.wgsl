@@ -1,5 +1,5 @@
 // pack: the plies, where a node or an element lies, its mass, and what may have moved.
-// Twin: src/model/mesh.rs, src/model/sheet.rs and src/reach.rs
+// Twin: src/model/mesh.rs, src/model/sheet.rs and src/solver/active_region.rs
 
 /// A ply of the pack.
 struct Ply {

@@ -6,7 +6,7 @@
 //   in/out  accounts  array<f32>           see `ledger`
 //   in/out  supports  array<f32>  (S, 3)   impulse of the supports since the last ledger [N·s], nodes of the rim
 //   in/out  status    array<u32>           counters
-// Twin: `Mover` of src/step/plies/moves.rs
+// Twin: `Mover` of src/solver/plies/moves.rs
 
 @group(1) @binding(0) var<storage, read_write> nodes: array<f32>;
 @group(1) @binding(1) var<storage, read> forces: array<f32>;

@@ -1,6 +1,6 @@
 // projectile_near: which nodes may meet the projectile, how it sees them, and what may have moved when it is done. Needs `nodes`, `flags`,
 // `status`, `body`, `candidates`, `points` and `over`.
-// Twin: src/step/projectile.rs and src/reach.rs
+// Twin: src/solver/projectile.rs and src/solver/active_region.rs
 
 /// Lists the marked nodes in storage order and clears the marks; gives their number.
 fn collect(local: u32) -> u32 {

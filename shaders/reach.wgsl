@@ -1,6 +1,6 @@
 // reach: which nodes and elements of a ply may have moved; everything else is at rest, to the last bit.
 // Needs `status`.
-// Twin: src/reach.rs
+// Twin: src/solver/active_region.rs
 
 /// Rows first and end, columns first and end, of the nodes of a ply that may have moved.
 fn reach_of(ply: u32) -> vec4<u32> {

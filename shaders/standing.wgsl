@@ -1,5 +1,5 @@
 // standing: what still carries load. Needs `flags`.
-// Twin: `node_stands` and `edge_stands` of src/step/projectile.rs
+// Twin: `node_stands` and `edge_stands` of src/solver/projectile.rs
 
 /// Whether any element around a node still carries load; debris no longer touches anything.
 fn stands(node: u32, place: vec2<u32>) -> bool {

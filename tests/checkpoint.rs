@@ -13,9 +13,9 @@ mod refusal;
 use std::fs::File;
 
 use ripstop::case::Case;
-use ripstop::checkpoint::{Checkpoint, Head, Kept};
-use ripstop::number::Scalar;
-use ripstop::simulation::{Options, Simulation, Skips};
+use ripstop::run::RunScalar;
+use ripstop::run::checkpoint::{Checkpoint, Head, Kept};
+use ripstop::run::{Options, Simulation, Skips};
 use tempfile::TempDir;
 
 use crate::kept::ply;
@@ -28,7 +28,7 @@ impl Shelf {
         Self(TempDir::new().unwrap())
     }
 
-    fn save<S: Scalar>(&self, case: &Case, simulation: &Simulation<S>) -> Checkpoint {
+    fn save<S: RunScalar>(&self, case: &Case, simulation: &Simulation<S>) -> Checkpoint {
         let path = self.0.path().join(format!("{}.bin", simulation.state.step));
         let head = Head::new(case, &Options::default(), 1e-6);
         simulation.save(&head, &[], &mut File::create(&path).unwrap()).unwrap();
@@ -36,6 +36,6 @@ impl Shelf {
     }
 }
 
-fn start<S: Scalar>(case: &Case) -> Simulation<S> {
+fn start<S: RunScalar>(case: &Case) -> Simulation<S> {
     Simulation::with_skips(case, Skips::default()).unwrap_or_else(|e| panic!("{e}"))
 }

@@ -31,8 +31,8 @@ use std::sync::atomic::AtomicBool;
 use std::thread;
 use std::time::{Duration, Instant};
 
-use ripstop::simulation::{self, Options, Run};
-use ripstop::step::Trouble;
+use ripstop::run::{self, Options, Run};
+use ripstop::solver::Trouble;
 use ripstop::{case, output};
 use serde_json::{Value, json};
 use tempfile::TempDir;
@@ -155,7 +155,7 @@ fn stderr(output: &Output) -> String {
 fn run(case: &Value) -> (case::Case, Run) {
     let case = case::from_str("shot.json", &case.to_string(), &[]).unwrap();
     let options = Options { threads: Some(1), ..Options::default() };
-    let run = simulation::run(&case, options, &AtomicBool::new(false), &mut ()).unwrap();
+    let run = run::run(&case, options, &AtomicBool::new(false), &mut ()).unwrap();
     (case, run)
 }
 

@@ -6,7 +6,7 @@
 //! a failure or contact loses energy unbooked, a sum depends on threads, rest is not rest.
 
 use ripstop::kernels::node_update::field;
-use ripstop::simulation::{Precision, Run, Sample, Simulation};
+use ripstop::run::{Precision, Run, Sample, Simulation};
 
 use crate::scene::{builtin, run, run_as};
 
@@ -102,7 +102,7 @@ fn fabric_no_wave_has_reached_is_exactly_at_rest() {
     }
 }
 
-fn check_rest<S: ripstop::number::Scalar>(case: &ripstop::case::Case) {
+fn check_rest<S: ripstop::run::RunScalar>(case: &ripstop::case::Case) {
     let mut simulation = Simulation::<S>::new(case).unwrap();
     let steps = 8;
     for _ in 0..steps {

@@ -12,7 +12,7 @@ use ripstop::kernels::projectile_contact::{self, ContactPoint, ContactTotals};
 use ripstop::kernels::projectile_rim::{Rim, SHARED, Tie};
 use ripstop::kernels::projectile_shape::Body;
 use ripstop::kernels::rigid_body::RigidBody;
-use ripstop::simulation::{Precision, Run};
+use ripstop::run::{Precision, Run};
 
 use crate::scene::{builtin, run, run_as};
 
@@ -220,7 +220,7 @@ fn initial_penetration_is_an_input_error() {
     let sets =
         vec!["/pack/initial_deflection={\"amplitude_mm\":-1,\"warp_half_waves\":1,\"weft_half_waves\":1}".into()];
     let case = case::read(std::path::Path::new("cases/verify/first-drop.json"), &sets).unwrap();
-    let error = ripstop::simulation::Simulation::<f64>::new(&case).err().unwrap();
+    let error = ripstop::run::Simulation::<f64>::new(&case).err().unwrap();
     assert!(error.to_string().contains("standoff_mm"), "{error}");
 }
 

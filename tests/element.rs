@@ -24,8 +24,8 @@ use ripstop::case::{Case, Law, MembraneForce};
 use ripstop::kernels::crossover::Variant;
 use ripstop::kernels::element_force::field as element;
 use ripstop::kernels::shear::{self, ShearConstants};
-use ripstop::ledger::Ledger;
-use ripstop::step::Stepper;
+use ripstop::solver::Stepper;
+use ripstop::solver::energy_balance::Ledger;
 
 use crate::support::patch::{Patch, Vector, affine, bare, case, difference, dot, length, swapped};
 use crate::support::{FAILURE_STRAIN, LAWS, Random, Worst};

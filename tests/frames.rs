@@ -8,8 +8,8 @@
 use std::sync::atomic::AtomicBool;
 
 use ripstop::case::{self, Case};
-use ripstop::frame::{Camera, Frame};
-use ripstop::simulation::{self, Options, Run, Skips};
+use ripstop::run::frame::{Camera, Frame};
+use ripstop::run::{self, Options, Run, Skips};
 
 use crate::support::filmed::Frames;
 
@@ -27,7 +27,7 @@ fn filmed(case: &Case, skips: Skips) -> (Run, Vec<Frame>) {
     let camera = Camera::new(case.output.frames as usize, case.solver.end_time);
     let mut frames = Frames::new(camera);
     let options = Options { skips, ..Options::default() };
-    let run = simulation::run(case, options, &AtomicBool::new(false), &mut frames).unwrap();
+    let run = run::run(case, options, &AtomicBool::new(false), &mut frames).unwrap();
     (run, frames.chosen(case.output.frames as usize).0)
 }
 

@@ -8,7 +8,7 @@
 
 use ripstop::case::{self, Case, Grading, LinesFrom};
 use ripstop::model::Model;
-use ripstop::simulation::{Run, Skips};
+use ripstop::run::{Run, Skips};
 use serde_json::json;
 
 use crate::scene::{builtin, run, run_as};
@@ -177,7 +177,7 @@ fn energy_and_momentum_close_and_threads_change_no_bit() {
         let run = run(&case);
         assert!(!run.events.is_empty(), "yarns must fail for this to mean anything");
         assert!(run.energy_error < energy && run.momentum_error < 1e-9, "{} {}", run.energy_error, run.momentum_error);
-        assert_same(&run_as(&case, ripstop::simulation::Precision::F64, 1), &run);
+        assert_same(&run_as(&case, ripstop::run::Precision::F64, 1), &run);
     }
 }
 
@@ -186,9 +186,9 @@ fn a_quarter_gives_the_whole_and_the_wave_front_changes_no_bit() {
     for sets in [&[][..], &["/pack/plies=2", "/pack/layup=[{},{\"orientation_deg\":90}]"]] {
         let case = small(&[sets, &[GROWN]].concat());
         let with = |skips| {
-            let options = ripstop::simulation::Options { skips, ..Default::default() };
+            let options = ripstop::run::Options { skips, ..Default::default() };
             let stop = std::sync::atomic::AtomicBool::new(false);
-            ripstop::simulation::run(&case, options, &stop, &mut ()).unwrap()
+            ripstop::run::run(&case, options, &stop, &mut ()).unwrap()
         };
         let (part, whole, all) = (with(Skips::default()), with(Skips::WHOLE), with(Skips::NONE));
         assert_eq!((part.planes.copies(), whole.planes.copies()), (4, 1));

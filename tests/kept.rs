@@ -7,7 +7,7 @@ use std::time::{Duration, Instant, SystemTime};
 
 use ripstop::case::Case;
 use ripstop::output;
-use ripstop::simulation::Run;
+use ripstop::run::Run;
 use serde_json::Value;
 
 use crate::scene::builtin;

@@ -6,9 +6,9 @@
 
 use std::fs;
 
-use ripstop::bench::objectivity::report;
-use ripstop::outcome::Outcome;
 use ripstop::output;
+use ripstop::run::outcome::Outcome;
+use ripstop::study::bench::objectivity::report;
 use serde_json::Value;
 
 use crate::scene::{run, shipped};

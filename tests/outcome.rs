@@ -9,10 +9,10 @@ use ripstop::kernels::element_force::field as element;
 use ripstop::kernels::node_update::field as node;
 use ripstop::kernels::rigid_body::RigidBody;
 use ripstop::model::Model;
-use ripstop::outcome::{self, Outcome};
 use ripstop::output;
-use ripstop::simulation::Simulation;
-use ripstop::state::State;
+use ripstop::run::Simulation;
+use ripstop::run::outcome::{self, Outcome};
+use ripstop::solver::state::State;
 
 use crate::scene::{builtin, run as run_case};
 use crate::support::torn;

@@ -11,7 +11,7 @@ mod shots;
 mod symmetry;
 
 use ripstop::case::{self, Case};
-use ripstop::simulation::Simulation;
+use ripstop::run::Simulation;
 
 /// A pack from the JSON of its parts; the fabric is S-720 without shear where nothing else is said.
 fn pack(pack: &str, more: &str, sets: &[&str]) -> Case {

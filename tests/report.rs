@@ -7,12 +7,12 @@
 use std::sync::atomic::AtomicBool;
 
 use ripstop::case::{self, Case};
-use ripstop::outcome::Outcome;
 use ripstop::output;
 use ripstop::output::report::{Film, report};
 use ripstop::output::trust::{self, Level};
-use ripstop::simulation::{self, Options, Run};
-use ripstop::step::Trouble;
+use ripstop::run::outcome::Outcome;
+use ripstop::run::{self, Options, Run};
+use ripstop::solver::Trouble;
 use serde_json::{Value, json};
 
 /// Every part of the page.
@@ -70,7 +70,7 @@ impl Shot {
     fn with_threads(case: Case, threads: usize) -> Self {
         let mut film = Film::new(&case);
         let options = Options { threads: Some(threads), ..Options::default() };
-        let run = simulation::run(&case, options, &AtomicBool::new(false), &mut film).unwrap();
+        let run = run::run(&case, options, &AtomicBool::new(false), &mut film).unwrap();
         Self { case, run, film }
     }
 

@@ -5,7 +5,7 @@ use std::sync::atomic::AtomicBool;
 
 use ripstop::case::{self, Case};
 use ripstop::output::{self, Checked};
-use ripstop::simulation::{self, Options, Precision, Run};
+use ripstop::run::{self, Options, Precision, Run};
 
 /// A shipped case on the paper's numerics (one even element per crossover, contact at nodes, no viscosity) with changes, each
 /// `/pointer=value`.
@@ -27,7 +27,7 @@ pub(crate) fn run(case: &Case) -> Run {
 /// Runs a case.
 pub(crate) fn run_as(case: &Case, precision: Precision, threads: usize) -> Run {
     let options = Options { threads: Some(threads), precision, ..Options::default() };
-    let run = simulation::run(case, options, &AtomicBool::new(false), &mut ()).unwrap_or_else(|e| panic!("{e}"));
+    let run = run::run(case, options, &AtomicBool::new(false), &mut ()).unwrap_or_else(|e| panic!("{e}"));
     assert!(run.trouble.is_none(), "{}: {:?}", case.title, run.trouble);
     assert_eq!(run.newton.unconverged, 0, "{}", case.title);
     run

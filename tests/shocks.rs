@@ -4,8 +4,8 @@
 //! or yarns break where nothing hit them.
 
 use ripstop::case::{self, Case};
-use ripstop::outcome::Outcome;
-use ripstop::simulation::Run;
+use ripstop::run::Run;
+use ripstop::run::outcome::Outcome;
 
 use crate::scene::{run, shipped};
 
@@ -17,7 +17,7 @@ fn peak(run: &Run) -> f64 {
 /// Failures, and those of them further from the hit than so many crossovers of S-728 (1.494 mm) or Twaron.
 fn failures(case: &Case, run: &Run, far: f64) -> [usize; 2] {
     let middles: Vec<_> = case.layers().iter().flat_map(|layer| vec![layer.middles(); layer.plies as usize]).collect();
-    let is_far = |event: &&ripstop::step::FailureEvent| {
+    let is_far = |event: &&ripstop::solver::FailureEvent| {
         let [x, y] = &middles[event.ply as usize];
         x[event.i as usize].abs().max(y[event.j as usize].abs()) > far
     };

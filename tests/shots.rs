@@ -4,8 +4,8 @@
 //! lost; mesh and step do not matter before failure; the shipped case runs to its outcome with a closed ledger.
 //! Red when: anything in unit cell, element, contact, mass or step is off by a per cent.
 
-use ripstop::outcome::Outcome;
-use ripstop::simulation::Run;
+use ripstop::run::Run;
+use ripstop::run::outcome::Outcome;
 
 use crate::scene::{builtin, checked, run};
 

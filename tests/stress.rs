@@ -6,8 +6,8 @@
 
 use std::sync::atomic::AtomicBool;
 
-use ripstop::simulation::Precision;
-use ripstop::verify::stress::{self, Machine, Plan, Report};
+use ripstop::run::Precision;
+use ripstop::study::verify::stress::{self, Machine, Plan, Report};
 
 const BOTH: [Machine<'static>; 2] = [Machine::Cpu(Precision::F64), Machine::Cpu(Precision::F32)];
 

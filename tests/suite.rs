@@ -17,6 +17,7 @@ mod objectivity;
 mod outcome;
 mod packs;
 mod report;
+mod rooms;
 mod scene;
 mod shaders;
 mod shocks;

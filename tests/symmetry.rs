@@ -11,7 +11,7 @@ use std::sync::atomic::AtomicBool;
 use ripstop::case::Case;
 use ripstop::model::{MirrorPlanes, Model};
 use ripstop::output::{self, history};
-use ripstop::simulation::{self, Options, Precision, Run, Skips};
+use ripstop::run::{self, Options, Precision, Run, Skips};
 use serde_json::json;
 
 use crate::scene::builtin;
@@ -88,7 +88,7 @@ const ARCH: &str = "/pack/initial_deflection={\"amplitude_mm\":0.5,\"warp_half_w
 
 fn run(case: &Case, skips: Skips, precision: Precision, threads: usize) -> Run {
     let options = Options { threads: Some(threads), precision, skips, ..Options::default() };
-    let run = simulation::run(case, options, &AtomicBool::new(false), &mut ()).unwrap();
+    let run = run::run(case, options, &AtomicBool::new(false), &mut ()).unwrap();
     assert!(run.trouble.is_none(), "{:?}", run.trouble);
     run
 }

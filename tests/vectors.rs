@@ -5,12 +5,13 @@
 //! own instruction differs from what one number does.
 
 use ripstop::case::{Case, UnitCell};
-use ripstop::lanes::{Twice, Vectors};
-use ripstop::ledger::{Balance, Ledger};
+use ripstop::math::scalar::{Real, Scalar};
+use ripstop::math::simd::{Twice, Vectors};
 use ripstop::model::Model;
-use ripstop::number::{Real, Scalar};
-use ripstop::state::State;
-use ripstop::step::{FailureEvent, Stepper};
+use ripstop::run::RunScalar;
+use ripstop::solver::energy_balance::{Balance, Ledger};
+use ripstop::solver::state::State;
+use ripstop::solver::{FailureEvent, Stepper};
 
 use crate::scene::builtin;
 
@@ -25,7 +26,7 @@ struct Trace<S> {
     counts: Vec<[f64; 4]>,
 }
 
-fn trace<S: Scalar>(case: &Case, vectors: Vectors, steps: u64) -> Trace<S> {
+fn trace<S: RunScalar>(case: &Case, vectors: Vectors, steps: u64) -> Trace<S> {
     let model = Model::<S>::new(case).unwrap();
     let mut state = State::new(case, &model);
     let mut ledger = Ledger::default();
@@ -40,7 +41,7 @@ fn trace<S: Scalar>(case: &Case, vectors: Vectors, steps: u64) -> Trace<S> {
     Trace { nodes: state.nodes.data.to_vec(), elements: state.elements.data.to_vec(), balances, failures, counts }
 }
 
-fn same_on_all<S: Scalar>(case: &Case, steps: u64) {
+fn same_on_all<S: RunScalar>(case: &Case, steps: u64) {
     let all = Vectors::all();
     let widest = trace::<S>(case, all[0], steps);
     assert!(!widest.failures.is_empty(), "yarns break");
@@ -91,7 +92,7 @@ fn same_extremes<R: Real>(n: R, name: &str) {
     }
 }
 
-fn same_extremes_on_all<S: Scalar>() {
+fn same_extremes_on_all<S: RunScalar>() {
     for vectors in Vectors::all() {
         match vectors {
             Vectors::None => {}

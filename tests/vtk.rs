@@ -14,10 +14,10 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use libtest_mimic::{Arguments, Completion, Failed, Trial};
 use ripstop::case::{self, Case};
-use ripstop::frame::{Camera, Frame, Scene};
 use ripstop::output::frames::Recorder;
 use ripstop::output::{self, Folder};
-use ripstop::simulation::{self, Options, Precision, Progress, View, Watch};
+use ripstop::run::frame::{Camera, Frame, Scene};
+use ripstop::run::{self, Options, Precision, Progress, View, Watch};
 use serde_json::{Value, json};
 
 #[path = "support/filmed.rs"]
@@ -197,7 +197,7 @@ fn written(
         interrupt: &interrupt,
         until,
     };
-    let run = simulation::run(case, options, &interrupt, &mut follower).unwrap();
+    let run = run::run(case, options, &interrupt, &mut follower).unwrap();
     assert_eq!(run.interrupted, until.is_some());
     let staged = follower.recorder.finish().unwrap();
     let names = place.write(case, &run, &output::summary(case, &run, 0.0), None, staged).unwrap();

@@ -3,8 +3,8 @@
 use std::path::PathBuf;
 use std::sync::atomic::AtomicBool;
 
-use ripstop::simulation::Options;
-use ripstop::verify;
+use ripstop::run::Options;
+use ripstop::study::verify;
 
 use crate::scene::{builtin, checked, run};
 

@@ -14,6 +14,7 @@ mod expect;
 mod fabric_file;
 mod fields;
 mod grading;
+mod hash;
 mod json;
 mod layup;
 mod limits;
@@ -32,10 +33,13 @@ mod table;
 mod value;
 mod words;
 
+use crate::math::solid::Solid;
 pub use error::CaseError;
 pub(crate) use error::nearest;
 pub use fabric_file::builtin_fabric;
 pub use grading::Grading;
+pub(crate) use hash::CASE_WORDS;
+pub use hash::case_hash;
 pub(crate) use pointer::escape as escape_pointer;
 pub use read::{from_str, from_text, read};
 pub use reference::reference;
@@ -404,6 +408,32 @@ pub enum Shape {
         /// The yarn direction the bar lies along.
         along: Along,
     },
+}
+
+impl Shape {
+    /// The uniform solid of a shape, edges sharp; of a bar, a ball of its diameter.
+    pub(crate) fn solid(&self) -> Solid {
+        match *self {
+            Shape::Sphere { diameter } | Shape::Bar { diameter, .. } => Solid::sphere(0.5 * diameter),
+            Shape::Cylinder { diameter, length } => Solid::cylinder(0.5 * diameter, length),
+            Shape::Cone { diameter, length, nose_length } => {
+                let (r, shank) = (0.5 * diameter, length - nose_length);
+                Solid::cylinder(r, shank).with(Solid::cone(r, nose_length).raised(shank))
+            }
+            Shape::Ogive { diameter, length, nose_length } => {
+                let (r, shank) = (0.5 * diameter, length - nose_length);
+                Solid::cylinder(r, shank).with(Solid::ogive(r, nose_length).raised(shank))
+            }
+            Shape::Fragment { diameter, length, nose_flat, nose_angle, .. } => {
+                Solid::chisel(0.5 * diameter, length, 0.5 * nose_flat, nose_angle)
+            }
+        }
+    }
+
+    /// Volume, edges sharp [m³]; a bar has none of its own.
+    pub fn volume(&self) -> f64 {
+        self.solid().volume
+    }
 }
 
 impl Shape {

@@ -5,7 +5,6 @@ use super::scope::Scope;
 use super::value::{millimetres, short_number_text};
 use super::words::ShapeWord;
 use super::{Projectile, Rotation, Shape};
-use crate::kernels::projectile_body::volume;
 
 /// Reads the projectile in the order of the table.
 pub(super) fn read(scope: &Scope<'_>) -> Result<Projectile, CaseError> {
@@ -21,7 +20,7 @@ pub(super) fn read(scope: &Scope<'_>) -> Result<Projectile, CaseError> {
             let assumed = scope.is_assumed("density_kg_m3");
             scope.derive_as(
                 "mass_g",
-                density * volume(&shape),
+                density * shape.volume(),
                 "density_kg_m3 times the volume of the body",
                 assumed,
             )?

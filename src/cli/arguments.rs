@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::{ArgAction, Args, Parser, Subcommand, ValueEnum, builder::RangedU64ValueParser};
 
 use clap_complete::Shell;
-use ripstop::simulation::{self, Skips};
+use ripstop::run::{self, Skips};
 use ripstop::study;
 
 use super::range::{Range, interval, level, percent, shift};
@@ -23,7 +23,7 @@ pub(crate) struct Arguments {
     /// What to do.
     #[command(subcommand)]
     pub(crate) command: Command,
-    /// Say on standard error what is done; -vv says more. RIPSTOP_LOG takes filters, such as ripstop::record=debug
+    /// Say on standard error what is done; -vv says more. RIPSTOP_LOG takes filters, such as ripstop::run::record=debug
     #[arg(long, short, global = true, action = ArgAction::Count)]
     pub(crate) verbose: u8,
 }
@@ -437,7 +437,7 @@ judges the curves named and nothing else. The exit code is 1 if one differs by m
 DIR gets diff.csv (all curves at all times), diff.svg (curves over each other) and diff.html (tables and figures).")]
 pub(crate) struct DiffArguments {
     /// Folder of a run, its history.csv, or a CSV of a measured curve; the first is what the others are held against
-    #[arg(value_name = "RUN|CSV", required = true, num_args = 2..=ripstop::diff::MAX_INPUTS)]
+    #[arg(value_name = "RUN|CSV", required = true, num_args = 2..=ripstop::study::diff::MAX_INPUTS)]
     pub(crate) inputs: Vec<PathBuf>,
     /// Compare this column only; HEADING=NAME says what a heading of a table stands for; may be given again
     #[arg(long = "column", value_name = "NAME|HEADING=NAME")]
@@ -610,7 +610,7 @@ pub(crate) enum Law {
     Kawabata,
 }
 
-impl From<Precision> for simulation::Precision {
+impl From<Precision> for run::Precision {
     fn from(precision: Precision) -> Self {
         match precision {
             Precision::F64 => Self::F64,

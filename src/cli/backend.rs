@@ -1,8 +1,8 @@
 //! What computes: the choice between processor and graphics processor, and why.
 
-use ripstop::checkpoint;
 use ripstop::gpu::{self, Adapter, Device, DeviceError};
-use ripstop::simulation;
+use ripstop::run;
+use ripstop::run::checkpoint;
 use tracing::info;
 
 use super::arguments::{Backend, BackendArguments, Precision};
@@ -14,20 +14,15 @@ pub(crate) struct Chosen {
     /// The graphics processor; none for the processor.
     pub(crate) device: Option<Device>,
     /// Number type on the processor.
-    pub(crate) precision: simulation::Precision,
+    pub(crate) precision: run::Precision,
     /// What `auto` took and why.
     pub(crate) note: Option<String>,
 }
 
 impl Chosen {
     /// To run on what was chosen, all that may be left out left out.
-    pub(crate) fn options(&self, threads: Option<usize>) -> simulation::Options<'_> {
-        simulation::Options {
-            threads,
-            precision: self.precision,
-            device: self.device.as_ref(),
-            ..simulation::Options::default()
-        }
+    pub(crate) fn options(&self, threads: Option<usize>) -> run::Options<'_> {
+        run::Options { threads, precision: self.precision, device: self.device.as_ref(), ..run::Options::default() }
     }
 }
 
@@ -99,19 +94,19 @@ pub(crate) fn again(backend: &checkpoint::Backend) -> Result<Chosen, Failure> {
             let index = adapters.iter().position(|adapter| adapter.name() == name).map(|at| at.to_string());
             let adapter = gpu::device::choose(&adapters, Some(index.as_ref().unwrap_or(name)));
             let device = adapter.and_then(|a| Device::open(&a)).map_err(|e| Failure::device(&e))?;
-            Ok(Chosen { device: Some(device), precision: simulation::Precision::F32, note: None })
+            Ok(Chosen { device: Some(device), precision: run::Precision::F32, note: None })
         }
     }
 }
 
 /// Everything the arguments leave open: both number types of the processor, and a device where one is taken.
-pub(crate) fn every(arguments: &BackendArguments) -> Result<(Vec<simulation::Precision>, Option<Device>), Failure> {
+pub(crate) fn every(arguments: &BackendArguments) -> Result<(Vec<run::Precision>, Option<Device>), Failure> {
     let chosen = choose(arguments)?;
     chosen.note.iter().for_each(|note| screen::complain(note));
     let on_cpu = match (arguments.backend, arguments.precision) {
         (Backend::Gpu, _) => Vec::new(),
         (_, Some(precision)) => vec![precision.into()],
-        (_, None) => vec![simulation::Precision::F64, simulation::Precision::F32],
+        (_, None) => vec![run::Precision::F64, run::Precision::F32],
     };
     Ok((on_cpu, chosen.device))
 }

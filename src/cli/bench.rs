@@ -3,12 +3,12 @@
 use std::path::Path;
 use std::time::Instant;
 
-use ripstop::bench::{self, BenchError, Measured, Plan, Row, Subject};
 use ripstop::gpu::{self, Device};
-use ripstop::outcome::Outcome;
 use ripstop::output::number::{fixed, fraction, short};
 use ripstop::output::{self, Folder};
-use ripstop::simulation::Progress;
+use ripstop::run::Progress;
+use ripstop::run::outcome::Outcome;
+use ripstop::study::bench::{self, BenchError, Measured, Plan, Row, Subject};
 
 use super::arguments::{Backend, BackendArguments, BenchArguments};
 use super::failure::Failure;

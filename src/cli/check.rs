@@ -6,8 +6,8 @@ use std::path::Path;
 use ripstop::case::{self, Case};
 use ripstop::output::number::{bytes, grouped, us};
 use ripstop::output::symmetry;
-use ripstop::simulation::{Sample, Simulation, Skips};
-use ripstop::warnings;
+use ripstop::output::warnings;
+use ripstop::run::{Sample, Simulation, Skips};
 
 use super::arguments::CheckArguments;
 use super::failure::Failure;

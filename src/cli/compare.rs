@@ -1,8 +1,8 @@
 //! `ripstop compare`: CPU and GPU from the same state, kernel by kernel.
 
 use ripstop::case;
-use ripstop::gpu::compare::{self, Comparison, Difference, TOLERANCES};
 use ripstop::gpu::{self, Device};
+use ripstop::study::compare::{self, Comparison, Difference, TOLERANCES};
 use serde_json::{Value, json};
 
 use super::arguments::CompareArguments;

@@ -2,8 +2,8 @@
 
 use clap::ValueEnum;
 use ripstop::case::{self, Case, Law};
+use ripstop::model::unit_cell_curve::{self, Point};
 use ripstop::output::number::short;
-use ripstop::unit_cell::{self, Point};
 use serde_json::{Map, Value, json};
 
 use super::arguments::CrossoverArguments;
@@ -29,7 +29,7 @@ pub(crate) fn crossover(arguments: &CrossoverArguments) -> Result<(), Failure> {
             weft.len()
         )));
     }
-    let points = unit_cell::solve(&case.fabric, &warp, &weft);
+    let points = unit_cell_curve::solve(&case.fabric, &warp, &weft);
     let text = if arguments.json {
         json_text(&case, &points)
     } else if arguments.csv {

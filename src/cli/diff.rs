@@ -2,9 +2,9 @@
 
 use std::path::{Path, PathBuf};
 
-use ripstop::diff::{self, CurveRow, Diff, DiffError, Input, Key, Kind, Options, Pair, Request, SummaryRow};
 use ripstop::output::Folder;
 use ripstop::output::number::{fraction, short};
+use ripstop::study::diff::{self, CurveRow, Diff, DiffError, Input, Key, Kind, Options, Pair, Request, SummaryRow};
 
 use super::arguments::DiffArguments;
 use super::failure::Failure;

@@ -1,7 +1,7 @@
 //! `ripstop explain`: what an exit code or a warning means and what to do.
 
 use ripstop::markdown;
-use ripstop::warnings::{self, Kind};
+use ripstop::output::warnings::{self, Kind};
 
 use super::arguments::ExplainArguments;
 use super::failure::{EXITS, Exit, Failure};

@@ -3,12 +3,12 @@
 use std::process::ExitCode;
 
 use ripstop::case::CaseError;
-use ripstop::checkpoint::CheckpointError;
 use ripstop::gpu::DeviceError;
 use ripstop::model::ModelError;
 use ripstop::output::OutputError;
 use ripstop::output::number::bytes;
-use ripstop::simulation::RunError;
+use ripstop::run::RunError;
+use ripstop::run::checkpoint::CheckpointError;
 
 use super::screen;
 

@@ -1,12 +1,12 @@
 //! What follows a run: the progress bar, the film for the report, frames and checkpoints.
 
 use ripstop::case::Case;
-use ripstop::checkpoint::{Checkpoint, Head, Keeper, Kept};
 use ripstop::output::frames::Recorder;
 use ripstop::output::number::us;
 use ripstop::output::report::Film;
-use ripstop::output::{CHECKPOINT, Folder};
-use ripstop::simulation::{Options, Progress, View, Watch};
+use ripstop::output::{CHECKPOINT, Folder, Keeper};
+use ripstop::run::checkpoint::{Checkpoint, Head, Kept};
+use ripstop::run::{Options, Progress, View, Watch};
 
 use super::failure::Failure;
 use super::progress::Bar;

@@ -28,7 +28,7 @@ pub(crate) fn start(verbose: u8) -> Result<(), Failure> {
     }
     let wrong = |found: String| {
         Failure::input(format!(
-            "error: {VARIABLE}\n  expected: a level (info, debug, trace), or parts and levels as in ripstop::record=debug\n  \
+            "error: {VARIABLE}\n  expected: a level (info, debug, trace), or parts and levels as in ripstop::run::record=debug\n  \
              found: {found}\n  help: -v and -vv are the same as ripstop=info and ripstop=debug"
         ))
     };

@@ -5,8 +5,8 @@ use std::path::Path;
 use std::thread;
 use std::time::Instant;
 
-use ripstop::bench::objectivity::{self, Axis, Measured, Plan, Row, report};
 use ripstop::output::Folder;
+use ripstop::study::bench::objectivity::{self, Axis, Measured, Plan, Row, report};
 use serde_json::Value;
 
 use super::arguments::BenchArguments;

@@ -1,7 +1,6 @@
 //! Fabrics and projectiles that `ripstop new` knows by name.
 
 use ripstop::case::{Shape, builtin_fabric};
-use ripstop::kernels::projectile_body::volume;
 use serde_json::{Map, Value, json};
 
 /// Density of steel [kg/m³].
@@ -122,7 +121,7 @@ fn fragment(what: &str, diameter: f64, mass: f64) -> Preset {
     let mass_of = |length: f64| {
         let [diameter, length] = [diameter * 1e-3, length * 1e-3];
         let (nose_flat, nose_angle, roll) = (flat * diameter, angle.to_radians(), 0.0);
-        volume(&Shape::Fragment { diameter, length, nose_flat, nose_angle, roll }) * STEEL * 1e3
+        Shape::Fragment { diameter, length, nose_flat, nose_angle, roll }.volume() * STEEL * 1e3
     };
     // Mass grows with length in proportion, but for the nose.
     let per_mm = mass_of(2.0 * diameter) - mass_of(2.0 * diameter - 1.0);

@@ -5,7 +5,7 @@ use std::sync::{Mutex, PoisonError};
 
 use console::Term;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
-use ripstop::simulation::Progress;
+use ripstop::run::Progress;
 
 use super::screen;
 use ripstop::output::number::duration;

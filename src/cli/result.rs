@@ -8,9 +8,9 @@ use ripstop::model::MirrorPlanes;
 use ripstop::output::expectation::{Judgement, expected, got, judgement, note, quantity};
 use ripstop::output::number::{fixed, fraction, grouped, short, us};
 use ripstop::output::trust::{self, Level};
+use ripstop::output::warnings::{self, Warning};
 use ripstop::output::{Breakage, Energies, symmetry, verdict};
-use ripstop::simulation::Run;
-use ripstop::warnings::{self, Warning};
+use ripstop::run::Run;
 use serde_json::Value;
 
 use super::table::{Align, Table};

@@ -5,10 +5,10 @@ use std::path::Path;
 use std::time::Instant;
 
 use ripstop::case::{self, Case};
-use ripstop::checkpoint::{Checkpoint, Extras, Head, Keeper};
 use ripstop::output::number::us;
-use ripstop::output::{CHECKPOINT, Folder};
-use ripstop::simulation::{self, Options};
+use ripstop::output::{CHECKPOINT, Folder, Keeper};
+use ripstop::run::checkpoint::{Checkpoint, Extras, Head};
+use ripstop::run::{self, Options};
 use serde_json::Value;
 
 use super::arguments::ResumeArguments;
@@ -49,7 +49,7 @@ pub(crate) fn resume(arguments: &ResumeArguments) -> Result<(), Failure> {
     let film = if extras.report { Some(film_again(&case, &checkpoint, say)?) } else { None };
     let keeper = Some(Keeper::new(&folder, &case, head, start));
     let mut follower = Follower { bar: &bar, film, recorder, keeper, told: false };
-    let run = simulation::run(&case, options, &interrupted, &mut follower);
+    let run = run::run(&case, options, &interrupted, &mut follower);
     bar.clear();
     let run = run.map_err(|error| Failure::start(&file(&case), &error))?;
     let wall = follower.keeper.as_ref().map_or(0.0, |keeper| keeper.spent(run.loop_seconds).wall);

@@ -5,13 +5,13 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
 use ripstop::case::Case;
-use ripstop::checkpoint::{Extras, Head, Keeper};
 use ripstop::output::expectation::{Judgement, judgement};
 use ripstop::output::frames::{Recorder, Staged};
 use ripstop::output::report::{self, Film};
-use ripstop::output::{self, Folder};
-use ripstop::simulation::{self, Options, Run, RunError};
-use ripstop::warnings;
+use ripstop::output::warnings;
+use ripstop::output::{self, Folder, Keeper};
+use ripstop::run::checkpoint::{Extras, Head};
+use ripstop::run::{self, Options, Run, RunError};
 use serde_json::Value;
 use tracing::{info, warn};
 
@@ -75,7 +75,7 @@ fn shoot(arguments: &RunArguments, case: &Case, out: &Path, interrupted: &Atomic
         let film = (!arguments.no_report).then(|| Film::new(case));
         let keeper = head.map(|head| Keeper::new(&folder, case, head, start));
         let mut follower = Follower { bar: &bar, film, recorder, keeper, told: false };
-        Ok((simulation::run(case, options, interrupted, &mut follower), follower))
+        Ok((run::run(case, options, interrupted, &mut follower), follower))
     };
     let mut shot = attempt(options);
     if let (Ok((Err(RunError::Device(error)), _)), Backend::Auto) = (&shot, arguments.backend.backend) {

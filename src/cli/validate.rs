@@ -5,8 +5,8 @@ use std::sync::atomic::Ordering;
 
 use ripstop::case::{self, Case};
 use ripstop::output::Folder;
-use ripstop::simulation::Progress;
-use ripstop::validate::{self, Row};
+use ripstop::run::Progress;
+use ripstop::study::validate::{self, Row};
 use serde_json::{Value, json};
 
 use super::arguments::ValidateArguments;

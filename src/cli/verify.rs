@@ -3,8 +3,8 @@
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use ripstop::output::Folder;
-use ripstop::verify::stress::{self, Found, Machine, Plan, Report};
-use ripstop::verify::{self, Row};
+use ripstop::study::verify::stress::{self, Found, Machine, Plan, Report};
+use ripstop::study::verify::{self, Row};
 use serde_json::{Value, json};
 
 use super::arguments::VerifyArguments;

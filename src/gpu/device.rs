@@ -163,8 +163,8 @@ pub fn choose(adapters: &[Adapter], wanted: Option<&str>) -> Result<Adapter, Dev
 /// An open device.
 #[derive(Debug)]
 pub struct Device {
-    pub(super) inner: wgpu::Device,
-    pub(super) queue: wgpu::Queue,
+    pub(crate) inner: wgpu::Device,
+    pub(crate) queue: wgpu::Queue,
     name: String,
     fault: Arc<Mutex<Option<String>>>,
 }
@@ -246,7 +246,7 @@ impl Device {
     }
 
     /// Waits for a submission, or for everything submitted.
-    pub(super) fn wait(&self, submission_index: Option<wgpu::SubmissionIndex>) -> Result<(), DeviceError> {
+    pub(crate) fn wait(&self, submission_index: Option<wgpu::SubmissionIndex>) -> Result<(), DeviceError> {
         let polled = self.inner.poll(wgpu::PollType::Wait { submission_index, timeout: None });
         let fault = self.fault.lock().unwrap_or_else(PoisonError::into_inner).clone();
         match (fault, polled) {
@@ -256,7 +256,7 @@ impl Device {
         }
     }
 
-    pub(super) fn lost(&self, reason: String) -> DeviceError {
+    pub(crate) fn lost(&self, reason: String) -> DeviceError {
         DeviceError::Lost { adapter: self.name.clone(), reason }
     }
 }

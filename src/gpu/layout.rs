@@ -7,10 +7,11 @@ use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 use super::buffers::Sizes;
 use crate::case::{Edge, Edges};
 use crate::kernels::element_force::ElementConstants;
+use crate::kernels::mirror_planes::Cut;
 use crate::kernels::ply_contact;
 use crate::kernels::rigid_body::RigidBody;
-use crate::model::{Mesh, Model, Sheet, symmetry::Cut};
-use crate::outcome::{shoulder, unbroken_cells};
+use crate::model::cover::{shoulder, unbroken_cells};
+use crate::model::{Mesh, Model, Sheet};
 
 /// Invocations per workgroup of the kernels over elements and nodes.
 pub const GROUP: u32 = 64;
@@ -219,7 +220,7 @@ fn node_mass(sheet: &Sheet<f32>) -> f64 {
 }
 
 /// Largest speed at the start [m/s], or 1 where nothing moves yet.
-pub(super) fn start_speed(model: &Model<f32>) -> f64 {
+pub(crate) fn start_speed(model: &Model<f32>) -> f64 {
     let fabric = model.sheets.iter().map(|sheet| Vector3::from(sheet.initial_velocity).norm()).fold(0.0, f64::max);
     let speed = fabric.max(model.projectile.as_ref().map_or(0.0, RigidBody::speed_bound));
     if speed > 0.0 { speed } else { 1.0 }
@@ -539,16 +540,16 @@ pub fn read_body(words: &[u32], start: &RigidBody) -> BodyRecord {
 
 /// Sums of the workgroups of one sample, shape (plies, groups of a ply, [`SUMS`]).
 #[derive(Clone, Copy)]
-pub(super) struct Sums<'a>(&'a [u32]);
+pub(crate) struct Sums<'a>(&'a [u32]);
 
 impl<'a> Sums<'a> {
     /// Of the words of a sample before the projectile's.
-    pub(super) fn new(words: &'a [u32]) -> Self {
+    pub(crate) fn new(words: &'a [u32]) -> Self {
         Self(words)
     }
 
     /// Those of one ply of so many.
-    pub(super) fn ply(&self, ply: usize, plies: usize) -> Self {
+    pub(crate) fn ply(&self, ply: usize, plies: usize) -> Self {
         let words = self.0.len() / plies;
         Self(&self.0[ply * words..(ply + 1) * words])
     }
@@ -558,12 +559,12 @@ impl<'a> Sums<'a> {
     }
 
     /// The sum over the workgroups, in order.
-    pub(super) fn add(&self, which: usize) -> f64 {
+    pub(crate) fn add(&self, which: usize) -> f64 {
         self.parts(which).sum()
     }
 
     /// The largest over the workgroups.
-    pub(super) fn largest(&self, which: usize) -> f64 {
+    pub(crate) fn largest(&self, which: usize) -> f64 {
         self.parts(which).fold(0.0, f64::max)
     }
 }

@@ -2,7 +2,7 @@
 //!
 //! - [`device`] chooses an adapter and opens it; [`buffers`] says what a run needs of it.
 //! - [`shader`] holds the kernels and what each binds, [`layout`] the words they share with the host.
-//! - [`stepper`] records steps in batches and reads the ledger back, [`timing`] asks the device how long kernels take; the host loop is in [`simulation`].
+//! - [`stepper`] records steps in batches and reads the ledger back, [`timing`] asks the device how long kernels take; the host loop is in [`run`](crate::run).
 //!
 //! A step is three dispatches: `element_force` | `node_update` | `projectile_contact`, and `ledger` after those
 //! that the history takes note of; `projectile_points` | `projectile_rim` for the third where
@@ -11,16 +11,12 @@
 //! because elements read the positions contact has corrected. Within a batch nothing is read back.
 
 pub mod buffers;
-mod checkpoint;
-pub mod compare;
 pub mod device;
 pub mod layout;
 mod program;
 pub mod shader;
-pub mod simulation;
 pub mod stepper;
 pub mod timing;
 mod transfer;
 
 pub use device::{Adapter, Device, DeviceError, adapters};
-pub use simulation::{Simulation, run};

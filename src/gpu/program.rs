@@ -4,14 +4,14 @@ use super::layout::{LAW_STRIDE, SCENE_STRIDE, STEP_BYTES};
 use super::shader::{Access, Kernel};
 
 /// A pipeline with what it binds.
-pub(super) struct Program {
-    pub(super) pipeline: wgpu::ComputePipeline,
-    pub(super) group: wgpu::BindGroup,
+pub(crate) struct Program {
+    pub(crate) pipeline: wgpu::ComputePipeline,
+    pub(crate) group: wgpu::BindGroup,
 }
 
 /// Layout of group 0: the constants of a sheet and the step at dynamic offsets, the plies, their grid lines, and what the law of a sheet
 /// makes of energy, at a dynamic offset.
-pub(super) fn common_layout(gpu: &wgpu::Device) -> wgpu::BindGroupLayout {
+pub(crate) fn common_layout(gpu: &wgpu::Device) -> wgpu::BindGroupLayout {
     let uniform = |binding: u32, dynamic: bool, size: u64| wgpu::BindGroupLayoutEntry {
         binding,
         visibility: wgpu::ShaderStages::COMPUTE,
@@ -45,7 +45,7 @@ pub(super) fn common_layout(gpu: &wgpu::Device) -> wgpu::BindGroupLayout {
 }
 
 /// Compiles a kernel with values of its overridable constants, and binds its buffers.
-pub(super) fn program(
+pub(crate) fn program(
     gpu: &wgpu::Device,
     kernel: &Kernel,
     module: &wgpu::ShaderModule,

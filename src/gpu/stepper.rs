@@ -12,7 +12,7 @@ use super::shader::{self, Kernel};
 use super::timing::{Clock, Timed};
 use super::{Device, DeviceError};
 use crate::model::{Grid, Model, Sheet, Terms};
-use crate::step::FailureEvent;
+use crate::solver::FailureEvent;
 
 /// Steps in one submission at most.
 pub const BATCH: usize = 256;
@@ -36,7 +36,7 @@ pub enum Stage {
 
 impl Stage {
     /// Its kernel, as scripts know it.
-    pub(super) fn name(self) -> &'static str {
+    pub(crate) fn name(self) -> &'static str {
         match self {
             Self::Elements => "element_force",
             Self::Nodes => "node_update",
@@ -48,7 +48,7 @@ impl Stage {
 }
 
 /// A whole step, in parts that are timed one by one.
-pub(super) const PARTS: [Stage; 5] = [Stage::Elements, Stage::Nodes, Stage::Plies, Stage::Projectile, Stage::Ledger];
+pub(crate) const PARTS: [Stage; 5] = [Stage::Elements, Stage::Nodes, Stage::Plies, Stage::Projectile, Stage::Ledger];
 /// Speed of any node over the largest at the start, at most: all the energy in one place.
 const FASTER: f64 = 4.0;
 
@@ -81,16 +81,16 @@ const IN_FLIGHT: usize = 2;
 
 /// Advances a state on a device.
 pub struct Stepper<'a> {
-    pub(super) device: &'a Device,
-    pub(super) sizes: Sizes,
-    pub(super) grid: Grid,
-    pub(super) terms: Terms,
+    pub(crate) device: &'a Device,
+    pub(crate) sizes: Sizes,
+    pub(crate) grid: Grid,
+    pub(crate) terms: Terms,
     dt: f64,
     /// How far any node may go in a step [m].
     farthest: f64,
     /// Per dimension of a dispatch.
     most_workgroups: u32,
-    pub(super) buffers: Vec<wgpu::Buffer>,
+    pub(crate) buffers: Vec<wgpu::Buffer>,
     steps: wgpu::Buffer,
     staging: [wgpu::Buffer; IN_FLIGHT],
     submitted: usize,
@@ -102,12 +102,12 @@ pub struct Stepper<'a> {
     /// One, or two where the rim is sampled.
     contact: Vec<Program>,
     ledger: Program,
-    pub(super) events_read: u64,
+    pub(crate) events_read: u64,
     /// Time spent waiting for the device.
-    pub(super) waited: Duration,
+    pub(crate) waited: Duration,
     /// Where the device has one.
     clock: Option<Clock>,
-    pub(super) timed: Timed,
+    pub(crate) timed: Timed,
 }
 
 impl<'a> Stepper<'a> {
@@ -346,7 +346,7 @@ impl<'a> Stepper<'a> {
         self.waited
     }
 
-    pub(super) fn write_steps(&self, steps: &[StepInfo]) {
+    pub(crate) fn write_steps(&self, steps: &[StepInfo]) {
         let stride = STEP_STRIDE as usize / 4;
         let mut words = vec![0; steps.len() * stride];
         for (row, info) in words.chunks_mut(stride).zip(steps) {
@@ -357,7 +357,7 @@ impl<'a> Stepper<'a> {
     }
 
     /// Records the stages that the scene and the step have.
-    pub(super) fn record(&self, pass: &mut wgpu::ComputePass<'_>, at: usize, info: &StepInfo, stages: &[Stage]) {
+    pub(crate) fn record(&self, pass: &mut wgpu::ComputePass<'_>, at: usize, info: &StepInfo, stages: &[Stage]) {
         let sampled = info.slot.is_some();
         let step = at as u32 * STEP_STRIDE as u32;
         let mut dispatch = |program: &Program, sheet: usize, [x, y]: [u32; 2]| {
@@ -412,7 +412,7 @@ impl<'a> Stepper<'a> {
     }
 
     /// Words of the body in a sample begin here.
-    pub(super) fn body_at(&self) -> usize {
+    pub(crate) fn body_at(&self) -> usize {
         self.sizes.sample_words() - STATUS_WORDS - BODY_WORDS
     }
 }

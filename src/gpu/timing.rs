@@ -10,18 +10,18 @@ use super::{Device, DeviceError};
 const STAGES: [Stage; 4] = [Stage::Elements, Stage::Nodes, Stage::Projectile, Stage::Ledger];
 
 /// Stamps of the device's clock before and after each of some stages.
-pub(super) struct Clock {
+pub(crate) struct Clock {
     queries: wgpu::QuerySet,
     stamps: u32,
     /// Where the stamps lie once they are resolved.
-    pub(super) resolved: wgpu::Buffer,
+    pub(crate) resolved: wgpu::Buffer,
     /// Of a tick [s].
     period: f64,
 }
 
 impl Clock {
     /// A clock for so many stages; `None` where the device has none that can be read between them.
-    pub(super) fn new(gpu: &Device, stages: usize) -> Option<Self> {
+    pub(crate) fn new(gpu: &Device, stages: usize) -> Option<Self> {
         if !gpu.has_clock() {
             return None;
         }
@@ -42,22 +42,22 @@ impl Clock {
     }
 
     /// Size of the stamps around so many stages.
-    pub(super) const fn bytes(stages: usize) -> u64 {
+    pub(crate) const fn bytes(stages: usize) -> u64 {
         8 * (stages as u64 + 1)
     }
 
     /// Takes the time: 0 before the first stage, n after the n-th.
-    pub(super) fn stamp(&self, pass: &mut wgpu::ComputePass<'_>, number: usize) {
+    pub(crate) fn stamp(&self, pass: &mut wgpu::ComputePass<'_>, number: usize) {
         pass.write_timestamp(&self.queries, number as u32);
     }
 
     /// Puts the stamps where they can be copied from.
-    pub(super) fn resolve(&self, encoder: &mut wgpu::CommandEncoder) {
+    pub(crate) fn resolve(&self, encoder: &mut wgpu::CommandEncoder) {
         encoder.resolve_query_set(&self.queries, 0..self.stamps, &self.resolved, 0);
     }
 
     /// What lies between the stamps [s].
-    pub(super) fn seconds(&self, words: &[u32]) -> Vec<f64> {
+    pub(crate) fn seconds(&self, words: &[u32]) -> Vec<f64> {
         let stamps: Vec<u64> = bytemuck::pod_collect_to_vec(words);
         stamps.windows(2).map(|pair| pair[1].saturating_sub(pair[0]) as f64 * self.period).collect()
     }
@@ -90,7 +90,7 @@ impl Stepper<'_> {
     }
 
     /// Records parts of a step with the time taken before and after each.
-    pub(super) fn record_timed(
+    pub(crate) fn record_timed(
         &self,
         pass: &mut wgpu::ComputePass<'_>,
         at: usize,
@@ -144,7 +144,7 @@ pub const BYTES: [(&str, u64); 4] = [
 
 /// What the parts of a step take, from one step of every batch.
 #[derive(Default, Serialize, Deserialize)]
-pub(super) struct Timed {
+pub(crate) struct Timed {
     /// By part [s], and in how many steps it was there to be timed.
     sums: [(f64, u64); stepper::PARTS.len()],
     /// Steps sent off, and those of them that were sampled.
@@ -153,13 +153,13 @@ pub(super) struct Timed {
 
 impl Timed {
     /// Adds the steps of a batch.
-    pub(super) fn send(&mut self, steps: &[StepInfo]) {
+    pub(crate) fn send(&mut self, steps: &[StepInfo]) {
         self.sent[0] += steps.len() as u64;
         self.sent[1] += steps.iter().filter(|step| step.slot.is_some()).count() as u64;
     }
 
     /// Adds the parts of one step [s].
-    pub(super) fn add(&mut self, sampled: bool, seconds: &[f64]) {
+    pub(crate) fn add(&mut self, sampled: bool, seconds: &[f64]) {
         for ((sum, part), seconds) in self.sums.iter_mut().zip(stepper::PARTS).zip(seconds) {
             if sampled || part != Stage::Ledger {
                 *sum = (sum.0 + seconds, sum.1 + 1);
@@ -169,7 +169,7 @@ impl Timed {
 
     /// Every part by the name of its kernel and what it took in all steps [s], as far as the timed ones tell; empty
     /// where the device has no clock.
-    pub(super) fn seconds(&self) -> Vec<(&'static str, f64)> {
+    pub(crate) fn seconds(&self) -> Vec<(&'static str, f64)> {
         if self.sums[0].1 == 0 {
             return Vec::new();
         }

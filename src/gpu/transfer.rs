@@ -11,18 +11,18 @@ use super::stepper::Stepper;
 use crate::kernels::element_force::field as element;
 use crate::kernels::node_update::field as node;
 use crate::model::{Model, over::SIDES};
-use crate::reach::Reach;
-use crate::state::{Rows, State};
+use crate::solver::active_region::Reach;
+use crate::solver::state::{Rows, State};
 
 /// A device that has done its work and does not say so in that time will not.
 const SOON: Duration = Duration::from_secs(10);
 
 impl Stepper<'_> {
-    pub(super) fn buffer(&self, name: Name) -> &wgpu::Buffer {
+    pub(crate) fn buffer(&self, name: Name) -> &wgpu::Buffer {
         &self.buffers[name as usize]
     }
 
-    pub(super) fn write(&self, name: Name, words: &[u32]) {
+    pub(crate) fn write(&self, name: Name, words: &[u32]) {
         self.device.queue.write_buffer(self.buffer(name), 0, bytemuck::cast_slice(words));
     }
 
@@ -33,7 +33,7 @@ impl Stepper<'_> {
     }
 
     /// The same, but energies and work of the elements stay.
-    pub(super) fn upload_but_accounts(&mut self, model: &Model<f32>, state: &State<f32>) {
+    pub(crate) fn upload_but_accounts(&mut self, model: &Model<f32>, state: &State<f32>) {
         let columns = self.grid.columns;
         let nodes = planes(&state.nodes, 0..node::COUNT, 0, columns + 1);
         self.write(Name::Nodes, bytemuck::cast_slice(&nodes));
@@ -122,15 +122,15 @@ impl Stepper<'_> {
     }
 
     /// The words of the first sample.
-    pub(super) fn read_sample(&self) -> Result<Vec<u32>, DeviceError> {
+    pub(crate) fn read_sample(&self) -> Result<Vec<u32>, DeviceError> {
         self.read_part(Name::Samples, 0, 4 * self.sizes.sample_words() as u64)
     }
 
-    pub(super) fn read_part(&self, name: Name, offset: u64, size: u64) -> Result<Vec<u32>, DeviceError> {
+    pub(crate) fn read_part(&self, name: Name, offset: u64, size: u64) -> Result<Vec<u32>, DeviceError> {
         self.read_buffer(self.buffer(name), offset, size)
     }
 
-    pub(super) fn read_buffer(&self, from: &wgpu::Buffer, offset: u64, size: u64) -> Result<Vec<u32>, DeviceError> {
+    pub(crate) fn read_buffer(&self, from: &wgpu::Buffer, offset: u64, size: u64) -> Result<Vec<u32>, DeviceError> {
         let staging = self.device.inner.create_buffer(&wgpu::BufferDescriptor {
             label: Some("read"),
             size,
@@ -144,7 +144,7 @@ impl Stepper<'_> {
     }
 
     /// Words of a mappable buffer, once a submission (or everything) is done.
-    pub(super) fn fetch(
+    pub(crate) fn fetch(
         &self,
         staging: &wgpu::Buffer,
         size: u64,

@@ -9,7 +9,7 @@
 
 use crate::kernels::crossover_joint;
 use crate::kernels::guide::Guide;
-use crate::number::{Mask, Real, each};
+use crate::math::scalar::{Mask, Real, each};
 
 pub use crate::kernels::cell_constants::CellConstants;
 pub use crate::kernels::yarn_law::{

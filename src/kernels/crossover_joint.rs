@@ -12,7 +12,7 @@
 use crate::kernels::cell_constants::CellConstants;
 use crate::kernels::guide::Guide;
 use crate::kernels::yarn_law::{LawKernel, Span, YarnResponse};
-use crate::number::{Mask, Real, each};
+use crate::math::scalar::{Mask, Real, each};
 
 /// Evaluations allowed before the bracketed iteration takes over.
 pub const JOINT_ITERATIONS: u32 = 7;

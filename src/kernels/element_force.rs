@@ -15,8 +15,8 @@ use crate::kernels::guide::Guide;
 use crate::kernels::kinematics::{Kinematics, Vector, differences, dot, kinematics, stretching};
 use crate::kernels::law_energy::LawEnergy;
 use crate::kernels::shear::{self, ShearConstants};
-use crate::number::{Mask, Real, Scalar, each};
-use crate::tally::Tally;
+use crate::math::scalar::{Mask, Real, Scalar, each};
+use crate::math::sum::Tally;
 
 /// Fields of an element row, in storage order.
 pub mod field {

@@ -2,7 +2,7 @@
 //! nothing drifts and strains keep their precision.
 
 use crate::kernels::element_size::Size;
-use crate::number::{Real, each};
+use crate::math::scalar::{Real, each};
 
 /// What one element is before forces: gradients, stretches and directions.
 pub(crate) struct Kinematics<R> {

@@ -1,6 +1,6 @@
 //! The solver's arithmetic, one kernel or one piece of point physics per file.
 //!
-//! Kernels are generic over [`Real`](crate::number::Real), see slices of numbers and constants, and never files,
+//! Kernels are generic over [`Real`](crate::math::scalar::Real), see slices of numbers and constants, and never files,
 //! threads or devices. Point physics (`arc_length`, `yarn_law`, `crossover`, `shear`, `projectile_shape`, `projectile_chisel`) knows no mesh;
 //! element and node kernels know no material law beyond calling it.
 
@@ -14,6 +14,7 @@ pub(crate) mod element_size;
 pub mod guide;
 pub(crate) mod kinematics;
 pub mod law_energy;
+pub mod mirror_planes;
 pub mod node_update;
 pub mod ply_contact;
 pub mod projectile_body;
@@ -21,7 +22,6 @@ pub mod projectile_chisel;
 pub mod projectile_contact;
 pub mod projectile_rim;
 pub mod projectile_shape;
-mod projectile_solid;
 pub mod rigid_body;
 pub mod shear;
 pub mod yarn_law;

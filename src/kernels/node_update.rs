@@ -6,8 +6,8 @@
 use std::ops::Range;
 
 use crate::kernels::element_force::field as element;
-use crate::number::{Real, each};
-use crate::tally::Tally;
+use crate::math::scalar::{Real, each};
+use crate::math::sum::Tally;
 
 /// Fields of a node row, in storage order.
 pub mod field {

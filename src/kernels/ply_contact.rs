@@ -9,8 +9,8 @@
 
 use nalgebra::Vector3;
 
-use crate::model::symmetry::Cut;
-use crate::number::{Real, each};
+use crate::kernels::mirror_planes::Cut;
+use crate::math::scalar::{Real, each};
 
 /// Fraction of a penetration that is driven out in a step. Plies pressed on each other for long are driven apart in every step, each
 /// of which stretches yarns by ½ k x² that nobody accounts for: a fifth made 1.6 % of the energy of a corner hit.

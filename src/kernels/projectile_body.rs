@@ -2,8 +2,8 @@
 
 use super::projectile_chisel::Chisel;
 use super::projectile_shape::{CORNERS, Profile};
-use super::projectile_solid::{Solid, ogive_arc};
 use crate::case::{Projectile, Shape};
+use crate::math::solid::ogive_arc;
 
 /// Body geometry and mass properties.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -23,30 +23,6 @@ pub struct Body {
 #[error("the edge radius does not fit into the shape")]
 pub struct EdgeRadiusTooLarge;
 
-/// The uniform solid of a shape, edges sharp; of a bar, a ball of its diameter.
-fn solid(shape: &Shape) -> Solid {
-    match *shape {
-        Shape::Sphere { diameter } | Shape::Bar { diameter, .. } => Solid::sphere(0.5 * diameter),
-        Shape::Cylinder { diameter, length } => Solid::cylinder(0.5 * diameter, length),
-        Shape::Cone { diameter, length, nose_length } => {
-            let (r, shank) = (0.5 * diameter, length - nose_length);
-            Solid::cylinder(r, shank).with(Solid::cone(r, nose_length).raised(shank))
-        }
-        Shape::Ogive { diameter, length, nose_length } => {
-            let (r, shank) = (0.5 * diameter, length - nose_length);
-            Solid::cylinder(r, shank).with(Solid::ogive(r, nose_length).raised(shank))
-        }
-        Shape::Fragment { diameter, length, nose_flat, nose_angle, .. } => {
-            Solid::chisel(0.5 * diameter, length, 0.5 * nose_flat, nose_angle)
-        }
-    }
-}
-
-/// Volume of a shape, edges sharp [m³]; a bar has none of its own.
-pub fn volume(shape: &Shape) -> f64 {
-    solid(shape).volume
-}
-
 impl Body {
     /// Surface and mass properties of a projectile.
     ///
@@ -54,7 +30,7 @@ impl Body {
     /// When the edge radius is larger than the shape allows.
     pub fn new(projectile: &Projectile) -> Result<Self, EdgeRadiusTooLarge> {
         let edge = projectile.edge_radius;
-        let solid = solid(&projectile.shape);
+        let solid = projectile.shape.solid();
         let profile = match projectile.shape {
             Shape::Sphere { diameter } | Shape::Bar { diameter, .. } => {
                 let bar = matches!(projectile.shape, Shape::Bar { .. });

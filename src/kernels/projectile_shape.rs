@@ -7,7 +7,7 @@
 
 pub use super::projectile_body::{Body, EdgeRadiusTooLarge};
 use super::projectile_chisel::{self, Chisel};
-use crate::number::Scalar;
+use crate::math::scalar::Scalar;
 
 /// Most corners a profile has.
 pub const CORNERS: usize = 5;

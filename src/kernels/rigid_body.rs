@@ -7,8 +7,8 @@
 use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 
 use crate::case::{Motion, Projectile, Rotation, Shape};
+use crate::kernels::mirror_planes::MirrorPlanes;
 use crate::kernels::projectile_shape::{self, Body, Gap};
-use crate::model::MirrorPlanes;
 
 /// A projectile in motion.
 #[derive(Clone, Debug)]

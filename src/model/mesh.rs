@@ -3,8 +3,8 @@
 use std::ops::Range;
 
 use super::lines::Lines;
-use super::symmetry::{Cut, MirrorPlanes};
 use crate::case::Layer;
+use crate::kernels::mirror_planes::{Cut, MirrorPlanes};
 
 /// Mesh of a ply, one element per crossover or a whole number of them, and how it lies in the pack.
 #[derive(Clone, Debug, PartialEq)]

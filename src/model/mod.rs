@@ -3,6 +3,7 @@
 //! The model knows no backend. State arrays that go with it are laid out (shot, ply, row, column).
 
 mod columns;
+pub(crate) mod cover;
 pub mod failure_length;
 pub mod grid;
 mod layup;
@@ -11,21 +12,23 @@ pub mod mesh;
 pub mod over;
 pub mod pretension;
 pub mod sheet;
-pub mod symmetry;
+mod symmetry;
 pub mod terms;
 pub mod time_step;
+pub mod unit_cell_curve;
 
 use crate::case::{Case, ContactSampling, Symmetry};
 use crate::kernels::element_force::field;
+pub use crate::kernels::mirror_planes::MirrorPlanes;
 use crate::kernels::projectile_shape::Body;
 use crate::kernels::rigid_body::RigidBody;
-use crate::number::Scalar;
+use crate::math::scalar::Scalar;
 pub use columns::Columns;
 pub use grid::Grid;
 pub use mesh::Mesh;
 pub use pretension::InitialStretch;
 pub use sheet::{RowMasses, Sheet};
-pub use symmetry::MirrorPlanes;
+
 pub use terms::Terms;
 pub use time_step::StepBound;
 
@@ -143,7 +146,7 @@ impl<S: Scalar> Model<S> {
             Some(p) => Some(RigidBody::new(p, Body::new(p).map_err(|_| ModelError::EdgeRadius)?, cell)),
             None => None,
         };
-        let mirror = MirrorPlanes::of(case, projectile.as_ref());
+        let mirror = symmetry::planes_of(case, projectile.as_ref());
         let planes = if cut { mirror } else { MirrorPlanes::NONE };
         let sheet = |layer| Sheet::new(case, layer, planes);
         let sheets = layup.layers.iter().map(sheet).collect::<Result<Vec<_>, _>>()?;

@@ -8,7 +8,7 @@ use crate::kernels::crossover::{CellConstants, LawKernel, Variant};
 use crate::kernels::element_force::ElementConstants;
 use crate::kernels::law_energy::LawEnergy;
 use crate::kernels::shear::ShearConstants;
-use crate::number::Scalar;
+use crate::math::scalar::Scalar;
 
 /// Constants of alike plies in the number type of the state.
 #[derive(Clone, Debug)]
@@ -74,7 +74,7 @@ impl<S: Scalar> Sheet<S> {
         let cell = CellConstants { joint: case.solver.unit_cell == UnitCell::Joint, ..CellConstants::new(fabric) };
         let element = element_constants(fabric, length, &case.solver, &cell);
         let law = Variant::of(&fabric.crossover);
-        let edges = MirrorPlanes::edges(&mesh, layer.edges);
+        let edges = super::symmetry::cut_edges(&mesh, layer.edges);
         let bound = StepBound::new(length, fabric.areal_density, &element, case.solver.shock_viscosity);
         let failure_reach = Reach::new(&mesh, case.solver.failure_length, cell.yarn.map(|yarn| 2.0 * yarn.half_span));
         Ok(Self {

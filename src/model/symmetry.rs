@@ -6,82 +6,37 @@
 //! scene's, so that positions, velocities and failures are those of the whole scene.
 
 use nalgebra::Vector3;
-use serde::{Deserialize, Serialize};
 
 use super::Mesh;
 use crate::case::{Case, Edge, Edges, Layer, Shape};
+use crate::kernels::mirror_planes::{Cut, MirrorPlanes};
 use crate::kernels::rigid_body::RigidBody;
 
 /// Rounding of directions and places allowed in a symmetric scene, over their size [-].
 const ROUNDING: f64 = 1e-12;
 
-/// Mirror planes of a scene: whether x = 0 and whether y = 0 is one.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-pub struct MirrorPlanes(pub [bool; 2]);
-
-impl MirrorPlanes {
-    /// No plane: the whole scene is computed.
-    pub const NONE: Self = Self([false; 2]);
-
-    /// The planes of a case. `body`: its projectile, not yet cut.
-    pub fn of(case: &Case, body: Option<&RigidBody>) -> Self {
-        let layers = case.layers();
-        let is_plane = |axis: usize| {
-            let flies = match (&case.projectile, body) {
-                (Some(projectile), Some(body)) => is_mirrored(body, &projectile.shape, axis),
-                _ => true,
-            };
-            flies && layers.iter().all(|layer| is_laid_evenly(case, layer, axis))
+/// The planes of a case. `body`: its projectile, not yet cut.
+pub(super) fn planes_of(case: &Case, body: Option<&RigidBody>) -> MirrorPlanes {
+    let layers = case.layers();
+    let is_plane = |axis: usize| {
+        let flies = match (&case.projectile, body) {
+            (Some(projectile), Some(body)) => is_mirrored(body, &projectile.shape, axis),
+            _ => true,
         };
-        Self([is_plane(0), is_plane(1)])
-    }
-
-    /// How many parts like the one computed make the whole.
-    pub fn copies(self) -> u64 {
-        self.0.iter().map(|plane| if *plane { 2 } else { 1 }).product()
-    }
-
-    /// The planes, in words.
-    pub fn names(self) -> Vec<&'static str> {
-        ["x", "y"].into_iter().zip(self.0).filter(|(_, plane)| *plane).map(|(name, _)| name).collect()
-    }
-
-    /// Sum of a vector over the part and its images: what points across a plane cancels.
-    pub fn whole(self, vector: Vector3<f64>) -> Vector3<f64> {
-        let copies = self.copies() as f64;
-        let [x, y] = self.0.map(|plane| if plane { 0.0 } else { copies });
-        vector.component_mul(&Vector3::new(x, y, copies))
-    }
-
-    /// 1 for directions of velocity and of turning that a body on the planes has, 0 for the others.
-    pub fn freedom(self) -> [Vector3<f64>; 2] {
-        let [x, y] = self.0.map(|plane| if plane { 0.0 } else { 1.0 });
-        // A turn is its own mirror image where its axis is across the plane.
-        [Vector3::new(x, y, 1.0), Vector3::new(y, x, x * y)]
-    }
-
-    /// A layer's edges with rollers where its mesh is cut.
-    pub(super) fn edges(mesh: &Mesh, edges: Edges) -> Edges {
-        let cut = |axis: usize, at: Cut, edge: Edge| if mesh.cut[axis] == at { Edge::Roller } else { edge };
-        Edges {
-            left: cut(0, Cut::First, edges.left),
-            right: cut(0, Cut::Last, edges.right),
-            bottom: cut(1, Cut::First, edges.bottom),
-            top: cut(1, Cut::Last, edges.top),
-        }
-    }
+        flies && layers.iter().all(|layer| is_laid_evenly(case, layer, axis))
+    };
+    MirrorPlanes([is_plane(0), is_plane(1)])
 }
 
-/// Where a mirror plane cuts a mesh along one of its own axes.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Cut {
-    /// Nowhere: the mesh goes from edge to edge.
-    #[default]
-    Nowhere,
-    /// At its first nodes: their images lie before them.
-    First,
-    /// At its last nodes: their images lie behind them.
-    Last,
+/// A layer's edges with rollers where its mesh is cut.
+pub(super) fn cut_edges(mesh: &Mesh, edges: Edges) -> Edges {
+    let cut = |axis: usize, at: Cut, edge: Edge| if mesh.cut[axis] == at { Edge::Roller } else { edge };
+    Edges {
+        left: cut(0, Cut::First, edges.left),
+        right: cut(0, Cut::Last, edges.right),
+        bottom: cut(1, Cut::First, edges.bottom),
+        top: cut(1, Cut::Last, edges.top),
+    }
 }
 
 /// Whether a projectile and its motion are their own mirror image about a plane across `axis` of the pack.

@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 
 use crate::case::{Case, Layer};
-use crate::simulation::Run;
+use crate::run::Run;
 
 /// Pieces of yarn this near to the line of flight broke at the hit [diameters].
 const HIT: f64 = 2.0;

@@ -1,9 +1,9 @@
 //! Comma-separated text, and the small tables: yarn failures, plies, deflection profiles.
 
 use crate::case::{Case, Layer};
-use crate::profile::Profile;
-use crate::simulation::PlySample;
-use crate::step::FailureEvent;
+use crate::run::PlySample;
+use crate::run::profile::Profile;
+use crate::solver::FailureEvent;
 
 /// The first line.
 pub(crate) fn header<'a>(names: impl IntoIterator<Item = &'a str>) -> String {

@@ -1,7 +1,7 @@
 //! Where the energy went, at the end of a run.
 
 use super::summary::absorbed_energy;
-use crate::simulation::Run;
+use crate::run::Run;
 
 /// What the fabric was given and where it is.
 #[derive(Clone, Debug, PartialEq)]

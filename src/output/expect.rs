@@ -9,8 +9,8 @@ use serde_json::{Value, json};
 
 use super::history;
 use crate::case::{Bound, Case, Expect};
-use crate::profile::{self, Profile};
-use crate::simulation::{Run, Sample};
+use crate::run::profile::{self, Profile};
+use crate::run::{Run, Sample};
 
 /// One expectation after the run.
 #[derive(Clone, Debug, PartialEq)]
@@ -239,7 +239,7 @@ fn vertex(points: &[[f64; 2]]) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::ledger::Balance;
+    use crate::solver::energy_balance::Balance;
 
     #[test]
     fn finds_the_frequency_of_a_vibration_between_its_samples() {

@@ -11,7 +11,7 @@ use super::frames::{self, Staged};
 use super::lock::Lock;
 use super::{csv, history, picture};
 use crate::case::Case;
-use crate::simulation::Run;
+use crate::run::Run;
 
 /// The file that is only there when profiles were asked for.
 const PROFILES: &str = "profiles.csv";

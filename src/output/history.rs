@@ -1,6 +1,6 @@
 //! `history.csv`: one row per sample. The columns are one table, for the file and for expectations.
 
-use crate::simulation::Sample;
+use crate::run::Sample;
 
 use super::csv;
 

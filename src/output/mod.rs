@@ -6,6 +6,7 @@
 
 mod breakage;
 pub(crate) mod chart;
+mod checkpoint;
 pub(crate) mod csv;
 mod energies;
 pub mod expect;
@@ -21,12 +22,14 @@ mod summary;
 mod surface;
 pub mod trust;
 mod verdict;
+pub mod warnings;
 
 pub use breakage::Breakage;
+pub use checkpoint::Keeper;
 pub use energies::Energies;
 pub use expect::{Checked, check};
 pub use folder::{CHECKPOINT, Folder, OutputError, temporary};
 pub use picture::picture;
-pub(crate) use summary::{CASE_WORDS, velocity_left};
-pub use summary::{absorbed_energy, case_hash, flies_freely, residual_velocity, summary};
+pub(crate) use summary::velocity_left;
+pub use summary::{absorbed_energy, flies_freely, residual_velocity, summary};
 pub use verdict::{Verdict, place, reached, symmetry, verdict};

@@ -5,11 +5,11 @@ use serde_json::{Map, Value, json};
 use super::breakage::Breakage;
 use super::expect::{self, Checked};
 use super::trust::{self, Sign};
-use crate::case::{Case, Motion};
-use crate::outcome::Outcome;
-use crate::simulation::{PlySample, Run, Sample};
-use crate::step::Trouble;
-use crate::warnings::{self, Warning};
+use crate::case::{Case, Motion, case_hash};
+use crate::output::warnings::{self, Warning};
+use crate::run::outcome::Outcome;
+use crate::run::{PlySample, Run, Sample};
+use crate::solver::Trouble;
 
 /// The summary of a run. `wall_seconds`: time since the command began [s].
 ///
@@ -190,65 +190,4 @@ fn origin(case: &Case, run: &Run) -> Map<String, Value> {
         "assumed": assumed,
         "warnings": warnings::of_run(case, run).iter().map(Warning::to_json).collect::<Vec<_>>(),
     }))
-}
-
-/// Keys of a case that say nothing about what it computes.
-pub(crate) const CASE_WORDS: [&str; 5] = ["$schema", "title", "sources", "notes", "expect"];
-
-/// Fingerprint of what a case computes: 64-bit FNV-1a of the case as run, with keys sorted and numbers in one form,
-/// without the words around it (title, sources, notes) and what is expected of it.
-pub fn case_hash(as_run: &Value) -> String {
-    let mut text = String::new();
-    match as_run.as_object() {
-        Some(map) => object_text(map.iter().filter(|(key, _)| !CASE_WORDS.contains(&key.as_str())), &mut text),
-        None => canonical(as_run, &mut text),
-    }
-    let mix = |hash: u64, byte: u8| (hash ^ u64::from(byte)).wrapping_mul(0x0000_0100_0000_01b3);
-    format!("{:016x}", text.bytes().fold(0xcbf2_9ce4_8422_2325, mix))
-}
-
-fn canonical(value: &Value, text: &mut String) {
-    match value {
-        Value::Number(number) => match number.as_f64() {
-            Some(number) => *text += &format!("{number:?}"),
-            None => *text += &number.to_string(),
-        },
-        Value::Array(items) => {
-            text.push('[');
-            for item in items {
-                canonical(item, text);
-                text.push(',');
-            }
-            text.push(']');
-        }
-        Value::Object(map) => object_text(map, text),
-        other => *text += &other.to_string(),
-    }
-}
-
-fn object_text<'a>(entries: impl IntoIterator<Item = (&'a String, &'a Value)>, text: &mut String) {
-    let mut entries: Vec<_> = entries.into_iter().collect();
-    entries.sort_by_key(|(key, _)| *key);
-    text.push('{');
-    for (key, value) in entries {
-        *text += &format!("{key:?}:");
-        canonical(value, text);
-        text.push(',');
-    }
-    text.push('}');
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn the_hash_knows_numbers_not_words_or_order() {
-        let one = case_hash(&json!({"title": "a", "pack": {"plies": 1, "width_mm": 30}, "sources": {"/pack": "x"}}));
-        let same = case_hash(&json!({"pack": {"width_mm": 30.0, "plies": 1}, "title": "b", "expect": []}));
-        let other = case_hash(&json!({"title": "a", "pack": {"plies": 1, "width_mm": 31}}));
-        assert_eq!(one, same);
-        assert_ne!(one, other);
-        assert_eq!(case_hash(&json!({})), "08f44b07b5901a25"); // FNV-1a of "{}"
-    }
 }

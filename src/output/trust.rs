@@ -6,13 +6,13 @@ use super::summary::residual_velocity;
 use super::verdict::verdict;
 use crate::case::{Case, ContactSampling, Motion, Numerics, Shape};
 use crate::kernels::projectile_shape::Body;
-use crate::ledger::Balance;
-use crate::outcome::Outcome;
-use crate::simulation::Run;
-use crate::warnings::{
+use crate::output::warnings::{
     self, CELLS_LIMIT, CROSSOVERS_LIMIT, ENERGY_LIMIT, GAINED_LIMIT, HOURGLASS_LIMIT, PENETRATION_LIMIT,
     PLY_PENETRATION_LIMIT,
 };
+use crate::run::Run;
+use crate::run::outcome::Outcome;
+use crate::solver::energy_balance::Balance;
 
 /// Errors of energy and momentum that change no figure of a result [-].
 const NEGLIGIBLE: f64 = 1e-4;

@@ -5,9 +5,9 @@ use super::summary::{flies_freely, residual_velocity};
 use super::trust;
 use crate::case::Case;
 use crate::model::MirrorPlanes;
-use crate::outcome::Outcome;
-use crate::simulation::Run;
-use crate::step::Trouble;
+use crate::run::Run;
+use crate::run::outcome::Outcome;
+use crate::solver::Trouble;
 
 /// The verdict of a run.
 #[derive(Clone, Debug, PartialEq, Eq)]

@@ -1,6 +1,6 @@
 //! Why shots cannot be read.
 
-use crate::diff::DiffError;
+use crate::study::diff::DiffError;
 
 /// What was wrong, and where.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]

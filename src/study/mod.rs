@@ -10,9 +10,12 @@
 //! Velocities have the unit of the shots, but in [`fit`] and [`arithmetic_v50::RULES`], which are in m/s.
 
 pub mod arithmetic_v50;
+pub mod bench;
 pub mod binary_response;
+pub mod compare;
 pub mod counter_random;
 pub mod designs;
+pub mod diff;
 mod error;
 pub mod fit;
 pub mod interval;
@@ -21,6 +24,8 @@ pub mod outcomes;
 pub mod residual_fit;
 mod search;
 mod student_t;
+pub mod validate;
+pub mod verify;
 pub mod weibull;
 
 pub use error::StudyError;

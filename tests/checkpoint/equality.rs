@@ -2,9 +2,9 @@
 
 use rayon::ThreadPoolBuilder;
 use ripstop::case::Case;
-use ripstop::checkpoint::Checkpoint;
-use ripstop::number::Scalar;
-use ripstop::simulation::{Run, Simulation};
+use ripstop::run::RunScalar;
+use ripstop::run::checkpoint::Checkpoint;
+use ripstop::run::{Run, Simulation};
 
 use super::*;
 use crate::kept::{pack, quarter, result};
@@ -17,7 +17,7 @@ struct End {
 }
 
 /// Runs to the end on so many threads; a checkpoint before each of these steps.
-fn finish<S: Scalar>(
+fn finish<S: RunScalar>(
     case: &Case,
     mut simulation: Simulation<S>,
     threads: usize,
@@ -39,7 +39,7 @@ fn finish<S: Scalar>(
     })
 }
 
-fn bytemuck_bytes<S: Scalar>(simulation: &Simulation<S>) -> Vec<u8> {
+fn bytemuck_bytes<S: RunScalar>(simulation: &Simulation<S>) -> Vec<u8> {
     let state = &simulation.state;
     let numbers = state.nodes.data.iter().chain(state.elements.data.iter());
     let mut bytes: Vec<u8> = numbers.flat_map(|x| x.to_f64().to_bits().to_le_bytes()).collect();
@@ -49,7 +49,7 @@ fn bytemuck_bytes<S: Scalar>(simulation: &Simulation<S>) -> Vec<u8> {
 }
 
 /// From 20 random steps between `first` and the last, the same end.
-fn resumes_equal<S: Scalar>(case: &Case, steps: u64, seed: u64) -> Run {
+fn resumes_equal<S: RunScalar>(case: &Case, steps: u64, seed: u64) -> Run {
     let shelf = Shelf::new();
     let mut random = Random(seed);
     let at: Vec<u64> = (0..20).map(|_| random.between(1.0, steps as f64) as u64).collect();

@@ -2,9 +2,9 @@
 
 use std::time::Instant;
 
-use ripstop::checkpoint::Keeper;
+use ripstop::output::Keeper;
 use ripstop::output::{CHECKPOINT, Folder};
-use ripstop::simulation::{self, Watch};
+use ripstop::run::{self, Watch};
 
 use super::*;
 
@@ -33,7 +33,7 @@ fn no_more_than_an_interval_is_ever_lost() {
     let every = 2.5e-6;
     let keeper = Keeper::new(&folder, &case, Head::new(&case, &options, every), Instant::now());
     let mut noted = Noted { keeper, times: vec![0.0] };
-    let run = simulation::run(&case, options, &false.into(), &mut noted).unwrap();
+    let run = run::run(&case, options, &false.into(), &mut noted).unwrap();
     noted.times.push(run.history.last().unwrap().time);
     assert_eq!(noted.times.len(), 1 + 14 + 1, "{:?}", noted.times);
     for pair in noted.times.windows(2) {

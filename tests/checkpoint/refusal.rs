@@ -3,8 +3,8 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use ripstop::checkpoint::{CheckpointError, FORMAT, Fault};
-use ripstop::simulation::RunError;
+use ripstop::run::RunError;
+use ripstop::run::checkpoint::{CheckpointError, FORMAT, Fault};
 
 use super::*;
 use crate::fuzz::targets::Plain;

@@ -37,7 +37,7 @@ fn the_variable_takes_filters_and_a_wrong_one_is_named() {
         bench.command(&["run", "shot.json", "--backend", "cpu", "--quiet"]).env("RIPSTOP_LOG", filter).output().unwrap()
     };
     assert_in_order(&stderr(&with("info")));
-    let records = stderr(&with("ripstop::record=info"));
+    let records = stderr(&with("ripstop::run::record=info"));
     assert!(records.contains("first contact") && !records.contains("model built"), "{records}");
     assert_eq!(stderr(&with("")), "");
     let wrong = with("ripstop=loud");

@@ -31,12 +31,13 @@ fn every_name_gives_a_case_that_is_read_valid_and_without_a_warning_about_its_ma
             assert!(errors.is_empty(), "{projectile}, {fabric}: {errors:?}");
             let case = case::read(&bench.path("x.json"), &[]).unwrap();
             assert_eq!((case.pack.plies, case.projectile.as_ref().unwrap().velocity), (2, 321.5));
-            let warned: Vec<&str> = ripstop::warnings::of_case(&case).iter().map(|warning| warning.kind.code).collect();
+            let warned: Vec<&str> =
+                ripstop::output::warnings::of_case(&case).iter().map(|warning| warning.kind.code).collect();
             assert!(!warned.contains(&"W7"), "{projectile}: {warned:?}");
             // A solid of steel, but for the paper's hollow cylinder.
             if projectile != "rcc-paper" {
                 let body = case.projectile.unwrap();
-                let density = body.mass / ripstop::kernels::projectile_body::volume(&body.shape);
+                let density = body.mass / body.shape.volume();
                 assert!((density / 7850.0 - 1.0).abs() < 0.01, "{projectile}: {density}");
             }
         }

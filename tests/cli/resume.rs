@@ -3,7 +3,7 @@
 use super::*;
 use crate::kept::{files, same_files, wait_for_another};
 use crate::support::Random;
-use ripstop::checkpoint::Checkpoint;
+use ripstop::run::checkpoint::Checkpoint;
 
 /// Two plies that a projectile goes through in good time, for long enough to be killed often.
 pub(super) fn long() -> Value {
@@ -38,7 +38,8 @@ fn killed_at_20_random_moments_a_run_ends_as_if_nothing_had_been() {
         last = head.time;
         file = wait_for_another(&path, None);
     }
-    let output = bench.command(&["resume", "out/shot"]).env("RIPSTOP_LOG", "ripstop::record=info").output().unwrap();
+    let output =
+        bench.command(&["resume", "out/shot"]).env("RIPSTOP_LOG", "ripstop::run::record=info").output().unwrap();
     assert_eq!(code(&output), 0, "{}", stderr(&output));
     let words = stderr(&output);
     assert!(words.starts_with("note: goes on from ") && !words.contains("lost"), "{words}");

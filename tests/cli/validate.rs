@@ -3,7 +3,7 @@
 //! Promise: every published number and closed form that a case states is in the table; the book shows what this build computes; a row that
 //! fails is exit code 1, a case without a published statement is refused.
 
-use ripstop::validate::is_published;
+use ripstop::study::validate::is_published;
 
 use super::*;
 

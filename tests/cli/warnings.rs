@@ -1,6 +1,6 @@
 //! Warnings and `ripstop explain`: numbered, each with a threshold that a run is held against.
 
-use ripstop::warnings::{self, KINDS, Warning};
+use ripstop::output::warnings::{self, KINDS, Warning};
 
 use super::*;
 

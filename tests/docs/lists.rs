@@ -6,9 +6,9 @@ use std::sync::OnceLock;
 
 use ripstop::case::{self, Case};
 use ripstop::output::history::COLUMNS;
+use ripstop::output::warnings::{GAINED_LIMIT, HOURGLASS_LIMIT};
 use ripstop::output::{self, trust};
-use ripstop::simulation::Run;
-use ripstop::warnings::{GAINED_LIMIT, HOURGLASS_LIMIT};
+use ripstop::run::Run;
 
 use super::commands::program;
 use super::page::Page;

@@ -8,9 +8,10 @@ use std::sync::atomic::AtomicBool;
 
 use libtest_mimic::Trial;
 use ripstop::gpu::buffers::{Name, Sizes};
-use ripstop::gpu::{Device, DeviceError, Simulation, adapters, device};
+use ripstop::gpu::{Device, DeviceError, adapters, device};
 use ripstop::model::{Grid, Model};
-use ripstop::simulation::{self, Options, RunError};
+use ripstop::run::graphics::Simulation;
+use ripstop::run::{self, Options, RunError};
 
 use super::harness::{Outcome, trial};
 use crate::scene::builtin;
@@ -42,7 +43,7 @@ fn two_dimensions(device: &'static Device) -> Outcome {
     assert_eq!(narrow.limits().max_compute_workgroups_per_dimension, 7);
     let [wide, folded] = [device, &narrow].map(|on| {
         let options = Options { device: Some(on), ..Options::default() };
-        simulation::run(&case, options, &AtomicBool::new(false), &mut ()).unwrap()
+        run::run(&case, options, &AtomicBool::new(false), &mut ()).unwrap()
     });
     assert!(wide.elements > 7 * 64, "{} elements fit into one row of workgroups", wide.elements);
     assert!(!wide.events.is_empty());

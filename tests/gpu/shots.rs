@@ -23,9 +23,10 @@ use std::sync::atomic::AtomicBool;
 
 use libtest_mimic::Trial;
 use ripstop::case::Case;
-use ripstop::gpu::compare::{self, Comparison, Difference, Tolerance};
-use ripstop::gpu::{Device, Simulation};
-use ripstop::simulation::{self, Options, Run, Skips};
+use ripstop::gpu::Device;
+use ripstop::run::graphics::Simulation;
+use ripstop::run::{self, Options, Run, Skips};
+use ripstop::study::compare::{self, Comparison, Difference, Tolerance};
 
 use super::harness::{Outcome, trial};
 
@@ -111,7 +112,7 @@ fn run_on(device: &Device, case: &Case) -> Run {
 /// Runs a case on the device until it ends or is interrupted.
 fn run_until(device: &Device, case: &Case, interrupt: &AtomicBool) -> Run {
     let options = Options { threads: Some(1), device: Some(device), ..Options::default() };
-    simulation::run(case, options, interrupt, &mut ()).unwrap_or_else(|e| panic!("{}: {e}", case.name))
+    run::run(case, options, interrupt, &mut ()).unwrap_or_else(|e| panic!("{}: {e}", case.name))
 }
 
 /// Runs a case on the device in batches of so many steps.

@@ -3,7 +3,7 @@
 use ripstop::case::Case;
 use ripstop::kernels::element_force::field as element;
 use ripstop::model::over;
-use ripstop::simulation::{Precision, Simulation};
+use ripstop::run::{Precision, Simulation};
 
 use super::{advance, motion, pack};
 use crate::scene::run_as;

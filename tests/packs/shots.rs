@@ -5,9 +5,9 @@ use std::sync::atomic::AtomicBool;
 use ripstop::case::Case;
 use ripstop::kernels::ply_contact;
 use ripstop::model::{mesh::corners, over};
-use ripstop::outcome::Outcome;
-use ripstop::simulation::{Options, Precision, Run, Simulation, Skips};
-use ripstop::step::node_position;
+use ripstop::run::outcome::Outcome;
+use ripstop::run::{Options, Precision, Run, Simulation, Skips};
+use ripstop::solver::node_position;
 
 use super::{advance, pack};
 use crate::scene::run_as;
@@ -177,7 +177,7 @@ fn threads_change_no_bit() {
 /// The run of a case with everything computed.
 fn unskipped(case: &Case) -> Run {
     let options = Options { skips: Skips { wavefront: false, ..Skips::default() }, ..Options::default() };
-    ripstop::simulation::run(case, options, &AtomicBool::new(false), &mut ()).unwrap()
+    ripstop::run::run(case, options, &AtomicBool::new(false), &mut ()).unwrap()
 }
 
 #[test]
@@ -212,12 +212,8 @@ fn the_outcome_counts_plies() {
     assert_eq!(run.history.last().unwrap().perforated_plies, 0);
     assert_ne!(run.outcome, Outcome::Perforated);
     let interrupted = AtomicBool::new(true);
-    let stopped = ripstop::simulation::run(
-        &torn(r#""plies": 4"#, 40),
-        ripstop::simulation::Options::default(),
-        &interrupted,
-        &mut (),
-    );
+    let stopped =
+        ripstop::run::run(&torn(r#""plies": 4"#, 40), ripstop::run::Options::default(), &interrupted, &mut ());
     assert!(stopped.unwrap().interrupted);
 }
 

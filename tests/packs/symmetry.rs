@@ -1,6 +1,6 @@
 //! Scenes that are mirror images of each other.
 
-use ripstop::simulation::{Precision, Run};
+use ripstop::run::{Precision, Run};
 
 use super::pack;
 use crate::scene::run_as;

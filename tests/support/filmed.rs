@@ -1,7 +1,7 @@
 //! A watcher that keeps the frames of a run in memory.
 
-use ripstop::frame::{self, Camera, Frame, Scene};
-use ripstop::simulation::{View, Watch};
+use ripstop::run::frame::{self, Camera, Frame, Scene};
+use ripstop::run::{View, Watch};
 
 /// Every frame that a camera takes.
 pub(crate) struct Frames {

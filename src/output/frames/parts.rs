@@ -5,7 +5,7 @@
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 
 use super::super::surface::Surface;
-use crate::frame::{Frame, Pose, Scene};
+use crate::run::frame::{Frame, Pose, Scene};
 
 /// `VTK_QUAD` and `VTK_TRIANGLE`.
 const QUAD: u8 = 9;

@@ -9,10 +9,10 @@ use super::spool::{Found, Spool};
 use super::writer::Files;
 use super::{HDF, Staged, WRITABLE};
 use crate::case::Case;
-use crate::checkpoint::Head;
-use crate::frame::{self, Camera, Frame, Scene, Snapshot};
 use crate::output::folder::OutputError;
-use crate::simulation::{Options, View, Watch};
+use crate::run::checkpoint::Head;
+use crate::run::frame::{self, Camera, Frame, Scene, Snapshot};
+use crate::run::{Options, View, Watch};
 
 /// A frame that waits to be written.
 struct Waiting {
@@ -26,7 +26,7 @@ struct Waiting {
 
 /// Takes the frames of a run that it watches, and writes them when the run is over.
 ///
-/// More are taken than asked for, since nobody knows when a run ends ([`crate::frame`]). They wait in memory; what has no room there
+/// More are taken than asked for, since nobody knows when a run ends ([`crate::run::frame`]). They wait in memory; what has no room there
 /// waits on the disk, and of a run with checkpoints all of them lie there, for the run that goes on.
 pub struct Recorder {
     folder: PathBuf,
@@ -224,7 +224,7 @@ mod tests {
 
     use super::*;
     use crate::case;
-    use crate::simulation;
+    use crate::run;
 
     /// The frames of a small shot, where so many bytes may wait in memory; how many waited on the disk at the end.
     fn written(room: Option<usize>) -> (Vec<u8>, usize) {
@@ -240,7 +240,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap_or_else(|error| unreachable!("{error}"));
         let mut recorder = Recorder::new(folder.path(), &case, &Options::default(), false, None);
         recorder.room = room.unwrap_or(recorder.room);
-        let run = simulation::run(&case, Options::default(), &AtomicBool::new(false), &mut recorder);
+        let run = run::run(&case, Options::default(), &AtomicBool::new(false), &mut recorder);
         assert!(run.is_ok());
         let spooled = recorder.waiting.values().filter(|frame| frame.snapshot.is_none()).count();
         let files = |path: &Path| fs::read_dir(path).map_or(0, Iterator::count);

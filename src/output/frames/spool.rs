@@ -12,9 +12,9 @@ use same_file::Handle;
 use tempfile::TempDir;
 
 use super::{clear_folder, hidden};
-use crate::checkpoint::{self, Checkpoint, CheckpointError, Fault, Head, Reader, Writer};
-use crate::frame::{Frame, Scene};
 use crate::output::number::us;
+use crate::run::checkpoint::{self, Checkpoint, CheckpointError, Fault, Head, Reader, Writer};
+use crate::run::frame::{Frame, Scene};
 
 /// Folder of the frames, beside the checkpoint.
 const FOLDER: &str = "checkpoint.frames";

@@ -11,8 +11,8 @@ use super::hdf::{self, HdfFile};
 use super::parts::Parts;
 use super::vtu::{SERIES, Series};
 use super::{HDF, PVD, Staged, WRITABLE, hidden};
-use crate::frame::{Frame, Scene};
 use crate::output::folder::{OutputError, temporary};
+use crate::run::frame::{Frame, Scene};
 
 /// A frame as the files hold it, compressed.
 pub(super) struct Packed {

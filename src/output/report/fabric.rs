@@ -5,8 +5,8 @@ use super::super::number::short;
 use super::figure::{self, Figure, Numbers};
 use super::film::{Film, Still, Strip};
 use crate::case::{Along, Case, Fabric, Word};
-use crate::simulation::Run;
-use crate::unit_cell;
+use crate::model::unit_cell_curve;
+use crate::run::Run;
 
 /// Profiles drawn at most.
 const PROFILES: usize = 6;
@@ -151,7 +151,7 @@ pub(super) fn unit_cell(case: &Case) -> Option<Figure> {
     let stiff = if fabric.warp.present { 0 } else { 1 };
     let [along, across] = if stiff == 0 { ["warp", "weft"] } else { ["weft", "warp"] };
     let span = 2e3 * [&fabric.warp, &fabric.weft][stiff].half_span();
-    let at = |point: &unit_cell::Point| (point.stretch[stiff] - 1.0) * span;
+    let at = |point: &unit_cell_curve::Point| (point.stretch[stiff] - 1.0) * span;
     let tension = |yarn: usize| curve.iter().map(move |point| [at(point), point.cell.tension[yarn]]);
     let top = (0..2).flat_map(tension).map(|p| p[1]).fold(0.0, f64::max);
     let [x, y] = figure::axes([0.0, curve.iter().map(at).fold(0.0, f64::max)], [0.0, top]);
@@ -159,7 +159,7 @@ pub(super) fn unit_cell(case: &Case) -> Option<Figure> {
     for yarn in 0..2 {
         drawing += &chart::line(&x, &y, tension(yarn), &format!("class=\"curve k{yarn}\""));
     }
-    let row = |point: &unit_cell::Point| {
+    let row = |point: &unit_cell_curve::Point| {
         let [warp, weft] = point.cell.tension;
         [at(point), point.stretch[stiff], warp, weft, point.cell.force].map(|number| short(number, 4)).to_vec()
     };
@@ -185,15 +185,15 @@ pub(super) fn unit_cell(case: &Case) -> Option<Figure> {
 }
 
 /// The cell from rest to the point where a yarn breaks.
-fn stretched(fabric: &Fabric) -> Option<Vec<unit_cell::Point>> {
+fn stretched(fabric: &Fabric) -> Option<Vec<unit_cell_curve::Point>> {
     let yarn = [&fabric.warp, &fabric.weft].into_iter().find(|yarn| yarn.present)?;
     let far = ((1.0 + yarn.crimp) * (1.0 + yarn.failure_strain)).min(FAR);
     let stretches: Vec<f64> = (0..POINTS).map(|n| 1.0 + (far - 1.0) * n as f64 / (POINTS - 1) as f64).collect();
     let held = [1.0];
     let mut curve = if fabric.warp.present {
-        unit_cell::solve(fabric, &stretches, &held)
+        unit_cell_curve::solve(fabric, &stretches, &held)
     } else {
-        unit_cell::solve(fabric, &held, &stretches)
+        unit_cell_curve::solve(fabric, &held, &stretches)
     };
     let broken = curve.iter().position(|point| (0..2).any(|yarn| point.is_broken(fabric, yarn)));
     curve.truncate(broken.unwrap_or(POINTS).max(2));

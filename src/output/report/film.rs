@@ -11,15 +11,15 @@ use serde::{Deserialize, Serialize};
 
 use super::super::surface::Surface;
 use crate::case::Case;
-use crate::frame::{Schedule, even};
 use crate::kernels::element_force::field as element;
 use crate::kernels::node_update::field as node;
 use crate::kernels::rigid_body::RigidBody;
+use crate::math::scalar::Scalar;
 use crate::model::{MirrorPlanes, Model};
-use crate::number::Scalar;
-use crate::pieces;
-use crate::simulation::{View, Watch};
-use crate::state::State;
+use crate::run::frame::{Schedule, even};
+use crate::run::pieces;
+use crate::run::{View, Watch};
+use crate::solver::state::State;
 
 /// Pictures shown at most, the first and the last among them.
 const PICTURES: usize = 61;

@@ -8,7 +8,7 @@ use super::super::number::short;
 use super::figure::{self, Figure, Numbers};
 use super::film;
 use crate::case::Case;
-use crate::simulation::{PlySample, Run, Sample};
+use crate::run::{PlySample, Run, Sample};
 
 /// Points of a line, and columns of an area, at most.
 const POINTS: usize = 600;

@@ -9,7 +9,7 @@ use super::super::chart::{self, Axis, escape};
 use super::super::number::short;
 use super::colour;
 use super::film::{Film, Still, Strip};
-use crate::simulation::Run;
+use crate::run::Run;
 
 /// Width of a drawing, and the ends of its picture.
 const WIDTH: f64 = 300.0;

@@ -21,7 +21,7 @@ use super::chart::escape;
 use super::number::short;
 use super::trust;
 use crate::case::Case;
-use crate::simulation::Run;
+use crate::run::Run;
 pub use film::Film;
 
 /// What the page looks like, and how it plays.

@@ -13,9 +13,9 @@ use super::super::summary::{absorbed_energy, flies_freely, residual_velocity};
 use super::super::trust::{self, Level, Sign};
 use super::super::verdict::{reached, symmetry, verdict};
 use crate::case::{self, Case};
-use crate::outcome::Outcome;
-use crate::simulation::Run;
-use crate::warnings::assumed_fields;
+use crate::output::warnings::assumed_fields;
+use crate::run::Run;
+use crate::run::outcome::Outcome;
 
 /// The verdict, told to somebody who has never seen one, with the numbers that go with it.
 pub(super) fn header(case: &Case, run: &Run, signs: &[Sign]) -> String {

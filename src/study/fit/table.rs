@@ -6,7 +6,7 @@ use std::path::Path;
 
 use ::csv::{ReaderBuilder, StringRecord, Trim};
 
-use crate::diff::{bounded, few, one_line, plain_text, quoted, separator};
+use crate::study::diff::{bounded, few, one_line, plain_text, quoted, separator};
 use crate::study::error::StudyError;
 use crate::study::outcomes::{Group, Outcomes};
 use crate::study::residual_fit::Passed;

@@ -2,8 +2,8 @@
 
 use ripstop::case::{self, Case, CaseError};
 use ripstop::model::Model;
-use ripstop::simulation::Simulation;
-use ripstop::warnings;
+use ripstop::output::warnings;
+use ripstop::run::Simulation;
 
 use super::{assert_told, folder, parts, write};
 

@@ -6,12 +6,12 @@ use std::sync::OnceLock;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
 use ripstop::case::{self, Case};
-use ripstop::checkpoint::{Backend, Checkpoint, Head, Kept as _};
-use ripstop::number::Scalar;
 use ripstop::output::frames::Staged;
 use ripstop::output::report::{self, Film};
 use ripstop::output::{self, Folder};
-use ripstop::simulation::{self, Options, Precision, Simulation, Skips, View, Watch};
+use ripstop::run::RunScalar;
+use ripstop::run::checkpoint::{Backend, Checkpoint, Head, Kept as _};
+use ripstop::run::{self, Options, Precision, Simulation, Skips, View, Watch};
 
 use super::sealed::Plain;
 use super::{assert_told, folder, write};
@@ -57,7 +57,7 @@ pub(super) fn small(plies: u32, edges: &str) -> Case {
     case::from_str("small", &text, &[]).expect("a case")
 }
 
-fn scene<S: Scalar>(plies: u32, precision: Precision, edges: &str) -> Scene {
+fn scene<S: RunScalar>(plies: u32, precision: Precision, edges: &str) -> Scene {
     let case = small(plies, edges);
     let mut simulation = Simulation::<S>::with_skips(&case, Skips::default()).expect("a model");
     let mut film = Film::new(&case);
@@ -112,7 +112,7 @@ fn go_on(case: &Case, checkpoint: &Checkpoint, path: Option<&Path>) {
     let mut follower = Follower { film, steps: AtomicUsize::new(0), interrupt: &interrupt };
     let options =
         Options { threads: Some(1), precision, skips: head.skips, from: Some(checkpoint), ..Options::default() };
-    let run = match simulation::run(case, options, &interrupt, &mut follower) {
+    let run = match run::run(case, options, &interrupt, &mut follower) {
         Ok(run) => run,
         Err(error) => return assert_told(&error.to_string()),
     };

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use ripstop::diff::{self, Input, Options, Request};
+use ripstop::study::diff::{self, Input, Options, Request};
 
 use super::{assert_told, folder, parts, write};
 

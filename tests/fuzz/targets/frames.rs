@@ -5,9 +5,9 @@ use std::sync::OnceLock;
 use std::sync::atomic::AtomicBool;
 
 use ripstop::case::Case;
-use ripstop::checkpoint::{Head, Kept};
 use ripstop::output::frames::Recorder;
-use ripstop::simulation::{self, Options, View, Watch};
+use ripstop::run::checkpoint::{Head, Kept};
+use ripstop::run::{self, Options, View, Watch};
 
 use super::checkpoint::small;
 use super::sealed::Plain;
@@ -80,7 +80,7 @@ fn scene(plies: u32) -> Scene {
     let interrupt = AtomicBool::new(false);
     let recorder = Recorder::new(folder.path(), &case, &options, false, Some(&head));
     let mut taken = Taken { recorder, head, interrupt: &interrupt };
-    simulation::run(&case, options, &interrupt, &mut taken).expect("a run");
+    run::run(&case, options, &interrupt, &mut taken).expect("a run");
     let entries = fs::read_dir(folder.path().join("checkpoint.frames")).expect("frames");
     let read = |entry: fs::DirEntry| {
         (entry.file_name().into_string().expect("a name"), fs::read(entry.path()).expect("a frame"))

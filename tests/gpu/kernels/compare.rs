@@ -16,12 +16,12 @@ use ripstop::gpu::buffers::Name;
 use ripstop::gpu::shader::Kernel;
 use ripstop::gpu::stepper::{Stage, Stepper};
 use ripstop::kernels::element_force::field as element;
-use ripstop::lanes::Vectors;
-use ripstop::ledger::Ledger;
+use ripstop::math::simd::Vectors;
 use ripstop::model::Model;
-use ripstop::reach::Reach;
-use ripstop::state::State;
-use ripstop::step::{self, Context, FailureEvent, StepTotals};
+use ripstop::solver::active_region::Reach;
+use ripstop::solver::energy_balance::Ledger;
+use ripstop::solver::state::State;
+use ripstop::solver::{self, Context, FailureEvent, StepTotals};
 
 use super::scenes::Scene;
 use super::tolerances::Seen;
@@ -93,7 +93,7 @@ const STEPS: u64 = 2;
 struct Pair<'a> {
     scene: &'a Scene,
     gpu: Stepper<'a>,
-    cpu: step::Stepper<f32>,
+    cpu: solver::Stepper<f32>,
     ledger: Ledger,
     totals: StepTotals,
     /// The processor's state.
@@ -112,7 +112,7 @@ impl<'a> Pair<'a> {
         Ok(Self {
             scene,
             gpu,
-            cpu: step::Stepper::with_vectors(&scene.model, Vectors::None),
+            cpu: solver::Stepper::with_vectors(&scene.model, Vectors::None),
             ledger: Ledger::default(),
             totals: StepTotals::default(),
             expected: scene.state.clone(),
@@ -127,7 +127,7 @@ impl<'a> Pair<'a> {
     fn begin(&mut self) {
         let model = &self.scene.model;
         self.gpu.upload(model, &self.scene.state);
-        self.cpu = step::Stepper::with_vectors(model, Vectors::None);
+        self.cpu = solver::Stepper::with_vectors(model, Vectors::None);
         self.ledger = Ledger::default();
         self.expected = self.scene.state.clone();
         self.reach = self.scene.state.reach.clone();

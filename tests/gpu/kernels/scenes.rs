@@ -7,8 +7,8 @@ use ripstop::case::{Case, Edge, Grading, LinesFrom, ShearModulus, UnitCell};
 use ripstop::kernels::element_force::{BROKEN, field as element};
 use ripstop::kernels::node_update::field as node;
 use ripstop::model::Model;
-use ripstop::reach::Reach;
-use ripstop::state::State;
+use ripstop::solver::active_region::Reach;
+use ripstop::solver::state::State;
 
 use packs::Group;
 

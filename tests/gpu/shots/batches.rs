@@ -1,7 +1,7 @@
 //! The same bits every time, and for every batch length.
 
 use ripstop::gpu::Device;
-use ripstop::simulation::{Run, Skips};
+use ripstop::run::{Run, Skips};
 
 use super::{Outcome, Tests, run_in_batches, run_on, simulated};
 use crate::kept::result;

@@ -3,9 +3,10 @@
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use ripstop::case::Case;
-use ripstop::gpu::{Device, Simulation};
-use ripstop::outcome;
-use ripstop::simulation::{self, Options, Run, Skips};
+use ripstop::gpu::Device;
+use ripstop::run::graphics::Simulation;
+use ripstop::run::outcome;
+use ripstop::run::{self, Options, Run, Skips};
 
 use super::{Outcome, Tests, failures_add_up, run_on, run_until};
 use crate::scene::{builtin, run};
@@ -36,8 +37,8 @@ fn interrupted(device: &'static Device) -> Outcome {
     ends_with_a_row(&case, &run);
     let interrupt = AtomicBool::new(false);
     let options = Options { threads: Some(1), device: Some(device), ..Options::default() };
-    let mut stop = |at: &simulation::Progress| interrupt.store(at.steps > 100, Ordering::Relaxed);
-    let run = simulation::run(&case, options, &interrupt, &mut stop).map_err(|e| e.to_string())?;
+    let mut stop = |at: &run::Progress| interrupt.store(at.steps > 100, Ordering::Relaxed);
+    let run = run::run(&case, options, &interrupt, &mut stop).map_err(|e| e.to_string())?;
     assert!(run.interrupted && run.steps > 100);
     let last = run.history.last().unwrap();
     assert!(last.time < 40e-6 && run.history.len() == 2, "{} rows up to {} s", run.history.len(), last.time);
@@ -88,7 +89,7 @@ fn decided(device: &'static Device) -> Outcome {
 fn debris(device: &'static Device) -> Outcome {
     let case = torn::case(&[]);
     for loose in [true, false] {
-        let mut cpu = simulation::Simulation::<f32>::new(&case).map_err(|e| e.to_string())?;
+        let mut cpu = run::Simulation::<f32>::new(&case).map_err(|e| e.to_string())?;
         torn::tear(&cpu.model, &mut cpu.state, loose);
         while !cpu.finished(&case) {
             cpu.advance(&case);

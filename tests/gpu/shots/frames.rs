@@ -6,7 +6,7 @@ use ripstop::case::Case;
 use ripstop::gpu::Device;
 use ripstop::output::frames::Recorder;
 use ripstop::output::{self, Folder};
-use ripstop::simulation::{self, Options, Precision};
+use ripstop::run::{self, Options, Precision};
 use rust_hdf5::H5File;
 use tempfile::TempDir;
 
@@ -41,7 +41,7 @@ struct Read {
 fn written(folder: &Path, case: &Case, options: Options<'_>) -> Read {
     let place = Folder::prepare(folder, case).unwrap_or_else(|e| panic!("{e}"));
     let mut recorder = Recorder::new(folder, case, &options, false, None);
-    let run = simulation::run(case, options, &false.into(), &mut recorder).unwrap_or_else(|e| panic!("{e}"));
+    let run = run::run(case, options, &false.into(), &mut recorder).unwrap_or_else(|e| panic!("{e}"));
     let staged = recorder.finish().unwrap_or_else(|e| panic!("{e}"));
     place.write(case, &run, &output::summary(case, &run, 0.0), None, staged).unwrap_or_else(|e| panic!("{e}"));
     let file = H5File::open(folder.join("frames.vtkhdf")).unwrap();

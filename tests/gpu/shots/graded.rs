@@ -3,9 +3,10 @@
 use std::sync::atomic::AtomicBool;
 
 use ripstop::case::Case;
-use ripstop::gpu::{Device, compare};
+use ripstop::gpu::Device;
 use ripstop::model::Model;
-use ripstop::simulation::{Precision, Skips};
+use ripstop::run::{Precision, Skips};
+use ripstop::study::compare;
 
 use super::batches::equal_rows;
 use super::{Outcome, Tests, places, run_in_batches, run_on, same_until_failure, simulated, within_tolerances};

@@ -7,8 +7,8 @@ use std::thread;
 use std::time::Duration;
 
 use ripstop::case;
-use ripstop::checkpoint::Checkpoint;
 use ripstop::gpu::Device;
+use ripstop::run::checkpoint::Checkpoint;
 use serde_json::{Value, json};
 use tempfile::TempDir;
 

@@ -3,8 +3,9 @@
 use std::sync::atomic::AtomicBool;
 
 use ripstop::case::Case;
-use ripstop::gpu::{Device, compare};
-use ripstop::simulation::{Precision, Run, Skips};
+use ripstop::gpu::Device;
+use ripstop::run::{Precision, Run, Skips};
+use ripstop::study::compare;
 
 use super::batches::equal_rows;
 use super::{Outcome, Tests, run_in_batches, run_on, simulated, within_tolerances};

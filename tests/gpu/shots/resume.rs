@@ -4,9 +4,10 @@ use std::fs::File;
 use std::path::PathBuf;
 
 use ripstop::case::{Case, ContactSampling};
-use ripstop::checkpoint::{Checkpoint, CheckpointError, Fault, Head, Kept};
-use ripstop::gpu::{Device, Simulation};
-use ripstop::simulation::{self, Options, Run, RunError, Skips, Watch};
+use ripstop::gpu::Device;
+use ripstop::run::checkpoint::{Checkpoint, CheckpointError, Fault, Head, Kept};
+use ripstop::run::graphics::Simulation;
+use ripstop::run::{self, Options, Run, RunError, Skips, Watch};
 use tempfile::TempDir;
 
 use super::{Outcome, Tests, sound};
@@ -63,7 +64,7 @@ fn options(device: &Device) -> Options<'_> {
 }
 
 fn run(case: &Case, options: Options<'_>, watch: &mut dyn Watch) -> Run {
-    let run = simulation::run(case, options, &false.into(), watch);
+    let run = run::run(case, options, &false.into(), watch);
     sound(case, run.unwrap_or_else(|e| panic!("{}: {e}", case.name)))
 }
 
@@ -126,7 +127,7 @@ fn refused(device: &'static Device) -> Outcome {
     };
     let from = |case: &Case, options: Options<'_>| {
         let options = Options { from: Some(&checkpoint), ..options };
-        fault(simulation::run(case, options, &false.into(), &mut ()))
+        fault(run::run(case, options, &false.into(), &mut ()))
     };
     assert!(matches!(from(&case, Options::default()), Fault::Backend(_)));
     assert!(matches!(from(&pack(), options(device)), Fault::Case { .. }));

@@ -3,8 +3,9 @@
 use std::sync::atomic::AtomicBool;
 
 use ripstop::case::{Case, ContactSampling};
-use ripstop::gpu::{Device, compare};
-use ripstop::simulation::{Precision, Skips};
+use ripstop::gpu::Device;
+use ripstop::run::{Precision, Skips};
+use ripstop::study::compare;
 
 use super::batches::equal_rows;
 use super::{

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use ripstop::case::Case;
 use ripstop::gpu::Device;
 use ripstop::output::history;
-use ripstop::simulation::Run;
+use ripstop::run::Run;
 
 use super::{Outcome, Tests, places, run_on};
 use crate::scene::{builtin, run};

@@ -1,7 +1,7 @@
 //! A half or a quarter of a scene on the device: as the whole there, and as the part on the processor.
 
 use ripstop::gpu::Device;
-use ripstop::simulation::{Precision, Skips};
+use ripstop::run::{Precision, Skips};
 
 use super::{Outcome, Tests, simulated};
 use crate::scene::{builtin, run_as};

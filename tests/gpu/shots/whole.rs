@@ -1,8 +1,8 @@
 //! The paper's shot at full size against the double-precision reference.
 
 use ripstop::gpu::Device;
-use ripstop::profile::{Profile, ProfilePoint};
-use ripstop::simulation::Run;
+use ripstop::run::Run;
+use ripstop::run::profile::{Profile, ProfilePoint};
 
 use super::{Outcome, Tests, run_on};
 use crate::scene::{builtin, checked, run};

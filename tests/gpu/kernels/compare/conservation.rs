@@ -7,7 +7,7 @@ use ripstop::gpu::layout::{self, IMPULSE_FIELDS};
 use ripstop::gpu::shader::Kernel;
 use ripstop::gpu::stepper::Stage;
 use ripstop::model::Model;
-use ripstop::state::State;
+use ripstop::solver::state::State;
 
 use super::{Outcome, Pair, idle, is_ply_kernel, motion, places};
 use crate::gpu::kernels::scenes::Scene;

@@ -5,8 +5,8 @@ use ripstop::gpu::buffers::Name;
 use ripstop::gpu::layout::status;
 use ripstop::gpu::stepper::Stage;
 use ripstop::kernels::element_force::field as element;
-use ripstop::state::State;
-use ripstop::step::FailureEvent;
+use ripstop::solver::FailureEvent;
+use ripstop::solver::state::State;
 
 use super::{Outcome, Pair, Seen};
 use crate::gpu::kernels::scenes::force_scale;

@@ -4,7 +4,7 @@ use nalgebra::Vector3;
 use ripstop::gpu::buffers::Name;
 use ripstop::gpu::layout::{self, BODY_WORDS, STATUS_WORDS, SUMS, sum};
 use ripstop::gpu::stepper::Stage;
-use ripstop::outcome;
+use ripstop::run::outcome;
 
 use super::elements::compare_sums;
 use super::plies::see_energies;

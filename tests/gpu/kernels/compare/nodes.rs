@@ -3,8 +3,8 @@
 use ripstop::gpu::buffers::Name;
 use ripstop::gpu::stepper::Stage;
 use ripstop::kernels::node_update::field as node;
-use ripstop::state::State;
-use ripstop::step;
+use ripstop::solver;
+use ripstop::solver::state::State;
 
 use super::{Outcome, Pair, STEPS, Seen, places};
 use crate::gpu::kernels::scenes::force_scale;
@@ -35,7 +35,7 @@ pub(super) fn compare(pair: &mut Pair<'_>, seen: &mut Seen) -> Outcome {
 fn held_directions(pair: &Pair<'_>) -> usize {
     let (model, state) = (&pair.scene.model, &pair.scene.state);
     let held = |[ply, row, column]: [usize; 3]| {
-        let standing = step::node_stands(model, state, ply, row, column);
+        let standing = solver::node_stands(model, state, ply, row, column);
         let inverse = &model.sheet(ply).row_mass(row).inverse;
         if standing { inverse.iter().filter(|of| of[column] == 0.0).count() } else { 0 }
     };

@@ -4,7 +4,7 @@ use ripstop::gpu::buffers::Name;
 use ripstop::gpu::layout::{self, status};
 use ripstop::gpu::stepper::Stage;
 use ripstop::model::Model;
-use ripstop::reach::Reach;
+use ripstop::solver::active_region::Reach;
 
 use super::nodes::compare_nodes;
 use super::{Outcome, Pair, STEPS, Seen, reach};

@@ -4,8 +4,8 @@ use ripstop::gpu::stepper::Stage;
 use ripstop::kernels::node_update::field as node;
 use ripstop::model::Model;
 use ripstop::model::over::{self, INSIDE, SIDES, neighbour};
-use ripstop::reach::Reach;
-use ripstop::state::State;
+use ripstop::solver::active_region::Reach;
+use ripstop::solver::state::State;
 
 use super::{Outcome, Pair, Seen, places};
 

@@ -6,8 +6,8 @@ use ripstop::kernels::element_force::field as element;
 use ripstop::kernels::node_update::field as node;
 use ripstop::model::over::{INSIDE, SIDES, neighbour};
 use ripstop::model::{Mesh, Model};
-use ripstop::reach::Reach;
-use ripstop::state::State;
+use ripstop::solver::active_region::Reach;
+use ripstop::solver::state::State;
 use serde_json::{Value, json};
 
 use super::{Scene, kill, random_elements};

@@ -6,9 +6,9 @@ use ripstop::kernels::element_force::field as element;
 use ripstop::kernels::node_update::field as node;
 use ripstop::kernels::rigid_body::RigidBody;
 use ripstop::model::Model;
-use ripstop::reach::Reach;
-use ripstop::state::State;
-use ripstop::step::fabric_between;
+use ripstop::solver::active_region::Reach;
+use ripstop::solver::fabric_between;
+use ripstop::solver::state::State;
 
 use super::packs::{self, Group};
 use super::{Scene, kill, random_elements};

@@ -1,0 +1,7 @@
+//! Numbers: what the kernels are generic over, several at once, and sums in fixed order.
+
+pub mod aligned;
+pub mod scalar;
+pub mod simd;
+pub(crate) mod solid;
+pub(crate) mod sum;

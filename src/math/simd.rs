@@ -1,0 +1,380 @@
+//! Several numbers at once: the kernels' fast path on the CPU.
+//!
+//! Vectors of the widest registers that the processor has (AVX-512, AVX2, Neon), chosen when the program runs.
+//! Not SSE2: it has no fused multiply-add, without which f64 is as slow as one number at a time.
+//! Every lane does exactly what one number alone would do, so results are the same bits for any width.
+
+use std::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Not, Range, Sub};
+
+use fearless_simd::{ExtractToken, Select, Simd, SimdBase, SimdFloat, SimdFrom, SimdMask};
+
+use crate::math::scalar::{F32_BIAS, F32_THIRD, F64_BIAS, F64_THIRD, Mask, Real, is_double};
+
+/// The registers the kernels use. They decide how fast a run is, never what it finds.
+#[derive(Clone, Copy, Debug)]
+pub enum Vectors {
+    /// One number at a time.
+    None,
+    /// 512 bits.
+    #[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
+    Avx512(fearless_simd::Avx512),
+    /// 256 bits.
+    #[cfg(all(any(target_arch = "x86", target_arch = "x86_64"), not(feature = "quick-build")))]
+    Avx2(fearless_simd::Avx2),
+    /// 128 bits.
+    #[cfg(target_arch = "aarch64")]
+    Neon(fearless_simd::Neon),
+}
+
+impl Vectors {
+    /// Every kind this processor can compute with, the widest first.
+    pub fn all() -> Vec<Self> {
+        let mut all = Vec::new();
+        #[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
+        {
+            let level = fearless_simd::Level::new();
+            all.extend(level.as_avx512().map(Self::Avx512));
+            #[cfg(not(feature = "quick-build"))]
+            all.extend(level.as_avx2().map(Self::Avx2));
+        }
+        #[cfg(target_arch = "aarch64")]
+        all.extend(fearless_simd::Level::new().as_neon().map(Self::Neon));
+        all.push(Self::None);
+        all
+    }
+
+    /// The widest there are.
+    pub fn widest() -> Self {
+        Self::all()[0]
+    }
+
+    /// Name of the instruction set.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::None => "scalar",
+            #[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
+            Self::Avx512(_) => "avx512",
+            #[cfg(all(any(target_arch = "x86", target_arch = "x86_64"), not(feature = "quick-build")))]
+            Self::Avx2(_) => "avx2",
+            #[cfg(target_arch = "aarch64")]
+            Self::Neon(_) => "neon",
+        }
+    }
+}
+
+macro_rules! lanes {
+    ($name:ident, $mask:ident, $vector:ident, $truth:ident, $scalar:ident, $half:literal, $third:expr, $bias:expr) => {
+        /// As many numbers as a register holds.
+        #[derive(Debug)]
+        #[repr(transparent)]
+        pub struct $name<S: Simd>(S::$vector);
+
+        /// As many truth values.
+        #[derive(Debug)]
+        #[repr(transparent)]
+        pub struct $mask<S: Simd>(S::$truth);
+
+        impl<S: Simd> Clone for $name<S> {
+            #[inline(always)]
+            fn clone(&self) -> Self {
+                *self
+            }
+        }
+        impl<S: Simd> Copy for $name<S> {}
+        impl<S: Simd> Clone for $mask<S> {
+            #[inline(always)]
+            fn clone(&self) -> Self {
+                *self
+            }
+        }
+        impl<S: Simd> Copy for $mask<S> {}
+
+        impl<S: Simd> $name<S> {
+            /// Zeros.
+            pub fn new(simd: S) -> Self {
+                Self(S::$vector::simd_from(simd, 0.0))
+            }
+        }
+
+        lanes!(@operator $name Add add);
+        lanes!(@operator $name Sub sub);
+        lanes!(@operator $name Mul mul);
+        lanes!(@operator $name Div div);
+        lanes!(@operator $mask BitAnd bitand);
+        lanes!(@operator $mask BitOr bitor);
+
+        impl<S: Simd> Neg for $name<S> {
+            type Output = Self;
+            #[inline(always)]
+            fn neg(self) -> Self {
+                Self(-self.0)
+            }
+        }
+
+        impl<S: Simd> Not for $mask<S> {
+            type Output = Self;
+            #[inline(always)]
+            fn not(self) -> Self {
+                Self(!self.0)
+            }
+        }
+
+        impl<S: Simd> Mask for $mask<S> {
+            const LANES: usize = <S::$truth as SimdMask<S>>::LEN;
+
+            #[inline(always)]
+            fn any(self) -> bool {
+                self.0.any_true()
+            }
+            #[inline(always)]
+            fn count(self) -> u32 {
+                self.0.to_bitmask().count_ones()
+            }
+            #[inline(always)]
+            fn bits(self) -> u64 {
+                self.0.to_bitmask()
+            }
+            #[inline(always)]
+            fn lane(self, lane: usize) -> bool {
+                self.0.test(lane)
+            }
+        }
+
+        impl<S: Simd> Real for $name<S> {
+            type Scalar = $scalar;
+            type Mask = $mask<S>;
+            const LANES: usize = <S::$vector as SimdBase<S>>::LEN;
+            const EPSILON: f64 = <$scalar as Real>::EPSILON;
+
+            #[inline(always)]
+            fn with(self, value: f64) -> Self {
+                Self(S::$vector::simd_from(self.0.token(), value as $scalar))
+            }
+            #[inline(always)]
+            fn spread(self, value: $scalar) -> Self {
+                Self(S::$vector::simd_from(self.0.token(), value))
+            }
+            #[inline(always)]
+            fn load(self, source: &[$scalar], index: usize) -> Self {
+                Self(S::$vector::from_slice(self.0.token(), &source[index..index + Self::LANES]))
+            }
+            #[inline(always)]
+            fn store(self, target: &mut [$scalar], index: usize) {
+                self.0.store_slice(&mut target[index..index + Self::LANES]);
+            }
+            #[inline(always)]
+            fn lane(self, lane: usize) -> $scalar {
+                self.0[lane]
+            }
+            #[inline(always)]
+            fn within(self, first: usize, range: &Range<usize>) -> $mask<S> {
+                let below = |end: usize| (1_u64 << end.saturating_sub(first).min(Self::LANES)) - 1;
+                $mask(S::$truth::from_bitmask(self.0.token(), below(range.end) & !below(range.start)))
+            }
+            #[inline(always)]
+            fn add_to(self, sums: &mut [f64], index: usize) {
+                let sums = &mut sums[index..index + Self::LANES];
+                for (sum, x) in sums.iter_mut().zip(self.0.as_slice()) {
+                    *sum += f64::from(*x);
+                }
+            }
+            #[inline(always)]
+            fn vectorize<T>(self, call: impl FnOnce() -> T) -> T {
+                self.0.token().vectorize(call)
+            }
+            #[inline(always)]
+            fn fused(self, factor: Self, term: Self) -> Self {
+                if is_double::<Self>() {
+                    Self(self.0.mul_add_precise(factor.0, term.0))
+                } else {
+                    self * factor + term
+                }
+            }
+            #[inline(always)]
+            fn sqrt(self) -> Self {
+                Self(self.0.sqrt())
+            }
+            #[inline(always)]
+            fn abs(self) -> Self {
+                Self(self.0.abs())
+            }
+            #[inline(always)]
+            fn lt(self, other: Self) -> $mask<S> {
+                $mask(self.0.simd_lt(other.0))
+            }
+            #[inline(always)]
+            fn le(self, other: Self) -> $mask<S> {
+                $mask(self.0.simd_le(other.0))
+            }
+            #[inline(always)]
+            fn select(mask: $mask<S>, yes: Self, no: Self) -> Self {
+                Self(mask.0.select(yes.0, no.0))
+            }
+            // On other processors a register's maximum may differ from that of one number in the sign of a zero.
+            #[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
+            #[inline(always)]
+            fn max(self, other: Self) -> Self {
+                Self(self.0.max(other.0))
+            }
+            #[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
+            #[inline(always)]
+            fn min(self, other: Self) -> Self {
+                Self(self.0.min(other.0))
+            }
+            #[inline(always)]
+            fn inverse_cube_root_estimate(self) -> Self {
+                let third = (self.0.to_bits() >> $half) * $third;
+                let bias = <S::$vector as SimdFloat<S>>::Bits::simd_from(self.0.token(), $bias);
+                Self(S::$vector::from_bits(bias - third))
+            }
+        }
+    };
+    (@operator $name:ident $trait:ident $method:ident) => {
+        impl<S: Simd> $trait for $name<S> {
+            type Output = Self;
+            #[inline(always)]
+            fn $method(self, other: Self) -> Self {
+                Self(self.0.$method(other.0))
+            }
+        }
+    };
+}
+
+lanes!(F64s, F64Mask, f64s, mask64s, f64, 32, F64_THIRD, F64_BIAS);
+lanes!(F32s, F32Mask, f32s, mask32s, f32, 16, F32_THIRD, F32_BIAS);
+
+/// Twice as many numbers: two chains of operations side by side hide each other's latency.
+#[derive(Clone, Copy, Debug)]
+pub struct Twice<R>(R, R);
+
+macro_rules! twice {
+    ($($trait:ident $method:ident),+) => {$(
+        impl<R: $trait<Output = R>> $trait for Twice<R> {
+            type Output = Self;
+            #[inline(always)]
+            fn $method(self, other: Self) -> Self {
+                Self(self.0.$method(other.0), self.1.$method(other.1))
+            }
+        }
+    )+};
+    (@one $($trait:ident $method:ident),+) => {$(
+        impl<R: $trait<Output = R>> $trait for Twice<R> {
+            type Output = Self;
+            #[inline(always)]
+            fn $method(self) -> Self {
+                Self(self.0.$method(), self.1.$method())
+            }
+        }
+    )+};
+}
+
+twice!(Add add, Sub sub, Mul mul, Div div, BitAnd bitand, BitOr bitor);
+twice!(@one Neg neg, Not not);
+
+impl<M: Mask> Mask for Twice<M> {
+    const LANES: usize = 2 * M::LANES;
+
+    #[inline(always)]
+    fn any(self) -> bool {
+        (self.0 | self.1).any()
+    }
+    #[inline(always)]
+    fn count(self) -> u32 {
+        self.0.count() + self.1.count()
+    }
+    #[inline(always)]
+    fn bits(self) -> u64 {
+        self.0.bits() | self.1.bits() << M::LANES
+    }
+    #[inline(always)]
+    fn lane(self, lane: usize) -> bool {
+        if lane < M::LANES { self.0.lane(lane) } else { self.1.lane(lane - M::LANES) }
+    }
+}
+
+impl<R: Real> Twice<R> {
+    /// The same number twice.
+    pub fn of(number: R) -> Self {
+        Self(number, number)
+    }
+}
+
+impl<R: Real> Real for Twice<R> {
+    type Scalar = R::Scalar;
+    type Mask = Twice<R::Mask>;
+    const LANES: usize = 2 * R::LANES;
+    const EPSILON: f64 = R::EPSILON;
+
+    #[inline(always)]
+    fn with(self, value: f64) -> Self {
+        Self(self.0.with(value), self.1.with(value))
+    }
+    #[inline(always)]
+    fn spread(self, value: R::Scalar) -> Self {
+        Self(self.0.spread(value), self.1.spread(value))
+    }
+    #[inline(always)]
+    fn load(self, source: &[R::Scalar], index: usize) -> Self {
+        let source = &source[index..index + Self::LANES];
+        Self(self.0.load(source, 0), self.1.load(source, R::LANES))
+    }
+    #[inline(always)]
+    fn store(self, target: &mut [R::Scalar], index: usize) {
+        let target = &mut target[index..index + Self::LANES];
+        self.0.store(target, 0);
+        self.1.store(target, R::LANES);
+    }
+    #[inline(always)]
+    fn lane(self, lane: usize) -> R::Scalar {
+        if lane < R::LANES { self.0.lane(lane) } else { self.1.lane(lane - R::LANES) }
+    }
+    #[inline(always)]
+    fn within(self, first: usize, range: &Range<usize>) -> Self::Mask {
+        Twice(self.0.within(first, range), self.1.within(first + R::LANES, range))
+    }
+    #[inline(always)]
+    fn add_to(self, sums: &mut [f64], index: usize) {
+        self.0.add_to(sums, index);
+        self.1.add_to(sums, index + R::LANES);
+    }
+    #[inline(always)]
+    fn vectorize<T>(self, call: impl FnOnce() -> T) -> T {
+        self.0.vectorize(call)
+    }
+    #[inline(always)]
+    fn fused(self, factor: Self, term: Self) -> Self {
+        Self(self.0.fused(factor.0, term.0), self.1.fused(factor.1, term.1))
+    }
+    #[inline(always)]
+    fn sqrt(self) -> Self {
+        Self(self.0.sqrt(), self.1.sqrt())
+    }
+    #[inline(always)]
+    fn abs(self) -> Self {
+        Self(self.0.abs(), self.1.abs())
+    }
+    #[inline(always)]
+    fn lt(self, other: Self) -> Self::Mask {
+        Twice(self.0.lt(other.0), self.1.lt(other.1))
+    }
+    #[inline(always)]
+    fn le(self, other: Self) -> Self::Mask {
+        Twice(self.0.le(other.0), self.1.le(other.1))
+    }
+    #[inline(always)]
+    fn select(mask: Self::Mask, yes: Self, no: Self) -> Self {
+        Self(R::select(mask.0, yes.0, no.0), R::select(mask.1, yes.1, no.1))
+    }
+    #[inline(always)]
+    fn max(self, other: Self) -> Self {
+        Self(self.0.max(other.0), self.1.max(other.1))
+    }
+    #[inline(always)]
+    fn min(self, other: Self) -> Self {
+        Self(self.0.min(other.0), self.1.min(other.1))
+    }
+    #[inline(always)]
+    fn inverse_cube_root_estimate(self) -> Self {
+        Self(self.0.inverse_cube_root_estimate(), self.1.inverse_cube_root_estimate())
+    }
+}

@@ -1,0 +1,87 @@
+//! Writes the checkpoints of a run into its folder.
+
+use std::time::Instant;
+
+use super::{CHECKPOINT, Folder};
+use crate::case::Case;
+use crate::run::checkpoint::{Head, Kept, Spent};
+
+/// Rounding allowed in comparing times, in steps.
+const SLACK: f64 = 1e-6;
+
+/// Keeps the last checkpoint of a run.
+pub struct Keeper<'a> {
+    folder: &'a Folder,
+    case: &'a Case,
+    head: Head,
+    /// When this command began.
+    start: Instant,
+    /// Whether the folder is this run's.
+    begun: bool,
+    /// When a checkpoint was last tried, and last written [s].
+    tried: f64,
+    kept: Option<f64>,
+    failed: Option<String>,
+}
+
+impl<'a> Keeper<'a> {
+    /// A keeper of a run that begins, or that goes on if `head` has come from a checkpoint in the folder.
+    pub fn new(folder: &'a Folder, case: &'a Case, head: Head, start: Instant) -> Self {
+        let resumed = head.step > 0;
+        let kept = resumed.then_some(head.time);
+        Self { folder, case, start, begun: resumed, tried: head.time, kept, failed: None, head }
+    }
+
+    /// Whether there should be a checkpoint before the step from `time` [s], `dt` [s] long.
+    pub fn is_due(&self, time: f64, dt: f64) -> bool {
+        let intervals = (self.tried / self.head.every + 1e-9).floor() + 1.0;
+        time >= intervals * self.head.every - SLACK * dt
+    }
+
+    /// Writes a checkpoint in place of the one before. `followed`: what whoever follows the run wants back; `loop_seconds`: time
+    /// in the loop so far, all parts of the run [s].
+    ///
+    /// # Errors
+    /// With what to tell the user when it could not be written; the one before is still there.
+    pub fn keep(&mut self, run: &dyn Kept, followed: &[u8], loop_seconds: f64) -> Result<(), String> {
+        let head = Head { spent: self.spent(loop_seconds), ..self.head.clone() };
+        let (time, folder) = (run.time(), self.folder);
+        self.tried = time;
+        let begun = if self.begun { Ok(()) } else { folder.begin(self.case).map_err(|error| error.found) };
+        self.begun |= begun.is_ok();
+        let write =
+            || folder.replace(CHECKPOINT, |file| run.save(&head, followed, file)).map_err(|error| error.to_string());
+        let result = begun.and_then(|()| write()).map_err(|reason| self.complaint(time, &reason));
+        match &result {
+            Ok(()) => self.kept = Some(time),
+            Err(text) => self.failed = Some(text.clone()),
+        }
+        result
+    }
+
+    fn complaint(&self, time: f64, reason: &str) -> String {
+        let is_there = self.folder.path().join(CHECKPOINT).exists();
+        let last = match self.kept {
+            Some(kept) if is_there => format!("the one of {:.3} µs is still there", kept * 1e6),
+            Some(_) => "the one before is gone".to_owned(),
+            None => "there is none so far".to_owned(),
+        };
+        format!("no checkpoint at {:.3} µs: {reason}; {last}", time * 1e6)
+    }
+
+    /// Time that all parts of the run have taken, so much of it in the loop [s].
+    pub fn spent(&self, loop_seconds: f64) -> Spent {
+        let wall = self.head.spent.wall + self.start.elapsed().as_secs_f64();
+        Spent { wall, r#loop: loop_seconds, ..self.head.spent }
+    }
+
+    /// The last checkpoint that could not be written.
+    pub fn failed(&self) -> Option<&str> {
+        self.failed.as_deref()
+    }
+
+    /// Whether the folder holds a checkpoint of this run.
+    pub fn has_kept(&self) -> bool {
+        self.kept.is_some()
+    }
+}

@@ -1,0 +1,90 @@
+//! A run on a device: to a checkpoint and back.
+//!
+//! Buffers go into the file as they are, word by word: the device counts energies between two samples, and holds the
+//! projectile finer than any number of the host's state does.
+
+use std::io::{self, Write};
+use std::time::Duration;
+
+use crate::case::Case;
+use crate::gpu::Device;
+use crate::gpu::buffers::Name;
+use crate::gpu::stepper::Stepper;
+use crate::run::RunError;
+use crate::run::checkpoint::{Checkpoint, Fault, Head, Kept, write};
+use crate::run::graphics::Simulation;
+
+/// The buffers that later steps depend on. The others hold nothing from one step to the next, but failures already told.
+const KEPT: [Name; 9] = [
+    Name::Nodes,
+    Name::Forces,
+    Name::Heights,
+    Name::Flags,
+    Name::Accounts,
+    Name::Status,
+    Name::Supports,
+    Name::Body,
+    Name::Over,
+];
+
+impl Stepper<'_> {
+    fn kept(&self) -> impl Iterator<Item = Name> + use<> {
+        let yarns = (self.sizes.yarn_fields > 0).then_some(Name::Yarns);
+        KEPT.into_iter().chain(yarns)
+    }
+}
+
+impl Kept for Simulation<'_> {
+    fn time(&self) -> f64 {
+        self.time_of(self.next)
+    }
+
+    /// After the last step sent off, whose results must have been taken over; see [`Simulation::settle`].
+    fn save(&self, head: &Head, followed: &[u8], to: &mut dyn Write) -> io::Result<()> {
+        let mut head = Head { step: self.next, time: self.time(), time_step: self.model.dt, ..head.clone() };
+        head.spent.waited = self.stepper.waited().as_secs_f64();
+        write(to, &head, followed, |contents| {
+            contents.value(&self.ledger)?;
+            contents.value(&self.record)?;
+            contents.value(&(self.sampled, self.stepper.events_read))?;
+            contents.value(&self.stepper.timed)?;
+            for name in self.stepper.kept() {
+                contents.numbers(&self.stepper.read(name).map_err(io::Error::other)?)?;
+            }
+            Ok(())
+        })
+    }
+}
+
+impl<'a> Simulation<'a> {
+    /// A run that goes on from a checkpoint, bit by bit as the one that wrote it.
+    ///
+    /// # Errors
+    /// When the case cannot become a model, the device cannot hold it, or the checkpoint is not one of it.
+    pub fn resume(case: &Case, device: &'a Device, checkpoint: &Checkpoint) -> Result<Self, RunError> {
+        let head = checkpoint.head();
+        let mut simulation = Self::with_skips(case, device, head.skips)?;
+        checkpoint.contents(|contents| {
+            simulation.ledger = contents.value("sums of energy")?;
+            simulation.record = contents.value("results so far")?;
+            if !simulation.record.fits(&simulation.model) {
+                return Err(Fault::Contents("results so far"));
+            }
+            let stepper = &mut simulation.stepper;
+            (simulation.sampled, stepper.events_read) = contents.value("counts of the device")?;
+            if stepper.events_read > 2 * stepper.sizes.elements {
+                return Err(Fault::Contents("counts of the device"));
+            }
+            stepper.timed = contents.value("time that each kernel took")?;
+            for name in stepper.kept() {
+                let mut words = vec![0_u32; (stepper.sizes.bytes(name) / 4) as usize];
+                contents.numbers(&mut words, name.variable())?;
+                stepper.write(name, &words);
+            }
+            stepper.waited = Duration::try_from_secs_f64(head.spent.waited).unwrap_or_default();
+            Ok(())
+        })?;
+        (simulation.next, simulation.step) = (head.step, head.step);
+        Ok(simulation)
+    }
+}

@@ -1,0 +1,96 @@
+//! A run on the processor: to a checkpoint and back.
+
+use std::io::{self, Write};
+
+use super::body::Motion;
+use super::{Checkpoint, Fault, Head, Kept, Reader, Writer, write};
+use crate::case::Case;
+use crate::math::scalar::Scalar;
+use crate::model::{Model, over, over::SIDES, over::neighbour};
+use crate::run::{RunError, RunScalar, Simulation};
+use crate::solver::Memory;
+use crate::solver::active_region::Reach;
+use crate::solver::state::State;
+
+impl<S: RunScalar> Kept for Simulation<S> {
+    fn time(&self) -> f64 {
+        Self::time(self)
+    }
+
+    fn save(&self, head: &Head, followed: &[u8], to: &mut dyn Write) -> io::Result<()> {
+        let head = Head { step: self.state.step, time: self.time(), time_step: self.model.dt, ..head.clone() };
+        write(to, &head, followed, |contents| {
+            contents.value(&self.ledger)?;
+            contents.value(&self.record)?;
+            contents.value(&self.stepper.memory())?;
+            contents.value(&self.stepper.stopwatch)?;
+            save_state(&self.state, contents)
+        })
+    }
+}
+
+impl<S: RunScalar> Simulation<S> {
+    /// A run that goes on from a checkpoint, bit by bit as the one that wrote it.
+    ///
+    /// # Errors
+    /// When the case cannot become a model, or the checkpoint is not one of it.
+    pub fn resume(case: &Case, checkpoint: &Checkpoint) -> Result<Self, RunError> {
+        let mut simulation = Self::with_skips(case, checkpoint.head().skips)?;
+        checkpoint.contents(|contents| {
+            simulation.ledger = contents.value("sums of energy")?;
+            simulation.record = contents.value("results so far")?;
+            let memory: Memory = contents.value("nodes near the projectile")?;
+            let Simulation { model, state, stepper, .. } = &mut simulation;
+            if !memory.fits(model) {
+                return Err(Fault::Contents("nodes near the projectile"));
+            }
+            stepper.remember(memory);
+            stepper.stopwatch = contents.value("time that each kernel took")?;
+            state.step = checkpoint.head().step;
+            read_state(model, state, contents)?;
+            let fits = simulation.record.fits(&simulation.model);
+            if fits { Ok(()) } else { Err(Fault::Contents("results so far")) }
+        })?;
+        Ok(simulation)
+    }
+}
+
+fn save_state<S: Scalar>(state: &State<S>, contents: &mut Writer<'_>) -> io::Result<()> {
+    contents.value(&state.body.as_ref().map(Motion::of))?;
+    contents.value(&state.reach)?;
+    contents.numbers(&state.nodes.data)?;
+    contents.numbers(&state.elements.data)?;
+    contents.numbers(&state.over)
+}
+
+fn read_state<S: Scalar>(model: &Model<S>, state: &mut State<S>, contents: &mut Reader<'_>) -> Result<(), Fault> {
+    match (contents.value::<Option<Motion>>("motion of the projectile")?, &mut state.body) {
+        (Some(motion), Some(body)) => motion.give(body),
+        (None, None) => {}
+        _ => return Err(Fault::Contents("motion of the projectile")),
+    }
+    let reach: Vec<Reach> = contents.value("what has moved")?;
+    let within = |(ply, reach): (usize, &Reach)| {
+        let whole = Reach::whole(&model.sheet(ply).mesh);
+        reach.rows.end <= whole.rows.end && reach.columns.end <= whole.columns.end
+    };
+    if reach.len() != model.plies.len() || !reach.iter().enumerate().all(within) {
+        return Err(Fault::Contents("what has moved"));
+    }
+    state.reach = reach;
+    contents.numbers(&mut state.nodes.data, "nodes")?;
+    contents.numbers(&mut state.elements.data, "elements")?;
+    contents.numbers(&mut state.over, "what nodes are over")?;
+    if is_over_elements(model, &state.over) { Ok(()) } else { Err(Fault::Contents("what nodes are over")) }
+}
+
+/// Whether every node is over an element that the neighbouring ply has.
+fn is_over_elements<S: Scalar>(model: &Model<S>, all: &[u32]) -> bool {
+    all.chunks(model.nodes_per_ply()).enumerate().all(|(at, part)| {
+        let count = neighbour(at / SIDES, at % SIDES, model.plies.len()).map_or(1, |other| {
+            let mesh = &model.sheet(other).mesh;
+            mesh.rows * mesh.columns
+        });
+        part.iter().all(|over| over::element(*over) < count)
+    })
+}

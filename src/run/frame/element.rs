@@ -1,0 +1,67 @@
+//! What an element shows in a frame: the unit cell solved at the positions of the frame, as the next step would.
+
+use crate::kernels::crossover::{self, LawKernel};
+use crate::kernels::element_force::ElementConstants;
+use crate::kernels::element_size::Size;
+use crate::kernels::kinematics::{differences, kinematics};
+use crate::kernels::shear;
+use crate::math::scalar::{Scalar, each};
+
+/// One element, rounded to what files hold.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(super) struct Reading {
+    /// [N]
+    pub(super) tension: [f32; 2],
+    /// [-]
+    pub(super) strain: [f32; 2],
+    /// [m]
+    pub(super) height: [f32; 2],
+    /// [rad]
+    pub(super) shear_angle: f32,
+    pub(super) alive: [bool; 2],
+}
+
+/// What an element had at the last step.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Before<S> {
+    /// Heights of the yarns [m].
+    pub(super) height: [S; 2],
+    /// Yarns that carry load.
+    pub(super) alive: [bool; 2],
+    /// The mean strain over the failure length decides what breaks, and that in the next step; else the element's own strain does, here.
+    pub(super) mean: bool,
+}
+
+/// Reads an element, so long and high over the finest, from the displacements of its corners [m], components of corners counter-clockwise.
+pub(super) fn read<S: Scalar, L: LawKernel>(
+    constants: &ElementConstants<S>,
+    [width, height]: [f64; 2],
+    corners: &[[S; 4]; 3],
+    before: Before<S>,
+) -> Reading {
+    let [was_warp, was_weft] = before.alive;
+    if !(was_warp || was_weft) {
+        return Reading::default();
+    }
+    let zero = S::splat(0.0);
+    let [ux, uy, uz] = each!(a in 3 => differences(&corners[a]));
+    let size = Size::of_row(constants, height).of_columns(S::splat(width), S::splat(1.0 / width));
+    let k = kinematics(&size, &[ux[0], uy[0], uz[0]], &[ux[1], uy[1], uz[1]]);
+    let cell = crossover::solve::<S, L>(&constants.cell, k.stretch, before.height, was_warp && was_weft);
+    let yarn = &constants.cell.yarn;
+    let alive = [0, 1].map(|i| before.alive[i] && (before.mean || cell.strain[i] < yarn[i].failure_strain));
+    let both = alive[0] && alive[1];
+    let free = [0, 1].map(|i| yarn[i].straight(k.stretch[i]).max(zero));
+    let of_living = |i: usize, crossing: S, alone: S| match (alive[i], both) {
+        (true, true) => crossing.to_f64() as f32,
+        (true, false) => alone.to_f64() as f32,
+        _ => 0.0,
+    };
+    Reading {
+        tension: [0, 1].map(|i| of_living(i, cell.tension[i], yarn[i].stiffness * free[i])),
+        strain: [0, 1].map(|i| of_living(i, cell.strain[i], free[i])),
+        height: [0, 1].map(|i| of_living(i, cell.height[i], zero)),
+        shear_angle: if both { shear::arc_sine(k.sine).to_f64() as f32 } else { 0.0 },
+        alive,
+    }
+}

@@ -1,0 +1,321 @@
+//! The copy of the state that a frame is made from.
+
+use std::ops::Range;
+use std::sync::Arc;
+
+use super::element::{self, Before, Reading};
+use super::schedule::Schedule;
+use super::{Frame, PlyMesh, Pose, Scene};
+use crate::kernels::crossover::LawKernel;
+use crate::kernels::element_force::{ElementConstants, field as element_field};
+use crate::kernels::mirror_planes::Cut;
+use crate::kernels::node_update::field as node_field;
+use crate::kernels::rigid_body::RigidBody;
+use crate::math::scalar::Scalar;
+use crate::model::{Mesh, Model};
+use crate::run::View;
+use crate::solver::state::{Rows, State};
+
+/// The state when a frame is due: what has moved of the part that is computed.
+pub struct Snapshot {
+    scene: Arc<Scene>,
+    step: u64,
+    time: f64,
+    projectile: Option<Pose>,
+    moved: Box<dyn Moved>,
+}
+
+impl Snapshot {
+    /// What it shares with all others of its run.
+    pub fn scene(&self) -> &Scene {
+        &self.scene
+    }
+
+    /// [s]
+    pub fn time(&self) -> f64 {
+        self.time
+    }
+
+    /// Steps done.
+    pub fn step(&self) -> u64 {
+        self.step
+    }
+
+    /// Bytes that it takes, about.
+    pub fn bytes(&self) -> usize {
+        self.moved.bytes()
+    }
+
+    /// The frame of the whole scene.
+    pub fn frame(&self) -> Frame {
+        let mut frame =
+            Frame { step: self.step, time: self.time, projectile: self.projectile, ..Frame::empty(&self.scene) };
+        self.moved.fill(&self.scene, &mut frame);
+        frame
+    }
+}
+
+/// Takes the snapshots of a run.
+pub struct Camera {
+    schedule: Schedule,
+    scene: Option<Arc<Scene>>,
+}
+
+impl Camera {
+    /// For so many frames from 0 to the end of a run, at `end_time` [s] or before; a single one is that of the start.
+    pub fn new(frames: usize, end_time: f64) -> Self {
+        Self { schedule: Schedule::new(frames, end_time), scene: None }
+    }
+
+    /// The camera of a run that goes on before the step of this number, `dt` [s] long.
+    pub fn resume(frames: usize, end_time: f64, step: u64, dt: f64) -> Self {
+        Self { schedule: Schedule::resume(frames, end_time, step, dt), scene: None }
+    }
+
+    /// Whether a frame is due at `time` [s], or nearer to it than to the next step `dt` [s] later.
+    pub fn is_due(&self, time: f64, dt: f64) -> bool {
+        self.schedule.is_due(time, dt)
+    }
+
+    /// Steps done before the frames that are kept, in order; all others have been given up.
+    pub fn kept(&self) -> impl Iterator<Item = u64> {
+        self.schedule.kept()
+    }
+
+    /// The state in view, which is due.
+    pub fn take(&mut self, view: &View<'_>) -> Snapshot {
+        let (step, [_, dt]) = (view.step(), view.clock());
+        self.schedule.pass(step, dt);
+        self.snapshot(view)
+    }
+
+    /// The state in view, that after the last step, unless a frame shows it already.
+    pub fn end(&mut self, view: &View<'_>) -> Option<Snapshot> {
+        self.schedule.wants_end(view.step()).then(|| self.snapshot(view))
+    }
+
+    fn snapshot(&mut self, view: &View<'_>) -> Snapshot {
+        match view {
+            View::Double(model, state) => self.take_as(model, state),
+            View::Single(model, state) => self.take_as(model, state),
+        }
+    }
+
+    fn take_as<S: Scalar>(&mut self, model: &Arc<Model<S>>, state: &State<S>) -> Snapshot {
+        let plies = (0..model.plies.len()).map(|ply| Patch::new(model, state, ply)).collect();
+        Snapshot {
+            scene: self.scene.get_or_insert_with(|| Arc::new(Scene::new(model))).clone(),
+            step: state.step,
+            time: state.step as f64 * model.dt,
+            projectile: state.body.as_ref().map(pose),
+            moved: Box::new(Patches { model: model.clone(), plies }),
+        }
+    }
+}
+
+fn pose(body: &RigidBody) -> Pose {
+    let q = body.orientation.quaternion();
+    Pose {
+        position: body.position.into(),
+        rotation: [q.w, q.i, q.j, q.k],
+        velocity: body.velocity.into(),
+        angular_velocity: body.angular_velocity().into(),
+    }
+}
+
+/// What has moved, in whatever precision.
+trait Moved: Send + Sync {
+    fn bytes(&self) -> usize;
+    /// Fills a frame of zeros.
+    fn fill(&self, scene: &Scene, frame: &mut Frame);
+}
+
+struct Patches<S> {
+    model: Arc<Model<S>>,
+    plies: Vec<Patch<S>>,
+}
+
+/// Elements of a ply that may have moved, and their nodes.
+struct Patch<S> {
+    rows: Range<usize>,
+    columns: Range<usize>,
+    /// Displacement [m] and velocity [m/s], shape (rows + 1, 6, columns + 1).
+    nodes: Vec<S>,
+    /// Heights [m] and whether the yarns are alive, shape (rows, 4, columns).
+    elements: Vec<S>,
+}
+
+/// Numbers kept of an element: heights and life of its yarns, which lie together in the state.
+const OF_ELEMENT: usize = element_field::COUNT - element_field::HEIGHT;
+
+impl<S: Scalar> Patch<S> {
+    fn new(model: &Model<S>, state: &State<S>, ply: usize) -> Self {
+        let [rows, columns] = state.reach[ply].elements(&model.sheet(ply).mesh);
+        let (node, element) = (model.grid.first_node_row(ply), model.grid.first_element_row(ply));
+        let some = usize::from(!rows.is_empty());
+        let node_rows = node + rows.start..node + rows.end + some;
+        let element_rows = element + rows.start..element + rows.end;
+        let nodes = copy(&state.nodes, node_rows, 0..node_field::COUNT, columns.start..columns.end + some);
+        let stored = columns.start + 1..columns.end + 1;
+        let elements = copy(&state.elements, element_rows, element_field::HEIGHT..element_field::COUNT, stored);
+        Self { rows, columns, nodes, elements }
+    }
+
+    /// A field of a node, row and column counted in the patch.
+    fn node(&self, row: usize, field: usize, column: usize) -> S {
+        self.nodes[(row * node_field::COUNT + field) * (self.columns.len() + 1) + column]
+    }
+
+    /// Displacements of an element's corners, counter-clockwise.
+    fn corners(&self, row: usize, column: usize) -> [[S; 4]; 3] {
+        let nodes = [(row, column), (row, column + 1), (row + 1, column + 1), (row + 1, column)];
+        [0, 1, 2].map(|a| nodes.map(|(row, column)| self.node(row, node_field::DISPLACEMENT + a, column)))
+    }
+
+    /// What an element had at the last step. `mean`: yarns are judged by their mean strain over the failure length.
+    fn before(&self, row: usize, column: usize, mean: bool) -> Before<S> {
+        let number = |field: usize| self.elements[(row * OF_ELEMENT + field) * self.columns.len() + column];
+        let alive = [2, 3].map(|field| number(field).to_f64() > 0.5);
+        Before { height: [number(0), number(1)], alive, mean }
+    }
+}
+
+fn copy<S: Scalar>(from: &Rows<S>, rows: Range<usize>, fields: Range<usize>, columns: Range<usize>) -> Vec<S> {
+    let mut numbers = Vec::with_capacity(rows.len() * fields.len() * columns.len());
+    for row in rows {
+        let row = from.row(row);
+        for field in fields.clone() {
+            let at = field * from.stride;
+            numbers.extend_from_slice(&row[at + columns.start..at + columns.end]);
+        }
+    }
+    numbers
+}
+
+impl<S: Scalar> Moved for Patches<S> {
+    fn bytes(&self) -> usize {
+        let numbers: usize = self.plies.iter().map(|patch| patch.nodes.len() + patch.elements.len()).sum();
+        size_of::<Self>() + numbers * size_of::<S>()
+    }
+
+    fn fill(&self, scene: &Scene, frame: &mut Frame) {
+        for (ply, patch) in self.plies.iter().enumerate() {
+            let sheet = self.model.sheet(ply);
+            let whole = &scene.plies[ply];
+            crate::with_law!(sheet.law, L => {
+                let constants = sheet.constants::<S, L>();
+                let mean = sheet.windows.is_some();
+                let start = Before {
+                    height: sheet.initial.height.map(S::splat),
+                    alive: sheet.present,
+                    mean,
+                };
+                // What nothing has reached is flat; what started otherwise counts as reached.
+                let rest = element::read::<S, L>(&constants, [1.0; 2], &[[S::splat(0.0); 4]; 3], start);
+                (0..whole.elements()).for_each(|at| put(frame, whole.first_element + at, &rest, 1.0));
+                fill_elements::<S, L>(patch, &constants, mean, &sheet.mesh, whole, frame);
+            });
+            fill_nodes(patch, &sheet.mesh, whole, frame);
+        }
+    }
+}
+
+fn fill_elements<S: Scalar, L: LawKernel>(
+    patch: &Patch<S>,
+    constants: &ElementConstants<S>,
+    mean: bool,
+    mesh: &Mesh,
+    whole: &PlyMesh,
+    frame: &mut Frame,
+) {
+    let [across, up] = images(mesh, 1);
+    for row in 0..patch.rows.len() {
+        for column in 0..patch.columns.len() {
+            let size = mesh.widths(patch.rows.start + row, patch.columns.start + column);
+            let before = patch.before(row, column, mean);
+            let reading = element::read::<S, L>(constants, size, &patch.corners(row, column), before);
+            for (row, row_sign) in up.of(patch.rows.start + row) {
+                for (column, column_sign) in across.of(patch.columns.start + column) {
+                    let at = whole.first_element + row * whole.columns + column;
+                    put(frame, at, &reading, row_sign * column_sign);
+                }
+            }
+        }
+    }
+}
+
+/// Puts an element, or its mirror image, in which the yarns turn towards each other the other way, into a frame.
+fn put(frame: &mut Frame, at: usize, reading: &Reading, turn: f32) {
+    for yarn in 0..2 {
+        frame.tension[yarn][at] = reading.tension[yarn];
+        frame.strain[yarn][at] = reading.strain[yarn];
+        frame.height[yarn][at] = reading.height[yarn];
+        frame.alive[yarn][at] = u8::from(reading.alive[yarn]);
+    }
+    frame.shear_angle[at] = turn * reading.shear_angle;
+}
+
+fn fill_nodes<S: Scalar>(patch: &Patch<S>, mesh: &Mesh, whole: &PlyMesh, frame: &mut Frame) {
+    if patch.rows.is_empty() {
+        return;
+    }
+    let [across, up] = images(mesh, 0);
+    for row in 0..=patch.rows.len() {
+        for column in 0..=patch.columns.len() {
+            let vector = |field: usize| [0, 1, 2].map(|a| patch.node(row, field + a, column).to_f64());
+            let [displacement, velocity] = [vector(node_field::DISPLACEMENT), vector(node_field::VELOCITY)];
+            for (row, y) in up.of(patch.rows.start + row) {
+                for (column, x) in across.of(patch.columns.start + column) {
+                    let at = whole.first_node + row * (whole.columns + 1) + column;
+                    let image = |v: [f64; 3]| mesh.to_pack([f64::from(x) * v[0], f64::from(y) * v[1], v[2]]);
+                    frame.displacement[at] = image(displacement).map(|u| u as f32);
+                    frame.velocity[at] = image(velocity).map(|v| v as f32);
+                }
+            }
+        }
+    }
+}
+
+/// Where the nodes (`last` = 0) or elements (`last` = 1) of a part stand in the whole along one axis of the ply.
+#[derive(Clone, Copy)]
+struct Images {
+    first: usize,
+    /// Place and mirror image add up to this.
+    sum: Option<usize>,
+}
+
+impl Images {
+    /// Place, and that of the mirror image if it is another one, each with the sign of what points along the axis.
+    fn of(self, at: usize) -> impl Iterator<Item = (usize, f32)> + Clone {
+        let own = self.first + at;
+        let image = self.sum.map(|sum| sum - own).filter(|image| *image != own);
+        std::iter::once((own, 1.0)).chain(image.map(|image| (image, -1.0)))
+    }
+}
+
+/// Along the ply's X and Y.
+fn images(mesh: &Mesh, last: usize) -> [Images; 2] {
+    let (whole, first) = (mesh.whole_counts(), mesh.first_in_whole());
+    [0, 1].map(|a| Images { first: first[a], sum: (mesh.cut[a] != Cut::Nowhere).then_some(whole[a] - last) })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_camera_that_goes_on_keeps_what_the_whole_run_keeps() {
+        let dt = 1e-6;
+        let on = |mut camera: Camera, from: u64| {
+            (from..100).for_each(|step| camera.schedule.pass(step, dt));
+            camera.kept().collect::<Vec<_>>()
+        };
+        for (frames, end_time) in [(1, 60e-6), (2, 60e-6), (13, 60.5e-6), (200, 60e-6), (7, 1.0)] {
+            let whole = on(Camera::new(frames, end_time), 0);
+            assert_eq!(whole[0], 0);
+            for step in 0..100 {
+                assert_eq!(on(Camera::resume(frames, end_time, step, dt), step), whole, "{frames} frames, step {step}");
+            }
+        }
+    }
+}

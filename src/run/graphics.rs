@@ -1,0 +1,505 @@
+//! The host loop of the GPU backend: plans batches, keeps the ledger, follows the projectile, ends the run.
+//!
+//! Nothing here depends on how many steps a batch has: which steps are sampled follows from time alone, sums are
+//! taken sample by sample, and what a batch computed beyond the end of the run is dropped.
+
+use std::collections::VecDeque;
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+use nalgebra::Vector3;
+use tracing::debug;
+
+use super::backend::Backend;
+use crate::case::Case;
+use crate::gpu::buffers::SLOTS;
+use crate::gpu::layout::{self, BODY_WORDS, STATUS_WORDS, StepInfo, Sums, status, sum};
+use crate::gpu::stepper::{BATCH, BatchResult, Pending, Stepper};
+use crate::gpu::{Device, DeviceError};
+use crate::kernels::projectile_contact::SET_CHANGES;
+use crate::model::Model;
+use crate::run::outcome;
+use crate::run::pieces;
+use crate::run::profile;
+use crate::run::record::{Machine, Moment, Record, sample_due, time_up};
+use crate::run::{Options, Progress, Run, RunError, Skips, View, Watch};
+use crate::solver;
+use crate::solver::Trouble;
+use crate::solver::energy_balance::{Ledger, PlyMoment};
+use crate::solver::state::State;
+
+/// How long a batch should take: long enough to hide its submission, short enough to follow progress and Ctrl-C.
+const BATCH_TIME: [Duration; 2] = [Duration::from_millis(20), Duration::from_millis(80)];
+
+/// A run in progress on a device.
+pub struct Simulation<'a> {
+    /// Constant; of the part of the scene that is computed.
+    pub model: Arc<Model<f32>>,
+    /// The state at the start, and after a batch that asked for it.
+    state: State<f32>,
+    pub(super) stepper: Stepper<'a>,
+    pub(super) ledger: Ledger,
+    pub(super) record: Record,
+    given: (f64, Vector3<f64>),
+    /// Batches on their way with their steps, the oldest first.
+    pending: VecDeque<(Vec<StepInfo>, Pending)>,
+    /// Next step to be sent off, and the last one sent that is sampled.
+    pub(super) next: u64,
+    pub(super) sampled: Option<u64>,
+    /// Steps whose results are known.
+    pub(super) step: u64,
+    batch: usize,
+    fixed_batch: bool,
+    /// The last step of the run is on its way.
+    complete: bool,
+    ended: bool,
+    collected: Instant,
+}
+
+impl<'a> Simulation<'a> {
+    /// Sets the whole scene of a case up on a device.
+    ///
+    /// # Errors
+    /// When the case cannot become a model or the device cannot hold it.
+    pub fn new(case: &Case, device: &'a Device) -> Result<Self, RunError> {
+        Self::with_skips(case, device, Skips::WHOLE)
+    }
+
+    /// Sets a case up on a device without what `skips` leaves out.
+    ///
+    /// # Errors
+    /// As [`Simulation::new`].
+    pub fn with_skips(case: &Case, device: &'a Device, skips: Skips) -> Result<Self, RunError> {
+        let (model, mut state) = solver::set_up::<f32>(case, skips.symmetry)?;
+        if !skips.wavefront {
+            state.reach_everything(&model);
+        }
+        let mut record = Record::new(&model, state.body.as_ref());
+        record.skips = skips;
+        let mut stepper = Stepper::new(device, &model)?;
+        stepper.upload(&model, &state);
+        debug!(adapter = device.name(), bytes = stepper.sizes().total(), "state on the device");
+        Ok(Self {
+            given: solver::given(&model, &state),
+            record,
+            ledger: Ledger::of_part(model.planes),
+            model: Arc::new(model),
+            state,
+            stepper,
+            pending: VecDeque::new(),
+            next: 0,
+            sampled: None,
+            step: 0,
+            batch: 16,
+            fixed_batch: false,
+            complete: false,
+            ended: false,
+            collected: Instant::now(),
+        })
+    }
+
+    /// Steps per submission, fixed; results do not depend on it.
+    #[must_use]
+    pub fn with_batch(mut self, steps: usize) -> Self {
+        self.batch = steps.clamp(1, BATCH);
+        self.fixed_batch = true;
+        self
+    }
+
+    /// A run that begins, or goes on from a checkpoint.
+    pub(super) fn open(case: &Case, device: &'a Device, options: &Options<'_>) -> Result<Self, RunError> {
+        match options.from {
+            Some(checkpoint) => Self::resume(case, device, checkpoint),
+            None => Self::with_skips(case, device, options.skips),
+        }
+    }
+
+    /// Whether the run is over.
+    pub fn finished(&self) -> bool {
+        self.ended
+    }
+
+    /// Steps whose results are known.
+    pub fn steps(&self) -> u64 {
+        self.step
+    }
+
+    pub(super) fn time_of(&self, step: u64) -> f64 {
+        step as f64 * self.model.dt
+    }
+
+    /// Changes the state before the first batch: what no case can ask for.
+    #[must_use]
+    pub fn with_state(mut self, change: impl FnOnce(&Model<f32>, &mut State<f32>)) -> Self {
+        change(&self.model, &mut self.state);
+        self.stepper.upload(&self.model, &self.state);
+        self
+    }
+
+    /// Whether the state has to be read before the step from `time` [s].
+    fn state_due(&self, case: &Case, watch: &dyn Watch, time: f64) -> bool {
+        self.record.profile_due(case, time, self.model.dt)
+            || self.record.deflection_due(case, time, self.model.dt)
+            || watch.is_due(time, self.model.dt)
+    }
+
+    /// The steps of the next batch, whether the last of them ends the run by time or request, and whether the state after it may
+    /// have to be looked at.
+    fn plan(&self, case: &Case, watch: &dyn Watch) -> (Vec<StepInfo>, bool, bool) {
+        let dt = self.model.dt;
+        let mut last = self.sampled;
+        let mut slots = 0;
+        let mut steps = Vec::with_capacity(self.batch);
+        let (mut ends, mut looks) = (false, false);
+        while steps.len() < self.batch && slots < SLOTS && !ends && !looks {
+            let index = self.next + steps.len() as u64;
+            let time = self.time_of(index);
+            if !steps.is_empty() && (self.state_due(case, watch, time) || watch.keeps(time, dt)) {
+                break; // the state is read before that step
+            }
+            let since = index - last.map_or(0, |l| l + 1) + 1;
+            let sampled = sample_due(case, last.map(|l| self.time_of(l)), time, dt) || self.record.interrupted;
+            let slot = sampled.then_some(slots);
+            steps.push(self.stepper.whole_step(index, slot, since as u32));
+            if sampled {
+                slots += 1;
+                looks = self.record.may_look(case, last.map(|l| self.time_of(l)), time, dt);
+                last = Some(index);
+                ends = self.record.interrupted || (index > 0 && time_up(case, time, dt));
+            }
+        }
+        (steps, ends, looks)
+    }
+
+    /// Sends a batch off, and takes over the one before it, which computed while this one was recorded.
+    pub fn advance(&mut self, case: &Case) {
+        Backend::advance(self, case, &mut ());
+    }
+
+    /// Ends the run where the device gave up.
+    fn unless_lost(&mut self, done: Result<(), DeviceError>) {
+        if let Err(error) = done {
+            self.record.lost = Some(error.to_string());
+            self.ended = true;
+        }
+    }
+
+    fn try_advance(&mut self, case: &Case, watch: &mut dyn Watch) -> Result<(), DeviceError> {
+        let time = self.time_of(self.next);
+        if !self.complete && self.state_due(case, watch, time) {
+            self.read_state(case, watch, time)?;
+        }
+        // Nothing is sent off after a step whose state may have to be looked at before its sample is known.
+        let mut waits = false;
+        if !self.complete && !self.ended {
+            let (steps, ends, looks) = self.plan(case, watch);
+            self.complete = ends;
+            waits = looks;
+            self.next += steps.len() as u64;
+            self.sampled = steps.iter().rev().find(|s| s.slot.is_some()).map(|s| s.index).or(self.sampled);
+            let batch = self.stepper.submit(&steps);
+            self.pending.push_back((steps, batch));
+        }
+        if waits {
+            self.collect_all(case)?;
+        } else if !self.ended && (self.complete || self.pending.len() > 1) {
+            self.collect(case)?;
+        }
+        Ok(())
+    }
+
+    /// Takes what is due of the state before the step from `time` [s], unless the run is over by then.
+    fn read_state(&mut self, case: &Case, watch: &mut dyn Watch, time: f64) -> Result<(), DeviceError> {
+        self.collect_all(case)?;
+        if self.ended {
+            return Ok(());
+        }
+        let dt = self.model.dt;
+        let [profile, watched] = [self.record.profile_due(case, time, dt), watch.is_due(time, dt)];
+        // Fabric that has not failed hangs together; nobody needs to see it for that.
+        if profile || watched || self.record.has_failures() {
+            self.stepper.download(&self.model, &mut self.state)?;
+            self.state.step = self.next;
+        }
+        if profile {
+            self.record.profiles.push(profile::take(&self.model, &self.state, case, time));
+        }
+        if self.record.deflection_due(case, time, dt) {
+            let (model, state) = (&self.model, &self.state);
+            self.record.look_at_deflection(case, time, dt, |ply| pieces::hanging(model, state, ply));
+        }
+        if watched {
+            watch.look(&View::Single(&self.model, &self.state));
+        }
+        Ok(())
+    }
+
+    /// Takes over everything on its way, so that nothing but the device knows more than the run.
+    pub fn settle(&mut self, case: &Case) {
+        let settled = self.collect_all(case);
+        self.unless_lost(settled);
+    }
+
+    fn collect_all(&mut self, case: &Case) -> Result<(), DeviceError> {
+        while !self.pending.is_empty() && !self.ended {
+            self.collect(case)?;
+        }
+        Ok(())
+    }
+
+    /// Takes over the oldest batch on its way.
+    fn collect(&mut self, case: &Case) -> Result<(), DeviceError> {
+        let Some((steps, batch)) = self.pending.pop_front() else { return Ok(()) };
+        let result = self.stepper.collect(&batch)?;
+        self.adapt(steps.len());
+        self.take(case, &steps, &result)?;
+        self.ended |= self.record.over_but_interrupted() || (self.complete && self.pending.is_empty());
+        Ok(())
+    }
+
+    fn adapt(&mut self, steps: usize) {
+        let spent = self.collected.elapsed();
+        self.collected = Instant::now();
+        if self.fixed_batch || steps < self.batch {
+            return;
+        }
+        if spent < BATCH_TIME[0] {
+            self.batch = (2 * self.batch).min(BATCH);
+        } else if spent > BATCH_TIME[1] {
+            self.batch = (self.batch / 2).max(1);
+        }
+    }
+
+    /// Takes over what a batch left behind, sample by sample, up to the end of the run.
+    fn take(&mut self, case: &Case, steps: &[StepInfo], result: &BatchResult) -> Result<(), DeviceError> {
+        let bad = u64::from(result.status[status::BAD_STEP]);
+        let mut events = result.events.iter().peekable();
+        let sampled = steps.iter().filter(|s| s.slot.is_some());
+        for (info, words) in sampled.zip(&result.samples) {
+            if info.index >= bad || self.record.over_but_interrupted() {
+                break;
+            }
+            while let Some(event) = events.next_if(|e| e.step <= info.index) {
+                self.record.add_failures(std::slice::from_ref(event));
+            }
+            self.sample(case, info, words)?;
+            self.step = info.index + 1;
+        }
+        if self.record.over_but_interrupted() {
+            return Ok(());
+        }
+        self.step = steps.last().map_or(self.step, |s| s.index + 1).min(bad.saturating_add(1));
+        events.for_each(|event| self.record.add_failures(std::slice::from_ref(event)));
+        self.check_room(&result.status)?;
+        if bad < u64::from(layout::NONE) {
+            self.stepper.download(&self.model, &mut self.state)?;
+            self.state.step = bad;
+            if result.status[status::UNSETTLED] > 0 {
+                self.record.trouble = Some(self.unsettled());
+            } else {
+                self.diagnose(("kinetic energy", f64::NAN));
+            }
+        }
+        Ok(())
+    }
+
+    /// Contact at the rim that finds no set of points that push, in the element of the struck ply that the projectile is over.
+    fn unsettled(&self) -> Trouble {
+        let mesh = &self.model.sheet(0).mesh;
+        let [x, y, _] = mesh.to_ply(self.state.body.as_ref().map_or([0.0; 3], |body| body.position.into()));
+        let [row, column] = mesh.element_at([x, y]);
+        Trouble {
+            step: self.state.step,
+            kernel: "projectile_rim",
+            quantity: format!("the set of points that push still changes after {SET_CHANGES} solves"),
+            place: self.model.place_in_whole([0, row, column]),
+        }
+    }
+
+    /// Whether there was room for all that the projectile met.
+    fn check_room(&self, counters: &[u32; STATUS_WORDS]) -> Result<(), DeviceError> {
+        let (adapter, sizes) = (self.stepper.device.name().to_owned(), self.stepper.sizes());
+        match [status::CROWDED, status::CROWDED_RIM].map(|at| counters[at]) {
+            [0, 0] => Ok(()),
+            [0, found] => Err(DeviceError::CrowdedRim { adapter, found, room: sizes.ties }),
+            [found, _] => Err(DeviceError::Crowded { adapter, found, room: sizes.points }),
+        }
+    }
+
+    fn diagnose(&mut self, excess: (&str, f64)) {
+        let available = self.ledger.available();
+        self.record.trouble = Some(solver::diagnose(&self.model, &self.state, excess, available));
+    }
+
+    /// One row of the history from one sample.
+    fn sample(&mut self, case: &Case, info: &StepInfo, words: &[u32]) -> Result<(), DeviceError> {
+        let (sums, rest) = words.split_at(self.stepper.body_at());
+        let (body, counters) = rest.split_at(BODY_WORDS);
+        let sums = Sums::new(sums);
+        let body = self.model.projectile.as_ref().map(|p| layout::read_body(body, p));
+        let record = &mut self.record;
+        record.newton[0] += sums.add(sum::EVALUATIONS);
+        record.newton[1] += sums.add(sum::SOLVED);
+        record.unconverged = u64::from(counters[status::UNCONVERGED]);
+        record.max_residual = f64::from(f32::from_bits(counters[status::RESIDUAL]));
+        record.eroded = u64::from(counters[status::ERODED]);
+        record.max_penetration[1] = f64::from(f32::from_bits(counters[status::PLY_DEPTH]));
+        // Without a projectile everything moves, or nothing ever does.
+        record.computed = match self.model.projectile {
+            Some(_) => u64::from(counters[status::VISITED]) + (u64::from(counters[status::VISITED + 1]) << 32),
+            None => (info.index + 1) * self.model.elements() as u64,
+        };
+        let ledger = &mut self.ledger;
+        ledger.work += sums.add(sum::WORK);
+        ledger.viscous += sums.add(sum::VISCOUS);
+        ledger.released[0] += sums.add(sum::RELEASED);
+        ledger.released[1] += sums.add(sum::RELEASED_HOURGLASS);
+        let [membrane, mode] = [0, 1].map(|part| sums.add(sum::PLY_LIFTED + part));
+        ledger.contact += sums.add(sum::PLY_LOSS) - sums.add(sum::PLY_RUBBED);
+        ledger.separation += membrane + mode;
+        ledger.friction += sums.add(sum::PLY_RUBBED);
+        ledger.work += membrane;
+        ledger.elements_are(sums.add(sum::STORED), sums.add(sum::HOURGLASS_NOW), sums.largest(sum::TENSION));
+        ledger.cells_are(sums.add(sum::LAW), sums.largest(sum::LOAD));
+        ledger.nodes_are(sums.add(sum::KINETIC_NOW), [0, 1, 2].map(|a| sums.add(sum::MOMENTUM + a)));
+        for a in 0..3 {
+            ledger.support[a] += sums.add(sum::SUPPORT + a);
+        }
+        if let Some(b) = &body {
+            record.max_penetration[0] = b.penetration;
+            ledger.contact += b.energy[0];
+            ledger.friction += b.energy[1];
+            ledger.external += b.energy[2];
+            for a in 0..3 {
+                ledger.support[a] += b.support[a];
+                ledger.contact_impulse[a] -= b.impulse[a];
+            }
+            ledger.sample_body(&b.body);
+        }
+        if record.history.is_empty() {
+            ledger.begin(self.given.0, self.given.1);
+        }
+        let count = self.model.plies.len();
+        let plies: Vec<PlyMoment> = (0..count)
+            .map(|ply| sums.ply(ply, count))
+            .map(|sums| PlyMoment {
+                kinetic: sums.add(sum::KINETIC_NOW),
+                stored: sums.add(sum::STORED),
+                deflection: sums.largest(sum::DEFLECTION),
+            })
+            .collect();
+        let moment = Moment {
+            time: info.index as f64 * self.model.dt,
+            dt: self.model.dt,
+            balance: ledger.balance(),
+            plies: &plies,
+            impulse: Vector3::from(std::mem::take(&mut ledger.contact_impulse)),
+            body: body.as_ref().map(|b| (&b.body, b.before)),
+        };
+        let in_doubt = record.sample(case, &moment, |_, ply| sums.ply(ply, count).add(sum::COVERED) > 0.5);
+        if in_doubt {
+            self.look(case, info.index)?;
+        }
+        let kinetic = sums.add(sum::KINETIC) + solver::flying(body.as_ref().map(|b| &b.body));
+        if let Some(excess) = solver::excess(&self.ledger, kinetic, true) {
+            // The place is looked for in the state as it is now, at most two batches later.
+            self.state.step = info.index + 1;
+            if let Err(error) = self.stepper.download(&self.model, &mut self.state) {
+                self.record.lost = Some(error.to_string());
+            }
+            self.diagnose(excess);
+        }
+        Ok(())
+    }
+
+    /// A closer look at what covers the projectile after a step, the last one the device has done.
+    fn look(&mut self, case: &Case, step: u64) -> Result<(), DeviceError> {
+        debug_assert_eq!(step + 1, self.next, "steps were sent off after one whose state is looked at");
+        self.stepper.download(&self.model, &mut self.state)?;
+        self.state.step = step + 1;
+        let (model, state) = (&self.model, &self.state);
+        if let Some(body) = &state.body {
+            self.record.look(case, |ply| outcome::held(model, state, body, ply));
+        }
+        Ok(())
+    }
+
+    /// The result. `loop_seconds`: time spent in the loop [s].
+    pub fn into_run(self, loop_seconds: f64) -> Run {
+        // Timed steps only sample the run, its first ones are slow: all kernels together take no longer than the loop.
+        let mut kernel_seconds = self.stepper.kernel_seconds();
+        let total: f64 = kernel_seconds.iter().map(|(_, seconds)| seconds).sum();
+        for (_, seconds) in &mut kernel_seconds {
+            *seconds *= (loop_seconds / total).min(1.0);
+        }
+        let machine = Machine {
+            backend: "gpu",
+            adapter: Some(self.stepper.device.name().to_owned()),
+            threads: rayon::current_num_threads(),
+            precision: "f32",
+            loop_seconds,
+            host_seconds: Some((loop_seconds - self.stepper.waited().as_secs_f64()).max(0.0)),
+            kernel_seconds,
+        };
+        self.record.into_run(&self.model, self.step, machine)
+    }
+}
+
+impl Backend for Simulation<'_> {
+    fn is_finished(&self, _: &Case) -> bool {
+        self.ended
+    }
+
+    fn next_time(&self) -> f64 {
+        self.time_of(self.next)
+    }
+
+    fn time_step(&self) -> f64 {
+        self.model.dt
+    }
+
+    fn record(&mut self) -> &mut Record {
+        &mut self.record
+    }
+
+    fn advance(&mut self, case: &Case, watch: &mut dyn Watch) -> bool {
+        let advanced = self.try_advance(case, watch);
+        self.unless_lost(advanced);
+        true
+    }
+
+    fn show_end(&mut self, watch: &mut dyn Watch) {
+        if self.step != self.next || self.record.lost.is_some() {
+            return;
+        }
+        match self.stepper.download(&self.model, &mut self.state) {
+            Ok(()) => {
+                self.state.step = self.next;
+                watch.end(&View::Single(&self.model, &self.state));
+            }
+            Err(error) => self.record.lost = Some(error.to_string()),
+        }
+    }
+
+    fn keep(&mut self, case: &Case, watch: &mut dyn Watch, loop_seconds: f64) {
+        if self.complete || self.next == 0 {
+            return;
+        }
+        self.settle(case);
+        if !self.ended {
+            watch.keep(self, loop_seconds);
+        }
+    }
+
+    fn progress(&self, case: &Case) -> Progress {
+        self.record.progress(case, self.time_of(self.step), self.step, self.model.whole_elements())
+    }
+
+    fn finish(self, loop_seconds: f64) -> Run {
+        self.into_run(loop_seconds)
+    }
+}
+
+#[cfg(test)]
+#[path = "graphics_tests.rs"]
+mod tests;

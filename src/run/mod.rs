@@ -1,0 +1,78 @@
+//! A run: the host loop, the same for every backend, and what it measures on the way.
+//!
+//! - [`run`] takes a case to a [`Run`]. `options` says how, `result` what comes out.
+//! - A backend computes: `processor`, or `graphics` on a device. It takes steps, shows its state, and saves itself.
+//! - `record` is what a run has produced so far, and when the next record is due; [`outcome`] decides what became of the
+//!   projectile, [`pieces`] and `deflection` what fabric hangs on, [`profile`] reads deflection and waves along a yarn.
+//! - [`observer`] is who follows a run: progress, [`frame`]s, [`checkpoint`]s.
+
+mod backend;
+pub mod checkpoint;
+mod deflection;
+pub mod frame;
+pub mod graphics;
+pub mod observer;
+mod options;
+pub mod outcome;
+pub mod pieces;
+mod processor;
+pub mod profile;
+mod record;
+mod result;
+
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use tracing::info_span;
+
+use crate::case::Case;
+use crate::run::checkpoint::Clock;
+use backend::Backend;
+pub use observer::{RunScalar, View, Watch};
+pub use options::{Options, Precision, RunError, Skips};
+pub use processor::Simulation;
+pub use result::{NewtonStatistics, PlySample, Progress, Run, Sample};
+
+/// Runs a case.
+///
+/// # Errors
+/// When the case cannot become a model, or the device cannot hold it. A run that becomes unstable is a [`Run`] with
+/// `trouble`, one whose device was lost a [`Run`] with `lost`.
+pub fn run(case: &Case, options: Options<'_>, interrupt: &AtomicBool, watch: &mut dyn Watch) -> Result<Run, RunError> {
+    let threads = options.threads.unwrap_or(0);
+    let pool = rayon::ThreadPoolBuilder::new()
+        .num_threads(threads)
+        .build()
+        .map_err(|e| RunError::Threads { threads, reason: e.to_string() })?;
+    if let Some(checkpoint) = options.from {
+        checkpoint.check_case(case)?;
+        checkpoint.check_options(&options)?;
+    }
+    let span = info_span!("run", case = case.name.as_str());
+    let run = || {
+        let clock = options.from.map_or_else(Clock::default, Clock::after);
+        Ok(match (options.device, options.precision) {
+            (Some(device), _) => {
+                drive(graphics::Simulation::open(case, device, &options)?, case, &clock, interrupt, watch)
+            }
+            (None, Precision::F64) => drive(Simulation::<f64>::open(case, &options)?, case, &clock, interrupt, watch),
+            (None, Precision::F32) => drive(Simulation::<f32>::open(case, &options)?, case, &clock, interrupt, watch),
+        })
+    };
+    pool.install(|| span.in_scope(run))
+}
+
+/// The host loop: steps, until the run is over or the user ends it.
+fn drive(mut backend: impl Backend, case: &Case, clock: &Clock, interrupt: &AtomicBool, watch: &mut dyn Watch) -> Run {
+    while !backend.is_finished(case) {
+        let ends = interrupt.load(Ordering::Relaxed) && !backend.record().interrupted;
+        if ends || watch.keeps(backend.next_time(), backend.time_step()) {
+            backend.keep(case, watch, clock.seconds());
+        }
+        backend.record().interrupted |= ends;
+        if backend.advance(case, watch) {
+            watch.progress(&backend.progress(case));
+        }
+    }
+    backend.show_end(watch);
+    backend.finish(clock.seconds())
+}

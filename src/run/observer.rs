@@ -1,0 +1,87 @@
+//! Whoever follows a run, and what there is to see.
+
+use std::sync::Arc;
+
+use crate::model::Model;
+use crate::run::Progress;
+use crate::run::checkpoint::Kept;
+use crate::solver::HasKernels;
+use crate::solver::state::State;
+
+/// Follows a run. Called on the thread that drives it, so whatever takes long belongs on another.
+///
+/// A closure that takes [`Progress`] follows progress alone, `()` nothing at all.
+pub trait Watch: Send {
+    /// Rows of the history have been added.
+    fn progress(&mut self, _at: &Progress) {}
+    /// Whether it wants to look at the positions at `time` [s], `dt` [s] after the last. Nothing but time may decide, and what it
+    /// has looked at: it is also asked about times to come.
+    fn is_due(&self, _time: f64, _dt: f64) -> bool {
+        false
+    }
+    /// The state at a time that is due, before the next step.
+    fn look(&mut self, _view: &View<'_>) {}
+    /// The state after the last step. A device that has run past the end of the run has none.
+    fn end(&mut self, _view: &View<'_>) {}
+    /// Whether it wants to keep the run as it is before the step from `time` [s], `dt` [s] long. Nothing but time may decide, and
+    /// what it has kept.
+    fn keeps(&self, _time: f64, _dt: f64) -> bool {
+        false
+    }
+    /// The run at a time that it wants to keep, or before the user ends it. `loop_seconds`: time in the loop so far [s].
+    fn keep(&mut self, _run: &dyn Kept, _loop_seconds: f64) {}
+}
+
+/// The model, and a state of it, for a watcher to look at.
+#[derive(Clone, Copy, Debug)]
+pub enum View<'a> {
+    /// In double precision.
+    Double(&'a Arc<Model<f64>>, &'a State<f64>),
+    /// In single precision, which a graphics processor always computes in.
+    Single(&'a Arc<Model<f32>>, &'a State<f32>),
+}
+
+impl View<'_> {
+    /// Steps done.
+    pub fn step(&self) -> u64 {
+        match self {
+            Self::Double(_, state) => state.step,
+            Self::Single(_, state) => state.step,
+        }
+    }
+
+    /// Time of the positions, and of a step [s].
+    pub fn clock(&self) -> [f64; 2] {
+        let dt = match self {
+            Self::Double(model, _) => model.dt,
+            Self::Single(model, _) => model.dt,
+        };
+        [self.step() as f64 * dt, dt]
+    }
+}
+
+/// A precision that runs are computed in on the processor.
+pub trait RunScalar: HasKernels {
+    /// The view of a state.
+    fn view<'a>(model: &'a Arc<Model<Self>>, state: &'a State<Self>) -> View<'a>;
+}
+
+impl RunScalar for f64 {
+    fn view<'a>(model: &'a Arc<Model<Self>>, state: &'a State<Self>) -> View<'a> {
+        View::Double(model, state)
+    }
+}
+
+impl RunScalar for f32 {
+    fn view<'a>(model: &'a Arc<Model<Self>>, state: &'a State<Self>) -> View<'a> {
+        View::Single(model, state)
+    }
+}
+
+impl Watch for () {}
+
+impl<F: FnMut(&Progress) + Send> Watch for F {
+    fn progress(&mut self, at: &Progress) {
+        self(at);
+    }
+}

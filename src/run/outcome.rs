@@ -1,0 +1,226 @@
+//! What became of the projectile, by a written rule.
+//!
+//! - **stopped**: its velocity along the pack's normal has come to zero (to a billionth of the impact speed), and what speed is
+//!   left across it is below a tenth of the impact speed.
+//! - **rebounded**: the same with more speed left (a ricochet); or, in a run that is carried on from there, it flies back at more
+//!   than a hundredth of the impact speed and the pack is quiet.
+//! - **perforated**: at least one yarn has failed, the projectile still flies forward, the pack is quiet, and no fabric of any
+//!   ply covers the projectile that can still hold it.
+//! - **running**: none of these by the end.
+//!
+//! The pack is quiet where for 20 µs it has taken less than a thousandth of the momentum that projectile, or the fabric within
+//! twenty radii if that is lighter, would have at impact speed.
+//!
+//! Fabric covers the projectile where an element lies ahead of it within its cross-section, with a yarn that runs on unbroken
+//! for one and a half diameters on both sides: plugs and flaps do not ([`covered`]).
+//!
+//! It can hold the projectile where the piece of fabric that the element belongs to hangs on something ([`held`]). A piece is
+//! what unbroken yarns link, node by node. It hangs on a clamped or roller edge of its ply that it reaches. Of a ply that is
+//! free all round, it is its own inertia that holds: the piece must be at least half of the ply, and not be faster than the
+//! projectile. So debris does not hold, however far ahead it flies, and a free ply does as long as it is pushed along.
+
+use std::collections::VecDeque;
+
+use nalgebra::Vector3;
+use serde::{Deserialize, Serialize};
+
+use crate::kernels::projectile_shape::recess;
+use crate::kernels::rigid_body::RigidBody;
+use crate::math::scalar::Scalar;
+use crate::model::{
+    Model,
+    cover::{shoulder, unbroken_cells},
+    mesh::corners,
+};
+use crate::run::pieces;
+use crate::solver::state::State;
+use crate::solver::{node_position, row_positions};
+
+/// Time without noticeable force after which a perforation is over [s].
+const QUIET: f64 = 20e-6;
+
+/// Share of the impact speed that is rest: a body held by nodes that cannot move only comes near to it.
+const REST: f64 = 1e-9;
+
+/// Outcome of a shot.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Outcome {
+    /// Through the pack.
+    Perforated,
+    /// Brought to rest.
+    Stopped,
+    /// Thrown back or deflected.
+    Rebounded,
+    /// Not decided by the end of the run.
+    Running,
+}
+
+impl Outcome {
+    /// The word in `summary.json`.
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::Perforated => "perforated",
+            Self::Stopped => "stopped",
+            Self::Rebounded => "rebounded",
+            Self::Running => "running",
+        }
+    }
+}
+
+/// Follows the projectile from sample to sample.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct Tracker {
+    impact_speed: f64,
+    /// Momentum below which the fabric's pull over [`QUIET`] is nothing [N·s].
+    quiet_impulse: f64,
+    window: VecDeque<(f64, f64)>,
+    last: Option<(f64, f64)>,
+    /// When the velocity along the normal came to zero [s].
+    pub stop_time: Option<f64>,
+    /// Speed away from the pack, along its normal, of a projectile that flies back [m/s].
+    pub rebound_velocity: Option<f64>,
+    /// It flies back, and nothing has touched it for 20 µs.
+    pub separated: bool,
+    /// Nothing but fabric that covers speaks against a perforation.
+    #[serde(skip)] // of one sample
+    pub in_doubt: bool,
+    /// Decided so far.
+    pub outcome: Outcome,
+}
+
+impl Tracker {
+    /// A tracker for a projectile of this mass [kg] striking fabric of the given areal density [kg/m²].
+    pub fn new(body: &RigidBody, mass: f64, areal_density: f64) -> Self {
+        let patch = areal_density * std::f64::consts::PI * (20.0 * body.body.radius).powi(2);
+        let impact_speed = body.velocity.norm();
+        // What is driven has no outcome: the pack is never quiet.
+        let quiet_impulse = if body.prescribed { 0.0 } else { 1e-3 * mass.min(patch) * impact_speed };
+        Self {
+            impact_speed,
+            quiet_impulse,
+            window: VecDeque::new(),
+            last: None,
+            stop_time: None,
+            rebound_velocity: None,
+            separated: false,
+            in_doubt: false,
+            outcome: Outcome::Running,
+        }
+    }
+
+    /// Takes a sample: `time` [s], impulse on the fabric since the last one [N·s], yarns failed so far, and a closure
+    /// that tells whether fabric covers the projectile.
+    pub fn update(&mut self, time: f64, body: &RigidBody, impulse: f64, failed: u64, covered: impl FnOnce() -> bool) {
+        if body.prescribed {
+            return;
+        }
+        self.window.push_back((time, impulse));
+        while self.window.front().is_some_and(|w| w.0 <= time - QUIET) {
+            self.window.pop_front();
+        }
+        let normal = body.velocity.z;
+        let rest = REST * self.impact_speed;
+        let goes_on = self.stop_time.is_some();
+        if let Some((t0, v0)) = self.last.filter(|last| !goes_on && last.1 > rest && normal <= rest) {
+            self.stop_time = Some(t0 + (time - t0) * (v0 / (v0 - normal)).min(1.0));
+            let left = body.velocity.xy().norm();
+            self.outcome = if left > 0.1 * self.impact_speed { Outcome::Rebounded } else { Outcome::Stopped };
+        }
+        self.last = Some((time, normal));
+        let taken: f64 = self.window.iter().map(|w| w.1).sum();
+        let quiet = time >= QUIET && taken < self.quiet_impulse;
+        let open = self.outcome == Outcome::Running && failed > 0 && normal > 0.0 && quiet;
+        self.in_doubt = open && covered();
+        if open && !self.in_doubt {
+            self.outcome = Outcome::Perforated;
+        }
+        if goes_on && normal < -0.01 * self.impact_speed && quiet {
+            self.outcome = Outcome::Rebounded;
+            self.rebound_velocity = Some(-normal);
+            self.separated = taken == 0.0;
+        }
+    }
+
+    /// Whether the pack may be quiet at `time` [s], as far as samples are known.
+    pub(crate) fn may_be_quiet(&self, time: f64) -> bool {
+        let known = self.window.iter().filter(|w| w.0 > time - QUIET);
+        self.outcome == Outcome::Running && time >= QUIET && known.map(|w| w.1).sum::<f64>() < self.quiet_impulse
+    }
+}
+
+/// Whether a yarn of a ply lies ahead of the body's widest section, or of the faces of its chisel nose, and within its
+/// shadow, and runs on from there unbroken on both sides: what has been cut out, and a flap, covers nothing.
+pub fn covered<S: Scalar>(model: &Model<S>, state: &State<S>, body: &RigidBody, ply: usize) -> bool {
+    covered_by(model, state, body, ply, |_| true)
+}
+
+/// Whether fabric of a ply covers the body and can still hold it: what covers hangs on an edge that is held, or is most of a
+/// ply that is free all round.
+pub fn held<S: Scalar>(model: &Model<S>, state: &State<S>, body: &RigidBody, ply: usize) -> bool {
+    let hold = pieces::that_hold(model, state, ply, body.velocity.z);
+    covered_by(model, state, body, ply, |cell| corners(cell).into_iter().any(|(row, column)| hold(row, column)))
+}
+
+/// Whether an element that `counts` covers the body.
+fn covered_by<S: Scalar>(
+    model: &Model<S>,
+    state: &State<S>,
+    body: &RigidBody,
+    ply: usize,
+    counts: impl Fn([usize; 2]) -> bool,
+) -> bool {
+    let shoulder = shoulder(body);
+    let place = |point: Vector3<f64>| {
+        let local = body.orientation.inverse_transform_vector(&(point - body.position));
+        (local, if body.body.profile.bar { local.x.abs() } else { local.xy().norm() })
+    };
+    let ahead = |point: Vector3<f64>| {
+        let (local, across) = place(point);
+        across < body.body.radius && local.z + recess(&body.body.profile, local.into()) > shoulder
+    };
+    let mesh = &model.sheet(ply).mesh;
+    let span = unbroken_cells(mesh, body);
+    // The directions in which `place` measures how far across a point is, in the axes of the ply, and where the body is along them.
+    let sides = [Vector3::x(), if body.body.profile.bar { Vector3::zeros() } else { Vector3::y() }].map(|side| {
+        let side = body.orientation * side;
+        (mesh.to_ply(side.into()), -side.dot(&body.position))
+    });
+    // An element with a corner further away is not looked at any closer.
+    let far = |row, column| body.body.radius + 2.0 * mesh.size(row, column).iter().sum::<f64>();
+    // What covers it lies beside it, most often: from there on first.
+    let [x, y, _] = mesh.to_ply(body.position.into());
+    let [beside, _] = mesh.element_at([x, y]);
+    (beside..mesh.rows).chain(0..beside).any(|row| {
+        (0..mesh.columns).zip(row_positions(model, state, ply, row)).any(|(column, [x, y, z])| {
+            let across = sides.map(|([a, b, c], at)| (a * x + b * y + c * z + at).powi(2));
+            across[0] + across[1] < far(row, column).powi(2)
+                && state.standing(model.grid.first_element_row(ply) + row, column)
+                && patch(model, state, ply, [row, column]).into_iter().any(ahead)
+                && (0..2).any(|yarn| runs_on(model, state, ply, [row, column], yarn, span))
+                && counts([row, column])
+        })
+    })
+}
+
+/// Whether a yarn of an element is unbroken there and for `span` finest cells on either side, or to the edge of the ply. Beyond a mirror
+/// plane lie images of cells that are no further from it on this side, so that to the plane is far enough.
+fn runs_on<S: Scalar>(
+    model: &Model<S>,
+    state: &State<S>,
+    ply: usize,
+    [row, column]: [usize; 2],
+    yarn: usize,
+    span: usize,
+) -> bool {
+    let (mesh, first) = (&model.sheet(ply).mesh, model.grid.first_element_row(ply));
+    match yarn {
+        0 => mesh.within(0, column, span).all(|c| state.alive(first + row, c, 0)),
+        _ => mesh.within(1, row, span).all(|r| state.alive(first + r, column, 1)),
+    }
+}
+
+/// Corners and centre of an element [m].
+fn patch<S: Scalar>(model: &Model<S>, state: &State<S>, ply: usize, cell: [usize; 2]) -> [Vector3<f64>; 5] {
+    let [a, b, c, d] = corners(cell).map(|(row, column)| node_position(model, state, ply, row, column));
+    [a, b, c, d, (a + b + c + d) * 0.25]
+}

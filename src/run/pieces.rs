@@ -1,0 +1,161 @@
+//! Pieces that a torn ply is in, and what they hang on.
+
+use crate::case::{Edge, Edges};
+use crate::kernels::mirror_planes::Cut;
+use crate::model::mesh::corners;
+
+use crate::math::scalar::Scalar;
+use crate::model::{Mesh, Model};
+use crate::solver::state::State;
+
+/// Least share of a ply free all round that is still the ply, and no debris of it [-].
+const SUBSTANTIAL: f64 = 0.5;
+
+/// Nodes of a ply that are linked, as a forest: each points to another of its piece, the last to itself.
+struct Pieces {
+    parent: Vec<u32>,
+    /// Nodes per row.
+    stride: usize,
+}
+
+impl Pieces {
+    /// An unbroken yarn links the nodes before an element with those behind it, on both sides of the element: across the yarn
+    /// it resists nothing.
+    fn of<S: Scalar>(model: &Model<S>, state: &State<S>, ply: usize) -> Self {
+        let (mesh, first) = (&model.sheet(ply).mesh, model.grid.first_element_row(ply));
+        let stride = mesh.columns + 1;
+        let mut pieces = Self { parent: (0..(stride * (mesh.rows + 1)) as u32).collect(), stride };
+        for row in 0..mesh.rows {
+            for column in 0..mesh.columns {
+                let [a, b, c, d] = corners([row, column]).map(|(row, column)| row * stride + column);
+                for (yarn, links) in [[(a, b), (d, c)], [(a, d), (b, c)]].into_iter().enumerate() {
+                    if state.alive(first + row, column, yarn) {
+                        links.into_iter().for_each(|(one, other)| pieces.link(one, other));
+                    }
+                }
+            }
+        }
+        pieces
+    }
+
+    fn link(&mut self, one: usize, other: usize) {
+        let [one, other] = [self.root(one), self.root(other)];
+        self.parent[one.max(other)] = one.min(other) as u32;
+    }
+
+    /// The node that stands for the piece. Shortens the way to it, else long yarns make long ways.
+    fn root(&mut self, mut node: usize) -> usize {
+        while self.parent[node] as usize != node {
+            self.parent[node] = self.parent[self.parent[node] as usize];
+            node = self.parent[node] as usize;
+        }
+        node
+    }
+
+    /// By node: the one that stands for its piece.
+    fn roots(mut self) -> Vec<usize> {
+        (0..self.parent.len()).map(|node| self.root(node)).collect()
+    }
+}
+
+/// Of each node (row, column) of a ply, whether its piece of fabric can hold a projectile that flies at `speed` along the
+/// normal [m/s].
+pub(crate) fn that_hold<S: Scalar>(
+    model: &Model<S>,
+    state: &State<S>,
+    ply: usize,
+    speed: f64,
+) -> impl Fn(usize, usize) -> bool {
+    let sheet = model.sheet(ply);
+    let pieces = Pieces::of(model, state, ply);
+    let stride = pieces.stride;
+    let roots = pieces.roots();
+    let hold = if held_sides(&sheet.mesh, sheet.edges).contains(&true) {
+        reach_a_held_edge(&sheet.mesh, sheet.edges, &roots)
+    } else {
+        are_the_ply(model, state, ply, &roots, speed)
+    };
+    move |row, column| hold[roots[row * stride + column]]
+}
+
+/// What of a torn ply hangs on something.
+pub(crate) struct Hanging {
+    /// Largest deflection of it [m].
+    pub(crate) deflection: f64,
+    /// Some of the fabric does not.
+    pub(crate) loose: bool,
+}
+
+/// What of a ply hangs on an edge that is held; of a ply free all round, what is at least half of it.
+pub(crate) fn hanging<S: Scalar>(model: &Model<S>, state: &State<S>, ply: usize) -> Hanging {
+    let hangs = that_hold(model, state, ply, f64::INFINITY);
+    let (mesh, grid) = (&model.sheet(ply).mesh, &model.grid);
+    let (nodes, elements) = (grid.first_node_row(ply), grid.first_element_row(ply));
+    let mut found = Hanging { deflection: 0.0, loose: false };
+    for row in 0..mesh.rows {
+        for column in (0..mesh.columns).filter(|column| state.standing(elements + row, *column)) {
+            for (row, column) in corners([row, column]) {
+                if hangs(row, column) {
+                    let deflection = state.displacement(nodes + row, column)[2].abs();
+                    found.deflection = found.deflection.max(deflection);
+                } else {
+                    found.loose = true;
+                }
+            }
+        }
+    }
+    found
+}
+
+/// Left, right, bottom and top of a mesh: whether something holds the ply there. A mirror plane does not: behind it the image of a piece reaches
+/// the images of the edges that the piece itself reaches.
+fn held_sides(mesh: &Mesh, edges: Edges) -> [bool; 4] {
+    let [x, y] = mesh.cut;
+    let sides = [
+        (x == Cut::First, edges.left),
+        (x == Cut::Last, edges.right),
+        (y == Cut::First, edges.bottom),
+        (y == Cut::Last, edges.top),
+    ];
+    sides.map(|(cut, edge)| !cut && edge != Edge::Free)
+}
+
+/// By the node that stands for a piece: whether the piece reaches a side that is held.
+fn reach_a_held_edge(mesh: &Mesh, edges: Edges, roots: &[usize]) -> Vec<bool> {
+    let [left, right, bottom, top] = held_sides(mesh, edges);
+    let mut reach = vec![false; roots.len()];
+    for (node, root) in roots.iter().enumerate() {
+        let (row, column) = (node / (mesh.columns + 1), node % (mesh.columns + 1));
+        reach[*root] |= (left && column == 0)
+            || (right && column == mesh.columns)
+            || (bottom && row == 0)
+            || (top && row == mesh.rows);
+    }
+    reach
+}
+
+/// By the node that stands for a piece of a ply free all round: whether the piece with its mirror images has at least half of the ply's
+/// mass, and is not faster than `speed` along the normal [m/s].
+fn are_the_ply<S: Scalar>(model: &Model<S>, state: &State<S>, ply: usize, roots: &[usize], speed: f64) -> Vec<bool> {
+    let sheet = model.sheet(ply);
+    let mesh = &sheet.mesh;
+    let (mut mass, mut momentum) = (vec![0.0; roots.len()], vec![0.0; roots.len()]);
+    // Whether it reaches the mirror plane across X, across Y: what does is one with its image.
+    let mut reaches = vec![[false; 2]; roots.len()];
+    for (node, root) in roots.iter().enumerate() {
+        let (row, column) = (node / (mesh.columns + 1), node % (mesh.columns + 1));
+        let part = sheet.row_mass(row).mass[column].to_f64();
+        mass[*root] += part;
+        momentum[*root] += part * state.velocity(model.grid.first_node_row(ply) + row, column)[2];
+        for (reach, cut) in reaches[*root].iter_mut().zip(mesh.cut_across(row, column)) {
+            *reach |= cut;
+        }
+    }
+    let copies: f64 = mesh.cut.iter().map(|cut| if *cut == Cut::Nowhere { 1.0 } else { 2.0 }).product();
+    let whole = copies * mass.iter().sum::<f64>();
+    let holds = |root: usize| {
+        let images: f64 = reaches[root].iter().map(|reaches| if *reaches { 2.0 } else { 1.0 }).product();
+        images * mass[root] >= SUBSTANTIAL * whole && momentum[root] <= mass[root] * speed
+    };
+    (0..roots.len()).map(holds).collect()
+}

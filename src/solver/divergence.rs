@@ -1,0 +1,106 @@
+//! Divergence of a run: numbers that are not finite, energy that was never put in, and where.
+
+use nalgebra::Vector3;
+
+use super::Trouble;
+use crate::kernels::element_force::field as element;
+use crate::kernels::node_update::field as node;
+use crate::kernels::rigid_body::RigidBody;
+use crate::math::scalar::Scalar;
+use crate::model::{Mesh, Model};
+use crate::solver::energy_balance::Ledger;
+use crate::solver::state::State;
+
+/// Ply, row and column of the fastest node, and its speed [m/s].
+pub fn fastest_node<S: Scalar>(model: &Model<S>, state: &State<S>) -> ([usize; 3], f64) {
+    let mut fastest = ([0; 3], 0.0);
+    for [ply, row, column] in nodes(model) {
+        let speed = Vector3::from(state.velocity(model.grid.first_node_row(ply) + row, column)).norm();
+        if speed > fastest.1 {
+            fastest = ([ply, row, column], speed);
+        }
+    }
+    fastest
+}
+
+/// Every node: ply, row, column.
+pub fn nodes<S: Scalar>(model: &Model<S>) -> impl Iterator<Item = [usize; 3]> {
+    (0..model.plies.len()).flat_map(move |ply| {
+        let Mesh { rows, columns, .. } = model.sheet(ply).mesh;
+        (0..=rows).flat_map(move |row| (0..=columns).map(move |column| [ply, row, column]))
+    })
+}
+
+/// Every element: ply, row, column.
+pub fn elements<S: Scalar>(model: &Model<S>) -> impl Iterator<Item = [usize; 3]> {
+    (0..model.plies.len()).flat_map(move |ply| {
+        let Mesh { rows, columns, .. } = model.sheet(ply).mesh;
+        (0..rows).flat_map(move |row| (0..columns).map(move |column| [ply, row, column]))
+    })
+}
+
+/// Looks for numbers that are not finite: which kernel made them, and where.
+pub fn find_trouble<S: Scalar>(model: &Model<S>, state: &State<S>) -> Option<Trouble> {
+    let grid = &model.grid;
+    let bad = |x: &S| !x.to_f64().is_finite();
+    let trouble = |kernel, name: &str, x: S, place| {
+        Some(Trouble { step: state.step, kernel, quantity: format!("{name} = {x:?}"), place })
+    };
+    let names = ["membrane force along warp", "membrane force along weft", "hourglass force", "yarn height"];
+    for place in elements(model) {
+        let [ply, row, column] = place;
+        let number = |f: usize| state.elements.get(grid.first_element_row(ply) + row, f, column + 1);
+        if let Some(f) = (0..element::ALIVE).find(|f| bad(&number(*f))) {
+            return trouble("element_force", names[f / 3], number(f), place);
+        }
+    }
+    for place in nodes(model) {
+        let [ply, row, column] = place;
+        let number = |f: usize| state.nodes.get(grid.first_node_row(ply) + row, f, column);
+        if let Some(f) = (0..node::COUNT).find(|f| bad(&number(*f))) {
+            let name = if f < node::VELOCITY { "displacement" } else { "velocity" };
+            return trouble("node_update", name, number(f), place);
+        }
+    }
+    None
+}
+
+/// Kinetic energy of a projectile that flies freely [J].
+pub(crate) fn flying(body: Option<&RigidBody>) -> f64 {
+    body.map_or(0.0, |b| if b.prescribed { 0.0 } else { b.kinetic_energy() })
+}
+
+/// Energy that was never put in, or that is no number: its kind, and how much [J]. `sampled`: the ledger knows all kinds now.
+pub(crate) fn excess(ledger: &Ledger, kinetic: f64, sampled: bool) -> Option<(&'static str, f64)> {
+    let whole = ledger.available() + ledger.gained();
+    if !(kinetic <= ledger.allowed() && ledger.work.is_finite()) {
+        Some(("kinetic energy", kinetic))
+    } else if sampled && whole > ledger.allowed() {
+        Some(("energy by state functions", whole))
+    } else {
+        None
+    }
+}
+
+/// What went wrong and where: a number that is not finite, or energy of some kind that nobody put in [J].
+pub(crate) fn diagnose<S: Scalar>(
+    model: &Model<S>,
+    state: &State<S>,
+    (name, energy): (&str, f64),
+    available: f64,
+) -> Trouble {
+    let mut trouble = find_trouble(model, state).unwrap_or_else(|| {
+        let (place, speed) = fastest_node(model, state);
+        let [energy, available] = [energy, available].map(|energy| energy * model.planes.copies() as f64);
+        Trouble {
+            step: state.step,
+            kernel: "node_update",
+            quantity: format!(
+                "{name} {energy:.6e} J where at most {available:.6e} J was ever put in; fastest node {speed:.6e} m/s"
+            ),
+            place,
+        }
+    });
+    trouble.place = model.place_in_whole(trouble.place);
+    trouble
+}

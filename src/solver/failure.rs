@@ -1,0 +1,213 @@
+//! Failure judged over a piece of yarn: a length along it, its spacing across it.
+
+use crate::kernels::element_force::{BREAKING, ElementTotals, field};
+use crate::math::scalar::Scalar;
+use crate::model::Model;
+use crate::model::failure_length::Window;
+use crate::solver::state::State;
+
+/// Marks the yarns whose own strain and whose mean strain over the piece around them reached the failure strain in the last step: they break
+/// in this one. `last`: sums of that step, which say where nothing has to be looked at; `None`: everything is.
+///
+/// Gives the largest of those means over the failure strain where all pieces are whole: what a yarn carries over its breaking load.
+pub(super) fn judge<S: Scalar>(model: &Model<S>, state: &mut State<S>, last: Option<&[ElementTotals]>) -> f64 {
+    let strains = model.element_fields() - field::STRAIN;
+    let mut largest: f64 = 0.0;
+    for ply in 0..model.grid.plies {
+        let sheet = model.sheet(ply);
+        let Some(windows) = &sheet.windows else { continue };
+        let first = model.grid.first_element_row(ply);
+        for row in 0..sheet.mesh.rows {
+            for (yarn, constants) in sheet.cell.yarn.iter().enumerate() {
+                let limit = constants.failure_strain;
+                // Almost always nothing has to be looked at.
+                if last.is_some_and(|totals| totals[first + row].largest_strain[yarn] < limit) {
+                    continue;
+                }
+                let strain =
+                    |row: usize, column: usize| state.elements.get(first + row, strains + yarn, column + 1).to_f64();
+                let windows = &windows[yarn];
+                let mean = |column: usize| match yarn {
+                    0 => Mean::over(&windows.along[column], &windows.across[row], |column, row| strain(row, column)),
+                    _ => Mean::over(&windows.along[row], &windows.across[column], strain),
+                };
+                let near = (0..sheet.mesh.columns).filter(|column| strain(row, *column) >= limit);
+                let means: Vec<_> = near.map(|column| (column, mean(column))).collect();
+                for (column, mean) in means {
+                    if mean.whole {
+                        largest = largest.max(mean.strain / limit);
+                    }
+                    if mean.strain >= limit {
+                        state.elements.set(first + row, field::ALIVE + yarn, column + 1, S::splat(BREAKING));
+                    }
+                }
+            }
+        }
+    }
+    largest
+}
+
+/// Mean strain over the elements of a piece of yarn that are whole, of which there is one at least. A broken one, slack beside its break,
+/// says nothing of the others.
+struct Mean {
+    strain: f64,
+    /// No element of it is broken.
+    whole: bool,
+}
+
+impl Mean {
+    /// `strain`: of an element, by its places along and across the yarn.
+    fn over(along: &Window, across: &Window, strain: impl Fn(usize, usize) -> f64) -> Self {
+        let (mut sum, mut total, mut whole) = (0.0, 0.0, true);
+        for (beside, breadth) in across.elements() {
+            for (at, length) in along.elements() {
+                let (strain, area) = (strain(at, beside), length * breadth);
+                if strain >= 0.0 {
+                    sum += area * strain;
+                    total += area;
+                } else {
+                    whole = false;
+                }
+            }
+        }
+        Self { strain: sum / total, whole }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use super::*;
+    use crate::case;
+
+    /// A sheet of 9 × 9 elements with these strains of its warp (row, column) over the failure strain, judged: where its warp is marked, and
+    /// the largest load. `sets` change the case; elements are as long as a crossover, 1.27 mm, unless they do.
+    fn judged(strain: impl Fn(usize, usize) -> f64, sets: &[&str]) -> (Vec<[usize; 2]>, f64) {
+        let size = ["/pack/width_mm=11.43", "/pack/height_mm=11.43", "/solver/numerics=paper", "/expect=[]"];
+        let sets: Vec<String> = size.iter().chain(sets).map(|set| (*set).to_owned()).collect();
+        let case = case::read(Path::new("cases/s720-1ply-155.json"), &sets);
+        let case = case.unwrap_or_else(|error| unreachable!("{error}"));
+        let model = Model::<f64>::new(&case).unwrap_or_else(|error| unreachable!("{error}"));
+        let mut state = State::new(&case, &model);
+        let mesh = &model.sheet(0).mesh;
+        let limit = model.sheet(0).cell.yarn[0].failure_strain;
+        let mut totals = vec![ElementTotals::default(); mesh.rows];
+        for (row, totals) in totals.iter_mut().enumerate() {
+            for column in 0..mesh.columns {
+                let strain = limit * strain(row, column);
+                state.elements.set(row, field::COUNT, column + 1, strain);
+                totals.largest_strain[0] = totals.largest_strain[0].max(strain);
+            }
+        }
+        let mut again = state.clone();
+        let load = judge(&model, &mut state, Some(&totals));
+        let marked = |state: &State<f64>| {
+            let places = (0..mesh.rows).flat_map(|row| (0..mesh.columns).map(move |column| [row, column]));
+            places
+                .filter(|[row, column]| state.elements.get(*row, field::ALIVE, column + 1) == BREAKING)
+                .collect::<Vec<_>>()
+        };
+        // What the last step says only saves looking.
+        assert_eq!(judge(&model, &mut again, None), load);
+        assert_eq!(marked(&again), marked(&state));
+        (marked(&state), load)
+    }
+
+    /// Three elements.
+    const THREE: &str = "/solver/failure_length_mm=3.81";
+    const NOTHING: [[usize; 2]; 0] = [];
+
+    #[test]
+    fn a_peak_breaks_nothing_that_a_plateau_breaks() {
+        let peak = |height: f64| move |row, column| if (row, column) == (4, 4) { height } else { 0.9 };
+        assert_eq!(judged(peak(1.19), &[THREE]).0, NOTHING);
+        let (marked, load) = judged(peak(1.21), &[THREE]);
+        assert_eq!(marked, [[4, 4]]);
+        assert!((load - (0.9 + 0.31 / 3.0)).abs() < 1e-12, "{load}");
+        assert_eq!(judged(|_, _| 1.001, &[THREE]).0.len(), 81);
+        assert_eq!(judged(|_, _| 0.999, &[THREE]), (NOTHING.to_vec(), 0.0));
+        // The mean is along the yarn: its neighbours do not help.
+        let row: Vec<[usize; 2]> = (0..9).map(|column| [4, column]).collect();
+        assert_eq!(judged(|row, _| if row == 4 { 1.001 } else { 0.1 }, &[THREE]).0, row);
+    }
+
+    #[test]
+    fn a_yarn_whose_elements_are_as_long_as_the_failure_length_is_judged_by_them() {
+        // Elements along weft are shorter.
+        let peak = |row, column| if (row, column) == (4, 4) { 1.001 } else { 0.1 };
+        let sets = ["/solver/failure_length_mm=1.2", "/fabric/weft/count_per_inch=30"];
+        assert_eq!(judged(peak, &sets).0, [[4, 4]]);
+    }
+
+    #[test]
+    fn half_an_element_more_counts_half() {
+        // Four elements: the three in the middle and half of the ones beside them.
+        let outer = |height: f64| move |_, column: usize| [0.0, 0.0, height, 0.0, 1.0, 0.0, height, 0.0, 0.0][column];
+        let four = "/solver/failure_length_mm=5.08";
+        let column: Vec<_> = (0..9).map(|row| [row, 4]).collect();
+        assert_eq!(judged(outer(3.01), &[four]).0, column);
+        assert_eq!(judged(outer(2.99), &[four]).0, NOTHING);
+        // Elements half as long.
+        let strip = |height: f64| move |_, column: usize| if column.abs_diff(9) <= 1 { height } else { 0.0 };
+        let fine = [four, "/pack/elements_per_crossover=2"];
+        assert!(judged(strip(2.68), &fine).0.contains(&[9, 9]));
+        assert_eq!(judged(strip(2.65), &fine).0, NOTHING);
+    }
+
+    #[test]
+    fn a_broken_piece_says_nothing_of_the_others() {
+        let broken = |beside: f64| {
+            move |row: usize, column: usize| match (row, column) {
+                (4, 3) => -1.0 / 0.035,
+                (4, 4) => 1.2,
+                (4, 5) => beside,
+                _ => 0.1,
+            }
+        };
+        assert_eq!(judged(broken(0.81), &[THREE]), (vec![[4, 4]], 0.0));
+        assert_eq!(judged(broken(0.79), &[THREE]).0, NOTHING);
+    }
+
+    #[test]
+    fn a_yarn_of_several_elements_across_is_judged_by_all_of_them() {
+        // Two elements across a crossover: the row itself and half of the ones beside it.
+        let fine = ["/solver/failure_length_mm=1.27", "/pack/elements_per_crossover=2"];
+        let rows = |own: f64| move |row: usize, _| if row == 9 { own } else { 0.8 };
+        let row: Vec<[usize; 2]> = (0..9).map(|column| [9, column]).collect();
+        let marked = judged(rows(1.21), &fine).0;
+        assert!(
+            row.iter().all(|place| marked.contains(place)) && marked.iter().all(|[row, _]| *row == 9),
+            "{marked:?}"
+        );
+        assert_eq!(judged(rows(1.19), &fine).0, NOTHING);
+        // Beside a broken one the others are judged by themselves.
+        let torn = |row: usize, _| if row == 9 { 1.01 } else { -1.0 / 0.035 };
+        assert!(judged(torn, &fine).0.contains(&[9, 4]));
+    }
+
+    #[test]
+    fn a_part_of_a_ply_judges_as_the_whole() {
+        let windows = |cut: bool| {
+            let sets = ["/solver/failure_length_mm=3", "/expect=[]"].map(str::to_owned);
+            let case = case::read(Path::new("cases/s720-1ply-155.json"), &sets);
+            let case = case.unwrap_or_else(|error| unreachable!("{error}"));
+            let model = if cut { Model::<f64>::part(&case) } else { Model::<f64>::new(&case) };
+            model.unwrap_or_else(|error| unreachable!("{error}")).sheets.swap_remove(0)
+        };
+        let (whole, part) = (windows(false), windows(true));
+        let (Some(all), Some(half)) = (&whole.windows, &part.windows) else { unreachable!("there are windows") };
+        for axis in 0..2 {
+            let middle = half[axis].along.len();
+            assert_eq!(all[axis].along.len(), 2 * middle);
+            for (at, window) in half[axis].along.iter().enumerate() {
+                // A symmetric field, over the whole and over the half.
+                let field = |place: usize| ((place.max(2 * middle - 1 - place) - middle) as f64).sqrt();
+                let one = Window { first: 0, length: vec![1.0] };
+                let over_whole = Mean::over(&all[axis].along[middle + at], &one, |place, _| field(place)).strain;
+                let over_half = Mean::over(window, &one, |place, _| field(middle + place)).strain;
+                assert!((over_whole - over_half).abs() < 1e-12, "{axis} {at}");
+            }
+        }
+    }
+}

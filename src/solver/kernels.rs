@@ -1,0 +1,158 @@
+//! The element and node kernels of a sheet, compiled for the vectors of this processor.
+
+use std::marker::PhantomData;
+use std::ops::Range;
+
+use super::plies::{CompiledSieve, Sieve};
+use crate::kernels::crossover::LawKernel;
+use crate::kernels::element_force::{ElementConstants, ElementRow, ElementTotals, Extent, element_force};
+use crate::kernels::node_update::{Neighbours, NodeRow, NodeTotals, Part, RowMass, node_update};
+use crate::math::scalar::{Real, Scalar};
+#[cfg(not(feature = "quick-build"))]
+use crate::math::simd::Twice;
+use crate::math::simd::Vectors;
+use crate::model::Sheet;
+
+/// The kernels, row by row.
+pub trait RowKernels<S>: Send + Sync {
+    /// Forces of a part of a row of elements; see [`element_force`].
+    fn elements(
+        &self,
+        row: &mut ElementRow<'_, S>,
+        range: Range<usize>,
+        dt: f64,
+        ledger: bool,
+        totals: &mut ElementTotals,
+    );
+
+    /// Motion of a part of a row of nodes; see [`node_update`].
+    fn nodes(
+        &self,
+        around: &Neighbours<'_, S>,
+        mass: &RowMass<'_, S>,
+        node: &mut NodeRow<'_, S>,
+        part: &Part,
+        times: [f64; 2],
+        ledger: bool,
+    ) -> NodeTotals;
+}
+
+/// The kernels of a sheet with law `L`, on numbers like `R`.
+struct Compiled<R: Real, L> {
+    constants: ElementConstants<R>,
+    shear: bool,
+    law: PhantomData<L>,
+}
+
+impl<R: Real + Send + Sync, L: LawKernel> RowKernels<R::Scalar> for Compiled<R, L> {
+    fn elements(
+        &self,
+        row: &mut ElementRow<'_, R::Scalar>,
+        range: Range<usize>,
+        dt: f64,
+        ledger: bool,
+        totals: &mut ElementTotals,
+    ) {
+        let extent = Extent { shear: self.shear, ledger };
+        self.constants.area.vectorize(
+            #[inline(always)]
+            || element_force::<R, L>(&self.constants, row, range, dt, extent, totals),
+        );
+    }
+
+    fn nodes(
+        &self,
+        around: &Neighbours<'_, R::Scalar>,
+        mass: &RowMass<'_, R::Scalar>,
+        node: &mut NodeRow<'_, R::Scalar>,
+        part: &Part,
+        times: [f64; 2],
+        ledger: bool,
+    ) -> NodeTotals {
+        nodes(self.constants.area, around, mass, node, part, times, ledger)
+    }
+}
+
+/// Compiled once for all laws.
+#[inline(never)]
+fn nodes<R: Real>(
+    n: R,
+    around: &Neighbours<'_, R::Scalar>,
+    mass: &RowMass<'_, R::Scalar>,
+    node: &mut NodeRow<'_, R::Scalar>,
+    part: &Part,
+    times: [f64; 2],
+    ledger: bool,
+) -> NodeTotals {
+    n.vectorize(
+        #[inline(always)]
+        || node_update(n, around, mass, node, part, times, ledger),
+    )
+}
+
+/// A precision that has kernels. They are compiled here, once, not wherever something generic uses them.
+pub trait HasKernels: Scalar {
+    /// The kernels of a sheet.
+    fn kernels(sheet: &Sheet<Self>, vectors: Vectors) -> Box<dyn RowKernels<Self>>;
+
+    /// The sieve of nodes that may touch the next ply.
+    fn sieve(vectors: Vectors) -> Box<dyn Sieve<Self>>;
+}
+
+impl HasKernels for f64 {
+    #[inline(never)]
+    fn kernels(sheet: &Sheet<Self>, vectors: Vectors) -> Box<dyn RowKernels<Self>> {
+        crate::with_law!(sheet.law, L => of_law::<Self, L>(sheet, vectors))
+    }
+
+    #[inline(never)]
+    fn sieve(vectors: Vectors) -> Box<dyn Sieve<Self>> {
+        sieve(vectors)
+    }
+}
+
+impl HasKernels for f32 {
+    #[inline(never)]
+    fn kernels(sheet: &Sheet<Self>, vectors: Vectors) -> Box<dyn RowKernels<Self>> {
+        crate::with_law!(sheet.law, L => of_law::<Self, L>(sheet, vectors))
+    }
+
+    #[inline(never)]
+    fn sieve(vectors: Vectors) -> Box<dyn Sieve<Self>> {
+        sieve(vectors)
+    }
+}
+
+fn of_law<S: Scalar, L: LawKernel>(sheet: &Sheet<S>, vectors: Vectors) -> Box<dyn RowKernels<S>> {
+    let constants = sheet.constants::<S, L>();
+    let shear = sheet.has_shear;
+    match vectors {
+        Vectors::None => compiled::<S, L>(&constants, S::splat(0.0), shear),
+        #[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
+        Vectors::Avx512(simd) => compiled::<_, L>(&constants, S::many(simd), shear),
+        #[cfg(all(any(target_arch = "x86", target_arch = "x86_64"), not(feature = "quick-build")))]
+        Vectors::Avx2(simd) => compiled::<_, L>(&constants, Twice::of(S::lanes(simd)), shear),
+        #[cfg(target_arch = "aarch64")]
+        Vectors::Neon(simd) => compiled::<_, L>(&constants, Twice::of(S::lanes(simd)), shear),
+    }
+}
+
+fn compiled<R, L>(constants: &ElementConstants<R::Scalar>, n: R, shear: bool) -> Box<dyn RowKernels<R::Scalar>>
+where
+    R: Real + Send + Sync + 'static,
+    L: LawKernel,
+{
+    Box::new(Compiled::<R, L> { constants: constants.spread(n), shear, law: PhantomData })
+}
+
+fn sieve<S: Scalar>(vectors: Vectors) -> Box<dyn Sieve<S>> {
+    match vectors {
+        Vectors::None => Box::new(CompiledSieve(S::splat(0.0), 0.0)),
+        #[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
+        Vectors::Avx512(simd) => Box::new(CompiledSieve(S::lanes(simd), f64::lanes(simd))),
+        #[cfg(all(any(target_arch = "x86", target_arch = "x86_64"), not(feature = "quick-build")))]
+        Vectors::Avx2(simd) => Box::new(CompiledSieve(S::lanes(simd), f64::lanes(simd))),
+        #[cfg(target_arch = "aarch64")]
+        Vectors::Neon(simd) => Box::new(CompiledSieve(S::lanes(simd), f64::lanes(simd))),
+    }
+}

@@ -1,0 +1,41 @@
+//! What a stepper remembers from one step to the next.
+
+use serde::{Deserialize, Serialize};
+
+use super::Stepper;
+use crate::math::scalar::Scalar;
+use crate::model::Model;
+
+/// Everything in a stepper that later steps depend on.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub(crate) struct Memory {
+    /// How far any node may have gone so far [m].
+    travel: f64,
+    /// Ply, row, column of the nodes near the projectile.
+    near: Vec<[u32; 3]>,
+    /// How far they and the projectile may still approach each other before the list is stale [m].
+    reserve: f64,
+}
+
+impl Memory {
+    /// Whether it names nodes of this model only.
+    pub(crate) fn fits<S: Scalar>(&self, model: &Model<S>) -> bool {
+        self.near.iter().map(|place| place.map(|at| at as usize)).all(|[ply, row, column]| {
+            ply < model.plies.len() && row <= model.sheet(ply).mesh.rows && column <= model.sheet(ply).mesh.columns
+        })
+    }
+}
+
+impl<S: Scalar> Stepper<S> {
+    /// What the next steps depend on.
+    pub(crate) fn memory(&self) -> Memory {
+        Memory { travel: self.plies.travel, near: self.projectile.near.clone(), reserve: self.projectile.reserve }
+    }
+
+    /// Goes on with the memory of another stepper of the same model.
+    pub(crate) fn remember(&mut self, memory: Memory) {
+        self.plies.travel = memory.travel;
+        self.projectile.near = memory.near;
+        self.projectile.reserve = memory.reserve;
+    }
+}

@@ -1,0 +1,327 @@
+//! One time step: the only place that knows the order of the kernels.
+//!
+//! 0. where failure is judged over a length, the yarns that break in this step are marked;
+//! 1. `element_force` on every row of elements, from the positions, and
+//! 2. `node_update` on every row of nodes: gather, kick, drift; row by row in one sweep;
+//! 3. `ply_contact` between neighbouring plies, and
+//! 4. `projectile_contact` on the nodes near the projectile, each correcting velocity and position of what it touches;
+//! 5. `rigid_body`: the projectile moves.
+//!
+//! Rows run in parallel; sums are kept by row and added in row order, so results do not depend on threads. Rows and
+//! columns that nothing has reached are left out.
+
+pub mod active_region;
+mod divergence;
+pub mod energy_balance;
+mod failure;
+mod kernels;
+mod memory;
+mod near;
+mod plies;
+mod projectile;
+mod start;
+pub mod state;
+mod stopwatch;
+mod sweep;
+
+use serde::{Deserialize, Serialize};
+
+use crate::kernels::element_force::{ElementTotals, field as element};
+use crate::kernels::node_update::{Neighbours, NodeTotals};
+use crate::math::scalar::Scalar;
+use crate::math::simd::Vectors;
+use crate::model::Model;
+use crate::solver::active_region::Reach;
+use crate::solver::energy_balance::Ledger;
+use crate::solver::state::{Rows, State, split};
+pub(crate) use divergence::{diagnose, excess, flying};
+pub use divergence::{elements, fastest_node, find_trouble, nodes};
+pub use kernels::{HasKernels, RowKernels};
+pub(crate) use memory::Memory;
+use plies::PlyContact;
+pub use plies::{Look, Near, Sieve};
+use projectile::ProjectileContact;
+pub(crate) use projectile::row_positions;
+pub use projectile::{fabric_between, node_position, node_stands};
+pub(crate) use start::{MEASURABLE, given, rounding, set_up};
+pub use stopwatch::{Phase, Stopwatch};
+use sweep::{Passes, Sweep};
+
+/// A yarn failure, with its place in the pack.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct FailureEvent {
+    /// Step it was found in.
+    pub step: u64,
+    /// Ply, counted from the struck side.
+    pub ply: u32,
+    /// Element column (along warp).
+    pub i: u32,
+    /// Element row (along weft).
+    pub j: u32,
+    /// 0 warp, 1 weft.
+    pub yarn: u8,
+    /// Axial strain [-].
+    pub strain: f64,
+}
+
+/// What one step did.
+#[derive(Clone, Debug, Default)]
+pub struct StepTotals {
+    /// ½ m v² of the fabric after the step [J].
+    pub kinetic: f64,
+    /// Largest node speed [m/s].
+    pub max_speed: f64,
+    /// Unit-cell solves that did not meet the residual.
+    pub unconverged: u64,
+    /// Residual evaluations.
+    pub iterations: f64,
+    /// Unit cells solved.
+    pub solved: f64,
+    /// Largest residual [N].
+    pub max_residual: f64,
+    /// Deepest node inside the projectile at the start of the step [m].
+    pub penetration: f64,
+    /// Deepest node inside a neighbouring ply at the start of the step [m].
+    pub ply_penetration: f64,
+    /// Contacts between plies that pushed.
+    pub ply_contacts: u64,
+    /// Elements whose last yarn failed.
+    pub eroded: u64,
+    /// Elements computed; the rest is at rest.
+    pub computed: u64,
+}
+
+/// Where a run went wrong.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Trouble {
+    /// Step.
+    pub step: u64,
+    /// Kernel that produced the number.
+    pub kernel: &'static str,
+    /// Quantity and its value.
+    pub quantity: String,
+    /// Ply, row, column of the node or element.
+    pub place: [usize; 3],
+}
+
+/// One step in so many does elements and nodes one after the other, which changes no bit, to learn what share each has.
+const APART: u64 = 64;
+
+/// What the stages of a step work on.
+pub struct Context<'a, S> {
+    /// Constant.
+    pub model: &'a Model<S>,
+    /// Varies.
+    pub state: &'a mut State<S>,
+    /// Takes note of work and losses.
+    pub ledger: &'a mut Ledger,
+    /// What the step has done so far.
+    pub totals: StepTotals,
+    /// Whether the ledger takes the energies at the time of the positions.
+    pub sample: bool,
+}
+
+impl<'a, S: Scalar> Context<'a, S> {
+    /// A step about to begin.
+    pub fn new(model: &'a Model<S>, state: &'a mut State<S>, ledger: &'a mut Ledger, sample: bool) -> Self {
+        Self { model, state, ledger, totals: StepTotals::default(), sample }
+    }
+
+    /// Time step of the velocities [s]: half a kick at the start puts them half a step after the positions.
+    fn kick(&self) -> f64 {
+        if self.state.step == 0 { 0.5 * self.model.dt } else { self.model.dt }
+    }
+}
+
+/// Advances a state step by step.
+pub struct Stepper<S: Scalar> {
+    /// By sheet.
+    kernels: Vec<Box<dyn RowKernels<S>>>,
+    element_totals: Vec<ElementTotals>,
+    /// Whether those are of the last step.
+    stepped: bool,
+    /// Largest load of a yarn over the failure length in the last step, over its breaking load, where a piece carries more than that.
+    load: f64,
+    node_totals: Vec<NodeTotals>,
+    /// What a row of nodes without elements on one side reads.
+    nothing: Vec<S>,
+    /// What had been reached when the step began.
+    reached: Vec<Reach>,
+    plies: PlyContact<S>,
+    projectile: ProjectileContact,
+    /// Failures of the last step.
+    pub failures: Vec<FailureEvent>,
+    /// What the phases of the steps so far took.
+    pub stopwatch: Stopwatch,
+}
+
+impl<S: HasKernels> Stepper<S> {
+    /// A stepper for a model, on the widest vectors there are.
+    pub fn new(model: &Model<S>) -> Self {
+        Self::with_vectors(model, Vectors::widest())
+    }
+
+    /// A stepper for a model.
+    pub fn with_vectors(model: &Model<S>, vectors: Vectors) -> Self {
+        let grid = &model.grid;
+        Self {
+            kernels: model.sheets.iter().map(|sheet| S::kernels(sheet, vectors)).collect(),
+            element_totals: vec![ElementTotals::default(); grid.element_rows()],
+            stepped: false,
+            load: 0.0,
+            node_totals: vec![NodeTotals::default(); grid.node_rows()],
+            nothing: vec![S::splat(0.0); element::FORCES.end * grid.element_stride],
+            reached: Vec::new(),
+            plies: PlyContact::new(model, vectors),
+            projectile: ProjectileContact::default(),
+            failures: Vec::new(),
+            stopwatch: Stopwatch::default(),
+        }
+    }
+
+    /// One step from the positions at `state.step`·Δt. `sample`: fill in the energies at that time.
+    pub fn step(&mut self, model: &Model<S>, state: &mut State<S>, ledger: &mut Ledger, sample: bool) -> StepTotals {
+        let mut context = Context::new(model, state, ledger, sample);
+        self.stopwatch.start();
+        if context.state.step.is_multiple_of(APART) {
+            self.elements(&mut context);
+            self.stopwatch.lap(Phase::ElementForce);
+            self.nodes(&mut context);
+            self.stopwatch.lap(Phase::NodeUpdate);
+        } else {
+            self.sweep(&mut context, Passes::Both);
+            self.collect_elements(&mut context);
+            self.collect_nodes(&mut context);
+            self.stopwatch.lap_of_both();
+        }
+        self.plies(&mut context);
+        self.stopwatch.lap(Phase::PlyContact);
+        self.projectile(&mut context);
+        self.stopwatch.lap(Phase::ProjectileContact);
+        context.state.step += 1;
+        context.totals
+    }
+
+    /// The first part of a step on its own: forces of the elements.
+    pub fn elements(&mut self, context: &mut Context<'_, S>) {
+        self.sweep(context, Passes::Elements);
+        self.collect_elements(context);
+    }
+
+    /// The second part on its own: the nodes move.
+    pub fn nodes(&mut self, context: &mut Context<'_, S>) {
+        self.sweep(context, Passes::Nodes);
+        self.collect_nodes(context);
+    }
+
+    fn sweep(&mut self, context: &mut Context<'_, S>, passes: Passes) {
+        if passes != Passes::Nodes && context.model.terms().windows {
+            let last = self.stepped.then_some(&self.element_totals[..]);
+            self.load = failure::judge(context.model, context.state, last);
+            self.stepped = true;
+        }
+        self.reached.clone_from(&context.state.reach);
+        let sweep = Sweep {
+            model: context.model,
+            kernels: &self.kernels,
+            nothing: &self.nothing,
+            reached: &self.reached,
+            passes,
+            viscous: context.model.terms().viscous,
+        };
+        sweep.run(context, &mut self.element_totals, &mut self.node_totals);
+    }
+
+    /// Adds up what the rows of nodes did, in row order.
+    fn collect_nodes(&mut self, context: &mut Context<'_, S>) {
+        for (ply, reach) in context.state.reach.iter_mut().enumerate() {
+            *reach = reach.grown(1, &context.model.sheet(ply).mesh);
+        }
+        for (index, row) in self.node_totals.iter().enumerate() {
+            context.totals.kinetic += row.kinetic;
+            context.totals.max_speed = context.totals.max_speed.max(row.max_speed_squared);
+            let support = to_pack(context.model, index, row.support);
+            for a in 0..3 {
+                context.ledger.support[a] += support[a];
+            }
+        }
+        context.totals.max_speed = context.totals.max_speed.sqrt();
+        if context.sample {
+            let model = context.model;
+            context.ledger.sample_nodes(&self.node_totals, &model.grid, |row, v| to_pack(model, row, v));
+        }
+    }
+
+    /// The third part: contact between the plies.
+    pub fn plies(&mut self, context: &mut Context<'_, S>) {
+        if context.model.plies.len() > 1 {
+            self.plies.resolve(context, &self.nothing);
+        }
+    }
+
+    /// The fourth part: contact with the projectile, and its motion.
+    pub fn projectile(&mut self, context: &mut Context<'_, S>) {
+        if let Some(mut body) = context.state.body.take() {
+            self.projectile.resolve(context, &mut body, &self.nothing);
+            if context.sample {
+                context.ledger.sample_body(&body);
+            }
+            body.advance(context.model.dt);
+            context.state.body = Some(body);
+        }
+    }
+
+    /// Adds up what the rows of elements did, in row order.
+    fn collect_elements(&mut self, context: &mut Context<'_, S>) {
+        let Context { model, state, ledger, totals, sample } = context;
+        self.failures.clear();
+        for (index, row) in self.element_totals.iter().enumerate() {
+            ledger.work += row.internal_work;
+            ledger.viscous += row.viscous_work;
+            ledger.law_released += row.law_released;
+            ledger.released[0] += row.released[0];
+            ledger.released[1] += row.released[1];
+            totals.unconverged += u64::from(row.unconverged);
+            totals.iterations += row.iterations;
+            totals.solved += row.solved;
+            totals.max_residual = totals.max_residual.max(row.max_residual);
+            totals.computed += row.computed as u64;
+            let (ply, j) = model.grid.element_row(index);
+            for (at, f) in row.failures.iter().enumerate() {
+                self.failures.push(FailureEvent {
+                    step: state.step,
+                    ply: ply as u32,
+                    i: f.column,
+                    j: j as u32,
+                    yarn: f.yarn,
+                    strain: f.strain,
+                });
+                // The last failure of an element that has nothing left is its erosion.
+                let last = row.failures.get(at + 1).is_none_or(|next| next.column != f.column);
+                totals.eroded += u64::from(last && !state.standing(index, f.column as usize));
+            }
+        }
+        if *sample {
+            ledger.sample_elements(&self.element_totals, &model.grid, self.load);
+        }
+    }
+}
+
+/// A vector of a row of nodes in the axes of the pack.
+fn to_pack<S: Scalar>(model: &Model<S>, row: usize, vector: [f64; 3]) -> [f64; 3] {
+    model.sheet(model.grid.node_row(row).0).mesh.to_pack(vector)
+}
+
+/// Element rows around a row of nodes; `nothing` where the ply ends.
+fn neighbours<'a, S: Scalar>(
+    model: &Model<S>,
+    elements: &'a Rows<S>,
+    nothing: &'a [S],
+    ply: usize,
+    row: usize,
+) -> Neighbours<'a, S> {
+    let index = model.grid.first_element_row(ply) + row;
+    let below = if row > 0 { elements.row(index - 1) } else { nothing };
+    let above = if row < model.sheet(ply).mesh.rows { elements.row(index) } else { nothing };
+    Neighbours { below: split(below, elements.stride), above: split(above, elements.stride) }
+}

@@ -1,0 +1,355 @@
+//! The nodes near the projectile, and its contact with them.
+//!
+//! Plies pressed between the projectile and a node carry its push: the gap of a node is measured after moving it towards
+//! the struck side by the thickness of the fabric that lies between, hole by hole. So the projectile meets a stack of plies
+//! in one solve, with the mass of all of them, and contact between plies has only their differences to deal with.
+
+use nalgebra::Vector3;
+
+use super::near::near_nodes;
+use super::{Context, neighbours};
+use crate::kernels::node_update::{self, field as node};
+use crate::kernels::projectile_contact::{self, ContactPoint};
+use crate::kernels::projectile_rim::{Rim, Tie};
+use crate::kernels::rigid_body::RigidBody;
+use crate::math::scalar::Scalar;
+use crate::model::{Model, over, over::SIDES};
+use crate::solver::state::{State, split};
+
+/// Steps a list of nearby nodes is meant to last.
+const NEAR_STEPS: f64 = 24.0;
+
+/// The nodes near the projectile.
+#[derive(Default)]
+pub(super) struct ProjectileContact {
+    /// Ply, row, column.
+    pub(super) near: Vec<[u32; 3]>,
+    /// How far nodes and body may still approach each other before `near` is stale [m].
+    pub(super) reserve: f64,
+    points: Vec<ContactPoint>,
+    /// Where the rim crosses edges of elements.
+    crossings: Vec<ContactPoint>,
+    rim: Rim,
+}
+
+/// A node, or a point between two, as the body sees it.
+struct Seen {
+    gap: f64,
+    normal: Vector3<f64>,
+    /// At the start of the step [m].
+    position: Vector3<f64>,
+    /// [m/s]
+    free: Vector3<f64>,
+    /// Thickness of the fabric between it and the struck side [m].
+    between: f64,
+}
+
+impl ProjectileContact {
+    /// Finds and applies the impulses of a step.
+    pub(super) fn resolve<S: Scalar>(&mut self, context: &mut Context<'_, S>, body: &mut RigidBody, nothing: &[S]) {
+        let model = context.model;
+        let travel = model.dt * (context.totals.max_speed + body.speed_bound());
+        if !travel.is_finite() {
+            return; // the run stops on its own check of the numbers
+        }
+        self.reserve -= travel;
+        if self.reserve < 0.0 {
+            self.reserve = NEAR_STEPS * travel;
+            let edge = if model.rim { body.rim_depth } else { 0.0 };
+            self.near = near_nodes(model, context.state, body, self.reserve + travel + edge);
+        }
+        self.gather_points(context, body, nothing);
+        if model.rim {
+            self.gather_rim(context, body, nothing);
+        }
+        if self.points.is_empty() {
+            return;
+        }
+        context.ledger.add_contact(&projectile_contact::resolve(body, &mut self.points, &mut self.rim, model.dt));
+        let nodes = self.points.len() - self.rim.ties.len();
+        let kick = context.kick();
+        for p in self.points[..nodes].iter().filter(|p| p.touched()) {
+            let velocity = p.velocity();
+            let mesh = &model.sheet(p.ply).mesh;
+            let change = mesh.to_ply((velocity - p.free).into());
+            let own = mesh.to_ply(velocity.into());
+            let row = model.grid.first_node_row(p.ply) + p.row;
+            for a in 0..3 {
+                let u = context.state.nodes.get(row, node::DISPLACEMENT + a, p.column).to_f64();
+                context.state.nodes.set(row, node::DISPLACEMENT + a, p.column, S::splat(u + model.dt * change[a]));
+                context.state.nodes.set(row, node::VELOCITY + a, p.column, S::splat(own[a]));
+            }
+            context.state.reach[p.ply].touch(p.row, p.column);
+            if context.sample {
+                context.ledger.correct_node(
+                    p.ply,
+                    p.mass,
+                    &p.free,
+                    &velocity,
+                    &((p.free - p.before) * (model.dt / kick)),
+                );
+            }
+        }
+    }
+
+    /// The nodes that may touch the body in this step.
+    fn gather_points<S: Scalar>(&mut self, context: &mut Context<'_, S>, body: &RigidBody, nothing: &[S]) {
+        let (model, state) = (context.model, &*context.state);
+        self.points.clear();
+        for place in &self.near {
+            let [ply, row, column] = place.map(|at| at as usize);
+            if !node_stands(model, state, ply, row, column) {
+                continue;
+            }
+            let mut seen = look(model, state, [ply, row, column]);
+            let pressed = seen.position - Vector3::new(0.0, 0.0, seen.between);
+            (seen.gap, seen.normal) = body.holding_gap(&pressed);
+            context.totals.penetration = context.totals.penetration.max(-seen.gap);
+            if stays_away(&seen, body, model.dt) {
+                continue;
+            }
+            let point = contact_point(context, body, nothing, [ply, row, column], &seen);
+            if body.prescribed && !point.gives_way() {
+                continue; // both are held, and no finite impulse would change that
+            }
+            self.points.push(point);
+        }
+    }
+
+    /// The points where the rim of a flat face crosses edges of elements and that may touch it in this step. The nodes at the
+    /// ends of the edges join the others, far away where they do not touch the body themselves.
+    fn gather_rim<S: Scalar>(&mut self, context: &Context<'_, S>, body: &RigidBody, nothing: &[S]) {
+        let (model, state) = (context.model, &*context.state);
+        self.crossings.clear();
+        self.rim.clear();
+        let places = std::mem::take(&mut self.near);
+        for &[ply, row, column] in &places {
+            let mesh = &model.sheet(ply as usize).mesh;
+            for next in [[ply, row, column + 1], [ply, row + 1, column]] {
+                let ends = [[ply, row, column], next].map(|place| place.map(|at| at as usize));
+                let [_, r, c] = ends[1];
+                if r > mesh.rows || c > mesh.columns || !edge_stands(model, state, ends) {
+                    continue;
+                }
+                let seen = ends.map(|place| look(model, state, place));
+                let pressed = |end: &Seen| {
+                    let place = end.position - Vector3::new(0.0, 0.0, end.between);
+                    body.orientation.inverse_transform_vector(&(place - body.position))
+                };
+                let [from, to] = [pressed(&seen[0]), pressed(&seen[1])];
+                let profile = &body.body.profile;
+                for at in profile.rim_crossings(from.into(), to.into()).into_iter().filter(|at| !at.is_nan()) {
+                    let mix = |read: fn(&Seen) -> Vector3<f64>| read(&seen[0]) * (1.0 - at) + read(&seen[1]) * at;
+                    let crossing = Seen {
+                        gap: profile.height_over_face((from * (1.0 - at) + to * at).into()),
+                        normal: body.orientation.transform_vector(&Vector3::z()),
+                        position: mix(|end| end.position),
+                        free: mix(|end| end.free),
+                        between: seen[0].between.max(seen[1].between),
+                    };
+                    if crossing.gap < -body.rim_depth || stays_away(&crossing, body, model.dt) {
+                        continue;
+                    }
+                    let weights = [1.0 - at, at];
+                    let gives_way = |end: usize| {
+                        let point = contact_point(context, body, nothing, ends[end], &seen[end]);
+                        weights[end] > 0.0 && ContactPoint { normal: crossing.normal, ..point }.gives_way()
+                    };
+                    if body.prescribed && !gives_way(0) && !gives_way(1) {
+                        continue; // as above
+                    }
+                    let nodes = [0, 1].map(|end| {
+                        let known = self.points.iter().position(|p| [p.ply, p.row, p.column] == ends[end]);
+                        known.unwrap_or_else(|| {
+                            self.points.push(contact_point(context, body, nothing, ends[end], &seen[end]));
+                            self.points.len() - 1
+                        })
+                    });
+                    let tie = Tie { nodes, weights };
+                    for node in nodes {
+                        self.points[node].shared = true;
+                    }
+                    let mut point = contact_point(context, body, nothing, ends[0], &crossing);
+                    point.before = tie.between(|node| self.points[node].before);
+                    point.part = nodes.map(|node| self.points[node].part).into_iter().fold(0.0, f64::max);
+                    point.shared = true;
+                    self.crossings.push(point);
+                    self.rim.ties.push(tie);
+                }
+            }
+        }
+        self.points.append(&mut self.crossings);
+        self.near = places;
+    }
+}
+
+/// A node before contact; out of touch.
+fn look<S: Scalar>(model: &Model<S>, state: &State<S>, [ply, row, column]: [usize; 3]) -> Seen {
+    let at = model.grid.first_node_row(ply) + row;
+    let free = Vector3::from(model.sheet(ply).mesh.to_pack(state.velocity(at, column)));
+    Seen {
+        gap: f64::INFINITY,
+        normal: Vector3::z(),
+        position: node_position(model, state, ply, row, column) - free * model.dt,
+        free,
+        between: fabric_between(model, state, ply, row, column),
+    }
+}
+
+/// Whether a point cannot touch the body within the step.
+fn stays_away(seen: &Seen, body: &RigidBody, dt: f64) -> bool {
+    let approach = (seen.free - body.velocity_at(&(seen.position - body.position))).dot(&seen.normal);
+    // A body that turns under impulses may reach a little further than its velocity now tells.
+    seen.gap + dt * (approach - 0.1 * body.speed_bound()) > 0.0
+}
+
+/// A node as contact sees it.
+fn contact_point<S: Scalar>(
+    context: &Context<'_, S>,
+    body: &RigidBody,
+    nothing: &[S],
+    [ply, row, column]: [usize; 3],
+    seen: &Seen,
+) -> ContactPoint {
+    let (model, state) = (context.model, &*context.state);
+    let sheet = model.sheet(ply);
+    let m = sheet.row_mass(row);
+    let [x, y, z] = [0, 1, 2].map(|a| m.inverse[a][column].to_f64());
+    let inverse = Vector3::from(turned(sheet.mesh.turn, [x, y, z]));
+    let around = neighbours(model, &state.elements, nothing, ply, row);
+    let force = node_update::gather(S::splat(0.0), &around, column).map(Scalar::to_f64);
+    let force = Vector3::from(sheet.mesh.to_pack(force));
+    let mut point = ContactPoint {
+        ply,
+        row,
+        column,
+        gap: seen.gap,
+        normal: seen.normal,
+        arm: seen.position - body.position,
+        before: seen.free - inverse.component_mul(&force) * context.kick(),
+        free: seen.free,
+        inverse,
+        mass: m.mass[column].to_f64(),
+        part: sheet.mesh.part_of(row, column),
+        // What the projectile rubs against is the fabric it touches; further plies rub against each other.
+        friction: if seen.between > 0.0 { model.friction.min(model.ply_friction) } else { model.friction },
+        kappa: 0.0,
+        push: 0.0,
+        drag: Vector3::zeros(),
+        carried: Vector3::zeros(),
+        active: false,
+        shared: false,
+    };
+    point.set_kappa(body.mass);
+    point
+}
+
+/// Whether a yarn still runs along the edge between two nodes, the second on along a row or a column, in an element beside it: where
+/// only the yarns across are left, nothing is there between two of them.
+fn edge_stands<S: Scalar>(
+    model: &Model<S>,
+    state: &State<S>,
+    [[ply, row, column], [_, up, right]]: [[usize; 3]; 2],
+) -> bool {
+    let mesh = &model.sheet(ply).mesh;
+    let first = model.grid.first_element_row(ply);
+    let yarn = usize::from(up > row);
+    mesh.around(row, column)
+        .filter(|&[r, c]| (r == row || up == row) && (c == column || right == column))
+        .any(|[r, c]| state.alive(first + r, c, yarn))
+}
+
+/// Inverse masses by direction of a ply in the axes of the pack. Rollers, which tell the directions apart, hold only
+/// plies laid along the pack's axes.
+fn turned([c, s]: [f64; 2], [x, y, z]: [f64; 3]) -> [f64; 3] {
+    if x == y { [x, y, z] } else { [c * c * x + s * s * y, s * s * x + c * c * y, z] }
+}
+
+/// Thickness of the fabric between a node and the struck side [m]: of each ply in front whose element there stands.
+pub fn fabric_between<S: Scalar>(model: &Model<S>, state: &State<S>, ply: usize, row: usize, column: usize) -> f64 {
+    let mut place = [row, column];
+    let mut thickness = 0.0;
+    for front in (0..ply).rev() {
+        let mesh = &model.sheet(front).mesh;
+        let at = ((front + 1) * SIDES * (model.grid.rows + 1) + place[0]) * (model.grid.columns + 1) + place[1];
+        let element = over::element(state.over[at]);
+        let [r, c] = [element / mesh.columns, element % mesh.columns];
+        if state.standing(model.grid.first_element_row(front) + r, c) {
+            thickness += model.plies[front].touching;
+        }
+        // On through the corner nearest to the node by its place in the ply behind.
+        let [x, y] = model.sheet(front + 1).mesh.reference(place[0], place[1]);
+        let [x, y, _] = mesh.to_ply(model.sheet(front + 1).mesh.to_pack([x, y, 0.0]));
+        let ([left, below], [length, height]) = (mesh.reference(r, c), mesh.size(r, c));
+        place = [r + usize::from(y - below > 0.5 * height), c + usize::from(x - left > 0.5 * length)];
+    }
+    thickness
+}
+
+/// Whether any element around a node still carries load; debris no longer touches anything.
+pub fn node_stands<S: Scalar>(model: &Model<S>, state: &State<S>, ply: usize, row: usize, column: usize) -> bool {
+    let first = model.grid.first_element_row(ply);
+    model.sheet(ply).mesh.around(row, column).any(|[r, c]| state.standing(first + r, c))
+}
+
+/// Position of a node in the axes of the pack [m].
+pub fn node_position<S: Scalar>(
+    model: &Model<S>,
+    state: &State<S>,
+    ply: usize,
+    row: usize,
+    column: usize,
+) -> Vector3<f64> {
+    let mesh = &model.sheet(ply).mesh;
+    let u = state.displacement(model.grid.first_node_row(ply) + row, column);
+    Vector3::from(model.reference(ply, row, column)) + Vector3::from(mesh.to_pack(u))
+}
+
+/// Positions of a row's nodes in the axes of the ply [m]: faster than [`node_position`] of each.
+pub(crate) fn row_positions<S: Scalar>(
+    model: &Model<S>,
+    state: &State<S>,
+    ply: usize,
+    row: usize,
+) -> impl Iterator<Item = [f64; 3]> {
+    let mesh = &model.sheet(ply).mesh;
+    let depth = model.plies[ply].z;
+    let [u, v, w]: [&[S]; 3] = split(state.nodes.row(model.grid.first_node_row(ply) + row), state.nodes.stride);
+    (0..=mesh.columns).map(move |column| {
+        let [x, y] = mesh.reference(row, column);
+        [x + u[column].to_f64(), y + v[column].to_f64(), depth + w[column].to_f64()]
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use super::*;
+    use crate::case;
+    use crate::kernels::element_force::field;
+
+    #[test]
+    fn an_edge_is_there_as_long_as_a_yarn_runs_along_it() {
+        let sets = ["/pack/width_mm=11.43", "/pack/height_mm=11.43", "/expect=[]"].map(str::to_owned);
+        let case = case::read(Path::new("cases/s720-1ply-155.json"), &sets);
+        let case = case.unwrap_or_else(|error| unreachable!("{error}"));
+        let model = Model::<f64>::new(&case).unwrap_or_else(|error| unreachable!("{error}"));
+        let mut state = State::new(&case, &model);
+        // Edges from node (4, 5): along warp between elements (3, 5) and (4, 5), along weft between (4, 4) and (4, 5).
+        let edges =
+            |state: &State<f64>| [[0, 4, 6], [0, 5, 5]].map(|next| edge_stands(&model, state, [[0, 4, 5], next]));
+        for (yarn, beside) in [[3, 5], [4, 4]].into_iter().enumerate() {
+            assert_eq!(edges(&state), [true; 2]);
+            let cut = |state: &mut State<f64>, alive: f64, [row, column]: [usize; 2]| {
+                state.elements.set(row, field::ALIVE + yarn, column + 1, alive);
+            };
+            cut(&mut state, 0.0, [4, 5]);
+            assert_eq!(edges(&state), [true; 2], "the element on the other side still has its yarn {yarn}");
+            cut(&mut state, 0.0, beside);
+            assert_eq!(edges(&state), [yarn != 0, yarn != 1], "no yarn {yarn} is left along that edge");
+            cut(&mut state, 1.0, [4, 5]);
+            cut(&mut state, 1.0, beside);
+        }
+    }
+}

@@ -1,0 +1,82 @@
+//! The start of a run: model and state of a case, and what energy it has.
+
+use nalgebra::Vector3;
+use tracing::info;
+
+use crate::case::Case;
+use crate::kernels::rigid_body::RigidBody;
+use crate::math::scalar::Scalar;
+use crate::model::{Model, ModelError};
+use crate::solver;
+use crate::solver::state::State;
+
+/// Model and state of a case: of the whole, or of the part that its mirror planes leave.
+///
+/// # Errors
+/// When the case cannot become a model, or the projectile starts inside the fabric.
+pub(crate) fn set_up<S: Scalar>(case: &Case, symmetry: bool) -> Result<(Model<S>, State<S>), ModelError> {
+    let model = if symmetry { Model::<S>::part(case)? } else { Model::<S>::new(case)? };
+    let state = State::new(case, &model);
+    check_start(&model, &state)?;
+    info!(
+        plies = model.plies.len(),
+        elements = model.whole_elements(),
+        computed = model.elements(),
+        mirrored = ?model.planes.names(),
+        step_us = model.dt * 1e6,
+        set_by = model.bound.set_by,
+        numbers = state.nodes.data.len() + state.elements.data.len(),
+        precision = S::NAME,
+        "model built"
+    );
+    Ok((model, state))
+}
+
+/// Least energy that an error is measured against, over what rounding makes of the energy of a scene at rest [-].
+pub(crate) const MEASURABLE: f64 = 1e3;
+
+/// Kinetic energy, at least what rounding can be measured against, and momentum the scene starts with.
+pub(crate) fn given<S: Scalar>(model: &Model<S>, state: &State<S>) -> (f64, Vector3<f64>) {
+    let mut energy = 0.0;
+    let mut momentum = Vector3::zeros();
+    if model.sheets.iter().any(|sheet| sheet.initial_velocity != [0.0; 3]) {
+        for [ply, row, column] in solver::nodes(model) {
+            let sheet = model.sheet(ply);
+            let velocity = state.velocity(model.grid.first_node_row(ply) + row, column);
+            let v = Vector3::from(sheet.mesh.to_pack(velocity));
+            let m = sheet.row_mass(row).mass[column].to_f64();
+            energy += 0.5 * m * v.norm_squared();
+            momentum += v * m;
+        }
+    }
+    if let Some(body) = state.body.as_ref() {
+        energy += body.own_energy();
+        momentum += body.velocity * if body.prescribed { 0.0 } else { body.mass };
+    }
+    (energy.max(MEASURABLE * rounding(model, state.body.as_ref())), momentum)
+}
+
+/// What rounding makes of the energy of a scene at rest [J].
+pub(crate) fn rounding<S: Scalar>(model: &Model<S>, body: Option<&RigidBody>) -> f64 {
+    let body = body.map_or(0.0, |body| {
+        let moves = if body.prescribed { 0.0 } else { body.translation() };
+        f64::EPSILON * moves + S::EPSILON * body.spin()
+    });
+    model.rounding() + body
+}
+
+/// Initial penetration is an input error, not something contact may repair.
+fn check_start<S: Scalar>(model: &Model<S>, state: &State<S>) -> Result<(), ModelError> {
+    let Some(body) = &state.body else { return Ok(()) };
+    let mut deepest: f64 = 0.0;
+    for [ply, row, column] in solver::nodes(model) {
+        let (gap, _) = body.gap(&solver::node_position(model, state, ply, row, column));
+        deepest = deepest.max(-gap);
+    }
+    // Room for rounding of a touching start in the state's precision.
+    let rounding = 16.0 * S::EPSILON * (body.body.reach + body.position.norm());
+    if deepest > rounding {
+        return Err(ModelError::InitialPenetration { depth_mm: deepest * 1e3 });
+    }
+    Ok(())
+}

@@ -1,0 +1,185 @@
+//! The state: everything that varies during a run.
+
+use crate::case::Case;
+use crate::kernels::element_force::field as element;
+use crate::kernels::node_update::field as node;
+use crate::kernels::rigid_body::RigidBody;
+use crate::math::aligned::Aligned;
+use crate::math::scalar::Scalar;
+use crate::model::{Mesh, Model, Sheet, over};
+use crate::solver::active_region::Reach;
+
+/// Rows of numbers: all fields of a row lie together, so that a row is one mutable slice for one thread.
+///
+/// Shape (rows, fields, stride); rows run over (shot, ply, row).
+#[derive(Clone, Debug, PartialEq)]
+pub struct Rows<S> {
+    /// The numbers.
+    pub data: Aligned<S>,
+    /// Fields per row.
+    pub fields: usize,
+    /// Numbers per field.
+    pub stride: usize,
+}
+
+impl<S: Scalar> Rows<S> {
+    /// Zeros. In every field `first` is where vectors begin.
+    pub fn new(rows: usize, fields: usize, stride: usize, first: usize) -> Self {
+        Self { data: Aligned::new(S::splat(0.0), rows * fields * stride, first), fields, stride }
+    }
+
+    /// The same numbers in double precision.
+    pub fn widened(&self) -> Rows<f64> {
+        let mut data = Aligned::new(0.0, self.data.len(), self.data.first());
+        for (wide, x) in data.iter_mut().zip(self.data.iter()) {
+            *wide = x.to_f64();
+        }
+        Rows { data, fields: self.fields, stride: self.stride }
+    }
+
+    /// Numbers per row.
+    pub fn row_length(&self) -> usize {
+        self.fields * self.stride
+    }
+
+    /// One row, all fields.
+    pub fn row(&self, row: usize) -> &[S] {
+        &self.data[row * self.row_length()..(row + 1) * self.row_length()]
+    }
+
+    /// One row, all fields.
+    pub fn row_mut(&mut self, row: usize) -> &mut [S] {
+        let length = self.row_length();
+        &mut self.data[row * length..(row + 1) * length]
+    }
+
+    /// One number.
+    pub fn get(&self, row: usize, field: usize, at: usize) -> S {
+        self.row(row)[field * self.stride + at]
+    }
+
+    /// One number.
+    pub fn set(&mut self, row: usize, field: usize, at: usize, value: S) {
+        let index = field * self.stride + at;
+        self.row_mut(row)[index] = value;
+    }
+}
+
+/// The fields of one row.
+pub fn split<S, const F: usize>(row: &[S], stride: usize) -> [&[S]; F] {
+    std::array::from_fn(|f| &row[f * stride..(f + 1) * stride])
+}
+
+/// The fields of one row, writable.
+pub fn split_mut<S, const F: usize>(row: &mut [S], stride: usize) -> [&mut [S]; F] {
+    let mut rest = row;
+    std::array::from_fn(|_| {
+        let (head, tail) = std::mem::take(&mut rest).split_at_mut(stride);
+        rest = tail;
+        head
+    })
+}
+
+/// State of a run. Nodes and elements are in the axes of their ply.
+#[derive(Clone, Debug)]
+pub struct State<S> {
+    /// Displacement [m] and velocity [m/s] of the nodes, shape (plies·(rows + 1), 6, node stride).
+    pub nodes: Rows<S>,
+    /// Forces, heights and life of the elements, shape (plies·rows, 17, element stride); two more fields with shock viscosity, and two
+    /// where failure is judged over a length.
+    pub elements: Rows<S>,
+    /// Nodes of each ply that may have moved.
+    pub reach: Vec<Reach>,
+    /// Element (row·columns + column) of the ply in front, and of the ply behind, that a node is over or was last, and
+    /// [`over::INSIDE`] where it is too close to it;
+    /// shape (plies, 2, (rows + 1)·(columns + 1)), empty for a single ply.
+    pub over: Vec<u32>,
+    /// The projectile.
+    pub body: Option<RigidBody>,
+    /// Steps done.
+    pub step: u64,
+}
+
+impl<S: Scalar> State<S> {
+    /// The state before the first step.
+    pub fn new(case: &Case, model: &Model<S>) -> Self {
+        let grid = &model.grid;
+        let mut nodes = Rows::new(grid.node_rows(), node::COUNT, grid.node_stride, 0);
+        let fields = model.element_fields();
+        let mut elements = Rows::new(grid.element_rows(), fields, grid.element_stride, 1);
+        let mut reach = Vec::with_capacity(grid.plies);
+        for ply in 0..grid.plies {
+            let sheet = model.sheet(ply);
+            let mesh = &sheet.mesh;
+            for row in 0..=mesh.rows {
+                let mass = sheet.row_mass(row);
+                let at = grid.first_node_row(ply) + row;
+                for column in 0..=mesh.columns {
+                    let x = mesh.reference(row, column);
+                    let z = initial_deflection(case, mesh, x);
+                    let start = [x[0] * sheet.initial.stretch[0], x[1] * sheet.initial.stretch[1], z];
+                    for a in 0..3 {
+                        nodes.set(at, node::DISPLACEMENT + a, column, S::splat(start[a]));
+                        let free = mass.inverse[a][column].to_f64() > 0.0;
+                        let speed = if free { sheet.initial_velocity[a] } else { 0.0 };
+                        nodes.set(at, node::VELOCITY + a, column, S::splat(speed));
+                    }
+                }
+            }
+            for row in 0..mesh.rows {
+                let at = grid.first_element_row(ply) + row;
+                for column in 1..=mesh.columns {
+                    for yarn in 0..2 {
+                        let alive = if sheet.present[yarn] { 1.0 } else { 0.0 };
+                        elements.set(at, element::ALIVE + yarn, column, S::splat(alive));
+                        elements.set(at, element::HEIGHT + yarn, column, S::splat(sheet.initial.height[yarn]));
+                    }
+                }
+            }
+            reach.push(if model.at_rest { Reach::nothing() } else { Reach::whole(mesh) });
+        }
+        let over = over::over_at_rest(model);
+        Self { nodes, elements, reach, over, body: model.projectile.clone(), step: 0 }
+    }
+
+    /// Lets everything count as moving, so that nothing is left out.
+    pub fn reach_everything(&mut self, model: &Model<S>) {
+        self.reach = (0..model.grid.plies).map(|ply| Reach::whole(&model.sheet(ply).mesh)).collect();
+    }
+
+    /// Displacement of a node [m].
+    pub fn displacement(&self, row: usize, column: usize) -> [f64; 3] {
+        [0, 1, 2].map(|a| self.nodes.get(row, node::DISPLACEMENT + a, column).to_f64())
+    }
+
+    /// Velocity of a node [m/s].
+    pub fn velocity(&self, row: usize, column: usize) -> [f64; 3] {
+        [0, 1, 2].map(|a| self.nodes.get(row, node::VELOCITY + a, column).to_f64())
+    }
+
+    /// Whether a yarn (0 warp, 1 weft) of an element carries load.
+    pub fn alive(&self, row: usize, column: usize, yarn: usize) -> bool {
+        self.elements.get(row, element::ALIVE + yarn, column + 1).to_f64() > 0.5
+    }
+
+    /// Whether an element still has every yarn its fabric has.
+    pub fn whole(&self, sheet: &Sheet<S>, row: usize, column: usize) -> bool {
+        (0..2).all(|yarn| !sheet.present[yarn] || self.alive(row, column, yarn))
+    }
+
+    /// Whether any yarn of an element carries load.
+    pub fn standing(&self, row: usize, column: usize) -> bool {
+        self.alive(row, column, 0) || self.alive(row, column, 1)
+    }
+}
+
+/// Initial sine deflection at a reference point [m].
+fn initial_deflection(case: &Case, mesh: &Mesh, x: [f64; 2]) -> f64 {
+    let Some(d) = case.pack.initial_deflection else { return 0.0 };
+    let [width, height] = mesh.whole_size();
+    let wave = |count: u32, at: f64, length: f64| match count {
+        0 => 1.0,
+        n => (f64::from(n) * std::f64::consts::PI * (at / length + 0.5)).sin(),
+    };
+    d.amplitude * wave(d.warp_half_waves, x[0], width) * wave(d.weft_half_waves, x[1], height)
+}

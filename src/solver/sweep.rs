@@ -1,0 +1,354 @@
+//! Elements and nodes in one sweep over the rows of a ply.
+//!
+//! A row of nodes can move as soon as the rows of elements on both sides of it are computed, while these are still in the
+//! cache. Bands and in them blocks of rows run in parallel; the row of nodes between two of them moves when both are done, since
+//! until then both read it.
+
+use std::ops::Range;
+
+use rayon::prelude::*;
+
+use super::{Context, RowKernels};
+use crate::kernels::element_force::{ElementRow, ElementTotals, field as element};
+use crate::kernels::node_update::{Neighbours, NodeTotals, Part, RowMass};
+use crate::math::scalar::Scalar;
+use crate::model::Model;
+use crate::solver::active_region::Reach;
+use crate::solver::state::{split, split_mut};
+
+/// Rows of elements of a block.
+const BLOCK: usize = 8;
+/// Bands a ply is cut into at most. More threads share bands.
+const BANDS: usize = 4;
+/// Plies whose rows between bands one thread moves: a few rows take no longer than sharing them out.
+const TOGETHER: usize = 16;
+
+/// What of a step a sweep does.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Passes {
+    /// The forces of the elements.
+    Elements,
+    /// The motion of the nodes.
+    Nodes,
+    /// One after the other.
+    Both,
+}
+
+/// A sweep over all plies.
+pub(super) struct Sweep<'a, S: Scalar> {
+    pub(super) model: &'a Model<S>,
+    /// By sheet.
+    pub(super) kernels: &'a [Box<dyn RowKernels<S>>],
+    /// What a row of nodes without elements on one side reads.
+    pub(super) nothing: &'a [S],
+    /// What had been reached before this step, by ply.
+    pub(super) reached: &'a [Reach],
+    pub(super) passes: Passes,
+    /// Elements have fields for viscous forces.
+    pub(super) viscous: bool,
+}
+
+/// Storage of the rows of elements from `first` on, with the rows of nodes strictly between them.
+struct Strip<'a, S> {
+    first: usize,
+    nodes: &'a mut [S],
+    elements: &'a mut [S],
+    element_totals: &'a mut [ElementTotals],
+    node_totals: &'a mut [NodeTotals],
+}
+
+/// A row of nodes at an end of a band: between two of them, or at the edge of the ply.
+enum End<'a, S> {
+    Shared(&'a [S]),
+    Own(&'a mut [S], &'a mut NodeTotals),
+}
+
+impl<S> End<'_, S> {
+    fn nodes(&self) -> &[S] {
+        match self {
+            Self::Shared(nodes) => nodes,
+            Self::Own(nodes, _) => nodes,
+        }
+    }
+}
+
+/// A strip with its ends.
+struct Band<'a, S> {
+    strip: Strip<'a, S>,
+    low: End<'a, S>,
+    high: End<'a, S>,
+}
+
+/// What is on either side of a row of nodes, and that row with its totals.
+type Parted<'a, S> = (Strip<'a, S>, (&'a mut [S], &'a mut NodeTotals), Strip<'a, S>);
+
+impl<'a, S> Strip<'a, S> {
+    /// Cuts it at the row of nodes `row`. `length`: numbers per row of nodes and of elements.
+    fn cut(self, row: usize, length: [usize; 2]) -> Parted<'a, S> {
+        let rows = row - self.first;
+        let (nodes_low, nodes) = self.nodes.split_at_mut((rows - 1) * length[0]);
+        let (middle, nodes_high) = nodes.split_at_mut(length[0]);
+        let (node_totals_low, node_totals) = self.node_totals.split_at_mut(rows - 1);
+        let (middle_totals, node_totals_high) = node_totals.split_at_mut(1);
+        let (elements_low, elements_high) = self.elements.split_at_mut(rows * length[1]);
+        let (element_totals_low, element_totals_high) = self.element_totals.split_at_mut(rows);
+        let low = Strip {
+            first: self.first,
+            nodes: nodes_low,
+            elements: elements_low,
+            element_totals: element_totals_low,
+            node_totals: node_totals_low,
+        };
+        let high = Strip {
+            first: row,
+            nodes: nodes_high,
+            elements: elements_high,
+            element_totals: element_totals_high,
+            node_totals: node_totals_high,
+        };
+        (low, (middle, &mut middle_totals[0]), high)
+    }
+
+    /// The same strip for a while.
+    fn lend(&mut self) -> Strip<'_, S> {
+        Strip {
+            first: self.first,
+            nodes: &mut *self.nodes,
+            elements: &mut *self.elements,
+            element_totals: &mut *self.element_totals,
+            node_totals: &mut *self.node_totals,
+        }
+    }
+}
+
+/// What is the same for all rows of a ply.
+struct Ply<'a, S: Scalar> {
+    sweep: &'a Sweep<'a, S>,
+    ply: usize,
+    /// Of elements that are computed: rows, columns.
+    elements: [Range<usize>; 2],
+    /// Of nodes that move.
+    nodes: Reach,
+    /// Time since the last forces; of this kick; of this drift [s].
+    times: [f64; 3],
+    sample: bool,
+    /// Numbers per row of nodes and of elements.
+    length: [usize; 2],
+}
+
+/// A ply and its rows.
+struct Storage<'a, S: Scalar> {
+    ply: Ply<'a, S>,
+    /// Rows of nodes at the ends of bands, the first and the last of the ply among them.
+    cuts: Vec<usize>,
+    nodes: &'a mut [S],
+    elements: &'a mut [S],
+    element_totals: &'a mut [ElementTotals],
+    node_totals: &'a mut [NodeTotals],
+}
+
+/// Cuts the rows of elements of a ply into bands, among which those to compute are shared out evenly.
+fn cuts(rows: usize, computed: &Range<usize>, bands: usize) -> Vec<usize> {
+    let inner = (1..bands).map(|band| computed.start + computed.len() * band / bands);
+    let mut cuts: Vec<usize> =
+        [0].into_iter().chain(inner.filter(|cut| (1..rows).contains(cut))).chain([rows]).collect();
+    cuts.dedup();
+    cuts
+}
+
+impl<'a, S: Scalar> Storage<'a, S> {
+    /// The bands, with their numbers.
+    fn bands(&mut self) -> Vec<(usize, &Ply<'a, S>, Band<'_, S>)> {
+        let length = self.ply.length;
+        // A ply may have fewer rows than there is room for.
+        let rows = self.cuts[self.cuts.len() - 1];
+        let (bottom, nodes) = self.nodes[..(rows + 1) * length[0]].split_at_mut(length[0]);
+        let (nodes, top) = nodes.split_at_mut((rows - 1) * length[0]);
+        let (bottom_totals, node_totals) = self.node_totals[..=rows].split_at_mut(1);
+        let (node_totals, top_totals) = node_totals.split_at_mut(rows - 1);
+        let mut low = End::Own(bottom, &mut bottom_totals[0]);
+        let mut rest = Strip {
+            first: 0,
+            nodes,
+            elements: &mut self.elements[..rows * length[1]],
+            element_totals: &mut self.element_totals[..rows],
+            node_totals,
+        };
+        let mut bands = Vec::with_capacity(self.cuts.len() - 1);
+        for (band, &row) in self.cuts[1..self.cuts.len() - 1].iter().enumerate() {
+            let (strip, (middle, _), high) = rest.cut(row, length);
+            let middle = &*middle;
+            bands.push((band, &self.ply, Band { strip, low, high: End::Shared(middle) }));
+            (low, rest) = (End::Shared(middle), high);
+        }
+        let high = End::Own(top, &mut top_totals[0]);
+        bands.push((self.cuts.len() - 2, &self.ply, Band { strip: rest, low, high }));
+        bands
+    }
+
+    /// Moves the rows of nodes between bands, which both of them have read.
+    fn between(&mut self) {
+        let [length, element_length] = self.ply.length;
+        for &row in &self.cuts[1..self.cuts.len() - 1] {
+            let (below, above) = self.elements[(row - 1) * element_length..].split_at(element_length);
+            let node = &mut self.nodes[row * length..(row + 1) * length];
+            self.ply.move_nodes(row, below, &above[..element_length], node, &mut self.node_totals[row]);
+        }
+    }
+}
+
+impl<S: Scalar> Sweep<'_, S> {
+    /// Advances every ply; totals are by row of elements and by row of nodes.
+    pub(super) fn run(
+        &self,
+        context: &mut Context<'_, S>,
+        element_totals: &mut [ElementTotals],
+        node_totals: &mut [NodeTotals],
+    ) {
+        let (grid, sample, kick) = (&self.model.grid, context.sample, context.kick());
+        let state = &mut *context.state;
+        // The first step computes everything, so that yarn heights at rest are those the unit cell finds.
+        let all = state.step == 0;
+        let dt = self.model.dt;
+        let times = [if all { 0.0 } else { dt }, kick, dt];
+        let length = [state.nodes.row_length(), state.elements.row_length()];
+        let rows = grid.rows;
+        let bands = rayon::current_num_threads().min(BANDS);
+        let plies = (state.nodes.data.chunks_mut((rows + 1) * length[0]))
+            .zip(state.elements.data.chunks_mut(rows * length[1]))
+            .zip(element_totals.chunks_mut(rows).zip(node_totals.chunks_mut(rows + 1)));
+        let storage = |(ply, ((nodes, elements), (element_totals, node_totals)))| {
+            let mesh = &self.model.sheet(ply).mesh;
+            let reached = &self.reached[ply];
+            let ply = Ply {
+                sweep: self,
+                ply,
+                elements: if all { [0..mesh.rows, 0..mesh.columns] } else { reached.elements(mesh) },
+                nodes: reached.grown(1, mesh),
+                times,
+                sample,
+                length,
+            };
+            let cuts = cuts(mesh.rows, &ply.elements[0], bands);
+            Storage { ply, cuts, nodes, elements, element_totals, node_totals }
+        };
+        let mut plies: Vec<_> = plies.enumerate().map(storage).collect();
+        // Band by band, so that a thread has the same rows of neighbouring plies, which look at each other in contact.
+        let mut bands: Vec<_> = plies.iter_mut().flat_map(Storage::bands).collect();
+        bands.sort_by_key(|(number, ..)| *number);
+        bands.into_par_iter().for_each(|(_, ply, band)| ply.band(band));
+        plies.par_iter_mut().with_min_len(TOGETHER).for_each(Storage::between);
+    }
+
+    fn has(&self, pass: Passes) -> bool {
+        self.passes == pass || self.passes == Passes::Both
+    }
+}
+
+impl<S: Scalar> Ply<'_, S> {
+    /// A band, and the edges of the ply that it has.
+    fn band(&self, band: Band<'_, S>) {
+        let Band { mut strip, low, high } = band;
+        self.strip(strip.lend(), [low.nodes(), high.nodes()]);
+        let (length, nothing) = (self.length[1], self.sweep.nothing);
+        let (first, last) = (&strip.elements[..length], &strip.elements[strip.elements.len() - length..]);
+        if let End::Own(nodes, totals) = low {
+            self.move_nodes(strip.first, nothing, first, nodes, totals);
+        }
+        if let End::Own(nodes, totals) = high {
+            self.move_nodes(strip.first + strip.element_totals.len(), last, nothing, nodes, totals);
+        }
+    }
+
+    /// A strip between two rows of nodes, which nothing moves before it is done; block by block.
+    fn strip(&self, mut strip: Strip<'_, S>, [below, above]: [&[S]; 2]) {
+        let rows = strip.element_totals.len();
+        if rows <= BLOCK {
+            self.rows(strip, [below, above]);
+            return;
+        }
+        let middle = strip.first + rows / 2;
+        let (low, (nodes, _), high) = strip.lend().cut(middle, self.length);
+        let nodes = &*nodes;
+        rayon::join(|| self.strip(low, [below, nodes]), || self.strip(high, [nodes, above]));
+        let (low, (nodes, totals), high) = strip.cut(middle, self.length);
+        let length = self.length[1];
+        self.move_nodes(middle, &low.elements[low.elements.len() - length..], &high.elements[..length], nodes, totals);
+    }
+
+    /// A block, row by row.
+    fn rows(&self, strip: Strip<'_, S>, [below, above]: [&[S]; 2]) {
+        let [length, element_length] = self.length;
+        let Strip { first, nodes, elements, element_totals, node_totals } = strip;
+        let rows = element_totals.len();
+        for (at, totals) in element_totals.iter_mut().enumerate() {
+            let under = if at == 0 { below } else { &nodes[(at - 1) * length..at * length] };
+            let over = if at + 1 == rows { above } else { &nodes[at * length..(at + 1) * length] };
+            let row = &mut elements[at * element_length..(at + 1) * element_length];
+            self.load_elements(first + at, [under, over], row, totals);
+            if at > 0 {
+                let around = &elements[(at - 1) * element_length..(at + 1) * element_length];
+                let (last, this) = around.split_at(element_length);
+                let row = &mut nodes[(at - 1) * length..at * length];
+                self.move_nodes(first + at, last, this, row, &mut node_totals[at - 1]);
+            }
+        }
+    }
+
+    /// One row of elements, from the rows of nodes below and above it.
+    fn load_elements(&self, row: usize, [below, above]: [&[S]; 2], element: &mut [S], totals: &mut ElementTotals) {
+        if !self.sweep.has(Passes::Elements) {
+            return;
+        }
+        totals.clear();
+        let [rows, columns] = &self.elements;
+        if !rows.contains(&row) {
+            return;
+        }
+        totals.computed = columns.len();
+        let model = self.sweep.model;
+        let (grid, sheet) = (&model.grid, model.sheet(self.ply));
+        let stride = grid.element_stride;
+        let (element, more) = element.split_at_mut(element::COUNT * stride);
+        let (viscous, strain) = more.split_at_mut(if self.sweep.viscous { element::VISCOUS * stride } else { 0 });
+        let mut row = ElementRow {
+            below: split(below, grid.node_stride),
+            above: split(above, grid.node_stride),
+            element: split_mut(element, stride),
+            viscous: sheet.viscous.then(|| split_mut(viscous, stride)),
+            strain: sheet.windows.is_some().then(|| split_mut(strain, stride)),
+            height: sheet.mesh.widths(row, 0)[1],
+            width: &sheet.columns.width,
+            per_width: &sheet.columns.per_width,
+            law_energy: sheet.law_energy.as_ref(),
+            ahead: [self.length[1], self.length[0]],
+        };
+        let kernels = &self.sweep.kernels[model.plies[self.ply].sheet];
+        kernels.elements(&mut row, columns.clone(), self.times[0], self.sample, totals);
+    }
+
+    /// One row of nodes, from the rows of elements below and above it.
+    fn move_nodes(&self, row: usize, below: &[S], above: &[S], node: &mut [S], totals: &mut NodeTotals) {
+        if !self.sweep.has(Passes::Nodes) {
+            return;
+        }
+        *totals = NodeTotals::default();
+        if !self.nodes.rows.contains(&row) {
+            return;
+        }
+        let model = self.sweep.model;
+        let (grid, sheet) = (&model.grid, model.sheet(self.ply));
+        let around = Neighbours { below: split(below, grid.element_stride), above: split(above, grid.element_stride) };
+        let m = sheet.row_mass(row);
+        let mass = RowMass { inverse: [&m.inverse[0], &m.inverse[1], &m.inverse[2]], mass: &m.mass };
+        let part = Part {
+            range: self.nodes.columns.clone(),
+            columns: sheet.mesh.columns + 1,
+            edge_row: row == 0 || row == sheet.mesh.rows,
+        };
+        let kernels = &self.sweep.kernels[model.plies[self.ply].sheet];
+        let [_, kick, drift] = self.times;
+        let mut fields = split_mut(node, grid.node_stride);
+        *totals = kernels.nodes(&around, &mass, &mut fields, &part, [kick, drift], self.sample);
+    }
+}

@@ -1,0 +1,170 @@
+//! How far a run is from the reference, over the time that both cover, and which runs nothing beats.
+
+use crate::output::{history, velocity_left};
+use crate::run::outcome::Outcome;
+use crate::run::{Run, Sample};
+
+/// Differences between a run and the reference; relative ones are over the reference's value.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Errors {
+    /// End of the time that both runs cover [s].
+    pub span: f64,
+    /// Root mean square of the velocity difference, over the velocity the reference lost in that time [-]; `None` where
+    /// it lost none.
+    pub velocity: Option<f64>,
+    /// Velocity left when the run ends, as `summary.json` has it, against the reference's [m/s].
+    pub residual_velocity: f64,
+    /// When the projectile came to rest, against the reference's [s]; `None` unless both did.
+    pub stop_time: Option<f64>,
+    /// Size of that difference: of the stop time over the reference's, else of the velocity left over what the reference
+    /// lost in all [-]; `None` where that is nothing.
+    pub end: Option<f64>,
+    /// Largest deflection in that time [-].
+    pub deflection: Option<f64>,
+    /// Largest yarn tension in that time, at the times of the history [-].
+    pub tension: Option<f64>,
+}
+
+/// The velocity along the line of flight, as a column.
+const VELOCITY: history::Column =
+    history::Column { name: "projectile_velocity_m_s", read: |sample| sample.projectile_velocity };
+
+/// Compares a run with the reference; `None` where the histories have no time in common.
+pub fn errors(reference: &Run, run: &Run) -> Option<Errors> {
+    let mut errors = histories(&reference.history, &run.history)?;
+    errors.residual_velocity = velocity_left(run)? - velocity_left(reference)?;
+    errors.stop_time = reference.stop_time.zip(run.stop_time).map(|(expected, got)| got - expected);
+    let lost = reference.history.first()?.projectile_velocity - velocity_left(reference)?;
+    errors.end = match (errors.stop_time, reference.stop_time) {
+        (Some(difference), Some(expected)) => Some(difference.abs() / expected),
+        _ => (lost > 0.0).then(|| errors.residual_velocity.abs() / lost),
+    };
+    Some(errors)
+}
+
+/// Compares two histories.
+pub fn histories(reference: &[Sample], run: &[Sample]) -> Option<Errors> {
+    let (expected_last, last) = (reference.last()?, run.last()?);
+    let span = expected_last.time.min(last.time);
+    let at = |history: &[Sample], time: f64| history::at(history, &VELOCITY, time);
+    let lost = at(reference, 0.0)? - at(reference, span)?;
+    let squared = mean_square(reference, run, span)?;
+    let peak = |history: &[Sample], read: fn(&Sample) -> f64| {
+        history.iter().filter(|row| row.time <= span).map(read).fold(0.0, f64::max)
+    };
+    let relative = |read: fn(&Sample) -> f64| {
+        let expected = peak(reference, read);
+        (expected > 0.0).then(|| peak(run, read) / expected - 1.0)
+    };
+    Some(Errors {
+        span,
+        velocity: (lost > 0.0).then(|| squared.sqrt() / lost),
+        residual_velocity: last.projectile_velocity - expected_last.projectile_velocity,
+        stop_time: None,
+        end: None,
+        deflection: relative(|row| row.deflection),
+        tension: relative(|row| row.balance.max_tension),
+    })
+}
+
+/// Mean square of the velocity difference over the rows of a run up to `span` [s], trapezoidal in time [m²/s²].
+fn mean_square(reference: &[Sample], run: &[Sample], span: f64) -> Option<f64> {
+    let times = run.iter().map(|row| row.time).filter(|time| *time < span).chain([span]);
+    let mut last: Option<(f64, f64)> = None;
+    let mut integral = 0.0;
+    for time in times {
+        let difference = history::at(run, &VELOCITY, time)? - history::at(reference, &VELOCITY, time)?;
+        let square = difference * difference;
+        if let Some((before, start)) = last {
+            integral += 0.5 * (start + square) * (time - before);
+        }
+        last = Some((time, square));
+    }
+    (span > 0.0).then(|| integral / span)
+}
+
+/// Whether a run has the reference's outcome. One that went on after its projectile came to rest may have seen it
+/// thrown back, which the reference did not wait for.
+pub fn same_outcome(reference: &Run, run: &Run) -> bool {
+    let waited = run.history.last().is_some_and(|row| reference.history.last().is_some_and(|end| row.time > end.time));
+    let thrown_back = (reference.outcome, run.outcome) == (Outcome::Stopped, Outcome::Rebounded) && waited;
+    reference.outcome == run.outcome || thrown_back
+}
+
+/// Which of these points (time, error) no other point beats: as fast and more accurate, or as accurate and faster.
+/// A missing point is never on the front.
+pub fn front(points: &[Option<[f64; 2]>]) -> Vec<bool> {
+    let beats = |a: &[f64; 2], b: &[f64; 2]| a[0] <= b[0] && a[1] <= b[1] && a != b;
+    let stands = |point: &Option<[f64; 2]>| {
+        point.is_some_and(|point| !points.iter().flatten().any(|other| beats(other, &point)))
+    };
+    points.iter().map(stands).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A history from 0 to `end` [µs] in steps of `step` [µs] with this velocity [m/s].
+    fn history(step: f64, end: f64, velocity: impl Fn(f64) -> f64) -> Vec<Sample> {
+        let rows = 0..=(end / step).round() as usize;
+        let row = |time: f64| Sample {
+            time: time * 1e-6,
+            projectile_velocity: velocity(time),
+            deflection: time,
+            ..Sample::default()
+        };
+        rows.map(|n| row(n as f64 * step)).collect()
+    }
+
+    #[test]
+    fn a_constant_difference_is_its_share_of_the_velocity_lost() {
+        let reference = history(0.5, 10.0, |t| 100.0 - 2.0 * t);
+        let run = history(0.7, 14.0, |t| 101.0 - 2.0 * t);
+        let found = histories(&reference, &run).unwrap_or_default();
+        assert!((found.span - 10e-6).abs() < 1e-18);
+        assert!(found.velocity.is_some_and(|error| (error - 1.0 / 20.0).abs() < 1e-12), "{found:?}");
+        // 101 − 28 against 100 − 20 at the ends of both.
+        assert!((found.residual_velocity + 7.0).abs() < 1e-9);
+        // 9.8 against 10 within the common time; what comes later does not count.
+        assert!(found.deflection.is_some_and(|error| (error + 0.02).abs() < 1e-12), "{found:?}");
+        assert_eq!((found.tension, found.stop_time), (None, None));
+    }
+
+    #[test]
+    fn a_growing_difference_has_its_root_mean_square() {
+        let reference = history(0.25, 10.0, |t| 50.0 - t);
+        let run = history(0.01, 10.0, |t| 50.0 - 1.1 * t);
+        let error = histories(&reference, &run).and_then(|found| found.velocity).unwrap_or(f64::NAN);
+        // √(∫ (0.1 t)² dt / 10) = 1/√3 of 10.
+        assert!((error - 0.1 / 3.0_f64.sqrt()).abs() < 1e-6, "{error}");
+        let mirrored = histories(&reference, &history(0.01, 10.0, |t| 50.0 - 0.9 * t)).and_then(|found| found.velocity);
+        assert!(mirrored.is_some_and(|other| (other - error).abs() < 1e-12));
+    }
+
+    #[test]
+    fn nothing_is_said_where_nothing_is_lost_or_common() {
+        let flight = history(0.5, 10.0, |_| 100.0);
+        assert_eq!(histories(&flight, &flight).and_then(|found| found.velocity), None);
+        assert_eq!(histories(&flight, &[]), None);
+        assert_eq!(histories(&flight, &flight[..1]), None);
+        let stopping = history(0.5, 10.0, |t| 100.0 - t);
+        assert_eq!(histories(&stopping, &stopping).and_then(|found| found.velocity), Some(0.0));
+    }
+
+    #[test]
+    fn the_front_holds_what_nothing_beats() {
+        let points = [
+            Some([1.0, 0.10]),
+            Some([2.0, 0.05]),
+            Some([3.0, 0.06]), // slower and worse than the second
+            Some([4.0, 0.01]),
+            Some([4.0, 0.02]), // as slow as the fourth and worse
+            None,
+            Some([1.0, 0.10]), // as good as the first: neither beats the other
+            Some([0.5, f64::INFINITY]),
+        ];
+        assert_eq!(front(&points), [true, true, false, true, false, false, true, true]);
+        assert_eq!(front(&[]), Vec::<bool>::new());
+    }
+}

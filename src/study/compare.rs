@@ -1,0 +1,518 @@
+//! Both backends from the same state, kernel by kernel: what differs, where, and by how much.
+//!
+//! The processor runs the case in single precision. For a compared step its state is put on the device, and widened into
+//! a double-precision state; the three compute the step, and after the elements both followers are given the leader's state
+//! again, so that a difference belongs to one kernel. (Contact follows the nodes without this: the nodes mark what it
+//! looks at.) What single precision costs stands beside what the device adds.
+
+use std::ops::Range;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use crate::case::Case;
+use crate::gpu::layout::{self, Sums, sum};
+use crate::gpu::stepper::{Stage, Stepper};
+use crate::gpu::{Device, DeviceError};
+use crate::kernels::element_force::field as element;
+use crate::kernels::node_update::field as node;
+use crate::kernels::rigid_body::RigidBody;
+use crate::model::{Model, Sheet};
+use crate::run::RunError;
+use crate::solver::energy_balance::Ledger;
+use crate::solver::state::{Rows, State};
+use crate::solver::{self, Context, HasKernels, StepTotals};
+
+/// How far a buffer may differ, relative to its scale.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Tolerance {
+    /// Kernel.
+    pub kernel: &'static str,
+    /// Quantity.
+    pub buffer: &'static str,
+    /// Allowed difference over the scale [-].
+    pub tolerance: f64,
+    /// What the scale is, and why so much.
+    pub reason: &'static str,
+}
+
+const fn allow(kernel: &'static str, buffer: &'static str, tolerance: f64, reason: &'static str) -> Tolerance {
+    Tolerance { kernel, buffer, tolerance, reason }
+}
+
+/// The tolerance table, in the order of a step.
+pub const TOLERANCES: [Tolerance; 25] = [
+    allow(
+        "element_force",
+        "membrane force",
+        1e-5,
+        "of the breaking force: strain rounds at 1e-7 of 1, failure is at 0.01 to 0.1",
+    ),
+    allow("element_force", "hourglass force", 1e-5, "of the breaking force, as above"),
+    allow("element_force", "yarn height", 2e-2, "of the sum of heights: not unique where nothing presses"),
+    allow("element_force", "yarn alive", 0.0, "the same yarns fail"),
+    allow("element_force", "viscous force", 1e-5, "of the breaking force: velocities round at 1e-7 of the largest"),
+    allow("node_update", "displacement", 1e-6, "of the largest: a few roundings"),
+    allow("node_update", "velocity", 1e-6, "of the largest: a few roundings"),
+    allow("ply_contact", "displacement", 2e-6, "of the largest: places in the pack round to 1e-8 m"),
+    allow(
+        "ply_contact",
+        "velocity",
+        5e-5,
+        "of the largest, or a hundredth of displacement over time step: a gap that is closed rounds like a displacement",
+    ),
+    allow("projectile_contact", "displacement", 2e-6, "of the largest: a 6 × 6 solve in single precision"),
+    allow(
+        "projectile_contact",
+        "velocity",
+        5e-5,
+        "of the largest, or a hundredth of displacement over time step: a gap that is closed rounds like a displacement",
+    ),
+    allow("projectile_contact", "body velocity", 1e-6, "of the impact velocity"),
+    allow("projectile_contact", "body position", 1e-6, "of an element length: fixed point at 6e-11 m"),
+    allow("projectile_contact", "body orientation", 1e-6, "of 1"),
+    allow("projectile_contact", "angular momentum", 1e-6, "of mass × impact velocity × reach"),
+    allow("projectile_rim", "displacement", 2e-6, "of the largest: solves of tens of points in single precision"),
+    allow(
+        "projectile_rim",
+        "velocity",
+        5e-5,
+        "of the largest, or a hundredth of displacement over time step: a gap that is closed rounds like a displacement",
+    ),
+    allow("projectile_rim", "body velocity", 1e-6, "of the impact velocity"),
+    allow("projectile_rim", "body position", 1e-6, "of an element length: fixed point at 6e-11 m"),
+    allow("projectile_rim", "body orientation", 1e-6, "of 1"),
+    allow("projectile_rim", "angular momentum", 1e-6, "of mass × impact velocity × reach"),
+    allow("ledger", "kinetic energy", 1e-5, "of the energy there is: sums of single-precision numbers"),
+    allow("ledger", "momentum", 1e-5, "of mass × velocity, as above"),
+    allow("ledger", "stored energy", 1e-5, "of the energy there is, as above"),
+    allow("ledger", "work", 1e-5, "of the energy there is, as above"),
+];
+
+/// The line of the table for a quantity of a kernel.
+fn line(kernel: &str, buffer: &str) -> usize {
+    let found = TOLERANCES.iter().position(|line| line.kernel == kernel && line.buffer == buffer);
+    found.unwrap_or_else(|| unreachable!("{buffer} of {kernel} is in no table"))
+}
+
+/// One number that differs.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Difference {
+    /// Step.
+    pub step: u64,
+    /// Index into [`TOLERANCES`].
+    pub what: usize,
+    /// Ply, row, column of the node or element.
+    pub place: [usize; 3],
+    /// Component, or yarn.
+    pub component: usize,
+    /// Single precision on the processor.
+    pub cpu: f64,
+    /// The device.
+    pub gpu: f64,
+    /// Double precision on the processor.
+    pub wide: f64,
+    /// |gpu − cpu| over the scale [-].
+    pub relative: f64,
+    /// |cpu − wide| over the scale [-].
+    pub rounding: f64,
+}
+
+impl Difference {
+    /// Whether the device differs more than it may.
+    pub fn is_over(&self) -> bool {
+        // A NaN is over, whatever the tolerance.
+        self.relative.is_nan() || self.relative > TOLERANCES[self.what].tolerance
+    }
+}
+
+/// A whole comparison.
+#[derive(Clone, Debug)]
+pub struct Comparison {
+    /// Steps followed.
+    pub steps: u64,
+    /// Steps compared.
+    pub compared: u64,
+    /// Numbers compared.
+    pub numbers: u64,
+    /// The largest difference of each line of [`TOLERANCES`], where it was seen.
+    pub worst: Vec<Option<Difference>>,
+    /// Largest |cpu − wide| over the scale, line by line.
+    pub rounding: Vec<f64>,
+    /// The first difference over its tolerance.
+    pub first: Option<Difference>,
+}
+
+impl Comparison {
+    fn new() -> Self {
+        let count = TOLERANCES.len();
+        Self { steps: 0, compared: 0, numbers: 0, worst: vec![None; count], rounding: vec![0.0; count], first: None }
+    }
+
+    fn see(&mut self, d: Difference) {
+        self.numbers += 1;
+        let what = d.what;
+        self.rounding[what] = self.rounding[what].max(d.rounding);
+        if d.is_over() && self.first.is_none() {
+            self.first = Some(d.clone());
+        }
+        let larger = self.worst[what].as_ref().is_none_or(|w| d.relative.is_nan() || d.relative > w.relative);
+        if larger {
+            self.worst[what] = Some(d);
+        }
+    }
+}
+
+/// Numbers of one step in three versions.
+struct Triple<'a> {
+    step: u64,
+    cpu: &'a State<f32>,
+    gpu: &'a State<f32>,
+    wide: &'a State<f64>,
+}
+
+/// What differences are measured by.
+#[derive(Clone, Copy, Debug)]
+struct Scales {
+    force: f64,
+    height: f64,
+    length: f64,
+    speed: f64,
+    /// Velocities that close a gap.
+    closing: f64,
+    spin: f64,
+    energy: f64,
+    momentum: f64,
+}
+
+/// A run on the processor, stage by stage.
+struct Twin<S: HasKernels> {
+    model: Model<S>,
+    state: State<S>,
+    stepper: solver::Stepper<S>,
+    ledger: Ledger,
+    /// Of the step at hand.
+    totals: StepTotals,
+}
+
+impl<S: HasKernels> Twin<S> {
+    fn new((model, state): (Model<S>, State<S>)) -> Self {
+        let stepper = solver::Stepper::new(&model);
+        Self { model, state, stepper, ledger: Ledger::default(), totals: StepTotals::default() }
+    }
+
+    fn run(&mut self, stage: fn(&mut solver::Stepper<S>, &mut Context<'_, S>)) {
+        let mut context = Context::new(&self.model, &mut self.state, &mut self.ledger, true);
+        context.totals = std::mem::take(&mut self.totals);
+        stage(&mut self.stepper, &mut context);
+        self.totals = std::mem::take(&mut context.totals);
+    }
+}
+
+/// The three runs.
+struct Lockstep<'a> {
+    /// In single precision.
+    leader: Twin<f32>,
+    /// In double precision, from the leader's state before every stage.
+    follower: Twin<f64>,
+    gpu: State<f32>,
+    device: Stepper<'a>,
+    comparison: Comparison,
+}
+
+/// Follows a case for `steps` steps, or to its end, and compares every `every`-th.
+///
+/// # Errors
+/// When the case cannot become a model, or the device cannot hold it or is lost.
+pub fn compare(
+    case: &Case,
+    device: &Device,
+    steps: Option<u64>,
+    every: u64,
+    interrupt: &AtomicBool,
+) -> Result<Comparison, RunError> {
+    let mut lockstep = Lockstep::new(case, device)?;
+    let all = (case.solver.end_time / lockstep.leader.model.dt).ceil() as u64 + 1;
+    let count = steps.unwrap_or(all).min(all);
+    while lockstep.leader.state.step < count && !interrupt.load(Ordering::Relaxed) {
+        if lockstep.leader.state.step.is_multiple_of(every) {
+            lockstep.compare_step()?;
+        } else {
+            let Twin { model, state, stepper, ledger, .. } = &mut lockstep.leader;
+            stepper.step(model, state, ledger, false);
+        }
+    }
+    lockstep.comparison.steps = lockstep.leader.state.step;
+    Ok(lockstep.comparison)
+}
+
+impl<'a> Lockstep<'a> {
+    fn new(case: &Case, device: &'a Device) -> Result<Self, RunError> {
+        let leader = Twin::new(solver::set_up::<f32>(case, false)?);
+        let wide = Model::<f64>::new(case).map_err(RunError::Model)?;
+        Ok(Self {
+            device: Stepper::new(device, &leader.model)?,
+            gpu: leader.state.clone(),
+            follower: Twin::new((wide, widen(&leader.state))),
+            leader,
+            comparison: Comparison::new(),
+        })
+    }
+
+    fn compare_step(&mut self) -> Result<(), DeviceError> {
+        let step = self.leader.state.step;
+        let info = self.device.whole_step(step, Some(0), 1);
+        self.leader.totals = StepTotals::default();
+        self.follower.totals = StepTotals::default();
+        self.follower.state = widen(&self.leader.state);
+        self.follower.ledger = Ledger::default();
+        let work_before = self.leader.ledger.work;
+
+        self.device.upload(&self.leader.model, &self.leader.state);
+        self.leader.run(solver::Stepper::elements);
+        self.follower.run(solver::Stepper::elements);
+        self.device.run_stages(&info, &[Stage::Elements])?;
+        self.device.download(&self.leader.model, &mut self.gpu)?;
+        let scales = self.scales();
+        self.elements(&scales);
+
+        // The accounts of the elements stay on the device for the ledger; all else is the leader's.
+        self.device.upload_but_accounts(&self.leader.model, &self.leader.state);
+        // Contact between plies adds to the work of the membrane later: on the device that is another sum.
+        let work = [self.leader.ledger.work - work_before, self.follower.ledger.work];
+        self.follower.state = widen(&self.leader.state);
+        self.leader.run(solver::Stepper::nodes);
+        self.follower.run(solver::Stepper::nodes);
+        self.device.run_stages(&info, &[Stage::Nodes])?;
+        self.device.download(&self.leader.model, &mut self.gpu)?;
+        let scales = self.scales();
+        self.nodes("node_update", &scales);
+
+        if self.leader.model.plies.len() > 1 {
+            self.leader.run(solver::Stepper::plies);
+            self.follower.run(solver::Stepper::plies);
+            self.device.run_stages(&info, &[Stage::Plies])?;
+            self.device.download(&self.leader.model, &mut self.gpu)?;
+            self.nodes("ply_contact", &scales);
+        }
+
+        self.leader.run(solver::Stepper::projectile);
+        self.follower.run(solver::Stepper::projectile);
+        self.device.run_stages(&info, &[Stage::Projectile, Stage::Ledger])?;
+        self.device.download(&self.leader.model, &mut self.gpu)?;
+        if self.leader.state.body.is_some() {
+            let kernel = if self.leader.model.rim { "projectile_rim" } else { "projectile_contact" };
+            self.nodes(kernel, &scales);
+            self.body(kernel, &scales);
+        }
+        self.leader.state.step += 1;
+        let sample = self.device.read_sample()?;
+        self.sums(&scales, step, &sample, work);
+        self.comparison.compared += 1;
+        Ok(())
+    }
+
+    /// Scales of the leader's state.
+    fn scales(&self) -> Scales {
+        let (model, state) = (&self.follower.model, &self.leader.state);
+        let breaking = |i: usize| {
+            let of = |sheet: &Sheet<f64>| {
+                let y = &sheet.cell.yarn[i];
+                y.stiffness * y.failure_strain.min(1.0) * sheet.element.membrane[i]
+            };
+            model.sheets.iter().map(of).fold(0.0, f64::max)
+        };
+        let shortest = model.sheets.iter().map(|sheet| sheet.mesh.shortest()).fold(f64::INFINITY, f64::min);
+        let largest = |first: usize| {
+            let rows = 0..model.grid.node_rows();
+            let fields = |row: usize| (first..first + 3).map(move |f| (row, f));
+            rows.flat_map(fields)
+                .map(|(row, f)| {
+                    let at = f * state.nodes.stride;
+                    state.nodes.row(row)[at..at + state.nodes.stride].iter().fold(0.0_f32, |a, b| a.max(b.abs()))
+                })
+                .fold(0.0_f32, f32::max)
+        };
+        let body = model.projectile.as_ref();
+        let impact = body.map_or(0.0, |b| b.velocity.norm());
+        let speed = f64::from(largest(node::VELOCITY)).max(impact).max(1e-3);
+        let length = f64::from(largest(node::DISPLACEMENT)).max(shortest);
+        let mass = body.map_or(0.0, |b| b.mass);
+        let node_mass = model
+            .sheets
+            .iter()
+            .map(|sheet| sheet.mass[1].mass.iter().sum::<f64>().max(sheet.mass[0].mass.iter().sum::<f64>()))
+            .fold(0.0, f64::max);
+        let heaviest = mass.max(node_mass);
+        Scales {
+            force: breaking(0).max(breaking(1)),
+            height: model.sheets.iter().map(|sheet| sheet.cell.height_sum).fold(1e-9, f64::max),
+            length,
+            speed,
+            closing: speed.max(0.01 * length / model.dt),
+            spin: body.map_or(1.0, |b| b.mass * impact.max(1e-3) * b.body.reach),
+            energy: (0.5 * heaviest * speed * speed).max(self.leader.ledger.balance().stored.abs()),
+            momentum: heaviest * speed,
+        }
+    }
+
+    fn elements(&mut self, scales: &Scales) {
+        let mut fields = vec![
+            ("membrane force", element::WARP_FORCE..element::HOURGLASS, scales.force),
+            ("hourglass force", element::HOURGLASS..element::FORCES.end, scales.force),
+            ("yarn height", element::HEIGHT..element::ALIVE, scales.height),
+            ("yarn alive", element::ALIVE..element::COUNT, 1.0),
+        ];
+        if self.leader.model.terms().viscous {
+            fields.push(("viscous force", element::COUNT..element::COUNT + element::VISCOUS, scales.force));
+        }
+        self.element_fields("element_force", &fields);
+    }
+
+    /// Fields of every element after a kernel: the quantity, which fields, their scale.
+    fn element_fields(&mut self, kernel: &str, fields: &[(&str, Range<usize>, f64)]) {
+        let grid = self.leader.model.grid;
+        let triple = Triple::new(&self.leader, &self.gpu, &self.follower);
+        for &(quantity, ref fields, scale) in fields {
+            let what = line(kernel, quantity);
+            for field in fields.clone() {
+                for row in 0..grid.element_rows() {
+                    let (ply, in_ply) = grid.element_row(row);
+                    for column in 0..grid.columns {
+                        let standing = triple.cpu.standing(row, column);
+                        if fields.start == element::HEIGHT && !standing {
+                            continue; // nobody reads the heights of an eroded element
+                        }
+                        let d = triple.element(what, field, fields.start, [row, column], [ply, in_ply, column], scale);
+                        self.comparison.see(d);
+                    }
+                }
+            }
+        }
+    }
+
+    fn nodes(&mut self, kernel: &str, scales: &Scales) {
+        let grid = self.leader.model.grid;
+        let triple = Triple::new(&self.leader, &self.gpu, &self.follower);
+        for field in 0..node::COUNT {
+            let (quantity, scale) = match field {
+                node::VELOCITY.. if kernel == "node_update" => ("velocity", scales.speed),
+                node::VELOCITY.. => ("velocity", scales.closing),
+                _ => ("displacement", scales.length),
+            };
+            let what = line(kernel, quantity);
+            for row in 0..grid.node_rows() {
+                let (ply, in_ply) = grid.node_row(row);
+                for column in 0..=grid.columns {
+                    let pick = |rows: &Rows<f32>| f64::from(rows.get(row, field, column));
+                    let values =
+                        [pick(&triple.cpu.nodes), pick(&triple.gpu.nodes), triple.wide.nodes.get(row, field, column)];
+                    self.comparison.see(difference(triple.step, what, [ply, in_ply, column], field % 3, values, scale));
+                }
+            }
+        }
+    }
+
+    fn body(&mut self, kernel: &str, scales: &Scales) {
+        let triple = Triple::new(&self.leader, &self.gpu, &self.follower);
+        let (Some(cpu), Some(gpu), Some(wide)) = (&triple.cpu.body, &triple.gpu.body, &triple.wide.body) else {
+            return;
+        };
+        let cell = self.follower.model.sheet(0).mesh.shortest();
+        type Pick = fn(&RigidBody) -> [f64; 4];
+        let vectors: [(&str, Pick, f64); 4] = [
+            ("body velocity", |b| [b.velocity.x, b.velocity.y, b.velocity.z, 0.0], scales.speed),
+            ("body position", |b| [b.position.x, b.position.y, b.position.z, 0.0], cell),
+            ("body orientation", |b| [b.orientation.i, b.orientation.j, b.orientation.k, b.orientation.w], 1.0),
+            (
+                "angular momentum",
+                |b| [b.angular_momentum.x, b.angular_momentum.y, b.angular_momentum.z, 0.0],
+                scales.spin,
+            ),
+        ];
+        for (quantity, pick, scale) in vectors {
+            let what = line(kernel, quantity);
+            let values = [pick(cpu), pick(gpu), pick(wide)];
+            for a in 0..4 {
+                let values = values.map(|v| v[a]);
+                self.comparison.see(difference(triple.step, what, [0; 3], a, values, scale));
+            }
+        }
+    }
+
+    /// Sums of the ledger: fabric only.
+    fn sums(&mut self, scales: &Scales, step: u64, sample: &[u32], [work, wide_work]: [f64; 2]) {
+        let (sums, rest) = sample.split_at(self.device.body_at());
+        let sums = Sums::new(sums);
+        let (cpu, wide) = (self.leader.ledger.fabric(), self.follower.ledger.fabric());
+        let mut see = |quantity: &str, component: usize, values: [f64; 3], scale: f64| {
+            self.comparison.see(difference(step, line("ledger", quantity), [0; 3], component, values, scale));
+        };
+        see("kinetic energy", 0, [cpu.kinetic, sums.add(sum::KINETIC_NOW), wide.kinetic], scales.energy);
+        // The processor's ledger holds fabric and projectile together; the device's sums are the fabric's.
+        let body = self
+            .leader
+            .model
+            .projectile
+            .as_ref()
+            .filter(|p| !p.prescribed)
+            .map(|p| layout::read_body(rest, p).body.velocity * p.mass);
+        for a in 0..3 {
+            let flying = body.map_or(0.0, |b| b[a]);
+            let gpu = sums.add(sum::MOMENTUM + a) + flying;
+            see("momentum", a, [cpu.momentum[a], gpu, wide.momentum[a]], scales.momentum);
+        }
+        see("stored energy", 0, [cpu.stored, sums.add(sum::STORED), wide.stored], scales.energy);
+        see("work", 0, [work, sums.add(sum::WORK), wide_work], scales.energy);
+    }
+}
+
+impl<'a> Triple<'a> {
+    fn new(leader: &'a Twin<f32>, gpu: &'a State<f32>, follower: &'a Twin<f64>) -> Self {
+        Self { step: leader.state.step, cpu: &leader.state, gpu, wide: &follower.state }
+    }
+
+    fn element(
+        &self,
+        what: usize,
+        field: usize,
+        first: usize,
+        [row, column]: [usize; 2],
+        place: [usize; 3],
+        scale: f64,
+    ) -> Difference {
+        let pick = |rows: &Rows<f32>| f64::from(rows.get(row, field, column + 1));
+        let wide = self.wide.elements.get(row, field, column + 1);
+        difference(
+            self.step,
+            what,
+            place,
+            field - first,
+            [pick(&self.cpu.elements), pick(&self.gpu.elements), wide],
+            scale,
+        )
+    }
+}
+
+fn difference(
+    step: u64,
+    what: usize,
+    place: [usize; 3],
+    component: usize,
+    [cpu, gpu, wide]: [f64; 3],
+    scale: f64,
+) -> Difference {
+    let relative = (gpu - cpu).abs() / scale;
+    let rounding = (cpu - wide).abs() / scale;
+    Difference { step, what, place, component, cpu, gpu, wide, relative, rounding }
+}
+
+/// The same state in double precision.
+fn widen(state: &State<f32>) -> State<f64> {
+    State {
+        nodes: state.nodes.widened(),
+        elements: state.elements.widened(),
+        reach: state.reach.clone(),
+        over: state.over.clone(),
+        body: state.body.clone(),
+        step: state.step,
+    }
+}

@@ -1,0 +1,104 @@
+//! Keys by which two JSON objects differ.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use serde_json::Value;
+
+use crate::case::CASE_WORDS;
+use crate::case::escape_pointer;
+
+/// What computed a run: keys of `summary.json`.
+const MACHINE: [&str; 5] = ["backend", "adapter", "precision", "threads", "version"];
+
+/// A key whose value differs.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Key {
+    /// JSON pointer.
+    pub pointer: String,
+    /// What the first has there; `None` where it has nothing.
+    pub a: Option<Value>,
+    /// What the other has there.
+    pub b: Option<Value>,
+}
+
+/// What differs between two cases, but for the words around what is computed.
+pub(super) fn of_cases(a: &Value, b: &Value) -> Vec<Key> {
+    let without_words = |case: &Value| {
+        let mut case = case.clone();
+        if let Some(map) = case.as_object_mut() {
+            map.retain(|key, _| !CASE_WORDS.contains(&key.as_str()));
+        }
+        case
+    };
+    differing(&without_words(a), &without_words(b))
+}
+
+/// What differs in what computed two runs.
+pub(super) fn of_machines(a: &Value, b: &Value) -> Vec<Key> {
+    let of = |summary: &Value| {
+        MACHINE.iter().map(|key| ((*key).to_owned(), summary[*key].clone())).collect::<serde_json::Map<_, _>>().into()
+    };
+    differing(&of(a), &of(b))
+}
+
+/// Leaves that are not the same in both, by pointer.
+fn differing(a: &Value, b: &Value) -> Vec<Key> {
+    let (mut left, mut right) = (BTreeMap::new(), BTreeMap::new());
+    leaves(a, String::new(), &mut left);
+    leaves(b, String::new(), &mut right);
+    let pointers: BTreeSet<&String> = left.keys().chain(right.keys()).collect();
+    let rows = pointers.into_iter().map(|pointer| {
+        let [a, b] = [&left, &right].map(|side| side.get(pointer).map(|value| (*value).clone()));
+        Key { pointer: pointer.clone(), a, b }
+    });
+    rows.filter(|key| !same(key.a.as_ref(), key.b.as_ref())).collect()
+}
+
+/// 1 and 1.0 are the same.
+fn same(a: Option<&Value>, b: Option<&Value>) -> bool {
+    match (a.and_then(Value::as_f64), b.and_then(Value::as_f64)) {
+        (Some(a), Some(b)) => a == b,
+        _ => a == b,
+    }
+}
+
+fn leaves<'a>(value: &'a Value, pointer: String, out: &mut BTreeMap<String, &'a Value>) {
+    match value {
+        Value::Object(map) if !map.is_empty() => {
+            for (key, value) in map {
+                leaves(value, format!("{pointer}/{}", escape_pointer(key)), out);
+            }
+        }
+        Value::Array(items) if !items.is_empty() => {
+            for (index, value) in items.iter().enumerate() {
+                leaves(value, format!("{pointer}/{index}"), out);
+            }
+        }
+        leaf => {
+            out.insert(pointer, leaf);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use serde_json::json;
+
+    use super::*;
+
+    #[test]
+    fn only_what_differs_is_named_by_its_pointer() {
+        let a = json!({"title": "x", "pack": {"plies": 1, "a/b": [1, 2]}, "solver": {"courant": 0.9}, "sources": {"/pack": "y"}});
+        let b = json!({"title": "z", "pack": {"plies": 1.0, "a/b": [1, 3, 4]}, "solver": {}});
+        let found: Vec<(String, Option<Value>, Option<Value>)> =
+            of_cases(&a, &b).into_iter().map(|key| (key.pointer, key.a, key.b)).collect();
+        let expected = [
+            ("/pack/a~1b/1", Some(json!(2)), Some(json!(3))),
+            ("/pack/a~1b/2", None, Some(json!(4))),
+            ("/solver", None, Some(json!({}))),
+            ("/solver/courant", Some(json!(0.9)), None),
+        ];
+        assert_eq!(found, expected.map(|(pointer, a, b)| (pointer.to_owned(), a, b)));
+        assert!(of_cases(&a, &a).is_empty());
+    }
+}

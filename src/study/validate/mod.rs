@@ -1,0 +1,249 @@
+//! Predictions against what others have found: closed forms with published constants, and the paper's shots.
+//!
+//! No row gives an input back. Closed forms are scenes of `cases/verify` whose source says so, the same scenes driven otherwise, and
+//! tests of shear whose frame or grips no case has. What was published as a curve
+//! only is shown without a judgement: there is no number to hold it against. A row that fails stays, with the reason where it
+//! is known. Tables of the unit cell, conservation and stability are the affair of [`crate::study::verify`].
+
+mod driven;
+mod limits;
+mod shear;
+mod shots;
+mod text;
+
+use std::sync::atomic::AtomicBool;
+
+use serde_json::{Value, json};
+
+use crate::case::{self, Case};
+use crate::run::{Options, Progress};
+use crate::study::verify::scenes::SCENES;
+pub use shots::{SHOTS, has_published, is_published};
+pub use text::{html, markdown};
+
+/// What the sources call the paper.
+pub const PAPER: &str = "Shahkarami, A., Vaziri, R. (2006). An efficient shell element based approach to modeling the impact \
+                         response of fabrics.";
+
+/// One published number or statement.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Row {
+    /// The fabric or the shot.
+    pub group: String,
+    /// What was published of it, with its unit.
+    pub name: String,
+    /// What it is.
+    pub expected: Expected,
+    /// What was computed: a number in the unit of the name, or a word. Null where there is nothing.
+    pub got: Value,
+    /// Where it was published.
+    pub source: String,
+    /// Whether it holds; `None`: not judged.
+    pub pass: Option<bool>,
+    /// Why it does not, where that is known; else empty.
+    pub known_difference: String,
+}
+
+/// What was published.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Expected {
+    /// A number as printed, how far off is as good, and why that far.
+    Number {
+        /// As printed.
+        text: String,
+        /// The same.
+        value: f64,
+        /// Largest difference that is no contradiction.
+        tolerance: f64,
+        /// Why.
+        because: &'static str,
+    },
+    /// A statement in words.
+    Statement(String),
+    /// A curve without numbers, or another finding that decides nothing.
+    CurveOnly(String),
+}
+
+impl Row {
+    /// A row, judged where a number is expected.
+    fn judged(group: &str, name: &str, expected: Expected, got: Value, source: &str) -> Self {
+        let pass = match &expected {
+            Expected::Number { value, tolerance, .. } => {
+                Some(got.as_f64().is_some_and(|got| (got - value).abs() <= *tolerance))
+            }
+            _ => None,
+        };
+        let [group, name, source] = [group, name, source].map(str::to_owned);
+        Self { group, name, expected, got, source, pass, known_difference: String::new() }
+    }
+
+    /// A row that could not be computed, and why.
+    fn failed(group: &str, why: String) -> Self {
+        let expected = Expected::Statement("something computed".to_owned());
+        Self {
+            group: group.to_owned(),
+            name: String::new(),
+            expected,
+            got: json!(why),
+            source: String::new(),
+            pass: Some(false),
+            known_difference: String::new(),
+        }
+    }
+
+    /// Expected, as people read it.
+    pub fn expected_text(&self) -> String {
+        match &self.expected {
+            Expected::Number { text, .. } | Expected::Statement(text) | Expected::CurveOnly(text) => text.clone(),
+        }
+    }
+
+    /// Got, as people read it: as many digits as expected.
+    pub fn got_text(&self) -> String {
+        let decimals = match &self.expected {
+            Expected::Number { text, .. } => text.split_once('.').map_or(0, |(_, fraction)| fraction.len()),
+            _ => 1,
+        };
+        match &self.got {
+            Value::Number(number) => number.as_f64().map_or_else(String::new, |got| format!("{got:.decimals$}")),
+            Value::String(word) => word.clone(),
+            _ => "nothing".to_owned(),
+        }
+    }
+
+    /// Got over expected, minus one; `None` where one of them is no number, or nothing is expected.
+    pub fn difference(&self) -> Option<f64> {
+        match &self.expected {
+            Expected::Number { value, .. } if *value != 0.0 => self.got.as_f64().map(|got| got / value - 1.0),
+            _ => None,
+        }
+    }
+
+    /// The same in percent.
+    pub fn difference_text(&self) -> String {
+        self.difference().map_or_else(String::new, |difference| match format!("{:+.2} %", 100.0 * difference) {
+            zero if zero.starts_with("+0.00") || zero.starts_with("-0.00") => "0 %".to_owned(),
+            text => text,
+        })
+    }
+
+    /// Source, and why the row is known to fail.
+    pub fn source_text(&self) -> String {
+        match (self.pass, self.known_difference.as_str()) {
+            (_, "") | (Some(true) | None, _) => self.source.clone(),
+            (Some(false), why) => format!("{}; {why}", self.source),
+        }
+    }
+
+    /// `pass`, `FAIL`, or nothing where there is no judgement.
+    pub fn mark(&self) -> &'static str {
+        match self.pass {
+            Some(true) => "pass",
+            Some(false) => "FAIL",
+            None => "",
+        }
+    }
+
+    /// As scripts read it.
+    pub fn to_json(&self) -> Value {
+        let (expected, tolerance, because) = match &self.expected {
+            Expected::Number { value, tolerance, because, .. } => (json!(value), json!(tolerance), json!(because)),
+            Expected::Statement(text) | Expected::CurveOnly(text) => (json!(text), Value::Null, Value::Null),
+        };
+        json!({
+            "group": self.group,
+            "name": self.name,
+            "expected": expected,
+            "tolerance": tolerance,
+            "tolerance_because": because,
+            "got": self.got,
+            "difference": self.difference(),
+            "source": self.source,
+            "judged": self.pass.is_some(),
+            "pass": self.pass,
+            "known_difference": self.known_difference,
+        })
+    }
+}
+
+/// What happened to the rows in numbers: passed, failed, not judged.
+pub fn counts(rows: &[Row]) -> [usize; 3] {
+    [Some(true), Some(false), None].map(|pass| rows.iter().filter(|row| row.pass == pass).count())
+}
+
+/// Rows that fail without a reason that is known.
+pub fn unexplained(rows: &[Row]) -> usize {
+    rows.iter().filter(|row| row.pass == Some(false) && row.known_difference.is_empty()).count()
+}
+
+/// Computes every row. Rows after an interrupt are left out.
+pub fn run(
+    options: Options<'_>,
+    interrupt: &AtomicBool,
+    progress: &mut (dyn FnMut(&str, &Progress) + Send),
+) -> Vec<Row> {
+    let mut rows = Vec::new();
+    for (name, text) in SCENES {
+        match case::from_str(name, text, &[]) {
+            Ok(case) if !has_published(&case) => {}
+            Ok(case) => drop(shots::add(&case, options, interrupt, progress, &mut rows)),
+            Err(error) => rows.push(Row::failed(name, error.to_string())),
+        }
+    }
+    driven::add(options, interrupt, progress, &mut rows);
+    shear::add(interrupt, progress, &mut rows);
+    shots::paper(options, interrupt, progress, &mut rows);
+    limits::add(options, interrupt, progress, &mut rows);
+    rows
+}
+
+/// Computes the rows of these cases alone: what they state with a published source.
+pub fn run_cases(
+    cases: &[Case],
+    options: Options<'_>,
+    interrupt: &AtomicBool,
+    progress: &mut (dyn FnMut(&str, &Progress) + Send),
+) -> Vec<Row> {
+    let mut rows = Vec::new();
+    for case in cases {
+        shots::add(case, options, interrupt, progress, &mut rows);
+    }
+    rows
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
+    use super::*;
+
+    fn row(text: &str, got: Value) -> Row {
+        let value: f64 = text.parse().unwrap();
+        let (text, tolerance, because) = (text.to_owned(), 0.005 * value, "a test");
+        let expected = Expected::Number { text, value, tolerance, because };
+        Row::judged("group", "name", expected, got, "source")
+    }
+
+    #[test]
+    fn a_number_holds_within_its_tolerance() {
+        let near = row("2.18", json!(2.1849));
+        assert_eq!((near.pass, near.got_text(), near.difference_text()), (Some(true), "2.18".into(), "+0.22 %".into()));
+        for wrong in [json!(2.1910), json!(2.1690), json!(f64::NAN), Value::Null, json!("2.18")] {
+            assert_eq!(row("2.18", wrong.clone()).pass, Some(false), "{wrong}");
+        }
+        assert_eq!(row("96.0", json!(95.999)).difference_text(), "0 %");
+        let json = near.to_json();
+        assert_eq!((&json["expected"], &json["got"], &json["pass"]), (&json!(2.18), &json!(2.1849), &json!(true)));
+        assert_eq!(counts(&[near, row("1", json!(2.0))]), [1, 1, 0]);
+    }
+
+    #[test]
+    fn a_curve_is_not_judged_and_what_could_not_be_computed_has_failed() {
+        let curve = Expected::CurveOnly("a curve".to_owned());
+        let row = Row::judged("group", "name", curve, json!(96.31), "paper");
+        assert_eq!((row.mark(), row.got_text(), row.difference_text()), ("", "96.3".into(), String::new()));
+        assert_eq!((&row.to_json()["judged"], &row.to_json()["pass"]), (&json!(false), &Value::Null));
+        let failed = Row::failed("group", "no memory".to_owned());
+        assert_eq!((failed.mark(), failed.got_text()), ("FAIL", "no memory".into()));
+        assert_eq!(counts(&[row, failed]), [0, 1, 1]);
+    }
+}

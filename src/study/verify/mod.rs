@@ -1,0 +1,94 @@
+//! The built-in verification table: closed forms and measured facts against what this build computes.
+//!
+//! Three parts: the unit cell against tabulated values, every scene of `cases/verify` against its `expect` block,
+//! and stability of hard scenes. The same scenes are run by the tests.
+
+pub(crate) mod scenes;
+mod stability;
+pub mod stress;
+pub(crate) mod unit_cell;
+
+use std::sync::atomic::AtomicBool;
+
+use crate::case::Case;
+use crate::markdown::table;
+use crate::run::{self, Options, Run};
+
+/// One line of the table.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Row {
+    /// Part of the table.
+    pub group: &'static str,
+    /// What is checked.
+    pub name: String,
+    /// Expected, as text.
+    pub expected: String,
+    /// Found, as text.
+    pub got: String,
+    /// Allowed difference, as text.
+    pub tolerance: String,
+    /// Where the expectation comes from.
+    pub source: String,
+    /// Whether it holds.
+    pub pass: bool,
+}
+
+/// Runs the whole table, handing over each row as it is known. Rows after an interrupt are left out.
+pub fn run(options: Options<'_>, interrupt: &AtomicBool, each: &mut dyn FnMut(&Row)) -> Vec<Row> {
+    let mut rows = Vec::new();
+    let mut keep = |row: Row| {
+        each(&row);
+        rows.push(row);
+    };
+    unit_cell::rows(&mut keep);
+    scenes::rows(options, interrupt, &mut keep);
+    stability::rows(options, interrupt, &mut keep);
+    rows
+}
+
+/// The table in Markdown. Numbers found that are rounding and nothing else are not shown: they say no more than the row's bound.
+pub fn markdown(rows: &[Row]) -> String {
+    let cells = |row: &Row| {
+        let verdict = if row.pass { "pass" } else { "FAIL" };
+        let is_rounding = row.got.parse().is_ok_and(|got: f64| got != 0.0 && got.abs() < ROUNDING);
+        let got = if is_rounding { "rounding" } else { &row.got };
+        [row.group, &row.name, &row.expected, got, &row.tolerance, verdict, &row.source].map(str::to_owned).to_vec()
+    };
+    table(&["of", "what", "expected", "got", "tolerance", "", "source"], rows.iter().map(cells))
+}
+
+/// A number that is not zero and smaller than this is rounding.
+const ROUNDING: f64 = 1e-9;
+
+/// A number against an expected one.
+fn number(group: &'static str, name: String, expected: f64, got: f64, tolerance: f64, source: &str) -> Row {
+    Row {
+        group,
+        name,
+        expected: format!("{expected}"),
+        got: format!("{got:.7}"),
+        tolerance: format!("±{tolerance:.1e}"),
+        source: source.to_owned(),
+        pass: (got - expected).abs() <= tolerance,
+    }
+}
+
+/// A scene's run, or a failed row that says why there is none.
+fn simulate(group: &'static str, case: &Case, options: Options<'_>, interrupt: &AtomicBool) -> Result<Run, Box<Row>> {
+    let failed = |got: String| Row {
+        group,
+        name: case.title.clone(),
+        expected: "a finished run".into(),
+        got,
+        tolerance: String::new(),
+        source: String::new(),
+        pass: false,
+    };
+    match run::run(case, options, interrupt, &mut ()) {
+        Ok(run) => match &run.trouble {
+            Some(t) => Err(Box::new(failed(format!("unstable at step {} in {}: {}", t.step, t.kernel, t.quantity)))),
+            None => Ok(run),
+        },
+        Err(error) => Err(Box::new(failed(error.to_string()))),
+    }
+}

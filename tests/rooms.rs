@@ -1,0 +1,80 @@
+//! The rooms of `src/` use one another in one direction only.
+//!
+//! Goes red when a module imports from a room below its own in the list of `lib.rs`. It cannot see a room that has grown past its idea.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+/// From the top down; each may use itself and those before it.
+const ROOMS: [&str; 10] = ["math", "case", "kernels", "model", "solver", "gpu", "run", "output", "study", "cli"];
+
+/// Files of `src/` itself, and why they stand there.
+const LOOSE: [&str; 3] = ["lib.rs", "main.rs", "markdown.rs"];
+
+fn sources(folder: &Path) -> Vec<PathBuf> {
+    let mut found = Vec::new();
+    for entry in fs::read_dir(folder).unwrap() {
+        let path = entry.unwrap().path();
+        if path.is_dir() {
+            found.extend(sources(&path));
+        } else if path.extension().is_some_and(|end| end == "rs") && !path.to_string_lossy().ends_with("_tests.rs") {
+            found.push(path);
+        }
+    }
+    found
+}
+
+/// Rooms that a source text names, tests and comments left out.
+fn used(text: &str) -> Vec<String> {
+    let code = text.split("#[cfg(test)]\nmod tests").next().unwrap_or_default();
+    let code: String = code.lines().map(|line| line.split("//").next().unwrap_or_default().to_owned() + "\n").collect();
+    let mut rooms = Vec::new();
+    for path in code.split("crate::").skip(1).chain(code.split("ripstop::").skip(1)) {
+        match path.strip_prefix('{') {
+            Some(group) => {
+                let names = group.split(';').next().unwrap_or_default().split([',', '{', '}', ':', '\n']);
+                rooms.extend(names.map(|name| name.trim().to_owned()));
+            }
+            None => rooms.push(path.chars().take_while(|c| c.is_alphanumeric() || *c == '_').collect()),
+        }
+    }
+    rooms
+}
+
+fn rank(room: &str) -> Option<usize> {
+    ROOMS.iter().position(|name| *name == room)
+}
+
+#[test]
+fn no_room_uses_one_below_it() {
+    let mut wrong = Vec::new();
+    for path in sources(Path::new("src")) {
+        let room = path.components().nth(1).unwrap().as_os_str().to_string_lossy().into_owned();
+        let Some(own) = rank(&room) else { continue };
+        let text = fs::read_to_string(&path).unwrap();
+        wrong.extend(
+            used(&text)
+                .into_iter()
+                .filter(|used| rank(used).is_some_and(|other| other > own))
+                .map(|used| format!("{} uses {used}", path.display())),
+        );
+    }
+    assert!(wrong.is_empty(), "{wrong:#?}");
+}
+
+#[test]
+fn every_file_stands_in_a_room() {
+    for entry in fs::read_dir("src").unwrap() {
+        let entry = entry.unwrap();
+        let name = entry.file_name().to_string_lossy().into_owned();
+        let known = if entry.path().is_dir() { rank(&name).is_some() } else { LOOSE.contains(&name.as_str()) };
+        assert!(known, "src/{name} is in no room");
+    }
+}
+
+#[test]
+fn the_reader_of_imports_sees_every_form() {
+    let text =
+        "use crate::run::Run;\nuse crate::{case, model::Model};\n// crate::gpu\nlet x = crate::output::short(1.0);";
+    assert_eq!(used(text).iter().filter_map(|room| rank(room)).collect::<Vec<_>>(), [6, 1, 3, 7]);
+}
