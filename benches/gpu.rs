@@ -16,7 +16,7 @@ use std::time::Instant;
 use ripstop::case::{self, Case};
 use ripstop::gpu::buffers::Sizes;
 use ripstop::gpu::layout::StepInfo;
-use ripstop::gpu::stepper::{BATCH, Stepper};
+use ripstop::gpu::stepper::{BATCH, DeviceStepper};
 use ripstop::gpu::timing::BYTES;
 use ripstop::gpu::{self, Device};
 use ripstop::model::Model;
@@ -43,7 +43,7 @@ fn shot(plies: u32, edge: u32, sets: &[&str]) -> Case {
 }
 
 /// Steps from `first`, every third sampled, as in a shot with the default history.
-fn steps(stepper: &Stepper<'_>, first: u64, count: u64) -> Vec<StepInfo> {
+fn steps(stepper: &DeviceStepper<'_>, first: u64, count: u64) -> Vec<StepInfo> {
     let slot = |at: u64| (at.is_multiple_of(3)).then_some((at / 3) as u32);
     (0..count).map(|at| stepper.whole_step(first + at, slot(at), 3)).collect()
 }
@@ -52,7 +52,7 @@ fn pack(device: &Device, name: &str, case: &Case, test: bool) {
     let model = Model::<f32>::new(case).unwrap();
     let state = State::new(case, &model);
     let elements = model.elements() as u64;
-    let mut stepper = match Stepper::new(device, &model) {
+    let mut stepper = match DeviceStepper::new(device, &model) {
         Ok(stepper) => stepper,
         Err(error) => return println!("{name}: {error}"),
     };
@@ -103,7 +103,7 @@ fn pack(device: &Device, name: &str, case: &Case, test: bool) {
 fn host(case: &Case, test: bool) {
     let model = Model::<f32>::new(case).unwrap();
     let device = Device::noop();
-    let mut stepper = Stepper::new(&device, &model).unwrap();
+    let mut stepper = DeviceStepper::new(&device, &model).unwrap();
     stepper.upload(&model, &State::new(case, &model));
     let batches = if test { 1 } else { 20 };
     let count = 3 * (BATCH as u64 / 6);

@@ -11,7 +11,7 @@ use std::time::Duration;
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use ripstop::case::{self, Case};
-use ripstop::kernels::crossover::{self, CellConstants, PublishedTension};
+use ripstop::kernels::crossover::{self, PublishedTension, UnitCellParameters};
 use ripstop::run::RunScalar;
 use ripstop::run::{self, Options, Simulation};
 
@@ -22,7 +22,7 @@ fn shot(sets: &[&str]) -> Case {
 
 fn unit_cell(c: &mut Criterion) {
     let case = shot(&[]);
-    let cell = CellConstants::<f64>::cast::<PublishedTension>(&CellConstants::new(&case.fabric));
+    let cell = UnitCellParameters::<f64>::cast::<PublishedTension>(&UnitCellParameters::new(&case.fabric));
     let rest = [cell.yarn[0].height, cell.yarn[1].height];
     let mut group = c.benchmark_group("unit_cell");
     for (name, stretch) in [("slack", [-1e-3, -1e-3]), ("onset", [1e-4, 0.0]), ("taut", [0.03, 0.02])] {

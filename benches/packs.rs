@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 
 use ripstop::case;
 use ripstop::model::Model;
-use ripstop::solver::energy_balance::Ledger;
+use ripstop::solver::energy_balance::EnergyBalance;
 use ripstop::solver::state::State;
 use ripstop::solver::{Context, Stepper};
 
@@ -29,7 +29,7 @@ fn pack(plies: u32, size: f64, warm: u64, steps: u64) {
     let case = case::read(Path::new("cases/s728-4ply-91.json"), &sets).unwrap();
     let model = Model::<f64>::new(&case).unwrap();
     let mut state = State::new(&case, &model);
-    let mut ledger = Ledger::default();
+    let mut ledger = EnergyBalance::default();
     let mut stepper = Stepper::new(&model);
     for step in 0..warm {
         stepper.step(&model, &mut state, &mut ledger, step.is_multiple_of(2));

@@ -7,7 +7,7 @@ use clap::Parser;
 mod cli;
 
 use cli::arguments::{Arguments, Command};
-use cli::failure::Failure;
+use cli::failure::CommandFailure;
 
 fn main() -> ExitCode {
     let arguments = Arguments::parse();
@@ -31,5 +31,5 @@ fn main() -> ExitCode {
         Command::Explain(arguments) => cli::explain::explain(&arguments),
         Command::Completions(arguments) => cli::completions::completions(&arguments),
     };
-    done.map_or_else(Failure::report, |()| ExitCode::SUCCESS)
+    done.map_or_else(CommandFailure::report, |()| ExitCode::SUCCESS)
 }

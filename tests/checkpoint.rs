@@ -14,7 +14,7 @@ use std::fs::File;
 
 use ripstop::case::Case;
 use ripstop::run::RunScalar;
-use ripstop::run::checkpoint::{Checkpoint, Head, Kept};
+use ripstop::run::checkpoint::{Checkpoint, Checkpointable, Header};
 use ripstop::run::{Options, Simulation, Skips};
 use tempfile::TempDir;
 
@@ -30,7 +30,7 @@ impl Shelf {
 
     fn save<S: RunScalar>(&self, case: &Case, simulation: &Simulation<S>) -> Checkpoint {
         let path = self.0.path().join(format!("{}.bin", simulation.state.step));
-        let head = Head::new(case, &Options::default(), 1e-6);
+        let head = Header::new(case, &Options::default(), 1e-6);
         simulation.save(&head, &[], &mut File::create(&path).unwrap()).unwrap();
         Checkpoint::open(&path).unwrap_or_else(|e| panic!("{e}"))
     }

@@ -32,7 +32,7 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 use ripstop::run::{self, Options, Run};
-use ripstop::solver::Trouble;
+use ripstop::solver::Divergence;
 use ripstop::{case, output};
 use serde_json::{Value, json};
 use tempfile::TempDir;

@@ -215,7 +215,7 @@ fn a_number_that_is_not_finite_is_found_with_step_kernel_and_place() {
         simulation.advance(&case);
     }
     let run = simulation.into_run(0.0);
-    let trouble = run.trouble.unwrap();
+    let trouble = run.divergence.unwrap();
     assert!(trouble.step >= 20 && trouble.step <= 22, "{trouble:?}");
     assert_eq!(trouble.place[0], 0);
     assert!(trouble.place[1].abs_diff(7) <= 1 && trouble.place[2].abs_diff(5) <= 1, "{trouble:?}");
@@ -232,7 +232,7 @@ fn too_long_a_step_is_diagnosed_and_produces_no_verdict() {
         simulation.advance(&case);
     }
     let run = simulation.into_run(0.0);
-    let trouble = run.trouble.expect("a run at Courant 1.05 must not pass as a result");
+    let trouble = run.divergence.expect("a run at Courant 1.05 must not pass as a result");
     assert!(trouble.step > 0 && !trouble.quantity.is_empty());
 }
 
@@ -271,9 +271,9 @@ fn energy_that_steps_too_long_for_it_invent_stops_the_run() {
     };
     let long = shoot("/solver/courant=0.99");
     assert!(long.energy_error < 1e-9, "{}", long.energy_error);
-    let trouble = long.trouble.expect("energy out of nowhere must not pass as a result");
+    let trouble = long.divergence.expect("energy out of nowhere must not pass as a result");
     assert!(trouble.quantity.starts_with("energy by state functions "), "{trouble:?}");
-    assert_eq!(shoot("/solver/courant=0.5").trouble, None);
+    assert_eq!(shoot("/solver/courant=0.5").divergence, None);
 }
 
 #[test]

@@ -9,7 +9,7 @@
 use nalgebra::{UnitQuaternion, Vector3};
 use ripstop::case;
 use ripstop::kernels::projectile_contact::{self, ContactPoint, ContactTotals};
-use ripstop::kernels::projectile_rim::{Rim, SHARED, Tie};
+use ripstop::kernels::projectile_rim::{EdgeConstraint, Rim, SHARED};
 use ripstop::kernels::projectile_shape::Body;
 use ripstop::kernels::rigid_body::RigidBody;
 use ripstop::run::{Precision, Run};
@@ -24,7 +24,7 @@ fn point(position: [f64; 3], normal: [f64; 3], velocity: [f64; 3], mass: f64, ga
         ply: 0,
         row: 0,
         column: 0,
-        gap,
+        signed_distance: gap,
         normal: Vector3::from(normal).normalize(),
         arm: Vector3::from(position),
         before: Vector3::from(velocity),
@@ -33,10 +33,10 @@ fn point(position: [f64; 3], normal: [f64; 3], velocity: [f64; 3], mass: f64, ga
         mass,
         part: 1.0,
         friction: 0.0,
-        kappa: 0.0,
-        push: 0.0,
-        drag: Vector3::zeros(),
-        carried: Vector3::zeros(),
+        effective_mass: 0.0,
+        normal_impulse: 0.0,
+        friction_impulse: Vector3::zeros(),
+        edge_impulse: Vector3::zeros(),
         active: false,
         shared: false,
     };
@@ -89,10 +89,10 @@ fn a_set_of_nodes_shares_the_normal_velocity_and_conserves_both_momenta() {
     assert!((before.1 - after.1).norm() < 1e-17, "{before:?} {after:?}");
     for p in &points[..3] {
         let relative = (p.velocity() - body.velocity_at(&p.arm)).dot(&p.normal);
-        assert!(p.push > 0.0 && relative.abs() < 1e-9, "{relative}");
-        assert!(p.drag.norm() <= 0.3 * p.push * (1.0 + 1e-6), "friction beyond μN");
+        assert!(p.normal_impulse > 0.0 && relative.abs() < 1e-9, "{relative}");
+        assert!(p.friction_impulse.norm() <= 0.3 * p.normal_impulse * (1.0 + 1e-6), "friction beyond μN");
     }
-    assert!(points[3].push == 0.0 && points[3].velocity().z == 400.0, "a faster node is let go");
+    assert!(points[3].normal_impulse == 0.0 && points[3].velocity().z == 400.0, "a faster node is let go");
     assert_eq!(totals.touching, 3);
     assert!(totals.dissipation > 0.0 && totals.friction > 0.0);
 }
@@ -118,7 +118,7 @@ fn a_gap_is_closed_exactly_and_one_that_stays_open_is_left_alone() {
         let mut points = vec![point([0.0, 0.0, 0.02105], [0.0, 0.0, 1.0], [0.0; 3], 1e-7, gap)];
         resolve(&mut body, &mut points, 0.0, dt);
         let left = gap + dt * (points[0].velocity().z - body.velocity.z);
-        assert_eq!(points[0].push > 0.0, touches, "gap {gap}");
+        assert_eq!(points[0].normal_impulse > 0.0, touches, "gap {gap}");
         assert!(left > -1e-18, "gap {gap}: {left}");
         if touches {
             assert!(left.abs() < 1e-18, "gap {gap}: {left}");
@@ -136,7 +136,7 @@ fn friction_sticks_below_the_cone_and_slides_on_it() {
         if sticks {
             assert!(slide.abs() < 40.0 * 1e-3, "{slide}");
         } else {
-            assert!((points[0].drag.norm() / points[0].push - friction).abs() < 1e-9);
+            assert!((points[0].friction_impulse.norm() / points[0].normal_impulse - friction).abs() < 1e-9);
             assert!(slide > 0.0, "friction must not reverse the sliding");
         }
     }
@@ -329,7 +329,7 @@ fn a_point_on_an_edge_moves_both_nodes_and_conserves_both_momenta() {
     let mut points = vec![at(0.002), at(0.003), point([0.00225, 0.001, nose], [0.0, 0.0, 1.0], [0.0; 3], 1.0, 0.0)];
     points.iter_mut().for_each(|p| p.shared = true);
     let mut rim = Rim::default();
-    rim.ties.push(Tie { nodes: [0, 1], weights: [0.75, 0.25] });
+    rim.ties.push(EdgeConstraint { nodes: [0, 1], weights: [0.75, 0.25] });
     let before = momentum(&body, &points[..2]);
     points.iter_mut().for_each(|p| p.friction = 0.1);
     let totals = projectile_contact::resolve(&mut body, &mut points, &mut rim, 1e-7);
@@ -339,7 +339,7 @@ fn a_point_on_an_edge_moves_both_nodes_and_conserves_both_momenta() {
     // Impulses as the weights, and what lies on the rim keeps up with it but for its compliance.
     assert!(((far.z / near.z) - 1.0 / 3.0).abs() < 1e-9, "{near} {far}");
     let between = near * 0.75 + far * 0.25;
-    let lag = SHARED * (0.75 * 0.75 + 0.25 * 0.25) / 4e-5 * points[2].push;
+    let lag = SHARED * (0.75 * 0.75 + 0.25 * 0.25) / 4e-5 * points[2].normal_impulse;
     assert!((between.z - body.velocity_at(&points[2].arm).z + lag).abs() < 1e-9, "{between} {lag}");
     assert!(between.x < 1.0 && totals.friction > 0.0 && totals.dissipation > 0.0, "{totals:?}");
     assert_eq!(totals.touching, 1);

@@ -7,7 +7,7 @@
 use std::sync::atomic::AtomicBool;
 
 use ripstop::case::{self, Case};
-use ripstop::run::frame::{Camera, Frame, PlyMesh};
+use ripstop::run::frame::{Frame, PlyMesh, SnapshotTaker};
 use ripstop::run::{self, Options, Run, Skips};
 
 use crate::support::filmed::Frames;
@@ -70,7 +70,7 @@ fn flooded(frame: &Frame, ply: &PlyMesh) -> (f64, bool) {
 }
 
 fn filmed(case: &Case, skips: Skips) -> (Run, f64, bool) {
-    let mut frames = Frames::new(Camera::new(LOOKS, case.solver.end_time));
+    let mut frames = Frames::new(SnapshotTaker::new(LOOKS, case.solver.end_time));
     let run = run::run(case, Options { skips, ..Options::default() }, &AtomicBool::new(false), &mut frames);
     let (run, (frames, scene)) = (run.unwrap(), frames.chosen(LOOKS));
     let ply = &scene.unwrap().plies[0];

@@ -25,7 +25,7 @@ use ripstop::kernels::crossover::Variant;
 use ripstop::kernels::element_force::field as element;
 use ripstop::kernels::shear::{self, ShearConstants};
 use ripstop::solver::Stepper;
-use ripstop::solver::energy_balance::Ledger;
+use ripstop::solver::energy_balance::EnergyBalance;
 
 use crate::support::patch::{Patch, Vector, affine, bare, case, difference, dot, length, swapped};
 use crate::support::{FAILURE_STRAIN, LAWS, Random, Worst};

@@ -8,7 +8,7 @@
 use std::sync::atomic::AtomicBool;
 
 use ripstop::case::{self, Case};
-use ripstop::run::frame::{Camera, Frame};
+use ripstop::run::frame::{Frame, SnapshotTaker};
 use ripstop::run::{self, Options, Run, Skips};
 
 use crate::support::filmed::Frames;
@@ -24,7 +24,7 @@ fn shot(sets: &[&str]) -> Case {
 }
 
 fn filmed(case: &Case, skips: Skips) -> (Run, Vec<Frame>) {
-    let camera = Camera::new(case.output.frames as usize, case.solver.end_time);
+    let camera = SnapshotTaker::new(case.output.frames as usize, case.solver.end_time);
     let mut frames = Frames::new(camera);
     let options = Options { skips, ..Options::default() };
     let run = run::run(case, options, &AtomicBool::new(false), &mut frames).unwrap();

@@ -185,7 +185,7 @@ fn debris_ahead_does_not_keep_a_shot_undecided() {
         let (model, state) = (simulation.model.clone(), simulation.state.clone());
         let run = simulation.into_run(1.0);
         let last = run.history.last().unwrap();
-        assert!(run.trouble.is_none() && last.contact_force == 0.0 && last.failed != [0; 2], "{last:?}");
+        assert!(run.divergence.is_none() && last.contact_force == 0.0 && last.failed != [0; 2], "{last:?}");
         assert!(outcome::covered(&model, &state, state.body.as_ref().unwrap(), 0), "it flies ahead all the time");
         (run.outcome, last.time, last.perforated_plies)
     };

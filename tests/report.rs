@@ -8,11 +8,11 @@ use std::sync::atomic::AtomicBool;
 
 use ripstop::case::{self, Case};
 use ripstop::output;
-use ripstop::output::report::{Film, report};
+use ripstop::output::report::{Animation, report};
 use ripstop::output::trust::{self, Level};
 use ripstop::run::outcome::Outcome;
 use ripstop::run::{self, Options, Run};
-use ripstop::solver::Trouble;
+use ripstop::solver::Divergence;
 use serde_json::{Value, json};
 
 /// Every part of the page.
@@ -49,7 +49,7 @@ type Ladder = (&'static str, fn(&mut Shot, f64), [f64; 3]);
 struct Shot {
     case: Case,
     run: Run,
-    film: Film,
+    film: Animation,
 }
 
 impl Shot {
@@ -68,7 +68,7 @@ impl Shot {
     }
 
     fn with_threads(case: Case, threads: usize) -> Self {
-        let mut film = Film::new(&case);
+        let mut film = Animation::new(&case);
         let options = Options { threads: Some(threads), ..Options::default() };
         let run = run::run(&case, options, &AtomicBool::new(false), &mut film).unwrap();
         Self { case, run, film }
@@ -113,7 +113,7 @@ fn without_a_projectile_and_without_pictures_the_rest_is_there() {
     let mut shot = Shot::new(&["/projectile=null", "/pack/initial_velocity_m_s=[0,0,1]"]);
     let page = shot.page();
     assert!(!page.contains("id=\"velocity\"") && page.contains("id=\"playback\"") && page.contains(">done</h1>"));
-    shot.film = Film::new(&shot.case);
+    shot.film = Animation::new(&shot.case);
     let page = shot.page();
     assert!(!page.contains("id=\"playback\"") && !page.contains("id=\"tension\"") && page.contains("id=\"unit-cell\""));
 }
@@ -150,8 +150,8 @@ fn the_verdict_of_each_outcome_comes_first() {
 fn a_run_that_broke_off_says_so_before_anything_else() {
     let break_off: [(&str, Change); 3] = [
         ("unstable", |run| {
-            run.trouble =
-                Some(Trouble { step: 7, kernel: "node_update", quantity: "v = NaN".into(), place: [0, 3, 5] });
+            run.divergence =
+                Some(Divergence { step: 7, kernel: "node_update", quantity: "v = NaN".into(), place: [0, 3, 5] });
             run.energy_error = f64::NAN;
             for row in &mut run.history[5..] {
                 row.balance.kinetic = f64::NAN;
@@ -416,7 +416,7 @@ fn the_film_shows_what_is_there() {
     let part = quarter.film.stills.last().unwrap();
     assert_eq!(quarter.film.strips[0].elements, shot.film.strips[0].elements);
     assert_eq!(part.tension.len() * 4, last.tension.len());
-    let corner = |film: &Film, tension: &[[Option<f32>; 2]]| tension[film.strips[0].cells() - 1];
+    let corner = |film: &Animation, tension: &[[Option<f32>; 2]]| tension[film.strips[0].cells() - 1];
     let [a, b] = [corner(&quarter.film, &part.tension), corner(&shot.film, &last.tension)];
     assert!((0..2).all(|yarn| (a[yarn].unwrap() - b[yarn].unwrap()).abs() < 1e-3), "{a:?} {b:?}");
 }

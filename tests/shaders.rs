@@ -11,7 +11,7 @@ use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 use ripstop::case::Case;
 use ripstop::gpu::layout::{self, StepInfo};
 use ripstop::gpu::shader::{self, Access, KERNELS, Kernel};
-use ripstop::gpu::stepper::Stepper;
+use ripstop::gpu::stepper::DeviceStepper;
 use ripstop::gpu::{Device, buffers};
 use ripstop::kernels::rigid_body::RigidBody;
 use ripstop::kernels::{
@@ -329,14 +329,16 @@ fn the_projectile_is_laid_out_as_the_host_reads_and_writes_it() {
         for (coarse, fine) in [("coarse", "fine"), ("coarse_before", "fine_before")] {
             let place = [0, 1, 2].map(|a| {
                 let [large, small] = [at(coarse), at(fine)].map(|at| f64::from(filled[at + a] as i32));
-                large / 1024.0 + small / layout::FINE
+                large / 1024.0 + small / layout::FIXED_POINT_SCALE
             });
             assert_eq!(Vector3::from(place), body.position);
         }
         let tip = body.position + body.orientation.transform_vector(&Vector3::new(0.0, 0.0, nose));
         for a in 0..3 {
             let [large, small] = [at("nose_coarse"), at("nose_fine")].map(|at| f64::from(filled[at + a] as i32));
-            assert!((large / 1024.0 + small / layout::FINE - tip[a]).abs() <= 1.0 / layout::FINE);
+            assert!(
+                (large / 1024.0 + small / layout::FIXED_POINT_SCALE - tip[a]).abs() <= 1.0 / layout::FIXED_POINT_SCALE
+            );
         }
         // And back.
         for (n, name) in ["impulse", "support", "energy"].into_iter().enumerate() {
@@ -389,9 +391,9 @@ fn constants() -> Vec<(&'static str, Vec<f64>)> {
         count("ERODED", status::ERODED),
         count("UNCONVERGED", status::UNCONVERGED),
         count("RESIDUAL", status::RESIDUAL),
-        count("CROWDED", status::CROWDED),
-        count("CROWDED_RIM", status::CROWDED_RIM),
-        count("UNSETTLED", status::UNSETTLED),
+        count("CROWDED", status::OVERFLOW),
+        count("CROWDED_RIM", status::OVERFLOW_EDGES),
+        count("UNSETTLED", status::NOT_CONVERGED),
         count("WORK", sum::WORK),
         count("RELEASED", sum::RELEASED),
         count("RELEASED_HOURGLASS", sum::RELEASED_HOURGLASS),
@@ -413,7 +415,7 @@ fn constants() -> Vec<(&'static str, Vec<f64>)> {
         count("VISCOUS_WORK", sum::VISCOUS),
         count("LAW_MADE", sum::LAW),
         count("LOAD", sum::LOAD),
-        count("VISITED", status::VISITED),
+        count("VISITED", status::COMPUTED),
         count("PLY_DEPTH", status::PLY_DEPTH),
         count("REACH", status::REACH),
         count("WALK", ply_contact::WALK),
@@ -450,7 +452,7 @@ fn constants() -> Vec<(&'static str, Vec<f64>)> {
         number("EPSILON", f64::from(f32::EPSILON)),
         number("PI", std::f64::consts::PI),
         number("HALF_PI", std::f64::consts::FRAC_PI_2),
-        number("FINE", layout::FINE),
+        number("FINE", layout::FIXED_POINT_SCALE),
         list("SERIES", &arc_length::SERIES),
         list("ARC_SINE_SINGLE", &shear::ARC_SINE_SINGLE),
         count("LINES_ACROSS", layout::LINES_ACROSS),
@@ -574,10 +576,10 @@ fn pipelines_and_bindings_fit_together_for_every_kind_of_scene() {
     }));
     for case in cases {
         let model = Model::<f32>::new(&case).unwrap();
-        Stepper::new(&device, &model).map(|_| ()).unwrap_or_else(|e| panic!("{}: {e}", case.title));
+        DeviceStepper::new(&device, &model).map(|_| ()).unwrap_or_else(|e| panic!("{}: {e}", case.title));
         let broken =
             |kernel: &Kernel| kernel.source().replace("var<storage, read> nodes", "var<storage, read_write> nodes");
-        let refused = Stepper::with_sources(&device, &model, &broken);
+        let refused = DeviceStepper::with_sources(&device, &model, &broken);
         assert!(refused.is_err(), "a binding that does not fit is refused");
     }
 }

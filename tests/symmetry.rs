@@ -89,7 +89,7 @@ const ARCH: &str = "/pack/initial_deflection={\"amplitude_mm\":0.5,\"warp_half_w
 fn run(case: &Case, skips: Skips, precision: Precision, threads: usize) -> Run {
     let options = Options { threads: Some(threads), precision, skips, ..Options::default() };
     let run = run::run(case, options, &AtomicBool::new(false), &mut ()).unwrap();
-    assert!(run.trouble.is_none(), "{:?}", run.trouble);
+    assert!(run.divergence.is_none(), "{:?}", run.divergence);
     run
 }
 

@@ -6,10 +6,10 @@
 
 use ripstop::case::{Case, UnitCell};
 use ripstop::math::scalar::{Real, Scalar};
-use ripstop::math::simd::{Twice, Vectors};
+use ripstop::math::simd::{Pair, Vectors};
 use ripstop::model::Model;
 use ripstop::run::RunScalar;
-use ripstop::solver::energy_balance::{Balance, Ledger};
+use ripstop::solver::energy_balance::{Balance, EnergyBalance};
 use ripstop::solver::state::State;
 use ripstop::solver::{FailureEvent, Stepper};
 
@@ -29,7 +29,7 @@ struct Trace<S> {
 fn trace<S: RunScalar>(case: &Case, vectors: Vectors, steps: u64) -> Trace<S> {
     let model = Model::<S>::new(case).unwrap();
     let mut state = State::new(case, &model);
-    let mut ledger = Ledger::default();
+    let mut ledger = EnergyBalance::default();
     let mut stepper = Stepper::with_vectors(&model, vectors);
     let (mut balances, mut failures, mut counts) = (Vec::new(), Vec::new(), Vec::new());
     for step in 0..steps {
@@ -85,7 +85,7 @@ fn same_extremes<R: Real>(n: R, name: &str) {
     };
     for a in values {
         for b in values {
-            let (x, y) = (n.spread(a), n.spread(b));
+            let (x, y) = (n.broadcast(a), n.broadcast(b));
             same(x.max(y), Real::max(a, b));
             same(x.min(y), Real::min(a, b));
         }
@@ -97,11 +97,11 @@ fn same_extremes_on_all<S: RunScalar>() {
         match vectors {
             Vectors::None => {}
             #[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
-            Vectors::Avx512(simd) => same_extremes(Twice::of(S::lanes(simd)), vectors.name()),
+            Vectors::Avx512(simd) => same_extremes(Pair::of(S::lanes(simd)), vectors.name()),
             #[cfg(all(any(target_arch = "x86", target_arch = "x86_64"), not(feature = "quick-build")))]
-            Vectors::Avx2(simd) => same_extremes(Twice::of(S::lanes(simd)), vectors.name()),
+            Vectors::Avx2(simd) => same_extremes(Pair::of(S::lanes(simd)), vectors.name()),
             #[cfg(target_arch = "aarch64")]
-            Vectors::Neon(simd) => same_extremes(Twice::of(S::lanes(simd)), vectors.name()),
+            Vectors::Neon(simd) => same_extremes(Pair::of(S::lanes(simd)), vectors.name()),
         }
     }
 }

@@ -16,8 +16,8 @@ use libtest_mimic::{Arguments, Completion, Failed, Trial};
 use ripstop::case::{self, Case};
 use ripstop::output::frames::Recorder;
 use ripstop::output::{self, Folder};
-use ripstop::run::frame::{Camera, Frame, Scene};
-use ripstop::run::{self, Options, Precision, Progress, View, Watch};
+use ripstop::run::frame::{Frame, Scene, SnapshotTaker};
+use ripstop::run::{self, Observer, Options, Precision, Progress, View};
 use serde_json::{Value, json};
 
 #[path = "support/filmed.rs"]
@@ -158,24 +158,24 @@ struct Follower<'a> {
     until: Option<f64>,
 }
 
-impl Watch for Follower<'_> {
-    fn progress(&mut self, at: &Progress) {
+impl Observer for Follower<'_> {
+    fn on_progress(&mut self, at: &Progress) {
         self.interrupt.store(self.until.is_some_and(|until| at.time > until), Ordering::Relaxed);
     }
 
-    fn is_due(&self, time: f64, dt: f64) -> bool {
-        assert_eq!(self.recorder.is_due(time, dt), self.own.is_due(time, dt));
-        self.own.is_due(time, dt)
+    fn snapshot_due(&self, time: f64, dt: f64) -> bool {
+        assert_eq!(self.recorder.snapshot_due(time, dt), self.own.snapshot_due(time, dt));
+        self.own.snapshot_due(time, dt)
     }
 
-    fn look(&mut self, view: &View<'_>) {
-        self.recorder.look(view);
-        self.own.look(view);
+    fn on_snapshot(&mut self, view: &View<'_>) {
+        self.recorder.on_snapshot(view);
+        self.own.on_snapshot(view);
     }
 
-    fn end(&mut self, view: &View<'_>) {
-        self.recorder.end(view);
-        self.own.end(view);
+    fn on_end(&mut self, view: &View<'_>) {
+        self.recorder.on_end(view);
+        self.own.on_end(view);
     }
 }
 
@@ -193,7 +193,7 @@ fn written(
     let interrupt = AtomicBool::new(false);
     let mut follower = Follower {
         recorder: Recorder::new(folder, case, &options, vtu, None),
-        own: Frames::new(Camera::new(case.output.frames as usize, case.solver.end_time)),
+        own: Frames::new(SnapshotTaker::new(case.output.frames as usize, case.solver.end_time)),
         interrupt: &interrupt,
         until,
     };

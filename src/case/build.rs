@@ -3,8 +3,8 @@
 use serde_json::{Map, Value};
 
 use super::error::{CaseError, describe, list, quote};
-use super::record::Record;
-use super::scope::{Choice, Scope};
+use super::record::Provenance;
+use super::scope::{ObjectReader, WordOrObject};
 use super::words::Word;
 use super::{
     Accuracy, Case, Compression, ContactSampling, Crossover, Edge, Edges, Fabric, InitialDeflection, MembraneForce,
@@ -24,8 +24,8 @@ const CONVERGED: u32 = 4;
 
 /// A case from its document, fabric inlined and changes applied; `as_run` and the names are the caller's.
 pub(super) fn case(map: &Map<String, Value>) -> Result<Case, CaseError> {
-    let record = Record::new(map.get("sources"));
-    let root = Scope::root(&record, map);
+    let record = Provenance::new(map.get("sources"));
+    let root = ObjectReader::root(&record, map);
     let title = root.text("title")?;
     let fabric = fabric(&root.object("fabric")?, &record)?;
     let projectile = root.object_if_given("projectile")?.map(|scope| projectile::read(&scope)).transpose()?;
@@ -45,7 +45,7 @@ pub(super) fn case(map: &Map<String, Value>) -> Result<Case, CaseError> {
 }
 
 /// A fabric written out in the case.
-pub(super) fn fabric(scope: &Scope<'_>, record: &Record) -> Result<Fabric, CaseError> {
+pub(super) fn fabric(scope: &ObjectReader<'_>, record: &Provenance) -> Result<Fabric, CaseError> {
     let name = scope.text("name")?;
     let fibre_density = scope.number("fibre_density_kg_m3")?;
     let areal_density = scope.number_if_given("areal_density_g_m2")?;
@@ -68,7 +68,7 @@ pub(super) fn fabric(scope: &Scope<'_>, record: &Record) -> Result<Fabric, CaseE
     Ok(Fabric { name, fibre_density, areal_density, warp, weft, crossover, shear, thickness })
 }
 
-fn yarn(scope: &Scope<'_>) -> Result<Yarn, CaseError> {
+fn yarn(scope: &ObjectReader<'_>) -> Result<Yarn, CaseError> {
     if scope.flag("absent")? {
         let count = scope.one_of("count")?;
         // A yarn that carries nothing, weighs nothing and never breaks.
@@ -85,7 +85,7 @@ fn yarn(scope: &Scope<'_>) -> Result<Yarn, CaseError> {
     })
 }
 
-fn crossover(scope: &Scope<'_>) -> Result<Crossover, CaseError> {
+fn crossover(scope: &ObjectReader<'_>) -> Result<Crossover, CaseError> {
     let law = scope.word("law")?;
     let membrane_force = scope.word("membrane_force")?;
     if membrane_force != MembraneForce::Tension && law != super::Law::Published {
@@ -95,13 +95,13 @@ fn crossover(scope: &Scope<'_>) -> Result<Crossover, CaseError> {
     }
     let gap = scope.number("gap_mm")?;
     let compression = match scope.choice("compression")? {
-        Choice::Word(_) => None,
-        Choice::Keys(keys) => compression(&keys)?,
+        WordOrObject::Word(_) => None,
+        WordOrObject::Keys(keys) => compression(&keys)?,
     };
     Ok(Crossover { law, membrane_force, gap, compression })
 }
 
-fn compression(scope: &Scope<'_>) -> Result<Option<Compression>, CaseError> {
+fn compression(scope: &ObjectReader<'_>) -> Result<Option<Compression>, CaseError> {
     let (a, b) = (scope.number("a_mm")?, scope.number("b_mm_n13")?);
     match (a > 0.0, b > 0.0) {
         (true, true) => Ok(Some(Compression { a, b })),
@@ -115,9 +115,9 @@ fn compression(scope: &Scope<'_>) -> Result<Option<Compression>, CaseError> {
 }
 
 /// The thickness may stand with the fabric or with its shear; both must agree.
-fn thickness_and_shear(scope: &Scope<'_>, record: &Record) -> Result<(f64, Option<Shear>), CaseError> {
+fn thickness_and_shear(scope: &ObjectReader<'_>, record: &Provenance) -> Result<(f64, Option<Shear>), CaseError> {
     let choice = scope.choice("shear")?;
-    let Choice::Keys(keys) = choice else {
+    let WordOrObject::Keys(keys) = choice else {
         return Ok((scope.number("thickness_mm")?, None));
     };
     let own = keys.number_if_given("thickness_mm")?;
@@ -160,11 +160,11 @@ fn thickness_and_shear(scope: &Scope<'_>, record: &Record) -> Result<(f64, Optio
 }
 
 fn pack(
-    scope: &Scope<'_>,
+    scope: &ObjectReader<'_>,
     fabric: &Fabric,
     projectile: Option<&Projectile>,
     solver: &Solver,
-    record: &Record,
+    record: &Provenance,
 ) -> Result<Pack, CaseError> {
     let size = [scope.number("width_mm")?, scope.number("height_mm")?];
     let edges = edges(scope)?;
@@ -228,7 +228,7 @@ fn pack(
 /// Columns and rows, and the element lengths [m], for a size [m]: of the pack or of a group of its plies; `side` is the
 /// number of crossovers along the side of an element.
 pub(super) fn mesh(
-    scope: &Scope<'_>,
+    scope: &ObjectReader<'_>,
     fabric: &Fabric,
     size: [f64; 2],
     side: f64,
@@ -244,19 +244,19 @@ pub(super) fn mesh(
     Ok((count, length))
 }
 
-pub(super) fn edges(scope: &Scope<'_>) -> Result<Edges, CaseError> {
+pub(super) fn edges(scope: &ObjectReader<'_>) -> Result<Edges, CaseError> {
     let (left, right, bottom, top) = match scope.choice("edges")? {
-        Choice::Word(word) => {
+        WordOrObject::Word(word) => {
             let unknown = || CaseError::at(scope.at("edges"), list(Edge::WORDS.iter().copied()), quote(&word));
             let all = Edge::from_word(&word).ok_or_else(unknown)?;
             (all, all, all, all)
         }
-        Choice::Keys(keys) => (keys.word("left")?, keys.word("right")?, keys.word("bottom")?, keys.word("top")?),
+        WordOrObject::Keys(keys) => (keys.word("left")?, keys.word("right")?, keys.word("bottom")?, keys.word("top")?),
     };
     Ok(Edges { left, right, bottom, top })
 }
 
-fn deflection(scope: &Scope<'_>) -> Result<InitialDeflection, CaseError> {
+fn deflection(scope: &ObjectReader<'_>) -> Result<InitialDeflection, CaseError> {
     Ok(InitialDeflection {
         amplitude: scope.number("amplitude_mm")?,
         warp_half_waves: scope.whole("warp_half_waves")?,
@@ -264,7 +264,7 @@ fn deflection(scope: &Scope<'_>) -> Result<InitialDeflection, CaseError> {
     })
 }
 
-fn solver(scope: &Scope<'_>, projectile: Option<&Projectile>) -> Result<Solver, CaseError> {
+fn solver(scope: &ObjectReader<'_>, projectile: Option<&Projectile>) -> Result<Solver, CaseError> {
     let numerics = scope.word("numerics")?;
     let paper = numerics == Numerics::Paper;
     let run_until = scope.word("run_until")?;
@@ -309,7 +309,7 @@ fn solver(scope: &Scope<'_>, projectile: Option<&Projectile>) -> Result<Solver, 
     })
 }
 
-fn output(scope: &Scope<'_>) -> Result<Output, CaseError> {
+fn output(scope: &ObjectReader<'_>) -> Result<Output, CaseError> {
     let output = Output {
         history_interval: scope.number("history_interval_us")?,
         frames: scope.whole("frames")?,

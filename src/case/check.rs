@@ -3,7 +3,7 @@
 use serde_json::{Map, Value};
 
 use super::error::{CaseError, describe, list, nearest, quote};
-use super::fields::{Key, Kind, Presence};
+use super::fields::{CaseKey, KeyType, Presence};
 use super::pointer::escape;
 use super::value::{check, text_of};
 use super::{sources, table};
@@ -21,7 +21,7 @@ pub(super) fn document(document: &Value) -> Vec<CaseError> {
     errors
 }
 
-fn object(pointer: &str, keys: &'static [Key], map: &Map<String, Value>, errors: &mut Vec<CaseError>) {
+fn object(pointer: &str, keys: &'static [CaseKey], map: &Map<String, Value>, errors: &mut Vec<CaseError>) {
     let mut meant = Vec::new();
     for (name, value) in map {
         let Some(key) = keys.iter().find(|key| key.name == name) else {
@@ -36,7 +36,7 @@ fn object(pointer: &str, keys: &'static [Key], map: &Map<String, Value>, errors:
         }
     }
     // Who wrote a key wrong need not hear that it is missing.
-    let absent = |key: &&Key| !map.contains_key(key.name) && !meant.contains(&key.name);
+    let absent = |key: &&CaseKey| !map.contains_key(key.name) && !meant.contains(&key.name);
     for key in keys.iter().filter(absent).filter(|key| belongs(key, keys, map)) {
         errors.extend(missing(pointer, key, keys, map));
     }
@@ -44,7 +44,7 @@ fn object(pointer: &str, keys: &'static [Key], map: &Map<String, Value>, errors:
 }
 
 /// A value, and the keys below it.
-fn below(place: &str, key: &'static Key, value: &Value, errors: &mut Vec<CaseError>) {
+fn below(place: &str, key: &'static CaseKey, value: &Value, errors: &mut Vec<CaseError>) {
     if key.is_nullable() && value.is_null() {
         return;
     }
@@ -53,9 +53,9 @@ fn below(place: &str, key: &'static Key, value: &Value, errors: &mut Vec<CaseErr
         return;
     }
     match (key.kind, value) {
-        (Kind::Sources, _) => {}
+        (KeyType::Sources, _) => {}
         (_, Value::Object(inside)) => object(place, key.keys(), inside, errors),
-        (Kind::Items(keys, _), Value::Array(items)) => {
+        (KeyType::Items(keys, _), Value::Array(items)) => {
             for (index, item) in items.iter().enumerate() {
                 object(&format!("{place}/{index}"), keys, item.as_object().unwrap_or(&Map::new()), errors);
             }
@@ -65,7 +65,13 @@ fn below(place: &str, key: &'static Key, value: &Value, errors: &mut Vec<CaseErr
 }
 
 /// A key that does not belong beside what the others say, or lacks the one that goes with it.
-fn misplaced(place: &str, key: &Key, value: &Value, keys: &[Key], map: &Map<String, Value>) -> Option<CaseError> {
+fn misplaced(
+    place: &str,
+    key: &CaseKey,
+    value: &Value,
+    keys: &[CaseKey],
+    map: &Map<String, Value>,
+) -> Option<CaseError> {
     if !belongs(key, keys, map)
         && let Some(only) = key.only
     {
@@ -82,13 +88,13 @@ fn misplaced(place: &str, key: &Key, value: &Value, keys: &[Key], map: &Map<Stri
 }
 
 /// Whether the key that decides about this one has one of the values it belongs with; one that is itself wrong decides nothing.
-fn belongs(key: &Key, keys: &[Key], map: &Map<String, Value>) -> bool {
+fn belongs(key: &CaseKey, keys: &[CaseKey], map: &Map<String, Value>) -> bool {
     let Some(only) = key.only else { return true };
     plain(only.key, keys, map).is_none_or(|found| only.values.contains(&found.as_str()))
 }
 
 /// The value of a key that other keys depend on, given or by default, where it is one that may stand there.
-pub(super) fn plain(name: &str, keys: &[Key], map: &Map<String, Value>) -> Option<String> {
+pub(super) fn plain(name: &str, keys: &[CaseKey], map: &Map<String, Value>) -> Option<String> {
     let key = keys.iter().find(|key| key.name == name)?;
     match (map.get(name), key.presence) {
         (Some(value), _) => key.accepts(value).then(|| text_of(value)),
@@ -97,7 +103,7 @@ pub(super) fn plain(name: &str, keys: &[Key], map: &Map<String, Value>) -> Optio
     }
 }
 
-fn missing(pointer: &str, key: &Key, keys: &[Key], map: &Map<String, Value>) -> Option<CaseError> {
+fn missing(pointer: &str, key: &CaseKey, keys: &[CaseKey], map: &Map<String, Value>) -> Option<CaseError> {
     let decided = |name: &str| key.only.is_none_or(|only| only.key != name || plain(name, keys, map).is_some());
     let required = match key.presence {
         Presence::Required => key.group.is_empty() && key.only.is_none_or(|only| decided(only.key)),
@@ -114,7 +120,7 @@ fn missing(pointer: &str, key: &Key, keys: &[Key], map: &Map<String, Value>) -> 
 }
 
 /// Groups of keys of which one is needed.
-fn groups(pointer: &str, keys: &[Key], map: &Map<String, Value>) -> Vec<CaseError> {
+fn groups(pointer: &str, keys: &[CaseKey], map: &Map<String, Value>) -> Vec<CaseError> {
     let mut groups: Vec<&str> = Vec::new();
     for key in keys.iter().filter(|key| !key.group.is_empty() && belongs(key, keys, map)) {
         if !groups.contains(&key.group) {
@@ -137,7 +143,7 @@ fn groups(pointer: &str, keys: &[Key], map: &Map<String, Value>) -> Vec<CaseErro
 }
 
 /// The nearest key comes first; the others are many, and the schema has them.
-fn unknown(pointer: &str, keys: &[Key], name: &str) -> CaseError {
+fn unknown(pointer: &str, keys: &[CaseKey], name: &str) -> CaseError {
     let object = if pointer.is_empty() { "the case" } else { pointer };
     let near = nearest(name, keys.iter().map(|key| key.name));
     let elsewhere = table::pointers().into_iter().find(|pointer| pointer.rsplit('/').next() == Some(name));

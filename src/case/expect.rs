@@ -3,12 +3,12 @@
 use serde_json::Value;
 
 use super::error::{CaseError, describe, quote};
-use super::scope::Scope;
+use super::scope::ObjectReader;
 use super::value::{number_text, percent};
 use super::{Bound, Expect};
 
 /// Reads one item of `expect`.
-pub(super) fn read(scope: &Scope<'_>) -> Result<Expect, CaseError> {
+pub(super) fn read(scope: &ObjectReader<'_>) -> Result<Expect, CaseError> {
     let quantity = scope.text("quantity")?;
     let bound = bound(scope)?;
     let at = scope.number_if_given("at_us")?;
@@ -35,7 +35,7 @@ pub(super) fn read(scope: &Scope<'_>) -> Result<Expect, CaseError> {
     Ok(Expect { quantity, bound, at, between, source, known_difference })
 }
 
-fn bound(scope: &Scope<'_>) -> Result<Bound, CaseError> {
+fn bound(scope: &ObjectReader<'_>) -> Result<Bound, CaseError> {
     let (min, max) = (scope.number_if_given("min")?, scope.number_if_given("max")?);
     let Some(value) = scope.raw("value")? else {
         return range(scope, min, max);
@@ -63,7 +63,7 @@ fn bound(scope: &Scope<'_>) -> Result<Bound, CaseError> {
     }
 }
 
-fn range(scope: &Scope<'_>, min: Option<f64>, max: Option<f64>) -> Result<Bound, CaseError> {
+fn range(scope: &ObjectReader<'_>, min: Option<f64>, max: Option<f64>) -> Result<Bound, CaseError> {
     if let Some(found) = scope.given("tolerance") {
         let expected = "no tolerance without \"value\"";
         return Err(CaseError::at(scope.at("tolerance"), expected, describe(found)));

@@ -112,10 +112,10 @@ fn resolve(folder: &Path, name: &str, place: &str) -> Result<PathBuf, CaseError>
     Ok(path)
 }
 
-type Fabric = (Map<String, Value>, Vec<(String, Value)>);
+type FabricObject = (Map<String, Value>, Vec<(String, Value)>);
 
 /// A fabric file without its `sources`, and these as pointers of a case with the fabric at `place`.
-fn own_sources(value: Value, name: &str, place: &str) -> Result<Fabric, CaseError> {
+fn own_sources(value: Value, name: &str, place: &str) -> Result<FabricObject, CaseError> {
     let Value::Object(mut fabric) = value else {
         return Err(CaseError::at("line 1, column 1", "an object with the keys of \"fabric\"", describe(&value)));
     };

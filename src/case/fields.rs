@@ -8,14 +8,14 @@ use super::value::number_text;
 
 /// One key of one object of the case file.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Key {
+pub(super) struct CaseKey {
     pub name: &'static str,
     /// One sentence for the schema.
     pub doc: &'static str,
-    pub kind: Kind,
+    pub kind: KeyType,
     pub presence: Presence,
     /// The key belongs only where another key of the same object has one of these values.
-    pub only: Option<Only>,
+    pub only: Option<AppliesIf>,
     /// Exactly one key of a group is given; empty: not in a group.
     pub group: &'static str,
     /// Another key that must be given with this one; empty: none.
@@ -27,24 +27,24 @@ pub(super) struct Key {
 }
 
 #[derive(Clone, Copy, Debug)]
-pub(super) enum Kind {
+pub(super) enum KeyType {
     Text,
     Flag,
-    Number(Unit, Range),
+    Number(Unit, NumberRange),
     /// A whole number, bounds included.
     Whole(u32, u32),
     /// A list of numbers and its shortest and longest length.
-    Numbers(Unit, Range, [usize; 2]),
+    Numbers(Unit, NumberRange, [usize; 2]),
     Word(&'static [&'static str]),
-    Object(&'static [Key]),
-    WordOrObject(&'static [&'static str], &'static [Key]),
+    Object(&'static [CaseKey]),
+    WordOrObject(&'static [&'static str], &'static [CaseKey]),
     /// The keys themselves, or `{"file": …}` naming a file with them.
-    ObjectOrFile(&'static [Key]),
+    ObjectOrFile(&'static [CaseKey]),
     /// A list of objects and its shortest and longest length.
-    Items(&'static [Key], [usize; 2]),
-    NumberOrText(Range),
+    Items(&'static [CaseKey], [usize; 2]),
+    NumberOrText(NumberRange),
     /// A number, or a percentage as text.
-    NumberOrPercent(Range),
+    NumberOrPercent(NumberRange),
     /// JSON pointers to texts.
     Sources,
 }
@@ -63,7 +63,7 @@ pub(super) enum Presence {
 }
 
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Only {
+pub(super) struct AppliesIf {
     pub key: &'static str,
     pub values: &'static [&'static str],
 }
@@ -121,7 +121,7 @@ impl Unit {
 
 /// The values a number may have.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Range {
+pub(super) struct NumberRange {
     pub min: f64,
     pub max: f64,
     /// Whether `min` itself is allowed.
@@ -129,22 +129,22 @@ pub(super) struct Range {
 }
 
 /// min ≤ value ≤ max
-pub(super) const fn within(min: f64, max: f64) -> Range {
-    Range { min, max, min_included: true }
+pub(super) const fn within(min: f64, max: f64) -> NumberRange {
+    NumberRange { min, max, min_included: true }
 }
 
 /// min < value ≤ max
-pub(super) const fn above(min: f64, max: f64) -> Range {
-    Range { min, max, min_included: false }
+pub(super) const fn above(min: f64, max: f64) -> NumberRange {
+    NumberRange { min, max, min_included: false }
 }
 
-impl Range {
+impl NumberRange {
     pub(super) fn contains(self, value: f64) -> bool {
         value <= self.max && if self.min_included { value >= self.min } else { value > self.min }
     }
 }
 
-impl fmt::Display for Range {
+impl fmt::Display for NumberRange {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let bracket = if self.min_included { '[' } else { '(' };
         write!(f, "{bracket}{}, {}]", number_text(self.min), number_text(self.max))
@@ -152,20 +152,20 @@ impl fmt::Display for Range {
 }
 
 /// A key that must be given; the other properties are added by the methods below.
-pub(super) const fn key(name: &'static str, kind: Kind, doc: &'static str) -> Key {
+pub(super) const fn key(name: &'static str, kind: KeyType, doc: &'static str) -> CaseKey {
     let presence = Presence::Required;
-    Key { name, doc, kind, presence, only: None, group: "", with: "", instead: "", help: "" }
+    CaseKey { name, doc, kind, presence, only: None, group: "", with: "", instead: "", help: "" }
 }
 
-pub(super) const fn number(name: &'static str, unit: Unit, range: Range, doc: &'static str) -> Key {
-    key(name, Kind::Number(unit, range), doc)
+pub(super) const fn number(name: &'static str, unit: Unit, range: NumberRange, doc: &'static str) -> CaseKey {
+    key(name, KeyType::Number(unit, range), doc)
 }
 
-pub(super) const fn word(name: &'static str, words: &'static [&'static str], doc: &'static str) -> Key {
-    key(name, Kind::Word(words), doc)
+pub(super) const fn word(name: &'static str, words: &'static [&'static str], doc: &'static str) -> CaseKey {
+    key(name, KeyType::Word(words), doc)
 }
 
-impl Key {
+impl CaseKey {
     pub(super) const fn default(mut self, value: f64, source: &'static str) -> Self {
         self.presence = Presence::Default(Literal::Number(value), source);
         self
@@ -207,7 +207,7 @@ impl Key {
     }
 
     pub(super) const fn only(mut self, key: &'static str, values: &'static [&'static str]) -> Self {
-        self.only = Some(Only { key, values });
+        self.only = Some(AppliesIf { key, values });
         self
     }
 
@@ -234,20 +234,23 @@ impl Key {
     /// The unit of the value, empty where it has none.
     pub(super) fn unit(&self) -> &'static str {
         match self.kind {
-            Kind::Number(unit, _) | Kind::Numbers(unit, ..) => unit.name,
+            KeyType::Number(unit, _) | KeyType::Numbers(unit, ..) => unit.name,
             _ => "",
         }
     }
 
     /// Whether null says that there is no such object.
     pub(super) fn is_nullable(&self) -> bool {
-        matches!((self.kind, self.presence), (Kind::Object(_), Presence::Optional(without)) if !without.is_empty())
+        matches!((self.kind, self.presence), (KeyType::Object(_), Presence::Optional(without)) if !without.is_empty())
     }
 
     /// The keys below this one.
     pub(super) fn keys(&self) -> &'static [Self] {
         match self.kind {
-            Kind::Object(keys) | Kind::WordOrObject(_, keys) | Kind::ObjectOrFile(keys) | Kind::Items(keys, _) => keys,
+            KeyType::Object(keys)
+            | KeyType::WordOrObject(_, keys)
+            | KeyType::ObjectOrFile(keys)
+            | KeyType::Items(keys, _) => keys,
             _ => &[],
         }
     }

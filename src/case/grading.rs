@@ -1,7 +1,7 @@
 //! Grading of a mesh: elements of the finest size around the hit, growing away from it.
 
 use super::error::CaseError;
-use super::scope::{Choice, Scope};
+use super::scope::{ObjectReader, WordOrObject};
 use super::value::millimetres;
 use super::{Layer, LinesFrom, Projectile, Shape};
 
@@ -30,7 +30,7 @@ pub struct Grading {
 /// Reads the grading of a pack of which each element of the finest size has `side` crossovers along a side.
 /// `refined`: it is graded where nothing is said.
 pub(super) fn read(
-    pack: &Scope<'_>,
+    pack: &ObjectReader<'_>,
     projectile: Option<&Projectile>,
     side: f64,
     refined: bool,
@@ -40,13 +40,13 @@ pub(super) fn read(
         None => {
             let word = if refined { "graded" } else { "none" };
             pack.derive_value("mesh_grading", word.to_owned(), false)?;
-            Choice::Word(word.to_owned())
+            WordOrObject::Word(word.to_owned())
         }
     };
     let keys = match choice {
-        Choice::Word(word) if word == "none" => return Ok(None),
-        Choice::Word(_) => pack.defaults("mesh_grading")?,
-        Choice::Keys(keys) => keys,
+        WordOrObject::Word(word) if word == "none" => return Ok(None),
+        WordOrObject::Word(_) => pack.defaults("mesh_grading")?,
+        WordOrObject::Keys(keys) => keys,
     };
     let fine = match (keys.number_if_given("fine_radius_mm")?, projectile) {
         (Some(radius), _) => radius,

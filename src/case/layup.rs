@@ -4,8 +4,8 @@ use std::f64::consts::FRAC_PI_2;
 
 use super::error::CaseError;
 use super::places::{COMMON, LAYUP};
-use super::record::Record;
-use super::scope::Scope;
+use super::record::Provenance;
+use super::scope::ObjectReader;
 use super::table::MAX_PLIES;
 use super::value::short_number_text;
 use super::{Edges, Fabric, Layer, build};
@@ -23,11 +23,11 @@ pub(super) struct Common<'a> {
 }
 
 /// The groups of a pack; none where it has no layup.
-pub(super) fn read(pack: &Scope<'_>, common: &Common<'_>, record: &Record) -> Result<Vec<Layer>, CaseError> {
+pub(super) fn read(pack: &ObjectReader<'_>, common: &Common<'_>, record: &Provenance) -> Result<Vec<Layer>, CaseError> {
     pack.items("layup")?.iter().map(|group| layer(group, common, record)).collect()
 }
 
-fn layer(group: &Scope<'_>, common: &Common<'_>, record: &Record) -> Result<Layer, CaseError> {
+fn layer(group: &ObjectReader<'_>, common: &Common<'_>, record: &Provenance) -> Result<Layer, CaseError> {
     let plies = group.whole("plies")?;
     let fabric = match group.object_if_given("fabric")? {
         Some(own) => build::fabric(&own, record)?,
@@ -76,7 +76,7 @@ fn lies_across(orientation: f64) -> bool {
 }
 
 /// Plies of a pack: the sum over its layup, where it has one.
-pub(super) fn plies(pack: &Scope<'_>, layup: &[Layer]) -> Result<u32, CaseError> {
+pub(super) fn plies(pack: &ObjectReader<'_>, layup: &[Layer]) -> Result<u32, CaseError> {
     if layup.is_empty() {
         return pack.whole("plies");
     }
@@ -105,7 +105,7 @@ pub(super) fn thickest(layup: &[Layer], common: &Fabric) -> f64 {
 }
 
 /// Records the spacing that follows from the thicknesses of neighbouring plies.
-pub(super) fn derive_spacing(pack: &Scope<'_>, layup: &[Layer], record: &Record) -> Result<(), CaseError> {
+pub(super) fn derive_spacing(pack: &ObjectReader<'_>, layup: &[Layer], record: &Provenance) -> Result<(), CaseError> {
     let own = |place: usize| format!("{LAYUP}/{place}{COMMON}/thickness_mm");
     let common = format!("{COMMON}/thickness_mm");
     let of_group = |place| if record.has(&own(place)) { own(place) } else { common.clone() };

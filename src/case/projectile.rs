@@ -1,13 +1,13 @@
 //! The projectile of a case.
 
 use super::error::CaseError;
-use super::scope::Scope;
+use super::scope::ObjectReader;
 use super::value::{millimetres, short_number_text};
 use super::words::ShapeWord;
 use super::{Projectile, Rotation, Shape};
 
 /// Reads the projectile in the order of the table.
-pub(super) fn read(scope: &Scope<'_>) -> Result<Projectile, CaseError> {
+pub(super) fn read(scope: &ObjectReader<'_>) -> Result<Projectile, CaseError> {
     let word: ShapeWord = scope.word("shape")?;
     let shape = shape(scope, word)?;
     let long = !matches!(word, ShapeWord::Sphere | ShapeWord::Bar);
@@ -47,7 +47,7 @@ pub(super) fn read(scope: &Scope<'_>) -> Result<Projectile, CaseError> {
     })
 }
 
-fn shape(scope: &Scope<'_>, word: ShapeWord) -> Result<Shape, CaseError> {
+fn shape(scope: &ObjectReader<'_>, word: ShapeWord) -> Result<Shape, CaseError> {
     let diameter = scope.number("diameter_mm")?;
     let length = || scope.number("length_mm");
     Ok(match word {
@@ -68,7 +68,7 @@ fn shape(scope: &Scope<'_>, word: ShapeWord) -> Result<Shape, CaseError> {
 }
 
 /// Refuses a length above another one [m].
-fn at_most(scope: &Scope<'_>, name: &str, given: f64, limit_name: &str, limit: f64) -> Result<f64, CaseError> {
+fn at_most(scope: &ObjectReader<'_>, name: &str, given: f64, limit_name: &str, limit: f64) -> Result<f64, CaseError> {
     if given > limit {
         let expected = format!("at most {limit_name}, which is {}", millimetres(limit));
         return Err(CaseError::at(scope.at(name), expected, millimetres(given)));
@@ -77,7 +77,7 @@ fn at_most(scope: &Scope<'_>, name: &str, given: f64, limit_name: &str, limit: f
 }
 
 /// A tangent arc is at least as long as the radius that it closes.
-fn ogive(scope: &Scope<'_>, diameter: f64, length: f64) -> Result<Shape, CaseError> {
+fn ogive(scope: &ObjectReader<'_>, diameter: f64, length: f64) -> Result<Shape, CaseError> {
     let too_short = |name: &str, found: f64| {
         let expected = format!("at least half of diameter_mm, which is {}", millimetres(0.5 * diameter));
         let error = CaseError::at(scope.at(name), expected, millimetres(found));
@@ -98,7 +98,7 @@ fn ogive(scope: &Scope<'_>, diameter: f64, length: f64) -> Result<Shape, CaseErr
 }
 
 /// The slanted flats must meet the wall before the tail.
-fn fragment(scope: &Scope<'_>, diameter: f64, length: f64) -> Result<Shape, CaseError> {
+fn fragment(scope: &ObjectReader<'_>, diameter: f64, length: f64) -> Result<Shape, CaseError> {
     let nose_flat = match scope.number_if_given("nose_flat_mm")? {
         Some(given) => at_most(scope, "nose_flat_mm", given, "diameter_mm", diameter)?,
         None => scope.derive("nose_flat_mm", 0.46 * diameter, true)?,
@@ -114,7 +114,7 @@ fn fragment(scope: &Scope<'_>, diameter: f64, length: f64) -> Result<Shape, Case
 }
 
 /// The rounding must leave room for itself: a ball of its radius fits into the body, and each face is left in part.
-fn edge_radius(scope: &Scope<'_>, shape: &Shape) -> Result<f64, CaseError> {
+fn edge_radius(scope: &ObjectReader<'_>, shape: &Shape) -> Result<f64, CaseError> {
     let radius = scope.number("edge_radius_mm")?;
     let largest = match *shape {
         Shape::Cylinder { diameter, length } => (0.5 * diameter).min(0.5 * length),
@@ -143,7 +143,7 @@ fn edge_radius(scope: &Scope<'_>, shape: &Shape) -> Result<f64, CaseError> {
     Ok(radius)
 }
 
-fn inertia(scope: &Scope<'_>) -> Result<Option<[f64; 2]>, CaseError> {
+fn inertia(scope: &ObjectReader<'_>) -> Result<Option<[f64; 2]>, CaseError> {
     let axial = scope.number_if_given("axial_inertia_g_mm2")?;
     let transverse = scope.number_if_given("transverse_inertia_g_mm2")?;
     if axial.is_none() {
@@ -163,7 +163,7 @@ fn inertia(scope: &Scope<'_>) -> Result<Option<[f64; 2]>, CaseError> {
     Ok(axial.zip(transverse).map(Into::into))
 }
 
-fn bar_rotation(scope: &Scope<'_>) -> Result<Rotation, CaseError> {
+fn bar_rotation(scope: &ObjectReader<'_>) -> Result<Rotation, CaseError> {
     if scope.given("rotation").is_none() {
         scope.derive_text("rotation", "locked".to_owned(), "a bar never turns");
         return Ok(Rotation::Locked);

@@ -9,13 +9,13 @@ use super::{Field, table};
 
 /// What is gathered while a case is read.
 #[derive(Default)]
-pub(super) struct Record {
+pub(super) struct Provenance {
     /// The case's `sources`: pointer and text.
     sources: Vec<(String, String)>,
     fields: RefCell<Vec<Field>>,
 }
 
-impl Record {
+impl Provenance {
     /// A record for a case with these sources.
     pub(super) fn new(sources: Option<&Value>) -> Self {
         let text = |value: &Value| value.as_str().unwrap_or_default().to_owned();

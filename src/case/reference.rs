@@ -2,7 +2,7 @@
 
 use std::ptr;
 
-use super::fields::{Key, Kind, Literal, Presence, Range};
+use super::fields::{CaseKey, KeyType, Literal, NumberRange, Presence};
 use super::table;
 use super::value::number_text;
 use super::words::aliases;
@@ -12,7 +12,7 @@ use crate::markdown;
 pub fn reference() -> String {
     let mut objects = vec![(String::new(), table::CASE)];
     collect("", table::CASE, &mut objects);
-    let mut seen: Vec<&[Key]> = Vec::new();
+    let mut seen: Vec<&[CaseKey]> = Vec::new();
     let mut out = String::new();
     for (_, keys) in &objects {
         if seen.iter().any(|other| ptr::eq(*other, *keys)) {
@@ -29,9 +29,9 @@ pub fn reference() -> String {
 }
 
 /// Every object below, with its pointer; `N` stands for the place in a list.
-fn collect(prefix: &str, keys: &'static [Key], objects: &mut Vec<(String, &'static [Key])>) {
+fn collect(prefix: &str, keys: &'static [CaseKey], objects: &mut Vec<(String, &'static [CaseKey])>) {
     for key in keys.iter().filter(|key| !key.keys().is_empty()) {
-        let list = if matches!(key.kind, Kind::Items(..)) { "/N" } else { "" };
+        let list = if matches!(key.kind, KeyType::Items(..)) { "/N" } else { "" };
         let pointer = format!("{prefix}/{}{list}", key.name);
         // A fabric inside a layup is described where the case's fabric is.
         let is_known = objects.iter().any(|(_, known)| ptr::eq(*known, key.keys()));
@@ -43,27 +43,27 @@ fn collect(prefix: &str, keys: &'static [Key], objects: &mut Vec<(String, &'stat
 }
 
 /// What may stand there.
-fn value(key: &Key) -> String {
+fn value(key: &CaseKey) -> String {
     let unit = if key.unit().is_empty() { String::new() } else { format!(" [{}]", key.unit()) };
     match key.kind {
-        Kind::Text => "text".to_owned(),
-        Kind::Flag => "`true` or `false`".to_owned(),
-        Kind::Number(_, range) => format!("number{unit}, {}", span(range)),
-        Kind::Whole(min, max) => format!("whole number, {min} to {max}"),
-        Kind::Numbers(_, range, [min, max]) if min == max => format!("{min} numbers{unit}, {}", span(range)),
-        Kind::Numbers(_, range, [_, max]) => format!("up to {max} numbers{unit}, {}", span(range)),
-        Kind::Word(words) => all(words),
-        Kind::Object(_) => "object".to_owned(),
-        Kind::WordOrObject(words, _) => format!("{}, or an object", all(words)),
-        Kind::ObjectOrFile(_) => "object, or `{\"file\": …}`".to_owned(),
-        Kind::Items(_, [_, max]) => format!("list of up to {max} objects"),
-        Kind::NumberOrText(_) => "number or text".to_owned(),
-        Kind::NumberOrPercent(_) => "number, or text such as `\"1%\"`".to_owned(),
-        Kind::Sources => "object of texts".to_owned(),
+        KeyType::Text => "text".to_owned(),
+        KeyType::Flag => "`true` or `false`".to_owned(),
+        KeyType::Number(_, range) => format!("number{unit}, {}", span(range)),
+        KeyType::Whole(min, max) => format!("whole number, {min} to {max}"),
+        KeyType::Numbers(_, range, [min, max]) if min == max => format!("{min} numbers{unit}, {}", span(range)),
+        KeyType::Numbers(_, range, [_, max]) => format!("up to {max} numbers{unit}, {}", span(range)),
+        KeyType::Word(words) => all(words),
+        KeyType::Object(_) => "object".to_owned(),
+        KeyType::WordOrObject(words, _) => format!("{}, or an object", all(words)),
+        KeyType::ObjectOrFile(_) => "object, or `{\"file\": …}`".to_owned(),
+        KeyType::Items(_, [_, max]) => format!("list of up to {max} objects"),
+        KeyType::NumberOrText(_) => "number or text".to_owned(),
+        KeyType::NumberOrPercent(_) => "number, or text such as `\"1%\"`".to_owned(),
+        KeyType::Sources => "object of texts".to_owned(),
     }
 }
 
-fn span(range: Range) -> String {
+fn span(range: NumberRange) -> String {
     let [min, max] = [range.min, range.max].map(number_text);
     if range.min_included { format!("{min} to {max}") } else { format!("above {min}, to {max}") }
 }
@@ -74,7 +74,7 @@ fn all(words: &[&'static str]) -> String {
     quoted.map(|word| format!("`{word}`")).collect::<Vec<_>>().join(", ")
 }
 
-fn default(key: &Key) -> String {
+fn default(key: &CaseKey) -> String {
     match key.presence {
         Presence::Required if !key.group.is_empty() => "**one of the group**".to_owned(),
         Presence::Required => "**required**".to_owned(),
@@ -96,7 +96,7 @@ fn literal_text(literal: Literal) -> String {
     }
 }
 
-fn meaning(key: &Key) -> String {
+fn meaning(key: &CaseKey) -> String {
     let mut text = key.doc.to_owned();
     if let Some(only) = key.only {
         text += &format!(" Only with `{}`: {}.", only.key, all(only.values));

@@ -2,7 +2,7 @@
 
 use serde_json::{Map, Value, json};
 
-use super::fields::{Key, Kind, Only, Presence, Range};
+use super::fields::{AppliesIf, CaseKey, KeyType, NumberRange, Presence};
 use super::table;
 use super::words::aliases;
 
@@ -21,7 +21,7 @@ pub fn schema() -> Value {
     schema
 }
 
-fn object(keys: &[Key]) -> Value {
+fn object(keys: &[CaseKey]) -> Value {
     let mut schema = Map::new();
     schema.insert("type".to_owned(), json!("object"));
     let properties: Map<String, Value> = keys.iter().map(|key| (key.name.to_owned(), property(key))).collect();
@@ -42,12 +42,12 @@ fn object(keys: &[Key]) -> Value {
     Value::Object(schema)
 }
 
-fn required<'a>(keys: impl Iterator<Item = &'a Key>) -> Vec<&'static str> {
+fn required<'a>(keys: impl Iterator<Item = &'a CaseKey>) -> Vec<&'static str> {
     keys.filter(|key| matches!(key.presence, Presence::Required) && key.group.is_empty()).map(|key| key.name).collect()
 }
 
 /// Exactly one key of each group.
-fn groups<'a>(keys: impl Iterator<Item = &'a Key>) -> Vec<Value> {
+fn groups<'a>(keys: impl Iterator<Item = &'a CaseKey>) -> Vec<Value> {
     let mut groups: Vec<(&str, Vec<Value>)> = Vec::new();
     for key in keys.filter(|key| !key.group.is_empty()) {
         let one = json!({"required": [key.name]});
@@ -59,7 +59,7 @@ fn groups<'a>(keys: impl Iterator<Item = &'a Key>) -> Vec<Value> {
     groups.into_iter().map(|(_, members)| json!({"oneOf": members})).collect()
 }
 
-fn required_unless(key: &Key) -> Option<Value> {
+fn required_unless(key: &CaseKey) -> Option<Value> {
     let Presence::RequiredUnless(other, word, ..) = key.presence else { return None };
     let needed = match key.instead {
         "" => json!({"required": [key.name]}),
@@ -69,20 +69,20 @@ fn required_unless(key: &Key) -> Option<Value> {
 }
 
 /// The keys that decide which others belong.
-fn discriminators(keys: &[Key]) -> Vec<&Key> {
-    let decides = |key: &&Key| keys.iter().any(|other| other.only.is_some_and(|only| only.key == key.name));
+fn discriminators(keys: &[CaseKey]) -> Vec<&CaseKey> {
+    let decides = |key: &&CaseKey| keys.iter().any(|other| other.only.is_some_and(|only| only.key == key.name));
     keys.iter().filter(decides).collect()
 }
 
 /// For each value of a deciding key: the keys that are required and those that do not belong.
-fn variants(decider: &Key, keys: &[Key]) -> Vec<Value> {
+fn variants(decider: &CaseKey, keys: &[CaseKey]) -> Vec<Value> {
     let values: Vec<(&str, Value)> = match decider.kind {
-        Kind::Word(words) => words.iter().map(|word| (*word, json!(word))).collect(),
+        KeyType::Word(words) => words.iter().map(|word| (*word, json!(word))).collect(),
         _ => vec![("false", json!(false)), ("true", json!(true))],
     };
     let default = if let Presence::Default(literal, _) = decider.presence { Some(literal.value()) } else { None };
-    let belongs = |key: &&Key, value: &str| match key.only {
-        Some(Only { key, values }) => key == decider.name && values.contains(&value),
+    let belongs = |key: &&CaseKey, value: &str| match key.only {
+        Some(AppliesIf { key, values }) => key == decider.name && values.contains(&value),
         None => false,
     };
     let variant = |(name, value): (&str, Value)| {
@@ -91,7 +91,7 @@ fn variants(decider: &Key, keys: &[Key]) -> Vec<Value> {
         if default.as_ref() != Some(&value) {
             condition["required"] = json!([decider.name]);
         }
-        let inside: Vec<&Key> = keys.iter().filter(|key| belongs(key, name)).collect();
+        let inside: Vec<&CaseKey> = keys.iter().filter(|key| belongs(key, name)).collect();
         let outside = keys.iter().filter(|key| key.only.is_some() && !belongs(key, name));
         let refused: Map<String, Value> = outside.map(|key| (key.name.to_owned(), json!(false))).collect();
         let required = required(inside.iter().copied());
@@ -105,27 +105,27 @@ fn variants(decider: &Key, keys: &[Key]) -> Vec<Value> {
     values.into_iter().map(variant).collect()
 }
 
-fn property(key: &Key) -> Value {
+fn property(key: &CaseKey) -> Value {
     let mut schema = match key.kind {
-        Kind::Text => json!({"type": "string", "minLength": 1}),
-        Kind::Flag => json!({"type": "boolean"}),
-        Kind::Number(_, range) => number(range),
-        Kind::Whole(min, max) => json!({"type": "integer", "minimum": min, "maximum": max}),
-        Kind::Numbers(_, range, [min, max]) => {
+        KeyType::Text => json!({"type": "string", "minLength": 1}),
+        KeyType::Flag => json!({"type": "boolean"}),
+        KeyType::Number(_, range) => number(range),
+        KeyType::Whole(min, max) => json!({"type": "integer", "minimum": min, "maximum": max}),
+        KeyType::Numbers(_, range, [min, max]) => {
             json!({"type": "array", "items": number(range), "minItems": min, "maxItems": max})
         }
-        Kind::Word(words) => {
+        KeyType::Word(words) => {
             json!({"enum": words.iter().flat_map(|word| std::iter::once(*word).chain(aliases(word))).collect::<Vec<_>>()})
         }
-        Kind::Object(keys) => object(keys),
-        Kind::WordOrObject(words, keys) => json!({"anyOf": [{"enum": words}, object(keys)]}),
-        Kind::ObjectOrFile(keys) => json!({"anyOf": [file(), object(keys)]}),
-        Kind::Items(keys, [min, max]) => {
+        KeyType::Object(keys) => object(keys),
+        KeyType::WordOrObject(words, keys) => json!({"anyOf": [{"enum": words}, object(keys)]}),
+        KeyType::ObjectOrFile(keys) => json!({"anyOf": [file(), object(keys)]}),
+        KeyType::Items(keys, [min, max]) => {
             json!({"type": "array", "items": object(keys), "minItems": min, "maxItems": max})
         }
-        Kind::NumberOrText(range) => json!({"anyOf": [number(range), {"type": "string"}]}),
-        Kind::NumberOrPercent(range) => json!({"anyOf": [number(range), {"type": "string", "pattern": "%$"}]}),
-        Kind::Sources => json!({
+        KeyType::NumberOrText(range) => json!({"anyOf": [number(range), {"type": "string"}]}),
+        KeyType::NumberOrPercent(range) => json!({"anyOf": [number(range), {"type": "string", "pattern": "%$"}]}),
+        KeyType::Sources => json!({
             "type": "object",
             "propertyNames": {"pattern": "^(/.*)?$"},
             "additionalProperties": {"type": "string"},
@@ -144,7 +144,7 @@ fn property(key: &Key) -> Value {
     schema
 }
 
-fn number(range: Range) -> Value {
+fn number(range: NumberRange) -> Value {
     let minimum = if range.min_included { "minimum" } else { "exclusiveMinimum" };
     json!({"type": "number", minimum: range.min, "maximum": range.max})
 }
@@ -159,7 +159,7 @@ fn file() -> Value {
 }
 
 /// The meaning of a key with its unit and its default.
-fn description(key: &Key) -> String {
+fn description(key: &CaseKey) -> String {
     let mut text = key.doc.to_owned();
     if !key.unit().is_empty() {
         text += &format!(" [{}]", key.unit());

@@ -6,36 +6,36 @@ use serde_json::{Map, Value};
 
 use super::check::plain;
 use super::error::CaseError;
-use super::fields::{Key, Kind, Literal, Presence};
-use super::record::{Record, is_assumed};
+use super::fields::{CaseKey, KeyType, Literal, Presence};
+use super::record::{Provenance, is_assumed};
 use super::value::{mismatch, short_number_text, text_of, whole};
 use super::words::Word;
 use super::{Field, Origin, table};
 
 /// A word, or the object that stands in its place.
-pub(super) enum Choice<'a> {
+pub(super) enum WordOrObject<'a> {
     Word(String),
-    Keys(Scope<'a>),
+    Keys(ObjectReader<'a>),
 }
 
 /// One object of the case and the keys it may have.
-pub(super) struct Scope<'a> {
-    record: &'a Record,
+pub(super) struct ObjectReader<'a> {
+    record: &'a Provenance,
     pub(super) pointer: String,
-    keys: &'static [Key],
+    keys: &'static [CaseKey],
     /// `None` where the object itself was left out.
     map: Option<&'a Map<String, Value>>,
     /// Values are not recorded one by one.
     quiet: bool,
 }
 
-impl<'a> Scope<'a> {
+impl<'a> ObjectReader<'a> {
     /// The whole document.
-    pub(super) fn root(record: &'a Record, map: &'a Map<String, Value>) -> Self {
+    pub(super) fn root(record: &'a Provenance, map: &'a Map<String, Value>) -> Self {
         Self { record, pointer: String::new(), keys: table::CASE, map: Some(map), quiet: false }
     }
 
-    fn below(&self, key: &Key, map: Option<&'a Map<String, Value>>) -> Self {
+    fn below(&self, key: &CaseKey, map: Option<&'a Map<String, Value>>) -> Self {
         Self { record: self.record, pointer: self.at(key.name), keys: key.keys(), map, quiet: self.quiet }
     }
 
@@ -52,16 +52,16 @@ impl<'a> Scope<'a> {
         self.map.and_then(|map| map.get(name))
     }
 
-    fn key(&self, name: &str) -> Result<&'static Key, CaseError> {
+    fn key(&self, name: &str) -> Result<&'static CaseKey, CaseError> {
         let missing = || CaseError::at(self.at(name), "a key that the table of the case file has", "none");
         self.keys.iter().find(|key| key.name == name).ok_or_else(missing)
     }
 
     /// The value of a key, given or by default, recorded. The document has been checked against the table.
-    fn take(&self, name: &str) -> Result<(&'static Key, Option<Cow<'a, Value>>), CaseError> {
+    fn take(&self, name: &str) -> Result<(&'static CaseKey, Option<Cow<'a, Value>>), CaseError> {
         let key = self.key(name)?;
         if let Some(value) = self.given(name) {
-            let recorded = key.keys().is_empty() && !matches!(key.kind, Kind::Sources);
+            let recorded = key.keys().is_empty() && !matches!(key.kind, KeyType::Sources);
             if recorded || value.is_string() {
                 let source = self.record.source(&self.at(name));
                 self.note(key, text_of(value), Origin::Read, source, is_assumed(source));
@@ -92,7 +92,7 @@ impl<'a> Scope<'a> {
         Ok((key, value))
     }
 
-    fn note(&self, key: &Key, value: String, origin: Origin, source: &str, assumed: bool) {
+    fn note(&self, key: &CaseKey, value: String, origin: Origin, source: &str, assumed: bool) {
         self.note_as(key.name, value, key.unit(), origin, source.to_owned(), assumed);
     }
 
@@ -112,7 +112,7 @@ impl<'a> Scope<'a> {
     /// Records a number [SI] computed for a key that was left out.
     pub(super) fn derive_as(&self, name: &str, si: f64, how: &str, assumed: bool) -> Result<f64, CaseError> {
         let key = self.key(name)?;
-        if let Kind::Number(unit, _) = key.kind {
+        if let KeyType::Number(unit, _) = key.kind {
             self.note(key, short_number_text(unit.of_si(si)), Origin::Derived, how, assumed);
         }
         Ok(si)
@@ -158,7 +158,7 @@ impl<'a> Scope<'a> {
         let (key, value) = self.take(name)?;
         let Some(value) = value else { return Ok(None) };
         match (key.kind, value.as_f64()) {
-            (Kind::Number(unit, _), Some(number)) => Ok(Some(unit.to_si(number))),
+            (KeyType::Number(unit, _), Some(number)) => Ok(Some(unit.to_si(number))),
             _ => Err(mismatch(key, &value, &self.at(name))),
         }
     }
@@ -198,7 +198,7 @@ impl<'a> Scope<'a> {
         let (key, value) = self.take(name)?;
         let Some(value) = value else { return Ok(None) };
         match (key.kind, value.as_array()) {
-            (Kind::Numbers(unit, ..), Some(items)) => {
+            (KeyType::Numbers(unit, ..), Some(items)) => {
                 Ok(Some(items.iter().filter_map(Value::as_f64).map(|number| unit.to_si(number)).collect()))
             }
             _ => Err(mismatch(key, &value, &self.at(name))),
@@ -241,11 +241,11 @@ impl<'a> Scope<'a> {
         Ok(self.below(self.key(name)?, None))
     }
 
-    pub(super) fn choice(&self, name: &str) -> Result<Choice<'a>, CaseError> {
+    pub(super) fn choice(&self, name: &str) -> Result<WordOrObject<'a>, CaseError> {
         let (key, value) = self.take(name)?;
         match value.as_deref().and_then(Value::as_str) {
-            Some(word) => Ok(Choice::Word(word.to_owned())),
-            None => Ok(Choice::Keys(self.below(key, self.given(name).and_then(Value::as_object)))),
+            Some(word) => Ok(WordOrObject::Word(word.to_owned())),
+            None => Ok(WordOrObject::Keys(self.below(key, self.given(name).and_then(Value::as_object)))),
         }
     }
 
@@ -254,7 +254,7 @@ impl<'a> Scope<'a> {
         self.list(name, self.quiet)
     }
 
-    /// The objects of a list, each to be recorded as a whole with [`Scope::summarise`].
+    /// The objects of a list, each to be recorded as a whole with [`ObjectReader::summarise`].
     pub(super) fn quiet_items(&self, name: &str) -> Result<Vec<Self>, CaseError> {
         self.list(name, true)
     }

@@ -4,7 +4,7 @@ use serde_json::{Map, Value, json};
 use twox_hash::XxHash3_64;
 
 use super::error::{CaseError, describe, nearest, quote};
-use super::fields::{Key, Kind, Presence};
+use super::fields::{CaseKey, KeyType, Presence};
 use super::places;
 use super::pointer::{index, is_at_or_below, unescape};
 use super::record::is_assumed;
@@ -217,10 +217,10 @@ fn child_of_object<'a>(map: &'a mut Map<String, Value>, part: &str, place: &str)
 }
 
 /// What stands at a key before something inside it is set: an object, or the default list.
-fn empty(key: &Key) -> Option<Value> {
+fn empty(key: &CaseKey) -> Option<Value> {
     match (key.kind, key.presence) {
-        (Kind::Numbers(..), Presence::Default(literal, _)) => Some(literal.value()),
-        (Kind::Object(_) | Kind::WordOrObject(..) | Kind::ObjectOrFile(_) | Kind::Sources, _) => {
+        (KeyType::Numbers(..), Presence::Default(literal, _)) => Some(literal.value()),
+        (KeyType::Object(_) | KeyType::WordOrObject(..) | KeyType::ObjectOrFile(_) | KeyType::Sources, _) => {
             Some(Value::Object(Map::new()))
         }
         _ => None,

@@ -2,7 +2,7 @@
 
 use std::f64::consts::PI;
 
-use super::fields::{Key, Kind, Unit, above, key, number, within, word};
+use super::fields::{CaseKey, KeyType, Unit, above, key, number, within, word};
 use super::pointer::index;
 use super::words::{ShapeWord, Word};
 use super::{
@@ -39,46 +39,51 @@ const HOURGLASS: f64 = 0.001;
 pub(super) const MAX_PLIES: u32 = 64;
 const NOT_PUBLISHED: &str = "assumed: not published for this fabric";
 
-pub(super) static CASE: &[Key] = &[
-    key("$schema", Kind::Text, "The JSON Schema of case files, for editors; ripstop writes one with `ripstop schema`.")
-        .optional(""),
-    key("title", Kind::Text, "What the case is, for people."),
+pub(super) static CASE: &[CaseKey] = &[
+    key(
+        "$schema",
+        KeyType::Text,
+        "The JSON Schema of case files, for editors; ripstop writes one with `ripstop schema`.",
+    )
+    .optional(""),
+    key("title", KeyType::Text, "What the case is, for people."),
     key(
         "fabric",
-        Kind::ObjectOrFile(FABRIC),
+        KeyType::ObjectOrFile(FABRIC),
         "The fabric of every ply that pack.layup gives no other; a file is named relative to the case's folder.",
     ),
-    key("pack", Kind::Object(PACK), "Plies, size, edges and initial state."),
-    key("projectile", Kind::Object(PROJECTILE), "What strikes the pack; null or absent: nothing does.")
+    key("pack", KeyType::Object(PACK), "Plies, size, edges and initial state."),
+    key("projectile", KeyType::Object(PROJECTILE), "What strikes the pack; null or absent: nothing does.")
         .optional("nothing strikes the pack"),
-    key("solver", Kind::Object(SOLVER), "Time integration.").optional(""),
-    key("output", Kind::Object(OUTPUT), "What is written and how often.").optional(""),
-    key("expect", Kind::Items(EXPECT, [0, 1000]), "Statements about the result that the run checks.").optional(""),
+    key("solver", KeyType::Object(SOLVER), "Time integration.").optional(""),
+    key("output", KeyType::Object(OUTPUT), "What is written and how often.").optional(""),
+    key("expect", KeyType::Items(EXPECT, [0, 1000]), "Statements about the result that the run checks.").optional(""),
     key(
         "sources",
-        Kind::Sources,
+        KeyType::Sources,
         "Where values come from: JSON pointer of a value or of an object around it, and text; \
         a text that begins with \"assumed\" marks its values as assumed.",
     )
     .optional(""),
-    key("notes", Kind::Text, "Remarks for people.").optional(""),
+    key("notes", KeyType::Text, "Remarks for people.").optional(""),
 ];
 
-pub(super) static FABRIC: &[Key] = &[
-    key("name", Kind::Text, "Designation."),
+pub(super) static FABRIC: &[CaseKey] = &[
+    key("name", KeyType::Text, "Designation."),
     number("fibre_density_kg_m3", KG_M3, within(100.0, 30_000.0), "Density of the fibre; gives the yarn's section."),
     number("areal_density_g_m2", G_M2, within(0.01, 1e5), "Mass per area of the fabric.")
         .derived("linear density × (1 + crimp) × count of both yarns"),
-    key("warp", Kind::Object(YARN), "Yarns along X."),
-    key("weft", Kind::Object(YARN), "Yarns along Y."),
-    key("crossover", Kind::Object(CROSSOVER), "Interaction of warp and weft.").optional(""),
+    key("warp", KeyType::Object(YARN), "Yarns along X."),
+    key("weft", KeyType::Object(YARN), "Yarns along Y."),
+    key("crossover", KeyType::Object(CROSSOVER), "Interaction of warp and weft.").optional(""),
     number("thickness_mm", MM, within(1e-3, 100.0), "Thickness of the fabric: shear resultant and ply spacing.")
         .default(0.30, NOT_PUBLISHED),
-    key("shear", Kind::WordOrObject(&["none"], SHEAR), "Resistance to trellis shear, (25) of the paper.").optional(""),
+    key("shear", KeyType::WordOrObject(&["none"], SHEAR), "Resistance to trellis shear, (25) of the paper.")
+        .optional(""),
 ];
 
-static YARN: &[Key] = &[
-    key("absent", Kind::Flag, "True: no yarn in this direction, its count still sets the element size.")
+static YARN: &[CaseKey] = &[
+    key("absent", KeyType::Flag, "True: no yarn in this direction, its count still sets the element size.")
         .default_false("a woven fabric has both yarns"),
     number("linear_density_denier", DENIER, within(0.01, 1e6), "Mass of 9000 m of yarn.")
         .one_of("linear density")
@@ -97,22 +102,22 @@ static YARN: &[Key] = &[
     number("crimp", NONE, within(0.0, 0.5), "Yarn length over fabric length, minus one.").only("absent", &["false"]),
 ];
 
-static CROSSOVER: &[Key] = &[
+static CROSSOVER: &[CaseKey] = &[
     word("law", Law::WORDS, "Unit-cell law.").default_word("published", "the paper's (11)-(24)"),
     word("membrane_force", MembraneForce::WORDS, "In-plane force of the published law: T, or T cos α.")
         .default_word("tension", "the paper's yarn tension"),
     number("gap_mm", MM, within(0.0, 1.0), "Initial gap between the yarns, (22).").default(0.0, NOT_PUBLISHED),
-    key("compression", Kind::WordOrObject(&["rigid"], COMPRESSION), "Transverse compression of the yarns, (21).")
+    key("compression", KeyType::WordOrObject(&["rigid"], COMPRESSION), "Transverse compression of the yarns, (21).")
         .optional(""),
 ];
 
-static COMPRESSION: &[Key] = &[
+static COMPRESSION: &[CaseKey] = &[
     number("a_mm", MM, within(0.0, 10.0), "Largest compression a of (21); a = b = 0 is rigid.")
         .default(0.10, NOT_PUBLISHED),
     number("b_mm_n13", MM_N13, within(0.0, 10.0), "b of (21).").default(0.10, NOT_PUBLISHED),
 ];
 
-static SHEAR: &[Key] = &[
+static SHEAR: &[CaseKey] = &[
     number("thickness_mm", MM, within(1e-3, 100.0), "Thickness that carries the shear stress.")
         .derived("the fabric's thickness_mm"),
     number("g1_mpa", MPA, within(0.0, 1e6), "Modulus before locking.").default(10.0, NOT_PUBLISHED),
@@ -128,20 +133,28 @@ static SHEAR: &[Key] = &[
 const MESH: &str = "numerics and accuracy: around a free projectile's hit two elements per crossover (converged: four), graded beyond; one \
     even element for the paper's numerics, a bar, no projectile, or several crossovers per element";
 
-static PACK: &[Key] = &[
-    key("plies", Kind::Whole(1, MAX_PLIES), "Number of plies; with a layup the sum over it, which need not be given.")
-        .default(1.0, "a single ply"),
+static PACK: &[CaseKey] = &[
+    key(
+        "plies",
+        KeyType::Whole(1, MAX_PLIES),
+        "Number of plies; with a layup the sum over it, which need not be given.",
+    )
+    .default(1.0, "a single ply"),
     number("width_mm", MM, within(1e-3, 1e5), "Size along warp, rounded to whole elements."),
     number("height_mm", MM, within(1e-3, 1e5), "Size along weft, rounded to whole elements."),
-    key("edges", Kind::WordOrObject(Edge::WORDS, EDGES), "How the sides are held.")
+    key("edges", KeyType::WordOrObject(Edge::WORDS, EDGES), "How the sides are held.")
         .default_word("clamped", "a fixed frame, as in the paper"),
-    key("crossovers_per_element", Kind::Whole(1, 64), "Crossovers along each side of an element.")
+    key("crossovers_per_element", KeyType::Whole(1, 64), "Crossovers along each side of an element.")
         .default(1.0, "the paper: one element per crossover"),
-    key("elements_per_crossover", Kind::Whole(1, 16), "Elements along each side of a crossover, to refine the mesh.")
-        .derived(MESH),
+    key(
+        "elements_per_crossover",
+        KeyType::Whole(1, 16),
+        "Elements along each side of a crossover, to refine the mesh.",
+    )
+    .derived(MESH),
     key(
         "mesh_grading",
-        Kind::WordOrObject(&["none", "graded"], GRADING),
+        KeyType::WordOrObject(&["none", "graded"], GRADING),
         "Elements that grow away from the hit; \"graded\" is an object without keys.",
     )
     .derived(MESH),
@@ -154,25 +167,25 @@ static PACK: &[Key] = &[
     .derived("the fabric's thickness_mm"),
     number("friction", NONE, within(0.0, 2.0), "Coulomb coefficient between plies.")
         .default(0.2, "assumed: not published for this fabric"),
-    key("pretension", Kind::Object(PRETENSION), "Initial membrane force of every ply, along its own yarns.")
+    key("pretension", KeyType::Object(PRETENSION), "Initial membrane force of every ply, along its own yarns.")
         .optional(""),
-    key("initial_velocity_m_s", Kind::Numbers(M_S, within(-5000.0, 5000.0), [3, 3]), "Velocity of every free node.")
+    key("initial_velocity_m_s", KeyType::Numbers(M_S, within(-5000.0, 5000.0), [3, 3]), "Velocity of every free node.")
         .default_list(&[0.0; 3], "at rest"),
     key(
         "initial_deflection",
-        Kind::Object(DEFLECTION),
+        KeyType::Object(DEFLECTION),
         "Initial amplitude·sin(mπX/width)·sin(nπY/height) of every ply, in its own axes.",
     )
     .optional("flat"),
     key(
         "layup",
-        Kind::Items(LAYER, [1, MAX_PLIES as usize]),
+        KeyType::Items(LAYER, [1, MAX_PLIES as usize]),
         "The plies in groups of consecutive ones, from the struck side, where they are not all alike.",
     )
     .optional(""),
 ];
 
-static GRADING: &[Key] = &[
+static GRADING: &[CaseKey] = &[
     number(
         "fine_radius_mm",
         MM,
@@ -183,7 +196,7 @@ static GRADING: &[Key] = &[
     .derived("four radii of the projectile, and as far as a yawed tail swings out"),
     number("growth", NONE, within(1.0, 2.0), "Largest ratio of the lengths of neighbouring elements.")
         .default(1.15, "measured: smaller ones keep the outcome no better"),
-    key("coarsest", Kind::Whole(1, 64), "Crossovers along a side of the largest elements.")
+    key("coarsest", KeyType::Whole(1, 64), "Crossovers along a side of the largest elements.")
         .default(2.0, "measured: larger ones tangle with what is torn"),
     word(
         "lines_from",
@@ -193,11 +206,11 @@ static GRADING: &[Key] = &[
     .default_word("hit", "measured: the result does not depend on where in a cell the projectile hits"),
 ];
 
-static LAYER: &[Key] = &[
-    key("plies", Kind::Whole(1, MAX_PLIES), "Number of plies of this group.").default(1.0, "a single ply"),
+static LAYER: &[CaseKey] = &[
+    key("plies", KeyType::Whole(1, MAX_PLIES), "Number of plies of this group.").default(1.0, "a single ply"),
     key(
         "fabric",
-        Kind::ObjectOrFile(FABRIC),
+        KeyType::ObjectOrFile(FABRIC),
         "The fabric of these plies; a file is named relative to the case's folder.",
     )
     .derived("the case's fabric"),
@@ -211,41 +224,41 @@ static LAYER: &[Key] = &[
     .default(0.0, "warp along the pack's X axis"),
     key(
         "edges",
-        Kind::WordOrObject(Edge::WORDS, EDGES),
+        KeyType::WordOrObject(Edge::WORDS, EDGES),
         "How the sides are held, in the ply's own axes; sides left out of an object are clamped.",
     )
     .derived("the pack's edges"),
     key(
         "initial_velocity_m_s",
-        Kind::Numbers(M_S, within(-5000.0, 5000.0), [3, 3]),
+        KeyType::Numbers(M_S, within(-5000.0, 5000.0), [3, 3]),
         "Velocity of every free node, in the pack's axes.",
     )
     .derived("the pack's initial_velocity_m_s"),
 ];
 
-static EDGES: &[Key] = &[
+static EDGES: &[CaseKey] = &[
     word("left", Edge::WORDS, "X = 0.").default_word("clamped", "a fixed frame, as in the paper"),
     word("right", Edge::WORDS, "X = width.").default_word("clamped", "a fixed frame, as in the paper"),
     word("bottom", Edge::WORDS, "Y = 0.").default_word("clamped", "a fixed frame, as in the paper"),
     word("top", Edge::WORDS, "Y = height.").default_word("clamped", "a fixed frame, as in the paper"),
 ];
 
-static PRETENSION: &[Key] = &[
+static PRETENSION: &[CaseKey] = &[
     number("warp_n_per_m", N_M, within(0.0, 1e7), "Force along warp per width.").optional("warp keeps its length"),
     number("weft_n_per_m", N_M, within(0.0, 1e7), "Force along weft per width.").optional("weft keeps its length"),
 ];
 
-static DEFLECTION: &[Key] = &[
+static DEFLECTION: &[CaseKey] = &[
     number("amplitude_mm", MM, within(-1000.0, 1000.0), "Largest deflection."),
-    key("warp_half_waves", Kind::Whole(0, 1000), "m; 0: constant along warp."),
-    key("weft_half_waves", Kind::Whole(0, 1000), "n; 0: constant along weft."),
+    key("warp_half_waves", KeyType::Whole(0, 1000), "m; 0: constant along warp."),
+    key("weft_half_waves", KeyType::Whole(0, 1000), "n; 0: constant along weft."),
 ];
 
 /// The shapes that have a length and edges, and those that can turn.
 const LONG: &[&str] = &["cylinder", "cone", "ogive", "fragment"];
 const TURNING: &[&str] = &["cylinder", "sphere", "cone", "ogive", "fragment"];
 
-static PROJECTILE: &[Key] = &[
+static PROJECTILE: &[CaseKey] = &[
     word("shape", ShapeWord::WORDS, "Geometry of the rigid body."),
     number("diameter_mm", MM, within(1e-3, 1000.0), "Diameter."),
     number("length_mm", MM, within(1e-3, 10_000.0), "Whole length.").only("shape", LONG),
@@ -305,7 +318,7 @@ static PROJECTILE: &[Key] = &[
     .with("axial_inertia_g_mm2")
     .only("shape", TURNING),
     number("velocity_m_s", M_S, above(0.0, 5000.0), "Speed along the line of flight."),
-    key("offset_mm", Kind::Numbers(MM, within(-1e5, 1e5), [2, 2]), "Point of aim from the pack's centre.")
+    key("offset_mm", KeyType::Numbers(MM, within(-1e5, 1e5), [2, 2]), "Point of aim from the pack's centre.")
         .default_list(&[0.0; 2], "centred"),
     number("standoff_mm", MM, within(0.0, 1000.0), "Gap between nose and first ply at the start.")
         .default(0.0, "flight through air is not computed"),
@@ -316,7 +329,7 @@ static PROJECTILE: &[Key] = &[
     number("yaw_deg", DEG, within(-180.0, 180.0), "Angle of the body's axis to the line of flight.")
         .default(0.0, "axis along the line of flight")
         .only("shape", TURNING),
-    key("angular_velocity_rad_s", Kind::Numbers(RAD_S, within(-1e6, 1e6), [3, 3]), "Initial rotation about X, Y, Z.")
+    key("angular_velocity_rad_s", KeyType::Numbers(RAD_S, within(-1e6, 1e6), [3, 3]), "Initial rotation about X, Y, Z.")
         .default_list(&[0.0; 3], "no rotation")
         .only("shape", TURNING),
     number("friction", NONE, within(0.0, 2.0), "Coulomb coefficient against fabric.")
@@ -326,7 +339,7 @@ static PROJECTILE: &[Key] = &[
         .default_word("free", "a body in flight"),
 ];
 
-static SOLVER: &[Key] = &[
+static SOLVER: &[CaseKey] = &[
     number(
         "end_time_us",
         US,
@@ -387,37 +400,46 @@ static SOLVER: &[Key] = &[
         .default_word("outcome", "nothing asked for happens after it"),
 ];
 
-static OUTPUT: &[Key] = &[
+static OUTPUT: &[CaseKey] = &[
     number("history_interval_us", US, within(1e-6, 1e9), "Interval of history.csv, at most end_time_us.")
         .default(0.5, "a few hundred rows for a shot"),
-    key("frames", Kind::Whole(0, 10_000), "Frames for ParaView, evenly from impact to the end of the run.")
+    key("frames", KeyType::Whole(0, 10_000), "Frames for ParaView, evenly from impact to the end of the run.")
         .default(0.0, "none asked for"),
-    key("profile_times_us", Kind::Numbers(US, within(0.0, 1e9), [0, 1000]), "Times of deflection profiles, ascending.")
-        .default_list(&[], "none asked for"),
+    key(
+        "profile_times_us",
+        KeyType::Numbers(US, within(0.0, 1e9), [0, 1000]),
+        "Times of deflection profiles, ascending.",
+    )
+    .default_list(&[], "none asked for"),
     word("profile_along", Along::WORDS, "Direction of the profiles, through the point of impact.")
         .default_word("warp", "the first axis"),
 ];
 
-static EXPECT: &[Key] = &[
-    key("quantity", Kind::Text, "A name of summary.json, a column of history.csv, or a measured wave quantity."),
-    key("value", Kind::NumberOrText(within(-1e15, 1e15)), "The expected number or word.").optional(""),
+static EXPECT: &[CaseKey] = &[
+    key("quantity", KeyType::Text, "A name of summary.json, a column of history.csv, or a measured wave quantity."),
+    key("value", KeyType::NumberOrText(within(-1e15, 1e15)), "The expected number or word.").optional(""),
     number("min", NONE, within(-1e15, 1e15), "Least value; instead of value.").optional(""),
     number("max", NONE, within(-1e15, 1e15), "Largest value; instead of value.").optional(""),
-    key("tolerance", Kind::NumberOrPercent(within(0.0, 1e15)), "Allowed difference from a number, absolute or \"1%\".")
-        .optional(""),
+    key(
+        "tolerance",
+        KeyType::NumberOrPercent(within(0.0, 1e15)),
+        "Allowed difference from a number, absolute or \"1%\".",
+    )
+    .optional(""),
     number("at_us", US, within(0.0, 1e9), "Time at which the quantity is read.").optional(""),
-    key("between_us", Kind::Numbers(US, within(0.0, 1e9), [2, 2]), "Interval of a measured speed or frequency.")
+    key("between_us", KeyType::Numbers(US, within(0.0, 1e9), [2, 2]), "Interval of a measured speed or frequency.")
         .optional(""),
-    key("source", Kind::Text, "Where the statement comes from."),
-    key("known_difference", Kind::Text, "Why the statement is known not to hold: shown, and no failure.").optional(""),
+    key("source", KeyType::Text, "Where the statement comes from."),
+    key("known_difference", KeyType::Text, "Why the statement is known not to hold: shown, and no failure.")
+        .optional(""),
 ];
 
 /// The key that a JSON pointer names, whether or not a document has it.
-pub(super) fn lookup(pointer: &str) -> Option<&'static Key> {
+pub(super) fn lookup(pointer: &str) -> Option<&'static CaseKey> {
     let mut keys = CASE;
-    let mut found: Option<&Key> = None;
+    let mut found: Option<&CaseKey> = None;
     // The keys of a list's items, where the next part is an index.
-    let mut items: Option<&'static [Key]> = None;
+    let mut items: Option<&'static [CaseKey]> = None;
     for part in pointer.strip_prefix('/')?.split('/') {
         if let Some(of_item) = items.take()
             && index(part).is_some()
@@ -427,7 +449,7 @@ pub(super) fn lookup(pointer: &str) -> Option<&'static Key> {
         }
         let key = keys.iter().find(|key| key.name == part)?;
         (keys, items) = match key.kind {
-            Kind::Items(of_item, _) => (&[] as &[Key], Some(of_item)),
+            KeyType::Items(of_item, _) => (&[] as &[CaseKey], Some(of_item)),
             _ => (key.keys(), None),
         };
         found = Some(key);
@@ -456,10 +478,10 @@ pub(super) fn pointers() -> Vec<String> {
     pointers
 }
 
-fn collect(prefix: &str, keys: &[Key], pointers: &mut Vec<String>) {
+fn collect(prefix: &str, keys: &[CaseKey], pointers: &mut Vec<String>) {
     for key in keys {
         let pointer = format!("{prefix}/{}", key.name);
-        if !matches!(key.kind, Kind::Items(..)) {
+        if !matches!(key.kind, KeyType::Items(..)) {
             collect(&pointer, key.keys(), pointers);
         }
         pointers.push(pointer);

@@ -3,30 +3,30 @@
 use serde_json::Value;
 
 use super::error::{CaseError, describe, list, nearest, quote};
-use super::fields::{Key, Kind, Presence, Range};
+use super::fields::{CaseKey, KeyType, NumberRange, Presence};
 
-impl Key {
+impl CaseKey {
     /// Whether a value may stand at this key, its own keys aside.
     pub(super) fn accepts(&self, value: &Value) -> bool {
-        let in_range = |value: &Value, range: Range| value.as_f64().is_some_and(|number| range.contains(number));
+        let in_range = |value: &Value, range: NumberRange| value.as_f64().is_some_and(|number| range.contains(number));
         match self.kind {
-            Kind::Text => value.as_str().is_some_and(|text| !text.trim().is_empty()),
-            Kind::Flag => value.is_boolean(),
-            Kind::Number(_, range) => in_range(value, range),
-            Kind::Whole(min, max) => whole(value).is_some_and(|number| (min..=max).contains(&number)),
-            Kind::Numbers(_, range, [min, max]) => value.as_array().is_some_and(|items| {
+            KeyType::Text => value.as_str().is_some_and(|text| !text.trim().is_empty()),
+            KeyType::Flag => value.is_boolean(),
+            KeyType::Number(_, range) => in_range(value, range),
+            KeyType::Whole(min, max) => whole(value).is_some_and(|number| (min..=max).contains(&number)),
+            KeyType::Numbers(_, range, [min, max]) => value.as_array().is_some_and(|items| {
                 (min..=max).contains(&items.len()) && items.iter().all(|item| in_range(item, range))
             }),
-            Kind::Word(words) => value.as_str().is_some_and(|word| words.contains(&word)),
-            Kind::Object(_) | Kind::ObjectOrFile(_) | Kind::Sources => value.is_object(),
-            Kind::WordOrObject(words, _) => {
+            KeyType::Word(words) => value.as_str().is_some_and(|word| words.contains(&word)),
+            KeyType::Object(_) | KeyType::ObjectOrFile(_) | KeyType::Sources => value.is_object(),
+            KeyType::WordOrObject(words, _) => {
                 value.is_object() || value.as_str().is_some_and(|word| words.contains(&word))
             }
-            Kind::Items(_, [min, max]) => value
+            KeyType::Items(_, [min, max]) => value
                 .as_array()
                 .is_some_and(|items| (min..=max).contains(&items.len()) && items.iter().all(Value::is_object)),
-            Kind::NumberOrText(range) => value.is_string() || in_range(value, range),
-            Kind::NumberOrPercent(range) => in_range(value, range) || percent(value).is_some(),
+            KeyType::NumberOrText(range) => value.is_string() || in_range(value, range),
+            KeyType::NumberOrPercent(range) => in_range(value, range) || percent(value).is_some(),
         }
     }
 
@@ -34,35 +34,35 @@ impl Key {
     pub(super) fn expected(&self) -> String {
         let unit = if self.unit().is_empty() { String::new() } else { format!(" {}", self.unit()) };
         match self.kind {
-            Kind::Text => "text".to_owned(),
-            Kind::Flag => "true or false".to_owned(),
-            Kind::Number(_, range) => format!("a number in {range}{unit}"),
-            Kind::Whole(min, max) => format!("a whole number in [{min}, {max}]"),
-            Kind::Numbers(_, range, [min, max]) if min == max => format!("a list of {max} numbers in {range}{unit}"),
-            Kind::Numbers(_, range, [_, max]) => format!("a list of at most {max} numbers in {range}{unit}"),
-            Kind::Word(words) => list(words.iter().copied()),
-            Kind::Object(keys) => format!("an object with {}", names(keys)),
-            Kind::ObjectOrFile(keys) => format!("an object with {}, or {{\"file\": \"…\"}}", names(keys)),
-            Kind::WordOrObject(words, keys) => {
+            KeyType::Text => "text".to_owned(),
+            KeyType::Flag => "true or false".to_owned(),
+            KeyType::Number(_, range) => format!("a number in {range}{unit}"),
+            KeyType::Whole(min, max) => format!("a whole number in [{min}, {max}]"),
+            KeyType::Numbers(_, range, [min, max]) if min == max => format!("a list of {max} numbers in {range}{unit}"),
+            KeyType::Numbers(_, range, [_, max]) => format!("a list of at most {max} numbers in {range}{unit}"),
+            KeyType::Word(words) => list(words.iter().copied()),
+            KeyType::Object(keys) => format!("an object with {}", names(keys)),
+            KeyType::ObjectOrFile(keys) => format!("an object with {}, or {{\"file\": \"…\"}}", names(keys)),
+            KeyType::WordOrObject(words, keys) => {
                 format!("{} or an object with {}", list(words.iter().copied()), names(keys))
             }
-            Kind::Items(keys, [0, max]) => format!("a list of at most {max} objects with {}", names(keys)),
-            Kind::Items(keys, [min, max]) => format!("a list of {min} to {max} objects with {}", names(keys)),
-            Kind::NumberOrText(range) => format!("a number in {range} or a word"),
-            Kind::NumberOrPercent(range) => {
+            KeyType::Items(keys, [0, max]) => format!("a list of at most {max} objects with {}", names(keys)),
+            KeyType::Items(keys, [min, max]) => format!("a list of {min} to {max} objects with {}", names(keys)),
+            KeyType::NumberOrText(range) => format!("a number in {range} or a word"),
+            KeyType::NumberOrPercent(range) => {
                 format!("a number in {range}, or a percentage from \"0%\" to \"100%\" of the value")
             }
-            Kind::Sources => "an object of JSON pointers and texts".to_owned(),
+            KeyType::Sources => "an object of JSON pointers and texts".to_owned(),
         }
     }
 }
 
 /// Refuses a value that the table does not allow, naming the item of a list.
-pub(super) fn check(key: &Key, value: &Value, pointer: &str) -> Result<(), CaseError> {
+pub(super) fn check(key: &CaseKey, value: &Value, pointer: &str) -> Result<(), CaseError> {
     if key.accepts(value) {
         return Ok(());
     }
-    if let (Kind::Numbers(unit, range, [min, max]), Some(items)) = (key.kind, value.as_array())
+    if let (KeyType::Numbers(unit, range, [min, max]), Some(items)) = (key.kind, value.as_array())
         && (min..=max).contains(&items.len())
         && let Some((index, item)) =
             items.iter().enumerate().find(|(_, item)| !item.as_f64().is_some_and(|number| range.contains(number)))
@@ -70,7 +70,7 @@ pub(super) fn check(key: &Key, value: &Value, pointer: &str) -> Result<(), CaseE
         let expected = format!("a number in {range} {}", unit.name);
         return Err(CaseError::at(format!("{pointer}/{index}"), expected, describe(item)));
     }
-    if let (Kind::Items(keys, [_, max]), Some(items)) = (key.kind, value.as_array())
+    if let (KeyType::Items(keys, [_, max]), Some(items)) = (key.kind, value.as_array())
         && items.len() <= max
         && let Some((index, item)) = items.iter().enumerate().find(|(_, item)| !item.is_object())
     {
@@ -80,18 +80,20 @@ pub(super) fn check(key: &Key, value: &Value, pointer: &str) -> Result<(), CaseE
     Err(mismatch(key, value, pointer))
 }
 
-pub(super) fn mismatch(key: &Key, value: &Value, pointer: &str) -> CaseError {
+pub(super) fn mismatch(key: &CaseKey, value: &Value, pointer: &str) -> CaseError {
     let error = CaseError::at(pointer, key.expected(), describe(value));
     let text = value.as_str().unwrap_or_default();
     let is_number = |text: &str| text.parse::<f64>().is_ok_and(f64::is_finite);
     match key.kind {
-        Kind::Word(words) | Kind::WordOrObject(words, _) if !text.is_empty() => match nearest(text, words.to_vec()) {
-            Some(near) => error.help(format!("did you mean {}?", quote(near))),
-            None => error,
-        },
-        Kind::Number(..) | Kind::Whole(..) if is_number(text) => error.help("write the number without quotes"),
-        Kind::NumberOrPercent(_) if !text.is_empty() => error.help("for example \"1%\""),
-        Kind::Number(..) if !key.help.is_empty() && value.as_f64().is_some_and(|number| number > 0.0) => {
+        KeyType::Word(words) | KeyType::WordOrObject(words, _) if !text.is_empty() => {
+            match nearest(text, words.to_vec()) {
+                Some(near) => error.help(format!("did you mean {}?", quote(near))),
+                None => error,
+            }
+        }
+        KeyType::Number(..) | KeyType::Whole(..) if is_number(text) => error.help("write the number without quotes"),
+        KeyType::NumberOrPercent(_) if !text.is_empty() => error.help("for example \"1%\""),
+        KeyType::Number(..) if !key.help.is_empty() && value.as_f64().is_some_and(|number| number > 0.0) => {
             error.help(key.help)
         }
         _ => error,
@@ -108,8 +110,8 @@ pub(super) fn text_of(value: &Value) -> String {
 }
 
 /// The keys that an object needs, or may have where it needs none.
-fn names(keys: &[Key]) -> String {
-    let needed = |key: &&Key| matches!(key.presence, Presence::Required) && key.group.is_empty();
+fn names(keys: &[CaseKey]) -> String {
+    let needed = |key: &&CaseKey| matches!(key.presence, Presence::Required) && key.group.is_empty();
     let needed: Vec<String> = keys.iter().filter(needed).map(|key| quote(key.name)).collect();
     if needed.is_empty() {
         keys.iter().map(|key| quote(key.name)).collect::<Vec<_>>().join(", ")

@@ -8,7 +8,7 @@ use clap_complete::Shell;
 use ripstop::run::{self, Skips};
 use ripstop::study;
 
-use super::range::{Range, interval, level, percent, shift};
+use super::range::{StretchRange, interval, level, percent, shift};
 
 /// The whole command line.
 #[derive(Debug, Parser)]
@@ -245,7 +245,7 @@ pub(crate) struct BenchArguments {
     pub(crate) sets: Vec<String>,
     /// Whether the GPU is among the choices: auto takes real ones only
     #[arg(long, value_enum, default_value = "auto")]
-    pub(crate) backend: Backend,
+    pub(crate) backend: BackendChoice,
     /// Graphics adapter, by part of its name or its number in `ripstop info` [default: the best]
     #[arg(long, value_name = "NAME|INDEX")]
     pub(crate) adapter: Option<String>,
@@ -357,18 +357,18 @@ pub(crate) struct ValidateArguments {
 pub(crate) struct BackendArguments {
     /// What computes
     #[arg(long, value_enum, default_value = "auto")]
-    pub(crate) backend: Backend,
+    pub(crate) backend: BackendChoice,
     /// Graphics adapter, by part of its name or its number in `ripstop info` [default: the best]
     #[arg(long, value_name = "NAME|INDEX")]
     pub(crate) adapter: Option<String>,
     /// Number type of the state [default: f64 on the CPU, f32 on a GPU, which has no other]
     #[arg(long, value_enum)]
-    pub(crate) precision: Option<Precision>,
+    pub(crate) precision: Option<PrecisionChoice>,
 }
 
 /// What computes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub(crate) enum Backend {
+pub(crate) enum BackendChoice {
     /// A real GPU if there is one, else the CPU
     Auto,
     /// All cores of the processor
@@ -379,7 +379,7 @@ pub(crate) enum Backend {
 
 /// Number type.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub(crate) enum Precision {
+pub(crate) enum PrecisionChoice {
     /// Double, the reference
     F64,
     /// Single
@@ -477,7 +477,7 @@ pub(crate) struct FitArguments {
     pub(crate) data: PathBuf,
     /// Distribution of the thresholds
     #[arg(long, value_enum, default_value = "probit")]
-    pub(crate) link: Link,
+    pub(crate) link: LinkChoice,
     /// Two-sided confidence of the intervals, such as 0.9 or 95%
     #[arg(long, value_name = "LEVEL", value_parser = level, default_value = "0.9", allow_hyphen_values = true)]
     pub(crate) level: f64,
@@ -497,7 +497,7 @@ pub(crate) struct FitArguments {
 
 /// Distribution of the thresholds.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub(crate) enum Link {
+pub(crate) enum LinkChoice {
     /// Normal
     Probit,
     /// Logistic
@@ -581,13 +581,13 @@ pub(crate) struct CrossoverArguments {
     pub(crate) case: PathBuf,
     /// Fabric stretch along warp: one value, or first:last:count
     #[arg(long, value_name = "A[:B:N]")]
-    pub(crate) warp_stretch: Range,
+    pub(crate) warp_stretch: StretchRange,
     /// Fabric stretch along weft: one value, or first:last:count
     #[arg(long, value_name = "C[:D:N]")]
-    pub(crate) weft_stretch: Range,
+    pub(crate) weft_stretch: StretchRange,
     /// Unit-cell law [default: the case's]
     #[arg(long, value_enum)]
-    pub(crate) law: Option<Law>,
+    pub(crate) law: Option<LawChoice>,
     /// Change of the case, checked like the file; may be given again
     #[arg(long = "set", value_name = "/POINTER=VALUE")]
     pub(crate) sets: Vec<String>,
@@ -601,7 +601,7 @@ pub(crate) struct CrossoverArguments {
 
 /// Unit-cell law.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub(crate) enum Law {
+pub(crate) enum LawChoice {
     /// The paper's (13)-(24)
     Published,
     /// Sinusoidal yarns, forces conjugate to the arc length
@@ -610,20 +610,20 @@ pub(crate) enum Law {
     Kawabata,
 }
 
-impl From<Precision> for run::Precision {
-    fn from(precision: Precision) -> Self {
+impl From<PrecisionChoice> for run::Precision {
+    fn from(precision: PrecisionChoice) -> Self {
         match precision {
-            Precision::F64 => Self::F64,
-            Precision::F32 => Self::F32,
+            PrecisionChoice::F64 => Self::F64,
+            PrecisionChoice::F32 => Self::F32,
         }
     }
 }
 
-impl From<Link> for study::link::Link {
-    fn from(link: Link) -> Self {
+impl From<LinkChoice> for study::link::Link {
+    fn from(link: LinkChoice) -> Self {
         match link {
-            Link::Probit => Self::Probit,
-            Link::Logit => Self::Logit,
+            LinkChoice::Probit => Self::Probit,
+            LinkChoice::Logit => Self::Logit,
         }
     }
 }

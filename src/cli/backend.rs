@@ -5,8 +5,8 @@ use ripstop::run;
 use ripstop::run::checkpoint;
 use tracing::info;
 
-use super::arguments::{Backend, BackendArguments, Precision};
-use super::failure::Failure;
+use super::arguments::{BackendArguments, BackendChoice, PrecisionChoice};
+use super::failure::CommandFailure;
 use super::screen;
 
 /// What was chosen.
@@ -36,37 +36,39 @@ pub(crate) fn automatic(adapters: &[Adapter]) -> Result<&Adapter, &'static str> 
 }
 
 /// Opens what the arguments ask for.
-pub(crate) fn choose(arguments: &BackendArguments) -> Result<Chosen, Failure> {
+pub(crate) fn choose(arguments: &BackendArguments) -> Result<Chosen, CommandFailure> {
     let chosen = open(arguments)?;
     let backend = if chosen.device.is_some() { "gpu" } else { "cpu" };
     info!(backend, adapter = chosen.device.as_ref().map(Device::name), note = chosen.note, "backend chosen");
     Ok(chosen)
 }
 
-fn open(arguments: &BackendArguments) -> Result<Chosen, Failure> {
-    let precision = arguments.precision.unwrap_or(Precision::F64).into();
+fn open(arguments: &BackendArguments) -> Result<Chosen, CommandFailure> {
+    let precision = arguments.precision.unwrap_or(PrecisionChoice::F64).into();
     let cpu = |note: Option<String>| Ok(Chosen { device: None, precision, note });
-    let asked_f64 = arguments.precision == Some(Precision::F64);
+    let asked_f64 = arguments.precision == Some(PrecisionChoice::F64);
     match arguments.backend {
-        Backend::Cpu if arguments.adapter.is_some() => {
-            Err(Failure::input("error: --adapter\n  expected: --backend gpu or auto\n  found: --backend cpu"))
+        BackendChoice::Cpu if arguments.adapter.is_some() => {
+            Err(CommandFailure::input("error: --adapter\n  expected: --backend gpu or auto\n  found: --backend cpu"))
         }
-        Backend::Gpu if asked_f64 => Err(Failure::input(
+        BackendChoice::Gpu if asked_f64 => Err(CommandFailure::input(
             "error: --precision f64\n  expected: f32, the number type of the GPU backend\n  found: f64\n  \
              help: leave it out, or take --backend cpu",
         )),
-        Backend::Cpu => cpu(None),
-        Backend::Gpu => {
+        BackendChoice::Cpu => cpu(None),
+        BackendChoice::Gpu => {
             let adapter = gpu::device::choose(&gpu::adapters(), arguments.adapter.as_deref());
-            let device = adapter.and_then(|a| Device::open(&a)).map_err(|e| Failure::device(&e))?;
+            let device = adapter.and_then(|a| Device::open(&a)).map_err(|e| CommandFailure::device(&e))?;
             Ok(Chosen { device: Some(device), precision, note: None })
         }
-        Backend::Auto if asked_f64 => cpu(Some("note: --backend auto takes the CPU: f64 was asked for".to_owned())),
-        Backend::Auto => {
+        BackendChoice::Auto if asked_f64 => {
+            cpu(Some("note: --backend auto takes the CPU: f64 was asked for".to_owned()))
+        }
+        BackendChoice::Auto => {
             let adapters = gpu::adapters();
             let wanted = match &arguments.adapter {
                 // An adapter asked for by name is taken, whatever it is.
-                Some(name) => Ok(gpu::device::choose(&adapters, Some(name)).map_err(|e| Failure::device(&e))?),
+                Some(name) => Ok(gpu::device::choose(&adapters, Some(name)).map_err(|e| CommandFailure::device(&e))?),
                 None => automatic(&adapters).cloned(),
             };
             match wanted {
@@ -85,26 +87,26 @@ fn open(arguments: &BackendArguments) -> Result<Chosen, Failure> {
 }
 
 /// Opens what a run began with.
-pub(crate) fn again(backend: &checkpoint::Backend) -> Result<Chosen, Failure> {
+pub(crate) fn again(backend: &checkpoint::BackendId) -> Result<Chosen, CommandFailure> {
     match backend {
-        checkpoint::Backend::Cpu(precision) => Ok(Chosen { device: None, precision: *precision, note: None }),
-        checkpoint::Backend::Gpu(name) => {
+        checkpoint::BackendId::Cpu(precision) => Ok(Chosen { device: None, precision: *precision, note: None }),
+        checkpoint::BackendId::Gpu(name) => {
             let adapters = gpu::adapters();
             // The one of this very name, not just the first that has it as a part.
             let index = adapters.iter().position(|adapter| adapter.name() == name).map(|at| at.to_string());
             let adapter = gpu::device::choose(&adapters, Some(index.as_ref().unwrap_or(name)));
-            let device = adapter.and_then(|a| Device::open(&a)).map_err(|e| Failure::device(&e))?;
+            let device = adapter.and_then(|a| Device::open(&a)).map_err(|e| CommandFailure::device(&e))?;
             Ok(Chosen { device: Some(device), precision: run::Precision::F32, note: None })
         }
     }
 }
 
 /// Everything the arguments leave open: both number types of the processor, and a device where one is taken.
-pub(crate) fn every(arguments: &BackendArguments) -> Result<(Vec<run::Precision>, Option<Device>), Failure> {
+pub(crate) fn every(arguments: &BackendArguments) -> Result<(Vec<run::Precision>, Option<Device>), CommandFailure> {
     let chosen = choose(arguments)?;
     chosen.note.iter().for_each(|note| screen::complain(note));
     let on_cpu = match (arguments.backend, arguments.precision) {
-        (Backend::Gpu, _) => Vec::new(),
+        (BackendChoice::Gpu, _) => Vec::new(),
         (_, Some(precision)) => vec![precision.into()],
         (_, None) => vec![run::Precision::F64, run::Precision::F32],
     };

@@ -8,19 +8,19 @@ use ripstop::output::number::{fixed, fraction, short};
 use ripstop::output::{self, Folder};
 use ripstop::run::Progress;
 use ripstop::run::outcome::Outcome;
-use ripstop::study::bench::{self, BenchError, Measured, Plan, Row, Subject};
+use ripstop::study::bench::{self, BenchError, BenchPlan, BenchResult, BenchRow, CaseSource};
 
-use super::arguments::{Backend, BackendArguments, BenchArguments};
-use super::failure::Failure;
+use super::arguments::{BackendArguments, BackendChoice, BenchArguments};
+use super::failure::CommandFailure;
 use super::progress::Bar;
-use super::table::{Align, Table};
+use super::table::{Align, TextTable};
 use super::{backend, interrupt, objectivity, screen};
 
 /// What is written.
 const FILES: [&str; 2] = ["bench.json", "bench.svg"];
 
 /// Measures every case, writes `bench.json` and `bench.svg` and says which choice is the cheapest.
-pub(crate) fn bench(arguments: &BenchArguments) -> Result<(), Failure> {
+pub(crate) fn bench(arguments: &BenchArguments) -> Result<(), CommandFailure> {
     if arguments.objectivity {
         return objectivity::objectivity(arguments);
     }
@@ -34,8 +34,8 @@ pub(crate) fn bench(arguments: &BenchArguments) -> Result<(), Failure> {
     if let Some(note) = note.filter(|_| !arguments.quiet) {
         screen::complain(&note);
     }
-    let plan = Plan { threads: arguments.threads, device: device.as_ref(), repeat: arguments.repeat, tolerance };
-    let mut measured: Vec<Measured> = Vec::new();
+    let plan = BenchPlan { threads: arguments.threads, device: device.as_ref(), repeat: arguments.repeat, tolerance };
+    let mut measured: Vec<BenchResult> = Vec::new();
     let mut failure = None;
     for subject in &subjects {
         if measured.iter().any(|one| one.interrupted) {
@@ -76,14 +76,15 @@ pub(crate) fn bench(arguments: &BenchArguments) -> Result<(), Failure> {
 }
 
 /// The cases, all of them read before anything is run.
-pub(crate) fn subjects(arguments: &BenchArguments) -> Result<Vec<Subject>, Failure> {
+pub(crate) fn subjects(arguments: &BenchArguments) -> Result<Vec<CaseSource>, CommandFailure> {
     let sets = &arguments.sets;
-    let files = arguments.cases.iter().map(|path| Subject::file(path.clone(), sets));
-    let subjects: Vec<Subject> = if arguments.cases.is_empty() { vec![Subject::paper(sets)] } else { files.collect() };
+    let files = arguments.cases.iter().map(|path| CaseSource::file(path.clone(), sets));
+    let subjects: Vec<CaseSource> =
+        if arguments.cases.is_empty() { vec![CaseSource::paper(sets)] } else { files.collect() };
     for subject in &subjects {
         let case = subject.case(&[])?;
         if !bench::is_measurable(&case) {
-            return Err(Failure::input(format!(
+            return Err(CommandFailure::input(format!(
                 "error: {}: /projectile\n  expected: a projectile that flies freely, whose velocity can be compared\n  \
                  found: {}\n  help: take a case with \"motion\": \"free\"",
                 subject.name(),
@@ -95,8 +96,8 @@ pub(crate) fn subjects(arguments: &BenchArguments) -> Result<Vec<Subject>, Failu
 }
 
 /// The graphics processor among the choices, and why there is none where one might be expected.
-fn device(arguments: &BenchArguments) -> Result<(Option<Device>, Option<String>), Failure> {
-    if arguments.backend != Backend::Auto || arguments.adapter.is_some() {
+fn device(arguments: &BenchArguments) -> Result<(Option<Device>, Option<String>), CommandFailure> {
+    if arguments.backend != BackendChoice::Auto || arguments.adapter.is_some() {
         let asked =
             BackendArguments { backend: arguments.backend, adapter: arguments.adapter.clone(), precision: None };
         return Ok((backend::choose(&asked)?.device, None));
@@ -110,22 +111,22 @@ fn device(arguments: &BenchArguments) -> Result<(Option<Device>, Option<String>)
     })
 }
 
-pub(crate) fn failed(subject: &Subject, error: BenchError) -> Failure {
+pub(crate) fn failed(subject: &CaseSource, error: BenchError) -> CommandFailure {
     match error {
         BenchError::Case(error) => error.into(),
-        BenchError::Run(error) => Failure::start(&subject.name(), &error),
+        BenchError::Run(error) => CommandFailure::start(&subject.name(), &error),
     }
 }
 
 /// `1%` or `0.01`, as a fraction.
-fn tolerance(text: &str) -> Result<f64, Failure> {
+fn tolerance(text: &str) -> Result<f64, CommandFailure> {
     let (number, scale) = match text.trim().strip_suffix('%') {
         Some(number) => (number.trim_end(), 100.0),
         None => (text.trim(), 1.0),
     };
     let value = number.parse::<f64>().map(|number| number / scale);
     value.ok().filter(|value| *value > 0.0 && *value <= 1.0).ok_or_else(|| {
-        Failure::input(format!(
+        CommandFailure::input(format!(
             "error: --tolerance\n  expected: an error above 0 and at most 100%, as a percentage or a fraction\n  \
              found: {text:?}\n  help: for example --tolerance 1% or --tolerance 0.01"
         ))
@@ -137,10 +138,10 @@ fn percent(error: Option<f64>) -> String {
 }
 
 /// The table of one case and what follows from it.
-fn text(measured: &Measured, tolerance: f64) -> String {
+fn text(measured: &BenchResult, tolerance: f64) -> String {
     use Align::{Left, Right};
     let end = if measured.reference.stop_time.is_some() { "stop time" } else { "velocity left" };
-    let mut table = Table::new(&[
+    let mut table = TextTable::new(&[
         ("", Left),
         ("choice", Left),
         ("loop s", Right),
@@ -173,7 +174,7 @@ fn text(measured: &Measured, tolerance: f64) -> String {
 }
 
 /// How far the errors can be told apart, what was not run, and the choice to take.
-fn conclusion(measured: &Measured, tolerance: f64) -> String {
+fn conclusion(measured: &BenchResult, tolerance: f64) -> String {
     let mut out = String::new();
     if let Some(scatter) = measured.scatter() {
         let meaning = if scatter > tolerance {
@@ -203,13 +204,13 @@ fn seconds(time: f64) -> String {
     format!("{} s", short(time, 3))
 }
 
-fn cells(row: &Row) -> [String; 10] {
+fn cells(row: &BenchRow) -> [String; 10] {
     let errors = row.errors.as_ref();
     let end = match errors.and_then(|errors| errors.stop_time) {
         Some(time) => format!("{} µs", signed(time * 1e6)),
         None => errors.map_or_else(|| "-".to_owned(), |errors| format!("{} m/s", signed(errors.residual_velocity))),
     };
-    let outcome = match (&row.run.trouble, &row.run.lost) {
+    let outcome = match (&row.run.divergence, &row.run.lost) {
         (Some(_), _) => "unstable",
         (_, Some(_)) => "device lost",
         _ => row.run.outcome.word(),
@@ -241,12 +242,15 @@ fn signed(value: f64) -> String {
 }
 
 /// What the exit code says.
-fn verdict(measured: &[Measured], folder: &Path) -> Result<(), Failure> {
+fn verdict(measured: &[BenchResult], folder: &Path) -> Result<(), CommandFailure> {
     if measured.iter().any(|one| one.interrupted) {
-        return Err(Failure::interrupted(format!("interrupted; what was measured until then: {}", folder.display())));
+        return Err(CommandFailure::interrupted(format!(
+            "interrupted; what was measured until then: {}",
+            folder.display()
+        )));
     }
-    match measured.iter().find_map(|one| Some((one, one.reference.trouble.as_ref()?))) {
-        Some((one, trouble)) => Err(Failure::check(format!(
+    match measured.iter().find_map(|one| Some((one, one.reference.divergence.as_ref()?))) {
+        Some((one, trouble)) => Err(CommandFailure::check(format!(
             "error: {}: the reference became unstable\n  where: {}\n  found: {}",
             one.case.name,
             output::place(trouble),

@@ -2,37 +2,37 @@
 
 use ripstop::case;
 use ripstop::gpu::{self, Device};
-use ripstop::study::compare::{self, Comparison, Difference, TOLERANCES};
+use ripstop::study::compare::{self, BackendDifference, Comparison, TOLERANCES};
 use serde_json::{Value, json};
 
 use super::arguments::CompareArguments;
-use super::failure::Failure;
-use super::table::{Align, Table};
+use super::failure::CommandFailure;
+use super::table::{Align, TextTable};
 use super::{interrupt, screen};
 
 /// Follows a case on both backends and prints what differs; exit code 1 if anything differs more than it may.
-pub(crate) fn compare(arguments: &CompareArguments) -> Result<(), Failure> {
+pub(crate) fn compare(arguments: &CompareArguments) -> Result<(), CommandFailure> {
     let interrupted = interrupt::watch()?;
     let case = case::read(&arguments.case, &arguments.sets)?;
     let adapter = gpu::device::choose(&gpu::adapters(), arguments.adapter.as_deref());
-    let device = adapter.and_then(|a| Device::open(&a)).map_err(|e| Failure::device(&e))?;
+    let device = adapter.and_then(|a| Device::open(&a)).map_err(|e| CommandFailure::device(&e))?;
     let found = compare::compare(&case, &device, arguments.steps, arguments.every, &interrupted)
-        .map_err(|e| Failure::start(&case.path.display().to_string(), &e))?;
+        .map_err(|e| CommandFailure::start(&case.path.display().to_string(), &e))?;
     if arguments.json {
         screen::print(&format!("{:#}\n", to_json(&found, device.name())))?;
     } else {
         screen::print(&text(&found, device.name()))?;
     }
     if interrupted.load(std::sync::atomic::Ordering::Relaxed) {
-        return Err(Failure::interrupted("interrupted; steps after this were not compared"));
+        return Err(CommandFailure::interrupted("interrupted; steps after this were not compared"));
     }
     match &found.first {
-        Some(d) => Err(Failure::check(format!("error: the backends differ\n  {}", first(d)))),
+        Some(d) => Err(CommandFailure::check(format!("error: the backends differ\n  {}", first(d)))),
         None => Ok(()),
     }
 }
 
-fn first(d: &Difference) -> String {
+fn first(d: &BackendDifference) -> String {
     let line = &TOLERANCES[d.what];
     let [ply, row, column] = d.place;
     format!(
@@ -44,7 +44,7 @@ fn first(d: &Difference) -> String {
 
 fn text(found: &Comparison, adapter: &str) -> String {
     use Align::{Left, Right};
-    let mut table = Table::new(&[
+    let mut table = TextTable::new(&[
         ("", Left),
         ("kernel", Left),
         ("quantity", Left),
@@ -77,7 +77,7 @@ fn text(found: &Comparison, adapter: &str) -> String {
 }
 
 fn to_json(found: &Comparison, adapter: &str) -> Value {
-    let one = |d: &Difference| {
+    let one = |d: &BackendDifference| {
         let line = &TOLERANCES[d.what];
         json!({
             "step": d.step, "kernel": line.kernel, "buffer": line.buffer,

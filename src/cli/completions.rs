@@ -3,11 +3,11 @@
 use clap::CommandFactory;
 
 use super::arguments::{Arguments, CompletionsArguments};
-use super::failure::Failure;
+use super::failure::CommandFailure;
 use super::screen;
 
 /// Prints the script.
-pub(crate) fn completions(arguments: &CompletionsArguments) -> Result<(), Failure> {
+pub(crate) fn completions(arguments: &CompletionsArguments) -> Result<(), CommandFailure> {
     let mut script = Vec::new();
     let mut command = Arguments::command();
     let name = command.get_name().to_owned();

@@ -2,20 +2,20 @@
 
 use clap::ValueEnum;
 use ripstop::case::{self, Case, Law};
-use ripstop::model::unit_cell_curve::{self, Point};
+use ripstop::model::unit_cell_curve::{self, CurvePoint};
 use ripstop::output::number::short;
 use serde_json::{Map, Value, json};
 
 use super::arguments::CrossoverArguments;
-use super::failure::Failure;
+use super::failure::CommandFailure;
 use super::screen;
-use super::table::{Align, Table};
+use super::table::{Align, TextTable};
 
 /// Points in one grid at most.
 const MAX_POINTS: usize = 1_000_000;
 
 /// Solves and prints the grid.
-pub(crate) fn crossover(arguments: &CrossoverArguments) -> Result<(), Failure> {
+pub(crate) fn crossover(arguments: &CrossoverArguments) -> Result<(), CommandFailure> {
     let mut sets = arguments.sets.clone();
     if let Some(law) = arguments.law.and_then(|law| law.to_possible_value()) {
         sets.push(format!("/fabric/crossover/law={:?}", law.get_name()));
@@ -23,7 +23,7 @@ pub(crate) fn crossover(arguments: &CrossoverArguments) -> Result<(), Failure> {
     let case = case::read(&arguments.case, &sets)?;
     let (warp, weft) = (arguments.warp_stretch.values(), arguments.weft_stretch.values());
     if warp.len() * weft.len() > MAX_POINTS {
-        return Err(Failure::input(format!(
+        return Err(CommandFailure::input(format!(
             "error: --warp-stretch, --weft-stretch\n  expected: at most {MAX_POINTS} points\n  found: {} × {}",
             warp.len(),
             weft.len()
@@ -48,8 +48,8 @@ fn law(case: &Case) -> &'static str {
     }
 }
 
-fn json_text(case: &Case, points: &[Point]) -> String {
-    let object = |point: &Point| {
+fn json_text(case: &Case, points: &[CurvePoint]) -> String {
+    let object = |point: &CurvePoint| {
         let mut object = Map::from_iter(point.numbers().map(|(name, number)| (name.to_owned(), json!(number))));
         object.insert("iterations".to_owned(), json!(point.cell.iterations as u64));
         Value::Object(object)
@@ -58,7 +58,7 @@ fn json_text(case: &Case, points: &[Point]) -> String {
     format!("{:#}\n", json!({ "law": law(case), "points": points }))
 }
 
-fn csv_text(points: &[Point]) -> String {
+fn csv_text(points: &[CurvePoint]) -> String {
     let mut lines = Vec::new();
     for point in points {
         if lines.is_empty() {
@@ -69,12 +69,12 @@ fn csv_text(points: &[Point]) -> String {
     lines.join("\n") + "\n"
 }
 
-fn table_text(case: &Case, points: &[Point]) -> String {
+fn table_text(case: &Case, points: &[CurvePoint]) -> String {
     let fabric = &case.fabric;
     let heads = ["Λ warp", "Λ weft", "T warp N", "T weft N", "F N", "h warp mm", "h weft mm", "ε warp", "ε weft"];
     let mut columns = heads.map(|head| (head, Align::Right)).to_vec();
     columns.push(("", Align::Left));
-    let mut table = Table::new(&columns);
+    let mut table = TextTable::new(&columns);
     for point in points {
         let mut cells: Vec<String> =
             point.numbers().iter().take(heads.len()).map(|(_, number)| short(*number, 6)).collect();

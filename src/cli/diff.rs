@@ -4,13 +4,15 @@ use std::path::{Path, PathBuf};
 
 use ripstop::output::Folder;
 use ripstop::output::number::{fraction, short};
-use ripstop::study::diff::{self, CurveRow, Diff, DiffError, Input, Key, Kind, Options, Pair, Request, SummaryRow};
+use ripstop::study::diff::{
+    self, CurveRow, Diff, DiffError, DiffOptions, DiffRequest, Input, InputKind, KeyDifference, Pair, SummaryRow,
+};
 
 use super::arguments::DiffArguments;
-use super::failure::Failure;
+use super::failure::CommandFailure;
 use super::result::part;
 use super::run::Print;
-use super::table::{Align, Table};
+use super::table::{Align, TextTable};
 use super::{paint, screen};
 
 /// What is written.
@@ -21,9 +23,9 @@ const KEYS: usize = 30;
 const VALUE: usize = 24;
 
 /// Compares, prints and writes; exit code 1 where something judged differs by more than it may.
-pub(crate) fn diff(arguments: &DiffArguments) -> Result<(), Failure> {
-    let options = Options { within: arguments.within, shift_us: arguments.shift };
-    let request = Request::new(options, &arguments.columns)?;
+pub(crate) fn diff(arguments: &DiffArguments) -> Result<(), CommandFailure> {
+    let options = DiffOptions { within: arguments.within, shift_us: arguments.shift };
+    let request = DiffRequest::new(options, &arguments.columns)?;
     let inputs =
         arguments.inputs.iter().map(|path| diff::input::read(path, &request)).collect::<Result<Vec<_>, _>>()?;
     let read: Vec<PathBuf> = inputs.iter().flat_map(Input::files).collect();
@@ -41,13 +43,13 @@ pub(crate) fn diff(arguments: &DiffArguments) -> Result<(), Failure> {
     verdict(&found)
 }
 
-impl From<DiffError> for Failure {
+impl From<DiffError> for CommandFailure {
     fn from(error: DiffError) -> Self {
         Self::input(error.to_string())
     }
 }
 
-fn write(out: &Path, read: &[PathBuf], found: &Diff) -> Result<Folder, Failure> {
+fn write(out: &Path, read: &[PathBuf], found: &Diff) -> Result<Folder, CommandFailure> {
     let folder = Folder::share(out, &FILES, &read.iter().map(PathBuf::as_path).collect::<Vec<_>>())?;
     let texts = [diff::csv(found), diff::svg(found), diff::html(found)];
     let texts: Vec<(&str, String)> = FILES.into_iter().zip(texts).collect();
@@ -56,7 +58,7 @@ fn write(out: &Path, read: &[PathBuf], found: &Diff) -> Result<Folder, Failure> 
 }
 
 /// What the exit code says.
-fn verdict(found: &Diff) -> Result<(), Failure> {
+fn verdict(found: &Diff) -> Result<(), CommandFailure> {
     let Some(within) = found.options.within else { return Ok(()) };
     let lines = found.pairs.iter().enumerate().flat_map(|(n, pair)| {
         let letter = diff::letter(n + 1);
@@ -68,7 +70,7 @@ fn verdict(found: &Diff) -> Result<(), Failure> {
     }
     let (a, within) =
         (found.inputs.first().map(|a| a.path.display().to_string()).unwrap_or_default(), fraction(within));
-    Err(Failure::check(format!("error: {a}: others differ by more than {within}{}", lines.concat())))
+    Err(CommandFailure::check(format!("error: {a}: others differ by more than {within}{}", lines.concat())))
 }
 
 /// The whole text.
@@ -97,8 +99,8 @@ fn named(input: &Input) -> String {
     let [from, to] = input.table.span().map(|time| short(time, 4));
     let rows = input.table.times.len();
     match input.kind {
-        Kind::Run => format!("{path}: {}", input.title().unwrap_or("a run")),
-        Kind::Curve => {
+        InputKind::Run => format!("{path}: {}", input.title().unwrap_or("a run")),
+        InputKind::Curve => {
             let columns: Vec<&str> = input.table.columns.iter().map(|column| column.name.as_str()).collect();
             let columns = match columns.as_slice() {
                 few @ ([] | [_] | [_, _] | [_, _, _]) => few.join(", "),
@@ -141,7 +143,7 @@ fn results(b: char, rows: &[SummaryRow]) -> String {
     }
     let (b, difference) = (b.to_string(), format!("{b} - A"));
     let heads = [("", Left), ("A", Right), (b.as_str(), Right), (&difference, Right), ("", Right), ("", Left)];
-    let mut table = Table::new(&heads);
+    let mut table = TextTable::new(&heads);
     for row in rows {
         let [a, b] =
             [&row.a, &row.b].map(|value| value.as_f64().map_or_else(|| diff::word(Some(value)), |v| short(v, 5)));
@@ -167,8 +169,8 @@ fn percent(share: Option<f64>) -> String {
 }
 
 /// Keys and their values.
-fn keys(b: char, keys: &[Key]) -> String {
-    let mut table = Table::new(&[("", Align::Left), ("A", Align::Left), (&b.to_string(), Align::Left)]);
+fn keys(b: char, keys: &[KeyDifference]) -> String {
+    let mut table = TextTable::new(&[("", Align::Left), ("A", Align::Left), (&b.to_string(), Align::Left)]);
     for key in keys.iter().take(KEYS) {
         let [a, b] = [&key.a, &key.b].map(|value| cut(&diff::word(value.as_ref())));
         table.row([key.pointer.clone(), a, b]);
@@ -197,7 +199,7 @@ fn curves(pair: &Pair) -> String {
         ("parts", Right),
         ("", Left),
     ];
-    let mut table = Table::new(&heads);
+    let mut table = TextTable::new(&heads);
     let (same, differ): (Vec<&CurveRow>, Vec<&CurveRow>) = pair.curves.iter().partition(|row| row.difference.is_zero());
     for row in &differ {
         let found = &row.difference;

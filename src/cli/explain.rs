@@ -1,15 +1,15 @@
 //! `ripstop explain`: what an exit code or a warning means and what to do.
 
 use ripstop::markdown;
-use ripstop::output::warnings::{self, Kind};
+use ripstop::output::warnings::{self, WarningKind};
 
 use super::arguments::ExplainArguments;
-use super::failure::{EXITS, Exit, Failure};
-use super::table::{Align, Table};
+use super::failure::{CommandFailure, EXITS, Exit};
+use super::table::{Align, TextTable};
 use super::{paint, screen};
 
 /// Explains one code, or lists all.
-pub(crate) fn explain(arguments: &ExplainArguments) -> Result<(), Failure> {
+pub(crate) fn explain(arguments: &ExplainArguments) -> Result<(), CommandFailure> {
     if arguments.markdown {
         return screen::print(&tables());
     }
@@ -20,7 +20,7 @@ pub(crate) fn explain(arguments: &ExplainArguments) -> Result<(), Failure> {
     match (exit, warning) {
         (Some(exit), _) => screen::print(&of_exit(exit)),
         (_, Some(kind)) => screen::print(&of_warning(kind)),
-        (None, None) => Err(Failure::input(format!(
+        (None, None) => Err(CommandFailure::input(format!(
             "error: no such code\n  expected: {}\n  found: {code}\n  help: `ripstop explain` lists what they mean",
             codes().join(", ")
         ))),
@@ -34,11 +34,11 @@ fn codes() -> Vec<String> {
 }
 
 fn list() -> String {
-    let mut exits = Table::plain(&[Align::Right, Align::Left]);
+    let mut exits = TextTable::plain(&[Align::Right, Align::Left]);
     for exit in &EXITS {
         exits.row([exit.code.to_string(), exit.name.to_owned()]);
     }
-    let mut kinds = Table::plain(&[Align::Left, Align::Left, Align::Left]);
+    let mut kinds = TextTable::plain(&[Align::Left, Align::Left, Align::Left]);
     let longest = warnings::KINDS.iter().map(|kind| kind.code.len() + kind.name.len()).max().unwrap_or(0);
     for kind in &warnings::KINDS {
         let (mut code, mut name) = (paint::caution(kind.code), kind.name);
@@ -68,7 +68,7 @@ fn of_exit(exit: &Exit) -> String {
     entries(title, &[("means", exit.means), ("to do", exit.help)])
 }
 
-fn of_warning(kind: &Kind) -> String {
+fn of_warning(kind: &WarningKind) -> String {
     let title = format!("{} {}", paint::caution(kind.code), paint::heading(kind.name));
     let parts = [("measured", kind.measured), ("given", kind.given), ("means", kind.means), ("to do", kind.help)];
     entries(title, &parts)

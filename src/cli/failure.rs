@@ -73,12 +73,12 @@ pub(crate) static EXITS: [Exit; 5] = [
 
 /// Why a command ends with another code than 0.
 #[derive(Clone, Debug)]
-pub(crate) struct Failure {
+pub(crate) struct CommandFailure {
     code: u8,
     message: String,
 }
 
-impl Failure {
+impl CommandFailure {
     /// What is said of it on standard error.
     pub(crate) fn message(&self) -> &str {
         &self.message
@@ -173,19 +173,19 @@ impl Failure {
     }
 }
 
-impl From<CaseError> for Failure {
+impl From<CaseError> for CommandFailure {
     fn from(error: CaseError) -> Self {
         Self::input(error.to_string())
     }
 }
 
-impl From<CheckpointError> for Failure {
+impl From<CheckpointError> for CommandFailure {
     fn from(error: CheckpointError) -> Self {
         Self::input(error.to_string())
     }
 }
 
-impl From<OutputError> for Failure {
+impl From<OutputError> for CommandFailure {
     fn from(error: OutputError) -> Self {
         Self::input(error.to_string())
     }

@@ -6,13 +6,13 @@ use ripstop::output::Folder;
 use ripstop::output::number::short;
 use ripstop::study::StudyError;
 use ripstop::study::binary_response::Method;
-use ripstop::study::fit::{self, Fit, Quantile, Request};
+use ripstop::study::fit::{self, Fit, FitRequest, Quantile};
 
 use super::arguments::FitArguments;
-use super::failure::Failure;
+use super::failure::CommandFailure;
 use super::result::part;
 use super::run::Print;
-use super::table::{Align, Table};
+use super::table::{Align, TextTable};
 use super::{paint, screen};
 
 /// What is written.
@@ -22,9 +22,10 @@ const COLUMNS: usize = 61;
 const ROWS: usize = 9;
 
 /// Fits, prints and writes.
-pub(crate) fn fit(arguments: &FitArguments) -> Result<(), Failure> {
+pub(crate) fn fit(arguments: &FitArguments) -> Result<(), CommandFailure> {
     let rows = fit::read(&arguments.data)?;
-    let request = Request { link: arguments.link.into(), level: arguments.level, interval: arguments.interval.into() };
+    let request =
+        FitRequest { link: arguments.link.into(), level: arguments.level, interval: arguments.interval.into() };
     let found = fit::fit(&rows, request);
     let written = arguments.out.as_deref().map(|out| write(out, &arguments.data, &found)).transpose()?;
     match Print::of(arguments.json, arguments.quiet) {
@@ -34,13 +35,13 @@ pub(crate) fn fit(arguments: &FitArguments) -> Result<(), Failure> {
     }
 }
 
-impl From<StudyError> for Failure {
+impl From<StudyError> for CommandFailure {
     fn from(error: StudyError) -> Self {
         Self::input(error.to_string())
     }
 }
 
-fn write(out: &Path, data: &Path, found: &Fit) -> Result<Folder, Failure> {
+fn write(out: &Path, data: &Path, found: &Fit) -> Result<Folder, CommandFailure> {
     let folder = Folder::prepare_for(out, &FILES, &[data])?;
     let title = data.display().to_string();
     let texts = [format!("{:#}\n", fit::json(found)), fit::svg(found, &title), fit::html(found, &title)];
@@ -113,7 +114,7 @@ fn end(end: Option<f64>) -> String {
 
 fn quantiles(found: &Fit) -> String {
     use Align::Right;
-    let mut table = Table::new(&[("chance", Right), ("m/s", Right), ("low", Right), ("high", Right)]);
+    let mut table = TextTable::new(&[("chance", Right), ("m/s", Right), ("low", Right), ("high", Right)]);
     for quantile in &found.quantiles {
         let [low, high] = ends(quantile);
         let value = quantile.value.map_or_else(|| "-".to_owned(), |value| short(value, 4));
@@ -167,7 +168,7 @@ fn curve(found: &Fit) -> String {
 }
 
 fn arithmetic(found: &Fit) -> String {
-    let mut table = Table::plain(&[Align::Left, Align::Left, Align::Left]);
+    let mut table = TextTable::plain(&[Align::Left, Align::Left, Align::Left]);
     for (rule, result) in &found.arithmetic {
         let words = match result {
             Ok(mean) => format!("{} m/s, spread {} m/s", short(mean.mean, 4), short(mean.spread, 3)),
@@ -192,7 +193,7 @@ fn residual(found: &Fit) -> String {
         ("p", Right),
         ("scatter m/s", Right),
     ];
-    let mut table = Table::new(&heads);
+    let mut table = TextTable::new(&heads);
     let mut refused = String::new();
     for (curve, result) in &found.residual {
         match result {

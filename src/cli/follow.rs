@@ -3,67 +3,67 @@
 use ripstop::case::Case;
 use ripstop::output::frames::Recorder;
 use ripstop::output::number::us;
-use ripstop::output::report::Film;
-use ripstop::output::{CHECKPOINT, Folder, Keeper};
-use ripstop::run::checkpoint::{Checkpoint, Head, Kept};
-use ripstop::run::{Options, Progress, View, Watch};
+use ripstop::output::report::Animation;
+use ripstop::output::{CHECKPOINT, CheckpointWriter, Folder};
+use ripstop::run::checkpoint::{Checkpoint, Checkpointable, Header};
+use ripstop::run::{Observer, Options, Progress, View};
 
-use super::failure::Failure;
+use super::failure::CommandFailure;
 use super::progress::Bar;
 
 /// Shows progress, films, writes frames and keeps checkpoints.
-pub(crate) struct Follower<'a> {
+pub(crate) struct RunObserver<'a> {
     /// On standard error.
     pub(crate) bar: &'a Bar,
     /// For the report.
-    pub(crate) film: Option<Film>,
+    pub(crate) film: Option<Animation>,
     /// Where frames are asked for.
     pub(crate) recorder: Option<Recorder>,
     /// Where checkpoints are asked for.
-    pub(crate) keeper: Option<Keeper<'a>>,
+    pub(crate) keeper: Option<CheckpointWriter<'a>>,
     /// The user knows that checkpoints cannot be written.
     pub(crate) told: bool,
 }
 
-impl Watch for Follower<'_> {
-    fn progress(&mut self, at: &Progress) {
+impl Observer for RunObserver<'_> {
+    fn on_progress(&mut self, at: &Progress) {
         self.bar.show(at);
     }
 
-    fn is_due(&self, time: f64, dt: f64) -> bool {
-        self.film.as_ref().is_some_and(|film| film.is_due(time, dt))
-            || self.recorder.as_ref().is_some_and(|recorder| recorder.is_due(time, dt))
+    fn snapshot_due(&self, time: f64, dt: f64) -> bool {
+        self.film.as_ref().is_some_and(|film| film.snapshot_due(time, dt))
+            || self.recorder.as_ref().is_some_and(|recorder| recorder.snapshot_due(time, dt))
     }
 
-    fn look(&mut self, view: &View<'_>) {
+    fn on_snapshot(&mut self, view: &View<'_>) {
         let [time, dt] = view.clock();
-        if let Some(film) = self.film.as_mut().filter(|film| film.is_due(time, dt)) {
-            film.look(view);
+        if let Some(film) = self.film.as_mut().filter(|film| film.snapshot_due(time, dt)) {
+            film.on_snapshot(view);
         }
-        if let Some(recorder) = self.recorder.as_mut().filter(|recorder| recorder.is_due(time, dt)) {
-            recorder.look(view);
+        if let Some(recorder) = self.recorder.as_mut().filter(|recorder| recorder.snapshot_due(time, dt)) {
+            recorder.on_snapshot(view);
         }
     }
 
-    fn end(&mut self, view: &View<'_>) {
+    fn on_end(&mut self, view: &View<'_>) {
         if let Some(film) = &mut self.film {
-            film.end(view);
+            film.on_end(view);
         }
         if let Some(recorder) = &mut self.recorder {
-            recorder.end(view);
+            recorder.on_end(view);
         }
     }
 
-    fn keeps(&self, time: f64, dt: f64) -> bool {
+    fn checkpoint_due(&self, time: f64, dt: f64) -> bool {
         self.keeper.as_ref().is_some_and(|keeper| keeper.is_due(time, dt))
     }
 
-    fn keep(&mut self, run: &dyn Kept, loop_seconds: f64) {
+    fn on_checkpoint(&mut self, run: &dyn Checkpointable, loop_seconds: f64) {
         let Some(keeper) = &mut self.keeper else { return };
         // A checkpoint without the frames before it would be worth less.
         let unspooled = self.recorder.as_mut().and_then(Recorder::settle);
-        let film = self.film.as_ref().map_or_else(Vec::new, Film::to_bytes);
-        let unkept = keeper.keep(run, &film, loop_seconds).err();
+        let film = self.film.as_ref().map_or_else(Vec::new, Animation::to_bytes);
+        let unkept = keeper.write(run, &film, loop_seconds).err();
         if let Some(recorder) = self.recorder.as_mut().filter(|_| unkept.is_none()) {
             recorder.discard();
         }
@@ -86,10 +86,10 @@ pub(crate) fn waiting(folder: &Folder) -> Option<String> {
 }
 
 /// Whether frames are asked for.
-fn frames(case: &Case, vtu: bool) -> Result<bool, Failure> {
+fn frames(case: &Case, vtu: bool) -> Result<bool, CommandFailure> {
     if case.output.frames == 0 && vtu {
         let message = "error: --vtu\n  expected: a number of frames\n  found: none\n  help: add --frames 60, or set /output/frames";
-        return Err(Failure::input(message));
+        return Err(CommandFailure::input(message));
     }
     Ok(case.output.frames > 0)
 }
@@ -100,8 +100,8 @@ pub(crate) fn recorder(
     folder: &Folder,
     options: &Options<'_>,
     vtu: bool,
-    head: Option<&Head>,
-) -> Result<Option<Recorder>, Failure> {
+    head: Option<&Header>,
+) -> Result<Option<Recorder>, CommandFailure> {
     if !frames(case, vtu)? {
         return Ok(None);
     }
@@ -114,9 +114,9 @@ pub(crate) fn recorder_again(
     folder: &Folder,
     options: &Options<'_>,
     vtu: bool,
-    head: &Head,
+    head: &Header,
     say: impl Fn(&str),
-) -> Result<Option<Recorder>, Failure> {
+) -> Result<Option<Recorder>, CommandFailure> {
     if !frames(case, vtu)? {
         return Ok(None);
     }
@@ -126,11 +126,15 @@ pub(crate) fn recorder_again(
 }
 
 /// The film of a run that goes on; `say` hears of one that is lost.
-pub(crate) fn film_again(case: &Case, checkpoint: &Checkpoint, say: impl Fn(&str)) -> Result<Film, Failure> {
+pub(crate) fn film_again(
+    case: &Case,
+    checkpoint: &Checkpoint,
+    say: impl Fn(&str),
+) -> Result<Animation, CommandFailure> {
     let head = checkpoint.head();
-    Ok(Film::resume(case, &checkpoint.followed()?, head.step, head.time_step).unwrap_or_else(|| {
+    Ok(Animation::resume(case, &checkpoint.observer_state()?, head.step, head.time_step).unwrap_or_else(|| {
         let from = us(head.time);
         say(&format!("warning: the pictures before {from} are lost; the report's playback begins there"));
-        Film::new(case)
+        Animation::new(case)
     }))
 }

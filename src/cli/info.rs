@@ -11,14 +11,14 @@ use sysinfo::{CpuRefreshKind, MemoryRefreshKind, RefreshKind, System};
 
 use super::arguments::InfoArguments;
 use super::backend;
-use super::failure::Failure;
+use super::failure::CommandFailure;
 use super::screen;
-use super::table::{Align, Table};
+use super::table::{Align, TextTable};
 
 /// Prints it.
-pub(crate) fn info(arguments: &InfoArguments) -> Result<(), Failure> {
+pub(crate) fn info(arguments: &InfoArguments) -> Result<(), CommandFailure> {
     let case = arguments.case.as_deref().map(|path| case::read(path, &[])).transpose()?;
-    let mut table = Table::plain(&[Align::Left, Align::Left]);
+    let mut table = TextTable::plain(&[Align::Left, Align::Left]);
     machine(&mut table);
     let adapters = gpu::adapters();
     table.row(["backend cpu", "f64 or f32"]);
@@ -47,8 +47,8 @@ pub(crate) fn info(arguments: &InfoArguments) -> Result<(), Failure> {
 }
 
 /// What a case needs of a backend.
-fn scene(table: &mut Table, case: &Case) -> Result<(), Failure> {
-    let model = Model::<f32>::part(case).map_err(|e| Failure::model(&case.path.display().to_string(), &e))?;
+fn scene(table: &mut TextTable, case: &Case) -> Result<(), CommandFailure> {
+    let model = Model::<f32>::part(case).map_err(|e| CommandFailure::model(&case.path.display().to_string(), &e))?;
     table.row(["", ""]);
     table.row(["case", case.title.as_str()]);
     for (name, value) in model.terms().list() {
@@ -65,7 +65,7 @@ fn scene(table: &mut Table, case: &Case) -> Result<(), Failure> {
 }
 
 /// The machine.
-fn machine(table: &mut Table) {
+fn machine(table: &mut TextTable) {
     let what =
         RefreshKind::nothing().with_cpu(CpuRefreshKind::nothing()).with_memory(MemoryRefreshKind::nothing().with_ram());
     let system = System::new_with_specifics(what);

@@ -6,13 +6,13 @@ use std::path::Path;
 
 use ripstop::case::{self, Case};
 
-use super::failure::Failure;
+use super::failure::CommandFailure;
 
 /// No case comes near this size [bytes].
 const MAX_BYTES: u64 = 1 << 20;
 
 /// Reads a case, named after what was changed in it; of one from standard input, files of fabrics lie in the current folder.
-pub(crate) fn read(path: &Path, sets: &[String]) -> Result<Case, Failure> {
+pub(crate) fn read(path: &Path, sets: &[String]) -> Result<Case, CommandFailure> {
     let mut case = if path == Path::new("-") { piped(sets)? } else { case::read(path, sets)? };
     case.name_changes(sets);
     Ok(case)
@@ -26,13 +26,16 @@ pub(crate) fn text(path: &str) -> io::Result<String> {
 }
 
 /// The case on standard input.
-fn piped(sets: &[String]) -> Result<Case, Failure> {
-    let failed =
-        |error: io::Error| Failure::input(format!("error: standard input\n  expected: a case\n  found: {error}"));
+fn piped(sets: &[String]) -> Result<Case, CommandFailure> {
+    let failed = |error: io::Error| {
+        CommandFailure::input(format!("error: standard input\n  expected: a case\n  found: {error}"))
+    };
     let mut text = String::new();
     io::stdin().take(MAX_BYTES + 1).read_to_string(&mut text).map_err(failed)?;
     if text.len() as u64 > MAX_BYTES {
-        return Err(Failure::input("error: standard input\n  expected: at most 1 MiB\n  found: more".to_owned()));
+        return Err(CommandFailure::input(
+            "error: standard input\n  expected: at most 1 MiB\n  found: more".to_owned(),
+        ));
     }
     Ok(case::from_text("stdin", &text, Path::new("."), sets)?)
 }

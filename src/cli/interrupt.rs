@@ -4,10 +4,10 @@ use std::process;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use super::failure::{self, Failure};
+use super::failure::{self, CommandFailure};
 
 /// A flag that the first Ctrl-C (or a polite request to terminate) raises.
-pub(crate) fn watch() -> Result<Arc<AtomicBool>, Failure> {
+pub(crate) fn watch() -> Result<Arc<AtomicBool>, CommandFailure> {
     let raised = Arc::new(AtomicBool::new(false));
     let flag = Arc::clone(&raised);
     ctrlc::set_handler(move || {
@@ -15,6 +15,6 @@ pub(crate) fn watch() -> Result<Arc<AtomicBool>, Failure> {
             process::exit(i32::from(failure::INTERRUPTED));
         }
     })
-    .map_err(|error| Failure::input(format!("error: cannot listen for Ctrl-C: {error}")))?;
+    .map_err(|error| CommandFailure::input(format!("error: cannot listen for Ctrl-C: {error}")))?;
     Ok(raised)
 }

@@ -9,14 +9,14 @@ use tracing_subscriber::fmt::{self, time};
 use tracing_subscriber::layer::SubscriberExt as _;
 use tracing_subscriber::util::SubscriberInitExt as _;
 
-use super::failure::Failure;
+use super::failure::CommandFailure;
 use super::progress;
 
 /// Where the filter is looked up when no `-v` is given.
 const VARIABLE: &str = "RIPSTOP_LOG";
 
 /// Starts the log. Without `-v` and variable there is none, and what the program would say costs nothing.
-pub(crate) fn start(verbose: u8) -> Result<(), Failure> {
+pub(crate) fn start(verbose: u8) -> Result<(), CommandFailure> {
     let filter = match verbose {
         0 => env::var(VARIABLE).unwrap_or_default(),
         1 => "ripstop=info".to_owned(),
@@ -27,7 +27,7 @@ pub(crate) fn start(verbose: u8) -> Result<(), Failure> {
         return Ok(());
     }
     let wrong = |found: String| {
-        Failure::input(format!(
+        CommandFailure::input(format!(
             "error: {VARIABLE}\n  expected: a level (info, debug, trace), or parts and levels as in ripstop::run::record=debug\n  \
              found: {found}\n  help: -v and -vv are the same as ripstop=info and ripstop=debug"
         ))

@@ -31,10 +31,10 @@ pub(crate) mod validate;
 pub(crate) mod verify;
 
 use arguments::SchemaArguments;
-use failure::Failure;
+use failure::CommandFailure;
 
 /// `ripstop schema`.
-pub(crate) fn schema(arguments: &SchemaArguments) -> Result<(), Failure> {
+pub(crate) fn schema(arguments: &SchemaArguments) -> Result<(), CommandFailure> {
     match arguments.markdown {
         true => screen::print(&ripstop::case::reference()),
         false => screen::print(&format!("{:#}\n", ripstop::case::schema())),

@@ -7,7 +7,7 @@ use ripstop::{case, output};
 use serde_json::{Map, Number, Value, json};
 
 use super::arguments::NewArguments;
-use super::failure::Failure;
+use super::failure::CommandFailure;
 use super::presets::{self, FABRICS, Preset};
 use super::{input, screen};
 
@@ -17,10 +17,10 @@ const SCHEMA: &str = "ripstop.schema.json";
 const SIDE: u32 = 203;
 
 /// Writes the case and its schema, and says what to do next.
-pub(crate) fn new(arguments: &NewArguments) -> Result<(), Failure> {
+pub(crate) fn new(arguments: &NewArguments) -> Result<(), CommandFailure> {
     let file = &arguments.file;
     if file.exists() && !arguments.force {
-        return Err(Failure::input(format!(
+        return Err(CommandFailure::input(format!(
             "error: {}\n  expected: a file that is not there yet\n  found: one that is\n  help: --force writes over it",
             file.display()
         )));
@@ -88,8 +88,8 @@ fn answer<T>(
     what: &str,
     default: &str,
     menu: &str,
-    read: impl Fn(&str) -> Result<T, Failure>,
-) -> Result<T, Failure> {
+    read: impl Fn(&str) -> Result<T, CommandFailure>,
+) -> Result<T, CommandFailure> {
     if given.is_some() || !asks() {
         return read(given.unwrap_or(default));
     }
@@ -103,7 +103,7 @@ fn answer<T>(
 }
 
 /// A number within the bounds that the schema has at `place`.
-fn number(flag: &str, place: &str, typed: &str) -> Result<Number, Failure> {
+fn number(flag: &str, place: &str, typed: &str) -> Result<Number, CommandFailure> {
     let schema = case::schema();
     let key = &schema.pointer(&format!("/properties/{place}")).unwrap_or(&Value::Null);
     let bound = |name: &str| key[name].as_f64();
@@ -118,7 +118,7 @@ fn number(flag: &str, place: &str, typed: &str) -> Result<Number, Failure> {
         let kind = if key["type"] == "integer" { "a whole number" } else { "a number" };
         let least = bound("minimum").map_or("above 0".to_owned(), |least| format!("from {least}"));
         let most = bound("maximum").unwrap_or(f64::INFINITY);
-        Failure::input(format!("error: {flag}\n  expected: {kind} {least}, at most {most}\n  found: {typed:?}"))
+        CommandFailure::input(format!("error: {flag}\n  expected: {kind} {least}, at most {most}\n  found: {typed:?}"))
     })
 }
 
@@ -127,8 +127,8 @@ fn asks() -> bool {
     io::stdin().is_terminal() && io::stdout().is_terminal()
 }
 
-fn ask(what: &str, default: &str) -> Result<String, Failure> {
-    let failed = |error: io::Error| Failure::input(format!("error: cannot ask for the {what}: {error}"));
+fn ask(what: &str, default: &str) -> Result<String, CommandFailure> {
+    let failed = |error: io::Error| CommandFailure::input(format!("error: cannot ask for the {what}: {error}"));
     let mut out = io::stdout().lock();
     write!(out, "{what} [{default}]: ").and_then(|()| out.flush()).map_err(failed)?;
     let mut line = String::new();
@@ -143,18 +143,18 @@ fn menu(known: &[(&str, &str)]) -> String {
     known.iter().map(|(name, what)| format!("  {name:14} {what}\n")).collect()
 }
 
-fn unknown(flag: &str, found: &str, known: &[(&str, &str)], more: &str) -> Failure {
+fn unknown(flag: &str, found: &str, known: &[(&str, &str)], more: &str) -> CommandFailure {
     let names: Vec<&str> = known.iter().map(|(name, _)| *name).collect();
-    Failure::input(format!("error: {flag}\n  expected: {}, {more}\n  found: {found:?}", names.join(", ")))
+    CommandFailure::input(format!("error: {flag}\n  expected: {}, {more}\n  found: {found:?}", names.join(", ")))
 }
 
-fn read_projectile(given: &str) -> Result<Preset, Failure> {
+fn read_projectile(given: &str) -> Result<Preset, CommandFailure> {
     let more = "or sphere:D, rcc:D, cylinder:DxL [mm]";
     presets::projectile(given).ok_or_else(|| unknown("--projectile", given, &presets::projectiles(), more))
 }
 
 /// A fabric by name or from a file: its name, its keys, and its sources as pointers of a case.
-fn read_fabric(given: &str) -> Result<(String, Value, Map<String, Value>), Failure> {
+fn read_fabric(given: &str) -> Result<(String, Value, Map<String, Value>), CommandFailure> {
     let text = match presets::fabric(given) {
         Some(text) => text.to_owned(),
         None => input::text(given).map_err(|error| {
@@ -163,7 +163,9 @@ fn read_fabric(given: &str) -> Result<(String, Value, Map<String, Value>), Failu
         })?,
     };
     let wrong = |found: String| {
-        Failure::input(format!("error: {given}\n  expected: an object with the keys of a fabric\n  found: {found}"))
+        CommandFailure::input(format!(
+            "error: {given}\n  expected: an object with the keys of a fabric\n  found: {found}"
+        ))
     };
     let mut fabric: Value = serde_json::from_str(&text).map_err(|error| wrong(error.to_string()))?;
     let Value::Object(keys) = &mut fabric else { return Err(wrong("something else".to_owned())) };
@@ -178,7 +180,7 @@ fn read_fabric(given: &str) -> Result<(String, Value, Map<String, Value>), Failu
 }
 
 /// Whole or not at all.
-fn write(path: &Path, text: &str) -> Result<(), Failure> {
+fn write(path: &Path, text: &str) -> Result<(), CommandFailure> {
     let folder = path.parent().filter(|folder| *folder != Path::new("")).unwrap_or(Path::new("."));
     let staged = output::temporary(folder).and_then(|mut file| {
         file.write_all(text.as_bytes())?;
@@ -186,6 +188,9 @@ fn write(path: &Path, text: &str) -> Result<(), Failure> {
     });
     let put = staged.and_then(|file| file.persist(path).map_err(|error| error.error));
     put.map(|_| ()).map_err(|error| {
-        Failure::input(format!("error: {}\n  expected: a file that can be written\n  found: {error}", path.display()))
+        CommandFailure::input(format!(
+            "error: {}\n  expected: a file that can be written\n  found: {error}",
+            path.display()
+        ))
     })
 }

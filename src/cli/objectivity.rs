@@ -6,13 +6,15 @@ use std::thread;
 use std::time::Instant;
 
 use ripstop::output::Folder;
-use ripstop::study::bench::objectivity::{self, Axis, Measured, Plan, Row, report};
+use ripstop::study::bench::objectivity::{
+    self, ObjectivityPlan, ObjectivityResult, ObjectivityRow, VariedAxis, report,
+};
 use serde_json::Value;
 
 use super::arguments::BenchArguments;
-use super::failure::Failure;
+use super::failure::CommandFailure;
 use super::progress::Bar;
-use super::table::{Align, Table};
+use super::table::{Align, TextTable};
 use super::{bench, interrupt, screen};
 use ripstop::output::number::{fixed, short};
 
@@ -22,12 +24,12 @@ const FILES: [&str; 1] = ["objectivity.json"];
 const WIDTH: f64 = 0.005;
 
 /// Measures a case, writes `objectivity.json` and says which figures are met.
-pub(crate) fn objectivity(arguments: &BenchArguments) -> Result<(), Failure> {
+pub(crate) fn objectivity(arguments: &BenchArguments) -> Result<(), CommandFailure> {
     let start = Instant::now();
     let interrupted = interrupt::watch()?;
     let subjects = bench::subjects(arguments)?;
     let [subject] = subjects.as_slice() else {
-        return Err(Failure::input(format!(
+        return Err(CommandFailure::input(format!(
             "error: bench --objectivity\n  expected: one case\n  found: {}\n  help: run them one after the other",
             subjects.len()
         )));
@@ -35,7 +37,7 @@ pub(crate) fn objectivity(arguments: &BenchArguments) -> Result<(), Failure> {
     let read: Vec<&Path> = arguments.cases.iter().map(|path| path.as_path()).collect();
     let folder = Folder::prepare_for(&arguments.out, &FILES, &read)?;
     let threads = arguments.threads.unwrap_or_else(|| thread::available_parallelism().map_or(1, NonZeroUsize::get));
-    let plan = Plan { threads, quick: arguments.quick, width: WIDTH };
+    let plan = ObjectivityPlan { threads, quick: arguments.quick, width: WIDTH };
     let bar = Bar::new(!arguments.quiet);
     let measured = objectivity::measure(subject, plan, &interrupted, &|done, of| bar.show_count("", done, of, "parts"));
     bar.clear();
@@ -63,15 +65,15 @@ pub(crate) fn objectivity(arguments: &BenchArguments) -> Result<(), Failure> {
 }
 
 /// Both tables.
-fn text(measured: &Measured, json: &Value) -> String {
+fn text(measured: &ObjectivityResult, json: &Value) -> String {
     let [settings, figures] = [settings(measured), figures(json)];
     format!("{}\n\n{settings}\n{figures}\n", measured.case.title)
 }
 
 /// What every setting gave.
-fn settings(measured: &Measured) -> Table {
+fn settings(measured: &ObjectivityResult) -> TextTable {
     use Align::{Left, Right};
-    let mut table = Table::new(&[
+    let mut table = TextTable::new(&[
         ("varied", Left),
         ("", Left),
         ("limit m/s", Right),
@@ -83,16 +85,16 @@ fn settings(measured: &Measured) -> Table {
         ("shots", Right),
         ("", Left),
     ]);
-    let mut axis = Axis::Reference;
+    let mut axis = VariedAxis::Reference;
     for row in &measured.rows {
-        let head = if row.setting.axis == axis && axis != Axis::Reference { "" } else { row.setting.axis.name() };
+        let head = if row.setting.axis == axis && axis != VariedAxis::Reference { "" } else { row.setting.axis.name() };
         axis = row.setting.axis;
         table.row(cells(head, row));
     }
     table
 }
 
-fn cells(head: &str, row: &Row) -> [String; 10] {
+fn cells(head: &str, row: &ObjectivityRow) -> [String; 10] {
     let number = |value: Option<f64>, decimals: usize| value.map_or_else(|| "-".to_owned(), |v| fixed(v, decimals));
     let limit = row.limit.map_or_else(
         || "-".to_owned(),
@@ -123,9 +125,10 @@ fn cells(head: &str, row: &Row) -> [String; 10] {
 }
 
 /// What is asked, and what was got.
-fn figures(json: &Value) -> Table {
+fn figures(json: &Value) -> TextTable {
     use Align::{Left, Right};
-    let mut table = Table::new(&[("", Left), ("quantity", Left), ("varied", Left), ("allowed", Right), ("got", Right)]);
+    let mut table =
+        TextTable::new(&[("", Left), ("quantity", Left), ("varied", Left), ("allowed", Right), ("got", Right)]);
     let percent = |value: &Value| value.as_f64().map_or_else(|| "-".to_owned(), |v| format!("{} %", fixed(v, 2)));
     for figure in json["figures"].as_array().into_iter().flatten() {
         let mark = if figure["met"] == true { "met" } else { "MISSED" };
@@ -142,16 +145,16 @@ fn figures(json: &Value) -> Table {
 }
 
 /// What the exit code says.
-fn verdict(measured: &Measured, folder: &Folder) -> Result<(), Failure> {
+fn verdict(measured: &ObjectivityResult, folder: &Folder) -> Result<(), CommandFailure> {
     if measured.interrupted {
-        return Err(Failure::interrupted(format!(
+        return Err(CommandFailure::interrupted(format!(
             "interrupted; what was measured until then: {}",
             folder.path().display()
         )));
     }
     let missed = report::figures(measured).into_iter().filter(|figure| !figure.met()).count();
     if missed > 0 {
-        return Err(Failure::check(format!("error: objectivity: {missed} figures are missed")));
+        return Err(CommandFailure::check(format!("error: objectivity: {missed} figures are missed")));
     }
     Ok(())
 }

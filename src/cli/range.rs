@@ -9,13 +9,13 @@ const MAX_COUNT: usize = 10_000;
 
 /// A range of stretches Λ.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Range {
+pub(crate) struct StretchRange {
     first: f64,
     last: f64,
     count: usize,
 }
 
-impl Range {
+impl StretchRange {
     /// The values in order.
     pub(crate) fn values(&self) -> Vec<f64> {
         let value = |n: usize| match n {
@@ -27,7 +27,7 @@ impl Range {
     }
 }
 
-impl FromStr for Range {
+impl FromStr for StretchRange {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Self, String> {

@@ -13,7 +13,7 @@ use ripstop::output::{Breakage, Energies, symmetry, verdict};
 use ripstop::run::Run;
 use serde_json::Value;
 
-use super::table::{Align, Table};
+use super::table::{Align, TextTable};
 use super::{paint, screen};
 
 /// The whole text. `files`: folder and names, where they were written.
@@ -47,7 +47,7 @@ pub(crate) fn part(title: &str, text: &str) -> String {
 
 /// One line each, with its code.
 pub(crate) fn warnings(warnings: &[Warning]) -> String {
-    let mut table = Table::plain(&[Align::Left, Align::Left]);
+    let mut table = TextTable::plain(&[Align::Left, Align::Left]);
     for warning in warnings {
         table.row([paint::caution(warning.kind.code), warning.message.clone()]);
     }
@@ -86,7 +86,7 @@ fn damage(case: &Case, run: &Run) -> String {
         return String::new();
     }
     let [warp, weft] = found.yarns.map(|count| grouped(count as u64));
-    let mut table = Table::plain(&[Align::Left, Align::Left]);
+    let mut table = TextTable::plain(&[Align::Left, Align::Left]);
     table.row([
         "yarns",
         format!("{}: {warp} warp, {weft} weft", grouped(found.yarns.iter().sum::<usize>() as u64)).as_str(),
@@ -103,7 +103,7 @@ fn damage(case: &Case, run: &Run) -> String {
 /// What the fabric was given and where it is at the end.
 fn energy(run: &Run) -> String {
     let Some(energies) = Energies::of(run) else { return String::new() };
-    let mut table = Table::plain(&[Align::Left, Align::Right, Align::Right]);
+    let mut table = TextTable::plain(&[Align::Left, Align::Right, Align::Right]);
     let absorbed = energies.text(energies.absorbed);
     if run.impact_energy > 0.0 && energies.given == energies.absorbed {
         let impact = format!("of {}", energies.text(run.impact_energy));
@@ -120,7 +120,7 @@ fn energy(run: &Run) -> String {
 }
 
 fn trust(run: &Run, summary: &Value) -> String {
-    let mut table = Table::plain(&[Align::Left, Align::Left]);
+    let mut table = TextTable::plain(&[Align::Left, Align::Left]);
     table.row(["energy gained".to_owned(), format!("{} by state functions", fraction(run.energy_gained))]);
     table.row(["work balance".to_owned(), format!("{} of assembly, contact and failure", fraction(run.energy_error))]);
     table.row(["momentum error".to_owned(), fraction(run.momentum_error)]);
@@ -139,7 +139,7 @@ fn trust(run: &Run, summary: &Value) -> String {
 fn cost(case: &Case, run: &Run, summary: &Value) -> String {
     let element_steps = run.elements as u64 * run.steps;
     let rate = element_steps as f64 / run.loop_seconds / 1e6;
-    let mut table = Table::plain(&[Align::Left, Align::Left]);
+    let mut table = TextTable::plain(&[Align::Left, Align::Left]);
     let courant = case.solver.courant;
     let step = format!("{}, {courant} of the critical step, set by: {}", us(run.time_step), run.step_set_by);
     table.row(["time step", step.as_str()]);

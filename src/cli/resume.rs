@@ -6,20 +6,20 @@ use std::time::Instant;
 
 use ripstop::case::{self, Case};
 use ripstop::output::number::us;
-use ripstop::output::{CHECKPOINT, Folder, Keeper};
-use ripstop::run::checkpoint::{Checkpoint, Extras, Head};
+use ripstop::output::{CHECKPOINT, CheckpointWriter, Folder};
+use ripstop::run::checkpoint::{Checkpoint, Extras, Header};
 use ripstop::run::{self, Options};
 use serde_json::Value;
 
 use super::arguments::ResumeArguments;
-use super::failure::Failure;
-use super::follow::{Follower, film_again, recorder_again};
+use super::failure::CommandFailure;
+use super::follow::{RunObserver, film_again, recorder_again};
 use super::progress::Bar;
 use super::run::{Print, conclude, file};
 use super::{backend, interrupt, screen};
 
 /// Goes on with a run from its last checkpoint.
-pub(crate) fn resume(arguments: &ResumeArguments) -> Result<(), Failure> {
+pub(crate) fn resume(arguments: &ResumeArguments) -> Result<(), CommandFailure> {
     let start = Instant::now();
     let interrupted = interrupt::watch()?;
     let path = arguments.folder.join(CHECKPOINT);
@@ -44,21 +44,21 @@ pub(crate) fn resume(arguments: &ResumeArguments) -> Result<(), Failure> {
     let options =
         Options { skips: head.skips, from: Some(&checkpoint), ..chosen.options(arguments.threads.or(head.threads)) };
     let extras = Extras { report: head.extras.report && !arguments.no_report, vtu: head.extras.vtu || arguments.vtu };
-    let head = Head { every: arguments.checkpoint_every.unwrap_or(head.every), extras, ..head.clone() };
+    let head = Header { every: arguments.checkpoint_every.unwrap_or(head.every), extras, ..head.clone() };
     let recorder = recorder_again(&case, &folder, &options, extras.vtu, &head, say)?;
     let film = if extras.report { Some(film_again(&case, &checkpoint, say)?) } else { None };
-    let keeper = Some(Keeper::new(&folder, &case, head, start));
-    let mut follower = Follower { bar: &bar, film, recorder, keeper, told: false };
+    let keeper = Some(CheckpointWriter::new(&folder, &case, head, start));
+    let mut follower = RunObserver { bar: &bar, film, recorder, keeper, told: false };
     let run = run::run(&case, options, &interrupted, &mut follower);
     bar.clear();
-    let run = run.map_err(|error| Failure::start(&file(&case), &error))?;
+    let run = run.map_err(|error| CommandFailure::start(&file(&case), &error))?;
     let wall = follower.keeper.as_ref().map_or(0.0, |keeper| keeper.spent(run.loop_seconds).wall);
     let print = Print::of(arguments.json, arguments.quiet);
     conclude(&case, run, &folder, follower, wall, print)
 }
 
 /// A run that has ended is no mistake; a folder without a run is.
-fn nothing_to_resume(folder: &Path, quiet: bool) -> Result<(), Failure> {
+fn nothing_to_resume(folder: &Path, quiet: bool) -> Result<(), CommandFailure> {
     let summary = fs::read_to_string(folder.join("summary.json")).unwrap_or_default();
     let summary: Value = serde_json::from_str(&summary).unwrap_or_default();
     if summary["interrupted"] == false && summary["device_lost"].is_null() {
@@ -67,7 +67,7 @@ fn nothing_to_resume(folder: &Path, quiet: bool) -> Result<(), Failure> {
         }
         return Ok(());
     }
-    Err(Failure::input(format!(
+    Err(CommandFailure::input(format!(
         "error: {}\n  expected: a folder with a checkpoint, {CHECKPOINT}\n  found: none\n  \
          help: `ripstop run CASE.json --checkpoint-every US` leaves them",
         folder.display()

@@ -7,22 +7,22 @@ use std::time::Instant;
 use ripstop::case::Case;
 use ripstop::output::expectation::{Judgement, judgement};
 use ripstop::output::frames::{Recorder, Staged};
-use ripstop::output::report::{self, Film};
+use ripstop::output::report::{self, Animation};
 use ripstop::output::warnings;
-use ripstop::output::{self, Folder, Keeper};
-use ripstop::run::checkpoint::{Extras, Head};
+use ripstop::output::{self, CheckpointWriter, Folder};
+use ripstop::run::checkpoint::{Extras, Header};
 use ripstop::run::{self, Options, Run, RunError};
 use serde_json::Value;
 use tracing::{info, warn};
 
-use super::arguments::{Backend, RunArguments};
-use super::failure::Failure;
-use super::follow::{Follower, recorder, waiting};
+use super::arguments::{BackendChoice, RunArguments};
+use super::failure::CommandFailure;
+use super::follow::{RunObserver, recorder, waiting};
 use super::progress::Bar;
 use super::{backend, input, interrupt, result, screen};
 
 /// Runs cases one after the other; one that fails does not keep the others from being run.
-pub(crate) fn run(arguments: &RunArguments) -> Result<(), Failure> {
+pub(crate) fn run(arguments: &RunArguments) -> Result<(), CommandFailure> {
     let interrupted = interrupt::watch()?;
     let sets = arguments.sets();
     let mut folders: Vec<PathBuf> = Vec::new();
@@ -32,7 +32,7 @@ pub(crate) fn run(arguments: &RunArguments) -> Result<(), Failure> {
             let folder = out(arguments, &case);
             if folders.contains(&folder) {
                 let found = format!("two cases for {}", folder.display());
-                return Err(Failure::input(format!(
+                return Err(CommandFailure::input(format!(
                     "error: {}\n  expected: a folder for each case\n  found: {found}",
                     path.display()
                 )));
@@ -45,11 +45,11 @@ pub(crate) fn run(arguments: &RunArguments) -> Result<(), Failure> {
             break;
         }
     }
-    failures.into_iter().reduce(Failure::and).map_or(Ok(()), Err)
+    failures.into_iter().reduce(CommandFailure::and).map_or(Ok(()), Err)
 }
 
 /// Runs a case, writes its results and says what happened.
-fn shoot(arguments: &RunArguments, case: &Case, out: &Path, interrupted: &AtomicBool) -> Result<(), Failure> {
+fn shoot(arguments: &RunArguments, case: &Case, out: &Path, interrupted: &AtomicBool) -> Result<(), CommandFailure> {
     let start = Instant::now();
     info!(file = file(case), fields = case.fields.len(), changes = arguments.sets.len(), "case read");
     for warning in warnings::of_case(case) {
@@ -66,19 +66,19 @@ fn shoot(arguments: &RunArguments, case: &Case, out: &Path, interrupted: &Atomic
     chosen.note.iter().chain(&waiting(&folder)).for_each(|note| say(note));
     let bar = Bar::new(!arguments.quiet);
     let options = Options { skips: arguments.skips(), ..chosen.options(arguments.threads) };
-    let attempt = |options: Options<'_>| -> Result<(Result<Run, RunError>, Follower<'_>), Failure> {
-        let head = arguments.checkpoint_every.map(|every| Head {
+    let attempt = |options: Options<'_>| -> Result<(Result<Run, RunError>, RunObserver<'_>), CommandFailure> {
+        let head = arguments.checkpoint_every.map(|every| Header {
             extras: Extras { report: !arguments.no_report, vtu: arguments.vtu },
-            ..Head::new(case, &options, every)
+            ..Header::new(case, &options, every)
         });
         let recorder = recorder(case, &folder, &options, arguments.vtu, head.as_ref())?;
-        let film = (!arguments.no_report).then(|| Film::new(case));
-        let keeper = head.map(|head| Keeper::new(&folder, case, head, start));
-        let mut follower = Follower { bar: &bar, film, recorder, keeper, told: false };
+        let film = (!arguments.no_report).then(|| Animation::new(case));
+        let keeper = head.map(|head| CheckpointWriter::new(&folder, case, head, start));
+        let mut follower = RunObserver { bar: &bar, film, recorder, keeper, told: false };
         Ok((run::run(case, options, interrupted, &mut follower), follower))
     };
     let mut shot = attempt(options);
-    if let (Ok((Err(RunError::Device(error)), _)), Backend::Auto) = (&shot, arguments.backend.backend) {
+    if let (Ok((Err(RunError::Device(error)), _)), BackendChoice::Auto) = (&shot, arguments.backend.backend) {
         say(&backend::took_cpu(error));
         shot = attempt(Options { device: None, ..options });
     }
@@ -88,7 +88,7 @@ fn shoot(arguments: &RunArguments, case: &Case, out: &Path, interrupted: &Atomic
             let wall = start.elapsed().as_secs_f64();
             return conclude(case, run, &folder, follower, wall, Print::of(arguments.json, arguments.quiet));
         }
-        Ok((Err(error), _)) => Failure::start(&file(case), &error),
+        Ok((Err(error), _)) => CommandFailure::start(&file(case), &error),
         Err(failure) => failure,
     };
     folder.abandon();
@@ -122,13 +122,13 @@ pub(crate) fn conclude(
     case: &Case,
     mut run: Run,
     folder: &Folder,
-    follower: Follower<'_>,
+    follower: RunObserver<'_>,
     wall_seconds: f64,
     print: Print,
-) -> Result<(), Failure> {
-    let Follower { film, recorder, keeper, .. } = follower;
+) -> Result<(), CommandFailure> {
+    let RunObserver { film, recorder, keeper, .. } = follower;
     let frames = recorder.map_or_else(|| Ok(Staged::default()), Recorder::finish);
-    run.unkept = keeper.as_ref().and_then(Keeper::failed).map(str::to_owned);
+    run.checkpoint_error = keeper.as_ref().and_then(CheckpointWriter::failed).map(str::to_owned);
     let summary = output::summary(case, &run, wall_seconds);
     let page = film.map(|film| report::report(case, &run, &summary, &film));
     let (frames, refused) = match frames {
@@ -149,7 +149,7 @@ pub(crate) fn conclude(
     if let Some(error) = refused {
         return Err(error.into());
     }
-    let goes_on = (run.interrupted || run.lost.is_some()) && keeper.as_ref().is_some_and(Keeper::has_kept);
+    let goes_on = (run.interrupted || run.lost.is_some()) && keeper.as_ref().is_some_and(CheckpointWriter::has_kept);
     if !goes_on {
         folder.forget()?;
     }
@@ -168,11 +168,11 @@ pub(crate) fn file(case: &Case) -> String {
 }
 
 /// What the exit code says. `goes_on`: the run can be resumed.
-fn verdict(case: &Case, run: &Run, summary: &Value, folder: &Path, goes_on: bool) -> Result<(), Failure> {
+fn verdict(case: &Case, run: &Run, summary: &Value, folder: &Path, goes_on: bool) -> Result<(), CommandFailure> {
     let folder = folder.display();
     let resume = if goes_on { format!("\n  help: `ripstop resume {folder}` goes on") } else { String::new() };
-    if let Some(trouble) = &run.trouble {
-        return Err(Failure::check(format!(
+    if let Some(trouble) = &run.divergence {
+        return Err(CommandFailure::check(format!(
             "error: {}: the run became unstable\n  where: {}\n  found: {}\n  help: lower /solver/courant",
             file(case),
             output::place(trouble),
@@ -180,7 +180,7 @@ fn verdict(case: &Case, run: &Run, summary: &Value, folder: &Path, goes_on: bool
         )));
     }
     if let Some(reason) = &run.lost {
-        return Err(Failure::lost(format!(
+        return Err(CommandFailure::lost(format!(
             "error: {}: the device gave up at {}\n  found: {reason}\n  help: take --backend cpu; results up to there: {folder}{resume}",
             file(case),
             output::reached(run),
@@ -188,7 +188,9 @@ fn verdict(case: &Case, run: &Run, summary: &Value, folder: &Path, goes_on: bool
     }
     if run.interrupted {
         let reached = output::reached(run);
-        return Err(Failure::interrupted(format!("interrupted at {reached}; results up to there: {folder}{resume}")));
+        return Err(CommandFailure::interrupted(format!(
+            "interrupted at {reached}; results up to there: {folder}{resume}"
+        )));
     }
     let expect: Vec<&Value> = summary["expect"].as_array().into_iter().flatten().collect();
     let failed: Vec<String> = expect
@@ -200,7 +202,7 @@ fn verdict(case: &Case, run: &Run, summary: &Value, folder: &Path, goes_on: bool
         return Ok(());
     }
     let (failed_count, count) = (failed.len(), expect.len());
-    Err(Failure::check(format!(
+    Err(CommandFailure::check(format!(
         "error: {}: {failed_count} of {count} expectations failed{}",
         file(case),
         failed.concat()

@@ -4,18 +4,18 @@ use std::io::{self, Write};
 
 use console::Term;
 
-use super::failure::Failure;
+use super::failure::CommandFailure;
 use super::paint;
 
 /// Lines of text are no wider than this, however wide the screen.
 const WIDEST: usize = 80;
 
 /// Writes to standard output.
-pub(crate) fn print(text: &str) -> Result<(), Failure> {
+pub(crate) fn print(text: &str) -> Result<(), CommandFailure> {
     let mut out = io::stdout().lock();
     match out.write_all(text.as_bytes()).and_then(|()| out.flush()) {
         Err(error) if error.kind() != io::ErrorKind::BrokenPipe => {
-            Err(Failure::input(format!("error: cannot write to standard output: {error}")))
+            Err(CommandFailure::input(format!("error: cannot write to standard output: {error}")))
         }
         _ => Ok(()),
     }

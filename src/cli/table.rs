@@ -15,12 +15,12 @@ pub(crate) enum Align {
 
 /// A table; print it with `{}`.
 #[derive(Clone, Debug)]
-pub(crate) struct Table {
+pub(crate) struct TextTable {
     align: Vec<Align>,
     rows: Vec<Vec<String>>,
 }
 
-impl Table {
+impl TextTable {
     /// A table without a heading, with one alignment per column.
     pub(crate) fn plain(align: &[Align]) -> Self {
         Self { align: align.to_vec(), rows: Vec::new() }
@@ -39,7 +39,7 @@ impl Table {
     }
 }
 
-impl fmt::Display for Table {
+impl fmt::Display for TextTable {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let cells = |column: usize| self.rows.iter().filter_map(move |row| row.get(column));
         let width = |column: usize| cells(column).map(|cell| measure_text_width(cell)).max().unwrap_or(0);

@@ -6,17 +6,17 @@ use std::sync::atomic::Ordering;
 use ripstop::case::{self, Case};
 use ripstop::output::Folder;
 use ripstop::run::Progress;
-use ripstop::study::validate::{self, Row};
+use ripstop::study::validate::{self, Prediction};
 use serde_json::{Value, json};
 
 use super::arguments::ValidateArguments;
-use super::failure::Failure;
+use super::failure::CommandFailure;
 use super::progress::Bar;
-use super::table::{Align, Table};
+use super::table::{Align, TextTable};
 use super::{backend, interrupt, paint, screen};
 
 /// Computes the table and prints it; exit code 1 if a row fails.
-pub(crate) fn validate(arguments: &ValidateArguments) -> Result<(), Failure> {
+pub(crate) fn validate(arguments: &ValidateArguments) -> Result<(), CommandFailure> {
     let interrupted = interrupt::watch()?;
     let page = arguments.html.as_deref().map(page).transpose()?;
     let cases = arguments.cases.iter().map(|path| stated(path)).collect::<Result<Vec<_>, _>>()?;
@@ -31,7 +31,7 @@ pub(crate) fn validate(arguments: &ValidateArguments) -> Result<(), Failure> {
     };
     bar.clear();
     if interrupted.load(Ordering::Relaxed) {
-        return Err(Failure::interrupted("interrupted; a table with rows missing is not shown"));
+        return Err(CommandFailure::interrupted("interrupted; a table with rows missing is not shown"));
     }
     let [pass, fail, open] = validate::counts(&rows);
     let unexplained = validate::unexplained(&rows);
@@ -41,7 +41,7 @@ pub(crate) fn validate(arguments: &ValidateArguments) -> Result<(), Failure> {
     };
     let counts = format!("{pass} of {} judged rows pass{known}, {open} are not judged", pass + fail);
     if arguments.json {
-        let rows: Vec<Value> = rows.iter().map(Row::to_json).collect();
+        let rows: Vec<Value> = rows.iter().map(Prediction::to_json).collect();
         screen::print(&format!("{:#}\n", json!({ "pass": unexplained == 0, "paper": validate::PAPER, "rows": rows })))?;
     } else if arguments.markdown {
         screen::print(&validate::markdown(&rows))?;
@@ -53,16 +53,16 @@ pub(crate) fn validate(arguments: &ValidateArguments) -> Result<(), Failure> {
             chosen.device.as_ref().map_or_else(|| "on the CPU".to_owned(), |device| format!("on {}", device.name()));
         folder.put(&[(name, validate::html(&rows, &machine))], &[])?;
     }
-    if unexplained > 0 { Err(Failure::check(format!("error: validation: {counts}"))) } else { Ok(()) }
+    if unexplained > 0 { Err(CommandFailure::check(format!("error: validation: {counts}"))) } else { Ok(()) }
 }
 
 /// A case that states something published.
-fn stated(path: &Path) -> Result<Case, Failure> {
+fn stated(path: &Path) -> Result<Case, CommandFailure> {
     let case = case::read(path, &[])?;
     if validate::has_published(&case) {
         return Ok(case);
     }
-    Err(Failure::input(format!(
+    Err(CommandFailure::input(format!(
         "error: {}: /expect\n  expected: a statement whose source begins with \"paper\", \"published\" or \"closed form\"\n  found: none\n  \
          help: `ripstop run` checks all statements of a case",
         path.display()
@@ -70,9 +70,9 @@ fn stated(path: &Path) -> Result<Case, Failure> {
 }
 
 /// The folder and the name of the page; tried before anything is computed.
-fn page(path: &Path) -> Result<(Folder, &str), Failure> {
+fn page(path: &Path) -> Result<(Folder, &str), CommandFailure> {
     let name = path.file_name().and_then(|name| name.to_str()).ok_or_else(|| {
-        Failure::input(format!(
+        CommandFailure::input(format!(
             "error: --html\n  expected: a file\n  found: {}\n  help: for example --html out/validation.html",
             path.display()
         ))
@@ -84,11 +84,11 @@ fn page(path: &Path) -> Result<(Folder, &str), Failure> {
     Ok((Folder::share(folder, &[name], &[])?, name))
 }
 
-fn table(rows: &[Row]) -> String {
+fn table(rows: &[Prediction]) -> String {
     use Align::{Left, Right};
     let heads =
         [("", Left), ("quantity", Left), ("expected", Right), ("got", Right), ("difference", Right), ("source", Left)];
-    let mut table = Table::new(&heads);
+    let mut table = TextTable::new(&heads);
     let mut group = "";
     for row in rows {
         if row.group != group {

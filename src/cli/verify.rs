@@ -3,18 +3,18 @@
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use ripstop::output::Folder;
-use ripstop::study::verify::stress::{self, Found, Machine, Plan, Report};
-use ripstop::study::verify::{self, Row};
+use ripstop::study::verify::stress::{self, Report, StressBackend, StressPlan, UnsoundScene};
+use ripstop::study::verify::{self, Check};
 use serde_json::{Value, json};
 
 use super::arguments::VerifyArguments;
-use super::failure::Failure;
+use super::failure::CommandFailure;
 use super::progress::Bar;
-use super::table::{Align, Table};
+use super::table::{Align, TextTable};
 use super::{backend, interrupt, paint, screen};
 
 /// Runs the table, or the stress scenes, and prints it; exit code 1 if a row fails.
-pub(crate) fn verify(arguments: &VerifyArguments) -> Result<(), Failure> {
+pub(crate) fn verify(arguments: &VerifyArguments) -> Result<(), CommandFailure> {
     let interrupted = interrupt::watch()?;
     let report = if arguments.stress {
         stress(arguments, &interrupted)?
@@ -47,20 +47,24 @@ pub(crate) fn verify(arguments: &VerifyArguments) -> Result<(), Failure> {
         }
     }
     if interrupted.load(Ordering::Relaxed) {
-        return Err(Failure::interrupted("interrupted; rows after this are missing"));
+        return Err(CommandFailure::interrupted("interrupted; rows after this are missing"));
     }
     if failed > 0 {
-        return Err(Failure::check(format!("error: verification: {counts}")));
+        return Err(CommandFailure::check(format!("error: verification: {counts}")));
     }
     Ok(())
 }
 
 /// Runs the stress scenes; the cases of those that are not sound go to the folder asked for.
-fn stress(arguments: &VerifyArguments, interrupted: &AtomicBool) -> Result<Report, Failure> {
+fn stress(arguments: &VerifyArguments, interrupted: &AtomicBool) -> Result<Report, CommandFailure> {
     let (precisions, device) = backend::every(&arguments.backend)?;
     let folder = arguments.out.as_deref().map(|path| Folder::prepare_for(path, &[], &[])).transpose()?;
-    let plan = Plan {
-        machines: precisions.into_iter().map(Machine::Cpu).chain(device.as_ref().map(Machine::Gpu)).collect(),
+    let plan = StressPlan {
+        machines: precisions
+            .into_iter()
+            .map(StressBackend::Cpu)
+            .chain(device.as_ref().map(StressBackend::Gpu))
+            .collect(),
         scenes: arguments.scenes.into(),
         steps: arguments.steps,
         seed: arguments.seed,
@@ -71,7 +75,7 @@ fn stress(arguments: &VerifyArguments, interrupted: &AtomicBool) -> Result<Repor
     let report = stress::run(&plan, interrupted, &|name, done, of| bar.show_count(name, done, of, "scenes"));
     bar.clear();
     if let Some(folder) = folder {
-        let names: Vec<String> = report.found.iter().map(Found::file).collect();
+        let names: Vec<String> = report.found.iter().map(UnsoundScene::file).collect();
         let cases = report.found.iter().map(|found| format!("{:#}\n", found.case));
         let texts: Vec<(&str, String)> = names.iter().map(String::as_str).zip(cases).collect();
         folder.put(&texts, &[])?;
@@ -79,7 +83,7 @@ fn stress(arguments: &VerifyArguments, interrupted: &AtomicBool) -> Result<Repor
     Ok(report)
 }
 
-fn found_json(found: &Found) -> Value {
+fn found_json(found: &UnsoundScene) -> Value {
     json!({
         "seed": found.seed,
         "scene": found.number,
@@ -89,10 +93,10 @@ fn found_json(found: &Found) -> Value {
     })
 }
 
-fn table(rows: &[Row]) -> Table {
+fn table(rows: &[Check]) -> TextTable {
     use Align::{Left, Right};
     let heads = [("", Left), ("what", Left), ("expected", Right), ("got", Right), ("tolerance", Right)];
-    let mut table = Table::new(&heads);
+    let mut table = TextTable::new(&heads);
     let mut group = "";
     for row in rows {
         if row.group != group {
@@ -106,7 +110,7 @@ fn table(rows: &[Row]) -> Table {
     table
 }
 
-fn to_json(row: &Row) -> Value {
+fn to_json(row: &Check) -> Value {
     json!({
         "group": row.group,
         "name": row.name,

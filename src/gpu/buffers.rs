@@ -24,7 +24,7 @@ const LEDGER_GROUPS: usize = 256;
 
 /// A storage buffer, by the name of its variable in the shaders.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Name {
+pub enum BufferId {
     /// Displacement and velocity, shape (6, nodes).
     Nodes,
     /// Forces, shape (9, elements).
@@ -68,7 +68,7 @@ pub enum Name {
     Yarns,
 }
 
-impl Name {
+impl BufferId {
     /// Every buffer.
     pub const ALL: [Self; 20] = [
         Self::Nodes,
@@ -127,7 +127,7 @@ pub struct Sizes {
     pub plies: u64,
     /// Places for elements.
     pub elements: u64,
-    /// Fields of the yarns of an element; see [`Name::Yarns`].
+    /// Fields of the yarns of an element; see [`BufferId::Yarns`].
     pub yarn_fields: u64,
     /// Places for nodes.
     pub nodes: u64,
@@ -181,36 +181,36 @@ impl Sizes {
     }
 
     /// Size of a buffer [bytes].
-    pub fn bytes(&self, name: Name) -> u64 {
+    pub fn bytes(&self, name: BufferId) -> u64 {
         let mask_words = self.nodes.div_ceil(32);
         4 * match name {
-            Name::Nodes => NODE_FIELDS * self.nodes,
-            Name::Forces => FORCE_FIELDS * self.elements,
-            Name::Heights => HEIGHT_FIELDS * self.elements,
-            Name::Flags => self.elements,
-            Name::Accounts => ACCOUNT_FIELDS * self.elements + PLY_ACCOUNT_FIELDS * self.meeting(),
-            Name::Status => STATUS_WORDS as u64 + REACH_WORDS * self.plies,
-            Name::Events => 2 * EVENT_WORDS * self.elements,
-            Name::Supports => 3 * self.rim,
-            Name::Body => BODY_WORDS as u64,
-            Name::Candidates => mask_words + mask_words.div_ceil(32),
-            Name::Points => POINT_WORDS[usize::from(self.ties > 0)] * self.points,
-            Name::Samples => u64::from(SLOTS) * self.sample_words() as u64,
-            Name::Over => 2 * self.meeting(),
-            Name::Contacts => 2 * CONTACT_WORDS * self.meeting(),
-            Name::Shares => self.meeting(),
-            Name::Impulses => IMPULSE_FIELDS * self.meeting(),
-            Name::Touches if self.ties > 0 => TOUCH_HEAD + TOUCH_WORDS * (self.points + self.plies * self.ties),
-            Name::Touches => 1,
-            Name::Members => (self.plies * self.members()).max(1),
-            Name::Matrix => (self.plies * self.members() * (self.members() + 1) / 2).max(1),
-            Name::Yarns => (self.yarn_fields * self.elements).max(1),
+            BufferId::Nodes => NODE_FIELDS * self.nodes,
+            BufferId::Forces => FORCE_FIELDS * self.elements,
+            BufferId::Heights => HEIGHT_FIELDS * self.elements,
+            BufferId::Flags => self.elements,
+            BufferId::Accounts => ACCOUNT_FIELDS * self.elements + PLY_ACCOUNT_FIELDS * self.meeting(),
+            BufferId::Status => STATUS_WORDS as u64 + REACH_WORDS * self.plies,
+            BufferId::Events => 2 * EVENT_WORDS * self.elements,
+            BufferId::Supports => 3 * self.rim,
+            BufferId::Body => BODY_WORDS as u64,
+            BufferId::Candidates => mask_words + mask_words.div_ceil(32),
+            BufferId::Points => POINT_WORDS[usize::from(self.ties > 0)] * self.points,
+            BufferId::Samples => u64::from(SLOTS) * self.sample_words() as u64,
+            BufferId::Over => 2 * self.meeting(),
+            BufferId::Contacts => 2 * CONTACT_WORDS * self.meeting(),
+            BufferId::Shares => self.meeting(),
+            BufferId::Impulses => IMPULSE_FIELDS * self.meeting(),
+            BufferId::Touches if self.ties > 0 => TOUCH_HEAD + TOUCH_WORDS * (self.points + self.plies * self.ties),
+            BufferId::Touches => 1,
+            BufferId::Members => (self.plies * self.members()).max(1),
+            BufferId::Matrix => (self.plies * self.members() * (self.members() + 1) / 2).max(1),
+            BufferId::Yarns => (self.yarn_fields * self.elements).max(1),
         }
     }
 
     /// All buffers together [bytes].
     pub fn total(&self) -> u64 {
-        Name::ALL.into_iter().map(|name| self.bytes(name)).sum()
+        BufferId::ALL.into_iter().map(|name| self.bytes(name)).sum()
     }
 
     /// Whether a device with these limits can hold them.
@@ -221,7 +221,7 @@ impl Sizes {
         let binding = limits.max_storage_buffer_binding_size.min(limits.max_buffer_size);
         // Element numbers, and the yarn beside them, are 32-bit words in the shaders.
         let words = 4 * u64::from(u32::MAX);
-        for name in Name::ALL {
+        for name in BufferId::ALL {
             let needed = self.bytes(name);
             if needed > binding.min(words) {
                 return Err(DeviceError::TooLarge {

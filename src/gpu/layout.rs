@@ -11,7 +11,7 @@ use crate::kernels::mirror_planes::Cut;
 use crate::kernels::ply_contact;
 use crate::kernels::rigid_body::RigidBody;
 use crate::model::cover::{shoulder, unbroken_cells};
-use crate::model::{Mesh, Model, Sheet};
+use crate::model::{Mesh, Model, PlyType};
 
 /// Invocations per workgroup of the kernels over elements and nodes.
 pub const GROUP: u32 = 64;
@@ -81,15 +81,15 @@ pub mod status {
     /// Bits of the largest residual.
     pub const RESIDUAL: usize = 6;
     /// Nodes that met the projectile when there was no room for them.
-    pub const CROWDED: usize = 7;
+    pub const OVERFLOW: usize = 7;
     /// Elements computed so far, low and high word.
-    pub const VISITED: usize = 8;
+    pub const COMPUTED: usize = 8;
     /// Bits of the largest depth of a node in a neighbouring ply.
     pub const PLY_DEPTH: usize = 10;
     /// Points of the rim that met a ply when there was no room for them.
-    pub const CROWDED_RIM: usize = 11;
+    pub const OVERFLOW_EDGES: usize = 11;
     /// 1 where the set of points that push had not settled at the end of the bad step.
-    pub const UNSETTLED: usize = 12;
+    pub const NOT_CONVERGED: usize = 12;
     /// What may have moved of each ply begins here.
     pub const REACH: usize = 13;
 }
@@ -215,7 +215,7 @@ fn impulse_unit(model: &Model<f32>) -> f64 {
 }
 
 /// Mass of an inner node of the finest elements [kg].
-fn node_mass(sheet: &Sheet<f32>) -> f64 {
+fn node_mass(sheet: &PlyType<f32>) -> f64 {
     sheet.areal_density * sheet.mesh.length[0] * sheet.mesh.length[1]
 }
 
@@ -231,7 +231,7 @@ pub const LAW_STRIDE: u64 = 6656;
 
 /// What the unit-cell law of a sheet makes of energy by itself, as the shaders see it: first place and places per stretch of warp and
 /// weft, then the table.
-pub fn law_energy(sheet: &Sheet<f32>) -> Vec<u32> {
+pub fn law_energy(sheet: &PlyType<f32>) -> Vec<u32> {
     let mut words = vec![0.0_f32; LAW_STRIDE as usize / 4];
     if let Some(table) = &sheet.law_energy {
         let head = table.low.iter().chain(&table.per_stretch);
@@ -263,8 +263,8 @@ pub fn plies(model: &Model<f32>) -> Vec<Block> {
         block.double("origin_y", mesh.origin[1]);
         block.double("length_x", mesh.length[0]);
         block.double("length_y", mesh.length[1]);
-        block.double("cosine", mesh.turn[0]);
-        block.double("sine", mesh.turn[1]);
+        block.double("cosine", mesh.rotation[0]);
+        block.double("sine", mesh.rotation[1]);
         block.double("z", ply.z);
         block.double("depth", ply.depth);
         block.number("touching", touching);
@@ -337,24 +337,24 @@ fn cut_sides(mesh: &Mesh) -> usize {
     x | y << 2
 }
 
-fn element(block: &mut Block, sheet: &Sheet<f32>) {
+fn element(block: &mut Block, sheet: &PlyType<f32>) {
     let c: ElementConstants<f32> = crate::with_law!(sheet.law, L => sheet.constants::<f32, L>());
     let names = [
         ["warp_stiffness", "warp_half_span", "warp_crimp", "warp_failure_strain", "warp_slack"],
         ["weft_stiffness", "weft_half_span", "weft_crimp", "weft_failure_strain", "weft_slack"],
     ];
     for (names, y) in names.into_iter().zip(&c.cell.yarn) {
-        let values = [y.stiffness, y.half_span, y.crimp, y.failure_strain, y.slack];
+        let values = [y.stiffness, y.half_span, y.crimp, y.failure_strain, y.slack_slope];
         names.into_iter().zip(values).for_each(|(name, value)| block.number(name, value));
     }
     block.number("height_sum", c.cell.height_sum);
     block.number("compression_a", c.cell.compression[0]);
     block.number("compression_b", c.cell.compression[1]);
     block.number("compression_offset", c.cell.compression[2]);
-    block.number("compression_loose", c.cell.loose);
+    block.number("compression_loose", c.cell.uncompressed_limit);
     block.number("compression_per_b", c.cell.per_b);
-    block.number("softest", c.cell.softest);
-    block.number("noise", c.cell.noise);
+    block.number("softest", c.cell.min_stiffness);
+    block.number("noise", c.cell.roundoff_tolerance);
     block.number("tolerance", c.cell.tolerance);
     block.number("shear_g1", c.shear.g1);
     block.number("shear_rise", c.shear.rise);
@@ -393,7 +393,7 @@ fn projectile(block: &mut Block, model: &Model<f32>) {
     block.double("body_inertia_y", number(|b| b.body.inertia[1], 1.0));
     block.double("body_inertia_z", number(|b| b.body.inertia[2], 1.0));
     block.double("body_radius", number(|b| b.body.radius, 0.0));
-    block.double("body_reach", number(|b| b.body.reach, 1.0));
+    block.double("body_reach", number(|b| b.body.bounding_radius, 1.0));
     block.double("body_nose", number(nose, 0.0));
     block.double("body_back", body.map_or(0.0, back));
     block.double("body_shoulder", number(|b| shoulder(b) - nose(b), 0.0));
@@ -462,15 +462,15 @@ pub fn step(info: &StepInfo) -> Block {
 }
 
 /// Fine steps of a position per metre.
-pub const FINE: f64 = (1_u64 << 34) as f64;
+pub const FIXED_POINT_SCALE: f64 = (1_u64 << 34) as f64;
 
 fn fixed(position: f64) -> [i32; 2] {
-    let steps = (position * FINE).round() as i64;
+    let steps = (position * FIXED_POINT_SCALE).round() as i64;
     [(steps >> 24) as i32, (steps & 0xff_ffff) as i32]
 }
 
 fn metres(coarse: u32, fine: u32) -> f64 {
-    ((i64::from(coarse as i32) << 24) + i64::from(fine as i32)) as f64 / FINE
+    ((i64::from(coarse as i32) << 24) + i64::from(fine as i32)) as f64 / FIXED_POINT_SCALE
 }
 
 /// The projectile as the shaders hold it. `impact`: its velocity at the start [m/s].
@@ -540,9 +540,9 @@ pub fn read_body(words: &[u32], start: &RigidBody) -> BodyRecord {
 
 /// Sums of the workgroups of one sample, shape (plies, groups of a ply, [`SUMS`]).
 #[derive(Clone, Copy)]
-pub(crate) struct Sums<'a>(&'a [u32]);
+pub(crate) struct WorkgroupSums<'a>(&'a [u32]);
 
-impl<'a> Sums<'a> {
+impl<'a> WorkgroupSums<'a> {
     /// Of the words of a sample before the projectile's.
     pub(crate) fn new(words: &'a [u32]) -> Self {
         Self(words)
@@ -578,7 +578,7 @@ mod tests {
         for x in [0.0, -1e-12, 1e-3, -0.02, 0.314_159, -3.0, 1e3] {
             let [coarse, fine] = fixed(x);
             assert!((0..1 << 24).contains(&fine), "{x}: {fine}");
-            assert!((metres(coarse as u32, fine as u32) - x).abs() <= 0.5 / FINE, "{x}");
+            assert!((metres(coarse as u32, fine as u32) - x).abs() <= 0.5 / FIXED_POINT_SCALE, "{x}");
         }
     }
 }

@@ -1,8 +1,8 @@
 //! The kernels: WGSL sources, what each binds, and the constants that compile out what a scene lacks.
 
-use super::buffers::Name;
+use super::buffers::BufferId;
 use crate::kernels::crossover::Variant;
-use crate::model::Terms;
+use crate::model::Features;
 
 /// How a kernel uses a buffer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -23,7 +23,7 @@ pub struct Kernel {
     /// The kernel, then what it shares with others: line numbers of the kernel stay right.
     pub sources: &'static [&'static str],
     /// Bindings of group 1 in order; group 0 is the scene, the step, the plies and their grid lines.
-    pub bindings: &'static [(Name, Access)],
+    pub bindings: &'static [(BufferId, Access)],
 }
 
 /// A kernel's own sources; every one ends with the pack, its grid lines, the scene and numbers.
@@ -54,14 +54,14 @@ pub const ELEMENT_FORCE: Kernel = Kernel {
         "reach"
     ),
     bindings: &[
-        (Name::Nodes, Read),
-        (Name::Forces, Write),
-        (Name::Heights, Write),
-        (Name::Flags, Write),
-        (Name::Accounts, Write),
-        (Name::Status, Write),
-        (Name::Events, Write),
-        (Name::Yarns, Write),
+        (BufferId::Nodes, Read),
+        (BufferId::Forces, Write),
+        (BufferId::Heights, Write),
+        (BufferId::Flags, Write),
+        (BufferId::Accounts, Write),
+        (BufferId::Status, Write),
+        (BufferId::Events, Write),
+        (BufferId::Yarns, Write),
     ],
 };
 
@@ -79,12 +79,12 @@ pub const NODE_UPDATE: Kernel = Kernel {
         "reach"
     ),
     bindings: &[
-        (Name::Nodes, Write),
-        (Name::Forces, Read),
-        (Name::Supports, Write),
-        (Name::Status, Write),
-        (Name::Body, Read),
-        (Name::Candidates, Write),
+        (BufferId::Nodes, Write),
+        (BufferId::Forces, Read),
+        (BufferId::Supports, Write),
+        (BufferId::Status, Write),
+        (BufferId::Body, Read),
+        (BufferId::Candidates, Write),
     ],
 };
 
@@ -105,14 +105,14 @@ pub const PROJECTILE_CONTACT: Kernel = Kernel {
         "reach"
     ),
     bindings: &[
-        (Name::Nodes, Write),
-        (Name::Forces, Read),
-        (Name::Flags, Read),
-        (Name::Status, Write),
-        (Name::Body, Write),
-        (Name::Candidates, Write),
-        (Name::Points, Write),
-        (Name::Over, Read),
+        (BufferId::Nodes, Write),
+        (BufferId::Forces, Read),
+        (BufferId::Flags, Read),
+        (BufferId::Status, Write),
+        (BufferId::Body, Write),
+        (BufferId::Candidates, Write),
+        (BufferId::Points, Write),
+        (BufferId::Over, Read),
     ],
 };
 
@@ -133,14 +133,14 @@ pub const PROJECTILE_POINTS: Kernel = Kernel {
         "reach"
     ),
     bindings: &[
-        (Name::Nodes, Read),
-        (Name::Flags, Read),
-        (Name::Status, Write),
-        (Name::Body, Write),
-        (Name::Candidates, Write),
-        (Name::Points, Write),
-        (Name::Over, Read),
-        (Name::Touches, Write),
+        (BufferId::Nodes, Read),
+        (BufferId::Flags, Read),
+        (BufferId::Status, Write),
+        (BufferId::Body, Write),
+        (BufferId::Candidates, Write),
+        (BufferId::Points, Write),
+        (BufferId::Over, Read),
+        (BufferId::Touches, Write),
     ],
 };
 
@@ -158,14 +158,14 @@ pub const PROJECTILE_RIM: Kernel = Kernel {
         "reach"
     ),
     bindings: &[
-        (Name::Nodes, Write),
-        (Name::Forces, Read),
-        (Name::Status, Write),
-        (Name::Body, Write),
-        (Name::Points, Write),
-        (Name::Touches, Write),
-        (Name::Members, Write),
-        (Name::Matrix, Write),
+        (BufferId::Nodes, Write),
+        (BufferId::Forces, Read),
+        (BufferId::Status, Write),
+        (BufferId::Body, Write),
+        (BufferId::Points, Write),
+        (BufferId::Touches, Write),
+        (BufferId::Members, Write),
+        (BufferId::Matrix, Write),
     ],
 };
 
@@ -174,12 +174,12 @@ pub const PLY_SEARCH: Kernel = Kernel {
     name: "ply_search",
     sources: sources!("ply_search", "ply_contact", "ply_views", "standing", "around", "reach"),
     bindings: &[
-        (Name::Nodes, Read),
-        (Name::Flags, Read),
-        (Name::Over, Write),
-        (Name::Contacts, Write),
-        (Name::Shares, Write),
-        (Name::Status, Write),
+        (BufferId::Nodes, Read),
+        (BufferId::Flags, Read),
+        (BufferId::Over, Write),
+        (BufferId::Contacts, Write),
+        (BufferId::Shares, Write),
+        (BufferId::Status, Write),
     ],
 };
 
@@ -188,13 +188,13 @@ pub const PLY_IMPULSE: Kernel = Kernel {
     name: "ply_impulse",
     sources: sources!("ply_impulse", "ply_contact", "ply_views"),
     bindings: &[
-        (Name::Nodes, Read),
-        (Name::Over, Read),
-        (Name::Contacts, Read),
-        (Name::Shares, Read),
-        (Name::Impulses, Write),
-        (Name::Accounts, Write),
-        (Name::Status, Write),
+        (BufferId::Nodes, Read),
+        (BufferId::Over, Read),
+        (BufferId::Contacts, Read),
+        (BufferId::Shares, Read),
+        (BufferId::Impulses, Write),
+        (BufferId::Accounts, Write),
+        (BufferId::Status, Write),
     ],
 };
 
@@ -203,13 +203,13 @@ pub const PLY_MOVE: Kernel = Kernel {
     name: "ply_move",
     sources: sources!("ply_move", "ply_views", "gather", "around", "supports", "reach"),
     bindings: &[
-        (Name::Nodes, Write),
-        (Name::Forces, Read),
-        (Name::Shares, Write),
-        (Name::Impulses, Write),
-        (Name::Accounts, Write),
-        (Name::Supports, Write),
-        (Name::Status, Write),
+        (BufferId::Nodes, Write),
+        (BufferId::Forces, Read),
+        (BufferId::Shares, Write),
+        (BufferId::Impulses, Write),
+        (BufferId::Accounts, Write),
+        (BufferId::Supports, Write),
+        (BufferId::Status, Write),
     ],
 };
 
@@ -218,14 +218,14 @@ pub const LEDGER: Kernel = Kernel {
     name: "ledger",
     sources: sources!("ledger", "gather", "around", "projectile_shape", "projectile_chisel", "rigid_body"),
     bindings: &[
-        (Name::Nodes, Read),
-        (Name::Forces, Read),
-        (Name::Flags, Write),
-        (Name::Accounts, Write),
-        (Name::Supports, Write),
-        (Name::Body, Write),
-        (Name::Status, Write),
-        (Name::Samples, Write),
+        (BufferId::Nodes, Read),
+        (BufferId::Forces, Read),
+        (BufferId::Flags, Write),
+        (BufferId::Accounts, Write),
+        (BufferId::Supports, Write),
+        (BufferId::Body, Write),
+        (BufferId::Status, Write),
+        (BufferId::Samples, Write),
     ],
 };
 
@@ -249,7 +249,7 @@ impl Kernel {
     }
 
     /// Whether steps of a scene with these terms run it; the ledger runs in those that are sampled.
-    pub fn is_in(&self, terms: &Terms) -> bool {
+    pub fn is_in(&self, terms: &Features) -> bool {
         match self.name {
             "ply_search" | "ply_impulse" | "ply_move" => terms.plies,
             "projectile_contact" => terms.projectile && !terms.rim,
@@ -276,7 +276,7 @@ const WITHIN: f64 = 1e-3;
 const SHARE_UNIT: u32 = 1 << 20;
 
 /// Values of the pipeline-overridable constants, by name. `ledger`: the step fills in the energies of the state.
-pub fn constants(terms: &Terms, ledger: bool) -> [(&'static str, f64); 23] {
+pub fn constants(terms: &Features, ledger: bool) -> [(&'static str, f64); 23] {
     let law = LAWS.iter().take_while(|(_, law)| *law != terms.law).count();
     let flag = |yes: bool| f64::from(u8::from(yes));
     [

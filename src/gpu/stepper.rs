@@ -2,16 +2,16 @@
 
 use std::time::{Duration, Instant};
 
-use super::buffers::{Name, Sizes, spread};
+use super::buffers::{BufferId, Sizes, spread};
 use super::layout::{
     self, BODY_WORDS, EVENT_WORDS, GROUP, LAW_STRIDE, LINE_WORDS, LINES_ACROSS, PLIES, PLY_WORDS, SCENE_STRIDE,
     STATUS_WORDS, STEP_BYTES, STEP_STRIDE, StepInfo, status,
 };
 use super::program::{self, Program};
 use super::shader::{self, Kernel};
-use super::timing::{Clock, Timed};
+use super::timing::{DeviceClock, Timed};
 use super::{Device, DeviceError};
-use crate::model::{Grid, Model, Sheet, Terms};
+use crate::model::{Features, Grid, Model, PlyType};
 use crate::solver::FailureEvent;
 
 /// Steps in one submission at most.
@@ -50,7 +50,7 @@ impl Stage {
 /// A whole step, in parts that are timed one by one.
 pub(crate) const PARTS: [Stage; 5] = [Stage::Elements, Stage::Nodes, Stage::Plies, Stage::Projectile, Stage::Ledger];
 /// Speed of any node over the largest at the start, at most: all the energy in one place.
-const FASTER: f64 = 4.0;
+const SPEED_MARGIN: f64 = 4.0;
 
 /// What a batch leaves behind.
 #[derive(Clone, Debug, Default)]
@@ -80,14 +80,14 @@ pub struct Pending {
 const IN_FLIGHT: usize = 2;
 
 /// Advances a state on a device.
-pub struct Stepper<'a> {
+pub struct DeviceStepper<'a> {
     pub(crate) device: &'a Device,
     pub(crate) sizes: Sizes,
     pub(crate) grid: Grid,
-    pub(crate) terms: Terms,
+    pub(crate) terms: Features,
     dt: f64,
     /// How far any node may go in a step [m].
-    farthest: f64,
+    travel_bound: f64,
     /// Per dimension of a dispatch.
     most_workgroups: u32,
     pub(crate) buffers: Vec<wgpu::Buffer>,
@@ -106,11 +106,11 @@ pub struct Stepper<'a> {
     /// Time spent waiting for the device.
     pub(crate) waited: Duration,
     /// Where the device has one.
-    clock: Option<Clock>,
+    clock: Option<DeviceClock>,
     pub(crate) timed: Timed,
 }
 
-impl<'a> Stepper<'a> {
+impl<'a> DeviceStepper<'a> {
     /// Pipelines and buffers for a model; the state is not there yet.
     ///
     /// # Errors
@@ -153,7 +153,7 @@ impl<'a> Stepper<'a> {
         };
         let storage = wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_SRC;
         let buffers: Vec<_> =
-            Name::ALL.map(|name| buffer(name.variable(), sizes.bytes(name), storage)).into_iter().collect();
+            BufferId::ALL.map(|name| buffer(name.variable(), sizes.bytes(name), storage)).into_iter().collect();
         let sheets = 0..model.sheets.len();
         let scene = buffer("scene", SCENE_STRIDE * sheets.len() as u64, wgpu::BufferUsages::UNIFORM);
         for sheet in sheets {
@@ -170,7 +170,7 @@ impl<'a> Stepper<'a> {
         device.queue.write_buffer(&plies, 0, bytemuck::cast_slice(&words));
         let lines = grid_lines(device, model);
         let steps = buffer("steps", STEP_STRIDE * BATCH as u64, wgpu::BufferUsages::UNIFORM);
-        let staging_size = sizes.bytes(Name::Samples) + STATUS_BYTES + EVENT_BYTES * EVENT_WINDOW + STAMP_BYTES;
+        let staging_size = sizes.bytes(BufferId::Samples) + STATUS_BYTES + EVENT_BYTES * EVENT_WINDOW + STAMP_BYTES;
         let staging = [0; IN_FLIGHT].map(|_| buffer("staging", staging_size, wgpu::BufferUsages::MAP_READ));
         let layout = program::common_layout(gpu);
         let common = gpu.create_bind_group(&wgpu::BindGroupDescriptor {
@@ -190,13 +190,13 @@ impl<'a> Stepper<'a> {
                 source: wgpu::ShaderSource::Wgsl(source(kernel).into()),
             })
         };
-        let program = |kernel: &Kernel, module: &wgpu::ShaderModule, terms: &Terms, ledger: bool| {
+        let program = |kernel: &Kernel, module: &wgpu::ShaderModule, terms: &Features, ledger: bool| {
             program::program(gpu, kernel, module, &layout, &buffers, &shader::constants(terms, ledger))
         };
         let single = |kernel: &Kernel, ledger: bool| program(kernel, &module(kernel), &terms, ledger);
         let elements = module(&shader::ELEMENT_FORCE);
-        let element = |sheet: &Sheet<f32>| {
-            let terms = Terms::new(model, sheet);
+        let element = |sheet: &PlyType<f32>| {
+            let terms = Features::new(model, sheet);
             [false, true].map(|ledger| program(&shader::ELEMENT_FORCE, &elements, &terms, ledger))
         };
         let contact: &[Kernel] = match model.rim {
@@ -206,7 +206,7 @@ impl<'a> Stepper<'a> {
         Self {
             element: model.sheets.iter().map(element).collect(),
             plies: [&shader::PLY_SEARCH, &shader::PLY_IMPULSE, &shader::PLY_MOVE].map(|kernel| single(kernel, false)),
-            farthest: model.dt * FASTER * layout::start_speed(model),
+            travel_bound: model.dt * SPEED_MARGIN * layout::start_speed(model),
             node: single(&shader::NODE_UPDATE, false),
             contact: contact.iter().map(|kernel| single(kernel, false)).collect(),
             ledger: single(&shader::LEDGER, true),
@@ -223,7 +223,7 @@ impl<'a> Stepper<'a> {
             common,
             events_read: 0,
             waited: Duration::ZERO,
-            clock: Clock::new(device, PARTS.len()),
+            clock: DeviceClock::new(device, PARTS.len()),
             timed: Timed::default(),
         }
     }
@@ -276,9 +276,9 @@ impl<'a> Stepper<'a> {
         self.timed.send(steps);
         let timed_sample = steps.get(timed).is_some_and(|step| step.slot.is_some());
         let copies = [
-            (Name::Samples, 0, 0, sample_bytes),
-            (Name::Status, 0, sample_bytes, STATUS_BYTES),
-            (Name::Events, first_event * EVENT_BYTES, sample_bytes + STATUS_BYTES, window * EVENT_BYTES),
+            (BufferId::Samples, 0, 0, sample_bytes),
+            (BufferId::Status, 0, sample_bytes, STATUS_BYTES),
+            (BufferId::Events, first_event * EVENT_BYTES, sample_bytes + STATUS_BYTES, window * EVENT_BYTES),
         ];
         for (name, from, to, size) in copies {
             encoder.copy_buffer_to_buffer(self.buffer(name), from, target, to, size);
@@ -320,7 +320,7 @@ impl<'a> Stepper<'a> {
             events[from..to].to_vec()
         } else {
             let [from, size] = [self.events_read, count - self.events_read].map(|n| n * EVENT_BYTES);
-            self.read_part(Name::Events, from, size)?
+            self.read_part(BufferId::Events, from, size)?
         };
         self.events_read = count;
         result.events = self.sorted(&events);
@@ -388,7 +388,7 @@ impl<'a> Stepper<'a> {
 
     /// One step. `slot`: where the ledger writes, if it runs; `since`: steps since it did.
     pub fn whole_step(&self, index: u64, slot: Option<u32>, since: u32) -> StepInfo {
-        StepInfo { index, slot, since, dt: self.dt, travel: self.farthest * (index + 1) as f64 }
+        StepInfo { index, slot, since, dt: self.dt, travel: self.travel_bound * (index + 1) as f64 }
     }
 
     /// Events in the order the processor would have found them.
@@ -419,7 +419,7 @@ impl<'a> Stepper<'a> {
 
 /// Bytes of the counters, of an event, of the stamps around the parts of a step.
 const STATUS_BYTES: u64 = 4 * STATUS_WORDS as u64;
-const STAMP_BYTES: u64 = Clock::bytes(PARTS.len());
+const STAMP_BYTES: u64 = DeviceClock::bytes(PARTS.len());
 const EVENT_BYTES: u64 = 4 * EVENT_WORDS;
 
 /// The grid lines of graded meshes, a texel each.

@@ -3,14 +3,14 @@
 use serde::{Deserialize, Serialize};
 
 use super::layout::StepInfo;
-use super::stepper::{self, Stage, Stepper};
+use super::stepper::{self, DeviceStepper, Stage};
 use super::{Device, DeviceError};
 
 /// Stages of a sampled step of a single ply, in order.
 const STAGES: [Stage; 4] = [Stage::Elements, Stage::Nodes, Stage::Projectile, Stage::Ledger];
 
 /// Stamps of the device's clock before and after each of some stages.
-pub(crate) struct Clock {
+pub(crate) struct DeviceClock {
     queries: wgpu::QuerySet,
     stamps: u32,
     /// Where the stamps lie once they are resolved.
@@ -19,7 +19,7 @@ pub(crate) struct Clock {
     period: f64,
 }
 
-impl Clock {
+impl DeviceClock {
     /// A clock for so many stages; `None` where the device has none that can be read between them.
     pub(crate) fn new(gpu: &Device, stages: usize) -> Option<Self> {
         if !gpu.has_clock() {
@@ -63,14 +63,14 @@ impl Clock {
     }
 }
 
-impl Stepper<'_> {
+impl DeviceStepper<'_> {
     /// Device time of each stage of sampled steps [s], mean over `steps`; `None` where the device has no clock.
     ///
     /// # Errors
     /// When the device was lost.
     pub fn time_stages(&self, steps: &[StepInfo]) -> Result<Option<[f64; 4]>, DeviceError> {
         let gpu = self.device;
-        let Some(clock) = Clock::new(gpu, STAGES.len()) else { return Ok(None) };
+        let Some(clock) = DeviceClock::new(gpu, STAGES.len()) else { return Ok(None) };
         let mut sums = [0.0; 4];
         for info in steps {
             self.write_steps(std::slice::from_ref(info));
@@ -81,7 +81,7 @@ impl Stepper<'_> {
             }
             clock.resolve(&mut encoder);
             gpu.queue.submit([encoder.finish()]);
-            let words = self.read_buffer(&clock.resolved, 0, Clock::bytes(STAGES.len()))?;
+            let words = self.read_buffer(&clock.resolved, 0, DeviceClock::bytes(STAGES.len()))?;
             for (sum, seconds) in sums.iter_mut().zip(clock.seconds(&words)) {
                 *sum += seconds;
             }
@@ -96,7 +96,7 @@ impl Stepper<'_> {
         at: usize,
         info: &StepInfo,
         parts: &[Stage],
-        clock: &Clock,
+        clock: &DeviceClock,
     ) {
         clock.stamp(pass, 0);
         for (number, part) in (1..).zip(parts) {

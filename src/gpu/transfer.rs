@@ -5,60 +5,66 @@ use std::sync::mpsc;
 use std::time::Duration;
 
 use super::DeviceError;
-use super::buffers::Name;
+use super::buffers::BufferId;
 use super::layout::{self, REACH_WORDS, STATUS_WORDS, status};
-use super::stepper::Stepper;
+use super::stepper::DeviceStepper;
 use crate::kernels::element_force::field as element;
 use crate::kernels::node_update::field as node;
 use crate::model::{Model, over::SIDES};
-use crate::solver::active_region::Reach;
+use crate::solver::active_region::ActiveRegion;
 use crate::solver::state::{Rows, State};
 
 /// A device that has done its work and does not say so in that time will not.
 const SOON: Duration = Duration::from_secs(10);
 
-impl Stepper<'_> {
-    pub(crate) fn buffer(&self, name: Name) -> &wgpu::Buffer {
+impl DeviceStepper<'_> {
+    pub(crate) fn buffer(&self, name: BufferId) -> &wgpu::Buffer {
         &self.buffers[name as usize]
     }
 
-    pub(crate) fn write(&self, name: Name, words: &[u32]) {
+    pub(crate) fn write(&self, name: BufferId, words: &[u32]) {
         self.device.queue.write_buffer(self.buffer(name), 0, bytemuck::cast_slice(words));
     }
 
     /// Puts a state on the device and forgets everything counted so far.
     pub fn upload(&mut self, model: &Model<f32>, state: &State<f32>) {
         self.upload_but_accounts(model, state);
-        self.clear(&[Name::Accounts]);
+        self.clear(&[BufferId::Accounts]);
     }
 
     /// The same, but energies and work of the elements stay.
     pub(crate) fn upload_but_accounts(&mut self, model: &Model<f32>, state: &State<f32>) {
         let columns = self.grid.columns;
         let nodes = planes(&state.nodes, 0..node::COUNT, 0, columns + 1);
-        self.write(Name::Nodes, bytemuck::cast_slice(&nodes));
+        self.write(BufferId::Nodes, bytemuck::cast_slice(&nodes));
         let forces = planes(&state.elements, element::FORCES, 1, columns);
-        self.write(Name::Forces, bytemuck::cast_slice(&forces));
+        self.write(BufferId::Forces, bytemuck::cast_slice(&forces));
         let heights = planes(&state.elements, element::GUIDE..element::ALIVE, 1, columns);
-        self.write(Name::Heights, bytemuck::cast_slice(&heights));
+        self.write(BufferId::Heights, bytemuck::cast_slice(&heights));
         let alive = planes(&state.elements, element::ALIVE..element::COUNT, 1, columns);
         let (warp, weft) = alive.split_at(self.sizes.elements as usize);
         let flag = |(warp, weft): (&f32, &f32)| u32::from(*warp > 0.5) + 2 * u32::from(*weft > 0.5);
-        self.write(Name::Flags, &warp.iter().zip(weft).map(flag).collect::<Vec<_>>());
+        self.write(BufferId::Flags, &warp.iter().zip(weft).map(flag).collect::<Vec<_>>());
         if self.sizes.yarn_fields > 0 {
-            self.write(Name::Yarns, bytemuck::cast_slice(&self.yarns(&state.elements)));
+            self.write(BufferId::Yarns, bytemuck::cast_slice(&self.yarns(&state.elements)));
         }
         let mut counters = vec![0; STATUS_WORDS];
         counters[status::BAD_STEP] = layout::NONE;
-        counters.extend(state.reach.iter().flat_map(reach_words));
-        self.write(Name::Status, &counters);
+        counters.extend(state.active.iter().flat_map(reach_words));
+        self.write(BufferId::Status, &counters);
         if !state.over.is_empty() {
-            self.write(Name::Over, &by_side(&state.over, model.nodes_per_ply()));
+            self.write(BufferId::Over, &by_side(&state.over, model.nodes_per_ply()));
         }
         if let (Some(body), Some(start)) = (&state.body, &model.projectile) {
-            self.write(Name::Body, &layout::body(body, &start.velocity));
+            self.write(BufferId::Body, &layout::body(body, &start.velocity));
         }
-        self.clear(&[Name::Supports, Name::Candidates, Name::Contacts, Name::Shares, Name::Impulses]);
+        self.clear(&[
+            BufferId::Supports,
+            BufferId::Candidates,
+            BufferId::Contacts,
+            BufferId::Shares,
+            BufferId::Impulses,
+        ]);
         self.events_read = 0;
     }
 
@@ -76,7 +82,7 @@ impl Stepper<'_> {
         yarns
     }
 
-    fn clear(&self, names: &[Name]) {
+    fn clear(&self, names: &[BufferId]) {
         let mut encoder = self.device.inner.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
         for name in names {
             encoder.clear_buffer(self.buffer(*name), 0, None);
@@ -91,24 +97,24 @@ impl Stepper<'_> {
     pub fn download(&self, model: &Model<f32>, state: &mut State<f32>) -> Result<(), DeviceError> {
         let columns = self.grid.columns;
         let floats = |name| self.read(name).map(|words| words.into_iter().map(f32::from_bits).collect::<Vec<_>>());
-        set_planes(&mut state.nodes, 0..node::COUNT, 0, columns + 1, &floats(Name::Nodes)?);
-        set_planes(&mut state.elements, element::FORCES, 1, columns, &floats(Name::Forces)?);
-        set_planes(&mut state.elements, element::GUIDE..element::ALIVE, 1, columns, &floats(Name::Heights)?);
-        let flags = self.read(Name::Flags)?;
+        set_planes(&mut state.nodes, 0..node::COUNT, 0, columns + 1, &floats(BufferId::Nodes)?);
+        set_planes(&mut state.elements, element::FORCES, 1, columns, &floats(BufferId::Forces)?);
+        set_planes(&mut state.elements, element::GUIDE..element::ALIVE, 1, columns, &floats(BufferId::Heights)?);
+        let flags = self.read(BufferId::Flags)?;
         let alive: Vec<f32> =
             [1, 2].iter().flat_map(|bit| flags.iter().map(move |f| f32::from(u8::from(f & bit != 0)))).collect();
         if self.terms.viscous {
-            let yarns = floats(Name::Yarns)?;
+            let yarns = floats(BufferId::Yarns)?;
             set_planes(&mut state.elements, element::COUNT..element::COUNT + element::VISCOUS, 1, columns, &yarns);
         }
         set_planes(&mut state.elements, element::ALIVE..element::COUNT, 1, columns, &alive);
-        let status = self.read(Name::Status)?;
-        state.reach = status[status::REACH..].chunks_exact(REACH_WORDS as usize).map(reach_from).collect();
+        let status = self.read(BufferId::Status)?;
+        state.active = status[status::REACH..].chunks_exact(REACH_WORDS as usize).map(reach_from).collect();
         if !state.over.is_empty() {
-            state.over = by_ply(&self.read(Name::Over)?, model.nodes_per_ply());
+            state.over = by_ply(&self.read(BufferId::Over)?, model.nodes_per_ply());
         }
         if let Some(start) = &model.projectile {
-            state.body = Some(layout::read_body(&self.read(Name::Body)?, start).body);
+            state.body = Some(layout::read_body(&self.read(BufferId::Body)?, start).body);
         }
         Ok(())
     }
@@ -117,16 +123,16 @@ impl Stepper<'_> {
     ///
     /// # Errors
     /// When the device was lost.
-    pub fn read(&self, name: Name) -> Result<Vec<u32>, DeviceError> {
+    pub fn read(&self, name: BufferId) -> Result<Vec<u32>, DeviceError> {
         self.read_part(name, 0, self.sizes.bytes(name))
     }
 
     /// The words of the first sample.
     pub(crate) fn read_sample(&self) -> Result<Vec<u32>, DeviceError> {
-        self.read_part(Name::Samples, 0, 4 * self.sizes.sample_words() as u64)
+        self.read_part(BufferId::Samples, 0, 4 * self.sizes.sample_words() as u64)
     }
 
-    pub(crate) fn read_part(&self, name: Name, offset: u64, size: u64) -> Result<Vec<u32>, DeviceError> {
+    pub(crate) fn read_part(&self, name: BufferId, offset: u64, size: u64) -> Result<Vec<u32>, DeviceError> {
         self.read_buffer(self.buffer(name), offset, size)
     }
 
@@ -196,16 +202,16 @@ fn set_planes(rows: &mut Rows<f32>, fields: Range<usize>, first: usize, columns:
 }
 
 /// What may have moved of a ply as the shaders hold it; of nothing, a first beyond every end.
-fn reach_words(reach: &Reach) -> [u32; 4] {
+fn reach_words(reach: &ActiveRegion) -> [u32; 4] {
     if reach.is_nothing() {
         return [layout::NONE, 0, layout::NONE, 0];
     }
     [reach.rows.start, reach.rows.end, reach.columns.start, reach.columns.end].map(|at| at as u32)
 }
 
-fn reach_from(words: &[u32]) -> Reach {
+fn reach_from(words: &[u32]) -> ActiveRegion {
     let [rows, columns] = [0, 2].map(|at| words[at] as usize..words[at + 1] as usize);
-    if rows.is_empty() { Reach::nothing() } else { Reach { rows, columns } }
+    if rows.is_empty() { ActiveRegion::nothing() } else { ActiveRegion { rows, columns } }
 }
 
 /// From shape (plies, sides, nodes) to (sides, plies, nodes).

@@ -72,7 +72,7 @@ pub fn terms_for(k: f64, error: f64) -> usize {
 pub fn arc_length<R: Real>(k: R, terms: usize) -> ArcLength<R> {
     let n = k;
     let one = n.one();
-    let half = n.with(0.5);
+    let half = n.splat_like(0.5);
     let square = k.squared();
     let secant = k.fused(k, one).sqrt();
     let a2 = secant + one;
@@ -87,15 +87,15 @@ pub fn arc_length<R: Real>(k: R, terms: usize) -> ArcLength<R> {
     let square_x = x.squared();
     let (mut p, mut dg) = ([n.zero(); 2], [n.zero(); 2]);
     for pair in (0..terms.div_ceil(2)).rev() {
-        p = each!(i in 2 => p[i].fused(square_x, n.with(SERIES[2 * pair + i])));
+        p = each!(i in 2 => p[i].fused(square_x, n.splat_like(SERIES[2 * pair + i])));
     }
     for pair in (0..terms.div_ceil(2)).rev() {
-        dg = each!(i in 2 => dg[i].fused(square_x, n.with(SLOPES[2 * pair + i])));
+        dg = each!(i in 2 => dg[i].fused(square_x, n.splat_like(SLOPES[2 * pair + i])));
     }
     let g_minus_1 = x * x.fused(p[1], p[0]);
     let dg = x.fused(dg[1], dg[0]);
     let excess = half * a2.fused(g_minus_1, a_minus_1);
-    let twice = n.with(2.0) * lambda;
+    let twice = n.splat_like(2.0) * lambda;
     // In single precision in the order of the shaders.
     let b = if is_double::<R>() {
         (twice * a1).fused(dg, half.fused(g_minus_1, half))

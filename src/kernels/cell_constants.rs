@@ -15,7 +15,7 @@ const SINGLE_TRUNCATION: f64 = 1e-10;
 
 /// Constants of the unit cell, rounded to the number type that uses them.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct CellConstants<R> {
+pub struct UnitCellParameters<R> {
     /// Warp, weft.
     pub yarn: [YarnConstants<R>; 2],
     /// H = h01 + h02 − g, the sum of heights at zero contact force, at least 0 [m].
@@ -23,13 +23,13 @@ pub struct CellConstants<R> {
     /// Compression constants a [m], b [m·N^(1/3)], (b/a)³ [N]; all zero when rigid.
     pub compression: [R; 3],
     /// a/b and 1/b, where there is compression; else 1 and 0.
-    pub loose: R,
+    pub uncompressed_limit: R,
     /// See `loose`.
     pub per_b: R,
     /// Least stiffness of a contact force that Newton's steps reckon with [N/m].
-    pub softest: R,
+    pub min_stiffness: R,
     /// What a contact force may round to [N]; nothing in double precision.
-    pub noise: R,
+    pub roundoff_tolerance: R,
     /// Whether the joint iteration comes first.
     pub joint: bool,
     /// Index of the yarn whose height is the unknown: the softer one.
@@ -38,7 +38,7 @@ pub struct CellConstants<R> {
     pub tolerance: R,
 }
 
-impl CellConstants<f64> {
+impl UnitCellParameters<f64> {
     /// Constants of `fabric`'s cell in double precision. Heights at rest solve (15).
     pub fn new(fabric: &Fabric) -> Self {
         let law = fabric.crossover.law;
@@ -48,7 +48,7 @@ impl CellConstants<f64> {
             crimp: y.crimp,
             height: y.half_span() * rest_height(law, y.crimp),
             failure_strain: if y.failure_strain < 1.0 { y.failure_strain } else { NEVER },
-            slack: 0.0,
+            slack_slope: 0.0,
             per_rest: 1.0 / (1.0 + y.crimp),
             terms: MAX_TERMS,
         });
@@ -57,7 +57,7 @@ impl CellConstants<f64> {
         let yarn = yarn.map(|y| {
             let rise = rest_slope(&y);
             let slack = 2.0 * y.stiffness * (rise / rise.hypot(1.0)).max(0.05);
-            YarnConstants { slack, terms: terms_for(steepest(&y, height_sum), TRUNCATION), ..y }
+            YarnConstants { slack_slope: slack, terms: terms_for(steepest(&y, height_sum), TRUNCATION), ..y }
         });
         let [a, b] = fabric.crossover.compression.map_or([0.0; 2], |c| [c.a, c.b]);
         let offset = if a > 0.0 { (b / a).powi(3) } else { 0.0 };
@@ -66,10 +66,10 @@ impl CellConstants<f64> {
             yarn,
             height_sum,
             compression: [a, b, offset],
-            loose: if a > 0.0 { a / b } else { 1.0 },
+            uncompressed_limit: if a > 0.0 { a / b } else { 1.0 },
             per_b: if a > 0.0 { 1.0 / b } else { 0.0 },
-            softest: 1e-6 * yarn[0].stiffness.max(yarn[1].stiffness) / yarn[0].half_span,
-            noise: 0.0,
+            min_stiffness: 1e-6 * yarn[0].stiffness.max(yarn[1].stiffness) / yarn[0].half_span,
+            roundoff_tolerance: 0.0,
             joint: true,
             pivot: usize::from(yarn[1].stiffness < yarn[0].stiffness),
             tolerance: 1e-12 * softer,
@@ -77,20 +77,20 @@ impl CellConstants<f64> {
     }
 }
 
-impl<R: Real> CellConstants<R> {
+impl<R: Real> UnitCellParameters<R> {
     /// The residual that counts as met where the contact force is `force` [N].
     #[inline(always)]
     pub fn accepted(&self, force: R) -> R {
-        self.tolerance + force.with(8.0 * R::EPSILON) * force.abs()
+        self.tolerance + force.splat_like(8.0 * R::EPSILON) * force.abs()
     }
 }
 
-impl<S: Scalar> CellConstants<S> {
+impl<S: Scalar> UnitCellParameters<S> {
     /// The constants as another precision sees them.
     ///
     /// The crimp is taken from this precision's own arc length at its own rest height, plus a few roundings, so that a
     /// fabric at rest is exactly tension-free: what no wave has reached stays at rest to the last bit.
-    pub fn cast<L: LawKernel>(cell: &CellConstants<f64>) -> Self {
+    pub fn cast<L: LawKernel>(cell: &UnitCellParameters<f64>) -> Self {
         let (zero, one) = (S::splat(0.0), S::splat(1.0));
         let crimped = |bare: &YarnConstants<S>, height: S| {
             // At zero crimp the strain of the resting yarn is its length in excess of the span.
@@ -117,32 +117,32 @@ impl<S: Scalar> CellConstants<S> {
         // The force of the stiffer yarn has no more digits than its strain, which the softer one cannot ask for.
         let stiffer = cell.yarn[0].stiffness.max(cell.yarn[1].stiffness);
         let tolerance = (cell.tolerance * 2e4).max(0.04 * S::EPSILON * stiffer);
-        Self { yarn, noise, tolerance: S::splat(tolerance), ..cast }
+        Self { yarn, roundoff_tolerance: noise, tolerance: S::splat(tolerance), ..cast }
     }
 
     /// The same constants in every lane of numbers like `n`.
-    pub fn spread<R: Real<Scalar = S>>(&self, n: R) -> CellConstants<R> {
-        self.map(|value| n.spread(value))
+    pub fn spread<R: Real<Scalar = S>>(&self, n: R) -> UnitCellParameters<R> {
+        self.map(|value| n.broadcast(value))
     }
 
-    fn map<R>(&self, to: impl Fn(S) -> R) -> CellConstants<R> {
-        CellConstants {
+    fn map<R>(&self, to: impl Fn(S) -> R) -> UnitCellParameters<R> {
+        UnitCellParameters {
             yarn: self.yarn.map(|y| YarnConstants {
                 stiffness: to(y.stiffness),
                 half_span: to(y.half_span),
                 crimp: to(y.crimp),
                 height: to(y.height),
                 failure_strain: to(y.failure_strain),
-                slack: to(y.slack),
+                slack_slope: to(y.slack_slope),
                 per_rest: to(y.per_rest),
                 terms: y.terms,
             }),
             height_sum: to(self.height_sum),
             compression: self.compression.map(&to),
-            loose: to(self.loose),
+            uncompressed_limit: to(self.uncompressed_limit),
             per_b: to(self.per_b),
-            softest: to(self.softest),
-            noise: to(self.noise),
+            min_stiffness: to(self.min_stiffness),
+            roundoff_tolerance: to(self.roundoff_tolerance),
             joint: self.joint,
             pivot: self.pivot,
             tolerance: to(self.tolerance),

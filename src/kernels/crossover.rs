@@ -8,12 +8,13 @@
 //! Heights in metres, forces in newtons; the stretch enters as Λ − 1 so that single precision keeps small strains.
 
 use crate::kernels::crossover_joint;
-use crate::kernels::guide::Guide;
+use crate::kernels::guide::Predictor;
 use crate::math::scalar::{Mask, Real, each};
 
-pub use crate::kernels::cell_constants::CellConstants;
+pub use crate::kernels::cell_constants::UnitCellParameters;
 pub use crate::kernels::yarn_law::{
-    Kawabata, LawKernel, PublishedProjected, PublishedTension, Span, Variant, Variational, YarnConstants, YarnResponse,
+    Kawabata, LawKernel, PublishedProjected, PublishedTension, StretchResponse, Variant, Variational, YarnConstants,
+    YarnResponse,
 };
 
 /// Newton steps allowed; bisection alone needs about 55 in double precision.
@@ -31,7 +32,7 @@ pub struct Equilibrium<R: Real> {
     /// Heights [m], warp and weft; where nothing presses, the last ones found.
     pub height: [R; 2],
     /// How the heights will follow the stretches.
-    pub guide: Guide<R>,
+    pub guide: Predictor<R>,
     /// Contact force F [N].
     pub force: R,
     /// Difference of the yarns' contact forces at the end [N].
@@ -45,21 +46,21 @@ pub struct Equilibrium<R: Real> {
 /// Transverse compression d(F) (21), regularised: 0 at F = 0, (21) for large F; and its derivative [m], [m/N].
 /// The negative forces of slack yarns compress nothing.
 #[inline(always)]
-pub fn compression<R: Real>(cell: &CellConstants<R>, force: R) -> (R, R) {
+pub fn compression<R: Real>(cell: &UnitCellParameters<R>, force: R) -> (R, R) {
     let [a, b, offset] = cell.compression;
     let zero = force.zero();
     let rigid = a.le(zero);
     let sum = R::select(rigid, force.one(), zero.max(force) + offset);
     let root = sum.inverse_cube_root();
     let left = b * root;
-    let derivative = left * force.with(1.0 / 3.0) * (root * root * root);
+    let derivative = left * force.splat_like(1.0 / 3.0) * (root * root * root);
     let none = rigid | force.le(zero);
     (R::select(none, zero, a - left), R::select(none, zero, derivative))
 }
 
 /// Energy stored in the crossover by compression to d [J]: ∫F dd of the regularised (21).
 #[inline(always)]
-pub fn compression_energy<R: Real>(cell: &CellConstants<R>, force: R) -> R {
+pub fn compression_energy<R: Real>(cell: &UnitCellParameters<R>, force: R) -> R {
     let [a, b, offset] = cell.compression;
     let n = force;
     let rigid = a.le(n.zero());
@@ -70,14 +71,14 @@ pub fn compression_energy<R: Real>(cell: &CellConstants<R>, force: R) -> R {
     let left = R::select(rigid, one, b) * root;
     let d = a - left;
     let cube = b * b * b;
-    let half = n.with(0.5);
+    let half = n.splat_like(0.5);
     let energy = cube * (half * (one / left.squared() - one / safe_a.squared()) - d / (safe_a * safe_a * safe_a));
     R::select(rigid | force.le(n.zero()), n.zero(), energy)
 }
 
 /// Energy stored in a cell [J]: yarns at their tensions [N] and strains [-], and the crossover under its contact force [N].
 #[inline(always)]
-pub fn cell_energy<R: Real>(cell: &CellConstants<R>, tension: &[R; 2], strain: &[R; 2], force: R) -> R {
+pub fn cell_energy<R: Real>(cell: &UnitCellParameters<R>, tension: &[R; 2], strain: &[R; 2], force: R) -> R {
     let yarn = each!(i in 2 => {
         let y = &cell.yarn[i];
         tension[i] * strain[i] * y.half_span * (tension[i].one() + y.crimp)
@@ -90,7 +91,7 @@ pub fn cell_energy<R: Real>(cell: &CellConstants<R>, tension: &[R; 2], strain: &
 /// `both` is true where both yarns are alive and present; elsewhere each yarn straightens freely.
 #[inline(always)]
 pub fn solve<R: Real, L: LawKernel>(
-    cell: &CellConstants<R>,
+    cell: &UnitCellParameters<R>,
     stretch: [R; 2],
     warm: [R; 2],
     both: R::Mask,
@@ -107,7 +108,7 @@ pub fn solve<R: Real, L: LawKernel>(
     let mut x = start[0];
     let (mut iterations, mut best);
     let mut bound = zero;
-    let mut guide = Guide { fall: [zero; 2], share: [zero; 2] };
+    let mut guide = Predictor { dh_dstretch: [zero; 2], force_share: [zero; 2] };
     if cell.joint {
         let joint = crossover_joint::iterate::<R, L>(cell, &span, start, pressing);
         active = pressing & !joint.met;
@@ -115,8 +116,8 @@ pub fn solve<R: Real, L: LawKernel>(
         iterations = joint.iterations;
         let met = pressing & joint.met;
         for (at, i) in [p, o].into_iter().enumerate() {
-            guide.fall[i] = R::select(met, joint.guide.fall[at], zero);
-            guide.share[i] = R::select(met, joint.guide.share[at], zero);
+            guide.dh_dstretch[i] = R::select(met, joint.guide.dh_dstretch[at], zero);
+            guide.force_share[i] = R::select(met, joint.guide.force_share[at], zero);
         }
         let residual = joint.yarn[0].force - joint.yarn[1].force;
         bound = joint.bound;
@@ -127,7 +128,7 @@ pub fn solve<R: Real, L: LawKernel>(
         best = CellPoint::at::<L>(cell, &span, x);
     }
     if active.any() {
-        (x, best) = bracketed::<R, L>(cell, &span, x, best, &mut active, &mut iterations);
+        (x, best) = safeguarded::<R, L>(cell, &span, x, best, &mut active, &mut iterations);
     }
     let force = best.pivot.real_force();
     let residual = (force - best.other.real_force()).abs() + bound;
@@ -157,9 +158,9 @@ pub fn solve<R: Real, L: LawKernel>(
 
 /// Solves the cells of `active` by the bracketed iteration, the pivot's height from `x`; the rest keep what is `best`.
 #[inline(always)]
-fn bracketed<R: Real, L: LawKernel>(
-    cell: &CellConstants<R>,
-    span: &[Span<R>; 2],
+fn safeguarded<R: Real, L: LawKernel>(
+    cell: &UnitCellParameters<R>,
+    span: &[StretchResponse<R>; 2],
     start: R,
     mut best: CellPoint<R>,
     active: &mut R::Mask,
@@ -172,12 +173,12 @@ fn bracketed<R: Real, L: LawKernel>(
     let (mut low, mut high) = (zero, top);
     // Ends of the bracket are known signs, not evaluated points, until the iteration goes there.
     let (mut low_seen, mut high_seen) = (n.never(), n.never());
-    let mut last = n.with(f64::MAX.min(1e30));
+    let mut last = n.splat_like(f64::MAX.min(1e30));
     best = CellPoint::select(*active, CellPoint::at::<L>(cell, span, x), best);
     *iterations = *iterations + R::select(*active, n.one(), zero);
     for _ in 0..MAX_ITERATIONS {
         let size = best.residual.abs();
-        let resolved = (high - low).abs().le(n.with(2.0 * R::EPSILON) * high);
+        let resolved = (high - low).abs().le(n.splat_like(2.0 * R::EPSILON) * high);
         let limit = cell.accepted(best.pivot.force);
         *active = *active & !(size.le(limit) | resolved | best.slack());
         if !active.any() {
@@ -189,12 +190,12 @@ fn bracketed<R: Real, L: LawKernel>(
         low = R::select(*active & !above, x, low);
         low_seen = low_seen | (*active & !above);
         // A step that did not halve the residual is followed by a bisection, or by a look at the end not seen yet.
-        let slow = (n.with(0.5) * last).lt(size);
+        let slow = (n.splat_like(0.5) * last).lt(size);
         last = size;
         let newton = x - best.residual / R::select(zero.lt(best.slope), best.slope, n.one());
         let flat = best.slope.le(zero);
         let newton = R::select(flat, R::select(above, low, high), newton);
-        let middle = n.with(0.5) * (low + high);
+        let middle = n.splat_like(0.5) * (low + high);
         let below_end = newton.le(low);
         let above_end = high.le(newton);
         let newton = R::select(below_end, R::select(low_seen, middle, low), newton);
@@ -205,7 +206,7 @@ fn bracketed<R: Real, L: LawKernel>(
         best = CellPoint::select(*active, CellPoint::at::<L>(cell, span, x), best);
         *iterations = *iterations + R::select(*active, n.one(), zero);
     }
-    (x, polish::<R, L>(cell, span, rough, best))
+    (x, refine::<R, L>(cell, span, rough, best))
 }
 
 /// Lets the other yarn's height meet the force where the unknown's own resolution is too coarse for it.
@@ -213,9 +214,9 @@ fn bracketed<R: Real, L: LawKernel>(
 /// A stiff crossover in single precision can use up the digits of x before the residual is met. Compatibility (22)
 /// then holds to a rounding of the heights either way, and equilibrium (16) is what forces depend on.
 #[inline(always)]
-fn polish<R: Real, L: LawKernel>(
-    cell: &CellConstants<R>,
-    span: &[Span<R>; 2],
+fn refine<R: Real, L: LawKernel>(
+    cell: &UnitCellParameters<R>,
+    span: &[StretchResponse<R>; 2],
     pressing: R::Mask,
     mut best: CellPoint<R>,
 ) -> CellPoint<R> {
@@ -256,7 +257,7 @@ struct CellPoint<R: Real> {
 
 impl<R: Real> CellPoint<R> {
     #[inline(always)]
-    fn at<L: LawKernel>(cell: &CellConstants<R>, span: &[Span<R>; 2], x: R) -> Self {
+    fn at<L: LawKernel>(cell: &UnitCellParameters<R>, span: &[StretchResponse<R>; 2], x: R) -> Self {
         let (p, o) = (cell.pivot, 1 - cell.pivot);
         let pivot = L::respond(&cell.yarn[p], &span[p], x);
         let (d, dd) = compression(cell, pivot.force);

@@ -9,19 +9,19 @@
 //! from their tangents by more than the residual accepted, it is taken along the tangents. Nothing guards the iteration:
 //! cells it leaves go to the bracketed one of [`super::crossover`], which cannot fail.
 
-use crate::kernels::cell_constants::CellConstants;
-use crate::kernels::guide::Guide;
-use crate::kernels::yarn_law::{LawKernel, Span, YarnResponse};
+use crate::kernels::cell_constants::UnitCellParameters;
+use crate::kernels::guide::Predictor;
+use crate::kernels::yarn_law::{LawKernel, StretchResponse, YarnResponse};
 use crate::math::scalar::{Mask, Real, each};
 
 /// Evaluations allowed before the bracketed iteration takes over.
 pub const JOINT_ITERATIONS: u32 = 7;
 
 /// Misfit of compatibility accepted, over the sum of heights [-], as far as the precision goes.
-pub const SLIP: f64 = 1e-12;
+pub const COMPATIBILITY_TOLERANCE: f64 = 1e-12;
 
 /// Strain by which a step along the tangents may miss the curve, as far as the precision goes [-].
-pub const UNSEEN: f64 = 5e-15;
+pub const ROUNDOFF_TOLERANCE: f64 = 5e-15;
 
 /// Where the iteration ended.
 pub(super) struct Joint<R: Real> {
@@ -30,7 +30,7 @@ pub(super) struct Joint<R: Real> {
     /// Their responses there.
     pub(super) yarn: [YarnResponse<R>; 2],
     /// How they will follow the stretches.
-    pub(super) guide: Guide<R>,
+    pub(super) guide: Predictor<R>,
     /// Evaluations.
     pub(super) iterations: R,
     /// What the responses may be off by as tangents [N].
@@ -42,8 +42,8 @@ pub(super) struct Joint<R: Real> {
 /// Iterates the cells of `active` from the heights of the pivot and of the other yarn.
 #[inline(always)]
 pub(super) fn iterate<R: Real, L: LawKernel>(
-    cell: &CellConstants<R>,
-    span: &[Span<R>; 2],
+    cell: &UnitCellParameters<R>,
+    span: &[StretchResponse<R>; 2],
     height: [R; 2],
     active: R::Mask,
 ) -> Joint<R> {
@@ -52,10 +52,10 @@ pub(super) fn iterate<R: Real, L: LawKernel>(
     let index = [cell.pivot, 1 - cell.pivot];
     let [a, b, offset] = cell.compression;
     let rigid = a.le(zero);
-    let loose = cell.loose;
-    let tight = n.with(1e-2) * loose;
-    let slip = n.with(SLIP.max(8.0 * R::EPSILON)) * cell.height_sum;
-    let unseen = n.with(UNSEEN.max(0.5 * R::EPSILON));
+    let loose = cell.uncompressed_limit;
+    let tight = n.splat_like(1e-2) * loose;
+    let slip = n.splat_like(COMPATIBILITY_TOLERANCE.max(8.0 * R::EPSILON)) * cell.height_sum;
+    let unseen = n.splat_like(ROUNDOFF_TOLERANCE.max(0.5 * R::EPSILON));
     let mut q = opening(cell, height[0] + height[1]).max(tight);
     let mut height = [height[0], other_height(cell, height[0], q)];
     let mut yarn = each!(i in 2 => L::respond(&cell.yarn[index[i]], &span[index[i]], height[i]));
@@ -66,11 +66,11 @@ pub(super) fn iterate<R: Real, L: LawKernel>(
         let cube = q * q * q;
         // The force that compresses by a − b q, and its compliance.
         let force = R::select(rigid, yarn[0].force, one / cube - offset);
-        let give = b * q * cube * n.with(1.0 / 3.0);
-        let [sp, so] = each!(i in 2 => yarn[i].stiffness.max(cell.softest));
+        let give = b * q * cube * n.splat_like(1.0 / 3.0);
+        let [sp, so] = each!(i in 2 => yarn[i].stiffness.max(cell.min_stiffness));
         // How far the heights miss the compression of the pivot's force, but for what that rounds to; and with it what
         // the residual F_p(x) − F_o(H − d(F_p) − x) would be, at most.
-        let misfit = give * ((yarn[0].force - force).abs() - cell.noise).max(zero);
+        let misfit = give * ((yarn[0].force - force).abs() - cell.roundoff_tolerance).max(zero);
         let off = so.fused(misfit, (yarn[0].force - yarn[1].force).abs());
         let limit = cell.accepted(yarn[0].force);
         let taut = each!(i in 2 => zero.lt(yarn[i].strain));
@@ -93,7 +93,7 @@ pub(super) fn iterate<R: Real, L: LawKernel>(
         ];
         let pivot = climb[0].fused(inverse, height[0]).max(zero).min(cell.height_sum);
         let other = climb[1].fused(inverse, height[1]);
-        let next = opening(cell, pivot + other).max(q * n.with(0.3));
+        let next = opening(cell, pivot + other).max(q * n.splat_like(0.3));
         let new = [pivot, other_height(cell, pivot, next)];
         let rise = each!(i in 2 => new[i] - height[i]);
         let raised = each!(i in 2 => yarn[i].raised(rise[i]));
@@ -101,10 +101,10 @@ pub(super) fn iterate<R: Real, L: LawKernel>(
         // as much for q.
         let bend = each!(i in 2 => {
             let square = rise[i].squared();
-            let force = (n.with(4.0) * yarn[i].stiffness * square).le(limit * height[i]);
+            let force = (n.splat_like(4.0) * yarn[i].stiffness * square).le(limit * height[i]);
             force & (yarn[i].growth * square).le(unseen * height[i])
         });
-        let bend_q = (n.with(4.0) * b * (next - q).squared()).le(slip * q);
+        let bend_q = (n.splat_like(4.0) * b * (next - q).squared()).le(slip * q);
         let balanced = (raised[0].force - raised[1].force).abs().le(limit);
         let stays = each!(i in 2 => taut[i] & zero.lt(raised[i].strain));
         let last = pending & bend[0] & bend[1] & bend_q & balanced & stays[0] & stays[1];
@@ -122,24 +122,24 @@ pub(super) fn iterate<R: Real, L: LawKernel>(
         });
         iterations = iterations + R::select(pending, one, zero);
     }
-    let give = b * q * (q * q * q) * n.with(1.0 / 3.0);
-    let stiffness = each!(i in 2 => yarn[i].stiffness.max(cell.softest));
-    let guide = Guide::of(&yarn, stiffness, give, height, each!(i in 2 => span[index[i]].length()));
+    let give = b * q * (q * q * q) * n.splat_like(1.0 / 3.0);
+    let stiffness = each!(i in 2 => yarn[i].stiffness.max(cell.min_stiffness));
+    let guide = Predictor::of(&yarn, stiffness, give, height, each!(i in 2 => span[index[i]].length()));
     Joint { height, yarn, guide, iterations, bound, met: active & !pending }
 }
 
 /// q = (a − d)/b where the heights sum up to `sum`; a compression that is none but for rounding is none.
 #[inline(always)]
-fn opening<R: Real>(cell: &CellConstants<R>, sum: R) -> R {
+fn opening<R: Real>(cell: &UnitCellParameters<R>, sum: R) -> R {
     let q = (sum - (cell.height_sum - cell.compression[0])) * cell.per_b;
-    let least = cell.loose - sum.with(4.0 * R::EPSILON) * cell.height_sum * cell.per_b;
-    R::select(least.le(q), cell.loose, q)
+    let least = cell.uncompressed_limit - sum.splat_like(4.0 * R::EPSILON) * cell.height_sum * cell.per_b;
+    R::select(least.le(q), cell.uncompressed_limit, q)
 }
 
 /// Height that compatibility leaves the other yarn: H − d − x, where d = a − b q is 0 once the crossover is loose.
 #[inline(always)]
-fn other_height<R: Real>(cell: &CellConstants<R>, x: R, q: R) -> R {
+fn other_height<R: Real>(cell: &UnitCellParameters<R>, x: R, q: R) -> R {
     let [a, b, _] = cell.compression;
-    let d = R::select(cell.loose.le(q), x.zero(), a - b * q);
+    let d = R::select(cell.uncompressed_limit.le(q), x.zero(), a - b * q);
     cell.height_sum - d - x
 }

@@ -9,14 +9,14 @@
 use std::ops::Range;
 
 use crate::kernels::ahead;
-use crate::kernels::crossover::{self, CellConstants, LawKernel};
-use crate::kernels::element_size::Size;
-use crate::kernels::guide::Guide;
+use crate::kernels::crossover::{self, LawKernel, UnitCellParameters};
+use crate::kernels::element_size::ElementGeometry;
+use crate::kernels::guide::Predictor;
 use crate::kernels::kinematics::{Kinematics, Vector, differences, dot, kinematics, stretching};
 use crate::kernels::law_energy::LawEnergy;
 use crate::kernels::shear::{self, ShearConstants};
 use crate::math::scalar::{Mask, Real, Scalar, each};
-use crate::math::sum::Tally;
+use crate::math::sum::OrderedSum;
 
 /// Fields of an element row, in storage order.
 pub mod field {
@@ -32,7 +32,7 @@ pub mod field {
     pub const GUIDE: usize = 9;
     /// Yarn heights h1, h2 [m].
     pub const HEIGHT: usize = 13;
-    /// 1 while the yarn carries load, [`BREAKING`](super::BREAKING) when it is about to fail, 0 once it failed or where it is absent;
+    /// 1 while the yarn carries load, [`MARKED_FOR_FAILURE`](super::BREAKING) when it is about to fail, 0 once it failed or where it is absent;
     /// warp, weft.
     pub const ALIVE: usize = 15;
     /// Number of fields.
@@ -44,7 +44,7 @@ pub mod field {
 }
 
 /// Life of a yarn that is to break in this step.
-pub const BREAKING: f64 = 0.75;
+pub const MARKED_FOR_FAILURE: f64 = 0.75;
 /// Stands for the strain of a piece of yarn that is broken or absent.
 pub const BROKEN: f64 = -1.0;
 
@@ -58,7 +58,7 @@ pub const LONGEST_LEVER: f64 = 1.125 / FOLDED_STRETCH;
 #[derive(Clone, Copy, Debug)]
 pub struct ElementConstants<R> {
     /// Unit cell.
-    pub cell: CellConstants<R>,
+    pub cell: UnitCellParameters<R>,
     /// Trellis shear.
     pub shear: ShearConstants<R>,
     /// 1/(2·Lx), 1/(2·Ly) [1/m].
@@ -80,7 +80,7 @@ pub struct ElementConstants<R> {
 impl<S: Scalar> ElementConstants<S> {
     /// The same constants in every lane of numbers like `n`.
     pub fn spread<R: Real<Scalar = S>>(&self, n: R) -> ElementConstants<R> {
-        let all = |value: S| n.spread(value);
+        let all = |value: S| n.broadcast(value);
         ElementConstants {
             cell: self.cell.spread(n),
             shear: self.shear.spread(n),
@@ -116,7 +116,7 @@ pub struct ElementRow<'a, S> {
     /// What the unit-cell law makes of energy by itself, for the ledger; `None`: nothing.
     pub law_energy: Option<&'a LawEnergy>,
     /// How many numbers further on the next row of elements has its fields, and the next row of nodes those of the one above.
-    pub ahead: [usize; 2],
+    pub prefetch: [usize; 2],
 }
 
 impl<S> ElementRow<'_, S> {
@@ -138,7 +138,7 @@ pub struct Extent {
 
 /// A yarn that failed in this step.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Failure {
+pub struct YarnFailure {
     /// Element column.
     pub column: u32,
     /// 0 warp, 1 weft.
@@ -184,7 +184,7 @@ pub struct ElementTotals {
     /// Elements computed.
     pub computed: usize,
     /// Yarn failures in column order.
-    pub failures: Vec<Failure>,
+    pub failures: Vec<YarnFailure>,
 }
 
 impl ElementTotals {
@@ -199,7 +199,7 @@ impl ElementTotals {
 /// Trellis shear of an element as its membrane feels it, fading where a yarn is folded: the energy per reference area is
 /// fade(Λ1) fade(Λ2) W(sin γ).
 #[derive(Clone, Copy)]
-struct Shear<R> {
+struct FadedShear<R> {
     /// Slope of that energy over sin γ, over Λ1 and over Λ2 [N/m].
     slope: R,
     along: [R; 2],
@@ -209,25 +209,25 @@ struct Shear<R> {
 
 /// `wanted`: whether the energy is asked for.
 #[inline(always)]
-fn trellis_shear<R: Real>(c: &ShearConstants<R>, k: &Kinematics<R>, wanted: bool) -> Shear<R> {
+fn trellis_shear<R: Real>(c: &ShearConstants<R>, k: &Kinematics<R>, wanted: bool) -> FadedShear<R> {
     let trellis = shear::trellis(c, k.sine);
     let (zero, one) = (k.sine.zero(), k.sine.one());
-    let part = each!(i in 2 => ((one + k.stretch[i]) * one.with(1.0 / FOLDED_STRETCH)).min(one));
+    let part = each!(i in 2 => ((one + k.extension[i]) * one.splat_like(1.0 / FOLDED_STRETCH)).min(one));
     if !(part[0].lt(one) | part[1].lt(one)).any() {
         let energy = if wanted { trellis.energy(c) } else { zero };
-        return Shear { slope: trellis.slope, along: [zero; 2], energy };
+        return FadedShear { slope: trellis.slope, along: [zero; 2], energy };
     }
-    let fade = each!(i in 2 => part[i].squared() * (one.with(3.0) - one.with(2.0) * part[i]));
-    let rise = each!(i in 2 => one.with(6.0 / FOLDED_STRETCH) * part[i] * (one - part[i]));
+    let fade = each!(i in 2 => part[i].squared() * (one.splat_like(3.0) - one.splat_like(2.0) * part[i]));
+    let rise = each!(i in 2 => one.splat_like(6.0 / FOLDED_STRETCH) * part[i] * (one - part[i]));
     let energy = trellis.energy(c);
-    Shear {
+    FadedShear {
         slope: trellis.slope * (fade[0] * fade[1]),
         along: [energy * (rise[0] * fade[1]), energy * (rise[1] * fade[0])],
         energy: energy * (fade[0] * fade[1]),
     }
 }
 
-impl<R: Real> Shear<R> {
+impl<R: Real> FadedShear<R> {
     /// It where `mask` is true, nothing elsewhere.
     #[inline(always)]
     fn only(&self, mask: R::Mask) -> Self {
@@ -240,10 +240,10 @@ impl<R: Real> Shear<R> {
 /// P1·Ly/2 and P2·Lx/2 [N] from in-plane yarn forces and trellis shear, if there is any.
 #[inline(always)]
 fn membrane<R: Real>(
-    c: &Size<R>,
+    c: &ElementGeometry<R>,
     k: &Kinematics<R>,
     pull: &[R; 2],
-    shear: Option<&Shear<R>>,
+    shear: Option<&FadedShear<R>>,
 ) -> (Vector<R>, Vector<R>) {
     let [e1, e2] = k.direction;
     let (n1, n2) = (pull[0] * c.membrane[0], pull[1] * c.membrane[1]);
@@ -274,7 +274,7 @@ struct Viscous<R> {
 #[inline(always)]
 fn viscous<R: Real>(
     c: &ElementConstants<R>,
-    size: &Size<R>,
+    size: &ElementGeometry<R>,
     k: &Kinematics<R>,
     v: [&[R; 3]; 3],
     elastic: &[R; 2],
@@ -290,9 +290,9 @@ fn viscous<R: Real>(
         // The same rate along the direction of the last step, from Λ² there.
         let step = each!(a in 3 => v[a][i] * (size.gradient[i] * dt));
         let along = rate * dt;
-        let now = dt.one() + k.stretch[i];
+        let now = dt.one() + k.extension[i];
         let moved = dot(&step, &step);
-        let last = (now * now - dt.with(2.0) * now * along + moved).max(dt.with(1e-12)).sqrt();
+        let last = (now * now - dt.splat_like(2.0) * now * along + moved).max(dt.splat_like(1e-12)).sqrt();
         (force, force * along + before[i] * ((now * along - moved) / last))
     });
     Viscous { force: [parts[0].0, parts[1].0], work: [parts[0].1, parts[1].1] }
@@ -336,24 +336,24 @@ pub fn element_force<R: Real, L: LawKernel>(
     let Extent { shear, ledger } = extent;
     let n = c.area;
     let zero = n.zero();
-    let half_dt = n.with(0.5 * dt);
+    let half_dt = n.splat_like(0.5 * dt);
     let graded = !row.is_even();
-    let tall = Size::of_row(c, if graded { row.height } else { 1.0 });
-    let mut work = Tally::default();
-    let mut dissipated = Tally::default();
-    let mut stored = Tally::default();
-    let mut of_law = [Tally::default(); 2];
-    let mut hourglass = Tally::default();
+    let tall = ElementGeometry::of_row(c, if graded { row.height } else { 1.0 });
+    let mut work = OrderedSum::default();
+    let mut dissipated = OrderedSum::default();
+    let mut stored = OrderedSum::default();
+    let mut of_law = [OrderedSum::default(); 2];
+    let mut hourglass = OrderedSum::default();
     // Whole numbers add up exactly in any order.
     let mut iterations = zero;
-    let mut released = [Tally::default(); 2];
+    let mut released = [OrderedSum::default(); 2];
     let mut largest_strain = [zero; 2];
     let (mut residual, mut largest, mut load, mut deflection) = (zero, zero, zero, zero);
     let mut column = range.start - range.start % R::LANES;
     while column < range.end {
         let at = column + 1;
         for line in ahead::lines::<R::Scalar>(column..column + R::LANES) {
-            let [elements, nodes] = row.ahead;
+            let [elements, nodes] = row.prefetch;
             ahead::ask(row.element.iter().map(|field| &**field), line + 1, elements);
             ahead::ask(row.above, line, nodes);
         }
@@ -363,30 +363,30 @@ pub fn element_force<R: Real, L: LawKernel>(
             if graded { tall.of_columns(n.load(row.width, column), n.load(row.per_width, column)) } else { tall };
         let k = kinematics(&size, &[ux[0], uy[0], uz[0]], &[ux[1], uy[1], uz[1]]);
 
-        let half = n.with(0.5);
+        let half = n.splat_like(0.5);
         let life = each!(i in 2 => n.load(row.element[field::ALIVE + i], at));
         let was_alive = each!(i in 2 => half.lt(life[i]));
         let both = was_alive[0] & was_alive[1];
         let any = was_alive[0] | was_alive[1];
         let warm = each!(i in 2 => n.load(row.element[field::HEIGHT + i], at));
-        let guide = Guide {
-            fall: each!(i in 2 => n.load(row.element[field::GUIDE + i], at)),
-            share: each!(i in 2 => n.load(row.element[field::GUIDE + 2 + i], at)),
+        let guide = Predictor {
+            dh_dstretch: each!(i in 2 => n.load(row.element[field::GUIDE + i], at)),
+            force_share: each!(i in 2 => n.load(row.element[field::GUIDE + 2 + i], at)),
         };
-        let warm = guide.heights(warm, stretching(&size, &k, [&vx, &vy, &vz], n.with(dt)));
-        let cell = crossover::solve::<R, L>(&c.cell, k.stretch, warm, both);
+        let warm = guide.heights(warm, stretching(&size, &k, [&vx, &vy, &vz], n.splat_like(dt)));
+        let cell = crossover::solve::<R, L>(&c.cell, k.extension, warm, both);
         for i in 0..2 {
-            cell.guide.fall[i].store(row.element[field::GUIDE + i], at);
-            cell.guide.share[i].store(row.element[field::GUIDE + 2 + i], at);
+            cell.guide.dh_dstretch[i].store(row.element[field::GUIDE + i], at);
+            cell.guide.force_share[i].store(row.element[field::GUIDE + 2 + i], at);
         }
 
         let failed = each!(i in 2 => {
-            let at_end = if row.strain.is_some() { life[i].le(n.with(BREAKING)) } else { c.cell.yarn[i].failure_strain.le(cell.strain[i]) };
+            let at_end = if row.strain.is_some() { life[i].le(n.splat_like(MARKED_FOR_FAILURE)) } else { c.cell.yarn[i].failure_strain.le(cell.strain[i]) };
             was_alive[i] & at_end
         });
         if let Some(strains) = &mut row.strain {
             for i in 0..2 {
-                let strain = R::select(was_alive[i] & !failed[i], cell.strain[i].max(zero), n.with(BROKEN));
+                let strain = R::select(was_alive[i] & !failed[i], cell.strain[i].max(zero), n.splat_like(BROKEN));
                 strain.store(strains[i], at);
                 largest_strain[i] = largest_strain[i].max(strain);
             }
@@ -394,7 +394,7 @@ pub fn element_force<R: Real, L: LawKernel>(
         let alive = [was_alive[0] & !failed[0], was_alive[1] & !failed[1]];
         let both_left = alive[0] & alive[1];
         let any_failed = failed[0] | failed[1];
-        let straight = each!(i in 2 => c.cell.yarn[i].straight(k.stretch[i]));
+        let straight = each!(i in 2 => c.cell.yarn[i].straight(k.extension[i]));
         let free_strain = each!(i in 2 => straight[i].max(zero));
         let free = each!(i in 2 => c.cell.yarn[i].tension(straight[i]));
         let elastic = each!(i in 2 => R::select(both_left, cell.in_plane[i], free[i]));
@@ -402,7 +402,7 @@ pub fn element_force<R: Real, L: LawKernel>(
         let mut drag = [zero; 2];
         if let Some(fields) = &mut row.viscous {
             let before = each!(i in 2 => n.load(fields[i], at));
-            let viscous = viscous(c, &size, &k, [&vx, &vy, &vz], &elastic, before, n.with(dt));
+            let viscous = viscous(c, &size, &k, [&vx, &vy, &vz], &elastic, before, n.splat_like(dt));
             drag = viscous.force;
             for i in 0..2 {
                 drag[i].store(fields[i], at);
@@ -432,7 +432,7 @@ pub fn element_force<R: Real, L: LawKernel>(
         work.add(half_dt * power, column);
 
         let stiffness = size.hourglass[0] + size.hourglass[1];
-        let quarter = n.with(0.25);
+        let quarter = n.splat_like(0.25);
         let mode = [quarter * ux[2], quarter * uy[2], quarter * uz[2]];
         let kh = R::select(both_left, stiffness, zero);
         for a in 0..3 {
@@ -467,19 +467,19 @@ pub fn element_force<R: Real, L: LawKernel>(
             let loss = before - after - half_dt * undone;
             released[0].add(R::select(any_failed, loss, zero), column);
             // The part of the hourglass work that the state function ½k|q|² does not hold once k dropped.
-            let last = each!(a in 3 => quarter * v[a][2] * n.with(dt));
+            let last = each!(a in 3 => quarter * v[a][2] * n.splat_like(dt));
             let product = mode[0] * (mode[0] - last[0]) + mode[1] * (mode[1] - last[1]) + mode[2] * (mode[2] - last[2]);
             let drop = half * (R::select(both, stiffness, zero) - kh) * product;
             released[1].add(R::select(any_failed, drop, zero), column);
             if row.law_energy.is_some() {
-                let share = law_share(zero, row.law_energy, &k.stretch);
+                let share = law_share(zero, row.law_energy, &k.extension);
                 of_law[1].add(R::select(both & any_failed, share * cells, zero), column);
             }
             for lane in 0..R::LANES {
                 for yarn in 0..2 {
                     if failed[yarn].lane(lane) {
                         row.element[field::ALIVE + yarn][at + lane] = R::Scalar::splat(0.0);
-                        totals.failures.push(Failure {
+                        totals.failures.push(YarnFailure {
                             column: (column + lane) as u32,
                             yarn: yarn as u8,
                             strain: cell.strain[yarn].lane(lane).to_f64(),
@@ -499,7 +499,7 @@ pub fn element_force<R: Real, L: LawKernel>(
             stored.add(R::select(any, energy, zero), column);
             hourglass.add(R::select(any, half * kh * dot(&mode, &mode), zero), column);
             if row.law_energy.is_some() {
-                let share = law_share(zero, row.law_energy, &k.stretch);
+                let share = law_share(zero, row.law_energy, &k.extension);
                 of_law[0].add(R::select(both_left, share * cells, zero), column);
             }
             largest = largest.max(tension[0].max(tension[1]));
@@ -515,12 +515,12 @@ pub fn element_force<R: Real, L: LawKernel>(
         column += R::LANES;
     }
     for i in 0..2 {
-        totals.largest_strain[i] = totals.largest_strain[i].max(largest_strain[i].largest());
+        totals.largest_strain[i] = totals.largest_strain[i].max(largest_strain[i].reduce_max());
     }
-    totals.max_residual = totals.max_residual.max(residual.largest());
-    totals.max_tension = totals.max_tension.max(largest.largest());
-    totals.max_load = totals.max_load.max(load.largest());
-    totals.max_deflection = totals.max_deflection.max(deflection.largest());
+    totals.max_residual = totals.max_residual.max(residual.reduce_max());
+    totals.max_tension = totals.max_tension.max(largest.reduce_max());
+    totals.max_load = totals.max_load.max(load.reduce_max());
+    totals.max_deflection = totals.max_deflection.max(deflection.reduce_max());
     totals.internal_work += work.total();
     totals.viscous_work += dissipated.total();
     totals.law_energy += of_law[0].total();

@@ -5,7 +5,7 @@ use crate::math::scalar::Real;
 
 /// The constants of an element's own size, otherwise as in [`ElementConstants`].
 #[derive(Clone, Copy)]
-pub(crate) struct Size<R> {
+pub(crate) struct ElementGeometry<R> {
     pub(crate) gradient: [R; 2],
     pub(crate) membrane: [R; 2],
     pub(crate) half_length: [R; 2],
@@ -15,11 +15,11 @@ pub(crate) struct Size<R> {
     pub(crate) area: R,
 }
 
-impl<R: Real> Size<R> {
+impl<R: Real> ElementGeometry<R> {
     /// Elements of the finest length, as high as `height` of the finest.
     #[inline(always)]
     pub(crate) fn of_row(c: &ElementConstants<R>, height: f64) -> Self {
-        let (size, per_size) = (c.area.with(height), c.area.with(1.0 / height));
+        let (size, per_size) = (c.area.splat_like(height), c.area.splat_like(1.0 / height));
         Self {
             gradient: [c.gradient[0], c.gradient[1] * per_size],
             membrane: [c.membrane[0] * size, c.membrane[1]],

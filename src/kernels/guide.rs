@@ -16,38 +16,38 @@ pub const LEAST_STRAIN: f64 = 1e-6;
 
 /// How the two heights of a cell follow its two stretches, to first order.
 #[derive(Clone, Copy, Debug)]
-pub struct Guide<R> {
+pub struct Predictor<R> {
     /// t: what a height falls by, per stretch, at constant contact force [m].
-    pub fall: [R; 2],
+    pub dh_dstretch: [R; 2],
     /// 1/S over 1/S₁ + 1/S₂ + c [-].
-    pub share: [R; 2],
+    pub force_share: [R; 2],
 }
 
-impl<R: Real> Guide<R> {
+impl<R: Real> Predictor<R> {
     /// Of a cell in equilibrium: its yarns, their slopes S [N/m], the compliance c of the crossover [m/N], heights [m] and stretches Λ.
     #[inline(always)]
     pub(super) fn of(yarn: &[YarnResponse<R>; 2], slope: [R; 2], give: R, height: [R; 2], length: [R; 2]) -> Self {
         let one = give.one();
-        let least = give.with(LEAST_STRAIN);
+        let least = give.splat_like(LEAST_STRAIN);
         let below = each!(i in 2 => yarn[i].strain.max(least) * slope[i] * length[i]);
         let per_both = one / (below[0] * below[1]);
         let per_sum = one / give.fused(slope[0] * slope[1], slope[0] + slope[1]);
         Self {
-            fall: each!(i in 2 => {
+            dh_dstretch: each!(i in 2 => {
                 let strain = yarn[i].strain;
                 let above = yarn[i].force.fused(one + strain, -(height[i] * slope[i] * strain));
                 let fall = above * (below[1 - i] * per_both);
                 // No number that is not finite passes either.
                 R::select(least.lt(strain) & fall.abs().lt(one), fall, give.zero())
             }),
-            share: each!(i in 2 => slope[1 - i] * per_sum),
+            force_share: each!(i in 2 => slope[1 - i] * per_sum),
         }
     }
 
     /// Heights after the stretches have grown by `change`.
     #[inline(always)]
     pub fn heights(&self, height: [R; 2], change: [R; 2]) -> [R; 2] {
-        let push = self.fall[0].fused(change[0], self.fall[1] * change[1]);
-        each!(i in 2 => self.share[i].fused(push, height[i]) - self.fall[i] * change[i])
+        let push = self.dh_dstretch[0].fused(change[0], self.dh_dstretch[1] * change[1]);
+        each!(i in 2 => self.force_share[i].fused(push, height[i]) - self.dh_dstretch[i] * change[i])
     }
 }

@@ -1,13 +1,13 @@
 //! Kinematics of an element, (1)–(10) in total form: F1 = ∂x/∂X and F2 = ∂x/∂Y at its centre, from displacements, so
 //! nothing drifts and strains keep their precision.
 
-use crate::kernels::element_size::Size;
+use crate::kernels::element_size::ElementGeometry;
 use crate::math::scalar::{Real, each};
 
 /// What one element is before forces: gradients, stretches and directions.
 pub(crate) struct Kinematics<R> {
     /// Λ − 1 [-].
-    pub(crate) stretch: [R; 2],
+    pub(crate) extension: [R; 2],
     /// e, of the yarns.
     pub(super) direction: [Vector<R>; 2],
     /// 1/Λ [-].
@@ -34,15 +34,15 @@ pub(crate) fn differences<R: Real>(corner: &[R; 4]) -> [R; 3] {
 
 /// Kinematics of an element from the sums of its edge differences along X and Y [m].
 #[inline(always)]
-pub(crate) fn kinematics<R: Real>(c: &Size<R>, dx: &Vector<R>, dy: &Vector<R>) -> Kinematics<R> {
+pub(crate) fn kinematics<R: Real>(c: &ElementGeometry<R>, dx: &Vector<R>, dy: &Vector<R>) -> Kinematics<R> {
     let n = c.area;
     let one = n.one();
-    let two = n.with(2.0);
+    let two = n.splat_like(2.0);
     let g1 = [dx[0] * c.gradient[0], dx[1] * c.gradient[0], dx[2] * c.gradient[0]];
     let g2 = [dy[0] * c.gradient[1], dy[1] * c.gradient[1], dy[2] * c.gradient[1]];
     let f1 = [one + g1[0], g1[1], g1[2]];
     let f2 = [g2[0], one + g2[1], g2[2]];
-    let tiny = n.with(1e-12);
+    let tiny = n.splat_like(1e-12);
     let l1 = dot(&f1, &f1).sqrt().max(tiny);
     let l2 = dot(&f2, &f2).sqrt().max(tiny);
     // Λ − 1 from the displacement gradient: no cancellation at small strain.
@@ -51,7 +51,7 @@ pub(crate) fn kinematics<R: Real>(c: &Size<R>, dx: &Vector<R>, dy: &Vector<R>) -
     let (i1, i2) = (one / l1, one / l2);
     let sine = (g2[0] + g1[1] + dot(&g1, &g2)) * i1 * i2;
     Kinematics {
-        stretch: [s1, s2],
+        extension: [s1, s2],
         direction: [[f1[0] * i1, f1[1] * i1, f1[2] * i1], [f2[0] * i2, f2[1] * i2, f2[2] * i2]],
         per_stretch: [i1, i2],
         sine: sine.max(-one).min(one),
@@ -60,8 +60,8 @@ pub(crate) fn kinematics<R: Real>(c: &Size<R>, dx: &Vector<R>, dy: &Vector<R>) -
 
 /// What the stretches have grown by in the time `dt` [s], to second order. `v`: differences of velocities over the element.
 #[inline(always)]
-pub(super) fn stretching<R: Real>(size: &Size<R>, k: &Kinematics<R>, v: [&Vector<R>; 3], dt: R) -> [R; 2] {
-    let half = dt.with(0.5);
+pub(super) fn stretching<R: Real>(size: &ElementGeometry<R>, k: &Kinematics<R>, v: [&Vector<R>; 3], dt: R) -> [R; 2] {
+    let half = dt.splat_like(0.5);
     each!(i in 2 => {
         let per_length = dt * size.gradient[i];
         let step = [v[0][i] * per_length, v[1][i] * per_length, v[2][i] * per_length];

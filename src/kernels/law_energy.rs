@@ -5,7 +5,7 @@
 //! Other ways differ by 0.05 to 0.3 % of what is stored. The ledger takes share times U as a state of its own, so that the energy which
 //! nothing accounts for is that of the arithmetic alone.
 
-use crate::kernels::crossover::{CellConstants, LawKernel, Variant, cell_energy, solve};
+use crate::kernels::crossover::{LawKernel, UnitCellParameters, Variant, cell_energy, solve};
 
 /// Places along each axis of the table.
 pub const COUNT: usize = 40;
@@ -29,7 +29,7 @@ pub struct LawEnergy {
 
 impl LawEnergy {
     /// The table of a cell; `None` where the law is the slope of an energy, or a yarn is absent.
-    pub fn new<L: LawKernel>(law: Variant, cell: &CellConstants<f64>) -> Option<Self> {
+    pub fn new<L: LawKernel>(law: Variant, cell: &UnitCellParameters<f64>) -> Option<Self> {
         let published = matches!(law, Variant::PublishedTension | Variant::PublishedProjected);
         if !published || cell.height_sum <= 0.0 || cell.yarn.iter().any(|yarn| yarn.stiffness <= 0.0) {
             return None;
@@ -44,7 +44,7 @@ impl LawEnergy {
         let low = range.map(|[low, _]| low);
         let per_stretch = range.map(|[low, high]| steps / (high - low));
         let at = |axis: usize, index: usize| low[axis] + index as f64 / per_stretch[axis];
-        let value = |index: usize| share::<L>(cell, [at(0, index / COUNT), at(1, index % COUNT)]);
+        let value = |index: usize| law_share::<L>(cell, [at(0, index / COUNT), at(1, index % COUNT)]);
         Some(Self { low, per_stretch, values: (0..COUNT * COUNT).map(value).collect() })
     }
 
@@ -63,7 +63,7 @@ impl LawEnergy {
 }
 
 /// (U − W)/U on the straight way from rest.
-fn share<L: LawKernel>(cell: &CellConstants<f64>, stretch: [f64; 2]) -> f64 {
+fn law_share<L: LawKernel>(cell: &UnitCellParameters<f64>, stretch: [f64; 2]) -> f64 {
     let rest = cell.yarn.map(|yarn| yarn.height);
     let at = |part: f64, warm: [f64; 2]| solve::<f64, L>(cell, stretch.map(|s| part * s), warm, true);
     let end = at(1.0, rest);
@@ -94,10 +94,10 @@ mod tests {
     use super::*;
     use crate::kernels::crossover::{PublishedTension, Variational};
 
-    fn cell() -> CellConstants<f64> {
+    fn cell() -> UnitCellParameters<f64> {
         let case = crate::case::read(std::path::Path::new("cases/s720-1ply-155.json"), &[]);
         let case = case.unwrap_or_else(|error| unreachable!("{error}"));
-        CellConstants::new(&case.fabric)
+        UnitCellParameters::new(&case.fabric)
     }
 
     #[test]
@@ -105,8 +105,8 @@ mod tests {
         let cell = cell();
         assert!(LawEnergy::new::<Variational>(Variant::Variational, &cell).is_none());
         for stretch in [[0.01, 0.0], [0.02, 0.02], [0.04, 0.01]] {
-            let conserved = share::<Variational>(&cell, stretch).abs();
-            let published = share::<PublishedTension>(&cell, stretch).abs();
+            let conserved = law_share::<Variational>(&cell, stretch).abs();
+            let published = law_share::<PublishedTension>(&cell, stretch).abs();
             assert!(conserved < 0.05 * published && published < 0.3, "{stretch:?}: {conserved} {published}");
         }
     }
@@ -118,7 +118,7 @@ mod tests {
             unreachable!("the published law has a table")
         };
         for stretch in [[0.004, 0.003], [0.011, 0.002], [0.013, 0.017], [0.03, 0.012], [0.05, -0.01]] {
-            let exact = share::<PublishedTension>(&cell, stretch);
+            let exact = law_share::<PublishedTension>(&cell, stretch);
             assert!((table.at(stretch) - exact).abs() < 0.02, "{stretch:?}: {} {exact}", table.at(stretch));
         }
         // Slack, and beyond the table: what is nearest.

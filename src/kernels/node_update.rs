@@ -7,7 +7,7 @@ use std::ops::Range;
 
 use crate::kernels::element_force::field as element;
 use crate::math::scalar::{Real, each};
-use crate::math::sum::Tally;
+use crate::math::sum::OrderedSum;
 
 /// Fields of a node row, in storage order.
 pub mod field {
@@ -40,7 +40,7 @@ pub type NodeRow<'a, S> = [&'a mut [S]; field::COUNT];
 
 /// What of a row of nodes is to be advanced.
 #[derive(Clone, Debug)]
-pub struct Part {
+pub struct NodeRange {
     /// Columns.
     pub range: Range<usize>,
     /// Columns of the whole row.
@@ -102,18 +102,18 @@ pub fn node_update<R: Real>(
     around: &Neighbours<'_, R::Scalar>,
     mass: &RowMass<'_, R::Scalar>,
     node: &mut NodeRow<'_, R::Scalar>,
-    part: &Part,
+    part: &NodeRange,
     [kick, drift]: [f64; 2],
     ledger: bool,
 ) -> NodeTotals {
-    let Part { range, columns, edge_row } = part;
+    let NodeRange { range, columns, edge_row } = part;
     let columns = *columns;
-    let (kick_r, drift_r) = (n.with(kick), n.with(drift));
-    let (half, rest) = (n.with(0.5), n.with(R::REST));
-    let mut kinetic = Tally::default();
-    let mut kinetic_now = Tally::default();
-    let mut momentum = [Tally::default(); 3];
-    let mut support = [Tally::default(); 3];
+    let (kick_r, drift_r) = (n.splat_like(kick), n.splat_like(drift));
+    let (half, rest) = (n.splat_like(0.5), n.splat_like(R::REST));
+    let mut kinetic = OrderedSum::default();
+    let mut kinetic_now = OrderedSum::default();
+    let mut momentum = [OrderedSum::default(); 3];
+    let mut support = [OrderedSum::default(); 3];
     let mut fastest = n.zero();
     let mut held = false;
     let mut column = range.start - range.start % R::LANES;
@@ -150,7 +150,7 @@ pub fn node_update<R: Real>(
     }
     // What is not asked for need not be added up.
     let mut totals =
-        NodeTotals { kinetic: kinetic.total(), max_speed_squared: fastest.largest(), ..NodeTotals::default() };
+        NodeTotals { kinetic: kinetic.total(), max_speed_squared: fastest.reduce_max(), ..NodeTotals::default() };
     if ledger {
         totals.kinetic_now = kinetic_now.total();
         totals.momentum = each!(a in 3 => momentum[a].total());

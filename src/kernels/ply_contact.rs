@@ -123,13 +123,13 @@ impl<R: Real> Clearance<R> {
         let distance = sign * (z[0] - z[1]);
         let rounding = ROUNDINGS * R::EPSILON;
         Self {
-            sign: n.with(sign),
-            distance: n.with(distance),
-            room: n.with(touching + rounding * (touching.abs() + distance.abs())),
-            more: n.with(1.0 + 2.0 * rounding),
-            less: n.with(1.0 - rounding),
-            flat: n.with(CERTAIN * FLAT * FLAT),
-            beside: n.with(-CERTAIN * BESIDE),
+            sign: n.splat_like(sign),
+            distance: n.splat_like(distance),
+            room: n.splat_like(touching + rounding * (touching.abs() + distance.abs())),
+            more: n.splat_like(1.0 + 2.0 * rounding),
+            less: n.splat_like(1.0 - rounding),
+            flat: n.splat_like(CERTAIN * FLAT * FLAT),
+            beside: n.splat_like(-CERTAIN * BESIDE),
         }
     }
 }
@@ -171,7 +171,7 @@ struct Surface<R> {
 impl<R: Real> Surface<R> {
     #[inline(always)]
     fn new([a, b, c, d]: &[Vector<R>; 4]) -> Self {
-        let (half, quarter) = (a[0].with(0.5), a[0].with(0.25));
+        let (half, quarter) = (a[0].splat_like(0.5), a[0].splat_like(0.25));
         let along = each!(i in 3 => ((b[i] - a[i]) + (c[i] - d[i])) * half);
         let across = each!(i in 3 => ((d[i] - a[i]) + (c[i] - b[i])) * half);
         let centre = each!(i in 3 => ((a[i] + c[i]) + (b[i] + d[i])) * quarter);
@@ -222,7 +222,7 @@ impl<R: Real> Surface<R> {
         let arm = each!(i in 3 => point[i] - self.centre[i]);
         let (at, _) = self.at_along(&arm, &normal, planes);
         let (at, height) = self.at_along(&self.untwisted(&arm, at), &normal, planes);
-        let sound = self.is_sound(area) & (area.with(FOLDED) * area).le(size);
+        let sound = self.is_sound(area) & (area.splat_like(FOLDED) * area).le(size);
         Feet { at, normal, height, sound }
     }
 
@@ -231,7 +231,7 @@ impl<R: Real> Surface<R> {
     fn at_along(&self, arm: &Vector<R>, direction: &Vector<R>, planes: Planes) -> ([R; 2], R) {
         let height = dot(arm, &self.normal) / dot(direction, &self.normal);
         let at = self.at(&each!(i in 3 => arm[i] - direction[i] * height));
-        let half = height.with(0.5);
+        let half = height.splat_like(0.5);
         let on_edge = each!(i in 2 => R::select(at[i].lt(height.zero()), -half, half));
         (each!(i in 2 => if planes[i].is_some() { on_edge[i] } else { at[i] }), height)
     }
@@ -239,7 +239,7 @@ impl<R: Real> Surface<R> {
     /// Whether the cell is not folded.
     #[inline(always)]
     fn is_sound(&self, area: R) -> R::Mask {
-        (area.with(FOLDED) * area).squared().le(self.square)
+        (area.splat_like(FOLDED) * area).squared().le(self.square)
     }
 }
 
@@ -277,8 +277,8 @@ pub fn stands_clear<R: Real>(
     planes: Planes,
 ) -> R::Mask {
     let Feet { at: [x, y], height, sound, .. } = Surface::new(corner).foot(point, area, planes);
-    let room = x.with(0.5 + EDGE);
-    let clear = x.with(-slop).le(x.with(sign) * height - x.with(touching));
+    let room = x.splat_like(0.5 + EDGE);
+    let clear = x.splat_like(-slop).le(x.splat_like(sign) * height - x.splat_like(touching));
     sound & (-room).le(x) & x.le(room) & (-room).le(y) & y.le(room) & clear
 }
 

@@ -1,7 +1,7 @@
 //! Projectile bodies: from the shape of a case to its surface around the centre of mass, with inertia and extent.
 
 use super::projectile_chisel::Chisel;
-use super::projectile_shape::{CORNERS, Profile};
+use super::projectile_shape::{CORNERS, Outline};
 use crate::case::{Projectile, Shape};
 use crate::math::solid::ogive_arc;
 
@@ -9,13 +9,13 @@ use crate::math::solid::ogive_arc;
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Body {
     /// Surface.
-    pub profile: Profile<f64>,
+    pub profile: Outline<f64>,
     /// Moments of inertia about the body's x, y and z axes [kg·m²]: a uniform solid with sharp edges unless given.
     pub inertia: [f64; 3],
     /// Largest radius [m].
     pub radius: f64,
     /// Largest distance of the surface from the centre of mass [m].
-    pub reach: f64,
+    pub bounding_radius: f64,
 }
 
 /// Why a profile cannot be built.
@@ -34,7 +34,7 @@ impl Body {
         let profile = match projectile.shape {
             Shape::Sphere { diameter } | Shape::Bar { diameter, .. } => {
                 let bar = matches!(projectile.shape, Shape::Bar { .. });
-                Profile { bar, ..polygon(&[[0.0, 0.0]], 0.5 * diameter)? }
+                Outline { bar, ..polygon(&[[0.0, 0.0]], 0.5 * diameter)? }
             }
             Shape::Cylinder { diameter, length } => polygon(&flat_ended(0.5 * diameter, length, solid.centre), edge)?,
             Shape::Cone { diameter, length, nose_length } => {
@@ -53,7 +53,7 @@ impl Body {
         let reach = corners.iter().map(|c| c[0].hypot(c[1])).fold(0.0, f64::max) + profile.radius;
         let given = projectile.inertia.map(|[axial, across]| [across, across, axial]);
         let inertia = given.unwrap_or_else(|| solid.inertia(projectile.mass));
-        Ok(Self { profile, inertia, radius: widest, reach })
+        Ok(Self { profile, inertia, radius: widest, bounding_radius: reach })
     }
 
     /// Distance from the centre of mass to the supporting plane in a direction of the body's frame, of length one [m].
@@ -82,7 +82,7 @@ impl Body {
 }
 
 /// Furthest point of a chisel's nose in a direction with x, y ≥ 0 [m].
-fn chisel_support(profile: &Profile<f64>, chisel: &Chisel<f64>, [x, y, along]: [f64; 3]) -> f64 {
+fn chisel_support(profile: &Outline<f64>, chisel: &Chisel<f64>, [x, y, along]: [f64; 3]) -> f64 {
     let [radius, front] = profile.corner[1];
     let mut furthest = x * chisel.corner + y * chisel.half + along * front;
     // On the rim of the strip and on that of the flat, where the direction's part across the axis, which the slope of the
@@ -113,11 +113,11 @@ fn pointed(r: f64, length: f64, shank: f64, centre: f64) -> Vec<[f64; 2]> {
 }
 
 /// The outline shrunk by `radius` so that growing it again rounds every corner by that radius.
-fn polygon(outline: &[[f64; 2]], radius: f64) -> Result<Profile<f64>, EdgeRadiusTooLarge> {
+fn polygon(outline: &[[f64; 2]], radius: f64) -> Result<Outline<f64>, EdgeRadiusTooLarge> {
     let mut corner = [[0.0; 2]; CORNERS];
     let mut normal = [[0.0, 1.0]; CORNERS];
     let count = outline.len();
-    let plain = |corner, normal| Profile { corner, normal, count, radius, arc: 0.0, bar: false, chisel: None };
+    let plain = |corner, normal| Outline { corner, normal, count, radius, arc: 0.0, bar: false, chisel: None };
     if count == 1 {
         corner[0] = outline[0];
         return Ok(plain(corner, normal));
@@ -148,7 +148,7 @@ fn polygon(outline: &[[f64; 2]], radius: f64) -> Result<Profile<f64>, EdgeRadius
 }
 
 /// Profile of an ogive on a cylinder, shrunk by `radius`: arc and walls move inwards, centre and tangency stay.
-fn ogive(size: [f64; 3], centre: f64, radius: f64) -> Result<Profile<f64>, EdgeRadiusTooLarge> {
+fn ogive(size: [f64; 3], centre: f64, radius: f64) -> Result<Outline<f64>, EdgeRadiusTooLarge> {
     let [r, shank, nose] = size;
     let whole = ogive_arc(r, nose);
     let arc = whole - radius;
@@ -172,11 +172,11 @@ fn ogive(size: [f64; 3], centre: f64, radius: f64) -> Result<Profile<f64>, EdgeR
         normal[1] = normal[2];
         count = 3;
     }
-    Ok(Profile { corner, normal, count, radius, arc, bar: false, chisel: None })
+    Ok(Outline { corner, normal, count, radius, arc, bar: false, chisel: None })
 }
 
 /// Cuts the flat nose of a shrunk cylinder to a chisel whose strip, before shrinking, has that half width.
-fn chisel(cylinder: Profile<f64>, half: f64, angle: f64) -> Result<Profile<f64>, EdgeRadiusTooLarge> {
+fn chisel(cylinder: Outline<f64>, half: f64, angle: f64) -> Result<Outline<f64>, EdgeRadiusTooLarge> {
     let [radius, front] = cylinder.corner[1];
     let (sine, cosine) = angle.sin_cos();
     let slope = sine / cosine;
@@ -188,7 +188,7 @@ fn chisel(cylinder: Profile<f64>, half: f64, angle: f64) -> Result<Profile<f64>,
         return Err(EdgeRadiusTooLarge);
     }
     let corner = ((radius - kept) * (radius + kept)).sqrt();
-    Ok(Profile { chisel: Some(Chisel { half: kept, sine, cosine, slope, corner }), ..cylinder })
+    Ok(Outline { chisel: Some(Chisel { half: kept, sine, cosine, slope, corner }), ..cylinder })
 }
 
 #[cfg(test)]

@@ -57,10 +57,10 @@ fn reach_and_radius_hold_the_whole_body() {
                 let d = numbers.point();
                 let size = (d[0] * d[0] + d[1] * d[1] + d[2] * d[2]).sqrt();
                 let support = body.support(d.map(|x| x / size));
-                assert!(support <= body.reach + 1e-12, "{shape:?}");
+                assert!(support <= body.bounding_radius + 1e-12, "{shape:?}");
                 furthest = furthest.max(support);
             }
-            assert!(furthest > 0.99 * body.reach, "{shape:?}: {furthest} of {}", body.reach);
+            assert!(furthest > 0.99 * body.bounding_radius, "{shape:?}: {furthest} of {}", body.bounding_radius);
             let sideways = body.support([0.6, 0.8, 0.0]);
             assert!((sideways - body.radius).abs() < 1e-12 && (body.radius - 3.0).abs() < 1e-12, "{shape:?}");
         }

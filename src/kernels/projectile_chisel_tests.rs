@@ -2,7 +2,7 @@
 use super::*;
 use crate::case::Shape;
 use crate::kernels::projectile_shape::tests::{Numbers, projectile};
-use crate::kernels::projectile_shape::{self, Body, EdgeRadiusTooLarge, holding_gap, recess};
+use crate::kernels::projectile_shape::{self, Body, EdgeRadiusTooLarge, contact_distance, recess};
 
 const ANGLES: [f64; 4] = [0.1, 0.611, 1.0, 1.3];
 
@@ -119,7 +119,7 @@ fn behind_a_chisel_nose_nodes_are_held_along_the_face_in_front_of_them() {
     let body = fragment(0.611, 0.0);
     let front = body.profile.corner[1][1];
     let (sine, cosine) = 0.611_f64.sin_cos();
-    let held = |point: [f64; 3]| holding_gap(&body.profile, point, 1.0);
+    let held = |point: [f64; 3]| contact_distance(&body.profile, point, 1.0);
     assert_eq!(held([2.95, 0.2, front - 0.5]).normal, [0.0, 0.0, 1.0]);
     assert!((held([2.95, 0.0, front - 0.5]).distance + 0.05).abs() < 1e-12, "the true sideways depth");
     let low = front - 1.5 * sine / cosine;

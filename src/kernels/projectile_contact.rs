@@ -30,7 +30,7 @@ pub struct ContactPoint {
     /// Column of the node.
     pub column: usize,
     /// Gap at the start of the step [m].
-    pub gap: f64,
+    pub signed_distance: f64,
     /// Outward normal of the body.
     pub normal: Vector3<f64>,
     /// From the body's centre of mass [m].
@@ -48,13 +48,13 @@ pub struct ContactPoint {
     /// Coulomb coefficient [-].
     pub friction: f64,
     /// Inertia met along the normal, 1/(n·w n) [kg].
-    pub kappa: f64,
+    pub effective_mass: f64,
     /// Normal impulse on the node [N·s].
-    pub push: f64,
+    pub normal_impulse: f64,
     /// Friction impulse on the node [N·s].
-    pub drag: Vector3<f64>,
+    pub friction_impulse: Vector3<f64>,
     /// Impulse on the node through the edges beside it [N·s].
-    pub carried: Vector3<f64>,
+    pub edge_impulse: Vector3<f64>,
     /// Whether the node pushes.
     pub active: bool,
     /// Whether it shares nodes with other points: a point of the rim, or a node at the end of an edge with one.
@@ -64,40 +64,40 @@ pub struct ContactPoint {
 impl ContactPoint {
     /// Impulse on the node [N·s].
     pub fn impulse(&self) -> Vector3<f64> {
-        self.normal * self.push + self.drag
+        self.normal * self.normal_impulse + self.friction_impulse
     }
 
     /// Velocity with the impulses found [m/s].
     pub fn velocity(&self) -> Vector3<f64> {
-        self.free + self.inverse.component_mul(&(self.impulse() + self.carried))
+        self.free + self.inverse.component_mul(&(self.impulse() + self.edge_impulse))
     }
 
     /// Whether contact changed the node's velocity.
     pub fn touched(&self) -> bool {
-        self.push > 0.0 || self.carried != Vector3::zeros()
+        self.normal_impulse > 0.0 || self.edge_impulse != Vector3::zeros()
     }
 
     /// Velocity along the normal without the normal impulse, where no point of the rim moves the node [m/s].
     fn speed(&self) -> f64 {
-        (self.free + self.inverse.component_mul(&self.drag)).dot(&self.normal)
+        (self.free + self.inverse.component_mul(&self.friction_impulse)).dot(&self.normal)
     }
 
     /// Whether the node can move along the normal at all.
-    pub fn gives_way(&self) -> bool {
+    pub fn is_free(&self) -> bool {
         self.normal.dot(&self.inverse.component_mul(&self.normal)) > 0.0
     }
 
     /// Ends the contact: a node that does not push is not dragged either.
     fn release(&mut self) {
         self.active = false;
-        self.push = 0.0;
-        self.drag = Vector3::zeros();
+        self.normal_impulse = 0.0;
+        self.friction_impulse = Vector3::zeros();
     }
 
     /// Fills in the inertia along the normal.
     pub fn set_kappa(&mut self, body_mass: f64) {
         let along = self.normal.dot(&self.inverse.component_mul(&self.normal));
-        self.kappa = inertia_along(along, self.mass, body_mass);
+        self.effective_mass = inertia_along(along, self.mass, body_mass);
     }
 }
 
@@ -128,7 +128,7 @@ pub struct ContactTotals {
 pub fn resolve(body: &mut RigidBody, points: &mut [ContactPoint], rim: &mut Rim, dt: f64) -> ContactTotals {
     let start = body.clone();
     rim.share_masses(points, body.mass);
-    rim.settle(points);
+    rim.propagate(points);
     for p in points.iter_mut() {
         p.active = p.free.dot(&p.normal) - start.velocity_at(&p.arm).dot(&p.normal) < closing_limit(p, dt);
     }
@@ -136,7 +136,7 @@ pub fn resolve(body: &mut RigidBody, points: &mut [ContactPoint], rim: &mut Rim,
     for sweep in 0..sweeps {
         solve_normal(&start, body, points, rim, dt);
         if sweep + 1 < sweeps && update_friction(body, points) {
-            rim.settle(points);
+            rim.propagate(points);
             continue;
         }
         break;
@@ -146,7 +146,7 @@ pub fn resolve(body: &mut RigidBody, points: &mut [ContactPoint], rim: &mut Rim,
 
 /// Relative normal velocity below which a node enters the body within the step: what closes its gap exactly.
 fn closing_limit(p: &ContactPoint, dt: f64) -> f64 {
-    -p.gap.max(0.0) / dt
+    -p.signed_distance.max(0.0) / dt
 }
 
 /// Normal impulses of the active set, with changes of the set until none pulls and none enters.
@@ -157,7 +157,7 @@ fn solve_normal(start: &RigidBody, body: &mut RigidBody, points: &mut [ContactPo
         let mut changed = false;
         for p in points.iter_mut() {
             let approach = (p.velocity() - body.velocity_at(&p.arm)).dot(&p.normal);
-            if p.active && p.push < 0.0 {
+            if p.active && p.normal_impulse < 0.0 {
                 p.release();
                 changed = true;
             } else if !p.active && approach < closing_limit(p, dt) - tolerance && change < SET_CHANGES / 2 {
@@ -170,10 +170,10 @@ fn solve_normal(start: &RigidBody, body: &mut RigidBody, points: &mut [ContactPo
         }
     }
     common_velocity(start, body, points, rim, dt);
-    for p in points.iter_mut().filter(|p| p.push < 0.0) {
+    for p in points.iter_mut().filter(|p| p.normal_impulse < 0.0) {
         p.release();
     }
-    rim.settle(points);
+    rim.propagate(points);
     apply(start, body, points);
 }
 
@@ -197,11 +197,11 @@ fn common_velocity(start: &RigidBody, body: &mut RigidBody, points: &mut [Contac
         }
         right = stack(&(start.velocity * start.mass), &start.angular_momentum);
         for p in points.iter() {
-            right -= act(p, &p.drag);
+            right -= act(p, &p.friction_impulse);
             if p.active && !p.shared {
                 let g = direction(p);
-                right += g * (p.kappa * (p.speed() - closing_limit(p, dt)));
-                matrix += g * g.transpose() * p.kappa;
+                right += g * (p.effective_mass * (p.speed() - closing_limit(p, dt)));
+                matrix += g * g.transpose() * p.effective_mass;
             }
         }
         rim.eliminate(points, start.mass, direction, |p| closing_limit(p, dt), (&mut matrix, &mut right));
@@ -216,9 +216,9 @@ fn common_velocity(start: &RigidBody, body: &mut RigidBody, points: &mut [Contac
     }
     rim.push(points, &motion);
     for p in points.iter_mut().filter(|p| p.active && !p.shared) {
-        p.push = p.kappa * (direction(p).dot(&motion) + closing_limit(p, dt) - p.speed());
+        p.normal_impulse = p.effective_mass * (direction(p).dot(&motion) + closing_limit(p, dt) - p.speed());
     }
-    rim.settle(points);
+    rim.propagate(points);
     apply(start, body, points);
 }
 
@@ -252,14 +252,14 @@ fn update_friction(body: &RigidBody, points: &mut [ContactPoint]) -> bool {
     for p in points.iter_mut() {
         let slide = p.velocity() - body.velocity_at(&p.arm);
         let slide = slide - p.normal * slide.dot(&p.normal);
-        let wanted = p.drag - slide * p.mass;
-        let limit = p.friction * p.push;
+        let wanted = p.friction_impulse - slide * p.mass;
+        let limit = p.friction * p.normal_impulse;
         let size = wanted.norm();
         let drag = if size > limit { wanted * (limit / size) } else { wanted };
-        if (drag - p.drag).norm() > NOISE * limit {
+        if (drag - p.friction_impulse).norm() > NOISE * limit {
             changed = true;
         }
-        p.drag = drag;
+        p.friction_impulse = drag;
     }
     changed
 }
@@ -267,11 +267,11 @@ fn update_friction(body: &RigidBody, points: &mut [ContactPoint]) -> bool {
 /// Energy, work and momentum of the impulses found; the first points are `nodes` nodes.
 fn account(start: &RigidBody, body: &RigidBody, points: &[ContactPoint], nodes: usize) -> ContactTotals {
     let mut totals = ContactTotals::default();
-    for p in points.iter().filter(|p| p.push > 0.0) {
+    for p in points.iter().filter(|p| p.normal_impulse > 0.0) {
         let surface = start.velocity_at(&p.arm) + body.velocity_at(&p.arm);
         let mean = (p.before + p.velocity() - surface) * 0.5;
-        totals.dissipation -= p.push * p.normal.dot(&mean);
-        totals.friction -= p.drag.dot(&mean);
+        totals.dissipation -= p.normal_impulse * p.normal.dot(&mean);
+        totals.friction -= p.friction_impulse.dot(&mean);
         let impulse = p.impulse();
         if start.prescribed {
             totals.external += 0.5 * impulse.dot(&surface);
@@ -282,7 +282,7 @@ fn account(start: &RigidBody, body: &RigidBody, points: &[ContactPoint], nodes: 
         totals.touching += 1;
     }
     for p in points[..nodes].iter().filter(|p| p.touched()) {
-        let impulse = p.impulse() + p.carried;
+        let impulse = p.impulse() + p.edge_impulse;
         for a in 0..3 {
             let held = p.inverse[a] <= 0.0;
             if start.prescribed {

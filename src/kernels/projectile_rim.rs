@@ -24,14 +24,14 @@ pub const FLOOR: f64 = 1e-7;
 
 /// The nodes at the ends of the edge that a point of the rim lies on.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Tie {
+pub struct EdgeConstraint {
     /// Places among the points of contact.
     pub nodes: [usize; 2],
     /// What each has of the point [-], 1 together.
     pub weights: [f64; 2],
 }
 
-impl Tie {
+impl EdgeConstraint {
     /// The nodes with their weights.
     pub fn ends(&self) -> impl Iterator<Item = (usize, f64)> {
         self.nodes.into_iter().zip(self.weights)
@@ -47,7 +47,7 @@ impl Tie {
 #[derive(Clone, Debug, Default)]
 pub struct Rim {
     /// Of the last points of contact, one each.
-    pub ties: Vec<Tie>,
+    pub ties: Vec<EdgeConstraint>,
     /// Those that push and share nodes.
     members: Vec<usize>,
     /// K, then its Cholesky factor: lower triangle by rows [1/kg].
@@ -97,16 +97,16 @@ impl Rim {
     }
 
     /// Tells nodes what the rim gives them, and the rim how its nodes move.
-    pub fn settle(&self, points: &mut [ContactPoint]) {
+    pub fn propagate(&self, points: &mut [ContactPoint]) {
         let (nodes, rim) = points.split_at_mut(points.len() - self.ties.len());
         for tie in &self.ties {
             for node in tie.nodes {
-                nodes[node].carried = Vector3::zeros();
+                nodes[node].edge_impulse = Vector3::zeros();
             }
         }
         for (p, tie) in rim.iter().zip(&self.ties) {
             for (node, weight) in tie.ends() {
-                nodes[node].carried += p.impulse() * weight;
+                nodes[node].edge_impulse += p.impulse() * weight;
             }
         }
         for (p, tie) in rim.iter_mut().zip(&self.ties) {
@@ -155,7 +155,7 @@ impl Rim {
     /// Normal impulses for a motion of the body, after [`Self::eliminate`].
     pub fn push(&self, points: &mut [ContactPoint], motion: &Vector6<f64>) {
         for (&at, row) in self.members.iter().zip(&self.solved) {
-            points[at].push = Vector6::from_row_slice(&row[..6]).dot(motion) - row[6];
+            points[at].normal_impulse = Vector6::from_row_slice(&row[..6]).dot(motion) - row[6];
         }
     }
 
@@ -163,10 +163,10 @@ impl Rim {
     fn free_of_pushes(&mut self, points: &[ContactPoint]) {
         let (nodes, rim) = points.split_at(points.len() - self.ties.len());
         self.free.clear();
-        self.free.extend(nodes.iter().map(|p| p.free + p.inverse.component_mul(&p.drag)));
+        self.free.extend(nodes.iter().map(|p| p.free + p.inverse.component_mul(&p.friction_impulse)));
         for (p, tie) in rim.iter().zip(&self.ties) {
             for (node, weight) in tie.ends() {
-                self.free[node] += nodes[node].inverse.component_mul(&p.drag) * weight;
+                self.free[node] += nodes[node].inverse.component_mul(&p.friction_impulse) * weight;
             }
         }
     }

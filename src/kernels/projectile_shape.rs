@@ -16,7 +16,7 @@ pub const RESOLVED: f64 = 1e-9;
 
 /// A convex profile; corners run from the nose on the axis to the tail on the axis.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Profile<R> {
+pub struct Outline<R> {
     /// (ρ, s) of each corner [m]; the first `count` are used.
     pub corner: [[R; 2]; CORNERS],
     /// Unit outward normal (ρ, s) of the side from corner i to i + 1, where it begins.
@@ -92,7 +92,7 @@ fn arc_side<R: Scalar>(normal: [R; 2], arc: R, edge: [R; 2], from: [R; 2]) -> Si
 
 /// Gap of a point given in the body's frame [m]: x, y across the axis, z along it towards the nose.
 #[inline(always)]
-pub fn gap<R: Scalar>(profile: &Profile<R>, point: [R; 3]) -> Gap<R> {
+pub fn gap<R: Scalar>(profile: &Outline<R>, point: [R; 3]) -> Gap<R> {
     if let Some(chisel) = &profile.chisel {
         return projectile_chisel::gap(profile, chisel, point);
     }
@@ -152,7 +152,7 @@ pub fn gap<R: Scalar>(profile: &Profile<R>, point: [R; 3]) -> Gap<R> {
 
 /// How far the nose lies behind its foremost plane beside this point, along the axis [m]: 0 but for a chisel.
 #[inline(always)]
-pub fn recess<R: Scalar>(profile: &Profile<R>, point: [R; 3]) -> R {
+pub fn recess<R: Scalar>(profile: &Outline<R>, point: [R; 3]) -> R {
     profile.chisel.as_ref().map_or(R::splat(0.0), |chisel| chisel.recess(point))
 }
 
@@ -167,7 +167,7 @@ pub fn recess<R: Scalar>(profile: &Profile<R>, point: [R; 3]) -> R {
 /// A chisel nose meets its wall in edges as sharp (55° to 90° of turn at the default angles, where a flat rim has 90°): behind each of
 /// its faces a node is held along the normal of that face, as the fabric on it is.
 #[inline(always)]
-pub fn holding_gap<R: Scalar>(profile: &Profile<R>, point: [R; 3], rim_depth: R) -> Gap<R> {
+pub fn contact_distance<R: Scalar>(profile: &Outline<R>, point: [R; 3], rim_depth: R) -> Gap<R> {
     let zero = R::splat(0.0);
     let g = gap(profile, point);
     let below = profile.corner[1][1] - recess(profile, point) - point[2];
@@ -185,7 +185,7 @@ pub fn holding_gap<R: Scalar>(profile: &Profile<R>, point: [R; 3], rim_depth: R)
     }
 }
 
-impl Profile<f64> {
+impl Outline<f64> {
     /// Whether the nose is a flat face with a circle for a rim.
     pub fn has_round_rim(&self) -> bool {
         self.is_flat() && self.chisel.is_none() && !self.bar
@@ -208,7 +208,7 @@ impl Profile<f64> {
     }
 }
 
-impl<R: Scalar> Profile<R> {
+impl<R: Scalar> Outline<R> {
     /// Whether the nose is a flat face, chisel noses included.
     pub fn is_flat(&self) -> bool {
         let arc = R::splat(0.0).lt(self.arc);

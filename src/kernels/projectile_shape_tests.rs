@@ -119,7 +119,7 @@ fn cone_has_its_centre_of_mass_a_quarter_up_and_its_flank_normal() {
 #[test]
 fn the_rim_of_a_flat_nose_holds_what_hangs_behind_it() {
     let body = cylinder(0.0);
-    let at = |point: [f64; 3]| holding_gap(&body.profile, point, 1.0);
+    let at = |point: [f64; 3]| contact_distance(&body.profile, point, 1.0);
     let held = at([1.9, 0.0, 4.5]);
     assert_eq!(held.normal, [0.0, 0.0, 1.0]);
     assert!((held.distance + 0.1).abs() < 1e-12, "the true sideways depth: {held:?}");
@@ -128,7 +128,7 @@ fn the_rim_of_a_flat_nose_holds_what_hangs_behind_it() {
     assert_eq!(at([1.0, 0.0, 5.1]).normal, [0.0, 0.0, 1.0]);
     let sphere = Body::new(&projectile(Shape::Sphere { diameter: 2.0 }, 0.0)).unwrap();
     assert_eq!(
-        holding_gap(&sphere.profile, [0.9, 0.0, -0.1], 1.0).distance,
+        contact_distance(&sphere.profile, [0.9, 0.0, -0.1], 1.0).distance,
         gap(&sphere.profile, [0.9, 0.0, -0.1]).distance
     );
 }
@@ -227,7 +227,7 @@ fn rounded_ogives_keep_their_walls_and_fit_until_a_ball_is_left() {
     let nose = Shape::Ogive { diameter: 6.0, length: 9.0, nose_length: 9.0 };
     let largest = 81.0 / (2.0 * 15.0);
     let ball = Body::new(&projectile(nose, largest * (1.0 - 1e-9))).unwrap();
-    assert!((ball.reach - ball.profile.corner[0][1].abs() - largest).abs() < 1e-3, "{ball:?}");
+    assert!((ball.bounding_radius - ball.profile.corner[0][1].abs() - largest).abs() < 1e-3, "{ball:?}");
     assert_eq!(Body::new(&projectile(nose, 1.001 * largest)), Err(EdgeRadiusTooLarge));
     assert_eq!(Body::new(&projectile(OGIVE, 3.1)), Err(EdgeRadiusTooLarge));
 }
@@ -239,7 +239,7 @@ fn beside_a_side_the_normal_is_that_side_s_however_near() {
         let p = body.profile;
         let pairs = |list: [[f64; 2]; CORNERS]| list.map(|pair| pair.map(|x| x as f32));
         let (corner, normal) = (pairs(p.corner), pairs(p.normal));
-        Profile { corner, normal, count: p.count, radius: 0.0, arc: p.arc as f32, bar: false, chisel: None }
+        Outline { corner, normal, count: p.count, radius: 0.0, arc: p.arc as f32, bar: false, chisel: None }
     };
     let cylinder = single(&cylinder(0.0));
     for distance in [1e-6_f32, 1e-5, 1e-4] {

@@ -124,17 +124,17 @@ impl RigidBody {
 
     /// Kinetic energy of translation and rotation [J].
     pub fn kinetic_energy(&self) -> f64 {
-        self.translation() + self.spin()
+        self.translation() + self.rotational_energy()
     }
 
     /// Kinetic energy of rotation alone [J].
-    pub fn spin(&self) -> f64 {
+    pub fn rotational_energy(&self) -> f64 {
         if self.locked { 0.0 } else { 0.5 * self.angular_velocity().dot(&self.angular_momentum) }
     }
 
     /// Kinetic energy that fabric and body share [J]: the translation of a driven body is the drive's affair, its spin is not.
     pub fn own_energy(&self) -> f64 {
-        if self.prescribed { self.spin() } else { self.kinetic_energy() }
+        if self.prescribed { self.rotational_energy() } else { self.kinetic_energy() }
     }
 
     /// Kinetic energy of translation alone [J].
@@ -159,16 +159,17 @@ impl RigidBody {
         (distance, self.orientation.transform_vector(&Vector3::from(normal)))
     }
 
-    /// The gap and normal that contact acts on at a point; see [`projectile_shape::holding_gap`].
-    pub fn holding_gap(&self, point: &Vector3<f64>) -> (f64, Vector3<f64>) {
+    /// The gap and normal that contact acts on at a point; see [`projectile_shape::contact_distance`].
+    pub fn contact_distance(&self, point: &Vector3<f64>) -> (f64, Vector3<f64>) {
         let local = self.orientation.inverse_transform_vector(&(point - self.position));
-        let Gap { distance, normal } = projectile_shape::holding_gap(&self.body.profile, local.into(), self.rim_depth);
+        let Gap { distance, normal } =
+            projectile_shape::contact_distance(&self.body.profile, local.into(), self.rim_depth);
         (distance, self.orientation.transform_vector(&Vector3::from(normal)))
     }
 
     /// Upper bound of the speed of any point of the body [m/s].
     pub fn speed_bound(&self) -> f64 {
-        self.velocity.norm() + self.angular_velocity().norm() * self.body.reach
+        self.velocity.norm() + self.angular_velocity().norm() * self.body.bounding_radius
     }
 
     /// An orientation turned about an axis of the body by the angular momentum about it times `rate` [s/(kg·m²)].

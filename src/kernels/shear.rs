@@ -75,7 +75,7 @@ impl<S: Scalar> ShearConstants<S> {
 
     /// The same constants in every lane of numbers like `n`.
     pub fn spread<R: Real<Scalar = S>>(&self, n: R) -> ShearConstants<R> {
-        self.map(|value| n.spread(value))
+        self.map(|value| n.broadcast(value))
     }
 
     fn map<R>(&self, to: impl Fn(S) -> R) -> ShearConstants<R> {
@@ -94,7 +94,7 @@ impl<S: Scalar> ShearConstants<S> {
 #[inline(always)]
 pub fn arc_sine<R: Real>(x: R) -> R {
     let n = x;
-    let half = n.with(0.5);
+    let half = n.splat_like(0.5);
     let size = x.abs().min(n.one());
     let small = size.le(half);
     // asin x = π/2 − 2 asin √((1 − x)/2) brings the upper half of the range into the polynomial's.
@@ -104,13 +104,13 @@ pub fn arc_sine<R: Real>(x: R) -> R {
     // Horner for the even and for the odd powers of x²: neither waits for the other.
     let fourth = square.squared();
     let terms: &[f64] = if is_double::<R>() { &ARC_SINE } else { &ARC_SINE_SINGLE };
-    let (mut even, mut odd) = (n.with(terms[0]), n.zero());
+    let (mut even, mut odd) = (n.splat_like(terms[0]), n.zero());
     for pair in terms[1..].chunks_exact(2) {
-        odd = odd.fused(fourth, n.with(pair[0]));
-        even = even.fused(fourth, n.with(pair[1]));
+        odd = odd.fused(fourth, n.splat_like(pair[0]));
+        even = even.fused(fourth, n.splat_like(pair[1]));
     }
     let angle = argument * odd.fused(square, even);
-    let angle = R::select(small, angle, n.with(std::f64::consts::FRAC_PI_2) - n.with(2.0) * angle);
+    let angle = R::select(small, angle, n.splat_like(std::f64::consts::FRAC_PI_2) - n.splat_like(2.0) * angle);
     R::select(x.lt(n.zero()), -angle, angle)
 }
 
@@ -121,7 +121,7 @@ pub fn resultant<R: Real>(c: &ShearConstants<R>, gamma: R) -> R {
     let size = gamma.abs();
     let into = (size - c.gamma1).max(n.zero()).min(c.ramp);
     let past = (size - c.gamma1 - c.ramp).max(n.zero());
-    let tangent = c.g1 * size + n.with(0.5) * c.slope * into.squared() + c.rise * past;
+    let tangent = c.g1 * size + n.splat_like(0.5) * c.slope * into.squared() + c.rise * past;
     let locked = (c.gamma1 + c.ramp).le(size);
     let secant = size * (c.g1 + R::select(locked, c.rise, c.slope * into));
     let q = R::select(c.secant.le(n.zero()), tangent, secant);
@@ -133,8 +133,8 @@ pub fn resultant<R: Real>(c: &ShearConstants<R>, gamma: R) -> R {
 pub fn energy<R: Real>(c: &ShearConstants<R>, gamma: R) -> R {
     let n = gamma;
     let size = gamma.abs();
-    let half = n.with(0.5);
-    let third = n.with(1.0 / 3.0);
+    let half = n.splat_like(0.5);
+    let third = n.splat_like(1.0 / 3.0);
     let into = (size - c.gamma1).max(n.zero()).min(c.ramp);
     let past = (size - c.gamma1 - c.ramp).max(n.zero());
     let base = half * c.g1 * size.squared();
@@ -143,7 +143,7 @@ pub fn energy<R: Real>(c: &ShearConstants<R>, gamma: R) -> R {
     // ∫(y − γ1) y dy over the ramp, and rise·∫y dy past it.
     let over_ramp = into * into * (third * into + half * c.gamma1);
     let locked = c.gamma1 + c.ramp;
-    let past_ramp = half * c.rise * past * (past + n.with(2.0) * locked);
+    let past_ramp = half * c.rise * past * (past + n.splat_like(2.0) * locked);
     let secant = base + c.slope * over_ramp + past_ramp;
     R::select(c.secant.le(n.zero()), tangent, secant)
 }
@@ -164,7 +164,7 @@ pub struct Trellis<R> {
 /// Trellis shear at the sine of an angle.
 #[inline(always)]
 pub fn trellis<R: Real>(c: &ShearConstants<R>, sine: R) -> Trellis<R> {
-    let limit = sine.with(STEEPEST);
+    let limit = sine.splat_like(STEEPEST);
     let followed = sine.max(-limit).min(limit);
     let angle = arc_sine(followed);
     let cosine = (-followed).fused(followed, sine.one()).sqrt();

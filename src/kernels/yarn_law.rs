@@ -23,7 +23,7 @@ pub struct YarnConstants<R> {
     /// Failure strain [-].
     pub failure_strain: R,
     /// Slope of the continuation of the contact force to slack yarns, dF/dε [N]; see [`YarnResponse::force`].
-    pub slack: R,
+    pub slack_slope: R,
     /// 1/(1 + crimp) [-].
     pub per_rest: R,
     /// Terms of the arc length series that matter while this yarn can be taut.
@@ -87,7 +87,7 @@ impl<R: Real> YarnResponse<R> {
 
 /// What of a yarn's response depends on its stretch alone.
 #[derive(Clone, Copy, Debug)]
-pub struct Span<R> {
+pub struct StretchResponse<R> {
     /// Λ − 1 [-].
     stretch: R,
     /// Strain of the yarn were it straight [-].
@@ -98,7 +98,7 @@ pub struct Span<R> {
     rise: R,
 }
 
-impl<R: Real> Span<R> {
+impl<R: Real> StretchResponse<R> {
     /// Λ [-].
     #[inline(always)]
     pub(super) fn length(&self) -> R {
@@ -110,15 +110,15 @@ impl<R: Real> Span<R> {
 pub trait LawKernel: Copy + Send + Sync + 'static {
     /// What depends on the stretch Λ = 1 + `stretch` alone.
     #[inline(always)]
-    fn span<R: Real>(yarn: &YarnConstants<R>, stretch: R) -> Span<R> {
-        let length = (stretch.one() + stretch).max(stretch.with(SHORTEST));
-        let rise = stretch.with(std::f64::consts::FRAC_PI_2) / (yarn.half_span * length);
-        Span { stretch, straight: yarn.straight(stretch), scale: length * yarn.per_rest, rise }
+    fn span<R: Real>(yarn: &YarnConstants<R>, stretch: R) -> StretchResponse<R> {
+        let length = (stretch.one() + stretch).max(stretch.splat_like(SHORTEST));
+        let rise = stretch.splat_like(std::f64::consts::FRAC_PI_2) / (yarn.half_span * length);
+        StretchResponse { stretch, straight: yarn.straight(stretch), scale: length * yarn.per_rest, rise }
     }
     /// Tension, contact force and their derivatives of one yarn at height `h`.
-    fn respond<R: Real>(yarn: &YarnConstants<R>, span: &Span<R>, h: R) -> YarnResponse<R>;
+    fn respond<R: Real>(yarn: &YarnConstants<R>, span: &StretchResponse<R>, h: R) -> YarnResponse<R>;
     /// In-plane force over tension.
-    fn in_plane_factor<R: Real>(yarn: &YarnConstants<R>, span: &Span<R>, h: R) -> R;
+    fn in_plane_factor<R: Real>(yarn: &YarnConstants<R>, span: &StretchResponse<R>, h: R) -> R;
     /// The response at stretch Λ = 1 + `stretch` and height `h`.
     #[inline(always)]
     fn yarn<R: Real>(yarn: &YarnConstants<R>, stretch: R, h: R) -> YarnResponse<R> {
@@ -154,7 +154,7 @@ struct Sinusoid<R: Real> {
 }
 
 #[inline(always)]
-fn sinusoid<R: Real>(yarn: &YarnConstants<R>, span: &Span<R>, h: R) -> Sinusoid<R> {
+fn sinusoid<R: Real>(yarn: &YarnConstants<R>, span: &StretchResponse<R>, h: R) -> Sinusoid<R> {
     let k = h * span.rise;
     let arc = arc_length(k, yarn.terms);
     let strain = span.scale.fused(arc.excess, span.straight);
@@ -170,18 +170,18 @@ impl<R: Real> Sinusoid<R> {
     fn response(&self, yarn: &YarnConstants<R>, force: R, stiffness: R) -> YarnResponse<R> {
         YarnResponse {
             strain: self.strain,
-            force: R::select(self.taut, force, yarn.slack * self.strain),
-            stiffness: R::select(self.taut, stiffness, yarn.slack * self.dstrain),
+            force: R::select(self.taut, force, yarn.slack_slope * self.strain),
+            stiffness: R::select(self.taut, stiffness, yarn.slack_slope * self.dstrain),
             growth: self.dstrain,
         }
     }
 }
 
 #[inline(always)]
-fn published_yarn<R: Real>(yarn: &YarnConstants<R>, span: &Span<R>, h: R) -> YarnResponse<R> {
+fn published_yarn<R: Real>(yarn: &YarnConstants<R>, span: &StretchResponse<R>, h: R) -> YarnResponse<R> {
     let s = sinusoid(yarn, span, h);
     let cosine = s.arc.cosine;
-    let twice = h.with(2.0) * cosine;
+    let twice = h.splat_like(2.0) * cosine;
     let sine = twice * s.k;
     let force = s.tension * sine;
     let turning = s.tension * (twice * cosine.squared() * span.rise);
@@ -191,38 +191,38 @@ fn published_yarn<R: Real>(yarn: &YarnConstants<R>, span: &Span<R>, h: R) -> Yar
 
 impl LawKernel for PublishedTension {
     #[inline(always)]
-    fn respond<R: Real>(yarn: &YarnConstants<R>, span: &Span<R>, h: R) -> YarnResponse<R> {
+    fn respond<R: Real>(yarn: &YarnConstants<R>, span: &StretchResponse<R>, h: R) -> YarnResponse<R> {
         published_yarn(yarn, span, h)
     }
     #[inline(always)]
-    fn in_plane_factor<R: Real>(_: &YarnConstants<R>, _: &Span<R>, h: R) -> R {
+    fn in_plane_factor<R: Real>(_: &YarnConstants<R>, _: &StretchResponse<R>, h: R) -> R {
         h.one()
     }
 }
 
 impl LawKernel for PublishedProjected {
     #[inline(always)]
-    fn respond<R: Real>(yarn: &YarnConstants<R>, span: &Span<R>, h: R) -> YarnResponse<R> {
+    fn respond<R: Real>(yarn: &YarnConstants<R>, span: &StretchResponse<R>, h: R) -> YarnResponse<R> {
         published_yarn(yarn, span, h)
     }
     #[inline(always)]
-    fn in_plane_factor<R: Real>(yarn: &YarnConstants<R>, span: &Span<R>, h: R) -> R {
+    fn in_plane_factor<R: Real>(yarn: &YarnConstants<R>, span: &StretchResponse<R>, h: R) -> R {
         sinusoid(yarn, span, h).arc.cosine
     }
 }
 
 impl LawKernel for Variational {
     #[inline(always)]
-    fn respond<R: Real>(yarn: &YarnConstants<R>, span: &Span<R>, h: R) -> YarnResponse<R> {
+    fn respond<R: Real>(yarn: &YarnConstants<R>, span: &StretchResponse<R>, h: R) -> YarnResponse<R> {
         let s = sinusoid(yarn, span, h);
-        let pi = h.with(std::f64::consts::PI);
+        let pi = h.splat_like(std::f64::consts::PI);
         let force = pi * s.arc.slope * s.tension;
         let growth = yarn.stiffness * s.dstrain;
         let stiffness = pi * (s.arc.curvature * span.rise * s.tension + s.arc.slope * growth);
         s.response(yarn, force, stiffness)
     }
     #[inline(always)]
-    fn in_plane_factor<R: Real>(yarn: &YarnConstants<R>, span: &Span<R>, h: R) -> R {
+    fn in_plane_factor<R: Real>(yarn: &YarnConstants<R>, span: &StretchResponse<R>, h: R) -> R {
         let s = sinusoid(yarn, span, h);
         h.one() + s.arc.excess - s.k * s.arc.slope
     }
@@ -230,18 +230,18 @@ impl LawKernel for Variational {
 
 /// Leg length l/w0 − 1 and l/w0 of the saw-tooth.
 #[inline(always)]
-fn leg<R: Real>(yarn: &YarnConstants<R>, span: &Span<R>, h: R) -> (R, R) {
+fn leg<R: Real>(yarn: &YarnConstants<R>, span: &StretchResponse<R>, h: R) -> (R, R) {
     let one = h.one();
     let stretch = span.stretch;
     let eta = h / yarn.half_span;
-    let square_minus_1 = stretch * (h.with(2.0) + stretch) + eta.squared();
-    let leg = h.zero().max(one + square_minus_1).sqrt().max(h.with(SHORTEST));
+    let square_minus_1 = stretch * (h.splat_like(2.0) + stretch) + eta.squared();
+    let leg = h.zero().max(one + square_minus_1).sqrt().max(h.splat_like(SHORTEST));
     (square_minus_1 / (leg + one), leg)
 }
 
 impl LawKernel for Kawabata {
     #[inline(always)]
-    fn respond<R: Real>(yarn: &YarnConstants<R>, span: &Span<R>, h: R) -> YarnResponse<R> {
+    fn respond<R: Real>(yarn: &YarnConstants<R>, span: &StretchResponse<R>, h: R) -> YarnResponse<R> {
         let n = h;
         let one = n.one();
         let (excess, leg) = leg(yarn, span, h);
@@ -252,20 +252,20 @@ impl LawKernel for Kawabata {
         let eta = h / yarn.half_span;
         let per_leg = one / leg;
         let sine = eta * per_leg;
-        let two = n.with(2.0);
+        let two = n.splat_like(2.0);
         let dstrain = per_length * sine / yarn.half_span;
         let cosine = (one + span.stretch) * per_leg;
         let turning = tension * cosine.squared() * per_leg / yarn.half_span;
         let stiffness = two * (yarn.stiffness * dstrain * sine + turning);
         YarnResponse {
             strain,
-            force: R::select(taut, two * tension * sine, yarn.slack * strain),
-            stiffness: R::select(taut, stiffness, yarn.slack * dstrain),
+            force: R::select(taut, two * tension * sine, yarn.slack_slope * strain),
+            stiffness: R::select(taut, stiffness, yarn.slack_slope * dstrain),
             growth: dstrain,
         }
     }
     #[inline(always)]
-    fn in_plane_factor<R: Real>(yarn: &YarnConstants<R>, span: &Span<R>, h: R) -> R {
+    fn in_plane_factor<R: Real>(yarn: &YarnConstants<R>, span: &StretchResponse<R>, h: R) -> R {
         (h.one() + span.stretch) / leg(yarn, span, h).1
     }
 }

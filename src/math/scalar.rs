@@ -11,7 +11,7 @@
 use bytemuck::Pod;
 use fearless_simd::Simd;
 
-use crate::math::simd::{F32s, F64s, Twice};
+use crate::math::simd::{F32s, F64s, Pair};
 use std::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Not, Range, Sub};
 
 /// An array of an expression for every component: `each!(a in 3 => force[a])`.
@@ -84,9 +84,9 @@ pub trait Real:
     const REST: f64 = if is_double::<Self>() { 1e-100 } else { 1e-12 };
 
     /// `value` in every lane of a number like this one, rounded to its precision.
-    fn with(self, value: f64) -> Self;
+    fn splat_like(self, value: f64) -> Self;
     /// The same of a number of this precision.
-    fn spread(self, value: Self::Scalar) -> Self;
+    fn broadcast(self, value: Self::Scalar) -> Self;
     /// `LANES` consecutive numbers of `source`, starting at `index`, as a number like this one.
     fn load(self, source: &[Self::Scalar], index: usize) -> Self;
     /// True in the lanes that fall into `range` when the first one is `first`.
@@ -116,12 +116,12 @@ pub trait Real:
     /// Zero.
     #[inline(always)]
     fn zero(self) -> Self {
-        self.with(0.0)
+        self.splat_like(0.0)
     }
     /// One.
     #[inline(always)]
     fn one(self) -> Self {
-        self.with(1.0)
+        self.splat_like(1.0)
     }
     /// False in every lane.
     #[inline(always)]
@@ -140,7 +140,7 @@ pub trait Real:
     }
     /// The largest lane, or 0 where none is positive.
     #[inline(always)]
-    fn largest(self) -> f64 {
+    fn reduce_max(self) -> f64 {
         (0..Self::LANES).map(|lane| self.lane(lane).to_f64()).fold(0.0, f64::max)
     }
     /// The square.
@@ -156,7 +156,8 @@ pub trait Real:
         for _ in 0..2 {
             // (1 − r)^(−1/3) = 1 + r/3 + 2r²/9 + 14r³/81 + …
             let r = (-self).fused(y * y * y, one);
-            let more = r * r.fused(r.fused(self.with(14.0 / 81.0), self.with(2.0 / 9.0)), self.with(1.0 / 3.0));
+            let more = r * r
+                .fused(r.fused(self.splat_like(14.0 / 81.0), self.splat_like(2.0 / 9.0)), self.splat_like(1.0 / 3.0));
             y = y.fused(more, y);
         }
         y
@@ -211,11 +212,11 @@ macro_rules! scalar {
             const EPSILON: f64 = $type::EPSILON as f64;
 
             #[inline(always)]
-            fn with(self, value: f64) -> Self {
+            fn splat_like(self, value: f64) -> Self {
                 value as Self
             }
             #[inline(always)]
-            fn spread(self, value: Self) -> Self {
+            fn broadcast(self, value: Self) -> Self {
                 value
             }
             #[inline(always)]
@@ -275,7 +276,7 @@ macro_rules! scalar {
 }
 
 // A third of the bits, which hold the exponent, taken from four thirds of the bias, less what balances the error.
-scalar!(f64, F64s, Twice<F64s<V>>, Twice::of, 32, F64_THIRD, F64_BIAS);
+scalar!(f64, F64s, Pair<F64s<V>>, Pair::of, 32, F64_THIRD, F64_BIAS);
 scalar!(f32, F32s, F32s<V>, std::convert::identity, 16, F32_THIRD, F32_BIAS);
 
 /// Whether numbers are of double precision.

@@ -147,11 +147,11 @@ macro_rules! lanes {
             const EPSILON: f64 = <$scalar as Real>::EPSILON;
 
             #[inline(always)]
-            fn with(self, value: f64) -> Self {
+            fn splat_like(self, value: f64) -> Self {
                 Self(S::$vector::simd_from(self.0.token(), value as $scalar))
             }
             #[inline(always)]
-            fn spread(self, value: $scalar) -> Self {
+            fn broadcast(self, value: $scalar) -> Self {
                 Self(S::$vector::simd_from(self.0.token(), value))
             }
             #[inline(always)]
@@ -243,13 +243,13 @@ macro_rules! lanes {
 lanes!(F64s, F64Mask, f64s, mask64s, f64, 32, F64_THIRD, F64_BIAS);
 lanes!(F32s, F32Mask, f32s, mask32s, f32, 16, F32_THIRD, F32_BIAS);
 
-/// Twice as many numbers: two chains of operations side by side hide each other's latency.
+/// Pair as many numbers: two chains of operations side by side hide each other's latency.
 #[derive(Clone, Copy, Debug)]
-pub struct Twice<R>(R, R);
+pub struct Pair<R>(R, R);
 
-macro_rules! twice {
+macro_rules! pair {
     ($($trait:ident $method:ident),+) => {$(
-        impl<R: $trait<Output = R>> $trait for Twice<R> {
+        impl<R: $trait<Output = R>> $trait for Pair<R> {
             type Output = Self;
             #[inline(always)]
             fn $method(self, other: Self) -> Self {
@@ -258,7 +258,7 @@ macro_rules! twice {
         }
     )+};
     (@one $($trait:ident $method:ident),+) => {$(
-        impl<R: $trait<Output = R>> $trait for Twice<R> {
+        impl<R: $trait<Output = R>> $trait for Pair<R> {
             type Output = Self;
             #[inline(always)]
             fn $method(self) -> Self {
@@ -268,10 +268,10 @@ macro_rules! twice {
     )+};
 }
 
-twice!(Add add, Sub sub, Mul mul, Div div, BitAnd bitand, BitOr bitor);
-twice!(@one Neg neg, Not not);
+pair!(Add add, Sub sub, Mul mul, Div div, BitAnd bitand, BitOr bitor);
+pair!(@one Neg neg, Not not);
 
-impl<M: Mask> Mask for Twice<M> {
+impl<M: Mask> Mask for Pair<M> {
     const LANES: usize = 2 * M::LANES;
 
     #[inline(always)]
@@ -292,26 +292,26 @@ impl<M: Mask> Mask for Twice<M> {
     }
 }
 
-impl<R: Real> Twice<R> {
+impl<R: Real> Pair<R> {
     /// The same number twice.
     pub fn of(number: R) -> Self {
         Self(number, number)
     }
 }
 
-impl<R: Real> Real for Twice<R> {
+impl<R: Real> Real for Pair<R> {
     type Scalar = R::Scalar;
-    type Mask = Twice<R::Mask>;
+    type Mask = Pair<R::Mask>;
     const LANES: usize = 2 * R::LANES;
     const EPSILON: f64 = R::EPSILON;
 
     #[inline(always)]
-    fn with(self, value: f64) -> Self {
-        Self(self.0.with(value), self.1.with(value))
+    fn splat_like(self, value: f64) -> Self {
+        Self(self.0.splat_like(value), self.1.splat_like(value))
     }
     #[inline(always)]
-    fn spread(self, value: R::Scalar) -> Self {
-        Self(self.0.spread(value), self.1.spread(value))
+    fn broadcast(self, value: R::Scalar) -> Self {
+        Self(self.0.broadcast(value), self.1.broadcast(value))
     }
     #[inline(always)]
     fn load(self, source: &[R::Scalar], index: usize) -> Self {
@@ -330,7 +330,7 @@ impl<R: Real> Real for Twice<R> {
     }
     #[inline(always)]
     fn within(self, first: usize, range: &Range<usize>) -> Self::Mask {
-        Twice(self.0.within(first, range), self.1.within(first + R::LANES, range))
+        Pair(self.0.within(first, range), self.1.within(first + R::LANES, range))
     }
     #[inline(always)]
     fn add_to(self, sums: &mut [f64], index: usize) {
@@ -355,11 +355,11 @@ impl<R: Real> Real for Twice<R> {
     }
     #[inline(always)]
     fn lt(self, other: Self) -> Self::Mask {
-        Twice(self.0.lt(other.0), self.1.lt(other.1))
+        Pair(self.0.lt(other.0), self.1.lt(other.1))
     }
     #[inline(always)]
     fn le(self, other: Self) -> Self::Mask {
-        Twice(self.0.le(other.0), self.1.le(other.1))
+        Pair(self.0.le(other.0), self.1.le(other.1))
     }
     #[inline(always)]
     fn select(mask: Self::Mask, yes: Self, no: Self) -> Self {

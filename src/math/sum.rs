@@ -5,9 +5,9 @@ use crate::math::scalar::Real;
 /// Partial sums by column modulo 32, so that one number at a time and 32 lanes at once add up the same
 /// way, in double precision whatever the number type.
 #[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct Tally([f64; Self::WIDTH]);
+pub(crate) struct OrderedSum([f64; Self::WIDTH]);
 
-impl Tally {
+impl OrderedSum {
     const WIDTH: usize = 32;
 
     /// Adds the lanes of `value`, the first of which belongs to `column`, a multiple of their number.

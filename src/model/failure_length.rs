@@ -33,14 +33,14 @@ pub struct Windows {
 
 /// Half the length and half the breadth of the piece, in lengths of the finest element; warp and weft.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Reach {
+pub struct StencilRadius {
     /// Half of the failure length.
     pub along: [f64; 2],
     /// Half of the yarns' spacing.
     pub across: [f64; 2],
 }
 
-impl Reach {
+impl StencilRadius {
     /// `length`: the failure length [m]. `spacing`: of the crossovers along warp and weft [m]; across warp lies that along weft.
     pub(super) fn new(mesh: &Mesh, length: f64, spacing: [f64; 2]) -> Self {
         let over = |axis: usize, length: f64| 0.5 * length / mesh.length[axis];

@@ -22,7 +22,7 @@ pub struct Mesh {
     /// Column and row of the pack's centre, counted from node (0, 0): a half where it lies between nodes.
     pub centre: [f64; 2],
     /// Cosine and sine of the angle from the pack's X axis to the warp.
-    pub turn: [f64; 2],
+    pub rotation: [f64; 2],
     /// Where mirror planes cut the ply along its X and Y; the mesh is what is left of it.
     pub cut: [Cut; 2],
 }
@@ -32,7 +32,7 @@ impl Mesh {
     pub(super) fn of_layer(layer: &Layer) -> Self {
         let length = [layer.element_length_x, layer.element_length_y];
         let mut mesh = Self::new(layer.columns, layer.rows, length, layer.orientation);
-        if let Some([x, y]) = layer.lines(mesh.turn) {
+        if let Some([x, y]) = layer.lines(mesh.rotation) {
             [mesh.columns, mesh.rows] = [x.len() - 1, y.len() - 1];
             mesh.centre = [0.5 * mesh.columns as f64, 0.5 * mesh.rows as f64];
             mesh.lines = [x, y].map(Lines::graded);
@@ -52,7 +52,7 @@ impl Mesh {
         let centre = [0.5 * columns as f64, 0.5 * rows as f64];
         let origin = [-0.5 * length[0] * columns as f64, -0.5 * length[1] * rows as f64];
         let lines = [Lines::even(columns), Lines::even(rows)];
-        Self { rows, columns, length, lines, origin, centre, turn, cut: [Cut::Nowhere; 2] }
+        Self { rows, columns, length, lines, origin, centre, rotation: turn, cut: [Cut::Nowhere; 2] }
     }
 
     /// What is left at x ≥ 0 and y ≥ 0 of the pack where those are mirror planes.
@@ -77,7 +77,7 @@ impl Mesh {
 
     /// The axis of the ply that lies along one of the pack, and the other way round; `None` where it is laid at an odd angle.
     pub fn own_axis(&self, axis: usize) -> Option<usize> {
-        match self.turn {
+        match self.rotation {
             [_, 0.0] => Some(axis),
             [0.0, _] => Some(1 - axis),
             _ => None,
@@ -226,14 +226,14 @@ impl Mesh {
     /// A vector of the ply's axes in those of the pack.
     #[inline]
     pub fn to_pack(&self, [x, y, z]: [f64; 3]) -> [f64; 3] {
-        let [c, s] = self.turn;
+        let [c, s] = self.rotation;
         [c * x - s * y, s * x + c * y, z]
     }
 
     /// A vector of the pack's axes in those of the ply.
     #[inline]
     pub fn to_ply(&self, [x, y, z]: [f64; 3]) -> [f64; 3] {
-        let [c, s] = self.turn;
+        let [c, s] = self.rotation;
         [c * x + s * y, c * y - s * x, z]
     }
 
@@ -310,7 +310,7 @@ mod tests {
             let v = mesh.to_ply(mesh.to_pack([0.3, -2.0, 7.0]));
             assert!((v[0] - 0.3).abs() < 1e-15 && (v[1] + 2.0).abs() < 1e-15 && v[2] == 7.0, "{angle}: {v:?}");
         }
-        assert_eq!(Mesh::new(1, 1, [1.0; 2], std::f64::consts::FRAC_PI_2).turn, [0.0, 1.0]);
+        assert_eq!(Mesh::new(1, 1, [1.0; 2], std::f64::consts::FRAC_PI_2).rotation, [0.0, 1.0]);
         assert_eq!(Mesh::new(1, 1, [1.0; 2], -std::f64::consts::FRAC_PI_2).to_pack([1.0, 2.0, 0.0]), [2.0, -1.0, 0.0]);
     }
 }

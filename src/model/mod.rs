@@ -27,9 +27,9 @@ pub use columns::Columns;
 pub use grid::Grid;
 pub use mesh::Mesh;
 pub use pretension::InitialStretch;
-pub use sheet::{RowMasses, Sheet};
+pub use sheet::{PlyType, RowMasses};
 
-pub use terms::Terms;
+pub use terms::Features;
 pub use time_step::StepBound;
 
 /// Why a valid case cannot become a model.
@@ -82,7 +82,7 @@ pub struct Model<S> {
     /// Storage layout.
     pub grid: Grid,
     /// What alike plies share; the first is that of the struck ply.
-    pub sheets: Vec<Sheet<S>>,
+    pub sheets: Vec<PlyType<S>>,
     /// The plies, the struck one first.
     pub plies: Vec<Ply>,
     /// Critical step and what sets it.
@@ -148,7 +148,7 @@ impl<S: Scalar> Model<S> {
         };
         let mirror = symmetry::planes_of(case, projectile.as_ref());
         let planes = if cut { mirror } else { MirrorPlanes::NONE };
-        let sheet = |layer| Sheet::new(case, layer, planes);
+        let sheet = |layer| PlyType::new(case, layer, planes);
         let sheets = layup.layers.iter().map(sheet).collect::<Result<Vec<_>, _>>()?;
         let bounds = sheets.iter().map(|sheet| sheet.bound);
         let bound = bounds.reduce(|a, b| if b.critical_step < a.critical_step { b } else { a }).unwrap_or_default();
@@ -171,12 +171,12 @@ impl<S: Scalar> Model<S> {
     }
 
     /// Terms of the model that the scene has.
-    pub fn terms(&self) -> Terms {
-        Terms::of_pack(self)
+    pub fn terms(&self) -> Features {
+        Features::of_pack(self)
     }
 
     /// The sheet of a ply.
-    pub fn sheet(&self, ply: usize) -> &Sheet<S> {
+    pub fn sheet(&self, ply: usize) -> &PlyType<S> {
         &self.sheets[self.plies[ply].sheet]
     }
 

@@ -2,7 +2,7 @@
 
 use super::ModelError;
 use crate::case::Pack;
-use crate::kernels::crossover::{self, CellConstants, LawKernel};
+use crate::kernels::crossover::{self, LawKernel, UnitCellParameters};
 
 /// Stretch range searched, Λ − 1.
 const RANGE: [f64; 2] = [-0.5, 0.5];
@@ -17,7 +17,7 @@ pub struct InitialStretch {
 }
 
 /// Membrane forces per reference length N1, N2 [N/m], yarn strains and heights at a stretch.
-fn membrane<L: LawKernel>(cell: &CellConstants<f64>, stretch: [f64; 2]) -> ([f64; 2], [f64; 2], [f64; 2]) {
+fn membrane<L: LawKernel>(cell: &UnitCellParameters<f64>, stretch: [f64; 2]) -> ([f64; 2], [f64; 2], [f64; 2]) {
     let warm = [cell.yarn[0].height, cell.yarn[1].height];
     let both = cell.yarn[0].stiffness > 0.0 && cell.yarn[1].stiffness > 0.0;
     let e = crossover::solve::<f64, L>(cell, stretch, warm, both);
@@ -29,7 +29,7 @@ fn membrane<L: LawKernel>(cell: &CellConstants<f64>, stretch: [f64; 2]) -> ([f64
 ///
 /// # Errors
 /// When no stretch does, or when it would break a yarn.
-pub fn solve<L: LawKernel>(pack: &Pack, cell: &CellConstants<f64>) -> Result<InitialStretch, ModelError> {
+pub fn solve<L: LawKernel>(pack: &Pack, cell: &UnitCellParameters<f64>) -> Result<InitialStretch, ModelError> {
     let rest = InitialStretch { stretch: [0.0; 2], height: [cell.yarn[0].height, cell.yarn[1].height] };
     let Some(asked) = pack.pretension else { return Ok(rest) };
     let mut stretch = [0.0; 2];

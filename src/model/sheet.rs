@@ -1,10 +1,10 @@
 //! A sheet: everything that plies of one fabric, laid and held alike, share.
 
-use super::failure_length::{Reach, Windows};
+use super::failure_length::{StencilRadius, Windows};
 use super::time_step::is_let_go;
 use super::{Columns, Grid, InitialStretch, Mesh, MirrorPlanes, ModelError, StepBound, pretension};
 use crate::case::{Case, Edge, Edges, Fabric, Layer, Solver, UnitCell};
-use crate::kernels::crossover::{CellConstants, LawKernel, Variant};
+use crate::kernels::crossover::{LawKernel, UnitCellParameters, Variant};
 use crate::kernels::element_force::ElementConstants;
 use crate::kernels::law_energy::LawEnergy;
 use crate::kernels::shear::ShearConstants;
@@ -12,11 +12,11 @@ use crate::math::scalar::Scalar;
 
 /// Constants of alike plies in the number type of the state.
 #[derive(Clone, Debug)]
-pub struct Sheet<S> {
+pub struct PlyType<S> {
     /// Mesh and how it lies in the pack.
     pub mesh: Mesh,
     /// Unit cell, double precision.
-    pub cell: CellConstants<f64>,
+    pub cell: UnitCellParameters<f64>,
     /// Which unit-cell kernel runs.
     pub law: Variant,
     /// Element constants, double precision.
@@ -44,7 +44,7 @@ pub struct Sheet<S> {
     /// Elements whose mean strain breaks a yarn, of warp and weft; `None`: every element breaks at its own.
     pub windows: Option<[Windows; 2]>,
     /// Size of the piece of yarn that they make up.
-    pub failure_reach: Reach,
+    pub failure_reach: StencilRadius,
     /// Uniform initial stretch.
     pub initial: InitialStretch,
     /// Initial velocity of free nodes in the ply's axes [m/s].
@@ -60,23 +60,25 @@ pub struct RowMasses<S> {
     pub mass: Vec<S>,
 }
 
-impl<S: Scalar> Sheet<S> {
+impl<S: Scalar> PlyType<S> {
     /// Derives the constants of a layer cut at these planes.
     pub(super) fn new(case: &Case, layer: &Layer, planes: MirrorPlanes) -> Result<Self, ModelError> {
         let (fabric, pack) = (&layer.fabric, &case.pack);
         let length = [layer.element_length_x, layer.element_length_y];
         let mesh = Mesh::of_layer(layer).part(planes);
         let Edges { left, right, bottom, top } = layer.edges;
-        let along_axes = mesh.turn.contains(&0.0);
+        let along_axes = mesh.rotation.contains(&0.0);
         if !along_axes && [left, right, bottom, top].contains(&Edge::Roller) {
             return Err(ModelError::TurnedRoller { degrees: layer.orientation.to_degrees() });
         }
-        let cell = CellConstants { joint: case.solver.unit_cell == UnitCell::Joint, ..CellConstants::new(fabric) };
+        let cell =
+            UnitCellParameters { joint: case.solver.unit_cell == UnitCell::Joint, ..UnitCellParameters::new(fabric) };
         let element = element_constants(fabric, length, &case.solver, &cell);
         let law = Variant::of(&fabric.crossover);
         let edges = super::symmetry::cut_edges(&mesh, layer.edges);
         let bound = StepBound::new(length, fabric.areal_density, &element, case.solver.shock_viscosity);
-        let failure_reach = Reach::new(&mesh, case.solver.failure_length, cell.yarn.map(|yarn| 2.0 * yarn.half_span));
+        let failure_reach =
+            StencilRadius::new(&mesh, case.solver.failure_length, cell.yarn.map(|yarn| 2.0 * yarn.half_span));
         Ok(Self {
             bound: if is_let_go(pack.pretension, layer.edges) { bound.of_let_go() } else { bound },
             initial: crate::with_law!(law, L => pretension::solve::<L>(pack, &cell)?),
@@ -122,7 +124,7 @@ impl<S: Scalar> Sheet<S> {
     pub fn constants<T: Scalar, L: LawKernel>(&self) -> ElementConstants<T> {
         let e = &self.element;
         ElementConstants {
-            cell: CellConstants::cast::<L>(&self.cell),
+            cell: UnitCellParameters::cast::<L>(&self.cell),
             shear: e.shear.cast(),
             gradient: e.gradient.map(T::splat),
             membrane: e.membrane.map(T::splat),
@@ -140,7 +142,7 @@ fn element_constants(
     fabric: &Fabric,
     [lx, ly]: [f64; 2],
     solver: &Solver,
-    cell: &CellConstants<f64>,
+    cell: &UnitCellParameters<f64>,
 ) -> ElementConstants<f64> {
     let [w1, w2] = [cell.yarn[0].half_span, cell.yarn[1].half_span];
     // Full integration resists the hourglass mode with (4/3) C Ly/Lx and (4/3) C Lx/Ly; the coefficient scales

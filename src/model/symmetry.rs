@@ -52,7 +52,7 @@ fn is_mirrored(body: &RigidBody, shape: &Shape, axis: usize) -> bool {
     let spin = body.angular_velocity();
     stands
         && local.z.abs() <= ROUNDING
-        && within(&body.position, body.body.reach)
+        && within(&body.position, body.body.bounding_radius)
         && within(&body.velocity, body.velocity.norm())
         && (spin - across * spin[axis]).norm() <= ROUNDING * spin.norm()
 }

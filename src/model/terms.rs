@@ -1,13 +1,13 @@
 //! Which terms of the model a scene has. A backend leaves the others out.
 
-use super::{Model, Sheet};
+use super::{Model, PlyType};
 use crate::kernels::arc_length::MAX_TERMS;
 use crate::kernels::cell_constants::NEVER;
 use crate::kernels::crossover::Variant;
 
 /// Terms of the model that a scene has.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Terms {
+pub struct Features {
     /// Unit-cell law.
     pub law: Variant,
     /// The yarn whose height is the unknown of the unit cell: 0 warp, 1 weft.
@@ -48,9 +48,9 @@ pub struct Terms {
     pub graded: bool,
 }
 
-impl Terms {
+impl Features {
     /// The terms of one sheet of a model.
-    pub fn new<S>(model: &Model<S>, sheet: &Sheet<S>) -> Self {
+    pub fn new<S>(model: &Model<S>, sheet: &PlyType<S>) -> Self {
         let yarns = &sheet.cell.yarn;
         let projectile = model.projectile.as_ref();
         Self {

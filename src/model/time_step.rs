@@ -64,7 +64,7 @@ pub fn is_let_go(pretension: Option<[Option<f64>; 2]>, edges: Edges) -> bool {
 mod tests {
     use super::*;
     use crate::case::{self, Fabric, Shear, ShearModulus};
-    use crate::kernels::crossover::CellConstants;
+    use crate::kernels::crossover::UnitCellParameters;
     use crate::kernels::shear::ShearConstants;
 
     const LX: f64 = 2e-3;
@@ -76,7 +76,7 @@ mod tests {
     fn bound(c: [f64; 2], strain: [f64; 2], shear: f64, hourglass: [f64; 2], viscosity: f64) -> StepBound {
         let case = case::read(std::path::Path::new("cases/s720-1ply-155.json"), &[]);
         let fabric: Fabric = case.unwrap_or_else(|error| unreachable!("{error}")).fabric;
-        let mut cell = CellConstants::new(&fabric);
+        let mut cell = UnitCellParameters::new(&fabric);
         let half_span = [0.6e-3, 0.8e-3];
         for i in 0..2 {
             cell.yarn[i].half_span = half_span[i];

@@ -1,19 +1,19 @@
 //! The unit cell alone over a grid of stretches: the curves of the paper's Figure 4.
 
 use crate::case::Fabric;
-use crate::kernels::crossover::{self, CellConstants, Equilibrium, LawKernel, Variant};
+use crate::kernels::crossover::{self, Equilibrium, LawKernel, UnitCellParameters, Variant};
 use crate::with_law;
 
 /// One solved cell.
 #[derive(Clone, Copy, Debug)]
-pub struct Point {
+pub struct CurvePoint {
     /// Λ of warp and weft [-].
     pub stretch: [f64; 2],
     /// Tensions, heights, strains.
     pub cell: Equilibrium<f64>,
 }
 
-impl Point {
+impl CurvePoint {
     /// The numbers of a point, in the order of `ripstop crossover`.
     pub fn numbers(&self) -> [(&'static str, f64); 11] {
         let cell = &self.cell;
@@ -40,18 +40,23 @@ impl Point {
 }
 
 /// Every pair of these stretches, each solved from the heights at rest, so that none depends on another.
-pub fn solve(fabric: &Fabric, warp: &[f64], weft: &[f64]) -> Vec<Point> {
-    let constants = CellConstants::new(fabric);
+pub fn solve(fabric: &Fabric, warp: &[f64], weft: &[f64]) -> Vec<CurvePoint> {
+    let constants = UnitCellParameters::new(fabric);
     with_law!(Variant::of(&fabric.crossover), L => solve_as::<L>(fabric, &constants, warp, weft))
 }
 
-fn solve_as<L: LawKernel>(fabric: &Fabric, constants: &CellConstants<f64>, warp: &[f64], weft: &[f64]) -> Vec<Point> {
-    let cell = CellConstants::<f64>::cast::<L>(constants);
+fn solve_as<L: LawKernel>(
+    fabric: &Fabric,
+    constants: &UnitCellParameters<f64>,
+    warp: &[f64],
+    weft: &[f64],
+) -> Vec<CurvePoint> {
+    let cell = UnitCellParameters::<f64>::cast::<L>(constants);
     let rest = [cell.yarn[0].height, cell.yarn[1].height];
     let both = fabric.warp.present && fabric.weft.present;
     let at = |stretch: [f64; 2]| {
         let excess = stretch.map(|stretch| stretch - 1.0);
-        Point { stretch, cell: crossover::solve::<f64, L>(&cell, excess, rest, both) }
+        CurvePoint { stretch, cell: crossover::solve::<f64, L>(&cell, excess, rest, both) }
     };
     warp.iter().flat_map(|&warp| weft.iter().map(move |&weft| at([warp, weft]))).collect()
 }

@@ -32,8 +32,8 @@ impl Breakage {
     /// What broke in a run of a case.
     pub fn of(case: &Case, run: &Run) -> Self {
         let layers = case.layers();
-        let plies: Vec<Ply> =
-            layers.iter().flat_map(|layer| vec![Ply::new(case, layer); layer.plies as usize]).collect();
+        let plies: Vec<PlyLayout> =
+            layers.iter().flat_map(|layer| vec![PlyLayout::new(case, layer); layer.plies as usize]).collect();
         let hit = case.projectile.as_ref().map(|p| (p.offset, HIT * p.shape.diameter()));
         let mut broken: [BTreeSet<(u32, usize)>; 2] = Default::default();
         let mut found = Self::default();
@@ -59,7 +59,7 @@ impl Breakage {
 
 /// Where the elements of a ply lie.
 #[derive(Clone)]
-struct Ply {
+struct PlyLayout {
     /// Lines of nodes along warp and weft [crossovers from the first].
     lines: [Vec<f64>; 2],
     /// Middles of elements along warp and weft, from the middle of the ply [m].
@@ -68,7 +68,7 @@ struct Ply {
     turn: [f64; 2],
 }
 
-impl Ply {
+impl PlyLayout {
     fn new(case: &Case, layer: &Layer) -> Self {
         let side = case.pack.crossovers_along_element();
         let lines = layer.node_lines().map(|lines| lines.into_iter().map(|line| line * side).collect());
@@ -109,13 +109,13 @@ mod tests {
     use super::*;
 
     /// A 20 × 20 mm ply of S-720 (1.27 mm a crossover: 16 × 16) with so many elements a crossover.
-    fn ply(mesh: &str) -> Ply {
+    fn ply(mesh: &str) -> PlyLayout {
         let text = format!(
             r#"{{"title": "t", "fabric": {{"file": "fabrics/s-720.json"}}, "solver": {{"end_time_us": 1}},
                 "pack": {{"width_mm": 20.32, "height_mm": 20.32, {mesh}}}}}"#
         );
         let case = crate::case::from_str("t", &text, &[]).unwrap();
-        Ply::new(&case, &case.layers()[0])
+        PlyLayout::new(&case, &case.layers()[0])
     }
 
     #[test]
@@ -123,7 +123,7 @@ mod tests {
         let fine = ply(r#""elements_per_crossover": 2"#);
         assert_eq!((fine.yarns(1, 0), fine.yarns(1, 1), fine.yarns(1, 2)), (0..1, 0..1, 1..2));
         // Lines of a mesh around a hit lie anywhere in a yarn.
-        let shifted = Ply { lines: [vec![0.0, 0.7, 1.2, 1.7], vec![0.0]], ..fine };
+        let shifted = PlyLayout { lines: [vec![0.0, 0.7, 1.2, 1.7], vec![0.0]], ..fine };
         assert_eq!((shifted.yarns(0, 0), shifted.yarns(0, 1), shifted.yarns(0, 2)), (0..1, 0..1, 1..2));
         let coarse = ply(r#""crossovers_per_element": 4"#);
         assert_eq!((coarse.yarns(0, 0), coarse.yarns(0, 3)), (0..4, 12..16));

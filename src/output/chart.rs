@@ -7,7 +7,7 @@ const LETTER: f64 = 6.4;
 
 /// An axis over a length on the paper.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Axis {
+pub(crate) struct ChartAxis {
     /// Values at the ends; decimal logarithms of them on a logarithmic axis.
     range: [f64; 2],
     /// Where they lie on the paper.
@@ -15,7 +15,7 @@ pub(crate) struct Axis {
     logarithmic: bool,
 }
 
-impl Axis {
+impl ChartAxis {
     /// An axis whose ticks lie evenly. A range that is none becomes one.
     pub(crate) fn linear(range: [f64; 2], paper: [f64; 2]) -> Self {
         let [low, high] = if range[0].is_finite() { range } else { [0.0, range[1]] };
@@ -111,12 +111,12 @@ pub(crate) fn text(x: f64, y: f64, attributes: &str, words: &str) -> String {
 }
 
 /// A line through points, those left out that are no numbers.
-pub(crate) fn line(x: &Axis, y: &Axis, points: impl Iterator<Item = [f64; 2]>, attributes: &str) -> String {
+pub(crate) fn line(x: &ChartAxis, y: &ChartAxis, points: impl Iterator<Item = [f64; 2]>, attributes: &str) -> String {
     format!("<polyline points=\"{}\" fill=\"none\" {attributes}/>\n", places(x, y, points))
 }
 
 /// Places on the paper, as SVG writes them.
-pub(crate) fn places(x: &Axis, y: &Axis, points: impl Iterator<Item = [f64; 2]>) -> String {
+pub(crate) fn places(x: &ChartAxis, y: &ChartAxis, points: impl Iterator<Item = [f64; 2]>) -> String {
     let mut path = String::new();
     for [px, py] in points.map(|p| [x.at(p[0]), y.at(p[1])]).filter(|p| p[0].is_finite() && p[1].is_finite()) {
         // Writing to a string cannot fail.
@@ -150,7 +150,7 @@ pub(crate) fn thinned(points: &[[f64; 2]], most: usize) -> Vec<[f64; 2]> {
 }
 
 /// Frame, grid, tick labels and titles.
-pub(crate) fn axes(x: &Axis, y: &Axis, [x_title, y_title]: [&str; 2]) -> String {
+pub(crate) fn axes(x: &ChartAxis, y: &ChartAxis, [x_title, y_title]: [&str; 2]) -> String {
     let [left, right] = x.paper;
     let [bottom, top] = y.paper;
     let mut out = String::new();
@@ -182,28 +182,28 @@ pub(crate) fn upright(x: f64, y: f64, class: &str, words: &str) -> String {
 mod tests {
     use super::*;
 
-    fn labels(axis: &Axis) -> String {
+    fn labels(axis: &ChartAxis) -> String {
         axis.ticks().iter().map(|tick| label(*tick)).collect::<Vec<_>>().join(" ")
     }
 
     #[test]
     fn a_logarithmic_axis_holds_its_values() {
-        let axis = Axis::logarithmic(&[0.01, 1.0, 0.0], [0.0, 100.0]);
+        let axis = ChartAxis::logarithmic(&[0.01, 1.0, 0.0], [0.0, 100.0]);
         assert!((axis.at(0.1) - 50.0).abs() < 1e-9);
         assert!(0.0 < axis.at(0.01) && axis.at(1.0) < 100.0);
         assert_eq!(axis.at(0.0), 0.0);
         assert_eq!(labels(&axis), "0.01 0.02 0.05 0.1 0.2 0.5 1");
-        assert!(Axis::logarithmic(&[], [0.0, 1.0]).at(2.0).is_finite());
+        assert!(ChartAxis::logarithmic(&[], [0.0, 1.0]).at(2.0).is_finite());
         assert_eq!(label(1e-6), "1e−6");
     }
 
     #[test]
     fn a_linear_axis_has_round_ticks_whatever_its_range() {
-        assert_eq!(labels(&Axis::linear([0.0, 155.0], [0.0, 1.0])), "0 50 100 150");
-        assert_eq!(labels(&Axis::linear([-0.3, 0.3], [0.0, 1.0])), "−0.2 0 0.2");
-        assert_eq!(labels(&Axis::linear(rounded_up([0.0, 0.7]), [0.0, 1.0])), "0 0.2 0.4 0.6 0.8");
+        assert_eq!(labels(&ChartAxis::linear([0.0, 155.0], [0.0, 1.0])), "0 50 100 150");
+        assert_eq!(labels(&ChartAxis::linear([-0.3, 0.3], [0.0, 1.0])), "−0.2 0 0.2");
+        assert_eq!(labels(&ChartAxis::linear(rounded_up([0.0, 0.7]), [0.0, 1.0])), "0 0.2 0.4 0.6 0.8");
         for range in [[0.0, 0.0], [f64::NAN, f64::NAN], [2.0, f64::INFINITY], [f64::INFINITY, f64::NEG_INFINITY]] {
-            let axis = Axis::linear(range, [0.0, 1.0]);
+            let axis = ChartAxis::linear(range, [0.0, 1.0]);
             assert!(axis.at(1.0).is_finite() && !axis.ticks().is_empty(), "{range:?}");
         }
     }
@@ -221,7 +221,7 @@ mod tests {
 
     #[test]
     fn what_is_no_number_is_not_drawn_and_words_are_only_words() {
-        let axis = Axis::linear([0.0, 1.0], [0.0, 10.0]);
+        let axis = ChartAxis::linear([0.0, 1.0], [0.0, 10.0]);
         let drawn = line(&axis, &axis, [[0.0, 0.0], [f64::NAN, 1.0], [1.0, 1.0]].into_iter(), "");
         assert!(drawn.contains("\"0.0,0.0 10.0,10.0\""), "{drawn}");
         assert_eq!(escape("</title>\"'&"), "&lt;/title&gt;&quot;&#39;&amp;");

@@ -4,16 +4,16 @@ use std::time::Instant;
 
 use super::{CHECKPOINT, Folder};
 use crate::case::Case;
-use crate::run::checkpoint::{Head, Kept, Spent};
+use crate::run::checkpoint::{Checkpointable, Header, Spent};
 
 /// Rounding allowed in comparing times, in steps.
 const SLACK: f64 = 1e-6;
 
 /// Keeps the last checkpoint of a run.
-pub struct Keeper<'a> {
+pub struct CheckpointWriter<'a> {
     folder: &'a Folder,
     case: &'a Case,
-    head: Head,
+    head: Header,
     /// When this command began.
     start: Instant,
     /// Whether the folder is this run's.
@@ -24,9 +24,9 @@ pub struct Keeper<'a> {
     failed: Option<String>,
 }
 
-impl<'a> Keeper<'a> {
+impl<'a> CheckpointWriter<'a> {
     /// A keeper of a run that begins, or that goes on if `head` has come from a checkpoint in the folder.
-    pub fn new(folder: &'a Folder, case: &'a Case, head: Head, start: Instant) -> Self {
+    pub fn new(folder: &'a Folder, case: &'a Case, head: Header, start: Instant) -> Self {
         let resumed = head.step > 0;
         let kept = resumed.then_some(head.time);
         Self { folder, case, start, begun: resumed, tried: head.time, kept, failed: None, head }
@@ -43,8 +43,8 @@ impl<'a> Keeper<'a> {
     ///
     /// # Errors
     /// With what to tell the user when it could not be written; the one before is still there.
-    pub fn keep(&mut self, run: &dyn Kept, followed: &[u8], loop_seconds: f64) -> Result<(), String> {
-        let head = Head { spent: self.spent(loop_seconds), ..self.head.clone() };
+    pub fn write(&mut self, run: &dyn Checkpointable, followed: &[u8], loop_seconds: f64) -> Result<(), String> {
+        let head = Header { spent: self.spent(loop_seconds), ..self.head.clone() };
         let (time, folder) = (run.time(), self.folder);
         self.tried = time;
         let begun = if self.begun { Ok(()) } else { folder.begin(self.case).map_err(|error| error.found) };

@@ -96,12 +96,12 @@ pub fn check(case: &Case, run: &Run, summary: &Value) -> Vec<Checked> {
         .collect()
 }
 
-struct Found {
+struct ExtremeValue {
     value: Value,
     note: Option<String>,
 }
 
-impl From<f64> for Found {
+impl From<f64> for ExtremeValue {
     fn from(number: f64) -> Self {
         Self { value: json!(number), note: None }
     }
@@ -117,13 +117,13 @@ fn holds(bound: &Bound, got: &Value) -> bool {
     }
 }
 
-fn find(expect: &Expect, run: &Run, summary: &Value) -> Result<Found, String> {
+fn find(expect: &Expect, run: &Run, summary: &Value) -> Result<ExtremeValue, String> {
     match expect.quantity.as_str() {
         "plateau_strain" => plateau_strain(expect, run),
         "shock_speed_m_s" => wave_speed(expect, run, "longitudinal front", Profile::front),
         "kink_speed_m_s" => wave_speed(expect, run, "kink", Profile::kink),
         "frequency_hz" => frequency(&run.history, expect.between.unwrap_or([f64::NEG_INFINITY, f64::INFINITY]))
-            .map(Found::from)
+            .map(ExtremeValue::from)
             .ok_or_else(|| "the kinetic energy has fewer than two whole peaks in this interval".to_owned()),
         name if expect.between.is_some() => {
             Err(format!("between_us belongs to a measured speed or frequency, not to {name}; use at_us"))
@@ -136,7 +136,7 @@ fn find(expect: &Expect, run: &Run, summary: &Value) -> Result<Found, String> {
 }
 
 /// A history column at a time [s].
-fn at(name: &str, time: f64, run: &Run) -> Result<Found, String> {
+fn at(name: &str, time: f64, run: &Run) -> Result<ExtremeValue, String> {
     let column = history::find(name).ok_or_else(|| format!("history.csv has no column {name}"))?;
     let end = run.history.last().map_or(0.0, |row| row.time);
     // The last row may stand a rounding before the end asked for.
@@ -146,10 +146,10 @@ fn at(name: &str, time: f64, run: &Run) -> Result<Found, String> {
     Ok(value.into())
 }
 
-fn at_end(name: &str, run: &Run, summary: &Value) -> Result<Found, String> {
+fn at_end(name: &str, run: &Run, summary: &Value) -> Result<ExtremeValue, String> {
     match summary.pointer(&format!("/{}", name.replace('.', "/"))) {
         Some(value @ (Value::Number(_) | Value::String(_) | Value::Bool(_))) => {
-            return Ok(Found { value: value.clone(), note: None });
+            return Ok(ExtremeValue { value: value.clone(), note: None });
         }
         Some(Value::Null) => return Err(format!("this run has no {name}")),
         Some(_) => return Err(format!("{name} is neither a number nor a word")),
@@ -176,11 +176,11 @@ fn other_times(used: &[&Profile], asked: &[f64], time_step: f64) -> Option<Strin
     off.then(|| format!("measured on the nearest profiles, at {} µs", times.join(" and ")))
 }
 
-fn plateau_strain(expect: &Expect, run: &Run) -> Result<Found, String> {
+fn plateau_strain(expect: &Expect, run: &Run) -> Result<ExtremeValue, String> {
     let time = expect.at.ok_or("plateau_strain needs at_us")?;
     let profile = nearest(&run.profiles, time)?;
     let strain = profile.plateau_strain().ok_or("the profile has no wave")?;
-    Ok(Found { value: json!(strain), note: other_times(&[profile], &[time], run.time_step) })
+    Ok(ExtremeValue { value: json!(strain), note: other_times(&[profile], &[time], run.time_step) })
 }
 
 fn wave_speed(
@@ -188,14 +188,14 @@ fn wave_speed(
     run: &Run,
     wave: &str,
     place: impl Fn(&Profile) -> Option<f64>,
-) -> Result<Found, String> {
+) -> Result<ExtremeValue, String> {
     let between = expect.between.ok_or_else(|| format!("{} needs between_us", expect.quantity))?;
     let [from, to] = [nearest(&run.profiles, between[0])?, nearest(&run.profiles, between[1])?];
     if from.time >= to.time {
         return Err("two profiles are needed; list both times in /output/profile_times_us".to_owned());
     }
     let speed = profile::speed(from, to, place).ok_or_else(|| format!("the profiles have no {wave}"))?;
-    Ok(Found { value: json!(speed), note: other_times(&[from, to], &between, run.time_step) })
+    Ok(ExtremeValue { value: json!(speed), note: other_times(&[from, to], &between, run.time_step) })
 }
 
 /// Fundamental frequency of a free vibration [Hz] between two times [s]: half the frequency of the peaks of the

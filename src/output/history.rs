@@ -6,19 +6,19 @@ use super::csv;
 
 /// A column of `history.csv`.
 #[derive(Clone, Copy, Debug)]
-pub struct Column {
+pub struct HistoryColumn {
     /// Heading, unit last.
     pub name: &'static str,
     /// The number, in the heading's unit.
     pub read: fn(&Sample) -> f64,
 }
 
-const fn column(name: &'static str, read: fn(&Sample) -> f64) -> Column {
-    Column { name, read }
+const fn column(name: &'static str, read: fn(&Sample) -> f64) -> HistoryColumn {
+    HistoryColumn { name, read }
 }
 
 /// Every column of `history.csv`, in order.
-pub const COLUMNS: [Column; 26] = [
+pub const COLUMNS: [HistoryColumn; 26] = [
     column("time_us", |s| s.time * 1e6),
     column("projectile_velocity_m_s", |s| s.projectile_velocity),
     column("projectile_displacement_mm", |s| s.projectile_displacement * 1e3),
@@ -48,12 +48,12 @@ pub const COLUMNS: [Column; 26] = [
 ];
 
 /// The column of a name.
-pub fn find(name: &str) -> Option<&'static Column> {
+pub fn find(name: &str) -> Option<&'static HistoryColumn> {
     COLUMNS.iter().find(|column| column.name == name)
 }
 
 /// A column at a time [s], linear between rows; `None` outside the history.
-pub fn at(history: &[Sample], column: &Column, time: f64) -> Option<f64> {
+pub fn at(history: &[Sample], column: &HistoryColumn, time: f64) -> Option<f64> {
     between(history, time, |row| row.time, column.read)
 }
 

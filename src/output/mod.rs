@@ -25,7 +25,7 @@ mod verdict;
 pub mod warnings;
 
 pub use breakage::Breakage;
-pub use checkpoint::Keeper;
+pub use checkpoint::CheckpointWriter;
 pub use energies::Energies;
 pub use expect::{Checked, check};
 pub use folder::{CHECKPOINT, Folder, OutputError, temporary};

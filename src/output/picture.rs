@@ -2,7 +2,7 @@
 //!
 //! Left, deflection profiles through the point of impact; right, projectile velocity and contact force over time.
 
-use super::chart::{self, Axis};
+use super::chart::{self, ChartAxis};
 use super::summary::residual_velocity;
 use crate::case::{Case, Word};
 use crate::run::Run;
@@ -46,7 +46,7 @@ fn verdict(case: &Case, run: &Run) -> String {
 
 fn profiles(case: &Case, run: &Run) -> String {
     let points = || run.profiles.iter().flat_map(|p| &p.points);
-    let fold = |f: fn(f64, f64) -> f64, of: fn(&crate::run::profile::ProfilePoint) -> f64, from: f64| {
+    let fold = |f: fn(f64, f64) -> f64, of: fn(&crate::run::profile::DeflectionProfile) -> f64, from: f64| {
         points().map(of).fold(from, f)
     };
     let x = [fold(f64::min, |p| p.reference, 0.0) * 1e3, fold(f64::max, |p| p.reference, 0.0) * 1e3];
@@ -55,7 +55,7 @@ fn profiles(case: &Case, run: &Run) -> String {
         let hint = "no deflection profiles asked for (/output/profile_times_us)";
         return chart::text(90.0, 200.0, "fill=\"#888\"", hint);
     }
-    let (x, y) = (Axis::linear(x, [76.0, 470.0]), Axis::linear(y, [BOTTOM, TOP]));
+    let (x, y) = (ChartAxis::linear(x, [76.0, 470.0]), ChartAxis::linear(y, [BOTTOM, TOP]));
     let along = case.output.profile_along.word();
     let mut out = chart::axes(&x, &y, [&format!("position along the {along} [mm]"), "deflection [mm]"]);
     let last = run.profiles.len().saturating_sub(1).max(1);
@@ -77,8 +77,8 @@ fn history(run: &Run) -> String {
     let velocities = || run.history.iter().map(|s| s.projectile_velocity);
     // The first row's force is an impulse over one step, not a mean.
     let force = run.history.iter().skip(1).map(|s| s.contact_force).fold(1.0, f64::max);
-    let time = Axis::linear([0.0, end], [560.0, 880.0]);
-    let over = |range| Axis::linear(range, [BOTTOM, TOP]);
+    let time = ChartAxis::linear([0.0, end], [560.0, 880.0]);
+    let over = |range| ChartAxis::linear(range, [BOTTOM, TOP]);
     let speed = over([velocities().fold(0.0, f64::min), velocities().fold(1e-3, f64::max) * 1.05]);
     let load = over([0.0, force * 1.05]);
     let forces = run.history.iter().skip(1).map(|s| [s.time * 1e6, s.contact_force]);

@@ -4,12 +4,12 @@ use serde_json::{Map, Value, json};
 
 use super::breakage::Breakage;
 use super::expect::{self, Checked};
-use super::trust::{self, Sign};
+use super::trust::{self, QualityCheck};
 use crate::case::{Case, Motion, case_hash};
 use crate::output::warnings::{self, Warning};
 use crate::run::outcome::Outcome;
 use crate::run::{PlySample, Run, Sample};
-use crate::solver::Trouble;
+use crate::solver::Divergence;
 
 /// The summary of a run. `wall_seconds`: time since the command began [s].
 ///
@@ -30,7 +30,7 @@ pub fn summary(case: &Case, run: &Run, wall_seconds: f64) -> Value {
 fn trust_of(case: &Case, run: &Run) -> Value {
     let signs = trust::signs(case, run);
     let (level, why) = trust::answer(&signs);
-    let reason = |sign: &&Sign| json!({"sign": sign.name, "value": sign.value, "reason": sign.reason});
+    let reason = |sign: &&QualityCheck| json!({"sign": sign.name, "value": sign.value, "reason": sign.reason});
     json!({"advice": level.advice(), "why": why.iter().map(reason).collect::<Vec<_>>()})
 }
 
@@ -108,12 +108,12 @@ fn result(case: &Case, run: &Run) -> Map<String, Value> {
         },
         "interrupted": run.interrupted,
         "device_lost": run.lost,
-        "checkpoint_failed": run.unkept,
-        "unstable": run.trouble.as_ref().map(unstable),
+        "checkpoint_failed": run.checkpoint_error,
+        "unstable": run.divergence.as_ref().map(unstable),
     }))
 }
 
-fn unstable(trouble: &Trouble) -> Value {
+fn unstable(trouble: &Divergence) -> Value {
     let [ply, row, column] = trouble.place;
     json!({
         "step": trouble.step,

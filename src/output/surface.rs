@@ -4,7 +4,7 @@ use std::f64::consts::{FRAC_PI_2, TAU};
 
 use serde::{Deserialize, Serialize};
 
-use crate::kernels::projectile_shape::{Body, Profile};
+use crate::kernels::projectile_shape::{Body, Outline};
 
 /// Points around the axis.
 const AROUND: usize = 48;
@@ -15,14 +15,14 @@ const RINGS: usize = 12;
 
 /// A surface of triangles and quads.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub(super) struct Surface {
+pub(super) struct SurfaceMesh {
     /// In the body's axes [m].
     pub(super) points: Vec<[f64; 3]>,
     /// Corners of the faces, three or four each.
     pub(super) faces: Vec<Vec<usize>>,
 }
 
-impl Surface {
+impl SurfaceMesh {
     /// The surface of a body; a bar reaches as far as the nodes of the pack it lies on [m].
     pub(super) fn new<'a>(body: &Body, pack: impl Iterator<Item = &'a [f32; 3]>) -> Self {
         let profile = &body.profile;
@@ -110,7 +110,7 @@ impl Surface {
 }
 
 /// The outline (ρ, s) with its roundings, from the nose on the axis to the tail on the axis.
-fn outline(profile: &Profile<f64>) -> Vec<[f64; 2]> {
+fn outline(profile: &Outline<f64>) -> Vec<[f64; 2]> {
     let mut points: Vec<[f64; 2]> = Vec::new();
     let mut facing = [0.0, 1.0];
     for i in 0..profile.count {

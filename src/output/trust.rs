@@ -56,7 +56,7 @@ impl Level {
 
 /// One sign.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Sign {
+pub struct QualityCheck {
     /// What it is about.
     pub name: &'static str,
     /// The number found.
@@ -68,7 +68,7 @@ pub struct Sign {
 }
 
 /// Every sign of a run, the same ones in the same order for alike cases.
-pub fn signs(case: &Case, run: &Run) -> Vec<Sign> {
+pub fn signs(case: &Case, run: &Run) -> Vec<QualityCheck> {
     let mut all = vec![end(case, run), gained(run), stored(run), energy(run), momentum(run), hourglass(run)];
     if case.projectile.is_some() {
         all.push(penetration(run, warnings::longest_diagonal(case)));
@@ -85,7 +85,7 @@ pub fn signs(case: &Case, run: &Run) -> Vec<Sign> {
 }
 
 /// The worst of the signs.
-pub fn worst(signs: &[Sign]) -> Level {
+pub fn worst(signs: &[QualityCheck]) -> Level {
     signs.iter().map(|sign| sign.level).max().unwrap_or(Level::Fine)
 }
 
@@ -108,18 +108,18 @@ fn by_level<T: Into<String>>(level: Level, [fine, look, bad]: [T; 3]) -> String 
     .into()
 }
 
-fn end(case: &Case, run: &Run) -> Sign {
+fn end(case: &Case, run: &Run) -> QualityCheck {
     let verdict = verdict(case, run);
-    let (level, reason) = match (&run.trouble, verdict.complete) {
+    let (level, reason) = match (&run.divergence, verdict.complete) {
         (Some(_), _) => (Level::Bad, "the numbers went out of hand; what came before is not to be used"),
         (None, false) => (Level::Bad, "the run was broken off; what is shown ends there"),
         (None, true) => (Level::Fine, "the run came to its end"),
     };
     let value = if verdict.complete { "complete" } else { verdict.word };
-    Sign { name: "end of the run", value: value.to_owned(), level, reason: reason.to_owned() }
+    QualityCheck { name: "end of the run", value: value.to_owned(), level, reason: reason.to_owned() }
 }
 
-fn energy(run: &Run) -> Sign {
+fn energy(run: &Run) -> QualityCheck {
     let level = level(run.energy_error, [NEGLIGIBLE, ENERGY_LIMIT]);
     let reason = by_level(
         level,
@@ -129,10 +129,10 @@ fn energy(run: &Run) -> Sign {
             "above the 2 % practitioners accept: energy was made or lost",
         ],
     );
-    Sign { name: "work balance", value: fraction(run.energy_error), level, reason }
+    QualityCheck { name: "work balance", value: fraction(run.energy_error), level, reason }
 }
 
-fn gained(run: &Run) -> Sign {
+fn gained(run: &Run) -> QualityCheck {
     let level = level(run.energy_gained.abs(), [GAINED_LIMIT, 5.0 * GAINED_LIMIT]);
     let reason = by_level(
         level,
@@ -142,11 +142,11 @@ fn gained(run: &Run) -> Sign {
             "by state functions: the step made or lost so much energy that the result is not to be used",
         ],
     );
-    Sign { name: "energy gained", value: fraction(run.energy_gained), level, reason }
+    QualityCheck { name: "energy gained", value: fraction(run.energy_gained), level, reason }
 }
 
 /// The fabric's elastic energy must lie between nothing and what there was to take it from.
-fn stored(run: &Run) -> Sign {
+fn stored(run: &Run) -> QualityCheck {
     let first = run.history.first().map(|row| row.balance).unwrap_or_default();
     let made = |row: &Balance| row.external.max(0.0) + row.law.max(0.0) + row.separation.max(0.0);
     let most = |row: &Balance| first.projectile + first.kinetic + first.internal.max(0.0) + made(row);
@@ -165,19 +165,19 @@ fn stored(run: &Run) -> Sign {
         (Level::Fine, "never below zero, never more than there was to take it from")
     };
     let last = run.history.last().map_or(0.0, |row| row.balance.internal);
-    Sign { name: "elastic energy", value: format!("{} J", short(last, 3)), level, reason: reason.to_owned() }
+    QualityCheck { name: "elastic energy", value: format!("{} J", short(last, 3)), level, reason: reason.to_owned() }
 }
 
-fn momentum(run: &Run) -> Sign {
+fn momentum(run: &Run) -> QualityCheck {
     let level = level(run.momentum_error, [NEGLIGIBLE, ENERGY_LIMIT]);
     let reason = by_level(
         level,
         ["next to nothing: contact and supports balance", "more than 0.01 %", "above 2 %: forces do not balance"],
     );
-    Sign { name: "momentum error", value: fraction(run.momentum_error), level, reason }
+    QualityCheck { name: "momentum error", value: fraction(run.momentum_error), level, reason }
 }
 
-fn hourglass(run: &Run) -> Sign {
+fn hourglass(run: &Run) -> QualityCheck {
     let level = level(run.hourglass_fraction, [HOURGLASS_LIMIT, UNUSABLE]);
     let reason = by_level(
         level,
@@ -187,10 +187,10 @@ fn hourglass(run: &Run) -> Sign {
             "above 10 %: the artificial stiffness carried the load",
         ],
     );
-    Sign { name: "hourglass / internal energy", value: fraction(run.hourglass_fraction), level, reason }
+    QualityCheck { name: "hourglass / internal energy", value: fraction(run.hourglass_fraction), level, reason }
 }
 
-fn penetration(run: &Run, diagonal: f64) -> Sign {
+fn penetration(run: &Run, diagonal: f64) -> QualityCheck {
     let level = level(run.max_penetration, [PENETRATION_LIMIT * diagonal, 2.0 * diagonal]);
     let half = short(PENETRATION_LIMIT * 1e3 * diagonal, 2);
     let reason = match level {
@@ -202,7 +202,7 @@ fn penetration(run: &Run, diagonal: f64) -> Sign {
         }
         Level::Bad => "deeper than two diagonals of an element: fabric slipped through the projectile".to_owned(),
     };
-    Sign {
+    QualityCheck {
         name: "fabric inside the projectile",
         value: format!("{} mm", short(run.max_penetration * 1e3, 2)),
         level,
@@ -210,7 +210,7 @@ fn penetration(run: &Run, diagonal: f64) -> Sign {
     }
 }
 
-fn ply_penetration(case: &Case, run: &Run) -> Sign {
+fn ply_penetration(case: &Case, run: &Run) -> QualityCheck {
     let thinnest = warnings::thinnest(case);
     let thick = short(thinnest * 1e3, 3);
     let level = level(run.max_ply_penetration, [PLY_PENETRATION_LIMIT * thinnest, 20.0 * thinnest]);
@@ -223,16 +223,16 @@ fn ply_penetration(case: &Case, run: &Run) -> Sign {
         ],
     );
     let value = format!("{} mm", short(run.max_ply_penetration * 1e3, 3));
-    Sign { name: "plies inside each other", value, level, reason }
+    QualityCheck { name: "plies inside each other", value, level, reason }
 }
 
-fn width(cells: f64) -> Sign {
+fn width(cells: f64) -> QualityCheck {
     let level = if cells < CELLS_LIMIT { Level::Look } else { Level::Fine };
     let reason = by_level(
         level,
         ["at least three: it cannot slip between nodes", "fewer than three: it may slip between nodes", ""],
     );
-    Sign { name: "projectile width", value: format!("{} elements", short(cells, 2)), level, reason }
+    QualityCheck { name: "projectile width", value: format!("{} elements", short(cells, 2)), level, reason }
 }
 
 /// Half the spread of the absorbed energy over meshes, steps and places in a cell near the limit and up to three times it, over
@@ -264,13 +264,13 @@ fn highest_load(run: &Run) -> f64 {
 }
 
 /// What the signs say in one word, and why: the signs that are not fine, the worst first.
-pub fn answer(signs: &[Sign]) -> (Level, Vec<&Sign>) {
+pub fn answer(signs: &[QualityCheck]) -> (Level, Vec<&QualityCheck>) {
     let level = worst(signs);
     (level, signs.iter().filter(|sign| sign.level == level && level != Level::Fine).collect())
 }
 
 /// Whether the outcome depends on how the mesh lies under the projectile; the figures are those of `docs/src/objectivity.md`.
-fn mesh_under_hit(case: &Case, run: &Run) -> Sign {
+fn mesh_under_hit(case: &Case, run: &Run) -> QualityCheck {
     let broken: u64 = run.history.last().map_or(0, |row| row.failed.iter().sum());
     let body = case.projectile.as_ref().and_then(|projectile| Body::new(projectile).ok());
     let has_rim = body.is_some_and(|body| body.profile.has_round_rim());
@@ -304,10 +304,10 @@ fn mesh_under_hit(case: &Case, run: &Run) -> Sign {
         None if broken == 0 => format!("at most {} of a breaking load", fraction(highest_load(run))),
         None => "not measured".to_owned(),
     };
-    Sign { name: "sensitivity to the mesh under the hit", value, level, reason: reason.to_owned() }
+    QualityCheck { name: "sensitivity to the mesh under the hit", value, level, reason: reason.to_owned() }
 }
 
-fn newton(run: &Run) -> Sign {
+fn newton(run: &Run) -> QualityCheck {
     let solved = run.element_steps_computed.max(1) as f64;
     let share = run.newton.unconverged as f64 / solved;
     let level = level(share, [0.0, UNCONVERGED_LIMIT]);
@@ -318,7 +318,7 @@ fn newton(run: &Run) -> Sign {
         Level::Look => "a few unit cells missed their equilibrium".to_owned(),
         Level::Bad => "many unit cells missed their equilibrium".to_owned(),
     };
-    Sign { name: "unit cells unsolved", value: grouped(run.newton.unconverged), level, reason }
+    QualityCheck { name: "unit cells unsolved", value: grouped(run.newton.unconverged), level, reason }
 }
 
 /// An energy at the end over the energy put in [-].
@@ -331,7 +331,7 @@ fn of_given(run: &Run, energy: impl Fn(&Balance) -> f64) -> f64 {
     }
 }
 
-fn law(run: &Run) -> Sign {
+fn law(run: &Run) -> QualityCheck {
     let share = of_given(run, |end| end.law).abs();
     let level = level(share, [LAW_LIMIT, UNUSABLE]);
     let reason = by_level(
@@ -342,10 +342,10 @@ fn law(run: &Run) -> Sign {
             "the unit-cell law made or lost so much energy that the result is not to be used; take \"law\": \"variational\"",
         ],
     );
-    Sign { name: "energy of the unit-cell law", value: fraction(share), level, reason }
+    QualityCheck { name: "energy of the unit-cell law", value: fraction(share), level, reason }
 }
 
-fn separation(run: &Run) -> Sign {
+fn separation(run: &Run) -> QualityCheck {
     let share = of_given(run, |end| end.separation);
     let level = level(share.abs(), [GAINED_LIMIT, 5.0 * GAINED_LIMIT]);
     let reason = by_level(
@@ -356,15 +356,15 @@ fn separation(run: &Run) -> Sign {
             "moving plies out of each other gave the fabric so much energy that the result is not to be used",
         ],
     );
-    Sign { name: "energy of ply separation", value: fraction(share), level, reason }
+    QualityCheck { name: "energy of ply separation", value: fraction(share), level, reason }
 }
 
-fn mesh(case: &Case) -> Sign {
+fn mesh(case: &Case) -> QualityCheck {
     let count = case.pack.crossovers_per_element;
     let level = if count > CROSSOVERS_LIMIT { Level::Look } else { Level::Fine };
     let reason = by_level(
         level,
         ["single yarns fail, as in the fabric", "more than one: yarns fail in bundles, which delays failure", ""],
     );
-    Sign { name: "crossovers per element", value: format!("{count} × {count}"), level, reason }
+    QualityCheck { name: "crossovers per element", value: format!("{count} × {count}"), level, reason }
 }

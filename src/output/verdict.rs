@@ -7,7 +7,7 @@ use crate::case::Case;
 use crate::model::MirrorPlanes;
 use crate::run::Run;
 use crate::run::outcome::Outcome;
-use crate::solver::Trouble;
+use crate::solver::Divergence;
 
 /// The verdict of a run.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -29,7 +29,7 @@ impl Verdict {
 
 /// The verdict of a run: first that it broke off, if it did.
 pub fn verdict(case: &Case, run: &Run) -> Verdict {
-    if let Some(trouble) = &run.trouble {
+    if let Some(trouble) = &run.divergence {
         return broken_off("unstable", format!("at {}: {}", place(trouble), trouble.quantity));
     }
     let deflection = run.deflection() * 1e3;
@@ -91,7 +91,7 @@ pub fn reached(run: &Run) -> String {
 }
 
 /// Where a run went wrong.
-pub fn place(trouble: &Trouble) -> String {
+pub fn place(trouble: &Divergence) -> String {
     let [ply, row, column] = trouble.place;
     format!("step {}, kernel {}, ply {ply}, row {row}, column {column}", trouble.step, trouble.kernel)
 }

@@ -32,7 +32,7 @@ pub const DENSITY_TOLERANCE: f64 = 0.05;
 
 /// One numbered warning: what it says, whenever it is given.
 #[derive(Debug, PartialEq, Eq)]
-pub struct Kind {
+pub struct WarningKind {
     /// `W1`, `W2`, …
     pub code: &'static str,
     /// One word or two, for scripts and people.
@@ -48,8 +48,8 @@ pub struct Kind {
 }
 
 /// Every warning there is, in order of its code.
-pub static KINDS: [Kind; 7] = [
-    Kind {
+pub static KINDS: [WarningKind; 7] = [
+    WarningKind {
         code: "W1",
         name: "assumed-parameters",
         measured: "Fields of the case whose value nobody published: `sources`, or the default's own source, begins with `assumed`.",
@@ -59,7 +59,7 @@ pub static KINDS: [Kind; 7] = [
         help: "`ripstop check CASE` marks them with `*`. Measure what matters, give the value and name its origin in `sources`; \
                vary the rest with --set and see how far the answer moves.",
     },
-    Kind {
+    WarningKind {
         code: "W2",
         name: "energy",
         measured: "Energy that nothing accounts for: what state functions hold and what was dissipated, less what was put in and what the \
@@ -70,7 +70,7 @@ pub static KINDS: [Kind; 7] = [
         help: "Lower /solver/courant; on the GPU or in f32, run again with --backend cpu --precision f64. `history.csv` tells when \
                it began. If it stays, it is a defect worth reporting.",
     },
-    Kind {
+    WarningKind {
         code: "W3",
         name: "hourglass",
         measured: "Largest hourglass energy over the largest internal energy of the fabric (`hourglass_fraction`).",
@@ -79,7 +79,7 @@ pub static KINDS: [Kind; 7] = [
         help: "Refine the mesh (/pack/crossovers_per_element = 1), round a sharp rim (/projectile/edge_radius_mm), or look \
                whether the deformation is finer than an element: wrinkles and folds are not resolved.",
     },
-    Kind {
+    WarningKind {
         code: "W4",
         name: "penetration",
         measured: "Deepest node inside the projectile (`max_penetration_mm`), and deepest node of whole fabric inside a neighbouring ply \
@@ -91,7 +91,7 @@ pub static KINDS: [Kind; 7] = [
                (/projectile/edge_radius_mm). Between plies it comes with fast shots that crumple what they have torn: \
                compare the verdict with that of a slower one.",
     },
-    Kind {
+    WarningKind {
         code: "W5",
         name: "coarse-mesh",
         measured: "Crossovers along each side of an element (/pack/crossovers_per_element).",
@@ -100,7 +100,7 @@ pub static KINDS: [Kind; 7] = [
         help: "Set /pack/crossovers_per_element to 1 for a verdict; keep the coarse mesh for a first look. `ripstop bench CASE` says \
                what it costs and how far it is off.",
     },
-    Kind {
+    WarningKind {
         code: "W6",
         name: "small-projectile",
         measured: "Diameter of the projectile over the longest element side.",
@@ -109,7 +109,7 @@ pub static KINDS: [Kind; 7] = [
         help: "Refine the mesh as far as one crossover per element. If that is not enough, move the impact by parts of a cell \
                (/projectile/offset_mm) and take the scatter as the error.",
     },
-    Kind {
+    WarningKind {
         code: "W7",
         name: "mass",
         measured: "Mass of the projectile over its volume, edges sharp: its mean density. A bar has no mass of its own length.",
@@ -125,7 +125,7 @@ pub static KINDS: [Kind; 7] = [
 #[derive(Clone, Debug, PartialEq)]
 pub struct Warning {
     /// What it says, whenever it is given.
-    pub kind: &'static Kind,
+    pub kind: &'static WarningKind,
     /// One line: the number found and the one it is held against.
     pub message: String,
     /// What was measured; counts and fractions [-], depths [mm].

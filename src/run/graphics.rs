@@ -13,33 +13,33 @@ use tracing::debug;
 use super::backend::Backend;
 use crate::case::Case;
 use crate::gpu::buffers::SLOTS;
-use crate::gpu::layout::{self, BODY_WORDS, STATUS_WORDS, StepInfo, Sums, status, sum};
-use crate::gpu::stepper::{BATCH, BatchResult, Pending, Stepper};
+use crate::gpu::layout::{self, BODY_WORDS, STATUS_WORDS, StepInfo, WorkgroupSums, status, sum};
+use crate::gpu::stepper::{BATCH, BatchResult, DeviceStepper, Pending};
 use crate::gpu::{Device, DeviceError};
 use crate::kernels::projectile_contact::SET_CHANGES;
 use crate::model::Model;
 use crate::run::outcome;
 use crate::run::pieces;
 use crate::run::profile;
-use crate::run::record::{Machine, Moment, Record, sample_due, time_up};
-use crate::run::{Options, Progress, Run, RunError, Skips, View, Watch};
+use crate::run::record::{Environment, RunRecord, SampleInput, sample_due, time_up};
+use crate::run::{Observer, Options, Progress, Run, RunError, Skips, View};
 use crate::solver;
-use crate::solver::Trouble;
-use crate::solver::energy_balance::{Ledger, PlyMoment};
+use crate::solver::Divergence;
+use crate::solver::energy_balance::{EnergyBalance, PlyMoment};
 use crate::solver::state::State;
 
 /// How long a batch should take: long enough to hide its submission, short enough to follow progress and Ctrl-C.
 const BATCH_TIME: [Duration; 2] = [Duration::from_millis(20), Duration::from_millis(80)];
 
 /// A run in progress on a device.
-pub struct Simulation<'a> {
+pub struct DeviceSimulation<'a> {
     /// Constant; of the part of the scene that is computed.
     pub model: Arc<Model<f32>>,
     /// The state at the start, and after a batch that asked for it.
     state: State<f32>,
-    pub(super) stepper: Stepper<'a>,
-    pub(super) ledger: Ledger,
-    pub(super) record: Record,
+    pub(super) stepper: DeviceStepper<'a>,
+    pub(super) ledger: EnergyBalance,
+    pub(super) record: RunRecord,
     given: (f64, Vector3<f64>),
     /// Batches on their way with their steps, the oldest first.
     pending: VecDeque<(Vec<StepInfo>, Pending)>,
@@ -56,7 +56,7 @@ pub struct Simulation<'a> {
     collected: Instant,
 }
 
-impl<'a> Simulation<'a> {
+impl<'a> DeviceSimulation<'a> {
     /// Sets the whole scene of a case up on a device.
     ///
     /// # Errors
@@ -68,21 +68,21 @@ impl<'a> Simulation<'a> {
     /// Sets a case up on a device without what `skips` leaves out.
     ///
     /// # Errors
-    /// As [`Simulation::new`].
+    /// As [`DeviceSimulation::new`].
     pub fn with_skips(case: &Case, device: &'a Device, skips: Skips) -> Result<Self, RunError> {
         let (model, mut state) = solver::set_up::<f32>(case, skips.symmetry)?;
         if !skips.wavefront {
             state.reach_everything(&model);
         }
-        let mut record = Record::new(&model, state.body.as_ref());
+        let mut record = RunRecord::new(&model, state.body.as_ref());
         record.skips = skips;
-        let mut stepper = Stepper::new(device, &model)?;
+        let mut stepper = DeviceStepper::new(device, &model)?;
         stepper.upload(&model, &state);
         debug!(adapter = device.name(), bytes = stepper.sizes().total(), "state on the device");
         Ok(Self {
             given: solver::given(&model, &state),
             record,
-            ledger: Ledger::of_part(model.planes),
+            ledger: EnergyBalance::of_part(model.planes),
             model: Arc::new(model),
             state,
             stepper,
@@ -137,15 +137,15 @@ impl<'a> Simulation<'a> {
     }
 
     /// Whether the state has to be read before the step from `time` [s].
-    fn state_due(&self, case: &Case, watch: &dyn Watch, time: f64) -> bool {
+    fn state_due(&self, case: &Case, watch: &dyn Observer, time: f64) -> bool {
         self.record.profile_due(case, time, self.model.dt)
             || self.record.deflection_due(case, time, self.model.dt)
-            || watch.is_due(time, self.model.dt)
+            || watch.snapshot_due(time, self.model.dt)
     }
 
     /// The steps of the next batch, whether the last of them ends the run by time or request, and whether the state after it may
     /// have to be looked at.
-    fn plan(&self, case: &Case, watch: &dyn Watch) -> (Vec<StepInfo>, bool, bool) {
+    fn plan(&self, case: &Case, watch: &dyn Observer) -> (Vec<StepInfo>, bool, bool) {
         let dt = self.model.dt;
         let mut last = self.sampled;
         let mut slots = 0;
@@ -154,7 +154,7 @@ impl<'a> Simulation<'a> {
         while steps.len() < self.batch && slots < SLOTS && !ends && !looks {
             let index = self.next + steps.len() as u64;
             let time = self.time_of(index);
-            if !steps.is_empty() && (self.state_due(case, watch, time) || watch.keeps(time, dt)) {
+            if !steps.is_empty() && (self.state_due(case, watch, time) || watch.checkpoint_due(time, dt)) {
                 break; // the state is read before that step
             }
             let since = index - last.map_or(0, |l| l + 1) + 1;
@@ -184,7 +184,7 @@ impl<'a> Simulation<'a> {
         }
     }
 
-    fn try_advance(&mut self, case: &Case, watch: &mut dyn Watch) -> Result<(), DeviceError> {
+    fn try_advance(&mut self, case: &Case, watch: &mut dyn Observer) -> Result<(), DeviceError> {
         let time = self.time_of(self.next);
         if !self.complete && self.state_due(case, watch, time) {
             self.read_state(case, watch, time)?;
@@ -209,13 +209,13 @@ impl<'a> Simulation<'a> {
     }
 
     /// Takes what is due of the state before the step from `time` [s], unless the run is over by then.
-    fn read_state(&mut self, case: &Case, watch: &mut dyn Watch, time: f64) -> Result<(), DeviceError> {
+    fn read_state(&mut self, case: &Case, watch: &mut dyn Observer, time: f64) -> Result<(), DeviceError> {
         self.collect_all(case)?;
         if self.ended {
             return Ok(());
         }
         let dt = self.model.dt;
-        let [profile, watched] = [self.record.profile_due(case, time, dt), watch.is_due(time, dt)];
+        let [profile, watched] = [self.record.profile_due(case, time, dt), watch.snapshot_due(time, dt)];
         // Fabric that has not failed hangs together; nobody needs to see it for that.
         if profile || watched || self.record.has_failures() {
             self.stepper.download(&self.model, &mut self.state)?;
@@ -229,7 +229,7 @@ impl<'a> Simulation<'a> {
             self.record.look_at_deflection(case, time, dt, |ply| pieces::hanging(model, state, ply));
         }
         if watched {
-            watch.look(&View::Single(&self.model, &self.state));
+            watch.on_snapshot(&View::Single(&self.model, &self.state));
         }
         Ok(())
     }
@@ -294,8 +294,8 @@ impl<'a> Simulation<'a> {
         if bad < u64::from(layout::NONE) {
             self.stepper.download(&self.model, &mut self.state)?;
             self.state.step = bad;
-            if result.status[status::UNSETTLED] > 0 {
-                self.record.trouble = Some(self.unsettled());
+            if result.status[status::NOT_CONVERGED] > 0 {
+                self.record.divergence = Some(self.unsettled());
             } else {
                 self.diagnose(("kinetic energy", f64::NAN));
             }
@@ -304,11 +304,11 @@ impl<'a> Simulation<'a> {
     }
 
     /// Contact at the rim that finds no set of points that push, in the element of the struck ply that the projectile is over.
-    fn unsettled(&self) -> Trouble {
+    fn unsettled(&self) -> Divergence {
         let mesh = &self.model.sheet(0).mesh;
         let [x, y, _] = mesh.to_ply(self.state.body.as_ref().map_or([0.0; 3], |body| body.position.into()));
         let [row, column] = mesh.element_at([x, y]);
-        Trouble {
+        Divergence {
             step: self.state.step,
             kernel: "projectile_rim",
             quantity: format!("the set of points that push still changes after {SET_CHANGES} solves"),
@@ -319,7 +319,7 @@ impl<'a> Simulation<'a> {
     /// Whether there was room for all that the projectile met.
     fn check_room(&self, counters: &[u32; STATUS_WORDS]) -> Result<(), DeviceError> {
         let (adapter, sizes) = (self.stepper.device.name().to_owned(), self.stepper.sizes());
-        match [status::CROWDED, status::CROWDED_RIM].map(|at| counters[at]) {
+        match [status::OVERFLOW, status::OVERFLOW_EDGES].map(|at| counters[at]) {
             [0, 0] => Ok(()),
             [0, found] => Err(DeviceError::CrowdedRim { adapter, found, room: sizes.ties }),
             [found, _] => Err(DeviceError::Crowded { adapter, found, room: sizes.points }),
@@ -328,14 +328,14 @@ impl<'a> Simulation<'a> {
 
     fn diagnose(&mut self, excess: (&str, f64)) {
         let available = self.ledger.available();
-        self.record.trouble = Some(solver::diagnose(&self.model, &self.state, excess, available));
+        self.record.divergence = Some(solver::diagnose(&self.model, &self.state, excess, available));
     }
 
     /// One row of the history from one sample.
     fn sample(&mut self, case: &Case, info: &StepInfo, words: &[u32]) -> Result<(), DeviceError> {
         let (sums, rest) = words.split_at(self.stepper.body_at());
         let (body, counters) = rest.split_at(BODY_WORDS);
-        let sums = Sums::new(sums);
+        let sums = WorkgroupSums::new(sums);
         let body = self.model.projectile.as_ref().map(|p| layout::read_body(body, p));
         let record = &mut self.record;
         record.newton[0] += sums.add(sum::EVALUATIONS);
@@ -346,7 +346,7 @@ impl<'a> Simulation<'a> {
         record.max_penetration[1] = f64::from(f32::from_bits(counters[status::PLY_DEPTH]));
         // Without a projectile everything moves, or nothing ever does.
         record.computed = match self.model.projectile {
-            Some(_) => u64::from(counters[status::VISITED]) + (u64::from(counters[status::VISITED + 1]) << 32),
+            Some(_) => u64::from(counters[status::COMPUTED]) + (u64::from(counters[status::COMPUTED + 1]) << 32),
             None => (info.index + 1) * self.model.elements() as u64,
         };
         let ledger = &mut self.ledger;
@@ -388,7 +388,7 @@ impl<'a> Simulation<'a> {
                 deflection: sums.largest(sum::DEFLECTION),
             })
             .collect();
-        let moment = Moment {
+        let moment = SampleInput {
             time: info.index as f64 * self.model.dt,
             dt: self.model.dt,
             balance: ledger.balance(),
@@ -432,7 +432,7 @@ impl<'a> Simulation<'a> {
         for (_, seconds) in &mut kernel_seconds {
             *seconds *= (loop_seconds / total).min(1.0);
         }
-        let machine = Machine {
+        let machine = Environment {
             backend: "gpu",
             adapter: Some(self.stepper.device.name().to_owned()),
             threads: rayon::current_num_threads(),
@@ -445,7 +445,7 @@ impl<'a> Simulation<'a> {
     }
 }
 
-impl Backend for Simulation<'_> {
+impl Backend for DeviceSimulation<'_> {
     fn is_finished(&self, _: &Case) -> bool {
         self.ended
     }
@@ -458,36 +458,36 @@ impl Backend for Simulation<'_> {
         self.model.dt
     }
 
-    fn record(&mut self) -> &mut Record {
+    fn record(&mut self) -> &mut RunRecord {
         &mut self.record
     }
 
-    fn advance(&mut self, case: &Case, watch: &mut dyn Watch) -> bool {
+    fn advance(&mut self, case: &Case, watch: &mut dyn Observer) -> bool {
         let advanced = self.try_advance(case, watch);
         self.unless_lost(advanced);
         true
     }
 
-    fn show_end(&mut self, watch: &mut dyn Watch) {
+    fn show_end(&mut self, watch: &mut dyn Observer) {
         if self.step != self.next || self.record.lost.is_some() {
             return;
         }
         match self.stepper.download(&self.model, &mut self.state) {
             Ok(()) => {
                 self.state.step = self.next;
-                watch.end(&View::Single(&self.model, &self.state));
+                watch.on_end(&View::Single(&self.model, &self.state));
             }
             Err(error) => self.record.lost = Some(error.to_string()),
         }
     }
 
-    fn keep(&mut self, case: &Case, watch: &mut dyn Watch, loop_seconds: f64) {
+    fn keep(&mut self, case: &Case, watch: &mut dyn Observer, loop_seconds: f64) {
         if self.complete || self.next == 0 {
             return;
         }
         self.settle(case);
         if !self.ended {
-            watch.keep(self, loop_seconds);
+            watch.on_checkpoint(self, loop_seconds);
         }
     }
 

@@ -21,15 +21,15 @@ fn counters(changes: &[(usize, u32)]) -> BatchResult {
 #[test]
 fn a_rim_without_room_or_rest_ends_the_run_by_name() -> Result<(), Box<dyn std::error::Error>> {
     let (case, device) = (small()?, Device::noop());
-    let mut run = Simulation::new(&case, &device)?;
+    let mut run = DeviceSimulation::new(&case, &device)?;
     assert_eq!(run.take(&case, &[], &counters(&[])), Ok(()));
-    let crowded = run.take(&case, &[], &counters(&[(status::CROWDED_RIM, 999)]));
+    let crowded = run.take(&case, &[], &counters(&[(status::OVERFLOW_EDGES, 999)]));
     let room = run.stepper.sizes().ties;
     assert!(room > 20);
     assert_eq!(crowded, Err(DeviceError::CrowdedRim { adapter: "noop".into(), found: 999, room }));
-    assert!(run.record.trouble.is_none());
-    run.take(&case, &[], &counters(&[(status::BAD_STEP, 7), (status::UNSETTLED, 1)]))?;
-    let trouble = run.record.trouble.as_ref().ok_or("no trouble")?;
+    assert!(run.record.divergence.is_none());
+    run.take(&case, &[], &counters(&[(status::BAD_STEP, 7), (status::NOT_CONVERGED, 1)]))?;
+    let trouble = run.record.divergence.as_ref().ok_or("no trouble")?;
     assert_eq!((trouble.step, trouble.kernel), (7, "projectile_rim"));
     assert!(trouble.quantity.contains("still changes after 40 solves"), "{trouble:?}");
     Ok(())

@@ -25,9 +25,9 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use tracing::info_span;
 
 use crate::case::Case;
-use crate::run::checkpoint::Clock;
+use crate::run::checkpoint::LoopClock;
 use backend::Backend;
-pub use observer::{RunScalar, View, Watch};
+pub use observer::{Observer, RunScalar, View};
 pub use options::{Options, Precision, RunError, Skips};
 pub use processor::Simulation;
 pub use result::{NewtonStatistics, PlySample, Progress, Run, Sample};
@@ -37,7 +37,12 @@ pub use result::{NewtonStatistics, PlySample, Progress, Run, Sample};
 /// # Errors
 /// When the case cannot become a model, or the device cannot hold it. A run that becomes unstable is a [`Run`] with
 /// `trouble`, one whose device was lost a [`Run`] with `lost`.
-pub fn run(case: &Case, options: Options<'_>, interrupt: &AtomicBool, watch: &mut dyn Watch) -> Result<Run, RunError> {
+pub fn run(
+    case: &Case,
+    options: Options<'_>,
+    interrupt: &AtomicBool,
+    watch: &mut dyn Observer,
+) -> Result<Run, RunError> {
     let threads = options.threads.unwrap_or(0);
     let pool = rayon::ThreadPoolBuilder::new()
         .num_threads(threads)
@@ -49,10 +54,10 @@ pub fn run(case: &Case, options: Options<'_>, interrupt: &AtomicBool, watch: &mu
     }
     let span = info_span!("run", case = case.name.as_str());
     let run = || {
-        let clock = options.from.map_or_else(Clock::default, Clock::after);
+        let clock = options.from.map_or_else(LoopClock::default, LoopClock::after);
         Ok(match (options.device, options.precision) {
             (Some(device), _) => {
-                drive(graphics::Simulation::open(case, device, &options)?, case, &clock, interrupt, watch)
+                drive(graphics::DeviceSimulation::open(case, device, &options)?, case, &clock, interrupt, watch)
             }
             (None, Precision::F64) => drive(Simulation::<f64>::open(case, &options)?, case, &clock, interrupt, watch),
             (None, Precision::F32) => drive(Simulation::<f32>::open(case, &options)?, case, &clock, interrupt, watch),
@@ -62,15 +67,21 @@ pub fn run(case: &Case, options: Options<'_>, interrupt: &AtomicBool, watch: &mu
 }
 
 /// The host loop: steps, until the run is over or the user ends it.
-fn drive(mut backend: impl Backend, case: &Case, clock: &Clock, interrupt: &AtomicBool, watch: &mut dyn Watch) -> Run {
+fn drive(
+    mut backend: impl Backend,
+    case: &Case,
+    clock: &LoopClock,
+    interrupt: &AtomicBool,
+    watch: &mut dyn Observer,
+) -> Run {
     while !backend.is_finished(case) {
         let ends = interrupt.load(Ordering::Relaxed) && !backend.record().interrupted;
-        if ends || watch.keeps(backend.next_time(), backend.time_step()) {
+        if ends || watch.checkpoint_due(backend.next_time(), backend.time_step()) {
             backend.keep(case, watch, clock.seconds());
         }
         backend.record().interrupted |= ends;
         if backend.advance(case, watch) {
-            watch.progress(&backend.progress(case));
+            watch.on_progress(&backend.progress(case));
         }
     }
     backend.show_end(watch);

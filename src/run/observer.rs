@@ -4,32 +4,32 @@ use std::sync::Arc;
 
 use crate::model::Model;
 use crate::run::Progress;
-use crate::run::checkpoint::Kept;
-use crate::solver::HasKernels;
+use crate::run::checkpoint::Checkpointable;
+use crate::solver::KernelScalar;
 use crate::solver::state::State;
 
 /// Follows a run. Called on the thread that drives it, so whatever takes long belongs on another.
 ///
 /// A closure that takes [`Progress`] follows progress alone, `()` nothing at all.
-pub trait Watch: Send {
+pub trait Observer: Send {
     /// Rows of the history have been added.
-    fn progress(&mut self, _at: &Progress) {}
+    fn on_progress(&mut self, _at: &Progress) {}
     /// Whether it wants to look at the positions at `time` [s], `dt` [s] after the last. Nothing but time may decide, and what it
     /// has looked at: it is also asked about times to come.
-    fn is_due(&self, _time: f64, _dt: f64) -> bool {
+    fn snapshot_due(&self, _time: f64, _dt: f64) -> bool {
         false
     }
     /// The state at a time that is due, before the next step.
-    fn look(&mut self, _view: &View<'_>) {}
+    fn on_snapshot(&mut self, _view: &View<'_>) {}
     /// The state after the last step. A device that has run past the end of the run has none.
-    fn end(&mut self, _view: &View<'_>) {}
+    fn on_end(&mut self, _view: &View<'_>) {}
     /// Whether it wants to keep the run as it is before the step from `time` [s], `dt` [s] long. Nothing but time may decide, and
     /// what it has kept.
-    fn keeps(&self, _time: f64, _dt: f64) -> bool {
+    fn checkpoint_due(&self, _time: f64, _dt: f64) -> bool {
         false
     }
     /// The run at a time that it wants to keep, or before the user ends it. `loop_seconds`: time in the loop so far [s].
-    fn keep(&mut self, _run: &dyn Kept, _loop_seconds: f64) {}
+    fn on_checkpoint(&mut self, _run: &dyn Checkpointable, _loop_seconds: f64) {}
 }
 
 /// The model, and a state of it, for a watcher to look at.
@@ -61,7 +61,7 @@ impl View<'_> {
 }
 
 /// A precision that runs are computed in on the processor.
-pub trait RunScalar: HasKernels {
+pub trait RunScalar: KernelScalar {
     /// The view of a state.
     fn view<'a>(model: &'a Arc<Model<Self>>, state: &'a State<Self>) -> View<'a>;
 }
@@ -78,10 +78,10 @@ impl RunScalar for f32 {
     }
 }
 
-impl Watch for () {}
+impl Observer for () {}
 
-impl<F: FnMut(&Progress) + Send> Watch for F {
-    fn progress(&mut self, at: &Progress) {
+impl<F: FnMut(&Progress) + Send> Observer for F {
+    fn on_progress(&mut self, at: &Progress) {
         self(at);
     }
 }

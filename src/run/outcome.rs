@@ -194,7 +194,7 @@ fn covered_by<S: Scalar>(
         (0..mesh.columns).zip(row_positions(model, state, ply, row)).any(|(column, [x, y, z])| {
             let across = sides.map(|([a, b, c], at)| (a * x + b * y + c * z + at).powi(2));
             across[0] + across[1] < far(row, column).powi(2)
-                && state.standing(model.grid.first_element_row(ply) + row, column)
+                && state.is_intact(model.grid.first_element_row(ply) + row, column)
                 && patch(model, state, ply, [row, column]).into_iter().any(ahead)
                 && (0..2).any(|yarn| runs_on(model, state, ply, [row, column], yarn, span))
                 && counts([row, column])

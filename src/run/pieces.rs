@@ -93,7 +93,7 @@ pub(crate) fn hanging<S: Scalar>(model: &Model<S>, state: &State<S>, ply: usize)
     let (nodes, elements) = (grid.first_node_row(ply), grid.first_element_row(ply));
     let mut found = Hanging { deflection: 0.0, loose: false };
     for row in 0..mesh.rows {
-        for column in (0..mesh.columns).filter(|column| state.standing(elements + row, *column)) {
+        for column in (0..mesh.columns).filter(|column| state.is_intact(elements + row, *column)) {
             for (row, column) in corners([row, column]) {
                 if hangs(row, column) {
                     let deflection = state.displacement(nodes + row, column)[2].abs();

@@ -5,11 +5,11 @@ use std::sync::Arc;
 use nalgebra::Vector3;
 
 use super::backend::Backend;
-use super::record::{Machine, Moment, Record};
-use super::{Options, Progress, Run, RunError, RunScalar, Skips, View, Watch, outcome, pieces, profile};
+use super::record::{Environment, RunRecord, SampleInput};
+use super::{Observer, Options, Progress, Run, RunError, RunScalar, Skips, View, outcome, pieces, profile};
 use crate::case::Case;
 use crate::model::{Model, ModelError};
-use crate::solver::energy_balance::Ledger;
+use crate::solver::energy_balance::EnergyBalance;
 use crate::solver::state::State;
 use crate::solver::{Phase, StepTotals, Stepper, diagnose, excess, flying, given, set_up};
 
@@ -20,8 +20,8 @@ pub struct Simulation<S: RunScalar> {
     /// Varies; as the model.
     pub state: State<S>,
     pub(crate) stepper: Stepper<S>,
-    pub(crate) ledger: Ledger,
-    pub(crate) record: Record,
+    pub(crate) ledger: EnergyBalance,
+    pub(crate) record: RunRecord,
     sampled: bool,
 }
 
@@ -43,12 +43,12 @@ impl<S: RunScalar> Simulation<S> {
         if !skips.wavefront {
             state.reach_everything(&model);
         }
-        let mut record = Record::new(&model, state.body.as_ref());
+        let mut record = RunRecord::new(&model, state.body.as_ref());
         record.skips = skips;
         Ok(Self {
             stepper: Stepper::new(&model),
             record,
-            ledger: Ledger::of_part(model.planes),
+            ledger: EnergyBalance::of_part(model.planes),
             model: Arc::new(model),
             state,
             sampled: false,
@@ -99,7 +99,7 @@ impl<S: RunScalar> Simulation<S> {
         }
         if sample {
             let impulse = Vector3::from(std::mem::take(&mut self.ledger.contact_impulse));
-            let moment = Moment {
+            let moment = SampleInput {
                 time,
                 dt: self.model.dt,
                 balance: self.ledger.balance(),
@@ -121,18 +121,18 @@ impl<S: RunScalar> Simulation<S> {
 
     /// Stops a run whose numbers are no longer finite or whose energy was never put in: kinetic, or at a sample of all kinds.
     fn watch(&mut self, totals: &StepTotals, sample: bool) {
-        if self.record.trouble.is_some() {
+        if self.record.divergence.is_some() {
             return;
         }
         let kinetic = totals.kinetic + flying(self.state.body.as_ref());
         let excess = excess(&self.ledger, kinetic, sample);
         let (model, state, available) = (&self.model, &self.state, self.ledger.available());
-        self.record.trouble = excess.map(|excess| diagnose(model, state, excess, available));
+        self.record.divergence = excess.map(|excess| diagnose(model, state, excess, available));
     }
 
     /// The result. `loop_seconds`: time spent in the loop [s].
     pub fn into_run(self, loop_seconds: f64) -> Run {
-        let machine = Machine {
+        let machine = Environment {
             backend: "cpu",
             adapter: None,
             threads: rayon::current_num_threads(),
@@ -158,25 +158,25 @@ impl<S: RunScalar> Backend for Simulation<S> {
         self.model.dt
     }
 
-    fn record(&mut self) -> &mut Record {
+    fn record(&mut self) -> &mut RunRecord {
         &mut self.record
     }
 
-    fn advance(&mut self, case: &Case, watch: &mut dyn Watch) -> bool {
-        if watch.is_due(self.time(), self.model.dt) {
-            watch.look(&self.view());
+    fn advance(&mut self, case: &Case, watch: &mut dyn Observer) -> bool {
+        if watch.snapshot_due(self.time(), self.model.dt) {
+            watch.on_snapshot(&self.view());
         }
         Self::advance(self, case)
     }
 
-    fn keep(&mut self, _: &Case, watch: &mut dyn Watch, loop_seconds: f64) {
+    fn keep(&mut self, _: &Case, watch: &mut dyn Observer, loop_seconds: f64) {
         if self.state.step > 0 {
-            watch.keep(self, loop_seconds);
+            watch.on_checkpoint(self, loop_seconds);
         }
     }
 
-    fn show_end(&mut self, watch: &mut dyn Watch) {
-        watch.end(&self.view());
+    fn show_end(&mut self, watch: &mut dyn Observer) {
+        watch.on_end(&self.view());
     }
 
     fn progress(&self, case: &Case) -> Progress {

@@ -12,7 +12,7 @@ use crate::solver::state::State;
 
 /// One node of a profile.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct ProfilePoint {
+pub struct DeflectionProfile {
     /// Reference position along the profile, from the point of impact [m].
     pub reference: f64,
     /// Present position along the profile, from the point of impact [m].
@@ -31,7 +31,7 @@ pub struct Profile {
     /// [s]
     pub time: f64,
     /// In order of position.
-    pub points: Vec<ProfilePoint>,
+    pub points: Vec<DeflectionProfile>,
 }
 
 /// Takes the profile of the first ply along the line of nodes nearest to the point of impact.
@@ -48,7 +48,7 @@ pub fn take<S: Scalar>(model: &Model<S>, state: &State<S>, case: &Case, time: f6
     for n in 0..=counts[axis] {
         let (row, column) = place(n);
         let here = node_position(model, state, 0, row, column);
-        let mut point = ProfilePoint {
+        let mut point = DeflectionProfile {
             reference: mesh.reference(row, column)[axis] - impact[axis],
             position: mesh.to_ply(here.into())[axis] - impact[axis],
             deflection: here.z,
@@ -72,20 +72,26 @@ pub fn take<S: Scalar>(model: &Model<S>, state: &State<S>, case: &Case, time: f6
 }
 
 /// The points of a line with their mirror images, in order of position. Strain and force belong to the element after a point.
-fn mirrored(points: Vec<ProfilePoint>, cut: Cut) -> Vec<ProfilePoint> {
+fn mirrored(points: Vec<DeflectionProfile>, cut: Cut) -> Vec<DeflectionProfile> {
     let image = |n: usize| {
         let point = points[n];
         // What lies after the image lies before the point.
         let after = if n > 0 { points[n - 1] } else { points[0] };
         let (reference, position) = (-point.reference, -point.position);
-        ProfilePoint { reference, position, deflection: point.deflection, strain: after.strain, force: after.force }
+        DeflectionProfile {
+            reference,
+            position,
+            deflection: point.deflection,
+            strain: after.strain,
+            force: after.force,
+        }
     };
     match cut {
         Cut::Nowhere => points,
         Cut::First => (1..points.len()).rev().map(image).chain(points.iter().copied()).collect(),
         Cut::Last => {
             let last = points.len().saturating_sub(1);
-            let edge = ProfilePoint { strain: 0.0, force: 0.0, ..image(0) };
+            let edge = DeflectionProfile { strain: 0.0, force: 0.0, ..image(0) };
             let images = (1..last).rev().map(image).chain(std::iter::once(edge));
             // On the plane itself the element after it is the image of the one before.
             points[..last].iter().copied().chain(std::iter::once(image(last))).chain(images).collect()
@@ -95,7 +101,7 @@ fn mirrored(points: Vec<ProfilePoint>, cut: Cut) -> Vec<ProfilePoint> {
 
 impl Profile {
     /// Points at and beyond the point of impact.
-    fn outward(&self) -> impl Iterator<Item = &ProfilePoint> {
+    fn outward(&self) -> impl Iterator<Item = &DeflectionProfile> {
         self.points.iter().filter(|p| p.reference > -1e-12)
     }
 
@@ -140,7 +146,7 @@ impl Profile {
     /// it carries does not.
     pub fn front(&self) -> Option<f64> {
         let plateau = self.plateau_strain().filter(|p| *p > 0.0)?;
-        let points: Vec<&ProfilePoint> = self.outward().collect();
+        let points: Vec<&DeflectionProfile> = self.outward().collect();
         let elongation: f64 = points.windows(2).map(|w| w[0].strain * (w[1].reference - w[0].reference)).sum();
         Some(elongation / plateau)
     }

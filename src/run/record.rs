@@ -17,10 +17,10 @@ use crate::run::pieces::Hanging;
 use crate::run::profile::Profile;
 use crate::run::{NewtonStatistics, PlySample, Progress, Run, Sample, Skips};
 use crate::solver::energy_balance::{Balance, PlyMoment};
-use crate::solver::{FailureEvent, StepTotals, Trouble};
+use crate::solver::{Divergence, FailureEvent, StepTotals};
 
 /// What computed a run.
-pub(crate) struct Machine {
+pub(crate) struct Environment {
     /// `cpu` or `gpu`.
     pub(crate) backend: &'static str,
     /// Name of the graphics adapter.
@@ -38,7 +38,7 @@ pub(crate) struct Machine {
 }
 
 /// Everything the history takes note of at one time of positions.
-pub(crate) struct Moment<'a> {
+pub(crate) struct SampleInput<'a> {
     /// [s]
     pub(crate) time: f64,
     /// Time step [s].
@@ -57,7 +57,7 @@ pub(crate) type Flight = (Vector3<f64>, Vector3<f64>);
 
 /// What a run has produced so far.
 #[derive(Clone, Serialize, Deserialize)]
-pub(crate) struct Record {
+pub(crate) struct RunRecord {
     pub(crate) history: Vec<Sample>,
     pub(crate) events: Vec<FailureEvent>,
     pub(crate) profiles: Vec<Profile>,
@@ -79,7 +79,7 @@ pub(crate) struct Record {
     pub(crate) interrupted: bool,
     pub(crate) skips: Skips,
     #[serde(skip)] // a run in trouble does not go on
-    pub(crate) trouble: Option<Trouble>,
+    pub(crate) divergence: Option<Divergence>,
     /// Why the device gave up, if it did.
     pub(crate) lost: Option<String>,
     tracker: Option<Tracker>,
@@ -93,7 +93,7 @@ pub(crate) struct Record {
     touched: bool,
 }
 
-impl Record {
+impl RunRecord {
     /// An empty record of a shot with this projectile.
     pub(crate) fn new<S: Scalar>(model: &Model<S>, body: Option<&RigidBody>) -> Self {
         let copies = model.planes.copies() as f64;
@@ -114,7 +114,7 @@ impl Record {
             decided: false,
             interrupted: false,
             skips: Skips::default(),
-            trouble: None,
+            divergence: None,
             lost: None,
             tracker: body.map(|b| Tracker::new(b, b.mass * copies, areal_density)),
             momentum_error: 0.0,
@@ -149,13 +149,13 @@ impl Record {
 
     /// Whether something other than time or the user ends the run.
     pub(crate) fn over_but_interrupted(&self) -> bool {
-        self.trouble.is_some() || self.decided || self.lost.is_some()
+        self.divergence.is_some() || self.decided || self.lost.is_some()
     }
 
     /// Whether the step from the positions at `time` [s] is to be sampled.
     pub(crate) fn sample_due(&self, case: &Case, time: f64, dt: f64) -> bool {
         let last = self.history.last().map(|s| s.time);
-        sample_due(case, last, time, dt) || self.interrupted || self.trouble.is_some()
+        sample_due(case, last, time, dt) || self.interrupted || self.divergence.is_some()
     }
 
     /// Whether a profile is to be taken before the step from `time` [s].
@@ -241,7 +241,12 @@ impl Record {
     /// Adds a row to the history and follows the projectile. `covered` tells whether whole fabric of a ply lies ahead of it. True where
     /// a closer [`look`](Self::look) at what covers it is due.
     #[must_use]
-    pub(crate) fn sample(&mut self, case: &Case, at: &Moment<'_>, covered: impl Fn(&RigidBody, usize) -> bool) -> bool {
+    pub(crate) fn sample(
+        &mut self,
+        case: &Case,
+        at: &SampleInput<'_>,
+        covered: impl Fn(&RigidBody, usize) -> bool,
+    ) -> bool {
         let last = self.history.last().copied().unwrap_or_default();
         let failed = self.failed();
         let copies = self.planes.copies();
@@ -333,7 +338,7 @@ impl Record {
     }
 
     /// The result after `steps` steps.
-    pub(crate) fn into_run<S: Scalar>(self, model: &Model<S>, steps: u64, machine: Machine) -> Run {
+    pub(crate) fn into_run<S: Scalar>(self, model: &Model<S>, steps: u64, machine: Environment) -> Run {
         info!(steps, seconds = machine.loop_seconds, failed_yarns = self.failed().iter().sum::<u64>(), "loop ended");
         let present = model.sheets.iter().flat_map(|s| (0..2).filter(|i| s.present[*i]).map(|i| &s.cell.yarn[i]));
         let breaking = present.map(|yarn| yarn.stiffness * yarn.failure_strain.min(1.0));
@@ -372,10 +377,10 @@ impl Record {
             adapter: machine.adapter,
             threads: machine.threads,
             precision: machine.precision,
-            trouble: self.trouble,
+            divergence: self.divergence,
             lost: self.lost,
             interrupted: self.interrupted,
-            unkept: None,
+            checkpoint_error: None,
             history: self.history,
             events: whole_events(model, self.events),
             profiles: self.profiles,

@@ -5,9 +5,9 @@ use serde::{Deserialize, Serialize};
 use super::options::Skips;
 use super::outcome::Outcome;
 use super::profile::Profile;
-use crate::model::{MirrorPlanes, Terms};
+use crate::model::{Features, MirrorPlanes};
 use crate::solver::energy_balance::{Balance, PlyMoment};
-use crate::solver::{FailureEvent, Trouble};
+use crate::solver::{Divergence, FailureEvent};
 
 /// One row of the history, at a time of positions.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -127,7 +127,7 @@ pub struct Run {
     /// What set it.
     pub step_set_by: &'static str,
     /// Terms of the model that the scene has.
-    pub terms: Terms,
+    pub terms: Features,
     /// Time in the loop [s].
     pub loop_seconds: f64,
     /// Part of it in which the host did not wait for the device [s]; `None` on the processor.
@@ -143,13 +143,13 @@ pub struct Run {
     /// `f64` or `f32`.
     pub precision: &'static str,
     /// What went wrong, if the run became unstable.
-    pub trouble: Option<Trouble>,
+    pub divergence: Option<Divergence>,
     /// What the device said when it was lost in mid-run; results end there.
     pub lost: Option<String>,
     /// Stopped by the user.
     pub interrupted: bool,
     /// The last checkpoint that could not be written, and why.
-    pub unkept: Option<String>,
+    pub checkpoint_error: Option<String>,
 }
 
 impl Run {

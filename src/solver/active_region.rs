@@ -12,14 +12,14 @@ use crate::model::Mesh;
 
 /// Rows and columns of nodes of a ply that may have moved or move.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Reach {
+pub struct ActiveRegion {
     /// Rows of nodes.
     pub rows: Range<usize>,
     /// Columns of nodes.
     pub columns: Range<usize>,
 }
 
-impl Reach {
+impl ActiveRegion {
     /// Nothing has moved.
     pub fn nothing() -> Self {
         Self { rows: 0..0, columns: 0..0 }
@@ -36,7 +36,7 @@ impl Reach {
     }
 
     /// Takes a node in.
-    pub fn touch(&mut self, row: usize, column: usize) {
+    pub fn activate(&mut self, row: usize, column: usize) {
         *self = self.union(&Self { rows: row..row + 1, columns: column..column + 1 });
     }
 
@@ -107,25 +107,25 @@ mod tests {
     #[test]
     fn it_grows_by_a_ring_to_the_edges() {
         let mesh = mesh(0.0);
-        let mut reach = Reach::nothing();
+        let mut reach = ActiveRegion::nothing();
         assert!(reach.grown(1, &mesh).is_nothing());
-        reach.touch(4, 7);
-        reach.touch(5, 6);
-        assert_eq!(reach, Reach { rows: 4..6, columns: 6..8 });
-        assert_eq!(reach.grown(2, &mesh), Reach { rows: 2..8, columns: 4..10 });
-        assert_eq!(reach.grown(50, &mesh), Reach::whole(&mesh));
+        reach.activate(4, 7);
+        reach.activate(5, 6);
+        assert_eq!(reach, ActiveRegion { rows: 4..6, columns: 6..8 });
+        assert_eq!(reach.grown(2, &mesh), ActiveRegion { rows: 2..8, columns: 4..10 });
+        assert_eq!(reach.grown(50, &mesh), ActiveRegion::whole(&mesh));
         assert_eq!(reach.elements(&mesh), [3..6, 5..8]);
-        assert_eq!(Reach::whole(&mesh).elements(&mesh), [0..10, 0..20]);
+        assert_eq!(ActiveRegion::whole(&mesh).elements(&mesh), [0..10, 0..20]);
     }
 
     #[test]
     fn another_ply_sees_it_where_it_lies() {
         let (flat, turned) = (mesh(0.0), mesh(std::f64::consts::FRAC_PI_2));
-        let mut reach = Reach::nothing();
-        reach.touch(5, 10); // the centre
+        let mut reach = ActiveRegion::nothing();
+        reach.activate(5, 10); // the centre
         let seen = reach.seen_from(&flat, &turned, 0.0);
         assert!(seen.rows.contains(&5) && seen.columns.contains(&10) && seen.rows.len() < 8, "{seen:?}");
-        let corner = Reach { rows: 0..1, columns: 0..1 };
+        let corner = ActiveRegion { rows: 0..1, columns: 0..1 };
         // The corner (-10, -10) mm of a ply lies at (-10, 10) mm of one turned by 90 degrees.
         let seen = corner.seen_from(&flat, &turned, 0.0);
         assert!(seen.rows.contains(&10) && seen.columns.contains(&0) && !seen.rows.contains(&0), "{seen:?}");

@@ -2,13 +2,13 @@
 
 use nalgebra::Vector3;
 
-use super::Trouble;
+use super::Divergence;
 use crate::kernels::element_force::field as element;
 use crate::kernels::node_update::field as node;
 use crate::kernels::rigid_body::RigidBody;
 use crate::math::scalar::Scalar;
 use crate::model::{Mesh, Model};
-use crate::solver::energy_balance::Ledger;
+use crate::solver::energy_balance::EnergyBalance;
 use crate::solver::state::State;
 
 /// Ply, row and column of the fastest node, and its speed [m/s].
@@ -40,11 +40,11 @@ pub fn elements<S: Scalar>(model: &Model<S>) -> impl Iterator<Item = [usize; 3]>
 }
 
 /// Looks for numbers that are not finite: which kernel made them, and where.
-pub fn find_trouble<S: Scalar>(model: &Model<S>, state: &State<S>) -> Option<Trouble> {
+pub fn find_divergence<S: Scalar>(model: &Model<S>, state: &State<S>) -> Option<Divergence> {
     let grid = &model.grid;
     let bad = |x: &S| !x.to_f64().is_finite();
     let trouble = |kernel, name: &str, x: S, place| {
-        Some(Trouble { step: state.step, kernel, quantity: format!("{name} = {x:?}"), place })
+        Some(Divergence { step: state.step, kernel, quantity: format!("{name} = {x:?}"), place })
     };
     let names = ["membrane force along warp", "membrane force along weft", "hourglass force", "yarn height"];
     for place in elements(model) {
@@ -71,7 +71,7 @@ pub(crate) fn flying(body: Option<&RigidBody>) -> f64 {
 }
 
 /// Energy that was never put in, or that is no number: its kind, and how much [J]. `sampled`: the ledger knows all kinds now.
-pub(crate) fn excess(ledger: &Ledger, kinetic: f64, sampled: bool) -> Option<(&'static str, f64)> {
+pub(crate) fn excess(ledger: &EnergyBalance, kinetic: f64, sampled: bool) -> Option<(&'static str, f64)> {
     let whole = ledger.available() + ledger.gained();
     if !(kinetic <= ledger.allowed() && ledger.work.is_finite()) {
         Some(("kinetic energy", kinetic))
@@ -88,11 +88,11 @@ pub(crate) fn diagnose<S: Scalar>(
     state: &State<S>,
     (name, energy): (&str, f64),
     available: f64,
-) -> Trouble {
-    let mut trouble = find_trouble(model, state).unwrap_or_else(|| {
+) -> Divergence {
+    let mut trouble = find_divergence(model, state).unwrap_or_else(|| {
         let (place, speed) = fastest_node(model, state);
         let [energy, available] = [energy, available].map(|energy| energy * model.planes.copies() as f64);
-        Trouble {
+        Divergence {
             step: state.step,
             kernel: "node_update",
             quantity: format!(

@@ -16,7 +16,7 @@ use crate::model::{Grid, MirrorPlanes};
 
 /// Running sums and the last sample.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
-pub struct Ledger {
+pub struct EnergyBalance {
     /// Work done on the elements since the start [J].
     pub work: f64,
     /// The part of it that shock viscosity dissipated [J].
@@ -76,7 +76,7 @@ struct Initial {
 }
 
 /// Sums of one sample.
-pub(crate) struct Sums {
+pub(crate) struct SampleSums {
     /// [J]
     pub(crate) kinetic: f64,
     /// [J]
@@ -152,7 +152,7 @@ impl Balance {
     }
 }
 
-impl Ledger {
+impl EnergyBalance {
     /// A ledger of the part of a scene that these planes leave. Momentum across them it does not look at: in the whole it cancels.
     pub fn of_part(planes: MirrorPlanes) -> Self {
         Self { planes, ..Self::default() }
@@ -349,8 +349,8 @@ impl Ledger {
     }
 
     /// Sums of the last sample, for comparison: fabric kinetic and stored energy [J], momentum of fabric and projectile.
-    pub(crate) fn fabric(&self) -> Sums {
-        Sums { kinetic: self.kinetic, stored: self.stored, momentum: self.momentum }
+    pub(crate) fn fabric(&self) -> SampleSums {
+        SampleSums { kinetic: self.kinetic, stored: self.stored, momentum: self.momentum }
     }
 
     /// Energy beyond which a run is out of hand [J].

@@ -1,6 +1,6 @@
 //! Failure judged over a piece of yarn: a length along it, its spacing across it.
 
-use crate::kernels::element_force::{BREAKING, ElementTotals, field};
+use crate::kernels::element_force::{ElementTotals, MARKED_FOR_FAILURE, field};
 use crate::math::scalar::Scalar;
 use crate::model::Model;
 use crate::model::failure_length::Window;
@@ -10,7 +10,11 @@ use crate::solver::state::State;
 /// in this one. `last`: sums of that step, which say where nothing has to be looked at; `None`: everything is.
 ///
 /// Gives the largest of those means over the failure strain where all pieces are whole: what a yarn carries over its breaking load.
-pub(super) fn judge<S: Scalar>(model: &Model<S>, state: &mut State<S>, last: Option<&[ElementTotals]>) -> f64 {
+pub(super) fn evaluate_failure<S: Scalar>(
+    model: &Model<S>,
+    state: &mut State<S>,
+    last: Option<&[ElementTotals]>,
+) -> f64 {
     let strains = model.element_fields() - field::STRAIN;
     let mut largest: f64 = 0.0;
     for ply in 0..model.grid.plies {
@@ -38,7 +42,7 @@ pub(super) fn judge<S: Scalar>(model: &Model<S>, state: &mut State<S>, last: Opt
                         largest = largest.max(mean.strain / limit);
                     }
                     if mean.strain >= limit {
-                        state.elements.set(first + row, field::ALIVE + yarn, column + 1, S::splat(BREAKING));
+                        state.elements.set(first + row, field::ALIVE + yarn, column + 1, S::splat(MARKED_FOR_FAILURE));
                     }
                 }
             }
@@ -101,15 +105,15 @@ mod tests {
             }
         }
         let mut again = state.clone();
-        let load = judge(&model, &mut state, Some(&totals));
+        let load = evaluate_failure(&model, &mut state, Some(&totals));
         let marked = |state: &State<f64>| {
             let places = (0..mesh.rows).flat_map(|row| (0..mesh.columns).map(move |column| [row, column]));
             places
-                .filter(|[row, column]| state.elements.get(*row, field::ALIVE, column + 1) == BREAKING)
+                .filter(|[row, column]| state.elements.get(*row, field::ALIVE, column + 1) == MARKED_FOR_FAILURE)
                 .collect::<Vec<_>>()
         };
         // What the last step says only saves looking.
-        assert_eq!(judge(&model, &mut again, None), load);
+        assert_eq!(evaluate_failure(&model, &mut again, None), load);
         assert_eq!(marked(&again), marked(&state));
         (marked(&state), load)
     }

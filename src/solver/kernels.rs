@@ -6,12 +6,12 @@ use std::ops::Range;
 use super::plies::{CompiledSieve, Sieve};
 use crate::kernels::crossover::LawKernel;
 use crate::kernels::element_force::{ElementConstants, ElementRow, ElementTotals, Extent, element_force};
-use crate::kernels::node_update::{Neighbours, NodeRow, NodeTotals, Part, RowMass, node_update};
+use crate::kernels::node_update::{Neighbours, NodeRange, NodeRow, NodeTotals, RowMass, node_update};
 use crate::math::scalar::{Real, Scalar};
 #[cfg(not(feature = "quick-build"))]
-use crate::math::simd::Twice;
+use crate::math::simd::Pair;
 use crate::math::simd::Vectors;
-use crate::model::Sheet;
+use crate::model::PlyType;
 
 /// The kernels, row by row.
 pub trait RowKernels<S>: Send + Sync {
@@ -31,7 +31,7 @@ pub trait RowKernels<S>: Send + Sync {
         around: &Neighbours<'_, S>,
         mass: &RowMass<'_, S>,
         node: &mut NodeRow<'_, S>,
-        part: &Part,
+        part: &NodeRange,
         times: [f64; 2],
         ledger: bool,
     ) -> NodeTotals;
@@ -65,7 +65,7 @@ impl<R: Real + Send + Sync, L: LawKernel> RowKernels<R::Scalar> for Compiled<R, 
         around: &Neighbours<'_, R::Scalar>,
         mass: &RowMass<'_, R::Scalar>,
         node: &mut NodeRow<'_, R::Scalar>,
-        part: &Part,
+        part: &NodeRange,
         times: [f64; 2],
         ledger: bool,
     ) -> NodeTotals {
@@ -80,7 +80,7 @@ fn nodes<R: Real>(
     around: &Neighbours<'_, R::Scalar>,
     mass: &RowMass<'_, R::Scalar>,
     node: &mut NodeRow<'_, R::Scalar>,
-    part: &Part,
+    part: &NodeRange,
     times: [f64; 2],
     ledger: bool,
 ) -> NodeTotals {
@@ -91,17 +91,17 @@ fn nodes<R: Real>(
 }
 
 /// A precision that has kernels. They are compiled here, once, not wherever something generic uses them.
-pub trait HasKernels: Scalar {
+pub trait KernelScalar: Scalar {
     /// The kernels of a sheet.
-    fn kernels(sheet: &Sheet<Self>, vectors: Vectors) -> Box<dyn RowKernels<Self>>;
+    fn kernels(sheet: &PlyType<Self>, vectors: Vectors) -> Box<dyn RowKernels<Self>>;
 
     /// The sieve of nodes that may touch the next ply.
     fn sieve(vectors: Vectors) -> Box<dyn Sieve<Self>>;
 }
 
-impl HasKernels for f64 {
+impl KernelScalar for f64 {
     #[inline(never)]
-    fn kernels(sheet: &Sheet<Self>, vectors: Vectors) -> Box<dyn RowKernels<Self>> {
+    fn kernels(sheet: &PlyType<Self>, vectors: Vectors) -> Box<dyn RowKernels<Self>> {
         crate::with_law!(sheet.law, L => of_law::<Self, L>(sheet, vectors))
     }
 
@@ -111,9 +111,9 @@ impl HasKernels for f64 {
     }
 }
 
-impl HasKernels for f32 {
+impl KernelScalar for f32 {
     #[inline(never)]
-    fn kernels(sheet: &Sheet<Self>, vectors: Vectors) -> Box<dyn RowKernels<Self>> {
+    fn kernels(sheet: &PlyType<Self>, vectors: Vectors) -> Box<dyn RowKernels<Self>> {
         crate::with_law!(sheet.law, L => of_law::<Self, L>(sheet, vectors))
     }
 
@@ -123,7 +123,7 @@ impl HasKernels for f32 {
     }
 }
 
-fn of_law<S: Scalar, L: LawKernel>(sheet: &Sheet<S>, vectors: Vectors) -> Box<dyn RowKernels<S>> {
+fn of_law<S: Scalar, L: LawKernel>(sheet: &PlyType<S>, vectors: Vectors) -> Box<dyn RowKernels<S>> {
     let constants = sheet.constants::<S, L>();
     let shear = sheet.has_shear;
     match vectors {
@@ -131,9 +131,9 @@ fn of_law<S: Scalar, L: LawKernel>(sheet: &Sheet<S>, vectors: Vectors) -> Box<dy
         #[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
         Vectors::Avx512(simd) => compiled::<_, L>(&constants, S::many(simd), shear),
         #[cfg(all(any(target_arch = "x86", target_arch = "x86_64"), not(feature = "quick-build")))]
-        Vectors::Avx2(simd) => compiled::<_, L>(&constants, Twice::of(S::lanes(simd)), shear),
+        Vectors::Avx2(simd) => compiled::<_, L>(&constants, Pair::of(S::lanes(simd)), shear),
         #[cfg(target_arch = "aarch64")]
-        Vectors::Neon(simd) => compiled::<_, L>(&constants, Twice::of(S::lanes(simd)), shear),
+        Vectors::Neon(simd) => compiled::<_, L>(&constants, Pair::of(S::lanes(simd)), shear),
     }
 }
 

@@ -8,7 +8,7 @@ use crate::model::Model;
 
 /// Everything in a stepper that later steps depend on.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub(crate) struct Memory {
+pub(crate) struct StepperState {
     /// How far any node may have gone so far [m].
     travel: f64,
     /// Ply, row, column of the nodes near the projectile.
@@ -17,7 +17,7 @@ pub(crate) struct Memory {
     reserve: f64,
 }
 
-impl Memory {
+impl StepperState {
     /// Whether it names nodes of this model only.
     pub(crate) fn fits<S: Scalar>(&self, model: &Model<S>) -> bool {
         self.near.iter().map(|place| place.map(|at| at as usize)).all(|[ply, row, column]| {
@@ -28,12 +28,12 @@ impl Memory {
 
 impl<S: Scalar> Stepper<S> {
     /// What the next steps depend on.
-    pub(crate) fn memory(&self) -> Memory {
-        Memory { travel: self.plies.travel, near: self.projectile.near.clone(), reserve: self.projectile.reserve }
+    pub(crate) fn memory(&self) -> StepperState {
+        StepperState { travel: self.plies.travel, near: self.projectile.near.clone(), reserve: self.projectile.reserve }
     }
 
     /// Goes on with the memory of another stepper of the same model.
-    pub(crate) fn remember(&mut self, memory: Memory) {
+    pub(crate) fn remember(&mut self, memory: StepperState) {
         self.plies.travel = memory.travel;
         self.projectile.near = memory.near;
         self.projectile.reserve = memory.reserve;

@@ -31,13 +31,13 @@ use crate::kernels::node_update::{Neighbours, NodeTotals};
 use crate::math::scalar::Scalar;
 use crate::math::simd::Vectors;
 use crate::model::Model;
-use crate::solver::active_region::Reach;
-use crate::solver::energy_balance::Ledger;
+use crate::solver::active_region::ActiveRegion;
+use crate::solver::energy_balance::EnergyBalance;
 use crate::solver::state::{Rows, State, split};
 pub(crate) use divergence::{diagnose, excess, flying};
-pub use divergence::{elements, fastest_node, find_trouble, nodes};
-pub use kernels::{HasKernels, RowKernels};
-pub(crate) use memory::Memory;
+pub use divergence::{elements, fastest_node, find_divergence, nodes};
+pub use kernels::{KernelScalar, RowKernels};
+pub(crate) use memory::StepperState;
 use plies::PlyContact;
 pub use plies::{Look, Near, Sieve};
 use projectile::ProjectileContact;
@@ -93,7 +93,7 @@ pub struct StepTotals {
 
 /// Where a run went wrong.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Trouble {
+pub struct Divergence {
     /// Step.
     pub step: u64,
     /// Kernel that produced the number.
@@ -114,7 +114,7 @@ pub struct Context<'a, S> {
     /// Varies.
     pub state: &'a mut State<S>,
     /// Takes note of work and losses.
-    pub ledger: &'a mut Ledger,
+    pub ledger: &'a mut EnergyBalance,
     /// What the step has done so far.
     pub totals: StepTotals,
     /// Whether the ledger takes the energies at the time of the positions.
@@ -123,7 +123,7 @@ pub struct Context<'a, S> {
 
 impl<'a, S: Scalar> Context<'a, S> {
     /// A step about to begin.
-    pub fn new(model: &'a Model<S>, state: &'a mut State<S>, ledger: &'a mut Ledger, sample: bool) -> Self {
+    pub fn new(model: &'a Model<S>, state: &'a mut State<S>, ledger: &'a mut EnergyBalance, sample: bool) -> Self {
         Self { model, state, ledger, totals: StepTotals::default(), sample }
     }
 
@@ -146,7 +146,7 @@ pub struct Stepper<S: Scalar> {
     /// What a row of nodes without elements on one side reads.
     nothing: Vec<S>,
     /// What had been reached when the step began.
-    reached: Vec<Reach>,
+    reached: Vec<ActiveRegion>,
     plies: PlyContact<S>,
     projectile: ProjectileContact,
     /// Failures of the last step.
@@ -155,7 +155,7 @@ pub struct Stepper<S: Scalar> {
     pub stopwatch: Stopwatch,
 }
 
-impl<S: HasKernels> Stepper<S> {
+impl<S: KernelScalar> Stepper<S> {
     /// A stepper for a model, on the widest vectors there are.
     pub fn new(model: &Model<S>) -> Self {
         Self::with_vectors(model, Vectors::widest())
@@ -180,7 +180,13 @@ impl<S: HasKernels> Stepper<S> {
     }
 
     /// One step from the positions at `state.step`·Δt. `sample`: fill in the energies at that time.
-    pub fn step(&mut self, model: &Model<S>, state: &mut State<S>, ledger: &mut Ledger, sample: bool) -> StepTotals {
+    pub fn step(
+        &mut self,
+        model: &Model<S>,
+        state: &mut State<S>,
+        ledger: &mut EnergyBalance,
+        sample: bool,
+    ) -> StepTotals {
         let mut context = Context::new(model, state, ledger, sample);
         self.stopwatch.start();
         if context.state.step.is_multiple_of(APART) {
@@ -217,10 +223,10 @@ impl<S: HasKernels> Stepper<S> {
     fn sweep(&mut self, context: &mut Context<'_, S>, passes: Passes) {
         if passes != Passes::Nodes && context.model.terms().windows {
             let last = self.stepped.then_some(&self.element_totals[..]);
-            self.load = failure::judge(context.model, context.state, last);
+            self.load = failure::evaluate_failure(context.model, context.state, last);
             self.stepped = true;
         }
-        self.reached.clone_from(&context.state.reach);
+        self.reached.clone_from(&context.state.active);
         let sweep = Sweep {
             model: context.model,
             kernels: &self.kernels,
@@ -234,7 +240,7 @@ impl<S: HasKernels> Stepper<S> {
 
     /// Adds up what the rows of nodes did, in row order.
     fn collect_nodes(&mut self, context: &mut Context<'_, S>) {
-        for (ply, reach) in context.state.reach.iter_mut().enumerate() {
+        for (ply, reach) in context.state.active.iter_mut().enumerate() {
             *reach = reach.grown(1, &context.model.sheet(ply).mesh);
         }
         for (index, row) in self.node_totals.iter().enumerate() {
@@ -298,7 +304,7 @@ impl<S: HasKernels> Stepper<S> {
                 });
                 // The last failure of an element that has nothing left is its erosion.
                 let last = row.failures.get(at + 1).is_none_or(|next| next.column != f.column);
-                totals.eroded += u64::from(last && !state.standing(index, f.column as usize));
+                totals.eroded += u64::from(last && !state.is_intact(index, f.column as usize));
             }
         }
         if *sample {

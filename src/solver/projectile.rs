@@ -10,7 +10,7 @@ use super::near::near_nodes;
 use super::{Context, neighbours};
 use crate::kernels::node_update::{self, field as node};
 use crate::kernels::projectile_contact::{self, ContactPoint};
-use crate::kernels::projectile_rim::{Rim, Tie};
+use crate::kernels::projectile_rim::{EdgeConstraint, Rim};
 use crate::kernels::rigid_body::RigidBody;
 use crate::math::scalar::Scalar;
 use crate::model::{Model, over, over::SIDES};
@@ -79,7 +79,7 @@ impl ProjectileContact {
                 context.state.nodes.set(row, node::DISPLACEMENT + a, p.column, S::splat(u + model.dt * change[a]));
                 context.state.nodes.set(row, node::VELOCITY + a, p.column, S::splat(own[a]));
             }
-            context.state.reach[p.ply].touch(p.row, p.column);
+            context.state.active[p.ply].activate(p.row, p.column);
             if context.sample {
                 context.ledger.correct_node(
                     p.ply,
@@ -103,13 +103,13 @@ impl ProjectileContact {
             }
             let mut seen = look(model, state, [ply, row, column]);
             let pressed = seen.position - Vector3::new(0.0, 0.0, seen.between);
-            (seen.gap, seen.normal) = body.holding_gap(&pressed);
+            (seen.gap, seen.normal) = body.contact_distance(&pressed);
             context.totals.penetration = context.totals.penetration.max(-seen.gap);
             if stays_away(&seen, body, model.dt) {
                 continue;
             }
             let point = contact_point(context, body, nothing, [ply, row, column], &seen);
-            if body.prescribed && !point.gives_way() {
+            if body.prescribed && !point.is_free() {
                 continue; // both are held, and no finite impulse would change that
             }
             self.points.push(point);
@@ -153,7 +153,7 @@ impl ProjectileContact {
                     let weights = [1.0 - at, at];
                     let gives_way = |end: usize| {
                         let point = contact_point(context, body, nothing, ends[end], &seen[end]);
-                        weights[end] > 0.0 && ContactPoint { normal: crossing.normal, ..point }.gives_way()
+                        weights[end] > 0.0 && ContactPoint { normal: crossing.normal, ..point }.is_free()
                     };
                     if body.prescribed && !gives_way(0) && !gives_way(1) {
                         continue; // as above
@@ -165,7 +165,7 @@ impl ProjectileContact {
                             self.points.len() - 1
                         })
                     });
-                    let tie = Tie { nodes, weights };
+                    let tie = EdgeConstraint { nodes, weights };
                     for node in nodes {
                         self.points[node].shared = true;
                     }
@@ -215,7 +215,7 @@ fn contact_point<S: Scalar>(
     let sheet = model.sheet(ply);
     let m = sheet.row_mass(row);
     let [x, y, z] = [0, 1, 2].map(|a| m.inverse[a][column].to_f64());
-    let inverse = Vector3::from(turned(sheet.mesh.turn, [x, y, z]));
+    let inverse = Vector3::from(turned(sheet.mesh.rotation, [x, y, z]));
     let around = neighbours(model, &state.elements, nothing, ply, row);
     let force = node_update::gather(S::splat(0.0), &around, column).map(Scalar::to_f64);
     let force = Vector3::from(sheet.mesh.to_pack(force));
@@ -223,7 +223,7 @@ fn contact_point<S: Scalar>(
         ply,
         row,
         column,
-        gap: seen.gap,
+        signed_distance: seen.gap,
         normal: seen.normal,
         arm: seen.position - body.position,
         before: seen.free - inverse.component_mul(&force) * context.kick(),
@@ -233,10 +233,10 @@ fn contact_point<S: Scalar>(
         part: sheet.mesh.part_of(row, column),
         // What the projectile rubs against is the fabric it touches; further plies rub against each other.
         friction: if seen.between > 0.0 { model.friction.min(model.ply_friction) } else { model.friction },
-        kappa: 0.0,
-        push: 0.0,
-        drag: Vector3::zeros(),
-        carried: Vector3::zeros(),
+        effective_mass: 0.0,
+        normal_impulse: 0.0,
+        friction_impulse: Vector3::zeros(),
+        edge_impulse: Vector3::zeros(),
         active: false,
         shared: false,
     };
@@ -274,7 +274,7 @@ pub fn fabric_between<S: Scalar>(model: &Model<S>, state: &State<S>, ply: usize,
         let at = ((front + 1) * SIDES * (model.grid.rows + 1) + place[0]) * (model.grid.columns + 1) + place[1];
         let element = over::element(state.over[at]);
         let [r, c] = [element / mesh.columns, element % mesh.columns];
-        if state.standing(model.grid.first_element_row(front) + r, c) {
+        if state.is_intact(model.grid.first_element_row(front) + r, c) {
             thickness += model.plies[front].touching;
         }
         // On through the corner nearest to the node by its place in the ply behind.
@@ -289,7 +289,7 @@ pub fn fabric_between<S: Scalar>(model: &Model<S>, state: &State<S>, ply: usize,
 /// Whether any element around a node still carries load; debris no longer touches anything.
 pub fn node_stands<S: Scalar>(model: &Model<S>, state: &State<S>, ply: usize, row: usize, column: usize) -> bool {
     let first = model.grid.first_element_row(ply);
-    model.sheet(ply).mesh.around(row, column).any(|[r, c]| state.standing(first + r, c))
+    model.sheet(ply).mesh.around(row, column).any(|[r, c]| state.is_intact(first + r, c))
 }
 
 /// Position of a node in the axes of the pack [m].

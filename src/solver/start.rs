@@ -60,7 +60,7 @@ pub(crate) fn given<S: Scalar>(model: &Model<S>, state: &State<S>) -> (f64, Vect
 pub(crate) fn rounding<S: Scalar>(model: &Model<S>, body: Option<&RigidBody>) -> f64 {
     let body = body.map_or(0.0, |body| {
         let moves = if body.prescribed { 0.0 } else { body.translation() };
-        f64::EPSILON * moves + S::EPSILON * body.spin()
+        f64::EPSILON * moves + S::EPSILON * body.rotational_energy()
     });
     model.rounding() + body
 }
@@ -74,7 +74,7 @@ fn check_start<S: Scalar>(model: &Model<S>, state: &State<S>) -> Result<(), Mode
         deepest = deepest.max(-gap);
     }
     // Room for rounding of a touching start in the state's precision.
-    let rounding = 16.0 * S::EPSILON * (body.body.reach + body.position.norm());
+    let rounding = 16.0 * S::EPSILON * (body.body.bounding_radius + body.position.norm());
     if deepest > rounding {
         return Err(ModelError::InitialPenetration { depth_mm: deepest * 1e3 });
     }

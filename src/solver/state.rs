@@ -6,8 +6,8 @@ use crate::kernels::node_update::field as node;
 use crate::kernels::rigid_body::RigidBody;
 use crate::math::aligned::Aligned;
 use crate::math::scalar::Scalar;
-use crate::model::{Mesh, Model, Sheet, over};
-use crate::solver::active_region::Reach;
+use crate::model::{Mesh, Model, PlyType, over};
+use crate::solver::active_region::ActiveRegion;
 
 /// Rows of numbers: all fields of a row lie together, so that a row is one mutable slice for one thread.
 ///
@@ -89,7 +89,7 @@ pub struct State<S> {
     /// where failure is judged over a length.
     pub elements: Rows<S>,
     /// Nodes of each ply that may have moved.
-    pub reach: Vec<Reach>,
+    pub active: Vec<ActiveRegion>,
     /// Element (row·columns + column) of the ply in front, and of the ply behind, that a node is over or was last, and
     /// [`over::INSIDE`] where it is too close to it;
     /// shape (plies, 2, (rows + 1)·(columns + 1)), empty for a single ply.
@@ -136,15 +136,15 @@ impl<S: Scalar> State<S> {
                     }
                 }
             }
-            reach.push(if model.at_rest { Reach::nothing() } else { Reach::whole(mesh) });
+            reach.push(if model.at_rest { ActiveRegion::nothing() } else { ActiveRegion::whole(mesh) });
         }
         let over = over::over_at_rest(model);
-        Self { nodes, elements, reach, over, body: model.projectile.clone(), step: 0 }
+        Self { nodes, elements, active: reach, over, body: model.projectile.clone(), step: 0 }
     }
 
     /// Lets everything count as moving, so that nothing is left out.
     pub fn reach_everything(&mut self, model: &Model<S>) {
-        self.reach = (0..model.grid.plies).map(|ply| Reach::whole(&model.sheet(ply).mesh)).collect();
+        self.active = (0..model.grid.plies).map(|ply| ActiveRegion::whole(&model.sheet(ply).mesh)).collect();
     }
 
     /// Displacement of a node [m].
@@ -163,12 +163,12 @@ impl<S: Scalar> State<S> {
     }
 
     /// Whether an element still has every yarn its fabric has.
-    pub fn whole(&self, sheet: &Sheet<S>, row: usize, column: usize) -> bool {
+    pub fn is_undamaged(&self, sheet: &PlyType<S>, row: usize, column: usize) -> bool {
         (0..2).all(|yarn| !sheet.present[yarn] || self.alive(row, column, yarn))
     }
 
     /// Whether any yarn of an element carries load.
-    pub fn standing(&self, row: usize, column: usize) -> bool {
+    pub fn is_intact(&self, row: usize, column: usize) -> bool {
         self.alive(row, column, 0) || self.alive(row, column, 1)
     }
 }

@@ -10,10 +10,10 @@ use rayon::prelude::*;
 
 use super::{Context, RowKernels};
 use crate::kernels::element_force::{ElementRow, ElementTotals, field as element};
-use crate::kernels::node_update::{Neighbours, NodeTotals, Part, RowMass};
+use crate::kernels::node_update::{Neighbours, NodeRange, NodeTotals, RowMass};
 use crate::math::scalar::Scalar;
 use crate::model::Model;
-use crate::solver::active_region::Reach;
+use crate::solver::active_region::ActiveRegion;
 use crate::solver::state::{split, split_mut};
 
 /// Rows of elements of a block.
@@ -42,14 +42,14 @@ pub(super) struct Sweep<'a, S: Scalar> {
     /// What a row of nodes without elements on one side reads.
     pub(super) nothing: &'a [S],
     /// What had been reached before this step, by ply.
-    pub(super) reached: &'a [Reach],
+    pub(super) reached: &'a [ActiveRegion],
     pub(super) passes: Passes,
     /// Elements have fields for viscous forces.
     pub(super) viscous: bool,
 }
 
 /// Storage of the rows of elements from `first` on, with the rows of nodes strictly between them.
-struct Strip<'a, S> {
+struct RowBand<'a, S> {
     first: usize,
     nodes: &'a mut [S],
     elements: &'a mut [S],
@@ -74,15 +74,15 @@ impl<S> End<'_, S> {
 
 /// A strip with its ends.
 struct Band<'a, S> {
-    strip: Strip<'a, S>,
+    strip: RowBand<'a, S>,
     low: End<'a, S>,
     high: End<'a, S>,
 }
 
 /// What is on either side of a row of nodes, and that row with its totals.
-type Parted<'a, S> = (Strip<'a, S>, (&'a mut [S], &'a mut NodeTotals), Strip<'a, S>);
+type Parted<'a, S> = (RowBand<'a, S>, (&'a mut [S], &'a mut NodeTotals), RowBand<'a, S>);
 
-impl<'a, S> Strip<'a, S> {
+impl<'a, S> RowBand<'a, S> {
     /// Cuts it at the row of nodes `row`. `length`: numbers per row of nodes and of elements.
     fn cut(self, row: usize, length: [usize; 2]) -> Parted<'a, S> {
         let rows = row - self.first;
@@ -92,14 +92,14 @@ impl<'a, S> Strip<'a, S> {
         let (middle_totals, node_totals_high) = node_totals.split_at_mut(1);
         let (elements_low, elements_high) = self.elements.split_at_mut(rows * length[1]);
         let (element_totals_low, element_totals_high) = self.element_totals.split_at_mut(rows);
-        let low = Strip {
+        let low = RowBand {
             first: self.first,
             nodes: nodes_low,
             elements: elements_low,
             element_totals: element_totals_low,
             node_totals: node_totals_low,
         };
-        let high = Strip {
+        let high = RowBand {
             first: row,
             nodes: nodes_high,
             elements: elements_high,
@@ -110,8 +110,8 @@ impl<'a, S> Strip<'a, S> {
     }
 
     /// The same strip for a while.
-    fn lend(&mut self) -> Strip<'_, S> {
-        Strip {
+    fn lend(&mut self) -> RowBand<'_, S> {
+        RowBand {
             first: self.first,
             nodes: &mut *self.nodes,
             elements: &mut *self.elements,
@@ -122,13 +122,13 @@ impl<'a, S> Strip<'a, S> {
 }
 
 /// What is the same for all rows of a ply.
-struct Ply<'a, S: Scalar> {
+struct PlyPass<'a, S: Scalar> {
     sweep: &'a Sweep<'a, S>,
     ply: usize,
     /// Of elements that are computed: rows, columns.
     elements: [Range<usize>; 2],
     /// Of nodes that move.
-    nodes: Reach,
+    nodes: ActiveRegion,
     /// Time since the last forces; of this kick; of this drift [s].
     times: [f64; 3],
     sample: bool,
@@ -138,7 +138,7 @@ struct Ply<'a, S: Scalar> {
 
 /// A ply and its rows.
 struct Storage<'a, S: Scalar> {
-    ply: Ply<'a, S>,
+    ply: PlyPass<'a, S>,
     /// Rows of nodes at the ends of bands, the first and the last of the ply among them.
     cuts: Vec<usize>,
     nodes: &'a mut [S],
@@ -158,7 +158,7 @@ fn cuts(rows: usize, computed: &Range<usize>, bands: usize) -> Vec<usize> {
 
 impl<'a, S: Scalar> Storage<'a, S> {
     /// The bands, with their numbers.
-    fn bands(&mut self) -> Vec<(usize, &Ply<'a, S>, Band<'_, S>)> {
+    fn bands(&mut self) -> Vec<(usize, &PlyPass<'a, S>, Band<'_, S>)> {
         let length = self.ply.length;
         // A ply may have fewer rows than there is room for.
         let rows = self.cuts[self.cuts.len() - 1];
@@ -167,7 +167,7 @@ impl<'a, S: Scalar> Storage<'a, S> {
         let (bottom_totals, node_totals) = self.node_totals[..=rows].split_at_mut(1);
         let (node_totals, top_totals) = node_totals.split_at_mut(rows - 1);
         let mut low = End::Own(bottom, &mut bottom_totals[0]);
-        let mut rest = Strip {
+        let mut rest = RowBand {
             first: 0,
             nodes,
             elements: &mut self.elements[..rows * length[1]],
@@ -220,7 +220,7 @@ impl<S: Scalar> Sweep<'_, S> {
         let storage = |(ply, ((nodes, elements), (element_totals, node_totals)))| {
             let mesh = &self.model.sheet(ply).mesh;
             let reached = &self.reached[ply];
-            let ply = Ply {
+            let ply = PlyPass {
                 sweep: self,
                 ply,
                 elements: if all { [0..mesh.rows, 0..mesh.columns] } else { reached.elements(mesh) },
@@ -245,7 +245,7 @@ impl<S: Scalar> Sweep<'_, S> {
     }
 }
 
-impl<S: Scalar> Ply<'_, S> {
+impl<S: Scalar> PlyPass<'_, S> {
     /// A band, and the edges of the ply that it has.
     fn band(&self, band: Band<'_, S>) {
         let Band { mut strip, low, high } = band;
@@ -261,7 +261,7 @@ impl<S: Scalar> Ply<'_, S> {
     }
 
     /// A strip between two rows of nodes, which nothing moves before it is done; block by block.
-    fn strip(&self, mut strip: Strip<'_, S>, [below, above]: [&[S]; 2]) {
+    fn strip(&self, mut strip: RowBand<'_, S>, [below, above]: [&[S]; 2]) {
         let rows = strip.element_totals.len();
         if rows <= BLOCK {
             self.rows(strip, [below, above]);
@@ -277,9 +277,9 @@ impl<S: Scalar> Ply<'_, S> {
     }
 
     /// A block, row by row.
-    fn rows(&self, strip: Strip<'_, S>, [below, above]: [&[S]; 2]) {
+    fn rows(&self, strip: RowBand<'_, S>, [below, above]: [&[S]; 2]) {
         let [length, element_length] = self.length;
-        let Strip { first, nodes, elements, element_totals, node_totals } = strip;
+        let RowBand { first, nodes, elements, element_totals, node_totals } = strip;
         let rows = element_totals.len();
         for (at, totals) in element_totals.iter_mut().enumerate() {
             let under = if at == 0 { below } else { &nodes[(at - 1) * length..at * length] };
@@ -321,7 +321,7 @@ impl<S: Scalar> Ply<'_, S> {
             width: &sheet.columns.width,
             per_width: &sheet.columns.per_width,
             law_energy: sheet.law_energy.as_ref(),
-            ahead: [self.length[1], self.length[0]],
+            prefetch: [self.length[1], self.length[0]],
         };
         let kernels = &self.sweep.kernels[model.plies[self.ply].sheet];
         kernels.elements(&mut row, columns.clone(), self.times[0], self.sample, totals);
@@ -341,7 +341,7 @@ impl<S: Scalar> Ply<'_, S> {
         let around = Neighbours { below: split(below, grid.element_stride), above: split(above, grid.element_stride) };
         let m = sheet.row_mass(row);
         let mass = RowMass { inverse: [&m.inverse[0], &m.inverse[1], &m.inverse[2]], mass: &m.mass };
-        let part = Part {
+        let part = NodeRange {
             range: self.nodes.columns.clone(),
             columns: sheet.mesh.columns + 1,
             edge_row: row == 0 || row == sheet.mesh.rows,

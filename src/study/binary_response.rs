@@ -188,14 +188,14 @@ pub(super) fn inverse(m: [[f64; 2]; 2]) -> Option<[[f64; 2]; 2]> {
 
 /// η = α + β u.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Line {
+pub(super) struct LinearPredictor {
     pub(super) alpha: f64,
     pub(super) beta: f64,
 }
 
 /// Shots of one standardised velocity u.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Point {
+pub(super) struct StandardizedShots {
     pub(super) u: f64,
     pub(super) perforated: f64,
     pub(super) stopped: f64,
@@ -205,7 +205,7 @@ pub(super) struct Point {
 #[derive(Clone, Debug)]
 pub(super) struct Problem {
     pub(super) link: Link,
-    pub(super) points: Vec<Point>,
+    pub(super) points: Vec<StandardizedShots>,
     /// Mean and spread of the velocities.
     pub(super) centre: f64,
     pub(super) scale: f64,
@@ -219,7 +219,7 @@ impl Problem {
         let square =
             groups.iter().map(|group| group.count() as f64 * (group.velocity - centre).powi(2)).sum::<f64>() / count;
         let scale = if square > 0.0 { square.sqrt() } else { 1.0 };
-        let point = |group: &Group| Point {
+        let point = |group: &Group| StandardizedShots {
             u: (group.velocity - centre) / scale,
             perforated: group.perforated as f64,
             stopped: group.stopped as f64,
@@ -228,8 +228,8 @@ impl Problem {
     }
 
     /// Logarithm of the likelihood.
-    pub(super) fn log_likelihood(&self, line: Line) -> f64 {
-        let term = |point: &Point| {
+    pub(super) fn log_likelihood(&self, line: LinearPredictor) -> f64 {
+        let term = |point: &StandardizedShots| {
             let eta = line.alpha + line.beta * point.u;
             let of = |count: f64, eta: f64| if count > 0.0 { count * self.link.ln_probability(eta) } else { 0.0 };
             of(point.perforated, eta) + of(point.stopped, -eta)
@@ -238,12 +238,12 @@ impl Problem {
     }
 
     /// The same with Firth's penalty.
-    pub(super) fn penalised(&self, line: Line) -> f64 {
+    pub(super) fn penalised(&self, line: LinearPredictor) -> f64 {
         self.log_likelihood(line) + 0.5 * determinant(self.information(line)).ln()
     }
 
     /// Expected information on (α, β).
-    fn information(&self, line: Line) -> [[f64; 2]; 2] {
+    fn information(&self, line: LinearPredictor) -> [[f64; 2]; 2] {
         let mut sum = [[0.0; 2]; 2];
         for point in &self.points {
             let w = (point.perforated + point.stopped) * self.link.information(line.alpha + line.beta * point.u);
@@ -253,7 +253,7 @@ impl Problem {
     }
 
     /// Derivatives of the logarithm of the likelihood, with the penalty's if wanted.
-    fn gradient(&self, line: Line, penalty: bool) -> Option<[f64; 2]> {
+    fn gradient(&self, line: LinearPredictor, penalty: bool) -> Option<[f64; 2]> {
         let covariance = if penalty { inverse(self.information(line))? } else { [[0.0; 2]; 2] };
         let [[aa, ab], [_, bb]] = covariance;
         let mut sum = [0.0; 2];
@@ -272,11 +272,11 @@ impl Problem {
     }
 
     /// Second derivatives, their sign turned. Those of the penalty are differences of its gradient.
-    fn curvature(&self, line: Line, penalty: bool) -> Option<[[f64; 2]; 2]> {
+    fn curvature(&self, line: LinearPredictor, penalty: bool) -> Option<[[f64; 2]; 2]> {
         if penalty {
             let column = |alpha: f64, beta: f64| {
                 let at = |sign: f64| {
-                    let moved = Line { alpha: line.alpha + sign * alpha, beta: line.beta + sign * beta };
+                    let moved = LinearPredictor { alpha: line.alpha + sign * alpha, beta: line.beta + sign * beta };
                     self.gradient(moved, penalty)
                 };
                 let ([a0, b0], [a1, b1]) = (at(-1.0)?, at(1.0)?);
@@ -298,9 +298,9 @@ impl Problem {
 
     /// Newton's method, or Fisher scoring where the curvature is no bowl. Each step is halved until it leads upwards; close to the maximum,
     /// where heights no longer differ, it is taken as it is for as long as steps get shorter.
-    fn maximise(&self, penalty: bool) -> Result<Line, NoEstimate> {
-        let objective = |line: Line| if penalty { self.penalised(line) } else { self.log_likelihood(line) };
-        let mut line = Line { alpha: 0.0, beta: 1.0 };
+    fn maximise(&self, penalty: bool) -> Result<LinearPredictor, NoEstimate> {
+        let objective = |line: LinearPredictor| if penalty { self.penalised(line) } else { self.log_likelihood(line) };
+        let mut line = LinearPredictor { alpha: 0.0, beta: 1.0 };
         let mut last = f64::INFINITY;
         for _ in 0..STEPS {
             let step = self.step(line, penalty).ok_or(NoEstimate::Unsettled)?;
@@ -321,7 +321,7 @@ impl Problem {
         Err(NoEstimate::Unsettled)
     }
 
-    fn step(&self, line: Line, penalty: bool) -> Option<Step> {
+    fn step(&self, line: LinearPredictor, penalty: bool) -> Option<Step> {
         let gradient = self.gradient(line, penalty)?;
         let curvature = self.curvature(line, penalty).filter(|m| m[0][0] > 0.0 && determinant(*m) > 0.0);
         let inverse = inverse(curvature.unwrap_or_else(|| self.information(line)))?;
@@ -339,7 +339,7 @@ struct Step {
 }
 
 impl Step {
-    fn from(self, line: Line, share: f64) -> Line {
-        Line { alpha: line.alpha + share * self.alpha, beta: line.beta + share * self.beta }
+    fn from(self, line: LinearPredictor, share: f64) -> LinearPredictor {
+        LinearPredictor { alpha: line.alpha + share * self.alpha, beta: line.beta + share * self.beta }
     }
 }

@@ -9,17 +9,17 @@ use std::ops::Range;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use crate::case::Case;
-use crate::gpu::layout::{self, Sums, sum};
-use crate::gpu::stepper::{Stage, Stepper};
+use crate::gpu::layout::{self, WorkgroupSums, sum};
+use crate::gpu::stepper::{DeviceStepper, Stage};
 use crate::gpu::{Device, DeviceError};
 use crate::kernels::element_force::field as element;
 use crate::kernels::node_update::field as node;
 use crate::kernels::rigid_body::RigidBody;
-use crate::model::{Model, Sheet};
+use crate::model::{Model, PlyType};
 use crate::run::RunError;
-use crate::solver::energy_balance::Ledger;
+use crate::solver::energy_balance::EnergyBalance;
 use crate::solver::state::{Rows, State};
-use crate::solver::{self, Context, HasKernels, StepTotals};
+use crate::solver::{self, Context, KernelScalar, StepTotals};
 
 /// How far a buffer may differ, relative to its scale.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -95,7 +95,7 @@ fn line(kernel: &str, buffer: &str) -> usize {
 
 /// One number that differs.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Difference {
+pub struct BackendDifference {
     /// Step.
     pub step: u64,
     /// Index into [`TOLERANCES`].
@@ -116,7 +116,7 @@ pub struct Difference {
     pub rounding: f64,
 }
 
-impl Difference {
+impl BackendDifference {
     /// Whether the device differs more than it may.
     pub fn is_over(&self) -> bool {
         // A NaN is over, whatever the tolerance.
@@ -134,11 +134,11 @@ pub struct Comparison {
     /// Numbers compared.
     pub numbers: u64,
     /// The largest difference of each line of [`TOLERANCES`], where it was seen.
-    pub worst: Vec<Option<Difference>>,
+    pub worst: Vec<Option<BackendDifference>>,
     /// Largest |cpu − wide| over the scale, line by line.
     pub rounding: Vec<f64>,
     /// The first difference over its tolerance.
-    pub first: Option<Difference>,
+    pub first: Option<BackendDifference>,
 }
 
 impl Comparison {
@@ -147,7 +147,7 @@ impl Comparison {
         Self { steps: 0, compared: 0, numbers: 0, worst: vec![None; count], rounding: vec![0.0; count], first: None }
     }
 
-    fn see(&mut self, d: Difference) {
+    fn see(&mut self, d: BackendDifference) {
         self.numbers += 1;
         let what = d.what;
         self.rounding[what] = self.rounding[what].max(d.rounding);
@@ -184,19 +184,19 @@ struct Scales {
 }
 
 /// A run on the processor, stage by stage.
-struct Twin<S: HasKernels> {
+struct Twin<S: KernelScalar> {
     model: Model<S>,
     state: State<S>,
     stepper: solver::Stepper<S>,
-    ledger: Ledger,
+    ledger: EnergyBalance,
     /// Of the step at hand.
     totals: StepTotals,
 }
 
-impl<S: HasKernels> Twin<S> {
+impl<S: KernelScalar> Twin<S> {
     fn new((model, state): (Model<S>, State<S>)) -> Self {
         let stepper = solver::Stepper::new(&model);
-        Self { model, state, stepper, ledger: Ledger::default(), totals: StepTotals::default() }
+        Self { model, state, stepper, ledger: EnergyBalance::default(), totals: StepTotals::default() }
     }
 
     fn run(&mut self, stage: fn(&mut solver::Stepper<S>, &mut Context<'_, S>)) {
@@ -214,7 +214,7 @@ struct Lockstep<'a> {
     /// In double precision, from the leader's state before every stage.
     follower: Twin<f64>,
     gpu: State<f32>,
-    device: Stepper<'a>,
+    device: DeviceStepper<'a>,
     comparison: Comparison,
 }
 
@@ -249,7 +249,7 @@ impl<'a> Lockstep<'a> {
         let leader = Twin::new(solver::set_up::<f32>(case, false)?);
         let wide = Model::<f64>::new(case).map_err(RunError::Model)?;
         Ok(Self {
-            device: Stepper::new(device, &leader.model)?,
+            device: DeviceStepper::new(device, &leader.model)?,
             gpu: leader.state.clone(),
             follower: Twin::new((wide, widen(&leader.state))),
             leader,
@@ -263,7 +263,7 @@ impl<'a> Lockstep<'a> {
         self.leader.totals = StepTotals::default();
         self.follower.totals = StepTotals::default();
         self.follower.state = widen(&self.leader.state);
-        self.follower.ledger = Ledger::default();
+        self.follower.ledger = EnergyBalance::default();
         let work_before = self.leader.ledger.work;
 
         self.device.upload(&self.leader.model, &self.leader.state);
@@ -314,7 +314,7 @@ impl<'a> Lockstep<'a> {
     fn scales(&self) -> Scales {
         let (model, state) = (&self.follower.model, &self.leader.state);
         let breaking = |i: usize| {
-            let of = |sheet: &Sheet<f64>| {
+            let of = |sheet: &PlyType<f64>| {
                 let y = &sheet.cell.yarn[i];
                 y.stiffness * y.failure_strain.min(1.0) * sheet.element.membrane[i]
             };
@@ -348,7 +348,7 @@ impl<'a> Lockstep<'a> {
             length,
             speed,
             closing: speed.max(0.01 * length / model.dt),
-            spin: body.map_or(1.0, |b| b.mass * impact.max(1e-3) * b.body.reach),
+            spin: body.map_or(1.0, |b| b.mass * impact.max(1e-3) * b.body.bounding_radius),
             energy: (0.5 * heaviest * speed * speed).max(self.leader.ledger.balance().stored.abs()),
             momentum: heaviest * speed,
         }
@@ -377,7 +377,7 @@ impl<'a> Lockstep<'a> {
                 for row in 0..grid.element_rows() {
                     let (ply, in_ply) = grid.element_row(row);
                     for column in 0..grid.columns {
-                        let standing = triple.cpu.standing(row, column);
+                        let standing = triple.cpu.is_intact(row, column);
                         if fields.start == element::HEIGHT && !standing {
                             continue; // nobody reads the heights of an eroded element
                         }
@@ -441,7 +441,7 @@ impl<'a> Lockstep<'a> {
     /// Sums of the ledger: fabric only.
     fn sums(&mut self, scales: &Scales, step: u64, sample: &[u32], [work, wide_work]: [f64; 2]) {
         let (sums, rest) = sample.split_at(self.device.body_at());
-        let sums = Sums::new(sums);
+        let sums = WorkgroupSums::new(sums);
         let (cpu, wide) = (self.leader.ledger.fabric(), self.follower.ledger.fabric());
         let mut see = |quantity: &str, component: usize, values: [f64; 3], scale: f64| {
             self.comparison.see(difference(step, line("ledger", quantity), [0; 3], component, values, scale));
@@ -478,7 +478,7 @@ impl<'a> Triple<'a> {
         [row, column]: [usize; 2],
         place: [usize; 3],
         scale: f64,
-    ) -> Difference {
+    ) -> BackendDifference {
         let pick = |rows: &Rows<f32>| f64::from(rows.get(row, field, column + 1));
         let wide = self.wide.elements.get(row, field, column + 1);
         difference(
@@ -499,10 +499,10 @@ fn difference(
     component: usize,
     [cpu, gpu, wide]: [f64; 3],
     scale: f64,
-) -> Difference {
+) -> BackendDifference {
     let relative = (gpu - cpu).abs() / scale;
     let rounding = (cpu - wide).abs() / scale;
-    Difference { step, what, place, component, cpu, gpu, wide, relative, rounding }
+    BackendDifference { step, what, place, component, cpu, gpu, wide, relative, rounding }
 }
 
 /// The same state in double precision.
@@ -510,7 +510,7 @@ fn widen(state: &State<f32>) -> State<f64> {
     State {
         nodes: state.nodes.widened(),
         elements: state.elements.widened(),
-        reach: state.reach.clone(),
+        active: state.active.clone(),
         over: state.over.clone(),
         body: state.body.clone(),
         step: state.step,

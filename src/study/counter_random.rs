@@ -10,20 +10,20 @@ const ROUNDS: usize = 10;
 
 /// What a draw is for.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
-pub struct Key {
+pub struct DrawKey {
     /// Seed of the campaign.
     pub seed: u64,
     /// Shot, from 0.
     pub shot: u32,
-    /// Ply, from 0; or [`Key::WHOLE`].
+    /// Ply, from 0; or [`DrawKey::WHOLE`].
     pub ply: u32,
-    /// Yarn of that ply, from 0; or [`Key::WHOLE`].
+    /// Yarn of that ply, from 0; or [`DrawKey::WHOLE`].
     pub yarn: u32,
-    /// Element of that yarn, from 0; or [`Key::WHOLE`].
+    /// Element of that yarn, from 0; or [`DrawKey::WHOLE`].
     pub element: u32,
 }
 
-impl Key {
+impl DrawKey {
     /// In place of a ply, a yarn or an element: the draw is for all of them.
     pub const WHOLE: u32 = u32::MAX;
 

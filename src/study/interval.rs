@@ -5,7 +5,7 @@
 //!   shots well enough. Where the estimate is Firth's, the likelihood has the same penalty.
 //! - Wald: estimate ± z × standard error of the expected information. It is symmetric and too short for few shots.
 
-use super::binary_response::{Estimate, Line, Method, Problem};
+use super::binary_response::{Estimate, LinearPredictor, Method, Problem};
 use super::link::Link;
 use super::outcomes::Outcomes;
 use super::search::{highest, peak, root};
@@ -68,13 +68,13 @@ pub fn interval(
             let (middle, half) = (estimate.velocity(p), z * estimate.standard_error(p));
             Bounds { low: Some(middle - half), high: Some(middle + half) }
         }
-        (Interval::Likelihood, _) => Profile::new(link, outcomes, estimate, p, 0.5 * z * z)
+        (Interval::Likelihood, _) => ProfileLikelihood::new(link, outcomes, estimate, p, 0.5 * z * z)
             .map_or_else(Bounds::default, |profile| profile.bounds()),
     }
 }
 
 /// Log-likelihood over the velocity t of one chance, σ chosen best at each. Velocities are those of the [`Problem`].
-struct Profile {
+struct ProfileLikelihood {
     problem: Problem,
     /// η at that chance.
     z: f64,
@@ -86,7 +86,7 @@ struct Profile {
     step: f64,
 }
 
-impl Profile {
+impl ProfileLikelihood {
     /// `None` where every velocity is inside.
     fn new(link: Link, outcomes: &Outcomes, estimate: Option<&Estimate>, p: f64, below: f64) -> Option<Self> {
         let problem = Problem::new(link, outcomes);
@@ -94,7 +94,7 @@ impl Profile {
         let profile = |problem: Problem, penalty, cut, inside, step| Self { problem, z, penalty, cut, inside, step };
         if let Some(estimate) = estimate {
             let (centre, scale) = (problem.centre, problem.scale);
-            let line = Line { alpha: (centre - estimate.mu) / estimate.sigma, beta: scale / estimate.sigma };
+            let line = LinearPredictor { alpha: (centre - estimate.mu) / estimate.sigma, beta: scale / estimate.sigma };
             let penalty = estimate.method == Method::Firth;
             let height = if penalty { problem.penalised(line) } else { problem.log_likelihood(line) };
             let inside = (estimate.velocity(p) - centre) / scale;
@@ -133,12 +133,13 @@ impl Profile {
 
     /// Supremum far out on a side, where the chance no longer depends on velocity: it is then at most p above all shots, at least p below.
     fn flat(&self, side: f64) -> f64 {
-        let line = |alpha: f64| Line { alpha, beta: 0.0 };
+        let line = |alpha: f64| LinearPredictor { alpha, beta: 0.0 };
         if self.penalty {
             let [low, high] = if side > 0.0 { [self.z - 20.0, self.z] } else { [self.z, self.z + 20.0] };
             return peak(|alpha| self.problem.penalised(line(alpha)), low, high, 1e-5).1;
         }
-        let sum = |of: fn(&super::binary_response::Point) -> f64| self.problem.points.iter().map(of).sum::<f64>();
+        let sum =
+            |of: fn(&super::binary_response::StandardizedShots) -> f64| self.problem.points.iter().map(of).sum::<f64>();
         let (perforated, stopped) = (sum(|point| point.perforated), sum(|point| point.stopped));
         let best = match perforated / (perforated + stopped) {
             0.0 => f64::NEG_INFINITY,
@@ -150,8 +151,8 @@ impl Profile {
     }
 
     /// η = z + β (u − t).
-    fn line(&self, t: f64, beta: f64) -> Line {
-        Line { alpha: self.z - beta * t, beta }
+    fn line(&self, t: f64, beta: f64) -> LinearPredictor {
+        LinearPredictor { alpha: self.z - beta * t, beta }
     }
 
     /// The largest log-likelihood at t.

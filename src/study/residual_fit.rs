@@ -28,14 +28,14 @@ pub struct Passed {
 
 /// What is free.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Curve {
+pub enum ResidualModel {
     /// The limit.
     RechtIpson,
     /// The limit, the factor a and the exponent p.
     LambertJonas,
 }
 
-impl Curve {
+impl ResidualModel {
     /// Names in JSON and in tables.
     pub fn words(self) -> &'static str {
         match self {
@@ -57,7 +57,7 @@ impl Curve {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ResidualFit {
     /// What was free.
-    pub curve: Curve,
+    pub curve: ResidualModel,
     /// Limit V₀, in the unit of the velocities.
     pub limit: f64,
     /// Interval of the limit; no end where the sum of squares does not rise enough.
@@ -100,7 +100,7 @@ fn shape(impact: f64, limit: f64, exponent: f64) -> f64 {
 ///
 /// # Errors
 /// Where there are fewer.
-pub fn residual_fit(curve: Curve, shots: &[Passed], level: f64) -> Result<ResidualFit, TooFew> {
+pub fn residual_fit(curve: ResidualModel, shots: &[Passed], level: f64) -> Result<ResidualFit, TooFew> {
     let mut velocities: Vec<f64> = shots.iter().filter(|shot| shot.count > 0).map(|shot| shot.impact).collect();
     velocities.sort_by(f64::total_cmp);
     velocities.dedup();
@@ -141,7 +141,7 @@ struct Least {
 /// What is minimised; velocities over the fastest.
 #[derive(Clone, Debug)]
 struct Squares {
-    curve: Curve,
+    curve: ResidualModel,
     shots: Vec<Passed>,
 }
 
@@ -149,8 +149,8 @@ impl Squares {
     /// The least sum of squares with this limit.
     fn least(&self, limit: f64) -> Least {
         match self.curve {
-            Curve::RechtIpson => Least { sum: self.sum(limit, 1.0, 2.0), factor: 1.0, exponent: 2.0 },
-            Curve::LambertJonas => {
+            ResidualModel::RechtIpson => Least { sum: self.sum(limit, 1.0, 2.0), factor: 1.0, exponent: 2.0 },
+            ResidualModel::LambertJonas => {
                 let [low, high] = EXPONENTS.map(f64::ln);
                 let at = |log: f64| self.with_exponent(limit, log.exp());
                 let (log, _) = highest(|log| -at(log).sum, low, high, PLACES[1], 1e-7);

@@ -44,7 +44,7 @@ fn bytemuck_bytes<S: RunScalar>(simulation: &Simulation<S>) -> Vec<u8> {
     let numbers = state.nodes.data.iter().chain(state.elements.data.iter());
     let mut bytes: Vec<u8> = numbers.flat_map(|x| x.to_f64().to_bits().to_le_bytes()).collect();
     bytes.extend(state.over.iter().flat_map(|over| over.to_le_bytes()));
-    bytes.extend(format!("{:?}", state.reach).bytes());
+    bytes.extend(format!("{:?}", state.active).bytes());
     bytes
 }
 

@@ -2,25 +2,25 @@
 
 use std::time::Instant;
 
-use ripstop::output::Keeper;
+use ripstop::output::CheckpointWriter;
 use ripstop::output::{CHECKPOINT, Folder};
-use ripstop::run::{self, Watch};
+use ripstop::run::{self, Observer};
 
 use super::*;
 
 /// Takes every checkpoint it is offered, and notes their times.
 struct Noted<'a> {
-    keeper: Keeper<'a>,
+    keeper: CheckpointWriter<'a>,
     times: Vec<f64>,
 }
 
-impl Watch for Noted<'_> {
-    fn keeps(&self, time: f64, dt: f64) -> bool {
+impl Observer for Noted<'_> {
+    fn checkpoint_due(&self, time: f64, dt: f64) -> bool {
         self.keeper.is_due(time, dt)
     }
 
-    fn keep(&mut self, run: &dyn Kept, loop_seconds: f64) {
-        self.keeper.keep(run, &[], loop_seconds).unwrap();
+    fn on_checkpoint(&mut self, run: &dyn Checkpointable, loop_seconds: f64) {
+        self.keeper.write(run, &[], loop_seconds).unwrap();
         self.times.push(run.time());
     }
 }
@@ -31,7 +31,7 @@ fn no_more_than_an_interval_is_ever_lost() {
     let folder = Folder::prepare(shelf.path(), &case).unwrap();
     let options = Options { threads: Some(1), ..Options::default() };
     let every = 2.5e-6;
-    let keeper = Keeper::new(&folder, &case, Head::new(&case, &options, every), Instant::now());
+    let keeper = CheckpointWriter::new(&folder, &case, Header::new(&case, &options, every), Instant::now());
     let mut noted = Noted { keeper, times: vec![0.0] };
     let run = run::run(&case, options, &false.into(), &mut noted).unwrap();
     noted.times.push(run.history.last().unwrap().time);
@@ -54,15 +54,15 @@ fn no_more_than_an_interval_is_ever_lost() {
 fn the_last_good_checkpoint_survives_a_full_disk() {
     let (case, shelf) = (ply(), TempDir::new().unwrap());
     let folder = Folder::prepare(shelf.path(), &case).unwrap();
-    let head = Head::new(&case, &Options::default(), 1e-6);
-    let mut keeper = Keeper::new(&folder, &case, head, Instant::now());
+    let head = Header::new(&case, &Options::default(), 1e-6);
+    let mut keeper = CheckpointWriter::new(&folder, &case, head, Instant::now());
     let mut simulation = start::<f64>(&case);
     let mut advance = || {
         for _ in 0..20 {
             simulation.advance(&case);
         }
         let step = simulation.state.step;
-        (keeper.keep(&simulation, &[], 1.0), step)
+        (keeper.write(&simulation, &[], 1.0), step)
     };
     let kept = || Checkpoint::open(&shelf.path().join(CHECKPOINT)).map(|last| last.head().step);
     assert_eq!(advance(), (Ok(()), 20));

@@ -4,7 +4,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use ripstop::run::RunError;
-use ripstop::run::checkpoint::{CheckpointError, FORMAT, Fault};
+use ripstop::run::checkpoint::{CheckpointError, CheckpointFault, FORMAT};
 
 use super::*;
 use crate::fuzz::targets::Plain;
@@ -23,7 +23,7 @@ fn written(shelf: &Shelf) -> PathBuf {
     shelf.0.path().join("40.bin")
 }
 
-fn fault(path: &Path) -> Fault {
+fn fault(path: &Path) -> CheckpointFault {
     Checkpoint::open(path).err().unwrap_or_else(|| panic!("{} was taken", path.display())).fault
 }
 
@@ -41,9 +41,9 @@ fn every_flipped_bit_is_noticed() {
         bytes[bit / 8] ^= 1 << (bit % 8);
         fs::write(&path, &bytes).unwrap();
         let expected = match bit / 8 {
-            0..8 => [Fault::Foreign, Fault::Foreign],
-            8..12 => [Fault::Format(FORMAT ^ 1 << (bit - 64)), Fault::Damaged],
-            _ => [Fault::Damaged, Fault::Damaged],
+            0..8 => [CheckpointFault::Foreign, CheckpointFault::Foreign],
+            8..12 => [CheckpointFault::Format(FORMAT ^ 1 << (bit - 64)), CheckpointFault::Damaged],
+            _ => [CheckpointFault::Damaged, CheckpointFault::Damaged],
         };
         assert!(expected.contains(&fault(&path)), "bit {bit}");
     }
@@ -56,11 +56,11 @@ fn what_is_cut_short_or_grown_is_refused() {
     let whole = fs::read(&path).unwrap();
     for length in [0, 3, 8, 11, 15, 16, 60, whole.len() / 2, whole.len() - 1] {
         fs::write(&path, &whole[..length]).unwrap();
-        let expected = if length < 16 { Fault::Foreign } else { Fault::Damaged };
+        let expected = if length < 16 { CheckpointFault::Foreign } else { CheckpointFault::Damaged };
         assert_eq!(fault(&path), expected, "{length} bytes");
     }
     fs::write(&path, [&whole[..], &[0]].concat()).unwrap();
-    assert_eq!(fault(&path), Fault::Damaged);
+    assert_eq!(fault(&path), CheckpointFault::Damaged);
 }
 
 #[test]
@@ -69,10 +69,10 @@ fn other_files_are_foreign_and_no_file_is_unreadable() {
     let path = shelf.0.path().join("other");
     for bytes in [&b"{\"title\": \"a case, and no checkpoint at all\"}"[..], &[0; 4096], b""] {
         fs::write(&path, bytes).unwrap();
-        assert_eq!(fault(&path), Fault::Foreign);
+        assert_eq!(fault(&path), CheckpointFault::Foreign);
     }
-    assert!(matches!(fault(shelf.0.path()), Fault::Unreadable(_) | Fault::Foreign));
-    assert!(matches!(fault(&shelf.0.path().join("absent")), Fault::Unreadable(_)));
+    assert!(matches!(fault(shelf.0.path()), CheckpointFault::Unreadable(_) | CheckpointFault::Foreign));
+    assert!(matches!(fault(&shelf.0.path().join("absent")), CheckpointFault::Unreadable(_)));
 }
 
 #[test]
@@ -83,7 +83,7 @@ fn a_checkpoint_of_another_model_or_precision_does_not_fit() {
     let larger = builtin("cases/verify/mirror.json", &[]);
     let case = ply();
     let refused = |run: Result<(), RunError>| match run {
-        Err(RunError::Checkpoint(CheckpointError { fault: Fault::Contents(_), .. })) => {}
+        Err(RunError::Checkpoint(CheckpointError { fault: CheckpointFault::Contents(_), .. })) => {}
         other => panic!("{other:?}"),
     };
     refused(Simulation::<f64>::resume(&smaller, &checkpoint).map(drop));
@@ -110,20 +110,20 @@ fn a_head_that_no_run_can_have_is_refused() {
     let another_time = [3, 40, 0, 8, 0, 0, 0, 0, 0, 0, 240, 63];
     for edits in [&many_steps[..], &no_time_step, &another_time] {
         let fault = of_head(edits).unwrap_err().fault;
-        assert_eq!(fault, Fault::Contents("steps and times of the head"), "{edits:?}");
+        assert_eq!(fault, CheckpointFault::Contents("steps and times of the head"), "{edits:?}");
     }
     let case = ply();
     let options = Options::default();
     for head in [
-        Head { every: 0.0, ..Head::new(&case, &options, 1e-6) },
-        Head { every: f64::NAN, ..Head::new(&case, &options, 1e-6) },
-        Head { threads: Some(1 << 20), ..Head::new(&case, &options, 1e-6) },
+        Header { every: 0.0, ..Header::new(&case, &options, 1e-6) },
+        Header { every: f64::NAN, ..Header::new(&case, &options, 1e-6) },
+        Header { threads: Some(1 << 20), ..Header::new(&case, &options, 1e-6) },
     ] {
         let mut simulation = start::<f64>(&case);
         simulation.advance(&case);
         simulation.save(&head, &[], &mut File::create(&path).unwrap()).unwrap();
         let checkpoint = Checkpoint::open(&path).unwrap_or_else(|e| panic!("{e}"));
         let fault = checkpoint.check_case(&case).unwrap_err().fault;
-        assert_eq!(fault, Fault::Contents("steps and times of the head"), "{head:?}");
+        assert_eq!(fault, CheckpointFault::Contents("steps and times of the head"), "{head:?}");
     }
 }

@@ -205,7 +205,7 @@ fn results_do_not_depend_on_the_number_of_threads() {
 fn numbers_that_are_not_finite_become_null_and_trouble_is_told() {
     let (case, mut run) = run(&small());
     run.energy_error = f64::NAN;
-    run.trouble = Some(Trouble { step: 7, kernel: "node_update", quantity: "v = NaN".into(), place: [0, 3, 5] });
+    run.divergence = Some(Divergence { step: 7, kernel: "node_update", quantity: "v = NaN".into(), place: [0, 3, 5] });
     let summary: Value = serde_json::from_str(&output::summary(&case, &run, 1.0).to_string()).unwrap();
     assert_eq!(summary["energy_error"], Value::Null);
     let unstable = json!({"step": 7, "kernel": "node_update", "quantity": "v = NaN", "ply": 0, "row": 3, "column": 5});

@@ -119,7 +119,7 @@ fn a_failed_yarn_and_the_shear_of_its_element_are_gone_for_good() {
                 assert!((sums.stored - stored).abs() <= 1e-9 * stored, "{law:?} {dead} {t}: {sums:?} {stored}");
             }
             assert!(!patch.state.alive(0, 0, dead) && patch.state.alive(0, 0, other));
-            assert!(patch.state.standing(0, 0));
+            assert!(patch.state.is_intact(0, 0));
         }
     }
 }
@@ -283,12 +283,12 @@ fn a_step_reports_ply_place_yarn_and_strain_of_a_failure_and_the_erosion_of_its_
             }
         }
         let mut stepper = Stepper::<f64>::new(&patch.model);
-        let totals = stepper.step(&patch.model, &mut patch.state, &mut Ledger::default(), true);
+        let totals = stepper.step(&patch.model, &mut patch.state, &mut EnergyBalance::default(), true);
         let found: Vec<_> = stepper.failures.iter().map(|f| (f.step, f.ply, f.i, f.j, f.yarn)).collect();
         let expected: Vec<_> = yarns.iter().map(|yarn| (0, 1, 2, 1, *yarn)).collect();
         assert_eq!(found, expected);
         assert!(stepper.failures.iter().all(|f| (f.strain - 0.065).abs() < 1e-14), "{:?}", stepper.failures);
         assert_eq!(totals.eroded, u64::from(yarns.len() == 2));
-        assert_eq!(patch.state.standing(5, 2), yarns.len() == 1);
+        assert_eq!(patch.state.is_intact(5, 2), yarns.len() == 1);
     }
 }

@@ -7,10 +7,10 @@
 use std::sync::atomic::AtomicBool;
 
 use libtest_mimic::Trial;
-use ripstop::gpu::buffers::{Name, Sizes};
+use ripstop::gpu::buffers::{BufferId, Sizes};
 use ripstop::gpu::{Device, DeviceError, adapters, device};
 use ripstop::model::{Grid, Model};
-use ripstop::run::graphics::Simulation;
+use ripstop::run::graphics::DeviceSimulation;
 use ripstop::run::{self, Options, RunError};
 
 use super::harness::{Outcome, trial};
@@ -68,8 +68,8 @@ fn too_large(device: &'static Device) -> Outcome {
         return Err(format!("{} plies are not refused: {refused:?}", most + 1));
     };
     assert_eq!((adapter.as_str(), buffer, limit), (device.name(), "accounts", room));
-    assert_eq!(needed, sizes.bytes(Name::Accounts));
-    assert_eq!(total, Name::ALL.iter().map(|name| sizes.bytes(*name)).sum::<u64>());
+    assert_eq!(needed, sizes.bytes(BufferId::Accounts));
+    assert_eq!(total, BufferId::ALL.iter().map(|name| sizes.bytes(*name)).sum::<u64>());
     assert!(needed > room && total > needed);
     // Where a buffer may be larger than what 32-bit numbers reach, they are the limit.
     let mut endless = limits;
@@ -107,7 +107,7 @@ fn lost(device: &'static Device) -> Outcome {
     let case = builtin("cases/verify/mirror.json", &["/projectile/velocity_m_s=600"]);
     let adapter = device::choose(&adapters(), Some(device.name())).map_err(|e| e.to_string())?;
     let other = Device::open(&adapter).map_err(|e| e.to_string())?;
-    let mut simulation = Simulation::new(&case, &other).map_err(|e| e.to_string())?.with_batch(8);
+    let mut simulation = DeviceSimulation::new(&case, &other).map_err(|e| e.to_string())?.with_batch(8);
     while simulation.steps() < 64 {
         simulation.advance(&case);
     }
@@ -123,9 +123,9 @@ fn lost(device: &'static Device) -> Outcome {
     let run = simulation.into_run(1.0);
     let reason = run.lost.as_ref().ok_or("nothing was lost")?;
     assert!(reason.contains(device.name()), "{reason}");
-    assert!(run.trouble.is_none() && !run.interrupted && run.steps >= steps);
+    assert!(run.divergence.is_none() && !run.interrupted && run.steps >= steps);
     // What was there is what an undisturbed run has at that time; the device of the other tests is still there.
-    let mut whole = Simulation::new(&case, device).map_err(|e| e.to_string())?.with_batch(8);
+    let mut whole = DeviceSimulation::new(&case, device).map_err(|e| e.to_string())?.with_batch(8);
     while whole.steps() < run.steps {
         whole.advance(&case);
     }
@@ -139,7 +139,7 @@ fn lost(device: &'static Device) -> Outcome {
 fn refused() -> Result<(), libtest_mimic::Failed> {
     let case = builtin("cases/verify/mirror.json", &["/pack/width_mm=2500", "/pack/height_mm=2500"]);
     let device = Device::noop();
-    match Simulation::new(&case, &device) {
+    match DeviceSimulation::new(&case, &device) {
         Err(RunError::Device(DeviceError::TooLarge { adapter, buffer, needed, limit, total })) => {
             let elements = (case.pack.rows * case.pack.columns) as u64;
             assert_eq!((adapter.as_str(), buffer, needed, limit), ("noop", "forces", 36 * elements, 128 << 20));
@@ -152,7 +152,7 @@ fn refused() -> Result<(), libtest_mimic::Failed> {
     let wide =
         ["/solver/contact_sampling=rim", "/projectile/diameter_mm=60", "/projectile/offset_mm=[0,0]", "/pack/plies=12"];
     let case = builtin("cases/verify/mirror.json", &[&wide[..], &["/pack/width_mm=80", "/pack/height_mm=80"]].concat());
-    match Simulation::new(&case, &device) {
+    match DeviceSimulation::new(&case, &device) {
         Err(RunError::Device(DeviceError::TooLarge { buffer: "matrix", .. })) => Ok(()),
         Err(error) => Err(error.to_string().into()),
         Ok(_) => Err("accepted".into()),

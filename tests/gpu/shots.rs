@@ -24,9 +24,9 @@ use std::sync::atomic::AtomicBool;
 use libtest_mimic::Trial;
 use ripstop::case::Case;
 use ripstop::gpu::Device;
-use ripstop::run::graphics::Simulation;
+use ripstop::run::graphics::DeviceSimulation;
 use ripstop::run::{self, Options, Run, Skips};
-use ripstop::study::compare::{self, Comparison, Difference, Tolerance};
+use ripstop::study::compare::{self, BackendDifference, Comparison, Tolerance};
 
 use super::harness::{Outcome, trial};
 
@@ -60,11 +60,11 @@ fn simulated(device: &Device, case: &Case, skips: Skips) -> Run {
     to_its_end(case, begun(device, case, skips))
 }
 
-fn begun<'a>(device: &'a Device, case: &Case, skips: Skips) -> Simulation<'a> {
-    Simulation::with_skips(case, device, skips).unwrap_or_else(|e| panic!("{}: {e}", case.name))
+fn begun<'a>(device: &'a Device, case: &Case, skips: Skips) -> DeviceSimulation<'a> {
+    DeviceSimulation::with_skips(case, device, skips).unwrap_or_else(|e| panic!("{}: {e}", case.name))
 }
 
-fn to_its_end(case: &Case, mut simulation: Simulation<'_>) -> Run {
+fn to_its_end(case: &Case, mut simulation: DeviceSimulation<'_>) -> Run {
     while !simulation.finished() {
         simulation.advance(case);
     }
@@ -73,7 +73,7 @@ fn to_its_end(case: &Case, mut simulation: Simulation<'_>) -> Run {
 
 /// What kernels differ by, compared from the same state, is within their tolerances.
 fn within_tolerances(found: &Comparison) -> Outcome {
-    let over = |(line, worst): (&Tolerance, &Option<Difference>)| {
+    let over = |(line, worst): (&Tolerance, &Option<BackendDifference>)| {
         let over = worst.as_ref().filter(|difference| difference.is_over())?;
         Some(format!("{}, {}: {over:?}", line.kernel, line.buffer))
     };
@@ -123,7 +123,7 @@ fn run_in_batches(device: &Device, case: &Case, steps: usize) -> Run {
 /// A run that nothing cut short, with every unit cell solved.
 #[track_caller]
 fn sound(case: &Case, run: Run) -> Run {
-    assert!(run.trouble.is_none() && run.lost.is_none(), "{}: {:?} {:?}", case.title, run.trouble, run.lost);
+    assert!(run.divergence.is_none() && run.lost.is_none(), "{}: {:?} {:?}", case.title, run.divergence, run.lost);
     assert_eq!(run.newton.unconverged, 0, "{}", case.title);
     assert_eq!(run.backend, "gpu");
     failures_add_up(case, &run);

@@ -108,7 +108,7 @@ fn inside(simulation: &Simulation<f64>) -> [usize; 2] {
     let (model, state) = (&simulation.model, &simulation.state);
     let grid = &model.grid;
     let whole = |ply: usize, [row, column]: [usize; 2]| {
-        state.whole(model.sheet(ply), grid.first_element_row(ply) + row, column)
+        state.is_undamaged(model.sheet(ply), grid.first_element_row(ply) + row, column)
     };
     let mut count = [0; 2];
     for (at, part) in state.over.chunks(model.nodes_per_ply()).enumerate() {
@@ -201,9 +201,9 @@ fn a_rear_ply_waits_until_something_touches_it() {
     case.pack.spacing = Some(2e-3);
     let mut simulation = Simulation::<f64>::new(&case).unwrap();
     advance(&mut simulation, &case, 4e-6);
-    assert!(simulation.state.reach[1].is_nothing() && !simulation.state.reach[0].is_nothing());
+    assert!(simulation.state.active[1].is_nothing() && !simulation.state.active[0].is_nothing());
     advance(&mut simulation, &case, 9e-6);
-    assert!(!simulation.state.reach[1].is_nothing(), "1.7 mm at 300 m/s are 5.7 µs");
+    assert!(!simulation.state.active[1].is_nothing(), "1.7 mm at 300 m/s are 5.7 µs");
 }
 
 #[test]

@@ -2,7 +2,7 @@
 
 use rayon::prelude::*;
 use ripstop::study::binary_response::fit;
-use ripstop::study::counter_random::Key;
+use ripstop::study::counter_random::DrawKey;
 use ripstop::study::designs::{Langlie, Neyer, ThreePod, UpDown};
 use ripstop::study::interval::{Interval, interval};
 use ripstop::study::link::Link;
@@ -36,8 +36,8 @@ struct Range {
 }
 
 fn range(number: u32, row: usize, design: Design, count: usize) -> Range {
-    let key = |element: u32| Key { seed: 25, shot: number, ply: row as u32, yarn: 0, element };
-    let mu = 500.0 + 40.0 * (key(Key::WHOLE).uniform()[0] - 0.5);
+    let key = |element: u32| DrawKey { seed: 25, shot: number, ply: row as u32, yarn: 0, element };
+    let mu = 500.0 + 40.0 * (key(DrawKey::WHOLE).uniform()[0] - 0.5);
     let mut shots: Vec<Shot> = Vec::new();
     for n in 0..count {
         let velocity = design(&shots, count);

@@ -2,7 +2,7 @@
 
 use std::collections::HashSet;
 
-use ripstop::study::counter_random::{Key, philox, uniform};
+use ripstop::study::counter_random::{DrawKey, philox, uniform};
 use ripstop::study::weibull::Weibull;
 
 use super::near;
@@ -27,13 +27,13 @@ fn the_generator_is_the_published_one() {
 #[test]
 fn draws_for_different_things_differ() {
     let mut seen = HashSet::new();
-    let values = [0, 1, 2, Key::WHOLE];
+    let values = [0, 1, 2, DrawKey::WHOLE];
     for seed in [0, 1, 1 << 32] {
         for shot in values {
             for ply in values {
                 for yarn in values {
                     for element in values {
-                        assert!(seen.insert(Key { seed, shot, ply, yarn, element }.words()));
+                        assert!(seen.insert(DrawKey { seed, shot, ply, yarn, element }.words()));
                     }
                 }
             }
@@ -47,7 +47,7 @@ fn uniform_numbers_are_exact_in_single_precision_and_never_0_or_1() {
     assert_eq!(uniform(0), 0.5 / 8_388_608.0);
     assert_eq!(uniform(u32::MAX), 1.0 - 0.5 / 8_388_608.0);
     for n in 0..1000 {
-        for value in (Key { element: n, ..Key::default() }).uniform() {
+        for value in (DrawKey { element: n, ..DrawKey::default() }).uniform() {
             assert_eq!(f64::from(value as f32), value);
             assert!(value > 0.0 && value < 1.0);
         }
@@ -59,10 +59,10 @@ fn uniform_numbers_are_exact_in_single_precision_and_never_0_or_1() {
 fn draws_of_neighbours_are_uniform_and_independent() {
     const COUNT: u32 = 40_000;
     let counts = f64::from(COUNT);
-    let keys: [fn(u32) -> Key; 3] = [
-        |n| Key { seed: 7, shot: n, ..Key::default() },
-        |n| Key { seed: 7, yarn: n, ..Key::default() },
-        |n| Key { seed: 7, element: n, ..Key::default() },
+    let keys: [fn(u32) -> DrawKey; 3] = [
+        |n| DrawKey { seed: 7, shot: n, ..DrawKey::default() },
+        |n| DrawKey { seed: 7, yarn: n, ..DrawKey::default() },
+        |n| DrawKey { seed: 7, element: n, ..DrawKey::default() },
     ];
     for key in keys {
         let draws: Vec<f64> = (0..COUNT).map(|n| key(n).uniform()[0] - 0.5).collect();
@@ -86,8 +86,9 @@ fn the_weakest_of_many_pieces_has_the_closed_form() {
     const CHAINS: u32 = 20_000;
     let pieces = 8;
     let chain = |n: u32| {
-        let draw =
-            |piece: u32| YARN.strength(50.0, Key { seed: 11, yarn: n, element: piece, ..Key::default() }.uniform()[0]);
+        let draw = |piece: u32| {
+            YARN.strength(50.0, DrawKey { seed: 11, yarn: n, element: piece, ..DrawKey::default() }.uniform()[0])
+        };
         (0..pieces).map(draw).fold(f64::INFINITY, f64::min)
     };
     let mut strengths: Vec<f64> = (0..CHAINS).map(chain).collect();

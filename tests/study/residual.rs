@@ -1,8 +1,8 @@
 //! Curves through residual velocities.
 
-use ripstop::study::counter_random::Key;
+use ripstop::study::counter_random::DrawKey;
 use ripstop::study::link::Link;
-use ripstop::study::residual_fit::{Curve, Passed, TooFew, residual_fit};
+use ripstop::study::residual_fit::{Passed, ResidualModel, TooFew, residual_fit};
 
 use super::near;
 
@@ -18,7 +18,7 @@ fn exact(factor: f64, exponent: f64, limit: f64) -> Vec<Passed> {
 #[test]
 fn a_curve_is_found_again_from_its_own_points() {
     for (factor, exponent, limit) in [(1.0, 2.0, 300.0), (0.8, 2.5, 420.0), (0.95, 1.3, 150.0)] {
-        let found = residual_fit(Curve::LambertJonas, &exact(factor, exponent, limit), 0.9).unwrap();
+        let found = residual_fit(ResidualModel::LambertJonas, &exact(factor, exponent, limit), 0.9).unwrap();
         near(found.limit, limit, 1e-4);
         near(found.factor, factor, 1e-6);
         near(found.exponent, exponent, 1e-5);
@@ -29,7 +29,7 @@ fn a_curve_is_found_again_from_its_own_points() {
         );
         assert_eq!(found.residual(limit - 1.0), 0.0);
     }
-    let found = residual_fit(Curve::RechtIpson, &exact(1.0, 2.0, 300.0), 0.9).unwrap();
+    let found = residual_fit(ResidualModel::RechtIpson, &exact(1.0, 2.0, 300.0), 0.9).unwrap();
     near(found.limit, 300.0, 1e-5);
     assert_eq!((found.factor, found.exponent), (1.0, 2.0));
 }
@@ -46,7 +46,7 @@ fn far_from_the_limit_the_interval_is_that_of_a_line() {
             Passed { impact, residual: (impact * impact - 300.0 * 300.0).sqrt() + noise, count: 1 }
         })
         .collect();
-    let found = residual_fit(Curve::RechtIpson, &shots, 0.9).unwrap();
+    let found = residual_fit(ResidualModel::RechtIpson, &shots, 0.9).unwrap();
     // dVr/dV₀ = −V₀/Vr; t of 4 degrees of freedom at 90 % is 2.1318.
     let squares: f64 = shots.iter().map(|shot| (found.limit / found.residual(shot.impact)).powi(2)).sum();
     let sum: f64 = shots.iter().map(|shot| (shot.residual - found.residual(shot.impact)).powi(2)).sum();
@@ -61,7 +61,7 @@ fn intervals_hold_the_limit_as_often_as_they_say() {
     let ranges = 400;
     for range in 0..ranges {
         let noise = |n: u32| {
-            8.0 * Link::Probit.quantile(Key { seed: 3, shot: range, element: n, ..Key::default() }.uniform()[0])
+            8.0 * Link::Probit.quantile(DrawKey { seed: 3, shot: range, element: n, ..DrawKey::default() }.uniform()[0])
         };
         let range = |factor: f64, exponent: f64| -> Vec<Passed> {
             let shot = |n: u32| {
@@ -71,8 +71,9 @@ fn intervals_hold_the_limit_as_often_as_they_say() {
             };
             (1..=10).map(shot).collect()
         };
-        for (held, (curve, shots)) in
-            held.iter_mut().zip([(Curve::RechtIpson, range(1.0, 2.0)), (Curve::LambertJonas, range(0.8, 2.2))])
+        for (held, (curve, shots)) in held
+            .iter_mut()
+            .zip([(ResidualModel::RechtIpson, range(1.0, 2.0)), (ResidualModel::LambertJonas, range(0.8, 2.2))])
         {
             *held += u32::from(residual_fit(curve, &shots, 0.9).unwrap().bounds.holds(300.0));
         }
@@ -90,11 +91,11 @@ fn counts_are_shots_and_too_few_are_refused() {
     shots[3].residual += 10.0;
     let twice: Vec<Passed> = shots.iter().chain(&shots).copied().collect();
     let counted: Vec<Passed> = shots.iter().map(|shot| Passed { count: 2, ..*shot }).collect();
-    let [a, b] = [twice, counted].map(|shots| residual_fit(Curve::LambertJonas, &shots, 0.9).unwrap());
+    let [a, b] = [twice, counted].map(|shots| residual_fit(ResidualModel::LambertJonas, &shots, 0.9).unwrap());
     near(a.limit, b.limit, 1e-6);
     near(a.scatter, b.scatter, 1e-9);
     assert_eq!((a.count, b.count), (24, 24));
-    assert_eq!(residual_fit(Curve::LambertJonas, &shots[..3], 0.9), Err(TooFew { have: 3, need: 4 }));
+    assert_eq!(residual_fit(ResidualModel::LambertJonas, &shots[..3], 0.9), Err(TooFew { have: 3, need: 4 }));
     let same = [shots[0]; 5];
-    assert_eq!(residual_fit(Curve::RechtIpson, &same, 0.9), Err(TooFew { have: 1, need: 2 }));
+    assert_eq!(residual_fit(ResidualModel::RechtIpson, &same, 0.9), Err(TooFew { have: 1, need: 2 }));
 }

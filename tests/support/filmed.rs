@@ -1,18 +1,18 @@
 //! A watcher that keeps the frames of a run in memory.
 
-use ripstop::run::frame::{self, Camera, Frame, Scene};
-use ripstop::run::{View, Watch};
+use ripstop::run::frame::{self, Frame, Scene, SnapshotTaker};
+use ripstop::run::{Observer, View};
 
 /// Every frame that a camera takes.
 pub(crate) struct Frames {
-    pub(crate) camera: Camera,
+    pub(crate) camera: SnapshotTaker,
     taken: Vec<Frame>,
     end: Option<Frame>,
     pub(crate) scene: Option<Scene>,
 }
 
 impl Frames {
-    pub(crate) fn new(camera: Camera) -> Self {
+    pub(crate) fn new(camera: SnapshotTaker) -> Self {
         Self { camera, taken: Vec::new(), end: None, scene: None }
     }
 
@@ -31,18 +31,18 @@ impl Frames {
     }
 }
 
-impl Watch for Frames {
-    fn is_due(&self, time: f64, dt: f64) -> bool {
+impl Observer for Frames {
+    fn snapshot_due(&self, time: f64, dt: f64) -> bool {
         self.camera.is_due(time, dt)
     }
 
-    fn look(&mut self, view: &View<'_>) {
+    fn on_snapshot(&mut self, view: &View<'_>) {
         let snapshot = self.camera.take(view);
         self.taken.push(snapshot.frame());
         self.scene = Some(snapshot.scene().clone());
     }
 
-    fn end(&mut self, view: &View<'_>) {
+    fn on_end(&mut self, view: &View<'_>) {
         self.end = self.camera.end(view).map(|snapshot| snapshot.frame());
     }
 }

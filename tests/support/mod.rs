@@ -8,7 +8,7 @@ pub(crate) mod patch;
 pub(crate) mod torn;
 
 use ripstop::case::{Compression, Crossover, Fabric, Law, MembraneForce, Yarn};
-use ripstop::kernels::crossover::{self, CellConstants, Equilibrium, Variant};
+use ripstop::kernels::crossover::{self, Equilibrium, UnitCellParameters, Variant};
 use ripstop::math::scalar::Scalar;
 use ripstop::with_law;
 
@@ -116,8 +116,8 @@ pub(crate) fn s720(law: Variant, compression: Option<Compression>) -> Fabric {
 pub(crate) struct Cell<R> {
     pub(crate) law: Variant,
     /// In double precision.
-    pub(crate) exact: CellConstants<f64>,
-    pub(crate) constants: CellConstants<R>,
+    pub(crate) exact: UnitCellParameters<f64>,
+    pub(crate) constants: UnitCellParameters<R>,
 }
 
 /// Equilibrium of one cell, in double precision whatever it was solved in.
@@ -141,8 +141,8 @@ impl<R: Scalar> Cell<R> {
     /// A cell whose joint iteration comes first, or not.
     pub(crate) fn with(fabric: &Fabric, joint: bool) -> Self {
         let law = Variant::of(&fabric.crossover);
-        let exact = CellConstants { joint, ..CellConstants::new(fabric) };
-        let constants = with_law!(law, L => CellConstants::cast::<L>(&exact));
+        let exact = UnitCellParameters { joint, ..UnitCellParameters::new(fabric) };
+        let constants = with_law!(law, L => UnitCellParameters::cast::<L>(&exact));
         Self { law, exact, constants }
     }
 

@@ -122,7 +122,7 @@ impl<S: Scalar> Patch<S> {
         let mut all = vec![ElementTotals::default(); model.grid.rows];
         for (row, totals) in all.iter_mut().enumerate() {
             let mut storage = ElementRow {
-                ahead: [0; 2],
+                prefetch: [0; 2],
                 below: split(nodes.row(row), nodes.stride),
                 above: split(nodes.row(row + 1), nodes.stride),
                 element: split_mut(elements.row_mut(row), stride),

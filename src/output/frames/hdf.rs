@@ -13,7 +13,7 @@ use std::path::Path;
 use flate2::{Compression, write::ZlibEncoder};
 use rust_hdf5::{DatatypeMessage, H5Dataset, H5File, H5Group, H5Type, Result};
 
-use super::parts::{Array, Grid, Numbers, Part};
+use super::parts::{Array, PartArray, PartFrame, PartGrid};
 
 /// Version of the format that has collections.
 const VERSION: [i64; 2] = [2, 1];
@@ -32,15 +32,15 @@ pub(super) struct HdfFile {
 
 struct HdfPart {
     group: H5Group,
-    points: Series,
-    of_points: Vec<Series>,
-    of_cells: Vec<Series>,
+    points: StepCounts,
+    of_points: Vec<StepCounts>,
+    of_cells: Vec<StepCounts>,
     /// Arrays that do not change; of cells.
     fixed: Vec<&'static str>,
 }
 
 /// Numbers of points or cells, step after step.
-struct Series {
+struct StepCounts {
     name: &'static str,
     data: H5Dataset,
     /// Points or cells.
@@ -50,7 +50,7 @@ struct Series {
 
 impl HdfFile {
     /// A file with everything that does not change. `first`: the parts of the first frame, for the names of their arrays.
-    pub(super) fn create(path: &Path, grids: &[Grid], first: &[Part]) -> Result<Self> {
+    pub(super) fn create(path: &Path, grids: &[PartGrid], first: &[PartFrame]) -> Result<Self> {
         let file = H5File::create(path)?;
         match Self::begin(&file, grids, first) {
             Ok((root, parts)) => Ok(Self { file: Some(file), root, parts, times: Vec::new() }),
@@ -62,7 +62,7 @@ impl HdfFile {
     }
 
     /// Everything that does not change.
-    fn begin(file: &H5File, grids: &[Grid], first: &[Part]) -> Result<(H5Group, Vec<HdfPart>)> {
+    fn begin(file: &H5File, grids: &[PartGrid], first: &[PartFrame]) -> Result<(H5Group, Vec<HdfPart>)> {
         file.set_track_order(true)?;
         let root = file.create_group("VTKHDF")?;
         label(&root, "MultiBlockDataSet")?;
@@ -78,7 +78,7 @@ impl HdfFile {
     }
 
     /// Adds a frame.
-    pub(super) fn add(&mut self, time_us: f64, parts: &[Packed]) -> Result<()> {
+    pub(super) fn add(&mut self, time_us: f64, parts: &[PackedPart]) -> Result<()> {
         let step = self.times.len();
         for (own, part) in self.parts.iter().zip(parts) {
             let series = [&own.points].into_iter().chain(&own.of_points).chain(&own.of_cells);
@@ -111,7 +111,7 @@ fn give_up(file: H5File) {
 }
 
 impl HdfPart {
-    fn create(group: H5Group, grid: &Grid, part: &Part) -> Result<Self> {
+    fn create(group: H5Group, grid: &PartGrid, part: &PartFrame) -> Result<Self> {
         // One piece, the same in all steps.
         put(&group, "NumberOfPoints", &[grid.points as i64])?;
         put(&group, "NumberOfCells", &[grid.cells() as i64])?;
@@ -123,16 +123,16 @@ impl HdfPart {
         let (point_data, cell_data) = (group.create_group("PointData")?, group.create_group("CellData")?);
         let mut fixed = Vec::new();
         for array in &grid.fixed {
-            if let Numbers::Byte(numbers) = &array.numbers {
+            if let PartArray::Byte(numbers) = &array.numbers {
                 put_packed(&cell_data, array.name, numbers)?;
             }
             fixed.push(array.name);
         }
         let series = |group: &H5Group, arrays: &[Array], count| {
-            arrays.iter().map(|array| Series::create(group, array, count)).collect::<Result<Vec<_>>>()
+            arrays.iter().map(|array| StepCounts::create(group, array, count)).collect::<Result<Vec<_>>>()
         };
         Ok(Self {
-            points: Series::create(&group, &part.points, grid.points)?,
+            points: StepCounts::create(&group, &part.points, grid.points)?,
             of_points: series(&point_data, &part.of_points, grid.points)?,
             of_cells: series(&cell_data, &part.of_cells, grid.cells())?,
             fixed,
@@ -172,11 +172,11 @@ fn list_times(group: &H5Group, times: &[f64]) -> Result<H5Group> {
     Ok(steps)
 }
 
-impl Series {
+impl StepCounts {
     fn create(group: &H5Group, array: &Array, count: usize) -> Result<Self> {
         let data = match &array.numbers {
-            Numbers::Float(_) => series::<f32>(group, array, count),
-            Numbers::Byte(_) => series::<u8>(group, array, count),
+            PartArray::Float(_) => series::<f32>(group, array, count),
+            PartArray::Byte(_) => series::<u8>(group, array, count),
         };
         Ok(Self { name: array.name, data: data?, count, components: array.components })
     }
@@ -193,26 +193,26 @@ impl Series {
 }
 
 /// The chunks of a part: its points, arrays of points, arrays of cells.
-pub(super) struct Packed(Vec<Vec<u8>>);
+pub(super) struct PackedPart(Vec<Vec<u8>>);
 
 /// Compresses a part: what [`HdfFile::add`] puts into the file as it is.
-pub(super) fn pack(part: &Part) -> io::Result<Packed> {
+pub(super) fn pack(part: &PartFrame) -> io::Result<PackedPart> {
     let arrays = [&part.points].into_iter().chain(&part.of_points).chain(&part.of_cells);
-    arrays.map(|array| chunk(&array.numbers)).collect::<io::Result<_>>().map(Packed)
+    arrays.map(|array| chunk(&array.numbers)).collect::<io::Result<_>>().map(PackedPart)
 }
 
 /// Numbers after the filters of [`series`]: bytes sorted by their place in a number, then deflated.
-fn chunk(numbers: &Numbers) -> io::Result<Vec<u8>> {
+fn chunk(numbers: &PartArray) -> io::Result<Vec<u8>> {
     let mut encoder = ZlibEncoder::new(Vec::new(), Compression::new(LEVEL));
     match numbers {
-        Numbers::Float(numbers) => {
+        PartArray::Float(numbers) => {
             let mut sorted = vec![0; size_of_val(numbers.as_slice())];
             for (byte, sorted) in sorted.chunks_exact_mut(numbers.len()).enumerate() {
                 sorted.iter_mut().zip(numbers).for_each(|(sorted, number)| *sorted = number.to_ne_bytes()[byte]);
             }
             encoder.write_all(&sorted)?;
         }
-        Numbers::Byte(numbers) => encoder.write_all(numbers)?,
+        PartArray::Byte(numbers) => encoder.write_all(numbers)?,
     }
     encoder.finish()
 }

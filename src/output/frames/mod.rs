@@ -17,7 +17,7 @@ use std::path::{Path, PathBuf};
 use tempfile::{NamedTempFile, TempDir};
 
 use super::folder::UNFINISHED;
-use vtu::{SERIES, Series};
+use vtu::{SERIES, VtuSeries};
 
 pub use recorder::Recorder;
 pub(super) use spool::clear as clear_spool;
@@ -35,7 +35,7 @@ const WRITABLE: &str = "a disk that takes the frames";
 pub struct Staged {
     hdf: Option<NamedTempFile>,
     /// The list, and the series.
-    vtu: Option<(NamedTempFile, Series)>,
+    vtu: Option<(NamedTempFile, VtuSeries)>,
 }
 
 impl Staged {

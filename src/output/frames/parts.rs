@@ -4,7 +4,7 @@
 
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 
-use super::super::surface::Surface;
+use super::super::surface::SurfaceMesh;
 use crate::run::frame::{Frame, Pose, Scene};
 
 /// `VTK_QUAD` and `VTK_TRIANGLE`.
@@ -16,7 +16,7 @@ const HIDDEN: u8 = 32;
 const MM: f64 = 1e3;
 
 /// What of a part does not change.
-pub(super) struct Grid {
+pub(super) struct PartGrid {
     pub(super) name: &'static str,
     pub(super) points: usize,
     /// Corners of all cells.
@@ -29,7 +29,7 @@ pub(super) struct Grid {
     pub(super) fixed: Vec<Array>,
 }
 
-impl Grid {
+impl PartGrid {
     fn new(name: &'static str, points: usize, cells: impl Iterator<Item = impl AsRef<[usize]>>) -> Self {
         let mut grid =
             Self { name, points, corners: Vec::new(), ends: Vec::new(), kinds: Vec::new(), fixed: Vec::new() };
@@ -48,7 +48,7 @@ impl Grid {
 }
 
 /// One part at one time.
-pub(super) struct Part {
+pub(super) struct PartFrame {
     /// Positions [mm].
     pub(super) points: Array,
     pub(super) of_points: Vec<Array>,
@@ -60,15 +60,15 @@ pub(super) struct Array {
     pub(super) name: &'static str,
     /// Numbers per point or cell.
     pub(super) components: usize,
-    pub(super) numbers: Numbers,
+    pub(super) numbers: PartArray,
 }
 
-pub(super) enum Numbers {
+pub(super) enum PartArray {
     Float(Vec<f32>),
     Byte(Vec<u8>),
 }
 
-impl Numbers {
+impl PartArray {
     /// As they lie in files.
     pub(super) fn bytes(&self) -> &[u8] {
         match self {
@@ -80,39 +80,39 @@ impl Numbers {
 
 impl Array {
     fn bytes(name: &'static str, numbers: Vec<u8>) -> Self {
-        Self { name, components: 1, numbers: Numbers::Byte(numbers) }
+        Self { name, components: 1, numbers: PartArray::Byte(numbers) }
     }
 
     fn numbers(name: &'static str, numbers: &[f32], unit: f64) -> Self {
         let numbers = numbers.iter().map(|number| (f64::from(*number) * unit) as f32).collect();
-        Self { name, components: 1, numbers: Numbers::Float(numbers) }
+        Self { name, components: 1, numbers: PartArray::Float(numbers) }
     }
 
     fn vectors(name: &'static str, vectors: impl Iterator<Item = [f64; 3]>) -> Self {
         let numbers = vectors.flat_map(|vector| vector.map(|number| number as f32)).collect();
-        Self { name, components: 3, numbers: Numbers::Float(numbers) }
+        Self { name, components: 3, numbers: PartArray::Float(numbers) }
     }
 }
 
 /// Makes the parts of every frame of a scene.
 pub(super) struct Parts {
-    surface: Option<Surface>,
+    surface: Option<SurfaceMesh>,
     start: Option<Pose>,
 }
 
 impl Parts {
     /// What does not change of the parts of a scene, as it is in its first frame.
-    pub(super) fn new(scene: &Scene, first: &Frame) -> (Self, Vec<Grid>) {
+    pub(super) fn new(scene: &Scene, first: &Frame) -> (Self, Vec<PartGrid>) {
         let mut grids = vec![fabric(scene)];
-        let surface = scene.projectile.as_ref().map(|body| Surface::new(body, scene.reference.iter()));
+        let surface = scene.projectile.as_ref().map(|body| SurfaceMesh::new(body, scene.reference.iter()));
         if let Some(surface) = &surface {
-            grids.push(Grid::new("projectile", surface.points.len(), surface.faces.iter()));
+            grids.push(PartGrid::new("projectile", surface.points.len(), surface.faces.iter()));
         }
         (Self { surface, start: first.projectile }, grids)
     }
 
     /// The parts of a frame, in the order of the grids.
-    pub(super) fn of(&self, scene: &Scene, frame: &Frame) -> Vec<Part> {
+    pub(super) fn of(&self, scene: &Scene, frame: &Frame) -> Vec<PartFrame> {
         let mut parts = vec![fabric_at(scene, frame)];
         if let (Some(surface), Some(start), Some(pose)) = (&self.surface, &self.start, &frame.projectile) {
             parts.push(projectile_at(surface, start, pose));
@@ -121,22 +121,22 @@ impl Parts {
     }
 }
 
-fn fabric(scene: &Scene) -> Grid {
+fn fabric(scene: &Scene) -> PartGrid {
     let cells = scene.plies.iter().flat_map(|ply| {
         (0..ply.rows).flat_map(move |row| (0..ply.columns).map(move |column| ply.corners(row, column)))
     });
-    let mut grid = Grid::new("fabric", scene.reference.len(), cells);
+    let mut grid = PartGrid::new("fabric", scene.reference.len(), cells);
     let plies = scene.plies.iter().enumerate().flat_map(|(n, ply)| std::iter::repeat_n(n as u8, ply.elements()));
     grid.fixed.push(Array::bytes("ply", plies.collect()));
     grid
 }
 
-fn fabric_at(scene: &Scene, frame: &Frame) -> Part {
+fn fabric_at(scene: &Scene, frame: &Frame) -> PartFrame {
     let moved = scene.reference.iter().zip(&frame.displacement);
     let moved = moved.map(|(x, u)| [0, 1, 2].map(|a| (f64::from(x[a]) + f64::from(u[a])) * MM));
     let [warp_alive, weft_alive] = &frame.alive;
     let hidden = warp_alive.iter().zip(weft_alive).map(|(warp, weft)| if warp + weft == 0 { HIDDEN } else { 0 });
-    Part {
+    PartFrame {
         points: Array::vectors("Points", moved),
         of_points: vec![
             Array::vectors("displacement_mm", frame.displacement.iter().map(|u| u.map(|u| f64::from(u) * MM))),
@@ -163,13 +163,13 @@ fn placed(pose: &Pose) -> (UnitQuaternion<f64>, Vector3<f64>) {
     (UnitQuaternion::new_unchecked(Quaternion::new(w, x, y, z)), Vector3::from(pose.position))
 }
 
-fn projectile_at(surface: &Surface, start: &Pose, pose: &Pose) -> Part {
+fn projectile_at(surface: &SurfaceMesh, start: &Pose, pose: &Pose) -> PartFrame {
     let ((turn, centre), (turn_before, centre_before)) = (placed(pose), placed(start));
     let arms = || surface.points.iter().map(|point| Vector3::from(*point));
     let [velocity, spin] = [pose.velocity, pose.angular_velocity].map(Vector3::from);
     let at = |arm: Vector3<f64>| centre + turn * arm;
     let moved = |arm: Vector3<f64>| at(arm) - (centre_before + turn_before * arm);
-    Part {
+    PartFrame {
         points: Array::vectors("Points", arms().map(|arm| (at(arm) * MM).into())),
         of_points: vec![
             Array::vectors("displacement_mm", arms().map(|arm| (moved(arm) * MM).into())),

@@ -5,14 +5,14 @@ use std::path::{Path, PathBuf};
 
 use rayon::prelude::*;
 
-use super::spool::{Found, Spool};
+use super::spool::{Spool, SpooledFrames};
 use super::writer::Files;
 use super::{HDF, Staged, WRITABLE};
 use crate::case::Case;
 use crate::output::folder::OutputError;
-use crate::run::checkpoint::Head;
-use crate::run::frame::{self, Camera, Frame, Scene, Snapshot};
-use crate::run::{Options, View, Watch};
+use crate::run::checkpoint::Header;
+use crate::run::frame::{self, Frame, Scene, Snapshot, SnapshotTaker};
+use crate::run::{Observer, Options, View};
 
 /// A frame that waits to be written.
 struct Waiting {
@@ -32,14 +32,14 @@ pub struct Recorder {
     folder: PathBuf,
     case: Case,
     vtu: bool,
-    camera: Camera,
+    camera: SnapshotTaker,
     /// By the steps done before them.
     waiting: BTreeMap<u64, Waiting>,
     /// The state after the last step.
     end: Option<Snapshot>,
     /// Bytes of snapshots that may be in memory.
     room: usize,
-    head: Head,
+    head: Header,
     checkpoints: bool,
     spool: Option<Spool>,
     /// Steps done before frames on the disk that are no longer kept.
@@ -53,16 +53,16 @@ pub struct Recorder {
 impl Recorder {
     /// For the frames that a case asks for; their files go to `folder`. `vtu`: also as a series; `head`: of the run, where it leaves
     /// checkpoints.
-    pub fn new(folder: &Path, case: &Case, options: &Options<'_>, vtu: bool, head: Option<&Head>) -> Self {
+    pub fn new(folder: &Path, case: &Case, options: &Options<'_>, vtu: bool, head: Option<&Header>) -> Self {
         Self {
             folder: folder.to_owned(),
             case: case.clone(),
             vtu,
-            camera: Camera::new(case.output.frames as usize, case.solver.end_time),
+            camera: SnapshotTaker::new(case.output.frames as usize, case.solver.end_time),
             waiting: BTreeMap::new(),
             end: None,
             room: case.waiting_frame_bytes(),
-            head: head.cloned().unwrap_or_else(|| Head::new(case, options, 0.0)),
+            head: head.cloned().unwrap_or_else(|| Header::new(case, options, 0.0)),
             checkpoints: head.is_some(),
             spool: head.map(|head| Spool::beside(folder, head)),
             given_up: Vec::new(),
@@ -73,11 +73,17 @@ impl Recorder {
 
     /// The same of a run that goes on from the checkpoint with this head: with the frames that it had kept. Where some are lost, the
     /// files begin after those; the words say so.
-    pub fn resume(folder: &Path, case: &Case, options: &Options<'_>, vtu: bool, head: &Head) -> (Self, Option<String>) {
+    pub fn resume(
+        folder: &Path,
+        case: &Case,
+        options: &Options<'_>,
+        vtu: bool,
+        head: &Header,
+    ) -> (Self, Option<String>) {
         let (frames, end_time) = (case.output.frames as usize, case.solver.end_time);
-        let camera = Camera::resume(frames, end_time, head.step, head.time_step);
+        let camera = SnapshotTaker::resume(frames, end_time, head.step, head.time_step);
         let spool = Spool::beside(folder, head);
-        let Found { steps, lost } = spool.found(&camera.kept().collect::<Vec<_>>());
+        let SpooledFrames { steps, lost } = spool.found(&camera.kept().collect::<Vec<_>>());
         let of = |step| {
             let time = step as f64 * head.time_step;
             (step, Waiting { time, snapshot: None, spooled: true })
@@ -197,12 +203,12 @@ impl Recorder {
     }
 }
 
-impl Watch for Recorder {
-    fn is_due(&self, time: f64, dt: f64) -> bool {
+impl Observer for Recorder {
+    fn snapshot_due(&self, time: f64, dt: f64) -> bool {
         self.camera.is_due(time, dt)
     }
 
-    fn look(&mut self, view: &View<'_>) {
+    fn on_snapshot(&mut self, view: &View<'_>) {
         let snapshot = self.camera.take(view);
         let (step, time) = (snapshot.step(), snapshot.time());
         self.waiting.insert(step, Waiting { time, snapshot: Some(snapshot), spooled: false });
@@ -212,7 +218,7 @@ impl Watch for Recorder {
         }
     }
 
-    fn end(&mut self, view: &View<'_>) {
+    fn on_end(&mut self, view: &View<'_>) {
         self.end = self.camera.end(view);
     }
 }

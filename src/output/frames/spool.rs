@@ -13,7 +13,7 @@ use tempfile::TempDir;
 
 use super::{clear_folder, hidden};
 use crate::output::number::us;
-use crate::run::checkpoint::{self, Checkpoint, CheckpointError, Fault, Head, Reader, Writer};
+use crate::run::checkpoint::{self, Checkpoint, CheckpointError, CheckpointFault, Header, Reader, Writer};
 use crate::run::frame::{Frame, Scene};
 
 /// Folder of the frames, beside the checkpoint.
@@ -25,7 +25,7 @@ pub(super) struct Spool {
     folder: PathBuf,
     /// Folder of the run, around it; `None` where it could not be opened.
     around: Option<Handle>,
-    head: Head,
+    head: Header,
     /// Removes the folder of a run without checkpoints.
     temporary: Option<TempDir>,
     /// Whether the disk has refused a frame: from then on none is written.
@@ -43,7 +43,7 @@ enum Refused {
 
 impl Spool {
     /// Beside the checkpoints of a run.
-    pub(super) fn beside(folder: &Path, head: &Head) -> Self {
+    pub(super) fn beside(folder: &Path, head: &Header) -> Self {
         let (around, refused) = (Handle::from_path(folder).ok(), Mutex::new(Refused::No));
         Self { folder: folder.join(FOLDER), around, head: head.clone(), temporary: None, refused }
     }
@@ -52,7 +52,7 @@ impl Spool {
     ///
     /// # Errors
     /// When the disk refuses.
-    pub(super) fn temporary(folder: &Path, head: &Head) -> io::Result<Self> {
+    pub(super) fn temporary(folder: &Path, head: &Header) -> io::Result<Self> {
         let own = hidden(folder)?;
         Ok(Self { temporary: Some(own), ..Self::beside(folder, head) }.in_own_folder())
     }
@@ -130,7 +130,7 @@ impl Spool {
     /// Writes a frame; beside a checkpoint it is on the disk when this returns.
     fn write(&self, frame: &Frame) -> io::Result<()> {
         self.begin()?;
-        let head = Head { step: frame.step, time: frame.time, ..self.head.clone() };
+        let head = Header { step: frame.step, time: frame.time, ..self.head.clone() };
         let mut file = File::create(self.path(frame.step))?;
         checkpoint::write(&mut file, &head, &[], |contents| write(frame, contents))?;
         if self.temporary.is_some() { Ok(()) } else { file.sync_data() }
@@ -144,7 +144,7 @@ impl Spool {
             fill(&mut frame, contents)?;
             match frame.projectile.is_some() == scene.projectile.is_some() {
                 true => Ok(frame),
-                false => Err(Fault::Contents("a projectile")),
+                false => Err(CheckpointFault::Contents("a projectile")),
             }
         })
     }
@@ -155,8 +155,8 @@ impl Spool {
     }
 
     /// Of the frames before these steps, those that follow each other without a gap up to the checkpoint.
-    pub(super) fn found(&self, steps: &[u64]) -> Found {
-        let mut found = Found { steps: Vec::new(), lost: None };
+    pub(super) fn found(&self, steps: &[u64]) -> SpooledFrames {
+        let mut found = SpooledFrames { steps: Vec::new(), lost: None };
         let mut from = self.head.time;
         for step in steps.iter().rev() {
             if let Err(reason) = self.check(*step) {
@@ -176,7 +176,7 @@ impl Spool {
         let own = |what: &str| format!("{} {what}", path.display());
         let head = match Checkpoint::open(&path) {
             Ok(file) => file.head().clone(),
-            Err(CheckpointError { fault: Fault::Unreadable(_), .. }) => return Err(own("cannot be read")),
+            Err(CheckpointError { fault: CheckpointFault::Unreadable(_), .. }) => return Err(own("cannot be read")),
             Err(_) => return Err(own("is damaged")),
         };
         match head.is_of_run(&self.head) && head.step == step {
@@ -187,7 +187,7 @@ impl Spool {
 }
 
 /// Frames that follow each other without a gap up to a checkpoint.
-pub(super) struct Found {
+pub(super) struct SpooledFrames {
     /// Steps done before them.
     pub(super) steps: Vec<u64>,
     /// Why there are none before these.
@@ -205,7 +205,7 @@ fn write(frame: &Frame, contents: &mut Writer<'_>) -> io::Result<()> {
     frame.alive.iter().try_for_each(|alive| contents.numbers(alive))
 }
 
-fn fill(frame: &mut Frame, contents: &mut Reader<'_>) -> Result<(), Fault> {
+fn fill(frame: &mut Frame, contents: &mut Reader<'_>) -> Result<(), CheckpointFault> {
     frame.projectile = contents.value("a projectile")?;
     for vectors in [&mut frame.displacement, &mut frame.velocity] {
         contents.numbers(bytemuck::cast_slice_mut::<_, f32>(vectors), "nodes")?;

@@ -10,14 +10,14 @@ use std::path::Path;
 use flate2::{Compression, write::ZlibEncoder};
 use tempfile::TempDir;
 
-use super::parts::{Array, Grid, Numbers, Part};
+use super::parts::{Array, PartArray, PartFrame, PartGrid};
 
 /// Folder of the series, beside the `.pvd` file.
 pub(super) const SERIES: &str = "frames";
 const BYTE_ORDER: &str = if cfg!(target_endian = "big") { "BigEndian" } else { "LittleEndian" };
 
 /// A series in the making, in a folder of its own.
-pub(super) struct Series {
+pub(super) struct VtuSeries {
     folder: TempDir,
     grids: Vec<Fixed>,
     /// Names of the files.
@@ -39,10 +39,10 @@ struct Fixed {
     arrays: Vec<(&'static str, Vec<u8>)>,
 }
 
-impl Series {
+impl VtuSeries {
     /// A series in a new folder.
-    pub(super) fn create(folder: TempDir, grids: &[Grid]) -> io::Result<Self> {
-        let fixed = |grid: &Grid| {
+    pub(super) fn create(folder: TempDir, grids: &[PartGrid]) -> io::Result<Self> {
+        let fixed = |grid: &PartGrid| {
             let arrays = grid.fixed.iter().map(|array| Ok((array.name, block(array.numbers.bytes())?)));
             Ok(Fixed {
                 name: grid.name,
@@ -64,7 +64,7 @@ impl Series {
     }
 
     /// The files of a frame, one for each part.
-    pub(super) fn pack(&self, time_us: f64, parts: &[Part]) -> io::Result<Vec<Vec<u8>>> {
+    pub(super) fn pack(&self, time_us: f64, parts: &[PartFrame]) -> io::Result<Vec<Vec<u8>>> {
         let file = |(fixed, part)| {
             let mut file = Vec::new();
             write_part(&mut file, time_us, fixed, part).map(|()| file)
@@ -143,8 +143,8 @@ impl<'a> Appended<'a> {
 
     fn array(&mut self, array: &Array) -> io::Result<String> {
         let kind = match array.numbers {
-            Numbers::Float(_) => "Float32",
-            Numbers::Byte(_) => "UInt8",
+            PartArray::Float(_) => "Float32",
+            PartArray::Byte(_) => "UInt8",
         };
         Ok(self.element(kind, array.name, array.components, block(array.numbers.bytes())?.into()))
     }
@@ -154,7 +154,7 @@ impl<'a> Appended<'a> {
     }
 }
 
-fn write_part(file: &mut impl Write, time_us: f64, fixed: &Fixed, part: &Part) -> io::Result<()> {
+fn write_part(file: &mut impl Write, time_us: f64, fixed: &Fixed, part: &PartFrame) -> io::Result<()> {
     let mut appended = Appended::default();
     let points = appended.array(&part.points)?;
     let cells = [

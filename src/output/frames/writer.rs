@@ -9,15 +9,15 @@ use tempfile::NamedTempFile;
 
 use super::hdf::{self, HdfFile};
 use super::parts::Parts;
-use super::vtu::{SERIES, Series};
+use super::vtu::{SERIES, VtuSeries};
 use super::{HDF, PVD, Staged, WRITABLE, hidden};
 use crate::output::folder::{OutputError, temporary};
 use crate::run::frame::{Frame, Scene};
 
 /// A frame as the files hold it, compressed.
-pub(super) struct Packed {
+pub(super) struct PackedFrame {
     time_us: f64,
-    hdf: Vec<hdf::Packed>,
+    hdf: Vec<hdf::PackedPart>,
     vtu: Vec<Vec<u8>>,
 }
 
@@ -27,7 +27,7 @@ pub(super) struct Files {
     parts: Parts,
     file: NamedTempFile,
     hdf: HdfFile,
-    series: Option<Series>,
+    series: Option<VtuSeries>,
 }
 
 fn failed<E: Display>(folder: &Path, name: &'static str) -> impl Fn(E) -> OutputError {
@@ -40,22 +40,22 @@ impl Files {
         let (parts, grids) = Parts::new(scene, first);
         let file = temporary(folder).map_err(failed(folder, HDF))?;
         let hdf = HdfFile::create(file.path(), &grids, &parts.of(scene, first)).map_err(failed(folder, HDF))?;
-        let series = || hidden(folder).and_then(|own| Series::create(own, &grids)).map_err(failed(folder, SERIES));
+        let series = || hidden(folder).and_then(|own| VtuSeries::create(own, &grids)).map_err(failed(folder, SERIES));
         let series = if vtu { Some(series()?) } else { None };
         Ok(Self { folder: folder.to_owned(), parts, file, hdf, series })
     }
 
-    pub(super) fn pack(&self, scene: &Scene, frame: &Frame) -> Result<Packed, OutputError> {
+    pub(super) fn pack(&self, scene: &Scene, frame: &Frame) -> Result<PackedFrame, OutputError> {
         let (time_us, now) = (frame.time * 1e6, self.parts.of(scene, frame));
         let hdf = now.iter().map(hdf::pack).collect::<io::Result<_>>().map_err(failed(&self.folder, HDF))?;
         let vtu = match &self.series {
             Some(series) => series.pack(time_us, &now).map_err(failed(&self.folder, SERIES))?,
             None => Vec::new(),
         };
-        Ok(Packed { time_us, hdf, vtu })
+        Ok(PackedFrame { time_us, hdf, vtu })
     }
 
-    pub(super) fn add(&mut self, frame: &Packed) -> Result<(), OutputError> {
+    pub(super) fn add(&mut self, frame: &PackedFrame) -> Result<(), OutputError> {
         self.hdf.add(frame.time_us, &frame.hdf).map_err(failed(&self.folder, HDF))?;
         match &mut self.series {
             Some(series) => series.add(frame.time_us, &frame.vtu).map_err(failed(&self.folder, SERIES)),
@@ -73,7 +73,7 @@ impl Files {
     }
 }
 
-fn list(folder: &Path, series: &Series) -> io::Result<NamedTempFile> {
+fn list(folder: &Path, series: &VtuSeries) -> io::Result<NamedTempFile> {
     let file = temporary(folder)?;
     fs::write(file.path(), series.collection())?;
     file.as_file().sync_all()?;

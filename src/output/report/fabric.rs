@@ -2,8 +2,8 @@
 
 use super::super::chart;
 use super::super::number::short;
-use super::figure::{self, Figure, Numbers};
-use super::film::{Film, Still, Strip};
+use super::figure::{self, Figure, FigureNumbers};
+use super::film::{AnimatedPly, Animation, Keyframe};
 use crate::case::{Along, Case, Fabric, Word};
 use crate::model::unit_cell_curve;
 use crate::run::Run;
@@ -16,14 +16,14 @@ const POINTS: usize = 121;
 const FAR: f64 = 1.1;
 
 /// A line of nodes at one time: position and deflection [mm].
-struct Line {
+struct NodeLine {
     /// [µs]
     time: f64,
     points: Vec<[f64; 2]>,
 }
 
 /// Deflection profiles: those the case asks for, else some of the film's.
-pub(super) fn profiles(case: &Case, run: &Run, film: Option<&Film>) -> Option<Figure> {
+pub(super) fn profiles(case: &Case, run: &Run, film: Option<&Animation>) -> Option<Figure> {
     let (lines, along) =
         if run.profiles.is_empty() { (of_film(film?), Along::Warp) } else { (of_run(run), case.output.profile_along) };
     let points = || lines.iter().flat_map(|line| &line.points).filter(|p| p[0].is_finite() && p[1].is_finite());
@@ -47,7 +47,7 @@ pub(super) fn profiles(case: &Case, run: &Run, film: Option<&Film>) -> Option<Fi
         drawing,
         legend,
         axes: Some([x, y]),
-        numbers: Numbers {
+        numbers: FigureNumbers {
             heads: ["time [µs]", "position [mm]", "deflection [mm]"].map(str::to_owned).to_vec(),
             rows,
             file: "profiles.csv",
@@ -57,7 +57,7 @@ pub(super) fn profiles(case: &Case, run: &Run, film: Option<&Film>) -> Option<Fi
 }
 
 /// Deflection of the first and the last ply over time.
-pub(super) fn deflection(film: &Film) -> Option<Figure> {
+pub(super) fn deflection(film: &Animation) -> Option<Figure> {
     let last = film.strips.len().checked_sub(1)?;
     let strips: Vec<usize> = if last == 0 { vec![0] } else { vec![0, last] };
     let end = film.stills.last()?.time * 1e6;
@@ -70,7 +70,7 @@ pub(super) fn deflection(film: &Film) -> Option<Figure> {
         let name = format!("ply {}", film.strips[*strip].ply + 1);
         legend.push((format!("line k{n}"), name));
     }
-    let row = |still: &Still| {
+    let row = |still: &Keyframe| {
         let deflections = strips.iter().map(|strip| short(1e3 * still.deflections[*strip], 4));
         std::iter::once(short(still.time * 1e6, 4)).chain(deflections).collect()
     };
@@ -87,7 +87,7 @@ pub(super) fn deflection(film: &Film) -> Option<Figure> {
         legend,
         axes: Some([x, y]),
         over_time: true,
-        numbers: Numbers { heads, rows: film.stills.iter().map(row).collect(), file: "history.csv" },
+        numbers: FigureNumbers { heads, rows: film.stills.iter().map(row).collect(), file: "history.csv" },
     })
 }
 
@@ -97,17 +97,17 @@ fn some(count: usize, most: usize) -> Vec<usize> {
     (1..=shown).map(|n| n * count / shown - 1).collect()
 }
 
-fn of_run(run: &Run) -> Vec<Line> {
+fn of_run(run: &Run) -> Vec<NodeLine> {
     let line = |at: usize| {
         let profile = &run.profiles[at];
         let points = profile.points.iter().map(|p| [p.position * 1e3, p.deflection * 1e3]).collect();
-        Line { time: profile.time * 1e6, points }
+        NodeLine { time: profile.time * 1e6, points }
     };
     some(run.profiles.len(), PROFILES).into_iter().map(line).collect()
 }
 
 /// The row of nodes of the struck ply through the point of impact, and its mirror image where half of it is kept.
-fn of_film(film: &Film) -> Vec<Line> {
+fn of_film(film: &Animation) -> Vec<NodeLine> {
     let Some(strip) = film.strips.first() else { return Vec::new() };
     let line = |at: usize| {
         let still = &film.stills[at];
@@ -116,18 +116,18 @@ fn of_film(film: &Film) -> Vec<Line> {
         let images = points.iter().filter(|p| mirrored && p[0] != 0.0).map(|p| [-p[0], p[1]]);
         let mut all: Vec<[f64; 2]> = points.iter().copied().chain(images).collect();
         all.sort_by(|a, b| a[0].total_cmp(&b[0]));
-        Line { time: still.time * 1e6, points: all }
+        NodeLine { time: still.time * 1e6, points: all }
     };
     some(film.stills.len(), PROFILES).into_iter().map(line).collect()
 }
 
 /// Whether the rows of a strip run along this axis of the pack.
-fn runs_along(strip: &Strip, axis: usize) -> bool {
+fn runs_along(strip: &AnimatedPly, axis: usize) -> bool {
     let [from, to] = [strip.reference[0], strip.reference[strip.counts()[0]]];
     (to[axis] - from[axis]).abs() > (to[1 - axis] - from[1 - axis]).abs()
 }
 
-fn row(strip: &Strip, still: &Still) -> Vec<[f64; 2]> {
+fn row(strip: &AnimatedPly, still: &Keyframe) -> Vec<[f64; 2]> {
     let length = strip.lines[0].len();
     let nodes = strip.hit[1] * length..(strip.hit[1] + 1) * length;
     let origin = strip.reference[strip.hit[1] * length + strip.hit[0]];
@@ -151,7 +151,7 @@ pub(super) fn unit_cell(case: &Case) -> Option<Figure> {
     let stiff = if fabric.warp.present { 0 } else { 1 };
     let [along, across] = if stiff == 0 { ["warp", "weft"] } else { ["weft", "warp"] };
     let span = 2e3 * [&fabric.warp, &fabric.weft][stiff].half_span();
-    let at = |point: &unit_cell_curve::Point| (point.stretch[stiff] - 1.0) * span;
+    let at = |point: &unit_cell_curve::CurvePoint| (point.stretch[stiff] - 1.0) * span;
     let tension = |yarn: usize| curve.iter().map(move |point| [at(point), point.cell.tension[yarn]]);
     let top = (0..2).flat_map(tension).map(|p| p[1]).fold(0.0, f64::max);
     let [x, y] = figure::axes([0.0, curve.iter().map(at).fold(0.0, f64::max)], [0.0, top]);
@@ -159,7 +159,7 @@ pub(super) fn unit_cell(case: &Case) -> Option<Figure> {
     for yarn in 0..2 {
         drawing += &chart::line(&x, &y, tension(yarn), &format!("class=\"curve k{yarn}\""));
     }
-    let row = |point: &unit_cell_curve::Point| {
+    let row = |point: &unit_cell_curve::CurvePoint| {
         let [warp, weft] = point.cell.tension;
         [at(point), point.stretch[stiff], warp, weft, point.cell.force].map(|number| short(number, 4)).to_vec()
     };
@@ -175,7 +175,7 @@ pub(super) fn unit_cell(case: &Case) -> Option<Figure> {
         drawing,
         legend: vec![("line k0".to_owned(), "warp".to_owned()), ("line k1".to_owned(), "weft".to_owned())],
         axes: Some([x, y]),
-        numbers: Numbers {
+        numbers: FigureNumbers {
             heads: heads.map(str::to_owned).to_vec(),
             rows: curve.iter().map(row).collect(),
             file: "ripstop crossover",
@@ -185,7 +185,7 @@ pub(super) fn unit_cell(case: &Case) -> Option<Figure> {
 }
 
 /// The cell from rest to the point where a yarn breaks.
-fn stretched(fabric: &Fabric) -> Option<Vec<unit_cell_curve::Point>> {
+fn stretched(fabric: &Fabric) -> Option<Vec<unit_cell_curve::CurvePoint>> {
     let yarn = [&fabric.warp, &fabric.weft].into_iter().find(|yarn| yarn.present)?;
     let far = ((1.0 + yarn.crimp) * (1.0 + yarn.failure_strain)).min(FAR);
     let stretches: Vec<f64> = (0..POINTS).map(|n| 1.0 + (far - 1.0) * n as f64 / (POINTS - 1) as f64).collect();

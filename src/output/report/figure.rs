@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use super::super::chart::{self, Axis, escape};
+use super::super::chart::{self, ChartAxis, escape};
 
 /// Size of a drawing; on a phone a unit is a little less than a pixel.
 pub(super) const SIZE: [f64; 2] = [440.0, 300.0];
@@ -21,15 +21,15 @@ pub(super) struct Figure {
     /// Class and words of each line or area.
     pub(super) legend: Vec<(String, String)>,
     /// The axes, from which the page reads values.
-    pub(super) axes: Option<[Axis; 2]>,
+    pub(super) axes: Option<[ChartAxis; 2]>,
     /// Time runs along the drawing: the page marks the playback's time there.
     pub(super) over_time: bool,
-    pub(super) numbers: Numbers,
+    pub(super) numbers: FigureNumbers,
 }
 
 /// The numbers behind a figure.
 #[derive(Debug, Default)]
-pub(super) struct Numbers {
+pub(super) struct FigureNumbers {
     pub(super) heads: Vec<String>,
     pub(super) rows: Vec<Vec<String>>,
     /// The file that has all of them.
@@ -37,8 +37,8 @@ pub(super) struct Numbers {
 }
 
 /// The axes that a drawing of the usual size leaves room for.
-pub(super) fn axes(x: [f64; 2], y: [f64; 2]) -> [Axis; 2] {
-    [Axis::linear(x, [64.0, SIZE[0] - 14.0]), Axis::linear(chart::rounded_up(y), [SIZE[1] - 46.0, 12.0])]
+pub(super) fn axes(x: [f64; 2], y: [f64; 2]) -> [ChartAxis; 2] {
+    [ChartAxis::linear(x, [64.0, SIZE[0] - 14.0]), ChartAxis::linear(chart::rounded_up(y), [SIZE[1] - 46.0, 12.0])]
 }
 
 impl Figure {
@@ -48,7 +48,7 @@ impl Figure {
         if self.drawing.is_empty() {
             return format!("<p class=\"plot nothing\" id=\"{id}\"><b>{title}:</b> {caption}</p>\n");
         }
-        let data = |name: &str, axis: Axis| {
+        let data = |name: &str, axis: ChartAxis| {
             let [[from, to], [start, end]] = [axis.range(), axis.paper];
             format!(" data-{name}=\"{from} {to} {start} {end}\"")
         };
@@ -74,7 +74,7 @@ impl Figure {
     }
 }
 
-impl Numbers {
+impl FigureNumbers {
     fn html(&self) -> String {
         if self.rows.is_empty() {
             return String::new();

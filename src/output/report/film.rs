@@ -9,7 +9,7 @@ use std::collections::HashSet;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-use super::super::surface::Surface;
+use super::super::surface::SurfaceMesh;
 use crate::case::Case;
 use crate::kernels::element_force::field as element;
 use crate::kernels::node_update::field as node;
@@ -18,7 +18,7 @@ use crate::math::scalar::Scalar;
 use crate::model::{MirrorPlanes, Model};
 use crate::run::frame::{Schedule, even};
 use crate::run::pieces;
-use crate::run::{View, Watch};
+use crate::run::{Observer, View};
 use crate::solver::state::State;
 
 /// Pictures shown at most, the first and the last among them.
@@ -34,7 +34,7 @@ const DENSE: usize = 8;
 
 /// A ply as the film shows it: cells between the lines of nodes that were kept.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Strip {
+pub struct AnimatedPly {
     /// Counted from the struck side.
     pub ply: usize,
     /// Nodes kept along the warp and along the weft, counted in the whole ply.
@@ -51,7 +51,7 @@ pub struct Strip {
 
 /// All strips at one time; nodes and cells follow each other strip by strip.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Still {
+pub struct Keyframe {
     /// Steps done.
     pub step: u64,
     /// [s]
@@ -67,7 +67,7 @@ pub struct Still {
     pub pose: Option<[f64; 7]>,
 }
 
-impl Still {
+impl Keyframe {
     /// Largest deflection of any ply shown, of fabric that hangs on something [m].
     pub fn deflection(&self) -> f64 {
         self.deflections.iter().copied().fold(0.0, f64::max)
@@ -76,17 +76,17 @@ impl Still {
 
 /// Pictures of a run.
 #[derive(Clone, Debug)]
-pub struct Film {
+pub struct Animation {
     /// Plies shown, the struck one first; none before the first picture.
-    pub strips: Vec<Strip>,
+    pub strips: Vec<AnimatedPly>,
     /// Plies there are.
     pub plies: usize,
     /// In order of time.
-    pub stills: Vec<Still>,
+    pub stills: Vec<Keyframe>,
     /// Mirror planes: shown is the part at x ≥ 0, y ≥ 0.
     pub planes: MirrorPlanes,
     /// Surface of the projectile.
-    pub(super) body: Option<Surface>,
+    pub(super) body: Option<SurfaceMesh>,
     /// Where the projectile strikes [m].
     hit: [f64; 2],
     /// When pictures are due.
@@ -95,7 +95,7 @@ pub struct Film {
     begun: bool,
 }
 
-impl Film {
+impl Animation {
     /// An empty film of a case.
     pub fn new(case: &Case) -> Self {
         Self {
@@ -129,14 +129,14 @@ impl Film {
     /// Whether all parts have the sizes that they need to have.
     fn is_sound(&self) -> bool {
         let nodes: usize = self.strips.iter().map(|strip| strip.reference.len()).sum();
-        let cells: usize = self.strips.iter().map(Strip::cells).sum();
-        let whole = |still: &Still| {
+        let cells: usize = self.strips.iter().map(AnimatedPly::cells).sum();
+        let whole = |still: &Keyframe| {
             still.displacement.len() == nodes
                 && still.tension.len() == cells
                 && still.deflections.len() == self.strips.len()
         };
-        self.body.as_ref().is_none_or(Surface::is_sound)
-            && self.strips.iter().all(Strip::is_sound)
+        self.body.as_ref().is_none_or(SurfaceMesh::is_sound)
+            && self.strips.iter().all(AnimatedPly::is_sound)
             && self.stills.iter().all(whole)
             && self.stills.windows(2).all(|pair| pair[0].time < pair[1].time)
     }
@@ -156,10 +156,10 @@ impl Film {
         if self.stills.last().is_some_and(|last| last.time >= time) {
             return; // the end of the run was due anyway
         }
-        let [nodes, cells] =
-            [|strip: &Strip| strip.reference.len(), Strip::cells].map(|count| self.strips.iter().map(count).sum());
+        let [nodes, cells] = [|strip: &AnimatedPly| strip.reference.len(), AnimatedPly::cells]
+            .map(|count| self.strips.iter().map(count).sum());
         let deflections = self.strips.par_iter().map(|strip| pieces::hanging(model, state, strip.ply).deflection);
-        let mut still = Still {
+        let mut still = Keyframe {
             step: state.step,
             time,
             deflections: deflections.collect(),
@@ -190,14 +190,14 @@ impl Film {
         self.plies = model.plies.len();
         let shown = shown(self.plies);
         let nodes = NODES / shown.len().max(1);
-        let strips: Vec<Strip> = shown.iter().map(|ply| Strip::new(model, *ply, self.hit, nodes)).collect();
+        let strips: Vec<AnimatedPly> = shown.iter().map(|ply| AnimatedPly::new(model, *ply, self.hit, nodes)).collect();
         if strips != self.strips {
             self.stills.clear(); // of another model
         }
         self.strips = strips;
         self.planes = model.planes;
         let pack = self.strips.iter().flat_map(|strip| &strip.reference);
-        self.body = model.projectile.as_ref().map(|projectile| Surface::new(&projectile.body, pack));
+        self.body = model.projectile.as_ref().map(|projectile| SurfaceMesh::new(&projectile.body, pack));
     }
 
     /// The same with at most so many pictures, evenly from the first to the last.
@@ -216,12 +216,12 @@ impl Film {
 
     /// Largest deflection in any picture, of fabric that hangs on something [m].
     pub fn deflection(&self) -> f64 {
-        self.stills.iter().map(Still::deflection).fold(0.0, f64::max)
+        self.stills.iter().map(Keyframe::deflection).fold(0.0, f64::max)
     }
 
     /// The picture of the largest deflection among those in which the projectile has not left the fabric behind.
     pub fn opening(&self) -> usize {
-        let is_near = |still: &Still| still.pose.is_none_or(|pose| self.tail(&pose) <= still.deflection());
+        let is_near = |still: &Keyframe| still.pose.is_none_or(|pose| self.tail(&pose) <= still.deflection());
         let near = (0..self.stills.len()).filter(|at| is_near(&self.stills[*at]));
         let deflection = |at: usize| self.stills[at].deflection();
         near.max_by(|a, b| deflection(*a).total_cmp(&deflection(*b))).unwrap_or(0)
@@ -242,18 +242,18 @@ impl Film {
     }
 }
 
-impl Watch for Film {
-    fn is_due(&self, time: f64, dt: f64) -> bool {
+impl Observer for Animation {
+    fn snapshot_due(&self, time: f64, dt: f64) -> bool {
         self.schedule.is_due(time, dt)
     }
 
-    fn look(&mut self, view: &View<'_>) {
+    fn on_snapshot(&mut self, view: &View<'_>) {
         self.take_from(view);
         self.schedule.pass(view.step(), view.clock()[1]);
         keep(&mut self.stills, &self.schedule);
     }
 
-    fn end(&mut self, view: &View<'_>) {
+    fn on_end(&mut self, view: &View<'_>) {
         // The last picture is that of the end, not of the step before.
         if !self.schedule.wants_end(view.step()) {
             self.stills.pop();
@@ -263,7 +263,7 @@ impl Watch for Film {
 }
 
 /// Gives up the pictures that the schedule has given up.
-fn keep(stills: &mut Vec<Still>, schedule: &Schedule) {
+fn keep(stills: &mut Vec<Keyframe>, schedule: &Schedule) {
     let kept: HashSet<u64> = schedule.kept().collect();
     stills.retain(|still| kept.contains(&still.step));
 }
@@ -281,13 +281,13 @@ pub(super) fn shown(plies: usize) -> Vec<usize> {
     (0..PLIES).map(|n| (n * (plies - 1) + (PLIES - 1) / 2) / (PLIES - 1)).collect()
 }
 
-impl Strip {
+impl AnimatedPly {
     fn new<S: Scalar>(model: &Model<S>, ply: usize, hit: [f64; 2], most: usize) -> Self {
         let mesh = &model.sheet(ply).mesh;
         let place = mesh.to_ply([hit[0], hit[1], 0.0]);
         let (counts, first) = ([mesh.columns, mesh.rows], mesh.first_in_whole());
         let side = (most as f64).sqrt() as usize;
-        let axis = |own: usize| Axis { last: counts[own], hit: mesh.nearest_line(own, place[own]) };
+        let axis = |own: usize| KeptLines { last: counts[own], hit: mesh.nearest_line(own, place[own]) };
         let own = [0, 1].map(|a| axis(a).lines(side));
         let whole = [0, 1].map(|a| own[a].iter().map(|line| line + first[a]).collect());
         let reference = own[1].iter().flat_map(|row| own[0].iter().map(move |column| (*row, *column)));
@@ -387,13 +387,13 @@ fn end_to_end(one: f64, other: f64) -> f64 {
 
 /// Nodes of a ply along one of its own axes.
 #[derive(Clone, Copy)]
-struct Axis {
+struct KeptLines {
     last: usize,
     /// Nearest to the point of impact.
     hit: usize,
 }
 
-impl Axis {
+impl KeptLines {
     /// Lines to keep, at most so many: gaps grow with the distance from the point of impact as little as need be.
     fn lines(self, most: usize) -> Vec<usize> {
         let growths = (0..).map(|n| 0.02 * f64::from(n));
@@ -424,7 +424,7 @@ mod tests {
 
     #[test]
     fn lines_are_dense_around_the_impact_and_end_at_the_edges() {
-        let axis = Axis { last: 160, hit: 80 };
+        let axis = KeptLines { last: 160, hit: 80 };
         assert_eq!(axis.lines(161).len(), 161);
         let few = axis.lines(60);
         assert!(few.len() <= 60 && few.len() > 50, "{}", few.len());
@@ -432,7 +432,7 @@ mod tests {
         let dense = few.iter().filter(|line| line.abs_diff(80) <= DENSE).count();
         assert_eq!(dense, 2 * DENSE + 1);
         assert!(few.windows(2).all(|pair| pair[0] < pair[1]));
-        let half = Axis { last: 80, hit: 0 }.lines(30);
+        let half = KeptLines { last: 80, hit: 0 }.lines(30);
         assert_eq!((half[0], half[half.len() - 1]), (0, 80));
     }
 
@@ -442,8 +442,8 @@ mod tests {
         crate::case::from_str("shot", text, &[]).unwrap_or_else(|error| unreachable!("{error}"))
     }
 
-    fn still(step: u64) -> Still {
-        Still {
+    fn still(step: u64) -> Keyframe {
+        Keyframe {
             step,
             time: step as f64,
             deflections: vec![0.0],
@@ -455,15 +455,15 @@ mod tests {
 
     #[test]
     fn a_film_opens_at_the_largest_deflection_that_the_projectile_is_near() {
-        let mut film = Film::new(&case());
+        let mut film = Animation::new(&case());
         let of = |(step, [deflection, height]): (u64, [f64; 2])| {
             let pose = Some([0.0, 0.0, height, 1.0, 0.0, 0.0, 0.0]);
-            Still { deflections: vec![0.0, deflection], pose, ..still(step) }
+            Keyframe { deflections: vec![0.0, deflection], pose, ..still(step) }
         };
         film.stills = (0..).zip([[0.0, 0.0], [2.0, 1.0], [3.0, 3.5], [4.0, 9.0]]).map(of).collect();
         assert_eq!(film.opening(), 1);
         // A body that reaches 1 m back from its centre of mass.
-        let body = Surface { points: vec![[0.0, 0.0, -1.0], [0.0, 0.0, 1.0]], faces: Vec::new() };
+        let body = SurfaceMesh { points: vec![[0.0, 0.0, -1.0], [0.0, 0.0, 1.0]], faces: Vec::new() };
         film.body = Some(body);
         assert_eq!(film.opening(), 2);
     }
@@ -471,22 +471,22 @@ mod tests {
     #[test]
     fn what_is_no_film_is_not_taken_for_one() {
         let case = case();
-        let mut film = Film::new(&case);
-        film.strips = vec![Strip::for_tests(vec![[0.0; 3]; 4])];
+        let mut film = Animation::new(&case);
+        film.strips = vec![AnimatedPly::for_tests(vec![[0.0; 3]; 4])];
         film.stills = vec![still(0), still(1)];
-        let resume = |bytes: &[u8]| Film::resume(&case, bytes, 2, 1e-7);
-        let taken = |film: &Film| resume(&film.to_bytes()).map(|film| film.stills);
+        let resume = |bytes: &[u8]| Animation::resume(&case, bytes, 2, 1e-7);
+        let taken = |film: &Animation| resume(&film.to_bytes()).map(|film| film.stills);
         assert_eq!(taken(&film), Some(film.stills.clone()));
         for length in 0..film.to_bytes().len() {
             assert!(resume(&film.to_bytes()[..length]).is_none(), "{length} bytes");
         }
-        let wrong: [fn(&mut Film); 6] = [
+        let wrong: [fn(&mut Animation); 6] = [
             |film| film.stills[0].deflections.clear(),
             |film| film.stills[1].time = 0.0,
             |film| film.stills[1].displacement.truncate(3),
             |film| film.stills[0].tension.push([None; 2]),
             |film| film.strips[0].hit[1] = 1,
-            |film| film.body = Some(Surface::one_face_of_no_points()),
+            |film| film.body = Some(SurfaceMesh::one_face_of_no_points()),
         ];
         for change in wrong {
             let mut film = film.clone();

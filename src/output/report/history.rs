@@ -3,9 +3,9 @@
 use std::collections::BTreeMap;
 
 use super::super::breakage::Breakage;
-use super::super::chart::{self, Axis};
+use super::super::chart::{self, ChartAxis};
 use super::super::number::short;
-use super::figure::{self, Figure, Numbers};
+use super::figure::{self, Figure, FigureNumbers};
 use super::film;
 use crate::case::Case;
 use crate::run::{PlySample, Run, Sample};
@@ -17,7 +17,7 @@ const COLUMNS: usize = 240;
 const LEAST: f64 = 1e-3;
 
 /// A curve: what it is, and how to read it from a row of the history.
-type Curve = (&'static str, fn(&Sample) -> f64);
+type HistoryCurve = (&'static str, fn(&Sample) -> f64);
 
 /// Largest end of the time axis [µs].
 fn end(run: &Run) -> f64 {
@@ -25,7 +25,13 @@ fn end(run: &Run) -> f64 {
 }
 
 /// Lines over time. `rows`: those of the history that count; `least`: the upper end of the axis at least.
-fn over_time(rows: &[Sample], end: f64, least: f64, unit: &str, curves: &[Curve]) -> ([Axis; 2], String, Numbers) {
+fn over_time(
+    rows: &[Sample],
+    end: f64,
+    least: f64,
+    unit: &str,
+    curves: &[HistoryCurve],
+) -> ([ChartAxis; 2], String, FigureNumbers) {
     let values = || rows.iter().flat_map(|row| curves.iter().map(move |(_, of)| of(row))).filter(|v| v.is_finite());
     let range = [values().fold(0.0, f64::min), values().fold(least, f64::max)];
     let [x, y] = figure::axes([0.0, end], range);
@@ -38,14 +44,14 @@ fn over_time(rows: &[Sample], end: f64, least: f64, unit: &str, curves: &[Curve]
     ([x, y], drawing, numbers(rows, unit, curves))
 }
 
-fn numbers(rows: &[Sample], unit: &str, curves: &[Curve]) -> Numbers {
+fn numbers(rows: &[Sample], unit: &str, curves: &[HistoryCurve]) -> FigureNumbers {
     let unit = unit.rsplit_once('[').map_or(String::new(), |(_, unit)| format!(" [{unit}"));
     let heads = curves.iter().map(|(name, _)| format!("{name}{unit}"));
     let row = |row: &Sample| {
         let values = curves.iter().map(|(_, of)| short(of(row), 4));
         std::iter::once(short(row.time * 1e6, 4)).chain(values).collect()
     };
-    Numbers {
+    FigureNumbers {
         heads: std::iter::once("time [µs]".to_owned()).chain(heads).collect(),
         rows: rows.iter().map(row).collect(),
         file: "history.csv",
@@ -104,7 +110,7 @@ fn nothing(id: &'static str, title: &str, caption: &str) -> Figure {
 /// Failed yarns.
 pub(super) fn failures(case: &Case, run: &Run) -> Figure {
     let Some(first) = run.events.first() else { return nothing("failures", "Failed yarns", "none.") };
-    let curves: [Curve; 2] = [("warp", |row| row.failed[0] as f64), ("weft", |row| row.failed[1] as f64)];
+    let curves: [HistoryCurve; 2] = [("warp", |row| row.failed[0] as f64), ("weft", |row| row.failed[1] as f64)];
     let (axes, drawing, numbers) = over_time(&run.history, end(run), 5.0, "failures [-]", &curves);
     let broken = Breakage::of(case, run);
     let [warp, weft] = broken.yarns;
@@ -161,7 +167,7 @@ pub(super) fn plies(run: &Run) -> Option<Figure> {
         legend,
         axes: Some([x, y]),
         over_time: true,
-        numbers: Numbers {
+        numbers: FigureNumbers {
             heads: std::iter::once("time [µs]".to_owned()).chain(heads).collect(),
             rows: rows.into_values().collect(),
             file: "plies.csv",
@@ -174,13 +180,13 @@ fn unit(top: f64) -> (f64, &'static str) {
     if top < 0.1 { (1e3, "mJ") } else { (1.0, "J") }
 }
 
-fn legend(curves: &[Curve], kind: &str) -> Vec<(String, String)> {
+fn legend(curves: &[HistoryCurve], kind: &str) -> Vec<(String, String)> {
     curves.iter().enumerate().map(|(n, (name, _))| (format!("{kind} k{n}"), (*name).to_owned())).collect()
 }
 
 /// Every energy, one on the other: together they are what was there.
 pub(super) fn energy(run: &Run) -> Figure {
-    let mut curves: Vec<Curve> = vec![
+    let mut curves: Vec<HistoryCurve> = vec![
         ("projectile", |row| row.balance.projectile),
         ("fabric, kinetic", |row| row.balance.kinetic),
         ("fabric, internal", |row| row.balance.internal),

@@ -5,10 +5,10 @@ use std::fmt::Write;
 use base64::Engine;
 use base64::prelude::BASE64_STANDARD;
 
-use super::super::chart::{self, Axis, escape};
+use super::super::chart::{self, ChartAxis, escape};
 use super::super::number::short;
 use super::colour;
-use super::film::{Film, Still, Strip};
+use super::film::{AnimatedPly, Animation, Keyframe};
 use crate::run::Run;
 
 /// Width of a drawing, and the ends of its picture.
@@ -19,7 +19,7 @@ const TOP: f64 = 8.0;
 const PIXELS: f64 = 200.0;
 
 /// The maps with their legend; empty without a film.
-pub(super) fn maps(film: &Film, run: &Run) -> String {
+pub(super) fn maps(film: &Animation, run: &Run) -> String {
     let Some(strip) = film.strips.first() else { return String::new() };
     let peak = film.peak_tension();
     let moments = moments(film, run);
@@ -46,15 +46,15 @@ pub(super) fn maps(film: &Film, run: &Run) -> String {
 }
 
 /// Largest tension of a picture in the first strip [N].
-fn peak_of(strip: &Strip, still: &Still) -> f32 {
+fn peak_of(strip: &AnimatedPly, still: &Keyframe) -> f32 {
     let tensions = still.tension.iter().take(strip.cells()).flatten().flatten().copied();
     tensions.filter(|tension| tension.is_finite()).fold(0.0, f32::max)
 }
 
 /// Pictures to show and what they show: on the way, when the fabric holds most, and the last.
-fn moments(film: &Film, run: &Run) -> Vec<(usize, &'static str)> {
+fn moments(film: &Animation, run: &Run) -> Vec<(usize, &'static str)> {
     let last = film.stills.len().saturating_sub(1);
-    let strongest = |still: &Still| still.tension.iter().flatten().flatten().copied().fold(0.0, f32::max);
+    let strongest = |still: &Keyframe| still.tension.iter().flatten().flatten().copied().fold(0.0, f32::max);
     let (most, what) = match run.events.first() {
         Some(event) => {
             let time = event.step as f64 * run.time_step;
@@ -75,13 +75,13 @@ fn moments(film: &Film, run: &Run) -> Vec<(usize, &'static str)> {
     all
 }
 
-fn map(strip: &Strip, still: &Still, peak: f32, id: &str, words: &str) -> String {
+fn map(strip: &AnimatedPly, still: &Keyframe, peak: f32, id: &str, words: &str) -> String {
     let [across, up] = extent(strip);
     let width = SIDES[1] - SIDES[0];
     let height = (width * up / across).clamp(40.0, 320.0);
     let bottom = TOP + height;
-    let x = Axis::linear([-0.5 * across, 0.5 * across], SIDES);
-    let y = Axis::linear([-0.5 * up, 0.5 * up], [bottom, TOP]);
+    let x = ChartAxis::linear([-0.5 * across, 0.5 * across], SIDES);
+    let y = ChartAxis::linear([-0.5 * up, 0.5 * up], [bottom, TOP]);
     let total = bottom + 44.0;
     let picture = BASE64_STANDARD.encode(picture(strip, still, peak));
     format!(
@@ -95,14 +95,14 @@ fn map(strip: &Strip, still: &Still, peak: f32, id: &str, words: &str) -> String
 }
 
 /// Width and height of the whole ply [mm].
-fn extent(strip: &Strip) -> [f64; 2] {
-    [0, 1].map(|own| 1e3 * Span::new(strip, own).whole)
+fn extent(strip: &AnimatedPly) -> [f64; 2] {
+    [0, 1].map(|own| 1e3 * MapAxis::new(strip, own).whole)
 }
 
 /// A PNG of the whole ply, weft upwards, with a colour between those of the cells around a place, and none where both yarns are
 /// gone.
-fn picture(strip: &Strip, still: &Still, peak: f32) -> Vec<u8> {
-    let spans = [0, 1].map(|own| Span::new(strip, own));
+fn picture(strip: &AnimatedPly, still: &Keyframe, peak: f32) -> Vec<u8> {
+    let spans = [0, 1].map(|own| MapAxis::new(strip, own));
     let longest = spans[0].whole.max(spans[1].whole);
     let size = [0, 1].map(|own| ((PIXELS * spans[own].whole / longest).round() as usize).max(1));
     let [columns, rows] = [0, 1].map(|own| {
@@ -143,7 +143,7 @@ fn picture(strip: &Strip, still: &Still, peak: f32) -> Vec<u8> {
 }
 
 /// A strip along one of its ply's axes.
-struct Span {
+struct MapAxis {
     /// Distances of the lines kept from the first of them [m].
     lines: Vec<f64>,
     /// Distance of the first of them from the edge of the ply [m].
@@ -161,8 +161,8 @@ struct Around {
     share: f64,
 }
 
-impl Span {
-    fn new(strip: &Strip, own: usize) -> Self {
+impl MapAxis {
+    fn new(strip: &AnimatedPly, own: usize) -> Self {
         let lines = &strip.lines[own];
         let step = if own == 0 { 1 } else { strip.lines[0].len() };
         let first = strip.reference[0];
@@ -201,7 +201,7 @@ mod tests {
     #[test]
     fn places_lie_between_the_middles_of_cells_and_mirror_images_where_the_cells_do() {
         // Cells of 1, 1 and 2 m of the far half of a ply of 8 m.
-        let span = Span { lines: vec![0.0, 1.0, 2.0, 4.0], start: 4.0, whole: 8.0 };
+        let span = MapAxis { lines: vec![0.0, 1.0, 2.0, 4.0], start: 4.0, whole: 8.0 };
         let at = |place: f64| span.around(place);
         assert_eq!(at(4.5), Around { cell: 0, next: 1, share: 0.0 });
         assert_eq!(at(5.0), Around { cell: 1, next: 0, share: 0.5 });

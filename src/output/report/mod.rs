@@ -22,14 +22,14 @@ use super::number::short;
 use super::trust;
 use crate::case::Case;
 use crate::run::Run;
-pub use film::Film;
+pub use film::Animation;
 
 /// What the page looks like, and how it plays.
 const STYLE: &str = include_str!("page.css");
 const SCRIPT: &str = concat!(include_str!("page.js"), include_str!("values.js"));
 
 /// The page. With a film of less than two pictures it has neither playback nor maps.
-pub fn report(case: &Case, run: &Run, summary: &Value, film: &Film) -> String {
+pub fn report(case: &Case, run: &Run, summary: &Value, film: &Animation) -> String {
     let film = film.shown();
     let film = Some(&film).filter(|film| film.stills.len() > 1);
     let signs = trust::signs(case, run);
@@ -73,7 +73,7 @@ fn head(case: &Case) -> String {
 }
 
 /// The playback: what it needs, and its controls, which the script brings to life.
-fn player(case: &Case, film: &Film) -> String {
+fn player(case: &Case, film: &Animation) -> String {
     let Some(playback) = playback::pack(case, film) else { return String::new() };
     // No `<` in a script element: nothing can end it.
     let description = playback.description.to_string().replace('<', "\\u003c");

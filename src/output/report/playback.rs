@@ -13,9 +13,9 @@ use flate2::Compression;
 use flate2::write::ZlibEncoder;
 use serde_json::{Value, json};
 
-use super::super::surface::Surface;
+use super::super::surface::SurfaceMesh;
 use super::colour;
-use super::film::{Film, Still, Strip};
+use super::film::{AnimatedPly, Animation, Keyframe};
 use crate::case::{Case, Layer};
 
 /// Characters of the base64 text at most.
@@ -34,7 +34,7 @@ pub(super) struct Playback {
 }
 
 /// Packs a film, with fewer pictures where it would be too large. `None` where there is nothing to show.
-pub(super) fn pack(case: &Case, film: &Film) -> Option<Playback> {
+pub(super) fn pack(case: &Case, film: &Animation) -> Option<Playback> {
     let mut film = film.clone();
     loop {
         if film.stills.len() < 2 {
@@ -60,7 +60,7 @@ struct Rounding {
 }
 
 impl Rounding {
-    fn of(film: &Film) -> Self {
+    fn of(film: &Animation) -> Self {
         let largest = |vectors: &mut dyn Iterator<Item = &[f32; 3]>| {
             let sizes = vectors.flatten().map(|x| f64::from(x.abs())).filter(|x| x.is_finite());
             sizes.fold(1e-9, f64::max)
@@ -75,7 +75,7 @@ impl Rounding {
     }
 }
 
-fn bytes(film: &Film, steps: &Rounding) -> Vec<u8> {
+fn bytes(film: &Animation, steps: &Rounding) -> Vec<u8> {
     let mut out = Vec::new();
     let reference: Vec<[f32; 3]> = film.strips.iter().flat_map(|strip| strip.reference.iter().copied()).collect();
     let whole = |x: f32, step: f64| (f64::from(x) / step).round().clamp(-32_767.0, 32_767.0) as i16;
@@ -94,7 +94,7 @@ fn bytes(film: &Film, steps: &Rounding) -> Vec<u8> {
         Some(tension) => (f64::from(tension) / steps.tension).round().clamp(0.0, f64::from(BROKEN - 1)) as u8,
         None => BROKEN,
     };
-    let mut last = vec![[0_u8; 2]; film.stills.first().map_or(0, |still: &Still| still.tension.len())];
+    let mut last = vec![[0_u8; 2]; film.stills.first().map_or(0, |still: &Keyframe| still.tension.len())];
     for still in &film.stills {
         let now: Vec<[u8; 2]> = still.tension.iter().map(|cell| cell.map(byte)).collect();
         for yarn in 0..2 {
@@ -120,7 +120,7 @@ fn deflated(bytes: &[u8]) -> Vec<u8> {
 }
 
 /// The projectile: points in whole steps [m], and corners of triangles.
-fn body(surface: &Surface) -> Value {
+fn body(surface: &SurfaceMesh) -> Value {
     let largest = surface.points.iter().flatten().fold(1e-9, |largest: f64, x| largest.max(x.abs()));
     let step = largest / 32_000.0;
     json!({
@@ -130,16 +130,16 @@ fn body(surface: &Surface) -> Value {
     })
 }
 
-fn describe(case: &Case, film: &Film, steps: &Rounding) -> Value {
+fn describe(case: &Case, film: &Animation, steps: &Rounding) -> Value {
     let layers = case.layers();
     let plies: Vec<&Layer> = layers.iter().flat_map(|layer| vec![layer; layer.plies as usize]).collect();
     let side = case.pack.crossovers_along_element();
     // Lines of nodes, counted in yarns: on a graded mesh they do not lie evenly.
-    let yarns = |strip: &Strip, own: usize| -> Vec<f64> {
+    let yarns = |strip: &AnimatedPly, own: usize| -> Vec<f64> {
         let places = plies.get(strip.ply).map(|layer| layer.node_lines()[own].clone()).unwrap_or_default();
         strip.lines[own].iter().map(|line| places.get(*line).map_or(0.0, |place| place * side)).collect()
     };
-    let strip = |strip: &Strip| {
+    let strip = |strip: &AnimatedPly| {
         json!({
             "ply": strip.ply,
             "columns": yarns(strip, 0),
@@ -179,13 +179,13 @@ mod tests {
     }
 
     /// A film of one strip whose numbers follow a rule.
-    fn film(stills: usize, nodes: usize) -> Film {
-        let mut film = Film::new(&case());
+    fn film(stills: usize, nodes: usize) -> Animation {
+        let mut film = Animation::new(&case());
         // Like noise, so that it cannot be packed.
         let rough = |n: usize| ((n * n % 99_991 * 7919) % 100_003) as f32 * 1e-8;
-        film.strips = vec![Strip::for_tests((0..nodes).map(|n| [rough(n), rough(n + 1), 0.0]).collect())];
+        film.strips = vec![AnimatedPly::for_tests((0..nodes).map(|n| [rough(n), rough(n + 1), 0.0]).collect())];
         for at in 0..stills {
-            film.stills.push(Still {
+            film.stills.push(Keyframe {
                 step: at as u64,
                 time: at as f64,
                 deflections: vec![0.0],

@@ -7,7 +7,7 @@ use crate::kernels::rigid_body::RigidBody;
 
 /// The numbers of a [`RigidBody`] that vary; the rest follows from the case.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub(super) struct Motion {
+pub(super) struct BodyMotion {
     position: [f64; 3],
     /// i, j, k, w.
     orientation: [f64; 4],
@@ -15,7 +15,7 @@ pub(super) struct Motion {
     angular_momentum: [f64; 3],
 }
 
-impl Motion {
+impl BodyMotion {
     pub(super) fn of(body: &RigidBody) -> Self {
         Self {
             position: body.position.into(),

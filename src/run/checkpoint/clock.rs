@@ -5,18 +5,18 @@ use std::time::Instant;
 use super::Checkpoint;
 
 /// Time in the loop, of all parts of a run.
-pub(crate) struct Clock {
+pub(crate) struct LoopClock {
     before: f64,
     start: Instant,
 }
 
-impl Default for Clock {
+impl Default for LoopClock {
     fn default() -> Self {
         Self { before: 0.0, start: Instant::now() }
     }
 }
 
-impl Clock {
+impl LoopClock {
     /// The clock of a run that goes on.
     pub(crate) fn after(checkpoint: &Checkpoint) -> Self {
         Self { before: checkpoint.head().spent.r#loop, ..Self::default() }

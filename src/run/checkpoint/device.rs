@@ -8,40 +8,40 @@ use std::time::Duration;
 
 use crate::case::Case;
 use crate::gpu::Device;
-use crate::gpu::buffers::Name;
-use crate::gpu::stepper::Stepper;
+use crate::gpu::buffers::BufferId;
+use crate::gpu::stepper::DeviceStepper;
 use crate::run::RunError;
-use crate::run::checkpoint::{Checkpoint, Fault, Head, Kept, write};
-use crate::run::graphics::Simulation;
+use crate::run::checkpoint::{Checkpoint, CheckpointFault, Checkpointable, Header, write};
+use crate::run::graphics::DeviceSimulation;
 
 /// The buffers that later steps depend on. The others hold nothing from one step to the next, but failures already told.
-const KEPT: [Name; 9] = [
-    Name::Nodes,
-    Name::Forces,
-    Name::Heights,
-    Name::Flags,
-    Name::Accounts,
-    Name::Status,
-    Name::Supports,
-    Name::Body,
-    Name::Over,
+const KEPT: [BufferId; 9] = [
+    BufferId::Nodes,
+    BufferId::Forces,
+    BufferId::Heights,
+    BufferId::Flags,
+    BufferId::Accounts,
+    BufferId::Status,
+    BufferId::Supports,
+    BufferId::Body,
+    BufferId::Over,
 ];
 
-impl Stepper<'_> {
-    fn kept(&self) -> impl Iterator<Item = Name> + use<> {
-        let yarns = (self.sizes.yarn_fields > 0).then_some(Name::Yarns);
+impl DeviceStepper<'_> {
+    fn kept(&self) -> impl Iterator<Item = BufferId> + use<> {
+        let yarns = (self.sizes.yarn_fields > 0).then_some(BufferId::Yarns);
         KEPT.into_iter().chain(yarns)
     }
 }
 
-impl Kept for Simulation<'_> {
+impl Checkpointable for DeviceSimulation<'_> {
     fn time(&self) -> f64 {
         self.time_of(self.next)
     }
 
     /// After the last step sent off, whose results must have been taken over; see [`Simulation::settle`].
-    fn save(&self, head: &Head, followed: &[u8], to: &mut dyn Write) -> io::Result<()> {
-        let mut head = Head { step: self.next, time: self.time(), time_step: self.model.dt, ..head.clone() };
+    fn save(&self, head: &Header, followed: &[u8], to: &mut dyn Write) -> io::Result<()> {
+        let mut head = Header { step: self.next, time: self.time(), time_step: self.model.dt, ..head.clone() };
         head.spent.waited = self.stepper.waited().as_secs_f64();
         write(to, &head, followed, |contents| {
             contents.value(&self.ledger)?;
@@ -56,7 +56,7 @@ impl Kept for Simulation<'_> {
     }
 }
 
-impl<'a> Simulation<'a> {
+impl<'a> DeviceSimulation<'a> {
     /// A run that goes on from a checkpoint, bit by bit as the one that wrote it.
     ///
     /// # Errors
@@ -68,12 +68,12 @@ impl<'a> Simulation<'a> {
             simulation.ledger = contents.value("sums of energy")?;
             simulation.record = contents.value("results so far")?;
             if !simulation.record.fits(&simulation.model) {
-                return Err(Fault::Contents("results so far"));
+                return Err(CheckpointFault::Contents("results so far"));
             }
             let stepper = &mut simulation.stepper;
             (simulation.sampled, stepper.events_read) = contents.value("counts of the device")?;
             if stepper.events_read > 2 * stepper.sizes.elements {
-                return Err(Fault::Contents("counts of the device"));
+                return Err(CheckpointFault::Contents("counts of the device"));
             }
             stepper.timed = contents.value("time that each kernel took")?;
             for name in stepper.kept() {

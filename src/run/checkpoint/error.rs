@@ -9,12 +9,12 @@ pub struct CheckpointError {
     /// The file.
     pub path: String,
     /// What is wrong with it.
-    pub fault: Fault,
+    pub fault: CheckpointFault,
 }
 
 /// What is wrong with a file.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub enum Fault {
+pub enum CheckpointFault {
     /// It cannot be read, for this reason.
     Unreadable(String),
     /// It is something else.
@@ -39,47 +39,49 @@ pub enum Fault {
 }
 
 impl CheckpointError {
-    pub(super) fn new(path: &Path, fault: Fault) -> Self {
+    pub(super) fn new(path: &Path, fault: CheckpointFault) -> Self {
         Self { path: path.display().to_string(), fault }
     }
 
     /// What was expected, what was found, what to do.
     fn words(&self) -> [String; 3] {
         let (expected, found, help) = match &self.fault {
-            Fault::Unreadable(reason) => {
+            CheckpointFault::Unreadable(reason) => {
                 ("a checkpoint that can be read", reason.clone(), "see whether the file is there")
             }
-            Fault::Foreign => ("a checkpoint of ripstop", "another kind of file".to_owned(), "run the case again"),
-            Fault::Format(format) => {
+            CheckpointFault::Foreign => {
+                ("a checkpoint of ripstop", "another kind of file".to_owned(), "run the case again")
+            }
+            CheckpointFault::Format(format) => {
                 return [
                     format!("a checkpoint of format {}", super::FORMAT),
                     format!("format {format}"),
                     "resume with the version of ripstop that wrote it, or run the case again".to_owned(),
                 ];
             }
-            Fault::Damaged => (
+            CheckpointFault::Damaged => (
                 "a checkpoint whose checksum holds",
                 "one that is damaged or cut short".to_owned(),
                 "run the case again",
             ),
-            Fault::Version(version) => {
+            CheckpointFault::Version(version) => {
                 return [
                     format!("a checkpoint of ripstop {}", env!("CARGO_PKG_VERSION")),
                     format!("one of ripstop {version}"),
                     format!("resume with ripstop {version}, or run the case again"),
                 ];
             }
-            Fault::Case { checkpoint, case } => {
+            CheckpointFault::Case { checkpoint, case } => {
                 return [
                     format!("the case that the run began with (case_hash {checkpoint})"),
                     format!("one that computes something else (case_hash {case})"),
                     "undo the change of the case, or run it anew with `ripstop run`".to_owned(),
                 ];
             }
-            Fault::Backend(backend) => {
+            CheckpointFault::Backend(backend) => {
                 ("the backend and precision that the run began with", backend.clone(), "let `ripstop resume` choose it")
             }
-            Fault::Contents(part) => {
+            CheckpointFault::Contents(part) => {
                 ("contents that fit the model of the case", format!("{part} that do not"), "run the case again")
             }
         };

@@ -10,7 +10,7 @@ use lz4_flex::frame::{BlockMode, BlockSize, FrameDecoder, FrameEncoder, FrameInf
 use serde::{Serialize, de::DeserializeOwned};
 use twox_hash::XxHash3_64;
 
-use super::{CheckpointError, Fault, Head};
+use super::{CheckpointError, CheckpointFault, Header};
 use crate::case::Case;
 use crate::run::Options;
 
@@ -33,7 +33,7 @@ const CHUNK: usize = 1 << 14;
 /// When the writer refuses.
 pub(crate) fn write(
     to: &mut dyn Write,
-    head: &Head,
+    head: &Header,
     followed: &[u8],
     contents: impl FnOnce(&mut Writer<'_>) -> io::Result<()>,
 ) -> io::Result<()> {
@@ -111,7 +111,7 @@ fn bytes_of<S>() -> impl Iterator<Item = usize> {
 pub struct Checkpoint {
     path: PathBuf,
     file: File,
-    head: Head,
+    head: Header,
     /// Where the contents lie.
     contents: std::ops::Range<u64>,
 }
@@ -123,16 +123,16 @@ impl Checkpoint {
     /// When it cannot be read, is something else, is damaged, or of another version.
     pub fn open(path: &Path) -> Result<Self, CheckpointError> {
         let failed = |fault| CheckpointError::new(path, fault);
-        let mut file = File::open(path).map_err(|error| failed(Fault::Unreadable(error.to_string())))?;
+        let mut file = File::open(path).map_err(|error| failed(CheckpointFault::Unreadable(error.to_string())))?;
         let (head, contents) = examine(&mut file).map_err(failed)?;
         if head.version != env!("CARGO_PKG_VERSION") {
-            return Err(failed(Fault::Version(head.version)));
+            return Err(failed(CheckpointFault::Version(head.version)));
         }
         Ok(Self { path: path.to_owned(), file, head, contents })
     }
 
     /// What run it is of.
-    pub fn head(&self) -> &Head {
+    pub fn head(&self) -> &Header {
         &self.head
     }
 
@@ -140,7 +140,7 @@ impl Checkpoint {
     ///
     /// # Errors
     /// When it cannot be read.
-    pub fn followed(&self) -> Result<Vec<u8>, CheckpointError> {
+    pub fn observer_state(&self) -> Result<Vec<u8>, CheckpointError> {
         self.reader().and_then(|mut reader| reader.bytes(FOLLOWED)).map_err(|fault| self.error(fault))
     }
 
@@ -150,7 +150,7 @@ impl Checkpoint {
     /// When `read` finds that they do not fit.
     pub(crate) fn contents<T>(
         &self,
-        read: impl FnOnce(&mut Reader<'_>) -> Result<T, Fault>,
+        read: impl FnOnce(&mut Reader<'_>) -> Result<T, CheckpointFault>,
     ) -> Result<T, CheckpointError> {
         let open = || {
             let mut reader = self.reader()?;
@@ -162,7 +162,7 @@ impl Checkpoint {
         open().map_err(|fault| self.error(fault))
     }
 
-    fn reader(&self) -> Result<Reader<'_>, Fault> {
+    fn reader(&self) -> Result<Reader<'_>, CheckpointFault> {
         let mut file = &self.file;
         file.seek(SeekFrom::Start(self.contents.start)).map_err(unreadable)?;
         let compressed = file.take(self.contents.end - self.contents.start);
@@ -185,22 +185,22 @@ impl Checkpoint {
         self.head.check_options(options).map_err(|fault| self.error(fault))
     }
 
-    fn error(&self, fault: Fault) -> CheckpointError {
+    fn error(&self, fault: CheckpointFault) -> CheckpointError {
         CheckpointError::new(&self.path, fault)
     }
 }
 
-fn unreadable(error: io::Error) -> Fault {
-    Fault::Unreadable(error.to_string())
+fn unreadable(error: io::Error) -> CheckpointFault {
+    CheckpointFault::Unreadable(error.to_string())
 }
 
 /// The head of a file, and where its contents lie, once all of it was found to be sound.
-fn examine(file: &mut File) -> Result<(Head, std::ops::Range<u64>), Fault> {
+fn examine(file: &mut File) -> Result<(Header, std::ops::Range<u64>), CheckpointFault> {
     let length = file.metadata().map_err(unreadable)?.len();
     let start = (MAGIC.len() + 8) as u64;
     let mut magic = [0; MAGIC.len()];
     if length < start || file.read_exact(&mut magic).is_err() || magic != MAGIC {
-        return Err(Fault::Foreign);
+        return Err(CheckpointFault::Foreign);
     }
     let mut word = || {
         let mut word = [0; 4];
@@ -208,15 +208,15 @@ fn examine(file: &mut File) -> Result<(Head, std::ops::Range<u64>), Fault> {
     };
     let (format, head_length) = (word()?, word()?);
     if format != FORMAT {
-        return Err(Fault::Format(format));
+        return Err(CheckpointFault::Format(format));
     }
     let body = start + u64::from(head_length);
     if head_length > HEAD || body + SUM > length || !is_whole(file, length).map_err(unreadable)? {
-        return Err(Fault::Damaged);
+        return Err(CheckpointFault::Damaged);
     }
     let mut head = vec![0; head_length as usize];
     file.seek(SeekFrom::Start(start)).and_then(|_| file.read_exact(&mut head)).map_err(unreadable)?;
-    let head = postcard::from_bytes(&head).map_err(|_| Fault::Contents("words of the head"))?;
+    let head = postcard::from_bytes(&head).map_err(|_| CheckpointFault::Contents("words of the head"))?;
     Ok((head, body..length - SUM))
 }
 
@@ -245,30 +245,30 @@ pub(crate) struct Reader<'a> {
 
 impl Reader<'_> {
     /// A value of any size.
-    pub(crate) fn value<T: DeserializeOwned>(&mut self, what: &'static str) -> Result<T, Fault> {
+    pub(crate) fn value<T: DeserializeOwned>(&mut self, what: &'static str) -> Result<T, CheckpointFault> {
         match postcard::take_from_bytes(&self.bytes(what)?) {
             Ok((value, [])) => Ok(value),
-            _ => Err(Fault::Contents(what)),
+            _ => Err(CheckpointFault::Contents(what)),
         }
     }
 
     /// Bytes of any number; memory for them is taken as they come in.
-    fn bytes(&mut self, what: &'static str) -> Result<Vec<u8>, Fault> {
+    fn bytes(&mut self, what: &'static str) -> Result<Vec<u8>, CheckpointFault> {
         let mut length = [0; 8];
-        self.decoder.read_exact(&mut length).map_err(|_| Fault::Contents(what))?;
+        self.decoder.read_exact(&mut length).map_err(|_| CheckpointFault::Contents(what))?;
         let length = u64::from_le_bytes(length);
         let mut bytes = Vec::new();
         match self.decoder.by_ref().take(length).read_to_end(&mut bytes) {
             Ok(read) if read as u64 == length => Ok(bytes),
-            _ => Err(Fault::Contents(what)),
+            _ => Err(CheckpointFault::Contents(what)),
         }
     }
 
     /// As many numbers as there is room for.
-    pub(crate) fn numbers<S: Pod>(&mut self, numbers: &mut [S], what: &'static str) -> Result<(), Fault> {
+    pub(crate) fn numbers<S: Pod>(&mut self, numbers: &mut [S], what: &'static str) -> Result<(), CheckpointFault> {
         for chunk in numbers.chunks_mut(CHUNK) {
             self.sorted.resize(size_of_val(chunk), 0);
-            self.decoder.read_exact(&mut self.sorted).map_err(|_| Fault::Contents(what))?;
+            self.decoder.read_exact(&mut self.sorted).map_err(|_| CheckpointFault::Contents(what))?;
             let count = chunk.len();
             let bytes = bytemuck::cast_slice_mut::<S, u8>(chunk);
             for (byte, sorted) in bytes_of::<S>().zip(self.sorted.chunks_exact(count)) {
@@ -279,10 +279,10 @@ impl Reader<'_> {
     }
 
     /// Nothing is left.
-    fn end(&mut self) -> Result<(), Fault> {
+    fn end(&mut self) -> Result<(), CheckpointFault> {
         match self.decoder.read(&mut [0]) {
             Ok(0) => Ok(()),
-            _ => Err(Fault::Contents("more numbers")),
+            _ => Err(CheckpointFault::Contents("more numbers")),
         }
     }
 }

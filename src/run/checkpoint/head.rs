@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::Fault;
+use super::CheckpointFault;
 use crate::case::{Case, case_hash};
 use crate::run::{Options, Precision, Skips};
 
@@ -12,7 +12,7 @@ const MAX_THREADS: usize = 1024;
 
 /// The run, and how far it has come.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Head {
+pub struct Header {
     /// Of the program.
     pub version: String,
     /// Name of the case.
@@ -20,7 +20,7 @@ pub struct Head {
     /// Fingerprint of what it computes.
     pub case_hash: String,
     /// What computes.
-    pub backend: Backend,
+    pub backend: BackendId,
     /// What is left out.
     pub skips: Skips,
     /// Worker threads asked for; results do not depend on it.
@@ -41,14 +41,14 @@ pub struct Head {
 
 /// What computes.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub enum Backend {
+pub enum BackendId {
     /// The processor.
     Cpu(Precision),
     /// The graphics adapter of this name.
     Gpu(String),
 }
 
-impl Backend {
+impl BackendId {
     fn words(&self) -> String {
         match self {
             Self::Cpu(precision) => format!("cpu, {}", precision.name()),
@@ -77,7 +77,7 @@ pub struct Spent {
     pub waited: f64,
 }
 
-impl Head {
+impl Header {
     /// A run that has not begun. `every`: simulated time between checkpoints [s].
     pub fn new(case: &Case, options: &Options<'_>, every: f64) -> Self {
         Self {
@@ -96,17 +96,17 @@ impl Head {
         }
     }
 
-    fn backend_of(options: &Options<'_>) -> Backend {
-        options.device.map_or(Backend::Cpu(options.precision), |device| Backend::Gpu(device.name().to_owned()))
+    fn backend_of(options: &Options<'_>) -> BackendId {
+        options.device.map_or(BackendId::Cpu(options.precision), |device| BackendId::Gpu(device.name().to_owned()))
     }
 
     /// Whether the run was one of this case.
-    pub(super) fn check_case(&self, case: &Case) -> Result<(), Fault> {
+    pub(super) fn check_case(&self, case: &Case) -> Result<(), CheckpointFault> {
         let hash = case_hash(&case.as_run);
         if hash != self.case_hash {
-            return Err(Fault::Case { checkpoint: self.case_hash.clone(), case: hash });
+            return Err(CheckpointFault::Case { checkpoint: self.case_hash.clone(), case: hash });
         }
-        if self.is_possible() { Ok(()) } else { Err(Fault::Contents("steps and times of the head")) }
+        if self.is_possible() { Ok(()) } else { Err(CheckpointFault::Contents("steps and times of the head")) }
     }
 
     /// Whether a run can have come so far: who goes on counts through all steps that were done.
@@ -126,8 +126,8 @@ impl Head {
     }
 
     /// Whether the run had these options, as far as they matter.
-    pub(super) fn check_options(&self, options: &Options<'_>) -> Result<(), Fault> {
+    pub(super) fn check_options(&self, options: &Options<'_>) -> Result<(), CheckpointFault> {
         let backend = Self::backend_of(options);
-        if backend == self.backend { Ok(()) } else { Err(Fault::Backend(backend.words())) }
+        if backend == self.backend { Ok(()) } else { Err(CheckpointFault::Backend(backend.words())) }
     }
 }

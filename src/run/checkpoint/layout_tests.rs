@@ -3,14 +3,14 @@
 use serde::Serialize;
 
 use super::FORMAT;
-use super::body::Motion;
+use super::body::BodyMotion;
 use crate::case;
-use crate::output::report::Film;
-use crate::run::profile::ProfilePoint;
+use crate::output::report::Animation;
+use crate::run::profile::DeflectionProfile;
 use crate::run::{PlySample, Sample, Simulation};
 use crate::solver::FailureEvent;
-use crate::solver::active_region::Reach;
-use crate::solver::energy_balance::{Ledger, PlyMoment};
+use crate::solver::active_region::ActiveRegion;
+use crate::solver::energy_balance::{EnergyBalance, PlyMoment};
 
 fn bytes(value: &impl Serialize) -> usize {
     postcard::to_stdvec(value).map_or(0, |bytes| bytes.len())
@@ -25,20 +25,20 @@ fn what_is_written_is_that_of_the_format() -> Result<(), Box<dyn std::error::Err
     let case = case::from_str("one", text, &[])?;
     let simulation = Simulation::<f64>::new(&case)?;
     let event = FailureEvent { step: 0, ply: 0, i: 0, j: 0, yarn: 0, strain: 0.0 };
-    let point = ProfilePoint { reference: 0.0, position: 0.0, deflection: 0.0, strain: 0.0, force: 0.0 };
+    let point = DeflectionProfile { reference: 0.0, position: 0.0, deflection: 0.0, strain: 0.0, force: 0.0 };
     let sizes = [
-        bytes(&Ledger::default()),
+        bytes(&EnergyBalance::default()),
         bytes(&simulation.record),
         bytes(&simulation.stepper.memory()),
         bytes(&simulation.stepper.stopwatch),
-        bytes(&simulation.state.body.as_ref().map(Motion::of)),
-        bytes(&Reach::nothing()),
+        bytes(&simulation.state.body.as_ref().map(BodyMotion::of)),
+        bytes(&ActiveRegion::nothing()),
         bytes(&Sample::default()),
         bytes(&PlySample::default()),
         bytes(&PlyMoment::default()),
         bytes(&event),
         bytes(&point),
-        Film::new(&case).to_bytes().len(),
+        Animation::new(&case).to_bytes().len(),
     ];
     assert_eq!((FORMAT, sizes), (9, [204, 133, 17, 12, 105, 4, 188, 35, 24, 13, 40, 6]));
     Ok(())

@@ -24,14 +24,14 @@ mod file;
 mod head;
 mod processor;
 
-pub(crate) use clock::Clock;
-pub use error::{CheckpointError, Fault};
+pub(crate) use clock::LoopClock;
+pub use error::{CheckpointError, CheckpointFault};
 pub use file::{Checkpoint, FORMAT};
 pub(crate) use file::{Reader, Writer, write};
-pub use head::{Backend, Extras, Head, Spent};
+pub use head::{BackendId, Extras, Header, Spent};
 
 /// A run between two steps, which can be written down.
-pub trait Kept {
+pub trait Checkpointable {
     /// Time of the positions [s].
     fn time(&self) -> f64;
     /// Writes a checkpoint; `head` says what run it is, how far it has come is added. `followed`: what whoever follows the
@@ -39,7 +39,7 @@ pub trait Kept {
     ///
     /// # Errors
     /// When the writer refuses, or a device was lost.
-    fn save(&self, head: &Head, followed: &[u8], to: &mut dyn Write) -> io::Result<()>;
+    fn save(&self, head: &Header, followed: &[u8], to: &mut dyn Write) -> io::Result<()>;
 }
 
 #[cfg(test)]

@@ -2,23 +2,23 @@
 
 use std::io::{self, Write};
 
-use super::body::Motion;
-use super::{Checkpoint, Fault, Head, Kept, Reader, Writer, write};
+use super::body::BodyMotion;
+use super::{Checkpoint, CheckpointFault, Checkpointable, Header, Reader, Writer, write};
 use crate::case::Case;
 use crate::math::scalar::Scalar;
 use crate::model::{Model, over, over::SIDES, over::neighbour};
 use crate::run::{RunError, RunScalar, Simulation};
-use crate::solver::Memory;
-use crate::solver::active_region::Reach;
+use crate::solver::StepperState;
+use crate::solver::active_region::ActiveRegion;
 use crate::solver::state::State;
 
-impl<S: RunScalar> Kept for Simulation<S> {
+impl<S: RunScalar> Checkpointable for Simulation<S> {
     fn time(&self) -> f64 {
         Self::time(self)
     }
 
-    fn save(&self, head: &Head, followed: &[u8], to: &mut dyn Write) -> io::Result<()> {
-        let head = Head { step: self.state.step, time: self.time(), time_step: self.model.dt, ..head.clone() };
+    fn save(&self, head: &Header, followed: &[u8], to: &mut dyn Write) -> io::Result<()> {
+        let head = Header { step: self.state.step, time: self.time(), time_step: self.model.dt, ..head.clone() };
         write(to, &head, followed, |contents| {
             contents.value(&self.ledger)?;
             contents.value(&self.record)?;
@@ -39,49 +39,53 @@ impl<S: RunScalar> Simulation<S> {
         checkpoint.contents(|contents| {
             simulation.ledger = contents.value("sums of energy")?;
             simulation.record = contents.value("results so far")?;
-            let memory: Memory = contents.value("nodes near the projectile")?;
+            let memory: StepperState = contents.value("nodes near the projectile")?;
             let Simulation { model, state, stepper, .. } = &mut simulation;
             if !memory.fits(model) {
-                return Err(Fault::Contents("nodes near the projectile"));
+                return Err(CheckpointFault::Contents("nodes near the projectile"));
             }
             stepper.remember(memory);
             stepper.stopwatch = contents.value("time that each kernel took")?;
             state.step = checkpoint.head().step;
             read_state(model, state, contents)?;
             let fits = simulation.record.fits(&simulation.model);
-            if fits { Ok(()) } else { Err(Fault::Contents("results so far")) }
+            if fits { Ok(()) } else { Err(CheckpointFault::Contents("results so far")) }
         })?;
         Ok(simulation)
     }
 }
 
 fn save_state<S: Scalar>(state: &State<S>, contents: &mut Writer<'_>) -> io::Result<()> {
-    contents.value(&state.body.as_ref().map(Motion::of))?;
-    contents.value(&state.reach)?;
+    contents.value(&state.body.as_ref().map(BodyMotion::of))?;
+    contents.value(&state.active)?;
     contents.numbers(&state.nodes.data)?;
     contents.numbers(&state.elements.data)?;
     contents.numbers(&state.over)
 }
 
-fn read_state<S: Scalar>(model: &Model<S>, state: &mut State<S>, contents: &mut Reader<'_>) -> Result<(), Fault> {
-    match (contents.value::<Option<Motion>>("motion of the projectile")?, &mut state.body) {
+fn read_state<S: Scalar>(
+    model: &Model<S>,
+    state: &mut State<S>,
+    contents: &mut Reader<'_>,
+) -> Result<(), CheckpointFault> {
+    match (contents.value::<Option<BodyMotion>>("motion of the projectile")?, &mut state.body) {
         (Some(motion), Some(body)) => motion.give(body),
         (None, None) => {}
-        _ => return Err(Fault::Contents("motion of the projectile")),
+        _ => return Err(CheckpointFault::Contents("motion of the projectile")),
     }
-    let reach: Vec<Reach> = contents.value("what has moved")?;
-    let within = |(ply, reach): (usize, &Reach)| {
-        let whole = Reach::whole(&model.sheet(ply).mesh);
+    let reach: Vec<ActiveRegion> = contents.value("what has moved")?;
+    let within = |(ply, reach): (usize, &ActiveRegion)| {
+        let whole = ActiveRegion::whole(&model.sheet(ply).mesh);
         reach.rows.end <= whole.rows.end && reach.columns.end <= whole.columns.end
     };
     if reach.len() != model.plies.len() || !reach.iter().enumerate().all(within) {
-        return Err(Fault::Contents("what has moved"));
+        return Err(CheckpointFault::Contents("what has moved"));
     }
-    state.reach = reach;
+    state.active = reach;
     contents.numbers(&mut state.nodes.data, "nodes")?;
     contents.numbers(&mut state.elements.data, "elements")?;
     contents.numbers(&mut state.over, "what nodes are over")?;
-    if is_over_elements(model, &state.over) { Ok(()) } else { Err(Fault::Contents("what nodes are over")) }
+    if is_over_elements(model, &state.over) { Ok(()) } else { Err(CheckpointFault::Contents("what nodes are over")) }
 }
 
 /// Whether every node is over an element that the neighbouring ply has.

@@ -2,14 +2,14 @@
 
 use crate::kernels::crossover::{self, LawKernel};
 use crate::kernels::element_force::ElementConstants;
-use crate::kernels::element_size::Size;
+use crate::kernels::element_size::ElementGeometry;
 use crate::kernels::kinematics::{differences, kinematics};
 use crate::kernels::shear;
 use crate::math::scalar::{Scalar, each};
 
 /// One element, rounded to what files hold.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(super) struct Reading {
+pub(super) struct ElementReading {
     /// [N]
     pub(super) tension: [f32; 2],
     /// [-]
@@ -38,26 +38,26 @@ pub(super) fn read<S: Scalar, L: LawKernel>(
     [width, height]: [f64; 2],
     corners: &[[S; 4]; 3],
     before: Before<S>,
-) -> Reading {
+) -> ElementReading {
     let [was_warp, was_weft] = before.alive;
     if !(was_warp || was_weft) {
-        return Reading::default();
+        return ElementReading::default();
     }
     let zero = S::splat(0.0);
     let [ux, uy, uz] = each!(a in 3 => differences(&corners[a]));
-    let size = Size::of_row(constants, height).of_columns(S::splat(width), S::splat(1.0 / width));
+    let size = ElementGeometry::of_row(constants, height).of_columns(S::splat(width), S::splat(1.0 / width));
     let k = kinematics(&size, &[ux[0], uy[0], uz[0]], &[ux[1], uy[1], uz[1]]);
-    let cell = crossover::solve::<S, L>(&constants.cell, k.stretch, before.height, was_warp && was_weft);
+    let cell = crossover::solve::<S, L>(&constants.cell, k.extension, before.height, was_warp && was_weft);
     let yarn = &constants.cell.yarn;
     let alive = [0, 1].map(|i| before.alive[i] && (before.mean || cell.strain[i] < yarn[i].failure_strain));
     let both = alive[0] && alive[1];
-    let free = [0, 1].map(|i| yarn[i].straight(k.stretch[i]).max(zero));
+    let free = [0, 1].map(|i| yarn[i].straight(k.extension[i]).max(zero));
     let of_living = |i: usize, crossing: S, alone: S| match (alive[i], both) {
         (true, true) => crossing.to_f64() as f32,
         (true, false) => alone.to_f64() as f32,
         _ => 0.0,
     };
-    Reading {
+    ElementReading {
         tension: [0, 1].map(|i| of_living(i, cell.tension[i], yarn[i].stiffness * free[i])),
         strain: [0, 1].map(|i| of_living(i, cell.strain[i], free[i])),
         height: [0, 1].map(|i| of_living(i, cell.height[i], zero)),

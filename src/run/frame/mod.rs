@@ -17,7 +17,7 @@ use serde::{Deserialize, Serialize};
 pub use scene::{PlyMesh, Scene};
 pub(crate) use schedule::Schedule;
 pub use schedule::even;
-pub use snapshot::{Camera, Snapshot};
+pub use snapshot::{Snapshot, SnapshotTaker};
 
 /// The whole scene at one time, in the axes of the pack. Nodes and elements run over (ply, row, column); [`Scene`] has
 /// their numbers and what does not change.

@@ -3,7 +3,7 @@
 use std::ops::Range;
 use std::sync::Arc;
 
-use super::element::{self, Before, Reading};
+use super::element::{self, Before, ElementReading};
 use super::schedule::Schedule;
 use super::{Frame, PlyMesh, Pose, Scene};
 use crate::kernels::crossover::LawKernel;
@@ -56,12 +56,12 @@ impl Snapshot {
 }
 
 /// Takes the snapshots of a run.
-pub struct Camera {
+pub struct SnapshotTaker {
     schedule: Schedule,
     scene: Option<Arc<Scene>>,
 }
 
-impl Camera {
+impl SnapshotTaker {
     /// For so many frames from 0 to the end of a run, at `end_time` [s] or before; a single one is that of the start.
     pub fn new(frames: usize, end_time: f64) -> Self {
         Self { schedule: Schedule::new(frames, end_time), scene: None }
@@ -150,7 +150,7 @@ const OF_ELEMENT: usize = element_field::COUNT - element_field::HEIGHT;
 
 impl<S: Scalar> Patch<S> {
     fn new(model: &Model<S>, state: &State<S>, ply: usize) -> Self {
-        let [rows, columns] = state.reach[ply].elements(&model.sheet(ply).mesh);
+        let [rows, columns] = state.active[ply].elements(&model.sheet(ply).mesh);
         let (node, element) = (model.grid.first_node_row(ply), model.grid.first_element_row(ply));
         let some = usize::from(!rows.is_empty());
         let node_rows = node + rows.start..node + rows.end + some;
@@ -245,7 +245,7 @@ fn fill_elements<S: Scalar, L: LawKernel>(
 }
 
 /// Puts an element, or its mirror image, in which the yarns turn towards each other the other way, into a frame.
-fn put(frame: &mut Frame, at: usize, reading: &Reading, turn: f32) {
+fn put(frame: &mut Frame, at: usize, reading: &ElementReading, turn: f32) {
     for yarn in 0..2 {
         frame.tension[yarn][at] = reading.tension[yarn];
         frame.strain[yarn][at] = reading.strain[yarn];
@@ -306,15 +306,19 @@ mod tests {
     #[test]
     fn a_camera_that_goes_on_keeps_what_the_whole_run_keeps() {
         let dt = 1e-6;
-        let on = |mut camera: Camera, from: u64| {
+        let on = |mut camera: SnapshotTaker, from: u64| {
             (from..100).for_each(|step| camera.schedule.pass(step, dt));
             camera.kept().collect::<Vec<_>>()
         };
         for (frames, end_time) in [(1, 60e-6), (2, 60e-6), (13, 60.5e-6), (200, 60e-6), (7, 1.0)] {
-            let whole = on(Camera::new(frames, end_time), 0);
+            let whole = on(SnapshotTaker::new(frames, end_time), 0);
             assert_eq!(whole[0], 0);
             for step in 0..100 {
-                assert_eq!(on(Camera::resume(frames, end_time, step, dt), step), whole, "{frames} frames, step {step}");
+                assert_eq!(
+                    on(SnapshotTaker::resume(frames, end_time, step, dt), step),
+                    whole,
+                    "{frames} frames, step {step}"
+                );
             }
         }
     }

@@ -7,8 +7,8 @@ use nalgebra::Vector3;
 use crate::kernels::node_update::field as node;
 use crate::kernels::ply_contact::{self, NO_PLANES, Planes, SLOP, SUDDEN, WALK};
 use crate::math::scalar::Scalar;
-use crate::model::{Mesh, Model, Sheet, mesh::corners, over, over::INSIDE};
-use crate::solver::active_region::Reach;
+use crate::model::{Mesh, Model, PlyType, mesh::corners, over, over::INSIDE};
+use crate::solver::active_region::ActiveRegion;
 use crate::solver::node_stands;
 use crate::solver::state::{State, split};
 
@@ -40,7 +40,7 @@ pub(super) struct Point {
 /// A ply as contact sees it: in the axes of the pack.
 #[derive(Clone, Copy)]
 pub(super) struct View<'a, S> {
-    sheet: &'a Sheet<S>,
+    sheet: &'a PlyType<S>,
     pub(super) mesh: &'a Mesh,
     /// At rest [m].
     pub(super) z: f64,
@@ -59,7 +59,7 @@ impl<'a, S: Scalar> View<'a, S> {
             sheet,
             mesh: &sheet.mesh,
             z: model.plies[ply].z,
-            turned: sheet.mesh.turn != [1.0, 0.0],
+            turned: sheet.mesh.rotation != [1.0, 0.0],
             nodes: &state.nodes.data[first * length..(first + sheet.mesh.rows + 1) * length],
             stride: state.nodes.stride,
         }
@@ -248,8 +248,8 @@ impl<'a, S: Scalar> Look<'a, S> {
         travel: f64,
     ) -> impl Iterator<Item = Part<'a, S>> {
         let (own, theirs) = (self.own.mesh, self.theirs.mesh);
-        let reach = &self.state.reach;
-        let Reach { rows, columns } = reach[self.ply].union(&reach[self.other].seen_from(theirs, own, travel));
+        let reach = &self.state.active;
+        let ActiveRegion { rows, columns } = reach[self.ply].union(&reach[self.other].seen_from(theirs, own, travel));
         let across = self.across();
         let part = move |(index, (over, found)): (usize, (&'a mut [u32], &'a mut Found))| {
             let first = index * ROWS;
@@ -270,8 +270,8 @@ impl<'a, S: Scalar> Look<'a, S> {
         let (grid, state) = (&self.model.grid, self.state);
         let columns = self.theirs.mesh.columns;
         let [first, theirs] = [self.ply, self.other].map(|ply| grid.first_element_row(ply));
-        state.whole(self.theirs.sheet, theirs + over / columns, over % columns)
-            && self.own.mesh.around(row, column).all(|[r, c]| state.whole(self.own.sheet, first + r, c))
+        state.is_undamaged(self.theirs.sheet, theirs + over / columns, over % columns)
+            && self.own.mesh.around(row, column).all(|[r, c]| state.is_undamaged(self.own.sheet, first + r, c))
     }
 
     /// The mirror planes that a node lies on.
@@ -342,7 +342,7 @@ impl<'a, S: Scalar> Look<'a, S> {
 
     /// Whether a cell of the neighbour carries load.
     fn stands(&self, cell: [usize; 2]) -> bool {
-        self.state.standing(self.model.grid.first_element_row(self.other) + cell[0], cell[1])
+        self.state.is_intact(self.model.grid.first_element_row(self.other) + cell[0], cell[1])
     }
 
     /// Walks from a cell, whose corners are known, to that which a point is over; and how it stands over it. `planes`: that it

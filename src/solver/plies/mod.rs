@@ -11,7 +11,7 @@ mod sieve;
 
 use rayon::prelude::*;
 
-use super::{Context, HasKernels};
+use super::{Context, KernelScalar};
 use crate::kernels::ply_contact;
 use crate::math::scalar::Scalar;
 use crate::math::simd::Vectors;
@@ -55,7 +55,7 @@ pub(super) struct PlyContact<S> {
     pub(super) travel: f64,
 }
 
-impl<S: HasKernels> PlyContact<S> {
+impl<S: KernelScalar> PlyContact<S> {
     pub(super) fn new(model: &Model<S>, vectors: Vectors) -> Self {
         let [nodes, rows] = if model.plies.len() > 1 { [model.nodes_per_ply(), model.grid.rows + 1] } else { [0; 2] };
         let contacts = Contacts([(); SIDES].map(|()| vec![Found::default(); rows.div_ceil(ROWS)]));
@@ -181,7 +181,7 @@ impl<S: HasKernels> PlyContact<S> {
                 ledger.support[a] -= effect.support[a];
             }
             effect.correct(ledger, ply);
-            context.state.reach[ply] = context.state.reach[ply].union(&effect.reach);
+            context.state.active[ply] = context.state.active[ply].union(&effect.reach);
         }
     }
 }

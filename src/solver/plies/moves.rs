@@ -5,8 +5,8 @@ use nalgebra::Vector3;
 use crate::kernels::node_update::{self, field as node};
 use crate::math::scalar::Scalar;
 use crate::model::Model;
-use crate::solver::active_region::Reach;
-use crate::solver::energy_balance::Ledger;
+use crate::solver::active_region::ActiveRegion;
+use crate::solver::energy_balance::EnergyBalance;
 use crate::solver::neighbours;
 use crate::solver::state::Rows;
 
@@ -57,14 +57,14 @@ pub(super) struct Effect {
     /// Impulse on held nodes, which the supports take, in the axes of the pack [N·s].
     pub(super) support: [f64; 3],
     /// Nodes moved.
-    pub(super) reach: Reach,
+    pub(super) reach: ActiveRegion,
     /// In ledger steps.
     corrections: Vec<Correction>,
 }
 
 impl Effect {
     /// Tells the ledger how kinetic energy and momentum at the time of the positions changed.
-    pub(super) fn correct(&mut self, ledger: &mut Ledger, ply: usize) {
+    pub(super) fn correct(&mut self, ledger: &mut EnergyBalance, ply: usize) {
         for c in self.corrections.drain(..) {
             ledger.correct_node(ply, c.mass, &c.free, &c.now, &c.pull);
         }
@@ -112,7 +112,7 @@ impl<S: Scalar> Mover<'_, S> {
             if impulse == [0.0; 3] && shift == [0.0; 3] {
                 continue;
             }
-            effect.reach.touch(row, column);
+            effect.reach.activate(row, column);
             let masses = sheet.row_mass(row);
             let inverse = [0, 1, 2].map(|a| masses.inverse[a][column].to_f64());
             if row != last {

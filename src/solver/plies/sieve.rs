@@ -58,7 +58,7 @@ fn pass<R: Real, D: Real<Scalar = f64>>(
     let (own, theirs) = (&look.own, &look.theirs);
     let across = look.across();
     let clearance = Clearance::new(sieve.0, look.sign(), [own.z, theirs.z], look.touching - SLOP * look.thickness);
-    if own.mesh.turn == theirs.mesh.turn {
+    if own.mesh.rotation == theirs.mesh.rotation {
         for (row, over) in rows.zip(over.chunks(across)) {
             let line = line::row(look, row, columns.clone(), over);
             sift(sieve, &clearance, look, &line, |column| near.push([row, column].map(|at| at as u32)));
@@ -133,13 +133,13 @@ fn certainly_apart<R: Real>(
     let x = n.load(line.rounded, at);
     let place = each!(side in 2 => n.load(theirs.rounded_places(), cell[1] + side) - x);
     let height = each!(side in 2 => theirs.mesh.reference(cell[0] + side, 0)[1] - line.y);
-    let area = (place[1] - place[0]) * n.with(height[1] - height[0]);
+    let area = (place[1] - place[0]) * n.splat_like(height[1] - height[0]);
     let own = each!(a in 3 => n.load(line.displacement[a], at));
     let [below, above] = [theirs.row(cell[0]), theirs.row(cell[0] + 1)];
     let below = each!(side in 2 => Corner::new(clearance, &own, &below, cell[1] + side));
     let above = each!(side in 2 => Corner::new(clearance, &own, &above, cell[1] + side));
-    let low = each!(side in 2 => below[side].arm(place[side], n.with(height[0])));
-    let high = each!(side in 2 => above[side].arm(place[side], n.with(height[1])));
+    let low = each!(side in 2 => below[side].arm(place[side], n.splat_like(height[0])));
+    let high = each!(side in 2 => above[side].arm(place[side], n.splat_like(height[1])));
     let gap = [below[0].gap, below[1].gap, above[1].gap, above[0].gap];
     is_certainly_apart(clearance, &[low[0], low[1], high[1], high[0]], gap, area)
 }
@@ -187,7 +187,7 @@ fn clear<D: Real<Scalar = f64>, S: Scalar>(
         }
         d.load(&areas, 0)
     } else {
-        d.with(mesh.area(row, column))
+        d.splat_like(mesh.area(row, column))
     };
     let bounds = [look.sign(), look.touching, SLOP * look.thickness];
     stands_clear(&[low[0], low[1], high[1], high[0]], &point, bounds, area, line.planes)
@@ -205,7 +205,7 @@ fn places<D: Real<Scalar = f64>, S: Scalar>(
     at: usize,
     [y, z]: [f64; 2],
 ) -> [D; 3] {
-    let reference = [d.load(place, at), d.with(y), d.with(z)];
+    let reference = [d.load(place, at), d.splat_like(y), d.splat_like(z)];
     each!(a in 3 => reference[a] + widened(d, displacement[a], at))
 }
 

@@ -33,7 +33,7 @@ impl Noise {
 
 /// Plies that bulge to a ridge, two of them so alike that they touch here and there; some nodes are over the wrong cells, and some
 /// had been inside.
-fn bulge<S: solver::HasKernels>(model: &Model<S>, state: &mut State<S>, noise: &mut Noise) {
+fn bulge<S: solver::KernelScalar>(model: &Model<S>, state: &mut State<S>, noise: &mut Noise) {
     let thickness = model.plies[0].thickness;
     let apart = [0.01, 0.02, 2.0].map(|part| part * thickness);
     for (ply, apart) in apart.into_iter().enumerate() {
@@ -74,7 +74,7 @@ fn bulge<S: solver::HasKernels>(model: &Model<S>, state: &mut State<S>, noise: &
 }
 
 /// Lets every node find the cell it is over.
-fn settle<S: solver::HasKernels>(model: &Model<S>, state: &mut State<S>) {
+fn settle<S: solver::KernelScalar>(model: &Model<S>, state: &mut State<S>) {
     let mut over = std::mem::take(&mut state.over);
     for (at, over) in over.chunks_mut(model.nodes_per_ply()).enumerate() {
         let (ply, side) = (at / SIDES, at % SIDES);
@@ -91,7 +91,7 @@ fn settle<S: solver::HasKernels>(model: &Model<S>, state: &mut State<S>) {
 }
 
 /// Nodes let through, and all, once every node that is kept has been found to be left alone.
-fn checked<S: solver::HasKernels>(case: &case::Case, symmetry: bool, seed: u64) -> [usize; 2] {
+fn checked<S: solver::KernelScalar>(case: &case::Case, symmetry: bool, seed: u64) -> [usize; 2] {
     let (model, mut state) = solver::set_up::<S>(case, symmetry).unwrap_or_else(|error| unreachable!("{error}"));
     assert_eq!(model.planes != crate::model::MirrorPlanes::NONE, symmetry, "{:?}", model.planes);
     bulge(&model, &mut state, &mut Noise(seed));
@@ -137,7 +137,7 @@ fn checked<S: solver::HasKernels>(case: &case::Case, symmetry: bool, seed: u64) 
 }
 
 /// Part of the nodes let through, over several bulges.
-fn part<S: solver::HasKernels>(case: &case::Case, symmetry: bool) -> f64 {
+fn part<S: solver::KernelScalar>(case: &case::Case, symmetry: bool) -> f64 {
     let counts: Vec<[usize; 2]> = (1..=16).map(|seed| checked::<S>(case, symmetry, seed)).collect();
     let [near, all] = [0, 1].map(|i| counts.iter().map(|count| count[i]).sum::<usize>() as f64);
     near / all

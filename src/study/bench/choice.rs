@@ -19,7 +19,7 @@ pub enum Processor {
 
 /// One way to run a case.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Choice {
+pub struct Configuration {
     /// What is different, in words.
     pub name: String,
     /// What computes.
@@ -34,7 +34,7 @@ pub struct Choice {
     pub mesh: Option<u32>,
 }
 
-impl Choice {
+impl Configuration {
     /// The case as it is, on the processor in f64.
     pub fn default_of(case: &Case) -> Self {
         let (courant, mesh) = (case.solver.courant, case.pack.crossovers_per_element);
@@ -80,8 +80,8 @@ impl Choice {
 }
 
 /// Every choice for a case: one thing changed at a time, then what promises most together.
-pub fn choices(case: &Case, gpu: bool) -> Vec<Choice> {
-    let default = Choice::default_of(case);
+pub fn choices(case: &Case, gpu: bool) -> Vec<Configuration> {
+    let default = Configuration::default_of(case);
     let with = || default.clone();
     let other_courant = |courant: &f64| *courant != case.solver.courant;
     let other_mesh = |mesh: &u32| *mesh != case.pack.crossovers_per_element;
@@ -103,8 +103,8 @@ pub fn choices(case: &Case, gpu: bool) -> Vec<Choice> {
         UnitCell::Bracketed => UnitCell::Joint,
     };
     all.push(with().named(other.word()).unit_cell(other));
-    all.push(Choice { skips: Skips::WHOLE, ..with().named("no symmetry") });
-    all.push(Choice { skips: Skips::NONE, ..with().named("no skip") });
+    all.push(Configuration { skips: Skips::WHOLE, ..with().named("no symmetry") });
+    all.push(Configuration { skips: Skips::NONE, ..with().named("no skip") });
     let fast = COURANT[0];
     if other_courant(&fast) {
         all.push(with().named(&format!("f32, Courant {fast}")).single().courant(fast));
@@ -116,7 +116,7 @@ pub fn choices(case: &Case, gpu: bool) -> Vec<Choice> {
         all.push(with().named("f32, graded").single().grading("graded"));
     }
     if gpu {
-        all.push(Choice { processor: Processor::Gpu, ..with().named("gpu f32").single() });
+        all.push(Configuration { processor: Processor::Gpu, ..with().named("gpu f32").single() });
     }
     all
 }
@@ -125,7 +125,7 @@ pub fn choices(case: &Case, gpu: bool) -> Vec<Choice> {
 ///
 /// # Errors
 /// Says what does not divide.
-pub fn fits(case: &Case, choice: &Choice) -> Result<(), String> {
+pub fn fits(case: &Case, choice: &Configuration) -> Result<(), String> {
     let Some(mesh) = choice.mesh else { return Ok(()) };
     for layer in case.layers().iter() {
         for (count, along) in [(layer.columns, "warp"), (layer.rows, "weft")] {
@@ -143,11 +143,12 @@ pub fn fits(case: &Case, choice: &Choice) -> Result<(), String> {
 mod tests {
     use super::*;
     use crate::case::CaseError;
-    use crate::study::bench::Subject;
+    use crate::study::bench::CaseSource;
 
     #[test]
     fn every_choice_has_its_name_and_none_is_the_default_again() -> Result<(), CaseError> {
-        let subject = Subject::paper(&["/solver/courant=0.8".to_owned(), "/pack/crossovers_per_element=2".to_owned()]);
+        let subject =
+            CaseSource::paper(&["/solver/courant=0.8".to_owned(), "/pack/crossovers_per_element=2".to_owned()]);
         let case = subject.case(&[])?;
         let names: Vec<String> = choices(&case, true).into_iter().map(|choice| choice.name).collect();
         let expected = [
@@ -176,9 +177,9 @@ mod tests {
     #[test]
     fn a_mesh_must_divide_the_crossovers() -> Result<(), CaseError> {
         let sets = ["/pack/width_mm=17.8", "/pack/height_mm=20.3", "/solver/numerics=paper"].map(str::to_owned);
-        let case = Subject::paper(&sets).case(&[])?;
+        let case = CaseSource::paper(&sets).case(&[])?;
         assert_eq!((case.pack.columns, case.pack.rows), (14, 16));
-        let mesh = |mesh: u32| fits(&case, &Choice::default_of(&case).mesh(mesh));
+        let mesh = |mesh: u32| fits(&case, &Configuration::default_of(&case).mesh(mesh));
         assert_eq!(mesh(2), Ok(()));
         assert_eq!(mesh(4), Err("14 crossovers along the warp do not divide by 4".to_owned()));
         Ok(())

@@ -26,8 +26,8 @@ pub struct Errors {
 }
 
 /// The velocity along the line of flight, as a column.
-const VELOCITY: history::Column =
-    history::Column { name: "projectile_velocity_m_s", read: |sample| sample.projectile_velocity };
+const VELOCITY: history::HistoryColumn =
+    history::HistoryColumn { name: "projectile_velocity_m_s", read: |sample| sample.projectile_velocity };
 
 /// Compares a run with the reference; `None` where the histories have no time in common.
 pub fn errors(reference: &Run, run: &Run) -> Option<Errors> {

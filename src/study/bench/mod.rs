@@ -21,7 +21,7 @@ use crate::gpu::Device;
 use crate::output;
 use crate::run::{self, Options, Precision, Progress, Run, RunError, Skips};
 
-pub use choice::{Choice, Processor};
+pub use choice::{Configuration, Processor};
 pub use error::Errors;
 
 /// What the reference is, for people.
@@ -39,34 +39,34 @@ const LEFT_OUT: [&str; 2] = ["/expect=[]", "/output/profile_times_us=[]"];
 
 /// A case to be changed and run again and again.
 #[derive(Clone, Debug)]
-pub struct Subject {
-    source: Source,
+pub struct CaseSource {
+    source: CaseText,
     sets: Vec<String>,
 }
 
 #[derive(Clone, Debug)]
-enum Source {
+enum CaseText {
     File(PathBuf),
     BuiltIn(&'static str, &'static str),
 }
 
-impl Subject {
+impl CaseSource {
     /// A case file with changes in the form `/json/pointer=value`.
     pub fn file(path: PathBuf, sets: &[String]) -> Self {
-        Self { source: Source::File(path), sets: sets.to_vec() }
+        Self { source: CaseText::File(path), sets: sets.to_vec() }
     }
 
     /// The paper's shot, built in, with changes.
     pub fn paper(sets: &[String]) -> Self {
         let text = include_str!("../../../cases/s720-1ply-155.json");
-        Self { source: Source::BuiltIn("s720-1ply-155", text), sets: sets.to_vec() }
+        Self { source: CaseText::BuiltIn("s720-1ply-155", text), sets: sets.to_vec() }
     }
 
     /// What it is called in messages.
     pub fn name(&self) -> String {
         match &self.source {
-            Source::File(path) => path.display().to_string(),
-            Source::BuiltIn(name, _) => (*name).to_owned(),
+            CaseText::File(path) => path.display().to_string(),
+            CaseText::BuiltIn(name, _) => (*name).to_owned(),
         }
     }
 
@@ -78,15 +78,15 @@ impl Subject {
         let left_out = LEFT_OUT.iter().map(|set| (*set).to_owned());
         let sets: Vec<String> = left_out.chain(self.sets.iter().chain(changes).cloned()).collect();
         match &self.source {
-            Source::File(path) => case::read(path, &sets),
-            Source::BuiltIn(name, text) => case::from_str(name, text, &sets),
+            CaseText::File(path) => case::read(path, &sets),
+            CaseText::BuiltIn(name, text) => case::from_str(name, text, &sets),
         }
     }
 }
 
 /// How to measure.
 #[derive(Clone, Copy, Debug)]
-pub struct Plan<'a> {
+pub struct BenchPlan<'a> {
     /// Worker threads; `None` takes all cores.
     pub threads: Option<usize>,
     /// The graphics processor among the choices, if any.
@@ -99,9 +99,9 @@ pub struct Plan<'a> {
 
 /// What one way to run a case gave.
 #[derive(Clone, Debug)]
-pub struct Row {
+pub struct BenchRow {
     /// The way.
-    pub choice: Choice,
+    pub choice: Configuration,
     /// The case as run.
     pub case: Case,
     /// The first of its runs.
@@ -116,7 +116,7 @@ pub struct Row {
     pub on_front: bool,
 }
 
-impl Row {
+impl BenchRow {
     /// The shortest time in the loop [s].
     pub fn time(&self) -> f64 {
         self.loop_seconds.iter().copied().fold(f64::INFINITY, f64::min)
@@ -150,15 +150,15 @@ pub struct Skipped {
 
 /// Everything measured on one case.
 #[derive(Clone, Debug)]
-pub struct Measured {
+pub struct BenchResult {
     /// The case as the reference ran it.
     pub case: Case,
     /// The reference.
     pub reference: Run,
     /// A second reference, with a time step a fifth longer, against the first; none where it did not end.
-    pub doubt: Option<Errors>,
+    pub reference_scatter: Option<Errors>,
     /// What was run, in the order of the choices.
-    pub rows: Vec<Row>,
+    pub rows: Vec<BenchRow>,
     /// What was not.
     pub skipped: Vec<Skipped>,
     /// Whether the user stopped it.
@@ -167,10 +167,10 @@ pub struct Measured {
     pub cheapest: Option<usize>,
 }
 
-impl Measured {
+impl BenchResult {
     /// Error of the velocity history below which choices cannot be told apart [-].
     pub fn scatter(&self) -> Option<f64> {
-        self.doubt.and_then(|doubt| doubt.velocity)
+        self.reference_scatter.and_then(|doubt| doubt.velocity)
     }
 }
 
@@ -191,34 +191,34 @@ fn reference_sets(case: &Case, courant: f64) -> Vec<String> {
 /// # Errors
 /// When the reference is refused or does not start. A choice that does not is left out with the reason.
 pub fn measure(
-    subject: &Subject,
-    plan: Plan<'_>,
+    subject: &CaseSource,
+    plan: BenchPlan<'_>,
     interrupt: &AtomicBool,
     progress: &mut (dyn FnMut(&str, &Progress) + Send),
-) -> Result<Measured, BenchError> {
+) -> Result<BenchResult, BenchError> {
     let base = subject.case(&[])?;
     let case = subject.case(&reference_sets(&base, REFERENCE_COURANT))?;
     let skips = Skips::WHOLE;
     let options = Options { threads: plan.threads, precision: Precision::F64, skips, ..Options::default() };
     let reference = run::run(&case, options, interrupt, &mut |at: &Progress| progress("reference", at))?;
     let stopped = reference.interrupted;
-    let mut measured = Measured {
+    let mut measured = BenchResult {
         case,
         reference,
-        doubt: None,
+        reference_scatter: None,
         rows: Vec::new(),
         skipped: Vec::new(),
         interrupted: stopped,
         cheapest: None,
     };
-    if stopped || measured.reference.trouble.is_some() {
+    if stopped || measured.reference.divergence.is_some() {
         return Ok(measured);
     }
     let case = subject.case(&reference_sets(&base, SECOND_COURANT))?;
     let second = run::run(&case, options, interrupt, &mut |at: &Progress| progress("second reference", at))?;
     measured.interrupted = second.interrupted;
     if complete(&second) && !second.interrupted {
-        measured.doubt = error::errors(&measured.reference, &second);
+        measured.reference_scatter = error::errors(&measured.reference, &second);
     }
     for choice in choice::choices(&base, plan.device.is_some()) {
         if measured.interrupted {
@@ -246,10 +246,10 @@ pub enum BenchError {
 
 /// The runs of one choice, or why there are none.
 fn one(
-    subject: &Subject,
+    subject: &CaseSource,
     base: &Case,
-    choice: &Choice,
-    plan: Plan<'_>,
+    choice: &Configuration,
+    plan: BenchPlan<'_>,
     interrupt: &AtomicBool,
     progress: &mut (dyn FnMut(&str, &Progress) + Send),
 ) -> Result<(Case, Vec<Run>), String> {
@@ -274,11 +274,11 @@ fn one(
 
 /// Whether a run says something about its choice.
 fn complete(run: &Run) -> bool {
-    run.trouble.is_none() && run.lost.is_none()
+    run.divergence.is_none() && run.lost.is_none()
 }
 
 /// Takes the runs of a choice over; interrupted ones say nothing about time or error.
-fn take(measured: &mut Measured, choice: Choice, case: Case, runs: Vec<Run>) {
+fn take(measured: &mut BenchResult, choice: Configuration, case: Case, runs: Vec<Run>) {
     measured.interrupted |= runs.iter().any(|run| run.interrupted);
     let mut runs = runs.into_iter().filter(|run| !run.interrupted);
     let Some(run) = runs.next() else { return };
@@ -286,11 +286,11 @@ fn take(measured: &mut Measured, choice: Choice, case: Case, runs: Vec<Run>) {
     loop_seconds.extend(runs.map(|run| run.loop_seconds));
     let errors = complete(&run).then(|| error::errors(&measured.reference, &run)).flatten();
     let same_outcome = complete(&run) && error::same_outcome(&measured.reference, &run);
-    measured.rows.push(Row { choice, case, run, loop_seconds, errors, same_outcome, on_front: false });
+    measured.rows.push(BenchRow { choice, case, run, loop_seconds, errors, same_outcome, on_front: false });
 }
 
 /// Marks the front and the cheapest row that is good enough.
-fn rank(measured: &mut Measured, tolerance: f64) {
+fn rank(measured: &mut BenchResult, tolerance: f64) {
     let points: Vec<Option<[f64; 2]>> =
         measured.rows.iter().map(|row| row.velocity_error().map(|error| [row.time(), error])).collect();
     for (row, on) in measured.rows.iter_mut().zip(error::front(&points)) {

@@ -4,8 +4,8 @@
 
 use std::fmt::Write;
 
-use super::{Measured, Row};
-use crate::output::chart::{self, Axis, escape, label};
+use super::{BenchResult, BenchRow};
+use crate::output::chart::{self, ChartAxis, escape, label};
 
 const WIDTH: f64 = 960.0;
 /// Of one panel.
@@ -44,7 +44,7 @@ const STYLE: &str = "<style>
 ";
 
 /// The picture of everything measured. `tolerance`: error that is good enough [-].
-pub fn plot(measured: &[Measured], tolerance: f64) -> String {
+pub fn plot(measured: &[BenchResult], tolerance: f64) -> String {
     let height = HEIGHT * measured.len().max(1) as f64;
     let mut out = format!(
         "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {WIDTH} {height}\" \
@@ -57,14 +57,14 @@ pub fn plot(measured: &[Measured], tolerance: f64) -> String {
     out + "</svg>\n"
 }
 
-fn panel(measured: &Measured, tolerance: f64) -> String {
-    let mut rows: Vec<(&Row, [f64; 2])> =
+fn panel(measured: &BenchResult, tolerance: f64) -> String {
+    let mut rows: Vec<(&BenchRow, [f64; 2])> =
         measured.rows.iter().filter_map(|row| Some((row, [row.time(), row.velocity_error()? * 100.0]))).collect();
     rows.sort_by(|a, b| a.1[0].total_cmp(&b.1[0]));
     let limit = tolerance * 100.0;
     let values = |of: usize| rows.iter().map(move |(_, point)| point[of]);
-    let x = Axis::logarithmic(&values(0).collect::<Vec<_>>(), [LEFT, RIGHT]);
-    let y = Axis::logarithmic(&values(1).chain([limit]).collect::<Vec<_>>(), [BOTTOM, TOP]);
+    let x = ChartAxis::logarithmic(&values(0).collect::<Vec<_>>(), [LEFT, RIGHT]);
+    let y = ChartAxis::logarithmic(&values(1).chain([limit]).collect::<Vec<_>>(), [BOTTOM, TOP]);
     let mut out = String::new();
     let title = format!("{}: run time against error", measured.case.title);
     out += &chart::text(24.0, 28.0, "font-size=\"16\" font-weight=\"bold\"", &title);
@@ -95,7 +95,7 @@ fn panel(measured: &Measured, tolerance: f64) -> String {
     out + &points(&rows, &x, &y)
 }
 
-fn caption(measured: &Measured) -> String {
+fn caption(measured: &BenchResult) -> String {
     let front = "line: what no other choice beats";
     match measured.cheapest.map(|at| &measured.rows[at]) {
         Some(row) => {
@@ -108,7 +108,7 @@ fn caption(measured: &Measured) -> String {
 }
 
 /// Points with their labels, each where none was put before.
-fn points(rows: &[(&Row, [f64; 2])], x: &Axis, y: &Axis) -> String {
+fn points(rows: &[(&BenchRow, [f64; 2])], x: &ChartAxis, y: &ChartAxis) -> String {
     let mut out = String::new();
     let dots: Vec<[f64; 2]> = rows.iter().map(|(_, point)| [x.at(point[0]), y.at(point[1])]).collect();
     let mut taken: Vec<[f64; 4]> = dots.iter().map(|[px, py]| [px - 5.0, px + 5.0, py - 5.0, py + 5.0]).collect();

@@ -2,14 +2,14 @@
 
 use serde_json::{Value, json};
 
-use super::{Errors, Measured, Plan, REFERENCE, Row};
+use super::{BenchPlan, BenchResult, BenchRow, Errors, REFERENCE};
 use crate::case::{Case, Word, case_hash};
 use crate::math::simd::Vectors;
 use crate::output;
 use crate::run::Run;
 
 /// The whole file. `wall_seconds`: time since the command began [s].
-pub fn json(measured: &[Measured], plan: Plan<'_>, wall_seconds: f64) -> Value {
+pub fn json(measured: &[BenchResult], plan: BenchPlan<'_>, wall_seconds: f64) -> Value {
     json!({
         "version": env!("CARGO_PKG_VERSION"),
         "threads": measured.first().map(|m| m.reference.threads),
@@ -27,12 +27,12 @@ pub fn json(measured: &[Measured], plan: Plan<'_>, wall_seconds: f64) -> Value {
     })
 }
 
-fn of_case(measured: &Measured, tolerance: f64) -> Value {
+fn of_case(measured: &BenchResult, tolerance: f64) -> Value {
     let mut reference = of_run(&measured.case, &measured.reference);
     reference["what"] = json!(REFERENCE);
     reference["loop_s"] = json!(measured.reference.loop_seconds);
     reference["scatter_percent"] = json!(measured.scatter().map(|error| error * 100.0));
-    let mut front: Vec<&Row> = measured.rows.iter().filter(|row| row.on_front).collect();
+    let mut front: Vec<&BenchRow> = measured.rows.iter().filter(|row| row.on_front).collect();
     front.sort_by(|a, b| a.time().total_cmp(&b.time()));
     let skipped = measured.skipped.iter().map(|skipped| json!({ "name": skipped.name, "reason": skipped.reason }));
     json!({
@@ -72,12 +72,12 @@ fn of_run(case: &Case, run: &Run) -> Value {
         "max_deflection_mm": peak(|row| row.deflection) * 1e3,
         "peak_yarn_tension_n": peak(|row| row.balance.max_tension),
         "energy_error": run.energy_error,
-        "unstable": run.trouble.as_ref().map(|trouble| trouble.quantity.clone()),
+        "unstable": run.divergence.as_ref().map(|trouble| trouble.quantity.clone()),
         "device_lost": run.lost,
     })
 }
 
-fn of_row(row: &Row, tolerance: f64) -> Value {
+fn of_row(row: &BenchRow, tolerance: f64) -> Value {
     let mut out = of_run(&row.case, &row.run);
     let errors = row.errors;
     let percent = |error: fn(&Errors) -> Option<f64>| errors.as_ref().and_then(error).map(|error| error * 100.0);

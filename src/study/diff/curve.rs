@@ -10,7 +10,7 @@ pub type Points = Vec<[f64; 2]>;
 
 /// How one curve differs from another where both are known.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Difference {
+pub struct CurveDifference {
     /// First and last time that both cover.
     pub span: [f64; 2],
     /// The difference of largest magnitude, other less first.
@@ -25,7 +25,7 @@ pub struct Difference {
     pub parts_at: Option<f64>,
 }
 
-impl Difference {
+impl CurveDifference {
     /// Largest magnitude over the scale; `None` where the first curve is zero and the other is not.
     pub fn share(&self) -> Option<f64> {
         share(self.largest.abs(), self.scale)
@@ -59,12 +59,12 @@ pub fn at(points: &[[f64; 2]], time: f64) -> Option<f64> {
 /// Compares two curves. `part`: share of the scale from which on they count as parted.
 ///
 /// `None` where no time is covered by both.
-pub fn difference(first: &[[f64; 2]], other: &[[f64; 2]], part: f64) -> Option<Difference> {
+pub fn difference(first: &[[f64; 2]], other: &[[f64; 2]], part: f64) -> Option<CurveDifference> {
     scaled(first, other, part, None)
 }
 
 /// The same with a given scale, where there is one.
-pub(super) fn scaled(first: &[[f64; 2]], other: &[[f64; 2]], part: f64, scale: Option<f64>) -> Option<Difference> {
+pub(super) fn scaled(first: &[[f64; 2]], other: &[[f64; 2]], part: f64, scale: Option<f64>) -> Option<CurveDifference> {
     let span = [first.first()?[0].max(other.first()?[0]), first.last()?[0].min(other.last()?[0])];
     let mut times: Vec<f64> =
         [first, other].into_iter().flatten().map(|p| p[0]).filter(|t| (span[0]..=span[1]).contains(t)).collect();
@@ -86,7 +86,7 @@ pub(super) fn scaled(first: &[[f64; 2]], other: &[[f64; 2]], part: f64, scale: O
     let length = span[1] - span[0];
     let rms = if length > 0.0 { (integral / length).sqrt() } else { start[2].abs() };
     let limit = part * scale;
-    Some(Difference { span, largest: worst[2], at: worst[0], rms, scale, parts_at: parts_at(&values, limit) })
+    Some(CurveDifference { span, largest: worst[2], at: worst[0], rms, scale, parts_at: parts_at(&values, limit) })
 }
 
 /// When the magnitude of the difference first exceeds a limit. `values`: time, first, difference.

@@ -4,7 +4,7 @@
 
 use super::quantity::words;
 use super::{Diff, letter};
-use crate::output::chart::{self, Axis, escape};
+use crate::output::chart::{self, ChartAxis, escape};
 
 /// Size of a panel.
 pub(super) const PANEL: [f64; 2] = [470.0, 270.0];
@@ -85,8 +85,8 @@ fn panel(diff: &Diff, name: &str) -> Option<String> {
         return None;
     }
     let range = |of: usize, from: [f64; 2]| [all(of).fold(from[0], f64::min), all(of).fold(from[1], f64::max)];
-    let x = Axis::linear(range(0, [f64::INFINITY, f64::NEG_INFINITY]), [78.0, PANEL[0] - 16.0]);
-    let y = Axis::linear(chart::rounded_up(range(1, [0.0, 0.0])), [PANEL[1] - 44.0, 24.0]);
+    let x = ChartAxis::linear(range(0, [f64::INFINITY, f64::NEG_INFINITY]), [78.0, PANEL[0] - 16.0]);
+    let y = ChartAxis::linear(chart::rounded_up(range(1, [0.0, 0.0])), [PANEL[1] - 44.0, 24.0]);
     let mut out = chart::axes(&x, &y, ["time [µs]", &words(name)]);
     for (input, points) in &curves {
         out += &chart::line(&x, &y, chart::thinned(points, POINTS).into_iter(), &stroke(*input));

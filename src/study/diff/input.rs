@@ -7,8 +7,8 @@ use std::path::{Path, PathBuf};
 use serde_json::Value;
 
 use super::error::DiffError;
-use super::request::Request;
-use super::table::{self, MAX_BYTES, Table};
+use super::request::DiffRequest;
+use super::table::{self, MAX_BYTES, TimeSeries};
 use crate::output::CHECKPOINT;
 
 /// Size of `summary.json` and `case.json` at most [bytes].
@@ -16,14 +16,14 @@ const MAX_JSON: u64 = 8 << 20;
 
 /// What an input is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Kind {
+pub enum InputKind {
     /// The folder of a run.
     Run,
     /// A table alone.
     Curve,
 }
 
-impl Kind {
+impl InputKind {
     /// The word in JSON.
     pub fn word(self) -> &'static str {
         match self {
@@ -39,9 +39,9 @@ pub struct Input {
     /// As the user named it.
     pub path: PathBuf,
     /// What it is.
-    pub kind: Kind,
+    pub kind: InputKind,
     /// Its columns over time.
-    pub table: Table,
+    pub table: TimeSeries,
     /// `summary.json` of a run.
     pub summary: Option<Value>,
     /// `case.json` of a run.
@@ -59,8 +59,8 @@ impl Input {
     /// Files that were read.
     pub fn files(&self) -> Vec<PathBuf> {
         match self.kind {
-            Kind::Curve => vec![self.path.clone()],
-            Kind::Run => ["history.csv", "summary.json", "case.json"].map(|name| self.path.join(name)).to_vec(),
+            InputKind::Curve => vec![self.path.clone()],
+            InputKind::Run => ["history.csv", "summary.json", "case.json"].map(|name| self.path.join(name)).to_vec(),
         }
     }
 }
@@ -69,17 +69,17 @@ impl Input {
 ///
 /// # Errors
 /// Where it cannot be read, is too large, or holds something else.
-pub fn read(path: &Path, request: &Request) -> Result<Input, DiffError> {
+pub fn read(path: &Path, request: &DiffRequest) -> Result<Input, DiffError> {
     if path.is_dir() { run(path, request) } else { curve(path, request) }
 }
 
-fn curve(path: &Path, request: &Request) -> Result<Input, DiffError> {
+fn curve(path: &Path, request: &DiffRequest) -> Result<Input, DiffError> {
     let table = table_of(path, request)?;
     let notes = named(path, &table);
-    Ok(Input { path: path.to_owned(), kind: Kind::Curve, table, summary: None, case: None, notes })
+    Ok(Input { path: path.to_owned(), kind: InputKind::Curve, table, summary: None, case: None, notes })
 }
 
-fn run(folder: &Path, request: &Request) -> Result<Input, DiffError> {
+fn run(folder: &Path, request: &DiffRequest) -> Result<Input, DiffError> {
     let place = folder.display().to_string();
     let summary = folder.join("summary.json");
     if !summary.exists() {
@@ -106,16 +106,16 @@ fn run(folder: &Path, request: &Request) -> Result<Input, DiffError> {
     if !summary["unstable"].is_null() {
         notes.push(format!("{place}: the run became unstable at {} µs", summary["time_us"]));
     }
-    Ok(Input { path: folder.to_owned(), kind: Kind::Run, table, summary: Some(summary), case, notes })
+    Ok(Input { path: folder.to_owned(), kind: InputKind::Run, table, summary: Some(summary), case, notes })
 }
 
-fn table_of(path: &Path, request: &Request) -> Result<Table, DiffError> {
+fn table_of(path: &Path, request: &DiffRequest) -> Result<TimeSeries, DiffError> {
     let help = "name the folder of a run, its history.csv, or a CSV of a measured curve";
     let bytes = bounded(path, MAX_BYTES, help)?;
     table::read(&bytes, &request.mappings).map_err(|error| error.in_file(&path.display().to_string()))
 }
 
-fn named(path: &Path, table: &Table) -> Vec<String> {
+fn named(path: &Path, table: &TimeSeries) -> Vec<String> {
     table.notes.iter().map(|note| format!("{}: {note}", path.display())).collect()
 }
 

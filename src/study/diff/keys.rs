@@ -12,7 +12,7 @@ const MACHINE: [&str; 5] = ["backend", "adapter", "precision", "threads", "versi
 
 /// A key whose value differs.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Key {
+pub struct KeyDifference {
     /// JSON pointer.
     pub pointer: String,
     /// What the first has there; `None` where it has nothing.
@@ -22,7 +22,7 @@ pub struct Key {
 }
 
 /// What differs between two cases, but for the words around what is computed.
-pub(super) fn of_cases(a: &Value, b: &Value) -> Vec<Key> {
+pub(super) fn of_cases(a: &Value, b: &Value) -> Vec<KeyDifference> {
     let without_words = |case: &Value| {
         let mut case = case.clone();
         if let Some(map) = case.as_object_mut() {
@@ -34,7 +34,7 @@ pub(super) fn of_cases(a: &Value, b: &Value) -> Vec<Key> {
 }
 
 /// What differs in what computed two runs.
-pub(super) fn of_machines(a: &Value, b: &Value) -> Vec<Key> {
+pub(super) fn of_machines(a: &Value, b: &Value) -> Vec<KeyDifference> {
     let of = |summary: &Value| {
         MACHINE.iter().map(|key| ((*key).to_owned(), summary[*key].clone())).collect::<serde_json::Map<_, _>>().into()
     };
@@ -42,14 +42,14 @@ pub(super) fn of_machines(a: &Value, b: &Value) -> Vec<Key> {
 }
 
 /// Leaves that are not the same in both, by pointer.
-fn differing(a: &Value, b: &Value) -> Vec<Key> {
+fn differing(a: &Value, b: &Value) -> Vec<KeyDifference> {
     let (mut left, mut right) = (BTreeMap::new(), BTreeMap::new());
     leaves(a, String::new(), &mut left);
     leaves(b, String::new(), &mut right);
     let pointers: BTreeSet<&String> = left.keys().chain(right.keys()).collect();
     let rows = pointers.into_iter().map(|pointer| {
         let [a, b] = [&left, &right].map(|side| side.get(pointer).map(|value| (*value).clone()));
-        Key { pointer: pointer.clone(), a, b }
+        KeyDifference { pointer: pointer.clone(), a, b }
     });
     rows.filter(|key| !same(key.a.as_ref(), key.b.as_ref())).collect()
 }

@@ -32,13 +32,13 @@ pub use draw::svg;
 pub use error::DiffError;
 pub(crate) use error::{few, quoted};
 pub(crate) use input::bounded;
-pub use input::{Input, Kind};
-pub use keys::Key;
+pub use input::{Input, InputKind};
+pub use keys::KeyDifference;
 pub use page::html;
 pub use pair::{CurveRow, Pair};
-pub use request::{Options, Request};
+pub use request::{DiffOptions, DiffRequest};
 pub use summary::SummaryRow;
-pub use table::{Column, Table};
+pub use table::{TableColumn, TimeSeries};
 pub(crate) use table::{one_line, separator, text as plain_text};
 pub use text::{csv, json, word};
 
@@ -53,7 +53,7 @@ pub struct Diff {
     /// One for each input but the first.
     pub pairs: Vec<Pair>,
     /// What was asked for.
-    pub options: Options,
+    pub options: DiffOptions,
 }
 
 impl Diff {
@@ -83,7 +83,7 @@ pub fn letter(input: usize) -> char {
 ///
 /// # Errors
 /// Where two have nothing in common: no column, or no time; or where a column asked for is not in both.
-pub fn diff(mut inputs: Vec<Input>, request: &Request) -> Result<Diff, DiffError> {
+pub fn diff(mut inputs: Vec<Input>, request: &DiffRequest) -> Result<Diff, DiffError> {
     request.check(&inputs.iter().map(|input| &input.table).collect::<Vec<_>>())?;
     for input in inputs.iter_mut().skip(1) {
         input.table.shift(request.options.shift_us);

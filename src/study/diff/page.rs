@@ -3,7 +3,7 @@
 use super::draw::{self, STYLE as DRAWING};
 use super::pair::Pair;
 use super::text::word;
-use super::{CurveRow, Diff, Key, SummaryRow, letter};
+use super::{CurveRow, Diff, KeyDifference, SummaryRow, letter};
 use crate::output::chart::escape;
 use crate::output::number::{fraction, short};
 
@@ -127,7 +127,7 @@ fn summary_row(row: &SummaryRow) -> String {
     cells(&[row.name.to_owned(), a, b, difference, relative], row.pass)
 }
 
-fn key_row(key: &Key) -> String {
+fn key_row(key: &KeyDifference) -> String {
     let [a, b] = [&key.a, &key.b].map(|value| escape(&word(value.as_ref())));
     format!("<tr><th scope=\"row\"><code>{}</code></th><td>{a}</td><td>{b}</td></tr>\n", escape(&key.pointer))
 }

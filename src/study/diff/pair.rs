@@ -2,12 +2,12 @@
 
 use serde_json::Value;
 
-use super::curve::{self, Difference};
+use super::curve::{self, CurveDifference};
 use super::error::{DiffError, few};
 use super::input::Input;
-use super::keys::{self, Key};
+use super::keys::{self, KeyDifference};
 use super::quantity;
-use super::request::{Options, Request};
+use super::request::{DiffOptions, DiffRequest};
 use super::summary::{self, SummaryRow};
 use super::text::word;
 use crate::output::number::short;
@@ -21,9 +21,9 @@ pub struct Pair {
     /// Quantities of both summaries; empty where one has none.
     pub summary: Vec<SummaryRow>,
     /// Keys of the cases that differ; `None` where one has no case.
-    pub keys: Option<Vec<Key>>,
+    pub keys: Option<Vec<KeyDifference>>,
     /// What computed them, as far as that differs.
-    pub machine: Vec<Key>,
+    pub machine: Vec<KeyDifference>,
     /// Columns that both have.
     pub curves: Vec<CurveRow>,
     /// Columns that only one has: the first, the other.
@@ -36,7 +36,7 @@ pub struct CurveRow {
     /// Name, unit last.
     pub name: String,
     /// How it differs.
-    pub difference: Difference,
+    pub difference: CurveDifference,
     /// Whether two inputs are judged by it.
     pub judged: bool,
     /// Within what was asked for; `None` where it is not judged.
@@ -86,7 +86,7 @@ fn two(a: &Value, b: &Value) -> String {
 }
 
 /// Compares two inputs.
-pub(super) fn pair(first: &Input, other: &Input, request: &Request) -> Result<Pair, DiffError> {
+pub(super) fn pair(first: &Input, other: &Input, request: &DiffRequest) -> Result<Pair, DiffError> {
     let curves = curves(first, other, &common(first, other, &request.columns)?, request);
     if curves.is_empty() {
         let [[from, to], [first_from, first_to]] = [other, first].map(|input| input.table.span());
@@ -131,8 +131,8 @@ fn common<'a>(first: &'a Input, other: &Input, named: &[String]) -> Result<Vec<&
 }
 
 /// How columns differ; those without common times are left out.
-fn curves(first: &Input, other: &Input, common: &[&str], request: &Request) -> Vec<CurveRow> {
-    let Options { within, .. } = request.options;
+fn curves(first: &Input, other: &Input, common: &[&str], request: &DiffRequest) -> Vec<CurveRow> {
+    let DiffOptions { within, .. } = request.options;
     let usual = common.iter().any(|name| JUDGED.contains(name));
     let all = !request.columns.is_empty() || !usual;
     let row = |name: &&str| {

@@ -8,18 +8,18 @@ use crate::output::history;
 pub(super) const TIME: &str = "time_us";
 
 /// A unit as names end with it, as people write it, and how much of the history's unit it is.
-struct Unit {
+struct DisplayUnit {
     suffix: &'static str,
     text: &'static str,
     factor: f64,
 }
 
-const fn unit(suffix: &'static str, text: &'static str, factor: f64) -> Unit {
-    Unit { suffix, text, factor }
+const fn unit(suffix: &'static str, text: &'static str, factor: f64) -> DisplayUnit {
+    DisplayUnit { suffix, text, factor }
 }
 
 /// The units of each dimension; the first is that of the history.
-const DIMENSIONS: [&[Unit]; 5] = [
+const DIMENSIONS: [&[DisplayUnit]; 5] = [
     &[unit("us", "µs", 1.0), unit("ns", "ns", 1e-3), unit("ms", "ms", 1e3), unit("s", "s", 1e6)],
     &[
         unit("m_s", "m/s", 1.0),
@@ -85,7 +85,7 @@ fn key(heading: &str) -> String {
 }
 
 /// A name of the history without its unit, and the units that it may have instead.
-fn split(name: &str) -> Option<(&str, &'static [Unit])> {
+fn split(name: &str) -> Option<(&str, &'static [DisplayUnit])> {
     DIMENSIONS.iter().find_map(|units| {
         let base = name.strip_suffix(units.first()?.suffix)?.strip_suffix('_')?;
         Some((base, *units))

@@ -2,7 +2,7 @@
 
 use super::error::{DiffError, few, quoted};
 use super::quantity::{self, Quantity};
-use super::table::{Table, one_line};
+use super::table::{TimeSeries, one_line};
 use crate::case::nearest;
 
 /// Share from which on curves count as parted, where no other was asked for.
@@ -10,14 +10,14 @@ const PART: f64 = 0.01;
 
 /// What is judged, and how.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Options {
+pub struct DiffOptions {
     /// Relative difference that is still good; nothing is judged without.
     pub within: Option<f64>,
     /// Added to the times of every input but the first [µs].
     pub shift_us: f64,
 }
 
-impl Options {
+impl DiffOptions {
     /// Share of its largest magnitude that a curve must differ by to have parted from another.
     pub fn part(&self) -> f64 {
         self.within.unwrap_or(PART)
@@ -33,20 +33,20 @@ pub(super) struct Mapping {
 
 /// What was asked for, once checked.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Request {
+pub struct DiffRequest {
     /// What is judged, and how.
-    pub options: Options,
+    pub options: DiffOptions,
     pub(super) mappings: Vec<Mapping>,
     /// Columns that are compared; all common ones where none is named.
     pub(super) columns: Vec<String>,
 }
 
-impl Request {
+impl DiffRequest {
     /// Reads the columns: `NAME` limits the comparison to it, `HEADING=NAME` says what a heading stands for.
     ///
     /// # Errors
     /// Where the part after `=` is no quantity of `history.csv`, or a heading stands for two.
-    pub fn new(options: Options, columns: &[String]) -> Result<Self, DiffError> {
+    pub fn new(options: DiffOptions, columns: &[String]) -> Result<Self, DiffError> {
         let mut request = Self { options, ..Self::default() };
         for text in columns {
             match text.rsplit_once('=') {
@@ -67,7 +67,7 @@ impl Request {
     }
 
     /// Refuses what stands for a heading that no table has.
-    pub(super) fn check(&self, tables: &[&Table]) -> Result<(), DiffError> {
+    pub(super) fn check(&self, tables: &[&TimeSeries]) -> Result<(), DiffError> {
         let headings = || tables.iter().flat_map(|table| &table.headings);
         let missing = self.mappings.iter().find(|mapping| !headings().any(|heading| *heading == mapping.heading));
         missing.map_or(Ok(()), |mapping| {

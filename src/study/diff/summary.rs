@@ -8,7 +8,7 @@ use super::quantity::is_share;
 
 /// Where a quantity stands.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Source {
+enum ColumnOf {
     /// A key of `summary.json`; of an object in it, with a dot between.
     Summary,
     /// The last row of `history.csv`.
@@ -16,27 +16,27 @@ enum Source {
 }
 
 /// A quantity.
-struct Row {
+struct SummaryQuantity {
     name: &'static str,
-    source: Source,
+    source: ColumnOf,
     /// Whether it is a result that two runs are judged by.
     judged: bool,
 }
 
-const fn row(name: &'static str) -> Row {
-    Row { name, source: Source::Summary, judged: false }
+const fn row(name: &'static str) -> SummaryQuantity {
+    SummaryQuantity { name, source: ColumnOf::Summary, judged: false }
 }
 
-const fn judged(name: &'static str) -> Row {
-    Row { judged: true, ..row(name) }
+const fn judged(name: &'static str) -> SummaryQuantity {
+    SummaryQuantity { judged: true, ..row(name) }
 }
 
-const fn end(name: &'static str) -> Row {
-    Row { source: Source::End, ..row(name) }
+const fn end(name: &'static str) -> SummaryQuantity {
+    SummaryQuantity { source: ColumnOf::End, ..row(name) }
 }
 
 /// What is shown, in order.
-const ROWS: [Row; 39] = [
+const ROWS: [SummaryQuantity; 39] = [
     judged("outcome"),
     judged("residual_velocity_m_s"),
     row("residual_velocity_scatter_m_s"),
@@ -103,9 +103,9 @@ pub(super) fn rows(first: &Input, other: &Input, within: Option<f64>) -> Vec<Sum
     ROWS.iter().filter_map(|row| of(row, first, other, within)).collect()
 }
 
-fn of(row: &Row, first: &Input, other: &Input, within: Option<f64>) -> Option<SummaryRow> {
+fn of(row: &SummaryQuantity, first: &Input, other: &Input, within: Option<f64>) -> Option<SummaryRow> {
     let [a, b] = [first, other].map(|input| value(row, input));
-    let none = |value: &Value| value.is_null() || row.source == Source::End && value.as_f64() == Some(0.0);
+    let none = |value: &Value| value.is_null() || row.source == ColumnOf::End && value.as_f64() == Some(0.0);
     if none(&a) && none(&b) {
         return None;
     }
@@ -120,13 +120,13 @@ fn of(row: &Row, first: &Input, other: &Input, within: Option<f64>) -> Option<Su
     Some(SummaryRow { name: row.name, a, b, difference, relative, pass })
 }
 
-fn value(row: &Row, input: &Input) -> Value {
+fn value(row: &SummaryQuantity, input: &Input) -> Value {
     match row.source {
-        Source::Summary => {
+        ColumnOf::Summary => {
             let pointer = format!("/{}", row.name.replace('.', "/"));
             input.summary.as_ref().and_then(|summary| summary.pointer(&pointer)).cloned().unwrap_or_default()
         }
-        Source::End => {
+        ColumnOf::End => {
             let last = input.table.column(row.name).and_then(|column| column.values.last());
             last.map_or(Value::Null, |value| Value::from(*value))
         }

@@ -21,11 +21,11 @@ const LARGEST: f64 = 1e100;
 
 /// Columns over time.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Table {
+pub struct TimeSeries {
     /// Times [µs], ascending.
     pub times: Vec<f64>,
     /// Every other column that holds numbers.
-    pub columns: Vec<Column>,
+    pub columns: Vec<TableColumn>,
     /// What a reader should know of how it was read.
     pub notes: Vec<String>,
     /// Headings as the file has them.
@@ -34,26 +34,26 @@ pub struct Table {
 
 /// A column.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Column {
+pub struct TableColumn {
     /// A name of `history.csv`, or the heading where it has none like it.
     pub name: String,
     /// One for each time, in the unit of the name; NaN where the cell is empty.
     pub values: Vec<f64>,
 }
 
-impl Table {
+impl TimeSeries {
     /// First and last time [µs].
     pub fn span(&self) -> [f64; 2] {
         [self.times.first(), self.times.last()].map(|time| time.copied().unwrap_or(f64::NAN))
     }
 
     /// Column of a name.
-    pub fn column(&self, name: &str) -> Option<&Column> {
+    pub fn column(&self, name: &str) -> Option<&TableColumn> {
         self.columns.iter().find(|column| column.name == name)
     }
 
     /// The points of a column; times without a value are left out.
-    pub fn points(&self, column: &Column) -> Points {
+    pub fn points(&self, column: &TableColumn) -> Points {
         let rows = self.times.iter().zip(&column.values);
         rows.filter(|(_, value)| value.is_finite()).map(|(time, value)| [*time, *value]).collect()
     }
@@ -83,7 +83,7 @@ struct Raw {
 }
 
 /// Reads a table. `mappings`: what headings stand for.
-pub(super) fn read(bytes: &[u8], mappings: &[Mapping]) -> Result<Table, DiffError> {
+pub(super) fn read(bytes: &[u8], mappings: &[Mapping]) -> Result<TimeSeries, DiffError> {
     let text = text(bytes)?;
     let separator = separator(&text);
     let mut reader = ReaderBuilder::new();
@@ -91,7 +91,7 @@ pub(super) fn read(bytes: &[u8], mappings: &[Mapping]) -> Result<Table, DiffErro
     let mut reader = reader.from_reader(text.as_bytes());
     let mut record = ByteRecord::new();
     let mut columns: Option<Vec<Raw>> = None;
-    let mut rows = Rows::default();
+    let mut rows = LinesRead::default();
     while reader.read_byte_record(&mut record).map_err(|error| unreadable(&error))? {
         // The place of a record is that of what is skipped before it; every line here has an end, so the next one is known.
         let line = reader.position().line() - 1;
@@ -213,11 +213,11 @@ fn once(columns: &[Raw], place: &str) -> Result<(), DiffError> {
 
 /// Lines read so far.
 #[derive(Default)]
-struct Rows {
+struct LinesRead {
     lines: Vec<u64>,
 }
 
-impl Rows {
+impl LinesRead {
     fn add(&mut self, columns: &mut [Raw], cells: &[&str], line: u64, separator: u8) -> Result<(), DiffError> {
         let place = format!("line {line}");
         if cells.len() != columns.len() {
@@ -249,9 +249,9 @@ impl Rows {
 }
 
 /// What the columns are, once all lines are read. `lines`: line of each row.
-fn table(columns: Vec<Raw>, lines: &[u64]) -> Result<Table, DiffError> {
+fn table(columns: Vec<Raw>, lines: &[u64]) -> Result<TimeSeries, DiffError> {
     let headings = columns.iter().map(|column| column.heading.clone()).collect();
-    let mut table = Table { headings, ..Table::default() };
+    let mut table = TimeSeries { headings, ..TimeSeries::default() };
     for column in columns {
         let Raw { heading, quantity, values, words } = column;
         let name = quantity.map_or(heading.as_str(), |quantity| quantity.name);
@@ -281,7 +281,7 @@ fn table(columns: Vec<Raw>, lines: &[u64]) -> Result<Table, DiffError> {
             table.notes.push(format!("{found}; it is taken as straight between its values"));
         }
         if missing < values.len() {
-            table.columns.push(Column { name: name.to_owned(), values });
+            table.columns.push(TableColumn { name: name.to_owned(), values });
         }
     }
     table.without_first_force();
@@ -327,7 +327,7 @@ mod tests {
     #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
     use super::*;
 
-    fn table_of(text: &str) -> Table {
+    fn table_of(text: &str) -> TimeSeries {
         read(text.as_bytes(), &[]).unwrap()
     }
 
@@ -341,7 +341,7 @@ mod tests {
         assert_eq!(plain.times, [0.0, 0.5, 1.0]);
         assert_eq!(
             plain.columns[0],
-            Column { name: "projectile_velocity_m_s".into(), values: vec![155.0, 154.5, -1e-3] }
+            TableColumn { name: "projectile_velocity_m_s".into(), values: vec![155.0, 154.5, -1e-3] }
         );
         assert_eq!(plain.points(&plain.columns[1]), [[0.0, 1.0], [1.0, 3.0]]);
         assert_eq!(plain.notes.len(), 1, "{:?}", plain.notes);
@@ -353,7 +353,7 @@ mod tests {
         for text in others {
             let table = table_of(text);
             assert_eq!(table.columns[0].name, plain.columns[0].name);
-            let both = |table: &Table| [table.times.clone(), table.columns[0].values.clone()].concat();
+            let both = |table: &TimeSeries| [table.times.clone(), table.columns[0].values.clone()].concat();
             for (a, b) in both(&table).iter().zip(both(&plain)) {
                 assert!((a - b).abs() < 1e-12, "{a} {b} in {text}");
             }

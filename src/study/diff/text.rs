@@ -5,7 +5,7 @@ use serde_json::{Map, Value, json};
 use super::curve::at;
 use super::pair::Pair;
 use super::quantity::TIME;
-use super::{CurveRow, Diff, Input, Key, SummaryRow, letter};
+use super::{CurveRow, Diff, Input, KeyDifference, SummaryRow, letter};
 use crate::output::csv::{header, number, row};
 
 /// Every compared curve at the times of all inputs: the values of each, and the differences from the first. A cell is empty where an
@@ -108,8 +108,8 @@ fn summary_json(row: &SummaryRow) -> Value {
     })
 }
 
-fn keys_json(keys: &[Key]) -> Vec<Value> {
-    let one = |key: &Key| {
+fn keys_json(keys: &[KeyDifference]) -> Vec<Value> {
+    let one = |key: &KeyDifference| {
         let mut map = Map::from_iter([("pointer".to_owned(), json!(key.pointer))]);
         map.extend(
             [("a", &key.a), ("b", &key.b)].into_iter().filter_map(|(name, v)| Some((name.to_owned(), v.clone()?))),

@@ -3,9 +3,9 @@
 use std::fmt::Write as _;
 
 use super::Fit;
-use crate::output::chart::{self, Axis};
+use crate::output::chart::{self, ChartAxis};
 use crate::output::number::short;
-use crate::study::residual_fit::{Curve, ResidualFit};
+use crate::study::residual_fit::{ResidualFit, ResidualModel};
 
 /// Size of a panel.
 pub(super) const PANEL: [f64; 2] = [520.0, 340.0];
@@ -76,8 +76,8 @@ fn dot(at: [f64; 2], count: u64, colour: &str) -> String {
 
 fn chance(fit: &Fit) -> String {
     let range = velocities(fit);
-    let x = Axis::linear(range, [64.0, PANEL[0] - 18.0]);
-    let y = Axis::linear([0.0, 1.0], [PANEL[1] - 58.0, 22.0]);
+    let x = ChartAxis::linear(range, [64.0, PANEL[0] - 18.0]);
+    let y = ChartAxis::linear([0.0, 1.0], [PANEL[1] - 58.0, 22.0]);
     let mut out = chart::axes(&x, &y, ["impact velocity [m/s]", "chance of a perforation"]);
     for quantile in &fit.quantiles {
         let ends = [quantile.bounds.low.unwrap_or(range[0]), quantile.bounds.high.unwrap_or(range[1])];
@@ -119,8 +119,8 @@ fn residual(fit: &Fit) -> String {
         .map(|shot| shot.residual)
         .chain(fits().map(|found| found.residual(range[1])))
         .fold(0.0, f64::max);
-    let x = Axis::linear(range, [78.0, PANEL[0] - 18.0]);
-    let y = Axis::linear(chart::rounded_up([0.0, highest]), [PANEL[1] - 58.0, 22.0]);
+    let x = ChartAxis::linear(range, [78.0, PANEL[0] - 18.0]);
+    let y = ChartAxis::linear(chart::rounded_up([0.0, highest]), [PANEL[1] - 58.0, 22.0]);
     let mut out = chart::axes(&x, &y, ["impact velocity [m/s]", "residual velocity [m/s]"]);
     for found in fits() {
         // The curve rises from the limit with an infinite slope: its points are dense there.
@@ -141,7 +141,7 @@ fn residual(fit: &Fit) -> String {
 }
 
 fn dashes(found: &ResidualFit) -> &'static str {
-    if found.curve == Curve::RechtIpson { "none" } else { DASHES }
+    if found.curve == ResidualModel::RechtIpson { "none" } else { DASHES }
 }
 
 fn chart_legend(out: &mut String, x: f64) {

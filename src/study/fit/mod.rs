@@ -12,7 +12,7 @@ mod text;
 
 pub use draw::svg;
 pub use page::html;
-pub use table::{Row, outcomes, parse, passed, read};
+pub use table::{ShotRow, outcomes, parse, passed, read};
 pub use text::{json, notes, refusal, rule, too_few};
 
 use super::arithmetic_v50::{self, Arithmetic, RULES, Refusal, Rule};
@@ -20,14 +20,14 @@ use super::binary_response::{self, Estimate, NoEstimate};
 use super::interval::{Bounds, Interval, interval};
 use super::link::Link;
 use super::outcomes::Outcomes;
-use super::residual_fit::{Curve, Passed, ResidualFit, TooFew, residual_fit};
+use super::residual_fit::{Passed, ResidualFit, ResidualModel, TooFew, residual_fit};
 
 /// Chances of a perforation at which velocities are given.
 pub const QUANTILES: [f64; 5] = [0.1, 0.25, 0.5, 0.75, 0.9];
 
 /// How it is fitted.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Request {
+pub struct FitRequest {
     /// Distribution of the thresholds.
     pub link: Link,
     /// Two-sided confidence of intervals.
@@ -51,7 +51,7 @@ pub struct Quantile {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Fit {
     /// How it was fitted.
-    pub request: Request,
+    pub request: FitRequest,
     /// The shots.
     pub outcomes: Outcomes,
     /// Those whose residual velocity was measured.
@@ -63,7 +63,7 @@ pub struct Fit {
     /// The arithmetic V50 of each rule.
     pub arithmetic: Vec<(Rule, Result<Arithmetic, Refusal>)>,
     /// Curves through the residual velocities; none where none was measured.
-    pub residual: Vec<(Curve, Result<ResidualFit, TooFew>)>,
+    pub residual: Vec<(ResidualModel, Result<ResidualFit, TooFew>)>,
 }
 
 impl Fit {
@@ -74,7 +74,7 @@ impl Fit {
 }
 
 /// Fits all that shots allow.
-pub fn fit(rows: &[Row], request: Request) -> Fit {
+pub fn fit(rows: &[ShotRow], request: FitRequest) -> Fit {
     let (outcomes, passed) = (outcomes(rows), passed(rows));
     let estimate = binary_response::fit(request.link, &outcomes);
     let found = estimate.as_ref().ok();
@@ -82,7 +82,7 @@ pub fn fit(rows: &[Row], request: Request) -> Fit {
         let bounds = interval(request.interval, request.link, &outcomes, found, p, request.level);
         Quantile { p, value: found.map(|found| found.velocity(p)), bounds }
     };
-    let curves = if passed.is_empty() { &[][..] } else { &[Curve::RechtIpson, Curve::LambertJonas] };
+    let curves = if passed.is_empty() { &[][..] } else { &[ResidualModel::RechtIpson, ResidualModel::LambertJonas] };
     Fit {
         request,
         estimate,

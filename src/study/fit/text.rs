@@ -7,7 +7,7 @@ use crate::output::number::short;
 use crate::study::arithmetic_v50::{Arithmetic, Refusal, Rule};
 use crate::study::binary_response::{Estimate, Method};
 use crate::study::interval::Interval;
-use crate::study::residual_fit::{Curve, ResidualFit, TooFew};
+use crate::study::residual_fit::{ResidualFit, ResidualModel, TooFew};
 
 /// The whole fit. Velocities in m/s.
 pub fn json(fit: &Fit) -> Value {
@@ -58,7 +58,7 @@ fn arithmetic((of, found): &(Rule, Result<Arithmetic, Refusal>)) -> Value {
     })
 }
 
-fn residual((curve, found): &(Curve, Result<ResidualFit, TooFew>)) -> Value {
+fn residual((curve, found): &(ResidualModel, Result<ResidualFit, TooFew>)) -> Value {
     match found {
         Ok(found) => json!({
             "curve": curve.words(), "limit": found.limit, "low": found.bounds.low, "high": found.bounds.high,
@@ -115,7 +115,8 @@ pub fn notes(fit: &Fit) -> Vec<String> {
         notes.push("Wald intervals are too short for few shots".to_owned());
     }
     let fitted = fit.residual.iter().filter_map(|(_, found)| found.as_ref().ok());
-    let at_end = |found: &&ResidualFit| found.curve == Curve::LambertJonas && !(1.001..9.99).contains(&found.exponent);
+    let at_end =
+        |found: &&ResidualFit| found.curve == ResidualModel::LambertJonas && !(1.001..9.99).contains(&found.exponent);
     notes.extend(
         fitted
             .filter(at_end)

@@ -5,7 +5,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use serde_json::{Value, json};
 
 use super::shots::shot;
-use super::{Expected, Row};
+use super::{Expected, Prediction};
 use crate::case;
 use crate::output::history;
 use crate::run::{Options, Progress, Run};
@@ -18,11 +18,11 @@ struct Driven {
     group: &'static str,
     source: &'static str,
     because: &'static str,
-    readings: &'static [Reading],
+    readings: &'static [DrivenReading],
 }
 
 /// One number of a run.
-struct Reading {
+struct DrivenReading {
     name: &'static str,
     expected: &'static str,
     /// Allowed difference, in the unit of the name.
@@ -76,25 +76,25 @@ const WEFT_FREE: Driven = Driven {
     source: "closed form: T = EA (L/1.0218 - 1) at a stretch L beyond 1.0218: all crimp has gone into the weft",
     because: PULL,
     readings: &[
-        Reading {
+        DrivenReading {
             name: "warp tension at a stretch of 1.02 [N]",
             expected: "0",
             tolerance: TENSION,
             read: |run| tension(run, FREE, 1.02),
         },
-        Reading {
+        DrivenReading {
             name: "warp tension at a stretch of 1.04 [N]",
             expected: "187.353",
             tolerance: TENSION,
             read: |run| tension(run, FREE, 1.04),
         },
-        Reading {
+        DrivenReading {
             name: "warp tension at a stretch of 1.05 [N]",
             expected: "290.294",
             tolerance: TENSION,
             read: |run| tension(run, FREE, 1.05),
         },
-        Reading {
+        DrivenReading {
             name: "stretch at which the warp breaks",
             expected: "1.057563",
             tolerance: BREAKS,
@@ -117,19 +117,19 @@ const WEFT_HELD: Driven = Driven {
     source: "closed form: the unit cell (11)-(24) solved to 40 digits, weft at its length",
     because: PULL,
     readings: &[
-        Reading {
+        DrivenReading {
             name: "warp tension at a stretch of 1.01 [N]",
             expected: "50.0251",
             tolerance: TENSION,
             read: |run| tension(run, HELD, 1.01),
         },
-        Reading {
+        DrivenReading {
             name: "warp tension at a stretch of 1.04 [N]",
             expected: "277.5448",
             tolerance: TENSION,
             read: |run| tension(run, HELD, 1.04),
         },
-        Reading {
+        DrivenReading {
             name: "stretch at which the warp breaks",
             expected: "1.050185",
             tolerance: BREAKS,
@@ -159,19 +159,19 @@ const CONE: Driven = Driven {
              F = 2 pi N k b c t for slope k, tension N, wave speed c in the stretched membrane",
     because: "the circle of contact grows by whole nodes, 1.27 mm of 22 mm",
     readings: &[
-        Reading {
+        DrivenReading {
             name: "contact force, mean of 99 to 100 µs [N]",
             expected: "17.243",
             tolerance: 0.01 * 17.243,
             read: |run| at(run, "contact_force_n", 100e-6),
         },
-        Reading {
+        DrivenReading {
             name: "contact force, mean of 199 to 200 µs [N]",
             expected: "34.573",
             tolerance: 0.01 * 34.573,
             read: |run| at(run, "contact_force_n", 200e-6),
         },
-        Reading {
+        DrivenReading {
             name: "work of the cone until 200 µs [mJ]",
             expected: "4.0992",
             tolerance: 0.01 * 4.0992,
@@ -185,7 +185,7 @@ pub(super) fn add(
     options: Options<'_>,
     interrupt: &AtomicBool,
     progress: &mut (dyn FnMut(&str, &Progress) + Send),
-    rows: &mut Vec<Row>,
+    rows: &mut Vec<Prediction>,
 ) {
     for driven in [WEFT_FREE, WEFT_HELD, CONE] {
         let run = run(&driven, options, interrupt, progress);
@@ -194,7 +194,7 @@ pub(super) fn add(
         }
         match run {
             Ok(run) => rows.extend(driven.readings.iter().map(|reading| row(&driven, reading, &run))),
-            Err(why) => rows.push(Row::failed(driven.group, why)),
+            Err(why) => rows.push(Prediction::failed(driven.group, why)),
         }
     }
 }
@@ -211,7 +211,7 @@ fn run(
     shot(&case, options, interrupt, progress)
 }
 
-fn row(driven: &Driven, reading: &Reading, run: &Run) -> Row {
+fn row(driven: &Driven, reading: &DrivenReading, run: &Run) -> Prediction {
     let expected = Expected::Number {
         text: reading.expected.to_owned(),
         value: reading.expected.parse().unwrap_or(f64::NAN),
@@ -219,5 +219,5 @@ fn row(driven: &Driven, reading: &Reading, run: &Run) -> Row {
         because: driven.because,
     };
     let got = (reading.read)(run).map_or(Value::Null, |got| json!(got));
-    Row::judged(driven.group, reading.name, expected, got, driven.source)
+    Prediction::judged(driven.group, reading.name, expected, got, driven.source)
 }

@@ -5,7 +5,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use serde_json::{Value, json};
 
 use super::shots::{SHOTS, shot};
-use super::{Expected, Row};
+use super::{Expected, Prediction};
 use crate::case;
 use crate::run::outcome::Outcome;
 use crate::run::{Options, Progress, Run};
@@ -15,7 +15,7 @@ use crate::study::verify::scenes;
 const WIDTH: f64 = 2.0;
 
 /// What is looked for, and what is known of it.
-struct Limit {
+struct LimitPrediction {
     /// Name and text of the case.
     case: (&'static str, &'static str),
     sets: &'static [&'static str],
@@ -31,10 +31,10 @@ struct Limit {
 }
 
 /// The velocities that something is known of.
-fn limits() -> [Limit; 2] {
+fn limits() -> [LimitPrediction; 2] {
     let strip = ("strip-compressible-155", scenes::text("strip-compressible-155"));
     [
-        Limit {
+        LimitPrediction {
             case: strip,
             sets: &["/pack/width_mm=508", "/projectile/offset_mm=[-254,0]", "/solver/end_time_us=80"],
             group: "S-720 strip with its compressible crossovers, struck by a bar along the weft",
@@ -50,7 +50,7 @@ fn limits() -> [Limit; 2] {
             source: "closed form: the strip's relation at a yarn strain of 3.5 %",
             known_difference: "tension overshoots behind the first elements of a shock, in spite of the shock viscosity",
         },
-        Limit {
+        LimitPrediction {
             case: SHOTS[0],
             sets: &[],
             group: "Kevlar 129 S-720, 1 ply, RCC",
@@ -69,7 +69,7 @@ pub(super) fn add(
     options: Options<'_>,
     interrupt: &AtomicBool,
     progress: &mut (dyn FnMut(&str, &Progress) + Send),
-    rows: &mut Vec<Row>,
+    rows: &mut Vec<Prediction>,
 ) {
     for limit in limits() {
         let found = bisect(&limit, options, interrupt, progress);
@@ -79,10 +79,10 @@ pub(super) fn add(
         rows.push(match found {
             Ok(found) => {
                 let (expected, got) = ((limit.expected)(), found.map_or(Value::Null, |found| json!(found)));
-                let row = Row::judged(limit.group, limit.name, expected, got, limit.source);
-                Row { known_difference: limit.known_difference.to_owned(), ..row }
+                let row = Prediction::judged(limit.group, limit.name, expected, got, limit.source);
+                Prediction { known_difference: limit.known_difference.to_owned(), ..row }
             }
-            Err(why) => Row::failed(limit.group, why),
+            Err(why) => Prediction::failed(limit.group, why),
         });
     }
 }
@@ -90,7 +90,7 @@ pub(super) fn add(
 /// The middle of an interval of `WIDTH` at whose upper end it happens and at whose lower end it does not; `None`: not within the
 /// range.
 fn bisect(
-    limit: &Limit,
+    limit: &LimitPrediction,
     options: Options<'_>,
     interrupt: &AtomicBool,
     progress: &mut (dyn FnMut(&str, &Progress) + Send),

@@ -27,7 +27,7 @@ pub const PAPER: &str = "Shahkarami, A., Vaziri, R. (2006). An efficient shell e
 
 /// One published number or statement.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Row {
+pub struct Prediction {
     /// The fabric or the shot.
     pub group: String,
     /// What was published of it, with its unit.
@@ -64,7 +64,7 @@ pub enum Expected {
     CurveOnly(String),
 }
 
-impl Row {
+impl Prediction {
     /// A row, judged where a number is expected.
     fn judged(group: &str, name: &str, expected: Expected, got: Value, source: &str) -> Self {
         let pass = match &expected {
@@ -167,12 +167,12 @@ impl Row {
 }
 
 /// What happened to the rows in numbers: passed, failed, not judged.
-pub fn counts(rows: &[Row]) -> [usize; 3] {
+pub fn counts(rows: &[Prediction]) -> [usize; 3] {
     [Some(true), Some(false), None].map(|pass| rows.iter().filter(|row| row.pass == pass).count())
 }
 
 /// Rows that fail without a reason that is known.
-pub fn unexplained(rows: &[Row]) -> usize {
+pub fn unexplained(rows: &[Prediction]) -> usize {
     rows.iter().filter(|row| row.pass == Some(false) && row.known_difference.is_empty()).count()
 }
 
@@ -181,13 +181,13 @@ pub fn run(
     options: Options<'_>,
     interrupt: &AtomicBool,
     progress: &mut (dyn FnMut(&str, &Progress) + Send),
-) -> Vec<Row> {
+) -> Vec<Prediction> {
     let mut rows = Vec::new();
     for (name, text) in SCENES {
         match case::from_str(name, text, &[]) {
             Ok(case) if !has_published(&case) => {}
             Ok(case) => drop(shots::add(&case, options, interrupt, progress, &mut rows)),
-            Err(error) => rows.push(Row::failed(name, error.to_string())),
+            Err(error) => rows.push(Prediction::failed(name, error.to_string())),
         }
     }
     driven::add(options, interrupt, progress, &mut rows);
@@ -203,7 +203,7 @@ pub fn run_cases(
     options: Options<'_>,
     interrupt: &AtomicBool,
     progress: &mut (dyn FnMut(&str, &Progress) + Send),
-) -> Vec<Row> {
+) -> Vec<Prediction> {
     let mut rows = Vec::new();
     for case in cases {
         shots::add(case, options, interrupt, progress, &mut rows);
@@ -216,11 +216,11 @@ mod tests {
     #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
     use super::*;
 
-    fn row(text: &str, got: Value) -> Row {
+    fn row(text: &str, got: Value) -> Prediction {
         let value: f64 = text.parse().unwrap();
         let (text, tolerance, because) = (text.to_owned(), 0.005 * value, "a test");
         let expected = Expected::Number { text, value, tolerance, because };
-        Row::judged("group", "name", expected, got, "source")
+        Prediction::judged("group", "name", expected, got, "source")
     }
 
     #[test]
@@ -239,10 +239,10 @@ mod tests {
     #[test]
     fn a_curve_is_not_judged_and_what_could_not_be_computed_has_failed() {
         let curve = Expected::CurveOnly("a curve".to_owned());
-        let row = Row::judged("group", "name", curve, json!(96.31), "paper");
+        let row = Prediction::judged("group", "name", curve, json!(96.31), "paper");
         assert_eq!((row.mark(), row.got_text(), row.difference_text()), ("", "96.3".into(), String::new()));
         assert_eq!((&row.to_json()["judged"], &row.to_json()["pass"]), (&json!(false), &Value::Null));
-        let failed = Row::failed("group", "no memory".to_owned());
+        let failed = Prediction::failed("group", "no memory".to_owned());
         assert_eq!((failed.mark(), failed.got_text()), ("FAIL", "no memory".into()));
         assert_eq!(counts(&[row, failed]), [0, 1, 1]);
     }

@@ -8,14 +8,14 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use serde_json::json;
 
-use super::{Expected, Row};
+use super::{Expected, Prediction};
 use crate::case::{self, Case};
 use crate::kernels::element_force::field as element;
 use crate::kernels::node_update::{Neighbours, field as node, gather};
 use crate::model::{Mesh, Model};
 use crate::run::Progress;
 use crate::solver::Stepper;
-use crate::solver::energy_balance::Ledger;
+use crate::solver::energy_balance::EnergyBalance;
 use crate::solver::state::{State, split};
 use crate::study::verify::scenes;
 
@@ -138,7 +138,7 @@ struct Piece<'a> {
     model: Model<f64>,
     state: State<f64>,
     stepper: Stepper<f64>,
-    ledger: Ledger,
+    ledger: EnergyBalance,
     /// Row, column and place of every node that is held.
     held: Vec<(usize, usize, [f64; 2])>,
 }
@@ -167,7 +167,7 @@ impl<'a> Piece<'a> {
                 }
             }
         }
-        Ok(Self { test, stepper: Stepper::new(&model), model, state, ledger: Ledger::default(), held })
+        Ok(Self { test, stepper: Stepper::new(&model), model, state, ledger: EnergyBalance::default(), held })
     }
 
     /// Length of an element [m].
@@ -225,11 +225,15 @@ impl<'a> Piece<'a> {
 }
 
 /// Adds a row for each angle of each test; none of an interrupted one.
-pub(super) fn add(interrupt: &AtomicBool, progress: &mut (dyn FnMut(&str, &Progress) + Send), rows: &mut Vec<Row>) {
+pub(super) fn add(
+    interrupt: &AtomicBool,
+    progress: &mut (dyn FnMut(&str, &Progress) + Send),
+    rows: &mut Vec<Prediction>,
+) {
     for test in [FRAME, BIAS] {
         match measure(&test, interrupt, progress) {
             Ok(measured) => rows.extend(measured),
-            Err(why) => rows.push(Row::failed(test.group, why)),
+            Err(why) => rows.push(Prediction::failed(test.group, why)),
         }
         if interrupt.load(Ordering::Relaxed) {
             return;
@@ -242,7 +246,7 @@ fn measure(
     test: &Test,
     interrupt: &AtomicBool,
     progress: &mut (dyn FnMut(&str, &Progress) + Send),
-) -> Result<Vec<Row>, String> {
+) -> Result<Vec<Prediction>, String> {
     let side = 1.27 * test.cells as f64;
     let size = [format!("/pack/width_mm={side}"), format!("/pack/height_mm={side}")];
     let sets: Vec<String> = SETS.iter().map(ToString::to_string).chain(size).collect();
@@ -270,8 +274,8 @@ fn measure(
             because: test.because,
         };
         let name = format!("force at a shear angle of {angle} [N]");
-        let row = Row::judged(test.group, &name, expected, json!(piece.force(angle)), test.formula);
-        rows.push(Row { known_difference: test.known_difference.to_owned(), ..row });
+        let row = Prediction::judged(test.group, &name, expected, json!(piece.force(angle)), test.formula);
+        rows.push(Prediction { known_difference: test.known_difference.to_owned(), ..row });
     }
     Ok(rows)
 }

@@ -2,7 +2,7 @@
 
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use super::{Expected, Row};
+use super::{Expected, Prediction};
 use crate::case::{self, Bound, Case};
 use crate::output::{self, Checked, expectation};
 use crate::run::{self, Options, Progress, Run};
@@ -34,7 +34,7 @@ pub(super) fn paper(
     options: Options<'_>,
     interrupt: &AtomicBool,
     progress: &mut (dyn FnMut(&str, &Progress) + Send),
-    rows: &mut Vec<Row>,
+    rows: &mut Vec<Prediction>,
 ) {
     for (name, text) in SHOTS {
         for (numerics, words) in [("default", ""), ("paper", ", numerics paper")] {
@@ -42,7 +42,7 @@ pub(super) fn paper(
             let case = match case {
                 Ok(case) => Case { title: case.title.clone() + words, ..case },
                 Err(error) => {
-                    rows.push(Row::failed(name, error.to_string()));
+                    rows.push(Prediction::failed(name, error.to_string()));
                     continue;
                 }
             };
@@ -58,7 +58,7 @@ pub(super) fn add(
     options: Options<'_>,
     interrupt: &AtomicBool,
     progress: &mut (dyn FnMut(&str, &Progress) + Send),
-    rows: &mut Vec<Row>,
+    rows: &mut Vec<Prediction>,
 ) -> Option<Run> {
     if interrupt.load(Ordering::Relaxed) {
         return None;
@@ -72,7 +72,7 @@ pub(super) fn add(
             Some(run)
         }
         Err(why) => {
-            rows.push(Row::failed(&case.title, why));
+            rows.push(Prediction::failed(&case.title, why));
             None
         }
     }
@@ -87,7 +87,7 @@ pub(super) fn shot(
 ) -> Result<Run, String> {
     let run = run::run(case, options, interrupt, &mut |at: &Progress| progress(&case.name, at))
         .map_err(|error| error.to_string())?;
-    if let Some(trouble) = &run.trouble {
+    if let Some(trouble) = &run.divergence {
         return Err(format!("unstable at step {}: {}", trouble.step, trouble.quantity));
     }
     if let Some(reason) = &run.lost {
@@ -97,18 +97,18 @@ pub(super) fn shot(
 }
 
 /// What the paper says of a shot that its case does not state.
-fn beside_the_case(case: &Case, run: &Run) -> Vec<Row> {
+fn beside_the_case(case: &Case, run: &Run) -> Vec<Prediction> {
     let summary = output::summary(case, run, 0.0);
     let mut rows = Vec::new();
     for [_, quantity, what, curve, source] in CURVES.iter().filter(|curve| curve[0] == case.name) {
         let expected = Expected::CurveOnly((*curve).to_owned());
-        rows.push(Row::judged(&case.title, what, expected, summary[*quantity].clone(), source));
+        rows.push(Prediction::judged(&case.title, what, expected, summary[*quantity].clone(), source));
     }
     rows
 }
 
 /// What a case states.
-fn statement(title: &str, checked: &Checked) -> Row {
+fn statement(title: &str, checked: &Checked) -> Prediction {
     let expected = match &checked.expect.bound {
         Bound::Word(word) => Expected::Statement(word.clone()),
         Bound::Value { value, tolerance } => Expected::Number {
@@ -119,7 +119,7 @@ fn statement(title: &str, checked: &Checked) -> Row {
         },
         Bound::Range { min, max } => Expected::Statement(format!("{min} to {max}")),
     };
-    Row {
+    Prediction {
         group: title.to_owned(),
         name: expectation::quantity(&checked.to_json()),
         expected,

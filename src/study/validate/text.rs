@@ -1,6 +1,6 @@
 //! The table for files: Markdown, and a page of HTML that needs nothing but itself.
 
-use super::{PAPER, Row, counts};
+use super::{PAPER, Prediction, counts};
 use crate::markdown;
 use crate::output::chart::escape;
 
@@ -9,13 +9,13 @@ const TITLE: &str = "Predictions";
 const NOTE: &str = "Not judged: published as a curve, without numbers.";
 
 /// What is judged, what is not.
-fn verdict(row: &Row) -> &'static str {
+fn verdict(row: &Prediction) -> &'static str {
     if row.pass.is_none() { "not judged" } else { row.mark() }
 }
 
 /// The table in Markdown.
-pub fn markdown(rows: &[Row]) -> String {
-    let cells = |row: &Row| {
+pub fn markdown(rows: &[Prediction]) -> String {
+    let cells = |row: &Prediction| {
         vec![
             row.group.clone(),
             row.name.clone(),
@@ -30,7 +30,7 @@ pub fn markdown(rows: &[Row]) -> String {
 }
 
 /// The table as a page. `machine`: what computed it.
-pub fn html(rows: &[Row], machine: &str) -> String {
+pub fn html(rows: &[Prediction], machine: &str) -> String {
     let [pass, fail, open] = counts(rows);
     let mut body = String::new();
     let mut group = "";

@@ -16,7 +16,7 @@ use crate::run::{self, Options, Run};
 
 /// One line of the table.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Row {
+pub struct Check {
     /// Part of the table.
     pub group: &'static str,
     /// What is checked.
@@ -34,9 +34,9 @@ pub struct Row {
 }
 
 /// Runs the whole table, handing over each row as it is known. Rows after an interrupt are left out.
-pub fn run(options: Options<'_>, interrupt: &AtomicBool, each: &mut dyn FnMut(&Row)) -> Vec<Row> {
+pub fn run(options: Options<'_>, interrupt: &AtomicBool, each: &mut dyn FnMut(&Check)) -> Vec<Check> {
     let mut rows = Vec::new();
-    let mut keep = |row: Row| {
+    let mut keep = |row: Check| {
         each(&row);
         rows.push(row);
     };
@@ -47,8 +47,8 @@ pub fn run(options: Options<'_>, interrupt: &AtomicBool, each: &mut dyn FnMut(&R
 }
 
 /// The table in Markdown. Numbers found that are rounding and nothing else are not shown: they say no more than the row's bound.
-pub fn markdown(rows: &[Row]) -> String {
-    let cells = |row: &Row| {
+pub fn markdown(rows: &[Check]) -> String {
+    let cells = |row: &Check| {
         let verdict = if row.pass { "pass" } else { "FAIL" };
         let is_rounding = row.got.parse().is_ok_and(|got: f64| got != 0.0 && got.abs() < ROUNDING);
         let got = if is_rounding { "rounding" } else { &row.got };
@@ -61,8 +61,8 @@ pub fn markdown(rows: &[Row]) -> String {
 const ROUNDING: f64 = 1e-9;
 
 /// A number against an expected one.
-fn number(group: &'static str, name: String, expected: f64, got: f64, tolerance: f64, source: &str) -> Row {
-    Row {
+fn number(group: &'static str, name: String, expected: f64, got: f64, tolerance: f64, source: &str) -> Check {
+    Check {
         group,
         name,
         expected: format!("{expected}"),
@@ -74,8 +74,8 @@ fn number(group: &'static str, name: String, expected: f64, got: f64, tolerance:
 }
 
 /// A scene's run, or a failed row that says why there is none.
-fn simulate(group: &'static str, case: &Case, options: Options<'_>, interrupt: &AtomicBool) -> Result<Run, Box<Row>> {
-    let failed = |got: String| Row {
+fn simulate(group: &'static str, case: &Case, options: Options<'_>, interrupt: &AtomicBool) -> Result<Run, Box<Check>> {
+    let failed = |got: String| Check {
         group,
         name: case.title.clone(),
         expected: "a finished run".into(),
@@ -85,7 +85,7 @@ fn simulate(group: &'static str, case: &Case, options: Options<'_>, interrupt: &
         pass: false,
     };
     match run::run(case, options, interrupt, &mut ()) {
-        Ok(run) => match &run.trouble {
+        Ok(run) => match &run.divergence {
             Some(t) => Err(Box::new(failed(format!("unstable at step {} in {}: {}", t.step, t.kernel, t.quantity)))),
             None => Ok(run),
         },

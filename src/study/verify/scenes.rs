@@ -2,7 +2,7 @@
 
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use super::{Row, simulate};
+use super::{Check, simulate};
 use crate::case::{self, Bound};
 use crate::output;
 use crate::run::Options;
@@ -36,7 +36,7 @@ pub(crate) fn text(name: &str) -> &'static str {
 }
 
 /// One row per expectation of each scene.
-pub(super) fn rows(options: Options<'_>, interrupt: &AtomicBool, keep: &mut dyn FnMut(Row)) {
+pub(super) fn rows(options: Options<'_>, interrupt: &AtomicBool, keep: &mut dyn FnMut(Check)) {
     for (name, text) in SCENES {
         if interrupt.load(Ordering::Relaxed) {
             return;
@@ -44,7 +44,7 @@ pub(super) fn rows(options: Options<'_>, interrupt: &AtomicBool, keep: &mut dyn 
         let case = match case::from_str(name, text, &[]) {
             Ok(case) => case,
             Err(error) => {
-                keep(Row {
+                keep(Check {
                     group: "scenes",
                     name: (*name).to_owned(),
                     expected: "a valid case".into(),
@@ -77,7 +77,7 @@ pub(super) fn rows(options: Options<'_>, interrupt: &AtomicBool, keep: &mut dyn 
                 Bound::Range { max, .. } => (format!("≤ {max:e}"), String::new()),
             };
             let at = checked.expect.at.map_or(String::new(), |t| format!(" at {} µs", round(t * 1e6)));
-            keep(Row {
+            keep(Check {
                 group: "scenes",
                 name: format!("{name}: {}{at}", checked.expect.quantity),
                 expected,

@@ -2,12 +2,12 @@
 
 use std::sync::atomic::AtomicBool;
 
-use super::Row;
-use super::stress::{self, Machine};
+use super::Check;
+use super::stress::{self, StressBackend};
 use crate::run::Options;
 
 /// One row per hard scene. Rows after an interrupt are left out.
-pub(super) fn rows(options: Options<'_>, interrupt: &AtomicBool, keep: &mut dyn FnMut(Row)) {
-    let machine = options.device.map_or(Machine::Cpu(options.precision), Machine::Gpu);
+pub(super) fn rows(options: Options<'_>, interrupt: &AtomicBool, keep: &mut dyn FnMut(Check)) {
+    let machine = options.device.map_or(StressBackend::Cpu(options.precision), StressBackend::Gpu);
     stress::quick("stability", machine, options.threads, interrupt).for_each(keep);
 }

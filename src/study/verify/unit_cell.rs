@@ -1,8 +1,8 @@
 //! Unit cell rows: S-720, weft held at its length.
 
-use super::{Row, number};
+use super::{Check, number};
 use crate::case::{Compression, Crossover, Fabric, Law, MembraneForce, Yarn};
-use crate::kernels::crossover::{self, CellConstants, Equilibrium, Variant};
+use crate::kernels::crossover::{self, Equilibrium, UnitCellParameters, Variant};
 
 const GROUP: &str = "unit cell";
 const SOURCE: &str = "independent 40-digit solution of (11)-(24)";
@@ -65,13 +65,13 @@ fn fabric(law: Law, compressible: bool) -> Fabric {
 pub(crate) fn solve(fabric: &Fabric, stretch: [f64; 2]) -> Equilibrium<f64> {
     let variant = Variant::of(&fabric.crossover);
     crate::with_law!(variant, L => {
-        let cell = CellConstants::<f64>::cast::<L>(&CellConstants::new(fabric));
+        let cell = UnitCellParameters::<f64>::cast::<L>(&UnitCellParameters::new(fabric));
         crossover::solve::<f64, L>(&cell, stretch, [cell.yarn[0].height, cell.yarn[1].height], true)
     })
 }
 
 /// The table, and the two closed forms of uniaxial extension with free weft.
-pub(super) fn rows(keep: &mut dyn FnMut(Row)) {
+pub(super) fn rows(keep: &mut dyn FnMut(Check)) {
     for (law, compressible, stretch, values) in TABLE {
         let e = solve(&fabric(*law, *compressible), [stretch - 1.0, 0.0]);
         for (name, expected) in *values {

@@ -7,11 +7,11 @@ use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
 use ripstop::case::{self, Case};
 use ripstop::output::frames::Staged;
-use ripstop::output::report::{self, Film};
+use ripstop::output::report::{self, Animation};
 use ripstop::output::{self, Folder};
 use ripstop::run::RunScalar;
-use ripstop::run::checkpoint::{Backend, Checkpoint, Head, Kept as _};
-use ripstop::run::{self, Options, Precision, Simulation, Skips, View, Watch};
+use ripstop::run::checkpoint::{BackendId, Checkpoint, Checkpointable as _, Header};
+use ripstop::run::{self, Observer, Options, Precision, Simulation, Skips, View};
 
 use super::sealed::Plain;
 use super::{assert_told, folder, write};
@@ -60,40 +60,40 @@ pub(super) fn small(plies: u32, edges: &str) -> Case {
 fn scene<S: RunScalar>(plies: u32, precision: Precision, edges: &str) -> Scene {
     let case = small(plies, edges);
     let mut simulation = Simulation::<S>::with_skips(&case, Skips::default()).expect("a model");
-    let mut film = Film::new(&case);
+    let mut film = Animation::new(&case);
     for _ in 0..BEFORE {
-        film.look(&simulation.view());
+        film.on_snapshot(&simulation.view());
         simulation.advance(&case);
     }
     let options = Options { precision, ..Options::default() };
     let folder = folder();
     let path = folder.path().join("checkpoint.bin");
     let mut file = File::create(&path).expect("a file");
-    simulation.save(&Head::new(&case, &options, 1e-6), &film.to_bytes(), &mut file).expect("a checkpoint");
+    simulation.save(&Header::new(&case, &options, 1e-6), &film.to_bytes(), &mut file).expect("a checkpoint");
     Scene { case, plain: Plain::of(&std::fs::read(&path).expect("a checkpoint")) }
 }
 
 /// Films, and sees to it that a run ends.
 struct Follower<'a> {
-    film: Film,
+    film: Animation,
     steps: AtomicUsize,
     interrupt: &'a AtomicBool,
 }
 
-impl Watch for Follower<'_> {
-    fn is_due(&self, time: f64, dt: f64) -> bool {
+impl Observer for Follower<'_> {
+    fn snapshot_due(&self, time: f64, dt: f64) -> bool {
         let steps = self.steps.fetch_add(1, Ordering::Relaxed);
         assert!(steps < TOO_MANY, "a run of {TOO_MANY} steps that does not end");
         self.interrupt.store(steps > TOO_MANY / 2, Ordering::Relaxed);
-        self.film.is_due(time, dt)
+        self.film.snapshot_due(time, dt)
     }
 
-    fn look(&mut self, view: &View<'_>) {
-        self.film.look(view);
+    fn on_snapshot(&mut self, view: &View<'_>) {
+        self.film.on_snapshot(view);
     }
 
-    fn end(&mut self, view: &View<'_>) {
-        self.film.end(view);
+    fn on_end(&mut self, view: &View<'_>) {
+        self.film.on_end(view);
     }
 }
 
@@ -103,11 +103,11 @@ fn go_on(case: &Case, checkpoint: &Checkpoint, path: Option<&Path>) {
         return assert_told(&error.to_string());
     }
     let head = checkpoint.head();
-    let film = match checkpoint.followed() {
-        Ok(bytes) => Film::resume(case, &bytes, head.step, head.time_step).unwrap_or_else(|| Film::new(case)),
+    let film = match checkpoint.observer_state() {
+        Ok(bytes) => Animation::resume(case, &bytes, head.step, head.time_step).unwrap_or_else(|| Animation::new(case)),
         Err(error) => return assert_told(&error.to_string()),
     };
-    let Backend::Cpu(precision) = head.backend else { return };
+    let BackendId::Cpu(precision) = head.backend else { return };
     let interrupt = AtomicBool::new(false);
     let mut follower = Follower { film, steps: AtomicUsize::new(0), interrupt: &interrupt };
     let options =

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use ripstop::study::diff::{self, Input, Options, Request};
+use ripstop::study::diff::{self, DiffOptions, DiffRequest, Input};
 
 use super::{assert_told, folder, parts, write};
 
@@ -15,7 +15,7 @@ pub(crate) fn diff(bytes: &[u8]) {
     let folder = folder();
     let Some((request, inputs)) = lay_out(folder.path(), bytes) else { return };
     let (options, columns) = request;
-    let request = match Request::new(options, &columns) {
+    let request = match DiffRequest::new(options, &columns) {
         Ok(request) => request,
         Err(error) => return assert_told(&error.to_string()),
     };
@@ -29,7 +29,7 @@ pub(crate) fn diff(bytes: &[u8]) {
 }
 
 /// Options, and columns.
-pub(crate) type Asked = (Options, Vec<String>);
+pub(crate) type Asked = (DiffOptions, Vec<String>);
 
 /// What is asked for, and where the inputs lie, once they are written to a folder.
 pub(crate) fn lay_out(folder: &Path, bytes: &[u8]) -> Option<(Asked, [PathBuf; 2])> {
@@ -38,7 +38,7 @@ pub(crate) fn lay_out(folder: &Path, bytes: &[u8]) -> Option<(Asked, [PathBuf; 2
     let asked = String::from_utf8_lossy(asked).into_owned();
     let (numbers, columns) = asked.split_once('\n').unwrap_or((&asked, ""));
     let mut numbers = numbers.split_whitespace().map(|number| number.parse::<f64>().ok().filter(|x| x.is_finite()));
-    let options = Options {
+    let options = DiffOptions {
         within: numbers.next().flatten().map(f64::abs),
         shift_us: numbers.next().flatten().unwrap_or_default(),
     };

@@ -6,8 +6,8 @@ use std::sync::atomic::AtomicBool;
 
 use ripstop::case::Case;
 use ripstop::output::frames::Recorder;
-use ripstop::run::checkpoint::{Head, Kept};
-use ripstop::run::{self, Options, View, Watch};
+use ripstop::run::checkpoint::{Checkpointable, Header};
+use ripstop::run::{self, Observer, Options, View};
 
 use super::checkpoint::small;
 use super::sealed::Plain;
@@ -16,7 +16,7 @@ use super::{assert_told, folder, write};
 /// The run with its frames.
 struct Scene {
     case: Case,
-    head: Head,
+    head: Header,
     frames: Vec<(String, Vec<u8>)>,
 }
 
@@ -47,25 +47,25 @@ pub(crate) fn frames(bytes: &[u8]) {
 /// Takes frames, and stops the run when some lie on the disk.
 struct Taken<'a> {
     recorder: Recorder,
-    head: Head,
+    head: Header,
     interrupt: &'a AtomicBool,
 }
 
-impl Watch for Taken<'_> {
-    fn is_due(&self, time: f64, dt: f64) -> bool {
-        self.recorder.is_due(time, dt)
+impl Observer for Taken<'_> {
+    fn snapshot_due(&self, time: f64, dt: f64) -> bool {
+        self.recorder.snapshot_due(time, dt)
     }
 
-    fn look(&mut self, view: &View<'_>) {
-        self.recorder.look(view);
+    fn on_snapshot(&mut self, view: &View<'_>) {
+        self.recorder.on_snapshot(view);
         let [time, time_step] = view.clock();
         if time > 1e-6 {
             self.interrupt.store(true, std::sync::atomic::Ordering::Relaxed);
         }
-        self.head = Head { step: view.step(), time, time_step, ..self.head.clone() };
+        self.head = Header { step: view.step(), time, time_step, ..self.head.clone() };
     }
 
-    fn keep(&mut self, run: &dyn Kept, _: f64) {
+    fn on_checkpoint(&mut self, run: &dyn Checkpointable, _: f64) {
         assert_eq!(self.recorder.settle(), None);
         self.head.step += 1;
         self.head.time = run.time();
@@ -76,7 +76,7 @@ fn scene(plies: u32) -> Scene {
     let case = small(plies, "clamped");
     let folder = folder();
     let options = Options { threads: Some(1), ..Options::default() };
-    let head = Head::new(&case, &options, 1e-6);
+    let head = Header::new(&case, &options, 1e-6);
     let interrupt = AtomicBool::new(false);
     let recorder = Recorder::new(folder.path(), &case, &options, false, Some(&head));
     let mut taken = Taken { recorder, head, interrupt: &interrupt };

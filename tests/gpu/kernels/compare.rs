@@ -12,14 +12,14 @@ mod rim;
 
 use nalgebra::Vector3;
 use ripstop::gpu::Device;
-use ripstop::gpu::buffers::Name;
+use ripstop::gpu::buffers::BufferId;
 use ripstop::gpu::shader::Kernel;
-use ripstop::gpu::stepper::{Stage, Stepper};
+use ripstop::gpu::stepper::{DeviceStepper, Stage};
 use ripstop::kernels::element_force::field as element;
 use ripstop::math::simd::Vectors;
 use ripstop::model::Model;
-use ripstop::solver::active_region::Reach;
-use ripstop::solver::energy_balance::Ledger;
+use ripstop::solver::active_region::ActiveRegion;
+use ripstop::solver::energy_balance::EnergyBalance;
 use ripstop::solver::state::State;
 use ripstop::solver::{self, Context, FailureEvent, StepTotals};
 
@@ -69,8 +69,8 @@ impl Part {
 
 /// Whether elements are evaluated, but not all of them.
 fn is_partly_reached(scene: &Scene) -> bool {
-    let part = |(ply, reach): (usize, &Reach)| *reach != Reach::whole(&scene.model.sheet(ply).mesh);
-    scene.elements && scene.state.reach.iter().enumerate().any(part)
+    let part = |(ply, reach): (usize, &ActiveRegion)| *reach != ActiveRegion::whole(&scene.model.sheet(ply).mesh);
+    scene.elements && scene.state.active.iter().enumerate().any(part)
 }
 
 /// Whether a kernel belongs to contact between plies.
@@ -92,14 +92,14 @@ const STEPS: u64 = 2;
 /// A scene on both backends.
 struct Pair<'a> {
     scene: &'a Scene,
-    gpu: Stepper<'a>,
+    gpu: DeviceStepper<'a>,
     cpu: solver::Stepper<f32>,
-    ledger: Ledger,
+    ledger: EnergyBalance,
     totals: StepTotals,
     /// The processor's state.
     expected: State<f32>,
     /// What the device must take to have moved.
-    reach: Vec<Reach>,
+    reach: Vec<ActiveRegion>,
     failures: Vec<FailureEvent>,
     evaluations: f64,
     /// Deepest node inside the projectile, inside a neighbouring ply [m].
@@ -108,15 +108,15 @@ struct Pair<'a> {
 
 impl<'a> Pair<'a> {
     fn new(device: &'a Device, scene: &'a Scene, source: &dyn Fn(&Kernel) -> String) -> Result<Self, String> {
-        let gpu = Stepper::with_sources(device, &scene.model, source).map_err(|e| e.to_string())?;
+        let gpu = DeviceStepper::with_sources(device, &scene.model, source).map_err(|e| e.to_string())?;
         Ok(Self {
             scene,
             gpu,
             cpu: solver::Stepper::with_vectors(&scene.model, Vectors::None),
-            ledger: Ledger::default(),
+            ledger: EnergyBalance::default(),
             totals: StepTotals::default(),
             expected: scene.state.clone(),
-            reach: scene.state.reach.clone(),
+            reach: scene.state.active.clone(),
             failures: Vec::new(),
             evaluations: 0.0,
             penetration: [0.0; 2],
@@ -128,9 +128,9 @@ impl<'a> Pair<'a> {
         let model = &self.scene.model;
         self.gpu.upload(model, &self.scene.state);
         self.cpu = solver::Stepper::with_vectors(model, Vectors::None);
-        self.ledger = Ledger::default();
+        self.ledger = EnergyBalance::default();
         self.expected = self.scene.state.clone();
-        self.reach = self.scene.state.reach.clone();
+        self.reach = self.scene.state.active.clone();
         self.failures.clear();
         (self.evaluations, self.penetration) = (0.0, [0.0; 2]);
     }
@@ -163,11 +163,11 @@ impl<'a> Pair<'a> {
         Ok(())
     }
 
-    fn read(&self, name: Name) -> Result<Vec<u32>, String> {
+    fn read(&self, name: BufferId) -> Result<Vec<u32>, String> {
         self.gpu.read(name).map_err(|e| e.to_string())
     }
 
-    fn read_floats(&self, name: Name) -> Result<Vec<f64>, String> {
+    fn read_floats(&self, name: BufferId) -> Result<Vec<f64>, String> {
         Ok(self.read(name)?.into_iter().map(|word| f64::from(f32::from_bits(word))).collect())
     }
 
@@ -182,7 +182,7 @@ impl<'a> Pair<'a> {
 
     /// Strains of the last step, which a run never needs.
     fn download_strains(&self, got: &mut State<f32>) -> Outcome {
-        let yarns = self.read_floats(Name::Yarns)?;
+        let yarns = self.read_floats(BufferId::Yarns)?;
         let columns = self.scene.model.grid.columns;
         let elements = self.gpu.sizes().elements as usize;
         let first = got.elements.fields - element::STRAIN;

@@ -7,7 +7,7 @@ use ripstop::case::{Case, Edge, Grading, LinesFrom, ShearModulus, UnitCell};
 use ripstop::kernels::element_force::{BROKEN, field as element};
 use ripstop::kernels::node_update::field as node;
 use ripstop::model::Model;
-use ripstop::solver::active_region::Reach;
+use ripstop::solver::active_region::ActiveRegion;
 use ripstop::solver::state::State;
 
 use packs::Group;
@@ -219,7 +219,7 @@ fn deformed(name: String, mut case: Case, step: u64, seed: u64) -> Scene {
     // Roundings of masses are measured by the largest speed, which forces must not exceed in a step.
     random_elements(&model, &mut state, &mut random, if model.terms().graded { 0.05 } else { 0.5 });
     if name.contains("part") {
-        state.reach.fill(Reach { rows: 2..4, columns: 1..5 });
+        state.active.fill(ActiveRegion { rows: 2..4, columns: 1..5 });
     }
     Scene { name, model, state, elements: true, pack: false, held: false, speed }
 }
@@ -254,9 +254,9 @@ fn random_elements(model: &Model<f32>, state: &mut State<f32>, random: &mut Rand
     let modes = model.sheets[0].element.hourglass[0] > 0.0;
     let (mut drags, mut strains) = (Random(77), Random(78));
     for [ply, row, column] in element_places(model) {
-        let [rows, columns] = state.reach[ply].elements(&model.sheet(ply).mesh);
+        let [rows, columns] = state.active[ply].elements(&model.sheet(ply).mesh);
         let reached = rows.contains(&(row - model.grid.first_element_row(ply))) && columns.contains(&column);
-        let stands = if reached && state.standing(row, column) { 1.0 } else { 0.0 };
+        let stands = if reached && state.is_intact(row, column) { 1.0 } else { 0.0 };
         let at = column + 1;
         for field in element::FORCES {
             let there = stands * if field < element::HOURGLASS || modes { 1.0 } else { 0.0 };

@@ -4,7 +4,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use ripstop::case::Case;
 use ripstop::gpu::Device;
-use ripstop::run::graphics::Simulation;
+use ripstop::run::graphics::DeviceSimulation;
 use ripstop::run::outcome;
 use ripstop::run::{self, Options, Run, Skips};
 
@@ -33,7 +33,7 @@ fn interrupted(device: &'static Device) -> Outcome {
     // Rows so far apart that only the interrupt can have asked for the last one.
     let case = builtin("cases/verify/mirror.json", &["/output/history_interval_us=40", "/projectile/velocity_m_s=600"]);
     let run = run_until(device, &case, &AtomicBool::new(true));
-    assert!(run.interrupted && run.trouble.is_none() && run.lost.is_none());
+    assert!(run.interrupted && run.divergence.is_none() && run.lost.is_none());
     ends_with_a_row(&case, &run);
     let interrupt = AtomicBool::new(false);
     let options = Options { threads: Some(1), device: Some(device), ..Options::default() };
@@ -51,7 +51,7 @@ fn unstable(device: &'static Device) -> Outcome {
     let mut case = builtin("cases/verify/mirror.json", &[]);
     case.solver.courant = 5.0;
     let run = run_until(device, &case, &AtomicBool::new(false));
-    let trouble = run.trouble.as_ref().ok_or("no trouble at five times the stable step")?;
+    let trouble = run.divergence.as_ref().ok_or("no trouble at five times the stable step")?;
     assert!(run.lost.is_none() && !run.interrupted);
     assert!(trouble.step <= run.steps && trouble.step > 0, "{trouble:?} {}", run.steps);
     assert!(
@@ -98,7 +98,7 @@ fn debris(device: &'static Device) -> Outcome {
         let expected = if loose { outcome::Outcome::Perforated } else { outcome::Outcome::Running };
         assert_eq!(cpu.outcome, expected);
         for batch in [Some(1), Some(7), Some(256), None] {
-            let gpu = Simulation::with_skips(&case, device, Skips::WHOLE).map_err(|e| e.to_string())?;
+            let gpu = DeviceSimulation::with_skips(&case, device, Skips::WHOLE).map_err(|e| e.to_string())?;
             let mut gpu = gpu.with_state(|model, state| torn::tear(model, state, loose));
             if let Some(steps) = batch {
                 gpu = gpu.with_batch(steps);
@@ -107,7 +107,7 @@ fn debris(device: &'static Device) -> Outcome {
                 gpu.advance(&case);
             }
             let gpu = gpu.into_run(1.0);
-            assert!(gpu.trouble.is_none() && gpu.lost.is_none(), "{:?} {:?}", gpu.trouble, gpu.lost);
+            assert!(gpu.divergence.is_none() && gpu.lost.is_none(), "{:?} {:?}", gpu.divergence, gpu.lost);
             assert_eq!(gpu.outcome, expected, "batches of {batch:?}");
             let [c, g] = [&cpu, &gpu].map(|run| run.history.last().unwrap());
             assert_eq!((g.time, g.perforated_plies), (c.time, c.perforated_plies), "batches of {batch:?}");

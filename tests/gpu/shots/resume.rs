@@ -5,9 +5,9 @@ use std::path::PathBuf;
 
 use ripstop::case::{Case, ContactSampling};
 use ripstop::gpu::Device;
-use ripstop::run::checkpoint::{Checkpoint, CheckpointError, Fault, Head, Kept};
-use ripstop::run::graphics::Simulation;
-use ripstop::run::{self, Options, Run, RunError, Skips, Watch};
+use ripstop::run::checkpoint::{Checkpoint, CheckpointError, CheckpointFault, Checkpointable, Header};
+use ripstop::run::graphics::DeviceSimulation;
+use ripstop::run::{self, Observer, Options, Run, RunError, Skips};
 use tempfile::TempDir;
 
 use super::{Outcome, Tests, sound};
@@ -27,23 +27,23 @@ pub(super) const TESTS: Tests = &[
 /// Keeps a run at given times [s], ascending.
 struct Shelf {
     folder: TempDir,
-    head: Head,
+    head: Header,
     times: Vec<f64>,
     kept: Vec<PathBuf>,
 }
 
 impl Shelf {
     fn new(case: &Case, options: &Options<'_>, times: Vec<f64>) -> Self {
-        Self { folder: TempDir::new().unwrap(), head: Head::new(case, options, 1e-6), times, kept: Vec::new() }
+        Self { folder: TempDir::new().unwrap(), head: Header::new(case, options, 1e-6), times, kept: Vec::new() }
     }
 }
 
-impl Watch for Shelf {
-    fn keeps(&self, time: f64, _: f64) -> bool {
+impl Observer for Shelf {
+    fn checkpoint_due(&self, time: f64, _: f64) -> bool {
         self.times.get(self.kept.len()).is_some_and(|due| time >= *due)
     }
 
-    fn keep(&mut self, run: &dyn Kept, _: f64) {
+    fn on_checkpoint(&mut self, run: &dyn Checkpointable, _: f64) {
         let path = self.folder.path().join(self.kept.len().to_string());
         run.save(&self.head, &[], &mut File::create(&path).unwrap()).unwrap();
         self.kept.push(path);
@@ -63,7 +63,7 @@ fn options(device: &Device) -> Options<'_> {
     Options { threads: Some(1), device: Some(device), ..Options::default() }
 }
 
-fn run(case: &Case, options: Options<'_>, watch: &mut dyn Watch) -> Run {
+fn run(case: &Case, options: Options<'_>, watch: &mut dyn Observer) -> Run {
     let run = run::run(case, options, &false.into(), watch);
     sound(case, run.unwrap_or_else(|e| panic!("{}: {e}", case.name)))
 }
@@ -99,18 +99,18 @@ fn resumes_equal(device: &'static Device, case: &Case, times: fn(&Case, &Run) ->
 
 fn keeps_times(device: &'static Device) -> Outcome {
     let case = ply();
-    let begun = Simulation::with_skips(&case, device, Skips::default()).unwrap_or_else(|e| panic!("{e}"));
+    let begun = DeviceSimulation::with_skips(&case, device, Skips::default()).unwrap_or_else(|e| panic!("{e}"));
     let mut begun = begun.with_batch(10);
     (0..4).for_each(|_| begun.advance(&case));
     begun.settle(&case);
     let folder = TempDir::new().map_err(|e| e.to_string())?;
     let path = folder.path().join("kept");
-    let head = Head::new(&case, &options(device), 1e-6);
+    let head = Header::new(&case, &options(device), 1e-6);
     begun.save(&head, &[], &mut File::create(&path).unwrap()).unwrap();
     // Long enough for all that was timed.
     let before = begun.into_run(1e9).kernel_seconds;
     let resumed =
-        Simulation::resume(&case, device, &Checkpoint::open(&path).unwrap()).unwrap_or_else(|e| panic!("{e}"));
+        DeviceSimulation::resume(&case, device, &Checkpoint::open(&path).unwrap()).unwrap_or_else(|e| panic!("{e}"));
     assert_eq!(resumed.into_run(1e9).kernel_seconds, before);
     assert_eq!(before.is_empty(), !device.has_clock());
     Ok(())
@@ -129,10 +129,10 @@ fn refused(device: &'static Device) -> Outcome {
         let options = Options { from: Some(&checkpoint), ..options };
         fault(run::run(case, options, &false.into(), &mut ()))
     };
-    assert!(matches!(from(&case, Options::default()), Fault::Backend(_)));
-    assert!(matches!(from(&pack(), options(device)), Fault::Case { .. }));
+    assert!(matches!(from(&case, Options::default()), CheckpointFault::Backend(_)));
+    assert!(matches!(from(&pack(), options(device)), CheckpointFault::Case { .. }));
     // Behind the fingerprint, sizes are looked at too.
-    let unfit = Simulation::resume(&pack(), device, &checkpoint).map(drop);
-    assert!(matches!(unfit, Err(RunError::Checkpoint(CheckpointError { fault: Fault::Contents(_), .. }))));
+    let unfit = DeviceSimulation::resume(&pack(), device, &checkpoint).map(drop);
+    assert!(matches!(unfit, Err(RunError::Checkpoint(CheckpointError { fault: CheckpointFault::Contents(_), .. }))));
     Ok(())
 }

@@ -2,7 +2,7 @@
 
 use ripstop::gpu::Device;
 use ripstop::run::Run;
-use ripstop::run::profile::{Profile, ProfilePoint};
+use ripstop::run::profile::{DeflectionProfile, Profile};
 
 use super::{Outcome, Tests, run_on};
 use crate::scene::{builtin, checked, run};
@@ -42,7 +42,7 @@ fn perforating(device: &'static Device) -> Outcome {
     Ok(())
 }
 
-type Read = fn(&ProfilePoint) -> f64;
+type Read = fn(&DeflectionProfile) -> f64;
 
 #[track_caller]
 fn same_profile(cpu: &Profile, gpu: &Profile) {

@@ -16,7 +16,7 @@ const CHANCE: [[f64; 2]; 3] = [[1e-6, 0.0], [0.0, 1e-6], [1e-6, 1e-6]];
 
 /// A numerical choice.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Axis {
+pub enum VariedAxis {
     /// The case as it is.
     Reference,
     /// A finer mesh.
@@ -30,14 +30,14 @@ pub enum Axis {
     /// Where lines of nodes lie under the hit: counted from the edges of the ply instead of from the hit.
     Lines,
     /// Nothing that matters: what differs is chance.
-    Chance,
+    Repeatability,
     /// Where contact is sampled.
     Sampling,
     /// The hourglass coefficient.
     Hourglass,
 }
 
-impl Axis {
+impl VariedAxis {
     /// All but the reference.
     pub const ALL: [Self; 8] = [
         Self::Position,
@@ -47,7 +47,7 @@ impl Axis {
         Self::Coarser,
         Self::Sampling,
         Self::Hourglass,
-        Self::Chance,
+        Self::Repeatability,
     ];
 
     /// Whether a figure is asked for the residual velocity, so that it is worth a mean.
@@ -64,7 +64,7 @@ impl Axis {
             Self::Courant => "Courant number",
             Self::Position => "position of the hit",
             Self::Lines => "lines of nodes under the hit",
-            Self::Chance => "a nanometre off",
+            Self::Repeatability => "a nanometre off",
             Self::Sampling => "contact sampling",
             Self::Hourglass => "hourglass coefficient",
         }
@@ -75,7 +75,7 @@ impl Axis {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Setting {
     /// What is varied.
-    pub axis: Axis,
+    pub axis: VariedAxis,
     /// To what, in words.
     pub name: String,
     /// Changes of the case.
@@ -85,14 +85,14 @@ pub struct Setting {
 }
 
 impl Setting {
-    fn new(axis: Axis, name: String, sets: &[String]) -> Self {
+    fn new(axis: VariedAxis, name: String, sets: &[String]) -> Self {
         Self { axis, name, sets: sets.to_vec(), half_cell: false }
     }
 }
 
 /// The settings for a case, the reference first; `quick` takes a part of them.
 pub fn settings(case: &Case, quick: bool) -> Vec<Setting> {
-    let mut all = vec![Setting::new(Axis::Reference, "the case as it is".to_owned(), &[])];
+    let mut all = vec![Setting::new(VariedAxis::Reference, "the case as it is".to_owned(), &[])];
     all.extend(SHIFTS.iter().filter(|shift| !quick || shift[0] == shift[1]).map(|shift| shifted(case, *shift)));
     if case.pack.grading.is_some_and(|grading| grading.lines_from == LinesFrom::Hit) {
         let shifts = SHIFTS.iter().filter(|shift| !quick || shift[0] == shift[1]);
@@ -101,7 +101,7 @@ pub fn settings(case: &Case, quick: bool) -> Vec<Setting> {
     all.extend(meshes(case));
     let courant = if quick { &COURANT_QUICK[..] } else { &COURANT };
     for courant in courant.iter().filter(|courant| **courant != case.solver.courant) {
-        all.push(Setting::new(Axis::Courant, courant.to_string(), &[format!("/solver/courant={courant}")]));
+        all.push(Setting::new(VariedAxis::Courant, courant.to_string(), &[format!("/solver/courant={courant}")]));
     }
     if quick {
         return all;
@@ -111,13 +111,13 @@ pub fn settings(case: &Case, quick: bool) -> Vec<Setting> {
         ContactSampling::Rim => ContactSampling::Nodes,
     };
     let set = format!("/solver/contact_sampling={}", other.word());
-    all.push(Setting::new(Axis::Sampling, other.word().to_owned(), &[set]));
+    all.push(Setting::new(VariedAxis::Sampling, other.word().to_owned(), &[set]));
     for value in HOURGLASS.iter().filter(|value| **value != case.solver.hourglass) {
-        all.push(Setting::new(Axis::Hourglass, value.to_string(), &[format!("/solver/hourglass={value}")]));
+        all.push(Setting::new(VariedAxis::Hourglass, value.to_string(), &[format!("/solver/hourglass={value}")]));
     }
     for [x, y] in CHANCE {
         let name = format!("{} nm, {} nm", x * 1e6, y * 1e6);
-        all.push(Setting::new(Axis::Chance, name, &[offset(case, [x, y])]));
+        all.push(Setting::new(VariedAxis::Repeatability, name, &[offset(case, [x, y])]));
     }
     all
 }
@@ -130,8 +130,8 @@ fn meshes(case: &Case) -> [Setting; 2] {
     let halved = if coarse.is_multiple_of(2) { crossovers(coarse / 2) } else { elements(2 * fine) };
     let doubled = if fine.is_multiple_of(2) { elements(fine / 2) } else { crossovers(2 * coarse) };
     [
-        Setting::new(Axis::Finer, "half as long elements".to_owned(), &[halved]),
-        Setting::new(Axis::Coarser, "twice as long elements".to_owned(), &[doubled]),
+        Setting::new(VariedAxis::Finer, "half as long elements".to_owned(), &[halved]),
+        Setting::new(VariedAxis::Coarser, "twice as long elements".to_owned(), &[doubled]),
     ]
 }
 
@@ -140,14 +140,14 @@ fn shifted(case: &Case, shift: [f64; 2]) -> Setting {
     let [x, y] = [shift[0] * case.pack.element_length_x, shift[1] * case.pack.element_length_y];
     let name = format!("{}, {} cells", shift[0], shift[1]);
     let half_cell = shift.iter().all(|part| [0.0, 0.5].contains(part));
-    Setting { half_cell, ..Setting::new(Axis::Position, name, &[offset(case, [x * 1e3, y * 1e3])]) }
+    Setting { half_cell, ..Setting::new(VariedAxis::Position, name, &[offset(case, [x * 1e3, y * 1e3])]) }
 }
 
 /// The hit moved likewise, over lines that are counted from the edges.
 fn shifted_lines(case: &Case, shift: [f64; 2]) -> Setting {
     let moved = shifted(case, shift);
     let sets = moved.sets.into_iter().chain(["/pack/mesh_grading/lines_from=edges".to_owned()]).collect();
-    Setting { axis: Axis::Lines, sets, half_cell: false, ..moved }
+    Setting { axis: VariedAxis::Lines, sets, half_cell: false, ..moved }
 }
 
 /// The point of aim moved by `by` [mm].

@@ -5,14 +5,14 @@ const DOUBLINGS: u32 = 8;
 
 /// Two velocities that the ballistic limit lies between.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Limit {
+pub struct VelocityBracket {
     /// The projectile is stopped or thrown back [m/s].
     pub stopped: f64,
     /// It perforates [m/s].
     pub perforated: f64,
 }
 
-impl Limit {
+impl VelocityBracket {
     /// Half way between [m/s].
     pub fn middle(&self) -> f64 {
         0.5 * (self.stopped + self.perforated)
@@ -28,7 +28,7 @@ pub fn bisect<E>(
     guess: f64,
     width: f64,
     mut perforates: impl FnMut(f64) -> Result<bool, E>,
-) -> Result<Option<Limit>, E> {
+) -> Result<Option<VelocityBracket>, E> {
     let Some(mut limit) = bracket(guess, width, &mut perforates)? else { return Ok(None) };
     while limit.perforated - limit.stopped > width * guess {
         let middle = limit.middle();
@@ -42,7 +42,11 @@ pub fn bisect<E>(
 }
 
 /// Steps away from the guess, twice as far each time, until the outcome turns.
-fn bracket<E>(guess: f64, width: f64, perforates: &mut impl FnMut(f64) -> Result<bool, E>) -> Result<Option<Limit>, E> {
+fn bracket<E>(
+    guess: f64,
+    width: f64,
+    perforates: &mut impl FnMut(f64) -> Result<bool, E>,
+) -> Result<Option<VelocityBracket>, E> {
     let above = perforates(guess)?;
     let mut last = guess;
     let mut step = 2.0 * width * guess;
@@ -53,7 +57,7 @@ fn bracket<E>(guess: f64, width: f64, perforates: &mut impl FnMut(f64) -> Result
         }
         if perforates(next)? != above {
             let (stopped, perforated) = if above { (next, last) } else { (last, next) };
-            return Ok(Some(Limit { stopped, perforated }));
+            return Ok(Some(VelocityBracket { stopped, perforated }));
         }
         last = next;
         step *= 2.0;
@@ -67,7 +71,7 @@ mod tests {
 
     use super::*;
 
-    fn found(guess: f64, limit: f64) -> (Option<Limit>, u32) {
+    fn found(guess: f64, limit: f64) -> (Option<VelocityBracket>, u32) {
         let mut shots = 0;
         let found = bisect(guess, 0.01, |velocity| {
             shots += 1;
@@ -80,7 +84,7 @@ mod tests {
     fn the_bracket_holds_the_limit_and_is_as_narrow_as_asked() {
         for guess in [60.0, 100.0, 141.0, 142.5, 250.0] {
             let (limit, shots) = found(guess, 142.0);
-            let limit = limit.unwrap_or(Limit { stopped: f64::NAN, perforated: f64::NAN });
+            let limit = limit.unwrap_or(VelocityBracket { stopped: f64::NAN, perforated: f64::NAN });
             assert!(limit.stopped <= 142.0 && 142.0 < limit.perforated, "{guess}: {limit:?}");
             assert!(limit.perforated - limit.stopped <= 0.01 * guess, "{guess}: {limit:?}");
             // Half a dozen to reach the limit from a guess far off, as many to close in on it.

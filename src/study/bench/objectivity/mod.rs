@@ -16,14 +16,14 @@ pub mod scatter;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
-use super::{BenchError, Subject, complete};
+use super::{BenchError, CaseSource, complete};
 use crate::case::Case;
 use crate::output::{self, history};
 use crate::run::outcome::Outcome;
 use crate::run::{self, Options, Run, Sample};
 
-pub use axes::{Axis, Setting};
-pub use limit::Limit;
+pub use axes::{Setting, VariedAxis};
+pub use limit::VelocityBracket;
 pub use scatter::Scatter;
 
 /// Velocity of the shots whose residual velocity is compared, over the limit of the reference [-].
@@ -35,7 +35,7 @@ const PATIENCE: f64 = 4.0;
 
 /// How to measure.
 #[derive(Clone, Copy, Debug)]
-pub struct Plan {
+pub struct ObjectivityPlan {
     /// Runs at a time, one thread each.
     pub threads: usize,
     /// A part of the settings.
@@ -46,11 +46,11 @@ pub struct Plan {
 
 /// What one setting gave.
 #[derive(Clone, Debug)]
-pub struct Row {
+pub struct ObjectivityRow {
     /// The setting.
     pub setting: Setting,
     /// Where the limit lies; none where no bracket was found.
-    pub limit: Option<Limit>,
+    pub limit: Option<VelocityBracket>,
     /// Velocity left at [`ABOVE`] times the limit of the reference [m/s], of one shot; none where there is no such limit.
     pub residual: Option<f64>,
     /// Energy absorbed at [`FACTORS`] times the limit of the reference [J]; none where a shot became unstable or has no outcome, empty
@@ -88,11 +88,11 @@ impl Shots {
 
 /// Everything measured on a case.
 #[derive(Clone, Debug)]
-pub struct Measured {
+pub struct ObjectivityResult {
     /// The case as it is.
     pub case: Case,
     /// Of every setting that was done, the reference first.
-    pub rows: Vec<Row>,
+    pub rows: Vec<ObjectivityRow>,
     /// Whether the user stopped it.
     pub interrupted: bool,
 }
@@ -108,7 +108,7 @@ enum Task {
 
 /// What came of it, for which setting.
 enum Answer {
-    Row(usize, Row),
+    Row(usize, ObjectivityRow),
     /// Velocity left [m/s].
     Left(usize, Option<f64>, Shots),
 }
@@ -118,18 +118,18 @@ enum Answer {
 /// # Errors
 /// When the case, or one with a setting, is refused or does not start.
 pub fn measure(
-    subject: &Subject,
-    plan: Plan,
+    subject: &CaseSource,
+    plan: ObjectivityPlan,
     interrupt: &AtomicBool,
     progress: &(dyn Fn(usize, usize) + Sync),
-) -> Result<Measured, BenchError> {
+) -> Result<ObjectivityResult, BenchError> {
     let case = subject.case(&[])?;
     let settings = axes::settings(&case, plan.quick);
     let count = if plan.quick { scatter::SHOTS_QUICK } else { scatter::SHOTS };
     let with_mean: Vec<usize> = (0..settings.len()).filter(|at| settings[*at].axis.asks_for_a_mean()).collect();
     let all = settings.len() + with_mean.len() * count;
     progress(0, all);
-    let shooter = |at: usize| Shooter::new(subject, &case, &settings[at], interrupt);
+    let shooter = |at: usize| LimitRunner::new(subject, &case, &settings[at], interrupt);
 
     let mut reference = shooter(0);
     let guess = case.projectile.as_ref().map_or(0.0, |projectile| projectile.velocity);
@@ -170,7 +170,7 @@ pub fn measure(
         row.scatter = velocities.filter(|all| all.len() == count).and_then(|all| Scatter::of(&all));
     }
     let rows = rows.into_iter().map(|(_, row)| row).collect();
-    Ok(Measured { case, rows, interrupted: interrupt.load(Ordering::Relaxed) })
+    Ok(ObjectivityResult { case, rows, interrupted: interrupt.load(Ordering::Relaxed) })
 }
 
 /// Works off tasks on some threads; `progress` is told how many are done. Answers come in the order of the tasks, those begun after or
@@ -212,15 +212,15 @@ fn take(tasks: &[Task], next: &AtomicUsize) -> Option<(usize, Task)> {
 }
 
 /// Shoots with one setting, on one thread, and counts what became of the shots.
-struct Shooter<'a> {
-    subject: &'a Subject,
+struct LimitRunner<'a> {
+    subject: &'a CaseSource,
     sets: Vec<String>,
     interrupt: &'a AtomicBool,
     shots: Shots,
 }
 
-impl<'a> Shooter<'a> {
-    fn new(subject: &'a Subject, case: &Case, setting: &Setting, interrupt: &'a AtomicBool) -> Self {
+impl<'a> LimitRunner<'a> {
+    fn new(subject: &'a CaseSource, case: &Case, setting: &Setting, interrupt: &'a AtomicBool) -> Self {
         let end = format!("/solver/end_time_us={:?}", PATIENCE * case.solver.end_time * 1e6);
         let sets = std::iter::once(end).chain(setting.sets.iter().cloned()).collect();
         Self { subject, sets, interrupt, shots: Shots::default() }
@@ -234,7 +234,7 @@ impl<'a> Shooter<'a> {
         let run = run::run(&case, options, self.interrupt, &mut ())?;
         self.shots.add(Shots {
             all: 1,
-            undecided: u32::from(run.outcome == Outcome::Running && run.trouble.is_none()),
+            undecided: u32::from(run.outcome == Outcome::Running && run.divergence.is_none()),
             unstable: u32::from(!complete(&run)),
         });
         Ok(run)
@@ -247,7 +247,7 @@ impl<'a> Shooter<'a> {
     }
 
     /// The ballistic limit, from a guess [m/s].
-    fn limit(&mut self, guess: f64, width: f64) -> Result<Option<Limit>, BenchError> {
+    fn limit(&mut self, guess: f64, width: f64) -> Result<Option<VelocityBracket>, BenchError> {
         limit::bisect(guess, width, |velocity| {
             if self.interrupt.load(Ordering::Relaxed) {
                 return Ok(true); // ends the search soon; nothing of an interrupted one is kept
@@ -261,17 +261,17 @@ impl<'a> Shooter<'a> {
     fn row(
         &mut self,
         setting: &Setting,
-        limit: Option<Limit>,
+        limit: Option<VelocityBracket>,
         above: Option<f64>,
         as_it_is: &Run,
         reference: &Run,
-    ) -> Result<Row, BenchError> {
+    ) -> Result<ObjectivityRow, BenchError> {
         let velocities = above.map(|above| FACTORS.map(|factor| factor / ABOVE * above));
         let runs = velocities.into_iter().flatten().map(|velocity| self.shoot(&[at_velocity(velocity)]));
         let runs = runs.collect::<Result<Vec<Run>, _>>()?;
         let residual = FACTORS.iter().zip(&runs).find(|(factor, _)| **factor == ABOVE).map(|(_, run)| run);
         let decided = |run: &Run| complete(run) && run.outcome != Outcome::Running;
-        Ok(Row {
+        Ok(ObjectivityRow {
             setting: setting.clone(),
             limit,
             scatter: None,
@@ -295,8 +295,8 @@ fn first_failure(run: &Run) -> Option<f64> {
 }
 
 /// The velocity along the line of flight, as a column.
-const VELOCITY: history::Column =
-    history::Column { name: "projectile_velocity_m_s", read: |sample| sample.projectile_velocity };
+const VELOCITY: history::HistoryColumn =
+    history::HistoryColumn { name: "projectile_velocity_m_s", read: |sample| sample.projectile_velocity };
 
 /// Largest difference of velocity before either's first broken yarn, over the velocity the reference lost until then [-].
 fn before_failure(reference: &Run, run: &Run) -> Option<f64> {

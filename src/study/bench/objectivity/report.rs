@@ -2,13 +2,13 @@
 
 use serde_json::{Value, json};
 
-use super::{ABOVE, Axis, FACTORS, Measured, Plan, Row};
+use super::{ABOVE, FACTORS, ObjectivityPlan, ObjectivityResult, ObjectivityRow, VariedAxis};
 use crate::case::{Accuracy, Word, case_hash};
 use crate::markdown;
 
 /// A figure that is asked for.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Figure {
+pub struct AskedFigure {
     /// What is compared.
     pub quantity: &'static str,
     /// What is varied.
@@ -19,7 +19,7 @@ pub struct Figure {
     pub got: Option<f64>,
 }
 
-impl Figure {
+impl AskedFigure {
     /// Whether the figure is what is asked.
     pub fn met(&self) -> bool {
         self.got.is_some_and(|got| got <= self.allowed)
@@ -27,25 +27,25 @@ impl Figure {
 }
 
 /// The figures that are asked for.
-pub fn figures(measured: &Measured) -> Vec<Figure> {
-    let figure = |quantity, varied, allowed, got| Figure { quantity, varied, allowed, got };
-    let limit = |row: &Row| row.limit.map(|limit| limit.middle());
-    let mean = |row: &Row| row.scatter.map(|scatter| scatter.mean);
+pub fn figures(measured: &ObjectivityResult) -> Vec<AskedFigure> {
+    let figure = |quantity, varied, allowed, got| AskedFigure { quantity, varied, allowed, got };
+    let limit = |row: &ObjectivityRow| row.limit.map(|limit| limit.middle());
+    let mean = |row: &ObjectivityRow| row.scatter.map(|scatter| scatter.mean);
     let (before, ballistic) = ("velocity before failure", "ballistic limit");
     let means = "mean residual velocity at 1.5 × the limit";
     let energy = if measured.case.solver.accuracy == Accuracy::Converged { 0.05 } else { 0.08 };
     let half = largest(measured, |row| row.setting.half_cell);
-    let finer = largest(measured, |row| row.setting.axis == Axis::Finer);
-    let of = |axis: Axis, read: &dyn Fn(&Row) -> Option<f64>| spread(measured, axis, read);
+    let finer = largest(measured, |row| row.setting.axis == VariedAxis::Finer);
+    let of = |axis: VariedAxis, read: &dyn Fn(&ObjectivityRow) -> Option<f64>| spread(measured, axis, read);
     let mut figures = vec![
         figure(before, "half-cell shifts", 0.005, half),
         figure(before, "half as long elements", 0.01, finer),
-        figure(ballistic, "position of the hit in a cell", 0.03, of(Axis::Position, &limit)),
-        figure(ballistic, "half as long elements", 0.03, of(Axis::Finer, &limit)),
-        figure(ballistic, "Courant number", 0.01, of(Axis::Courant, &limit)),
-        figure(means, "position of the hit in a cell", 0.02, of(Axis::Position, &mean)),
-        figure(means, "half as long elements", 0.02, of(Axis::Finer, &mean)),
-        figure(means, "Courant number", 0.02, of(Axis::Courant, &mean)),
+        figure(ballistic, "position of the hit in a cell", 0.03, of(VariedAxis::Position, &limit)),
+        figure(ballistic, "half as long elements", 0.03, of(VariedAxis::Finer, &limit)),
+        figure(ballistic, "Courant number", 0.01, of(VariedAxis::Courant, &limit)),
+        figure(means, "position of the hit in a cell", 0.02, of(VariedAxis::Position, &mean)),
+        figure(means, "half as long elements", 0.02, of(VariedAxis::Finer, &mean)),
+        figure(means, "Courant number", 0.02, of(VariedAxis::Courant, &mean)),
     ];
     figures.extend(
         ABSORBED.into_iter().enumerate().map(|(at, name)| {
@@ -53,8 +53,8 @@ pub fn figures(measured: &Measured) -> Vec<Figure> {
         }),
     );
     // An even mesh has no other lines than those counted from the edges.
-    if measured.rows.iter().any(|row| row.setting.axis == Axis::Lines) {
-        figures.push(figure(ballistic, "lines of nodes under the hit", 0.05, of(Axis::Lines, &limit)));
+    if measured.rows.iter().any(|row| row.setting.axis == VariedAxis::Lines) {
+        figures.push(figure(ballistic, "lines of nodes under the hit", 0.05, of(VariedAxis::Lines, &limit)));
     }
     figures
 }
@@ -70,10 +70,10 @@ const ABSORBED: [&str; FACTORS.len()] = [
 
 /// Largest less smallest absorbed energy at one of [`FACTORS`] over places, half as long elements and Courant numbers, over the impact energy at
 /// the limit of the reference [-].
-fn absorbed_spread(measured: &Measured, at: usize) -> Option<f64> {
+fn absorbed_spread(measured: &ObjectivityResult, at: usize) -> Option<f64> {
     let limit = measured.rows.first()?.limit?.middle();
     let impact = 0.5 * measured.case.projectile.as_ref()?.mass * limit * limit;
-    let asked = [Axis::Reference, Axis::Position, Axis::Finer, Axis::Courant];
+    let asked = [VariedAxis::Reference, VariedAxis::Position, VariedAxis::Finer, VariedAxis::Courant];
     let rows = measured.rows.iter().filter(|row| asked.contains(&row.setting.axis));
     let energies = rows.map(|row| row.absorbed.get(at).copied().flatten()).collect::<Option<Vec<f64>>>()?;
     let largest = energies.iter().copied().reduce(f64::max)?;
@@ -81,16 +81,20 @@ fn absorbed_spread(measured: &Measured, at: usize) -> Option<f64> {
 }
 
 /// Largest difference of velocity before failure among rows.
-fn largest(measured: &Measured, among: impl Fn(&Row) -> bool) -> Option<f64> {
+fn largest(measured: &ObjectivityResult, among: impl Fn(&ObjectivityRow) -> bool) -> Option<f64> {
     let rows = measured.rows.iter().filter(|row| among(row)).map(|row| row.before_failure);
     let values = rows.collect::<Option<Vec<f64>>>()?;
     values.into_iter().reduce(f64::max)
 }
 
 /// Largest less smallest value over an axis with the reference, over the reference's [-].
-pub fn spread(measured: &Measured, axis: Axis, read: &dyn Fn(&Row) -> Option<f64>) -> Option<f64> {
+pub fn spread(
+    measured: &ObjectivityResult,
+    axis: VariedAxis,
+    read: &dyn Fn(&ObjectivityRow) -> Option<f64>,
+) -> Option<f64> {
     let reference = read(measured.rows.first()?)?;
-    let rows: Vec<&Row> = measured.rows.iter().filter(|row| row.setting.axis == axis).collect();
+    let rows: Vec<&ObjectivityRow> = measured.rows.iter().filter(|row| row.setting.axis == axis).collect();
     let values = rows.iter().map(|row| read(row)).collect::<Option<Vec<f64>>>()?;
     if values.is_empty() || reference <= 0.0 {
         return None;
@@ -100,9 +104,9 @@ pub fn spread(measured: &Measured, axis: Axis, read: &dyn Fn(&Row) -> Option<f64
 }
 
 /// The whole file. `wall_seconds`: time since the command began [s].
-pub fn json(measured: &Measured, plan: Plan, wall_seconds: f64) -> Value {
+pub fn json(measured: &ObjectivityResult, plan: ObjectivityPlan, wall_seconds: f64) -> Value {
     let case = &measured.case;
-    let figure = |figure: Figure| {
+    let figure = |figure: AskedFigure| {
         json!({
             "quantity": figure.quantity,
             "varied": figure.varied,
@@ -111,8 +115,9 @@ pub fn json(measured: &Measured, plan: Plan, wall_seconds: f64) -> Value {
             "met": figure.met(),
         })
     };
-    let axis = |axis: &Axis| {
-        let percent = |read: &dyn Fn(&Row) -> Option<f64>| spread(measured, *axis, read).map(|part| part * 100.0);
+    let axis = |axis: &VariedAxis| {
+        let percent =
+            |read: &dyn Fn(&ObjectivityRow) -> Option<f64>| spread(measured, *axis, read).map(|part| part * 100.0);
         json!({
             "axis": axis.name(),
             "limit_spread_percent": percent(&|row| row.limit.map(|limit| limit.middle())),
@@ -139,12 +144,12 @@ pub fn json(measured: &Measured, plan: Plan, wall_seconds: f64) -> Value {
                       difference to the reference's velocity before either's first broken yarn, over the velocity it lost until then; absorbed energy: over \
                       position, half as long elements and Courant numbers, over the impact energy at the limit",
         "figures": figures(measured).into_iter().map(figure).collect::<Vec<_>>(),
-        "axes": Axis::ALL.iter().map(axis).collect::<Vec<_>>(),
+        "axes": VariedAxis::ALL.iter().map(axis).collect::<Vec<_>>(),
         "settings": measured.rows.iter().map(of_row).collect::<Vec<_>>(),
     })
 }
 
-fn of_row(row: &Row) -> Value {
+fn of_row(row: &ObjectivityRow) -> Value {
     json!({
         "axis": row.setting.axis.name(),
         "name": row.setting.name,

@@ -9,7 +9,7 @@ use crate::solver::state::State;
 
 /// A change of the state.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum Disturbance {
+pub(super) enum Perturbation {
     /// Every free node is moved by up to so many element lengths, at the start.
     Noise(f64),
     /// These yarn directions are broken in every element, at the start.
@@ -19,7 +19,7 @@ pub(super) enum Disturbance {
     NotANumber(u64),
 }
 
-impl Disturbance {
+impl Perturbation {
     /// The step before which the state changes.
     pub(super) fn step(self) -> u64 {
         match self {

@@ -2,10 +2,10 @@
 
 use std::sync::atomic::AtomicBool;
 
-use super::judge::{self, Machine, NoRun};
+use super::judge::{self, SkipReason, StressBackend};
 use crate::case::{self, Case};
 use crate::run::Run;
-use crate::study::verify::{Row, scenes};
+use crate::study::verify::{Check, scenes};
 
 /// A pre-tensioned ply of 12 × 10 elements in its first mode, at Courant 0.9, over so many steps.
 fn vibrating(steps: u64) -> Result<Case, String> {
@@ -31,8 +31,13 @@ fn drift(run: &Run) -> f64 {
 }
 
 /// Rows of the long run on one machine; `None` after an interrupt.
-pub(super) fn rows(group: &'static str, machine: Machine<'_>, steps: u64, interrupt: &AtomicBool) -> Option<Vec<Row>> {
-    let row = |what: &str, got: String, tolerance: f64, pass: bool| Row {
+pub(super) fn rows(
+    group: &'static str,
+    machine: StressBackend<'_>,
+    steps: u64,
+    interrupt: &AtomicBool,
+) -> Option<Vec<Check>> {
+    let row = |what: &str, got: String, tolerance: f64, pass: bool| Check {
         group,
         name: format!("vibrating ply, {steps} steps: {what}"),
         expected: "0".to_owned(),
@@ -48,8 +53,8 @@ pub(super) fn rows(group: &'static str, machine: Machine<'_>, steps: u64, interr
         Err(why) => return failed(why),
     };
     match judge::run(&case, machine, None, interrupt) {
-        Err(NoRun::Interrupted) => None,
-        Err(NoRun::Refused(why) | NoRun::Unable(why) | NoRun::Panicked(why)) => failed(why),
+        Err(SkipReason::Interrupted) => None,
+        Err(SkipReason::Refused(why) | SkipReason::Unable(why) | SkipReason::Panicked(why)) => failed(why),
         Ok(finished) => {
             let run = &finished.run;
             if let Some(fault) = judge::unsound(&finished) {
@@ -65,6 +70,6 @@ pub(super) fn rows(group: &'static str, machine: Machine<'_>, steps: u64, interr
 }
 
 /// Largest drift, over the energy of the vibration, and energy error of the ledger.
-fn bounds(machine: Machine<'_>) -> (f64, f64) {
+fn bounds(machine: StressBackend<'_>) -> (f64, f64) {
     if machine.is_double() { (1e-6, 1e-9) } else { (1e-2, 5e-3) }
 }

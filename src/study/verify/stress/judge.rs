@@ -6,7 +6,7 @@ use std::any::Any;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use super::disturbance::Disturbance;
+use super::disturbance::Perturbation;
 use super::law_path::LawPath;
 use crate::case::{Case, Rotation, Shape};
 use crate::gpu::Device;
@@ -19,14 +19,14 @@ use crate::solver::energy_balance::Balance;
 
 /// What computes a scene.
 #[derive(Clone, Copy, Debug)]
-pub enum Machine<'a> {
+pub enum StressBackend<'a> {
     /// The processor, in a number type.
     Cpu(Precision),
     /// A graphics processor, in f32.
     Gpu(&'a Device),
 }
 
-impl Machine<'_> {
+impl StressBackend<'_> {
     /// Short name for the table.
     pub fn name(&self) -> &'static str {
         match self {
@@ -44,7 +44,7 @@ impl Machine<'_> {
 
 /// What is wrong with a run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Kind {
+pub enum FaultKind {
     /// The program panicked.
     Panic,
     /// The device was lost.
@@ -65,22 +65,22 @@ pub enum Kind {
 
 /// A run that is not sound.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Fault {
+pub struct Unsound {
     /// What kind of.
-    pub kind: Kind,
+    pub kind: FaultKind,
     /// In words, with the number and its bound.
     pub what: String,
 }
 
-impl Fault {
-    pub(super) fn new(kind: Kind, what: impl Into<String>) -> Self {
+impl Unsound {
+    pub(super) fn new(kind: FaultKind, what: impl Into<String>) -> Self {
         Self { kind, what: what.into() }
     }
 }
 
 /// Why there is no run to judge.
 #[derive(Clone, Debug)]
-pub(super) enum NoRun {
+pub(super) enum SkipReason {
     /// The case cannot become a model: a named diagnosis.
     Refused(String),
     /// The device does not compute such a case, or cannot hold it: a named diagnosis.
@@ -108,25 +108,25 @@ pub(super) struct Finished {
 /// Runs a case. `disturbance` changes the state on the way, which a case cannot.
 pub(super) fn run(
     case: &Case,
-    machine: Machine<'_>,
-    disturbance: Option<Disturbance>,
+    machine: StressBackend<'_>,
+    disturbance: Option<Perturbation>,
     interrupt: &AtomicBool,
-) -> Result<Finished, NoRun> {
+) -> Result<Finished, SkipReason> {
     let work = || match machine {
-        Machine::Cpu(Precision::F64) => on_cpu::<f64>(case, disturbance, interrupt),
-        Machine::Cpu(Precision::F32) => on_cpu::<f32>(case, disturbance, interrupt),
-        Machine::Gpu(device) => on_gpu(case, device, disturbance, interrupt),
+        StressBackend::Cpu(Precision::F64) => on_cpu::<f64>(case, disturbance, interrupt),
+        StressBackend::Cpu(Precision::F32) => on_cpu::<f32>(case, disturbance, interrupt),
+        StressBackend::Gpu(device) => on_gpu(case, device, disturbance, interrupt),
     };
     let finished = caught(work)?.map_err(|error| match error {
-        RunError::Device(error) => NoRun::Unable(error.to_string()),
-        other => NoRun::Refused(other.to_string()),
+        RunError::Device(error) => SkipReason::Unable(error.to_string()),
+        other => SkipReason::Refused(other.to_string()),
     })?;
-    if interrupt.load(Ordering::Relaxed) { Err(NoRun::Interrupted) } else { Ok(finished) }
+    if interrupt.load(Ordering::Relaxed) { Err(SkipReason::Interrupted) } else { Ok(finished) }
 }
 
 /// Does a piece of work that may panic.
-pub(super) fn caught<T>(work: impl FnOnce() -> T) -> Result<T, NoRun> {
-    catch_unwind(AssertUnwindSafe(work)).map_err(|panic| NoRun::Panicked(message(&*panic)))
+pub(super) fn caught<T>(work: impl FnOnce() -> T) -> Result<T, SkipReason> {
+    catch_unwind(AssertUnwindSafe(work)).map_err(|panic| SkipReason::Panicked(message(&*panic)))
 }
 
 fn message(panic: &(dyn Any + Send)) -> String {
@@ -136,7 +136,7 @@ fn message(panic: &(dyn Any + Send)) -> String {
 
 fn on_cpu<S: RunScalar>(
     case: &Case,
-    disturbance: Option<Disturbance>,
+    disturbance: Option<Perturbation>,
     interrupt: &AtomicBool,
 ) -> Result<Finished, RunError> {
     let mut simulation = Simulation::<S>::new(case)?;
@@ -152,7 +152,7 @@ fn on_cpu<S: RunScalar>(
 /// The end of a run on the processor.
 fn finish<S: RunScalar>(simulation: Simulation<S>) -> Finished {
     let left =
-        solver::find_trouble(&simulation.model, &simulation.state).map(|t| format!("{}: {}", t.kernel, t.quantity));
+        solver::find_divergence(&simulation.model, &simulation.state).map(|t| format!("{}: {}", t.kernel, t.quantity));
     let body = simulation.model.projectile.clone();
     let rounding = solver::rounding(&simulation.model, body.as_ref());
     Finished::new(simulation.into_run(0.0), body.as_ref(), rounding, left)
@@ -161,10 +161,10 @@ fn finish<S: RunScalar>(simulation: Simulation<S>) -> Finished {
 fn on_gpu(
     case: &Case,
     device: &Device,
-    disturbance: Option<Disturbance>,
+    disturbance: Option<Perturbation>,
     interrupt: &AtomicBool,
 ) -> Result<Finished, RunError> {
-    let mut simulation = graphics::Simulation::new(case, device)?;
+    let mut simulation = graphics::DeviceSimulation::new(case, device)?;
     if let Some(change) = disturbance {
         simulation = simulation.with_state(|model, state| change.apply(model, state));
     }
@@ -179,7 +179,7 @@ fn on_gpu(
 impl Finished {
     fn new(run: Run, body: Option<&RigidBody>, rounding: f64, left: Option<String>) -> Self {
         let driven = body.filter(|body| body.prescribed);
-        let spin = driven.map_or(0.0, RigidBody::spin);
+        let spin = driven.map_or(0.0, RigidBody::rotational_energy);
         let start = run.history.first().map_or(f64::NAN, |row| {
             let b = &row.balance;
             // The leapfrog's kinetic energy of a start at rest is below zero.
@@ -207,7 +207,7 @@ pub(super) fn largest_energy(finished: &Finished) -> f64 {
 }
 
 /// What the ledger may miss, over the energy put in [-].
-pub(super) fn ledger_bound(case: &Case, machine: Machine<'_>) -> f64 {
+pub(super) fn ledger_bound(case: &Case, machine: StressBackend<'_>) -> f64 {
     let uneven = case
         .projectile
         .as_ref()
@@ -228,7 +228,7 @@ pub(super) fn ledger_bound(case: &Case, machine: Machine<'_>) -> f64 {
 pub(super) const ENERGY_BOUND: f64 = 0.01;
 
 /// What is wrong with a run; `None`: nothing. `gain`: energy by state functions over what was put in, less one, at most.
-pub(super) fn fault(case: &Case, machine: Machine<'_>, finished: &Finished, gain: f64) -> Option<Fault> {
+pub(super) fn fault(case: &Case, machine: StressBackend<'_>, finished: &Finished, gain: f64) -> Option<Unsound> {
     unsound(finished).or_else(|| unbalanced(case, machine, finished, gain))
 }
 
@@ -249,23 +249,31 @@ fn largest(finished: &Finished, of: fn(&Balance) -> f64) -> f64 {
 }
 
 /// Runs a random scene and judges it; `None`: it is sound.
-pub(super) fn judge(case: &Case, machine: Machine<'_>, interrupt: &AtomicBool) -> Result<Option<Fault>, NoRun> {
+pub(super) fn judge(
+    case: &Case,
+    machine: StressBackend<'_>,
+    interrupt: &AtomicBool,
+) -> Result<Option<Unsound>, SkipReason> {
     let finished = run(case, machine, None, interrupt)?;
     let found = fault(case, machine, &finished, energy_bound(&finished));
     let law = largest(&finished, |balance| balance.law);
-    if law == 0.0 || found.as_ref().is_none_or(|fault| fault.kind != Kind::Energy) {
+    if law == 0.0 || found.as_ref().is_none_or(|fault| fault.kind != FaultKind::Energy) {
         return Ok(found);
     }
     // The law's share again, now along the path that was taken.
     match machine {
-        Machine::Cpu(Precision::F64) => followed::<f64>(case, machine, interrupt),
-        Machine::Cpu(Precision::F32) => followed::<f32>(case, machine, interrupt),
-        Machine::Gpu(_) => Ok(fault(case, machine, &finished, energy_bound(&finished) + STRAIGHT_PATH * law)),
+        StressBackend::Cpu(Precision::F64) => followed::<f64>(case, machine, interrupt),
+        StressBackend::Cpu(Precision::F32) => followed::<f32>(case, machine, interrupt),
+        StressBackend::Gpu(_) => Ok(fault(case, machine, &finished, energy_bound(&finished) + STRAIGHT_PATH * law)),
     }
 }
 
 /// Runs a scene on the processor and judges it with what the unit-cell law makes along the path of every element.
-fn followed<S: RunScalar>(case: &Case, machine: Machine<'_>, interrupt: &AtomicBool) -> Result<Option<Fault>, NoRun> {
+fn followed<S: RunScalar>(
+    case: &Case,
+    machine: StressBackend<'_>,
+    interrupt: &AtomicBool,
+) -> Result<Option<Unsound>, SkipReason> {
     let work = || {
         let mut simulation = Simulation::<S>::new(case)?;
         let mut path = LawPath::new(&simulation.model, &simulation.state);
@@ -282,26 +290,26 @@ fn followed<S: RunScalar>(case: &Case, machine: Machine<'_>, interrupt: &AtomicB
         }
         Ok::<_, RunError>(finished)
     };
-    let finished = caught(work)?.map_err(|error| NoRun::Refused(error.to_string()))?;
+    let finished = caught(work)?.map_err(|error| SkipReason::Refused(error.to_string()))?;
     Ok(fault(case, machine, &finished, energy_bound(&finished)))
 }
 
 /// Numbers that are not finite or did not converge.
-pub(super) fn unsound(finished: &Finished) -> Option<Fault> {
+pub(super) fn unsound(finished: &Finished) -> Option<Unsound> {
     let run = &finished.run;
     if let Some(why) = &run.lost {
-        return Some(Fault::new(Kind::Lost, why));
+        return Some(Unsound::new(FaultKind::Lost, why));
     }
-    if let Some(t) = &run.trouble {
+    if let Some(t) = &run.divergence {
         let [ply, row, column] = t.place;
         let what = format!("step {} in {} at ply {ply}, row {row}, column {column}: {}", t.step, t.kernel, t.quantity);
-        return Some(Fault::new(Kind::Unstable, what));
+        return Some(Unsound::new(FaultKind::Unstable, what));
     }
     if let Some(what) = not_finite(finished) {
-        return Some(Fault::new(Kind::NotFinite, what));
+        return Some(Unsound::new(FaultKind::NotFinite, what));
     }
     let count = run.newton.unconverged;
-    (count > 0).then(|| Fault::new(Kind::Unconverged, format!("{count} unit cells without equilibrium")))
+    (count > 0).then(|| Unsound::new(FaultKind::Unconverged, format!("{count} unit cells without equilibrium")))
 }
 
 /// Roundings of the largest energy that an error may be made of: two sums of nine terms, half a unit in the last place each, and
@@ -309,7 +317,7 @@ pub(super) fn unsound(finished: &Finished) -> Option<Fault> {
 const ROUNDINGS: f64 = 10.0;
 
 /// Energy that the ledger misses or that nobody put in. A NaN is within no bound.
-fn unbalanced(case: &Case, machine: Machine<'_>, finished: &Finished, gain: f64) -> Option<Fault> {
+fn unbalanced(case: &Case, machine: StressBackend<'_>, finished: &Finished, gain: f64) -> Option<Unsound> {
     for row in &finished.run.history {
         // Where next to nothing has been put in by then, rounding is a large part of it.
         let scale = finished.start.max(row.balance.external.abs());
@@ -319,13 +327,13 @@ fn unbalanced(case: &Case, machine: Machine<'_>, finished: &Finished, gain: f64)
         if !closed {
             let at = row.time * 1e6;
             let what = format!("energy error {error:.3e} at {at:.3} µs, bound {bound:.1e}");
-            return Some(Fault::new(Kind::Ledger, what));
+            return Some(Unsound::new(FaultKind::Ledger, what));
         }
     }
     let (most, bound) = (largest_energy(finished), 1.0 + gain);
     let within = most <= bound;
     if !within {
-        return Some(Fault::new(Kind::Energy, format!("energy {most:.4} of what was put in, bound {bound:.3}")));
+        return Some(Unsound::new(FaultKind::Energy, format!("energy {most:.4} of what was put in, bound {bound:.3}")));
     }
     None
 }

@@ -4,10 +4,10 @@
 //! off by a third of itself. Here W is the integral of the in-plane forces over the stretches of each step, by Simpson's rule: a step that
 //! is too long for a kink, or a force that is not the law's, still shows as energy gained.
 
-use crate::kernels::crossover::{CellConstants, Equilibrium, LawKernel, cell_energy, solve};
+use crate::kernels::crossover::{Equilibrium, LawKernel, UnitCellParameters, cell_energy, solve};
 use crate::kernels::node_update::field as node;
 use crate::math::scalar::Scalar;
-use crate::model::{Model, Sheet};
+use crate::model::{Model, PlyType};
 use crate::solver;
 use crate::solver::state::State;
 use crate::with_law;
@@ -40,7 +40,7 @@ impl LawPath {
             sheet.law_energy.as_ref()?;
             let stretch = stretch(model, state, [ply, row, column]);
             let (now, held) = with_law!(sheet.law, L => {
-                let cell = CellConstants::<f64>::cast::<L>(&sheet.cell);
+                let cell = UnitCellParameters::<f64>::cast::<L>(&sheet.cell);
                 let rest = cell.yarn.map(|yarn| yarn.height);
                 solved::<L>(&cell, stretch, rest)
             });
@@ -56,9 +56,9 @@ impl LawPath {
             let Some(cell) = cell else { continue };
             let sheet = model.sheet(ply);
             let at = model.grid.first_element_row(ply) + row;
-            if state.whole(sheet, at, column) {
+            if state.is_undamaged(sheet, at, column) {
                 let to = stretch(model, state, [ply, row, column]);
-                with_law!(sheet.law, L => cell.go::<L>(&CellConstants::<f64>::cast::<L>(&sheet.cell), to));
+                with_law!(sheet.law, L => cell.go::<L>(&UnitCellParameters::<f64>::cast::<L>(&sheet.cell), to));
             }
             made += crossovers(sheet, row, column) * (cell.held - cell.start - cell.work);
         }
@@ -68,7 +68,7 @@ impl LawPath {
 
 impl Cell {
     /// Goes straight to another stretch.
-    fn go<L: LawKernel>(&mut self, cell: &CellConstants<f64>, to: [f64; 2]) {
+    fn go<L: LawKernel>(&mut self, cell: &UnitCellParameters<f64>, to: [f64; 2]) {
         let from = self.stretch;
         if from == to {
             return;
@@ -85,14 +85,14 @@ impl Cell {
 }
 
 /// Equilibrium and energy of a cell whose yarns are whole.
-fn solved<L: LawKernel>(cell: &CellConstants<f64>, stretch: [f64; 2], warm: [f64; 2]) -> (Equilibrium<f64>, f64) {
+fn solved<L: LawKernel>(cell: &UnitCellParameters<f64>, stretch: [f64; 2], warm: [f64; 2]) -> (Equilibrium<f64>, f64) {
     let found = solve::<f64, L>(cell, stretch, warm, true);
     let held = cell_energy(cell, &found.tension, &found.strain, found.force);
     (found, held)
 }
 
 /// Crossovers of an element.
-fn crossovers<S: Scalar>(sheet: &Sheet<S>, row: usize, column: usize) -> f64 {
+fn crossovers<S: Scalar>(sheet: &PlyType<S>, row: usize, column: usize) -> f64 {
     let [warp, weft] = sheet.cell.yarn.each_ref().map(|yarn| 2.0 * yarn.half_span);
     sheet.mesh.area(row, column) / (warp * weft)
 }

@@ -2,14 +2,14 @@
 
 use std::sync::atomic::AtomicBool;
 
-use super::disturbance::Disturbance;
-use super::judge::{self, Fault, Finished, Kind, Machine, NoRun};
+use super::disturbance::Perturbation;
+use super::judge::{self, FaultKind, Finished, SkipReason, StressBackend, Unsound};
 use crate::case::{self, Case};
 use crate::run::Run;
-use crate::study::verify::{Row, scenes};
+use crate::study::verify::{Check, scenes};
 
 /// A hard scene.
-pub(super) struct Scene {
+pub(super) struct HardScene {
     pub(super) name: &'static str,
     /// Part of the plain table too.
     pub(super) quick: bool,
@@ -20,12 +20,12 @@ pub(super) struct Scene {
     courant: Option<f64>,
     /// Energy by state functions over what was put in, less one, at most [-].
     gain: f64,
-    disturbance: Option<Disturbance>,
-    expect: Expect,
+    disturbance: Option<Perturbation>,
+    expect: ExpectedEnd,
 }
 
 /// What must come of a scene.
-enum Expect {
+enum ExpectedEnd {
     /// A sound run.
     Sound,
     /// A sound run for which this holds as well; what else it did, in words.
@@ -36,12 +36,12 @@ enum Expect {
     Diagnosed { not_a_number: bool },
 }
 
-const fn scene(name: &'static str, sets: &'static [&'static str]) -> Scene {
-    let (base, gain, expect) = ("mirror", judge::ENERGY_BOUND, Expect::Sound);
-    Scene { name, quick: false, base, sets, courant: None, gain, disturbance: None, expect }
+const fn scene(name: &'static str, sets: &'static [&'static str]) -> HardScene {
+    let (base, gain, expect) = ("mirror", judge::ENERGY_BOUND, ExpectedEnd::Sound);
+    HardScene { name, quick: false, base, sets, courant: None, gain, disturbance: None, expect }
 }
 
-impl Scene {
+impl HardScene {
     const fn quick(mut self) -> Self {
         self.quick = true;
         self
@@ -52,7 +52,7 @@ impl Scene {
         self
     }
 
-    const fn disturbed(mut self, by: Disturbance) -> Self {
+    const fn disturbed(mut self, by: Perturbation) -> Self {
         self.disturbance = Some(by);
         self
     }
@@ -67,7 +67,7 @@ impl Scene {
         self
     }
 
-    const fn expect(mut self, expect: Expect) -> Self {
+    const fn expect(mut self, expect: ExpectedEnd) -> Self {
         self.expect = expect;
         self
     }
@@ -87,14 +87,15 @@ const COLLAPSE: [&str; 6] = [
 const CENTRED: [&str; 2] = ["/projectile/obliquity_deg=0", "/projectile/offset_mm=[0,0]"];
 
 /// The list at the end of the verification specification; long runs stand in `drift`.
-pub(super) const LIST: &[Scene] = &[
-    scene("perforated, 400 µs more", &[CENTRED[0], CENTRED[1], "/solver/end_time_us=460"]).expect(Expect::And(torn)),
+pub(super) const LIST: &[HardScene] = &[
+    scene("perforated, 400 µs more", &[CENTRED[0], CENTRED[1], "/solver/end_time_us=460"])
+        .expect(ExpectedEnd::And(torn)),
     scene("Courant 0.99", &["/solver/courant=0.99"]).quick(),
-    scene("Courant 1.2", &["/solver/courant=1.2"]).quick().expect(Expect::Refused("/solver/courant")),
+    scene("Courant 1.2", &["/solver/courant=1.2"]).quick().expect(ExpectedEnd::Refused("/solver/courant")),
     scene("step 1.05 times the critical one", &["/solver/shock_viscosity=0"])
         .on("strip-uncrimped-155")
         .courant(1.05)
-        .expect(Expect::Diagnosed { not_a_number: false }),
+        .expect(ExpectedEnd::Diagnosed { not_a_number: false }),
     scene("strike at 1 m/s", &["/projectile/velocity_m_s=1"]).quick(),
     scene("strike at 10 m/s", &["/projectile/velocity_m_s=10"]),
     scene("strike at 2000 m/s", &["/projectile/velocity_m_s=2000"]).quick(),
@@ -111,21 +112,23 @@ pub(super) const LIST: &[Scene] = &[
     scene("modulus ratio 1000:1", &["/fabric/weft/modulus_gpa=0.096"]).quick(),
     scene("element aspect 10:1", &["/fabric/weft/count_per_inch=200", "/pack/height_mm=8"]).quick(),
     scene("one yarn direction absent", &["/fabric/weft={\"absent\":true,\"count_per_inch\":20}"]).quick(),
-    scene("one yarn direction failed everywhere", &[]).disturbed(Disturbance::Broken([false, true])),
+    scene("one yarn direction failed everywhere", &[]).disturbed(Perturbation::Broken([false, true])),
     scene("hit on an edge", &["/projectile/offset_mm=[25.4,0]"]).quick(),
     scene("hit in a corner", &["/projectile/offset_mm=[25.4,20.32]"]).quick(),
     scene("60° obliquity", &["/projectile/obliquity_deg=60"]).quick(),
     scene("everything erodes", &["/fabric/warp/failure_strain=0.002", "/fabric/weft/failure_strain=0.002"]).quick(),
-    scene("everything eroded", &[]).disturbed(Disturbance::Broken([true, true])).expect(Expect::And(untouched)),
+    scene("everything eroded", &[]).disturbed(Perturbation::Broken([true, true])).expect(ExpectedEnd::And(untouched)),
     scene("three plies touching at the start", &["/pack/plies=3"]),
     scene("three plies in one plane", &["/pack/plies=3", "/pack/spacing_mm=0"]),
     // Nothing resists compression in the plane, so this ply folds into itself; shear then feeds it energy.
     // It snaps into itself, elements crumple to points; a fifth is still gained.
     scene("a stretched ply let go collapses", &COLLAPSE).gains(0.25),
-    scene("noise of 1e-6 cell on the nodes", &[]).disturbed(Disturbance::Noise(1e-6)),
+    scene("noise of 1e-6 cell on the nodes", &[]).disturbed(Perturbation::Noise(1e-6)),
     scene("a mesh of one element", &["/pack/width_mm=1.27", "/pack/height_mm=1.27", "/projectile/offset_mm=[0,0]"])
         .quick(),
-    scene("NaN injected", &[]).disturbed(Disturbance::NotANumber(20)).expect(Expect::Diagnosed { not_a_number: true }),
+    scene("NaN injected", &[])
+        .disturbed(Perturbation::NotANumber(20))
+        .expect(ExpectedEnd::Diagnosed { not_a_number: true }),
 ];
 
 /// The ply is through and hangs on in many elements by one yarn.
@@ -149,7 +152,7 @@ fn slowed_by_mass(first: &crate::run::Sample, last: &crate::run::Sample) -> Resu
 }
 
 /// The case of a scene.
-fn case(scene: &Scene) -> Result<Case, String> {
+fn case(scene: &HardScene) -> Result<Case, String> {
     let sets: Vec<String> = scene.sets.iter().map(ToString::to_string).collect();
     let mut case = case::from_str(scene.base, scenes::text(scene.base), &sets).map_err(|error| error.to_string())?;
     case.solver.courant = scene.courant.unwrap_or(case.solver.courant);
@@ -157,13 +160,18 @@ fn case(scene: &Scene) -> Result<Case, String> {
 }
 
 /// Runs a scene and judges what came of it; `None` after an interrupt.
-pub(super) fn row(group: &'static str, scene: &Scene, machine: Machine<'_>, interrupt: &AtomicBool) -> Option<Row> {
+pub(super) fn row(
+    group: &'static str,
+    scene: &HardScene,
+    machine: StressBackend<'_>,
+    interrupt: &AtomicBool,
+) -> Option<Check> {
     let (expected, tolerance) = match scene.expect {
-        Expect::Sound | Expect::And(_) => ("energy ≤ given", String::new()),
-        Expect::Refused(_) => ("refused", String::new()),
-        Expect::Diagnosed { .. } => ("step, kernel, place", String::new()),
+        ExpectedEnd::Sound | ExpectedEnd::And(_) => ("energy ≤ given", String::new()),
+        ExpectedEnd::Refused(_) => ("refused", String::new()),
+        ExpectedEnd::Diagnosed { .. } => ("step, kernel, place", String::new()),
     };
-    let row = |got: String, pass: bool| Row {
+    let row = |got: String, pass: bool| Check {
         group,
         name: scene.name.to_owned(),
         expected: expected.to_owned(),
@@ -173,20 +181,20 @@ pub(super) fn row(group: &'static str, scene: &Scene, machine: Machine<'_>, inte
         pass,
     };
     let case = match (case(scene), &scene.expect) {
-        (Err(error), Expect::Refused(place)) => return Some(row("refused".to_owned(), error.contains(place))),
+        (Err(error), ExpectedEnd::Refused(place)) => return Some(row("refused".to_owned(), error.contains(place))),
         (Err(error), _) => return Some(row(error, false)),
-        (Ok(_), Expect::Refused(_)) => return Some(row("accepted".to_owned(), false)),
+        (Ok(_), ExpectedEnd::Refused(_)) => return Some(row("accepted".to_owned(), false)),
         (Ok(case), _) => case,
     };
     let bound = format!("+{:.0} %", 100.0 * scene.gain);
     let row = |got, pass| match scene.expect {
-        Expect::Sound | Expect::And(_) => Row { tolerance: bound.clone(), ..row(got, pass) },
+        ExpectedEnd::Sound | ExpectedEnd::And(_) => Check { tolerance: bound.clone(), ..row(got, pass) },
         _ => row(got, pass),
     };
     match judge::run(&case, machine, scene.disturbance, interrupt) {
-        Err(NoRun::Interrupted) => None,
-        Err(NoRun::Refused(why) | NoRun::Unable(why)) => Some(row(why, false)),
-        Err(NoRun::Panicked(why)) => Some(row(format!("panic: {why}"), false)),
+        Err(SkipReason::Interrupted) => None,
+        Err(SkipReason::Refused(why) | SkipReason::Unable(why)) => Some(row(why, false)),
+        Err(SkipReason::Panicked(why)) => Some(row(format!("panic: {why}"), false)),
         Ok(finished) => Some(match judged(scene, &case, machine, &finished) {
             Ok(got) => row(got, true),
             Err(fault) => row(fault.what, false),
@@ -195,29 +203,29 @@ pub(super) fn row(group: &'static str, scene: &Scene, machine: Machine<'_>, inte
 }
 
 /// What a run that did what was expected has to show.
-fn judged(scene: &Scene, case: &Case, machine: Machine<'_>, finished: &Finished) -> Result<String, Fault> {
+fn judged(scene: &HardScene, case: &Case, machine: StressBackend<'_>, finished: &Finished) -> Result<String, Unsound> {
     let fault = judge::fault(case, machine, finished, scene.gain);
-    if let Expect::Diagnosed { not_a_number } = scene.expect {
+    if let ExpectedEnd::Diagnosed { not_a_number } = scene.expect {
         return diagnosed(&finished.run, scene.disturbance, not_a_number);
     }
     if let Some(fault) = fault {
         return Err(fault);
     }
-    if let Expect::And(holds) = scene.expect {
-        holds(&finished.run).map_err(|what| Fault::new(Kind::Missed, what))?;
+    if let ExpectedEnd::And(holds) = scene.expect {
+        holds(&finished.run).map_err(|what| Unsound::new(FaultKind::Missed, what))?;
     }
     Ok(format!("{:.4}", judge::largest_energy(finished)))
 }
 
 /// A run that stopped itself must say where, and before what is wrong has spread.
-fn diagnosed(run: &Run, by: Option<Disturbance>, not_a_number: bool) -> Result<String, Fault> {
-    let missed = |what: String| Err(Fault::new(Kind::Missed, what));
-    let Some(trouble) = &run.trouble else {
+fn diagnosed(run: &Run, by: Option<Perturbation>, not_a_number: bool) -> Result<String, Unsound> {
+    let missed = |what: String| Err(Unsound::new(FaultKind::Missed, what));
+    let Some(trouble) = &run.divergence else {
         return missed(format!("{} after {} steps", run.outcome.word(), run.steps));
     };
     let [ply, row, column] = trouble.place;
     let got = format!("step {}, {}, [{ply}, {row}, {column}]", trouble.step, trouble.kernel);
-    let since = by.filter(|_| run.backend == "cpu").map_or(0, Disturbance::step);
+    let since = by.filter(|_| run.backend == "cpu").map_or(0, Perturbation::step);
     let prompt = !not_a_number || (trouble.step <= since + 2 && trouble.quantity.contains("NaN"));
     let named = ["element_force", "node_update", "ply_contact", "projectile_contact", "rigid_body"];
     if prompt && named.contains(&trouble.kernel) { Ok(got) } else { missed(format!("{got}: {}", trouble.quantity)) }

@@ -19,9 +19,9 @@ use std::thread;
 use proptest::strategy::ValueTree;
 use serde_json::Value;
 
-use super::Row;
-use judge::NoRun;
-pub use judge::{Fault, Kind, Machine};
+use super::Check;
+use judge::SkipReason;
+pub use judge::{FaultKind, StressBackend, Unsound};
 
 /// How many scenes are tried to make a failing one smaller.
 const TRIALS: usize = 600;
@@ -31,9 +31,9 @@ const DEVICE_SHARE: u64 = 50;
 
 /// What to run.
 #[derive(Clone, Debug)]
-pub struct Plan<'a> {
+pub struct StressPlan<'a> {
     /// On what.
-    pub machines: Vec<Machine<'a>>,
+    pub machines: Vec<StressBackend<'a>>,
     /// Random scenes on the processor; on a device a fiftieth of them.
     pub scenes: u64,
     /// Steps of the long run on the processor; on a device a fiftieth of them.
@@ -48,7 +48,7 @@ pub struct Plan<'a> {
 
 /// A random scene that is not sound, made as small as it will get.
 #[derive(Clone, Debug)]
-pub struct Found {
+pub struct UnsoundScene {
     /// Of the scenes.
     pub seed: u64,
     /// Of this one.
@@ -56,12 +56,12 @@ pub struct Found {
     /// What computed it.
     pub machine: &'static str,
     /// What is wrong.
-    pub fault: Fault,
+    pub fault: Unsound,
     /// A complete case.
     pub case: Value,
 }
 
-impl Found {
+impl UnsoundScene {
     /// Name of a file for the case.
     pub fn file(&self) -> String {
         format!("stress-{}-{}-{}.json", self.seed, self.number, self.machine.replace(' ', "-"))
@@ -72,9 +72,9 @@ impl Found {
 #[derive(Clone, Debug, Default)]
 pub struct Report {
     /// Lines of the table.
-    pub rows: Vec<Row>,
+    pub rows: Vec<Check>,
     /// Random scenes that are not sound.
-    pub found: Vec<Found>,
+    pub found: Vec<UnsoundScene>,
     /// Random scenes without a model, on the machines that were asked: numbers and reasons.
     pub refused: Vec<(&'static str, u64, String)>,
 }
@@ -83,16 +83,16 @@ pub struct Report {
 enum Ending {
     Sound,
     Refused(String),
-    Found(Box<Found>),
+    Found(Box<UnsoundScene>),
     Interrupted,
 }
 
 /// Runs a plan. `progress` is told what runs, how much of it is done and how much there is.
-pub fn run(plan: &Plan<'_>, interrupt: &AtomicBool, progress: &(dyn Fn(&str, usize, usize) + Sync)) -> Report {
+pub fn run(plan: &StressPlan<'_>, interrupt: &AtomicBool, progress: &(dyn Fn(&str, usize, usize) + Sync)) -> Report {
     let mut report = Report::default();
     for &machine in &plan.machines {
         let threads = threads(machine, plan.threads);
-        let share = if matches!(machine, Machine::Gpu(_)) { DEVICE_SHARE } else { 1 };
+        let share = if matches!(machine, StressBackend::Gpu(_)) { DEVICE_SHARE } else { 1 };
         if plan.list {
             report.rows.extend(hard(plan.steps.div_ceil(share), machine, threads, interrupt, progress));
         }
@@ -104,40 +104,40 @@ pub fn run(plan: &Plan<'_>, interrupt: &AtomicBool, progress: &(dyn Fn(&str, usi
 /// The quick part of the list. Rows after an interrupt are left out.
 pub(super) fn quick(
     group: &'static str,
-    machine: Machine<'_>,
+    machine: StressBackend<'_>,
     asked: Option<usize>,
     interrupt: &AtomicBool,
-) -> impl Iterator<Item = Row> {
+) -> impl Iterator<Item = Check> {
     let scenes: Vec<_> = list::LIST.iter().filter(|scene| scene.quick).collect();
     let row = |at: usize| list::row(group, scenes[at], machine, interrupt);
     side_by_side(threads(machine, asked), scenes.len(), row).into_iter().map_while(|row| row)
 }
 
 /// How many scenes run side by side: as many as asked for, on all cores otherwise; a device has one queue.
-fn threads(machine: Machine<'_>, asked: Option<usize>) -> usize {
+fn threads(machine: StressBackend<'_>, asked: Option<usize>) -> usize {
     match machine {
-        Machine::Cpu(_) => asked.or_else(|| thread::available_parallelism().ok().map(Into::into)).unwrap_or(1),
-        Machine::Gpu(_) => 1,
+        StressBackend::Cpu(_) => asked.or_else(|| thread::available_parallelism().ok().map(Into::into)).unwrap_or(1),
+        StressBackend::Gpu(_) => 1,
     }
 }
 
 /// Heading of the rows of a machine.
-fn group(machine: Machine<'_>) -> &'static str {
+fn group(machine: StressBackend<'_>) -> &'static str {
     match machine {
-        Machine::Gpu(_) => "stress, gpu f32",
+        StressBackend::Gpu(_) => "stress, gpu f32",
         cpu if cpu.is_double() => "stress, cpu f64",
-        Machine::Cpu(_) => "stress, cpu f32",
+        StressBackend::Cpu(_) => "stress, cpu f32",
     }
 }
 
 /// The list and the long run.
 fn hard(
     steps: u64,
-    machine: Machine<'_>,
+    machine: StressBackend<'_>,
     threads: usize,
     interrupt: &AtomicBool,
     progress: &(dyn Fn(&str, usize, usize) + Sync),
-) -> Vec<Row> {
+) -> Vec<Check> {
     let count = list::LIST.len() + 1;
     let done = AtomicUsize::new(0);
     // The long run first: the others fill the time it takes.
@@ -155,7 +155,7 @@ fn hard(
 fn random_scenes(
     seed: u64,
     scenes: u64,
-    machine: Machine<'_>,
+    machine: StressBackend<'_>,
     threads: usize,
     interrupt: &AtomicBool,
     progress: &(dyn Fn(&str, usize, usize) + Sync),
@@ -181,7 +181,7 @@ fn random_scenes(
     if interrupt.load(Ordering::Relaxed) || scenes == 0 {
         return;
     }
-    let row = |name: String, got: String, pass: bool| Row {
+    let row = |name: String, got: String, pass: bool| Check {
         group: group(machine),
         name,
         expected: "0 unsound".to_owned(),
@@ -199,15 +199,17 @@ fn random_scenes(
 }
 
 /// Draws a scene, runs it and, where it is not sound, makes it smaller.
-fn random_scene(seed: u64, number: u64, machine: Machine<'_>, interrupt: &AtomicBool) -> Ending {
+fn random_scene(seed: u64, number: u64, machine: StressBackend<'_>, interrupt: &AtomicBool) -> Ending {
     let name = format!("random scene {number} of seed {seed}");
     let Some(tree) = random::tree(seed, number) else { return Ending::Refused("no scene was drawn".to_owned()) };
-    let try_it = |draw: &random::Draw| attempt(draw, &name, machine, interrupt);
+    let try_it = |draw: &random::RandomScene| attempt(draw, &name, machine, interrupt);
     let (fault, case) = match try_it(&tree.current()) {
         Ok((None, _)) => return Ending::Sound,
         Ok((Some(fault), case)) => (fault, case),
-        Err(NoRun::Refused(why) | NoRun::Unable(why) | NoRun::Panicked(why)) => return Ending::Refused(why),
-        Err(NoRun::Interrupted) => return Ending::Interrupted,
+        Err(SkipReason::Refused(why) | SkipReason::Unable(why) | SkipReason::Panicked(why)) => {
+            return Ending::Refused(why);
+        }
+        Err(SkipReason::Interrupted) => return Ending::Interrupted,
     };
     let smaller = smallest(tree, |draw| match try_it(draw) {
         // Another fault would be another story.
@@ -215,31 +217,31 @@ fn random_scene(seed: u64, number: u64, machine: Machine<'_>, interrupt: &Atomic
         _ => None,
     });
     let (fault, case) = smaller.unwrap_or((fault, case));
-    Ending::Found(Box::new(Found { seed, number, machine: machine.name(), fault, case }))
+    Ending::Found(Box::new(UnsoundScene { seed, number, machine: machine.name(), fault, case }))
 }
 
 /// Runs a scene and judges it; the document as run. What the machine does not compute of it is left out.
 fn attempt(
-    draw: &random::Draw,
+    draw: &random::RandomScene,
     name: &str,
-    machine: Machine<'_>,
+    machine: StressBackend<'_>,
     interrupt: &AtomicBool,
-) -> Result<(Option<Fault>, Value), NoRun> {
-    let alone = |draw: &random::Draw| {
+) -> Result<(Option<Unsound>, Value), SkipReason> {
+    let alone = |draw: &random::RandomScene| {
         let ending = judge::caught(|| {
-            let case = random::case(draw, name).map_err(NoRun::Refused)?;
+            let case = random::case(draw, name).map_err(SkipReason::Refused)?;
             judge::judge(&case, machine, interrupt).map(|judged| (judged, case.as_run))
         });
         match ending.and_then(|ending| ending) {
-            Err(NoRun::Panicked(why)) => Ok((Some(Fault::new(Kind::Panic, why)), random::document(draw))),
+            Err(SkipReason::Panicked(why)) => Ok((Some(Unsound::new(FaultKind::Panic, why)), random::document(draw))),
             other => other,
         }
     };
     match alone(draw) {
-        Err(NoRun::Unable(why)) => {
+        Err(SkipReason::Unable(why)) => {
             let less =
-                draw.with_less().map(|less| alone(&less)).find(|ending| !matches!(ending, Err(NoRun::Unable(_))));
-            less.unwrap_or(Err(NoRun::Unable(why)))
+                draw.with_less().map(|less| alone(&less)).find(|ending| !matches!(ending, Err(SkipReason::Unable(_))));
+            less.unwrap_or(Err(SkipReason::Unable(why)))
         }
         other => other,
     }
@@ -247,8 +249,8 @@ fn attempt(
 
 /// The smallest that is found of which `fails` still says something, and what it says; `None`: nothing smaller was found.
 fn smallest<T>(
-    mut tree: impl ValueTree<Value = random::Draw>,
-    fails: impl Fn(&random::Draw) -> Option<T>,
+    mut tree: impl ValueTree<Value = random::RandomScene>,
+    fails: impl Fn(&random::RandomScene) -> Option<T>,
 ) -> Option<T> {
     let mut found = None;
     let mut more = tree.simplify();
@@ -300,7 +302,7 @@ mod tests {
     use super::*;
 
     /// The document of a scene.
-    fn document(draw: &random::Draw) -> Value {
+    fn document(draw: &random::RandomScene) -> Value {
         random::case(draw, "scene").map_or(Value::Null, |case| case.as_run)
     }
 
@@ -315,7 +317,7 @@ mod tests {
     #[test]
     fn what_a_machine_does_not_compute_is_left_out_of_the_same_scene() {
         const FURTHER: [&str; 3] = ["/pack/elements_per_crossover", "/pack/mesh_grading", "/solver/contact_sampling"];
-        let given = |draw: &random::Draw| {
+        let given = |draw: &random::RandomScene| {
             let document = random::document(draw);
             FURTHER.map(|key| document.pointer(key).is_some())
         };
@@ -330,7 +332,7 @@ mod tests {
             assert_eq!(less.len() + 1, 1 << count(&whole));
             assert!(less.windows(2).all(|pair| count(&pair[0]) >= count(&pair[1])));
             assert!(less.iter().all(|less| less != &whole && (0..FURTHER.len()).all(|key| whole[key] || !less[key])));
-            let parts = |draw: &random::Draw| {
+            let parts = |draw: &random::RandomScene| {
                 let mut document = random::document(draw);
                 // The aim is relative to the size, which goes with that of the elements.
                 document["projectile"]["offset_mm"] = Value::Null;
@@ -350,7 +352,7 @@ mod tests {
     #[test]
     fn shrinking_leaves_the_changes_that_matter() {
         // As if whatever is faster than 900 m/s and obliquer than 30° failed.
-        let fails = |draw: &random::Draw| {
+        let fails = |draw: &random::RandomScene| {
             let document = document(draw);
             let number =
                 |key: &str| document.pointer(&format!("/projectile/{key}")).and_then(Value::as_f64).unwrap_or(0.0);

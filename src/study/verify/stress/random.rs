@@ -20,7 +20,7 @@ type Change = Vec<(&'static str, Value)>;
 
 /// What a scene is made of.
 #[derive(Clone, Debug)]
-pub(super) struct Draw {
+pub(super) struct RandomScene {
     /// Elements along warp and weft.
     cells: [u32; 2],
     changes: Vec<Change>,
@@ -36,7 +36,7 @@ pub(super) struct Draw {
     further: Vec<Change>,
 }
 
-impl Draw {
+impl RandomScene {
     /// The scene without some of what not every machine computes, the fewest left out first; the whole is not among them.
     pub(super) fn with_less(&self) -> impl Iterator<Item = Self> + '_ {
         // A user's scene has none of them.
@@ -54,7 +54,7 @@ impl Draw {
 }
 
 /// A tree of the scene with this number, to be shrunk; `None` does not happen.
-pub(super) fn tree(seed: u64, number: u64) -> Option<impl proptest::strategy::ValueTree<Value = Draw>> {
+pub(super) fn tree(seed: u64, number: u64) -> Option<impl proptest::strategy::ValueTree<Value = RandomScene>> {
     let mut bytes = [0; 32];
     bytes[..8].copy_from_slice(&seed.to_le_bytes());
     bytes[8..16].copy_from_slice(&number.to_le_bytes());
@@ -63,7 +63,7 @@ pub(super) fn tree(seed: u64, number: u64) -> Option<impl proptest::strategy::Va
     draws().new_tree(&mut runner).ok()
 }
 
-fn draws() -> impl Strategy<Value = Draw> {
+fn draws() -> impl Strategy<Value = RandomScene> {
     let anywhere = || number(-0.6..0.6);
     let side = || select(vec![0.5, -0.5]);
     let aim = prop_oneof![
@@ -76,7 +76,7 @@ fn draws() -> impl Strategy<Value = Draw> {
     let cells = [1_u32..25, 1_u32..25];
     let parts =
         (cells, changes(), weighted(0.5, aim), weighted(0.2, pretension), 20_u32..400, user::scenes(), further());
-    parts.prop_map(|(cells, changes, aim, pretension, steps, user, further)| Draw {
+    parts.prop_map(|(cells, changes, aim, pretension, steps, user, further)| RandomScene {
         cells,
         changes,
         aim,
@@ -330,7 +330,7 @@ fn put(document: &mut Value, pointer: &str, value: Value) {
 }
 
 /// The document of a draw, but for its end.
-pub(super) fn document(draw: &Draw) -> Value {
+pub(super) fn document(draw: &RandomScene) -> Value {
     if let Some(user) = &draw.user {
         return user.clone();
     }
@@ -385,7 +385,7 @@ pub(super) fn document(draw: &Draw) -> Value {
 }
 
 /// Gives the pack the number of elements drawn; returns its size [mm].
-fn size(document: &mut Value, draw: &Draw) -> [f64; 2] {
+fn size(document: &mut Value, draw: &RandomScene) -> [f64; 2] {
     let given = |key: &str| document["pack"][key].as_f64().unwrap_or(1.0);
     let per_element = given("crossovers_per_element") / given("elements_per_crossover");
     let length = ["warp", "weft"].map(|yarn| {
@@ -431,7 +431,7 @@ fn model(mut case: Case) -> Result<Model<f64>, String> {
 }
 
 /// The case of a draw, or why there is none.
-pub(super) fn case(draw: &Draw, name: &str) -> Result<Case, String> {
+pub(super) fn case(draw: &RandomScene, name: &str) -> Result<Case, String> {
     let mut document = document(draw);
     document["title"] = name.into();
     let read = |document: &Value| case::from_str(name, &document.to_string(), &[]).map_err(|error| error.to_string());

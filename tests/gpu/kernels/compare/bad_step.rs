@@ -1,7 +1,7 @@
 //! A number that is not finite stops everything after its step, on the spot.
 
 use ripstop::gpu::Device;
-use ripstop::gpu::buffers::Name;
+use ripstop::gpu::buffers::BufferId;
 use ripstop::gpu::layout::{StepInfo, status};
 use ripstop::gpu::shader::Kernel;
 use ripstop::gpu::stepper::Stage;
@@ -27,8 +27,8 @@ fn stops(device: &Device, scene: &Scene) -> Outcome {
     let info = |at: u64| infos[(at - index) as usize];
     let all = [Stage::Elements, Stage::Nodes, Stage::Plies, Stage::Projectile];
     pair.gpu.run_stages(&info(index), &all).map_err(|e| e.to_string())?;
-    let everything = |pair: &Pair<'_>| Name::ALL.map(|name| pair.read(name));
-    if u64::from(pair.read(Name::Status)?[status::BAD_STEP]) != index {
+    let everything = |pair: &Pair<'_>| BufferId::ALL.map(|name| pair.read(name));
+    if u64::from(pair.read(BufferId::Status)?[status::BAD_STEP]) != index {
         return Err("a velocity that is no number goes unnoticed".into());
     }
     let before = everything(&pair);

@@ -2,7 +2,7 @@
 
 use nalgebra::Vector3;
 use ripstop::gpu::Device;
-use ripstop::gpu::buffers::Name;
+use ripstop::gpu::buffers::BufferId;
 use ripstop::gpu::layout::{self, IMPULSE_FIELDS};
 use ripstop::gpu::shader::Kernel;
 use ripstop::gpu::stepper::Stage;
@@ -21,7 +21,7 @@ pub(crate) fn cancels(device: &Device, scene: &Scene) -> Outcome {
     let mut pair = Pair::new(device, scene, &counts_stay)?;
     pair.begin();
     pair.advance(&[Stage::Nodes, Stage::Plies], None)?;
-    let counts: Vec<i64> = pair.read(Name::Impulses)?.into_iter().map(|word| i64::from(word as i32)).collect();
+    let counts: Vec<i64> = pair.read(BufferId::Impulses)?.into_iter().map(|word| i64::from(word as i32)).collect();
     if counts.iter().all(|count| *count == 0) {
         return Err("no impulse: the scene shows nothing".into());
     }
@@ -31,7 +31,7 @@ pub(crate) fn cancels(device: &Device, scene: &Scene) -> Outcome {
         return Err(format!("{largest} counts on one node"));
     }
     // What a node is given without a share would wait there for a later step.
-    let shares = pair.read(Name::Shares)?;
+    let shares = pair.read(BufferId::Shares)?;
     let given = counts.chunks_exact(IMPULSE_FIELDS as usize).zip(&shares);
     let lost = given.filter(|(counts, share)| **share == 0 && counts.iter().any(|count| *count != 0)).count();
     if lost > 0 {

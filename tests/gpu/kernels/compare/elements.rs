@@ -1,7 +1,7 @@
 //! Forces, heights, life and accounts of the elements.
 
 use nalgebra::Vector3;
-use ripstop::gpu::buffers::Name;
+use ripstop::gpu::buffers::BufferId;
 use ripstop::gpu::layout::status;
 use ripstop::gpu::stepper::Stage;
 use ripstop::kernels::element_force::field as element;
@@ -17,7 +17,7 @@ const GUIDE_SHARE: usize = element::GUIDE + 2;
 pub(super) fn compare(pair: &mut Pair<'_>, seen: &mut Seen) -> Outcome {
     pair.begin();
     pair.advance(&[Stage::Elements], None)?;
-    let first_status = pair.read(Name::Status)?;
+    let first_status = pair.read(BufferId::Status)?;
     seen.see(
         "residual",
         residual(&first_status),
@@ -30,12 +30,12 @@ pub(super) fn compare(pair: &mut Pair<'_>, seen: &mut Seen) -> Outcome {
     let first_unconverged = pair.totals.unconverged;
     pair.advance(&[Stage::Elements], Some(0))?;
     compare_elements(pair, seen)?;
-    let words = pair.read(Name::Status)?;
+    let words = pair.read(BufferId::Status)?;
     let unconverged = (first_unconverged + pair.totals.unconverged) as f64;
     seen.see("counters", words[status::UNCONVERGED].into(), unconverged, 1.0, || "unconverged".into());
     seen.see("counters", words[status::BAD_STEP].into(), u32::MAX.into(), 1.0, || "bad step".into());
     compare_failures(pair, seen, &words)?;
-    let flags = pair.read(Name::Flags)?;
+    let flags = pair.read(BufferId::Flags)?;
     let evaluations: u32 = flags.iter().map(|word| word >> 8).sum();
     seen.see("evaluations", evaluations.into(), pair.evaluations, pair.evaluations.max(1.0), || "sum".into());
     compare_accounts(pair, seen)
@@ -78,7 +78,7 @@ pub(super) fn compare_elements(pair: &Pair<'_>, seen: &mut Seen) -> Outcome {
 fn compare_failures(pair: &Pair<'_>, seen: &mut Seen, words: &[u32]) -> Outcome {
     let grid = &pair.scene.model.grid;
     let count = words[status::EVENTS] as usize;
-    let raw = pair.read(Name::Events)?;
+    let raw = pair.read(BufferId::Events)?;
     let mut got: Vec<&[u32]> = raw.chunks_exact(4).take(count).collect();
     got.sort();
     let place = |f: &FailureEvent| {
@@ -100,7 +100,7 @@ fn compare_failures(pair: &Pair<'_>, seen: &mut Seen, words: &[u32]) -> Outcome 
 }
 
 fn compare_accounts(pair: &Pair<'_>, seen: &mut Seen) -> Outcome {
-    let accounts = pair.read_floats(Name::Accounts)?;
+    let accounts = pair.read_floats(BufferId::Accounts)?;
     let count = pair.gpu.sizes().elements as usize;
     let field = |n: usize| accounts[n * count..(n + 1) * count].iter().copied();
     let add = |n: usize| field(n).sum::<f64>();

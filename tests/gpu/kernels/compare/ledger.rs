@@ -1,7 +1,7 @@
 //! The sums of the ledger after whole steps.
 
 use nalgebra::Vector3;
-use ripstop::gpu::buffers::Name;
+use ripstop::gpu::buffers::BufferId;
 use ripstop::gpu::layout::{self, BODY_WORDS, STATUS_WORDS, SUMS, sum};
 use ripstop::gpu::stepper::Stage;
 use ripstop::run::outcome;
@@ -45,7 +45,7 @@ pub(super) fn compare(pair: &mut Pair<'_>, seen: &mut Seen) -> Outcome {
     stages.push(Stage::Ledger);
     pair.advance(&stages, None)?;
     pair.advance(&stages, Some(1))?;
-    let (words, per_sample) = (pair.read(Name::Samples)?, pair.gpu.sizes().sample_words());
+    let (words, per_sample) = (pair.read(BufferId::Samples)?, pair.gpu.sizes().sample_words());
     let (sums, rest) = words[per_sample..2 * per_sample].split_at(per_sample - BODY_WORDS - STATUS_WORDS);
     let numbers = |which: usize| sums.chunks_exact(SUMS).map(move |s| f64::from(f32::from_bits(s[which])));
     let add = |which: usize| numbers(which).sum::<f64>();
@@ -101,7 +101,7 @@ pub(super) fn compare(pair: &mut Pair<'_>, seen: &mut Seen) -> Outcome {
             seen.see(name, add(sum::SUPPORT + a), expected, scale + expected.abs(), || format!("ledger {a}"));
         }
     }
-    let status = pair.read(Name::Status)?;
+    let status = pair.read(BufferId::Status)?;
     seen.see("counters", f64::from(u8::from(rest[BODY_WORDS..] != status[..STATUS_WORDS])), 0.0, 1.0, || "copy".into());
     anew(pair, seen)
 }
@@ -143,7 +143,7 @@ fn compare_counts(pair: &Pair<'_>, seen: &mut Seen, add: impl Fn(usize) -> f64) 
 fn anew(pair: &mut Pair<'_>, seen: &mut Seen) -> Outcome {
     let info = pair.gpu.whole_step(pair.expected.step, Some(0), 0);
     pair.gpu.run_stages(&info, &[Stage::Ledger]).map_err(|e| e.to_string())?;
-    let words = pair.read(Name::Samples)?;
+    let words = pair.read(BufferId::Samples)?;
     let per_sample = pair.gpu.sizes().sample_words();
     let (sums, body) = words[..per_sample].split_at(per_sample - BODY_WORDS - STATUS_WORDS);
     for which in ANEW {

@@ -1,6 +1,6 @@
 //! Displacement and velocity of the nodes, and what the supports take.
 
-use ripstop::gpu::buffers::Name;
+use ripstop::gpu::buffers::BufferId;
 use ripstop::gpu::stepper::Stage;
 use ripstop::kernels::node_update::field as node;
 use ripstop::solver;
@@ -16,7 +16,7 @@ pub(super) fn compare(pair: &mut Pair<'_>, seen: &mut Seen) -> Outcome {
     }
     let length = pair.scene.model.sheets[0].mesh.length[0];
     compare_nodes(pair, seen, [("displacement", length), ("velocity", pair.scene.speed)])?;
-    let supports = pair.read_floats(Name::Supports)?;
+    let supports = pair.read_floats(BufferId::Supports)?;
     let scale = force_scale(&pair.scene.model) * pair.scene.model.dt;
     for a in 0..3 {
         let got: f64 = supports.iter().skip(a).step_by(3).sum();

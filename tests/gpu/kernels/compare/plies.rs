@@ -1,6 +1,6 @@
 //! Contact between plies: motion, cells, what may have moved, energies, supports, depth.
 
-use ripstop::gpu::buffers::Name;
+use ripstop::gpu::buffers::BufferId;
 use ripstop::gpu::layout::{ACCOUNT_FIELDS, CONTACT_WORDS, status};
 use ripstop::gpu::stepper::Stage;
 
@@ -17,17 +17,17 @@ pub(super) fn compare(pair: &mut Pair<'_>, seen: &mut Seen) -> Outcome {
         }
         compare_nodes(pair, seen, [("ply displacement", way), ("ply velocity", pair.scene.speed)])?;
         reach::compare(pair, seen)?;
-        let contacts = pair.read_floats(Name::Contacts)?;
+        let contacts = pair.read_floats(BufferId::Contacts)?;
         let found = contacts.chunks_exact(CONTACT_WORDS as usize).filter(|words| words[7] != 0.0).count();
         seen.see("contacts", found as f64, pair.totals.ply_contacts as f64, 1.0, || {
             format!("step {}", pair.expected.step - 1)
         });
-        for name in [Name::Shares, Name::Impulses] {
+        for name in [BufferId::Shares, BufferId::Impulses] {
             let left = pair.read(name)?.iter().filter(|word| **word != 0).count();
             seen.see("cleared", left as f64, 0.0, 1.0, || format!("{name:?}"));
         }
     }
-    let words = pair.read(Name::Status)?;
+    let words = pair.read(BufferId::Status)?;
     let depth = f64::from(f32::from_bits(words[status::PLY_DEPTH]));
     seen.see("penetration", depth, pair.penetration[1], pair.scene.model.sheets[0].mesh.length[0], || "ply".into());
     compare_energies(pair, seen)?;
@@ -36,7 +36,7 @@ pub(super) fn compare(pair: &mut Pair<'_>, seen: &mut Seen) -> Outcome {
 
 /// Accounts of every node: loss, rubbed, and the work of moving nodes against membrane and hourglass.
 fn compare_energies(pair: &Pair<'_>, seen: &mut Seen) -> Outcome {
-    let accounts = pair.read_floats(Name::Accounts)?;
+    let accounts = pair.read_floats(BufferId::Accounts)?;
     let (elements, nodes) = (pair.gpu.sizes().elements as usize, pair.gpu.sizes().nodes as usize);
     let sum =
         |field: usize| accounts[ACCOUNT_FIELDS as usize * elements + field * nodes..][..nodes].iter().sum::<f64>();
@@ -61,7 +61,7 @@ pub(super) fn see_energies(pair: &Pair<'_>, seen: &mut Seen, got: [f64; 4], plac
 
 /// Impulse that held nodes take out of the pack.
 fn compare_supports(pair: &Pair<'_>, seen: &mut Seen) -> Outcome {
-    let supports = pair.read_floats(Name::Supports)?;
+    let supports = pair.read_floats(BufferId::Supports)?;
     let impulse = pair.node_mass() * pair.scene.speed;
     for a in 0..3 {
         let got: f64 = supports.iter().skip(a).step_by(3).sum();

@@ -1,10 +1,10 @@
 //! Contact with the projectile, and its motion.
 
-use ripstop::gpu::buffers::Name;
+use ripstop::gpu::buffers::BufferId;
 use ripstop::gpu::layout::{self, status};
 use ripstop::gpu::stepper::Stage;
 use ripstop::model::Model;
-use ripstop::solver::active_region::Reach;
+use ripstop::solver::active_region::ActiveRegion;
 
 use super::nodes::compare_nodes;
 use super::{Outcome, Pair, STEPS, Seen, reach};
@@ -28,11 +28,11 @@ pub(super) fn compare(pair: &mut Pair<'_>, seen: &mut Seen) -> Outcome {
         ],
     )?;
     reach::compare(pair, seen)?;
-    let visited = pair.read(Name::Status)?[status::VISITED];
+    let visited = pair.read(BufferId::Status)?[status::COMPUTED];
     seen.see("counters", visited.into(), computed as f64, 1.0, || "elements computed".into());
-    let marks = pair.read(Name::Candidates)?;
+    let marks = pair.read(BufferId::Candidates)?;
     seen.see("cleared", marks.iter().map(|w| w.count_ones()).sum::<u32>().into(), 0.0, 1.0, || "candidates".into());
-    let words = pair.read(Name::Body)?;
+    let words = pair.read(BufferId::Body)?;
     let start = pair.scene.model.projectile.as_ref().ok_or("no projectile")?;
     let record = layout::read_body(&words, start);
     let before = before.ok_or("no projectile")?;
@@ -53,11 +53,11 @@ pub(super) fn compare(pair: &mut Pair<'_>, seen: &mut Seen) -> Outcome {
 }
 
 /// Elements that a step computes.
-fn elements_reached(model: &Model<f32>, reach: &[Reach], step: u64) -> usize {
+fn elements_reached(model: &Model<f32>, reach: &[ActiveRegion], step: u64) -> usize {
     if step == 0 {
         return model.elements();
     }
-    let of_ply = |(ply, reach): (usize, &Reach)| {
+    let of_ply = |(ply, reach): (usize, &ActiveRegion)| {
         let [rows, columns] = reach.elements(&model.sheet(ply).mesh);
         rows.len() * columns.len()
     };
@@ -68,11 +68,11 @@ fn elements_reached(model: &Model<f32>, reach: &[Reach], step: u64) -> usize {
 fn compare_body(pair: &Pair<'_>, seen: &mut Seen, got: &layout::BodyRecord) -> Outcome {
     let Some(expected) = &pair.expected.body else { return Ok(()) };
     let scene = pair.scene;
-    let (speed, reach) = (scene.speed, expected.body.reach);
+    let (speed, reach) = (scene.speed, expected.body.bounding_radius);
     let mass = pair.pushed_mass();
     let (impulse, energy) = (mass * speed, mass * speed * speed);
     let ledger = &pair.ledger;
-    let supports = pair.read_floats(Name::Supports)?;
+    let supports = pair.read_floats(BufferId::Supports)?;
     for a in 0..3 {
         let place = || format!("direction {a}");
         let velocity = speed * (mass / expected.mass).min(1.0);

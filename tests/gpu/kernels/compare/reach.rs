@@ -4,14 +4,20 @@ use ripstop::gpu::stepper::Stage;
 use ripstop::kernels::node_update::field as node;
 use ripstop::model::Model;
 use ripstop::model::over::{self, INSIDE, SIDES, neighbour};
-use ripstop::solver::active_region::Reach;
+use ripstop::solver::active_region::ActiveRegion;
 use ripstop::solver::state::State;
 
 use super::{Outcome, Pair, Seen, places};
 
 /// What the device must take to have moved after a stage. It lets its rectangles grow by a ring at the end of a step, in
 /// the projectile's kernel; the processor does so where the nodes move.
-pub(super) fn follow(reach: &mut [Reach], model: &Model<f32>, stage: Stage, before: &State<f32>, after: &State<f32>) {
+pub(super) fn follow(
+    reach: &mut [ActiveRegion],
+    model: &Model<f32>,
+    stage: Stage,
+    before: &State<f32>,
+    after: &State<f32>,
+) {
     if !matches!(stage, Stage::Plies | Stage::Projectile) {
         return;
     }
@@ -23,7 +29,7 @@ pub(super) fn follow(reach: &mut [Reach], model: &Model<f32>, stage: Stage, befo
     // Contact takes in what it touches: whatever it changed.
     for [ply, row, column] in places(model) {
         if bits(model, before, [ply, row, column]) != bits(model, after, [ply, row, column]) {
-            reach[ply].touch(row, column);
+            reach[ply].activate(row, column);
         }
     }
 }
@@ -36,7 +42,7 @@ fn bits(model: &Model<f32>, state: &State<f32>, [ply, row, column]: [usize; 3]) 
 /// The rectangles, the cells that nodes are over, and the bits of what nothing has reached.
 pub(super) fn compare(pair: &Pair<'_>, seen: &mut Seen) -> Outcome {
     let (model, got) = (&pair.scene.model, pair.download()?);
-    for (ply, (got, expected)) in got.reach.iter().zip(&pair.reach).enumerate() {
+    for (ply, (got, expected)) in got.active.iter().zip(&pair.reach).enumerate() {
         let differs = f64::from(u8::from(got != expected));
         seen.see("reach", differs, 0.0, 1.0, || format!("ply {ply}, {got:?} for {expected:?}"));
     }
@@ -58,7 +64,7 @@ pub(super) fn compare(pair: &Pair<'_>, seen: &mut Seen) -> Outcome {
     seen.see("over", many, 0.0, 1.0, || format!("{beside} of {} cells beside", got.over.len()));
     for place in places(model) {
         let [ply, row, column] = place;
-        let reach = &pair.expected.reach[ply];
+        let reach = &pair.expected.active[ply];
         if reach.rows.contains(&row) && reach.columns.contains(&column) {
             continue;
         }

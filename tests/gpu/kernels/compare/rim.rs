@@ -1,7 +1,7 @@
 //! Contact at the rim that has no room, or finds no rest.
 
 use ripstop::gpu::Device;
-use ripstop::gpu::buffers::Name;
+use ripstop::gpu::buffers::BufferId;
 use ripstop::gpu::layout::status;
 use ripstop::gpu::shader::Kernel;
 use ripstop::gpu::stepper::Stage;
@@ -18,7 +18,7 @@ fn counters(device: &Device, find: &str, put: &str) -> Result<[Vec<u32>; 2], Str
         pair.begin();
         let info = pair.gpu.whole_step(scene.state.step, None, 1);
         pair.gpu.run_stages(&info, &[Stage::Nodes, Stage::Projectile]).map_err(|e| e.to_string())?;
-        pair.read(Name::Status)
+        pair.read(BufferId::Status)
     };
     assert!(ripstop::gpu::shader::KERNELS.iter().any(|kernel| kernel.source().contains(find)), "no {find}");
     Ok([run(put)?, run(find)?])
@@ -27,8 +27,8 @@ fn counters(device: &Device, find: &str, put: &str) -> Result<[Vec<u32>; 2], Str
 /// More points of the rim than there is room for are counted, and none is heeded.
 pub(crate) fn crowded(device: &Device) -> Outcome {
     let [small, enough] = counters(device, "found > scene.ties", "found > 5u")?;
-    if small[status::CROWDED_RIM] <= 5 || enough[status::CROWDED_RIM] != 0 {
-        return Err(format!("{} points where there is room for 5", small[status::CROWDED_RIM]));
+    if small[status::OVERFLOW_EDGES] <= 5 || enough[status::OVERFLOW_EDGES] != 0 {
+        return Err(format!("{} points where there is room for 5", small[status::OVERFLOW_EDGES]));
     }
     if small[status::BAD_STEP] == u32::MAX { Ok(()) } else { Err("numbers go bad without the rim".into()) }
 }
@@ -36,7 +36,7 @@ pub(crate) fn crowded(device: &Device) -> Outcome {
 /// A set of points that still changes when no more solves are allowed ends the run in that step.
 pub(crate) fn restless(device: &Device) -> Outcome {
     let [one, enough] = counters(device, "const SET_CHANGES: u32 = 40u;", "const SET_CHANGES: u32 = 0u;")?;
-    let of = |counters: &[u32]| [counters[status::UNSETTLED], counters[status::BAD_STEP]];
+    let of = |counters: &[u32]| [counters[status::NOT_CONVERGED], counters[status::BAD_STEP]];
     if of(&enough) != [0, u32::MAX] {
         return Err(format!("{:?} where 40 changes are allowed", of(&enough)));
     }

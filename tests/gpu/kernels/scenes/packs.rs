@@ -6,7 +6,7 @@ use ripstop::kernels::element_force::field as element;
 use ripstop::kernels::node_update::field as node;
 use ripstop::model::over::{INSIDE, SIDES, neighbour};
 use ripstop::model::{Mesh, Model};
-use ripstop::solver::active_region::Reach;
+use ripstop::solver::active_region::ActiveRegion;
 use ripstop::solver::state::State;
 use serde_json::{Value, json};
 
@@ -270,7 +270,7 @@ fn pack(name: &str, groups: &[Group], kind: Kind) -> Scene {
 fn were_inside(model: &Model<f32>, state: &mut State<f32>, random: &mut Random) {
     let across = model.grid.columns + 1;
     for (at, part) in state.over.chunks_mut(model.nodes_per_ply()).enumerate() {
-        let reach = &state.reach[at / SIDES];
+        let reach = &state.active[at / SIDES];
         for (node, over) in part.iter_mut().enumerate() {
             let moves = reach.rows.contains(&(node / across)) && reach.columns.contains(&(node % across));
             *over |= if moves && random.between(0.0, 1.0) < 0.5 { INSIDE } else { 0 };
@@ -357,9 +357,9 @@ fn rest(model: &Model<f32>, state: &mut State<f32>, random: &mut Random, [top, b
         for (row, column) in (0..=mesh.rows).flat_map(|row| (0..=mesh.columns).map(move |column| (row, column))) {
             put(model, state, [ply, row, column], &Vector3::zeros(), [0.0; 3]);
         }
-        state.reach[ply] = Reach::nothing();
+        state.active[ply] = ActiveRegion::nothing();
     }
-    state.reach[0] = Reach { rows: top..bottom, columns: left..right };
+    state.active[0] = ActiveRegion { rows: top..bottom, columns: left..right };
     for (row, column) in (top..bottom).flat_map(|row| (left..right).map(move |column| (row, column))) {
         let moved = Vector3::from(random.vector(1e-5));
         let [x, y, z] = random.vector(0.4 * SPEED);

@@ -6,7 +6,7 @@ use ripstop::kernels::element_force::field as element;
 use ripstop::kernels::node_update::field as node;
 use ripstop::kernels::rigid_body::RigidBody;
 use ripstop::model::Model;
-use ripstop::solver::active_region::Reach;
+use ripstop::solver::active_region::ActiveRegion;
 use ripstop::solver::fabric_between;
 use ripstop::solver::state::State;
 
@@ -337,7 +337,7 @@ fn struck(name: &str, case: Case) -> Scene {
     let model = Model::<f32>::new(&case).unwrap();
     let mut state = State::new(&case, &model);
     if name.contains("resting") {
-        state.reach.fill(Reach::nothing());
+        state.active.fill(ActiveRegion::nothing());
     } else {
         state.reach_everything(&model);
     }
@@ -451,7 +451,7 @@ fn wrapped(random: &mut Random, name: &str, body: &RigidBody, reference: &Vector
         // Where the surface is nearest to a far point is an edge or a corner more often than a face; one in three lies
         // about the axis, where the tip is.
         let across = if random.between(0.0, 1.0) < 0.33 { 0.2 } else { 1.0 };
-        let [x, y, z] = random.vector(4.0 * body.body.reach);
+        let [x, y, z] = random.vector(4.0 * body.body.bounding_radius);
         let far = Vector3::new(across * x, across * y, z);
         at = body.position + body.orientation.transform_vector(&far);
         let (gap, normal) = body.gap(&at);
