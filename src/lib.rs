@@ -24,7 +24,7 @@
 //!   like the shaders; tests hold the twins together.
 //! - [`solver`] is the only place that knows the order of the kernels on the CPU, [`gpu`] on a graphics processor.
 //!   State lies in rows (ply, row, column), each ply in its own axes; [`solver::active_region`] is what may have moved.
-//! - [`run::run`] is the host loop. Whoever wants to follow a run implements [`run::Watch`] and gets progress and [`run::frame`]s.
+//! - [`run::run`] is the host loop. Whoever wants to follow a run implements [`run::Observer`] and gets progress and [`run::frame`]s.
 //!   [`run::outcome`] decides what became of the projectile.
 //! - [`output::trust`] and [`output::warnings`] say what makes a result less certain than it looks.
 //!

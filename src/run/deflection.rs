@@ -1,7 +1,7 @@
 //! Largest deflection of each ply: of fabric that hangs on an edge, or is most of a ply that is free all round.
 //!
 //! Debris flies ahead of the fabric that it came from, and must not count. What a piece of fabric hangs on is told by the whole state
-//! ([`pieces::hanging`]), which is too much for every sample. Before anything has come loose every sample counts; so the state is
+//! ([`hanging`](crate::run::pieces::hanging)), which is too much for every sample. Before anything has come loose every sample counts; so the state is
 //! looked at from time to time, and pieces never grow together again. From the first loose piece on, what hangs is measured at
 //! these looks alone.
 

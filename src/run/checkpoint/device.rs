@@ -39,7 +39,7 @@ impl Checkpointable for DeviceSimulation<'_> {
         self.time_of(self.next)
     }
 
-    /// After the last step sent off, whose results must have been taken over; see [`Simulation::settle`].
+    /// After the last step sent off, whose results must have been taken over; see [`DeviceSimulation::settle`].
     fn save(&self, head: &Header, followed: &[u8], to: &mut dyn Write) -> io::Result<()> {
         let mut head = Header { step: self.next, time: self.time(), time_step: self.model.dt, ..head.clone() };
         head.spent.waited = self.stepper.waited().as_secs_f64();

@@ -1,6 +1,6 @@
 //! Frames: the whole scene at one time, for whoever draws or writes it.
 //!
-//! A [`Camera`] in the hands of a watcher takes a [`Snapshot`] when one is due, a copy of what has moved. What costs time, tensions
+//! A [`SnapshotTaker`] in the hands of a watcher takes a [`Snapshot`] when one is due, a copy of what has moved. What costs time, tensions
 //! and strains of every element and the mirror images of a scene that is computed in part, is left to [`Snapshot::frame`],
 //! which may be called on another thread while the solver goes on.
 //!
