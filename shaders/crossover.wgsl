@@ -12,7 +12,7 @@ struct Equilibrium {
     /// h [m].
     height: vec2<f32>,
     /// How the heights will follow the stretches.
-    guide: Guide,
+    predictor: Predictor,
     /// F [N].
     force: f32,
     /// Difference of the yarns' contact forces [N].
@@ -65,7 +65,7 @@ struct Found {
     /// What the responses may be off by as tangents [N].
     bound: f32,
     met: bool,
-    guide: Guide,
+    predictor: Predictor,
 }
 
 fn cell_point(stretch: vec2<f32>, x: f32) -> CellPoint {
@@ -91,7 +91,7 @@ fn accepted(force: f32) -> f32 {
 }
 
 /// Lets the other yarn's height meet the force where the unknown's own resolution is too coarse for it.
-fn polish(stretch: vec2<f32>, start: CellPoint) -> CellPoint {
+fn refine(stretch: vec2<f32>, start: CellPoint) -> CellPoint {
     var best = start;
     for (var i = 0; i < 3; i++) {
         let size = abs(best.residual);
@@ -115,7 +115,7 @@ fn polish(stretch: vec2<f32>, start: CellPoint) -> CellPoint {
 }
 
 /// Solves the cell by the bracketed iteration, the pivot's height from `start`, after `before` evaluations.
-fn bracketed(stretch: vec2<f32>, start: f32, before: u32) -> Found {
+fn safeguarded(stretch: vec2<f32>, start: f32, before: u32) -> Found {
     let top = scene.height_sum;
     var x = start;
     var low = 0.0;
@@ -155,7 +155,7 @@ fn bracketed(stretch: vec2<f32>, start: f32, before: u32) -> Found {
         best = cell_point(stretch, x);
         iterations += 1u;
     }
-    return Found(x, polish(stretch, best), iterations, 0.0, !unmet, Guide());
+    return Found(x, refine(stretch, best), iterations, 0.0, !unmet, Predictor());
 }
 
 /// Strain of a yarn that nothing presses [-].
@@ -175,19 +175,19 @@ fn solve(stretch: vec2<f32>, warm: vec2<f32>, both: bool) -> Equilibrium {
     let top = scene.height_sum;
     if (!both || !(0.0 < top)) {
         let tension = tensions(straight);
-        return Equilibrium(tension, tension, straight, vec2<f32>(0.0), Guide(), 0.0, 0.0, 0u, true);
+        return Equilibrium(tension, tension, straight, vec2<f32>(0.0), Predictor(), 0.0, 0.0, 0u, true);
     }
     let start = min(max(vec2<f32>(0.0), vec2<f32>(warm[PIVOT], warm[1u - PIVOT])), vec2<f32>(top));
     var found: Found;
-    if (JOINT) {
-        found = joint(stretch, start);
+    if (NEWTON) {
+        found = coupled_newton(stretch, start);
     }
     if (!found.met) {
-        found = bracketed(stretch, start.x, found.iterations);
+        found = safeguarded(stretch, start.x, found.iterations);
     }
     let best = found.best;
     var out = Equilibrium(
-        vec2<f32>(0.0), vec2<f32>(0.0), vec2<f32>(0.0), vec2<f32>(0.0), found.guide,
+        vec2<f32>(0.0), vec2<f32>(0.0), vec2<f32>(0.0), vec2<f32>(0.0), found.predictor,
         real_force(best.pivot), abs(real_force(best.pivot) - real_force(best.other)) + found.bound,
         found.iterations, found.met);
     out.height[PIVOT] = found.x;

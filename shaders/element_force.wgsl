@@ -95,7 +95,7 @@ fn differences(field: u32, at: vec4<u32>) -> Differences {
     return Differences(bottom + top, (d - a) + (c - b), top - bottom);
 }
 
-fn kinematics(size: Size, u: Differences) -> Kinematics {
+fn kinematics(size: ElementGeometry, u: Differences) -> Kinematics {
     let g1 = u.x * size.gradient_x;
     let g2 = u.y * size.gradient_y;
     let f1 = vec3<f32>(1.0 + g1.x, g1.y, g1.z);
@@ -112,7 +112,7 @@ fn kinematics(size: Size, u: Differences) -> Kinematics {
 }
 
 /// What the stretches have grown by since the last forces, to second order. `v`: differences of velocities.
-fn stretching(size: Size, k: Kinematics, v: Differences) -> vec2<f32> {
+fn stretching(size: ElementGeometry, k: Kinematics, v: Differences) -> vec2<f32> {
     let warp = v.x * (step.span * size.gradient_x);
     let weft = v.y * (step.span * size.gradient_y);
     let along = vec2<f32>(dot(k.warp, warp), dot(k.weft, weft));
@@ -143,7 +143,7 @@ struct Membrane {
 }
 
 /// P1·Ly/2 and P2·Lx/2 [N] from in-plane yarn forces and trellis shear.
-fn membrane(size: Size, k: Kinematics, pull: vec2<f32>, shear: Shear) -> Membrane {
+fn membrane(size: ElementGeometry, k: Kinematics, pull: vec2<f32>, shear: Shear) -> Membrane {
     let n1 = pull.x * size.membrane_warp;
     let n2 = pull.y * size.membrane_weft;
     if (!SHEAR) {
@@ -159,7 +159,7 @@ fn membrane(size: Size, k: Kinematics, pull: vec2<f32>, shear: Shear) -> Membran
 }
 
 /// Energy of one element [J]: yarns, crossover compression, shear.
-fn stored_energy(size: Size, tension: vec2<f32>, strain: vec2<f32>, force: f32, shear: f32) -> f32 {
+fn stored_energy(size: ElementGeometry, tension: vec2<f32>, strain: vec2<f32>, force: f32, shear: f32) -> f32 {
     let warp = tension.x * strain.x * scene.warp_half_span * (1.0 + scene.warp_crimp);
     let weft = tension.y * strain.y * scene.weft_half_span * (1.0 + scene.weft_crimp);
     return size.cells * (warp + weft + compression_energy(force)) + size.area * shear;
@@ -177,24 +177,24 @@ fn stored(field: u32, element: u32) -> vec3<f32> {
     return vec3<f32>(forces[field * e + element], forces[(field + 1u) * e + element], forces[(field + 2u) * e + element]);
 }
 
-fn kept_guide(element: u32) -> Guide {
+fn kept_predictor(element: u32) -> Predictor {
     let e = scene.elements;
-    return Guide(
+    return Predictor(
         vec2<f32>(heights[element], heights[e + element]),
         vec2<f32>(heights[2u * e + element], heights[3u * e + element]));
 }
 
-fn keep_heights(element: u32, height: vec2<f32>, guide: Guide) {
+fn keep_heights(element: u32, height: vec2<f32>, predictor: Predictor) {
     let e = scene.elements;
-    heights[element] = guide.fall.x;
-    heights[e + element] = guide.fall.y;
-    heights[2u * e + element] = guide.share.x;
-    heights[3u * e + element] = guide.share.y;
+    heights[element] = predictor.dh_dstretch.x;
+    heights[e + element] = predictor.dh_dstretch.y;
+    heights[2u * e + element] = predictor.force_share.x;
+    heights[3u * e + element] = predictor.force_share.y;
     heights[4u * e + element] = height.x;
     heights[5u * e + element] = height.y;
 }
 
-fn report(element: u32, which: u32, strain: f32) {
+fn record_failure(element: u32, which: u32, strain: f32) {
     atomicAdd(&status[FAILED + which], 1u);
     let at = atomicAdd(&status[EVENTS], 1u);
     events[at] = Event(step.index, element, which, strain);
@@ -215,7 +215,7 @@ struct Viscous {
 
 /// Viscous forces of warp and weft: stiffness times viscosity times the rate of stretch, so large at a shock and small elsewhere. A slack
 /// yarn has none, and a yarn never pushes. `elastic`: in-plane forces of the yarns; `before`: viscous forces at the last step.
-fn shock_viscosity(size: Size, k: Kinematics, v: Differences, elastic: vec2<f32>, before: vec2<f32>) -> Viscous {
+fn shock_viscosity(size: ElementGeometry, k: Kinematics, v: Differences, elastic: vec2<f32>, before: vec2<f32>) -> Viscous {
     let warp = v.x * size.gradient_x;
     let weft = v.y * size.gradient_y;
     let rate = vec2<f32>(dot(k.warp, warp), dot(k.weft, weft));
@@ -382,14 +382,14 @@ fn element_step(element: u32) -> u32 {
     let was_alive = vec2<bool>((word & 1u) != 0u, (word & 2u) != 0u);
     let both = both_of(was_alive);
     if (!any_of(was_alive)) {
-        if (LEDGER) {
+        if (SAMPLED) {
             accounts[3u * e + element] = 0.0;
             accounts[4u * e + element] = 0.0;
             accounts[5u * e + element] = 0.0;
             accounts[6u * e + element] = 0.0;
             accounts[9u * e + element] = 0.0;
         }
-        keep_heights(element, vec2<f32>(0.0), Guide());
+        keep_heights(element, vec2<f32>(0.0), Predictor());
         if (WINDOWS) {
             keep_strains(element, vec2<f32>(BROKEN));
         }
@@ -398,9 +398,9 @@ fn element_step(element: u32) -> u32 {
     let at = corners(element);
     let u = differences(0u, at);
     let v = differences(3u, at);
-    let size = size_of(element);
+    let size = geometry_of(element);
     let k = kinematics(size, u);
-    let warm = foretold(kept_guide(element), vec2<f32>(heights[4u * e + element], heights[5u * e + element]), stretching(size, k, v));
+    let warm = predicted(kept_predictor(element), vec2<f32>(heights[4u * e + element], heights[5u * e + element]), stretching(size, k, v));
     let cell = solve(k.stretch, warm, both);
 
     let zero = vec2<f32>(0.0);
@@ -453,7 +453,7 @@ fn element_step(element: u32) -> u32 {
     if (HOURGLASS) {
         store(6u, element, 0.25 * stiffness * mode);
     }
-    keep_heights(element, cell.height, cell.guide);
+    keep_heights(element, cell.height, cell.predictor);
 
     if (FAILURE && any_of(failed)) {
         var was = Shear();
@@ -477,14 +477,14 @@ fn element_step(element: u32) -> u32 {
             let cells = stored_energy(size, select(zero, cell.tension, was_alive), cell.strain, cell.force, 0.0);
             accounts[8u * e + element] = law_share(k.stretch) * cells;
         }
-        if (failed.x) { report(element, 0u, cell.strain.x); }
-        if (failed.y) { report(element, 1u, cell.strain.y); }
+        if (failed.x) { record_failure(element, 0u, cell.strain.x); }
+        if (failed.y) { record_failure(element, 1u, cell.strain.y); }
         if (!any_of(alive)) { atomicAdd(&status[ERODED], 1u); }
     }
     let bits = select(0u, 1u, alive.x) | select(0u, 2u, alive.y);
     flags[element] = (word & 0xffffff00u) + (cell.iterations << 8u) + bits;
 
-    if (LEDGER) {
+    if (SAMPLED) {
         let tension = select(zero, select(free, cell.tension, both_left), alive);
         let strain = select(free_strain, cell.strain, both_left);
         accounts[3u * e + element] = stored_energy(size, tension, strain, select(0.0, cell.force, both_left), left.energy);

@@ -20,7 +20,7 @@ fn corner_force(element: u32, there: bool, warp: f32, weft: f32, mode: f32) -> v
 
 /// Internal force on a node [N].
 fn gather(node: u32, place: vec2<u32>) -> vec3<f32> {
-    let there = around(node_ply(node), place);
+    let there = adjacent_elements(node_ply(node), place);
     let e = element_above(node, place);
     let first = corner_force(e, there.x, 1.0, 1.0, -1.0);
     let second = corner_force(e - 1u, there.y, -1.0, 1.0, 1.0);
@@ -49,7 +49,7 @@ fn gather_parts(node: u32, place: vec2<u32>) -> Parts {
     if (!HOURGLASS) {
         return Parts(whole, vec3<f32>(0.0));
     }
-    let there = around(node_ply(node), place);
+    let there = adjacent_elements(node_ply(node), place);
     let e = element_above(node, place);
     let above = corner_mode(e - 1u, there.y) - corner_mode(e, there.x);
     let below = corner_mode(e - scene.columns, there.w) - corner_mode(e - scene.columns - 1u, there.z);

@@ -17,7 +17,7 @@ struct Line {
 
 /// A line of nodes across X (0) or Y (1) of a ply of a graded mesh.
 fn line_at(ply: u32, axis: u32, line: u32) -> Line {
-    let at = (2u * plies[ply].sheet + axis) * (max(scene.columns, scene.rows) + 2u) + line;
+    let at = (2u * plies[ply].ply_type + axis) * (max(scene.columns, scene.rows) + 2u) + line;
     let texel = textureLoad(grid_lines, vec2<u32>(at % LINES_ACROSS, at / LINES_ACROSS), 0);
     return Line(texel.x, texel.y, texel.z, texel.w);
 }

@@ -25,7 +25,7 @@ fn mark_node(node: u32) {
 /// where it is to where it would be without the fabric in front of it. Where the rim is sampled, as far as an edge of an element may reach
 /// more, and the nodes at the other ends of its edges with it. Vectors are in the axes of the pack.
 fn mark(node: u32, reference: vec3<f32>, displacement: vec3<f32>, speed: f32, depth: f32) {
-    var room = 1.01 * scene.dt * (speed + 1.1 * body.velocity.w) + 1e-6 * scene.body_reach;
+    var room = 1.01 * scene.dt * (speed + 1.1 * body.velocity.w) + 1e-6 * scene.body_bounding_radius;
     if (RIM) {
         room += scene.rim_depth;
     }

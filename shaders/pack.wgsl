@@ -7,7 +7,7 @@ struct Ply {
     rows: u32,
     columns: u32,
     /// Which sheet it is.
-    sheet: u32,
+    ply_type: u32,
     /// Yarns that are there: 1 warp, 2 weft.
     present: u32,
     origin_x: f32,

@@ -40,7 +40,7 @@ const FLAT: f32 = 0.05;
 /// A node's contact with one of its neighbouring plies.
 struct Contact {
     /// Unit vector along which the node is driven out; in w the least velocity along it [m/s].
-    push: vec4<f32>,
+    normal_impulse: vec4<f32>,
     /// Coordinates within the cell, ±½ at its edges; speed at which the node is moved out [m/s]; 1 where there is contact.
     foot: vec4<f32>,
 }
@@ -215,7 +215,7 @@ fn recovery_speed(gap: f32, thickness: f32, along: f32) -> f32 {
 /// Impulse of one contact on its node [N·s].
 struct Impulse {
     along: f32,
-    drag: vec3<f32>,
+    friction_impulse: vec3<f32>,
 }
 
 fn impulse_between(velocity: vec3<f32>, push: vec3<f32>, limit: f32, kappa: f32) -> Impulse {

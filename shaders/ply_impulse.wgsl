@@ -55,7 +55,7 @@ fn press(ply: u32, node: u32, side: u32) {
     let found = impulse_between(velocity, push, contact.push.w, kappa);
     let slide = velocity - push * dot(velocity, push);
     let part = part_of(ply, node_place(node));
-    accounts[10u * scene.elements + scene.nodes + node] -= part * dot(found.drag, slide + found.drag * (0.5 * compliance));
+    accounts[10u * scene.elements + scene.nodes + node] -= part * dot(found.friction_impulse, slide + found.friction_impulse * (0.5 * compliance));
     // In the largest unit of any of the nodes, which is a whole number of every other one's.
     let own = count_shift(ply, node_place(node));
     var theirs: vec4<u32>;
@@ -64,7 +64,7 @@ fn press(ply: u32, node: u32, side: u32) {
     }
     let largest = max(max(own, max(theirs.x, theirs.y)), max(theirs.z, theirs.w));
     let unit = scene.impulse_unit * f32(1u << largest);
-    let counts = (push * found.along + found.drag) * (part / unit);
+    let counts = (push * found.along + found.friction_impulse) * (part / unit);
     let shifts = push * (kappa * contact.foot.z) * (part / unit);
     var given = vec3<i32>(0);
     var moved = vec3<i32>(0);

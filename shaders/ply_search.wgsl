@@ -33,7 +33,7 @@ struct Touch {
     cell: vec2<u32>,
     place: vec2<f32>,
     /// Unit vector along which the node is driven out.
-    push: vec3<f32>,
+    normal_impulse: vec3<f32>,
     /// Along it, beyond the distance at which plies touch [m].
     gap: f32,
     /// Whether the node is over the cell.
@@ -51,7 +51,7 @@ fn cell_at(ply: u32, cell: vec2<u32>) -> Cell {
 }
 
 /// Whether a cell of a ply carries load.
-fn cell_stands(ply: u32, cell: vec2<u32>) -> bool {
+fn cell_is_intact(ply: u32, cell: vec2<u32>) -> bool {
     return (flags[element_at(ply, cell)] & 3u) != 0u;
 }
 
@@ -81,7 +81,7 @@ fn on_ridge(
             edge = on_edge(corner, point, f.place);
         }
         let distance = sqrt(dot(edge.arm, edge.arm));
-        if (!cell_stands(other, cell)) {
+        if (!cell_is_intact(other, cell)) {
             hole = min(hole, distance);
         } else if (distance - touching < nearest.gap) {
             let outside = direction * dot(edge.arm, f.normal) > 0.0;
@@ -163,7 +163,7 @@ fn look(ply: u32, node: u32, place: vec2<u32>, side: u32) -> bool {
     if (!touch.over || touch.gap >= -slop) {
         return false;
     }
-    if (!cell_stands(other, touch.cell) || !stands(node, place)) {
+    if (!cell_is_intact(other, touch.cell) || !is_intact(node, place)) {
         return false;
     }
     let weights = weights_at(touch.place);

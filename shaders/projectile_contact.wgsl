@@ -26,7 +26,7 @@ struct Point {
     /// From the centre of mass [m], and the inertia met along the normal, 1/(n·w n) [kg].
     arm: vec4<f32>,
     /// Friction impulse and normal impulse on the node [N·s].
-    drag: vec4<f32>,
+    friction_impulse: vec4<f32>,
     /// Velocity relative to the body's material before contact [m/s], and the node's mass [kg].
     relative: vec4<f32>,
     node: u32,
@@ -41,7 +41,7 @@ fn take_in(p: u32) -> f32 {
     let node = points[p].node;
     let seen = look(node);
     points[p].state = seen.state;
-    points[p].drag = vec4<f32>(0.0);
+    points[p].friction_impulse = vec4<f32>(0.0);
     if (seen.state != AWAY) {
         let mass = node_mass(node_ply(node), node_place(node));
         points[p].normal = vec4<f32>(seen.normal, seen.gap);
@@ -53,7 +53,7 @@ fn take_in(p: u32) -> f32 {
 }
 
 fn impulse_of(p: u32) -> vec3<f32> {
-    return points[p].normal.xyz * points[p].drag.w + points[p].drag.xyz;
+    return points[p].normal.xyz * points[p].friction_impulse.w + points[p].friction_impulse.xyz;
 }
 
 /// Inverse masses of a point by direction [1/kg].
@@ -73,7 +73,7 @@ fn slip_of(p: u32) -> vec3<f32> {
 /// Normal speed relative to the body before contact, with friction [m/s].
 fn normal_speed(p: u32) -> f32 {
     let inverse = inverse_of(p);
-    return dot(points[p].relative.xyz + inverse * points[p].drag.xyz, points[p].normal.xyz);
+    return dot(points[p].relative.xyz + inverse * points[p].friction_impulse.xyz, points[p].normal.xyz);
 }
 
 /// (n, r × n) of a point.
@@ -86,8 +86,8 @@ fn common_velocity(count: u32, local: u32) {
     if (scene.body_prescribed == 0u) {
         var part: array<f32, 27>;
         for (var p = local; p < count; p += WIDTH) {
-            let drag = in_planes(points[p].drag.xyz);
-            let turn = about_planes(cross(points[p].arm.xyz, points[p].drag.xyz) / scene.body_reach);
+            let drag = in_planes(points[p].friction_impulse.xyz);
+            let turn = about_planes(cross(points[p].arm.xyz, points[p].friction_impulse.xyz) / scene.body_bounding_radius);
             part[21] -= drag.x;
             part[22] -= drag.y;
             part[23] -= drag.z;
@@ -118,7 +118,7 @@ fn common_velocity(count: u32, local: u32) {
     for (var p = local; p < count; p += WIDTH) {
         if (points[p].state == PUSHING) {
             let along = motion_along(direction(p));
-            points[p].drag.w = points[p].arm.w * (along + closing_limit(points[p].normal.w) - normal_speed(p));
+            points[p].friction_impulse.w = points[p].arm.w * (along + closing_limit(points[p].normal.w) - normal_speed(p));
         }
     }
 }
@@ -126,18 +126,18 @@ fn common_velocity(count: u32, local: u32) {
 /// Ends the contact: a node that does not push is not dragged either.
 fn release(p: u32) {
     points[p].state = NEAR;
-    points[p].drag = vec4<f32>(0.0);
+    points[p].friction_impulse = vec4<f32>(0.0);
 }
 
 /// Normal impulses of the pushing set, with changes of the set until none pulls and none enters.
 fn solve_normal(count: u32, local: u32) {
-    let tolerance = NOISE * (body.velocity.w + 1e-3);
+    let tolerance = ROUNDOFF_TOLERANCE * (body.velocity.w + 1e-3);
     for (var change = 0u; change < SET_CHANGES; change++) {
         common_velocity(count, local);
         var changed = false;
         for (var p = local; p < count; p += WIDTH) {
             let state = points[p].state;
-            if (state == PUSHING && points[p].drag.w < 0.0) {
+            if (state == PUSHING && points[p].friction_impulse.w < 0.0) {
                 release(p);
                 changed = true;
             } else if (state == NEAR && change < SET_CHANGES / 2u) {
@@ -154,7 +154,7 @@ fn solve_normal(count: u32, local: u32) {
     }
     common_velocity(count, local);
     for (var p = local; p < count; p += WIDTH) {
-        if (points[p].drag.w < 0.0) {
+        if (points[p].friction_impulse.w < 0.0) {
             release(p);
         }
     }
@@ -165,19 +165,19 @@ fn update_friction(count: u32, local: u32) -> bool {
     var changed = false;
     for (var p = local; p < count; p += WIDTH) {
         let normal = points[p].normal.xyz;
-        let push = points[p].drag.w;
+        let push = points[p].friction_impulse.w;
         if (push <= 0.0) {
             continue;
         }
         let slip = slip_of(p);
         let slide = slip - normal * dot(slip, normal);
-        let wanted = points[p].drag.xyz - slide * points[p].relative.w;
+        let wanted = points[p].friction_impulse.xyz - slide * points[p].relative.w;
         let limit = points[p].friction * push;
         let size = sqrt(dot(wanted, wanted));
         let drag = select(wanted, wanted * (limit / max(size, 1e-30)), size > limit);
-        let moved = drag - points[p].drag.xyz;
-        changed = changed || squared(NOISE * limit) < dot(moved, moved);
-        points[p].drag = vec4<f32>(drag, push);
+        let moved = drag - points[p].friction_impulse.xyz;
+        changed = changed || squared(ROUNDOFF_TOLERANCE * limit) < dot(moved, moved);
+        points[p].friction_impulse = vec4<f32>(drag, push);
     }
     return vote(changed, local);
 }
@@ -186,7 +186,7 @@ fn update_friction(count: u32, local: u32) -> bool {
 fn account(count: u32, local: u32) {
     var part: array<f32, 12>;
     for (var p = local; p < count; p += WIDTH) {
-        let push = points[p].drag.w;
+        let push = points[p].friction_impulse.w;
         if (points[p].state != PUSHING || push <= 0.0) {
             continue;
         }
@@ -209,7 +209,7 @@ fn account(count: u32, local: u32) {
         part[4] -= turn.y;
         part[5] -= turn.z;
         part[6] -= push * dot(points[p].normal.xyz, mean);
-        part[7] -= dot(points[p].drag.xyz, mean);
+        part[7] -= dot(points[p].friction_impulse.xyz, mean);
         part[8] += select(0.0, dot(impulse, surface), prescribed);
         part[9] += support.x;
         part[10] += support.y;
@@ -225,7 +225,7 @@ fn account(count: u32, local: u32) {
 fn correct_nodes(count: u32, local: u32) {
     let n = scene.nodes;
     for (var p = local; p < count; p += WIDTH) {
-        if (points[p].state != PUSHING || points[p].drag.w <= 0.0) {
+        if (points[p].state != PUSHING || points[p].friction_impulse.w <= 0.0) {
             continue;
         }
         let node = points[p].node;
@@ -249,7 +249,7 @@ fn projectile_contact(@builtin(local_invocation_index) local: u32) {
     if (!vote(sound, local)) {
         return;
     }
-    spread(local);
+    grow_active_region(local);
     let found = collect(local);
     if (local == 0u) {
         verdict = found;

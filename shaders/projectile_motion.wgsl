@@ -36,12 +36,12 @@ fn about_planes(v: vec3<f32>) -> vec3<f32> {
     return select(v, vec3<f32>(0.0), (vec3<u32>(scene.body_held) & vec3<u32>(8u, 16u, 32u)) != vec3<u32>(0u));
 }
 
-/// (n, r × n) of a point with that normal and arm; turns are measured in lengths of `body_reach`.
+/// (n, r × n) of a point with that normal and arm; turns are measured in lengths of `body_bounding_radius`.
 fn direction_of(along: vec3<f32>, arm: vec3<f32>) -> array<f32, 6> {
     let normal = in_planes(along);
     var turn = vec3<f32>(0.0);
     if (ROTATION) {
-        turn = about_planes(cross(arm, along) / scene.body_reach);
+        turn = about_planes(cross(arm, along) / scene.body_bounding_radius);
     }
     return array<f32, 6>(normal.x, normal.y, normal.z, turn.x, turn.y, turn.z);
 }
@@ -50,16 +50,16 @@ fn direction_of(along: vec3<f32>, arm: vec3<f32>) -> array<f32, 6> {
 fn motion_along(g: array<f32, 6>) -> f32 {
     var along = 0.0;
     for (var i = 0u; i < 3u; i++) {
-        along += g[i] * motion[i] + g[3u + i] * motion[3u + i] * scene.body_reach;
+        along += g[i] * motion[i] + g[3u + i] * motion[3u + i] * scene.body_bounding_radius;
     }
     return along;
 }
 
-/// Inertia of the body over `body_reach`² [kg], its lower triangle by rows.
+/// Inertia of the body over `body_bounding_radius`² [kg], its lower triangle by rows.
 fn body_inertia() -> array<f32, 6> {
     let side = rotate(body.orientation, vec3<f32>(1.0, 0.0, 0.0));
     let axis = rotate(body.orientation, vec3<f32>(0.0, 0.0, 1.0));
-    let scale = 1.0 / squared(scene.body_reach);
+    let scale = 1.0 / squared(scene.body_bounding_radius);
     // What x and z have more than y, for which the rest is the same in every direction.
     let across = scene.body_inertia_y * scale;
     let more_x = (scene.body_inertia_x - scene.body_inertia_y) * scale;
@@ -119,7 +119,7 @@ fn solve_motion() {
         x[i] /= a[i * (i + 1u) / 2u + i];
     }
     for (var i = 0u; i < 6u; i++) {
-        motion[i] = select(0.0, x[i], sound && i < size) / select(1.0, scene.body_reach, i >= 3u);
+        motion[i] = select(0.0, x[i], sound && i < size) / select(1.0, scene.body_bounding_radius, i >= 3u);
     }
 }
 
@@ -135,7 +135,7 @@ fn moved_body(start: Body, met: bool) -> Body {
         if (scene.body_prescribed == 0u) {
             b.change += vec4<f32>(in_planes(impulse) / scene.body_mass, 0.0);
             if (ROTATION) {
-                b.spin += vec4<f32>(about_planes(vec3<f32>(result[3], result[4], result[5])), 0.0);
+                b.angular_momentum += vec4<f32>(about_planes(vec3<f32>(result[3], result[4], result[5])), 0.0);
             }
         }
         b.impulse += vec4<f32>(impulse, 0.0);

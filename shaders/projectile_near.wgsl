@@ -35,7 +35,7 @@ fn collect(local: u32) -> u32 {
         workgroupBarrier();
     }
     if (total > scene.points && local == 0u) {
-        atomicStore(&status[CROWDED], total);
+        atomicStore(&status[OVERFLOW], total);
     }
     storageBarrier();
     return min(total, scene.points);
@@ -97,7 +97,7 @@ fn look(node: u32) -> Seen {
     var seen: Seen;
     let ply = node_ply(node);
     let place = node_place(node);
-    if (!stands(node, place)) {
+    if (!is_intact(node, place)) {
         return seen;
     }
     let own = velocity_of(node);
@@ -106,7 +106,7 @@ fn look(node: u32) -> Seen {
     let from_nose = arm_of(body.nose_coarse, body.nose_fine, to_pack(ply, reference(ply, place)), before);
     seen.between = fabric_between(node);
     seen.pressed = rotate_back(body.orientation, from_nose - vec3<f32>(0.0, 0.0, seen.between));
-    let g = holding_gap(seen.pressed);
+    let g = contact_distance(seen.pressed);
     let arm = from_nose + nose_of(body.orientation);
     let relative = free - body.velocity.xyz - cross(body.turning.xyz, arm);
     seen.normal = rotate(body.orientation, g.normal);
@@ -139,7 +139,7 @@ fn friction_through(between: f32) -> f32 {
 }
 
 /// Takes note of the elements computed in this step, and lets what may have moved grow by a ring of nodes.
-fn spread(local: u32) {
+fn grow_active_region(local: u32) {
     if (local == 0u) {
         for (var ply = 0u; ply < scene.plies; ply++) {
             let p = plies[ply];
@@ -150,9 +150,9 @@ fn spread(local: u32) {
             let rows = min(reach.y, p.rows) - (max(reach.x, 1u) - 1u);
             let columns = min(reach.w, p.columns) - (max(reach.z, 1u) - 1u);
             let count = select(select(rows * columns, 0u, none), p.rows * p.columns, all);
-            let before = atomicAdd(&status[VISITED], count);
+            let before = atomicAdd(&status[COMPUTED], count);
             if (before + count < before) {
-                atomicAdd(&status[VISITED + 1u], 1u);
+                atomicAdd(&status[COMPUTED + 1u], 1u);
             }
         }
     }

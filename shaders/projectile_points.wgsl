@@ -77,20 +77,20 @@ fn rim_crossings(start: vec2<f32>, end: vec2<f32>) -> vec2<f32> {
 }
 
 /// Whether a node can move along a normal at all.
-fn gives_way(p: u32, normal: vec3<f32>) -> bool {
+fn is_free(p: u32, normal: vec3<f32>) -> bool {
     return dot(normal, points[p].inverse.xyz * normal) > 0.0;
 }
 
 /// One of the two points of the rim on an edge that begins at a node: 0 and 1 along the row, 2 and 3 along the column. `AWAY` where there
 /// is none that may touch.
-fn tie_at(p: u32, slot: u32, count: u32) -> Touch {
+fn constraint_at(p: u32, slot: u32, count: u32) -> Touch {
     var tie: Touch;
     let node = points[p].node;
     let ply = node_ply(node);
     let place = node_place(node);
     let up = slot >= 2u;
     let next = place + select(vec2<u32>(0u, 1u), vec2<u32>(1u, 0u), up);
-    if (!is_node(ply, next) || !edge_stands(node, place, up)) {
+    if (!is_node(ply, next) || !edge_is_intact(node, place, up)) {
         return tie;
     }
     let q = point_of(node_at(ply, next), count);
@@ -109,7 +109,7 @@ fn tie_at(p: u32, slot: u32, count: u32) -> Touch {
     if (gap < -scene.rim_depth || stays_away(gap, approach)) {
         return tie;
     }
-    if (scene.body_prescribed != 0u && !gives_way(p, normal) && !gives_way(q, normal)) {
+    if (scene.body_prescribed != 0u && !is_free(p, normal) && !is_free(q, normal)) {
         return tie; // both are held: neither can give way
     }
     tie.normal = vec4<f32>(normal, gap);
@@ -123,7 +123,7 @@ fn tie_at(p: u32, slot: u32, count: u32) -> Touch {
 }
 
 /// Lists the points of the rim, by the first of their nodes; gives their number.
-fn find_ties(count: u32, local: u32) -> u32 {
+fn find_constraints(count: u32, local: u32) -> u32 {
     let room = scene.ties * scene.plies;
     atomicStore(&of_ply[local], 0u);
     workgroupBarrier();
@@ -132,7 +132,7 @@ fn find_ties(count: u32, local: u32) -> u32 {
         let p = (base + local) / 4u;
         var tie: Touch;
         if (p < count) {
-            tie = tie_at(p, local & 3u, count);
+            tie = constraint_at(p, local & 3u, count);
         }
         let there = u32(tie.state != AWAY);
         let at = total + sum_up_to(there, local) - there;
@@ -155,7 +155,7 @@ fn find_ties(count: u32, local: u32) -> u32 {
     if (!vote(found > scene.ties, local)) {
         return total;
     }
-    atomicMax(&status[CROWDED_RIM], found);
+    atomicMax(&status[OVERFLOW_EDGES], found);
     for (var p = local; p < count; p += WIDTH) {
         points[p].to_right = 0u;
         points[p].to_above = 0u;
@@ -192,7 +192,7 @@ fn projectile_points(@builtin(local_invocation_index) local: u32) {
     if (!vote(sound, local)) {
         return;
     }
-    spread(local);
+    grow_active_region(local);
     let found = collect(local);
     if (local == 0u) {
         verdict = found;
@@ -203,7 +203,7 @@ fn projectile_points(@builtin(local_invocation_index) local: u32) {
         deepest = max(deepest, take_in(p));
     }
     storageBarrier();
-    let number = find_ties(count, local);
+    let number = find_constraints(count, local);
     storageBarrier();
     for (var p = local; p < count; p += WIDTH) {
         link(p, count);

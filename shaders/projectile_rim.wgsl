@@ -38,7 +38,7 @@ var<workgroup> height: u32;
 struct Through {
     /// Their impulses and friction impulses by weight [N·s].
     impulse: vec3<f32>,
-    drag: vec3<f32>,
+    friction_impulse: vec3<f32>,
     /// Their weights by what is there of them.
     weight: f32,
 }
@@ -71,9 +71,9 @@ fn through_edges(p: u32) -> Through {
         for (var t = first + select(0u, right, edge == 2u); t < past; t++) {
             let second = touches.list[t].weight;
             let weight = select(second, 1.0 - second, edge == 0u);
-            let drag = touches.list[t].drag;
+            let drag = touches.list[t].friction_impulse;
             sum.impulse += weight * (touches.list[t].normal.xyz * drag.w + drag.xyz);
-            sum.drag += weight * drag.xyz;
+            sum.friction_impulse += weight * drag.xyz;
             sum.weight += weight * part_of_touch(t);
         }
     }
@@ -81,7 +81,7 @@ fn through_edges(p: u32) -> Through {
 }
 
 /// Tells nodes what the rim gives them, and how they move.
-fn settle(local: u32) {
+fn propagate(local: u32) {
     storageBarrier();
     let linear = vec3<f32>(motion[0], motion[1], motion[2]);
     let angular = vec3<f32>(motion[3], motion[4], motion[5]);
@@ -92,12 +92,12 @@ fn settle(local: u32) {
             if (tied) {
                 through = through_edges(p);
             }
-            let drag = touches.list[p].drag;
+            let drag = touches.list[p].friction_impulse;
             let relative = points[p].relative.xyz;
             let inverse = points[p].inverse.xyz;
             let impulse = touches.list[p].normal.xyz * drag.w + drag.xyz + through.impulse;
-            points[p].carried = vec4<f32>(through.impulse, through.weight);
-            points[p].free = vec4<f32>(relative + inverse * (drag.xyz + through.drag), 0.0);
+            points[p].edge_impulse = vec4<f32>(through.impulse, through.weight);
+            points[p].free = vec4<f32>(relative + inverse * (drag.xyz + through.friction_impulse), 0.0);
             let given = (relative + inverse * impulse) - linear - cross(angular, touches.list[p].arm.xyz);
             points[p].slip = vec4<f32>(given, 0.0);
         }
@@ -110,7 +110,7 @@ fn share_mass(t: u32) {
     let ends = touches.list[t].ends;
     let second = touches.list[t].weight;
     // In the whole scene: a touch has images at a node on a mirror plane.
-    let shares = vec2<f32>((1.0 - second) * points[ends.x].carried.w, second * points[ends.y].carried.w) / part_of_touch(t);
+    let shares = vec2<f32>((1.0 - second) * points[ends.x].edge_impulse.w, second * points[ends.y].edge_impulse.w) / part_of_touch(t);
     let inverse = shares.x * points[ends.x].inverse.xyz + shares.y * points[ends.y].inverse.xyz;
     let unheld = shares.x / points[ends.x].relative.w + shares.y / points[ends.y].relative.w;
     let most = max(max(inverse.x, inverse.y), inverse.z);
@@ -279,12 +279,12 @@ fn factor(count: u32, columns: u32, local: u32) {
 /// Normal impulses for the motion found: the substitution back.
 fn push_back(count: u32, columns: u32, local: u32) {
     let linear = vec3<f32>(motion[0], motion[1], motion[2]);
-    let angular = vec3<f32>(motion[3], motion[4], motion[5]) * scene.body_reach;
+    let angular = vec3<f32>(motion[3], motion[4], motion[5]) * scene.body_bounding_radius;
     for (var t = local; t < extent.y; t += WIDTH) {
         if (touches.list[t].state == PUSHING) {
             let turned = touches.list[t].turned;
             let along = dot(touches.list[t].moved.xyz, linear) + dot(turned.xyz, angular);
-            touches.list[t].push = (along - turned.w) / root_of(t);
+            touches.list[t].normal_impulse = (along - turned.w) / root_of(t);
         }
     }
     storageBarrier();
@@ -296,14 +296,14 @@ fn push_back(count: u32, columns: u32, local: u32) {
             if (m < begin + k && begin + k < touches.list[t].end) {
                 let below = members[begin + k];
                 let entry = matrix[touches.list[below].row + m - begin];
-                touches.list[t].push -= entry * touches.list[below].push / root_of(below);
+                touches.list[t].normal_impulse -= entry * touches.list[below].normal_impulse / root_of(below);
             }
         }
         storageBarrier();
     }
     for (var t = local; t < extent.y; t += WIDTH) {
         if (touches.list[t].state == PUSHING) {
-            touches.list[t].drag.w = touches.list[t].push / root_of(t);
+            touches.list[t].friction_impulse.w = touches.list[t].normal_impulse / root_of(t);
         }
     }
 }
@@ -324,8 +324,8 @@ fn common_velocity(local: u32) {
     factor(count, columns, local);
     var part: array<f32, 27>;
     for (var t = local; t < extent.y; t += WIDTH) {
-        let drag = in_planes(touches.list[t].drag.xyz);
-        let turn = about_planes(cross(touches.list[t].arm.xyz, touches.list[t].drag.xyz) / scene.body_reach);
+        let drag = in_planes(touches.list[t].friction_impulse.xyz);
+        let turn = about_planes(cross(touches.list[t].arm.xyz, touches.list[t].friction_impulse.xyz) / scene.body_bounding_radius);
         part[21] -= drag.x;
         part[22] -= drag.y;
         part[23] -= drag.z;
@@ -358,13 +358,13 @@ fn common_velocity(local: u32) {
 
 /// Ends the contact of what pulls, which is not dragged either, and lets push what would enter. True if anything changed.
 fn change_set(joining: bool, local: u32) -> bool {
-    let tolerance = NOISE * (body.velocity.w + 1e-3);
+    let tolerance = ROUNDOFF_TOLERANCE * (body.velocity.w + 1e-3);
     var changed = false;
     for (var t = local; t < extent.y; t += WIDTH) {
         let state = touches.list[t].state;
-        if (state == PUSHING && touches.list[t].drag.w < 0.0) {
+        if (state == PUSHING && touches.list[t].friction_impulse.w < 0.0) {
             touches.list[t].state = NEAR;
-            touches.list[t].drag = vec4<f32>(0.0);
+            touches.list[t].friction_impulse = vec4<f32>(0.0);
             changed = true;
         } else if (state == NEAR && joining) {
             let normal = touches.list[t].normal;
@@ -381,7 +381,7 @@ fn change_set(joining: bool, local: u32) -> bool {
 fn update_friction(local: u32) -> bool {
     var changed = false;
     for (var t = local; t < extent.y; t += WIDTH) {
-        let old = touches.list[t].drag;
+        let old = touches.list[t].friction_impulse;
         if (touches.list[t].state != PUSHING || old.w <= 0.0) {
             continue;
         }
@@ -393,8 +393,8 @@ fn update_friction(local: u32) -> bool {
         let size = sqrt(dot(wanted, wanted));
         let drag = select(wanted, wanted * (limit / max(size, 1e-30)), size > limit);
         let moved = drag - old.xyz;
-        changed = changed || squared(NOISE * limit) < dot(moved, moved);
-        touches.list[t].drag = vec4<f32>(drag, old.w);
+        changed = changed || squared(ROUNDOFF_TOLERANCE * limit) < dot(moved, moved);
+        touches.list[t].friction_impulse = vec4<f32>(drag, old.w);
     }
     return vote(changed, local);
 }
@@ -406,7 +406,7 @@ fn solve(local: u32) {
     var solved = false;
     var shared_out = false;
     loop {
-        settle(local);
+        propagate(local);
         if (!solved) {
             if (!shared_out) {
                 for (var t = extent.x + local; t < extent.y; t += WIDTH) {
@@ -418,7 +418,7 @@ fn solve(local: u32) {
             shared_out = true;
         } else if (change_set(change < SET_CHANGES / 2u, local)) {
             if (change == SET_CHANGES && local == 0u) {
-                atomicStore(&status[UNSETTLED], 1u);
+                atomicStore(&status[NOT_CONVERGED], 1u);
                 atomicMin(&status[BAD_STEP], step.index);
             }
             solved = change >= SET_CHANGES;
@@ -444,8 +444,8 @@ fn account(local: u32) {
     let prescribed = scene.body_prescribed != 0u;
     var part: array<f32, 12>;
     for (var p = local; p < extent.x; p += WIDTH) {
-        let drag = touches.list[p].drag;
-        let carried = points[p].carried.xyz;
+        let drag = touches.list[p].friction_impulse;
+        let carried = points[p].edge_impulse.xyz;
         if (drag.w <= 0.0 && points[p].tied == 0u) {
             continue;
         }
@@ -474,7 +474,7 @@ fn account(local: u32) {
     }
     storageBarrier();
     for (var t = local; t < extent.y; t += WIDTH) {
-        let drag = touches.list[t].drag;
+        let drag = touches.list[t].friction_impulse;
         if (drag.w <= 0.0) {
             continue;
         }

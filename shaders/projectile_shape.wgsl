@@ -55,7 +55,7 @@ fn arc_side(normal: vec2<f32>, edge: vec2<f32>, start: vec2<f32>) -> Side {
 }
 
 /// Gap of a point given in the body's frame [m]: x, y across the axis, z along it from the tip of the nose.
-fn surface_gap(point: vec3<f32>) -> Gap {
+fn surface_distance(point: vec3<f32>) -> Gap {
     // What has a round rim is no chisel.
     if (!RIM && scene.chisel != 0u) {
         return chisel_gap(point);
@@ -107,8 +107,8 @@ fn surface_gap(point: vec3<f32>) -> Gap {
 }
 
 /// The gap that contact acts on: the surface's, except behind the rim of a flat or chisel nose.
-fn holding_gap(point: vec3<f32>) -> Gap {
-    var g = surface_gap(point);
+fn contact_distance(point: vec3<f32>) -> Gap {
+    var g = surface_distance(point);
     let below = scene.profile[1].y - recess(point) - point.z;
     if (scene.profile_flat != 0u && 0.0 < below && below <= scene.rim_depth) {
         g.distance = select(1e30, g.distance, g.distance < 0.0);

@@ -13,7 +13,7 @@ struct Body {
     /// Body frame to world, (x, y, z, w).
     orientation: vec4<f32>,
     /// Angular momentum, world frame [kg·m²/s].
-    spin: vec4<f32>,
+    angular_momentum: vec4<f32>,
     /// Velocity [m/s], and in w the bound of the speed of any point.
     velocity: vec4<f32>,
     /// Angular velocity [rad/s].
@@ -34,7 +34,7 @@ struct Body {
 }
 
 /// Steps of `fine` per metre.
-const FINE: f32 = 17179869184.0;
+const FIXED_POINT_SCALE: f32 = 17179869184.0;
 
 fn rotate(q: vec4<f32>, v: vec3<f32>) -> vec3<f32> {
     let t = 2.0 * cross(q.xyz, v);
@@ -49,7 +49,7 @@ fn rotate_back(q: vec4<f32>, v: vec3<f32>) -> vec3<f32> {
 /// From the tip of the nose to a node [m]: the large parts are subtracted first.
 fn arm_of(coarse: vec4<i32>, fine: vec4<i32>, reference: vec3<f32>, displacement: vec3<f32>) -> vec3<f32> {
     let large = vec3<f32>(coarse.xyz) * (1.0 / 1024.0);
-    return ((reference - large) + displacement) - vec3<f32>(fine.xyz) * (1.0 / FINE);
+    return ((reference - large) + displacement) - vec3<f32>(fine.xyz) * (1.0 / FIXED_POINT_SCALE);
 }
 
 /// From the centre of mass to the tip of the nose [m].
@@ -92,7 +92,7 @@ fn spun(orientation: vec4<f32>, spin: vec3<f32>, axis: vec3<f32>, rate: f32) -> 
 fn advance(start: Body) -> Body {
     var b = start;
     b.velocity = vec4<f32>(vec3<f32>(scene.impact_x, scene.impact_y, scene.impact_z) + b.change.xyz, 0.0);
-    let moved = b.fine.xyz + vec3<i32>(round(b.velocity.xyz * scene.dt * FINE));
+    let moved = b.fine.xyz + vec3<i32>(round(b.velocity.xyz * scene.dt * FIXED_POINT_SCALE));
     b.coarse = carry(b.coarse.xyz, moved);
     b.fine = remain(moved);
     b.turning = vec4<f32>(0.0);
@@ -100,20 +100,20 @@ fn advance(start: Body) -> Body {
         let inertia = vec3<f32>(scene.body_inertia_x, scene.body_inertia_y, scene.body_inertia_z);
         let inverse = 1.0 / inertia;
         let uneven = 0.5 * scene.dt * (inverse.x - inverse.y);
-        var q = spun(b.orientation, b.spin.xyz, vec3<f32>(1.0, 0.0, 0.0), uneven);
+        var q = spun(b.orientation, b.angular_momentum.xyz, vec3<f32>(1.0, 0.0, 0.0), uneven);
         // A symmetric top turns about its axis and, at the same time, about its angular momentum, at constant rates.
-        q = spun(q, b.spin.xyz, vec3<f32>(0.0, 0.0, 1.0), scene.dt * (inverse.z - inverse.y));
-        q = turned(q, scene.dt * inverse.y * b.spin.xyz);
-        q = spun(q, b.spin.xyz, vec3<f32>(1.0, 0.0, 0.0), uneven);
+        q = spun(q, b.angular_momentum.xyz, vec3<f32>(0.0, 0.0, 1.0), scene.dt * (inverse.z - inverse.y));
+        q = turned(q, scene.dt * inverse.y * b.angular_momentum.xyz);
+        q = spun(q, b.angular_momentum.xyz, vec3<f32>(1.0, 0.0, 0.0), uneven);
         b.orientation = q / sqrt(dot(q, q));
-        b.turning = vec4<f32>(angular_velocity(b.orientation, b.spin.xyz), 0.0);
+        b.turning = vec4<f32>(angular_velocity(b.orientation, b.angular_momentum.xyz), 0.0);
     }
     let nose = nose_of(b.orientation);
     let whole = floor(nose * 1024.0);
-    let tip = b.fine.xyz + vec3<i32>(round((nose - whole * (1.0 / 1024.0)) * FINE));
+    let tip = b.fine.xyz + vec3<i32>(round((nose - whole * (1.0 / 1024.0)) * FIXED_POINT_SCALE));
     b.nose_coarse = carry(b.coarse.xyz + vec3<i32>(whole), tip);
     b.nose_fine = remain(tip);
     let turning = sqrt(dot(b.turning.xyz, b.turning.xyz));
-    b.velocity.w = sqrt(dot(b.velocity.xyz, b.velocity.xyz)) + turning * scene.body_reach;
+    b.velocity.w = sqrt(dot(b.velocity.xyz, b.velocity.xyz)) + turning * scene.body_bounding_radius;
     return b;
 }

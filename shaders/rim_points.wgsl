@@ -11,7 +11,7 @@ struct Point {
     /// In the body's frame, without the fabric in front of it [m], and the thickness of that [m].
     pressed: vec4<f32>,
     /// Impulse of the points of the rim on its edges [N·s], and the sum of their weights.
-    carried: vec4<f32>,
+    edge_impulse: vec4<f32>,
     /// Relative velocity without normal impulses; in the end before the step [m/s].
     free: vec4<f32>,
     /// Relative velocity with all impulses found so far [m/s].
@@ -36,7 +36,7 @@ struct Touch {
     /// From the centre of mass [m], and the mass that friction meets [kg].
     arm: vec4<f32>,
     /// Friction impulse and normal impulse [N·s].
-    drag: vec4<f32>,
+    friction_impulse: vec4<f32>,
     /// L⁻¹ [G | n·v − target]: impulse, then turn and excess [m/s].
     moved: vec4<f32>,
     turned: vec4<f32>,
@@ -52,7 +52,7 @@ struct Touch {
     pivot: f32,
     least: f32,
     /// On the way to the normal impulse.
-    push: f32,
+    normal_impulse: f32,
     /// Its place among those that share nodes, or `NONE`; the first of its ply, and one past the last.
     member: u32,
     begin: u32,

@@ -3,7 +3,7 @@
 
 // What only the device rounds or counts; the host has the values.
 /// Rounding of relative velocities, over the largest speed of the body.
-override NOISE: f32;
+override ROUNDOFF_TOLERANCE: f32;
 /// Part of a finest cell by which a yarn may run on too short for rounding.
 override WITHIN: f32;
 /// Contacts between plies are counted by weight in these.
@@ -18,7 +18,7 @@ override PIVOT: u32 = 0u;
 override TERMS: u32 = 12u;
 /// Whether yarns flatten where they cross.
 /// Whether the unit cell's joint iteration comes first.
-override JOINT: bool = true;
+override NEWTON: bool = true;
 override COMPRESSION: bool = true;
 override SHEAR: bool = true;
 /// Whether the shear modulus is a secant one.
@@ -38,7 +38,7 @@ override RIM: bool = true;
 /// Whether the projectile may turn.
 override ROTATION: bool = true;
 /// Whether the step fills in the energies of the state.
-override LEDGER: bool = true;
+override SAMPLED: bool = true;
 /// Whether there are plies that may touch each other.
 override PLIES: bool = true;
 /// Whether they rub.
@@ -58,7 +58,7 @@ struct Scene {
     nodes: u32,
     plies: u32,
     /// Which sheet the constants below are of.
-    sheet: u32,
+    ply_type: u32,
     ply_friction: f32,
     /// An impulse between plies is counted in these [N·s].
     impulse_unit: f32,
@@ -78,12 +78,12 @@ struct Scene {
     compression_b: f32,
     compression_offset: f32,
     /// a/b, and 1/b.
-    compression_loose: f32,
+    compression_uncompressed: f32,
     compression_per_b: f32,
     /// Least stiffness of a contact force that Newton's steps reckon with [N/m].
-    softest: f32,
+    min_stiffness: f32,
     /// What a contact force may round to [N].
-    noise: f32,
+    roundoff_tolerance: f32,
     tolerance: f32,
     // Trellis shear, times thickness [N/m].
     shear_g1: f32,
@@ -119,7 +119,7 @@ struct Scene {
     body_inertia_y: f32,
     body_inertia_z: f32,
     body_radius: f32,
-    body_reach: f32,
+    body_bounding_radius: f32,
     /// From the centre of mass to the tip of the nose along the axis [m].
     body_nose: f32,
     /// From the tip of the nose, as are all places along the axis: the end, the foremost widest section [m].
@@ -185,15 +185,15 @@ const UNCONVERGED: u32 = 5u;
 /// Bits of the largest residual.
 const RESIDUAL: u32 = 6u;
 /// Set when more nodes meet the projectile than there is room for.
-const CROWDED: u32 = 7u;
+const OVERFLOW: u32 = 7u;
 /// Elements computed so far, low and high word.
-const VISITED: u32 = 8u;
+const COMPUTED: u32 = 8u;
 /// Bits of the largest depth of a node in a neighbouring ply [m].
 const PLY_DEPTH: u32 = 10u;
 /// Set when more points of the rim meet a ply than there is room for.
-const CROWDED_RIM: u32 = 11u;
+const OVERFLOW_EDGES: u32 = 11u;
 /// Set when the set of points that push had not settled at the end of the bad step.
-const UNSETTLED: u32 = 12u;
+const NOT_CONVERGED: u32 = 12u;
 /// Nodes that may have moved: first and one past the last row, then column, of each ply.
 const REACH: u32 = 13u;
 

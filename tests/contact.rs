@@ -358,13 +358,13 @@ fn a_hit_sampled_at_the_rim_depends_less_on_where_in_a_cell_it_is() {
         }
         [ends[1] - ends[0], ends[3] / ends[2] - 1.0]
     };
-    let (nodes, rim) = (spread("nodes"), spread("rim"));
+    let (nodes, rim) = (spread("nodes"), spread("edges"));
     assert!(rim[0] < 0.75 * nodes[0] && rim[1] < 0.9 * nodes[1], "velocity, tension: {nodes:?} {rim:?}");
 }
 
 #[test]
 fn contact_at_the_rim_closes_the_ledger_and_is_its_own_mirror_image() {
-    let rim = "/solver/contact_sampling=rim";
+    let rim = "/solver/contact_sampling=edges";
     let (part, whole) = (unbroken(&[rim]), unbroken(&[rim, "/solver/symmetry=\"none\""]));
     assert_eq!((part.planes.copies(), whole.planes.copies()), (4, 1));
     assert!(difference(&part, &whole) < 1e-9, "{}", difference(&part, &whole));
@@ -381,7 +381,7 @@ fn contact_at_the_rim_closes_the_ledger_and_is_its_own_mirror_image() {
 fn a_rim_across_a_clamped_edge_meets_what_cannot_move() {
     // The face is wider than the ply: its rim crosses edges of elements between two held nodes, and between a held and a free one.
     let scene =
-        ["/solver/contact_sampling=rim", "/pack/width_mm=3.81", "/pack/height_mm=6.35", "/projectile/friction=0.3"];
+        ["/solver/contact_sampling=edges", "/pack/width_mm=3.81", "/pack/height_mm=6.35", "/projectile/friction=0.3"];
     let aside = ["/projectile/offset_mm=[0.3,-2]", "/projectile/obliquity_deg=10"];
     for more in [&[][..], &aside] {
         for precision in [Precision::F64, Precision::F32] {

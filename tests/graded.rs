@@ -31,8 +31,8 @@ fn assert_same(one: &Run, other: &Run) {
     assert_eq!(one.time_step.to_bits(), other.time_step.to_bits());
 }
 
-const STILL: &str = "/pack/mesh_grading={\"fine_radius_mm\":5,\"growth\":1,\"lines_from\":\"edges\"}";
-const GROWN: &str = "/pack/mesh_grading={\"fine_radius_mm\":5,\"growth\":1.3,\"coarsest\":8}";
+const STILL: &str = "/pack/mesh_grading={\"fine_radius_mm\":5,\"growth_ratio\":1,\"lines_from\":\"edges\"}";
+const GROWN: &str = "/pack/mesh_grading={\"fine_radius_mm\":5,\"growth_ratio\":1.3,\"max_crossovers\":8}";
 const TURNED: &str = "/pack/layup=[{},{\"orientation_deg\":90},{\"orientation_deg\":30}]";
 
 #[test]
@@ -54,7 +54,7 @@ fn it_covers_the_same_cloth_with_fewer_elements_and_the_same_mass() {
         let [even, grown] = [&[][..], &[GROWN]].map(|g| Model::<f64>::new(&small(&[sets, g].concat())).unwrap());
         assert!(grown.elements() * 3 < even.elements() * 2, "{} of {}", grown.elements(), even.elements());
         assert_eq!(grown.dt.to_bits(), even.dt.to_bits(), "the finest elements set the step");
-        for (even, grown) in even.sheets.iter().zip(&grown.sheets) {
+        for (even, grown) in even.ply_types.iter().zip(&grown.ply_types) {
             let mass = |rows: usize, columns: usize, sheet: &ripstop::model::PlyType<f64>| -> f64 {
                 (0..=rows).map(|row| sheet.row_mass(row).mass[..=columns].iter().sum::<f64>()).sum()
             };
@@ -89,12 +89,12 @@ fn graded_patch(law: &str) -> Patch<f64> {
         hit: [2e-3, -1e-3],
         way: [0.0; 2],
         fine: [1e-3; 2],
-        growth: 1.4,
-        coarsest: 3.0,
+        growth_ratio: 1.4,
+        max_size: 3.0,
         lines_from: LinesFrom::Hit,
     });
     let patch = Patch::new(&case);
-    assert!(patch.model.grid.columns < 11 && patch.model.grid.rows < 9 && patch.model.sheets[0].mesh.is_graded());
+    assert!(patch.model.grid.columns < 11 && patch.model.grid.rows < 9 && patch.model.ply_types[0].mesh.is_graded());
     patch
 }
 
@@ -211,9 +211,9 @@ fn a_quarter_gives_the_whole_and_the_wave_front_changes_no_bit() {
 #[test]
 fn waves_run_through_growing_elements_at_their_speed() {
     // Struck in the middle and graded along its yarns from there: strain, front and kink are those of the even strip.
-    let grading = "/pack/mesh_grading={\"fine_radius_mm\":20,\"growth\":1.05,\"coarsest\":4}";
+    let grading = "/pack/mesh_grading={\"fine_radius_mm\":20,\"growth_ratio\":1.05,\"max_crossovers\":4}";
     let case = builtin("cases/verify/strip-crimped-155.json", &[grading, "/solver/shock_viscosity=0.3"]);
-    assert!(Model::<f64>::new(&case).unwrap().sheets[0].mesh.is_graded());
+    assert!(Model::<f64>::new(&case).unwrap().ply_types[0].mesh.is_graded());
     let run = run(&case);
     for checked in crate::scene::checked(&case, &run) {
         assert!(checked.pass, "{checked:?}");
@@ -223,9 +223,9 @@ fn waves_run_through_growing_elements_at_their_speed() {
 #[test]
 fn the_largest_elements_are_as_many_crossovers_wide_as_asked_for() {
     let widest = |more: &str| {
-        let grading = "/pack/mesh_grading={\"fine_radius_mm\":1,\"growth\":2,\"coarsest\":4}";
+        let grading = "/pack/mesh_grading={\"fine_radius_mm\":1,\"growth_ratio\":2,\"max_crossovers\":4}";
         let model = Model::<f64>::new(&small(&[grading, more])).unwrap();
-        let mesh = &model.sheets[0].mesh;
+        let mesh = &model.ply_types[0].mesh;
         (0..mesh.columns).map(|column| mesh.size(0, column)[0]).fold(0.0, f64::max)
     };
     // 1.27 mm each; they fill what room there is, and may stay a little below.
@@ -250,21 +250,21 @@ fn what_cannot_be_graded_is_refused_by_name() {
     let refused =
         |pack: serde_json::Value, projectile: bool| case::from_str("t", &text(&pack, projectile), &[]).unwrap_err();
     for (grading, place) in [
-        (json!({"growth": 0.9}), "/pack/mesh_grading/growth"),
-        (json!({"growth": 2.1}), "/pack/mesh_grading/growth"),
-        (json!({"coarsest": 0}), "/pack/mesh_grading/coarsest"),
+        (json!({"growth_ratio": 0.9}), "/pack/mesh_grading/growth_ratio"),
+        (json!({"growth_ratio": 2.1}), "/pack/mesh_grading/growth_ratio"),
+        (json!({"max_crossovers": 0}), "/pack/mesh_grading/max_crossovers"),
         (json!({"fine_radius_mm": -1}), "/pack/mesh_grading/fine_radius_mm"),
         (json!({"fine": 1}), "/pack/mesh_grading/fine"),
         (json!("finer"), "/pack/mesh_grading"),
     ] {
         assert_eq!(refused(json!({"mesh_grading": grading}), true).location, place);
     }
-    let coarse = refused(json!({"mesh_grading": {"coarsest": 2}, "crossovers_per_element": 3}), true);
+    let coarse = refused(json!({"mesh_grading": {"max_crossovers": 2}, "crossovers_per_element": 3}), true);
     assert!(coarse.expected.contains("crossovers_per_element"), "{coarse}");
     let nothing = refused(json!({"mesh_grading": "graded"}), false);
     assert!(nothing.help.is_some_and(|help| help.contains("fine_radius_mm")));
     let alone = case::from_str("t", &text(&json!({"mesh_grading": {"fine_radius_mm": 9}}), false), &[]).unwrap();
-    assert!(Model::<f64>::new(&alone).unwrap().sheets[0].mesh.is_graded());
+    assert!(Model::<f64>::new(&alone).unwrap().ply_types[0].mesh.is_graded());
     // The yawed, oblique and the off-centre shot keep their elements fine where the projectile goes.
     let fields = case::from_str("t", &text(&json!({"mesh_grading": "graded"}), true), &[]).unwrap().fields;
     let radius = fields.iter().find(|field| field.pointer == "/pack/mesh_grading/fine_radius_mm").unwrap();

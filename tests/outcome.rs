@@ -39,7 +39,7 @@ impl Ply {
     /// Sews the ply up again, then cuts the yarns that `cut` names by row, column from the pack's centre, and yarn.
     fn cut(&mut self, cut: impl Fn(isize, isize, usize) -> bool) -> &mut Self {
         self.state = State::new(&self.case, &self.model);
-        let mesh = &self.model.sheet(0).mesh;
+        let mesh = &self.model.ply_type(0).mesh;
         let [column_0, row_0] = mesh.centre.map(|lines| lines as isize);
         for row in 0..mesh.rows {
             for column in 0..mesh.columns {
@@ -54,7 +54,7 @@ impl Ply {
 
     /// Lets the nodes in the middle, up to `ring` from the centre, move at `speed` along the normal [m/s].
     fn moves(&mut self, ring: isize, speed: f64) -> &mut Self {
-        let mesh = &self.model.sheet(0).mesh;
+        let mesh = &self.model.ply_type(0).mesh;
         let [column_0, row_0] = mesh.centre.map(|lines| lines as isize);
         for row in 0..=mesh.rows {
             for column in 0..=mesh.columns {
@@ -72,7 +72,7 @@ impl Ply {
 
     /// Covered, and by what can hold the projectile.
     fn held(&self) -> bool {
-        let held = outcome::held(&self.model, &self.state, &self.body, 0);
+        let held = outcome::is_held(&self.model, &self.state, &self.body, 0);
         assert!(!held || self.covered(), "what holds covers");
         held
     }

@@ -26,7 +26,7 @@ fn pack(pack: &str, more: &str, sets: &[&str]) -> Case {
 /// Mass of a ply and its mean velocity in the pack's axes.
 fn motion(simulation: &Simulation<f64>, ply: usize) -> (f64, [f64; 3]) {
     let (model, state) = (&simulation.model, &simulation.state);
-    let sheet = model.sheet(ply);
+    let sheet = model.ply_type(ply);
     let mut mass = 0.0;
     let mut momentum = [0.0; 3];
     for row in 0..=sheet.mesh.rows {

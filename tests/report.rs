@@ -228,7 +228,7 @@ fn every_level_of_trust_can_be_reached() {
         assert_eq!(other.level(name).0, Level::Look, "{name}");
     }
     let place = |changes: &[&str]| Shot::new(changes).level("sensitivity to the mesh under the hit").0;
-    let (slow, rim) = ("/projectile/velocity_m_s=20", "/solver/contact_sampling=rim");
+    let (slow, rim) = ("/projectile/velocity_m_s=20", "/solver/contact_sampling=edges");
     assert_eq!([place(&[]), place(&[rim])], [Level::Look; 2]);
     assert_eq!(place(&[slow]), Level::Fine);
     let ball = r#"/projectile={"shape": "sphere", "diameter_mm": 5.5, "mass_g": 3, "velocity_m_s": 600}"#;

@@ -15,7 +15,7 @@ use ripstop::gpu::stepper::DeviceStepper;
 use ripstop::gpu::{Device, buffers};
 use ripstop::kernels::rigid_body::RigidBody;
 use ripstop::kernels::{
-    arc_length, crossover, crossover_joint, element_force, guide, law_energy, ply_contact, projectile_chisel,
+    arc_length, coupled_newton, crossover, element_force, law_energy, ply_contact, predictor, projectile_chisel,
     projectile_contact, projectile_rim, projectile_shape, shear, yarn_law,
 };
 use ripstop::model::{Model, over};
@@ -57,7 +57,7 @@ fn cases() -> Vec<Case> {
         shot(&[&set])
     };
     let layup = r#"/pack/layup=[{"plies":2},{"plies":2,"orientation_deg":30,"edges":"free"}]"#;
-    let rim = shot(&["/solver/contact_sampling=rim"]);
+    let rim = shot(&["/solver/contact_sampling=edges"]);
     let pack = shot(&[layup, "/pack/plies=4"]);
     vec![patch, bar, moving, pack, nose("ogive"), nose("fragment"), rim, graded()]
 }
@@ -208,7 +208,7 @@ fn the_scene_is_laid_out_as_the_host_fills_it() {
     let block = |case: &Case| {
         let model = Model::<f32>::part(case).unwrap();
         let sizes = buffers::Sizes::new(&model);
-        let last = model.sheets.len() - 1;
+        let last = model.ply_types.len() - 1;
         layout::scene(&model, last, &sizes)
     };
     assert_block("Scene", &cases().iter().map(block).collect::<Vec<_>>());
@@ -225,7 +225,7 @@ fn the_plies_are_laid_out_as_the_host_fills_them() {
 #[test]
 fn the_grid_lines_are_laid_out_as_the_host_fills_them() {
     let model = Model::<f32>::part(&graded()).unwrap();
-    let mesh = &model.sheets[1].mesh;
+    let mesh = &model.ply_types[1].mesh;
     assert_block("Line", &[layout::line(mesh, 0, 3), layout::line(mesh, 1, 4)]);
     assert_eq!(layout::line(mesh, 0, 3).words().len(), layout::LINE_WORDS);
     // By sheet, by axis; `line_at` finds them in a texture.
@@ -234,7 +234,7 @@ fn the_grid_lines_are_laid_out_as_the_host_fills_them() {
     assert!(texels.len().is_multiple_of(layout::LINES_ACROSS));
     let room = model.grid.columns.max(model.grid.rows) + 2;
     let number = |word: u32| f64::from(f32::from_bits(word));
-    for (at, sheet) in model.sheets.iter().enumerate() {
+    for (at, sheet) in model.ply_types.iter().enumerate() {
         for (axis, elements) in [sheet.mesh.columns, sheet.mesh.rows].into_iter().enumerate() {
             let lines = &texels[(2 * at + axis) * room..];
             let mass: f64 = lines[..=elements].iter().map(|line| number(line[3])).sum();
@@ -391,9 +391,9 @@ fn constants() -> Vec<(&'static str, Vec<f64>)> {
         count("ERODED", status::ERODED),
         count("UNCONVERGED", status::UNCONVERGED),
         count("RESIDUAL", status::RESIDUAL),
-        count("CROWDED", status::OVERFLOW),
-        count("CROWDED_RIM", status::OVERFLOW_EDGES),
-        count("UNSETTLED", status::NOT_CONVERGED),
+        count("OVERFLOW", status::OVERFLOW),
+        count("OVERFLOW_EDGES", status::OVERFLOW_EDGES),
+        count("NOT_CONVERGED", status::NOT_CONVERGED),
         count("WORK", sum::WORK),
         count("RELEASED", sum::RELEASED),
         count("RELEASED_HOURGLASS", sum::RELEASED_HOURGLASS),
@@ -410,12 +410,12 @@ fn constants() -> Vec<(&'static str, Vec<f64>)> {
         count("SUPPORT", sum::SUPPORT),
         count("COVERED", sum::COVERED),
         count("PLY_LOSS", sum::PLY_LOSS),
-        count("PLY_RUBBED", sum::PLY_RUBBED),
-        count("PLY_LIFTED", sum::PLY_LIFTED),
+        count("PLY_FRICTION_WORK", sum::PLY_RUBBED),
+        count("PLY_SEPARATION_WORK", sum::PLY_LIFTED),
         count("VISCOUS_WORK", sum::VISCOUS),
         count("LAW_MADE", sum::LAW),
         count("LOAD", sum::LOAD),
-        count("VISITED", status::COMPUTED),
+        count("COMPUTED", status::COMPUTED),
         count("PLY_DEPTH", status::PLY_DEPTH),
         count("REACH", status::REACH),
         count("WALK", ply_contact::WALK),
@@ -438,7 +438,7 @@ fn constants() -> Vec<(&'static str, Vec<f64>)> {
         count("NO_PLY", layout::NONE as usize),
         count("NONE", layout::NONE as usize),
         count("MAX_ITERATIONS", crossover::MAX_ITERATIONS as usize),
-        count("JOINT_ITERATIONS", crossover_joint::JOINT_ITERATIONS as usize),
+        count("NEWTON_ITERATIONS", coupled_newton::NEWTON_ITERATIONS as usize),
         count("SET_CHANGES", projectile_contact::SET_CHANGES),
         count("FRICTION_SWEEPS", projectile_contact::FRICTION_SWEEPS),
         count("ELLIPSE_STEPS", projectile_chisel::ELLIPSE_STEPS),
@@ -448,11 +448,11 @@ fn constants() -> Vec<(&'static str, Vec<f64>)> {
         number("FOLDED_STRETCH", element_force::FOLDED_STRETCH),
         number("STEEPEST", shear::STEEPEST),
         number("SHORTEST", yarn_law::SHORTEST),
-        number("LEAST_STRAIN", guide::LEAST_STRAIN),
+        number("LEAST_STRAIN", predictor::LEAST_STRAIN),
         number("EPSILON", f64::from(f32::EPSILON)),
         number("PI", std::f64::consts::PI),
         number("HALF_PI", std::f64::consts::FRAC_PI_2),
-        number("FINE", layout::FIXED_POINT_SCALE),
+        number("FIXED_POINT_SCALE", layout::FIXED_POINT_SCALE),
         list("SERIES", &arc_length::SERIES),
         list("ARC_SINE_SINGLE", &shear::ARC_SINE_SINGLE),
         count("LINES_ACROSS", layout::LINES_ACROSS),
@@ -506,7 +506,7 @@ fn laws_are_numbered_alike() {
         let fabric = crate::support::s720(law, None);
         let mut case = patch::case(1, 1);
         case.fabric.crossover = fabric.crossover;
-        let terms = Model::<f32>::new(&case).unwrap().terms();
+        let terms = Model::<f32>::new(&case).unwrap().features();
         shader::constants(&terms, false).iter().find(|(name, _)| *name == "LAW").map(|(_, value)| *value)
     });
     assert_eq!(laws, std::array::from_fn(|at| Some(at as f64)), "the order of `shader::LAWS`");
@@ -514,7 +514,7 @@ fn laws_are_numbered_alike() {
 
 #[test]
 fn overridable_constants_are_those_the_host_sets() {
-    let terms = Model::<f32>::new(&patch::case(1, 1)).unwrap().terms();
+    let terms = Model::<f32>::new(&patch::case(1, 1)).unwrap().features();
     let set: BTreeSet<_> = shader::constants(&terms, true).iter().map(|(name, _)| (*name).to_owned()).collect();
     for (kernel, module) in modules() {
         let found: BTreeSet<_> = module.overrides.iter().filter_map(|(_, o)| o.name.clone()).collect();
@@ -530,7 +530,7 @@ fn overridable_constants_are_those_the_host_sets() {
 #[test]
 fn arrays_in_workgroups_have_room_for_their_sums() {
     let contact = ["projectile_contact", "projectile_points", "projectile_rim"].map(|kernel| (kernel, 27));
-    let expected: BTreeMap<_, _> = contact.into_iter().chain([("ledger", layout::SUMS)]).collect();
+    let expected: BTreeMap<_, _> = contact.into_iter().chain([("energy_balance", layout::SUMS)]).collect();
     for (kernel, module) in modules() {
         let sums = module.global_variables.iter().find(|(_, v)| v.name.as_deref() == Some("sums"));
         let Some((_, variable)) = sums else { continue };

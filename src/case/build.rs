@@ -299,7 +299,7 @@ fn solver(scope: &ObjectReader<'_>, projectile: Option<&Projectile>) -> Result<S
         contact_sampling: match scope.given("contact_sampling") {
             Some(_) => scope.word("contact_sampling")?,
             None => {
-                let sampling = if paper { ContactSampling::Nodes } else { ContactSampling::Rim };
+                let sampling = if paper { ContactSampling::Nodes } else { ContactSampling::Edges };
                 scope.derive_value("contact_sampling", sampling.word().to_owned(), false)?;
                 sampling
             }

@@ -115,8 +115,22 @@ pub(super) fn list<'a>(words: impl IntoIterator<Item = &'a str>) -> String {
     }
 }
 
-/// The candidate nearest to `word`: fewest edits, and among those the longest common beginning.
+/// Keys and words of earlier versions, and what they are called now.
+const RENAMED: [(&str, &str); 5] = [
+    ("growth", "growth_ratio"),
+    ("coarsest", "max_crossovers"),
+    ("rim", "edges"),
+    ("joint", "newton"),
+    ("bracketed", "safeguarded"),
+];
+
+/// The candidate that `word` was called before, or the nearest to it: fewest edits, and among those the longest common beginning.
 pub(crate) fn nearest<'a>(word: &str, candidates: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
+    let candidates: Vec<&str> = candidates.into_iter().collect();
+    let renamed = RENAMED.iter().find(|(old, new)| *old == word && candidates.contains(new));
+    if let Some((_, new)) = renamed {
+        return candidates.into_iter().find(|candidate| candidate == new);
+    }
     // Beyond this length nothing resembles a key, and the table of edits would only cost time.
     let word: Vec<char> = word.chars().take(100).collect();
     candidates.into_iter().min_by_key(|candidate| {

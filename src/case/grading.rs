@@ -20,9 +20,9 @@ pub struct Grading {
     /// Around that way elements are of the finest size, up to this distance along X and Y [m].
     pub fine: [f64; 2],
     /// Largest ratio of neighbouring elements' lengths.
-    pub growth: f64,
+    pub growth_ratio: f64,
     /// Largest length of an element over the finest.
-    pub coarsest: f64,
+    pub max_size: f64,
     /// Where lines are counted from.
     pub lines_from: LinesFrom,
 }
@@ -59,12 +59,12 @@ pub(super) fn read(
             );
         }
     };
-    let growth = keys.number("growth")?;
-    let coarsest = keys.whole("coarsest")?;
+    let growth = keys.number("growth_ratio")?;
+    let coarsest = keys.whole("max_crossovers")?;
     if f64::from(coarsest) < side {
         let expected =
             format!("at least the crossovers along a side of the finest (crossovers_per_element), which are {side}");
-        return Err(CaseError::at(keys.at("coarsest"), expected, coarsest.to_string()));
+        return Err(CaseError::at(keys.at("max_crossovers"), expected, coarsest.to_string()));
     }
     let along_bar = |axis: usize| match projectile.map(|p| p.shape) {
         Some(Shape::Bar { along, .. }) if along as usize == axis => f64::INFINITY,
@@ -74,8 +74,8 @@ pub(super) fn read(
         hit: projectile.map_or([0.0; 2], |p| p.offset),
         way: [0.0; 2],
         fine: [along_bar(0), along_bar(1)],
-        growth,
-        coarsest: f64::from(coarsest) / side,
+        growth_ratio: growth,
+        max_size: f64::from(coarsest) / side,
         lines_from: keys.word("lines_from")?,
     }))
 }
@@ -153,8 +153,8 @@ impl Grading {
 
     /// Lines that are fine between two of them, up to the edges.
     fn between(&self, last: f64, [from, to]: [f64; 2]) -> Vec<f64> {
-        let before = growing(from, self.growth, self.coarsest);
-        let after = growing(last - to, self.growth, self.coarsest);
+        let before = growing(from, self.growth_ratio, self.max_size);
+        let after = growing(last - to, self.growth_ratio, self.max_size);
         let fine = (0..=(to - from).round() as usize).map(|k| from + k as f64);
         before.iter().rev().map(|at| from - at).chain(fine).chain(after.iter().map(|at| to + at)).collect()
     }
@@ -243,7 +243,12 @@ fn growing(room: f64, growth: f64, coarsest: f64) -> Vec<f64> {
 /// The grading in words: how far it is fine.
 pub(super) fn words(grading: &Grading) -> String {
     let fine = grading.fine.into_iter().fold(f64::INFINITY, f64::min);
-    format!("fine up to {} from the hit, growing by {} to {}", millimetres(fine), grading.growth, grading.coarsest)
+    format!(
+        "fine up to {} from the hit, growing by {} to {}",
+        millimetres(fine),
+        grading.growth_ratio,
+        grading.max_size
+    )
 }
 
 #[cfg(test)]
@@ -252,7 +257,8 @@ mod tests {
 
     /// Lines of a mesh of 40 finest elements that is fine within 4 of a hit.
     fn lines_around(hit: f64, lines_from: LinesFrom) -> Vec<f64> {
-        let grading = Grading { hit: [0.0; 2], way: [0.0; 2], fine: [0.0; 2], growth: 1.2, coarsest: 3.0, lines_from };
+        let grading =
+            Grading { hit: [0.0; 2], way: [0.0; 2], fine: [0.0; 2], growth_ratio: 1.2, max_size: 3.0, lines_from };
         grading.lines(40, [hit - 4.0, hit + 4.0], hit)
     }
 

@@ -546,16 +546,16 @@ pub enum ContactSampling {
     /// At nodes.
     Nodes,
     /// At nodes, and where the rim of a flat face crosses the edges of elements.
-    Rim,
+    Edges,
 }
 
 /// How the unit cell is solved; to rounding the result is the same.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum UnitCell {
     /// Newton on both heights and the compression together; bracketed where that fails.
-    Joint,
+    Newton,
     /// Bracketed Newton on one height: slower.
-    Bracketed,
+    Safeguarded,
 }
 
 /// When the run ends.

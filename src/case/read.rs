@@ -107,7 +107,7 @@ fn assemble(file: &str, text: &str, sets: &[String], shelf: &Shelf<'_>) -> Resul
         return Err(named(CaseError::at("line 1, column 1", "a JSON object", describe(&document))));
     };
     let sets: Vec<Set> = sets.iter().map(|text| set::parse(text)).collect::<Result<_, _>>().map_err(named)?;
-    let blamed = |error: CaseError| named(set::blame(error, &sets));
+    let blamed = |error: CaseError| named(set::attribute(error, &sets));
     for set in sets.iter().filter(|set| set.chooses_fabric()) {
         set.apply(&mut document).map_err(named)?;
     }

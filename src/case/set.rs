@@ -57,7 +57,7 @@ fn located(pointer: &str) -> String {
 }
 
 /// Names the change as the place of an error that it caused.
-pub(super) fn blame(mut error: CaseError, sets: &[Set]) -> CaseError {
+pub(super) fn attribute(mut error: CaseError, sets: &[Set]) -> CaseError {
     let of_case = error.file.is_empty();
     if of_case && sets.iter().any(|set| is_at_or_below(&error.location, &set.pointer)) {
         error.location = located(&error.location);

@@ -194,9 +194,9 @@ static GRADING: &[CaseKey] = &[
         crossovers_per_element.",
     )
     .derived("four radii of the projectile, and as far as a yawed tail swings out"),
-    number("growth", NONE, within(1.0, 2.0), "Largest ratio of the lengths of neighbouring elements.")
+    number("growth_ratio", NONE, within(1.0, 2.0), "Largest ratio of the lengths of neighbouring elements.")
         .default(1.15, "measured: smaller ones keep the outcome no better"),
-    key("coarsest", KeyType::Whole(1, 64), "Crossovers along a side of the largest elements.")
+    key("max_crossovers", KeyType::Whole(1, 64), "Crossovers along a side of the largest elements.")
         .default(2.0, "measured: larger ones tangle with what is torn"),
     word(
         "lines_from",
@@ -390,7 +390,7 @@ static SOLVER: &[CaseKey] = &[
     )
     .derived("rim, measured: before failure nearer to a finer mesh than nodes; nodes with \"numerics\": \"paper\""),
     word("unit_cell", UnitCell::WORDS, "How the unit cell is solved: the result is the same to rounding.")
-        .default_word("joint", "the faster one"),
+        .default_word("newton", "the faster one"),
     word(
         "run_until",
         RunUntil::WORDS,

@@ -47,10 +47,10 @@ words! {
     Rotation { "free" => Free, "locked" => Locked }
     LinesFrom { "hit" => Hit, "edges" => Edges }
     Symmetry { "auto" => Auto, "none" => None }
-    ContactSampling { "nodes" => Nodes, "rim" => Rim }
+    ContactSampling { "nodes" => Nodes, "edges" => Edges }
     Numerics { "default" => Default, "paper" => Paper }
     Accuracy { "default" => Default, "converged" => Converged }
-    UnitCell { "joint" => Joint, "bracketed" => Bracketed }
+    UnitCell { "newton" => Newton, "safeguarded" => Safeguarded }
     RunUntil { "outcome" => Outcome, "separation" => Separation, "end_time" => EndTime }
     ShapeWord {
         "cylinder" => Cylinder, "sphere" => Sphere, "cone" => Cone, "ogive" => Ogive, "fragment" => Fragment, "bar" => Bar

@@ -51,11 +51,11 @@ fn scene(table: &mut TextTable, case: &Case) -> Result<(), CommandFailure> {
     let model = Model::<f32>::part(case).map_err(|e| CommandFailure::model(&case.path.display().to_string(), &e))?;
     table.row(["", ""]);
     table.row(["case", case.title.as_str()]);
-    for (name, value) in model.terms().list() {
+    for (name, value) in model.features().list() {
         table.row([name, value.as_str()]);
     }
     table.row(["symmetry", symmetry(model.planes).as_str()]);
-    let terms = model.terms();
+    let terms = model.features();
     let kernels: Vec<&str> =
         gpu::shader::KERNELS.iter().filter(|kernel| kernel.is_in(&terms)).map(|kernel| kernel.name).collect();
     table.row(["kernels per step", kernels.join(", ").as_str()]);

@@ -152,7 +152,7 @@ impl Sizes {
         Self {
             plies: grid.plies as u64,
             elements,
-            yarn_fields: match (model.terms().windows, model.terms().viscous) {
+            yarn_fields: match (model.features().windows, model.features().viscous) {
                 (true, _) => VISCOUS_FIELDS + STRAIN_FIELDS,
                 (false, true) => VISCOUS_FIELDS,
                 (false, false) => 0,
@@ -160,7 +160,7 @@ impl Sizes {
             nodes,
             rim: (grid.plies * 2 * (grid.columns + grid.rows + 2)) as u64,
             points: nodes.min(POINTS),
-            ties: if model.rim { ties(model) } else { 0 },
+            ties: if model.edges { ties(model) } else { 0 },
             groups: (grid.plies * per_ply.div_ceil(LEDGER_SHARE).clamp(1, most)) as u64,
         }
     }
@@ -240,7 +240,7 @@ impl Sizes {
 /// Room for points of the rim on a ply: no more than every edge meets it twice.
 fn ties(model: &Model<f32>) -> u64 {
     let radius = model.projectile.as_ref().map_or(0.0, |projectile| projectile.body.radius);
-    let shortest = model.sheets.iter().map(|sheet| sheet.mesh.shortest()).fold(f64::INFINITY, f64::min);
+    let shortest = model.ply_types.iter().map(|sheet| sheet.mesh.shortest()).fold(f64::INFINITY, f64::min);
     // As many lines of each direction as the face is wide, and twice each.
     let flat = 8.0 * radius / shortest;
     ((TIES[0] * flat + TIES[1]).ceil() as u64).min(4 * model.nodes_per_ply() as u64)

@@ -180,7 +180,7 @@ pub fn scene(model: &Model<f32>, sheet: usize, sizes: &Sizes) -> Block {
     block.count("sheet", sheet);
     block.double("ply_friction", model.ply_friction);
     block.double("impulse_unit", impulse_unit(model));
-    let sheet = &model.sheets[sheet];
+    let sheet = &model.ply_types[sheet];
     element(&mut block, sheet);
     block.double("dt", model.dt);
     projectile(&mut block, model);
@@ -210,7 +210,7 @@ pub fn scene(model: &Model<f32>, sheet: usize, sizes: &Sizes) -> Block {
 /// depend on any speed. Light touches of many corners may add up to a few times that. In a graded mesh nodes of larger elements count in
 /// larger units.
 fn impulse_unit(model: &Model<f32>) -> f64 {
-    let heaviest = model.sheets.iter().map(node_mass).fold(0.0, f64::max);
+    let heaviest = model.ply_types.iter().map(node_mass).fold(0.0, f64::max);
     heaviest * (8.0 * start_speed(model) + 4.0 * ply_contact::FASTEST) / f64::from(1_u32 << 31)
 }
 
@@ -221,7 +221,7 @@ fn node_mass(sheet: &PlyType<f32>) -> f64 {
 
 /// Largest speed at the start [m/s], or 1 where nothing moves yet.
 pub(crate) fn start_speed(model: &Model<f32>) -> f64 {
-    let fabric = model.sheets.iter().map(|sheet| Vector3::from(sheet.initial_velocity).norm()).fold(0.0, f64::max);
+    let fabric = model.ply_types.iter().map(|sheet| Vector3::from(sheet.initial_velocity).norm()).fold(0.0, f64::max);
     let speed = fabric.max(model.projectile.as_ref().map_or(0.0, RigidBody::speed_bound));
     if speed > 0.0 { speed } else { 1.0 }
 }
@@ -246,7 +246,7 @@ pub fn law_energy(sheet: &PlyType<f32>) -> Vec<u32> {
 pub fn plies(model: &Model<f32>) -> Vec<Block> {
     let mut out = Vec::with_capacity(PLIES);
     for (at, ply) in model.plies.iter().enumerate() {
-        let sheet = &model.sheets[ply.sheet];
+        let sheet = &model.ply_types[ply.ply_type];
         let mesh = &sheet.mesh;
         let mass = node_mass(sheet);
         let behind = model.plies.get(at + 1);
@@ -257,7 +257,7 @@ pub fn plies(model: &Model<f32>) -> Vec<Block> {
         let mut block = Block::default();
         block.count("rows", mesh.rows);
         block.count("columns", mesh.columns);
-        block.count("sheet", ply.sheet);
+        block.count("sheet", ply.ply_type);
         block.count("present", present[0] + 2 * present[1]);
         block.double("origin_x", mesh.origin[0]);
         block.double("origin_y", mesh.origin[1]);
@@ -273,7 +273,7 @@ pub fn plies(model: &Model<f32>) -> Vec<Block> {
         block.double("inverse_inner", 1.0 / mass);
         block.double("inverse_edge", 2.0 / mass);
         block.double("inverse_corner", 4.0 / mass);
-        block.count("held", held(&sheet.edges) | cut_sides(mesh) << 12);
+        block.count("held", constrained(&sheet.edges) | cut_sides(mesh) << 12);
         block.count("span", model.projectile.as_ref().map_or(0, |body| unbroken_cells(&sheet.mesh, body)));
         block.double("longest", mesh.longest());
         for pad in ["pad0", "pad1", "pad2"] {
@@ -301,12 +301,12 @@ pub fn line(mesh: &Mesh, axis: usize, line: usize) -> Block {
 /// The grid lines of graded meshes as the shaders see them, shape (sheets, axes, room for the longest axis), in whole rows of the
 /// texture; of even meshes a texel that nobody reads.
 pub fn lines(model: &Model<f32>) -> Vec<u32> {
-    if !model.terms().graded {
+    if !model.features().graded {
         return vec![0; LINE_WORDS];
     }
     let room = model.grid.columns.max(model.grid.rows) + 2;
     let mut out = Vec::new();
-    for mesh in model.sheets.iter().map(|sheet| &sheet.mesh) {
+    for mesh in model.ply_types.iter().map(|sheet| &sheet.mesh) {
         for (axis, elements) in [mesh.columns, mesh.rows].into_iter().enumerate() {
             let end = out.len() + room * LINE_WORDS;
             (0..elements + 2).for_each(|at| out.extend(line(mesh, axis, at).words()));
@@ -318,7 +318,7 @@ pub fn lines(model: &Model<f32>) -> Vec<u32> {
 }
 
 /// Held directions of the sides, three bits each: left, right, bottom, top.
-fn held(edges: &Edges) -> usize {
+fn constrained(edges: &Edges) -> usize {
     let side = |edge: Edge, roller: usize| match edge {
         Edge::Clamped => 7,
         Edge::Roller => roller,
@@ -351,9 +351,9 @@ fn element(block: &mut Block, sheet: &PlyType<f32>) {
     block.number("compression_a", c.cell.compression[0]);
     block.number("compression_b", c.cell.compression[1]);
     block.number("compression_offset", c.cell.compression[2]);
-    block.number("compression_loose", c.cell.uncompressed_limit);
+    block.number("compression_uncompressed", c.cell.uncompressed_limit);
     block.number("compression_per_b", c.cell.per_b);
-    block.number("softest", c.cell.min_stiffness);
+    block.number("min_stiffness", c.cell.min_stiffness);
     block.number("noise", c.cell.roundoff_tolerance);
     block.number("tolerance", c.cell.tolerance);
     block.number("shear_g1", c.shear.g1);
@@ -393,7 +393,7 @@ fn projectile(block: &mut Block, model: &Model<f32>) {
     block.double("body_inertia_y", number(|b| b.body.inertia[1], 1.0));
     block.double("body_inertia_z", number(|b| b.body.inertia[2], 1.0));
     block.double("body_radius", number(|b| b.body.radius, 0.0));
-    block.double("body_reach", number(|b| b.body.bounding_radius, 1.0));
+    block.double("body_bounding_radius", number(|b| b.body.bounding_radius, 1.0));
     block.double("body_nose", number(nose, 0.0));
     block.double("body_back", body.map_or(0.0, back));
     block.double("body_shoulder", number(|b| shoulder(b) - nose(b), 0.0));

@@ -44,14 +44,14 @@ pub const ELEMENT_FORCE: Kernel = Kernel {
     name: "element_force",
     sources: sources!(
         "element_force",
-        "element_size",
+        "element_geometry",
         "crossover",
-        "crossover_joint",
-        "guide",
+        "coupled_newton",
+        "predictor",
         "yarn_law",
         "arc_length",
         "shear",
-        "reach"
+        "active_region"
     ),
     bindings: &[
         (BufferId::Nodes, Read),
@@ -71,12 +71,12 @@ pub const NODE_UPDATE: Kernel = Kernel {
     sources: sources!(
         "node_update",
         "gather",
-        "around",
+        "adjacent_elements",
         "supports",
         "projectile_shape",
         "projectile_chisel",
         "rigid_body",
-        "reach"
+        "active_region"
     ),
     bindings: &[
         (BufferId::Nodes, Write),
@@ -97,12 +97,12 @@ pub const PROJECTILE_CONTACT: Kernel = Kernel {
         "projectile_near",
         "workgroup",
         "gather",
-        "around",
-        "standing",
+        "adjacent_elements",
+        "intact",
         "projectile_shape",
         "projectile_chisel",
         "rigid_body",
-        "reach"
+        "active_region"
     ),
     bindings: &[
         (BufferId::Nodes, Write),
@@ -125,12 +125,12 @@ pub const PROJECTILE_POINTS: Kernel = Kernel {
         "projectile_motion",
         "projectile_near",
         "workgroup",
-        "around",
-        "standing",
+        "adjacent_elements",
+        "intact",
         "projectile_shape",
         "projectile_chisel",
         "rigid_body",
-        "reach"
+        "active_region"
     ),
     bindings: &[
         (BufferId::Nodes, Read),
@@ -153,9 +153,9 @@ pub const PROJECTILE_RIM: Kernel = Kernel {
         "projectile_motion",
         "workgroup",
         "gather",
-        "around",
+        "adjacent_elements",
         "rigid_body",
-        "reach"
+        "active_region"
     ),
     bindings: &[
         (BufferId::Nodes, Write),
@@ -172,7 +172,7 @@ pub const PROJECTILE_RIM: Kernel = Kernel {
 /// Contacts between plies, and how many each node takes part in.
 pub const PLY_SEARCH: Kernel = Kernel {
     name: "ply_search",
-    sources: sources!("ply_search", "ply_contact", "ply_views", "standing", "around", "reach"),
+    sources: sources!("ply_search", "ply_contact", "ply_views", "intact", "adjacent_elements", "active_region"),
     bindings: &[
         (BufferId::Nodes, Read),
         (BufferId::Flags, Read),
@@ -201,7 +201,7 @@ pub const PLY_IMPULSE: Kernel = Kernel {
 /// The nodes take the impulses of contact between plies.
 pub const PLY_MOVE: Kernel = Kernel {
     name: "ply_move",
-    sources: sources!("ply_move", "ply_views", "gather", "around", "supports", "reach"),
+    sources: sources!("ply_move", "ply_views", "gather", "adjacent_elements", "supports", "active_region"),
     bindings: &[
         (BufferId::Nodes, Write),
         (BufferId::Forces, Read),
@@ -215,8 +215,15 @@ pub const PLY_MOVE: Kernel = Kernel {
 
 /// Sums of energy, momentum and counts.
 pub const LEDGER: Kernel = Kernel {
-    name: "ledger",
-    sources: sources!("ledger", "gather", "around", "projectile_shape", "projectile_chisel", "rigid_body"),
+    name: "energy_balance",
+    sources: sources!(
+        "energy_balance",
+        "gather",
+        "adjacent_elements",
+        "projectile_shape",
+        "projectile_chisel",
+        "rigid_body"
+    ),
     bindings: &[
         (BufferId::Nodes, Read),
         (BufferId::Forces, Read),
@@ -252,8 +259,8 @@ impl Kernel {
     pub fn is_in(&self, terms: &Features) -> bool {
         match self.name {
             "ply_search" | "ply_impulse" | "ply_move" => terms.plies,
-            "projectile_contact" => terms.projectile && !terms.rim,
-            "projectile_points" | "projectile_rim" => terms.rim,
+            "projectile_contact" => terms.projectile && !terms.edges,
+            "projectile_points" | "projectile_rim" => terms.edges,
             _ => true,
         }
     }
@@ -280,12 +287,12 @@ pub fn constants(terms: &Features, ledger: bool) -> [(&'static str, f64); 23] {
     let law = LAWS.iter().take_while(|(_, law)| *law != terms.law).count();
     let flag = |yes: bool| f64::from(u8::from(yes));
     [
-        ("NOISE", NOISE),
+        ("ROUNDOFF_TOLERANCE", NOISE),
         ("WITHIN", WITHIN),
         ("SHARE_UNIT", f64::from(SHARE_UNIT)),
         ("LAW", law as f64),
         ("PIVOT", terms.pivot as f64),
-        ("JOINT", flag(terms.joint)),
+        ("NEWTON", flag(terms.newton)),
         ("TERMS", terms.series as f64),
         ("COMPRESSION", flag(terms.compression)),
         ("SHEAR", flag(terms.shear)),
@@ -297,9 +304,9 @@ pub fn constants(terms: &Features, ledger: bool) -> [(&'static str, f64); 23] {
         ("LAW_ENERGY", flag(terms.law_energy)),
         ("PROJECTILE", flag(terms.projectile)),
         ("FRICTION", flag(terms.friction)),
-        ("RIM", flag(terms.rim)),
+        ("RIM", flag(terms.edges)),
         ("ROTATION", flag(terms.rotation)),
-        ("LEDGER", flag(ledger)),
+        ("SAMPLED", flag(ledger)),
         ("PLIES", flag(terms.plies)),
         ("PLY_FRICTION", flag(terms.ply_friction)),
         ("GRADED", flag(terms.graded)),

@@ -42,7 +42,7 @@ impl Stage {
             Self::Nodes => "node_update",
             Self::Plies => "ply_contact",
             Self::Projectile => "projectile_contact",
-            Self::Ledger => "ledger",
+            Self::Ledger => "energy_balance",
         }
     }
 }
@@ -146,7 +146,7 @@ impl<'a> DeviceStepper<'a> {
 
     fn build(device: &'a Device, model: &Model<f32>, sizes: Sizes, source: &dyn Fn(&Kernel) -> String) -> Self {
         let gpu = &device.inner;
-        let terms = model.terms();
+        let terms = model.features();
         let buffer = |label: &str, size: u64, usage: wgpu::BufferUsages| {
             let usage = usage | wgpu::BufferUsages::COPY_DST;
             gpu.create_buffer(&wgpu::BufferDescriptor { label: Some(label), size, usage, mapped_at_creation: false })
@@ -154,14 +154,14 @@ impl<'a> DeviceStepper<'a> {
         let storage = wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_SRC;
         let buffers: Vec<_> =
             BufferId::ALL.map(|name| buffer(name.variable(), sizes.bytes(name), storage)).into_iter().collect();
-        let sheets = 0..model.sheets.len();
+        let sheets = 0..model.ply_types.len();
         let scene = buffer("scene", SCENE_STRIDE * sheets.len() as u64, wgpu::BufferUsages::UNIFORM);
         for sheet in sheets {
             let block = layout::scene(model, sheet, &sizes).words();
             device.queue.write_buffer(&scene, SCENE_STRIDE * sheet as u64, bytemuck::cast_slice(&block));
         }
-        let law = buffer("law", LAW_STRIDE * model.sheets.len() as u64, wgpu::BufferUsages::UNIFORM);
-        for (at, sheet) in model.sheets.iter().enumerate() {
+        let law = buffer("law", LAW_STRIDE * model.ply_types.len() as u64, wgpu::BufferUsages::UNIFORM);
+        for (at, sheet) in model.ply_types.iter().enumerate() {
             let words = layout::law_energy(sheet);
             device.queue.write_buffer(&law, LAW_STRIDE * at as u64, bytemuck::cast_slice(&words));
         }
@@ -199,12 +199,12 @@ impl<'a> DeviceStepper<'a> {
             let terms = Features::new(model, sheet);
             [false, true].map(|ledger| program(&shader::ELEMENT_FORCE, &elements, &terms, ledger))
         };
-        let contact: &[Kernel] = match model.rim {
+        let contact: &[Kernel] = match model.edges {
             true => &[shader::PROJECTILE_POINTS, shader::PROJECTILE_RIM],
             false => &[shader::PROJECTILE_CONTACT],
         };
         Self {
-            element: model.sheets.iter().map(element).collect(),
+            element: model.ply_types.iter().map(element).collect(),
             plies: [&shader::PLY_SEARCH, &shader::PLY_IMPULSE, &shader::PLY_MOVE].map(|kernel| single(kernel, false)),
             travel_bound: model.dt * SPEED_MARGIN * layout::start_speed(model),
             node: single(&shader::NODE_UPDATE, false),

@@ -139,7 +139,7 @@ pub const BYTES: [(&str, u64); 4] = [
     // The few nodes near the projectile.
     ("projectile_contact", 0),
     // Accounts 28, flags 4, forces 36, nodes 24 read; accounts 12, flags 4 written. Only in sampled steps.
-    ("ledger", 28 + 4 + 36 + 24 + 16),
+    ("energy_balance", 28 + 4 + 36 + 24 + 16),
 ];
 
 /// What the parts of a step take, from one step of every batch.

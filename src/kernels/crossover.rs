@@ -7,11 +7,11 @@
 //!
 //! Heights in metres, forces in newtons; the stretch enters as Λ − 1 so that single precision keeps small strains.
 
-use crate::kernels::crossover_joint;
-use crate::kernels::guide::Predictor;
+use crate::kernels::coupled_newton;
+use crate::kernels::predictor::Predictor;
 use crate::math::scalar::{Mask, Real, each};
 
-pub use crate::kernels::cell_constants::UnitCellParameters;
+pub use crate::kernels::unit_cell_parameters::UnitCellParameters;
 pub use crate::kernels::yarn_law::{
     Kawabata, LawKernel, PublishedProjected, PublishedTension, StretchResponse, Variant, Variational, YarnConstants,
     YarnResponse,
@@ -109,8 +109,8 @@ pub fn solve<R: Real, L: LawKernel>(
     let (mut iterations, mut best);
     let mut bound = zero;
     let mut guide = Predictor { dh_dstretch: [zero; 2], force_share: [zero; 2] };
-    if cell.joint {
-        let joint = crossover_joint::iterate::<R, L>(cell, &span, start, pressing);
+    if cell.newton {
+        let joint = coupled_newton::iterate::<R, L>(cell, &span, start, pressing);
         active = pressing & !joint.met;
         x = R::select(active, start[0], joint.height[0]);
         iterations = joint.iterations;

@@ -8,12 +8,12 @@
 
 use std::ops::Range;
 
-use crate::kernels::ahead;
 use crate::kernels::crossover::{self, LawKernel, UnitCellParameters};
-use crate::kernels::element_size::ElementGeometry;
-use crate::kernels::guide::Predictor;
+use crate::kernels::element_geometry::ElementGeometry;
 use crate::kernels::kinematics::{Kinematics, Vector, differences, dot, kinematics, stretching};
 use crate::kernels::law_energy::LawEnergy;
+use crate::kernels::predictor::Predictor;
+use crate::kernels::prefetch;
 use crate::kernels::shear::{self, ShearConstants};
 use crate::math::scalar::{Mask, Real, Scalar, each};
 use crate::math::sum::OrderedSum;
@@ -352,10 +352,10 @@ pub fn element_force<R: Real, L: LawKernel>(
     let mut column = range.start - range.start % R::LANES;
     while column < range.end {
         let at = column + 1;
-        for line in ahead::lines::<R::Scalar>(column..column + R::LANES) {
+        for line in prefetch::lines::<R::Scalar>(column..column + R::LANES) {
             let [elements, nodes] = row.prefetch;
-            ahead::ask(row.element.iter().map(|field| &**field), line + 1, elements);
-            ahead::ask(row.above, line, nodes);
+            prefetch::ask(row.element.iter().map(|field| &**field), line + 1, elements);
+            prefetch::ask(row.above, line, nodes);
         }
         let [ux, uy, uz] = each!(f in 3 => differences(&corners(n, row, f, column)));
         let [vx, vy, vz] = each!(f in 3 => differences(&corners(n, row, 3 + f, column)));

@@ -1,7 +1,7 @@
 //! Kinematics of an element, (1)–(10) in total form: F1 = ∂x/∂X and F2 = ∂x/∂Y at its centre, from displacements, so
 //! nothing drifts and strains keep their precision.
 
-use crate::kernels::element_size::ElementGeometry;
+use crate::kernels::element_geometry::ElementGeometry;
 use crate::math::scalar::{Real, each};
 
 /// What one element is before forces: gradients, stretches and directions.

@@ -4,19 +4,18 @@
 //! threads or devices. Point physics (`arc_length`, `yarn_law`, `crossover`, `shear`, `projectile_shape`, `projectile_chisel`) knows no mesh;
 //! element and node kernels know no material law beyond calling it.
 
-mod ahead;
 pub mod arc_length;
-pub mod cell_constants;
+pub mod coupled_newton;
 pub mod crossover;
-pub mod crossover_joint;
 pub mod element_force;
-pub(crate) mod element_size;
-pub mod guide;
+pub(crate) mod element_geometry;
 pub(crate) mod kinematics;
 pub mod law_energy;
 pub mod mirror_planes;
 pub mod node_update;
 pub mod ply_contact;
+pub mod predictor;
+mod prefetch;
 pub mod projectile_body;
 pub mod projectile_chisel;
 pub mod projectile_contact;
@@ -24,4 +23,5 @@ pub mod projectile_rim;
 pub mod projectile_shape;
 pub mod rigid_body;
 pub mod shear;
+pub mod unit_cell_parameters;
 pub mod yarn_law;

@@ -5,7 +5,7 @@
 //! gap. Where it has passed several, the nearest point lies on an edge or on a face that a move past another one reaches:
 //! the nearest of a few candidates, all of them points of the body. By symmetry everything happens where x, y ≥ 0.
 
-use super::projectile_shape::{Gap, Outline, RESOLVED};
+use super::projectile_shape::{Outline, RESOLVED, SignedDistance};
 use crate::math::scalar::Scalar;
 
 /// Newton steps for the nearest point of the ellipse in which a flat meets the wall; four reach double precision.
@@ -87,7 +87,7 @@ impl<R: Scalar> Nearest<R> {
 
 /// Gap of a point given in the body's frame [m].
 #[inline(always)]
-pub fn gap<R: Scalar>(profile: &Outline<R>, chisel: &Chisel<R>, point: [R; 3]) -> Gap<R> {
+pub fn gap<R: Scalar>(profile: &Outline<R>, chisel: &Chisel<R>, point: [R; 3]) -> SignedDistance<R> {
     let (zero, one) = (R::splat(0.0), R::splat(1.0));
     let [radius, front] = profile.corner[1];
     let back = profile.corner[2][1];
@@ -120,7 +120,7 @@ pub fn gap<R: Scalar>(profile: &Outline<R>, chisel: &Chisel<R>, point: [R; 3]) -
     let safe = R::select(resolved, distance, one);
     let n = |a: usize| R::select(resolved, offset[a] / safe, normal[a]);
     let signed = |value: R, of: R| R::select(of.lt(zero), -value, value);
-    Gap {
+    SignedDistance {
         distance: R::select(edge, distance, deepest) - profile.radius,
         normal: [signed(n(0), point[0]), signed(n(1), point[1]), n(2)],
     }

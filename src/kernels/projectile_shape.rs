@@ -35,7 +35,7 @@ pub struct Outline<R> {
 
 /// Gap to a surface and its outward normal in the body's frame.
 #[derive(Clone, Copy, Debug)]
-pub struct Gap<R> {
+pub struct SignedDistance<R> {
     /// Distance to the surface, negative inside [m].
     pub distance: R,
     /// Outward unit normal at the nearest surface point, body frame.
@@ -92,7 +92,7 @@ fn arc_side<R: Scalar>(normal: [R; 2], arc: R, edge: [R; 2], from: [R; 2]) -> Si
 
 /// Gap of a point given in the body's frame [m]: x, y across the axis, z along it towards the nose.
 #[inline(always)]
-pub fn gap<R: Scalar>(profile: &Outline<R>, point: [R; 3]) -> Gap<R> {
+pub fn gap<R: Scalar>(profile: &Outline<R>, point: [R; 3]) -> SignedDistance<R> {
     if let Some(chisel) = &profile.chisel {
         return projectile_chisel::gap(profile, chisel, point);
     }
@@ -147,7 +147,7 @@ pub fn gap<R: Scalar>(profile: &Outline<R>, point: [R; 3]) -> Gap<R> {
     let ahead = R::select(n_s.lt(zero), -one, one);
     let y = if profile.bar { zero } else { spread * point[1] };
     let normal = [spread * point[0], y, R::select(on_axis, ahead, n_s)];
-    Gap { distance: signed - profile.radius, normal }
+    SignedDistance { distance: signed - profile.radius, normal }
 }
 
 /// How far the nose lies behind its foremost plane beside this point, along the axis [m]: 0 but for a chisel.
@@ -167,7 +167,7 @@ pub fn recess<R: Scalar>(profile: &Outline<R>, point: [R; 3]) -> R {
 /// A chisel nose meets its wall in edges as sharp (55° to 90° of turn at the default angles, where a flat rim has 90°): behind each of
 /// its faces a node is held along the normal of that face, as the fabric on it is.
 #[inline(always)]
-pub fn contact_distance<R: Scalar>(profile: &Outline<R>, point: [R; 3], rim_depth: R) -> Gap<R> {
+pub fn contact_distance<R: Scalar>(profile: &Outline<R>, point: [R; 3], rim_depth: R) -> SignedDistance<R> {
     let zero = R::splat(0.0);
     let g = gap(profile, point);
     let below = profile.corner[1][1] - recess(profile, point) - point[2];
@@ -175,7 +175,7 @@ pub fn contact_distance<R: Scalar>(profile: &Outline<R>, point: [R; 3], rim_dept
     let zone = flat & zero.lt(below) & below.le(rim_depth);
     let inside = g.distance.lt(zero);
     let face = profile.chisel.as_ref().map_or([zero, zero, R::splat(1.0)], |chisel| chisel.face(point));
-    Gap {
+    SignedDistance {
         distance: R::select(zone & !inside, R::splat(1e30), g.distance),
         normal: [
             R::select(zone, face[0], g.normal[0]),

@@ -8,7 +8,7 @@ use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 
 use crate::case::{Motion, Projectile, Rotation, Shape};
 use crate::kernels::mirror_planes::MirrorPlanes;
-use crate::kernels::projectile_shape::{self, Body, Gap};
+use crate::kernels::projectile_shape::{self, Body, SignedDistance};
 
 /// A projectile in motion.
 #[derive(Clone, Debug)]
@@ -155,14 +155,14 @@ impl RigidBody {
     /// Gap and outward normal (world frame) at a point [m].
     pub fn gap(&self, point: &Vector3<f64>) -> (f64, Vector3<f64>) {
         let local = self.orientation.inverse_transform_vector(&(point - self.position));
-        let Gap { distance, normal } = projectile_shape::gap(&self.body.profile, local.into());
+        let SignedDistance { distance, normal } = projectile_shape::gap(&self.body.profile, local.into());
         (distance, self.orientation.transform_vector(&Vector3::from(normal)))
     }
 
     /// The gap and normal that contact acts on at a point; see [`projectile_shape::contact_distance`].
     pub fn contact_distance(&self, point: &Vector3<f64>) -> (f64, Vector3<f64>) {
         let local = self.orientation.inverse_transform_vector(&(point - self.position));
-        let Gap { distance, normal } =
+        let SignedDistance { distance, normal } =
             projectile_shape::contact_distance(&self.body.profile, local.into(), self.rim_depth);
         (distance, self.orientation.transform_vector(&Vector3::from(normal)))
     }

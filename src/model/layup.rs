@@ -28,7 +28,7 @@ pub(super) fn layup(case: &Case) -> Layup {
     let ply = |(at, sheet): (usize, &usize)| {
         let mean = if at + 1 < sheets.len() { 0.5 * (thickness(at) + thickness(at + 1)) } else { 0.0 };
         let spacing = case.pack.spacing.unwrap_or(mean);
-        let ply = Ply { sheet: *sheet, z, depth, thickness: mean, touching: mean.min(spacing) };
+        let ply = Ply { ply_type: *sheet, z, depth, thickness: mean, touching: mean.min(spacing) };
         z += spacing;
         depth += ply.touching;
         ply

@@ -82,7 +82,7 @@ pub struct Model<S> {
     /// Storage layout.
     pub grid: Grid,
     /// What alike plies share; the first is that of the struck ply.
-    pub sheets: Vec<PlyType<S>>,
+    pub ply_types: Vec<PlyType<S>>,
     /// The plies, the struck one first.
     pub plies: Vec<Ply>,
     /// Critical step and what sets it.
@@ -94,7 +94,7 @@ pub struct Model<S> {
     /// Coulomb coefficient of the projectile [-].
     pub friction: f64,
     /// Whether the rim of a flat face is sampled where it crosses the edges of elements.
-    pub rim: bool,
+    pub edges: bool,
     /// Coulomb coefficient between plies [-].
     pub ply_friction: f64,
     /// Whether everything is at rest until the projectile touches it.
@@ -109,7 +109,7 @@ pub struct Model<S> {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Ply {
     /// Which of the model's sheets it is.
-    pub sheet: usize,
+    pub ply_type: usize,
     /// Reference position of its mid-plane behind that of the struck ply [m].
     pub z: f64,
     /// Thickness of the fabric in front of it, where none is missing [m].
@@ -157,11 +157,11 @@ impl<S: Scalar> Model<S> {
             grid: Grid::new(layup.plies.len(), sheets.iter().map(|sheet| &sheet.mesh)),
             dt: case.solver.courant * bound.critical_step,
             friction: case.projectile.as_ref().map_or(0.0, |p| p.friction),
-            rim: case.solver.contact_sampling == ContactSampling::Rim
+            edges: case.solver.contact_sampling == ContactSampling::Edges
                 && projectile.as_ref().is_some_and(|body| body.body.profile.has_round_rim()),
             ply_friction: case.pack.friction,
             at_rest: still && case.pack.initial_deflection.is_none() && case.pack.pretension.is_none(),
-            sheets,
+            ply_types: sheets,
             plies: layup.plies,
             bound,
             projectile: projectile.map(|body| body.part(planes)),
@@ -171,30 +171,30 @@ impl<S: Scalar> Model<S> {
     }
 
     /// Terms of the model that the scene has.
-    pub fn terms(&self) -> Features {
+    pub fn features(&self) -> Features {
         Features::of_pack(self)
     }
 
     /// The sheet of a ply.
-    pub fn sheet(&self, ply: usize) -> &PlyType<S> {
-        &self.sheets[self.plies[ply].sheet]
+    pub fn ply_type(&self, ply: usize) -> &PlyType<S> {
+        &self.ply_types[self.plies[ply].ply_type]
     }
 
     /// Fields of an element: see [`field`].
     pub fn element_fields(&self) -> usize {
-        let terms = self.terms();
+        let terms = self.features();
         let more = |wanted: bool, count: usize| if wanted { count } else { 0 };
         field::COUNT + more(terms.viscous, field::VISCOUS) + more(terms.windows, field::STRAIN)
     }
 
     /// What rounding makes of the energy of a pack at rest [J].
     pub fn rounding(&self) -> f64 {
-        self.plies.iter().map(|ply| self.sheets[ply.sheet].rounding()).sum()
+        self.plies.iter().map(|ply| self.ply_types[ply.ply_type].rounding()).sum()
     }
 
     /// Elements over all plies.
     pub fn elements(&self) -> usize {
-        self.plies.iter().map(|ply| self.sheets[ply.sheet].mesh.elements()).sum()
+        self.plies.iter().map(|ply| self.ply_types[ply.ply_type].mesh.elements()).sum()
     }
 
     /// Elements of the whole scene, over all plies.
@@ -204,7 +204,7 @@ impl<S: Scalar> Model<S> {
 
     /// Ply, row and column in the whole scene of a node or element.
     pub fn place_in_whole(&self, [ply, row, column]: [usize; 3]) -> [usize; 3] {
-        let [right, up] = self.sheet(ply).mesh.first_in_whole();
+        let [right, up] = self.ply_type(ply).mesh.first_in_whole();
         [ply, row + up, column + right]
     }
 }
@@ -219,7 +219,7 @@ impl<S> Model<S> {
 impl<S: Scalar> Model<S> {
     /// Reference position of a node in the pack's axes [m].
     pub fn reference(&self, ply: usize, row: usize, column: usize) -> [f64; 3] {
-        let mesh = &self.sheet(ply).mesh;
+        let mesh = &self.ply_type(ply).mesh;
         let [x, y] = mesh.reference(row, column);
         mesh.to_pack([x, y, self.plies[ply].z])
     }

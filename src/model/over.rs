@@ -31,7 +31,8 @@ pub fn over_at_rest<S>(model: &Model<S>) -> Vec<u32> {
     for (at, part) in over.chunks_mut(per_side).enumerate() {
         let (ply, side) = (at / SIDES, at % SIDES);
         let Some(other) = neighbour(ply, side, plies) else { continue };
-        let (mesh, theirs) = (&model.sheets[model.plies[ply].sheet].mesh, &model.sheets[model.plies[other].sheet].mesh);
+        let (mesh, theirs) =
+            (&model.ply_types[model.plies[ply].ply_type].mesh, &model.ply_types[model.plies[other].ply_type].mesh);
         for row in 0..=mesh.rows {
             for column in 0..=mesh.columns {
                 let [x, y] = mesh.reference(row, column);

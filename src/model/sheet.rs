@@ -72,7 +72,7 @@ impl<S: Scalar> PlyType<S> {
             return Err(ModelError::TurnedRoller { degrees: layer.orientation.to_degrees() });
         }
         let cell =
-            UnitCellParameters { joint: case.solver.unit_cell == UnitCell::Joint, ..UnitCellParameters::new(fabric) };
+            UnitCellParameters { newton: case.solver.unit_cell == UnitCell::Newton, ..UnitCellParameters::new(fabric) };
         let element = element_constants(fabric, length, &case.solver, &cell);
         let law = Variant::of(&fabric.crossover);
         let edges = super::symmetry::cut_edges(&mesh, layer.edges);

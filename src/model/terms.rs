@@ -2,8 +2,8 @@
 
 use super::{Model, PlyType};
 use crate::kernels::arc_length::MAX_TERMS;
-use crate::kernels::cell_constants::NEVER;
 use crate::kernels::crossover::Variant;
+use crate::kernels::unit_cell_parameters::NEVER;
 
 /// Terms of the model that a scene has.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -13,7 +13,7 @@ pub struct Features {
     /// The yarn whose height is the unknown of the unit cell: 0 warp, 1 weft.
     pub pivot: usize,
     /// The unit cell's joint iteration comes first.
-    pub joint: bool,
+    pub newton: bool,
     /// Terms of the arc length series.
     pub series: usize,
     /// Yarns flatten where they cross.
@@ -37,7 +37,7 @@ pub struct Features {
     /// It rubs.
     pub friction: bool,
     /// The rim of its face is sampled too.
-    pub rim: bool,
+    pub edges: bool,
     /// It may turn.
     pub rotation: bool,
     /// There are plies that may touch each other.
@@ -56,7 +56,7 @@ impl Features {
         Self {
             law: sheet.law,
             pivot: sheet.cell.pivot,
-            joint: sheet.cell.joint,
+            newton: sheet.cell.newton,
             series: yarns.iter().map(|y| y.terms).max().unwrap_or(MAX_TERMS),
             compression: sheet.cell.compression[0] > 0.0,
             shear: sheet.has_shear,
@@ -68,7 +68,7 @@ impl Features {
             windows: sheet.windows.is_some(),
             projectile: projectile.is_some(),
             friction: projectile.is_some() && model.friction > 0.0,
-            rim: model.rim,
+            edges: model.edges,
             rotation: projectile.is_some_and(|p| !p.locked),
             plies: model.plies.len() > 1,
             ply_friction: model.plies.len() > 1 && model.ply_friction > 0.0,
@@ -78,8 +78,8 @@ impl Features {
 
     /// What any sheet of a pack has; law, pivot and series are those of the struck ply.
     pub(super) fn of_pack<S>(model: &Model<S>) -> Self {
-        let first = Self::new(model, &model.sheets[0]);
-        model.sheets[1..].iter().map(|sheet| Self::new(model, sheet)).fold(first, |all, sheet| Self {
+        let first = Self::new(model, &model.ply_types[0]);
+        model.ply_types[1..].iter().map(|sheet| Self::new(model, sheet)).fold(first, |all, sheet| Self {
             compression: all.compression | sheet.compression,
             shear: all.shear | sheet.shear,
             secant: all.secant | sheet.secant,

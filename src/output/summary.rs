@@ -154,7 +154,7 @@ fn cost(run: &Run, wall_seconds: f64) -> Map<String, Value> {
         "element_steps_computed": run.element_steps_computed,
         "wall_s": wall_seconds,
         "loop_s": run.loop_seconds,
-        "host_s": run.host_seconds,
+        "host_overhead_s": run.host_seconds,
         "element_steps_per_s": element_steps as f64 / run.loop_seconds,
         "skipped": {
             "symmetry": element_steps - part,
@@ -162,12 +162,12 @@ fn cost(run: &Run, wall_seconds: f64) -> Map<String, Value> {
             "wavefront": part - run.element_steps_computed,
             "switched_off": run.skips.switched_off(),
         },
-        "profile": profile(run),
+        "timings": timings(run),
     }))
 }
 
 /// Wall time of the kernels and of the rest of the loop, and their share of it; empty where nothing was timed.
-fn profile(run: &Run) -> Map<String, Value> {
+fn timings(run: &Run) -> Map<String, Value> {
     let timed: f64 = run.kernel_seconds.iter().map(|(_, seconds)| seconds).sum();
     let rest = [("other", (run.loop_seconds - timed).max(0.0))];
     let all = run.kernel_seconds.iter().chain(rest.iter().filter(|_| timed > 0.0));

@@ -277,7 +277,7 @@ fn mesh_under_hit(case: &Case, run: &Run) -> QualityCheck {
     let is_sphere = case.projectile.as_ref().is_some_and(|p| matches!(p.shape, Shape::Sphere { .. }));
     let is_pointed =
         case.projectile.as_ref().is_some_and(|p| matches!(p.shape, Shape::Cone { .. } | Shape::Ogive { .. }));
-    let at_rim = case.solver.contact_sampling == ContactSampling::Rim;
+    let at_rim = case.solver.contact_sampling == ContactSampling::Edges;
     let (level, reason) = match broken {
         0 if has_rim && highest_load(run) > NEAR_BREAKING => {
             (Level::Look, "no yarn broke, but one came near to it: with another mesh the projectile may pass")

@@ -38,7 +38,7 @@ pub struct DeviceSimulation<'a> {
     /// The state at the start, and after a batch that asked for it.
     state: State<f32>,
     pub(super) stepper: DeviceStepper<'a>,
-    pub(super) ledger: EnergyBalance,
+    pub(super) balance: EnergyBalance,
     pub(super) record: RunRecord,
     given: (f64, Vector3<f64>),
     /// Batches on their way with their steps, the oldest first.
@@ -82,7 +82,7 @@ impl<'a> DeviceSimulation<'a> {
         Ok(Self {
             given: solver::given(&model, &state),
             record,
-            ledger: EnergyBalance::of_part(model.planes),
+            balance: EnergyBalance::of_part(model.planes),
             model: Arc::new(model),
             state,
             stepper,
@@ -305,7 +305,7 @@ impl<'a> DeviceSimulation<'a> {
 
     /// Contact at the rim that finds no set of points that push, in the element of the struck ply that the projectile is over.
     fn unsettled(&self) -> Divergence {
-        let mesh = &self.model.sheet(0).mesh;
+        let mesh = &self.model.ply_type(0).mesh;
         let [x, y, _] = mesh.to_ply(self.state.body.as_ref().map_or([0.0; 3], |body| body.position.into()));
         let [row, column] = mesh.element_at([x, y]);
         Divergence {
@@ -327,7 +327,7 @@ impl<'a> DeviceSimulation<'a> {
     }
 
     fn diagnose(&mut self, excess: (&str, f64)) {
-        let available = self.ledger.available();
+        let available = self.balance.accounted_energy();
         self.record.divergence = Some(solver::diagnose(&self.model, &self.state, excess, available));
     }
 
@@ -349,7 +349,7 @@ impl<'a> DeviceSimulation<'a> {
             Some(_) => u64::from(counters[status::COMPUTED]) + (u64::from(counters[status::COMPUTED + 1]) << 32),
             None => (info.index + 1) * self.model.elements() as u64,
         };
-        let ledger = &mut self.ledger;
+        let ledger = &mut self.balance;
         ledger.work += sums.add(sum::WORK);
         ledger.viscous += sums.add(sum::VISCOUS);
         ledger.released[0] += sums.add(sum::RELEASED);
@@ -401,7 +401,7 @@ impl<'a> DeviceSimulation<'a> {
             self.look(case, info.index)?;
         }
         let kinetic = sums.add(sum::KINETIC) + solver::flying(body.as_ref().map(|b| &b.body));
-        if let Some(excess) = solver::excess(&self.ledger, kinetic, true) {
+        if let Some(excess) = solver::excess(&self.balance, kinetic, true) {
             // The place is looked for in the state as it is now, at most two batches later.
             self.state.step = info.index + 1;
             if let Err(error) = self.stepper.download(&self.model, &mut self.state) {
@@ -419,7 +419,7 @@ impl<'a> DeviceSimulation<'a> {
         self.state.step = step + 1;
         let (model, state) = (&self.model, &self.state);
         if let Some(body) = &state.body {
-            self.record.look(case, |ply| outcome::held(model, state, body, ply));
+            self.record.look(case, |ply| outcome::is_held(model, state, body, ply));
         }
         Ok(())
     }

@@ -5,7 +5,7 @@ use crate::case;
 
 fn small() -> Result<Case, Box<dyn std::error::Error>> {
     let text = r#"{"title": "rim", "fabric": {"file": "fabrics/s-720.json"},
-        "pack": {"width_mm": 12.7, "height_mm": 12.7}, "solver": {"end_time_us": 1, "contact_sampling": "rim"},
+        "pack": {"width_mm": 12.7, "height_mm": 12.7}, "solver": {"end_time_us": 1, "contact_sampling": "edges"},
         "projectile": {"shape": "cylinder", "diameter_mm": 5.5, "length_mm": 6, "mass_g": 1, "velocity_m_s": 50}}"#;
     Ok(case::from_str("rim", text, &[])?)
 }

@@ -14,7 +14,7 @@
 //! Fabric covers the projectile where an element lies ahead of it within its cross-section, with a yarn that runs on unbroken
 //! for one and a half diameters on both sides: plugs and flaps do not ([`covered`]).
 //!
-//! It can hold the projectile where the piece of fabric that the element belongs to hangs on something ([`held`]). A piece is
+//! It can hold the projectile where the piece of fabric that the element belongs to hangs on something ([`is_held`]). A piece is
 //! what unbroken yarns link, node by node. It hangs on a clamped or roller edge of its ply that it reaches. Of a ply that is
 //! free all round, it is its own inertia that holds: the piece must be at least half of the ply, and not be faster than the
 //! projectile. So debris does not hold, however far ahead it flies, and a free ply does as long as it is pushed along.
@@ -156,7 +156,7 @@ pub fn covered<S: Scalar>(model: &Model<S>, state: &State<S>, body: &RigidBody, 
 
 /// Whether fabric of a ply covers the body and can still hold it: what covers hangs on an edge that is held, or is most of a
 /// ply that is free all round.
-pub fn held<S: Scalar>(model: &Model<S>, state: &State<S>, body: &RigidBody, ply: usize) -> bool {
+pub fn is_held<S: Scalar>(model: &Model<S>, state: &State<S>, body: &RigidBody, ply: usize) -> bool {
     let hold = pieces::that_hold(model, state, ply, body.velocity.z);
     covered_by(model, state, body, ply, |cell| corners(cell).into_iter().any(|(row, column)| hold(row, column)))
 }
@@ -178,7 +178,7 @@ fn covered_by<S: Scalar>(
         let (local, across) = place(point);
         across < body.body.radius && local.z + recess(&body.body.profile, local.into()) > shoulder
     };
-    let mesh = &model.sheet(ply).mesh;
+    let mesh = &model.ply_type(ply).mesh;
     let span = unbroken_cells(mesh, body);
     // The directions in which `place` measures how far across a point is, in the axes of the ply, and where the body is along them.
     let sides = [Vector3::x(), if body.body.profile.bar { Vector3::zeros() } else { Vector3::y() }].map(|side| {
@@ -212,7 +212,7 @@ fn runs_on<S: Scalar>(
     yarn: usize,
     span: usize,
 ) -> bool {
-    let (mesh, first) = (&model.sheet(ply).mesh, model.grid.first_element_row(ply));
+    let (mesh, first) = (&model.ply_type(ply).mesh, model.grid.first_element_row(ply));
     match yarn {
         0 => mesh.within(0, column, span).all(|c| state.alive(first + row, c, 0)),
         _ => mesh.within(1, row, span).all(|r| state.alive(first + r, column, 1)),

@@ -22,7 +22,7 @@ impl Pieces {
     /// An unbroken yarn links the nodes before an element with those behind it, on both sides of the element: across the yarn
     /// it resists nothing.
     fn of<S: Scalar>(model: &Model<S>, state: &State<S>, ply: usize) -> Self {
-        let (mesh, first) = (&model.sheet(ply).mesh, model.grid.first_element_row(ply));
+        let (mesh, first) = (&model.ply_type(ply).mesh, model.grid.first_element_row(ply));
         let stride = mesh.columns + 1;
         let mut pieces = Self { parent: (0..(stride * (mesh.rows + 1)) as u32).collect(), stride };
         for row in 0..mesh.rows {
@@ -66,7 +66,7 @@ pub(crate) fn that_hold<S: Scalar>(
     ply: usize,
     speed: f64,
 ) -> impl Fn(usize, usize) -> bool {
-    let sheet = model.sheet(ply);
+    let sheet = model.ply_type(ply);
     let pieces = Pieces::of(model, state, ply);
     let stride = pieces.stride;
     let roots = pieces.roots();
@@ -89,7 +89,7 @@ pub(crate) struct Hanging {
 /// What of a ply hangs on an edge that is held; of a ply free all round, what is at least half of it.
 pub(crate) fn hanging<S: Scalar>(model: &Model<S>, state: &State<S>, ply: usize) -> Hanging {
     let hangs = that_hold(model, state, ply, f64::INFINITY);
-    let (mesh, grid) = (&model.sheet(ply).mesh, &model.grid);
+    let (mesh, grid) = (&model.ply_type(ply).mesh, &model.grid);
     let (nodes, elements) = (grid.first_node_row(ply), grid.first_element_row(ply));
     let mut found = Hanging { deflection: 0.0, loose: false };
     for row in 0..mesh.rows {
@@ -137,7 +137,7 @@ fn reach_a_held_edge(mesh: &Mesh, edges: Edges, roots: &[usize]) -> Vec<bool> {
 /// By the node that stands for a piece of a ply free all round: whether the piece with its mirror images has at least half of the ply's
 /// mass, and is not faster than `speed` along the normal [m/s].
 fn are_the_ply<S: Scalar>(model: &Model<S>, state: &State<S>, ply: usize, roots: &[usize], speed: f64) -> Vec<bool> {
-    let sheet = model.sheet(ply);
+    let sheet = model.ply_type(ply);
     let mesh = &sheet.mesh;
     let (mut mass, mut momentum) = (vec![0.0; roots.len()], vec![0.0; roots.len()]);
     // Whether it reaches the mirror plane across X, across Y: what does is one with its image.

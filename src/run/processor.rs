@@ -20,7 +20,7 @@ pub struct Simulation<S: RunScalar> {
     /// Varies; as the model.
     pub state: State<S>,
     pub(crate) stepper: Stepper<S>,
-    pub(crate) ledger: EnergyBalance,
+    pub(crate) balance: EnergyBalance,
     pub(crate) record: RunRecord,
     sampled: bool,
 }
@@ -48,7 +48,7 @@ impl<S: RunScalar> Simulation<S> {
         Ok(Self {
             stepper: Stepper::new(&model),
             record,
-            ledger: EnergyBalance::of_part(model.planes),
+            balance: EnergyBalance::of_part(model.planes),
             model: Arc::new(model),
             state,
             sampled: false,
@@ -92,25 +92,25 @@ impl<S: RunScalar> Simulation<S> {
         let sample = self.record.sample_due(case, time, self.model.dt);
         let before = self.state.body.as_ref().map(|b| (b.velocity, b.position));
         let given = if self.state.step == 0 { given(&self.model, &self.state) } else { (0.0, Vector3::zeros()) };
-        let totals = self.stepper.step(&self.model, &mut self.state, &mut self.ledger, sample);
+        let totals = self.stepper.step(&self.model, &mut self.state, &mut self.balance, sample);
         self.record.add_step(&totals, &self.stepper.failures);
         if self.record.history.is_empty() {
-            self.ledger.begin(given.0, given.1);
+            self.balance.begin(given.0, given.1);
         }
         if sample {
-            let impulse = Vector3::from(std::mem::take(&mut self.ledger.contact_impulse));
+            let impulse = Vector3::from(std::mem::take(&mut self.balance.contact_impulse));
             let moment = SampleInput {
                 time,
                 dt: self.model.dt,
-                balance: self.ledger.balance(),
+                balance: self.balance.balance(),
                 impulse,
-                plies: self.ledger.plies(),
+                plies: self.balance.plies(),
                 body: self.state.body.as_ref().zip(before),
             };
             let (model, state) = (&self.model, &self.state);
             let in_doubt = self.record.sample(case, &moment, |body, ply| outcome::covered(model, state, body, ply));
             if let Some(body) = state.body.as_ref().filter(|_| in_doubt) {
-                self.record.look(case, |ply| outcome::held(model, state, body, ply));
+                self.record.look(case, |ply| outcome::is_held(model, state, body, ply));
             }
         }
         self.sampled = sample;
@@ -125,8 +125,8 @@ impl<S: RunScalar> Simulation<S> {
             return;
         }
         let kinetic = totals.kinetic + flying(self.state.body.as_ref());
-        let excess = excess(&self.ledger, kinetic, sample);
-        let (model, state, available) = (&self.model, &self.state, self.ledger.available());
+        let excess = excess(&self.balance, kinetic, sample);
+        let (model, state, available) = (&self.model, &self.state, self.balance.accounted_energy());
         self.record.divergence = excess.map(|excess| diagnose(model, state, excess, available));
     }
 

@@ -36,7 +36,7 @@ pub struct Profile {
 
 /// Takes the profile of the first ply along the line of nodes nearest to the point of impact.
 pub fn take<S: Scalar>(model: &Model<S>, state: &State<S>, case: &Case, time: f64) -> Profile {
-    let mesh = &model.sheet(0).mesh;
+    let mesh = &model.ply_type(0).mesh;
     let impact = case.projectile.as_ref().map_or([0.0; 2], |p| p.offset);
     let impact = mesh.to_ply([impact[0], impact[1], 0.0]);
     let along = case.output.profile_along;

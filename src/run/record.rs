@@ -97,7 +97,7 @@ impl RunRecord {
     /// An empty record of a shot with this projectile.
     pub(crate) fn new<S: Scalar>(model: &Model<S>, body: Option<&RigidBody>) -> Self {
         let copies = model.planes.copies() as f64;
-        let areal_density = model.plies.iter().map(|ply| model.sheets[ply.sheet].areal_density).sum();
+        let areal_density = model.plies.iter().map(|ply| model.ply_types[ply.ply_type].areal_density).sum();
         Self {
             history: Vec::new(),
             events: Vec::new(),
@@ -130,7 +130,7 @@ impl RunRecord {
     pub(crate) fn fits<S: Scalar>(&self, model: &Model<S>) -> bool {
         let place = |event: &FailureEvent| {
             let ply = event.ply as usize;
-            let mesh = (ply < model.plies.len()).then(|| &model.sheet(ply).mesh);
+            let mesh = (ply < model.plies.len()).then(|| &model.ply_type(ply).mesh);
             mesh.is_some_and(|mesh| (event.i as usize) < mesh.columns && (event.j as usize) < mesh.rows)
                 && event.yarn < 2
         };
@@ -340,7 +340,7 @@ impl RunRecord {
     /// The result after `steps` steps.
     pub(crate) fn into_run<S: Scalar>(self, model: &Model<S>, steps: u64, machine: Environment) -> Run {
         info!(steps, seconds = machine.loop_seconds, failed_yarns = self.failed().iter().sum::<u64>(), "loop ended");
-        let present = model.sheets.iter().flat_map(|s| (0..2).filter(|i| s.present[*i]).map(|i| &s.cell.yarn[i]));
+        let present = model.ply_types.iter().flat_map(|s| (0..2).filter(|i| s.present[*i]).map(|i| &s.cell.yarn[i]));
         let breaking = present.map(|yarn| yarn.stiffness * yarn.failure_strain.min(1.0));
         let weakest = breaking.fold(f64::INFINITY, f64::min);
         let peak = |f: fn(&Balance) -> f64| self.history.iter().map(|s| f(&s.balance)).fold(0.0, f64::max);
@@ -369,7 +369,7 @@ impl RunRecord {
             skips: self.skips,
             time_step: model.dt,
             step_set_by: model.bound.set_by,
-            terms: model.terms(),
+            terms: model.features(),
             loop_seconds: machine.loop_seconds,
             host_seconds: machine.host_seconds,
             kernel_seconds: machine.kernel_seconds,
@@ -396,7 +396,7 @@ fn whole_events<S: Scalar>(model: &Model<S>, events: Vec<FailureEvent>) -> Vec<F
         return events;
     }
     let images = |event: FailureEvent| {
-        let images = model.sheet(event.ply as usize).mesh.images([event.i as usize, event.j as usize]);
+        let images = model.ply_type(event.ply as usize).mesh.images([event.i as usize, event.j as usize]);
         images.map(move |[column, row]| FailureEvent { i: column as u32, j: row as u32, ..event })
     };
     let mut all: Vec<_> = events.into_iter().flat_map(images).collect();

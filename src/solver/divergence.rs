@@ -26,7 +26,7 @@ pub fn fastest_node<S: Scalar>(model: &Model<S>, state: &State<S>) -> ([usize; 3
 /// Every node: ply, row, column.
 pub fn nodes<S: Scalar>(model: &Model<S>) -> impl Iterator<Item = [usize; 3]> {
     (0..model.plies.len()).flat_map(move |ply| {
-        let Mesh { rows, columns, .. } = model.sheet(ply).mesh;
+        let Mesh { rows, columns, .. } = model.ply_type(ply).mesh;
         (0..=rows).flat_map(move |row| (0..=columns).map(move |column| [ply, row, column]))
     })
 }
@@ -34,7 +34,7 @@ pub fn nodes<S: Scalar>(model: &Model<S>) -> impl Iterator<Item = [usize; 3]> {
 /// Every element: ply, row, column.
 pub fn elements<S: Scalar>(model: &Model<S>) -> impl Iterator<Item = [usize; 3]> {
     (0..model.plies.len()).flat_map(move |ply| {
-        let Mesh { rows, columns, .. } = model.sheet(ply).mesh;
+        let Mesh { rows, columns, .. } = model.ply_type(ply).mesh;
         (0..rows).flat_map(move |row| (0..columns).map(move |column| [ply, row, column]))
     })
 }
@@ -72,10 +72,10 @@ pub(crate) fn flying(body: Option<&RigidBody>) -> f64 {
 
 /// Energy that was never put in, or that is no number: its kind, and how much [J]. `sampled`: the ledger knows all kinds now.
 pub(crate) fn excess(ledger: &EnergyBalance, kinetic: f64, sampled: bool) -> Option<(&'static str, f64)> {
-    let whole = ledger.available() + ledger.gained();
-    if !(kinetic <= ledger.allowed() && ledger.work.is_finite()) {
+    let whole = ledger.accounted_energy() + ledger.gained();
+    if !(kinetic <= ledger.energy_limit() && ledger.work.is_finite()) {
         Some(("kinetic energy", kinetic))
-    } else if sampled && whole > ledger.allowed() {
+    } else if sampled && whole > ledger.energy_limit() {
         Some(("energy by state functions", whole))
     } else {
         None

@@ -344,7 +344,7 @@ impl EnergyBalance {
     }
 
     /// Energy that was ever available to the fabric and the projectile [J].
-    pub fn available(&self) -> f64 {
+    pub fn accounted_energy(&self) -> f64 {
         self.initial.map_or(f64::INFINITY, |i| i.scale) + self.external.max(0.0)
     }
 
@@ -354,7 +354,7 @@ impl EnergyBalance {
     }
 
     /// Energy beyond which a run is out of hand [J].
-    pub(crate) fn allowed(&self) -> f64 {
-        1.5 * self.available()
+    pub(crate) fn energy_limit(&self) -> f64 {
+        1.5 * self.accounted_energy()
     }
 }

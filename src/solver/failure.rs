@@ -18,7 +18,7 @@ pub(super) fn evaluate_failure<S: Scalar>(
     let strains = model.element_fields() - field::STRAIN;
     let mut largest: f64 = 0.0;
     for ply in 0..model.grid.plies {
-        let sheet = model.sheet(ply);
+        let sheet = model.ply_type(ply);
         let Some(windows) = &sheet.windows else { continue };
         let first = model.grid.first_element_row(ply);
         for row in 0..sheet.mesh.rows {
@@ -94,8 +94,8 @@ mod tests {
         let case = case.unwrap_or_else(|error| unreachable!("{error}"));
         let model = Model::<f64>::new(&case).unwrap_or_else(|error| unreachable!("{error}"));
         let mut state = State::new(&case, &model);
-        let mesh = &model.sheet(0).mesh;
-        let limit = model.sheet(0).cell.yarn[0].failure_strain;
+        let mesh = &model.ply_type(0).mesh;
+        let limit = model.ply_type(0).cell.yarn[0].failure_strain;
         let mut totals = vec![ElementTotals::default(); mesh.rows];
         for (row, totals) in totals.iter_mut().enumerate() {
             for column in 0..mesh.columns {
@@ -197,7 +197,7 @@ mod tests {
             let case = case::read(Path::new("cases/s720-1ply-155.json"), &sets);
             let case = case.unwrap_or_else(|error| unreachable!("{error}"));
             let model = if cut { Model::<f64>::part(&case) } else { Model::<f64>::new(&case) };
-            model.unwrap_or_else(|error| unreachable!("{error}")).sheets.swap_remove(0)
+            model.unwrap_or_else(|error| unreachable!("{error}")).ply_types.swap_remove(0)
         };
         let (whole, part) = (windows(false), windows(true));
         let (Some(all), Some(half)) = (&whole.windows, &part.windows) else { unreachable!("there are windows") };

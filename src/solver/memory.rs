@@ -21,7 +21,9 @@ impl StepperState {
     /// Whether it names nodes of this model only.
     pub(crate) fn fits<S: Scalar>(&self, model: &Model<S>) -> bool {
         self.near.iter().map(|place| place.map(|at| at as usize)).all(|[ply, row, column]| {
-            ply < model.plies.len() && row <= model.sheet(ply).mesh.rows && column <= model.sheet(ply).mesh.columns
+            ply < model.plies.len()
+                && row <= model.ply_type(ply).mesh.rows
+                && column <= model.ply_type(ply).mesh.columns
         })
     }
 }

@@ -114,7 +114,7 @@ pub struct Context<'a, S> {
     /// Varies.
     pub state: &'a mut State<S>,
     /// Takes note of work and losses.
-    pub ledger: &'a mut EnergyBalance,
+    pub balance: &'a mut EnergyBalance,
     /// What the step has done so far.
     pub totals: StepTotals,
     /// Whether the ledger takes the energies at the time of the positions.
@@ -124,7 +124,7 @@ pub struct Context<'a, S> {
 impl<'a, S: Scalar> Context<'a, S> {
     /// A step about to begin.
     pub fn new(model: &'a Model<S>, state: &'a mut State<S>, ledger: &'a mut EnergyBalance, sample: bool) -> Self {
-        Self { model, state, ledger, totals: StepTotals::default(), sample }
+        Self { model, state, balance: ledger, totals: StepTotals::default(), sample }
     }
 
     /// Time step of the velocities [s]: half a kick at the start puts them half a step after the positions.
@@ -165,7 +165,7 @@ impl<S: KernelScalar> Stepper<S> {
     pub fn with_vectors(model: &Model<S>, vectors: Vectors) -> Self {
         let grid = &model.grid;
         Self {
-            kernels: model.sheets.iter().map(|sheet| S::kernels(sheet, vectors)).collect(),
+            kernels: model.ply_types.iter().map(|sheet| S::kernels(sheet, vectors)).collect(),
             element_totals: vec![ElementTotals::default(); grid.element_rows()],
             stepped: false,
             load: 0.0,
@@ -221,7 +221,7 @@ impl<S: KernelScalar> Stepper<S> {
     }
 
     fn sweep(&mut self, context: &mut Context<'_, S>, passes: Passes) {
-        if passes != Passes::Nodes && context.model.terms().windows {
+        if passes != Passes::Nodes && context.model.features().windows {
             let last = self.stepped.then_some(&self.element_totals[..]);
             self.load = failure::evaluate_failure(context.model, context.state, last);
             self.stepped = true;
@@ -233,7 +233,7 @@ impl<S: KernelScalar> Stepper<S> {
             nothing: &self.nothing,
             reached: &self.reached,
             passes,
-            viscous: context.model.terms().viscous,
+            viscous: context.model.features().viscous,
         };
         sweep.run(context, &mut self.element_totals, &mut self.node_totals);
     }
@@ -241,20 +241,20 @@ impl<S: KernelScalar> Stepper<S> {
     /// Adds up what the rows of nodes did, in row order.
     fn collect_nodes(&mut self, context: &mut Context<'_, S>) {
         for (ply, reach) in context.state.active.iter_mut().enumerate() {
-            *reach = reach.grown(1, &context.model.sheet(ply).mesh);
+            *reach = reach.grown(1, &context.model.ply_type(ply).mesh);
         }
         for (index, row) in self.node_totals.iter().enumerate() {
             context.totals.kinetic += row.kinetic;
             context.totals.max_speed = context.totals.max_speed.max(row.max_speed_squared);
             let support = to_pack(context.model, index, row.support);
             for a in 0..3 {
-                context.ledger.support[a] += support[a];
+                context.balance.support[a] += support[a];
             }
         }
         context.totals.max_speed = context.totals.max_speed.sqrt();
         if context.sample {
             let model = context.model;
-            context.ledger.sample_nodes(&self.node_totals, &model.grid, |row, v| to_pack(model, row, v));
+            context.balance.sample_nodes(&self.node_totals, &model.grid, |row, v| to_pack(model, row, v));
         }
     }
 
@@ -270,7 +270,7 @@ impl<S: KernelScalar> Stepper<S> {
         if let Some(mut body) = context.state.body.take() {
             self.projectile.resolve(context, &mut body, &self.nothing);
             if context.sample {
-                context.ledger.sample_body(&body);
+                context.balance.sample_body(&body);
             }
             body.advance(context.model.dt);
             context.state.body = Some(body);
@@ -279,7 +279,7 @@ impl<S: KernelScalar> Stepper<S> {
 
     /// Adds up what the rows of elements did, in row order.
     fn collect_elements(&mut self, context: &mut Context<'_, S>) {
-        let Context { model, state, ledger, totals, sample } = context;
+        let Context { model, state, balance: ledger, totals, sample } = context;
         self.failures.clear();
         for (index, row) in self.element_totals.iter().enumerate() {
             ledger.work += row.internal_work;
@@ -315,7 +315,7 @@ impl<S: KernelScalar> Stepper<S> {
 
 /// A vector of a row of nodes in the axes of the pack.
 fn to_pack<S: Scalar>(model: &Model<S>, row: usize, vector: [f64; 3]) -> [f64; 3] {
-    model.sheet(model.grid.node_row(row).0).mesh.to_pack(vector)
+    model.ply_type(model.grid.node_row(row).0).mesh.to_pack(vector)
 }
 
 /// Element rows around a row of nodes; `nothing` where the ply ends.
@@ -328,6 +328,6 @@ fn neighbours<'a, S: Scalar>(
 ) -> Neighbours<'a, S> {
     let index = model.grid.first_element_row(ply) + row;
     let below = if row > 0 { elements.row(index - 1) } else { nothing };
-    let above = if row < model.sheet(ply).mesh.rows { elements.row(index) } else { nothing };
+    let above = if row < model.ply_type(ply).mesh.rows { elements.row(index) } else { nothing };
     Neighbours { below: split(below, elements.stride), above: split(above, elements.stride) }
 }

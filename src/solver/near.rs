@@ -30,7 +30,7 @@ impl Zone {
         // No further apart than the margin.
         let looks = (depth / margin).ceil().min(64.0) as u32;
         let room = margin + 0.5 * depth / f64::from(looks.max(1));
-        let [along, across] = [0, 1].map(|axis| extent(body, &model.sheet(ply).mesh, axis, room));
+        let [along, across] = [0, 1].map(|axis| extent(body, &model.ply_type(ply).mesh, axis, room));
         Self { depth, looks, room, along, across }
     }
 
@@ -53,7 +53,7 @@ pub(super) fn near_nodes<S: Scalar>(
     let found = (0..grid.node_rows()).into_par_iter().with_min_len(16).map(|index| {
         let (ply, row) = grid.node_row(index);
         let mut out = Vec::new();
-        let (mesh, zone) = (&model.sheet(ply).mesh, &zones[ply]);
+        let (mesh, zone) = (&model.ply_type(ply).mesh, &zones[ply]);
         if row > mesh.rows {
             return out;
         }

@@ -55,22 +55,22 @@ impl ProjectileContact {
         self.reserve -= travel;
         if self.reserve < 0.0 {
             self.reserve = NEAR_STEPS * travel;
-            let edge = if model.rim { body.rim_depth } else { 0.0 };
+            let edge = if model.edges { body.rim_depth } else { 0.0 };
             self.near = near_nodes(model, context.state, body, self.reserve + travel + edge);
         }
         self.gather_points(context, body, nothing);
-        if model.rim {
+        if model.edges {
             self.gather_rim(context, body, nothing);
         }
         if self.points.is_empty() {
             return;
         }
-        context.ledger.add_contact(&projectile_contact::resolve(body, &mut self.points, &mut self.rim, model.dt));
+        context.balance.add_contact(&projectile_contact::resolve(body, &mut self.points, &mut self.rim, model.dt));
         let nodes = self.points.len() - self.rim.ties.len();
         let kick = context.kick();
         for p in self.points[..nodes].iter().filter(|p| p.touched()) {
             let velocity = p.velocity();
-            let mesh = &model.sheet(p.ply).mesh;
+            let mesh = &model.ply_type(p.ply).mesh;
             let change = mesh.to_ply((velocity - p.free).into());
             let own = mesh.to_ply(velocity.into());
             let row = model.grid.first_node_row(p.ply) + p.row;
@@ -81,7 +81,7 @@ impl ProjectileContact {
             }
             context.state.active[p.ply].activate(p.row, p.column);
             if context.sample {
-                context.ledger.correct_node(
+                context.balance.correct_node(
                     p.ply,
                     p.mass,
                     &p.free,
@@ -124,7 +124,7 @@ impl ProjectileContact {
         self.rim.clear();
         let places = std::mem::take(&mut self.near);
         for &[ply, row, column] in &places {
-            let mesh = &model.sheet(ply as usize).mesh;
+            let mesh = &model.ply_type(ply as usize).mesh;
             for next in [[ply, row, column + 1], [ply, row + 1, column]] {
                 let ends = [[ply, row, column], next].map(|place| place.map(|at| at as usize));
                 let [_, r, c] = ends[1];
@@ -186,7 +186,7 @@ impl ProjectileContact {
 /// A node before contact; out of touch.
 fn look<S: Scalar>(model: &Model<S>, state: &State<S>, [ply, row, column]: [usize; 3]) -> Seen {
     let at = model.grid.first_node_row(ply) + row;
-    let free = Vector3::from(model.sheet(ply).mesh.to_pack(state.velocity(at, column)));
+    let free = Vector3::from(model.ply_type(ply).mesh.to_pack(state.velocity(at, column)));
     Seen {
         gap: f64::INFINITY,
         normal: Vector3::z(),
@@ -212,7 +212,7 @@ fn contact_point<S: Scalar>(
     seen: &Seen,
 ) -> ContactPoint {
     let (model, state) = (context.model, &*context.state);
-    let sheet = model.sheet(ply);
+    let sheet = model.ply_type(ply);
     let m = sheet.row_mass(row);
     let [x, y, z] = [0, 1, 2].map(|a| m.inverse[a][column].to_f64());
     let inverse = Vector3::from(turned(sheet.mesh.rotation, [x, y, z]));
@@ -251,7 +251,7 @@ fn edge_stands<S: Scalar>(
     state: &State<S>,
     [[ply, row, column], [_, up, right]]: [[usize; 3]; 2],
 ) -> bool {
-    let mesh = &model.sheet(ply).mesh;
+    let mesh = &model.ply_type(ply).mesh;
     let first = model.grid.first_element_row(ply);
     let yarn = usize::from(up > row);
     mesh.around(row, column)
@@ -270,7 +270,7 @@ pub fn fabric_between<S: Scalar>(model: &Model<S>, state: &State<S>, ply: usize,
     let mut place = [row, column];
     let mut thickness = 0.0;
     for front in (0..ply).rev() {
-        let mesh = &model.sheet(front).mesh;
+        let mesh = &model.ply_type(front).mesh;
         let at = ((front + 1) * SIDES * (model.grid.rows + 1) + place[0]) * (model.grid.columns + 1) + place[1];
         let element = over::element(state.over[at]);
         let [r, c] = [element / mesh.columns, element % mesh.columns];
@@ -278,8 +278,8 @@ pub fn fabric_between<S: Scalar>(model: &Model<S>, state: &State<S>, ply: usize,
             thickness += model.plies[front].touching;
         }
         // On through the corner nearest to the node by its place in the ply behind.
-        let [x, y] = model.sheet(front + 1).mesh.reference(place[0], place[1]);
-        let [x, y, _] = mesh.to_ply(model.sheet(front + 1).mesh.to_pack([x, y, 0.0]));
+        let [x, y] = model.ply_type(front + 1).mesh.reference(place[0], place[1]);
+        let [x, y, _] = mesh.to_ply(model.ply_type(front + 1).mesh.to_pack([x, y, 0.0]));
         let ([left, below], [length, height]) = (mesh.reference(r, c), mesh.size(r, c));
         place = [r + usize::from(y - below > 0.5 * height), c + usize::from(x - left > 0.5 * length)];
     }
@@ -289,7 +289,7 @@ pub fn fabric_between<S: Scalar>(model: &Model<S>, state: &State<S>, ply: usize,
 /// Whether any element around a node still carries load; debris no longer touches anything.
 pub fn node_stands<S: Scalar>(model: &Model<S>, state: &State<S>, ply: usize, row: usize, column: usize) -> bool {
     let first = model.grid.first_element_row(ply);
-    model.sheet(ply).mesh.around(row, column).any(|[r, c]| state.is_intact(first + r, c))
+    model.ply_type(ply).mesh.around(row, column).any(|[r, c]| state.is_intact(first + r, c))
 }
 
 /// Position of a node in the axes of the pack [m].
@@ -300,7 +300,7 @@ pub fn node_position<S: Scalar>(
     row: usize,
     column: usize,
 ) -> Vector3<f64> {
-    let mesh = &model.sheet(ply).mesh;
+    let mesh = &model.ply_type(ply).mesh;
     let u = state.displacement(model.grid.first_node_row(ply) + row, column);
     Vector3::from(model.reference(ply, row, column)) + Vector3::from(mesh.to_pack(u))
 }
@@ -312,7 +312,7 @@ pub(crate) fn row_positions<S: Scalar>(
     ply: usize,
     row: usize,
 ) -> impl Iterator<Item = [f64; 3]> {
-    let mesh = &model.sheet(ply).mesh;
+    let mesh = &model.ply_type(ply).mesh;
     let depth = model.plies[ply].z;
     let [u, v, w]: [&[S]; 3] = split(state.nodes.row(model.grid.first_node_row(ply) + row), state.nodes.stride);
     (0..=mesh.columns).map(move |column| {

@@ -109,7 +109,7 @@ impl<S: Scalar> State<S> {
         let mut elements = Rows::new(grid.element_rows(), fields, grid.element_stride, 1);
         let mut reach = Vec::with_capacity(grid.plies);
         for ply in 0..grid.plies {
-            let sheet = model.sheet(ply);
+            let sheet = model.ply_type(ply);
             let mesh = &sheet.mesh;
             for row in 0..=mesh.rows {
                 let mass = sheet.row_mass(row);
@@ -144,7 +144,7 @@ impl<S: Scalar> State<S> {
 
     /// Lets everything count as moving, so that nothing is left out.
     pub fn reach_everything(&mut self, model: &Model<S>) {
-        self.active = (0..model.grid.plies).map(|ply| ActiveRegion::whole(&model.sheet(ply).mesh)).collect();
+        self.active = (0..model.grid.plies).map(|ply| ActiveRegion::whole(&model.ply_type(ply).mesh)).collect();
     }
 
     /// Displacement of a node [m].

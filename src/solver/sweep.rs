@@ -218,7 +218,7 @@ impl<S: Scalar> Sweep<'_, S> {
             .zip(state.elements.data.chunks_mut(rows * length[1]))
             .zip(element_totals.chunks_mut(rows).zip(node_totals.chunks_mut(rows + 1)));
         let storage = |(ply, ((nodes, elements), (element_totals, node_totals)))| {
-            let mesh = &self.model.sheet(ply).mesh;
+            let mesh = &self.model.ply_type(ply).mesh;
             let reached = &self.reached[ply];
             let ply = PlyPass {
                 sweep: self,
@@ -307,7 +307,7 @@ impl<S: Scalar> PlyPass<'_, S> {
         }
         totals.computed = columns.len();
         let model = self.sweep.model;
-        let (grid, sheet) = (&model.grid, model.sheet(self.ply));
+        let (grid, sheet) = (&model.grid, model.ply_type(self.ply));
         let stride = grid.element_stride;
         let (element, more) = element.split_at_mut(element::COUNT * stride);
         let (viscous, strain) = more.split_at_mut(if self.sweep.viscous { element::VISCOUS * stride } else { 0 });
@@ -323,7 +323,7 @@ impl<S: Scalar> PlyPass<'_, S> {
             law_energy: sheet.law_energy.as_ref(),
             prefetch: [self.length[1], self.length[0]],
         };
-        let kernels = &self.sweep.kernels[model.plies[self.ply].sheet];
+        let kernels = &self.sweep.kernels[model.plies[self.ply].ply_type];
         kernels.elements(&mut row, columns.clone(), self.times[0], self.sample, totals);
     }
 
@@ -337,7 +337,7 @@ impl<S: Scalar> PlyPass<'_, S> {
             return;
         }
         let model = self.sweep.model;
-        let (grid, sheet) = (&model.grid, model.sheet(self.ply));
+        let (grid, sheet) = (&model.grid, model.ply_type(self.ply));
         let around = Neighbours { below: split(below, grid.element_stride), above: split(above, grid.element_stride) };
         let m = sheet.row_mass(row);
         let mass = RowMass { inverse: [&m.inverse[0], &m.inverse[1], &m.inverse[2]], mass: &m.mass };
@@ -346,7 +346,7 @@ impl<S: Scalar> PlyPass<'_, S> {
             columns: sheet.mesh.columns + 1,
             edge_row: row == 0 || row == sheet.mesh.rows,
         };
-        let kernels = &self.sweep.kernels[model.plies[self.ply].sheet];
+        let kernels = &self.sweep.kernels[model.plies[self.ply].ply_type];
         let [_, kick, drift] = self.times;
         let mut fields = split_mut(node, grid.node_stride);
         *totals = kernels.nodes(&around, &mass, &mut fields, &part, [kick, drift], self.sample);

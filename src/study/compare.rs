@@ -299,7 +299,7 @@ impl<'a> Lockstep<'a> {
         self.device.run_stages(&info, &[Stage::Projectile, Stage::Ledger])?;
         self.device.download(&self.leader.model, &mut self.gpu)?;
         if self.leader.state.body.is_some() {
-            let kernel = if self.leader.model.rim { "projectile_rim" } else { "projectile_contact" };
+            let kernel = if self.leader.model.edges { "projectile_rim" } else { "projectile_contact" };
             self.nodes(kernel, &scales);
             self.body(kernel, &scales);
         }
@@ -318,9 +318,9 @@ impl<'a> Lockstep<'a> {
                 let y = &sheet.cell.yarn[i];
                 y.stiffness * y.failure_strain.min(1.0) * sheet.element.membrane[i]
             };
-            model.sheets.iter().map(of).fold(0.0, f64::max)
+            model.ply_types.iter().map(of).fold(0.0, f64::max)
         };
-        let shortest = model.sheets.iter().map(|sheet| sheet.mesh.shortest()).fold(f64::INFINITY, f64::min);
+        let shortest = model.ply_types.iter().map(|sheet| sheet.mesh.shortest()).fold(f64::INFINITY, f64::min);
         let largest = |first: usize| {
             let rows = 0..model.grid.node_rows();
             let fields = |row: usize| (first..first + 3).map(move |f| (row, f));
@@ -337,14 +337,14 @@ impl<'a> Lockstep<'a> {
         let length = f64::from(largest(node::DISPLACEMENT)).max(shortest);
         let mass = body.map_or(0.0, |b| b.mass);
         let node_mass = model
-            .sheets
+            .ply_types
             .iter()
             .map(|sheet| sheet.mass[1].mass.iter().sum::<f64>().max(sheet.mass[0].mass.iter().sum::<f64>()))
             .fold(0.0, f64::max);
         let heaviest = mass.max(node_mass);
         Scales {
             force: breaking(0).max(breaking(1)),
-            height: model.sheets.iter().map(|sheet| sheet.cell.height_sum).fold(1e-9, f64::max),
+            height: model.ply_types.iter().map(|sheet| sheet.cell.height_sum).fold(1e-9, f64::max),
             length,
             speed,
             closing: speed.max(0.01 * length / model.dt),
@@ -361,7 +361,7 @@ impl<'a> Lockstep<'a> {
             ("yarn height", element::HEIGHT..element::ALIVE, scales.height),
             ("yarn alive", element::ALIVE..element::COUNT, 1.0),
         ];
-        if self.leader.model.terms().viscous {
+        if self.leader.model.features().viscous {
             fields.push(("viscous force", element::COUNT..element::COUNT + element::VISCOUS, scales.force));
         }
         self.element_fields("element_force", &fields);
@@ -416,7 +416,7 @@ impl<'a> Lockstep<'a> {
         let (Some(cpu), Some(gpu), Some(wide)) = (&triple.cpu.body, &triple.gpu.body, &triple.wide.body) else {
             return;
         };
-        let cell = self.follower.model.sheet(0).mesh.shortest();
+        let cell = self.follower.model.ply_type(0).mesh.shortest();
         type Pick = fn(&RigidBody) -> [f64; 4];
         let vectors: [(&str, Pick, f64); 4] = [
             ("body velocity", |b| [b.velocity.x, b.velocity.y, b.velocity.z, 0.0], scales.speed),

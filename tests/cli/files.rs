@@ -47,14 +47,14 @@ const SUMMARY: [&str; 58] = [
     "case_hash",
     "assumed",
     "warnings",
-    "profile",
+    "timings",
     "expect",
     "interrupted",
     "unstable",
     "device_lost",
     "checkpoint_failed",
     "terms",
-    "host_s",
+    "host_overhead_s",
     "time_step_set_by",
     "peak_yarn_tension_n",
     "peak_contact_force_n",
@@ -90,7 +90,7 @@ fn a_run_leaves_the_files_of_the_contract_and_nothing_else() {
     }
     assert_eq!(summary.as_object().unwrap().len(), SUMMARY.len());
     assert_eq!(summary["backend"], "cpu");
-    for key in ["adapter", "host_s", "device_lost", "checkpoint_failed"] {
+    for key in ["adapter", "host_overhead_s", "device_lost", "checkpoint_failed"] {
         assert_eq!(summary[key], Value::Null, "{key}");
     }
     let terms: Vec<(&str, &str)> = summary["terms"]

@@ -50,7 +50,7 @@ fn the_profile_names_the_kernels_and_adds_up_to_the_loop() {
     let bench = Bench::new(&small_with("/pack/plies", json!(2)));
     assert_eq!(code(&bench.shoot(&["--quiet"])), 0);
     let summary = bench.json("out/shot/summary.json");
-    let profile = summary["profile"].as_object().unwrap();
+    let profile = summary["timings"].as_object().unwrap();
     let names: Vec<&String> = profile.keys().collect();
     assert_eq!(names, ["element_force", "node_update", "ply_contact", "projectile_contact", "record", "other"]);
     let sum = |key: &str| profile.values().map(|phase| phase[key].as_f64().unwrap()).sum::<f64>();

@@ -53,7 +53,7 @@ fn killed_at_20_random_moments_a_run_ends_as_if_nothing_had_been() {
     let [wall, inner] = ["wall_s", "loop_s"].map(|key| summary[key].as_f64().unwrap());
     assert!(wall > inner && inner > 0.0, "{wall} {inner}");
     // A last part that knew of itself alone would miss most of it.
-    let kernels = summary["profile"].as_object().unwrap();
+    let kernels = summary["timings"].as_object().unwrap();
     let timed: f64 =
         kernels.iter().filter(|(name, _)| *name != "other").map(|(_, part)| part["s"].as_f64().unwrap()).sum();
     assert!(timed > 0.0 && timed <= inner, "{timed} of {inner}");

@@ -196,7 +196,7 @@ fn hourglass_release(patch: &Patch<f64>, from: &[Vector], to: &[Vector]) -> f64 
                 [0, 1, 2].map(|a| 0.25 * (u[at][a] - u[at + 1][a] + u[above + 1][a] - u[above][a]))
             };
             let broken = (0..2).any(|yarn| !patch.state.alive(row, column, yarn));
-            let lost = if broken { patch.model.sheets[0].element.hourglass.iter().sum() } else { 0.0 };
+            let lost = if broken { patch.model.ply_types[0].element.hourglass.iter().sum() } else { 0.0 };
             sum += 0.5 * lost * dot(mode(from), mode(to));
         }
     }

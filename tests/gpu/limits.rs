@@ -149,8 +149,12 @@ fn refused() -> Result<(), libtest_mimic::Failed> {
         Ok(_) => return Err("accepted".into()),
     }
     // The equations of a rim grow with the square of its length.
-    let wide =
-        ["/solver/contact_sampling=rim", "/projectile/diameter_mm=60", "/projectile/offset_mm=[0,0]", "/pack/plies=12"];
+    let wide = [
+        "/solver/contact_sampling=edges",
+        "/projectile/diameter_mm=60",
+        "/projectile/offset_mm=[0,0]",
+        "/pack/plies=12",
+    ];
     let case = builtin("cases/verify/mirror.json", &[&wide[..], &["/pack/width_mm=80", "/pack/height_mm=80"]].concat());
     match DeviceSimulation::new(&case, &device) {
         Err(RunError::Device(DeviceError::TooLarge { buffer: "matrix", .. })) => Ok(()),

@@ -105,7 +105,7 @@ fn a_ply_slides_over_many_cells_of_another_and_never_through_it() {
     let mut simulation = Simulation::<f64>::new(&case).unwrap();
     advance(&mut simulation, &case, 12e-6);
     let model = &simulation.model;
-    let mesh = &model.sheet(0).mesh;
+    let mesh = &model.ply_type(0).mesh;
     // 4.8 mm and 1.8 mm are 3.8 and 1.4 cells.
     let (row, column) = (2, 2);
     let behind = model.nodes_per_ply() + row * (model.grid.columns + 1) + column;

@@ -61,7 +61,7 @@ fn a_pack_without_spacing_or_friction_is_one_ply_so_many_times_as_heavy_and_stif
 #[test]
 fn the_step_and_the_place_of_the_hit_hardly_matter() {
     const ASIDE: &str = "/projectile/offset_mm=[0.747,0.747]";
-    const RIM: &str = "/solver/contact_sampling=rim";
+    const RIM: &str = "/solver/contact_sampling=edges";
     let shot = |more: &[&str]| {
         let size = ["/pack/width_mm=70", "/pack/height_mm=70", "/solver/end_time_us=60"];
         let sets = [&size[..], &["/output/profile_times_us=[]", "/expect=[]"], more].concat();
@@ -108,13 +108,13 @@ fn inside(simulation: &Simulation<f64>) -> [usize; 2] {
     let (model, state) = (&simulation.model, &simulation.state);
     let grid = &model.grid;
     let whole = |ply: usize, [row, column]: [usize; 2]| {
-        state.is_undamaged(model.sheet(ply), grid.first_element_row(ply) + row, column)
+        state.is_undamaged(model.ply_type(ply), grid.first_element_row(ply) + row, column)
     };
     let mut count = [0; 2];
     for (at, part) in state.over.chunks(model.nodes_per_ply()).enumerate() {
         let (ply, side) = (at / 2, at % 2);
         let Some(other) = over::neighbour(ply, side, grid.plies) else { continue };
-        let (mesh, theirs) = (&model.sheet(ply).mesh, &model.sheet(other).mesh);
+        let (mesh, theirs) = (&model.ply_type(ply).mesh, &model.ply_type(other).mesh);
         for (row, column) in (0..=mesh.rows).flat_map(|row| (0..=mesh.columns).map(move |column| (row, column))) {
             let over = part[row * (grid.columns + 1) + column];
             let cell = [over::element(over) / theirs.columns, over::element(over) % theirs.columns];

@@ -141,7 +141,7 @@ impl<R: Scalar> Cell<R> {
     /// A cell whose joint iteration comes first, or not.
     pub(crate) fn with(fabric: &Fabric, joint: bool) -> Self {
         let law = Variant::of(&fabric.crossover);
-        let exact = UnitCellParameters { joint, ..UnitCellParameters::new(fabric) };
+        let exact = UnitCellParameters { newton: joint, ..UnitCellParameters::new(fabric) };
         let constants = with_law!(law, L => UnitCellParameters::cast::<L>(&exact));
         Self { law, exact, constants }
     }

@@ -70,7 +70,7 @@ impl<S: Scalar> Patch<S> {
 
     /// Reference positions of the nodes [m].
     pub(crate) fn reference(&self) -> Vec<[f64; 2]> {
-        self.nodes().into_iter().map(|(row, column)| self.model.sheets[0].mesh.reference(row, column)).collect()
+        self.nodes().into_iter().map(|(row, column)| self.model.ply_types[0].mesh.reference(row, column)).collect()
     }
 
     fn write(&mut self, field: usize, at: usize, value: Vector) {
@@ -116,7 +116,7 @@ impl<S: Scalar> Patch<S> {
     /// Evaluates every element, with energies, `dt` [s] after the last evaluation; one entry per row of elements.
     pub(crate) fn evaluate_rows(&mut self, dt: f64) -> Vec<ElementTotals> {
         let model = &self.model;
-        let sheet = model.sheet(0);
+        let sheet = model.ply_type(0);
         let (nodes, elements) = (&self.state.nodes, &mut self.state.elements);
         let (columns, stride) = (model.grid.columns, elements.stride);
         let mut all = vec![ElementTotals::default(); model.grid.rows];

@@ -37,7 +37,7 @@ pub(crate) fn case(sets: &[&str]) -> Case {
 /// Tears the patch out on three sides, and on the fourth where `loose` says so. The rest is at rest, but for a node in a corner
 /// that tears itself off: without a yarn that failed on the way nothing perforates.
 pub(crate) fn tear<S: Scalar>(model: &Model<S>, state: &mut State<S>, loose: bool) {
-    let mesh = &model.sheet(0).mesh;
+    let mesh = &model.ply_type(0).mesh;
     let [column_0, row_0] = mesh.centre.map(|lines| lines as isize);
     let away = |at: isize| if at < 0 { -at - 1 } else { at };
     for row in 0..mesh.rows {

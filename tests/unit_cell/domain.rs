@@ -1,7 +1,7 @@
 //! The whole domain Λ1, Λ2 ∈ [0.5, 1.2].
 
 use super::*;
-use ripstop::kernels::crossover_joint::COMPATIBILITY_TOLERANCE;
+use ripstop::kernels::coupled_newton::COMPATIBILITY_TOLERANCE;
 
 /// What a tension may fall by where it should rise, over the breaking tension: the residual accepted, 1e-12 EA,
 /// over 2 sin α, for two solutions (double); the roundings of a strain near 1 (single).

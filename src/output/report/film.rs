@@ -283,7 +283,7 @@ pub(super) fn shown(plies: usize) -> Vec<usize> {
 
 impl AnimatedPly {
     fn new<S: Scalar>(model: &Model<S>, ply: usize, hit: [f64; 2], most: usize) -> Self {
-        let mesh = &model.sheet(ply).mesh;
+        let mesh = &model.ply_type(ply).mesh;
         let place = mesh.to_ply([hit[0], hit[1], 0.0]);
         let (counts, first) = ([mesh.columns, mesh.rows], mesh.first_in_whole());
         let side = (most as f64).sqrt() as usize;
@@ -330,7 +330,7 @@ impl AnimatedPly {
 
     /// Displacements of the nodes kept of a row.
     fn displacements<S: Scalar>(&self, model: &Model<S>, state: &State<S>, row: usize, out: &mut [[f32; 3]]) {
-        let mesh = &model.sheet(self.ply).mesh;
+        let mesh = &model.ply_type(self.ply).mesh;
         let row = state.nodes.row(model.grid.first_node_row(self.ply) + row);
         let [x, y, z] = [0, 1, 2].map(|a| &row[(node::DISPLACEMENT + a) * state.nodes.stride..]);
         for (column, out) in self.own[0].iter().zip(out) {
@@ -341,7 +341,7 @@ impl AnimatedPly {
     /// Tensions in a row of cells, between two rows of nodes.
     fn tensions<S: Scalar>(&self, model: &Model<S>, state: &State<S>, rows: &[usize], cells: &mut [[Option<f32>; 2]]) {
         // From the force of an element to that of one of its yarns.
-        let per_yarn = model.sheet(self.ply).element.membrane.map(|membrane| (1.0 / membrane) as f32);
+        let per_yarn = model.ply_type(self.ply).element.membrane.map(|membrane| (1.0 / membrane) as f32);
         let first = model.grid.first_element_row(self.ply);
         let columns = self.own[0].last().map_or(0, |last| *last);
         let mut most = vec![[BROKEN; 2]; cells.len()];

@@ -44,7 +44,7 @@ impl Checkpointable for DeviceSimulation<'_> {
         let mut head = Header { step: self.next, time: self.time(), time_step: self.model.dt, ..head.clone() };
         head.spent.waited = self.stepper.waited().as_secs_f64();
         write(to, &head, followed, |contents| {
-            contents.value(&self.ledger)?;
+            contents.value(&self.balance)?;
             contents.value(&self.record)?;
             contents.value(&(self.sampled, self.stepper.events_read))?;
             contents.value(&self.stepper.timed)?;
@@ -65,7 +65,7 @@ impl<'a> DeviceSimulation<'a> {
         let head = checkpoint.head();
         let mut simulation = Self::with_skips(case, device, head.skips)?;
         checkpoint.contents(|contents| {
-            simulation.ledger = contents.value("sums of energy")?;
+            simulation.balance = contents.value("sums of energy")?;
             simulation.record = contents.value("results so far")?;
             if !simulation.record.fits(&simulation.model) {
                 return Err(CheckpointFault::Contents("results so far"));

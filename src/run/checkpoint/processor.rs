@@ -20,7 +20,7 @@ impl<S: RunScalar> Checkpointable for Simulation<S> {
     fn save(&self, head: &Header, followed: &[u8], to: &mut dyn Write) -> io::Result<()> {
         let head = Header { step: self.state.step, time: self.time(), time_step: self.model.dt, ..head.clone() };
         write(to, &head, followed, |contents| {
-            contents.value(&self.ledger)?;
+            contents.value(&self.balance)?;
             contents.value(&self.record)?;
             contents.value(&self.stepper.memory())?;
             contents.value(&self.stepper.stopwatch)?;
@@ -37,7 +37,7 @@ impl<S: RunScalar> Simulation<S> {
     pub fn resume(case: &Case, checkpoint: &Checkpoint) -> Result<Self, RunError> {
         let mut simulation = Self::with_skips(case, checkpoint.head().skips)?;
         checkpoint.contents(|contents| {
-            simulation.ledger = contents.value("sums of energy")?;
+            simulation.balance = contents.value("sums of energy")?;
             simulation.record = contents.value("results so far")?;
             let memory: StepperState = contents.value("nodes near the projectile")?;
             let Simulation { model, state, stepper, .. } = &mut simulation;
@@ -75,7 +75,7 @@ fn read_state<S: Scalar>(
     }
     let reach: Vec<ActiveRegion> = contents.value("what has moved")?;
     let within = |(ply, reach): (usize, &ActiveRegion)| {
-        let whole = ActiveRegion::whole(&model.sheet(ply).mesh);
+        let whole = ActiveRegion::whole(&model.ply_type(ply).mesh);
         reach.rows.end <= whole.rows.end && reach.columns.end <= whole.columns.end
     };
     if reach.len() != model.plies.len() || !reach.iter().enumerate().all(within) {
@@ -92,7 +92,7 @@ fn read_state<S: Scalar>(
 fn is_over_elements<S: Scalar>(model: &Model<S>, all: &[u32]) -> bool {
     all.chunks(model.nodes_per_ply()).enumerate().all(|(at, part)| {
         let count = neighbour(at / SIDES, at % SIDES, model.plies.len()).map_or(1, |other| {
-            let mesh = &model.sheet(other).mesh;
+            let mesh = &model.ply_type(other).mesh;
             mesh.rows * mesh.columns
         });
         part.iter().all(|over| over::element(*over) < count)

@@ -2,7 +2,7 @@
 
 use crate::kernels::crossover::{self, LawKernel};
 use crate::kernels::element_force::ElementConstants;
-use crate::kernels::element_size::ElementGeometry;
+use crate::kernels::element_geometry::ElementGeometry;
 use crate::kernels::kinematics::{differences, kinematics};
 use crate::kernels::shear;
 use crate::math::scalar::{Scalar, each};

@@ -72,7 +72,7 @@ impl Scene {
             time_step: model.dt,
         };
         for ply in &model.plies {
-            let mesh = model.sheets[ply.sheet].mesh.whole();
+            let mesh = model.ply_types[ply.ply_type].mesh.whole();
             let (rows, columns) = (mesh.rows, mesh.columns);
             let own = PlyMesh { columns, rows, first_node: scene.reference.len(), first_element: scene.elements };
             for (row, column) in (0..=rows).flat_map(|row| (0..=columns).map(move |column| (row, column))) {

@@ -150,7 +150,7 @@ const OF_ELEMENT: usize = element_field::COUNT - element_field::HEIGHT;
 
 impl<S: Scalar> Patch<S> {
     fn new(model: &Model<S>, state: &State<S>, ply: usize) -> Self {
-        let [rows, columns] = state.active[ply].elements(&model.sheet(ply).mesh);
+        let [rows, columns] = state.active[ply].elements(&model.ply_type(ply).mesh);
         let (node, element) = (model.grid.first_node_row(ply), model.grid.first_element_row(ply));
         let some = usize::from(!rows.is_empty());
         let node_rows = node + rows.start..node + rows.end + some;
@@ -200,7 +200,7 @@ impl<S: Scalar> Moved for Patches<S> {
 
     fn fill(&self, scene: &Scene, frame: &mut Frame) {
         for (ply, patch) in self.plies.iter().enumerate() {
-            let sheet = self.model.sheet(ply);
+            let sheet = self.model.ply_type(ply);
             let whole = &scene.plies[ply];
             crate::with_law!(sheet.law, L => {
                 let constants = sheet.constants::<S, L>();

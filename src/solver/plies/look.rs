@@ -52,7 +52,7 @@ pub(super) struct View<'a, S> {
 
 impl<'a, S: Scalar> View<'a, S> {
     pub(super) fn new(model: &'a Model<S>, state: &'a State<S>, ply: usize) -> Self {
-        let sheet = model.sheet(ply);
+        let sheet = model.ply_type(ply);
         let length = state.nodes.row_length();
         let first = model.grid.first_node_row(ply);
         Self {

@@ -114,7 +114,7 @@ impl<S: KernelScalar> PlyContact<S> {
         let across = model.grid.columns + 1;
         let contacts = &self.contacts;
         self.loads.par_iter_mut().enumerate().for_each(|(ply, load)| {
-            let mesh = &model.sheet(ply).mesh;
+            let mesh = &model.ply_type(ply).mesh;
             for p in contacts[ply].points() {
                 load.share(p.row as usize * across + p.column as usize, 1.0);
             }
@@ -167,7 +167,7 @@ impl<S: KernelScalar> PlyContact<S> {
     /// Takes note of what contact did, ply after ply.
     fn collect(&mut self, context: &mut Context<'_, S>) {
         for (ply, (contacts, load)) in self.contacts.iter().zip(&mut self.loads).enumerate() {
-            let (effect, ledger) = (&mut load.effect, &mut *context.ledger);
+            let (effect, ledger) = (&mut load.effect, &mut *context.balance);
             let friction: f64 = contacts.found().map(|found| found.friction).sum();
             for found in contacts.found() {
                 context.totals.ply_contacts += found.points.len() as u64;

@@ -98,7 +98,7 @@ impl<S: Scalar> Mover<'_, S> {
     /// Gives the nodes of a ply their impulses, and leaves of the load what came of it.
     pub(super) fn apply(&self, ply: usize, load: &mut Load, nodes: &mut [S]) {
         let (model, stride) = (self.model, self.stride);
-        let sheet = model.sheet(ply);
+        let sheet = model.ply_type(ply);
         let (mesh, across) = (&sheet.mesh, model.grid.columns + 1);
         let mut effect = Effect::default();
         let mut last = usize::MAX;

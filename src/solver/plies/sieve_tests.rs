@@ -37,7 +37,7 @@ fn bulge<S: solver::KernelScalar>(model: &Model<S>, state: &mut State<S>, noise:
     let thickness = model.plies[0].thickness;
     let apart = [0.01, 0.02, 2.0].map(|part| part * thickness);
     for (ply, apart) in apart.into_iter().enumerate() {
-        let mesh = &model.sheet(ply).mesh;
+        let mesh = &model.ply_type(ply).mesh;
         let height = 3e-3 + thickness * (0.1 * ply as f64 + 0.06 * noise.next());
         for row in 0..=mesh.rows {
             for column in 0..=mesh.columns {
@@ -56,7 +56,7 @@ fn bulge<S: solver::KernelScalar>(model: &Model<S>, state: &mut State<S>, noise:
         }
     }
     settle(model, state);
-    let mesh = &model.sheet(0).mesh;
+    let mesh = &model.ply_type(0).mesh;
     for over in &mut state.over {
         let columns = mesh.columns as u32;
         let wrong = match (200.0 * noise.next()) as i32 {
@@ -80,7 +80,7 @@ fn settle<S: solver::KernelScalar>(model: &Model<S>, state: &mut State<S>) {
         let (ply, side) = (at / SIDES, at % SIDES);
         let Some(other) = neighbour(ply, side, model.plies.len()) else { continue };
         let look = Look::new(model, state, ply, side, other);
-        let mesh = &model.sheet(ply).mesh;
+        let mesh = &model.ply_type(ply).mesh;
         for row in 0..=mesh.rows {
             for column in 0..=mesh.columns {
                 look.node(row, column, &mut over[row * look.across() + column]);
@@ -101,7 +101,7 @@ fn checked<S: solver::KernelScalar>(case: &case::Case, symmetry: bool, seed: u64
         let (ply, side) = (at / SIDES, at % SIDES);
         let Some(other) = neighbour(ply, side, model.plies.len()) else { continue };
         let look = Look::new(&model, &state, ply, side, other);
-        let mesh = &model.sheet(ply).mesh;
+        let mesh = &model.ply_type(ply).mesh;
         let across = look.across();
         // Not all columns, and a last part with fewer rows.
         let columns = 1..mesh.columns + 1;

@@ -99,8 +99,8 @@ pub fn choices(case: &Case, gpu: bool) -> Vec<Configuration> {
         all.push(with().named("not graded").grading("none"));
     }
     let other = match case.solver.unit_cell {
-        UnitCell::Joint => UnitCell::Bracketed,
-        UnitCell::Bracketed => UnitCell::Joint,
+        UnitCell::Newton => UnitCell::Safeguarded,
+        UnitCell::Safeguarded => UnitCell::Newton,
     };
     all.push(with().named(other.word()).unit_cell(other));
     all.push(Configuration { skips: Skips::WHOLE, ..with().named("no symmetry") });
@@ -152,7 +152,7 @@ mod tests {
         let case = subject.case(&[])?;
         let names: Vec<String> = choices(&case, true).into_iter().map(|choice| choice.name).collect();
         let expected = [
-            "default: f64, Courant 0.8, mesh 2, joint",
+            "default: f64, Courant 0.8, mesh 2, newton",
             "f32",
             "Courant 0.95",
             "Courant 0.9",
@@ -160,7 +160,7 @@ mod tests {
             "mesh 1",
             "mesh 4",
             "graded",
-            "bracketed",
+            "safeguarded",
             "no symmetry",
             "no skip",
             "f32, Courant 0.95",

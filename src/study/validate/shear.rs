@@ -155,7 +155,7 @@ impl<'a> Piece<'a> {
         let model = Model::<f64>::new(case).map_err(|error| error.to_string())?;
         let mut state = State::new(case, &model);
         state.reach_everything(&model);
-        let mesh = &model.sheet(0).mesh;
+        let mesh = &model.ply_type(0).mesh;
         let nodes = (0..=mesh.rows).flat_map(|row| (0..=mesh.columns).map(move |column| (row, column)));
         let held = nodes.map(|(row, column)| (row, column, place(mesh, row, column)));
         let held = held.filter(|(_, _, at)| (test.is_held)(*at)).collect();
@@ -172,7 +172,7 @@ impl<'a> Piece<'a> {
 
     /// Length of an element [m].
     fn length(&self) -> f64 {
-        self.model.sheet(0).mesh.size(0, 0)[0]
+        self.model.ply_type(0).mesh.size(0, 0)[0]
     }
 
     /// One step, at whose end the held nodes are where they are at this angle, and the others have lost a part of their velocity.

@@ -69,7 +69,7 @@ impl Part {
 
 /// Whether elements are evaluated, but not all of them.
 fn is_partly_reached(scene: &Scene) -> bool {
-    let part = |(ply, reach): (usize, &ActiveRegion)| *reach != ActiveRegion::whole(&scene.model.sheet(ply).mesh);
+    let part = |(ply, reach): (usize, &ActiveRegion)| *reach != ActiveRegion::whole(&scene.model.ply_type(ply).mesh);
     scene.elements && scene.state.active.iter().enumerate().any(part)
 }
 
@@ -174,7 +174,7 @@ impl<'a> Pair<'a> {
     fn download(&self) -> Result<State<f32>, String> {
         let mut got = self.scene.state.clone();
         self.gpu.download(&self.scene.model, &mut got).map_err(|e| e.to_string())?;
-        if self.scene.model.terms().windows {
+        if self.scene.model.features().windows {
             self.download_strains(&mut got)?;
         }
         Ok(got)
@@ -201,7 +201,7 @@ impl<'a> Pair<'a> {
 
     /// Energy of an element whose yarns are about to break [J].
     fn energy_scale(&self) -> f64 {
-        let sheet = &self.scene.model.sheets[0];
+        let sheet = &self.scene.model.ply_types[0];
         let yarn = |i: usize| {
             let y = &sheet.cell.yarn[i];
             y.stiffness * 0.035 * 0.035 * y.half_span
@@ -217,21 +217,21 @@ impl<'a> Pair<'a> {
 
     /// Mass of an inner node [kg].
     fn node_mass(&self) -> f64 {
-        f64::from(self.scene.model.sheets[0].row_mass(1).mass[1])
+        f64::from(self.scene.model.ply_types[0].row_mass(1).mass[1])
     }
 }
 
 /// Ply, row in it and column of every node.
 fn places(model: &Model<f32>) -> impl Iterator<Item = [usize; 3]> + '_ {
     (0..model.grid.plies).flat_map(|ply| {
-        let mesh = &model.sheet(ply).mesh;
+        let mesh = &model.ply_type(ply).mesh;
         (0..=mesh.rows).flat_map(move |row| (0..=mesh.columns).map(move |column| [ply, row, column]))
     })
 }
 
 /// Mass of a node [kg] and its velocity in the axes of the pack [m/s].
 fn motion(model: &Model<f32>, state: &State<f32>, [ply, row, column]: [usize; 3]) -> (f64, Vector3<f64>) {
-    let sheet = model.sheet(ply);
+    let sheet = model.ply_type(ply);
     let velocity = state.velocity(model.grid.first_node_row(ply) + row, column);
     (f64::from(sheet.row_mass(row).mass[column]), Vector3::from(sheet.mesh.to_pack(velocity)))
 }

@@ -77,7 +77,7 @@ pub(crate) fn element_scenes() -> Vec<Scene> {
             let name = format!("{law:?}, {}", ["rigid", "compressible"][c]);
             out.push(deformed(name.clone(), case.clone(), step, at as u64));
             if at % 3 == 0 {
-                case.solver.unit_cell = UnitCell::Bracketed;
+                case.solver.unit_cell = UnitCell::Safeguarded;
                 out.push(deformed(format!("{name}, bracketed"), case, step, at as u64));
             }
         }
@@ -168,7 +168,8 @@ fn grade(case: &mut Case, hit: [f64; 2], coarsest: f64) {
 
 /// Likewise, with lines counted from that place or from the edges.
 fn grade_from(case: &mut Case, hit: [f64; 2], coarsest: f64, lines_from: LinesFrom) {
-    let grading = Some(Grading { hit, way: [0.0; 2], fine: [1e-3; 2], growth: 1.6, coarsest, lines_from });
+    let grading =
+        Some(Grading { hit, way: [0.0; 2], fine: [1e-3; 2], growth_ratio: 1.6, max_size: coarsest, lines_from });
     case.pack.grading = grading;
     case.pack.layup.iter_mut().for_each(|layer| layer.grading = grading);
 }
@@ -199,7 +200,7 @@ fn deformed(name: String, mut case: Case, step: u64, seed: u64) -> Scene {
     let mut random = Random(seed);
     let speed = 30.0;
     for ply in 0..model.grid.plies {
-        let sheet = model.sheet(ply);
+        let sheet = model.ply_type(ply);
         let mesh = &sheet.mesh;
         let (f1, f2, noise) = DEFORMATIONS[if model.grid.plies == 1 { 2 } else { ply % DEFORMATIONS.len() }];
         for (row, column) in (0..=mesh.rows).flat_map(|row| (0..=mesh.columns).map(move |column| (row, column))) {
@@ -217,7 +218,7 @@ fn deformed(name: String, mut case: Case, step: u64, seed: u64) -> Scene {
     state.reach_everything(&model);
     kill(&model, &mut state, &mut random, 0.1);
     // Roundings of masses are measured by the largest speed, which forces must not exceed in a step.
-    random_elements(&model, &mut state, &mut random, if model.terms().graded { 0.05 } else { 0.5 });
+    random_elements(&model, &mut state, &mut random, if model.features().graded { 0.05 } else { 0.5 });
     if name.contains("part") {
         state.active.fill(ActiveRegion { rows: 2..4, columns: 1..5 });
     }
@@ -227,7 +228,7 @@ fn deformed(name: String, mut case: Case, step: u64, seed: u64) -> Scene {
 /// Ply, row of the storage and column of every element.
 fn element_places(model: &Model<f32>) -> Vec<[usize; 3]> {
     let of_ply = |ply: usize| {
-        let mesh = &model.sheet(ply).mesh;
+        let mesh = &model.ply_type(ply).mesh;
         let first = model.grid.first_element_row(ply);
         (0..mesh.rows).flat_map(move |row| (0..mesh.columns).map(move |column| [ply, first + row, column]))
     };
@@ -251,10 +252,10 @@ fn kill(model: &Model<f32>, state: &mut State<f32>, random: &mut Random, share: 
 /// nor have those that nothing has reached.
 fn random_elements(model: &Model<f32>, state: &mut State<f32>, random: &mut Random, share: f64) {
     let most = share * force_scale(model);
-    let modes = model.sheets[0].element.hourglass[0] > 0.0;
+    let modes = model.ply_types[0].element.hourglass[0] > 0.0;
     let (mut drags, mut strains) = (Random(77), Random(78));
     for [ply, row, column] in element_places(model) {
-        let [rows, columns] = state.active[ply].elements(&model.sheet(ply).mesh);
+        let [rows, columns] = state.active[ply].elements(&model.ply_type(ply).mesh);
         let reached = rows.contains(&(row - model.grid.first_element_row(ply))) && columns.contains(&column);
         let stands = if reached && state.is_intact(row, column) { 1.0 } else { 0.0 };
         let at = column + 1;
@@ -262,14 +263,14 @@ fn random_elements(model: &Model<f32>, state: &mut State<f32>, random: &mut Rand
             let there = stands * if field < element::HOURGLASS || modes { 1.0 } else { 0.0 };
             state.elements.set(row, field, at, (there * random.between(-most, most)) as f32);
         }
-        for viscous in 0..if model.terms().viscous { element::VISCOUS } else { 0 } {
-            let force = stands * 0.1 * most / model.sheets[0].element.membrane[viscous];
+        for viscous in 0..if model.features().viscous { element::VISCOUS } else { 0 } {
+            let force = stands * 0.1 * most / model.ply_types[0].element.membrane[viscous];
             state.elements.set(row, element::COUNT + viscous, at, (drags.between(-1.0, 1.0) * force) as f32);
         }
-        if model.terms().windows {
+        if model.features().windows {
             // From slack to as far beyond failure as a step strains a yarn.
             for yarn in 0..2 {
-                let limit = model.sheet(ply).cell.yarn[yarn].failure_strain;
+                let limit = model.ply_type(ply).cell.yarn[yarn].failure_strain;
                 let strain = match reached && state.alive(row, column, yarn) {
                     true => limit * strains.between(0.5, 1.4),
                     false => BROKEN,
@@ -279,7 +280,7 @@ fn random_elements(model: &Model<f32>, state: &mut State<f32>, random: &mut Rand
             }
         }
         for yarn in 0..2 {
-            let height = model.sheets[0].cell.height_sum * random.between(-0.2, 1.2);
+            let height = model.ply_types[0].cell.height_sum * random.between(-0.2, 1.2);
             state.elements.set(row, element::HEIGHT + yarn, at, (stands * height) as f32);
         }
     }
@@ -287,7 +288,7 @@ fn random_elements(model: &Model<f32>, state: &mut State<f32>, random: &mut Rand
 
 /// Force of an element whose stronger yarn is about to break [N].
 pub(crate) fn force_scale(model: &Model<f32>) -> f64 {
-    let sheet = &model.sheets[0];
+    let sheet = &model.ply_types[0];
     let yarn = |i: usize| sheet.cell.yarn[i].stiffness * 0.035 * sheet.element.membrane[i];
     yarn(0).max(yarn(1))
 }

@@ -20,18 +20,18 @@ pub(super) const TESTS: Tests = &[
     ("outcomes_are_the_processors", outcomes),
 ];
 
-const RIM: &str = "/solver/contact_sampling=rim";
+const RIM: &str = "/solver/contact_sampling=edges";
 const ASIDE: &str = "/projectile/offset_mm=[4,-3]";
 const PAIR: [&str; 2] = ["/pack/plies=2", "/pack/layup=[{},{\"orientation_deg\":90}]"];
 
 /// 40 × 32 crossovers, of whose elements most are larger than the finest.
 fn shot(sets: &[&str]) -> Case {
     let size = ["/pack/width_mm=50.8", "/pack/height_mm=40.64", "/expect=[]", "/output/profile_times_us=[]"];
-    let mesh = ["/pack/mesh_grading={\"fine_radius_mm\":5,\"growth\":1.3}"];
+    let mesh = ["/pack/mesh_grading={\"fine_radius_mm\":5,\"growth_ratio\":1.3}"];
     let shot = ["/projectile/length_mm=8", "/projectile/mass_g=1", "/projectile/velocity_m_s=400"];
     let run = ["/solver/end_time_us=9", "/output/history_interval_us=0.05"];
     let case = builtin("cases/s720-1ply-155.json", &[&size[..], &mesh, &shot, &run, sets].concat());
-    let mesh = &Model::<f32>::new(&case).unwrap().sheets[0].mesh;
+    let mesh = &Model::<f32>::new(&case).unwrap().ply_types[0].mesh;
     assert!(mesh.is_graded() && mesh.elements() as f64 * 1.5 < mesh.finest_elements(), "{}", mesh.elements());
     case
 }
@@ -44,7 +44,7 @@ fn all() -> Vec<(String, Case)> {
     for (elements, fine, end) in [(1, 5.0, 9.0), (2, 2.5, 6.0), (4, 1.25, 3.0)] {
         let sets = [
             format!("/pack/elements_per_crossover={elements}"),
-            format!("/pack/mesh_grading={{\"fine_radius_mm\":{fine},\"growth\":1.3}}"),
+            format!("/pack/mesh_grading={{\"fine_radius_mm\":{fine},\"growth_ratio\":1.3}}"),
             format!("/projectile/diameter_mm={}", 5.5 / f64::from(elements)),
             format!("/solver/end_time_us={end}"),
         ];

@@ -53,7 +53,7 @@ impl Observer for Shelf {
 /// One ply that is met at the rim of the projectile's face too.
 fn rim() -> Case {
     let mut case = ply();
-    case.solver.contact_sampling = ContactSampling::Rim;
+    case.solver.contact_sampling = ContactSampling::Edges;
     case.solver.end_time = 14e-6;
     case.output.profile_times.clear();
     case

@@ -23,12 +23,12 @@ pub(super) const TESTS: Tests = &[
     ("kernel_by_kernel_a_shot_is_within_tolerance", kernels),
 ];
 
-const RIM: &str = "/solver/contact_sampling=rim";
+const RIM: &str = "/solver/contact_sampling=edges";
 
 /// A small ply and a small pack, one ply turned, that tear.
 fn torn() -> [Case; 2] {
     [kept::ply(), kept::pack()].map(|mut case| {
-        case.solver.contact_sampling = ContactSampling::Rim;
+        case.solver.contact_sampling = ContactSampling::Edges;
         case.solver.end_time = 12e-6;
         case.output.profile_times.clear();
         case

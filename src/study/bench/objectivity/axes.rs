@@ -107,8 +107,8 @@ pub fn settings(case: &Case, quick: bool) -> Vec<Setting> {
         return all;
     }
     let other = match case.solver.contact_sampling {
-        ContactSampling::Nodes => ContactSampling::Rim,
-        ContactSampling::Rim => ContactSampling::Nodes,
+        ContactSampling::Nodes => ContactSampling::Edges,
+        ContactSampling::Edges => ContactSampling::Nodes,
     };
     let set = format!("/solver/contact_sampling={}", other.word());
     all.push(Setting::new(VariedAxis::Sampling, other.word().to_owned(), &[set]));

@@ -41,7 +41,7 @@ impl Perturbation {
                 }
             }
             Self::NotANumber(_) => {
-                let mesh = &model.sheet(0).mesh;
+                let mesh = &model.ply_type(0).mesh;
                 state.nodes.set(mesh.rows / 2, node::VELOCITY + 1, mesh.columns / 2, S::splat(f64::NAN));
             }
         }
@@ -54,7 +54,7 @@ impl Perturbation {
 fn shake<S: Scalar>(model: &Model<S>, state: &mut State<S>, size: f64) {
     let mut random = 0x9e37_79b9_7f4a_7c15_u64;
     for [ply, row, column] in solver::nodes(model) {
-        let sheet = model.sheet(ply);
+        let sheet = model.ply_type(ply);
         let at = model.grid.first_node_row(ply) + row;
         for axis in 0..3 {
             // Xorshift, top 53 bits: uniform in [-1, 1).

@@ -36,7 +36,7 @@ impl LawPath {
     /// At the start of a run.
     pub(super) fn new<S: Scalar>(model: &Model<S>, state: &State<S>) -> Self {
         let cell = |[ply, row, column]: [usize; 3]| {
-            let sheet = model.sheet(ply);
+            let sheet = model.ply_type(ply);
             sheet.law_energy.as_ref()?;
             let stretch = stretch(model, state, [ply, row, column]);
             let (now, held) = with_law!(sheet.law, L => {
@@ -54,7 +54,7 @@ impl LawPath {
         let mut made = 0.0;
         for ([ply, row, column], cell) in solver::elements(model).zip(&mut self.cells) {
             let Some(cell) = cell else { continue };
-            let sheet = model.sheet(ply);
+            let sheet = model.ply_type(ply);
             let at = model.grid.first_element_row(ply) + row;
             if state.is_undamaged(sheet, at, column) {
                 let to = stretch(model, state, [ply, row, column]);
@@ -104,7 +104,7 @@ fn stretch<S: Scalar>(model: &Model<S>, state: &State<S>, [ply, row, column]: [u
         [0, 1, 2].map(|a| state.nodes.get(at + up, node::DISPLACEMENT + a, column + right).to_f64())
     };
     let [first, second, third, fourth] = [moved(0, 0), moved(0, 1), moved(1, 1), moved(1, 0)];
-    let size = model.sheet(ply).mesh.size(row, column);
+    let size = model.ply_type(ply).mesh.size(row, column);
     [0, 1].map(|yarn| {
         let change = |a: usize| {
             let along = if yarn == 0 {
@@ -137,7 +137,7 @@ mod tests {
     /// Stretches a patch evenly.
     fn stretch_to(model: &Model<f64>, state: &mut State<f64>, excess: [f64; 2]) {
         for [ply, row, column] in solver::nodes(model) {
-            let x = model.sheet(ply).mesh.reference(row, column);
+            let x = model.ply_type(ply).mesh.reference(row, column);
             for a in 0..2 {
                 state.nodes.set(row, node::DISPLACEMENT + a, column, excess[a] * x[a]);
             }
@@ -160,7 +160,7 @@ mod tests {
         stretch_to(&model, &mut state, end);
         path.follow(&model, &state);
         let held: f64 = path.cells.iter().flatten().map(|cell| cell.held).sum();
-        let told = model.sheet(0).law_energy.as_ref().unwrap().at(end) * held;
+        let told = model.ply_type(0).law_energy.as_ref().unwrap().at(end) * held;
         assert!(told.abs() > 1e-3 * held && (there - told).abs() < 0.02 * held, "{there} {told} {held}");
         assert!(back.abs() < 1e-6 * held, "{back} {held}");
     }

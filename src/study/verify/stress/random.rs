@@ -139,7 +139,7 @@ fn changes() -> Vec<BoxedStrategy<Change>> {
     all.extend([
         key(0.5, "/solver/courant", number(0.2..0.95)),
         key(0.3, "/solver/hourglass", zero_or(1e-4..1.0)),
-        word(0.5, "/solver/unit_cell", &["joint", "bracketed"]),
+        word(0.5, "/solver/unit_cell", &["newton", "safeguarded"]),
         word(0.3, "/solver/symmetry", &["auto", "none"]),
         word(0.5, "/solver/run_until", &["end_time", "outcome"]),
     ]);
@@ -155,7 +155,7 @@ fn further() -> Vec<BoxedStrategy<Change>> {
     vec![
         key(0.2, "/pack/elements_per_crossover", 2_u32..5),
         key(0.25, "/pack/mesh_grading", grading),
-        word(0.35, "/solver/contact_sampling", &["rim"]),
+        word(0.35, "/solver/contact_sampling", &["edges"]),
     ]
 }
 

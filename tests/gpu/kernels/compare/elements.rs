@@ -48,7 +48,7 @@ fn residual(words: &[u32]) -> f64 {
 /// Forces, heights and life of every element.
 pub(super) fn compare_elements(pair: &Pair<'_>, seen: &mut Seen) -> Outcome {
     let (model, expected, got) = (&pair.scene.model, &pair.expected, pair.download()?);
-    let cell = &model.sheets[0].cell;
+    let cell = &model.ply_types[0].cell;
     let (force, height) = (force_scale(model), cell.height_sum.max(cell.yarn[0].half_span));
     for row in 0..model.grid.element_rows() {
         for column in 0..model.grid.columns {
@@ -62,10 +62,10 @@ pub(super) fn compare_elements(pair: &Pair<'_>, seen: &mut Seen) -> Outcome {
                     GUIDE_SHARE..element::HEIGHT => ("guide", 1.0),
                     element::HEIGHT..element::ALIVE => ("height", height),
                     element::ALIVE..element::COUNT => ("alive", 1.0),
-                    _ if model.terms().windows && field >= expected.elements.fields - element::STRAIN => {
+                    _ if model.features().windows && field >= expected.elements.fields - element::STRAIN => {
                         ("strain", 0.035 + number(expected, field).abs())
                     }
-                    _ => ("viscous force", force / model.sheets[0].element.membrane[field - element::COUNT]),
+                    _ => ("viscous force", force / model.ply_types[0].element.membrane[field - element::COUNT]),
                 };
                 let place = || format!("step {}, row {row}, column {column}, field {field}", expected.step - 1);
                 seen.see(quantity, number(&got, field), number(expected, field), scale, place);
@@ -125,7 +125,7 @@ pub(super) fn compare_sums(pair: &Pair<'_>, seen: &mut Seen, got: [f64; 10], pla
         ("stored", balance.stored, energy),
         ("stored", balance.hourglass, energy),
         ("tension", balance.max_tension, force_scale(&pair.scene.model)),
-        ("deflection", deflection, pair.scene.model.sheets[0].mesh.length[0]),
+        ("deflection", deflection, pair.scene.model.ply_types[0].mesh.length[0]),
         ("work", pair.ledger.viscous, energy),
         ("law energy", balance.law, energy),
         ("load", balance.max_load, 1.0),

@@ -130,7 +130,7 @@ fn compare_motion(pair: &Pair<'_>, seen: &mut Seen, add: impl Fn(usize) -> f64, 
 fn compare_counts(pair: &Pair<'_>, seen: &mut Seen, add: impl Fn(usize) -> f64) {
     let (model, state) = (&pair.scene.model, &pair.expected);
     let whole = |ply: usize| {
-        let mesh = &model.sheet(ply).mesh;
+        let mesh = &model.ply_type(ply).mesh;
         let first = model.grid.first_element_row(ply);
         let all = (0..mesh.rows).flat_map(move |row| (0..mesh.columns).map(move |column| (first + row, column)));
         all.filter(|(row, column)| (0..2).all(|yarn| state.alive(*row, *column, yarn))).count()
@@ -154,7 +154,7 @@ fn anew(pair: &mut Pair<'_>, seen: &mut Seen) -> Outcome {
         let record = layout::read_body(&body[..BODY_WORDS], start);
         let left: f64 = record.impulse.iter().chain(&record.support).chain(&record.energy).map(|x| x.abs()).sum();
         seen.see("cleared", left, 0.0, 1.0, || "body".into());
-        let length = pair.scene.model.sheets[0].mesh.length[0];
+        let length = pair.scene.model.ply_types[0].mesh.length[0];
         seen.see("penetration", record.penetration, pair.penetration[0], length, || "kept".into());
     }
     Ok(())

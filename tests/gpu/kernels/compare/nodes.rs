@@ -14,7 +14,7 @@ pub(super) fn compare(pair: &mut Pair<'_>, seen: &mut Seen) -> Outcome {
     for _ in 0..STEPS {
         pair.advance(&[Stage::Nodes], Some(0))?;
     }
-    let length = pair.scene.model.sheets[0].mesh.length[0];
+    let length = pair.scene.model.ply_types[0].mesh.length[0];
     compare_nodes(pair, seen, [("displacement", length), ("velocity", pair.scene.speed)])?;
     let supports = pair.read_floats(BufferId::Supports)?;
     let scale = force_scale(&pair.scene.model) * pair.scene.model.dt;
@@ -36,7 +36,7 @@ fn held_directions(pair: &Pair<'_>) -> usize {
     let (model, state) = (&pair.scene.model, &pair.scene.state);
     let held = |[ply, row, column]: [usize; 3]| {
         let standing = solver::node_stands(model, state, ply, row, column);
-        let inverse = &model.sheet(ply).row_mass(row).inverse;
+        let inverse = &model.ply_type(ply).row_mass(row).inverse;
         if standing { inverse.iter().filter(|of| of[column] == 0.0).count() } else { 0 }
     };
     places(model).map(held).sum()

@@ -29,7 +29,7 @@ pub(super) fn compare(pair: &mut Pair<'_>, seen: &mut Seen) -> Outcome {
     }
     let words = pair.read(BufferId::Status)?;
     let depth = f64::from(f32::from_bits(words[status::PLY_DEPTH]));
-    seen.see("penetration", depth, pair.penetration[1], pair.scene.model.sheets[0].mesh.length[0], || "ply".into());
+    seen.see("penetration", depth, pair.penetration[1], pair.scene.model.ply_types[0].mesh.length[0], || "ply".into());
     compare_energies(pair, seen)?;
     compare_supports(pair, seen)
 }

@@ -58,7 +58,7 @@ fn elements_reached(model: &Model<f32>, reach: &[ActiveRegion], step: u64) -> us
         return model.elements();
     }
     let of_ply = |(ply, reach): (usize, &ActiveRegion)| {
-        let [rows, columns] = reach.elements(&model.sheet(ply).mesh);
+        let [rows, columns] = reach.elements(&model.ply_type(ply).mesh);
         rows.len() * columns.len()
     };
     reach.iter().enumerate().map(of_ply).sum()
@@ -109,7 +109,7 @@ fn compare_body(pair: &Pair<'_>, seen: &mut Seen, got: &layout::BodyRecord) -> O
             || format!("energy {n}"),
         );
     }
-    seen.see("penetration", got.penetration, pair.penetration[0], scene.model.sheets[0].mesh.length[0], String::new);
+    seen.see("penetration", got.penetration, pair.penetration[0], scene.model.ply_types[0].mesh.length[0], String::new);
     let turn = got.body.orientation.coords - expected.orientation.coords;
     seen.see("orientation", turn.norm(), 0.0, 1.0, String::new);
     Ok(())

@@ -23,7 +23,7 @@ pub(super) fn follow(
     }
     if stage == Stage::Projectile && model.projectile.is_some() {
         for (ply, reach) in reach.iter_mut().enumerate() {
-            *reach = reach.grown(1, &model.sheet(ply).mesh);
+            *reach = reach.grown(1, &model.ply_type(ply).mesh);
         }
     }
     // Contact takes in what it touches: whatever it changed.
@@ -51,7 +51,7 @@ pub(super) fn compare(pair: &Pair<'_>, seen: &mut Seen) -> Outcome {
     for (at, (got, expected)) in got.over.iter().zip(&pair.expected.over).enumerate() {
         let (ply, side) = (at / model.nodes_per_ply() / SIDES, at / model.nodes_per_ply() % SIDES);
         let Some(other) = neighbour(ply, side, model.plies.len()) else { continue };
-        let columns = model.sheet(other).mesh.columns;
+        let columns = model.ply_type(other).mesh.columns;
         let cell = |over: u32| [over::element(over) / columns, over::element(over) % columns];
         let apart = [0, 1].map(|i| cell(*got)[i].abs_diff(cell(*expected)[i]));
         if got & INSIDE == expected & INSIDE && apart.iter().all(|steps| *steps <= 1) {

@@ -102,7 +102,7 @@ pub(super) fn astray(model: &Model<f32>, state: &mut State<f32>, random: &mut Ra
     for (at, part) in state.over.chunks_mut(per_side).enumerate() {
         let (ply, side) = (at / SIDES, at % SIDES);
         let Some(other) = neighbour(ply, side, model.plies.len()) else { continue };
-        let (own, theirs) = (&model.sheet(ply).mesh, &model.sheet(other).mesh);
+        let (own, theirs) = (&model.ply_type(ply).mesh, &model.ply_type(other).mesh);
         for (row, column) in (0..=own.rows).flat_map(|row| (0..=own.columns).map(move |column| (row, column))) {
             let cell = &mut part[row * across + column];
             let moved = |at: u32, count: usize, by: f64| (f64::from(at) + by).round().clamp(0.0, count as f64 - 1.0);
@@ -286,7 +286,7 @@ fn put(
     moved: &Vector3<f64>,
     speed: [f64; 3],
 ) {
-    let sheet = model.sheet(ply);
+    let sheet = model.ply_type(ply);
     let [moved, velocity] = [(*moved).into(), speed].map(|v| sheet.mesh.to_ply(v));
     let at = model.grid.first_node_row(ply) + row;
     for a in 0..3 {
@@ -306,7 +306,7 @@ fn scatter(model: &Model<f32>, state: &mut State<f32>, random: &mut Random, kind
     let sideways = if kind.aligned { 0.0 } else { 1.0 };
     let mut depth = 0.0;
     for ply in 0..model.grid.plies {
-        let mesh: &Mesh = &model.sheet(ply).mesh;
+        let mesh: &Mesh = &model.ply_type(ply).mesh;
         let [sx, sy] = [0, 1].map(|a| kind.cells * mesh.length[a] * random.between(-1.0, 1.0));
         for (row, column) in (0..=mesh.rows).flat_map(|row| (0..=mesh.columns).map(move |column| (row, column))) {
             let reference = Vector3::from(model.reference(ply, row, column));
@@ -353,7 +353,7 @@ fn tear_around_a_deep_node(model: &Model<f32>, state: &mut State<f32>, ply: usiz
 /// Plies at rest and in touch, but for a few nodes of the first, which move about.
 fn rest(model: &Model<f32>, state: &mut State<f32>, random: &mut Random, [top, bottom, left, right]: [usize; 4]) {
     for ply in 0..model.grid.plies {
-        let mesh = &model.sheet(ply).mesh;
+        let mesh = &model.ply_type(ply).mesh;
         for (row, column) in (0..=mesh.rows).flat_map(|row| (0..=mesh.columns).map(move |column| (row, column))) {
             put(model, state, [ply, row, column], &Vector3::zeros(), [0.0; 3]);
         }
@@ -369,6 +369,6 @@ fn rest(model: &Model<f32>, state: &mut State<f32>, random: &mut Random, [top, b
 
 /// Whether every node of every ply is free.
 pub(crate) fn is_free(scene: &Scene) -> bool {
-    let edges = scene.model.sheets.iter().map(|sheet| &sheet.edges);
+    let edges = scene.model.ply_types.iter().map(|sheet| &sheet.edges);
     edges.flat_map(|e| [e.left, e.right, e.bottom, e.top]).all(|edge| edge == Edge::Free)
 }

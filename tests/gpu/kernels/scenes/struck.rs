@@ -177,7 +177,7 @@ pub(crate) fn scenes() -> Vec<Scene> {
         make("coarse row beside the middle", CYLINDER, &|p, case| {
             (case.pack.columns, case.pack.rows) = (49, 43);
             super::grade(case, [-2e-2, -2e-2], 8.0);
-            let mesh = &Model::<f32>::new(case).unwrap().sheets[0].mesh;
+            let mesh = &Model::<f32>::new(case).unwrap().ply_types[0].mesh;
             p.offset = mesh.reference(mesh.rows - 2, mesh.columns - 2);
         }),
         make("cylinder behind a faster flap", CYLINDER, &|p, case| {
@@ -192,7 +192,7 @@ pub(crate) fn rim_scenes() -> Vec<Scene> {
     let make = |name: &str, groups: &[Group], change: &dyn Fn(&mut Projectile, &mut Case)| {
         let mut p = projectile(CYLINDER);
         let mut case = if groups.is_empty() { patch::case(13, 11) } else { packs::case([13, 11], groups) };
-        case.solver.contact_sampling = ContactSampling::Rim;
+        case.solver.contact_sampling = ContactSampling::Edges;
         change(&mut p, &mut case);
         case.projectile = Some(p);
         struck(name, case)
@@ -295,7 +295,7 @@ pub(crate) fn pack_scenes() -> Vec<Scene> {
 fn run_on(model: &Model<f32>, state: &mut State<f32>, body: &RigidBody, name: &str) {
     let (flap, weft) = (name.contains("flap"), name.contains("under a weft"));
     for [ply, row, column] in super::element_places(model) {
-        let mesh = &model.sheet(ply).mesh;
+        let mesh = &model.ply_type(ply).mesh;
         let [x, y, _] = mesh.to_ply(body.position.into());
         let [under_row, under_column] = mesh.element_at([x, y]);
         let at = row - model.grid.first_element_row(ply);
@@ -321,7 +321,7 @@ fn run_on(model: &Model<f32>, state: &mut State<f32>, body: &RigidBody, name: &s
 /// yarn must run on to cover, in elements but not in length. Nothing is left of the other yarn.
 fn cut_along(model: &Model<f32>, state: &mut State<f32>, body: &RigidBody) {
     for [ply, row, column] in super::element_places(model) {
-        let (mesh, yarn) = (&model.sheet(ply).mesh, ply % 2);
+        let (mesh, yarn) = (&model.ply_type(ply).mesh, ply % 2);
         let at = row - model.grid.first_element_row(ply);
         let middle = mesh.reference(at, column)[yarn] + 0.5 * mesh.size(at, column)[yarn];
         let away = (middle - body.position[yarn]) * [1.0, -1.0][yarn] / mesh.length[yarn];
@@ -407,7 +407,7 @@ fn struck(name: &str, case: Case) -> Scene {
         }
     }
     for ply in 0..model.grid.plies {
-        let mesh = &model.sheet(ply).mesh;
+        let mesh = &model.ply_type(ply).mesh;
         for (row, column) in (0..=mesh.rows).flat_map(|row| (0..=mesh.columns).map(move |column| (row, column))) {
             let reference = Vector3::from(model.reference(ply, row, column));
             let mut at = reference;
@@ -416,7 +416,7 @@ fn struck(name: &str, case: Case) -> Scene {
                 at.z += fabric_between(&model, &state, ply, row, column);
             }
             let moved = mesh.to_ply((at - reference).into());
-            let inverse = &model.sheet(ply).row_mass(row).inverse;
+            let inverse = &model.ply_type(ply).row_mass(row).inverse;
             for a in 0..3 {
                 // Away from the body as often as towards it.
                 let forward = if a == 2 { if name.contains("flap") { 1.5 } else { 0.6 } } else { 0.0 };

@@ -157,8 +157,8 @@ pub(super) const MUTANTS: &[Mutant] = &[
     mutant(
         "heights foretold the wrong way",
         "Variational, compressible",
-        "+ height - guide.fall * change",
-        "+ height + guide.fall * change",
+        "+ height - predictor.dh_dstretch * change",
+        "+ height + predictor.dh_dstretch * change",
     ),
     mutant(
         "heights foretold for the step before",
@@ -191,14 +191,14 @@ pub(super) const MUTANTS: &[Mutant] = &[
     mutant(
         "strain of the warp for the weft",
         "Variational, compressible",
-        "report(element, 1u, cell.strain.y)",
-        "report(element, 1u, cell.strain.x)",
+        "record_failure(element, 1u, cell.strain.y)",
+        "record_failure(element, 1u, cell.strain.x)",
     ),
     mutant(
         "failed weft reported as warp",
         "Variational, compressible",
-        "report(element, 1u, cell.strain.y)",
-        "report(element, 0u, cell.strain.y)",
+        "record_failure(element, 1u, cell.strain.y)",
+        "record_failure(element, 0u, cell.strain.y)",
     ),
     mutant("erosion counted too early", "Variational, compressible", "if (!any_of(alive)) {", "if (!both_of(alive)) {"),
     mutant(
@@ -238,7 +238,7 @@ pub(super) const MUTANTS: &[Mutant] = &[
         "if (element >= scene.elements) {",
         "if (element + 1u >= scene.elements) {",
     ),
-    mutant("constants of another sheet", "plies of two fabrics", "plies[ply].sheet == scene.sheet", "true"),
+    mutant("constants of another sheet", "plies of two fabrics", "plies[ply].ply_type == scene.ply_type", "true"),
     mutant(
         "what is at rest computed",
         "only a part reached",
@@ -423,7 +423,7 @@ pub(super) const MUTANTS: &[Mutant] = &[
         "return Line(texel.x, texel.y, texel.z,",
         "return Line(texel.x, texel.z, texel.y,",
     ),
-    mutant("lines of the first sheet", "graded plies of two fabrics", "(2u * plies[ply].sheet + axis)", "axis"),
+    mutant("lines of the first sheet", "graded plies of two fabrics", "(2u * plies[ply].ply_type + axis)", "axis"),
     mutant(
         "rows of the table forgotten",
         "graded, more lines than fit into a row of their table",

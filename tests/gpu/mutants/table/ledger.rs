@@ -3,7 +3,7 @@
 use super::super::Mutant;
 
 const fn mutant(name: &'static str, scene: &'static str, find: &'static str, put: &'static str) -> Mutant {
-    Mutant { name, kernel: "ledger", scene, find, put }
+    Mutant { name, kernel: "energy_balance", scene, find, put }
 }
 
 pub(super) const MUTANTS: &[Mutant] = &[
@@ -72,14 +72,19 @@ pub(super) const MUTANTS: &[Mutant] = &[
     mutant(
         "rubbing of plies not counted",
         "two free plies",
-        "part[PLY_RUBBED] += accounts[at + n];",
-        "part[PLY_RUBBED] += accounts[at];",
+        "part[PLY_FRICTION_WORK] += accounts[at + n];",
+        "part[PLY_FRICTION_WORK] += accounts[at];",
     ),
-    mutant("work against the membrane not counted", "two free plies", "part[PLY_LIFTED] += accounts[at + 2u * n];", ""),
+    mutant(
+        "work against the membrane not counted",
+        "two free plies",
+        "part[PLY_SEPARATION_WORK] += accounts[at + 2u * n];",
+        "",
+    ),
     mutant(
         "work against the hourglass not counted",
         "two free plies",
-        "part[PLY_LIFTED + 1u] += accounts[at + 3u * n];",
+        "part[PLY_SEPARATION_WORK + 1u] += accounts[at + 3u * n];",
         "",
     ),
     mutant("losses of plies not counted anew", "two free plies", "            accounts[at] = 0.0;\n", ""),

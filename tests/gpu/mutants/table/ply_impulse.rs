@@ -64,7 +64,12 @@ pub(super) const MUTANTS: &[Mutant] = &[
         "let slide = velocity - push * along;",
         "let slide = velocity;",
     ),
-    mutant("rubbing at the first velocity", "two free plies", "slide + found.drag * (0.5 * compliance)", "slide"),
+    mutant(
+        "rubbing at the first velocity",
+        "two free plies",
+        "slide + found.friction_impulse * (0.5 * compliance)",
+        "slide",
+    ),
     mutant(
         "rubbing not noted",
         "two free plies",

@@ -34,7 +34,7 @@ pub(super) const MUTANTS: &[Mutant] = &[
     mutant("no ridges", "ridges", "direction * dot(edge.arm, f.normal) > 0.0;", "false;"),
     mutant("ridges from inside", "ridges", "direction * dot(edge.arm, f.normal) > 0.0;", "true;"),
     mutant("ridges of holes", "ridges", "hole - touching > nearest.gap + slop", "true"),
-    mutant("holes are ridges", "ridges", "if (!cell_stands(other, cell)) {", "if (false) {"),
+    mutant("holes are ridges", "ridges", "if (!cell_is_intact(other, cell)) {", "if (false) {"),
     mutant("one edge of a ridge", "ridges", "if (abs(foot.y) > 0.5 && (", "if (false && ("),
     mutant(
         "corner of a ridge",
@@ -127,10 +127,10 @@ pub(super) const MUTANTS: &[Mutant] = &[
     mutant(
         "holes touch",
         "two fabrics, holes, no hourglass",
-        "if (!cell_stands(other, touch.cell) || !stands(node, place)) {",
-        "if (!stands(node, place)) {",
+        "if (!cell_is_intact(other, touch.cell) || !is_intact(node, place)) {",
+        "if (!is_intact(node, place)) {",
     ),
-    mutant("debris touches", "two fabrics, holes, no hourglass", "|| !stands(node, place)) {", ") {"),
+    mutant("debris touches", "two fabrics, holes, no hourglass", "|| !is_intact(node, place)) {", ") {"),
     mutant(
         "one element around a node not asked",
         "two fabrics, holes, no hourglass",

@@ -58,13 +58,13 @@ pub(super) const MUTANTS: &[Mutant] = &[
     mutant(
         "nodes pull",
         "sphere, spinning, oblique, friction",
-        "state == PUSHING && points[p].drag.w < 0.0",
-        "state == PUSHING && points[p].drag.w < -1e30",
+        "state == PUSHING && points[p].friction_impulse.w < 0.0",
+        "state == PUSHING && points[p].friction_impulse.w < -1e30",
     ),
     mutant(
         "released nodes are dragged",
         "light cylinder, one side of the face",
-        "    points[p].state = NEAR;\n    points[p].drag = vec4<f32>(0.0);",
+        "    points[p].state = NEAR;\n    points[p].friction_impulse = vec4<f32>(0.0);",
         "    points[p].state = NEAR;",
     ),
     mutant("no node joins", "light cylinder, one side of the face", "change < SET_CHANGES / 2u", "change < 0u"),
@@ -104,20 +104,20 @@ pub(super) const MUTANTS: &[Mutant] = &[
     mutant(
         "spin without contact",
         "sphere, spinning, oblique, friction",
-        "b.spin += vec4<f32>(about_planes(vec3<f32>(result[3], result[4], result[5])), 0.0);",
+        "b.angular_momentum += vec4<f32>(about_planes(vec3<f32>(result[3], result[4], result[5])), 0.0);",
         "",
     ),
     mutant(
         "half a turn",
         "cylinder, yawed, friction",
-        "turned(q, scene.dt * inverse.y * b.spin.xyz)",
-        "turned(q, 0.5 * scene.dt * inverse.y * b.spin.xyz)",
+        "turned(q, scene.dt * inverse.y * b.angular_momentum.xyz)",
+        "turned(q, 0.5 * scene.dt * inverse.y * b.angular_momentum.xyz)",
     ),
     mutant(
         "no spin about the axis",
         "sphere, spinning, oblique, friction",
-        "spun(q, b.spin.xyz, vec3<f32>(0.0, 0.0, 1.0), scene.dt * (inverse.z - inverse.y))",
-        "spun(q, b.spin.xyz, vec3<f32>(0.0, 0.0, 1.0), scene.dt * inverse.z)",
+        "spun(q, b.angular_momentum.xyz, vec3<f32>(0.0, 0.0, 1.0), scene.dt * (inverse.z - inverse.y))",
+        "spun(q, b.angular_momentum.xyz, vec3<f32>(0.0, 0.0, 1.0), scene.dt * inverse.z)",
     ),
     mutant(
         "inertia of the axis across",
@@ -403,7 +403,7 @@ pub(super) const MUTANTS: &[Mutant] = &[
     mutant(
         "elements not counted",
         "face of a cylinder exactly touching resting plies",
-        "let before = atomicAdd(&status[VISITED], count);",
+        "let before = atomicAdd(&status[COMPUTED], count);",
         "let before = 0u;",
     ),
     mutant(

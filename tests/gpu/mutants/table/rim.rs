@@ -32,7 +32,7 @@ pub(super) const MUTANTS: &[Mutant] = &[
     of_points(
         "debris between nodes touches",
         "between nodes beside a slit",
-        "!is_node(ply, next) || !edge_stands(node, place, up)",
+        "!is_node(ply, next) || !edge_is_intact(node, place, up)",
         "!is_node(ply, next)",
     ),
     of_points(

@@ -1,18 +1,18 @@
 // crossover_joint: the unit cell's fast iteration, Newton on both heights and the compression together.
-// Twin: src/kernels/crossover_joint.rs
+// Twin: src/kernels/coupled_newton.rs
 
-const JOINT_ITERATIONS: u32 = 7u;
+const NEWTON_ITERATIONS: u32 = 7u;
 
 /// q = (a − d)/b where the heights sum up to `sum`; a compression that is none but for rounding is none.
 fn opening(sum: f32) -> f32 {
     let q = (sum - (scene.height_sum - scene.compression_a)) * scene.compression_per_b;
-    let least = scene.compression_loose - 4.0 * EPSILON * scene.height_sum * scene.compression_per_b;
-    return select(q, scene.compression_loose, least <= q);
+    let least = scene.compression_uncompressed - 4.0 * EPSILON * scene.height_sum * scene.compression_per_b;
+    return select(q, scene.compression_uncompressed, least <= q);
 }
 
 /// Height that compatibility leaves the other yarn: H − d − x, where d = a − b q is 0 once the crossover is loose.
 fn other_height(x: f32, q: f32) -> f32 {
-    let loose = !COMPRESSION || scene.compression_loose <= q;
+    let loose = !COMPRESSION || scene.compression_uncompressed <= q;
     return scene.height_sum - select(scene.compression_a - scene.compression_b * q, 0.0, loose) - x;
 }
 
@@ -22,9 +22,9 @@ fn in_order(pair: vec2<f32>) -> vec2<f32> {
 }
 
 /// Iterates from the heights of the pivot and of the other yarn.
-fn joint(stretch: vec2<f32>, start: vec2<f32>) -> Found {
+fn coupled_newton(stretch: vec2<f32>, start: vec2<f32>) -> Found {
     let b = select(0.0, scene.compression_b, COMPRESSION);
-    let loose = scene.compression_loose;
+    let loose = scene.compression_uncompressed;
     var x = start.x;
     var q = max(opening(x + start.y), 0.01 * loose);
     var y = other_height(x, q);
@@ -33,22 +33,22 @@ fn joint(stretch: vec2<f32>, start: vec2<f32>) -> Found {
     var iterations = 1u;
     var met = false;
     var bound = 0.0;
-    for (var round = 1u; round <= JOINT_ITERATIONS; round++) {
+    for (var round = 1u; round <= NEWTON_ITERATIONS; round++) {
         let cube = q * q * q;
         // The force that compresses by a − b q, and its compliance.
         let force = select(pivot.force, 1.0 / cube - scene.compression_offset, COMPRESSION);
         let give = b * q * cube * (1.0 / 3.0);
-        let sp = max(pivot.stiffness, scene.softest);
-        let so = max(other.stiffness, scene.softest);
+        let sp = max(pivot.stiffness, scene.min_stiffness);
+        let so = max(other.stiffness, scene.min_stiffness);
         // How far the heights miss the compression of the pivot's force, but for what that rounds to; and with it what
         // the residual would be, at most.
-        let misfit = give * max(abs(pivot.force - force) - scene.noise, 0.0);
+        let misfit = give * max(abs(pivot.force - force) - scene.roundoff_tolerance, 0.0);
         let off = abs(pivot.force - other.force) + so * misfit;
         // Both yarns slack although the crossover is not compressed: nothing presses.
         let slack = (!COMPRESSION || loose <= q) && pivot.strain <= 0.0 && other.strain <= 0.0;
         let limit = accepted(pivot.force);
         met = (off <= limit && misfit <= 8.0 * EPSILON * scene.height_sum) || slack;
-        if (met || round == JOINT_ITERATIONS) {
+        if (met || round == NEWTON_ITERATIONS) {
             break;
         }
         // To the force they have in common, Σ F/S over Σ 1/S, from that of each; one division for all.
@@ -88,14 +88,14 @@ fn joint(stretch: vec2<f32>, start: vec2<f32>) -> Found {
         other = yarn_response(yarn(1u - PIVOT), stretch[1u - PIVOT], y);
         iterations += 1u;
     }
-    var guide = Guide();
+    var predictor = Predictor();
     if (met) {
         let give = b * q * (q * q * q) * (1.0 / 3.0);
-        let slope = max(vec2<f32>(pivot.stiffness, other.stiffness), vec2<f32>(scene.softest));
+        let slope = max(vec2<f32>(pivot.stiffness, other.stiffness), vec2<f32>(scene.min_stiffness));
         let length = 1.0 + vec2<f32>(stretch[PIVOT], stretch[1u - PIVOT]);
-        let both = guide_of(
+        let both = predictor_of(
             vec2<f32>(pivot.strain, other.strain), vec2<f32>(pivot.force, other.force), slope, give, vec2<f32>(x, y), length);
-        guide = Guide(in_order(both.fall), in_order(both.share));
+        predictor = Predictor(in_order(both.dh_dstretch), in_order(both.force_share));
     }
-    return Found(x, CellPoint(pivot, other, y, pivot.force - other.force, 1.0), iterations, bound, met, guide);
+    return Found(x, CellPoint(pivot, other, y, pivot.force - other.force, 1.0), iterations, bound, met, predictor);
 }

@@ -9,13 +9,13 @@
 //! from their tangents by more than the residual accepted, it is taken along the tangents. Nothing guards the iteration:
 //! cells it leaves go to the bracketed one of [`super::crossover`], which cannot fail.
 
-use crate::kernels::cell_constants::UnitCellParameters;
-use crate::kernels::guide::Predictor;
+use crate::kernels::predictor::Predictor;
+use crate::kernels::unit_cell_parameters::UnitCellParameters;
 use crate::kernels::yarn_law::{LawKernel, StretchResponse, YarnResponse};
 use crate::math::scalar::{Mask, Real, each};
 
 /// Evaluations allowed before the bracketed iteration takes over.
-pub const JOINT_ITERATIONS: u32 = 7;
+pub const NEWTON_ITERATIONS: u32 = 7;
 
 /// Misfit of compatibility accepted, over the sum of heights [-], as far as the precision goes.
 pub const COMPATIBILITY_TOLERANCE: f64 = 1e-12;
@@ -62,7 +62,7 @@ pub(super) fn iterate<R: Real, L: LawKernel>(
     let mut iterations = R::select(active, one, zero);
     let mut bound = zero;
     let mut pending = active;
-    for round in 0..JOINT_ITERATIONS {
+    for round in 0..NEWTON_ITERATIONS {
         let cube = q * q * q;
         // The force that compresses by a − b q, and its compliance.
         let force = R::select(rigid, yarn[0].force, one / cube - offset);
@@ -78,7 +78,7 @@ pub(super) fn iterate<R: Real, L: LawKernel>(
         let slack = (rigid | loose.le(q)) & !(taut[0] | taut[1]);
         let done = (off.le(limit) & misfit.le(slip)) | slack;
         pending = pending & !done;
-        if round + 1 == JOINT_ITERATIONS || !pending.any() {
+        if round + 1 == NEWTON_ITERATIONS || !pending.any() {
             break;
         }
         // To the force they have in common, Σ F/S over Σ 1/S, from that of each; one division for all.

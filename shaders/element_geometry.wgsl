@@ -1,8 +1,8 @@
 // element_size: what of the element kernel's constants depends on the size of an element.
-// Twin: src/kernels/element_size.rs
+// Twin: src/kernels/element_geometry.rs
 
 /// The constants of an element's own size; otherwise as in `Scene`.
-struct Size {
+struct ElementGeometry {
     gradient_x: f32,
     gradient_y: f32,
     membrane_warp: f32,
@@ -17,8 +17,8 @@ struct Size {
     area: f32,
 }
 
-fn size_of(element: u32) -> Size {
-    let finest = Size(
+fn geometry_of(element: u32) -> ElementGeometry {
+    let finest = ElementGeometry(
         scene.gradient_x,
         scene.gradient_y,
         scene.membrane_warp,
@@ -36,7 +36,7 @@ fn size_of(element: u32) -> Size {
     let place = element_place(element);
     let x = line_at(element_ply(element), 0u, place.y);
     let y = line_at(element_ply(element), 1u, place.x);
-    return Size(
+    return ElementGeometry(
         finest.gradient_x * x.per_width,
         finest.gradient_y * y.per_width,
         finest.membrane_warp * y.width,

@@ -31,7 +31,7 @@ pub struct UnitCellParameters<R> {
     /// What a contact force may round to [N]; nothing in double precision.
     pub roundoff_tolerance: R,
     /// Whether the joint iteration comes first.
-    pub joint: bool,
+    pub newton: bool,
     /// Index of the yarn whose height is the unknown: the softer one.
     pub pivot: usize,
     /// Residual accepted by the iteration [N].
@@ -70,7 +70,7 @@ impl UnitCellParameters<f64> {
             per_b: if a > 0.0 { 1.0 / b } else { 0.0 },
             min_stiffness: 1e-6 * yarn[0].stiffness.max(yarn[1].stiffness) / yarn[0].half_span,
             roundoff_tolerance: 0.0,
-            joint: true,
+            newton: true,
             pivot: usize::from(yarn[1].stiffness < yarn[0].stiffness),
             tolerance: 1e-12 * softer,
         }
@@ -143,7 +143,7 @@ impl<S: Scalar> UnitCellParameters<S> {
             per_b: to(self.per_b),
             min_stiffness: to(self.min_stiffness),
             roundoff_tolerance: to(self.roundoff_tolerance),
-            joint: self.joint,
+            newton: self.newton,
             pivot: self.pivot,
             tolerance: to(self.tolerance),
         }

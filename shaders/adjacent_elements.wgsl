@@ -7,7 +7,7 @@ fn element_above(node: u32, place: vec2<u32>) -> u32 {
 }
 
 /// Which of the elements above right, above left, below left and below right of a node there are.
-fn around(ply: u32, place: vec2<u32>) -> vec4<bool> {
+fn adjacent_elements(ply: u32, place: vec2<u32>) -> vec4<bool> {
     let above = place.x < plies[ply].rows;
     let below = place.x > 0u;
     let right = place.y < plies[ply].columns;

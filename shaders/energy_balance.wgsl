@@ -50,8 +50,8 @@ const SUPPORT: u32 = 15u;
 const COVERED: u32 = 18u;
 /// Lost in contact between plies, of it to friction, and the work of moving nodes against membrane, hourglass forces.
 const PLY_LOSS: u32 = 19u;
-const PLY_RUBBED: u32 = 20u;
-const PLY_LIFTED: u32 = 21u;
+const PLY_FRICTION_WORK: u32 = 20u;
+const PLY_SEPARATION_WORK: u32 = 21u;
 /// Dissipated by shock viscosity.
 const VISCOUS_WORK: u32 = 23u;
 /// Made by the unit-cell law itself since the start.
@@ -140,7 +140,7 @@ fn finish(first: u32) {
     put(first + 4u, bitcast<vec4<u32>>(body.fine));
     put(first + 8u, bitcast<vec4<u32>>(body.change));
     put(first + 12u, bitcast<vec4<u32>>(body.orientation));
-    put(first + 16u, bitcast<vec4<u32>>(body.spin));
+    put(first + 16u, bitcast<vec4<u32>>(body.angular_momentum));
     put(first + 20u, bitcast<vec4<u32>>(body.velocity));
     put(first + 24u, bitcast<vec4<u32>>(body.turning));
     put(first + 28u, bitcast<vec4<u32>>(body.coarse_before));
@@ -160,7 +160,7 @@ fn finish(first: u32) {
 }
 
 @compute @workgroup_size(64)
-fn ledger(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index) local: u32) {
+fn energy_balance(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index) local: u32) {
     let e = scene.elements;
     let n = scene.nodes;
     // Each ply has as many workgroups, so that their sums are those of a ply.
@@ -222,9 +222,9 @@ fn ledger(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_ind
         if (PLIES) {
             let at = 10u * e + node;
             part[PLY_LOSS] += accounts[at];
-            part[PLY_RUBBED] += accounts[at + n];
-            part[PLY_LIFTED] += accounts[at + 2u * n];
-            part[PLY_LIFTED + 1u] += accounts[at + 3u * n];
+            part[PLY_FRICTION_WORK] += accounts[at + n];
+            part[PLY_SEPARATION_WORK] += accounts[at + 2u * n];
+            part[PLY_SEPARATION_WORK + 1u] += accounts[at + 3u * n];
             accounts[at] = 0.0;
             accounts[at + n] = 0.0;
             accounts[at + 2u * n] = 0.0;

@@ -30,7 +30,7 @@ fn is_due(element: u32) -> bool {
     }
     let ply = element_ply(element);
     let place = element_place(element);
-    return is_element(ply, place) && plies[ply].sheet == scene.sheet && element_in_reach(reach_of(ply), place);
+    return is_element(ply, place) && plies[ply].ply_type == scene.ply_type && element_in_reach(reach_of(ply), place);
 }
 
 /// Takes a node in.

@@ -1,9 +1,9 @@
 // standing: what still carries load. Needs `flags`.
-// Twin: `node_stands` and `edge_stands` of src/solver/projectile.rs
+// Twin: `node_stands` and `edge_is_intact` of src/solver/projectile.rs
 
 /// Whether any element around a node still carries load; debris no longer touches anything.
-fn stands(node: u32, place: vec2<u32>) -> bool {
-    let there = around(node_ply(node), place);
+fn is_intact(node: u32, place: vec2<u32>) -> bool {
+    let there = adjacent_elements(node_ply(node), place);
     let e = element_above(node, place);
     var bits = 0u;
     if (there.x) { bits |= flags[e]; }
@@ -16,7 +16,7 @@ fn stands(node: u32, place: vec2<u32>) -> bool {
 /// Whether nothing has failed around a node.
 fn is_whole(node: u32, place: vec2<u32>) -> bool {
     let ply = node_ply(node);
-    let there = around(ply, place);
+    let there = adjacent_elements(ply, place);
     let e = element_above(node, place);
     var bits = 3u;
     if (there.x) { bits &= flags[e]; }
@@ -27,8 +27,8 @@ fn is_whole(node: u32, place: vec2<u32>) -> bool {
 }
 
 /// Whether a yarn still runs along the edge from a node to the next of its row, or `up` its column, in an element beside it.
-fn edge_stands(node: u32, place: vec2<u32>, up: bool) -> bool {
-    let there = around(node_ply(node), place);
+fn edge_is_intact(node: u32, place: vec2<u32>, up: bool) -> bool {
+    let there = adjacent_elements(node_ply(node), place);
     let e = element_above(node, place);
     var bits = 0u;
     if (there.x) { bits |= flags[e]; }
