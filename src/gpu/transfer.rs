@@ -39,7 +39,7 @@ impl DeviceStepper<'_> {
         self.write(BufferId::Nodes, bytemuck::cast_slice(&nodes));
         let forces = planes(&state.elements, element::FORCES, 1, columns);
         self.write(BufferId::Forces, bytemuck::cast_slice(&forces));
-        let heights = planes(&state.elements, element::GUIDE..element::ALIVE, 1, columns);
+        let heights = planes(&state.elements, element::PREDICTOR..element::ALIVE, 1, columns);
         self.write(BufferId::Heights, bytemuck::cast_slice(&heights));
         let alive = planes(&state.elements, element::ALIVE..element::COUNT, 1, columns);
         let (warp, weft) = alive.split_at(self.sizes.elements as usize);
@@ -99,7 +99,7 @@ impl DeviceStepper<'_> {
         let floats = |name| self.read(name).map(|words| words.into_iter().map(f32::from_bits).collect::<Vec<_>>());
         set_planes(&mut state.nodes, 0..node::COUNT, 0, columns + 1, &floats(BufferId::Nodes)?);
         set_planes(&mut state.elements, element::FORCES, 1, columns, &floats(BufferId::Forces)?);
-        set_planes(&mut state.elements, element::GUIDE..element::ALIVE, 1, columns, &floats(BufferId::Heights)?);
+        set_planes(&mut state.elements, element::PREDICTOR..element::ALIVE, 1, columns, &floats(BufferId::Heights)?);
         let flags = self.read(BufferId::Flags)?;
         let alive: Vec<f32> =
             [1, 2].iter().flat_map(|bit| flags.iter().map(move |f| f32::from(u8::from(f & bit != 0)))).collect();

@@ -29,7 +29,7 @@ pub mod field {
     /// All forces.
     pub const FORCES: std::ops::Range<usize> = 0..9;
     /// What foretells the next heights: `fall` [m] of warp and weft, `share` [-] of both; see [`Guide`](super::Guide).
-    pub const GUIDE: usize = 9;
+    pub const PREDICTOR: usize = 9;
     /// Yarn heights h1, h2 [m].
     pub const HEIGHT: usize = 13;
     /// 1 while the yarn carries load, [`MARKED_FOR_FAILURE`](super::BREAKING) when it is about to fail, 0 once it failed or where it is absent;
@@ -370,14 +370,14 @@ pub fn element_force<R: Real, L: LawKernel>(
         let any = was_alive[0] | was_alive[1];
         let warm = each!(i in 2 => n.load(row.element[field::HEIGHT + i], at));
         let guide = Predictor {
-            dh_dstretch: each!(i in 2 => n.load(row.element[field::GUIDE + i], at)),
-            force_share: each!(i in 2 => n.load(row.element[field::GUIDE + 2 + i], at)),
+            dh_dstretch: each!(i in 2 => n.load(row.element[field::PREDICTOR + i], at)),
+            force_share: each!(i in 2 => n.load(row.element[field::PREDICTOR + 2 + i], at)),
         };
         let warm = guide.heights(warm, stretching(&size, &k, [&vx, &vy, &vz], n.splat_like(dt)));
         let cell = crossover::solve::<R, L>(&c.cell, k.extension, warm, both);
         for i in 0..2 {
-            cell.guide.dh_dstretch[i].store(row.element[field::GUIDE + i], at);
-            cell.guide.force_share[i].store(row.element[field::GUIDE + 2 + i], at);
+            cell.guide.dh_dstretch[i].store(row.element[field::PREDICTOR + i], at);
+            cell.guide.force_share[i].store(row.element[field::PREDICTOR + 2 + i], at);
         }
 
         let failed = each!(i in 2 => {

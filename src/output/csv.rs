@@ -2,7 +2,7 @@
 
 use crate::case::{Case, Layer};
 use crate::run::PlySample;
-use crate::run::profile::Profile;
+use crate::run::profile::DeflectionProfile;
 use crate::solver::FailureEvent;
 
 /// The first line.
@@ -58,7 +58,7 @@ pub(super) fn plies(history: &[PlySample]) -> String {
 }
 
 /// `profiles.csv`: every node of every deflection profile.
-pub(super) fn profiles(profiles: &[Profile]) -> String {
+pub(super) fn profiles(profiles: &[DeflectionProfile]) -> String {
     let mut text = header(["time_us", "reference_mm", "position_mm", "deflection_mm", "strain", "force_n_per_m"]);
     for profile in profiles {
         for p in &profile.points {

@@ -9,7 +9,7 @@ use serde_json::{Value, json};
 
 use super::history;
 use crate::case::{Bound, Case, Expect};
-use crate::run::profile::{self, Profile};
+use crate::run::profile::{self, DeflectionProfile};
 use crate::run::{Run, Sample};
 
 /// One expectation after the run.
@@ -120,8 +120,8 @@ fn holds(bound: &Bound, got: &Value) -> bool {
 fn find(expect: &Expect, run: &Run, summary: &Value) -> Result<ExtremeValue, String> {
     match expect.quantity.as_str() {
         "plateau_strain" => plateau_strain(expect, run),
-        "shock_speed_m_s" => wave_speed(expect, run, "longitudinal front", Profile::front),
-        "kink_speed_m_s" => wave_speed(expect, run, "kink", Profile::kink),
+        "shock_speed_m_s" => wave_speed(expect, run, "longitudinal front", DeflectionProfile::front),
+        "kink_speed_m_s" => wave_speed(expect, run, "kink", DeflectionProfile::kink),
         "frequency_hz" => frequency(&run.history, expect.between.unwrap_or([f64::NEG_INFINITY, f64::INFINITY]))
             .map(ExtremeValue::from)
             .ok_or_else(|| "the kinetic energy has fewer than two whole peaks in this interval".to_owned()),
@@ -161,8 +161,8 @@ fn at_end(name: &str, run: &Run, summary: &Value) -> Result<ExtremeValue, String
 }
 
 /// The profile nearest to a time [s].
-fn nearest(profiles: &[Profile], time: f64) -> Result<&Profile, String> {
-    let distance = |profile: &Profile| (profile.time - time).abs();
+fn nearest(profiles: &[DeflectionProfile], time: f64) -> Result<&DeflectionProfile, String> {
+    let distance = |profile: &DeflectionProfile| (profile.time - time).abs();
     profiles
         .iter()
         .min_by(|a, b| distance(a).total_cmp(&distance(b)))
@@ -170,7 +170,7 @@ fn nearest(profiles: &[Profile], time: f64) -> Result<&Profile, String> {
 }
 
 /// Says which profiles were used where they are not the ones asked for.
-fn other_times(used: &[&Profile], asked: &[f64], time_step: f64) -> Option<String> {
+fn other_times(used: &[&DeflectionProfile], asked: &[f64], time_step: f64) -> Option<String> {
     let off = used.iter().zip(asked).any(|(profile, time)| (profile.time - time).abs() > time_step);
     let times: Vec<String> = used.iter().map(|profile| format!("{:.3}", profile.time * 1e6)).collect();
     off.then(|| format!("measured on the nearest profiles, at {} µs", times.join(" and ")))
@@ -187,7 +187,7 @@ fn wave_speed(
     expect: &Expect,
     run: &Run,
     wave: &str,
-    place: impl Fn(&Profile) -> Option<f64>,
+    place: impl Fn(&DeflectionProfile) -> Option<f64>,
 ) -> Result<ExtremeValue, String> {
     let between = expect.between.ok_or_else(|| format!("{} needs between_us", expect.quantity))?;
     let [from, to] = [nearest(&run.profiles, between[0])?, nearest(&run.profiles, between[1])?];

@@ -46,7 +46,7 @@ fn verdict(case: &Case, run: &Run) -> String {
 
 fn profiles(case: &Case, run: &Run) -> String {
     let points = || run.profiles.iter().flat_map(|p| &p.points);
-    let fold = |f: fn(f64, f64) -> f64, of: fn(&crate::run::profile::DeflectionProfile) -> f64, from: f64| {
+    let fold = |f: fn(f64, f64) -> f64, of: fn(&crate::run::profile::ProfilePoint) -> f64, from: f64| {
         points().map(of).fold(from, f)
     };
     let x = [fold(f64::min, |p| p.reference, 0.0) * 1e3, fold(f64::max, |p| p.reference, 0.0) * 1e3];

@@ -12,7 +12,7 @@ use crate::solver::state::State;
 
 /// One node of a profile.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct DeflectionProfile {
+pub struct ProfilePoint {
     /// Reference position along the profile, from the point of impact [m].
     pub reference: f64,
     /// Present position along the profile, from the point of impact [m].
@@ -27,15 +27,15 @@ pub struct DeflectionProfile {
 
 /// A line of nodes at one time.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Profile {
+pub struct DeflectionProfile {
     /// [s]
     pub time: f64,
     /// In order of position.
-    pub points: Vec<DeflectionProfile>,
+    pub points: Vec<ProfilePoint>,
 }
 
 /// Takes the profile of the first ply along the line of nodes nearest to the point of impact.
-pub fn take<S: Scalar>(model: &Model<S>, state: &State<S>, case: &Case, time: f64) -> Profile {
+pub fn take<S: Scalar>(model: &Model<S>, state: &State<S>, case: &Case, time: f64) -> DeflectionProfile {
     let mesh = &model.ply_type(0).mesh;
     let impact = case.projectile.as_ref().map_or([0.0; 2], |p| p.offset);
     let impact = mesh.to_ply([impact[0], impact[1], 0.0]);
@@ -48,7 +48,7 @@ pub fn take<S: Scalar>(model: &Model<S>, state: &State<S>, case: &Case, time: f6
     for n in 0..=counts[axis] {
         let (row, column) = place(n);
         let here = node_position(model, state, 0, row, column);
-        let mut point = DeflectionProfile {
+        let mut point = ProfilePoint {
             reference: mesh.reference(row, column)[axis] - impact[axis],
             position: mesh.to_ply(here.into())[axis] - impact[axis],
             deflection: here.z,
@@ -68,17 +68,17 @@ pub fn take<S: Scalar>(model: &Model<S>, state: &State<S>, case: &Case, time: f6
         }
         points.push(point);
     }
-    Profile { time, points: mirrored(points, mesh.cut[axis]) }
+    DeflectionProfile { time, points: mirrored(points, mesh.cut[axis]) }
 }
 
 /// The points of a line with their mirror images, in order of position. Strain and force belong to the element after a point.
-fn mirrored(points: Vec<DeflectionProfile>, cut: Cut) -> Vec<DeflectionProfile> {
+fn mirrored(points: Vec<ProfilePoint>, cut: Cut) -> Vec<ProfilePoint> {
     let image = |n: usize| {
         let point = points[n];
         // What lies after the image lies before the point.
         let after = if n > 0 { points[n - 1] } else { points[0] };
         let (reference, position) = (-point.reference, -point.position);
-        DeflectionProfile {
+        ProfilePoint {
             reference,
             position,
             deflection: point.deflection,
@@ -91,7 +91,7 @@ fn mirrored(points: Vec<DeflectionProfile>, cut: Cut) -> Vec<DeflectionProfile> 
         Cut::First => (1..points.len()).rev().map(image).chain(points.iter().copied()).collect(),
         Cut::Last => {
             let last = points.len().saturating_sub(1);
-            let edge = DeflectionProfile { strain: 0.0, force: 0.0, ..image(0) };
+            let edge = ProfilePoint { strain: 0.0, force: 0.0, ..image(0) };
             let images = (1..last).rev().map(image).chain(std::iter::once(edge));
             // On the plane itself the element after it is the image of the one before.
             points[..last].iter().copied().chain(std::iter::once(image(last))).chain(images).collect()
@@ -99,9 +99,9 @@ fn mirrored(points: Vec<DeflectionProfile>, cut: Cut) -> Vec<DeflectionProfile> 
     }
 }
 
-impl Profile {
+impl DeflectionProfile {
     /// Points at and beyond the point of impact.
-    fn outward(&self) -> impl Iterator<Item = &DeflectionProfile> {
+    fn outward(&self) -> impl Iterator<Item = &ProfilePoint> {
         self.points.iter().filter(|p| p.reference > -1e-12)
     }
 
@@ -146,13 +146,13 @@ impl Profile {
     /// it carries does not.
     pub fn front(&self) -> Option<f64> {
         let plateau = self.plateau_strain().filter(|p| *p > 0.0)?;
-        let points: Vec<&DeflectionProfile> = self.outward().collect();
+        let points: Vec<&ProfilePoint> = self.outward().collect();
         let elongation: f64 = points.windows(2).map(|w| w[0].strain * (w[1].reference - w[0].reference)).sum();
         Some(elongation / plateau)
     }
 }
 
 /// Speed of `place` between two profiles [m/s].
-pub fn speed(from: &Profile, to: &Profile, place: impl Fn(&Profile) -> Option<f64>) -> Option<f64> {
+pub fn speed(from: &DeflectionProfile, to: &DeflectionProfile, place: impl Fn(&DeflectionProfile) -> Option<f64>) -> Option<f64> {
     Some((place(to)? - place(from)?) / (to.time - from.time))
 }

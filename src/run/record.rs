@@ -14,7 +14,7 @@ use crate::model::{MirrorPlanes, Model};
 use crate::run::deflection::Deflections;
 use crate::run::outcome::{Outcome, Tracker};
 use crate::run::pieces::Hanging;
-use crate::run::profile::Profile;
+use crate::run::profile::DeflectionProfile;
 use crate::run::{NewtonStatistics, PlySample, Progress, Run, Sample, Skips};
 use crate::solver::energy_balance::{Balance, PlyMoment};
 use crate::solver::{Divergence, FailureEvent, StepTotals};
@@ -60,7 +60,7 @@ pub(crate) type Flight = (Vector3<f64>, Vector3<f64>);
 pub(crate) struct RunRecord {
     pub(crate) history: Vec<Sample>,
     pub(crate) events: Vec<FailureEvent>,
-    pub(crate) profiles: Vec<Profile>,
+    pub(crate) profiles: Vec<DeflectionProfile>,
     /// Residual evaluations, and unit cells solved.
     pub(crate) newton: [f64; 2],
     pub(crate) unconverged: u64,

@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use super::options::Skips;
 use super::outcome::Outcome;
-use super::profile::Profile;
+use super::profile::DeflectionProfile;
 use crate::model::{Features, MirrorPlanes};
 use crate::solver::energy_balance::{Balance, PlyMoment};
 use crate::solver::{Divergence, FailureEvent};
@@ -89,7 +89,7 @@ pub struct Run {
     /// Yarn failures in order of step, ply, row, column.
     pub events: Vec<FailureEvent>,
     /// Deflection profiles asked for.
-    pub profiles: Vec<Profile>,
+    pub profiles: Vec<DeflectionProfile>,
     /// Every ply of a pack of several, time by time.
     pub ply_history: Vec<PlySample>,
     /// Kinetic energy the projectile came with [J]; the first row of the history is after first contact.

@@ -6,7 +6,7 @@ use super::FORMAT;
 use super::body::BodyMotion;
 use crate::case;
 use crate::output::report::Animation;
-use crate::run::profile::DeflectionProfile;
+use crate::run::profile::ProfilePoint;
 use crate::run::{PlySample, Sample, Simulation};
 use crate::solver::FailureEvent;
 use crate::solver::active_region::ActiveRegion;
@@ -25,7 +25,7 @@ fn what_is_written_is_that_of_the_format() -> Result<(), Box<dyn std::error::Err
     let case = case::from_str("one", text, &[])?;
     let simulation = Simulation::<f64>::new(&case)?;
     let event = FailureEvent { step: 0, ply: 0, i: 0, j: 0, yarn: 0, strain: 0.0 };
-    let point = DeflectionProfile { reference: 0.0, position: 0.0, deflection: 0.0, strain: 0.0, force: 0.0 };
+    let point = ProfilePoint { reference: 0.0, position: 0.0, deflection: 0.0, strain: 0.0, force: 0.0 };
     let sizes = [
         bytes(&EnergyBalance::default()),
         bytes(&simulation.record),

@@ -2,7 +2,7 @@
 
 use ripstop::gpu::Device;
 use ripstop::run::Run;
-use ripstop::run::profile::{DeflectionProfile, Profile};
+use ripstop::run::profile::{ProfilePoint, DeflectionProfile};
 
 use super::{Outcome, Tests, run_on};
 use crate::scene::{builtin, checked, run};
@@ -42,10 +42,10 @@ fn perforating(device: &'static Device) -> Outcome {
     Ok(())
 }
 
-type Read = fn(&DeflectionProfile) -> f64;
+type Read = fn(&ProfilePoint) -> f64;
 
 #[track_caller]
-fn same_profile(cpu: &Profile, gpu: &Profile) {
+fn same_profile(cpu: &DeflectionProfile, gpu: &DeflectionProfile) {
     assert_eq!((cpu.time, cpu.points.len()), (gpu.time, gpu.points.len()));
     let columns: [(&str, Read, f64); 4] = [
         ("position", |p| p.position, 1e-5),

@@ -12,7 +12,7 @@ use super::{Outcome, Pair, Seen};
 use crate::gpu::kernels::scenes::force_scale;
 
 /// The second half of what foretells heights: not lengths but shares.
-const GUIDE_SHARE: usize = element::GUIDE + 2;
+const GUIDE_SHARE: usize = element::PREDICTOR + 2;
 
 pub(super) fn compare(pair: &mut Pair<'_>, seen: &mut Seen) -> Outcome {
     pair.begin();
@@ -57,8 +57,8 @@ pub(super) fn compare_elements(pair: &Pair<'_>, seen: &mut Seen) -> Outcome {
             for field in 0..expected.elements.fields {
                 let (quantity, scale) = match field {
                     0..element::HOURGLASS => ("force", size(field / 3 * 3)),
-                    element::HOURGLASS..element::GUIDE => ("hourglass", size(element::HOURGLASS)),
-                    element::GUIDE..GUIDE_SHARE => ("guide", height / 0.035),
+                    element::HOURGLASS..element::PREDICTOR => ("hourglass", size(element::HOURGLASS)),
+                    element::PREDICTOR..GUIDE_SHARE => ("guide", height / 0.035),
                     GUIDE_SHARE..element::HEIGHT => ("guide", 1.0),
                     element::HEIGHT..element::ALIVE => ("height", height),
                     element::ALIVE..element::COUNT => ("alive", 1.0),
