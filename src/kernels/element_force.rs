@@ -10,11 +10,12 @@ use std::ops::Range;
 
 use crate::kernels::crossover::{self, LawKernel, UnitCellParameters};
 use crate::kernels::element_geometry::ElementGeometry;
-use crate::kernels::kinematics::{Kinematics, Vector, differences, dot, kinematics, stretching};
+use crate::kernels::kinematics::{differences, dot, kinematics, stretching};
 use crate::kernels::law_energy::LawEnergy;
+use crate::kernels::membrane::{membrane, trellis_shear, viscous};
 use crate::kernels::predictor::Predictor;
 use crate::kernels::prefetch;
-use crate::kernels::shear::{self, ShearConstants};
+use crate::kernels::shear::ShearConstants;
 use crate::math::scalar::{Mask, Real, Scalar, each};
 use crate::math::sum::OrderedSum;
 
@@ -194,108 +195,6 @@ impl ElementTotals {
         failures.clear();
         *self = Self { failures, ..Self::default() };
     }
-}
-
-/// Trellis shear of an element as its membrane feels it, fading where a yarn is folded: the energy per reference area is
-/// fade(Λ1) fade(Λ2) W(sin γ).
-#[derive(Clone, Copy)]
-struct FadedShear<R> {
-    /// Slope of that energy over sin γ, over Λ1 and over Λ2 [N/m].
-    slope: R,
-    along: [R; 2],
-    /// The energy [J/m²].
-    energy: R,
-}
-
-/// `wanted`: whether the energy is asked for.
-#[inline(always)]
-fn trellis_shear<R: Real>(c: &ShearConstants<R>, k: &Kinematics<R>, wanted: bool) -> FadedShear<R> {
-    let trellis = shear::trellis(c, k.sine);
-    let (zero, one) = (k.sine.zero(), k.sine.one());
-    let part = each!(i in 2 => ((one + k.extension[i]) * one.splat_like(1.0 / FOLDED_STRETCH)).min(one));
-    if !(part[0].lt(one) | part[1].lt(one)).any() {
-        let energy = if wanted { trellis.energy(c) } else { zero };
-        return FadedShear { slope: trellis.slope, along: [zero; 2], energy };
-    }
-    let fade = each!(i in 2 => part[i].squared() * (one.splat_like(3.0) - one.splat_like(2.0) * part[i]));
-    let rise = each!(i in 2 => one.splat_like(6.0 / FOLDED_STRETCH) * part[i] * (one - part[i]));
-    let energy = trellis.energy(c);
-    FadedShear {
-        slope: trellis.slope * (fade[0] * fade[1]),
-        along: [energy * (rise[0] * fade[1]), energy * (rise[1] * fade[0])],
-        energy: energy * (fade[0] * fade[1]),
-    }
-}
-
-impl<R: Real> FadedShear<R> {
-    /// It where `mask` is true, nothing elsewhere.
-    #[inline(always)]
-    fn only(&self, mask: R::Mask) -> Self {
-        let zero = self.slope.zero();
-        let part = |x: R| R::select(mask, x, zero);
-        Self { slope: part(self.slope), along: self.along.map(part), energy: part(self.energy) }
-    }
-}
-
-/// P1·Ly/2 and P2·Lx/2 [N] from in-plane yarn forces and trellis shear, if there is any.
-#[inline(always)]
-fn membrane<R: Real>(
-    c: &ElementGeometry<R>,
-    k: &Kinematics<R>,
-    pull: &[R; 2],
-    shear: Option<&FadedShear<R>>,
-) -> (Vector<R>, Vector<R>) {
-    let [e1, e2] = k.direction;
-    let (n1, n2) = (pull[0] * c.membrane[0], pull[1] * c.membrane[1]);
-    let Some(shear) = shear else {
-        return (each!(a in 3 => n1 * e1[a]), each!(a in 3 => n2 * e2[a]));
-    };
-    let n1 = shear.along[0].fused(c.half_length[0], n1);
-    let n2 = shear.along[1].fused(c.half_length[1], n2);
-    let q1 = shear.slope * c.half_length[0] * k.per_stretch[0];
-    let q2 = shear.slope * c.half_length[1] * k.per_stretch[1];
-    (
-        each!(a in 3 => n1.fused(e1[a], q1 * (-k.sine).fused(e1[a], e2[a]))),
-        each!(a in 3 => n2.fused(e2[a], q2 * (-k.sine).fused(e2[a], e1[a]))),
-    )
-}
-
-/// Shock viscosity of a yarn: its force at the last and at this step, and the work of both on the stretch in between.
-struct Viscous<R> {
-    /// Now [N].
-    force: [R; 2],
-    /// Work since the last step over ½ of the element's length times its yarns [N], warp and weft: (V⁻ ΔΛ⁻ + V⁺ ΔΛ⁺).
-    work: [R; 2],
-}
-
-/// Viscous forces of warp and weft [N]: stiffness times `viscosity` [s] times the rate of stretch, so large at a shock and small
-/// elsewhere. A slack yarn has none, and a yarn never pushes. `elastic`: in-plane forces of the yarns [N]; `before`: viscous forces at
-/// the last step [N]; `v`: differences of velocities over the element; `dt` [s].
-#[inline(always)]
-fn viscous<R: Real>(
-    c: &ElementConstants<R>,
-    size: &ElementGeometry<R>,
-    k: &Kinematics<R>,
-    v: [&[R; 3]; 3],
-    elastic: &[R; 2],
-    before: [R; 2],
-    dt: R,
-) -> Viscous<R> {
-    let parts = each!(i in 2 => {
-        let e = &k.direction[i];
-        let zero = dt.zero();
-        let rate = (e[0] * v[0][i] + e[1] * v[1][i] + e[2] * v[2][i]) * size.gradient[i];
-        let force = c.cell.yarn[i].stiffness * size.viscosity[i] * rate;
-        let force = R::select(elastic[i].le(zero), zero, force.max(-elastic[i]));
-        // The same rate along the direction of the last step, from Λ² there.
-        let step = each!(a in 3 => v[a][i] * (size.gradient[i] * dt));
-        let along = rate * dt;
-        let now = dt.one() + k.extension[i];
-        let moved = dot(&step, &step);
-        let last = (now * now - dt.splat_like(2.0) * now * along + moved).max(dt.splat_like(1e-12)).sqrt();
-        (force, force * along + before[i] * ((now * along - moved) / last))
-    });
-    Viscous { force: [parts[0].0, parts[1].0], work: [parts[0].1, parts[1].1] }
 }
 
 /// Most numbers in a register.

@@ -11,6 +11,7 @@ pub mod element_force;
 pub(crate) mod element_geometry;
 pub(crate) mod kinematics;
 pub mod law_energy;
+mod membrane;
 pub mod mirror_planes;
 pub mod node_update;
 pub mod ply_contact;

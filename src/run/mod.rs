@@ -9,6 +9,7 @@
 mod backend;
 pub mod checkpoint;
 mod deflection;
+mod due;
 pub mod frame;
 pub mod graphics;
 pub mod observer;

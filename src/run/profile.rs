@@ -78,13 +78,7 @@ fn mirrored(points: Vec<ProfilePoint>, cut: Cut) -> Vec<ProfilePoint> {
         // What lies after the image lies before the point.
         let after = if n > 0 { points[n - 1] } else { points[0] };
         let (reference, position) = (-point.reference, -point.position);
-        ProfilePoint {
-            reference,
-            position,
-            deflection: point.deflection,
-            strain: after.strain,
-            force: after.force,
-        }
+        ProfilePoint { reference, position, deflection: point.deflection, strain: after.strain, force: after.force }
     };
     match cut {
         Cut::Nowhere => points,
@@ -153,6 +147,10 @@ impl DeflectionProfile {
 }
 
 /// Speed of `place` between two profiles [m/s].
-pub fn speed(from: &DeflectionProfile, to: &DeflectionProfile, place: impl Fn(&DeflectionProfile) -> Option<f64>) -> Option<f64> {
+pub fn speed(
+    from: &DeflectionProfile,
+    to: &DeflectionProfile,
+    place: impl Fn(&DeflectionProfile) -> Option<f64>,
+) -> Option<f64> {
     Some((place(to)? - place(from)?) / (to.time - from.time))
 }

@@ -12,6 +12,7 @@ use crate::kernels::rigid_body::RigidBody;
 use crate::math::scalar::Scalar;
 use crate::model::{MirrorPlanes, Model};
 use crate::run::deflection::Deflections;
+use crate::run::due::{look_due, sample_due};
 use crate::run::outcome::{Outcome, Tracker};
 use crate::run::pieces::Hanging;
 use crate::run::profile::DeflectionProfile;
@@ -403,31 +404,3 @@ fn whole_events<S: Scalar>(model: &Model<S>, events: Vec<FailureEvent>) -> Vec<F
     all.sort_by_key(|e| (e.step, e.ply, e.j, e.i, e.yarn));
     all
 }
-
-/// Whether positions at `time` belong into the history, whose last row is at `last` [s].
-pub(crate) fn sample_due(case: &Case, last: Option<f64>, time: f64, dt: f64) -> bool {
-    let next = last.map_or(0.0, |last| {
-        // The next multiple of the interval after the last row.
-        let rows = (last / case.output.history_interval + 1e-9).floor() + 1.0;
-        rows * case.output.history_interval
-    });
-    time >= next - SLACK * dt || time_up(case, time, dt)
-}
-
-/// Least time between two looks at what fabric hangs on, which take the whole state [s].
-const LOOKS: f64 = 10e-6;
-
-/// Whether a sample at `time`, the last one at `last` [s], is the first after a multiple of [`LOOKS`], or the last of all: time alone
-/// decides, so that every backend looks at the same samples.
-fn look_due(case: &Case, last: Option<f64>, time: f64, dt: f64) -> bool {
-    let count = |time: f64| (time / LOOKS + 1e-9).floor();
-    time_up(case, time, dt) || last.is_none_or(|last| count(time) > count(last))
-}
-
-/// Whether the run's time ends with positions at `time` [s].
-pub(crate) fn time_up(case: &Case, time: f64, dt: f64) -> bool {
-    time >= case.solver.end_time - SLACK * dt
-}
-
-/// Rounding allowed in comparing times, in steps.
-const SLACK: f64 = 1e-6;

@@ -2,8 +2,9 @@
 
 use super::super::chart;
 use super::super::number::short;
+use super::animated_ply::AnimatedPly;
+use super::animation::{Animation, Keyframe};
 use super::figure::{self, Figure, FigureNumbers};
-use super::film::{AnimatedPly, Animation, Keyframe};
 use crate::case::{Along, Case, Fabric, Word};
 use crate::model::unit_cell_curve;
 use crate::run::Run;

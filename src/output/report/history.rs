@@ -5,8 +5,8 @@ use std::collections::BTreeMap;
 use super::super::breakage::Breakage;
 use super::super::chart::{self, ChartAxis};
 use super::super::number::short;
+use super::animation;
 use super::figure::{self, Figure, FigureNumbers};
-use super::film;
 use crate::case::Case;
 use crate::run::{PlySample, Run, Sample};
 
@@ -132,7 +132,7 @@ pub(super) fn failures(case: &Case, run: &Run) -> Figure {
 
 /// Kinetic and elastic energy of the plies of a pack, of a thick one those that the playback shows.
 pub(super) fn plies(run: &Run) -> Option<Figure> {
-    let shown = film::shown(run.plies);
+    let shown = animation::shown(run.plies);
     if shown.len() < 2 || run.ply_history.is_empty() {
         return None;
     }

@@ -7,8 +7,9 @@ use base64::prelude::BASE64_STANDARD;
 
 use super::super::chart::{self, ChartAxis, escape};
 use super::super::number::short;
+use super::animated_ply::AnimatedPly;
+use super::animation::{Animation, Keyframe};
 use super::colour;
-use super::film::{AnimatedPly, Animation, Keyframe};
 use crate::run::Run;
 
 /// Width of a drawing, and the ends of its picture.

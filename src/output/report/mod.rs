@@ -3,10 +3,11 @@
 //! It asks nothing of a network and says so in its content security policy; style and script are `page.css`, `page.js` and `values.js`. All
 //! text that a user wrote is escaped. But for machine and timing, the same run gives the same bytes.
 
+pub mod animated_ply;
+mod animation;
 mod colour;
 mod fabric;
 mod figure;
-pub mod film;
 mod history;
 mod map;
 mod playback;
@@ -22,7 +23,7 @@ use super::number::short;
 use super::trust;
 use crate::case::Case;
 use crate::run::Run;
-pub use film::Animation;
+pub use animation::Animation;
 
 /// What the page looks like, and how it plays.
 const STYLE: &str = include_str!("page.css");

@@ -14,8 +14,9 @@ use flate2::write::ZlibEncoder;
 use serde_json::{Value, json};
 
 use super::super::surface::SurfaceMesh;
+use super::animated_ply::AnimatedPly;
+use super::animation::{Animation, Keyframe};
 use super::colour;
-use super::film::{AnimatedPly, Animation, Keyframe};
 use crate::case::{Case, Layer};
 
 /// Characters of the base64 text at most.

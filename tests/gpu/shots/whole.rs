@@ -2,7 +2,7 @@
 
 use ripstop::gpu::Device;
 use ripstop::run::Run;
-use ripstop::run::profile::{ProfilePoint, DeflectionProfile};
+use ripstop::run::profile::{DeflectionProfile, ProfilePoint};
 
 use super::{Outcome, Tests, run_on};
 use crate::scene::{builtin, checked, run};

@@ -1,12 +1,6 @@
-//! Both backends from the same state, kernel by kernel: what differs, where, and by how much.
-//!
-//! The processor runs the case in single precision. For a compared step its state is put on the device, and widened into
-//! a double-precision state; the three compute the step, and after the elements both followers are given the leader's state
-//! again, so that a difference belongs to one kernel. (Contact follows the nodes without this: the nodes mark what it
-//! looks at.) What single precision costs stands beside what the device adds.
+//! The three runs that are compared, step by step.
 
 use std::ops::Range;
-use std::sync::atomic::{AtomicBool, Ordering};
 
 use crate::case::Case;
 use crate::gpu::layout::{self, WorkgroupSums, sum};
@@ -21,145 +15,8 @@ use crate::solver::energy_balance::EnergyBalance;
 use crate::solver::state::{Rows, State};
 use crate::solver::{self, Context, KernelScalar, StepTotals};
 
-/// How far a buffer may differ, relative to its scale.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Tolerance {
-    /// Kernel.
-    pub kernel: &'static str,
-    /// Quantity.
-    pub buffer: &'static str,
-    /// Allowed difference over the scale [-].
-    pub tolerance: f64,
-    /// What the scale is, and why so much.
-    pub reason: &'static str,
-}
-
-const fn allow(kernel: &'static str, buffer: &'static str, tolerance: f64, reason: &'static str) -> Tolerance {
-    Tolerance { kernel, buffer, tolerance, reason }
-}
-
-/// The tolerance table, in the order of a step.
-pub const TOLERANCES: [Tolerance; 25] = [
-    allow(
-        "element_force",
-        "membrane force",
-        1e-5,
-        "of the breaking force: strain rounds at 1e-7 of 1, failure is at 0.01 to 0.1",
-    ),
-    allow("element_force", "hourglass force", 1e-5, "of the breaking force, as above"),
-    allow("element_force", "yarn height", 2e-2, "of the sum of heights: not unique where nothing presses"),
-    allow("element_force", "yarn alive", 0.0, "the same yarns fail"),
-    allow("element_force", "viscous force", 1e-5, "of the breaking force: velocities round at 1e-7 of the largest"),
-    allow("node_update", "displacement", 1e-6, "of the largest: a few roundings"),
-    allow("node_update", "velocity", 1e-6, "of the largest: a few roundings"),
-    allow("ply_contact", "displacement", 2e-6, "of the largest: places in the pack round to 1e-8 m"),
-    allow(
-        "ply_contact",
-        "velocity",
-        5e-5,
-        "of the largest, or a hundredth of displacement over time step: a gap that is closed rounds like a displacement",
-    ),
-    allow("projectile_contact", "displacement", 2e-6, "of the largest: a 6 × 6 solve in single precision"),
-    allow(
-        "projectile_contact",
-        "velocity",
-        5e-5,
-        "of the largest, or a hundredth of displacement over time step: a gap that is closed rounds like a displacement",
-    ),
-    allow("projectile_contact", "body velocity", 1e-6, "of the impact velocity"),
-    allow("projectile_contact", "body position", 1e-6, "of an element length: fixed point at 6e-11 m"),
-    allow("projectile_contact", "body orientation", 1e-6, "of 1"),
-    allow("projectile_contact", "angular momentum", 1e-6, "of mass × impact velocity × reach"),
-    allow("projectile_rim", "displacement", 2e-6, "of the largest: solves of tens of points in single precision"),
-    allow(
-        "projectile_rim",
-        "velocity",
-        5e-5,
-        "of the largest, or a hundredth of displacement over time step: a gap that is closed rounds like a displacement",
-    ),
-    allow("projectile_rim", "body velocity", 1e-6, "of the impact velocity"),
-    allow("projectile_rim", "body position", 1e-6, "of an element length: fixed point at 6e-11 m"),
-    allow("projectile_rim", "body orientation", 1e-6, "of 1"),
-    allow("projectile_rim", "angular momentum", 1e-6, "of mass × impact velocity × reach"),
-    allow("ledger", "kinetic energy", 1e-5, "of the energy there is: sums of single-precision numbers"),
-    allow("ledger", "momentum", 1e-5, "of mass × velocity, as above"),
-    allow("ledger", "stored energy", 1e-5, "of the energy there is, as above"),
-    allow("ledger", "work", 1e-5, "of the energy there is, as above"),
-];
-
-/// The line of the table for a quantity of a kernel.
-fn line(kernel: &str, buffer: &str) -> usize {
-    let found = TOLERANCES.iter().position(|line| line.kernel == kernel && line.buffer == buffer);
-    found.unwrap_or_else(|| unreachable!("{buffer} of {kernel} is in no table"))
-}
-
-/// One number that differs.
-#[derive(Clone, Debug, PartialEq)]
-pub struct BackendDifference {
-    /// Step.
-    pub step: u64,
-    /// Index into [`TOLERANCES`].
-    pub what: usize,
-    /// Ply, row, column of the node or element.
-    pub place: [usize; 3],
-    /// Component, or yarn.
-    pub component: usize,
-    /// Single precision on the processor.
-    pub cpu: f64,
-    /// The device.
-    pub gpu: f64,
-    /// Double precision on the processor.
-    pub wide: f64,
-    /// |gpu − cpu| over the scale [-].
-    pub relative: f64,
-    /// |cpu − wide| over the scale [-].
-    pub rounding: f64,
-}
-
-impl BackendDifference {
-    /// Whether the device differs more than it may.
-    pub fn is_over(&self) -> bool {
-        // A NaN is over, whatever the tolerance.
-        self.relative.is_nan() || self.relative > TOLERANCES[self.what].tolerance
-    }
-}
-
-/// A whole comparison.
-#[derive(Clone, Debug)]
-pub struct Comparison {
-    /// Steps followed.
-    pub steps: u64,
-    /// Steps compared.
-    pub compared: u64,
-    /// Numbers compared.
-    pub numbers: u64,
-    /// The largest difference of each line of [`TOLERANCES`], where it was seen.
-    pub worst: Vec<Option<BackendDifference>>,
-    /// Largest |cpu − wide| over the scale, line by line.
-    pub rounding: Vec<f64>,
-    /// The first difference over its tolerance.
-    pub first: Option<BackendDifference>,
-}
-
-impl Comparison {
-    fn new() -> Self {
-        let count = TOLERANCES.len();
-        Self { steps: 0, compared: 0, numbers: 0, worst: vec![None; count], rounding: vec![0.0; count], first: None }
-    }
-
-    fn see(&mut self, d: BackendDifference) {
-        self.numbers += 1;
-        let what = d.what;
-        self.rounding[what] = self.rounding[what].max(d.rounding);
-        if d.is_over() && self.first.is_none() {
-            self.first = Some(d.clone());
-        }
-        let larger = self.worst[what].as_ref().is_none_or(|w| d.relative.is_nan() || d.relative > w.relative);
-        if larger {
-            self.worst[what] = Some(d);
-        }
-    }
-}
+use super::tolerances::line;
+use super::{BackendDifference, Comparison};
 
 /// Numbers of one step in three versions.
 struct Triple<'a> {
@@ -184,11 +41,11 @@ struct Scales {
 }
 
 /// A run on the processor, stage by stage.
-struct Twin<S: KernelScalar> {
-    model: Model<S>,
-    state: State<S>,
-    stepper: solver::Stepper<S>,
-    ledger: EnergyBalance,
+pub(super) struct Twin<S: KernelScalar> {
+    pub(super) model: Model<S>,
+    pub(super) state: State<S>,
+    pub(super) stepper: solver::Stepper<S>,
+    pub(super) ledger: EnergyBalance,
     /// Of the step at hand.
     totals: StepTotals,
 }
@@ -208,44 +65,18 @@ impl<S: KernelScalar> Twin<S> {
 }
 
 /// The three runs.
-struct Lockstep<'a> {
+pub(super) struct Lockstep<'a> {
     /// In single precision.
-    leader: Twin<f32>,
+    pub(super) leader: Twin<f32>,
     /// In double precision, from the leader's state before every stage.
     follower: Twin<f64>,
     gpu: State<f32>,
     device: DeviceStepper<'a>,
-    comparison: Comparison,
-}
-
-/// Follows a case for `steps` steps, or to its end, and compares every `every`-th.
-///
-/// # Errors
-/// When the case cannot become a model, or the device cannot hold it or is lost.
-pub fn compare(
-    case: &Case,
-    device: &Device,
-    steps: Option<u64>,
-    every: u64,
-    interrupt: &AtomicBool,
-) -> Result<Comparison, RunError> {
-    let mut lockstep = Lockstep::new(case, device)?;
-    let all = (case.solver.end_time / lockstep.leader.model.dt).ceil() as u64 + 1;
-    let count = steps.unwrap_or(all).min(all);
-    while lockstep.leader.state.step < count && !interrupt.load(Ordering::Relaxed) {
-        if lockstep.leader.state.step.is_multiple_of(every) {
-            lockstep.compare_step()?;
-        } else {
-            let Twin { model, state, stepper, ledger, .. } = &mut lockstep.leader;
-            stepper.step(model, state, ledger, false);
-        }
-    }
-    lockstep.comparison.steps = lockstep.leader.state.step;
-    Ok(lockstep.comparison)
+    pub(super) comparison: Comparison,
 }
 
 impl<'a> Lockstep<'a> {
-    fn new(case: &Case, device: &'a Device) -> Result<Self, RunError> {
+    pub(super) fn new(case: &Case, device: &'a Device) -> Result<Self, RunError> {
         let leader = Twin::new(solver::set_up::<f32>(case, false)?);
         let wide = Model::<f64>::new(case).map_err(RunError::Model)?;
         Ok(Self {
@@ -257,7 +88,7 @@ impl<'a> Lockstep<'a> {
         })
     }
 
-    fn compare_step(&mut self) -> Result<(), DeviceError> {
+    pub(super) fn compare_step(&mut self) -> Result<(), DeviceError> {
         let step = self.leader.state.step;
         let info = self.device.whole_step(step, Some(0), 1);
         self.leader.totals = StepTotals::default();

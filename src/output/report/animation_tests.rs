@@ -1,0 +1,93 @@
+use super::*;
+use crate::output::report::animated_ply::{BROKEN, DENSE, KeptLines, end_to_end};
+
+#[test]
+fn lines_are_dense_around_the_impact_and_end_at_the_edges() {
+    let axis = KeptLines { last: 160, hit: 80 };
+    assert_eq!(axis.lines(161).len(), 161);
+    let few = axis.lines(60);
+    assert!(few.len() <= 60 && few.len() > 50, "{}", few.len());
+    assert_eq!((few[0], few[few.len() - 1]), (0, 160));
+    let dense = few.iter().filter(|line| line.abs_diff(80) <= DENSE).count();
+    assert_eq!(dense, 2 * DENSE + 1);
+    assert!(few.windows(2).all(|pair| pair[0] < pair[1]));
+    let half = KeptLines { last: 80, hit: 0 }.lines(30);
+    assert_eq!((half[0], half[half.len() - 1]), (0, 80));
+}
+
+fn case() -> Case {
+    let text = r#"{"title": "t", "fabric": {"file": "fabrics/s-720.json"}, "pack": {"width_mm": 20, "height_mm": 20},
+        "solver": {"end_time_us": 1}}"#;
+    crate::case::from_str("shot", text, &[]).unwrap_or_else(|error| unreachable!("{error}"))
+}
+
+fn still(step: u64) -> Keyframe {
+    Keyframe {
+        step,
+        time: step as f64,
+        deflections: vec![0.0],
+        displacement: vec![[1.0; 3]; 4],
+        tension: Vec::new(),
+        pose: None,
+    }
+}
+
+#[test]
+fn a_film_opens_at_the_largest_deflection_that_the_projectile_is_near() {
+    let mut film = Animation::new(&case());
+    let of = |(step, [deflection, height]): (u64, [f64; 2])| {
+        let pose = Some([0.0, 0.0, height, 1.0, 0.0, 0.0, 0.0]);
+        Keyframe { deflections: vec![0.0, deflection], pose, ..still(step) }
+    };
+    film.stills = (0..).zip([[0.0, 0.0], [2.0, 1.0], [3.0, 3.5], [4.0, 9.0]]).map(of).collect();
+    assert_eq!(film.opening(), 1);
+    // A body that reaches 1 m back from its centre of mass.
+    let body = SurfaceMesh { points: vec![[0.0, 0.0, -1.0], [0.0, 0.0, 1.0]], faces: Vec::new() };
+    film.body = Some(body);
+    assert_eq!(film.opening(), 2);
+}
+
+#[test]
+fn what_is_no_film_is_not_taken_for_one() {
+    let case = case();
+    let mut film = Animation::new(&case);
+    film.strips = vec![AnimatedPly::for_tests(vec![[0.0; 3]; 4])];
+    film.stills = vec![still(0), still(1)];
+    let resume = |bytes: &[u8]| Animation::resume(&case, bytes, 2, 1e-7);
+    let taken = |film: &Animation| resume(&film.to_bytes()).map(|film| film.stills);
+    assert_eq!(taken(&film), Some(film.stills.clone()));
+    for length in 0..film.to_bytes().len() {
+        assert!(resume(&film.to_bytes()[..length]).is_none(), "{length} bytes");
+    }
+    let wrong: [fn(&mut Animation); 6] = [
+        |film| film.stills[0].deflections.clear(),
+        |film| film.stills[1].time = 0.0,
+        |film| film.stills[1].displacement.truncate(3),
+        |film| film.stills[0].tension.push([None; 2]),
+        |film| film.strips[0].hit[1] = 1,
+        |film| film.body = Some(SurfaceMesh::one_face_of_no_points()),
+    ];
+    for change in wrong {
+        let mut film = film.clone();
+        change(&mut film);
+        assert_eq!(taken(&film), None);
+    }
+}
+
+#[test]
+fn a_yarn_that_is_broken_in_one_place_is_broken_from_end_to_end() {
+    let along = |squares: &[f64]| squares.iter().copied().fold(0.0, end_to_end);
+    assert_eq!(along(&[4.0, 9.0, f64::NAN]), 9.0);
+    assert_eq!(along(&[4.0, BROKEN, 9.0]), BROKEN);
+}
+
+#[test]
+fn first_and_last_of_many_plies_are_shown() {
+    assert_eq!(shown(3), [0, 1, 2]);
+    assert_eq!(shown(50), [0, 7, 14, 21, 28, 35, 42, 49]);
+    for plies in 9..65 {
+        let shown = shown(plies);
+        assert!(shown.len() == PLIES && shown[0] == 0 && shown[PLIES - 1] == plies - 1, "{plies}");
+        assert!(shown.windows(2).all(|pair| pair[0] < pair[1]), "{plies}");
+    }
+}
