@@ -39,7 +39,7 @@ fn press(ply: u32, node: u32, side: u32) {
     let other = neighbour(ply, side);
     let at = side * scene.nodes + node;
     let contact = contacts[at];
-    let push = contact.push.xyz;
+    let push = contact.normal_impulse.xyz;
     let around = cell_corners(other, cell_over(other, over[at]));
     let weights = weights_at(contact.foot.xy);
     var velocity = ply_velocity(ply, node);
@@ -52,7 +52,7 @@ fn press(ply: u32, node: u32, side: u32) {
         return;
     }
     let kappa = 1.0 / compliance;
-    let found = impulse_between(velocity, push, contact.push.w, kappa);
+    let found = impulse_between(velocity, push, contact.normal_impulse.w, kappa);
     let slide = velocity - push * dot(velocity, push);
     let part = part_of(ply, node_place(node));
     accounts[10u * scene.elements + scene.nodes + node] -= part * dot(found.friction_impulse, slide + found.friction_impulse * (0.5 * compliance));

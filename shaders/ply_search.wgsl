@@ -172,7 +172,7 @@ fn look(ply: u32, node: u32, place: vec2<u32>, side: u32) -> bool {
     for (var i = 0u; i < 4u; i++) {
         velocity -= ply_velocity(other, around[i]) * weights[i];
     }
-    let along = dot(velocity, touch.push);
+    let along = dot(velocity, touch.normal_impulse);
     let gap = touch.gap - along * scene.dt;
     if (!was_inside && gap < -SUDDEN * front.thickness) {
         return false;
@@ -189,7 +189,7 @@ fn look(ply: u32, node: u32, place: vec2<u32>, side: u32) -> bool {
     if (!(along < limit || recovery > 0.0)) {
         return false;
     }
-    contacts[at] = Contact(vec4<f32>(touch.push, limit), vec4<f32>(touch.place, recovery, 1.0));
+    contacts[at] = Contact(vec4<f32>(touch.normal_impulse, limit), vec4<f32>(touch.place, recovery, 1.0));
     atomicAdd(&shares[node], u32(SHARE_UNIT));
     let part = SHARE_UNIT * part_of(ply, place);
     for (var i = 0u; i < 4u; i++) {
