@@ -201,7 +201,7 @@ pub const PLY_IMPULSE: Kernel = Kernel {
 /// The nodes take the impulses of contact between plies.
 pub const PLY_MOVE: Kernel = Kernel {
     name: "ply_move",
-    sources: sources!("ply_move", "ply_views", "gather", "around", "supports", "reach"),
+    sources: sources!("ply_move", "ply_views", "gather", "around", "element_size", "supports", "reach"),
     bindings: &[
         (Name::Nodes, Write),
         (Name::Forces, Read),
@@ -210,6 +210,7 @@ pub const PLY_MOVE: Kernel = Kernel {
         (Name::Accounts, Write),
         (Name::Supports, Write),
         (Name::Status, Write),
+        (Name::Yarns, Read),
     ],
 };
 
