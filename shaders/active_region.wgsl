@@ -23,7 +23,7 @@ fn element_in_reach(reach: vec4<u32>, place: vec2<u32>) -> bool {
     return (row && column && reach.x < reach.y) || step.index == 0u;
 }
 
-/// Whether an element is one of the sheet at hand and may have moved.
+/// Whether an element is one of the ply type at hand and may have moved.
 fn is_due(element: u32) -> bool {
     if (element >= scene.elements) {
         return false;

@@ -1,4 +1,4 @@
-// grid_lines: the lines of nodes of graded meshes, sheet by sheet: those along X, then those along Y.
+// grid_lines: the lines of nodes of graded meshes, ply type by ply type: those along X, then those along Y.
 // Twin: src/model/lines.rs and `lines` of src/gpu/layout.rs
 
 /// Texels in a row of the table.

@@ -1,12 +1,12 @@
 // pack: the plies, where a node or an element lies, its mass, and what may have moved.
-// Twin: src/model/mesh.rs, src/model/sheet.rs and src/solver/active_region.rs
+// Twin: src/model/mesh.rs, src/model/ply_type.rs and src/solver/active_region.rs
 
 /// A ply of the pack.
 struct Ply {
     // Its own mesh.
     rows: u32,
     columns: u32,
-    /// Which sheet it is.
+    /// Which ply type it is.
     ply_type: u32,
     /// Yarns that are there: 1 warp, 2 weft.
     present: u32,

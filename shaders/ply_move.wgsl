@@ -6,6 +6,7 @@
 //   in/out  accounts  array<f32>           see `ledger`
 //   in/out  supports  array<f32>  (S, 3)   impulse of the supports since the last ledger [N·s], nodes of the rim
 //   in/out  status    array<u32>           counters
+//   in      yarns     array<f32>           viscous forces of warp and weft [N], see `element_force`
 // Twin: `Mover` of src/solver/plies/moves.rs
 
 @group(1) @binding(0) var<storage, read_write> nodes: array<f32>;
@@ -15,6 +16,7 @@
 @group(1) @binding(4) var<storage, read_write> accounts: array<f32>;
 @group(1) @binding(5) var<storage, read_write> supports: array<f32>;
 @group(1) @binding(6) var<storage, read_write> status: array<atomic<u32>>;
+@group(1) @binding(7) var<storage, read> yarns: array<f32>;
 
 /// A node's sum in the axes of its ply [N·s], and 0 in its place.
 fn take(ply: u32, at: u32, unit: f32) -> vec3<f32> {
@@ -23,6 +25,35 @@ fn take(ply: u32, at: u32, unit: f32) -> vec3<f32> {
     impulses[at + 1u] = 0;
     impulses[at + 2u] = 0;
     return to_ply(ply, count * unit);
+}
+
+/// Shock viscosity's part of the force of a yarn (0 warp, 1 weft) of an element [N]. It pulls as the whole force does, which trellis shear
+/// turns a little away from the yarn.
+fn viscous_part(element: u32, yarn: u32, size: f32) -> vec3<f32> {
+    let force = element_forces(3u * yarn, element);
+    let whole = sqrt(dot(force, force));
+    return force * (yarns[yarn * scene.elements + element] * size / max(whole, 1e-30));
+}
+
+/// The same of one element, with the signs of the corner it has at this node; `there` is false beyond the edge.
+fn corner_viscous(element: u32, there: bool, warp: f32, weft: f32) -> vec3<f32> {
+    if (!there) {
+        return vec3<f32>(0.0);
+    }
+    let size = geometry_of(element);
+    return warp * viscous_part(element, 0u, size.membrane_warp) + weft * viscous_part(element, 1u, size.membrane_weft);
+}
+
+/// Shock viscosity's part of the internal force on a node [N].
+fn viscous_force(node: u32, place: vec2<u32>) -> vec3<f32> {
+    if (!VISCOUS) {
+        return vec3<f32>(0.0);
+    }
+    let there = adjacent_elements(node_ply(node), place);
+    let e = element_above(node, place);
+    let above = corner_viscous(e, there.x, 1.0, 1.0) + corner_viscous(e - 1u, there.y, -1.0, 1.0);
+    let below = corner_viscous(e - scene.columns - 1u, there.z, 1.0, 1.0) + corner_viscous(e - scene.columns, there.w, -1.0, 1.0);
+    return above - below;
 }
 
 @compute @workgroup_size(64)
@@ -66,7 +97,8 @@ fn ply_move(
     nodes[5u * n + node] = now.z;
     let at = 10u * scene.elements + node;
     accounts[at] -= 0.5 * dot(impulse, (free - pull) + now);
-    accounts[at + 2u * n] -= dot(force.membrane, way);
+    // What viscosity does not do stores nothing.
+    accounts[at + 2u * n] -= dot(force.membrane - viscous_force(node, place), way);
     if (HOURGLASS) {
         accounts[at + 3u * n] -= dot(force.mode, way);
     }

@@ -49,7 +49,7 @@ override GRADED: bool = true;
 /// Invocations per workgroup of the kernels over elements and nodes.
 const GROUP: u32 = 64u;
 
-/// Constants of a run and of one of its sheets, that is of alike plies.
+/// Constants of a run and of one of its ply types, that is of alike plies.
 struct Scene {
     // Storage: every ply has room for so many elements along weft and warp.
     columns: u32,
@@ -57,7 +57,7 @@ struct Scene {
     elements: u32,
     nodes: u32,
     plies: u32,
-    /// Which sheet the constants below are of.
+    /// Which ply type the constants below are of.
     ply_type: u32,
     ply_friction: f32,
     /// An impulse between plies is counted in these [N·s].

@@ -55,12 +55,14 @@ fn it_covers_the_same_cloth_with_fewer_elements_and_the_same_mass() {
         assert!(grown.elements() * 3 < even.elements() * 2, "{} of {}", grown.elements(), even.elements());
         assert_eq!(grown.dt.to_bits(), even.dt.to_bits(), "the finest elements set the step");
         for (even, grown) in even.ply_types.iter().zip(&grown.ply_types) {
-            let mass = |rows: usize, columns: usize, sheet: &ripstop::model::PlyType<f64>| -> f64 {
-                (0..=rows).map(|row| sheet.row_mass(row).mass[..=columns].iter().sum::<f64>()).sum()
+            let mass = |rows: usize, columns: usize, ply_type: &ripstop::model::PlyType<f64>| -> f64 {
+                (0..=rows).map(|row| ply_type.row_mass(row).mass[..=columns].iter().sum::<f64>()).sum()
             };
-            let [a, b] = [even, grown].map(|sheet| mass(sheet.mesh.rows, sheet.mesh.columns, sheet));
+            let [a, b] = [even, grown].map(|ply_type| mass(ply_type.mesh.rows, ply_type.mesh.columns, ply_type));
             assert!((a / b - 1.0).abs() < 1e-13, "{a} {b}");
-            let last = |sheet: &ripstop::model::PlyType<f64>| sheet.mesh.reference(sheet.mesh.rows, sheet.mesh.columns);
+            let last = |ply_type: &ripstop::model::PlyType<f64>| {
+                ply_type.mesh.reference(ply_type.mesh.rows, ply_type.mesh.columns)
+            };
             assert_eq!(last(even), last(grown));
             let widths: Vec<f64> = (0..grown.mesh.columns).map(|c| grown.mesh.widths(0, c)[0]).collect();
             assert!(widths.windows(2).all(|w| w[0] <= 1.3001 * w[1] && w[1] <= 1.3001 * w[0]), "{widths:?}");

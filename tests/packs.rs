@@ -26,13 +26,13 @@ fn pack(pack: &str, more: &str, sets: &[&str]) -> Case {
 /// Mass of a ply and its mean velocity in the pack's axes.
 fn motion(simulation: &Simulation<f64>, ply: usize) -> (f64, [f64; 3]) {
     let (model, state) = (&simulation.model, &simulation.state);
-    let sheet = model.ply_type(ply);
+    let ply_type = model.ply_type(ply);
     let mut mass = 0.0;
     let mut momentum = [0.0; 3];
-    for row in 0..=sheet.mesh.rows {
-        for column in 0..=sheet.mesh.columns {
-            let m = sheet.row_mass(row).mass[column];
-            let velocity = sheet.mesh.to_pack(state.velocity(model.grid.first_node_row(ply) + row, column));
+    for row in 0..=ply_type.mesh.rows {
+        for column in 0..=ply_type.mesh.columns {
+            let m = ply_type.row_mass(row).mass[column];
+            let velocity = ply_type.mesh.to_pack(state.velocity(model.grid.first_node_row(ply) + row, column));
             mass += m;
             for a in 0..3 {
                 momentum[a] += m * velocity[a];

@@ -228,21 +228,21 @@ fn the_grid_lines_are_laid_out_as_the_host_fills_them() {
     let mesh = &model.ply_types[1].mesh;
     assert_block("Line", &[layout::line(mesh, 0, 3), layout::line(mesh, 1, 4)]);
     assert_eq!(layout::line(mesh, 0, 3).words().len(), layout::LINE_WORDS);
-    // By sheet, by axis; `line_at` finds them in a texture.
+    // By ply type, by axis; `line_at` finds them in a texture.
     let words = layout::lines(&model);
     let texels: Vec<_> = words.chunks_exact(layout::LINE_WORDS).collect();
     assert!(texels.len().is_multiple_of(layout::LINES_ACROSS));
     let room = model.grid.columns.max(model.grid.rows) + 2;
     let number = |word: u32| f64::from(f32::from_bits(word));
-    for (at, sheet) in model.ply_types.iter().enumerate() {
-        for (axis, elements) in [sheet.mesh.columns, sheet.mesh.rows].into_iter().enumerate() {
+    for (at, ply_type) in model.ply_types.iter().enumerate() {
+        for (axis, elements) in [ply_type.mesh.columns, ply_type.mesh.rows].into_iter().enumerate() {
             let lines = &texels[(2 * at + axis) * room..];
             let mass: f64 = lines[..=elements].iter().map(|line| number(line[3])).sum();
             let widths: f64 = lines[..elements].iter().map(|line| number(line[1])).sum();
             let [first, last] = [0, elements].map(|line| number(lines[line][0]));
-            let extent = sheet.mesh.extent()[axis];
+            let extent = ply_type.mesh.extent()[axis];
             assert!((mass / extent - 1.0).abs() < 1e-6 && (widths / extent - 1.0).abs() < 1e-6, "{mass} {widths}");
-            assert!(((last - first) / (extent * sheet.mesh.length[axis]) - 1.0).abs() < 1e-6);
+            assert!(((last - first) / (extent * ply_type.mesh.length[axis]) - 1.0).abs() < 1e-6);
             assert!(lines[..elements + 2].windows(2).all(|pair| number(pair[0][0]) < number(pair[1][0])));
             assert_eq!(lines[elements - 1][1], lines[elements][1], "what follows is as wide as the last element");
         }

@@ -240,7 +240,7 @@ impl Sizes {
 /// Room for points of the rim on a ply: no more than every edge meets it twice.
 fn ties(model: &Model<f32>) -> u64 {
     let radius = model.projectile.as_ref().map_or(0.0, |projectile| projectile.body.radius);
-    let shortest = model.ply_types.iter().map(|sheet| sheet.mesh.shortest()).fold(f64::INFINITY, f64::min);
+    let shortest = model.ply_types.iter().map(|ply_type| ply_type.mesh.shortest()).fold(f64::INFINITY, f64::min);
     // As many lines of each direction as the face is wide, and twice each.
     let flat = 8.0 * radius / shortest;
     ((TIES[0] * flat + TIES[1]).ceil() as u64).min(4 * model.nodes_per_ply() as u64)

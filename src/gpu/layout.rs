@@ -45,7 +45,7 @@ pub const PLY_WORDS: usize = 24;
 pub const LINE_WORDS: usize = 4;
 /// Grid lines in a row of their texture.
 pub const LINES_ACROSS: usize = 2048;
-/// Bytes between the constants of two sheets.
+/// Bytes between the constants of two ply types.
 pub const SCENE_STRIDE: u64 = 512;
 /// Words of a failure event.
 pub const EVENT_WORDS: u64 = 4;
@@ -168,8 +168,8 @@ impl Block {
     }
 }
 
-/// The constants of a run and of one of its sheets, with the room there is in the buffers.
-pub fn scene(model: &Model<f32>, sheet: usize, sizes: &Sizes) -> Block {
+/// The constants of a run and of one of its ply types, with the room there is in the buffers.
+pub fn scene(model: &Model<f32>, ply_type: usize, sizes: &Sizes) -> Block {
     let mut block = Block::default();
     let grid = &model.grid;
     block.count("columns", grid.columns);
@@ -177,11 +177,11 @@ pub fn scene(model: &Model<f32>, sheet: usize, sizes: &Sizes) -> Block {
     block.count("elements", grid.element_rows() * grid.columns);
     block.count("nodes", grid.node_rows() * (grid.columns + 1));
     block.count("plies", grid.plies);
-    block.count("sheet", sheet);
+    block.count("ply_type", ply_type);
     block.double("ply_friction", model.ply_friction);
     block.double("impulse_unit", impulse_unit(model));
-    let sheet = &model.ply_types[sheet];
-    element(&mut block, sheet);
+    let ply_type = &model.ply_types[ply_type];
+    element(&mut block, ply_type);
     block.double("dt", model.dt);
     projectile(&mut block, model);
     block.count("points", sizes.points as usize);
@@ -215,25 +215,26 @@ fn impulse_unit(model: &Model<f32>) -> f64 {
 }
 
 /// Mass of an inner node of the finest elements [kg].
-fn node_mass(sheet: &PlyType<f32>) -> f64 {
-    sheet.areal_density * sheet.mesh.length[0] * sheet.mesh.length[1]
+fn node_mass(ply_type: &PlyType<f32>) -> f64 {
+    ply_type.areal_density * ply_type.mesh.length[0] * ply_type.mesh.length[1]
 }
 
 /// Largest speed at the start [m/s], or 1 where nothing moves yet.
 pub(crate) fn start_speed(model: &Model<f32>) -> f64 {
-    let fabric = model.ply_types.iter().map(|sheet| Vector3::from(sheet.initial_velocity).norm()).fold(0.0, f64::max);
+    let fabric =
+        model.ply_types.iter().map(|ply_type| Vector3::from(ply_type.initial_velocity).norm()).fold(0.0, f64::max);
     let speed = fabric.max(model.projectile.as_ref().map_or(0.0, RigidBody::speed_bound));
     if speed > 0.0 { speed } else { 1.0 }
 }
 
-/// Bytes between the law tables of two sheets: the table, to the alignment every device grants.
+/// Bytes between the law tables of two ply types: the table, to the alignment every device grants.
 pub const LAW_STRIDE: u64 = 6656;
 
-/// What the unit-cell law of a sheet makes of energy by itself, as the shaders see it: first place and places per stretch of warp and
+/// What the unit-cell law of a ply type makes of energy by itself, as the shaders see it: first place and places per stretch of warp and
 /// weft, then the table.
-pub fn law_energy(sheet: &PlyType<f32>) -> Vec<u32> {
+pub fn law_energy(ply_type: &PlyType<f32>) -> Vec<u32> {
     let mut words = vec![0.0_f32; LAW_STRIDE as usize / 4];
-    if let Some(table) = &sheet.law_energy {
+    if let Some(table) = &ply_type.law_energy {
         let head = table.low.iter().chain(&table.per_stretch);
         for (word, value) in words.iter_mut().zip(head.chain(&table.values)) {
             *word = *value as f32;
@@ -246,18 +247,18 @@ pub fn law_energy(sheet: &PlyType<f32>) -> Vec<u32> {
 pub fn plies(model: &Model<f32>) -> Vec<Block> {
     let mut out = Vec::with_capacity(PLIES);
     for (at, ply) in model.plies.iter().enumerate() {
-        let sheet = &model.ply_types[ply.ply_type];
-        let mesh = &sheet.mesh;
-        let mass = node_mass(sheet);
+        let ply_type = &model.ply_types[ply.ply_type];
+        let mesh = &ply_type.mesh;
+        let mass = node_mass(ply_type);
         let behind = model.plies.get(at + 1);
         // Plies that touch at rest do so exactly, whatever their places round to.
         let apart = behind.map_or(0.0, |next| next.z as f32 - ply.z as f32);
         let touching = (ply.touching as f32).min(apart);
-        let present = sheet.present.map(usize::from);
+        let present = ply_type.present.map(usize::from);
         let mut block = Block::default();
         block.count("rows", mesh.rows);
         block.count("columns", mesh.columns);
-        block.count("sheet", ply.ply_type);
+        block.count("ply_type", ply.ply_type);
         block.count("present", present[0] + 2 * present[1]);
         block.double("origin_x", mesh.origin[0]);
         block.double("origin_y", mesh.origin[1]);
@@ -273,8 +274,8 @@ pub fn plies(model: &Model<f32>) -> Vec<Block> {
         block.double("inverse_inner", 1.0 / mass);
         block.double("inverse_edge", 2.0 / mass);
         block.double("inverse_corner", 4.0 / mass);
-        block.count("held", constrained(&sheet.edges) | cut_sides(mesh) << 12);
-        block.count("span", model.projectile.as_ref().map_or(0, |body| unbroken_cells(&sheet.mesh, body)));
+        block.count("held", constrained(&ply_type.edges) | cut_sides(mesh) << 12);
+        block.count("span", model.projectile.as_ref().map_or(0, |body| unbroken_cells(&ply_type.mesh, body)));
         block.double("longest", mesh.longest());
         for pad in ["pad0", "pad1", "pad2"] {
             block.count(pad, 0);
@@ -284,7 +285,7 @@ pub fn plies(model: &Model<f32>) -> Vec<Block> {
     out
 }
 
-/// A grid line across the X (0) or Y (1) of a ply of a sheet, with one more behind the last.
+/// A grid line across the X (0) or Y (1) of a ply of a ply type, with one more behind the last.
 pub fn line(mesh: &Mesh, axis: usize, line: usize) -> Block {
     let last = [mesh.columns, mesh.rows][axis];
     let place = |line: usize| mesh.reference(line * axis, line * (1 - axis))[axis];
@@ -298,7 +299,7 @@ pub fn line(mesh: &Mesh, axis: usize, line: usize) -> Block {
     block
 }
 
-/// The grid lines of graded meshes as the shaders see them, shape (sheets, axes, room for the longest axis), in whole rows of the
+/// The grid lines of graded meshes as the shaders see them, shape (ply types, axes, room for the longest axis), in whole rows of the
 /// texture; of even meshes a texel that nobody reads.
 pub fn lines(model: &Model<f32>) -> Vec<u32> {
     if !model.features().graded {
@@ -306,7 +307,7 @@ pub fn lines(model: &Model<f32>) -> Vec<u32> {
     }
     let room = model.grid.columns.max(model.grid.rows) + 2;
     let mut out = Vec::new();
-    for mesh in model.ply_types.iter().map(|sheet| &sheet.mesh) {
+    for mesh in model.ply_types.iter().map(|ply_type| &ply_type.mesh) {
         for (axis, elements) in [mesh.columns, mesh.rows].into_iter().enumerate() {
             let end = out.len() + room * LINE_WORDS;
             (0..elements + 2).for_each(|at| out.extend(line(mesh, axis, at).words()));
@@ -337,8 +338,8 @@ fn cut_sides(mesh: &Mesh) -> usize {
     x | y << 2
 }
 
-fn element(block: &mut Block, sheet: &PlyType<f32>) {
-    let c: ElementConstants<f32> = crate::with_law!(sheet.law, L => sheet.constants::<f32, L>());
+fn element(block: &mut Block, ply_type: &PlyType<f32>) {
+    let c: ElementConstants<f32> = crate::with_law!(ply_type.law, L => ply_type.constants::<f32, L>());
     let names = [
         ["warp_stiffness", "warp_half_span", "warp_crimp", "warp_failure_strain", "warp_slack"],
         ["weft_stiffness", "weft_half_span", "weft_crimp", "weft_failure_strain", "weft_slack"],
@@ -371,7 +372,7 @@ fn element(block: &mut Block, sheet: &PlyType<f32>) {
     block.number("hourglass_weft", c.hourglass[1]);
     block.number("viscosity_warp", c.viscosity[0]);
     block.number("viscosity_weft", c.viscosity[1]);
-    let reach = &sheet.failure_reach;
+    let reach = &ply_type.failure_reach;
     block.double("failure_reach_warp", reach.along[0]);
     block.double("failure_reach_weft", reach.along[1]);
     block.double("failure_breadth_warp", reach.across[0]);

@@ -9,7 +9,7 @@ pub(crate) struct Program {
     pub(crate) group: wgpu::BindGroup,
 }
 
-/// Layout of group 0: the constants of a sheet and the step at dynamic offsets, the plies, their grid lines, and what the law of a sheet
+/// Layout of group 0: the constants of a ply type and the step at dynamic offsets, the plies, their grid lines, and what the law of a ply type
 /// makes of energy, at a dynamic offset.
 pub(crate) fn common_layout(gpu: &wgpu::Device) -> wgpu::BindGroupLayout {
     let uniform = |binding: u32, dynamic: bool, size: u64| wgpu::BindGroupLayoutEntry {

@@ -201,7 +201,15 @@ pub const PLY_IMPULSE: Kernel = Kernel {
 /// The nodes take the impulses of contact between plies.
 pub const PLY_MOVE: Kernel = Kernel {
     name: "ply_move",
-    sources: sources!("ply_move", "ply_views", "gather", "adjacent_elements", "supports", "active_region"),
+    sources: sources!(
+        "ply_move",
+        "ply_views",
+        "gather",
+        "adjacent_elements",
+        "element_geometry",
+        "supports",
+        "active_region"
+    ),
     bindings: &[
         (BufferId::Nodes, Write),
         (BufferId::Forces, Read),
@@ -210,6 +218,7 @@ pub const PLY_MOVE: Kernel = Kernel {
         (BufferId::Accounts, Write),
         (BufferId::Supports, Write),
         (BufferId::Status, Write),
+        (BufferId::Yarns, Read),
     ],
 };
 

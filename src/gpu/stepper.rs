@@ -95,7 +95,7 @@ pub struct DeviceStepper<'a> {
     staging: [wgpu::Buffer; IN_FLIGHT],
     submitted: usize,
     common: wgpu::BindGroup,
-    /// By sheet: plain, and with the ledger.
+    /// By ply type: plain, and with the ledger.
     element: Vec<[Program; 2]>,
     node: Program,
     plies: [Program; 3],
@@ -154,15 +154,15 @@ impl<'a> DeviceStepper<'a> {
         let storage = wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_SRC;
         let buffers: Vec<_> =
             BufferId::ALL.map(|name| buffer(name.variable(), sizes.bytes(name), storage)).into_iter().collect();
-        let sheets = 0..model.ply_types.len();
-        let scene = buffer("scene", SCENE_STRIDE * sheets.len() as u64, wgpu::BufferUsages::UNIFORM);
-        for sheet in sheets {
-            let block = layout::scene(model, sheet, &sizes).words();
-            device.queue.write_buffer(&scene, SCENE_STRIDE * sheet as u64, bytemuck::cast_slice(&block));
+        let ply_types = 0..model.ply_types.len();
+        let scene = buffer("scene", SCENE_STRIDE * ply_types.len() as u64, wgpu::BufferUsages::UNIFORM);
+        for ply_type in ply_types {
+            let block = layout::scene(model, ply_type, &sizes).words();
+            device.queue.write_buffer(&scene, SCENE_STRIDE * ply_type as u64, bytemuck::cast_slice(&block));
         }
         let law = buffer("law", LAW_STRIDE * model.ply_types.len() as u64, wgpu::BufferUsages::UNIFORM);
-        for (at, sheet) in model.ply_types.iter().enumerate() {
-            let words = layout::law_energy(sheet);
+        for (at, ply_type) in model.ply_types.iter().enumerate() {
+            let words = layout::law_energy(ply_type);
             device.queue.write_buffer(&law, LAW_STRIDE * at as u64, bytemuck::cast_slice(&words));
         }
         let plies = buffer("plies", 4 * (PLIES * PLY_WORDS) as u64, wgpu::BufferUsages::UNIFORM);
@@ -195,8 +195,8 @@ impl<'a> DeviceStepper<'a> {
         };
         let single = |kernel: &Kernel, ledger: bool| program(kernel, &module(kernel), &terms, ledger);
         let elements = module(&shader::ELEMENT_FORCE);
-        let element = |sheet: &PlyType<f32>| {
-            let terms = Features::new(model, sheet);
+        let element = |ply_type: &PlyType<f32>| {
+            let terms = Features::new(model, ply_type);
             [false, true].map(|ledger| program(&shader::ELEMENT_FORCE, &elements, &terms, ledger))
         };
         let contact: &[Kernel] = match model.edges {
@@ -360,8 +360,8 @@ impl<'a> DeviceStepper<'a> {
     pub(crate) fn record(&self, pass: &mut wgpu::ComputePass<'_>, at: usize, info: &StepInfo, stages: &[Stage]) {
         let sampled = info.slot.is_some();
         let step = at as u32 * STEP_STRIDE as u32;
-        let mut dispatch = |program: &Program, sheet: usize, [x, y]: [u32; 2]| {
-            let [constants, law] = [SCENE_STRIDE, LAW_STRIDE].map(|stride| sheet as u32 * stride as u32);
+        let mut dispatch = |program: &Program, ply_type: usize, [x, y]: [u32; 2]| {
+            let [constants, law] = [SCENE_STRIDE, LAW_STRIDE].map(|stride| ply_type as u32 * stride as u32);
             pass.set_bind_group(0, &self.common, &[constants, step, law]);
             pass.set_pipeline(&program.pipeline);
             pass.set_bind_group(1, &program.group, &[]);
@@ -371,8 +371,8 @@ impl<'a> DeviceStepper<'a> {
         for stage in stages {
             match stage {
                 Stage::Elements => {
-                    for (sheet, programs) in self.element.iter().enumerate() {
-                        dispatch(&programs[usize::from(sampled)], sheet, elements);
+                    for (ply_type, programs) in self.element.iter().enumerate() {
+                        dispatch(&programs[usize::from(sampled)], ply_type, elements);
                     }
                 }
                 Stage::Nodes => dispatch(&self.node, 0, nodes),

@@ -5,15 +5,15 @@
 mod columns;
 pub(crate) mod cover;
 pub mod failure_length;
+pub mod features;
 pub mod grid;
 mod layup;
 mod lines;
 pub mod mesh;
 pub mod over;
+pub mod ply_type;
 pub mod pretension;
-pub mod sheet;
 mod symmetry;
-pub mod terms;
 pub mod time_step;
 pub mod unit_cell_curve;
 
@@ -26,10 +26,10 @@ use crate::math::scalar::Scalar;
 pub use columns::Columns;
 pub use grid::Grid;
 pub use mesh::Mesh;
+pub use ply_type::{PlyType, RowMasses};
 pub use pretension::InitialStretch;
-pub use sheet::{PlyType, RowMasses};
 
-pub use terms::Features;
+pub use features::Features;
 pub use time_step::StepBound;
 
 /// Why a valid case cannot become a model.
@@ -108,7 +108,7 @@ pub struct Model<S> {
 /// A ply in the pack.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Ply {
-    /// Which of the model's sheets it is.
+    /// Which of the model's ply types it is.
     pub ply_type: usize,
     /// Reference position of its mid-plane behind that of the struck ply [m].
     pub z: f64,
@@ -148,20 +148,20 @@ impl<S: Scalar> Model<S> {
         };
         let mirror = symmetry::planes_of(case, projectile.as_ref());
         let planes = if cut { mirror } else { MirrorPlanes::NONE };
-        let sheet = |layer| PlyType::new(case, layer, planes);
-        let sheets = layup.layers.iter().map(sheet).collect::<Result<Vec<_>, _>>()?;
-        let bounds = sheets.iter().map(|sheet| sheet.bound);
+        let ply_type = |layer| PlyType::new(case, layer, planes);
+        let ply_types = layup.layers.iter().map(ply_type).collect::<Result<Vec<_>, _>>()?;
+        let bounds = ply_types.iter().map(|ply_type| ply_type.bound);
         let bound = bounds.reduce(|a, b| if b.critical_step < a.critical_step { b } else { a }).unwrap_or_default();
         let still = layup.layers.iter().all(|layer| layer.initial_velocity == [0.0; 3]);
         Ok(Self {
-            grid: Grid::new(layup.plies.len(), sheets.iter().map(|sheet| &sheet.mesh)),
+            grid: Grid::new(layup.plies.len(), ply_types.iter().map(|ply_type| &ply_type.mesh)),
             dt: case.solver.courant * bound.critical_step,
             friction: case.projectile.as_ref().map_or(0.0, |p| p.friction),
             edges: case.solver.contact_sampling == ContactSampling::Edges
                 && projectile.as_ref().is_some_and(|body| body.body.profile.has_round_rim()),
             ply_friction: case.pack.friction,
             at_rest: still && case.pack.initial_deflection.is_none() && case.pack.pretension.is_none(),
-            ply_types: sheets,
+            ply_types: ply_types,
             plies: layup.plies,
             bound,
             projectile: projectile.map(|body| body.part(planes)),
@@ -175,7 +175,7 @@ impl<S: Scalar> Model<S> {
         Features::of_pack(self)
     }
 
-    /// The sheet of a ply.
+    /// The ply type of a ply.
     pub fn ply_type(&self, ply: usize) -> &PlyType<S> {
         &self.ply_types[self.plies[ply].ply_type]
     }

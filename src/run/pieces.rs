@@ -66,12 +66,12 @@ pub(crate) fn that_hold<S: Scalar>(
     ply: usize,
     speed: f64,
 ) -> impl Fn(usize, usize) -> bool {
-    let sheet = model.ply_type(ply);
+    let ply_type = model.ply_type(ply);
     let pieces = Pieces::of(model, state, ply);
     let stride = pieces.stride;
     let roots = pieces.roots();
-    let hold = if held_sides(&sheet.mesh, sheet.edges).contains(&true) {
-        reach_a_held_edge(&sheet.mesh, sheet.edges, &roots)
+    let hold = if held_sides(&ply_type.mesh, ply_type.edges).contains(&true) {
+        reach_a_held_edge(&ply_type.mesh, ply_type.edges, &roots)
     } else {
         are_the_ply(model, state, ply, &roots, speed)
     };
@@ -137,14 +137,14 @@ fn reach_a_held_edge(mesh: &Mesh, edges: Edges, roots: &[usize]) -> Vec<bool> {
 /// By the node that stands for a piece of a ply free all round: whether the piece with its mirror images has at least half of the ply's
 /// mass, and is not faster than `speed` along the normal [m/s].
 fn are_the_ply<S: Scalar>(model: &Model<S>, state: &State<S>, ply: usize, roots: &[usize], speed: f64) -> Vec<bool> {
-    let sheet = model.ply_type(ply);
-    let mesh = &sheet.mesh;
+    let ply_type = model.ply_type(ply);
+    let mesh = &ply_type.mesh;
     let (mut mass, mut momentum) = (vec![0.0; roots.len()], vec![0.0; roots.len()]);
     // Whether it reaches the mirror plane across X, across Y: what does is one with its image.
     let mut reaches = vec![[false; 2]; roots.len()];
     for (node, root) in roots.iter().enumerate() {
         let (row, column) = (node / (mesh.columns + 1), node % (mesh.columns + 1));
-        let part = sheet.row_mass(row).mass[column].to_f64();
+        let part = ply_type.row_mass(row).mass[column].to_f64();
         mass[*root] += part;
         momentum[*root] += part * state.velocity(model.grid.first_node_row(ply) + row, column)[2];
         for (reach, cut) in reaches[*root].iter_mut().zip(mesh.cut_across(row, column)) {

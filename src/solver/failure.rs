@@ -18,11 +18,11 @@ pub(super) fn evaluate_failure<S: Scalar>(
     let strains = model.element_fields() - field::STRAIN;
     let mut largest: f64 = 0.0;
     for ply in 0..model.grid.plies {
-        let sheet = model.ply_type(ply);
-        let Some(windows) = &sheet.windows else { continue };
+        let ply_type = model.ply_type(ply);
+        let Some(windows) = &ply_type.windows else { continue };
         let first = model.grid.first_element_row(ply);
-        for row in 0..sheet.mesh.rows {
-            for (yarn, constants) in sheet.cell.yarn.iter().enumerate() {
+        for row in 0..ply_type.mesh.rows {
+            for (yarn, constants) in ply_type.cell.yarn.iter().enumerate() {
                 let limit = constants.failure_strain;
                 // Almost always nothing has to be looked at.
                 if last.is_some_and(|totals| totals[first + row].largest_strain[yarn] < limit) {
@@ -35,7 +35,7 @@ pub(super) fn evaluate_failure<S: Scalar>(
                     0 => Mean::over(&windows.along[column], &windows.across[row], |column, row| strain(row, column)),
                     _ => Mean::over(&windows.along[row], &windows.across[column], strain),
                 };
-                let near = (0..sheet.mesh.columns).filter(|column| strain(row, *column) >= limit);
+                let near = (0..ply_type.mesh.columns).filter(|column| strain(row, *column) >= limit);
                 let means: Vec<_> = near.map(|column| (column, mean(column))).collect();
                 for (column, mean) in means {
                     if mean.whole {
@@ -85,7 +85,7 @@ mod tests {
     use super::*;
     use crate::case;
 
-    /// A sheet of 9 × 9 elements with these strains of its warp (row, column) over the failure strain, judged: where its warp is marked, and
+    /// A ply type of 9 × 9 elements with these strains of its warp (row, column) over the failure strain, judged: where its warp is marked, and
     /// the largest load. `sets` change the case; elements are as long as a crossover, 1.27 mm, unless they do.
     fn judged(strain: impl Fn(usize, usize) -> f64, sets: &[&str]) -> (Vec<[usize; 2]>, f64) {
         let size = ["/pack/width_mm=11.43", "/pack/height_mm=11.43", "/solver/numerics=paper", "/expect=[]"];

@@ -1,4 +1,4 @@
-//! The element and node kernels of a sheet, compiled for the vectors of this processor.
+//! The element and node kernels of a ply type, compiled for the vectors of this processor.
 
 use std::marker::PhantomData;
 use std::ops::Range;
@@ -37,7 +37,7 @@ pub trait RowKernels<S>: Send + Sync {
     ) -> NodeTotals;
 }
 
-/// The kernels of a sheet with law `L`, on numbers like `R`.
+/// The kernels of a ply type with law `L`, on numbers like `R`.
 struct Compiled<R: Real, L> {
     constants: ElementConstants<R>,
     shear: bool,
@@ -92,8 +92,8 @@ fn nodes<R: Real>(
 
 /// A precision that has kernels. They are compiled here, once, not wherever something generic uses them.
 pub trait KernelScalar: Scalar {
-    /// The kernels of a sheet.
-    fn kernels(sheet: &PlyType<Self>, vectors: Vectors) -> Box<dyn RowKernels<Self>>;
+    /// The kernels of a ply type.
+    fn kernels(ply_type: &PlyType<Self>, vectors: Vectors) -> Box<dyn RowKernels<Self>>;
 
     /// The sieve of nodes that may touch the next ply.
     fn sieve(vectors: Vectors) -> Box<dyn Sieve<Self>>;
@@ -101,8 +101,8 @@ pub trait KernelScalar: Scalar {
 
 impl KernelScalar for f64 {
     #[inline(never)]
-    fn kernels(sheet: &PlyType<Self>, vectors: Vectors) -> Box<dyn RowKernels<Self>> {
-        crate::with_law!(sheet.law, L => of_law::<Self, L>(sheet, vectors))
+    fn kernels(ply_type: &PlyType<Self>, vectors: Vectors) -> Box<dyn RowKernels<Self>> {
+        crate::with_law!(ply_type.law, L => of_law::<Self, L>(ply_type, vectors))
     }
 
     #[inline(never)]
@@ -113,8 +113,8 @@ impl KernelScalar for f64 {
 
 impl KernelScalar for f32 {
     #[inline(never)]
-    fn kernels(sheet: &PlyType<Self>, vectors: Vectors) -> Box<dyn RowKernels<Self>> {
-        crate::with_law!(sheet.law, L => of_law::<Self, L>(sheet, vectors))
+    fn kernels(ply_type: &PlyType<Self>, vectors: Vectors) -> Box<dyn RowKernels<Self>> {
+        crate::with_law!(ply_type.law, L => of_law::<Self, L>(ply_type, vectors))
     }
 
     #[inline(never)]
@@ -123,9 +123,9 @@ impl KernelScalar for f32 {
     }
 }
 
-fn of_law<S: Scalar, L: LawKernel>(sheet: &PlyType<S>, vectors: Vectors) -> Box<dyn RowKernels<S>> {
-    let constants = sheet.constants::<S, L>();
-    let shear = sheet.has_shear;
+fn of_law<S: Scalar, L: LawKernel>(ply_type: &PlyType<S>, vectors: Vectors) -> Box<dyn RowKernels<S>> {
+    let constants = ply_type.constants::<S, L>();
+    let shear = ply_type.has_shear;
     match vectors {
         Vectors::None => compiled::<S, L>(&constants, S::splat(0.0), shear),
         #[cfg(any(target_arch = "x86", target_arch = "x86_64"))]

@@ -135,7 +135,7 @@ impl<'a, S: Scalar> Context<'a, S> {
 
 /// Advances a state step by step.
 pub struct Stepper<S: Scalar> {
-    /// By sheet.
+    /// By ply type.
     kernels: Vec<Box<dyn RowKernels<S>>>,
     element_totals: Vec<ElementTotals>,
     /// Whether those are of the last step.
@@ -165,7 +165,7 @@ impl<S: KernelScalar> Stepper<S> {
     pub fn with_vectors(model: &Model<S>, vectors: Vectors) -> Self {
         let grid = &model.grid;
         Self {
-            kernels: model.ply_types.iter().map(|sheet| S::kernels(sheet, vectors)).collect(),
+            kernels: model.ply_types.iter().map(|ply_type| S::kernels(ply_type, vectors)).collect(),
             element_totals: vec![ElementTotals::default(); grid.element_rows()],
             stepped: false,
             load: 0.0,

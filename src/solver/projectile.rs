@@ -212,13 +212,13 @@ fn contact_point<S: Scalar>(
     seen: &Seen,
 ) -> ContactPoint {
     let (model, state) = (context.model, &*context.state);
-    let sheet = model.ply_type(ply);
-    let m = sheet.row_mass(row);
+    let ply_type = model.ply_type(ply);
+    let m = ply_type.row_mass(row);
     let [x, y, z] = [0, 1, 2].map(|a| m.inverse[a][column].to_f64());
-    let inverse = Vector3::from(turned(sheet.mesh.rotation, [x, y, z]));
+    let inverse = Vector3::from(turned(ply_type.mesh.rotation, [x, y, z]));
     let around = neighbours(model, &state.elements, nothing, ply, row);
     let force = node_update::gather(S::splat(0.0), &around, column).map(Scalar::to_f64);
-    let force = Vector3::from(sheet.mesh.to_pack(force));
+    let force = Vector3::from(ply_type.mesh.to_pack(force));
     let mut point = ContactPoint {
         ply,
         row,
@@ -230,7 +230,7 @@ fn contact_point<S: Scalar>(
         free: seen.free,
         inverse,
         mass: m.mass[column].to_f64(),
-        part: sheet.mesh.part_of(row, column),
+        part: ply_type.mesh.part_of(row, column),
         // What the projectile rubs against is the fabric it touches; further plies rub against each other.
         friction: if seen.between > 0.0 { model.friction.min(model.ply_friction) } else { model.friction },
         effective_mass: 0.0,

@@ -39,12 +39,12 @@ pub(crate) const MEASURABLE: f64 = 1e3;
 pub(crate) fn given<S: Scalar>(model: &Model<S>, state: &State<S>) -> (f64, Vector3<f64>) {
     let mut energy = 0.0;
     let mut momentum = Vector3::zeros();
-    if model.ply_types.iter().any(|sheet| sheet.initial_velocity != [0.0; 3]) {
+    if model.ply_types.iter().any(|ply_type| ply_type.initial_velocity != [0.0; 3]) {
         for [ply, row, column] in solver::nodes(model) {
-            let sheet = model.ply_type(ply);
+            let ply_type = model.ply_type(ply);
             let velocity = state.velocity(model.grid.first_node_row(ply) + row, column);
-            let v = Vector3::from(sheet.mesh.to_pack(velocity));
-            let m = sheet.row_mass(row).mass[column].to_f64();
+            let v = Vector3::from(ply_type.mesh.to_pack(velocity));
+            let m = ply_type.row_mass(row).mass[column].to_f64();
             energy += 0.5 * m * v.norm_squared();
             momentum += v * m;
         }

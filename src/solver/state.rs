@@ -109,19 +109,19 @@ impl<S: Scalar> State<S> {
         let mut elements = Rows::new(grid.element_rows(), fields, grid.element_stride, 1);
         let mut reach = Vec::with_capacity(grid.plies);
         for ply in 0..grid.plies {
-            let sheet = model.ply_type(ply);
-            let mesh = &sheet.mesh;
+            let ply_type = model.ply_type(ply);
+            let mesh = &ply_type.mesh;
             for row in 0..=mesh.rows {
-                let mass = sheet.row_mass(row);
+                let mass = ply_type.row_mass(row);
                 let at = grid.first_node_row(ply) + row;
                 for column in 0..=mesh.columns {
                     let x = mesh.reference(row, column);
                     let z = initial_deflection(case, mesh, x);
-                    let start = [x[0] * sheet.initial.stretch[0], x[1] * sheet.initial.stretch[1], z];
+                    let start = [x[0] * ply_type.initial.stretch[0], x[1] * ply_type.initial.stretch[1], z];
                     for a in 0..3 {
                         nodes.set(at, node::DISPLACEMENT + a, column, S::splat(start[a]));
                         let free = mass.inverse[a][column].to_f64() > 0.0;
-                        let speed = if free { sheet.initial_velocity[a] } else { 0.0 };
+                        let speed = if free { ply_type.initial_velocity[a] } else { 0.0 };
                         nodes.set(at, node::VELOCITY + a, column, S::splat(speed));
                     }
                 }
@@ -130,9 +130,9 @@ impl<S: Scalar> State<S> {
                 let at = grid.first_element_row(ply) + row;
                 for column in 1..=mesh.columns {
                     for yarn in 0..2 {
-                        let alive = if sheet.present[yarn] { 1.0 } else { 0.0 };
+                        let alive = if ply_type.present[yarn] { 1.0 } else { 0.0 };
                         elements.set(at, element::ALIVE + yarn, column, S::splat(alive));
-                        elements.set(at, element::HEIGHT + yarn, column, S::splat(sheet.initial.height[yarn]));
+                        elements.set(at, element::HEIGHT + yarn, column, S::splat(ply_type.initial.height[yarn]));
                     }
                 }
             }
@@ -163,8 +163,8 @@ impl<S: Scalar> State<S> {
     }
 
     /// Whether an element still has every yarn its fabric has.
-    pub fn is_undamaged(&self, sheet: &PlyType<S>, row: usize, column: usize) -> bool {
-        (0..2).all(|yarn| !sheet.present[yarn] || self.alive(row, column, yarn))
+    pub fn is_undamaged(&self, ply_type: &PlyType<S>, row: usize, column: usize) -> bool {
+        (0..2).all(|yarn| !ply_type.present[yarn] || self.alive(row, column, yarn))
     }
 
     /// Whether any yarn of an element carries load.

@@ -37,7 +37,7 @@ pub(super) enum Passes {
 /// A sweep over all plies.
 pub(super) struct Sweep<'a, S: Scalar> {
     pub(super) model: &'a Model<S>,
-    /// By sheet.
+    /// By ply type.
     pub(super) kernels: &'a [Box<dyn RowKernels<S>>],
     /// What a row of nodes without elements on one side reads.
     pub(super) nothing: &'a [S],
@@ -307,7 +307,7 @@ impl<S: Scalar> PlyPass<'_, S> {
         }
         totals.computed = columns.len();
         let model = self.sweep.model;
-        let (grid, sheet) = (&model.grid, model.ply_type(self.ply));
+        let (grid, ply_type) = (&model.grid, model.ply_type(self.ply));
         let stride = grid.element_stride;
         let (element, more) = element.split_at_mut(element::COUNT * stride);
         let (viscous, strain) = more.split_at_mut(if self.sweep.viscous { element::VISCOUS * stride } else { 0 });
@@ -315,12 +315,12 @@ impl<S: Scalar> PlyPass<'_, S> {
             below: split(below, grid.node_stride),
             above: split(above, grid.node_stride),
             element: split_mut(element, stride),
-            viscous: sheet.viscous.then(|| split_mut(viscous, stride)),
-            strain: sheet.windows.is_some().then(|| split_mut(strain, stride)),
-            height: sheet.mesh.widths(row, 0)[1],
-            width: &sheet.columns.width,
-            per_width: &sheet.columns.per_width,
-            law_energy: sheet.law_energy.as_ref(),
+            viscous: ply_type.viscous.then(|| split_mut(viscous, stride)),
+            strain: ply_type.windows.is_some().then(|| split_mut(strain, stride)),
+            height: ply_type.mesh.widths(row, 0)[1],
+            width: &ply_type.columns.width,
+            per_width: &ply_type.columns.per_width,
+            law_energy: ply_type.law_energy.as_ref(),
             prefetch: [self.length[1], self.length[0]],
         };
         let kernels = &self.sweep.kernels[model.plies[self.ply].ply_type];
@@ -337,14 +337,14 @@ impl<S: Scalar> PlyPass<'_, S> {
             return;
         }
         let model = self.sweep.model;
-        let (grid, sheet) = (&model.grid, model.ply_type(self.ply));
+        let (grid, ply_type) = (&model.grid, model.ply_type(self.ply));
         let around = Neighbours { below: split(below, grid.element_stride), above: split(above, grid.element_stride) };
-        let m = sheet.row_mass(row);
+        let m = ply_type.row_mass(row);
         let mass = RowMass { inverse: [&m.inverse[0], &m.inverse[1], &m.inverse[2]], mass: &m.mass };
         let part = NodeRange {
             range: self.nodes.columns.clone(),
-            columns: sheet.mesh.columns + 1,
-            edge_row: row == 0 || row == sheet.mesh.rows,
+            columns: ply_type.mesh.columns + 1,
+            edge_row: row == 0 || row == ply_type.mesh.rows,
         };
         let kernels = &self.sweep.kernels[model.plies[self.ply].ply_type];
         let [_, kick, drift] = self.times;

@@ -176,7 +176,7 @@ impl<'a> Page<'a> {
         keep(&folder, name, taken["data"].as_str().unwrap());
     }
 
-    /// Prints the page; gives the number of sheets.
+    /// Prints the page; gives the number of ply types.
     pub(crate) fn print(&self) -> usize {
         let printed = self.call("Page.printToPDF", json!({ "preferCSSPageSize": true }));
         let pdf = printed["data"].as_str().unwrap();

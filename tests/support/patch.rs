@@ -116,7 +116,7 @@ impl<S: Scalar> Patch<S> {
     /// Evaluates every element, with energies, `dt` [s] after the last evaluation; one entry per row of elements.
     pub(crate) fn evaluate_rows(&mut self, dt: f64) -> Vec<ElementTotals> {
         let model = &self.model;
-        let sheet = model.ply_type(0);
+        let ply_type = model.ply_type(0);
         let (nodes, elements) = (&self.state.nodes, &mut self.state.elements);
         let (columns, stride) = (model.grid.columns, elements.stride);
         let mut all = vec![ElementTotals::default(); model.grid.rows];
@@ -129,13 +129,13 @@ impl<S: Scalar> Patch<S> {
                 viscous: None,
                 strain: None,
                 law_energy: None,
-                height: sheet.mesh.widths(row, 0)[1],
-                width: &sheet.columns.width,
-                per_width: &sheet.columns.per_width,
+                height: ply_type.mesh.widths(row, 0)[1],
+                width: &ply_type.columns.width,
+                per_width: &ply_type.columns.per_width,
             };
-            with_law!(sheet.law, L => {
-                let c = sheet.constants::<S, L>();
-                let extent = Extent { shear: sheet.has_shear, ledger: true };
+            with_law!(ply_type.law, L => {
+                let c = ply_type.constants::<S, L>();
+                let extent = Extent { shear: ply_type.has_shear, ledger: true };
                 element_force::<S, L>(&c, &mut storage, 0..columns, dt, extent, totals);
             });
         }

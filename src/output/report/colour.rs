@@ -13,7 +13,7 @@ pub(super) fn table() -> Vec<u8> {
     (0..256).flat_map(|n| colour(f64::from(n) / 255.0)).collect()
 }
 
-/// As a gradient of a style sheet, from left to right.
+/// As a gradient of a style ply type, from left to right.
 pub(super) fn gradient() -> String {
     let mut out = "linear-gradient(to right".to_owned();
     for n in 0..=16 {

@@ -200,22 +200,22 @@ impl<S: Scalar> Moved for Patches<S> {
 
     fn fill(&self, scene: &Scene, frame: &mut Frame) {
         for (ply, patch) in self.plies.iter().enumerate() {
-            let sheet = self.model.ply_type(ply);
+            let ply_type = self.model.ply_type(ply);
             let whole = &scene.plies[ply];
-            crate::with_law!(sheet.law, L => {
-                let constants = sheet.constants::<S, L>();
-                let mean = sheet.windows.is_some();
+            crate::with_law!(ply_type.law, L => {
+                let constants = ply_type.constants::<S, L>();
+                let mean = ply_type.windows.is_some();
                 let start = Before {
-                    height: sheet.initial.height.map(S::splat),
-                    alive: sheet.present,
+                    height: ply_type.initial.height.map(S::splat),
+                    alive: ply_type.present,
                     mean,
                 };
                 // What nothing has reached is flat; what started otherwise counts as reached.
                 let rest = element::read::<S, L>(&constants, [1.0; 2], &[[S::splat(0.0); 4]; 3], start);
                 (0..whole.elements()).for_each(|at| put(frame, whole.first_element + at, &rest, 1.0));
-                fill_elements::<S, L>(patch, &constants, mean, &sheet.mesh, whole, frame);
+                fill_elements::<S, L>(patch, &constants, mean, &ply_type.mesh, whole, frame);
             });
-            fill_nodes(patch, &sheet.mesh, whole, frame);
+            fill_nodes(patch, &ply_type.mesh, whole, frame);
         }
     }
 }

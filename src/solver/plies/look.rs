@@ -40,7 +40,7 @@ pub(super) struct Point {
 /// A ply as contact sees it: in the axes of the pack.
 #[derive(Clone, Copy)]
 pub(super) struct View<'a, S> {
-    sheet: &'a PlyType<S>,
+    ply_type: &'a PlyType<S>,
     pub(super) mesh: &'a Mesh,
     /// At rest [m].
     pub(super) z: f64,
@@ -52,15 +52,15 @@ pub(super) struct View<'a, S> {
 
 impl<'a, S: Scalar> View<'a, S> {
     pub(super) fn new(model: &'a Model<S>, state: &'a State<S>, ply: usize) -> Self {
-        let sheet = model.ply_type(ply);
+        let ply_type = model.ply_type(ply);
         let length = state.nodes.row_length();
         let first = model.grid.first_node_row(ply);
         Self {
-            sheet,
-            mesh: &sheet.mesh,
+            ply_type,
+            mesh: &ply_type.mesh,
             z: model.plies[ply].z,
-            turned: sheet.mesh.rotation != [1.0, 0.0],
-            nodes: &state.nodes.data[first * length..(first + sheet.mesh.rows + 1) * length],
+            turned: ply_type.mesh.rotation != [1.0, 0.0],
+            nodes: &state.nodes.data[first * length..(first + ply_type.mesh.rows + 1) * length],
             stride: state.nodes.stride,
         }
     }
@@ -75,13 +75,13 @@ impl<'a, S: Scalar> View<'a, S> {
     /// Reference places of the nodes of a row along it [m].
     #[inline(always)]
     pub(super) fn places(&self) -> &'a [f64] {
-        &self.sheet.columns.place
+        &self.ply_type.columns.place
     }
 
     /// The same, rounded.
     #[inline(always)]
     pub(super) fn rounded_places(&self) -> &'a [S] {
-        &self.sheet.columns.rounded
+        &self.ply_type.columns.rounded
     }
 
     #[inline(always)]
@@ -111,7 +111,7 @@ impl<'a, S: Scalar> View<'a, S> {
 
     /// 1/mass along a direction [1/kg], in the whole scene: mirror planes hold no node in a single contact, only with its image.
     pub(super) fn inverse(&self, row: usize, column: usize, along: &Vector3<f64>) -> f64 {
-        let inverse = &self.sheet.row_mass(row).inverse;
+        let inverse = &self.ply_type.row_mass(row).inverse;
         let [mut x, mut y, mut z] = [0, 1, 2].map(|a| inverse[a][column].to_f64());
         if let [across_x, across_y] = self.mesh.cut_across(row, column)
             && (across_x || across_y)
@@ -270,8 +270,8 @@ impl<'a, S: Scalar> Look<'a, S> {
         let (grid, state) = (&self.model.grid, self.state);
         let columns = self.theirs.mesh.columns;
         let [first, theirs] = [self.ply, self.other].map(|ply| grid.first_element_row(ply));
-        state.is_undamaged(self.theirs.sheet, theirs + over / columns, over % columns)
-            && self.own.mesh.around(row, column).all(|[r, c]| state.is_undamaged(self.own.sheet, first + r, c))
+        state.is_undamaged(self.theirs.ply_type, theirs + over / columns, over % columns)
+            && self.own.mesh.around(row, column).all(|[r, c]| state.is_undamaged(self.own.ply_type, first + r, c))
     }
 
     /// The mirror planes that a node lies on.

@@ -2,6 +2,7 @@
 
 use nalgebra::Vector3;
 
+use crate::kernels::element_force::field as element;
 use crate::kernels::node_update::{self, field as node};
 use crate::math::scalar::Scalar;
 use crate::model::Model;
@@ -98,8 +99,8 @@ impl<S: Scalar> Mover<'_, S> {
     /// Gives the nodes of a ply their impulses, and leaves of the load what came of it.
     pub(super) fn apply(&self, ply: usize, load: &mut Load, nodes: &mut [S]) {
         let (model, stride) = (self.model, self.stride);
-        let sheet = model.ply_type(ply);
-        let (mesh, across) = (&sheet.mesh, model.grid.columns + 1);
+        let ply_type = model.ply_type(ply);
+        let (mesh, across) = (&ply_type.mesh, model.grid.columns + 1);
         let mut effect = Effect::default();
         let mut last = usize::MAX;
         let mut around = neighbours(model, self.elements, self.nothing, ply, 0);
@@ -113,7 +114,7 @@ impl<S: Scalar> Mover<'_, S> {
                 continue;
             }
             effect.reach.activate(row, column);
-            let masses = sheet.row_mass(row);
+            let masses = ply_type.row_mass(row);
             let inverse = [0, 1, 2].map(|a| masses.inverse[a][column].to_f64());
             if row != last {
                 around = neighbours(model, self.elements, self.nothing, ply, row);
@@ -122,6 +123,7 @@ impl<S: Scalar> Mover<'_, S> {
             let [membrane, mode] =
                 node_update::gather_parts(S::splat(0.0), &around, column).map(|f| f.map(Scalar::to_f64));
             let force = [0, 1, 2].map(|a| membrane[a] + mode[a]);
+            let viscous = self.viscous(ply, row, column);
             let place = |field: usize| (row * node::COUNT + field) * stride + column;
             let free = [0, 1, 2].map(|a| nodes[place(node::VELOCITY + a)].to_f64());
             let now = [0, 1, 2].map(|a| free[a] + inverse[a] * impulse[a]);
@@ -130,7 +132,7 @@ impl<S: Scalar> Mover<'_, S> {
                 let u = nodes[place(node::DISPLACEMENT + a)].to_f64();
                 let moved = model.dt * inverse[a] * shift[a];
                 nodes[place(node::DISPLACEMENT + a)] = S::splat(u + (model.dt * (now[a] - free[a]) + moved));
-                effect.lifted[0] -= membrane[a] * moved;
+                effect.lifted[0] -= (membrane[a] - viscous[a]) * moved;
                 effect.lifted[1] -= mode[a] * moved;
                 nodes[place(node::VELOCITY + a)] = S::splat(now[a]);
                 let before = free[a] - inverse[a] * force[a] * self.kick;
@@ -150,5 +152,31 @@ impl<S: Scalar> Mover<'_, S> {
             }
         }
         load.effect = effect;
+    }
+
+    /// Shock viscosity's part of the force on a node [N]: what it does not do stores nothing. It pulls as the whole force of a yarn does, which
+    /// trellis shear turns a little away from the yarn.
+    fn viscous(&self, ply: usize, row: usize, column: usize) -> [f64; 3] {
+        let ply_type = self.model.ply_type(ply);
+        let mut sum = [0.0; 3];
+        if !ply_type.viscous {
+            return sum;
+        }
+        for [r, c] in ply_type.mesh.around(row, column) {
+            let element = self.model.grid.first_element_row(ply) + r;
+            let widths = ply_type.mesh.widths(r, c);
+            for (yarn, ahead) in [c == column, r == row].into_iter().enumerate() {
+                let at = |field: usize| self.elements.get(element, field, c + 1).to_f64();
+                let force = [0, 1, 2].map(|a| at(element::WARP_FORCE + 3 * yarn + a));
+                let size = force.iter().map(|f| f * f).sum::<f64>().sqrt();
+                if size > 0.0 {
+                    let part = at(element::COUNT + yarn) * ply_type.element.membrane[yarn] * widths[1 - yarn] / size;
+                    for a in 0..3 {
+                        sum[a] += if ahead { part * force[a] } else { -part * force[a] };
+                    }
+                }
+            }
+        }
+        sum
     }
 }

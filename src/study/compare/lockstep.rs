@@ -145,13 +145,13 @@ impl<'a> Lockstep<'a> {
     fn scales(&self) -> Scales {
         let (model, state) = (&self.follower.model, &self.leader.state);
         let breaking = |i: usize| {
-            let of = |sheet: &PlyType<f64>| {
-                let y = &sheet.cell.yarn[i];
-                y.stiffness * y.failure_strain.min(1.0) * sheet.element.membrane[i]
+            let of = |ply_type: &PlyType<f64>| {
+                let y = &ply_type.cell.yarn[i];
+                y.stiffness * y.failure_strain.min(1.0) * ply_type.element.membrane[i]
             };
             model.ply_types.iter().map(of).fold(0.0, f64::max)
         };
-        let shortest = model.ply_types.iter().map(|sheet| sheet.mesh.shortest()).fold(f64::INFINITY, f64::min);
+        let shortest = model.ply_types.iter().map(|ply_type| ply_type.mesh.shortest()).fold(f64::INFINITY, f64::min);
         let largest = |first: usize| {
             let rows = 0..model.grid.node_rows();
             let fields = |row: usize| (first..first + 3).map(move |f| (row, f));
@@ -170,12 +170,12 @@ impl<'a> Lockstep<'a> {
         let node_mass = model
             .ply_types
             .iter()
-            .map(|sheet| sheet.mass[1].mass.iter().sum::<f64>().max(sheet.mass[0].mass.iter().sum::<f64>()))
+            .map(|ply_type| ply_type.mass[1].mass.iter().sum::<f64>().max(ply_type.mass[0].mass.iter().sum::<f64>()))
             .fold(0.0, f64::max);
         let heaviest = mass.max(node_mass);
         Scales {
             force: breaking(0).max(breaking(1)),
-            height: model.ply_types.iter().map(|sheet| sheet.cell.height_sum).fold(1e-9, f64::max),
+            height: model.ply_types.iter().map(|ply_type| ply_type.cell.height_sum).fold(1e-9, f64::max),
             length,
             speed,
             closing: speed.max(0.01 * length / model.dt),

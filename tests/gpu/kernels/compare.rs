@@ -201,12 +201,12 @@ impl<'a> Pair<'a> {
 
     /// Energy of an element whose yarns are about to break [J].
     fn energy_scale(&self) -> f64 {
-        let sheet = &self.scene.model.ply_types[0];
+        let ply_type = &self.scene.model.ply_types[0];
         let yarn = |i: usize| {
-            let y = &sheet.cell.yarn[i];
+            let y = &ply_type.cell.yarn[i];
             y.stiffness * 0.035 * 0.035 * y.half_span
         };
-        sheet.element.cells * (yarn(0) + yarn(1))
+        ply_type.element.cells * (yarn(0) + yarn(1))
     }
 
     /// Mass by which impulses on the projectile are measured [kg]: that of a node, or where it meets held nodes its own.
@@ -231,9 +231,9 @@ fn places(model: &Model<f32>) -> impl Iterator<Item = [usize; 3]> + '_ {
 
 /// Mass of a node [kg] and its velocity in the axes of the pack [m/s].
 fn motion(model: &Model<f32>, state: &State<f32>, [ply, row, column]: [usize; 3]) -> (f64, Vector3<f64>) {
-    let sheet = model.ply_type(ply);
+    let ply_type = model.ply_type(ply);
     let velocity = state.velocity(model.grid.first_node_row(ply) + row, column);
-    (f64::from(sheet.row_mass(row).mass[column]), Vector3::from(sheet.mesh.to_pack(velocity)))
+    (f64::from(ply_type.row_mass(row).mass[column]), Vector3::from(ply_type.mesh.to_pack(velocity)))
 }
 
 /// Largest differences of a scene in some parts.

@@ -200,8 +200,8 @@ fn deformed(name: String, mut case: Case, step: u64, seed: u64) -> Scene {
     let mut random = Random(seed);
     let speed = 30.0;
     for ply in 0..model.grid.plies {
-        let sheet = model.ply_type(ply);
-        let mesh = &sheet.mesh;
+        let ply_type = model.ply_type(ply);
+        let mesh = &ply_type.mesh;
         let (f1, f2, noise) = DEFORMATIONS[if model.grid.plies == 1 { 2 } else { ply % DEFORMATIONS.len() }];
         for (row, column) in (0..=mesh.rows).flat_map(|row| (0..=mesh.columns).map(move |column| (row, column))) {
             let uniform = affine(f1, f2, mesh.reference(row, column));
@@ -209,7 +209,7 @@ fn deformed(name: String, mut case: Case, step: u64, seed: u64) -> Scene {
             for a in 0..3 {
                 let u = uniform[a] + noise * mesh.length[a % 2] * random.between(-1.0, 1.0);
                 state.nodes.set(at, node::DISPLACEMENT + a, column, u as f32);
-                let free = sheet.row_mass(row).inverse[a][column] > 0.0;
+                let free = ply_type.row_mass(row).inverse[a][column] > 0.0;
                 let v = if free { random.between(-speed, speed) } else { 0.0 };
                 state.nodes.set(at, node::VELOCITY + a, column, v as f32);
             }
@@ -288,7 +288,7 @@ fn random_elements(model: &Model<f32>, state: &mut State<f32>, random: &mut Rand
 
 /// Force of an element whose stronger yarn is about to break [N].
 pub(crate) fn force_scale(model: &Model<f32>) -> f64 {
-    let sheet = &model.ply_types[0];
-    let yarn = |i: usize| sheet.cell.yarn[i].stiffness * 0.035 * sheet.element.membrane[i];
+    let ply_type = &model.ply_types[0];
+    let yarn = |i: usize| ply_type.cell.yarn[i].stiffness * 0.035 * ply_type.element.membrane[i];
     yarn(0).max(yarn(1))
 }

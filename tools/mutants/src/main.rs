@@ -42,7 +42,7 @@ const FILES: [&str; 13] = [
     "src/model/time_step.rs",
     "src/model/failure_length.rs",
     "src/model/pretension.rs",
-    "src/model/sheet.rs",
+    "src/model/ply_type.rs",
 ];
 
 /// Tests that look at files and words rather than at numbers, by the start of their names.

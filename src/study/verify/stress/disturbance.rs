@@ -54,7 +54,7 @@ impl Perturbation {
 fn shake<S: Scalar>(model: &Model<S>, state: &mut State<S>, size: f64) {
     let mut random = 0x9e37_79b9_7f4a_7c15_u64;
     for [ply, row, column] in solver::nodes(model) {
-        let sheet = model.ply_type(ply);
+        let ply_type = model.ply_type(ply);
         let at = model.grid.first_node_row(ply) + row;
         for axis in 0..3 {
             // Xorshift, top 53 bits: uniform in [-1, 1).
@@ -62,8 +62,8 @@ fn shake<S: Scalar>(model: &Model<S>, state: &mut State<S>, size: f64) {
                 random ^= if left { random << by } else { random >> by };
             }
             let unit = (random >> 11) as f64 / (1_u64 << 52) as f64 - 1.0;
-            if sheet.row_mass(row).inverse[axis][column].to_f64() > 0.0 {
-                let length = sheet.mesh.shortest();
+            if ply_type.row_mass(row).inverse[axis][column].to_f64() > 0.0 {
+                let length = ply_type.mesh.shortest();
                 let old = state.nodes.get(at, node::DISPLACEMENT + axis, column).to_f64();
                 state.nodes.set(at, node::DISPLACEMENT + axis, column, S::splat(old + size * length * unit));
             }

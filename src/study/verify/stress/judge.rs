@@ -235,13 +235,6 @@ pub(super) fn fault(case: &Case, machine: StressBackend<'_>, finished: &Finished
 /// What the energy that the unit-cell law makes by itself hangs on the path of its stretches by, over that energy [-], where it is told along a
 /// straight one.
 const STRAIGHT_PATH: f64 = 0.2;
-/// What moving plies apart strains the fabric by beyond its booked work, over that work [-]: it is booked to first order.
-const SECOND_ORDER: f64 = 0.2;
-
-/// What a random scene may gain, over the energy put in [-]: 1 %, and a part of what ply separation is told to have made.
-fn energy_bound(finished: &Finished) -> f64 {
-    ENERGY_BOUND + SECOND_ORDER * largest(finished, |balance| balance.separation)
-}
 
 /// The largest of an energy in the course of a run, over the energy put in [-].
 fn largest(finished: &Finished, of: fn(&Balance) -> f64) -> f64 {
@@ -255,7 +248,7 @@ pub(super) fn judge(
     interrupt: &AtomicBool,
 ) -> Result<Option<Unsound>, SkipReason> {
     let finished = run(case, machine, None, interrupt)?;
-    let found = fault(case, machine, &finished, energy_bound(&finished));
+    let found = fault(case, machine, &finished, ENERGY_BOUND);
     let law = largest(&finished, |balance| balance.law);
     if law == 0.0 || found.as_ref().is_none_or(|fault| fault.kind != FaultKind::Energy) {
         return Ok(found);
@@ -264,7 +257,7 @@ pub(super) fn judge(
     match machine {
         StressBackend::Cpu(Precision::F64) => followed::<f64>(case, machine, interrupt),
         StressBackend::Cpu(Precision::F32) => followed::<f32>(case, machine, interrupt),
-        StressBackend::Gpu(_) => Ok(fault(case, machine, &finished, energy_bound(&finished) + STRAIGHT_PATH * law)),
+        StressBackend::Gpu(_) => Ok(fault(case, machine, &finished, ENERGY_BOUND + STRAIGHT_PATH * law)),
     }
 }
 
@@ -291,7 +284,7 @@ fn followed<S: RunScalar>(
         Ok::<_, RunError>(finished)
     };
     let finished = caught(work)?.map_err(|error| SkipReason::Refused(error.to_string()))?;
-    Ok(fault(case, machine, &finished, energy_bound(&finished)))
+    Ok(fault(case, machine, &finished, ENERGY_BOUND))
 }
 
 /// Numbers that are not finite or did not converge.

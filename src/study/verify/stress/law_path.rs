@@ -36,11 +36,11 @@ impl LawPath {
     /// At the start of a run.
     pub(super) fn new<S: Scalar>(model: &Model<S>, state: &State<S>) -> Self {
         let cell = |[ply, row, column]: [usize; 3]| {
-            let sheet = model.ply_type(ply);
-            sheet.law_energy.as_ref()?;
+            let ply_type = model.ply_type(ply);
+            ply_type.law_energy.as_ref()?;
             let stretch = stretch(model, state, [ply, row, column]);
-            let (now, held) = with_law!(sheet.law, L => {
-                let cell = UnitCellParameters::<f64>::cast::<L>(&sheet.cell);
+            let (now, held) = with_law!(ply_type.law, L => {
+                let cell = UnitCellParameters::<f64>::cast::<L>(&ply_type.cell);
                 let rest = cell.yarn.map(|yarn| yarn.height);
                 solved::<L>(&cell, stretch, rest)
             });
@@ -54,13 +54,13 @@ impl LawPath {
         let mut made = 0.0;
         for ([ply, row, column], cell) in solver::elements(model).zip(&mut self.cells) {
             let Some(cell) = cell else { continue };
-            let sheet = model.ply_type(ply);
+            let ply_type = model.ply_type(ply);
             let at = model.grid.first_element_row(ply) + row;
-            if state.is_undamaged(sheet, at, column) {
+            if state.is_undamaged(ply_type, at, column) {
                 let to = stretch(model, state, [ply, row, column]);
-                with_law!(sheet.law, L => cell.go::<L>(&UnitCellParameters::<f64>::cast::<L>(&sheet.cell), to));
+                with_law!(ply_type.law, L => cell.go::<L>(&UnitCellParameters::<f64>::cast::<L>(&ply_type.cell), to));
             }
-            made += crossovers(sheet, row, column) * (cell.held - cell.start - cell.work);
+            made += crossovers(ply_type, row, column) * (cell.held - cell.start - cell.work);
         }
         made
     }
@@ -92,9 +92,9 @@ fn solved<L: LawKernel>(cell: &UnitCellParameters<f64>, stretch: [f64; 2], warm:
 }
 
 /// Crossovers of an element.
-fn crossovers<S: Scalar>(sheet: &PlyType<S>, row: usize, column: usize) -> f64 {
-    let [warp, weft] = sheet.cell.yarn.each_ref().map(|yarn| 2.0 * yarn.half_span);
-    sheet.mesh.area(row, column) / (warp * weft)
+fn crossovers<S: Scalar>(ply_type: &PlyType<S>, row: usize, column: usize) -> f64 {
+    let [warp, weft] = ply_type.cell.yarn.each_ref().map(|yarn| 2.0 * yarn.half_span);
+    ply_type.mesh.area(row, column) / (warp * weft)
 }
 
 /// Λ − 1 of warp and weft in the middle of an element.

@@ -1,4 +1,4 @@
-//! Random scenes as users write them: a fabric from a table or a data sheet, a pack in a frame, a projectile from a range, and the defaults
+//! Random scenes as users write them: a fabric from a table or a data ply type, a pack in a frame, a projectile from a range, and the defaults
 //! for the rest.
 
 use proptest::option::weighted;
@@ -28,12 +28,12 @@ pub(super) fn scenes() -> impl Strategy<Value = Option<Value>> {
     weighted(SHARE, scene)
 }
 
-/// A fabric file that comes with the program, or a data sheet.
+/// A fabric file that comes with the program, or a data ply type.
 fn fabric() -> impl Strategy<Value = Value> {
     let law = select(vec!["published", "variational", "kawabata"]);
     let yarn = || [number(0.003..0.03), number(10.0..40.0)];
-    let sheet = (log(200.0..3000.0), number(60.0..180.0), number(0.02..0.045), yarn(), yarn(), law);
-    let sheet = sheet.prop_map(|(denier, modulus, strain, warp, weft, law)| {
+    let ply_type = (log(200.0..3000.0), number(60.0..180.0), number(0.02..0.045), yarn(), yarn(), law);
+    let ply_type = ply_type.prop_map(|(denier, modulus, strain, warp, weft, law)| {
         // Yarns that fill the cloth lie closer the finer they are.
         let yarn = |[crimp, count]: [f64; 2]| {
             json!({"linear_density_denier": denier, "modulus_gpa": modulus, "failure_strain": strain,
@@ -42,7 +42,7 @@ fn fabric() -> impl Strategy<Value = Value> {
         json!({"name": "data sheet", "fibre_density_kg_m3": 1440, "warp": yarn(warp), "weft": yarn(weft),
             "crossover": {"law": law}, "shear": {}})
     });
-    prop_oneof![3 => file(), 2 => sheet]
+    prop_oneof![3 => file(), 2 => ply_type]
 }
 
 fn file() -> impl Strategy<Value = Value> {

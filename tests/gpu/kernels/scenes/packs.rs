@@ -135,6 +135,7 @@ struct Kind {
     spacing: Option<f64>,
     friction: f64,
     hourglass: f64,
+    viscosity: f64,
     /// Nodes lie over nodes and move along Z alone, as where a shot begins.
     aligned: bool,
     /// Length of the largest elements over the finest, where they differ.
@@ -155,6 +156,7 @@ const PLAIN: Kind = Kind {
     spacing: None,
     friction: 0.3,
     hourglass: 0.05,
+    viscosity: 0.0,
     aligned: false,
     coarsest: None,
     start: SPEED,
@@ -208,7 +210,7 @@ pub(crate) fn scenes() -> Vec<Scene> {
         pack(
             "graded plies",
             &[turned(0), turned(90), coarse(30), turned(0)],
-            Kind { size: [30, 26], coarsest: Some(8.0), cells: 1.0, holes: 0.1, ..PLAIN },
+            Kind { size: [30, 26], coarsest: Some(8.0), cells: 1.0, holes: 0.1, viscosity: 0.3, ..PLAIN },
         ),
         pack(
             "graded folded cells",
@@ -245,6 +247,7 @@ fn pack(name: &str, groups: &[Group], kind: Kind) -> Scene {
     case.pack.spacing = kind.spacing;
     case.pack.friction = kind.friction;
     case.solver.hourglass = kind.hourglass;
+    case.solver.shock_viscosity = kind.viscosity;
     if let Some(coarsest) = kind.coarsest {
         super::grade(&mut case, [2e-3, -3e-3], coarsest);
     }
@@ -286,11 +289,11 @@ fn put(
     moved: &Vector3<f64>,
     speed: [f64; 3],
 ) {
-    let sheet = model.ply_type(ply);
-    let [moved, velocity] = [(*moved).into(), speed].map(|v| sheet.mesh.to_ply(v));
+    let ply_type = model.ply_type(ply);
+    let [moved, velocity] = [(*moved).into(), speed].map(|v| ply_type.mesh.to_ply(v));
     let at = model.grid.first_node_row(ply) + row;
     for a in 0..3 {
-        let free = sheet.row_mass(row).inverse[a][column] > 0.0;
+        let free = ply_type.row_mass(row).inverse[a][column] > 0.0;
         let velocity = if free { velocity[a] } else { 0.0 };
         state.nodes.set(at, node::DISPLACEMENT + a, column, moved[a] as f32);
         state.nodes.set(at, node::VELOCITY + a, column, velocity as f32);
@@ -369,6 +372,6 @@ fn rest(model: &Model<f32>, state: &mut State<f32>, random: &mut Random, [top, b
 
 /// Whether every node of every ply is free.
 pub(crate) fn is_free(scene: &Scene) -> bool {
-    let edges = scene.model.ply_types.iter().map(|sheet| &sheet.edges);
+    let edges = scene.model.ply_types.iter().map(|ply_type| &ply_type.edges);
     edges.flat_map(|e| [e.left, e.right, e.bottom, e.top]).all(|edge| edge == Edge::Free)
 }

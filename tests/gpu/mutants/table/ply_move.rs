@@ -66,9 +66,23 @@ pub(super) const MUTANTS: &[Mutant] = &[
     mutant(
         "work against the membrane not noted",
         "two free plies",
-        "accounts[at + 2u * n] -= dot(force.membrane, way);",
+        "accounts[at + 2u * n] -= dot(force.membrane - viscous_force(node, place), way);",
         "",
     ),
+    mutant("viscosity stores", "graded plies", "force.membrane - viscous_force(node, place)", "force.membrane"),
+    mutant(
+        "viscous forces exchanged",
+        "graded plies",
+        "yarns[yarn * scene.elements + element]",
+        "yarns[(1u - yarn) * scene.elements + element]",
+    ),
+    mutant(
+        "viscous forces of finest elements",
+        "graded plies",
+        "let size = size_of(element);",
+        "let size = size_of(0u);",
+    ),
+    mutant("viscous forces of the wrong corner", "graded plies", "return above - below;", "return above + below;"),
     mutant(
         "work against the hourglass not noted",
         "two free plies",

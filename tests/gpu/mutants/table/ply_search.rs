@@ -145,7 +145,12 @@ pub(super) const MUTANTS: &[Mutant] = &[
         "if (!(along < limit || recovery > 0.0)) {",
         "if (!(along < limit)) {",
     ),
-    mutant("limit forgotten", "two free plies", "vec4<f32>(touch.normal_impulse, limit)", "vec4<f32>(touch.normal_impulse, 0.0)"),
+    mutant(
+        "limit forgotten",
+        "two free plies",
+        "vec4<f32>(touch.normal_impulse, limit)",
+        "vec4<f32>(touch.normal_impulse, 0.0)",
+    ),
     mutant(
         "speed of recovery forgotten",
         "two free plies",

@@ -49,46 +49,46 @@ pub struct Features {
 }
 
 impl Features {
-    /// The terms of one sheet of a model.
-    pub fn new<S>(model: &Model<S>, sheet: &PlyType<S>) -> Self {
-        let yarns = &sheet.cell.yarn;
+    /// The terms of one ply type of a model.
+    pub fn new<S>(model: &Model<S>, ply_type: &PlyType<S>) -> Self {
+        let yarns = &ply_type.cell.yarn;
         let projectile = model.projectile.as_ref();
         Self {
-            law: sheet.law,
-            pivot: sheet.cell.pivot,
-            newton: sheet.cell.newton,
+            law: ply_type.law,
+            pivot: ply_type.cell.pivot,
+            newton: ply_type.cell.newton,
             series: yarns.iter().map(|y| y.terms).max().unwrap_or(MAX_TERMS),
-            compression: sheet.cell.compression[0] > 0.0,
-            shear: sheet.has_shear,
-            secant: sheet.has_shear && sheet.element.shear.secant > 0.0,
-            hourglass: sheet.element.hourglass.iter().any(|k| *k > 0.0),
-            failure: (0..2).any(|i| sheet.present[i] && yarns[i].failure_strain < NEVER),
-            law_energy: sheet.law_energy.is_some(),
-            viscous: sheet.viscous,
-            windows: sheet.windows.is_some(),
+            compression: ply_type.cell.compression[0] > 0.0,
+            shear: ply_type.has_shear,
+            secant: ply_type.has_shear && ply_type.element.shear.secant > 0.0,
+            hourglass: ply_type.element.hourglass.iter().any(|k| *k > 0.0),
+            failure: (0..2).any(|i| ply_type.present[i] && yarns[i].failure_strain < NEVER),
+            law_energy: ply_type.law_energy.is_some(),
+            viscous: ply_type.viscous,
+            windows: ply_type.windows.is_some(),
             projectile: projectile.is_some(),
             friction: projectile.is_some() && model.friction > 0.0,
             edges: model.edges,
             rotation: projectile.is_some_and(|p| !p.locked),
             plies: model.plies.len() > 1,
             ply_friction: model.plies.len() > 1 && model.ply_friction > 0.0,
-            graded: sheet.mesh.is_graded(),
+            graded: ply_type.mesh.is_graded(),
         }
     }
 
-    /// What any sheet of a pack has; law, pivot and series are those of the struck ply.
+    /// What any ply type of a pack has; law, pivot and series are those of the struck ply.
     pub(super) fn of_pack<S>(model: &Model<S>) -> Self {
         let first = Self::new(model, &model.ply_types[0]);
-        model.ply_types[1..].iter().map(|sheet| Self::new(model, sheet)).fold(first, |all, sheet| Self {
-            compression: all.compression | sheet.compression,
-            shear: all.shear | sheet.shear,
-            secant: all.secant | sheet.secant,
-            hourglass: all.hourglass | sheet.hourglass,
-            failure: all.failure | sheet.failure,
-            law_energy: all.law_energy | sheet.law_energy,
-            viscous: all.viscous | sheet.viscous,
-            windows: all.windows | sheet.windows,
-            graded: all.graded | sheet.graded,
+        model.ply_types[1..].iter().map(|ply_type| Self::new(model, ply_type)).fold(first, |all, ply_type| Self {
+            compression: all.compression | ply_type.compression,
+            shear: all.shear | ply_type.shear,
+            secant: all.secant | ply_type.secant,
+            hourglass: all.hourglass | ply_type.hourglass,
+            failure: all.failure | ply_type.failure,
+            law_energy: all.law_energy | ply_type.law_energy,
+            viscous: all.viscous | ply_type.viscous,
+            windows: all.windows | ply_type.windows,
+            graded: all.graded | ply_type.graded,
             ..all
         })
     }

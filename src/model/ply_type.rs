@@ -1,4 +1,4 @@
-//! A sheet: everything that plies of one fabric, laid and held alike, share.
+//! A ply type: everything that plies of one fabric, laid and held alike, share.
 
 use super::failure_length::{StencilRadius, Windows};
 use super::time_step::is_let_go;
