@@ -355,7 +355,7 @@ fn element(block: &mut Block, ply_type: &PlyType<f32>) {
     block.number("compression_uncompressed", c.cell.uncompressed_limit);
     block.number("compression_per_b", c.cell.per_b);
     block.number("min_stiffness", c.cell.min_stiffness);
-    block.number("noise", c.cell.roundoff_tolerance);
+    block.number("roundoff_tolerance", c.cell.roundoff_tolerance);
     block.number("tolerance", c.cell.tolerance);
     block.number("shear_g1", c.shear.g1);
     block.number("shear_rise", c.shear.rise);
