@@ -26,6 +26,7 @@ fn main() -> ExitCode {
         Command::Compare(arguments) => cli::compare::compare(&arguments),
         Command::Diff(arguments) => cli::diff::diff(&arguments),
         Command::Fit(arguments) => cli::fit::fit(&arguments),
+        Command::Shots(arguments) => cli::shots::shots(&arguments),
         Command::Info(arguments) => cli::info::info(&arguments),
         Command::Schema(arguments) => cli::schema(&arguments),
         Command::Explain(arguments) => cli::explain::explain(&arguments),

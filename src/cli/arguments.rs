@@ -8,7 +8,7 @@ use clap_complete::Shell;
 use ripstop::simulation::{self, Skips};
 use ripstop::study;
 
-use super::range::{Range, interval, level, percent, shift};
+use super::range::{Range, Velocities, interval, level, percent, shift};
 
 /// The whole command line.
 #[derive(Debug, Parser)]
@@ -53,6 +53,8 @@ pub(crate) enum Command {
     Diff(DiffArguments),
     /// Shots that perforated or were stopped: V50, scatter, intervals
     Fit(FitArguments),
+    /// Many shots of a case: one table, one page
+    Shots(ShotsArguments),
     /// What this machine offers and what `--backend auto` would choose
     Info(InfoArguments),
     /// JSON Schema of the case file
@@ -511,6 +513,71 @@ pub(crate) enum IntervalKind {
     Likelihood,
     /// Estimate and standard error: too short for few shots
     Wald,
+}
+
+/// What commands that compute many shots have in common.
+#[derive(Args, Debug)]
+pub(crate) struct BatchArguments {
+    /// Change of the case, checked like the file; may be given again
+    #[arg(long = "set", value_name = "/POINTER=VALUE")]
+    pub(crate) sets: Vec<String>,
+    /// Number that all draws come from [default: /variability/seed of the case]
+    #[arg(long, value_name = "N")]
+    pub(crate) seed: Option<u32>,
+    /// Shots at a time, a thread each [default: all cores]; results do not depend on it
+    #[arg(long, value_name = "N", value_parser = RangedU64ValueParser::<usize>::new().range(1..=1024))]
+    pub(crate) threads: Option<usize>,
+    /// Number type
+    #[arg(long, value_enum, default_value = "f64")]
+    pub(crate) precision: Precision,
+    /// Two-sided confidence of the intervals, such as 0.9 or 95%
+    #[arg(long, value_name = "LEVEL", value_parser = level, default_value = "0.9", allow_hyphen_values = true)]
+    pub(crate) level: f64,
+    /// Stop once half the interval of V50 is at most this part of V50
+    #[arg(long, value_name = "PERCENT", value_parser = percent, allow_hyphen_values = true)]
+    pub(crate) until_width: Option<f64>,
+    /// Go on with what lies in the folder; the results are the same, byte for byte
+    #[arg(long)]
+    pub(crate) resume: bool,
+    /// Print nothing but errors
+    #[arg(long, short)]
+    pub(crate) quiet: bool,
+    /// Print JSON
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+/// `ripstop shots`
+#[derive(Args, Debug)]
+#[command(after_help = "Examples:
+  ripstop shots cases/s720-1ply-155.json --count 40 --velocity 150..220
+  ripstop shots shot.json --count 1000 --velocity 150..250 --until-width 2% -o out/limit
+  ripstop shots shot.json --count 1000 --velocity 150..250 -o out/limit --resume     # after Ctrl-C, kill or a full disk
+  ripstop shots shot.json --velocity 150..250 -o out/limit --only 17                 # shot 17 alone, with its report
+
+What varies from shot to shot stands in /variability of the case; without it only the velocity does. A shot is a function of \
+case, seed and number: it does not depend on the others.
+
+DIR gets shots.csv (a row for each shot, appended as shots end; `ripstop fit` reads it), shots.json (the fit), shots.html and \
+plan.json.")]
+pub(crate) struct ShotsArguments {
+    /// Case file; - is standard input
+    #[arg(value_name = "CASE.json")]
+    pub(crate) case: PathBuf,
+    /// Shots
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=10_000_000), required_unless_present = "only")]
+    pub(crate) count: Option<u32>,
+    /// Velocities spread evenly over a range [m/s] [default: that of the case]
+    #[arg(long, value_name = "A..B")]
+    pub(crate) velocity: Option<Velocities>,
+    /// Run this shot alone, with everything that `ripstop run` writes, in DIR/shot-N
+    #[arg(long, value_name = "N")]
+    pub(crate) only: Option<u32>,
+    #[command(flatten)]
+    pub(crate) batch: BatchArguments,
+    /// Folder for the results [default: out/<case name>-shots]
+    #[arg(long, short, value_name = "DIR")]
+    pub(crate) out: Option<PathBuf>,
 }
 
 /// `ripstop info`

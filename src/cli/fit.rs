@@ -50,7 +50,7 @@ fn write(out: &Path, data: &Path, found: &Fit) -> Result<Folder, Failure> {
 }
 
 /// The whole text.
-fn text(data: &Path, found: &Fit, folder: Option<&Folder>) -> String {
+pub(crate) fn text(data: &Path, found: &Fit, folder: Option<&Folder>) -> String {
     let [perforated, stopped] = found.outcomes.counts();
     let shots = perforated + stopped;
     let mut out = format!("{}: {shots} shots, {perforated} perforated, {stopped} stopped\n", data.display());

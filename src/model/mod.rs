@@ -11,6 +11,7 @@ pub mod mesh;
 pub mod over;
 pub mod pretension;
 pub mod sheet;
+pub mod strength;
 pub mod symmetry;
 pub mod terms;
 pub mod time_step;
@@ -25,6 +26,7 @@ pub use grid::Grid;
 pub use mesh::Mesh;
 pub use pretension::InitialStretch;
 pub use sheet::{RowMasses, Sheet};
+pub use strength::Strength;
 pub use symmetry::MirrorPlanes;
 pub use terms::Terms;
 pub use time_step::StepBound;
@@ -82,6 +84,8 @@ pub struct Model<S> {
     pub sheets: Vec<Sheet<S>>,
     /// The plies, the struck one first.
     pub plies: Vec<Ply>,
+    /// Failure strains of the elements over the fabric's; `None`: they are the fabric's.
+    pub strength: Option<Strength>,
     /// Critical step and what sets it.
     pub bound: StepBound,
     /// Time step [s].
@@ -150,8 +154,10 @@ impl<S: Scalar> Model<S> {
         let bounds = sheets.iter().map(|sheet| sheet.bound);
         let bound = bounds.reduce(|a, b| if b.critical_step < a.critical_step { b } else { a }).unwrap_or_default();
         let still = layup.layers.iter().all(|layer| layer.initial_velocity == [0.0; 3]);
+        let grid = Grid::new(layup.plies.len(), sheets.iter().map(|sheet| &sheet.mesh));
         Ok(Self {
-            grid: Grid::new(layup.plies.len(), sheets.iter().map(|sheet| &sheet.mesh)),
+            grid,
+            strength: Strength::new(case, &sheets, &layup.plies, grid.rows, grid.columns),
             dt: case.solver.courant * bound.critical_step,
             friction: case.projectile.as_ref().map_or(0.0, |p| p.friction),
             rim: case.solver.contact_sampling == ContactSampling::Rim

@@ -9,7 +9,7 @@ use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
 use super::Mesh;
-use crate::case::{Case, Edge, Edges, Layer, Shape};
+use crate::case::{Case, Edge, Edges, Layer, Shape, Variability};
 use crate::kernels::rigid_body::RigidBody;
 
 /// Rounding of directions and places allowed in a symmetric scene, over their size [-].
@@ -25,6 +25,9 @@ impl MirrorPlanes {
 
     /// The planes of a case. `body`: its projectile, not yet cut.
     pub fn of(case: &Case, body: Option<&RigidBody>) -> Self {
+        if case.variability.as_ref().is_some_and(Variability::strength_varies) {
+            return Self::NONE;
+        }
         let layers = case.layers();
         let is_plane = |axis: usize| {
             let flies = match (&case.projectile, body) {

@@ -5,11 +5,13 @@
 //! - [`residual_fit`] finds the limit from residual velocities.
 //! - [`designs`] choose the velocity of the next shot.
 //! - [`counter_random`] and [`weibull`] are for what varies between shots.
+//! - [`batch`] computes many shots of a case; [`shots`] is `ripstop shots`.
 //! - [`fit`] is `ripstop fit`: a table of shots in, all of that out.
 //!
 //! Velocities have the unit of the shots, but in [`fit`] and [`arithmetic_v50::RULES`], which are in m/s.
 
 pub mod arithmetic_v50;
+pub mod batch;
 pub mod binary_response;
 pub mod counter_random;
 pub mod designs;
@@ -19,6 +21,7 @@ pub mod interval;
 pub mod link;
 pub mod outcomes;
 pub mod residual_fit;
+pub mod shots;
 mod search;
 mod student_t;
 pub mod weibull;

@@ -8,18 +8,18 @@ use crate::output::number::short;
 use crate::study::residual_fit::{Curve, ResidualFit};
 
 /// Size of a panel.
-pub(super) const PANEL: [f64; 2] = [520.0, 340.0];
+pub(in crate::study) const PANEL: [f64; 2] = [520.0, 340.0];
 /// Points of a curve.
 const POINTS: usize = 240;
 /// Colours of Okabe and Ito, which colour-blind people tell apart: perforations, stops, curves.
-const PERFORATED: &str = "#d55e00";
-const STOPPED: &str = "#0072b2";
-const CURVE: &str = "#222";
+pub(in crate::study) const PERFORATED: &str = "#d55e00";
+pub(in crate::study) const STOPPED: &str = "#0072b2";
+pub(in crate::study) const CURVE: &str = "#222";
 /// Dashes of the second curve.
 const DASHES: &str = "7 4";
 
 /// Frame, grid, words; for the page too.
-pub(super) const STYLE: &str =
+pub(in crate::study) const STYLE: &str =
     ".grid { stroke: #222; stroke-opacity: 0.1; } .frame { fill: none; stroke: #888; } text { fill: #222; }";
 
 /// The picture.
@@ -39,7 +39,7 @@ pub fn svg(fit: &Fit, title: &str) -> String {
 }
 
 /// What each panel shows, and what lies inside.
-pub(super) fn panels(fit: &Fit) -> Vec<(&'static str, String)> {
+pub(in crate::study) fn panels(fit: &Fit) -> Vec<(&'static str, String)> {
     let mut panels = vec![("chance of a perforation over impact velocity", chance(fit))];
     if !fit.passed.is_empty() {
         panels.push(("residual over impact velocity", residual(fit)));
@@ -58,12 +58,12 @@ fn velocities(fit: &Fit) -> [f64; 2] {
     [low - room, high + room]
 }
 
-fn evenly([low, high]: [f64; 2]) -> impl Iterator<Item = f64> {
+pub(in crate::study) fn evenly([low, high]: [f64; 2]) -> impl Iterator<Item = f64> {
     (0..=POINTS).map(move |n| low + (high - low) * n as f64 / POINTS as f64)
 }
 
 /// A dot for shots of one kind; larger where they are many.
-fn dot(at: [f64; 2], count: u64, colour: &str) -> String {
+pub(in crate::study) fn dot(at: [f64; 2], count: u64, colour: &str) -> String {
     let (radius, words) = (
         3.5 * (count as f64).powf(0.25),
         if count > 1 { format!("<title>{count} shots</title>") } else { String::new() },

@@ -5,8 +5,8 @@
 //! CSV               JSON, SVG, HTML
 //! ```
 
-mod draw;
-mod page;
+pub(in crate::study) mod draw;
+pub(in crate::study) mod page;
 mod table;
 mod text;
 
