@@ -27,6 +27,7 @@ fn main() -> ExitCode {
         Command::Diff(arguments) => cli::diff::diff(&arguments),
         Command::Fit(arguments) => cli::fit::fit(&arguments),
         Command::Shots(arguments) => cli::shots::shots(&arguments),
+        Command::V50(arguments) => cli::v50::v50(&arguments),
         Command::Info(arguments) => cli::info::info(&arguments),
         Command::Schema(arguments) => cli::schema(&arguments),
         Command::Explain(arguments) => cli::explain::explain(&arguments),

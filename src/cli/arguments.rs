@@ -8,7 +8,7 @@ use clap_complete::Shell;
 use ripstop::simulation::{self, Skips};
 use ripstop::study;
 
-use super::range::{Range, Velocities, interval, level, percent, shift};
+use super::range::{Range, Velocities, interval, level, percent, shift, speed};
 
 /// The whole command line.
 #[derive(Debug, Parser)]
@@ -55,6 +55,8 @@ pub(crate) enum Command {
     Fit(FitArguments),
     /// Many shots of a case: one table, one page
     Shots(ShotsArguments),
+    /// The velocity at which half of all shots perforate, with its interval, from a case
+    V50(V50Arguments),
     /// What this machine offers and what `--backend auto` would choose
     Info(InfoArguments),
     /// JSON Schema of the case file
@@ -578,6 +580,73 @@ pub(crate) struct ShotsArguments {
     /// Folder for the results [default: out/<case name>-shots]
     #[arg(long, short, value_name = "DIR")]
     pub(crate) out: Option<PathBuf>,
+}
+
+/// `ripstop v50`
+#[derive(Args, Debug)]
+#[command(after_help = "Examples:
+  ripstop v50 cases/s720-1ply-155.json
+  ripstop v50 cases/s720-1ply-scatter.json --until-width 3% -o out/limit
+  ripstop v50 shot.json --design langlie --velocity 150..250 --count 20
+  ripstop v50 shot.json --json | jq .v50_m_s
+
+By default every realisation of the case (same fabric, same hit) is shot at other velocities until its own threshold is known. \
+A design (langlie, updown, neyer, 3pod) fires each realisation once, as a range would. What varies stands in /variability; in a \
+case without it there is one threshold. The interval holds sampling, mesh and time step, and says what part each has.
+
+DIR gets v50.json, v50.csv (a row for each shot), v50.html and plan.json.")]
+pub(crate) struct V50Arguments {
+    /// Case file; - is standard input
+    #[arg(value_name = "CASE.json")]
+    pub(crate) case: PathBuf,
+    /// How velocities are chosen
+    #[arg(long, value_enum, default_value = "thresholds")]
+    pub(crate) design: Design,
+    /// Realisations, or shots of a design, at most [default: 64 realisations or 20 shots]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
+    pub(crate) count: Option<u32>,
+    /// Width of the bracket of a threshold
+    #[arg(long, value_name = "PERCENT", value_parser = percent, default_value = "0.5%", allow_hyphen_values = true)]
+    pub(crate) bracket: f64,
+    /// Where a design expects V50 [m/s] [default: 0.6 to 1.4 times the case's velocity]
+    #[arg(long, value_name = "A..B")]
+    pub(crate) velocity: Option<Velocities>,
+    /// Scatter that a design expects, and the step of updown [m/s] [default: a tenth of the range]
+    #[arg(long, value_name = "M_S", value_parser = speed)]
+    pub(crate) sigma: Option<f64>,
+    #[command(flatten)]
+    pub(crate) batch: BatchArguments,
+    /// Folder for the results [default: out/<case name>-v50]
+    #[arg(long, short, value_name = "DIR")]
+    pub(crate) out: Option<PathBuf>,
+}
+
+/// How velocities are chosen.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Design {
+    /// Every realisation's own threshold
+    Thresholds,
+    /// Langlie's one-shot design
+    Langlie,
+    /// Up and down
+    Updown,
+    /// Neyer's D-optimal design
+    Neyer,
+    /// Three-phase optimal design
+    #[value(name = "3pod")]
+    ThreePod,
+}
+
+impl From<Design> for study::v50::Design {
+    fn from(design: Design) -> Self {
+        match design {
+            Design::Thresholds => Self::Thresholds,
+            Design::Langlie => Self::Langlie,
+            Design::Updown => Self::UpDown,
+            Design::Neyer => Self::Neyer,
+            Design::ThreePod => Self::ThreePod,
+        }
+    }
 }
 
 /// `ripstop info`

@@ -29,6 +29,7 @@ pub(crate) mod run;
 pub(crate) mod screen;
 pub(crate) mod shots;
 pub(crate) mod table;
+pub(crate) mod v50;
 pub(crate) mod validate;
 pub(crate) mod verify;
 

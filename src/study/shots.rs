@@ -176,7 +176,11 @@ pub fn notes(case: &Case) -> Vec<String> {
         notes.push("nothing varies from shot to shot but the velocity: the case has no variability".to_owned());
     }
     let assumed = case.fields.iter().filter(|field| field.assumed && field.pointer.starts_with("/variability"));
-    let assumed: Vec<&str> = assumed.map(|field| field.pointer.as_str()).collect();
+    // What varies, once each: not its distribution and its scatter apart.
+    let section = |pointer: &str| pointer.split('/').take(3).collect::<Vec<_>>().join("/");
+    let mut assumed: Vec<String> =
+        assumed.map(|field| section(&field.pointer)).filter(|pointer| pointer != "/variability/seed").collect();
+    assumed.dedup();
     if !assumed.is_empty() {
         notes.push(format!("assumed: {}", assumed.join(", ")));
     }

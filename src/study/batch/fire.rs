@@ -65,7 +65,12 @@ pub fn fire(
 }
 
 /// One shot; `None` where it was given up.
-fn shoot(case: &Case, order: ShotOrder, options: &BatchOptions<'_>, given_up: &AtomicBool) -> Option<ShotRow> {
+pub(in crate::study) fn shoot(
+    case: &Case,
+    order: ShotOrder,
+    options: &BatchOptions<'_>,
+    given_up: &AtomicBool,
+) -> Option<ShotRow> {
     let asked = order.velocity.or(case.projectile.as_ref().map(|projectile| projectile.velocity)).unwrap_or(0.0);
     let mut shot = match order_case(case, options.seed, order) {
         Ok(shot) => shot,

@@ -7,7 +7,7 @@
 //! A shot is a function of case, seed, number and velocity: it does not depend on which others run. Its row is written before the next one
 //! begins, and a row that is there is not computed again.
 
-mod fire;
+pub(in crate::study) mod fire;
 mod log;
 mod page;
 mod plan;

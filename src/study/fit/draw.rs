@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 use super::Fit;
 use crate::output::chart::{self, Axis};
 use crate::output::number::short;
-use crate::study::residual_fit::{Curve, ResidualFit};
+use crate::study::residual_fit::{Curve, Passed, ResidualFit, TooFew};
 
 /// Size of a panel.
 pub(in crate::study) const PANEL: [f64; 2] = [520.0, 340.0];
@@ -42,7 +42,7 @@ pub fn svg(fit: &Fit, title: &str) -> String {
 pub(in crate::study) fn panels(fit: &Fit) -> Vec<(&'static str, String)> {
     let mut panels = vec![("chance of a perforation over impact velocity", chance(fit))];
     if !fit.passed.is_empty() {
-        panels.push(("residual over impact velocity", residual(fit)));
+        panels.push(("residual over impact velocity", residual_panel(&fit.passed, &fit.residual)));
     }
     panels
 }
@@ -106,15 +106,15 @@ fn chance(fit: &Fit) -> String {
     out + &chart::text(x.paper[0], PANEL[1] - 8.0, "font-size=\"11\"", &legend)
 }
 
-fn residual(fit: &Fit) -> String {
-    let fits = || fit.residual.iter().filter_map(|(_, found)| found.as_ref().ok());
-    let fastest = fit.passed.iter().map(|shot| shot.impact).fold(0.0, f64::max);
+/// Residual over impact velocity, with the curves fitted to it.
+pub(in crate::study) fn residual_panel(passed: &[Passed], curves: &[(Curve, Result<ResidualFit, TooFew>)]) -> String {
+    let fits = || curves.iter().filter_map(|(_, found)| found.as_ref().ok());
+    let fastest = passed.iter().map(|shot| shot.impact).fold(0.0, f64::max);
     let slowest =
-        fit.passed.iter().map(|shot| shot.impact).chain(fits().map(|found| found.limit)).fold(fastest, f64::min);
+        passed.iter().map(|shot| shot.impact).chain(fits().map(|found| found.limit)).fold(fastest, f64::min);
     let room = 0.05 * (fastest - slowest).max(1e-3 * fastest).max(1e-9);
     let range = [slowest - room, fastest + room];
-    let highest = fit
-        .passed
+    let highest = passed
         .iter()
         .map(|shot| shot.residual)
         .chain(fits().map(|found| found.residual(range[1])))
@@ -133,7 +133,7 @@ fn residual(fit: &Fit) -> String {
             &format!("stroke=\"{CURVE}\" stroke-width=\"2\" stroke-dasharray=\"{}\"", dashes(found)),
         );
     }
-    for shot in &fit.passed {
+    for shot in passed {
         out += &dot([x.at(shot.impact), y.at(shot.residual)], shot.count, PERFORATED);
     }
     chart_legend(&mut out, x.paper[0]);

@@ -13,6 +13,7 @@ mod text;
 pub use draw::svg;
 pub use page::html;
 pub use table::{Row, outcomes, parse, passed, read};
+pub(in crate::study) use text::{arithmetic_json, residual_json};
 pub use text::{json, notes, refusal, rule, too_few};
 
 use super::arithmetic_v50::{self, Arithmetic, RULES, Refusal, Rule};
