@@ -28,6 +28,7 @@ fn main() -> ExitCode {
         Command::Fit(arguments) => cli::fit::fit(&arguments),
         Command::Shots(arguments) => cli::shots::shots(&arguments),
         Command::V50(arguments) => cli::v50::v50(&arguments),
+        Command::Sweep(arguments) => cli::sweep::sweep(&arguments),
         Command::Info(arguments) => cli::info::info(&arguments),
         Command::Schema(arguments) => cli::schema(&arguments),
         Command::Explain(arguments) => cli::explain::explain(&arguments),

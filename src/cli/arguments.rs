@@ -57,6 +57,8 @@ pub(crate) enum Command {
     Shots(ShotsArguments),
     /// The velocity at which half of all shots perforate, with its interval, from a case
     V50(V50Arguments),
+    /// Shots or a V50 at every point of a grid, or at Sobol's points, of any keys of a case
+    Sweep(SweepArguments),
     /// What this machine offers and what `--backend auto` would choose
     Info(InfoArguments),
     /// JSON Schema of the case file
@@ -647,6 +649,53 @@ impl From<Design> for study::v50::Design {
             Design::ThreePod => Self::ThreePod,
         }
     }
+}
+
+/// `ripstop sweep`
+#[derive(Args, Debug)]
+#[command(after_help = "Examples:
+  ripstop sweep shot.json --over /pack/plies=1,2,4,8 --over /projectile/velocity_m_s=100..300:20
+  ripstop sweep shot.json --over /pack/plies=1,2,4,8 --run v50 -o out/limits
+  ripstop sweep shot.json --over /fabric/crossover/gap_mm=0..0.1 --over /projectile/friction=0..0.4 --sobol 64
+
+Values are a list, a range with a step (A..B:STEP), or for Sobol's points a range (A..B). Every case is read and checked before \
+the first is computed.
+
+DIR gets sweep.csv (a row for each point), sweep.html (lines, a heat map of two keys, main effects), plan.json, and in points/ what \
+`ripstop shots` or `ripstop v50` writes.")]
+pub(crate) struct SweepArguments {
+    /// Case file
+    #[arg(value_name = "CASE.json")]
+    pub(crate) case: PathBuf,
+    /// A key and its values; may be given again
+    #[arg(long, value_name = "/POINTER=VALUES", required = true)]
+    pub(crate) over: Vec<String>,
+    /// So many of Sobol's points instead of a grid
+    #[arg(long, value_name = "N", value_parser = RangedU64ValueParser::<usize>::new().range(1..=10_000))]
+    pub(crate) sobol: Option<usize>,
+    /// What is computed at each point
+    #[arg(long, value_enum, default_value = "shots")]
+    pub(crate) run: SweepKind,
+    /// Shots at each point, or realisations of a V50 at most [default: 1 shot, 64 realisations]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
+    pub(crate) count: Option<u32>,
+    /// Width of the bracket of a threshold
+    #[arg(long, value_name = "PERCENT", value_parser = percent, default_value = "0.5%", allow_hyphen_values = true)]
+    pub(crate) bracket: f64,
+    #[command(flatten)]
+    pub(crate) batch: BatchArguments,
+    /// Folder for the results [default: out/<case name>-sweep]
+    #[arg(long, short, value_name = "DIR")]
+    pub(crate) out: Option<PathBuf>,
+}
+
+/// What a sweep computes at each point.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum SweepKind {
+    /// Shots of the case
+    Shots,
+    /// Its V50
+    V50,
 }
 
 /// `ripstop info`

@@ -28,6 +28,7 @@ pub(crate) mod resume;
 pub(crate) mod run;
 pub(crate) mod screen;
 pub(crate) mod shots;
+pub(crate) mod sweep;
 pub(crate) mod table;
 pub(crate) mod v50;
 pub(crate) mod validate;

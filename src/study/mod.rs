@@ -5,7 +5,7 @@
 //! - [`residual_fit`] finds the limit from residual velocities.
 //! - [`designs`] choose the velocity of the next shot.
 //! - [`counter_random`] and [`weibull`] are for what varies between shots.
-//! - [`batch`] computes many shots of a case; [`shots`] is `ripstop shots`, [`v50`] is `ripstop v50`.
+//! - [`batch`] computes many shots of a case; [`shots`] is `ripstop shots`, [`v50`] is `ripstop v50`, [`sweep`] runs either at many points.
 //! - [`fit`] is `ripstop fit`: a table of shots in, all of that out.
 //!
 //! Velocities have the unit of the shots, but in [`fit`] and [`arithmetic_v50::RULES`], which are in m/s.
@@ -24,6 +24,7 @@ pub mod residual_fit;
 pub mod shots;
 mod search;
 mod student_t;
+pub mod sweep;
 pub mod v50;
 pub mod weibull;
 

@@ -105,6 +105,11 @@ impl ShotRow {
         }
     }
 
+    /// Kinetic energy that the projectile has lost [J].
+    pub fn absorbed_energy(&self) -> Option<f64> {
+        self.numbers.get(1).copied()
+    }
+
     /// As estimators take it.
     pub fn as_shot(&self) -> Option<Shot> {
         self.perforated().map(|perforated| Shot { velocity: self.velocity, perforated })
