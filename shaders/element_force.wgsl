@@ -6,8 +6,9 @@
 //   in/out  accounts  array<f32>  (10, E)   see `ledger`
 //   in/out  status    array<u32>           counters
 //   out     events    array<Event>         yarn failures
-//   in/out  yarns     array<f32>  (6, E)   viscous forces of warp and weft [N]; strains of warp and weft in steps of even number, of odd
-//                                          number [-], where failure is judged over a length
+//   in/out  yarns     array<f32>  (8, E)   viscous forces of warp and weft [N]; strains of warp and weft in steps of even number, of odd
+//                                          number [-], where failure is judged over a length; failure strains of warp
+//                                          and weft over the fabric's [-], where strength varies
 // Twin: src/kernels/element_force.rs, src/solver/failure.rs
 
 @group(1) @binding(0) var<storage, read> nodes: array<f32>;
@@ -244,6 +245,14 @@ fn last_strain(element: u32, which: u32) -> f32 {
     return yarns[(2u + 2u * ((step.index + 1u) & 1u) + which) * scene.elements + element];
 }
 
+/// Failure strains of an element's yarns. `nominal`: those of the fabric.
+fn failure_strain(element: u32, nominal: vec2<f32>) -> vec2<f32> {
+    if (!STRENGTH) {
+        return nominal;
+    }
+    return nominal * vec2<f32>(yarns[6u * scene.elements + element], yarns[7u * scene.elements + element]);
+}
+
 /// Length of an element along a yarn over the finest.
 fn width_along(ply: u32, axis: u32, at: u32) -> f32 {
     if (!GRADED) {
@@ -404,10 +413,12 @@ fn element_step(element: u32) -> u32 {
     let cell = solve(k.stretch, warm, both);
 
     let zero = vec2<f32>(0.0);
-    let limit = vec2<f32>(scene.warp_failure_strain, scene.weft_failure_strain);
+    let nominal = vec2<f32>(scene.warp_failure_strain, scene.weft_failure_strain);
+    var limit = nominal;
     var failed = vec2<bool>(false);
     var over_length = Judged();
     if (WINDOWS) {
+        limit = failure_strain(element, nominal);
         over_length = judged(element, limit);
         failed = was_alive & (over_length.strain >= limit);
         keep_strains(element, select(vec2<f32>(BROKEN), max(cell.strain, zero), was_alive & !failed));
@@ -495,7 +506,7 @@ fn element_step(element: u32) -> u32 {
             accounts[8u * e + element] = law_share(k.stretch) * cells;
         }
         // Tension over breaking load is strain over failure strain.
-        var load = select(zero, strain / limit, alive);
+        var load = select(zero, strain / nominal, alive);
         if (WINDOWS) {
             // A mean over the failure length stands for what is beyond.
             load = max(select(zero, load, load < vec2<f32>(1.0)), over_length.whole * over_length.strain / limit);

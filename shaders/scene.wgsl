@@ -29,6 +29,8 @@ override FAILURE: bool = true;
 override VISCOUS: bool = true;
 /// Whether failure is judged over a length along the yarns.
 override WINDOWS: bool = true;
+/// Whether pieces of yarn differ in strength.
+override STRENGTH: bool = true;
 /// Whether the unit-cell law makes energy by itself.
 override LAW_ENERGY: bool = true;
 override PROJECTILE: bool = true;

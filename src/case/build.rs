@@ -10,7 +10,7 @@ use super::{
     Accuracy, Case, Compression, ContactSampling, Crossover, Edge, Edges, Fabric, InitialDeflection, MembraneForce,
     Motion, Numerics, Output, Pack, Projectile, RunUntil, Shape, Shear, Solver, Yarn,
 };
-use super::{expect, grading, layup, limits, projectile};
+use super::{expect, grading, layup, limits, projectile, variability};
 
 /// Coefficient of the shock viscosity.
 const VISCOSITY: f64 = 0.3;
@@ -29,6 +29,10 @@ pub(super) fn case(map: &Map<String, Value>) -> Result<Case, CaseError> {
     let title = root.text("title")?;
     let fabric = fabric(&root.object("fabric")?, &record)?;
     let projectile = root.object_if_given("projectile")?.map(|scope| projectile::read(&scope)).transpose()?;
+    let variability = match root.object_if_given("variability")? {
+        Some(scope) => Some(variability::read(&scope, projectile.as_ref())?),
+        None => None,
+    };
     let solver = solver(&root.object("solver")?, projectile.as_ref())?;
     let pack = pack(&root.object("pack")?, &fabric, projectile.as_ref(), &solver, &record)?;
     let output = output(&root.object("output")?)?;
@@ -40,8 +44,23 @@ pub(super) fn case(map: &Map<String, Value>) -> Result<Case, CaseError> {
         }
     }
     let fields = record.into_fields();
-    let (name, as_run, path, notes) = Default::default();
-    Ok(Case { name, title, fabric, pack, projectile, solver, output, expect, fields, as_run, notes, path })
+    let (name, as_run, path, notes, drawn) = Default::default();
+    Ok(Case {
+        name,
+        title,
+        fabric,
+        pack,
+        projectile,
+        variability,
+        drawn,
+        solver,
+        output,
+        expect,
+        fields,
+        as_run,
+        notes,
+        path,
+    })
 }
 
 /// A fabric written out in the case.

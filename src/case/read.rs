@@ -4,13 +4,13 @@ use std::fs::File;
 use std::io::Read;
 use std::path::{Path, PathBuf};
 
-use serde_json::Value;
+use serde_json::{Map, Value};
 
 use super::error::{CaseError, describe};
 use super::fabric_file::{self, Inlined, Shelf};
 use super::pointer::is_at_or_below;
 use super::set::{self, Set};
-use super::{Case, build, check, json, limits, words};
+use super::{Case, build, check, json, limits, variability, words};
 
 /// No case comes near this size [bytes]; a file that does is something else.
 const MAX_BYTES: u64 = 1 << 20;
@@ -134,10 +134,48 @@ fn checked(document: &Value) -> Result<Case, Vec<CaseError>> {
         return Err(wrong);
     }
     let map = document.as_object().cloned().unwrap_or_default();
-    let mut case = build::case(&map).map_err(|error| vec![error])?;
+    let built = build::case(&map).map_err(|error| vec![error])?;
+    let mut case = match variability::realised(&built, document) {
+        None => built,
+        Some((document, drawn)) => {
+            let wrong = check::document(&document);
+            if !wrong.is_empty() {
+                return Err(wrong);
+            }
+            let map = document.as_object().cloned().unwrap_or_default();
+            Case { drawn, ..build::case(&map).map_err(|error| vec![error])? }
+        }
+    };
     limits::fit(&mut case);
     limits::check(&case).map_err(|error| vec![error])?;
     Ok(case)
+}
+
+/// A shot of a case: `shot` of the draws of `seed`, at this impact velocity before its scatter [m/s]; `None`: that of the case.
+///
+/// # Errors
+/// When a value that was drawn is none that its key allows, or does not go together with the others.
+pub(crate) fn realisation(case: &Case, seed: u32, shot: u32, velocity: Option<f64>) -> Result<Case, CaseError> {
+    let mut document = case.as_run.clone();
+    if let Some(document) = document.as_object_mut() {
+        if !document.get("variability").is_some_and(Value::is_object) {
+            document.insert("variability".to_owned(), Value::Object(Map::new()));
+        }
+        if let Some(variability) = document.get_mut("variability").and_then(Value::as_object_mut) {
+            variability.insert("seed".to_owned(), Value::from(seed));
+            variability.insert("shot".to_owned(), Value::from(shot));
+        }
+        let projectile = document.get_mut("projectile").and_then(Value::as_object_mut);
+        if let (Some(projectile), Some(velocity)) = (projectile, velocity) {
+            projectile.insert("velocity_m_s".to_owned(), Value::from(velocity));
+        }
+    }
+    let case = Case {
+        name: case.name.clone(),
+        path: case.path.clone(),
+        ..checked(&document).map_err(|errors| CaseError::first_of(errors))?
+    };
+    Ok(Case { as_run: document, ..case })
 }
 
 /// An error inside an inlined fabric is one of the file it came from.

@@ -4,19 +4,20 @@ use std::f64::consts::PI;
 
 use super::fields::{CaseKey, KeyType, Unit, above, key, number, within, word};
 use super::pointer::index;
+use super::variability_keys::VARIABILITY;
 use super::words::{ShapeWord, Word};
 use super::{
     Accuracy, Along, ContactSampling, Edge, Law, LinesFrom, MembraneForce, Motion, Numerics, Rotation, RunUntil,
     ShearModulus, Symmetry, UnitCell,
 };
 
-const NONE: Unit = Unit::new("", 1.0, 1.0);
+pub(super) const NONE: Unit = Unit::new("", 1.0, 1.0);
 const RAD: Unit = Unit::new("rad", 1.0, 1.0);
-const DEG: Unit = Unit::new("deg", PI, 180.0);
-const MM: Unit = Unit::new("mm", 1.0, 1e3);
+pub(super) const DEG: Unit = Unit::new("deg", PI, 180.0);
+pub(super) const MM: Unit = Unit::new("mm", 1.0, 1e3);
 const MM_N13: Unit = Unit::new("mm·N^(1/3)", 1.0, 1e3);
 const US: Unit = Unit::new("µs", 1.0, 1e6);
-const M_S: Unit = Unit::new("m/s", 1.0, 1.0);
+pub(super) const M_S: Unit = Unit::new("m/s", 1.0, 1.0);
 const RAD_S: Unit = Unit::new("rad/s", 1.0, 1.0);
 const GRAM: Unit = Unit::new("g", 1.0, 1e3);
 const G_MM2: Unit = Unit::new("g·mm²", 1.0, 1e9);
@@ -55,6 +56,12 @@ pub(super) static CASE: &[CaseKey] = &[
     key("pack", KeyType::Object(PACK), "Plies, size, edges and initial state."),
     key("projectile", KeyType::Object(PROJECTILE), "What strikes the pack; null or absent: nothing does.")
         .optional("nothing strikes the pack"),
+    key(
+        "variability",
+        KeyType::Object(VARIABILITY),
+        "What varies from shot to shot; nothing does in a case that names no shot.",
+    )
+    .optional(""),
     key("solver", KeyType::Object(SOLVER), "Time integration.").optional(""),
     key("output", KeyType::Object(OUTPUT), "What is written and how often.").optional(""),
     key("expect", KeyType::Items(EXPECT, [0, 1000]), "Statements about the result that the run checks.").optional(""),
@@ -507,6 +514,11 @@ mod tests {
             "projectile": {"shape": "fragment", "diameter_mm": 5, "length_mm": 6, "density_kg_m3": 7850, "velocity_m_s": 9}"#,
         r#""pack": {"width_mm": 9, "height_mm": 9},
             "projectile": {"shape": "bar", "diameter_mm": 5, "velocity_m_s": 9, "motion": "prescribed"}"#,
+        r#""pack": {"width_mm": 9, "height_mm": 9},
+            "projectile": {"shape": "sphere", "diameter_mm": 5, "mass_g": 1, "velocity_m_s": 9},
+            "variability": {"shot": 0, "velocity": {"scatter_m_s": 1}, "obliquity": {"scatter_deg": 1}, "yaw": {"scatter_deg": 1},
+            "modulus": {"scatter": 0.01}, "crimp": {"scatter": 0.01},
+            "yarn_strength": {"shape": 9, "gauge_length_mm": 50, "yarn_shape": 20}}"#,
     ];
 
     /// Every pointer, those of one group of plies too.

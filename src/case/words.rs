@@ -3,8 +3,8 @@
 use serde_json::{Map, Value};
 
 use super::{
-    Accuracy, Along, ContactSampling, Edge, Law, LinesFrom, MembraneForce, Motion, Numerics, Rotation, RunUntil,
-    ShearModulus, Symmetry, UnitCell,
+    Accuracy, Along, ContactSampling, Distribution, Edge, HitPlace, Law, LinesFrom, MembraneForce, Motion, Numerics,
+    Rotation, RunUntil, ShearModulus, Symmetry, UnitCell,
 };
 
 /// A choice that the case file names by a word.
@@ -51,6 +51,8 @@ words! {
     Numerics { "default" => Default, "paper" => Paper }
     Accuracy { "default" => Default, "converged" => Converged }
     UnitCell { "newton" => Newton, "safeguarded" => Safeguarded }
+    Distribution { "normal" => Normal, "uniform" => Uniform }
+    HitPlace { "aimed" => Aimed, "unit_cell" => UnitCell }
     RunUntil { "outcome" => Outcome, "separation" => Separation, "end_time" => EndTime }
     ShapeWord {
         "cylinder" => Cylinder, "sphere" => Sphere, "cone" => Cone, "ogive" => Ogive, "fragment" => Fragment, "bar" => Bar

@@ -5,8 +5,11 @@ use std::path::Path;
 use ripstop::output::Folder;
 use ripstop::output::number::short;
 use ripstop::study::StudyError;
+use ripstop::study::arithmetic_v50::{Arithmetic, Refusal, Rule};
 use ripstop::study::binary_response::Method;
 use ripstop::study::fit::{self, Fit, FitRequest, Quantile};
+use ripstop::study::outcomes::Group;
+use ripstop::study::residual_fit::{ResidualFit, ResidualModel, TooFew};
 
 use super::arguments::FitArguments;
 use super::failure::CommandFailure;
@@ -51,7 +54,7 @@ fn write(out: &Path, data: &Path, found: &Fit) -> Result<Folder, CommandFailure>
 }
 
 /// The whole text.
-fn text(data: &Path, found: &Fit, folder: Option<&Folder>) -> String {
+pub(crate) fn text(data: &Path, found: &Fit, folder: Option<&Folder>) -> String {
     let [perforated, stopped] = found.outcomes.counts();
     let shots = perforated + stopped;
     let mut out = format!("{}: {shots} shots, {perforated} perforated, {stopped} stopped\n", data.display());
@@ -108,7 +111,7 @@ fn ends(quantile: &Quantile) -> [String; 2] {
     [quantile.bounds.low, quantile.bounds.high].map(end)
 }
 
-fn end(end: Option<f64>) -> String {
+pub(super) fn end(end: Option<f64>) -> String {
     end.map_or_else(|| "none".to_owned(), |end| short(end, 4))
 }
 
@@ -130,20 +133,31 @@ fn quantiles(found: &Fit) -> String {
 /// The chance over velocity, perforations above it, stops below.
 fn curve(found: &Fit) -> String {
     let Ok(estimate) = &found.estimate else { return String::new() };
-    let [low, high] = found.outcomes.range();
+    let of = |count: fn(&Group) -> u64| -> Vec<f64> {
+        found.outcomes.groups().iter().filter(|group| count(group) > 0).map(|group| group.velocity).collect()
+    };
+    let marks = [("perforated", of(|group| group.perforated)), ("stopped", of(|group| group.stopped))];
+    plot(found.outcomes.range(), |velocity| estimate.probability(velocity), marks)
+}
+
+/// A chance over a range of velocities in letters, with marks above and below it.
+pub(super) fn plot(
+    [low, high]: [f64; 2],
+    chance: impl Fn(f64) -> f64,
+    [(above, above_at), (below, below_at)]: [(&str, Vec<f64>); 2],
+) -> String {
     let column = |velocity: f64| ((velocity - low) / (high - low) * (COLUMNS - 1) as f64).round() as usize;
-    let mut marks = [vec![' '; COLUMNS], vec![' '; COLUMNS]];
-    for group in found.outcomes.groups() {
-        for (row, count) in marks.iter_mut().zip([group.perforated, group.stopped]) {
-            if count > 0 {
-                row[column(group.velocity)] = '|';
-            }
+    let marked = |velocities: &[f64]| {
+        let mut marks = vec![' '; COLUMNS];
+        for velocity in velocities {
+            marks[column(*velocity).min(COLUMNS - 1)] = '|';
         }
-    }
+        marks
+    };
     let mut rows = vec![vec![' '; COLUMNS]; ROWS];
     let mut last = None;
     for n in 0..COLUMNS {
-        let chance = estimate.probability(low + (high - low) * n as f64 / (COLUMNS - 1) as f64);
+        let chance = chance(low + (high - low) * n as f64 / (COLUMNS - 1) as f64);
         let row = ((1.0 - chance) * (ROWS - 1) as f64).round() as usize;
         // A steep curve is drawn through, so that it stays one line.
         for row in &mut rows[row..last.unwrap_or(row + 1).max(row + 1)] {
@@ -155,21 +169,25 @@ fn curve(found: &Fit) -> String {
         let text = format!("{name:>10} {}", cells.iter().collect::<String>());
         text.trim_end().to_owned() + "\n"
     };
-    let [above, below] = &marks;
-    let mut out = line("perforated", above);
+    let mut out = if above.is_empty() { String::new() } else { line(above, &marked(&above_at)) };
     for (n, row) in rows.iter().enumerate() {
         let name = if n % 2 == 0 { format!("{} %", 100 - 100 * n / (ROWS - 1)) } else { String::new() };
         out += &line(&name, row);
     }
-    out += &line("stopped", below);
+    out += &line(below, &marked(&below_at));
     let [low, high] = [low, high].map(|velocity| short(velocity, 4));
     let axis = format!("{low}{high:>width$} m/s", width = COLUMNS.saturating_sub(low.chars().count()));
     out + &line("", &axis.chars().collect::<Vec<_>>())
 }
 
 fn arithmetic(found: &Fit) -> String {
+    arithmetic_table(&found.arithmetic)
+}
+
+/// The arithmetic V50 of each rule.
+pub(super) fn arithmetic_table(rules: &[(Rule, Result<Arithmetic, Refusal>)]) -> String {
     let mut table = TextTable::plain(&[Align::Left, Align::Left, Align::Left]);
-    for (rule, result) in &found.arithmetic {
+    for (rule, result) in rules {
         let words = match result {
             Ok(mean) => format!("{} m/s, spread {} m/s", short(mean.mean, 4), short(mean.spread, 3)),
             Err(why) => format!("none: {}", fit::refusal(why)),
@@ -180,8 +198,13 @@ fn arithmetic(found: &Fit) -> String {
 }
 
 fn residual(found: &Fit) -> String {
+    residual_table(&found.residual)
+}
+
+/// The curves through residual velocities.
+pub(super) fn residual_table(curves: &[(ResidualModel, Result<ResidualFit, TooFew>)]) -> String {
     use Align::{Left, Right};
-    if found.residual.is_empty() {
+    if curves.is_empty() {
         return String::new();
     }
     let heads = [
@@ -195,7 +218,7 @@ fn residual(found: &Fit) -> String {
     ];
     let mut table = TextTable::new(&heads);
     let mut refused = String::new();
-    for (curve, result) in &found.residual {
+    for (curve, result) in curves {
         match result {
             Ok(fit) => table.row([
                 curve.words().to_owned(),

@@ -2,6 +2,7 @@
 
 pub(crate) mod arguments;
 pub(crate) mod backend;
+pub(crate) mod batch;
 pub(crate) mod bench;
 pub(crate) mod check;
 pub(crate) mod compare;
@@ -26,7 +27,10 @@ pub(crate) mod result;
 pub(crate) mod resume;
 pub(crate) mod run;
 pub(crate) mod screen;
+pub(crate) mod shots;
+pub(crate) mod sweep;
 pub(crate) mod table;
+pub(crate) mod v50;
 pub(crate) mod validate;
 pub(crate) mod verify;
 

@@ -42,6 +42,23 @@ impl FromStr for StretchRange {
     }
 }
 
+/// A range of velocities `A..B` [m/s].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Velocities(pub(crate) [f64; 2]);
+
+impl FromStr for Velocities {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let ends =
+            text.split_once("..").and_then(|(low, high)| Some([low.trim().parse().ok()?, high.trim().parse().ok()?]));
+        match ends {
+            Some([low, high]) if low > 0.0 && high > low && high <= 5000.0 => Ok(Self([low, high])),
+            _ => Err(format!("expected two velocities in m/s, the lower first, such as 150..250, found {text:?}")),
+        }
+    }
+}
+
 fn stretch(text: &str) -> Result<f64, String> {
     let value: f64 = text.trim().parse().map_err(|_| format!("expected a stretch, found {text:?}"))?;
     if value > 0.0 && value <= MAX_STRETCH {
@@ -76,6 +93,14 @@ pub(crate) fn level(text: &str) -> Result<f64, String> {
     match level {
         Ok(level) if (0.01..=0.9999).contains(&level) => Ok(level),
         _ => Err(format!("expected a confidence from 0.01 to 0.9999, such as 0.9 or 90%, found {text:?}")),
+    }
+}
+
+/// A speed above 0 [m/s].
+pub(crate) fn speed(text: &str) -> Result<f64, String> {
+    match text.trim().parse::<f64>() {
+        Ok(speed) if speed > 0.0 && speed <= 5000.0 => Ok(speed),
+        _ => Err(format!("expected a speed above 0 and at most 5000 m/s, found {text:?}")),
     }
 }
 

@@ -3,8 +3,8 @@
 use super::DeviceError;
 use super::layout::{
     ACCOUNT_FIELDS, BODY_WORDS, CONTACT_WORDS, EVENT_WORDS, FORCE_FIELDS, HEIGHT_FIELDS, IMPULSE_FIELDS, NODE_FIELDS,
-    PLY_ACCOUNT_FIELDS, POINT_WORDS, REACH_WORDS, STATUS_WORDS, STRAIN_FIELDS, SUMS, TOUCH_HEAD, TOUCH_WORDS,
-    VISCOUS_FIELDS,
+    PLY_ACCOUNT_FIELDS, POINT_WORDS, REACH_WORDS, STATUS_WORDS, STRAIN_FIELDS, STRENGTH_FIELDS, SUMS, TOUCH_HEAD,
+    TOUCH_WORDS, VISCOUS_FIELDS,
 };
 use crate::model::Model;
 
@@ -153,6 +153,7 @@ impl Sizes {
             plies: grid.plies as u64,
             elements,
             yarn_fields: match (model.features().windows, model.features().viscous) {
+                (true, _) if model.strength.is_some() => VISCOUS_FIELDS + STRAIN_FIELDS + STRENGTH_FIELDS,
                 (true, _) => VISCOUS_FIELDS + STRAIN_FIELDS,
                 (false, true) => VISCOUS_FIELDS,
                 (false, false) => 0,

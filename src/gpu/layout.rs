@@ -31,6 +31,8 @@ pub const PLY_ACCOUNT_FIELDS: u64 = 4;
 pub const VISCOUS_FIELDS: u64 = 2;
 /// Fields of an element whose yarns are judged over a length: strains of warp and weft in the last two steps.
 pub const STRAIN_FIELDS: u64 = 4;
+/// Failure strains of warp and weft over the fabric's, behind those, where strength varies.
+pub const STRENGTH_FIELDS: u64 = 2;
 /// Words of a contact between plies.
 pub const CONTACT_WORDS: u64 = 8;
 /// Fields of the impulses of contact between plies.

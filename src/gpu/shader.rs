@@ -292,7 +292,7 @@ const WITHIN: f64 = 1e-3;
 const SHARE_UNIT: u32 = 1 << 20;
 
 /// Values of the pipeline-overridable constants, by name. `ledger`: the step fills in the energies of the state.
-pub fn constants(terms: &Features, ledger: bool) -> [(&'static str, f64); 23] {
+pub fn constants(terms: &Features, ledger: bool) -> [(&'static str, f64); 24] {
     let law = LAWS.iter().take_while(|(_, law)| *law != terms.law).count();
     let flag = |yes: bool| f64::from(u8::from(yes));
     [
@@ -310,6 +310,7 @@ pub fn constants(terms: &Features, ledger: bool) -> [(&'static str, f64); 23] {
         ("FAILURE", flag(terms.failure)),
         ("VISCOUS", flag(terms.viscous)),
         ("WINDOWS", flag(terms.windows)),
+        ("STRENGTH", flag(terms.strength)),
         ("LAW_ENERGY", flag(terms.law_energy)),
         ("PROJECTILE", flag(terms.projectile)),
         ("FRICTION", flag(terms.friction)),

@@ -46,7 +46,7 @@ impl DeviceStepper<'_> {
         let flag = |(warp, weft): (&f32, &f32)| u32::from(*warp > 0.5) + 2 * u32::from(*weft > 0.5);
         self.write(BufferId::Flags, &warp.iter().zip(weft).map(flag).collect::<Vec<_>>());
         if self.sizes.yarn_fields > 0 {
-            self.write(BufferId::Yarns, bytemuck::cast_slice(&self.yarns(&state.elements)));
+            self.write(BufferId::Yarns, bytemuck::cast_slice(&self.yarns(model, &state.elements)));
         }
         let mut counters = vec![0; STATUS_WORDS];
         counters[status::BAD_STEP] = layout::NONE;
@@ -68,8 +68,8 @@ impl DeviceStepper<'_> {
         self.events_read = 0;
     }
 
-    /// Viscous forces and strains of the yarns; strains as those of both of the last steps.
-    fn yarns(&self, elements: &Rows<f32>) -> Vec<f32> {
+    /// Viscous forces and strains of the yarns, strains as those of both of the last steps; and their strengths, where those vary.
+    fn yarns(&self, model: &Model<f32>, elements: &Rows<f32>) -> Vec<f32> {
         let fields = |first: usize, count: usize| planes(elements, first..first + count, 1, self.grid.columns);
         let strains = elements.fields - element::STRAIN;
         let mut yarns = match self.terms.viscous {
@@ -78,6 +78,13 @@ impl DeviceStepper<'_> {
         };
         if self.terms.windows {
             (0..2).for_each(|_| yarns.extend(fields(strains, element::STRAIN)));
+        }
+        if let Some(strength) = &model.strength {
+            for yarn in 0..2 {
+                let places = (0..self.grid.element_rows())
+                    .flat_map(|row| (0..self.grid.columns).map(move |column| [row, column]));
+                yarns.extend(places.map(|[row, column]| strength.factor(row, yarn, column) as f32));
+            }
         }
         yarns
     }

@@ -41,6 +41,9 @@ pub struct StencilRadius {
 }
 
 impl StencilRadius {
+    /// The element itself: a strength of its own is judged where those over a length are.
+    pub(super) const ELEMENT: Self = Self { along: [0.5; 2], across: [0.5; 2] };
+
     /// `length`: the failure length [m]. `spacing`: of the crossovers along warp and weft [m]; across warp lies that along weft.
     pub(super) fn new(mesh: &Mesh, length: f64, spacing: [f64; 2]) -> Self {
         let over = |axis: usize, length: f64| 0.5 * length / mesh.length[axis];
@@ -54,13 +57,18 @@ impl StencilRadius {
         if self.along == [0.0; 2] || lengths.copied().fold(0.0, f64::max) <= 0.5 {
             return None;
         }
+        Some(self.overlaps(mesh))
+    }
+
+    /// Windows of warp and weft, whatever their size.
+    pub(super) fn overlaps(&self, mesh: &Mesh) -> [Windows; 2] {
         let windows = |axis: usize, reach: f64| {
             let overlaps = mesh.overlaps(axis, reach).into_iter();
             overlaps.map(|(first, length)| Window { first, length }).collect()
         };
-        Some([0, 1].map(|yarn| Windows {
+        [0, 1].map(|yarn| Windows {
             along: windows(yarn, self.along[yarn]),
             across: windows(1 - yarn, self.across[yarn]),
-        }))
+        })
     }
 }

@@ -32,6 +32,8 @@ pub struct Features {
     pub viscous: bool,
     /// Failure is judged over a length along the yarns.
     pub windows: bool,
+    /// Pieces of yarn differ in strength.
+    pub strength: bool,
     /// There is a projectile.
     pub projectile: bool,
     /// It rubs.
@@ -66,6 +68,7 @@ impl Features {
             law_energy: ply_type.law_energy.is_some(),
             viscous: ply_type.viscous,
             windows: ply_type.windows.is_some(),
+            strength: model.strength.is_some(),
             projectile: projectile.is_some(),
             friction: projectile.is_some() && model.friction > 0.0,
             edges: model.edges,

@@ -13,6 +13,7 @@ pub mod mesh;
 pub mod over;
 pub mod ply_type;
 pub mod pretension;
+pub mod strength;
 mod symmetry;
 pub mod time_step;
 pub mod unit_cell_curve;
@@ -30,6 +31,7 @@ pub use ply_type::{PlyType, RowMasses};
 pub use pretension::InitialStretch;
 
 pub use features::Features;
+pub use strength::Strength;
 pub use time_step::StepBound;
 
 /// Why a valid case cannot become a model.
@@ -85,6 +87,8 @@ pub struct Model<S> {
     pub ply_types: Vec<PlyType<S>>,
     /// The plies, the struck one first.
     pub plies: Vec<Ply>,
+    /// CommandFailure strains of the elements over the fabric's; `None`: they are the fabric's.
+    pub strength: Option<Strength>,
     /// Critical step and what sets it.
     pub bound: StepBound,
     /// Time step [s].
@@ -153,8 +157,10 @@ impl<S: Scalar> Model<S> {
         let bounds = ply_types.iter().map(|ply_type| ply_type.bound);
         let bound = bounds.reduce(|a, b| if b.critical_step < a.critical_step { b } else { a }).unwrap_or_default();
         let still = layup.layers.iter().all(|layer| layer.initial_velocity == [0.0; 3]);
+        let grid = Grid::new(layup.plies.len(), ply_types.iter().map(|ply_type| &ply_type.mesh));
         Ok(Self {
-            grid: Grid::new(layup.plies.len(), ply_types.iter().map(|ply_type| &ply_type.mesh)),
+            grid,
+            strength: Strength::new(case, &ply_types, &layup.plies, grid.rows, grid.columns),
             dt: case.solver.courant * bound.critical_step,
             friction: case.projectile.as_ref().map_or(0.0, |p| p.friction),
             edges: case.solver.contact_sampling == ContactSampling::Edges

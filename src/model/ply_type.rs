@@ -3,7 +3,7 @@
 use super::failure_length::{StencilRadius, Windows};
 use super::time_step::is_let_go;
 use super::{Columns, Grid, InitialStretch, Mesh, MirrorPlanes, ModelError, StepBound, pretension};
-use crate::case::{Case, Edge, Edges, Fabric, Layer, Solver, UnitCell};
+use crate::case::{Case, Edge, Edges, Fabric, Layer, Solver, UnitCell, Variability};
 use crate::kernels::crossover::{LawKernel, UnitCellParameters, Variant};
 use crate::kernels::element_force::ElementConstants;
 use crate::kernels::law_energy::LawEnergy;
@@ -77,8 +77,13 @@ impl<S: Scalar> PlyType<S> {
         let law = Variant::of(&fabric.crossover);
         let edges = super::symmetry::cut_edges(&mesh, layer.edges);
         let bound = StepBound::new(length, fabric.areal_density, &element, case.solver.shock_viscosity);
-        let failure_reach =
+        let mut failure_reach =
             StencilRadius::new(&mesh, case.solver.failure_length, cell.yarn.map(|yarn| 2.0 * yarn.half_span));
+        let mut windows = failure_reach.windows(&mesh);
+        if windows.is_none() && case.variability.as_ref().is_some_and(Variability::strength_varies) {
+            failure_reach = StencilRadius::ELEMENT;
+            windows = Some(StencilRadius::ELEMENT.overlaps(&mesh));
+        }
         Ok(Self {
             bound: if is_let_go(pack.pretension, layer.edges) { bound.of_let_go() } else { bound },
             initial: crate::with_law!(law, L => pretension::solve::<L>(pack, &cell)?),
@@ -89,7 +94,7 @@ impl<S: Scalar> PlyType<S> {
             law_energy: crate::with_law!(law, L => LawEnergy::new::<L>(law, &cell)),
             columns: Columns::new(&mesh),
             viscous: case.solver.shock_viscosity > 0.0,
-            windows: failure_reach.windows(&mesh),
+            windows,
             failure_reach,
             initial_velocity: mesh.to_ply(layer.initial_velocity),
             has_shear: fabric.shear.is_some(),

@@ -8,7 +8,7 @@
 use nalgebra::Vector3;
 
 use super::Mesh;
-use crate::case::{Case, Edge, Edges, Layer, Shape};
+use crate::case::{Case, Edge, Edges, Layer, Shape, Variability};
 use crate::kernels::mirror_planes::{Cut, MirrorPlanes};
 use crate::kernels::rigid_body::RigidBody;
 
@@ -17,6 +17,9 @@ const ROUNDING: f64 = 1e-12;
 
 /// The planes of a case. `body`: its projectile, not yet cut.
 pub(super) fn planes_of(case: &Case, body: Option<&RigidBody>) -> MirrorPlanes {
+    if case.variability.as_ref().is_some_and(Variability::strength_varies) {
+        return MirrorPlanes::NONE;
+    }
     let layers = case.layers();
     let is_plane = |axis: usize| {
         let flies = match (&case.projectile, body) {

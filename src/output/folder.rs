@@ -62,6 +62,14 @@ impl OutputError {
         Self { path: path.display().to_string(), expected, found: found.to_string(), help }
     }
 
+    /// A file of results that the disk refuses.
+    pub(crate) fn unwritten(path: &Path, error: &io::Error) -> Self {
+        Self {
+            help: "make room there, then go on with --resume",
+            ..Self::new(path, "a disk that takes the results", error)
+        }
+    }
+
     /// Another run writes there.
     fn taken(path: &Path) -> Self {
         let help = "wait for its end, or choose another folder with --out DIR";

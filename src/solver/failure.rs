@@ -7,7 +7,7 @@ use crate::model::failure_length::Window;
 use crate::solver::state::State;
 
 /// Marks the yarns whose own strain and whose mean strain over the piece around them reached the failure strain in the last step: they break
-/// in this one. `last`: sums of that step, which say where nothing has to be looked at; `None`: everything is.
+/// in this one. Where strength varies, each has a failure strain of its own. `last`: sums of that step, which say where nothing has to be looked at; `None`: everything is.
 ///
 /// Gives the largest of those means over the failure strain where all pieces are whole: what a yarn carries over its breaking load.
 pub(super) fn evaluate_failure<S: Scalar>(
@@ -24,10 +24,15 @@ pub(super) fn evaluate_failure<S: Scalar>(
         for row in 0..ply_type.mesh.rows {
             for (yarn, constants) in ply_type.cell.yarn.iter().enumerate() {
                 let limit = constants.failure_strain;
+                let strength = model.strength.as_ref();
+                let least = strength.map_or(limit, |strength| limit * strength.least(first + row, yarn));
                 // Almost always nothing has to be looked at.
-                if last.is_some_and(|totals| totals[first + row].largest_strain[yarn] < limit) {
+                if last.is_some_and(|totals| totals[first + row].largest_strain[yarn] < least) {
                     continue;
                 }
+                let limit = |column: usize| {
+                    strength.map_or(limit, |strength| limit * strength.factor(first + row, yarn, column))
+                };
                 let strain =
                     |row: usize, column: usize| state.elements.get(first + row, strains + yarn, column + 1).to_f64();
                 let windows = &windows[yarn];
@@ -35,9 +40,10 @@ pub(super) fn evaluate_failure<S: Scalar>(
                     0 => Mean::over(&windows.along[column], &windows.across[row], |column, row| strain(row, column)),
                     _ => Mean::over(&windows.along[row], &windows.across[column], strain),
                 };
-                let near = (0..ply_type.mesh.columns).filter(|column| strain(row, *column) >= limit);
+                let near = (0..ply_type.mesh.columns).filter(|column| strain(row, *column) >= limit(*column));
                 let means: Vec<_> = near.map(|column| (column, mean(column))).collect();
                 for (column, mean) in means {
+                    let limit = limit(column);
                     if mean.whole {
                         largest = largest.max(mean.strain / limit);
                     }

@@ -4,9 +4,9 @@
 //! overlap it has no maximum: β grows without bound. Firth's penalty, half the logarithm of the information's determinant in (α, β),
 //! gives a finite estimate there (Kosmidis & Firth 2021).
 
-use super::link::Link;
 use super::outcomes::{Group, Outcomes};
 use super::search::root;
+use crate::math::link::Link;
 
 /// Steps of a fit at most. From these starts 5 to 20 are needed.
 const STEPS: usize = 500;

@@ -6,9 +6,9 @@
 //! - Wald: estimate ± z × standard error of the expected information. It is symmetric and too short for few shots.
 
 use super::binary_response::{Estimate, LinearPredictor, Method, Problem};
-use super::link::Link;
 use super::outcomes::Outcomes;
 use super::search::{highest, peak, root};
+use crate::math::link::Link;
 
 /// Doublings of a step on the search for an end, and Newton steps, at most.
 const STEPS: usize = 200;

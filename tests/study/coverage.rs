@@ -1,11 +1,11 @@
 //! How often intervals hold the truth: 10 000 synthetic ranges, and the table that the book shows.
 
 use rayon::prelude::*;
+use ripstop::math::counter_random::DrawKey;
+use ripstop::math::link::Link;
 use ripstop::study::binary_response::fit;
-use ripstop::study::counter_random::DrawKey;
 use ripstop::study::designs::{Langlie, Neyer, ThreePod, UpDown};
 use ripstop::study::interval::{Interval, interval};
-use ripstop::study::link::Link;
 use ripstop::study::outcomes::{Outcomes, Shot};
 
 /// Scatter of the thresholds [m/s]; V50 lies evenly between 480 and 520.

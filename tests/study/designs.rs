@@ -1,8 +1,8 @@
 //! Designs replay published paths.
 
+use ripstop::math::link::Link;
 use ripstop::study::binary_response::fit;
 use ripstop::study::designs::{Langlie, Neyer, RobbinsMonro, ThreePod, UpDown, d_optimal};
-use ripstop::study::link::Link;
 use ripstop::study::outcomes::Shot;
 
 use super::{NEYER, WU_TIAN, near, shots};

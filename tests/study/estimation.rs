@@ -1,7 +1,7 @@
 //! Maximum likelihood, Firth's penalty, refusals.
 
+use ripstop::math::link::Link;
 use ripstop::study::binary_response::{Estimate, Method, NoEstimate, fit, location};
-use ripstop::study::link::Link;
 use ripstop::study::outcomes::{Group, Outcomes};
 
 use super::{GONOGO, NEYER, WU_TIAN, near, outcomes};

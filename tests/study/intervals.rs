@@ -1,8 +1,8 @@
 //! Ends of intervals.
 
+use ripstop::math::link::Link;
 use ripstop::study::binary_response::fit;
 use ripstop::study::interval::{Bounds, Interval, interval};
-use ripstop::study::link::Link;
 
 use super::{GONOGO, NEYER, WU_TIAN, near, outcomes};
 

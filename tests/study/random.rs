@@ -2,8 +2,8 @@
 
 use std::collections::HashSet;
 
-use ripstop::study::counter_random::{DrawKey, philox, uniform};
-use ripstop::study::weibull::Weibull;
+use ripstop::math::counter_random::{DrawKey, philox, uniform};
+use ripstop::math::weibull::Weibull;
 
 use super::near;
 

@@ -1,7 +1,7 @@
 //! The velocity that adds most to the information's determinant.
 
+use crate::math::link::Link;
 use crate::study::binary_response::{fit, information};
-use crate::study::link::Link;
 use crate::study::outcomes::Outcomes;
 use crate::study::search::highest;
 

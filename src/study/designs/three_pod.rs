@@ -3,8 +3,8 @@
 use super::d_optimal::{clipped, d_optimal};
 use super::replay::{Asked, Replay};
 use super::robbins_monro::RobbinsMonro;
+use crate::math::link::Link;
 use crate::study::binary_response::{fit, location};
-use crate::study::link::Link;
 use crate::study::outcomes::Shot;
 
 /// Gap, in σg, below which shots are placed beside it to give overlap.

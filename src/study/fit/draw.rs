@@ -5,21 +5,21 @@ use std::fmt::Write as _;
 use super::Fit;
 use crate::output::chart::{self, ChartAxis};
 use crate::output::number::short;
-use crate::study::residual_fit::{ResidualFit, ResidualModel};
+use crate::study::residual_fit::{Passed, ResidualFit, ResidualModel, TooFew};
 
 /// Size of a panel.
-pub(super) const PANEL: [f64; 2] = [520.0, 340.0];
+pub(in crate::study) const PANEL: [f64; 2] = [520.0, 340.0];
 /// Points of a curve.
 const POINTS: usize = 240;
 /// Colours of Okabe and Ito, which colour-blind people tell apart: perforations, stops, curves.
-const PERFORATED: &str = "#d55e00";
-const STOPPED: &str = "#0072b2";
-const CURVE: &str = "#222";
+pub(in crate::study) const PERFORATED: &str = "#d55e00";
+pub(in crate::study) const STOPPED: &str = "#0072b2";
+pub(in crate::study) const CURVE: &str = "#222";
 /// Dashes of the second curve.
 const DASHES: &str = "7 4";
 
 /// Frame, grid, words; for the page too.
-pub(super) const STYLE: &str =
+pub(in crate::study) const STYLE: &str =
     ".grid { stroke: #222; stroke-opacity: 0.1; } .frame { fill: none; stroke: #888; } text { fill: #222; }";
 
 /// The picture.
@@ -39,10 +39,10 @@ pub fn svg(fit: &Fit, title: &str) -> String {
 }
 
 /// What each panel shows, and what lies inside.
-pub(super) fn panels(fit: &Fit) -> Vec<(&'static str, String)> {
+pub(in crate::study) fn panels(fit: &Fit) -> Vec<(&'static str, String)> {
     let mut panels = vec![("chance of a perforation over impact velocity", chance(fit))];
     if !fit.passed.is_empty() {
-        panels.push(("residual over impact velocity", residual(fit)));
+        panels.push(("residual over impact velocity", residual_panel(&fit.passed, &fit.residual)));
     }
     panels
 }
@@ -58,12 +58,12 @@ fn velocities(fit: &Fit) -> [f64; 2] {
     [low - room, high + room]
 }
 
-fn evenly([low, high]: [f64; 2]) -> impl Iterator<Item = f64> {
+pub(in crate::study) fn evenly([low, high]: [f64; 2]) -> impl Iterator<Item = f64> {
     (0..=POINTS).map(move |n| low + (high - low) * n as f64 / POINTS as f64)
 }
 
 /// A dot for shots of one kind; larger where they are many.
-fn dot(at: [f64; 2], count: u64, colour: &str) -> String {
+pub(in crate::study) fn dot(at: [f64; 2], count: u64, colour: &str) -> String {
     let (radius, words) = (
         3.5 * (count as f64).powf(0.25),
         if count > 1 { format!("<title>{count} shots</title>") } else { String::new() },
@@ -106,19 +106,18 @@ fn chance(fit: &Fit) -> String {
     out + &chart::text(x.paper[0], PANEL[1] - 8.0, "font-size=\"11\"", &legend)
 }
 
-fn residual(fit: &Fit) -> String {
-    let fits = || fit.residual.iter().filter_map(|(_, found)| found.as_ref().ok());
-    let fastest = fit.passed.iter().map(|shot| shot.impact).fold(0.0, f64::max);
-    let slowest =
-        fit.passed.iter().map(|shot| shot.impact).chain(fits().map(|found| found.limit)).fold(fastest, f64::min);
+/// Residual over impact velocity, with the curves fitted to it.
+pub(in crate::study) fn residual_panel(
+    passed: &[Passed],
+    curves: &[(ResidualModel, Result<ResidualFit, TooFew>)],
+) -> String {
+    let fits = || curves.iter().filter_map(|(_, found)| found.as_ref().ok());
+    let fastest = passed.iter().map(|shot| shot.impact).fold(0.0, f64::max);
+    let slowest = passed.iter().map(|shot| shot.impact).chain(fits().map(|found| found.limit)).fold(fastest, f64::min);
     let room = 0.05 * (fastest - slowest).max(1e-3 * fastest).max(1e-9);
     let range = [slowest - room, fastest + room];
-    let highest = fit
-        .passed
-        .iter()
-        .map(|shot| shot.residual)
-        .chain(fits().map(|found| found.residual(range[1])))
-        .fold(0.0, f64::max);
+    let highest =
+        passed.iter().map(|shot| shot.residual).chain(fits().map(|found| found.residual(range[1]))).fold(0.0, f64::max);
     let x = ChartAxis::linear(range, [78.0, PANEL[0] - 18.0]);
     let y = ChartAxis::linear(chart::rounded_up([0.0, highest]), [PANEL[1] - 58.0, 22.0]);
     let mut out = chart::axes(&x, &y, ["impact velocity [m/s]", "residual velocity [m/s]"]);
@@ -133,7 +132,7 @@ fn residual(fit: &Fit) -> String {
             &format!("stroke=\"{CURVE}\" stroke-width=\"2\" stroke-dasharray=\"{}\"", dashes(found)),
         );
     }
-    for shot in &fit.passed {
+    for shot in passed {
         out += &dot([x.at(shot.impact), y.at(shot.residual)], shot.count, PERFORATED);
     }
     chart_legend(&mut out, x.paper[0]);

@@ -5,22 +5,23 @@
 //! CSV               JSON, SVG, HTML
 //! ```
 
-mod draw;
-mod page;
+pub(in crate::study) mod draw;
+pub(in crate::study) mod page;
 mod table;
 mod text;
 
 pub use draw::svg;
 pub use page::html;
-pub use table::{ShotRow, outcomes, parse, passed, read};
+pub use table::{FitRow, outcomes, parse, passed, read};
+pub(in crate::study) use text::{arithmetic_json, residual_json};
 pub use text::{json, notes, refusal, rule, too_few};
 
 use super::arithmetic_v50::{self, Arithmetic, RULES, Refusal, Rule};
 use super::binary_response::{self, Estimate, NoEstimate};
 use super::interval::{Bounds, Interval, interval};
-use super::link::Link;
 use super::outcomes::Outcomes;
 use super::residual_fit::{Passed, ResidualFit, ResidualModel, TooFew, residual_fit};
+use crate::math::link::Link;
 
 /// Chances of a perforation at which velocities are given.
 pub const QUANTILES: [f64; 5] = [0.1, 0.25, 0.5, 0.75, 0.9];
@@ -74,7 +75,7 @@ impl Fit {
 }
 
 /// Fits all that shots allow.
-pub fn fit(rows: &[ShotRow], request: FitRequest) -> Fit {
+pub fn fit(rows: &[FitRow], request: FitRequest) -> Fit {
     let (outcomes, passed) = (outcomes(rows), passed(rows));
     let estimate = binary_response::fit(request.link, &outcomes);
     let found = estimate.as_ref().ok();

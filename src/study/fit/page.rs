@@ -8,29 +8,44 @@ use crate::output::number::short;
 
 /// The page. `title`: what was fitted.
 pub fn html(fit: &Fit, title: &str) -> String {
-    let title = escape(title);
+    document(&format!("Ballistic limit: {title}"), &sections(fit), "fit.json")
+}
+
+/// What the fit says, without a page around it.
+pub(in crate::study) fn sections(fit: &Fit) -> String {
     let mut body = format!("<p class=\"answer\">{}</p>\n", escape(&answer(fit)));
     for note in notes(fit) {
         body += &format!("<p class=\"note\">{}.</p>\n", escape(&note));
     }
+    body += &figures(panels(fit));
+    body += &quantiles(fit);
+    body += &arithmetic(fit);
+    body + &residual(fit)
+}
+
+/// Drawings beside each other, each with its name.
+pub(in crate::study) fn figures<'a>(panels: impl IntoIterator<Item = (&'a str, String)>) -> String {
     let [width, height] = PANEL;
-    body += "<div class=\"plots\">\n";
-    for (name, drawing) in panels(fit) {
+    let mut body = "<div class=\"plots\">\n".to_owned();
+    for (name, drawing) in panels {
+        let name = escape(name);
         body += &format!(
             "<figure><svg viewBox=\"0 0 {width} {height}\" role=\"img\" aria-label=\"{name}\">\n{drawing}</svg></figure>\n"
         );
     }
-    body += "</div>\n";
-    body += &quantiles(fit);
-    body += &arithmetic(fit);
-    body += &residual(fit);
+    body + "</div>\n"
+}
+
+/// A page that asks nothing of a network. `numbers`: the file that holds every number.
+pub(in crate::study) fn document(title: &str, body: &str, numbers: &str) -> String {
+    let title = escape(title);
     format!(
         "<!doctype html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
          <meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; img-src data:; style-src 'unsafe-inline'; \
          base-uri 'none'; form-action 'none'\">\n\
          <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n<link rel=\"icon\" href=\"data:,\">\n\
-         <title>Ballistic limit: {title} – ripstop</title>\n<style>{PAGE}{DRAWING}</style>\n</head>\n<body>\n<h1>Ballistic limit: {title}</h1>\n{body}\
-         <p class=\"note\">ripstop {}. All numbers are in fit.json.</p>\n</body>\n</html>\n",
+         <title>{title} – ripstop</title>\n<style>{PAGE}{DRAWING}</style>\n</head>\n<body>\n<h1>{title}</h1>\n{body}\
+         <p class=\"note\">ripstop {}. All numbers are in {numbers}.</p>\n</body>\n</html>\n",
         env!("CARGO_PKG_VERSION"),
     )
 }
@@ -55,14 +70,14 @@ fn ends(quantile: &Quantile) -> [String; 2] {
     [quantile.bounds.low, quantile.bounds.high].map(|end| end.map_or_else(|| "no end".to_owned(), |end| short(end, 4)))
 }
 
-fn table(title: &str, heads: &[&str], rows: &str) -> String {
+pub(in crate::study) fn table(title: &str, heads: &[&str], rows: &str) -> String {
     let heads: String = heads.iter().map(|head| format!("<th scope=\"col\">{}</th>", escape(head))).collect();
     format!(
         "<h2>{title}</h2>\n<div class=\"scroll\" tabindex=\"0\"><table>\n<thead><tr>{heads}</tr></thead>\n<tbody>\n{rows}</tbody>\n</table></div>\n"
     )
 }
 
-fn row(cells: &[String]) -> String {
+pub(in crate::study) fn row(cells: &[String]) -> String {
     let cell = |(n, cell): (usize, &String)| {
         let cell = escape(&cell.replace('-', "−"));
         if n == 0 { format!("<th scope=\"row\">{cell}</th>") } else { format!("<td>{cell}</td>") }

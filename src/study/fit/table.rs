@@ -29,7 +29,7 @@ const EXAMPLE: &str = "a first line velocity_m_s,perforated and lines such as 43
 
 /// One line: shots that were alike.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct ShotRow {
+pub struct FitRow {
     /// Impact velocity [m/s].
     pub velocity: f64,
     /// Whether they perforated.
@@ -41,7 +41,7 @@ pub struct ShotRow {
 }
 
 /// What became of the shots of all lines.
-pub fn outcomes(rows: &[ShotRow]) -> Outcomes {
+pub fn outcomes(rows: &[FitRow]) -> Outcomes {
     Outcomes::new(rows.iter().map(|row| {
         let [perforated, stopped] = if row.perforated { [row.count, 0] } else { [0, row.count] };
         Group { velocity: row.velocity, perforated, stopped }
@@ -49,8 +49,8 @@ pub fn outcomes(rows: &[ShotRow]) -> Outcomes {
 }
 
 /// Shots that passed, and how fast they were then.
-pub fn passed(rows: &[ShotRow]) -> Vec<Passed> {
-    let of = |row: &ShotRow| row.residual.map(|residual| Passed { impact: row.velocity, residual, count: row.count });
+pub fn passed(rows: &[FitRow]) -> Vec<Passed> {
+    let of = |row: &FitRow| row.residual.map(|residual| Passed { impact: row.velocity, residual, count: row.count });
     rows.iter().filter(|row| row.perforated && row.count > 0).filter_map(of).collect()
 }
 
@@ -58,7 +58,7 @@ pub fn passed(rows: &[ShotRow]) -> Vec<Passed> {
 ///
 /// # Errors
 /// Where it cannot be read, is too large, or holds something else.
-pub fn read(path: &Path) -> Result<Vec<ShotRow>, StudyError> {
+pub fn read(path: &Path) -> Result<Vec<FitRow>, StudyError> {
     let help = format!("name a CSV with {EXAMPLE}");
     let bytes = bounded(path, MAX_BYTES, &help)?;
     parse(&bytes).map_err(|error| error.in_file(&path.display().to_string()))
@@ -68,7 +68,7 @@ pub fn read(path: &Path) -> Result<Vec<ShotRow>, StudyError> {
 ///
 /// # Errors
 /// Where something else stands there: line, column and what was expected.
-pub fn parse(bytes: &[u8]) -> Result<Vec<ShotRow>, StudyError> {
+pub fn parse(bytes: &[u8]) -> Result<Vec<FitRow>, StudyError> {
     let text = plain_text(bytes)?;
     let mut reader = ReaderBuilder::new();
     reader.has_headers(false).flexible(true).comment(Some(b'#')).delimiter(separator(&text)).trim(Trim::All);
@@ -137,7 +137,7 @@ impl Heading {
     }
 
     /// A line of shots.
-    fn row(&self, record: &StringRecord, line: u64) -> Result<ShotRow, StudyError> {
+    fn row(&self, record: &StringRecord, line: u64) -> Result<FitRow, StudyError> {
         if record.len() != self.names.len() {
             let expected = format!("{} cells, as in the heading", self.names.len());
             let help = "numbers have a decimal point; every line has as many cells as the heading";
@@ -194,6 +194,6 @@ impl Heading {
                 wrong(3, expected, "leave the cell empty where it was not measured")
             })?),
         };
-        Ok(ShotRow { velocity, perforated, count, residual })
+        Ok(FitRow { velocity, perforated, count, residual })
     }
 }

@@ -34,8 +34,8 @@ pub fn json(fit: &Fit) -> Value {
         "stopped": stopped,
         "slowest_perforation": fit.outcomes.slowest_perforation(),
         "fastest_stop": fit.outcomes.fastest_stop(),
-        "arithmetic": fit.arithmetic.iter().map(arithmetic).collect::<Vec<_>>(),
-        "residual": fit.residual.iter().map(residual).collect::<Vec<_>>(),
+        "arithmetic": fit.arithmetic.iter().map(arithmetic_json).collect::<Vec<_>>(),
+        "residual": fit.residual.iter().map(|(curve, found)| residual_json(curve, found)).collect::<Vec<_>>(),
         "notes": notes(fit),
     })
 }
@@ -44,7 +44,7 @@ fn quantile(quantile: &Quantile) -> Value {
     json!({ "p": quantile.p, "value": quantile.value, "low": quantile.bounds.low, "high": quantile.bounds.high })
 }
 
-fn arithmetic((of, found): &(Rule, Result<Arithmetic, Refusal>)) -> Value {
+pub(in crate::study) fn arithmetic_json((of, found): &(Rule, Result<Arithmetic, Refusal>)) -> Value {
     let spread = match found {
         Ok(found) | Err(Refusal::TooWide(found)) => Some(found.spread),
         Err(Refusal::TooFew { .. }) => None,
@@ -58,7 +58,7 @@ fn arithmetic((of, found): &(Rule, Result<Arithmetic, Refusal>)) -> Value {
     })
 }
 
-fn residual((curve, found): &(ResidualModel, Result<ResidualFit, TooFew>)) -> Value {
+pub(in crate::study) fn residual_json(curve: &ResidualModel, found: &Result<ResidualFit, TooFew>) -> Value {
     match found {
         Ok(found) => json!({
             "curve": curve.words(), "limit": found.limit, "low": found.bounds.low, "high": found.bounds.high,

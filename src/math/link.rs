@@ -69,7 +69,7 @@ impl Link {
     }
 
     /// d ln F/dη and −d² ln F/dη², both above zero.
-    pub(super) fn slope_and_curvature(self, eta: f64) -> [f64; 2] {
+    pub(crate) fn slope_and_curvature(self, eta: f64) -> [f64; 2] {
         let slope = self.slope(eta);
         match self {
             Self::Probit => [slope, slope * (slope + eta)],
@@ -112,7 +112,7 @@ fn normal_quantile(p: f64) -> f64 {
 }
 
 /// Density of the standard normal distribution.
-pub(super) fn normal_density(z: f64) -> f64 {
+pub(crate) fn normal_density(z: f64) -> f64 {
     ln_density(z).exp()
 }
 

@@ -1,0 +1,92 @@
+//! What commands that compute many shots share.
+
+use std::num::NonZero;
+use std::path::{Path, PathBuf};
+use std::sync::atomic::AtomicBool;
+use std::thread;
+use std::time::Instant;
+
+use ripstop::case::Case;
+use ripstop::output::number::{duration, short};
+use ripstop::study::batch::{BatchError, BatchOptions};
+use ripstop::study::interval::Bounds;
+
+use super::arguments::BatchArguments;
+use super::failure::CommandFailure;
+use super::input;
+use super::progress::Bar;
+
+/// Reads the case of a batch: the nominal one, whatever shot it names.
+pub(crate) fn case(path: &Path, arguments: &BatchArguments) -> Result<Case, CommandFailure> {
+    let case = input::read(path, &arguments.sets)?;
+    if case.projectile.is_none() {
+        let found = "none in the case";
+        return Err(CommandFailure::input(format!(
+            "error: {}\n  expected: a projectile, to be shot\n  found: {found}",
+            path.display()
+        )));
+    }
+    Ok(case)
+}
+
+/// How shots are computed.
+pub(crate) fn options<'a>(arguments: &BatchArguments, case: &Case, interrupt: &'a AtomicBool) -> BatchOptions<'a> {
+    let of_case = case.variability.as_ref().map_or(1, |variability| variability.seed);
+    BatchOptions {
+        seed: arguments.seed.unwrap_or(of_case),
+        threads: arguments.threads.unwrap_or_else(|| thread::available_parallelism().map_or(1, NonZero::get)),
+        precision: arguments.precision.into(),
+        interrupt,
+    }
+}
+
+/// The folder of a batch.
+pub(crate) fn out(given: Option<&Path>, case: &Case, command: &str) -> PathBuf {
+    given.map_or_else(|| Path::new("out").join(format!("{}-{command}", case.name)), Path::to_owned)
+}
+
+/// What a batch that did not end says; `folder`: where its rows are.
+pub(crate) fn failure(error: BatchError, folder: &Path) -> CommandFailure {
+    match error {
+        BatchError::Output(error) => error.into(),
+        BatchError::Study(error) => error.into(),
+        BatchError::Interrupted => CommandFailure::interrupted(format!(
+            "interrupted; rows so far: {}\n  help: the same command with --resume goes on",
+            folder.display()
+        )),
+    }
+}
+
+/// A progress bar that knows how long each shot takes.
+pub(crate) struct ShotBar {
+    bar: Bar,
+    start: Instant,
+    /// Shots that were there when it began.
+    before: Option<u32>,
+}
+
+impl ShotBar {
+    pub(crate) fn new(wanted: bool) -> Self {
+        Self { bar: Bar::new(wanted), start: Instant::now(), before: None }
+    }
+
+    /// Shows how many shots are done, what is known of V50, and the time left.
+    pub(crate) fn show(&mut self, name: &str, done: u32, of: u32, v50: Option<(f64, Bounds)>) {
+        let before = *self.before.get_or_insert(done.saturating_sub(1));
+        let own = f64::from(done - before.min(done)).max(1.0);
+        let left = self.start.elapsed().as_secs_f64() / own * f64::from(of.saturating_sub(done));
+        let known = v50.map_or_else(String::new, |(value, bounds)| format!("  {}", interval(value, bounds)));
+        let what = format!("shots{known}  ≤ {} left", duration(left));
+        self.bar.show_count(name, done as usize, of as usize, &what);
+    }
+
+    pub(crate) fn clear(&self) {
+        self.bar.clear();
+    }
+}
+
+/// V50 with its interval.
+pub(crate) fn interval(value: f64, bounds: Bounds) -> String {
+    let [low, high] = [bounds.low, bounds.high].map(|end| end.map_or_else(|| "no end".to_owned(), |end| short(end, 4)));
+    format!("V50 {} m/s ({low} to {high})", short(value, 4))
+}

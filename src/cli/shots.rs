@@ -1,0 +1,116 @@
+//! `ripstop shots`: many shots of a case.
+
+use std::path::Path;
+
+use ripstop::case::Case;
+use ripstop::math::link::Link;
+use ripstop::output::Folder;
+use ripstop::output::number::short;
+use ripstop::study::batch::{ShotOrder, order_case};
+use ripstop::study::fit::{self, Fit, FitRequest};
+use ripstop::study::interval::Interval;
+use ripstop::study::shots::{self, BatchProgress, ShotsRequest, ShotsResult};
+
+use super::arguments::{BackendArguments, BackendChoice, RunArguments, ShotsArguments};
+use super::batch::{self, ShotBar};
+use super::failure::CommandFailure;
+use super::fit::text as fit_text;
+use super::run::{Print, shoot};
+use super::{interrupt, paint, screen};
+
+/// Fires, prints and writes.
+pub(crate) fn shots(arguments: &ShotsArguments) -> Result<(), CommandFailure> {
+    let interrupted = interrupt::watch()?;
+    let case = batch::case(&arguments.case, &arguments.batch)?;
+    let options = batch::options(&arguments.batch, &case, &interrupted);
+    let out = batch::out(arguments.out.as_deref(), &case, "shots");
+    let request = ShotsRequest {
+        count: arguments.count.unwrap_or(1),
+        velocity: arguments.velocity.map(|velocities| velocities.0),
+        until_width: arguments.batch.until_width,
+        fit: FitRequest { link: Link::Probit, level: arguments.batch.level, interval: Interval::Likelihood },
+    };
+    if let Some(number) = arguments.only {
+        let order = shots::order(&request, options.seed, number);
+        let shot = alone(&case, options.seed, order)?;
+        return shoot(&run_arguments(arguments), &shot, &out.join(format!("shot-{number}")), &interrupted);
+    }
+    let folder = Folder::prepare_for(&out, &shots::FILES, &[case.path.as_path()])?;
+    let mut bar = ShotBar::new(!arguments.batch.quiet);
+    let mut show = |at: BatchProgress<'_>| bar.show("shots", at.done, at.of, v50(at.fit));
+    let done = shots::run(&case, &request, &options, &folder, arguments.batch.resume, &mut show);
+    bar.clear();
+    let done = done.map_err(|error| batch::failure(error, &out))?;
+    match Print::of(arguments.batch.json, arguments.batch.quiet) {
+        Print::Json => screen::print(&format!("{:#}\n", fit::json(&done.fit))),
+        Print::Table => screen::print(&text(&case, &request, &done, folder.path())),
+        Print::Nothing => Ok(()),
+    }
+}
+
+/// The estimate that a bar shows.
+fn v50(fit: Option<&Fit>) -> Option<(f64, ripstop::study::interval::Bounds)> {
+    let v50 = fit?.v50()?;
+    Some((v50.value?, v50.bounds))
+}
+
+/// The case of one shot, to be run by itself. What the case expects of its nominal shot is not expected of this one.
+fn alone(case: &Case, seed: u32, order: ShotOrder) -> Result<Case, CommandFailure> {
+    let mut shot = order_case(case, seed, order)?;
+    shot.expect.clear();
+    shot.title = format!("{}, shot {}", case.title, order.shot);
+    Ok(shot)
+}
+
+/// What `ripstop run` would be told.
+fn run_arguments(arguments: &ShotsArguments) -> RunArguments {
+    RunArguments {
+        cases: vec![arguments.case.clone()],
+        backend: BackendArguments {
+            backend: BackendChoice::Cpu,
+            adapter: None,
+            precision: Some(arguments.batch.precision),
+        },
+        out: None,
+        sets: Vec::new(),
+        threads: arguments.batch.threads,
+        no_skip: Vec::new(),
+        no_report: false,
+        frames: None,
+        vtu: false,
+        checkpoint_every: None,
+        quiet: arguments.batch.quiet,
+        json: arguments.batch.json,
+    }
+}
+
+/// The whole text.
+fn text(case: &Case, request: &ShotsRequest, done: &ShotsResult, folder: &Path) -> String {
+    let mut out = format!("{}\n", case.title);
+    let trusted = done.rows.iter().filter(|row| row.trust == "trust").count();
+    let failed: Vec<_> = done.rows.iter().filter(|row| row.perforated().is_none()).collect();
+    out += &fit_text(Path::new("shots"), &done.fit, None);
+    for note in shots::notes(case) {
+        out += &format!("{}  {}\n", paint::caution("note"), screen::wrapped(&note, 6).join("\n      "));
+    }
+    if done.early {
+        let width = short(100.0 * request.until_width.unwrap_or_default(), 3);
+        out += &format!(
+            "stopped after {} of {} shots: the interval is within ± {width} %\n",
+            done.rows.len(),
+            request.count
+        );
+    }
+    out += &format!("trust: {trusted} of {} shots\n", done.rows.len());
+    if let Some(first) = failed.first() {
+        let reason = screen::wrapped(&first.reason, 2).join("\n  ");
+        out += &format!(
+            "{}: {} shots without an outcome; shot {}:\n  {reason}\n",
+            paint::caution("look"),
+            failed.len(),
+            first.order.shot
+        );
+    }
+    out += &format!("\n{}  {}\n  {}\n", paint::heading("files"), folder.display(), shots::FILES.join(", "));
+    out
+}

@@ -1,0 +1,122 @@
+//! `ripstop sweep`: shots or a V50 at many points.
+
+use std::path::Path;
+
+use ripstop::math::link::Link;
+use ripstop::output::Folder;
+use ripstop::output::number::short;
+use ripstop::study::StudyError;
+use ripstop::study::fit::FitRequest;
+use ripstop::study::interval::Interval;
+use ripstop::study::shots::ShotsRequest;
+use ripstop::study::sweep::factor::{Factor, points};
+use ripstop::study::sweep::{self, PointResult, SweepOf, SweepRequest};
+use ripstop::study::v50::{Design, V50Request};
+
+use super::arguments::{SweepArguments, SweepKind};
+use super::batch;
+use super::failure::CommandFailure;
+use super::progress::Bar;
+use super::run::Print;
+use super::table::{Align, TextTable};
+use super::{input, interrupt, paint, screen};
+
+/// Realisations, and half the width of an interval over V50, where nothing is asked for.
+const COUNT: u32 = 64;
+const WIDTH: f64 = 0.02;
+/// Rows that are printed at most.
+const MAX_ROWS: usize = 60;
+
+/// Runs, prints and writes.
+pub(crate) fn sweep(arguments: &SweepArguments) -> Result<(), CommandFailure> {
+    let interrupted = interrupt::watch()?;
+    let case = batch::case(&arguments.case, &arguments.batch)?;
+    let options = batch::options(&arguments.batch, &case, &interrupted);
+    let request = request(arguments)?;
+    let out = batch::out(arguments.out.as_deref(), &case, "sweep");
+    let folder = Folder::prepare_for(&out, &sweep::FILES, &[case.path.as_path()])?;
+    let bar = Bar::new(!arguments.batch.quiet);
+    let count = request.points.len();
+    let show = |done: usize| bar.show_count("sweep", done, count, "points");
+    let done = sweep::run(&request, &options, &folder, arguments.batch.resume, &case.title, &show);
+    bar.clear();
+    let done = done.map_err(|error| batch::failure(error, &out))?;
+    match Print::of(arguments.batch.json, arguments.batch.quiet) {
+        Print::Json => screen::print(&json(&request, &done)),
+        Print::Table => screen::print(&text(&case.title, &request, &done, folder.path())),
+        Print::Nothing => Ok(()),
+    }
+}
+
+/// The points, each with its case.
+fn request(arguments: &SweepArguments) -> Result<SweepRequest, CommandFailure> {
+    let factors = arguments.over.iter().map(|text| Factor::parse(text)).collect::<Result<Vec<_>, StudyError>>()?;
+    let points = points(&factors, arguments.sobol)?;
+    let mut cases = Vec::new();
+    for point in &points {
+        let over = factors.iter().zip(point).map(|(factor, value)| format!("{}={value}", factor.pointer));
+        let sets: Vec<String> = arguments.batch.sets.iter().cloned().chain(over).collect();
+        let case = input::read(&arguments.case, &sets)?;
+        let fit = FitRequest { link: Link::Probit, level: arguments.batch.level, interval: Interval::Likelihood };
+        let velocity = case.projectile.as_ref().map_or(100.0, |projectile| projectile.velocity);
+        let of = match arguments.run {
+            SweepKind::Shots => SweepOf::Shots(ShotsRequest {
+                count: arguments.count.unwrap_or(1),
+                velocity: None,
+                until_width: arguments.batch.until_width,
+                fit,
+            }),
+            SweepKind::V50 => SweepOf::V50(V50Request {
+                design: Design::Thresholds,
+                count: arguments.count.unwrap_or(COUNT),
+                until_width: arguments.batch.until_width.or(arguments.count.is_none().then_some(WIDTH)),
+                bracket: arguments.bracket,
+                velocity: [0.6 * velocity, 1.4 * velocity],
+                sigma: 0.08 * velocity,
+                fit,
+            }),
+        };
+        cases.push((case, of));
+    }
+    Ok(SweepRequest { factors, points, cases })
+}
+
+fn columns(request: &SweepRequest) -> &'static [&'static str] {
+    request.cases.first().map_or(&[], |(_, of)| of.columns())
+}
+
+/// The table in JSON.
+fn json(request: &SweepRequest, results: &[PointResult]) -> String {
+    let rows = request.points.iter().zip(results).map(|(values, result)| {
+        let of = |name: &str, value: serde_json::Value| (name.to_owned(), value);
+        let factors = request.factors.iter().zip(values).map(|(factor, value)| {
+            of(&factor.pointer, serde_json::from_str(value).unwrap_or_else(|_| value.as_str().into()))
+        });
+        let numbers = columns(request).iter().zip(&result.numbers).map(|(name, number)| of(name, (*number).into()));
+        let reason = [of("reason", result.reason.as_str().into())];
+        serde_json::Value::Object(factors.chain(numbers).chain(reason).collect())
+    });
+    format!("{:#}\n", serde_json::json!({ "points": rows.collect::<Vec<_>>() }))
+}
+
+/// The whole text.
+fn text(title: &str, request: &SweepRequest, results: &[PointResult], folder: &Path) -> String {
+    use Align::{Left, Right};
+    let names = request.factors.iter().map(Factor::name).chain(columns(request).iter().copied());
+    let heads: Vec<(&str, Align)> = names.map(|name| (name, Right)).chain([("", Left)]).collect();
+    let mut table = TextTable::new(&heads);
+    for (values, result) in request.points.iter().zip(results).take(MAX_ROWS) {
+        let numbers =
+            result.numbers.iter().map(|number| number.map_or_else(|| "-".to_owned(), |number| short(number, 4)));
+        let reason: String = result.reason.chars().take(40).collect();
+        table.row(values.iter().cloned().chain(numbers).chain([reason]));
+    }
+    let more = results.len().saturating_sub(MAX_ROWS);
+    let more = if more > 0 { format!("… and {more} more\n") } else { String::new() };
+    format!(
+        "{title}\n\n{table}{more}\n{}  {}\n  {}, points/\n",
+        paint::heading("files"),
+        folder.display(),
+        sweep::FILES.join(", ")
+    )
+}

@@ -1,0 +1,175 @@
+//! `ripstop v50`: from a case to a ballistic limit.
+
+use std::path::Path;
+
+use ripstop::case::Case;
+use ripstop::math::link::Link;
+use ripstop::output::Folder;
+use ripstop::output::number::short;
+use ripstop::study::fit::FitRequest;
+use ripstop::study::interval::Interval;
+use ripstop::study::v50::{self, V50Progress, V50Request, V50Result};
+
+use super::arguments::{Design, V50Arguments};
+use super::batch::{self, ShotBar};
+use super::failure::CommandFailure;
+use super::fit::{arithmetic_table, end, plot, residual_table};
+use super::result::part;
+use super::run::Print;
+use super::table::{Align, TextTable};
+use super::{interrupt, paint, screen};
+
+/// Half the width of the interval over V50 at which thresholds end where nothing else is asked for.
+const WIDTH: f64 = 0.02;
+/// Realisations, and shots of a design, where no count is asked for.
+const COUNTS: [u32; 2] = [64, 20];
+/// StretchRange in which a design expects V50, over the velocity of the case, and the scatter it expects, over the range.
+const RANGE: [f64; 2] = [0.6, 1.4];
+const SIGMA: f64 = 0.1;
+
+/// Fires, prints and writes.
+pub(crate) fn v50(arguments: &V50Arguments) -> Result<(), CommandFailure> {
+    let interrupted = interrupt::watch()?;
+    let case = batch::case(&arguments.case, &arguments.batch)?;
+    let options = batch::options(&arguments.batch, &case, &interrupted);
+    let out = batch::out(arguments.out.as_deref(), &case, "v50");
+    let request = request(arguments, &case);
+    let folder = Folder::prepare_for(&out, &v50::FILES, &[case.path.as_path()])?;
+    let mut bar = ShotBar::new(!arguments.batch.quiet);
+    let mut known = None;
+    let mut show = |at: V50Progress<'_>| {
+        known = at.last.and_then(|last| Some((last.v50?, last.bounds))).or(known);
+        bar.show("v50", at.done, at.of, known);
+    };
+    let done = v50::run(&case, &request, &options, &folder, arguments.batch.resume, &mut show);
+    bar.clear();
+    let done = done.map_err(|error| batch::failure(error, &out))?;
+    match Print::of(arguments.batch.json, arguments.batch.quiet) {
+        Print::Json => screen::print(&format!("{:#}\n", v50::json(&case, &request, options.seed, &done))),
+        Print::Table => screen::print(&text(&case, &request, &done, folder.path())),
+        Print::Nothing => Ok(()),
+    }
+}
+
+/// What the command line asks for.
+pub(super) fn request(arguments: &V50Arguments, case: &Case) -> V50Request {
+    let of_case = case.projectile.as_ref().map_or(100.0, |projectile| projectile.velocity);
+    let velocity = arguments.velocity.map_or_else(|| RANGE.map(|part| part * of_case), |velocities| velocities.0);
+    let is_thresholds = arguments.design == Design::Thresholds;
+    let open = is_thresholds && arguments.count.is_none();
+    V50Request {
+        design: arguments.design.into(),
+        count: arguments.count.unwrap_or(COUNTS[usize::from(!is_thresholds)]),
+        until_width: arguments.batch.until_width.or(open.then_some(WIDTH)),
+        bracket: arguments.bracket,
+        velocity,
+        sigma: arguments.sigma.unwrap_or(SIGMA * (velocity[1] - velocity[0])),
+        fit: FitRequest { link: Link::Probit, level: arguments.batch.level, interval: Interval::Likelihood },
+    }
+}
+
+/// The whole text.
+fn text(case: &Case, request: &V50Request, found: &V50Result, folder: &Path) -> String {
+    let mut out = format!("{}\n{}\n", case.title, counts(request, found));
+    out += &answer(request, found);
+    for note in v50::notes(case, request, found) {
+        out += &format!("{}  {}\n", paint::caution("look"), screen::wrapped(&note, 6).join("\n      "));
+    }
+    out += &part("velocity by chance of a perforation", &quantiles(request, found));
+    out += &part("chance of a perforation", &curve(request, found)).replace("\n  \n", "\n\n");
+    out += &part("arithmetic V50", &arithmetic(request, found));
+    if !found.passed.is_empty() {
+        out += &part("residual velocity", &residual_table(&found.residual));
+    }
+    out += &format!("\n{}  {}\n  {}\n", paint::heading("files"), folder.display(), v50::FILES.join(", "));
+    out
+}
+
+/// How much was shot.
+fn counts(request: &V50Request, found: &V50Result) -> String {
+    let shots = found.shots;
+    match request.design {
+        ripstop::study::v50::Design::Thresholds => {
+            let known = found.thresholds.iter().filter(|found| found.is_ok()).count();
+            format!("{known} thresholds of {} realisations, {shots} shots", found.thresholds.len())
+        }
+        design => format!("{shots} shots, design {}", design.word()),
+    }
+}
+
+/// V50 and σ, and what the interval is made of.
+fn answer(request: &V50Request, found: &V50Result) -> String {
+    let Some(v50) = found.v50 else { return format!("\n{}\n", paint::heading("no V50")) };
+    let level = short(100.0 * request.fit.level, 3);
+    let [low, high] = [found.bounds.low, found.bounds.high].map(end);
+    let mut out = format!(
+        "\n{}, {level} % interval {low} to {high} m/s\n",
+        paint::heading(&format!("V50 {} m/s", short(v50, 4)))
+    );
+    if let Some(sigma) = found.sigma {
+        out += &format!("σ {} m/s\n", short(sigma, 3));
+    }
+    let metres = |width: f64| format!("± {} m/s", short(width, 2));
+    let sampling = found.width.sampling.map_or_else(|| "no end".to_owned(), metres);
+    let (numerical, bracket) = (metres(found.width.numerical), metres(found.width.bracket));
+    out + &format!("of that: sampling {sampling}, mesh and time step {numerical}, brackets {bracket}\n")
+}
+
+fn quantiles(request: &V50Request, found: &V50Result) -> String {
+    use Align::{Left, Right};
+    if found.quantiles.len() < 2 {
+        return String::new();
+    }
+    let mut table = TextTable::new(&[("", Left), ("m/s", Right), ("low", Right), ("high", Right)]);
+    let seen = |name: &str, velocity: Option<f64>, table: &mut TextTable| {
+        if let Some(velocity) = velocity {
+            table.row([name.to_owned(), short(velocity, 4), String::new(), String::new()]);
+        }
+    };
+    let range = found.sample.map(|sample| sample.range);
+    seen("V0, slowest seen", range.map(|range| range[0]), &mut table);
+    for quantile in &found.quantiles {
+        let [low, high] = [quantile.bounds.low, quantile.bounds.high].map(end);
+        let value = quantile.value.map_or_else(|| "-".to_owned(), |value| short(value, 4));
+        table.row([format!("V{}", short(100.0 * quantile.p, 3)), value, low, high]);
+    }
+    seen("V100, fastest seen", range.map(|range| range[1]), &mut table);
+    format!("{table}{} % intervals of the sampling alone, likelihood ratio\n", short(100.0 * request.fit.level, 3))
+}
+
+/// The curve, with the thresholds or the shots.
+fn curve(request: &V50Request, found: &V50Result) -> String {
+    let is_thresholds = request.design == ripstop::study::v50::Design::Thresholds;
+    let brackets = found.thresholds.iter().filter_map(|found| found.as_ref().ok());
+    let middles: Vec<f64> = brackets.map(|[low, high]| (low * high).sqrt()).collect();
+    let of = |perforated: bool| -> Vec<f64> {
+        found.ranged.iter().filter(|shot| shot.perforated == perforated).map(|shot| shot.velocity).collect()
+    };
+    let marks = match is_thresholds {
+        true => [("", Vec::new()), ("thresholds", middles)],
+        false => [("perforated", of(true)), ("stopped", of(false))],
+    };
+    let all = || marks.iter().flat_map(|(_, at)| at.iter().copied());
+    let range = [all().fold(f64::INFINITY, f64::min), all().fold(f64::NEG_INFINITY, f64::max)];
+    let is_range = range[1] > range[0];
+    if !is_range || found.probability(range[0]).is_none() {
+        return String::new();
+    }
+    plot(range, |velocity| found.probability(velocity).unwrap_or(0.5), marks)
+}
+
+fn arithmetic(request: &V50Request, found: &V50Result) -> String {
+    if found.ranged.len() < 2 {
+        return String::new();
+    }
+    let of = match request.design {
+        ripstop::study::v50::Design::Thresholds => "of an up-and-down of one shot at each realisation\n",
+        _ => "",
+    };
+    let mut out = format!("{}{of}", arithmetic_table(&found.arithmetic));
+    if let Some(staircase) = &found.staircase {
+        let holds = if staircase.scattered { "" } else { " (its formula does not hold: too few levels)" };
+        out += &format!("Dixon and Mood: {} m/s, σ {} m/s{holds}\n", short(staircase.mu, 4), short(staircase.sigma, 3));
+    }
+    out
+}

@@ -1,0 +1,225 @@
+//! Strength of every piece of yarn of a shot: its failure strain over the fabric's.
+//!
+//! A yarn has a draw of its own, and on top each of its elements has one, so that the strength along it is Weibull's with the length of the
+//! element ([`Weibull::strength`]): a chain of short elements is as strong as one long element. Elements that share a yarn share its draws.
+//! An element that covers several yarns has those of the one in its middle.
+
+use super::{Mesh, Ply, PlyType};
+use crate::case::{Case, Variability, YarnStrength};
+use crate::kernels::unit_cell_parameters::NEVER;
+use crate::math::counter_random::DrawKey;
+use crate::math::weibull::Weibull;
+
+/// CommandFailure strains of elements over the fabric's, of the whole pack.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Strength {
+    /// Shape (plies·rows, 2, columns): warp and weft of a row of elements one after the other \[-\].
+    factors: Vec<f64>,
+    columns: usize,
+    /// Least of each row, of warp and weft \[-\].
+    least: Vec<[f64; 2]>,
+}
+
+impl Strength {
+    /// The draws of the shot that a case is; `None` where strength does not vary.
+    pub(super) fn new<S>(
+        case: &Case,
+        ply_types: &[PlyType<S>],
+        plies: &[Ply],
+        rows: usize,
+        columns: usize,
+    ) -> Option<Self> {
+        let draws = Draws::of(case)?;
+        let mut factors = vec![1.0; plies.len() * rows * 2 * columns];
+        let mut least = vec![[f64::INFINITY; 2]; plies.len() * rows];
+        for (ply, ply_type) in plies.iter().enumerate().map(|(number, ply)| (number, &ply_types[ply.ply_type])) {
+            let breaks = [0, 1].map(|yarn| ply_type.present[yarn] && ply_type.cell.yarn[yarn].failure_strain < NEVER);
+            let pieces = Pieces::new(ply_type);
+            for row in 0..ply_type.mesh.rows {
+                let at = ply * rows + row;
+                for yarn in (0..2).filter(|yarn| breaks[*yarn]) {
+                    for column in 0..ply_type.mesh.columns {
+                        let factor = draws.factor(ply, &pieces.at(yarn, row, column));
+                        factors[(2 * at + yarn) * columns + column] = factor;
+                        least[at][yarn] = least[at][yarn].min(factor);
+                    }
+                }
+            }
+        }
+        Some(Self { factors, columns, least })
+    }
+
+    /// Of a yarn (0 warp, 1 weft) of an element.
+    #[inline]
+    pub fn factor(&self, row: usize, yarn: usize, column: usize) -> f64 {
+        self.factors[(2 * row + yarn) * self.columns + column]
+    }
+
+    /// Of the weakest element of a row.
+    #[inline]
+    pub fn least(&self, row: usize, yarn: usize) -> f64 {
+        self.least[row][yarn]
+    }
+}
+
+/// A piece of yarn: an element of it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct PieceOfYarn {
+    /// 0 warp, 1 weft.
+    direction: usize,
+    /// The yarn, counted from the edge of the ply.
+    yarn: u32,
+    /// The element along it.
+    element: u32,
+    /// Length of yarn in it, undeformed [m].
+    length: f64,
+}
+
+/// How the yarns of a ply_type lie in its mesh.
+struct Pieces<'a> {
+    mesh: &'a Mesh,
+    /// Distance of neighbouring yarns of warp and of weft [m].
+    spacing: [f64; 2],
+    /// Crimp of warp and weft [-].
+    crimp: [f64; 2],
+}
+
+impl<'a> Pieces<'a> {
+    fn new<S>(ply_type: &'a PlyType<S>) -> Self {
+        let yarns = &ply_type.cell.yarn;
+        // Warp yarns lie beside each other along weft.
+        let spacing = [2.0 * yarns[1].half_span, 2.0 * yarns[0].half_span];
+        Self { mesh: &ply_type.mesh, spacing, crimp: [yarns[0].crimp, yarns[1].crimp] }
+    }
+
+    fn at(&self, direction: usize, row: usize, column: usize) -> PieceOfYarn {
+        let (size, origin) = (self.mesh.size(row, column), self.mesh.origin);
+        let corner = self.mesh.reference(row, column);
+        let across = 1 - direction;
+        let middle = corner[across] + 0.5 * size[across] - origin[across];
+        PieceOfYarn {
+            direction,
+            yarn: (middle / self.spacing[direction]).max(0.0) as u32,
+            element: [column, row][direction] as u32,
+            length: size[direction] * (1.0 + self.crimp[direction]),
+        }
+    }
+}
+
+/// Where strengths are drawn from.
+#[derive(Clone, Copy, Debug)]
+struct Draws {
+    seed: u32,
+    shot: u32,
+    along: Weibull,
+    between: Option<Weibull>,
+}
+
+impl Draws {
+    fn of(case: &Case) -> Option<Self> {
+        let Variability { seed, shot: Some(shot), yarn_strength: Some(strength), .. } = case.variability.as_ref()?
+        else {
+            return None;
+        };
+        let YarnStrength { shape, gauge_length, yarn_shape } = *strength;
+        let of_mean_one = |shape: f64, gauge: f64| {
+            let one = Weibull { scale: 1.0, shape, gauge };
+            Weibull { scale: 1.0 / one.mean(gauge), ..one }
+        };
+        Some(Self {
+            seed: *seed,
+            shot: *shot,
+            along: of_mean_one(shape, gauge_length),
+            between: yarn_shape.map(|shape| of_mean_one(shape, 1.0)),
+        })
+    }
+
+    fn factor(&self, ply: usize, piece: &PieceOfYarn) -> f64 {
+        let yarn = 2 * piece.yarn + piece.direction as u32;
+        let key =
+            DrawKey { seed: u64::from(self.seed), shot: self.shot, ply: ply as u32, yarn, element: DrawKey::WHOLE };
+        let whole = self.between.map_or(1.0, |between| between.strength(1.0, key.uniform()[0]));
+        let [u, ..] = DrawKey { element: piece.element, ..key }.uniform();
+        whole * self.along.strength(piece.length, u)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use super::*;
+    use crate::case;
+    use crate::model::Model;
+
+    fn model(sets: &[&str]) -> Model<f64> {
+        let sets: Vec<String> = ["/expect=[]", "/pack/width_mm=60", "/pack/height_mm=60"]
+            .iter()
+            .chain(sets)
+            .map(|set| (*set).to_owned())
+            .collect();
+        let case = case::read(Path::new("cases/s720-1ply-155.json"), &sets);
+        let case = case.unwrap_or_else(|error| unreachable!("{error}"));
+        Model::part(&case).unwrap_or_else(|error| unreachable!("{error}"))
+    }
+
+    #[test]
+    fn nothing_varies_in_a_nominal_case() {
+        let nominal = model(&["/variability/yarn_strength={\"shape\": 9, \"gauge_length_mm\": 50}"]);
+        assert!(nominal.strength.is_none());
+        assert_eq!(nominal.planes.copies(), 4);
+    }
+
+    /// Minimum over a yarn of its elements, over many shots, against the closed form: the chain rule.
+    #[test]
+    fn the_weakest_element_of_a_yarn_is_weibulls_with_the_length_of_the_yarn() {
+        for mesh in ["/pack/elements_per_crossover=1", "/pack/elements_per_crossover=2"] {
+            let mut weakest = Vec::new();
+            let mut length = 0.0;
+            for shot in 0..12 {
+                let shot = format!("/variability/shot={shot}");
+                let strength = "/variability/yarn_strength={\"shape\": 9, \"gauge_length_mm\": 50}";
+                let model = model(&[mesh, &shot, strength]);
+                let Some(strength) = &model.strength else { unreachable!("strength varies") };
+                let ply_type = model.ply_type(0);
+                let pieces = Pieces::new(ply_type);
+                let mut last = u32::MAX;
+                for row in 0..ply_type.mesh.rows {
+                    let piece = pieces.at(0, row, 0);
+                    if piece.yarn != last {
+                        last = piece.yarn;
+                        let of_row = (0..ply_type.mesh.columns).map(|column| strength.factor(row, 0, column));
+                        weakest.push(of_row.fold(f64::INFINITY, f64::min));
+                    }
+                }
+                length = ply_type.mesh.whole_size()[0] * (1.0 + ply_type.cell.yarn[0].crimp);
+            }
+            let law = Weibull { scale: 1.0, shape: 9.0, gauge: 0.05 };
+            let law = Weibull { scale: 1.0 / law.mean(0.05), ..law };
+            // Kolmogorov and Smirnov: 1.63/√n is reached by chance once in a hundred times.
+            weakest.sort_by(f64::total_cmp);
+            let n = weakest.len() as f64;
+            let off = weakest.iter().enumerate().map(|(i, weak)| {
+                let p = law.probability(length, *weak);
+                (p - i as f64 / n).abs().max((p - (i as f64 + 1.0) / n).abs())
+            });
+            let off = off.fold(0.0, f64::max);
+            assert!(off < 1.63 / n.sqrt(), "{mesh}: {off} of {n} yarns");
+        }
+    }
+
+    #[test]
+    fn elements_of_a_yarn_share_its_draws_and_shots_do_not() {
+        let strength = "/variability/yarn_strength={\"shape\": 9, \"gauge_length_mm\": 50, \"yarn_shape\": 5}";
+        let sets = ["/pack/elements_per_crossover=2", "/pack/mesh_grading=none", strength];
+        let of = |shot: &str| model(&[&sets[..], &[shot]].concat()).strength;
+        let (Some(one), Some(other)) = (of("/variability/shot=1"), of("/variability/shot=2")) else {
+            unreachable!("strength varies")
+        };
+        assert_eq!(one.factor(10, 0, 7), one.factor(11, 0, 7));
+        assert_ne!(one.factor(10, 0, 7), one.factor(12, 0, 7));
+        assert_ne!(one.factor(10, 0, 7), one.factor(10, 0, 8));
+        assert_ne!(one.factor(10, 0, 7), other.factor(10, 0, 7));
+        assert!((0..40).all(|column| one.least(10, 0) <= one.factor(10, 0, column)));
+    }
+}

@@ -1,0 +1,197 @@
+//! The points of a sweep, each a batch in a folder of its own: what has ended there is read, not computed again.
+
+use std::path::Path;
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+use std::sync::{Mutex, PoisonError};
+use std::thread;
+
+use serde_json::json;
+
+use super::factor::Factor;
+use super::html;
+use crate::case::Case;
+use crate::output::Folder;
+use crate::output::csv::number;
+use crate::study::batch::{BatchError, BatchOptions, BatchPlan};
+use crate::study::shots::{self, ShotsRequest};
+use crate::study::v50::{self, V50Request};
+
+/// What is computed at each point.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum SweepOf {
+    /// Shots.
+    Shots(ShotsRequest),
+    /// A V50.
+    V50(V50Request),
+}
+
+/// A sweep.
+#[derive(Clone, Debug)]
+pub struct SweepRequest {
+    /// What is varied.
+    pub factors: Vec<Factor>,
+    /// The values at each point, as the case file would have them.
+    pub points: Vec<Vec<String>>,
+    /// The case at each point, and what is computed there.
+    pub cases: Vec<(Case, SweepOf)>,
+}
+
+/// What a point gave.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PointResult {
+    /// Numbers by column; none where the point failed.
+    pub numbers: Vec<Option<f64>>,
+    /// Why there is no result, else empty.
+    pub reason: String,
+}
+
+impl SweepOf {
+    /// Columns of the table; the first is what the page shows.
+    pub fn columns(&self) -> &'static [&'static str] {
+        match self {
+            Self::Shots(_) => &["residual_velocity_m_s", "perforated_part", "absorbed_energy_j", "shots", "failed"],
+            Self::V50(_) => &["v50_m_s", "low_m_s", "high_m_s", "sigma_m_s", "shots", "failed", "non_monotone"],
+        }
+    }
+}
+
+/// Runs the points that have not ended yet and writes the table and the page. `progress` gets the points done.
+///
+/// # Errors
+/// See [`BatchError`]; what has ended stays.
+pub fn run(
+    request: &SweepRequest,
+    options: &BatchOptions<'_>,
+    folder: &Folder,
+    resume: bool,
+    title: &str,
+    progress: &(dyn Fn(usize) + Sync),
+) -> Result<Vec<PointResult>, BatchError> {
+    let Some((first, of)) = request.cases.first() else { return Ok(Vec::new()) };
+    let factors: Vec<&str> = request.factors.iter().map(|factor| factor.pointer.as_str()).collect();
+    let parts = json!({
+        "over": factors, "points": request.points, "of": format!("{of:?}"), "precision": options.precision.name(),
+    });
+    let plan = BatchPlan::new("sweep", first, options.seed, parts);
+    if resume {
+        plan.check(folder.path())?;
+    } else {
+        let points = folder.path().join("points");
+        if points.exists() {
+            std::fs::remove_dir_all(&points).map_err(|error| crate::output::OutputError::unwritten(&points, &error))?;
+        }
+        folder.put(&[plan.file()], &super::FILES)?;
+    }
+    let results = all(request, options, folder.path(), progress)?;
+    folder.put(&[("sweep.html", html(request, &results, title)), ("sweep.csv", table(request, &results))], &[])?;
+    Ok(results)
+}
+
+fn all(
+    request: &SweepRequest,
+    options: &BatchOptions<'_>,
+    folder: &Path,
+    progress: &(dyn Fn(usize) + Sync),
+) -> Result<Vec<PointResult>, BatchError> {
+    let count = request.cases.len();
+    let workers = options.threads.min(count).max(1);
+    // Points beside each other, and shots of a point where there are fewer points than threads.
+    let inner = BatchOptions { threads: options.threads.div_ceil(workers), ..*options };
+    let (next, done, given_up) = (AtomicUsize::new(0), AtomicUsize::new(0), AtomicBool::new(false));
+    let results = Mutex::new(vec![None; count]);
+    let failed = Mutex::new(None);
+    let work = || {
+        while !given_up.load(Ordering::Relaxed) {
+            let number = next.fetch_add(1, Ordering::Relaxed);
+            let Some((case, of)) = request.cases.get(number) else { return };
+            match point(case, of, &inner, &folder.join("points").join(format!("{number:04}"))) {
+                Ok(result) => {
+                    results.lock().unwrap_or_else(PoisonError::into_inner)[number] = Some(result);
+                    progress(done.fetch_add(1, Ordering::Relaxed) + 1);
+                }
+                Err(error) => {
+                    given_up.store(true, Ordering::Relaxed);
+                    *failed.lock().unwrap_or_else(PoisonError::into_inner) = Some(error);
+                }
+            }
+        }
+    };
+    thread::scope(|scope| {
+        for _ in 0..workers {
+            scope.spawn(work);
+        }
+    });
+    if let Some(error) = failed.into_inner().unwrap_or_else(PoisonError::into_inner) {
+        return Err(error);
+    }
+    let results = results.into_inner().unwrap_or_else(PoisonError::into_inner);
+    Ok(results.into_iter().flatten().collect())
+}
+
+fn point(case: &Case, of: &SweepOf, options: &BatchOptions<'_>, path: &Path) -> Result<PointResult, BatchError> {
+    let resume = BatchPlan::is_in(path);
+    match of {
+        SweepOf::Shots(request) => {
+            let folder = Folder::prepare_for(path, &shots::FILES, &[])?;
+            Ok(of_shots(&shots::run(case, request, options, &folder, resume, &mut |_| {})?))
+        }
+        SweepOf::V50(request) => {
+            let folder = Folder::prepare_for(path, &v50::FILES, &[])?;
+            Ok(of_v50(&v50::run(case, request, options, &folder, resume, &mut |_| {})?))
+        }
+    }
+}
+
+fn of_shots(found: &shots::ShotsResult) -> PointResult {
+    let decided: Vec<_> = found.rows.iter().filter(|row| row.perforated().is_some()).collect();
+    let failed = found.rows.len() - decided.len();
+    let mean = |of: &dyn Fn(&&crate::study::batch::ShotRow) -> Option<f64>| {
+        let values: Vec<f64> = decided.iter().filter_map(|row| of(&row)).collect();
+        (!values.is_empty()).then(|| values.iter().sum::<f64>() / values.len() as f64)
+    };
+    let reason = found.rows.iter().find(|row| row.perforated().is_none()).map(|row| row.reason.clone());
+    PointResult {
+        numbers: vec![
+            mean(&|row| row.residual),
+            mean(&|row| row.perforated().map(|passed| f64::from(u8::from(passed)))),
+            mean(&|row| row.absorbed_energy()),
+            Some(found.rows.len() as f64),
+            Some(failed as f64),
+        ],
+        reason: reason.unwrap_or_default(),
+    }
+}
+
+fn of_v50(found: &v50::V50Result) -> PointResult {
+    let reason = found.thresholds.iter().find_map(|found| found.as_ref().err().cloned()).unwrap_or_default();
+    let count = |n: usize| Some(n as f64);
+    PointResult {
+        numbers: vec![
+            found.v50,
+            found.bounds.low,
+            found.bounds.high,
+            found.sigma,
+            count(found.shots),
+            count(found.failed),
+            count(found.non_monotone.len()),
+        ],
+        reason,
+    }
+}
+
+/// `sweep.csv`: a row for each point. Columns of what is varied are its pointers.
+pub fn table(request: &SweepRequest, results: &[PointResult]) -> String {
+    let mut writer = csv::Writer::from_writer(Vec::new());
+    let numbers = request.cases.first().map_or(&[][..], |(_, of)| of.columns());
+    let heads = request.factors.iter().map(|factor| factor.pointer.as_str()).chain(numbers.iter().copied());
+    let head: Vec<&str> = std::iter::once("point").chain(heads).chain(["reason"]).collect();
+    let mut rows = vec![head.into_iter().map(str::to_owned).collect::<Vec<String>>()];
+    for (n, (values, result)) in request.points.iter().zip(results).enumerate() {
+        let cells =
+            values.iter().cloned().chain(result.numbers.iter().map(|cell| cell.map(number).unwrap_or_default()));
+        rows.push(std::iter::once(n.to_string()).chain(cells).chain([result.reason.clone()]).collect());
+    }
+    let written = rows.iter().try_for_each(|row| writer.write_record(row));
+    let bytes = written.ok().and_then(|()| writer.into_inner().ok()).unwrap_or_default();
+    String::from_utf8_lossy(&bytes).into_owned()
+}

@@ -1,0 +1,83 @@
+//! Main effects: the mean of a response at each value of a factor, and the part of its variance that the factor explains by itself.
+
+/// Bands of a factor whose values are all different.
+const BANDS: usize = 12;
+
+/// Mean of the response at a value of a factor.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct EffectLevel {
+    /// Value, or the mean of those of a band.
+    pub value: f64,
+    /// Mean of the response.
+    pub mean: f64,
+    /// Points.
+    pub count: usize,
+}
+
+/// The main effect of a factor.
+#[derive(Clone, Debug, PartialEq)]
+pub struct MainEffect {
+    /// By value, ascending.
+    pub levels: Vec<EffectLevel>,
+    /// Variance of the means over the variance of the response, Sobol's first index \[-\].
+    pub part: f64,
+}
+
+/// The main effect of a factor, from pairs of its value and the response. Where hardly a value comes twice, values are put together in bands
+/// of as many points each. `None` of fewer than two values, or where the response does not vary.
+pub fn main_effect(pairs: &[[f64; 2]]) -> Option<MainEffect> {
+    let mut pairs: Vec<[f64; 2]> = pairs.iter().copied().filter(|pair| pair.iter().all(|x| x.is_finite())).collect();
+    pairs.sort_by(|a, b| a[0].total_cmp(&b[0]));
+    let distinct = 1 + pairs.windows(2).filter(|pair| pair[0][0] != pair[1][0]).count();
+    let groups: Vec<&[[f64; 2]]> = if 2 * distinct > pairs.len() && pairs.len() > 2 * BANDS {
+        let bands = BANDS.max((pairs.len() as f64).sqrt() as usize / 2);
+        (0..bands).map(|n| &pairs[n * pairs.len() / bands..(n + 1) * pairs.len() / bands]).collect()
+    } else {
+        pairs.chunk_by(|a, b| a[0] == b[0]).collect()
+    };
+    let count = pairs.len() as f64;
+    let mean = pairs.iter().map(|pair| pair[1]).sum::<f64>() / count;
+    let variance = pairs.iter().map(|pair| (pair[1] - mean).powi(2)).sum::<f64>() / count;
+    let level = |group: &&[[f64; 2]]| {
+        let n = group.len() as f64;
+        let sum = |of: usize| group.iter().map(|pair| pair[of]).sum::<f64>() / n;
+        EffectLevel { value: sum(0), mean: sum(1), count: group.len() }
+    };
+    let levels: Vec<EffectLevel> = groups.iter().map(level).collect();
+    let between = levels.iter().map(|level| level.count as f64 * (level.mean - mean).powi(2)).sum::<f64>() / count;
+    (levels.len() > 1 && variance > 0.0).then_some(MainEffect { levels, part: between / variance })
+}
+
+#[cfg(test)]
+mod tests {
+    use std::f64::consts::PI;
+
+    use super::super::sobol::sobol;
+    use super::*;
+
+    #[test]
+    fn first_indices_of_ishigamis_function_are_the_known_ones() {
+        let points: Vec<Vec<f64>> =
+            sobol(3, 8191).into_iter().map(|p| p.iter().map(|x| PI * (2.0 * x - 1.0)).collect()).collect();
+        let f = |x: &[f64]| x[0].sin() + 7.0 * x[1].sin().powi(2) + 0.1 * x[2].powi(4) * x[0].sin();
+        let values: Vec<f64> = points.iter().map(|x| f(x)).collect();
+        let mean = values.iter().sum::<f64>() / values.len() as f64;
+        let variance = values.iter().map(|y| (y - mean).powi(2)).sum::<f64>() / values.len() as f64;
+        assert!((variance - 13.8446).abs() < 0.05, "{variance}");
+        for (axis, expected) in [0.3139, 0.4424, 0.0].into_iter().enumerate() {
+            let pairs: Vec<[f64; 2]> = points.iter().zip(&values).map(|(x, y)| [x[axis], *y]).collect();
+            let part = main_effect(&pairs).map_or(f64::NAN, |effect| effect.part);
+            assert!((part - expected).abs() < 0.012, "{axis}: {part}");
+        }
+    }
+
+    #[test]
+    fn a_grid_keeps_its_values() {
+        let pairs: Vec<[f64; 2]> =
+            [1.0, 2.0, 4.0].iter().flat_map(|x| [0.0, 1.0].map(|y| [*x, 10.0 * x + y])).collect();
+        let effect = main_effect(&pairs);
+        assert!(effect.as_ref().is_some_and(|effect| effect.levels.len() == 3 && effect.part > 0.99), "{effect:?}");
+        assert!(effect.is_some_and(|effect| effect.levels[2].mean == 40.5));
+        assert!(main_effect(&[[1.0, 2.0], [2.0, 2.0]]).is_none() && main_effect(&[]).is_none());
+    }
+}

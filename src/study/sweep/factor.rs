@@ -1,0 +1,171 @@
+//! What a sweep varies: `/pointer=1,2,4,8`, `/pointer=100..300:20` (from, to, step) or, for Sobol's points, `/pointer=100..300`.
+
+use super::sobol::{MAX_DIMENSIONS, sobol};
+use crate::output::csv::number;
+use crate::study::StudyError;
+
+/// Points of a sweep at most.
+const MAX_POINTS: usize = 10_000;
+
+/// The values of one key.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Values {
+    /// These, as the case file would have them.
+    List(Vec<String>),
+    /// Anything between two numbers.
+    Between([f64; 2]),
+}
+
+/// A key and its values.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Factor {
+    /// JSON pointer.
+    pub pointer: String,
+    /// Values.
+    pub values: Values,
+}
+
+impl Factor {
+    /// Reads `/pointer=values`.
+    ///
+    /// # Errors
+    /// When it has another form, or a range is none.
+    pub fn parse(text: &str) -> Result<Self, StudyError> {
+        let help = "for example --over /pack/plies=1,2,4,8 or --over /projectile/velocity_m_s=100..300:20";
+        let wrong = |expected: &str, found: &str| {
+            StudyError::new(format!("--over {text}"), expected, format!("{found:?}"), help)
+        };
+        let Some((pointer, values)) = text.split_once('=').filter(|(pointer, _)| pointer.starts_with('/')) else {
+            return Err(wrong("/json/pointer=values", text));
+        };
+        let pointer = pointer.to_owned();
+        let Some((low, rest)) = values.split_once("..") else {
+            let values: Vec<String> = split(values).into_iter().filter(|value| !value.is_empty()).collect();
+            if values.is_empty() {
+                return Err(wrong("values after =", ""));
+            }
+            return Ok(Self { pointer, values: Values::List(values) });
+        };
+        let (high, step) = rest.split_once(':').map_or((rest, None), |(high, step)| (high, Some(step)));
+        let parse = |text: &str| {
+            let parsed = text.trim().parse::<f64>().ok().filter(|value| value.is_finite());
+            parsed.ok_or_else(|| wrong("a number", text))
+        };
+        let [low, high] = [parse(low)?, parse(high)?];
+        if high <= low {
+            return Err(wrong("a range from a lower to a higher number", values));
+        }
+        let Some(step) = step else { return Ok(Self { pointer, values: Values::Between([low, high]) }) };
+        let step = parse(step)?;
+        let count = ((high - low) / step + 1e-9).floor();
+        if !(step > 0.0 && count < MAX_POINTS as f64) {
+            return Err(wrong("a step above 0 that makes fewer than 10 000 values", values));
+        }
+        // Rounding of a sum of steps has no place in a case.
+        let at = |n: usize| format!("{:.12e}", low + step * n as f64).parse().map(number).unwrap_or_default();
+        Ok(Self { pointer, values: Values::List((0..=count as usize).map(at).collect()) })
+    }
+
+    /// The last part of the pointer.
+    pub fn name(&self) -> &str {
+        self.pointer.rsplit('/').next().unwrap_or_default()
+    }
+}
+
+/// Values apart at commas, but for those inside brackets and quotes.
+fn split(text: &str) -> Vec<String> {
+    let mut parts = vec![String::new()];
+    let (mut depth, mut quoted) = (0_i32, false);
+    for c in text.chars() {
+        match c {
+            '"' => quoted = !quoted,
+            '[' | '{' if !quoted => depth += 1,
+            ']' | '}' if !quoted => depth -= 1,
+            _ => {}
+        }
+        match (c, parts.last_mut()) {
+            (',', _) if depth == 0 && !quoted => parts.push(String::new()),
+            (_, Some(part)) => part.push(c),
+            (_, None) => {}
+        }
+    }
+    parts.into_iter().map(|part| part.trim().to_owned()).collect()
+}
+
+/// The points: all combinations of the values, the last factor fastest; or so many of Sobol's points.
+///
+/// # Errors
+/// When a range has no step in a grid, a list stands among Sobol's ranges, or there are too many points.
+pub fn points(factors: &[Factor], sobol_count: Option<usize>) -> Result<Vec<Vec<String>>, StudyError> {
+    let of = |factor: &Factor| format!("--over {}", factor.pointer);
+    if let Some(count) = sobol_count {
+        if factors.len() > MAX_DIMENSIONS || count > MAX_POINTS {
+            let found = format!("{} keys and {count} points", factors.len());
+            let expected = format!("at most {MAX_DIMENSIONS} keys and {MAX_POINTS} of Sobol's points");
+            return Err(StudyError::new("--sobol", expected, found, "vary fewer keys, or take a grid"));
+        }
+        let mut ranges = Vec::new();
+        for factor in factors {
+            let Values::Between(range) = factor.values else {
+                let help = "write /pointer=A..B without a step, or leave --sobol out";
+                return Err(StudyError::new(of(factor), "a range A..B for Sobol's points", "a list of values", help));
+            };
+            ranges.push(range);
+        }
+        let place = |point: Vec<f64>| {
+            let values = point.iter().zip(&ranges);
+            values.map(|(part, [low, high])| number(low + part * (high - low))).collect()
+        };
+        return Ok(sobol(factors.len(), count).into_iter().map(place).collect());
+    }
+    let mut points = vec![Vec::new()];
+    for factor in factors {
+        let Values::List(values) = &factor.values else {
+            let help = "write /pointer=A..B:STEP, or add --sobol N";
+            return Err(StudyError::new(of(factor), "values, or a range with a step", "a range without a step", help));
+        };
+        if points.len() * values.len() > MAX_POINTS {
+            let found = format!("{} of them at {}", points.len() * values.len(), factor.pointer);
+            return Err(StudyError::new("--over", format!("at most {MAX_POINTS} points"), found, "take longer steps"));
+        }
+        let with = |point: Vec<String>| -> Vec<Vec<String>> {
+            values.iter().map(|value| [point.clone(), vec![value.clone()]].concat()).collect()
+        };
+        points = points.into_iter().flat_map(with).collect();
+    }
+    Ok(points)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn list(text: &str) -> Option<Vec<String>> {
+        match Factor::parse(text).ok()?.values {
+            Values::List(values) => Some(values),
+            Values::Between(_) => None,
+        }
+    }
+
+    #[test]
+    fn lists_ranges_and_json_are_read() {
+        assert_eq!(list("/pack/plies=1, 2,8"), Some(["1", "2", "8"].map(str::to_owned).to_vec()));
+        assert_eq!(list("/a=0.1..0.3:0.1"), Some(["0.1", "0.2", "0.3"].map(str::to_owned).to_vec()));
+        assert_eq!(list("/a=100..290:50").map(|values| values.len()), Some(4));
+        assert_eq!(list("/a=[0,1],[2,3]"), Some(["[0,1]", "[2,3]"].map(str::to_owned).to_vec()));
+        for wrong in ["a=1", "/a", "/a=", "/a=3..1:1", "/a=1..3:0", "/a=1..x"] {
+            assert!(Factor::parse(wrong).is_err(), "{wrong}");
+        }
+    }
+
+    #[test]
+    fn a_grid_has_all_combinations_and_sobol_needs_ranges() {
+        let factors = ["/a=1,2", "/b=x,y,z"].map(Factor::parse).into_iter().flatten().collect::<Vec<_>>();
+        let grid = points(&factors, None).unwrap_or_default();
+        assert_eq!((grid.len(), grid[1].join(" ")), (6, "1 y".to_owned()));
+        assert!(points(&factors, Some(8)).is_err());
+        let range = Factor::parse("/a=100..300").into_iter().collect::<Vec<_>>();
+        assert!(points(&range, None).is_err());
+        assert_eq!(points(&range, Some(3)).unwrap_or_default().concat(), ["200", "250", "150"]);
+    }
+}

@@ -1,0 +1,292 @@
+//! The shots of a V50: thresholds in blocks, realisations of a block in parallel; or a design, shot after shot.
+//!
+//! What is asked next depends on outcomes alone, never on the order in which shots ended: a campaign that was broken off asks the same
+//! again, and finds the rows that are there.
+
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+use std::sync::{Mutex, PoisonError};
+use std::thread;
+
+use serde_json::json;
+
+use super::estimate::{V50Result, estimate};
+use super::threshold::{Rungs, ThresholdSearch, Wanted};
+use super::{Design, FILES, TABLE, V50Request, html, json};
+use crate::case::{Case, Variability};
+use crate::output::Folder;
+use crate::study::batch::fire::shoot;
+use crate::study::batch::{BatchError, BatchOptions, BatchPlan, ShotLog, ShotOrder};
+use crate::study::designs::{Langlie, Neyer, ThreePod, UpDown};
+use crate::study::outcomes::Shot;
+use crate::study::shots::drawn_columns;
+
+/// Realisations whose thresholds are sought at a time: first few, for the later ones begin where those ended.
+const BLOCKS: [u32; 3] = [2, 6, 8];
+/// First step of the first searches, over the width of a rung; later ones step by the scatter of those before.
+const FIRST_STEP: f64 = 0.1;
+/// Thresholds without which no interval is narrow.
+const LEAST: usize = 8;
+/// Realisations that are shot further above their thresholds too, for the residual velocities, and where.
+const FURTHER: (u32, &[f64]) = (8, &[1.15, 1.4]);
+
+/// What a campaign is at.
+#[derive(Clone, Copy, Debug)]
+pub struct V50Progress<'a> {
+    /// Realisations, or shots of a design, that are done.
+    pub done: u32,
+    /// Wanted at most.
+    pub of: u32,
+    /// Shots so far.
+    pub shots: u32,
+    /// The last estimate.
+    pub last: Option<&'a V50Result>,
+}
+
+/// What is known of the threshold of a realisation.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Found {
+    /// Highest stop below it and lowest perforation above it [m/s]; or why there is none.
+    pub(super) bracket: Result<[f64; 2], String>,
+    pub(super) monotone: bool,
+}
+
+/// The case whose impact velocity is the one asked for: its scatter moves shots, not the limit.
+fn nominal(case: &Case, design: Design) -> Case {
+    let mut case = case.clone();
+    if design == Design::Thresholds {
+        if let Some(variability) = case.as_run.get_mut("variability").and_then(serde_json::Value::as_object_mut) {
+            variability.remove("velocity");
+        }
+        if let Some(variability) = &mut case.variability {
+            variability.velocity = None;
+        }
+    }
+    case
+}
+
+fn plan(case: &Case, request: &V50Request, options: &BatchOptions<'_>) -> BatchPlan {
+    let design = match request.design {
+        Design::Thresholds => json!({ "bracket": request.bracket }),
+        _ => json!({ "velocity_m_s": request.velocity, "sigma_m_s": request.sigma }),
+    };
+    let parts = json!({
+        "design": request.design.word(), "parameters": design, "count": request.count, "until_width": request.until_width,
+        "level": request.fit.level, "precision": options.precision.name(),
+    });
+    BatchPlan::new("v50", case, options.seed, parts)
+}
+
+/// Fires what is not there yet, estimates, and writes table, JSON and page.
+///
+/// # Errors
+/// See [`BatchError`]; rows so far stay.
+pub fn run(
+    case: &Case,
+    request: &V50Request,
+    options: &BatchOptions<'_>,
+    folder: &Folder,
+    resume: bool,
+    progress: &mut (dyn FnMut(V50Progress<'_>) + Send),
+) -> Result<V50Result, BatchError> {
+    let plan = plan(case, request, options);
+    if resume {
+        plan.check(folder.path())?;
+    } else {
+        folder.put(&[plan.file()], &FILES)?;
+    }
+    let case = &nominal(case, request.design);
+    let order = |shot: u32| ShotOrder { shot, velocity: Some(request.velocity[0]) };
+    let drawn = drawn_columns(case, options.seed, (0..request.count).map(order));
+    let log = ShotLog::open(folder, TABLE, drawn, resume)?;
+    let mut campaign = Campaign { case, request, options, log: Mutex::new(log) };
+    let found = match request.design {
+        Design::Thresholds => campaign.thresholds(progress)?,
+        _ => campaign.design(progress)?,
+    };
+    let log = campaign.log.into_inner().unwrap_or_else(PoisonError::into_inner);
+    let result = estimate(case, request, &found, log.rows());
+    let table = log.table(|_| true);
+    let texts = [
+        ("v50.json", format!("{:#}\n", json(case, request, options.seed, &result))),
+        ("v50.html", html(case, request, options.seed, &result)),
+        (TABLE, table),
+    ];
+    folder.put(&texts, &[])?;
+    log.close()?;
+    Ok(result)
+}
+
+struct Campaign<'a> {
+    case: &'a Case,
+    request: &'a V50Request,
+    options: &'a BatchOptions<'a>,
+    log: Mutex<ShotLog>,
+}
+
+/// Where a search begins [m/s] and its first step, in rungs.
+#[derive(Clone, Copy)]
+struct Start {
+    velocity: f64,
+    step: i32,
+}
+
+impl Campaign<'_> {
+    fn rows(&self) -> std::sync::MutexGuard<'_, ShotLog> {
+        self.log.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// The outcome of a shot: of its row, or of a shot that is fired now. `None`: it has none, and why.
+    fn outcome(&self, order: ShotOrder, given_up: &AtomicBool) -> Result<Result<Shot, String>, BatchError> {
+        let known = self.rows().find(order).cloned();
+        let row = match known {
+            Some(row) => row,
+            None => {
+                let row = shoot(self.case, order, self.options, given_up).ok_or(BatchError::Interrupted)?;
+                self.rows().add(row.clone())?;
+                row
+            }
+        };
+        Ok(row.as_shot().ok_or(row.reason))
+    }
+
+    fn thresholds(&mut self, progress: &mut (dyn FnMut(V50Progress<'_>) + Send)) -> Result<Vec<Found>, BatchError> {
+        let varies = self.case.variability.as_ref().is_some_and(Variability::varies);
+        // Without variability all realisations are one.
+        let count = if varies { self.request.count } else { 1 };
+        let mut found: Vec<Found> = Vec::new();
+        let mut blocks = BLOCKS.iter();
+        let mut size = BLOCKS[0];
+        while (found.len() as u32) < count {
+            size = blocks.next().copied().unwrap_or(size);
+            let first = found.len() as u32;
+            let block = first..(first + size).min(count);
+            let start = self.start(&found);
+            found.extend(self.block(block, start, count, progress)?);
+            let result = estimate(self.case, self.request, &found, self.rows().rows());
+            let shots = self.rows().rows().count() as u32;
+            progress(V50Progress { done: found.len() as u32, of: count, shots, last: Some(&result) });
+            if found.len() >= LEAST && self.request.until_width.is_some_and(|width| result.is_within(width)) {
+                break;
+            }
+        }
+        Ok(found)
+    }
+
+    /// Where the next searches begin: in the middle of the thresholds so far, in steps of their scatter.
+    fn start(&self, found: &[Found]) -> Start {
+        let rungs = Rungs { width: self.request.bracket };
+        let brackets: Vec<[f64; 2]> = found.iter().filter_map(|found| found.bracket.clone().ok()).collect();
+        let mut middles: Vec<f64> = brackets.iter().map(|[low, high]| (low * high).sqrt()).collect();
+        middles.sort_by(f64::total_cmp);
+        if middles.is_empty() {
+            let velocity =
+                self.case.projectile.as_ref().map_or(self.request.velocity[0], |projectile| projectile.velocity);
+            return Start { velocity, step: (FIRST_STEP / rungs.width).round() as i32 };
+        }
+        let velocity = middles[middles.len() / 2];
+        let mean = middles.iter().sum::<f64>() / middles.len() as f64;
+        let square = middles.iter().map(|middle| (middle - mean).powi(2)).sum::<f64>() / middles.len() as f64;
+        Start { velocity, step: (square.sqrt() / (rungs.width * mean)).round() as i32 }
+    }
+
+    /// Thresholds of some realisations, each on a thread.
+    fn block(
+        &self,
+        block: std::ops::Range<u32>,
+        start: Start,
+        of: u32,
+        progress: &mut (dyn FnMut(V50Progress<'_>) + Send),
+    ) -> Result<Vec<Found>, BatchError> {
+        let next = AtomicUsize::new(block.start as usize);
+        let given_up = AtomicBool::new(false);
+        let results = Mutex::new(Vec::new());
+        let progress = Mutex::new(progress);
+        let work = || {
+            while !given_up.load(Ordering::Relaxed) {
+                let number = next.fetch_add(1, Ordering::Relaxed) as u32;
+                if number >= block.end {
+                    return;
+                }
+                let told = |shots: u32| {
+                    let done =
+                        results.lock().map_or(0, |results: std::sync::MutexGuard<'_, Vec<_>>| results.len()) as u32;
+                    let mut tell = progress.lock().unwrap_or_else(PoisonError::into_inner);
+                    tell(V50Progress { done: block.start + done, of, shots, last: None });
+                };
+                let found = self.search(number, start, &given_up, &told);
+                if found.is_err() {
+                    given_up.store(true, Ordering::Relaxed);
+                }
+                results.lock().unwrap_or_else(PoisonError::into_inner).push((number, found));
+            }
+        };
+        thread::scope(|scope| {
+            for _ in 0..self.options.threads.min(block.len()) {
+                scope.spawn(work);
+            }
+        });
+        let mut results = results.into_inner().unwrap_or_else(PoisonError::into_inner);
+        results.sort_by_key(|(number, _)| *number);
+        results.into_iter().map(|(_, found)| found).collect()
+    }
+
+    fn search(
+        &self,
+        realisation: u32,
+        start: Start,
+        given_up: &AtomicBool,
+        told: &dyn Fn(u32),
+    ) -> Result<Found, BatchError> {
+        let rungs = Rungs { width: self.request.bracket };
+        let beyond = if realisation < FURTHER.0 { FURTHER.1 } else { &[] };
+        let mut search = ThresholdSearch::new(rungs, start.velocity, start.step, beyond);
+        loop {
+            match search.wanted() {
+                Wanted::Shot(rung) => {
+                    let order = ShotOrder { shot: realisation, velocity: Some(rungs.velocity(rung)) };
+                    match self.outcome(order, given_up)? {
+                        Ok(shot) => search.see(rung, shot.perforated),
+                        Err(reason) => return Ok(Found { bracket: Err(reason), monotone: true }),
+                    }
+                    told(self.rows().rows().count() as u32);
+                }
+                Wanted::Nothing => break,
+                Wanted::NoThreshold => {
+                    let reason = "no velocity from 2 to 4900 m/s changes the outcome".to_owned();
+                    return Ok(Found { bracket: Err(reason), monotone: true });
+                }
+            }
+        }
+        let bracket = search.bracket().ok_or_else(|| "no bracket".to_owned());
+        Ok(Found { bracket, monotone: search.is_monotone() })
+    }
+
+    /// Shots of a design, one after the other. A shot without an outcome tells a design nothing.
+    fn design(&mut self, progress: &mut (dyn FnMut(V50Progress<'_>) + Send)) -> Result<Vec<Found>, BatchError> {
+        let given_up = AtomicBool::new(false);
+        let mut shots: Vec<Shot> = Vec::new();
+        for number in 0..self.request.count {
+            let velocity = next_velocity(self.request, &shots);
+            let order = ShotOrder { shot: number, velocity: Some(velocity) };
+            shots.extend(self.outcome(order, &given_up)?.ok());
+            let result = estimate(self.case, self.request, &[], self.rows().rows());
+            progress(V50Progress { done: number + 1, of: self.request.count, shots: number + 1, last: Some(&result) });
+            if shots.len() >= LEAST && self.request.until_width.is_some_and(|width| result.is_within(width)) {
+                break;
+            }
+        }
+        Ok(Vec::new())
+    }
+}
+
+/// Velocity that a design wants next, of those that can be shot [m/s].
+fn next_velocity(request: &V50Request, shots: &[Shot]) -> f64 {
+    let V50Request { velocity: [low, high], sigma, .. } = *request;
+    let next = match request.design {
+        Design::Langlie => Langlie { low, high }.next(shots),
+        Design::Neyer => Neyer { low, high, sigma }.next(shots),
+        Design::ThreePod => ThreePod { low, high, sigma, d_optimal: usize::MAX, quantile: None }.next(shots),
+        Design::UpDown | Design::Thresholds => UpDown { start: 0.5 * (low + high), step: sigma }.next(shots),
+    };
+    next.clamp(1.0, 4999.0)
+}

@@ -1,0 +1,229 @@
+//! From thresholds or shots to V50, its interval, and what the interval is made of.
+
+use super::campaign::Found;
+use super::sample::ThresholdSample;
+use super::{Design, V50Request};
+use crate::case::{Case, Numerics};
+use crate::study::arithmetic_v50::{Arithmetic, RULES, Refusal, Rule, arithmetic_v50};
+use crate::study::batch::ShotRow;
+use crate::study::designs::{Staircase, UpDown};
+use crate::study::fit::{self, Fit, FitRow, QUANTILES, Quantile};
+use crate::study::interval::Bounds;
+use crate::study::outcomes::{Outcomes, Shot};
+use crate::study::residual_fit::{Passed, ResidualFit, ResidualModel, TooFew, residual_fit};
+
+/// By how much mesh and time step move a limit, over the limit \[-\], with ripstop's own numerics and with the paper's: the largest spread over
+/// half as long elements and Courant numbers of benches/objectivity.json and benches/objectivity-paper.json, measured on S-720.
+const NUMERICAL: [f64; 2] = [0.0075, 0.0575];
+/// Bands of impact velocity for which residual velocities are summed up.
+const BANDS: usize = 5;
+
+/// Half the width of the interval of V50 by where it comes from [m/s].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct V50Width {
+    /// Realisations, or shots, are few; `None` where the interval has no end.
+    pub sampling: Option<f64>,
+    /// Mesh and time step.
+    pub numerical: f64,
+    /// Brackets of thresholds.
+    pub bracket: f64,
+}
+
+/// Residual velocities of a band of impact velocities.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ResidualBand {
+    /// Impact velocities [m/s].
+    pub impact: [f64; 2],
+    /// Shots that perforated.
+    pub count: usize,
+    /// Mean, least and largest residual velocity [m/s].
+    pub mean: f64,
+    /// See `mean`.
+    pub range: [f64; 2],
+}
+
+/// All that a campaign tells.
+#[derive(Clone, Debug)]
+pub struct V50Result {
+    /// V50 [m/s]; `None` without an estimate.
+    pub v50: Option<f64>,
+    /// Its interval, of everything together.
+    pub bounds: Bounds,
+    /// What it is made of.
+    pub width: V50Width,
+    /// Standard deviation of thresholds [m/s].
+    pub sigma: Option<f64>,
+    /// Velocities by chance; their intervals are of the sampling alone.
+    pub quantiles: Vec<Quantile>,
+    /// Thresholds, where those were sought, and their brackets or why there is none.
+    pub thresholds: Vec<Result<[f64; 2], String>>,
+    /// Their sample.
+    pub sample: Option<ThresholdSample>,
+    /// Realisations whose outcome turned more than once.
+    pub non_monotone: Vec<usize>,
+    /// Shots of a design as those of a range.
+    pub fit: Option<Fit>,
+    /// Dixon's and Mood's estimate of up and down.
+    pub staircase: Option<Staircase>,
+    /// Shots that the arithmetic V50 is of.
+    pub ranged: Vec<Shot>,
+    /// The arithmetic V50 of each rule.
+    pub arithmetic: Vec<(Rule, Result<Arithmetic, Refusal>)>,
+    /// Curves through residual velocities.
+    pub residual: Vec<(ResidualModel, Result<ResidualFit, TooFew>)>,
+    /// Shots that perforated.
+    pub passed: Vec<Passed>,
+    /// Residual velocities by impact velocity.
+    pub bands: Vec<ResidualBand>,
+    /// Shots, and those without an outcome.
+    pub shots: usize,
+    /// See `shots`.
+    pub failed: usize,
+}
+
+impl V50Result {
+    /// Whether half the interval is at most this part of V50.
+    pub fn is_within(&self, width: f64) -> bool {
+        match (self.v50, self.bounds.low, self.bounds.high) {
+            (Some(v50), Some(low), Some(high)) => 0.5 * (high - low) <= width * v50,
+            _ => false,
+        }
+    }
+
+    /// Chance of a perforation at a velocity.
+    pub fn probability(&self, velocity: f64) -> Option<f64> {
+        match (&self.sample, &self.fit) {
+            (Some(sample), _) => Some(sample.probability(velocity)),
+            (None, Some(fit)) => fit.estimate.as_ref().ok().map(|found| found.probability(velocity)),
+            (None, None) => None,
+        }
+    }
+}
+
+/// What rows and thresholds tell.
+pub(super) fn estimate<'a>(
+    case: &Case,
+    request: &V50Request,
+    found: &[Found],
+    rows: impl Iterator<Item = &'a ShotRow>,
+) -> V50Result {
+    let rows: Vec<&ShotRow> = rows.collect();
+    let fit_rows: Vec<FitRow> = rows.iter().filter_map(|row| row.as_fit_row()).collect();
+    let passed = fit::passed(&fit_rows);
+    let level = request.fit.level;
+    let thresholds: Vec<_> = found.iter().map(|found| found.bracket.clone()).collect();
+    let mut result = V50Result {
+        v50: None,
+        bounds: Bounds::default(),
+        width: V50Width { sampling: None, numerical: 0.0, bracket: 0.0 },
+        sigma: None,
+        quantiles: Vec::new(),
+        sample: None,
+        non_monotone: found.iter().enumerate().filter(|(_, found)| !found.monotone).map(|(n, _)| n).collect(),
+        fit: None,
+        staircase: None,
+        ranged: Vec::new(),
+        arithmetic: Vec::new(),
+        residual: [ResidualModel::RechtIpson, ResidualModel::LambertJonas]
+            .map(|curve| (curve, residual_fit(curve, &passed, level)))
+            .to_vec(),
+        bands: bands(&passed),
+        passed,
+        shots: rows.len(),
+        failed: rows.len() - fit_rows.len(),
+        thresholds,
+    };
+    match request.design {
+        Design::Thresholds => of_thresholds(&mut result, request),
+        _ => of_shots(&mut result, request, &fit_rows),
+    }
+    let ranged: Outcomes = result.ranged.iter().collect();
+    result.arithmetic = RULES.map(|rule| (rule, arithmetic_v50(&ranged, &rule))).to_vec();
+    combine(&mut result, case);
+    result
+}
+
+fn of_thresholds(result: &mut V50Result, request: &V50Request) {
+    let brackets: Vec<[f64; 2]> = result.thresholds.iter().filter_map(|found| found.clone().ok()).collect();
+    let middles: Vec<f64> = brackets.iter().map(|[low, high]| (low * high).sqrt()).collect();
+    let count = brackets.len().max(1) as f64;
+    let width = brackets.iter().map(|[low, high]| high - low).sum::<f64>() / count;
+    let Some(sample) = ThresholdSample::new(&middles, width) else { return };
+    result.sample = Some(sample);
+    result.v50 = Some(sample.mean);
+    result.sigma = (sample.count > 1).then_some(sample.sigma);
+    // The middle of a bracket is off by half of it at most; the mean of many by less.
+    result.width.bracket = 0.5 * width / count.sqrt();
+    let level = request.fit.level;
+    result.quantiles =
+        QUANTILES.map(|p| Quantile { p, value: Some(sample.quantile(p)), bounds: sample.interval(p, level) }).to_vec();
+    // A single threshold of a case in which nothing varies is no sample.
+    if sample.count == 1 {
+        result.quantiles.retain(|quantile| quantile.p == 0.5);
+    }
+    result.ranged = up_and_down(&middles, sample.mean, sample.sigma.max(width));
+}
+
+/// What an up-and-down of one shot at each realisation would see: with known thresholds no shot is needed for it.
+fn up_and_down(thresholds: &[f64], start: f64, step: f64) -> Vec<Shot> {
+    let design = UpDown { start, step };
+    thresholds.iter().fold(Vec::new(), |mut shots, threshold| {
+        let velocity = design.next(&shots);
+        shots.push(Shot { velocity, perforated: velocity > *threshold });
+        shots
+    })
+}
+
+fn of_shots(result: &mut V50Result, request: &V50Request, rows: &[FitRow]) {
+    let fit = fit::fit(rows, request.fit);
+    result.ranged = rows.iter().map(|row| Shot { velocity: row.velocity, perforated: row.perforated }).collect();
+    if request.design == Design::UpDown {
+        let [low, high] = request.velocity;
+        result.staircase = UpDown { start: 0.5 * (low + high), step: request.sigma }.estimate(&result.ranged);
+    }
+    if let Ok(found) = &fit.estimate {
+        result.v50 = Some(found.mu);
+        result.sigma = Some(found.sigma);
+    }
+    result.quantiles.clone_from(&fit.quantiles);
+    result.fit = Some(fit);
+}
+
+/// The interval of everything: its parts are independent, their squares add up.
+fn combine(result: &mut V50Result, case: &Case) {
+    let Some(v50) = result.v50 else { return };
+    result.width.numerical = v50 * NUMERICAL[usize::from(case.solver.numerics == Numerics::Paper)];
+    let single = result.sample.is_some_and(|sample| sample.count == 1);
+    let own = if single {
+        Bounds { low: Some(v50), high: Some(v50) }
+    } else {
+        result
+            .quantiles
+            .iter()
+            .find(|quantile| quantile.p == 0.5)
+            .map_or_else(Bounds::default, |quantile| quantile.bounds)
+    };
+    result.width.sampling = own.low.zip(own.high).map(|(low, high)| 0.5 * (high - low));
+    let other = result.width.numerical.hypot(result.width.bracket);
+    result.bounds = Bounds {
+        low: own.low.map(|low| v50 - (v50 - low).hypot(other)),
+        high: own.high.map(|high| v50 + (high - v50).hypot(other)),
+    };
+}
+
+/// Shots that perforated, in bands of as many each.
+fn bands(passed: &[Passed]) -> Vec<ResidualBand> {
+    let mut passed: Vec<&Passed> = passed.iter().collect();
+    passed.sort_by(|a, b| a.impact.total_cmp(&b.impact));
+    let size = passed.len().div_ceil(BANDS).max(2);
+    let band = |shots: &[&Passed]| {
+        let residual = shots.iter().map(|shot| shot.residual);
+        ResidualBand {
+            impact: [shots[0].impact, shots[shots.len() - 1].impact],
+            count: shots.len(),
+            mean: residual.clone().sum::<f64>() / shots.len() as f64,
+            range: [residual.clone().fold(f64::INFINITY, f64::min), residual.fold(0.0, f64::max)],
+        }
+    };
+    passed.chunks(size).map(band).collect()
+}

@@ -1,0 +1,76 @@
+//! `ripstop v50`: the velocity at which half of all shots perforate, from a case.
+//!
+//! ```text
+//! case ──► thresholds of realisations, or a design ──► estimate ──► json, page
+//! ```
+//!
+//! - [`threshold`] finds the threshold of one realisation, [`campaign`] those of many, and the shots of a design.
+//! - [`sample`] is the estimate from thresholds; shots of a design are fitted as those of a range.
+//! - [`report`] is `v50.json` and what is said in words, [`page`] is `v50.html`.
+
+mod campaign;
+mod estimate;
+mod page;
+mod report;
+pub mod sample;
+pub mod threshold;
+
+pub use campaign::{V50Progress, run};
+pub use estimate::{ResidualBand, V50Result, V50Width};
+pub use page::html;
+pub use report::{json, notes};
+
+use super::fit::FitRequest;
+
+/// Name of the table.
+pub(super) const TABLE: &str = "v50.csv";
+/// Every file that is written.
+pub const FILES: [&str; 4] = ["plan.json", TABLE, "v50.html", "v50.json"];
+
+/// How velocities are chosen.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Design {
+    /// Every realisation's own threshold.
+    #[default]
+    Thresholds,
+    /// Langlie's.
+    Langlie,
+    /// Up and down.
+    UpDown,
+    /// Neyer's.
+    Neyer,
+    /// Three-phase optimal design.
+    ThreePod,
+}
+
+impl Design {
+    /// The word on the command line and in JSON.
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::Thresholds => "thresholds",
+            Self::Langlie => "langlie",
+            Self::UpDown => "updown",
+            Self::Neyer => "neyer",
+            Self::ThreePod => "3pod",
+        }
+    }
+}
+
+/// What is wanted.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct V50Request {
+    /// How velocities are chosen.
+    pub design: Design,
+    /// Realisations, or shots of a design, at most.
+    pub count: u32,
+    /// Half the width of the interval over V50 at which to stop early.
+    pub until_width: Option<f64>,
+    /// Width of the bracket of a threshold, over its lower end.
+    pub bracket: f64,
+    /// Velocities between which a design expects V50 [m/s].
+    pub velocity: [f64; 2],
+    /// Scatter that a design expects, and the step of up and down [m/s].
+    pub sigma: f64,
+    /// How shots of a design are fitted, and the confidence of all intervals.
+    pub fit: FitRequest,
+}

@@ -1,0 +1,135 @@
+//! `v50.json`, and the sentences that the terminal and the page share.
+
+use serde_json::{Value, json};
+
+use super::{Design, V50Request, V50Result};
+use crate::case::case_hash;
+use crate::case::{Case, Variability};
+use crate::output::number::short;
+use crate::study::fit;
+use crate::study::shots;
+
+/// The whole result. Velocities in m/s.
+pub fn json(case: &Case, request: &V50Request, seed: u32, result: &V50Result) -> Value {
+    let quantile =
+        |p: f64| result.quantiles.iter().find(|quantile| quantile.p == p).and_then(|quantile| quantile.value);
+    let threshold = |(realisation, found): (usize, &Result<[f64; 2], String>)| match found {
+        Ok([low, high]) => json!({ "realisation": realisation, "low_m_s": low, "high_m_s": high }),
+        Err(reason) => json!({ "realisation": realisation, "low_m_s": null, "high_m_s": null, "reason": reason }),
+    };
+    let range = result.sample.map(|sample| sample.range);
+    let assumed: Vec<&str> =
+        case.fields.iter().filter(|field| field.assumed).map(|field| field.pointer.as_str()).collect();
+    let residual =
+        |(curve, found): &(crate::study::residual_fit::ResidualModel, Result<_, _>)| fit::residual_json(curve, found);
+    json!({
+        "v50_m_s": result.v50,
+        "low_m_s": result.bounds.low,
+        "high_m_s": result.bounds.high,
+        "level": request.fit.level,
+        "sigma_m_s": result.sigma,
+        "v10_m_s": quantile(0.1),
+        "v90_m_s": quantile(0.9),
+        "half_width_m_s": {
+            "sampling": result.width.sampling, "numerical": result.width.numerical, "bracket": result.width.bracket,
+        },
+        "design": request.design.word(),
+        "realisations": if request.design == Design::Thresholds { result.thresholds.len() } else { result.shots },
+        "shots": result.shots,
+        "failed": result.failed,
+        "non_monotone": result.non_monotone.len(),
+        "non_monotone_realisations": result.non_monotone,
+        "slowest_threshold_m_s": range.map(|range| range[0]),
+        "fastest_threshold_m_s": range.map(|range| range[1]),
+        "quantiles": result.quantiles.iter().map(|quantile| json!({
+            "p": quantile.p, "value": quantile.value, "low": quantile.bounds.low, "high": quantile.bounds.high,
+        })).collect::<Vec<_>>(),
+        "arithmetic_of": arithmetic_of(request.design),
+        "arithmetic": result.arithmetic.iter().map(fit::arithmetic_json).collect::<Vec<_>>(),
+        "dixon_mood": result.staircase.map(|found| json!({ "mu": found.mu, "sigma": found.sigma, "sigma_holds": found.scattered })),
+        "residual": result.residual.iter().map(residual).collect::<Vec<_>>(),
+        "residual_by_impact": result.bands.iter().map(|band| json!({
+            "impact_m_s": band.impact, "shots": band.count, "mean_m_s": band.mean, "range_m_s": band.range,
+        })).collect::<Vec<_>>(),
+        "thresholds": result.thresholds.iter().enumerate().map(threshold).collect::<Vec<_>>(),
+        "fit": result.fit.as_ref().map(fit::json),
+        "bracket": request.bracket,
+        "seed": seed,
+        "version": env!("CARGO_PKG_VERSION"),
+        "case": case.name,
+        "case_hash": case_hash(&case.as_run),
+        "assumed": assumed,
+        "notes": notes(case, request, result),
+    })
+}
+
+/// The shots that the arithmetic V50 is of.
+pub(super) fn arithmetic_of(design: Design) -> &'static str {
+    match design {
+        Design::Thresholds => "an up-and-down of one shot at each realisation, its outcome known from the threshold",
+        _ => "the shots of the design",
+    }
+}
+
+/// What a reader should know before the numbers are used.
+pub fn notes(case: &Case, request: &V50Request, result: &V50Result) -> Vec<String> {
+    let mut notes = Vec::new();
+    let varies = case.variability.as_ref().is_some_and(Variability::varies);
+    if varies {
+        notes.extend(shots::notes(case));
+        let lines_follow = case
+            .layers()
+            .iter()
+            .all(|layer| layer.grading.is_some_and(|grading| grading.lines_from == crate::case::LinesFrom::Hit));
+        if lines_follow && case.variability.as_ref().is_some_and(|v| v.hit == crate::case::HitPlace::UnitCell) {
+            notes.push(
+                "the mesh follows the hit: its place in a cell changes which yarns are struck, not the mesh".to_owned(),
+            );
+        }
+    } else if request.design == Design::Thresholds {
+        notes.push(
+            "nothing varies from shot to shot: this is one threshold, and its interval holds mesh, time step and bracket alone. \
+             Give the case a variability for V10, V90 and an interval of many shots"
+                .to_owned(),
+        );
+    } else {
+        notes.push(
+            "nothing varies from shot to shot: a design sees one sharp threshold, and its σ is that of the method"
+                .to_owned(),
+        );
+    }
+    notes.push("the part of mesh and time step was measured on S-720 and is assumed for other fabrics".to_owned());
+    if request.design != Design::Thresholds {
+        notes.push(
+            "the likelihood-ratio interval of 20 to 40 shots holds V50 a little less often than its level says; docs: From a case to a V50"
+                .to_owned(),
+        );
+        if let Some(fit) = &result.fit {
+            notes.extend(fit::notes(fit));
+        }
+    }
+    if !result.non_monotone.is_empty() {
+        let numbers: Vec<String> = result.non_monotone.iter().map(ToString::to_string).collect();
+        notes.push(format!(
+            "{} of {} realisations are not monotone, a faster shot was stopped: {}",
+            numbers.len(),
+            result.thresholds.len(),
+            numbers.join(", ")
+        ));
+    }
+    if result.failed > 0 {
+        notes.push(format!("{} of {} shots have no outcome: see v50.csv", result.failed, result.shots));
+    }
+    let steep = |(curve, found): &(_, Result<crate::study::residual_fit::ResidualFit, _>)| {
+        let limit = found.as_ref().ok()?.limit;
+        let v50 = result.v50?;
+        let off = (limit / v50 - 1.0).abs();
+        (off > 0.05).then(|| format!("{}: its limit is {} % off V50", name(*curve), short(100.0 * off, 2)))
+    };
+    notes.extend(result.residual.iter().filter_map(steep));
+    notes
+}
+
+fn name(curve: crate::study::residual_fit::ResidualModel) -> &'static str {
+    curve.words()
+}

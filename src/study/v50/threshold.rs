@@ -1,0 +1,151 @@
+//! The threshold of one realisation: same fabric, same hit, other velocities.
+//!
+//! Velocities lie on a ladder whose rungs are a given part apart, so that a threshold does not depend on where its search began. The search
+//! goes up or down in steps that double until it has both outcomes, then halves. Two shots beside the bracket look whether the outcome
+//! turns once only.
+
+/// Rungs from the bracket at which the outcome is looked at again.
+const BESIDE: i32 = 3;
+/// Velocities that are searched [m/s].
+const SEARCHED: [f64; 2] = [2.0, 4900.0];
+
+/// Velocities that are tried: powers of 1 + width, rounded to mm/s.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Rungs {
+    /// Distance of neighbours over the lower one [-].
+    pub width: f64,
+}
+
+impl Rungs {
+    /// Velocity of a rung [m/s].
+    pub fn velocity(&self, rung: i32) -> f64 {
+        ((1.0 + self.width).powi(rung) * 1e3).round() * 1e-3
+    }
+
+    /// The rung nearest to a velocity [m/s].
+    pub fn nearest(&self, velocity: f64) -> i32 {
+        (velocity.ln() / self.width.ln_1p()).round() as i32
+    }
+}
+
+/// What is known of a threshold.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ThresholdSearch {
+    rungs: Rungs,
+    /// Where it begins, and the first step away from there.
+    begin: i32,
+    step: i32,
+    /// Further velocities whose residual velocity is wanted, over the threshold [-].
+    beyond: &'static [f64],
+    /// Outcomes by rung.
+    seen: Vec<(i32, bool)>,
+    /// Highest stop and lowest perforation of the search itself.
+    low: Option<i32>,
+    high: Option<i32>,
+}
+
+/// What a search wants next.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Wanted {
+    /// A shot at a rung.
+    Shot(i32),
+    /// Nothing: the bracket is one rung wide.
+    Nothing,
+    /// There is no threshold among velocities that can be shot.
+    NoThreshold,
+}
+
+impl ThresholdSearch {
+    /// A search from a velocity [m/s] on, in steps of at least `step` rungs.
+    pub fn new(rungs: Rungs, velocity: f64, step: i32, beyond: &'static [f64]) -> Self {
+        let begin = rungs.nearest(velocity);
+        Self { rungs, begin, step: step.max(1), beyond, seen: Vec::new(), low: None, high: None }
+    }
+
+    /// The next shot.
+    pub fn wanted(&self) -> Wanted {
+        let next = match (self.low, self.high) {
+            (None, None) => self.begin,
+            (Some(low), None) => low + self.step,
+            (None, Some(high)) => high - self.step,
+            (Some(low), Some(high)) if high - low > 1 => low + (high - low) / 2,
+            (Some(low), Some(high)) => {
+                let beyond = self.beyond.iter().map(|part| self.rungs.nearest(self.rungs.velocity(high) * part));
+                let beside = [low - BESIDE, high + BESIDE].into_iter().chain(beyond);
+                let mut open = beside.filter(|rung| !self.seen.iter().any(|(seen, _)| seen == rung));
+                return open.next().map_or(Wanted::Nothing, Wanted::Shot);
+            }
+        };
+        let velocity = self.rungs.velocity(next);
+        if (SEARCHED[0]..=SEARCHED[1]).contains(&velocity) { Wanted::Shot(next) } else { Wanted::NoThreshold }
+    }
+
+    /// Takes note of an outcome.
+    pub fn see(&mut self, rung: i32, perforated: bool) {
+        self.seen.push((rung, perforated));
+        if self.is_bracketed() {
+            return;
+        }
+        let found = if perforated { &mut self.high } else { &mut self.low };
+        let first_of_both = found.is_none() && self.seen.len() > 1;
+        *found = Some(rung);
+        if self.seen.len() > 1 && !first_of_both {
+            self.step *= 2;
+        }
+    }
+
+    fn is_bracketed(&self) -> bool {
+        matches!((self.low, self.high), (Some(low), Some(high)) if high - low <= 1)
+    }
+
+    /// Velocities of the highest stop and the lowest perforation around the threshold [m/s].
+    pub fn bracket(&self) -> Option<[f64; 2]> {
+        Some([self.rungs.velocity(self.low?), self.rungs.velocity(self.high?)])
+    }
+
+    /// Whether no stop that was seen lies above a perforation.
+    pub fn is_monotone(&self) -> bool {
+        let stop = self.seen.iter().filter(|(_, perforated)| !perforated).map(|(rung, _)| *rung).max();
+        let perforation = self.seen.iter().filter(|(_, perforated)| *perforated).map(|(rung, _)| *rung).min();
+        stop.zip(perforation).is_none_or(|(stop, perforation)| stop < perforation)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const RUNGS: Rungs = Rungs { width: 0.005 };
+
+    /// The bracket that a search from here finds, and how many shots it takes.
+    fn found(begin: f64, step: i32, perforates: impl Fn(f64) -> bool) -> (Option<[f64; 2]>, usize, bool) {
+        let mut search = ThresholdSearch::new(RUNGS, begin, step, &[]);
+        while let Wanted::Shot(rung) = search.wanted() {
+            search.see(rung, perforates(RUNGS.velocity(rung)));
+            assert!(search.seen.len() < 60);
+        }
+        (search.bracket(), search.seen.len(), search.is_monotone())
+    }
+
+    #[test]
+    fn a_threshold_does_not_depend_on_where_its_search_begins() {
+        for threshold in [7.3, 184.2, 455.0, 2100.0] {
+            let (bracket, ..) = found(100.0, 20, |velocity| velocity > threshold);
+            assert!(bracket.is_some_and(|[low, high]| low <= threshold && threshold < high && high / low < 1.0052));
+            for (begin, step) in [(90.0, 1), (184.0, 4), (700.0, 50), (threshold, 1)] {
+                let (other, count, monotone) = found(begin, step, |velocity| velocity > threshold);
+                assert!(other == bracket && monotone, "{threshold} {begin}");
+                assert!(begin != threshold || count <= 6, "{count} shots from the threshold itself");
+            }
+        }
+        assert_eq!(found(100.0, 20, |_| false).0, None);
+    }
+
+    #[test]
+    fn an_outcome_that_turns_back_is_seen() {
+        let island = |velocity: f64| (184.0..186.0).contains(&velocity) || velocity > 190.0;
+        assert!(!found(170.0, 1, |velocity| velocity > 184.0 && !(186.5..187.5).contains(&velocity)).2);
+        assert!(!found(170.0, 16, island).2 || !found(184.5, 1, island).2);
+        assert!(found(170.0, 4, |velocity| velocity > 190.0).2);
+    }
+}
