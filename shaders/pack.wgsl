@@ -43,11 +43,11 @@ struct Ply {
 }
 
 /// Set beside the element that a node is over where it is inside it, closer than the two plies touch.
-const INSIDE: u32 = 0x80000000u;
+const PENETRATING: u32 = 0x80000000u;
 
 /// Row and column of the cell of a ply that a node is over.
 fn cell_over(ply: u32, over: u32) -> vec2<u32> {
-    let element = over & ~INSIDE;
+    let element = over & ~PENETRATING;
     return vec2<u32>(element / plies[ply].columns, element % plies[ply].columns);
 }
 

@@ -2,7 +2,7 @@
 // Twin: src/kernels/ply_contact.rs
 
 /// Fraction of a penetration that is driven out in a step.
-const RECOVERY: f32 = 0.05;
+const POSITION_CORRECTION: f32 = 0.05;
 /// Fraction of what is deeper than `DEEP` that is driven out besides.
 const DEEP_RECOVERY: f32 = 0.15;
 /// Over the thickness.
@@ -24,18 +24,18 @@ const WALK: u32 = 4u;
 /// Beyond the edge of a cell at which a node walks on to the next, over the cell's length.
 const EDGE: f32 = 1e-6;
 /// Beyond the edge of a ply up to which its outermost cells carry a node, over the cell's length.
-const OVERHANG: f32 = 0.25;
+const SEGMENT_EXTENSION: f32 = 0.25;
 /// Depth up to which a node that was outside a step ago may be found inside, over the thickness: what appears deeper has come
 /// through a hole, past an edge or round a fold, and not through the cell.
-const SUDDEN: f32 = 0.25;
+const MAX_INITIAL_PENETRATION: f32 = 0.25;
 /// Least area of a cell, over its area at rest.
-const FOLDED: f32 = 0.05;
+const MIN_AREA_RATIO: f32 = 0.05;
 
 /// Beyond the edge of a cell up to which a node that is apart from it need not walk on, over the cell's length.
-const BESIDE: f32 = 0.05;
+const EDGE_TOLERANCE: f32 = 0.05;
 
 /// Most that the corners of a cell may differ along z for the same, over its length at rest.
-const FLAT: f32 = 0.05;
+const FLATNESS_TOLERANCE: f32 = 0.05;
 
 /// A node's contact with one of its neighbouring plies.
 struct Contact {
@@ -53,7 +53,7 @@ struct Cell {
     d: vec3<f32>,
 }
 
-struct Foot {
+struct ClosestPoint {
     place: vec2<f32>,
     /// Towards the rear of the pack.
     normal: vec3<f32>,
@@ -76,8 +76,8 @@ fn is_apart(k: Cell, point: vec3<f32>, direction: f32, touching: f32, area: f32)
     let high = max(max(heights.x, heights.y), max(heights.z, heights.w));
     let least = min(
         min(beside(k.a, k.b, point), beside(k.b, k.c, point)), min(beside(k.c, k.d, point), beside(k.d, k.a, point)));
-    let flat = squared(high - low) <= FLAT * FLAT * area;
-    return flat && direction * point.z - high - touching >= high - low && least >= -BESIDE * area;
+    let flat = squared(high - low) <= FLATNESS_TOLERANCE * FLATNESS_TOLERANCE * area;
+    return flat && direction * point.z - high - touching >= high - low && least >= -EDGE_TOLERANCE * area;
 }
 
 /// A bilinear cell.
@@ -114,24 +114,24 @@ fn untwisted(s: Surface, arm: vec3<f32>, place: vec2<f32>) -> vec3<f32> {
 }
 
 /// The foot of a point on the bilinear cell with these corners. `area`: of the cell at rest [m²].
-fn foot_on(k: Cell, point: vec3<f32>, area: f32) -> Foot {
+fn closest_on(k: Cell, point: vec3<f32>, area: f32) -> ClosestPoint {
     let s = surface_of(k);
-    let sound = s.square >= squared(FOLDED * area);
+    let sound = s.square >= squared(MIN_AREA_RATIO * area);
     let safe = select(1.0, s.square, sound);
     let arm = point - s.centre;
     let mended = untwisted(s, arm, place_of(s, arm, safe));
     let unit = s.normal / sqrt(safe);
-    return Foot(place_of(s, mended, safe), unit, dot(mended, unit), sound);
+    return ClosestPoint(place_of(s, mended, safe), unit, dot(mended, unit), sound);
 }
 
 /// The foot of a point on mirror planes, which lies on them: along the normal less what of it points across them.
 /// `edge`: by coordinate of the cell, 1 or 2 where there is a plane across x or y, on one of the cell's edges then.
-fn foot_on_planes(k: Cell, point: vec3<f32>, area: f32, edge: vec2<u32>) -> Foot {
+fn closest_on_planes(k: Cell, point: vec3<f32>, area: f32, edge: vec2<u32>) -> ClosestPoint {
     let s = surface_of(k);
     let planes = vec3<bool>(any(edge == vec2<u32>(1u)), any(edge == vec2<u32>(2u)), false);
     let left = select(s.normal, vec3<f32>(0.0), planes);
     let size = dot(left, left);
-    let sound = s.square >= squared(FOLDED * area) && size >= squared(FOLDED * area);
+    let sound = s.square >= squared(MIN_AREA_RATIO * area) && size >= squared(MIN_AREA_RATIO * area);
     let safe = select(1.0, s.square, sound);
     let push = left / sqrt(select(1.0, size, sound));
     let slope = select(1.0, dot(push, s.normal), sound);
@@ -144,7 +144,7 @@ fn foot_on_planes(k: Cell, point: vec3<f32>, area: f32, edge: vec2<u32>) -> Foot
         place = place_of(s, mended - push * height, safe);
         place = select(place, select(vec2<f32>(-0.5), vec2<f32>(0.5), place > vec2<f32>(0.0)), edge != vec2<u32>(0u));
     }
-    return Foot(place, push, height, sound);
+    return ClosestPoint(place, push, height, sound);
 }
 
 /// Weights of the corners at a place in a cell; they add up to 1.
@@ -161,7 +161,7 @@ fn step_over(index: u32, x: f32, count: u32) -> u32 {
 
 /// How far along one direction a cell carries a node: beyond the ply's edge a little more.
 fn room(outermost: bool) -> f32 {
-    return 0.5 + select(EDGE, OVERHANG, outermost);
+    return 0.5 + select(EDGE, SEGMENT_EXTENSION, outermost);
 }
 
 /// Whether a cell (row, column) of a ply of so many rows and columns carries a node with this foot. At sides that mirror
@@ -209,7 +209,7 @@ fn recovery_speed(gap: f32, thickness: f32, along: f32) -> f32 {
     let deep = max(depth - DEEP * thickness, 0.0);
     let rising = RECOVERY_SPEED * (1.0 + DEEP_SPEED * max(depth / thickness - NEAR_MIDDLE, 0.0));
     let fastest = select(PASSED_SPEED, rising, depth < PASSED * thickness);
-    return max(min((RECOVERY * depth + DEEP_RECOVERY * deep) / scene.dt, fastest) - max(along, 0.0), 0.0);
+    return max(min((POSITION_CORRECTION * depth + DEEP_RECOVERY * deep) / scene.dt, fastest) - max(along, 0.0), 0.0);
 }
 
 /// Impulse of one contact on its node [N·s].

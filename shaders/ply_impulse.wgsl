@@ -1,6 +1,6 @@
 // ply_impulse: the impulse of every contact between plies, each node's mass shared out among its contacts.
 //   in      nodes     array<f32>      (6, N)   displacement [m], velocity [m/s]
-//   in      over      array<u32>      (2, N)   element of the ply in front, of the ply behind, that a node is over, INSIDE
+//   in      over      array<u32>      (2, N)   element of the ply in front, of the ply behind, that a node is over, PENETRATING
 //   in      contacts  array<Contact>  (2, N)
 //   in      shares    array<u32>      (N)      contacts of a node, by weight
 //   in/out  impulses  array<i32>      (N, 6)   impulse on a node, then what moves it without a velocity left, counted

@@ -1,7 +1,7 @@
 // ply_search: which nodes come too close to a cell of a neighbouring ply, and how many contacts each node takes part in.
 //   in      nodes     array<f32>      (6, N)   displacement [m], velocity [m/s]
 //   in      flags     array<u32>      (E)      bit 0 warp alive, bit 1 weft alive
-//   in/out  over      array<u32>      (2, N)   element of the ply in front, of the ply behind, that a node is over, INSIDE
+//   in/out  over      array<u32>      (2, N)   element of the ply in front, of the ply behind, that a node is over, PENETRATING
 //   out     contacts  array<Contact>  (2, N)
 //   in/out  shares    array<u32>      (N)      contacts of a node, by weight
 //   in/out  status    array<u32>               counters
@@ -71,7 +71,7 @@ fn on_ridge(
             continue;
         }
         let corner = cell_at(other, cell);
-        let f = foot_on(corner, point, cell_area(other, cell));
+        let f = closest_on(corner, point, cell_area(other, cell));
         if (!f.sound) {
             continue;
         }
@@ -107,11 +107,11 @@ fn touch_of(
     for (var walk = 0u; walk <= WALK; walk++) {
         let cell = found.cell;
         let area = cell_area(other, cell);
-        var foot: Foot;
+        var foot: ClosestPoint;
         if (all(edge == vec2<u32>(0u))) {
-            foot = foot_on(corner, point, area);
+            foot = closest_on(corner, point, area);
         } else {
-            foot = foot_on_planes(corner, point, area, edge);
+            foot = closest_on_planes(corner, point, area, edge);
         }
         if (!foot.sound) {
             break;
@@ -147,14 +147,14 @@ fn look(ply: u32, node: u32, place: vec2<u32>, side: u32) -> bool {
     let o = plies[other];
     let point = ply_position(ply, place);
     let cell = cell_over(other, over[at]);
-    let was_inside = (over[at] & INSIDE) != 0u;
+    let was_inside = (over[at] & PENETRATING) != 0u;
     let front = plies[min(ply, other)];
     let direction = select(-1.0, 1.0, side == 0u);
     let slop = SLOP * front.thickness;
     let corner = cell_at(other, cell);
     if (is_apart(corner, point, direction, front.touching - slop, cell_area(other, cell))) {
         if (was_inside) {
-            over[at] &= ~INSIDE;
+            over[at] &= ~PENETRATING;
         }
         return false;
     }
@@ -174,10 +174,10 @@ fn look(ply: u32, node: u32, place: vec2<u32>, side: u32) -> bool {
     }
     let along = dot(velocity, touch.normal_impulse);
     let gap = touch.gap - along * scene.dt;
-    if (!was_inside && gap < -SUDDEN * front.thickness) {
+    if (!was_inside && gap < -MAX_INITIAL_PENETRATION * front.thickness) {
         return false;
     }
-    over[at] |= INSIDE;
+    over[at] |= PENETRATING;
     let limit = ply_closing_limit(gap);
     let recovery = recovery_speed(gap, front.thickness, along);
     let depth = bitcast<u32>(max(-gap, 0.0));

@@ -49,7 +49,7 @@ type Ladder = (&'static str, fn(&mut Shot, f64), [f64; 3]);
 struct Shot {
     case: Case,
     run: Run,
-    film: Animation,
+    animation: Animation,
 }
 
 impl Shot {
@@ -68,14 +68,14 @@ impl Shot {
     }
 
     fn with_threads(case: Case, threads: usize) -> Self {
-        let mut film = Animation::new(&case);
+        let mut animation = Animation::new(&case);
         let options = Options { threads: Some(threads), ..Options::default() };
-        let run = run::run(&case, options, &AtomicBool::new(false), &mut film).unwrap();
-        Self { case, run, film }
+        let run = run::run(&case, options, &AtomicBool::new(false), &mut animation).unwrap();
+        Self { case, run, animation }
     }
 
     fn page(&self) -> String {
-        report(&self.case, &self.run, &output::summary(&self.case, &self.run, 1.0), &self.film)
+        report(&self.case, &self.run, &output::summary(&self.case, &self.run, 1.0), &self.animation)
     }
 
     fn level(&self, name: &str) -> (Level, String) {
@@ -113,7 +113,7 @@ fn without_a_projectile_and_without_pictures_the_rest_is_there() {
     let mut shot = Shot::new(&["/projectile=null", "/pack/initial_velocity_m_s=[0,0,1]"]);
     let page = shot.page();
     assert!(!page.contains("id=\"velocity\"") && page.contains("id=\"playback\"") && page.contains(">done</h1>"));
-    shot.film = Animation::new(&shot.case);
+    shot.animation = Animation::new(&shot.case);
     let page = shot.page();
     assert!(!page.contains("id=\"playback\"") && !page.contains("id=\"tension\"") && page.contains("id=\"unit-cell\""));
 }
@@ -288,7 +288,7 @@ fn off_even(times: &[f64]) -> f64 {
 fn pictures_lie_evenly_and_there_are_not_too_many() {
     for end in ["5", "10", "16", "40"] {
         let shot = Shot::new(&[&format!("/solver/end_time_us={end}"), "/solver/run_until=end_time"]);
-        let times: Vec<f64> = shot.film.shown().stills.iter().map(|still| still.time).collect();
+        let times: Vec<f64> = shot.animation.shown().keyframes.iter().map(|keyframe| keyframe.time).collect();
         assert!((20..=65).contains(&times.len()), "{end}: {}", times.len());
         assert!(off_even(&times) < 0.5 + shot.run.time_step * times.len() as f64 / times[times.len() - 1], "{times:?}");
         assert!(
@@ -303,7 +303,7 @@ fn pictures_fill_a_shot_that_is_decided_early() {
     let shot = Shot::new(&["/solver/end_time_us=400"]);
     let end = shot.run.history.last().unwrap().time;
     assert!(shot.run.outcome == Outcome::Perforated && end < 100e-6, "{end}");
-    let times: Vec<f64> = shot.film.shown().stills.iter().map(|still| still.time).collect();
+    let times: Vec<f64> = shot.animation.shown().keyframes.iter().map(|keyframe| keyframe.time).collect();
     assert_eq!((times.len(), times[0]), (61, 0.0));
     assert!((times[60] - end).abs() < 2.0 * shot.run.time_step, "{} {end}", times[60]);
     assert!(off_even(&times) < 0.55, "{times:?}");
@@ -311,31 +311,32 @@ fn pictures_fill_a_shot_that_is_decided_early() {
 
 #[test]
 fn the_playback_opens_at_the_largest_deflection_before_the_projectile_is_gone() {
-    let film_of = |page: &str| -> Value { serde_json::from_str(between(page, "id=\"film\">", "</script>")).unwrap() };
+    let film_of =
+        |page: &str| -> Value { serde_json::from_str(between(page, "id=\"animation\">", "</script>")).unwrap() };
     let stopped = Shot::new(&["/projectile/velocity_m_s=30", "/solver/end_time_us=600"]);
     assert_eq!(stopped.run.outcome, Outcome::Stopped);
-    let film = stopped.film.shown();
-    let opening = &film.stills[film.opening()];
-    assert!(film.stills.iter().all(|still| still.deflection() <= opening.deflection()));
+    let animation = stopped.animation.shown();
+    let opening = &animation.keyframes[animation.opening()];
+    assert!(animation.keyframes.iter().all(|keyframe| keyframe.deflection() <= opening.deflection()));
     assert!((opening.deflection() / stopped.run.deflection() - 1.0).abs() < 0.02);
-    assert_eq!(film_of(&stopped.page())["opening"], film.opening());
+    assert_eq!(film_of(&stopped.page())["opening"], animation.opening());
     // 12 mm long, it leaves what it broke behind.
     let perforated = Shot::new(&TORN);
-    let film = perforated.film.shown();
-    let at = |still: usize| film.stills[still].pose.unwrap()[2] - film.stills[still].deflection();
-    assert!(at(60) > 0.02 && at(film.opening()) < 0.007, "{} {}", at(60), at(film.opening()));
+    let animation = perforated.animation.shown();
+    let at = |still: usize| animation.keyframes[still].pose.unwrap()[2] - animation.keyframes[still].deflection();
+    assert!(at(60) > 0.02 && at(animation.opening()) < 0.007, "{} {}", at(60), at(animation.opening()));
 }
 
 #[test]
 fn deflection_over_time_is_that_of_fabric_that_hangs_on_an_edge() {
     let shot = Shot::new(&TORN);
-    let (film, debris) = (&shot.film, shot.run.history.last().unwrap().deflection);
-    let largest = film.deflection();
+    let (animation, debris) = (&shot.animation, shot.run.history.last().unwrap().deflection);
+    let largest = animation.deflection();
     assert!((largest / shot.run.deflection() - 1.0).abs() < 0.1, "{largest} {}", shot.run.deflection());
     assert!(largest < 0.5 * debris, "{largest} {debris}");
     let page = shot.page();
     let figure = between(&page, "id=\"deflection\"", "</figure>");
-    let last = film.stills.last().unwrap().deflection();
+    let last = animation.keyframes.last().unwrap().deflection();
     assert!(figure.contains(&format!("<td>{}</td>", output::number::short(1e3 * last, 4))), "{last}");
 }
 
@@ -375,8 +376,8 @@ fn early_maps_have_a_scale_of_their_own() {
     let [early, most, _] = scales[..] else { panic!("{scales:?}") };
     assert!(early <= most, "{scales:?}");
     let slow = Shot::new(&["/projectile/velocity_m_s=60", "/solver/end_time_us=200"]);
-    let strip = &slow.film.strips[0];
-    let peak = f64::from(slow.film.shown().peak_tension());
+    let strip = &slow.animation.strips[0];
+    let peak = f64::from(slow.animation.shown().peak_tension());
     let maps = slow.page();
     let maps = between(&maps, "id=\"tension\"", "</figure>");
     let text = |tension: f64| format!("<span>{} N</span>", output::number::short(tension, 3));
@@ -395,7 +396,7 @@ fn plies_have_their_energies_over_time() {
 #[test]
 fn the_film_shows_what_is_there() {
     let shot = Shot::new(&["/solver/symmetry=none", "/solver/end_time_us=14"]);
-    let last = shot.film.stills.last().unwrap();
+    let last = shot.animation.keyframes.last().unwrap();
     let deepest = last.displacement.iter().map(|u| u[2]).fold(0.0, f32::max);
     let row = shot.run.history.last().unwrap();
     // The history counts standing fabric only.
@@ -409,15 +410,15 @@ fn the_film_shows_what_is_there() {
     // A yarn breaks at its modulus times failure strain times cross-section; shear adds little.
     let yarn = &shot.case.fabric.warp;
     let strength = yarn.modulus * yarn.failure_strain * yarn.area(shot.case.fabric.fibre_density);
-    let peak = f64::from(shot.film.peak_tension());
+    let peak = f64::from(shot.animation.peak_tension());
     assert!((0.8..1.1).contains(&(peak / strength)), "{peak} of {strength}");
     // A quarter of it is the same as the whole.
     let quarter = Shot::new(&["/solver/end_time_us=14"]);
-    let part = quarter.film.stills.last().unwrap();
-    assert_eq!(quarter.film.strips[0].elements, shot.film.strips[0].elements);
+    let part = quarter.animation.keyframes.last().unwrap();
+    assert_eq!(quarter.animation.strips[0].elements, shot.animation.strips[0].elements);
     assert_eq!(part.tension.len() * 4, last.tension.len());
-    let corner = |film: &Animation, tension: &[[Option<f32>; 2]]| tension[film.strips[0].cells() - 1];
-    let [a, b] = [corner(&quarter.film, &part.tension), corner(&shot.film, &last.tension)];
+    let corner = |animation: &Animation, tension: &[[Option<f32>; 2]]| tension[animation.strips[0].cells() - 1];
+    let [a, b] = [corner(&quarter.animation, &part.tension), corner(&shot.animation, &last.tension)];
     assert!((0..2).all(|yarn| (a[yarn].unwrap() - b[yarn].unwrap()).abs() < 1e-3), "{a:?} {b:?}");
 }
 
@@ -429,6 +430,6 @@ fn a_thick_pack_shows_some_plies_and_says_which() {
     let shown: Vec<usize> = said.split(", ").map(|ply| ply.parse().unwrap()).collect();
     assert_eq!(shown, [1, 3, 4, 6, 7, 9, 10, 12]);
     assert!(page.len() < 5_000_000, "{}", page.len());
-    let film: Value = serde_json::from_str(between(&page, "id=\"film\">", "</script>")).unwrap();
-    assert_eq!(film["strips"].as_array().unwrap().len(), 8);
+    let animation: Value = serde_json::from_str(between(&page, "id=\"animation\">", "</script>")).unwrap();
+    assert_eq!(animation["strips"].as_array().unwrap().len(), 8);
 }

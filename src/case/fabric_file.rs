@@ -9,7 +9,7 @@ use super::pointer::{escape, is_at_or_below};
 use super::{json, places, read, sources};
 
 /// Where a fabric file is looked up.
-pub(super) enum Shelf<'a> {
+pub(super) enum FabricSource<'a> {
     /// The folder of the case file.
     Folder(&'a Path),
     /// The fabrics built into the program.
@@ -35,11 +35,11 @@ pub(super) struct Inlined {
 }
 
 /// Puts the fabrics of files in place of their names; returns the files that were read.
-pub(super) fn inline(document: &mut Map<String, Value>, shelf: &Shelf<'_>) -> Result<Vec<Inlined>, CaseError> {
+pub(super) fn inline(document: &mut Map<String, Value>, source: &FabricSource<'_>) -> Result<Vec<Inlined>, CaseError> {
     let mut inlined = Vec::new();
     for place in places::all(document) {
         let Some(name) = file_name(places::get_mut(document, &place).as_deref(), &place)? else { continue };
-        let (file, text) = text_of(&name, shelf, &place)?;
+        let (file, text) = text_of(&name, source, &place)?;
         let fabric = json::parse(&text).and_then(|value| own_sources(value, &name, &place));
         let (fabric, fabric_sources) = fabric.map_err(|error| error.in_file(&file))?;
         if let Some(stands) = places::get_mut(document, &place) {
@@ -52,15 +52,15 @@ pub(super) fn inline(document: &mut Map<String, Value>, shelf: &Shelf<'_>) -> Re
 }
 
 /// The name of a file as errors say it, and what it holds.
-fn text_of(name: &str, shelf: &Shelf<'_>, place: &str) -> Result<(String, String), CaseError> {
-    match shelf {
-        Shelf::Folder(folder) => {
+fn text_of(name: &str, source: &FabricSource<'_>, place: &str) -> Result<(String, String), CaseError> {
+    match source {
+        FabricSource::Folder(folder) => {
             let path = resolve(folder, name, place)?;
             let file = folder.join(name).display().to_string();
             let text = read::text_of_file(&path).map_err(|error| error.in_file(&file))?;
             Ok((file, text))
         }
-        Shelf::BuiltIn => match builtin_fabric(name) {
+        FabricSource::BuiltIn => match builtin_fabric(name) {
             Some(text) => Ok((format!("{name} (built in)"), text.to_owned())),
             None => {
                 let error = CaseError::at(format!("{place}/file"), "a fabric that is built in", quote(name));

@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use serde_json::{Map, Value};
 
 use super::error::{CaseError, describe};
-use super::fabric_file::{self, Inlined, Shelf};
+use super::fabric_file::{self, FabricSource, Inlined};
 use super::pointer::is_at_or_below;
 use super::set::{self, Set};
 use super::{Case, build, check, json, limits, variability, words};
@@ -26,7 +26,7 @@ pub fn read(path: &Path, sets: &[String]) -> Result<Case, CaseError> {
         _ => Path::new("."),
     };
     let text = text_of_file(path).map_err(|error| error.in_file(&file))?;
-    let mut case = assemble(&file, &text, sets, &Shelf::Folder(folder))?;
+    let mut case = assemble(&file, &text, sets, &FabricSource::Folder(folder))?;
     case.name = stem(path);
     case.path = path.to_owned();
     Ok(case)
@@ -38,7 +38,7 @@ pub fn read(path: &Path, sets: &[String]) -> Result<Case, CaseError> {
 /// # Errors
 /// As of [`read`].
 pub fn from_text(name: &str, text: &str, folder: &Path, sets: &[String]) -> Result<Case, CaseError> {
-    let mut case = assemble(name, text, sets, &Shelf::Folder(folder))?;
+    let mut case = assemble(name, text, sets, &FabricSource::Folder(folder))?;
     case.name = name.to_owned();
     case.path = PathBuf::from(name);
     Ok(case)
@@ -49,7 +49,7 @@ pub fn from_text(name: &str, text: &str, folder: &Path, sets: &[String]) -> Resu
 /// # Errors
 /// As of [`read`].
 pub fn from_str(name: &str, text: &str, sets: &[String]) -> Result<Case, CaseError> {
-    let mut case = assemble(name, text, sets, &Shelf::BuiltIn)?;
+    let mut case = assemble(name, text, sets, &FabricSource::BuiltIn)?;
     case.name = stem(Path::new(name));
     case.path = PathBuf::new();
     Ok(case)
@@ -100,7 +100,7 @@ pub(super) fn text_of_file(path: &Path) -> Result<String, CaseError> {
     })
 }
 
-fn assemble(file: &str, text: &str, sets: &[String], shelf: &Shelf<'_>) -> Result<Case, CaseError> {
+fn assemble(file: &str, text: &str, sets: &[String], source: &FabricSource<'_>) -> Result<Case, CaseError> {
     let named = |error: CaseError| error.in_file(file);
     let document = json::parse(text).map_err(named)?;
     let Value::Object(mut document) = document else {
@@ -111,7 +111,7 @@ fn assemble(file: &str, text: &str, sets: &[String], shelf: &Shelf<'_>) -> Resul
     for set in sets.iter().filter(|set| set.chooses_fabric()) {
         set.apply(&mut document).map_err(named)?;
     }
-    let mut files = fabric_file::inline(&mut document, shelf).map_err(blamed)?;
+    let mut files = fabric_file::inline(&mut document, source).map_err(blamed)?;
     for set in sets.iter().filter(|set| !set.chooses_fabric()) {
         set.apply(&mut document).map_err(named)?;
     }

@@ -1,4 +1,4 @@
-//! What follows a run: the progress bar, the film for the report, frames and checkpoints.
+//! What follows a run: the progress bar, the animation for the report, frames and checkpoints.
 
 use ripstop::case::Case;
 use ripstop::output::frames::Recorder;
@@ -16,11 +16,11 @@ pub(crate) struct RunObserver<'a> {
     /// On standard error.
     pub(crate) bar: &'a Bar,
     /// For the report.
-    pub(crate) film: Option<Animation>,
+    pub(crate) animation: Option<Animation>,
     /// Where frames are asked for.
     pub(crate) recorder: Option<Recorder>,
     /// Where checkpoints are asked for.
-    pub(crate) keeper: Option<CheckpointWriter<'a>>,
+    pub(crate) checkpoint_writer: Option<CheckpointWriter<'a>>,
     /// The user knows that checkpoints cannot be written.
     pub(crate) told: bool,
 }
@@ -31,14 +31,14 @@ impl Observer for RunObserver<'_> {
     }
 
     fn snapshot_due(&self, time: f64, dt: f64) -> bool {
-        self.film.as_ref().is_some_and(|film| film.snapshot_due(time, dt))
+        self.animation.as_ref().is_some_and(|animation| animation.snapshot_due(time, dt))
             || self.recorder.as_ref().is_some_and(|recorder| recorder.snapshot_due(time, dt))
     }
 
     fn on_snapshot(&mut self, view: &View<'_>) {
         let [time, dt] = view.clock();
-        if let Some(film) = self.film.as_mut().filter(|film| film.snapshot_due(time, dt)) {
-            film.on_snapshot(view);
+        if let Some(animation) = self.animation.as_mut().filter(|animation| animation.snapshot_due(time, dt)) {
+            animation.on_snapshot(view);
         }
         if let Some(recorder) = self.recorder.as_mut().filter(|recorder| recorder.snapshot_due(time, dt)) {
             recorder.on_snapshot(view);
@@ -46,8 +46,8 @@ impl Observer for RunObserver<'_> {
     }
 
     fn on_end(&mut self, view: &View<'_>) {
-        if let Some(film) = &mut self.film {
-            film.on_end(view);
+        if let Some(animation) = &mut self.animation {
+            animation.on_end(view);
         }
         if let Some(recorder) = &mut self.recorder {
             recorder.on_end(view);
@@ -55,15 +55,15 @@ impl Observer for RunObserver<'_> {
     }
 
     fn checkpoint_due(&self, time: f64, dt: f64) -> bool {
-        self.keeper.as_ref().is_some_and(|keeper| keeper.is_due(time, dt))
+        self.checkpoint_writer.as_ref().is_some_and(|checkpoint_writer| checkpoint_writer.is_due(time, dt))
     }
 
     fn on_checkpoint(&mut self, run: &dyn Checkpointable, loop_seconds: f64) {
-        let Some(keeper) = &mut self.keeper else { return };
+        let Some(checkpoint_writer) = &mut self.checkpoint_writer else { return };
         // A checkpoint without the frames before it would be worth less.
         let unspooled = self.recorder.as_mut().and_then(Recorder::settle);
-        let film = self.film.as_ref().map_or_else(Vec::new, Animation::to_bytes);
-        let unkept = keeper.write(run, &film, loop_seconds).err();
+        let animation = self.animation.as_ref().map_or_else(Vec::new, Animation::to_bytes);
+        let unkept = checkpoint_writer.write(run, &animation, loop_seconds).err();
         if let Some(recorder) = self.recorder.as_mut().filter(|_| unkept.is_none()) {
             recorder.discard();
         }
@@ -125,7 +125,7 @@ pub(crate) fn recorder_again(
     Ok(Some(recorder))
 }
 
-/// The film of a run that goes on; `say` hears of one that is lost.
+/// The animation of a run that goes on; `say` hears of one that is lost.
 pub(crate) fn film_again(
     case: &Case,
     checkpoint: &Checkpoint,

@@ -46,13 +46,16 @@ pub(crate) fn resume(arguments: &ResumeArguments) -> Result<(), CommandFailure> 
     let extras = Extras { report: head.extras.report && !arguments.no_report, vtu: head.extras.vtu || arguments.vtu };
     let head = Header { every: arguments.checkpoint_every.unwrap_or(head.every), extras, ..head.clone() };
     let recorder = recorder_again(&case, &folder, &options, extras.vtu, &head, say)?;
-    let film = if extras.report { Some(film_again(&case, &checkpoint, say)?) } else { None };
-    let keeper = Some(CheckpointWriter::new(&folder, &case, head, start));
-    let mut follower = RunObserver { bar: &bar, film, recorder, keeper, told: false };
+    let animation = if extras.report { Some(film_again(&case, &checkpoint, say)?) } else { None };
+    let checkpoint_writer = Some(CheckpointWriter::new(&folder, &case, head, start));
+    let mut follower = RunObserver { bar: &bar, animation, recorder, checkpoint_writer, told: false };
     let run = run::run(&case, options, &interrupted, &mut follower);
     bar.clear();
     let run = run.map_err(|error| CommandFailure::start(&file(&case), &error))?;
-    let wall = follower.keeper.as_ref().map_or(0.0, |keeper| keeper.spent(run.loop_seconds).wall);
+    let wall = follower
+        .checkpoint_writer
+        .as_ref()
+        .map_or(0.0, |checkpoint_writer| checkpoint_writer.spent(run.loop_seconds).wall);
     let print = Print::of(arguments.json, arguments.quiet);
     conclude(&case, run, &folder, follower, wall, print)
 }

@@ -77,9 +77,9 @@ pub(crate) fn shoot(
             ..Header::new(case, &options, every)
         });
         let recorder = recorder(case, &folder, &options, arguments.vtu, head.as_ref())?;
-        let film = (!arguments.no_report).then(|| Animation::new(case));
-        let keeper = head.map(|head| CheckpointWriter::new(&folder, case, head, start));
-        let mut follower = RunObserver { bar: &bar, film, recorder, keeper, told: false };
+        let animation = (!arguments.no_report).then(|| Animation::new(case));
+        let checkpoint_writer = head.map(|head| CheckpointWriter::new(&folder, case, head, start));
+        let mut follower = RunObserver { bar: &bar, animation, recorder, checkpoint_writer, told: false };
         Ok((run::run(case, options, interrupted, &mut follower), follower))
     };
     let mut shot = attempt(options);
@@ -131,11 +131,11 @@ pub(crate) fn conclude(
     wall_seconds: f64,
     print: Print,
 ) -> Result<(), CommandFailure> {
-    let RunObserver { film, recorder, keeper, .. } = follower;
+    let RunObserver { animation, recorder, checkpoint_writer, .. } = follower;
     let frames = recorder.map_or_else(|| Ok(Staged::default()), Recorder::finish);
-    run.checkpoint_error = keeper.as_ref().and_then(CheckpointWriter::failed).map(str::to_owned);
+    run.checkpoint_error = checkpoint_writer.as_ref().and_then(CheckpointWriter::failed).map(str::to_owned);
     let summary = output::summary(case, &run, wall_seconds);
-    let page = film.map(|film| report::report(case, &run, &summary, &film));
+    let page = animation.map(|animation| report::report(case, &run, &summary, &animation));
     let (frames, refused) = match frames {
         Ok(frames) => (frames, None),
         Err(error) => (Staged::default(), Some(error)),
@@ -154,7 +154,8 @@ pub(crate) fn conclude(
     if let Some(error) = refused {
         return Err(error.into());
     }
-    let goes_on = (run.interrupted || run.lost.is_some()) && keeper.as_ref().is_some_and(CheckpointWriter::has_kept);
+    let goes_on =
+        (run.interrupted || run.lost.is_some()) && checkpoint_writer.as_ref().is_some_and(CheckpointWriter::has_kept);
     if !goes_on {
         folder.forget()?;
     }

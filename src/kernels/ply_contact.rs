@@ -14,7 +14,7 @@ use crate::math::scalar::{Real, each};
 
 /// Fraction of a penetration that is driven out in a step. Plies pressed on each other for long are driven apart in every step, each
 /// of which stretches yarns by ½ k x² that nobody accounts for: a fifth made 1.6 % of the energy of a corner hit.
-pub const RECOVERY: f64 = 0.05;
+pub const POSITION_CORRECTION: f64 = 0.05;
 /// Fraction of what is deeper than [`DEEP`] that is driven out besides: a node so deep must not get to the other side.
 pub const DEEP_RECOVERY: f64 = 0.15;
 /// See [`DEEP_RECOVERY`]; over the thickness.
@@ -40,36 +40,36 @@ pub const WALK: usize = 4;
 pub const EDGE: f64 = 1e-6;
 /// Beyond the edge of a ply up to which its outermost cells carry a node, over the cell's length [-]: a node on the rim
 /// stands for half a cell.
-pub const OVERHANG: f64 = 0.25;
+pub const SEGMENT_EXTENSION: f64 = 0.25;
 /// Depth up to which a node that was outside a step ago may be found inside, over the thickness: what appears deeper has come
 /// through a hole, past an edge or round a fold, and not through the cell.
-pub const SUDDEN: f64 = 0.25;
+pub const MAX_INITIAL_PENETRATION: f64 = 0.25;
 /// Least area of a cell, over its area at rest: a folded cell is no surface.
-pub const FOLDED: f64 = 0.05;
+pub const MIN_AREA_RATIO: f64 = 0.05;
 
 /// Beyond the edge of a cell up to which a node that is apart from it need not walk on, over the cell's length [-].
-pub const BESIDE: f64 = 0.05;
+pub const EDGE_TOLERANCE: f64 = 0.05;
 
 /// Most that the corners of a cell may differ along z for the same, over its length at rest [-]: on a slope the foot is
 /// elsewhere than z shows.
-pub const FLAT: f64 = 0.05;
+pub const FLATNESS_TOLERANCE: f64 = 0.05;
 
 /// In the axes of the pack.
-pub type Vector<R> = [R; 3];
+pub type PackVector<R> = [R; 3];
 
 #[inline(always)]
-fn dot<R: Real>(a: &Vector<R>, b: &Vector<R>) -> R {
+fn dot<R: Real>(a: &PackVector<R>, b: &PackVector<R>) -> R {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
 
 #[inline(always)]
-fn cross<R: Real>(a: &Vector<R>, b: &Vector<R>) -> Vector<R> {
+fn cross<R: Real>(a: &PackVector<R>, b: &PackVector<R>) -> PackVector<R> {
     [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
 }
 
 /// Where a point stands over a cell.
 #[derive(Clone, Copy, Debug)]
-pub struct Foot {
+pub struct ClosestPoint {
     /// Coordinates within the cell, ±½ at its edges.
     pub at: [f64; 2],
     /// Unit normal of the cell, towards the rear of the pack.
@@ -84,12 +84,14 @@ pub struct Foot {
 pub fn is_apart(corner: &[Vector3<f64>; 4], point: &Vector3<f64>, sign: f64, touching: f64, area: f64) -> bool {
     let height = corner.map(|c| sign * c.z);
     let [low, high] = [f64::min, f64::max].map(|pick| pick(pick(height[0], height[1]), pick(height[2], height[3])));
-    if sign * point.z - high - touching < high - low || (high - low).powi(2) > FLAT * FLAT * area {
+    if sign * point.z - high - touching < high - low
+        || (high - low).powi(2) > FLATNESS_TOLERANCE * FLATNESS_TOLERANCE * area
+    {
         return false;
     }
     let within = |i: usize| {
         let (a, b) = (&corner[i], &corner[(i + 1) % 4]);
-        (b.x - a.x) * (point.y - a.y) - (b.y - a.y) * (point.x - a.x) >= -BESIDE * area
+        (b.x - a.x) * (point.y - a.y) - (b.y - a.y) * (point.x - a.x) >= -EDGE_TOLERANCE * area
     };
     within(0) && within(1) && within(2) && within(3)
 }
@@ -128,8 +130,8 @@ impl<R: Real> Clearance<R> {
             room: n.splat_like(touching + rounding * (touching.abs() + distance.abs())),
             more: n.splat_like(1.0 + 2.0 * rounding),
             less: n.splat_like(1.0 - rounding),
-            flat: n.splat_like(CERTAIN * FLAT * FLAT),
-            beside: n.splat_like(-CERTAIN * BESIDE),
+            flat: n.splat_like(CERTAIN * FLATNESS_TOLERANCE * FLATNESS_TOLERANCE),
+            beside: n.splat_like(-CERTAIN * EDGE_TOLERANCE),
         }
     }
 }
@@ -159,18 +161,18 @@ fn across<R: Real>(a: [R; 2], b: [R; 2]) -> R {
 
 /// A bilinear cell, by its corners (counter-clockwise). Its arithmetic is that of one number for every lane of a register.
 struct Surface<R> {
-    centre: Vector<R>,
-    along: Vector<R>,
-    across: Vector<R>,
-    twist: Vector<R>,
+    centre: PackVector<R>,
+    along: PackVector<R>,
+    across: PackVector<R>,
+    twist: PackVector<R>,
     /// Across the cell at its centre, as long as its area; and that squared.
-    normal: Vector<R>,
+    normal: PackVector<R>,
     square: R,
 }
 
 impl<R: Real> Surface<R> {
     #[inline(always)]
-    fn new([a, b, c, d]: &[Vector<R>; 4]) -> Self {
+    fn new([a, b, c, d]: &[PackVector<R>; 4]) -> Self {
         let (half, quarter) = (a[0].splat_like(0.5), a[0].splat_like(0.25));
         let along = each!(i in 3 => ((b[i] - a[i]) + (c[i] - d[i])) * half);
         let across = each!(i in 3 => ((d[i] - a[i]) + (c[i] - b[i])) * half);
@@ -182,7 +184,7 @@ impl<R: Real> Surface<R> {
 
     /// Coordinates within the cell, were it flat, of what lies `arm` [m] from its centre.
     #[inline(always)]
-    fn at(&self, arm: &Vector<R>) -> [R; 2] {
+    fn at(&self, arm: &PackVector<R>) -> [R; 2] {
         let Self { along, across, square, .. } = self;
         let [aa, ac, cc] = [dot(along, along), dot(along, across), dot(across, across)];
         let [p, q] = [dot(arm, along), dot(arm, across)];
@@ -191,28 +193,28 @@ impl<R: Real> Surface<R> {
 
     /// What lies `arm` from the centre, as seen by a flat cell. The twist of the cell is small: one correction.
     #[inline(always)]
-    fn untwisted(&self, arm: &Vector<R>, [x, y]: [R; 2]) -> Vector<R> {
+    fn untwisted(&self, arm: &PackVector<R>, [x, y]: [R; 2]) -> PackVector<R> {
         let by = x * y;
         each!(i in 3 => arm[i] - self.twist[i] * by)
     }
 
-    /// See [`foot`].
+    /// See [`closest_point`].
     #[inline(always)]
-    fn foot(&self, point: &Vector<R>, area: R, planes: Planes) -> Feet<R> {
+    fn foot(&self, point: &PackVector<R>, area: R, planes: Planes) -> ClosestPoints<R> {
         if planes == NO_PLANES { self.foot_anywhere(point, area) } else { self.foot_on(planes, point, area) }
     }
 
     #[inline(always)]
-    fn foot_anywhere(&self, point: &Vector<R>, area: R) -> Feet<R> {
+    fn foot_anywhere(&self, point: &PackVector<R>, area: R) -> ClosestPoints<R> {
         let arm = each!(i in 3 => point[i] - self.centre[i]);
         let arm = self.untwisted(&arm, self.at(&arm));
         let size = self.square.sqrt();
         let normal = each!(i in 3 => self.normal[i] / size);
-        Feet { at: self.at(&arm), normal, height: dot(&arm, &normal), sound: self.is_sound(area) }
+        ClosestPoints { at: self.at(&arm), normal, height: dot(&arm, &normal), sound: self.is_sound(area) }
     }
 
     #[inline(always)]
-    fn foot_on(&self, planes: Planes, point: &Vector<R>, area: R) -> Feet<R> {
+    fn foot_on(&self, planes: Planes, point: &PackVector<R>, area: R) -> ClosestPoints<R> {
         let mut across = self.normal;
         for axis in planes.into_iter().flatten() {
             across[axis] = area.zero();
@@ -222,13 +224,13 @@ impl<R: Real> Surface<R> {
         let arm = each!(i in 3 => point[i] - self.centre[i]);
         let (at, _) = self.at_along(&arm, &normal, planes);
         let (at, height) = self.at_along(&self.untwisted(&arm, at), &normal, planes);
-        let sound = self.is_sound(area) & (area.splat_like(FOLDED) * area).le(size);
-        Feet { at, normal, height, sound }
+        let sound = self.is_sound(area) & (area.splat_like(MIN_AREA_RATIO) * area).le(size);
+        ClosestPoints { at, normal, height, sound }
     }
 
     /// Coordinates, on the edges that lie on planes, and height along a direction of what lies `arm` from the centre of a flat cell.
     #[inline(always)]
-    fn at_along(&self, arm: &Vector<R>, direction: &Vector<R>, planes: Planes) -> ([R; 2], R) {
+    fn at_along(&self, arm: &PackVector<R>, direction: &PackVector<R>, planes: Planes) -> ([R; 2], R) {
         let height = dot(arm, &self.normal) / dot(direction, &self.normal);
         let at = self.at(&each!(i in 3 => arm[i] - direction[i] * height));
         let half = height.splat_like(0.5);
@@ -239,14 +241,14 @@ impl<R: Real> Surface<R> {
     /// Whether the cell is not folded.
     #[inline(always)]
     fn is_sound(&self, area: R) -> R::Mask {
-        (area.splat_like(FOLDED) * area).squared().le(self.square)
+        (area.splat_like(MIN_AREA_RATIO) * area).squared().le(self.square)
     }
 }
 
 /// The feet of points, where their cells are sound.
-struct Feet<R: Real> {
+struct ClosestPoints<R: Real> {
     at: [R; 2],
-    normal: Vector<R>,
+    normal: PackVector<R>,
     height: R,
     sound: R::Mask,
 }
@@ -260,23 +262,28 @@ pub const NO_PLANES: Planes = [None; 2];
 /// The foot of a point on the bilinear cell with these corners (counter-clockwise) [m]; `None` on a folded cell. Of a point on
 /// mirror planes it lies on them: along the normal less what of it points across them. `area`: of the cell at rest [m²].
 #[inline]
-pub fn foot(corner: &[Vector3<f64>; 4], point: &Vector3<f64>, area: f64, planes: Planes) -> Option<Foot> {
+pub fn closest_point(
+    corner: &[Vector3<f64>; 4],
+    point: &Vector3<f64>,
+    area: f64,
+    planes: Planes,
+) -> Option<ClosestPoint> {
     let cell = Surface::new(&corner.map(Into::into));
-    let Feet { at, normal, height, sound } = cell.foot(&(*point).into(), area, planes);
-    sound.then(|| Foot { at, normal: normal.into(), height })
+    let ClosestPoints { at, normal, height, sound } = cell.foot(&(*point).into(), area, planes);
+    sound.then(|| ClosestPoint { at, normal: normal.into(), height })
 }
 
 /// Whether points, all of them on these planes, stand over their cells, and there no deeper than `slop` [m] in touch: for many at
-/// once, and as [`foot`] and [`is_over`] see each of them. `sign`, `touching` as in [`is_apart`].
+/// once, and as [`closest_point`] and [`is_over`] see each of them. `sign`, `touching` as in [`is_apart`].
 #[inline(always)]
 pub fn stands_clear<R: Real>(
-    corner: &[Vector<R>; 4],
-    point: &Vector<R>,
+    corner: &[PackVector<R>; 4],
+    point: &PackVector<R>,
     [sign, touching, slop]: [f64; 3],
     area: R,
     planes: Planes,
 ) -> R::Mask {
-    let Feet { at: [x, y], height, sound, .. } = Surface::new(corner).foot(point, area, planes);
+    let ClosestPoints { at: [x, y], height, sound, .. } = Surface::new(corner).foot(point, area, planes);
     let room = x.splat_like(0.5 + EDGE);
     let clear = x.splat_like(-slop).le(x.splat_like(sign) * height - x.splat_like(touching));
     sound & (-room).le(x) & x.le(room) & (-room).le(y) & y.le(room) & clear
@@ -308,7 +315,7 @@ pub fn next_cell([row, column]: [usize; 2], at: [f64; 2], rows: usize, columns: 
 /// beyond the ply's edge, but not where mirror planes `cut` X, Y: there the ply goes on.
 #[inline]
 pub fn is_over(at: [f64; 2], [row, column]: [usize; 2], rows: usize, columns: usize, cut: [Cut; 2]) -> bool {
-    let room = |outermost: bool| 0.5 + if outermost { OVERHANG } else { EDGE };
+    let room = |outermost: bool| 0.5 + if outermost { SEGMENT_EXTENSION } else { EDGE };
     let within = |x: f64, index: usize, count: usize, cut: Cut| {
         -room(index == 0 && cut != Cut::First) <= x && x <= room(index + 1 == count && cut != Cut::Last)
     };
@@ -357,7 +364,7 @@ pub fn recovery(gap: f64, thickness: f64, along: f64, dt: f64) -> f64 {
     } else {
         PASSED_SPEED
     };
-    (((RECOVERY * depth + DEEP_RECOVERY * deep) / dt).min(fastest) - along.max(0.0)).max(0.0)
+    (((POSITION_CORRECTION * depth + DEEP_RECOVERY * deep) / dt).min(fastest) - along.max(0.0)).max(0.0)
 }
 
 /// Impulse of one contact on its node [N·s]: along the push and across it.
@@ -396,8 +403,8 @@ mod tests {
             let corner = cell(twist);
             for at in [[0.0, 0.0], [0.3, -0.4], [-0.5, 0.5], [0.7, 0.1]] {
                 let on: Vector3<f64> = corner.iter().zip([0, 1, 2, 3]).map(|(c, i)| c * unclamped(at)[i]).sum();
-                let flat = foot(&corner, &on, 2.0, NO_PLANES).map(|f| f.normal).unwrap_or_default();
-                let found = foot(&corner, &(on + flat * 0.1), 2.0, NO_PLANES);
+                let flat = closest_point(&corner, &on, 2.0, NO_PLANES).map(|f| f.normal).unwrap_or_default();
+                let found = closest_point(&corner, &(on + flat * 0.1), 2.0, NO_PLANES);
                 let Some(f) = found else { unreachable!("a sound cell") };
                 let allowed = 1e-12 + 0.1 * twist;
                 assert!((f.at[0] - at[0]).abs() < allowed && (f.at[1] - at[1]).abs() < allowed, "{at:?}: {f:?}");
@@ -419,7 +426,7 @@ mod tests {
             [[3.5, 0.9, 2.0], [-1.0, 0.4, 0.1], [1.3, -2.0, 0.3], [1.0, 3.0, 0.0], [4.0, 2.0, 1.0], [-1.0, -1.0, 3.0]]
         {
             let point = Vector3::from(point);
-            let Some(foot) = foot(&corner, &point, 2.0, NO_PLANES) else { unreachable!("a sound cell") };
+            let Some(foot) = closest_point(&corner, &point, 2.0, NO_PLANES) else { unreachable!("a sound cell") };
             let (arm, at) = on_edge(&corner, &point, foot.at);
             assert!((point - on(at) - arm).norm() < 1e-12 && at.iter().any(|x| x.abs() == 0.5), "{at:?}");
             for i in 0..=1000 {
@@ -434,8 +441,8 @@ mod tests {
     #[test]
     fn a_folded_cell_has_no_surface() {
         let line = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 0.01, 0.0], [0.0, 0.01, 0.0]].map(Vector3::from);
-        assert!(foot(&line, &Vector3::zeros(), 1.0, NO_PLANES).is_none());
-        assert!(foot(&line, &Vector3::zeros(), 0.01, NO_PLANES).is_some());
+        assert!(closest_point(&line, &Vector3::zeros(), 1.0, NO_PLANES).is_none());
+        assert!(closest_point(&line, &Vector3::zeros(), 0.01, NO_PLANES).is_some());
     }
 
     #[test]
@@ -464,7 +471,7 @@ mod tests {
         assert_eq!(impulse(&-coming, &push, 0.0, 2.0, 0.1), (0.0, Vector3::zeros()));
         assert_eq!(closing_limit(2.0, 0.5), -4.0);
         assert_eq!(closing_limit(-2.0, 0.5), 0.0);
-        let full = (RECOVERY * (1.0 - SLOP) + DEEP_RECOVERY * (1.0 - SLOP - DEEP)) * 2.0;
+        let full = (POSITION_CORRECTION * (1.0 - SLOP) + DEEP_RECOVERY * (1.0 - SLOP - DEEP)) * 2.0;
         assert!((recovery(-1.0, 1.0, -1.0, 0.5) - full).abs() < 1e-15);
         assert!((recovery(-1.0, 1.0, 0.1, 0.5) - (full - 0.1)).abs() < 1e-15);
         assert_eq!(recovery(-3.0, 1.0, 2.0, 1e-6), PASSED_SPEED - 2.0);

@@ -6,12 +6,12 @@ use super::{MirrorPlanes, Model};
 pub const SIDES: usize = 2;
 
 /// Set beside the element where the node is inside it, closer than the two plies touch.
-pub const INSIDE: u32 = 1 << 31;
+pub const PENETRATING: u32 = 1 << 31;
 
 /// The element a node is over.
 #[inline]
 pub fn element(over: u32) -> usize {
-    (over & !INSIDE) as usize
+    (over & !PENETRATING) as usize
 }
 
 /// A little nearer to the centre than it is [-].

@@ -3,7 +3,7 @@
 use std::marker::PhantomData;
 use std::ops::Range;
 
-use super::plies::{CompiledSieve, Sieve};
+use super::plies::{BroadPhase, CompiledBroadPhase};
 use crate::kernels::crossover::LawKernel;
 use crate::kernels::element_force::{ElementConstants, ElementRow, ElementTotals, Extent, element_force};
 use crate::kernels::node_update::{Neighbours, NodeRange, NodeRow, NodeTotals, RowMass, node_update};
@@ -96,7 +96,7 @@ pub trait KernelScalar: Scalar {
     fn kernels(ply_type: &PlyType<Self>, vectors: Vectors) -> Box<dyn RowKernels<Self>>;
 
     /// The sieve of nodes that may touch the next ply.
-    fn sieve(vectors: Vectors) -> Box<dyn Sieve<Self>>;
+    fn broad_phase(vectors: Vectors) -> Box<dyn BroadPhase<Self>>;
 }
 
 impl KernelScalar for f64 {
@@ -106,7 +106,7 @@ impl KernelScalar for f64 {
     }
 
     #[inline(never)]
-    fn sieve(vectors: Vectors) -> Box<dyn Sieve<Self>> {
+    fn broad_phase(vectors: Vectors) -> Box<dyn BroadPhase<Self>> {
         sieve(vectors)
     }
 }
@@ -118,7 +118,7 @@ impl KernelScalar for f32 {
     }
 
     #[inline(never)]
-    fn sieve(vectors: Vectors) -> Box<dyn Sieve<Self>> {
+    fn broad_phase(vectors: Vectors) -> Box<dyn BroadPhase<Self>> {
         sieve(vectors)
     }
 }
@@ -145,14 +145,14 @@ where
     Box::new(Compiled::<R, L> { constants: constants.spread(n), shear, law: PhantomData })
 }
 
-fn sieve<S: Scalar>(vectors: Vectors) -> Box<dyn Sieve<S>> {
+fn sieve<S: Scalar>(vectors: Vectors) -> Box<dyn BroadPhase<S>> {
     match vectors {
-        Vectors::None => Box::new(CompiledSieve(S::splat(0.0), 0.0)),
+        Vectors::None => Box::new(CompiledBroadPhase(S::splat(0.0), 0.0)),
         #[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
-        Vectors::Avx512(simd) => Box::new(CompiledSieve(S::lanes(simd), f64::lanes(simd))),
+        Vectors::Avx512(simd) => Box::new(CompiledBroadPhase(S::lanes(simd), f64::lanes(simd))),
         #[cfg(all(any(target_arch = "x86", target_arch = "x86_64"), not(feature = "quick-build")))]
-        Vectors::Avx2(simd) => Box::new(CompiledSieve(S::lanes(simd), f64::lanes(simd))),
+        Vectors::Avx2(simd) => Box::new(CompiledBroadPhase(S::lanes(simd), f64::lanes(simd))),
         #[cfg(target_arch = "aarch64")]
-        Vectors::Neon(simd) => Box::new(CompiledSieve(S::lanes(simd), f64::lanes(simd))),
+        Vectors::Neon(simd) => Box::new(CompiledBroadPhase(S::lanes(simd), f64::lanes(simd))),
     }
 }

@@ -39,7 +39,7 @@ pub use divergence::{elements, fastest_node, find_divergence, nodes};
 pub use kernels::{KernelScalar, RowKernels};
 pub(crate) use memory::StepperState;
 use plies::PlyContact;
-pub use plies::{Look, Near, Sieve};
+pub use plies::{BroadPhase, Near, PlySearch};
 use projectile::ProjectileContact;
 pub(crate) use projectile::row_positions;
 pub use projectile::{fabric_between, node_position, node_stands};

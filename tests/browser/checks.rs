@@ -68,7 +68,7 @@ pub(crate) fn playback(chromium: &Chromium, shot: &Shot) {
     };
     let [start, later] = [scrub(0), scrub(12)];
     assert_ne!(start, later, "scrubbing");
-    let time = page.text("JSON.parse(film.textContent).times[12].toFixed(1)");
+    let time = page.text("JSON.parse(animation.textContent).times[12].toFixed(1)");
     assert_eq!(page.text("clock.textContent"), format!("{time} µs"));
     assert_eq!(start, scrub(0), "the same time is the same picture");
     // The mark of time follows in the figures.
@@ -97,7 +97,7 @@ pub(crate) fn keyboard(chromium: &Chromium, shot: &Shot) {
     let page = open(chromium, shot);
     let place = || page.number("Number(scene.dataset.place)");
     // It opens at the largest deflection, and nothing plays by itself.
-    assert_eq!(place(), page.number("JSON.parse(film.textContent).opening"));
+    assert_eq!(place(), page.number("JSON.parse(animation.textContent).opening"));
     let rest = place();
     page.value("new Promise(done => setTimeout(done, 200))");
     assert_eq!(place(), rest);
@@ -243,7 +243,7 @@ pub(crate) fn hostile(chromium: &Chromium, _: &Shot) {
     assert_eq!(page.text("document.querySelector('.over').textContent"), title);
     assert_eq!(page.text("document.title"), format!("{title} – ripstop"));
     let own = "document.querySelectorAll('main script, main img:not(#paper img)').length";
-    assert_eq!(page.number(own), 2.0, "the film's two");
+    assert_eq!(page.number(own), 2.0, "the animation's two");
     assert_eq!(page.text("document.documentElement.dataset.playback"), "ready");
     assert_eq!(page.complaints(), Vec::<serde_json::Value>::new());
 }

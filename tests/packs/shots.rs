@@ -118,11 +118,12 @@ fn inside(simulation: &Simulation<f64>) -> [usize; 2] {
         for (row, column) in (0..=mesh.rows).flat_map(|row| (0..=mesh.columns).map(move |column| (row, column))) {
             let over = part[row * (grid.columns + 1) + column];
             let cell = [over::element(over) / theirs.columns, over::element(over) % theirs.columns];
-            if over & over::INSIDE == 0 || !whole(other, cell) || !mesh.around(row, column).all(|c| whole(ply, c)) {
+            if over & over::PENETRATING == 0 || !whole(other, cell) || !mesh.around(row, column).all(|c| whole(ply, c))
+            {
                 continue;
             }
             let corner = corners(cell).map(|(r, c)| node_position(model, state, other, r, c));
-            let Some(foot) = ply_contact::foot(
+            let Some(foot) = ply_contact::closest_point(
                 &corner,
                 &node_position(model, state, ply, row, column),
                 theirs.length[0] * theirs.length[1],

@@ -60,7 +60,7 @@ pub struct Animation {
     /// Plies there are.
     pub plies: usize,
     /// In order of time.
-    pub stills: Vec<Keyframe>,
+    pub keyframes: Vec<Keyframe>,
     /// Mirror planes: shown is the part at x ≥ 0, y ≥ 0.
     pub planes: MirrorPlanes,
     /// Surface of the projectile.
@@ -69,17 +69,17 @@ pub struct Animation {
     hit: [f64; 2],
     /// When pictures are due.
     schedule: Schedule,
-    /// The strips are those of the model; not known of a film from a checkpoint before its next picture.
+    /// The strips are those of the model; not known of a animation from a checkpoint before its next picture.
     begun: bool,
 }
 
 impl Animation {
-    /// An empty film of a case.
+    /// An empty animation of a case.
     pub fn new(case: &Case) -> Self {
         Self {
             strips: Vec::new(),
             plies: 0,
-            stills: Vec::new(),
+            keyframes: Vec::new(),
             planes: MirrorPlanes::NONE,
             body: None,
             hit: case.projectile.as_ref().map_or([0.0; 2], |p| p.offset),
@@ -91,32 +91,32 @@ impl Animation {
     /// What a checkpoint carries of it.
     pub fn to_bytes(&self) -> Vec<u8> {
         // Writing to memory cannot fail.
-        postcard::to_stdvec(&(&self.strips, self.plies, &self.stills, self.planes, &self.body)).unwrap_or_default()
+        postcard::to_stdvec(&(&self.strips, self.plies, &self.keyframes, self.planes, &self.body)).unwrap_or_default()
     }
 
-    /// The film of a run that goes on before the step of this number, `dt` [s] long, from what a checkpoint carries; `None` where
-    /// that is no film.
+    /// The animation of a run that goes on before the step of this number, `dt` [s] long, from what a checkpoint carries; `None` where
+    /// that is no animation.
     pub fn resume(case: &Case, bytes: &[u8], step: u64, dt: f64) -> Option<Self> {
-        let (strips, plies, mut stills, planes, body) = postcard::from_bytes(bytes).ok()?;
+        let (strips, plies, mut keyframes, planes, body) = postcard::from_bytes(bytes).ok()?;
         let schedule = Schedule::resume(PICTURES, case.solver.end_time, step, dt);
-        keep(&mut stills, &schedule);
-        let film = Self { strips, plies, stills, planes, body, schedule, ..Self::new(case) };
-        film.is_sound().then_some(film)
+        keep(&mut keyframes, &schedule);
+        let animation = Self { strips, plies, keyframes, planes, body, schedule, ..Self::new(case) };
+        animation.is_sound().then_some(animation)
     }
 
     /// Whether all parts have the sizes that they need to have.
     fn is_sound(&self) -> bool {
         let nodes: usize = self.strips.iter().map(|strip| strip.reference.len()).sum();
         let cells: usize = self.strips.iter().map(AnimatedPly::cells).sum();
-        let whole = |still: &Keyframe| {
-            still.displacement.len() == nodes
-                && still.tension.len() == cells
-                && still.deflections.len() == self.strips.len()
+        let whole = |keyframe: &Keyframe| {
+            keyframe.displacement.len() == nodes
+                && keyframe.tension.len() == cells
+                && keyframe.deflections.len() == self.strips.len()
         };
         self.body.as_ref().is_none_or(SurfaceMesh::is_sound)
             && self.strips.iter().all(AnimatedPly::is_sound)
-            && self.stills.iter().all(whole)
-            && self.stills.windows(2).all(|pair| pair[0].time < pair[1].time)
+            && self.keyframes.iter().all(whole)
+            && self.keyframes.windows(2).all(|pair| pair[0].time < pair[1].time)
     }
 
     fn take_from(&mut self, view: &View<'_>) {
@@ -131,13 +131,13 @@ impl Animation {
             self.begin(model);
         }
         let time = state.step as f64 * model.dt;
-        if self.stills.last().is_some_and(|last| last.time >= time) {
+        if self.keyframes.last().is_some_and(|last| last.time >= time) {
             return; // the end of the run was due anyway
         }
         let [nodes, cells] = [|strip: &AnimatedPly| strip.reference.len(), AnimatedPly::cells]
             .map(|count| self.strips.iter().map(count).sum());
         let deflections = self.strips.par_iter().map(|strip| pieces::hanging(model, state, strip.ply).deflection);
-        let mut still = Keyframe {
+        let mut keyframe = Keyframe {
             step: state.step,
             time,
             deflections: deflections.collect(),
@@ -145,7 +145,7 @@ impl Animation {
             tension: vec![[None; 2]; cells],
             pose: state.body.as_ref().map(pose),
         };
-        let (mut displacement, mut tension) = (&mut still.displacement[..], &mut still.tension[..]);
+        let (mut displacement, mut tension) = (&mut keyframe.displacement[..], &mut keyframe.tension[..]);
         let (mut node_rows, mut cell_rows) = (Vec::new(), Vec::new());
         for strip in &self.strips {
             let (own, rest) = displacement.split_at_mut(strip.reference.len());
@@ -160,7 +160,7 @@ impl Animation {
         // This reads all elements, and the threads of the loop wait meanwhile.
         cell_rows.into_par_iter().for_each(|(strip, rows, cells)| strip.tensions(model, state, rows, cells));
         node_rows.into_par_iter().for_each(|(strip, row, nodes)| strip.displacements(model, state, row, nodes));
-        self.stills.push(still);
+        self.keyframes.push(keyframe);
     }
 
     fn begin<S: Scalar>(&mut self, model: &Model<S>) {
@@ -170,7 +170,7 @@ impl Animation {
         let nodes = NODES / shown.len().max(1);
         let strips: Vec<AnimatedPly> = shown.iter().map(|ply| AnimatedPly::new(model, *ply, self.hit, nodes)).collect();
         if strips != self.strips {
-            self.stills.clear(); // of another model
+            self.keyframes.clear(); // of another model
         }
         self.strips = strips;
         self.planes = model.planes;
@@ -181,9 +181,9 @@ impl Animation {
     /// The same with at most so many pictures, evenly from the first to the last.
     #[must_use]
     pub(super) fn with(&self, pictures: usize) -> Self {
-        let times: Vec<f64> = self.stills.iter().map(|still| still.time).collect();
-        let stills = even(&times, pictures).into_iter().map(|at| self.stills[at].clone()).collect();
-        Self { stills, ..self.clone() }
+        let times: Vec<f64> = self.keyframes.iter().map(|keyframe| keyframe.time).collect();
+        let keyframes = even(&times, pictures).into_iter().map(|at| self.keyframes[at].clone()).collect();
+        Self { keyframes, ..self.clone() }
     }
 
     /// The pictures that a page shows: evenly from the first to the last.
@@ -194,14 +194,14 @@ impl Animation {
 
     /// Largest deflection in any picture, of fabric that hangs on something [m].
     pub fn deflection(&self) -> f64 {
-        self.stills.iter().map(Keyframe::deflection).fold(0.0, f64::max)
+        self.keyframes.iter().map(Keyframe::deflection).fold(0.0, f64::max)
     }
 
     /// The picture of the largest deflection among those in which the projectile has not left the fabric behind.
     pub fn opening(&self) -> usize {
-        let is_near = |still: &Keyframe| still.pose.is_none_or(|pose| self.tail(&pose) <= still.deflection());
-        let near = (0..self.stills.len()).filter(|at| is_near(&self.stills[*at]));
-        let deflection = |at: usize| self.stills[at].deflection();
+        let is_near = |keyframe: &Keyframe| keyframe.pose.is_none_or(|pose| self.tail(&pose) <= keyframe.deflection());
+        let near = (0..self.keyframes.len()).filter(|at| is_near(&self.keyframes[*at]));
+        let deflection = |at: usize| self.keyframes[at].deflection();
         near.max_by(|a, b| deflection(*a).total_cmp(&deflection(*b))).unwrap_or(0)
     }
 
@@ -215,7 +215,7 @@ impl Animation {
 
     /// Largest tension in any picture [N].
     pub fn peak_tension(&self) -> f32 {
-        let all = self.stills.iter().flat_map(|still| &still.tension).flatten();
+        let all = self.keyframes.iter().flat_map(|keyframe| &keyframe.tension).flatten();
         all.flatten().copied().filter(|tension| tension.is_finite()).fold(0.0, f32::max)
     }
 }
@@ -228,22 +228,22 @@ impl Observer for Animation {
     fn on_snapshot(&mut self, view: &View<'_>) {
         self.take_from(view);
         self.schedule.pass(view.step(), view.clock()[1]);
-        keep(&mut self.stills, &self.schedule);
+        keep(&mut self.keyframes, &self.schedule);
     }
 
     fn on_end(&mut self, view: &View<'_>) {
         // The last picture is that of the end, not of the step before.
         if !self.schedule.wants_end(view.step()) {
-            self.stills.pop();
+            self.keyframes.pop();
         }
         self.take_from(view);
     }
 }
 
 /// Gives up the pictures that the schedule has given up.
-fn keep(stills: &mut Vec<Keyframe>, schedule: &Schedule) {
+fn keep(keyframes: &mut Vec<Keyframe>, schedule: &Schedule) {
     let kept: HashSet<u64> = schedule.kept().collect();
-    stills.retain(|still| kept.contains(&still.step));
+    keyframes.retain(|keyframe| kept.contains(&keyframe.step));
 }
 
 fn pose(body: &RigidBody) -> [f64; 7] {

@@ -21,7 +21,7 @@ fn case() -> Case {
     crate::case::from_str("shot", text, &[]).unwrap_or_else(|error| unreachable!("{error}"))
 }
 
-fn still(step: u64) -> Keyframe {
+fn keyframe(step: u64) -> Keyframe {
     Keyframe {
         step,
         time: step as f64,
@@ -34,43 +34,43 @@ fn still(step: u64) -> Keyframe {
 
 #[test]
 fn a_film_opens_at_the_largest_deflection_that_the_projectile_is_near() {
-    let mut film = Animation::new(&case());
+    let mut animation = Animation::new(&case());
     let of = |(step, [deflection, height]): (u64, [f64; 2])| {
         let pose = Some([0.0, 0.0, height, 1.0, 0.0, 0.0, 0.0]);
-        Keyframe { deflections: vec![0.0, deflection], pose, ..still(step) }
+        Keyframe { deflections: vec![0.0, deflection], pose, ..keyframe(step) }
     };
-    film.stills = (0..).zip([[0.0, 0.0], [2.0, 1.0], [3.0, 3.5], [4.0, 9.0]]).map(of).collect();
-    assert_eq!(film.opening(), 1);
+    animation.keyframes = (0..).zip([[0.0, 0.0], [2.0, 1.0], [3.0, 3.5], [4.0, 9.0]]).map(of).collect();
+    assert_eq!(animation.opening(), 1);
     // A body that reaches 1 m back from its centre of mass.
     let body = SurfaceMesh { points: vec![[0.0, 0.0, -1.0], [0.0, 0.0, 1.0]], faces: Vec::new() };
-    film.body = Some(body);
-    assert_eq!(film.opening(), 2);
+    animation.body = Some(body);
+    assert_eq!(animation.opening(), 2);
 }
 
 #[test]
 fn what_is_no_film_is_not_taken_for_one() {
     let case = case();
-    let mut film = Animation::new(&case);
-    film.strips = vec![AnimatedPly::for_tests(vec![[0.0; 3]; 4])];
-    film.stills = vec![still(0), still(1)];
+    let mut animation = Animation::new(&case);
+    animation.strips = vec![AnimatedPly::for_tests(vec![[0.0; 3]; 4])];
+    animation.keyframes = vec![keyframe(0), keyframe(1)];
     let resume = |bytes: &[u8]| Animation::resume(&case, bytes, 2, 1e-7);
-    let taken = |film: &Animation| resume(&film.to_bytes()).map(|film| film.stills);
-    assert_eq!(taken(&film), Some(film.stills.clone()));
-    for length in 0..film.to_bytes().len() {
-        assert!(resume(&film.to_bytes()[..length]).is_none(), "{length} bytes");
+    let taken = |animation: &Animation| resume(&animation.to_bytes()).map(|animation| animation.keyframes);
+    assert_eq!(taken(&animation), Some(animation.keyframes.clone()));
+    for length in 0..animation.to_bytes().len() {
+        assert!(resume(&animation.to_bytes()[..length]).is_none(), "{length} bytes");
     }
     let wrong: [fn(&mut Animation); 6] = [
-        |film| film.stills[0].deflections.clear(),
-        |film| film.stills[1].time = 0.0,
-        |film| film.stills[1].displacement.truncate(3),
-        |film| film.stills[0].tension.push([None; 2]),
-        |film| film.strips[0].hit[1] = 1,
-        |film| film.body = Some(SurfaceMesh::one_face_of_no_points()),
+        |animation| animation.keyframes[0].deflections.clear(),
+        |animation| animation.keyframes[1].time = 0.0,
+        |animation| animation.keyframes[1].displacement.truncate(3),
+        |animation| animation.keyframes[0].tension.push([None; 2]),
+        |animation| animation.strips[0].hit[1] = 1,
+        |animation| animation.body = Some(SurfaceMesh::one_face_of_no_points()),
     ];
     for change in wrong {
-        let mut film = film.clone();
-        change(&mut film);
-        assert_eq!(taken(&film), None);
+        let mut animation = animation.clone();
+        change(&mut animation);
+        assert_eq!(taken(&animation), None);
     }
 }
 

@@ -23,10 +23,13 @@ struct NodeLine {
     points: Vec<[f64; 2]>,
 }
 
-/// Deflection profiles: those the case asks for, else some of the film's.
-pub(super) fn profiles(case: &Case, run: &Run, film: Option<&Animation>) -> Option<Figure> {
-    let (lines, along) =
-        if run.profiles.is_empty() { (of_film(film?), Along::Warp) } else { (of_run(run), case.output.profile_along) };
+/// Deflection profiles: those the case asks for, else some of the animation's.
+pub(super) fn profiles(case: &Case, run: &Run, animation: Option<&Animation>) -> Option<Figure> {
+    let (lines, along) = if run.profiles.is_empty() {
+        (of_film(animation?), Along::Warp)
+    } else {
+        (of_run(run), case.output.profile_along)
+    };
     let points = || lines.iter().flat_map(|line| &line.points).filter(|p| p[0].is_finite() && p[1].is_finite());
     let x = points().fold([0.0_f64; 2], |[low, high], p| [low.min(p[0]), high.max(p[0])]);
     let y = points().fold([0.0_f64; 2], |[low, high], p| [low.min(p[1]), high.max(p[1])]);
@@ -58,22 +61,23 @@ pub(super) fn profiles(case: &Case, run: &Run, film: Option<&Animation>) -> Opti
 }
 
 /// Deflection of the first and the last ply over time.
-pub(super) fn deflection(film: &Animation) -> Option<Figure> {
-    let last = film.strips.len().checked_sub(1)?;
+pub(super) fn deflection(animation: &Animation) -> Option<Figure> {
+    let last = animation.strips.len().checked_sub(1)?;
     let strips: Vec<usize> = if last == 0 { vec![0] } else { vec![0, last] };
-    let end = film.stills.last()?.time * 1e6;
-    let [x, y] = figure::axes([0.0, end], [0.0, 1e3 * film.deflection()]);
+    let end = animation.keyframes.last()?.time * 1e6;
+    let [x, y] = figure::axes([0.0, end], [0.0, 1e3 * animation.deflection()]);
     let mut drawing = chart::axes(&x, &y, ["time [µs]", "deflection [mm]"]);
     let mut legend = Vec::new();
     for (n, strip) in strips.iter().enumerate() {
-        let points = film.stills.iter().map(|still| [still.time * 1e6, 1e3 * still.deflections[*strip]]);
+        let points =
+            animation.keyframes.iter().map(|keyframe| [keyframe.time * 1e6, 1e3 * keyframe.deflections[*strip]]);
         drawing += &chart::line(&x, &y, points, &format!("class=\"curve k{n}\""));
-        let name = format!("ply {}", film.strips[*strip].ply + 1);
+        let name = format!("ply {}", animation.strips[*strip].ply + 1);
         legend.push((format!("line k{n}"), name));
     }
-    let row = |still: &Keyframe| {
-        let deflections = strips.iter().map(|strip| short(1e3 * still.deflections[*strip], 4));
-        std::iter::once(short(still.time * 1e6, 4)).chain(deflections).collect()
+    let row = |keyframe: &Keyframe| {
+        let deflections = strips.iter().map(|strip| short(1e3 * keyframe.deflections[*strip], 4));
+        std::iter::once(short(keyframe.time * 1e6, 4)).chain(deflections).collect()
     };
     let heads = legend.iter().map(|(_, name)| format!("{name} [mm]"));
     let heads = std::iter::once("time [µs]".to_owned()).chain(heads).collect();
@@ -88,7 +92,7 @@ pub(super) fn deflection(film: &Animation) -> Option<Figure> {
         legend,
         axes: Some([x, y]),
         over_time: true,
-        numbers: FigureNumbers { heads, rows: film.stills.iter().map(row).collect(), file: "history.csv" },
+        numbers: FigureNumbers { heads, rows: animation.keyframes.iter().map(row).collect(), file: "history.csv" },
     })
 }
 
@@ -108,18 +112,18 @@ fn of_run(run: &Run) -> Vec<NodeLine> {
 }
 
 /// The row of nodes of the struck ply through the point of impact, and its mirror image where half of it is kept.
-fn of_film(film: &Animation) -> Vec<NodeLine> {
-    let Some(strip) = film.strips.first() else { return Vec::new() };
+fn of_film(animation: &Animation) -> Vec<NodeLine> {
+    let Some(strip) = animation.strips.first() else { return Vec::new() };
     let line = |at: usize| {
-        let still = &film.stills[at];
-        let points = row(strip, still);
-        let mirrored = (0..2).any(|axis| film.planes.0[axis] && runs_along(strip, axis));
+        let keyframe = &animation.keyframes[at];
+        let points = row(strip, keyframe);
+        let mirrored = (0..2).any(|axis| animation.planes.0[axis] && runs_along(strip, axis));
         let images = points.iter().filter(|p| mirrored && p[0] != 0.0).map(|p| [-p[0], p[1]]);
         let mut all: Vec<[f64; 2]> = points.iter().copied().chain(images).collect();
         all.sort_by(|a, b| a[0].total_cmp(&b[0]));
-        NodeLine { time: still.time * 1e6, points: all }
+        NodeLine { time: keyframe.time * 1e6, points: all }
     };
-    some(film.stills.len(), PROFILES).into_iter().map(line).collect()
+    some(animation.keyframes.len(), PROFILES).into_iter().map(line).collect()
 }
 
 /// Whether the rows of a strip run along this axis of the pack.
@@ -128,7 +132,7 @@ fn runs_along(strip: &AnimatedPly, axis: usize) -> bool {
     (to[axis] - from[axis]).abs() > (to[1 - axis] - from[1 - axis]).abs()
 }
 
-fn row(strip: &AnimatedPly, still: &Keyframe) -> Vec<[f64; 2]> {
+fn row(strip: &AnimatedPly, keyframe: &Keyframe) -> Vec<[f64; 2]> {
     let length = strip.lines[0].len();
     let nodes = strip.hit[1] * length..(strip.hit[1] + 1) * length;
     let origin = strip.reference[strip.hit[1] * length + strip.hit[0]];
@@ -137,7 +141,7 @@ fn row(strip: &AnimatedPly, still: &Keyframe) -> Vec<[f64; 2]> {
     let size = step[0].hypot(step[1]);
     nodes
         .map(|node| {
-            let (at, moved) = (strip.reference[node], still.displacement[node]);
+            let (at, moved) = (strip.reference[node], keyframe.displacement[node]);
             let across = |a: usize| f64::from(at[a] + moved[a] - origin[a]) * step[a] / size;
             [1e3 * (across(0) + across(1)), 1e3 * f64::from(moved[2])]
         })

@@ -19,27 +19,27 @@ const TOP: f64 = 8.0;
 /// Pixels along the longer side of a picture.
 const PIXELS: f64 = 200.0;
 
-/// The maps with their legend; empty without a film.
-pub(super) fn maps(film: &Animation, run: &Run) -> String {
-    let Some(strip) = film.strips.first() else { return String::new() };
-    let peak = film.peak_tension();
-    let moments = moments(film, run);
+/// The maps with their legend; empty without a animation.
+pub(super) fn maps(animation: &Animation, run: &Run) -> String {
+    let Some(strip) = animation.strips.first() else { return String::new() };
+    let peak = animation.peak_tension();
+    let moments = moments(animation, run);
     let mut out = "<figure class=\"plot wide\" id=\"tension\">\n<figcaption><h3>Yarn tension in the struck ply</h3>\
                    <p>The larger of warp and weft; holes are where both yarns have failed. A map whose tension stays below half \
                    the largest of the shot has a scale of its own.</p></figcaption>\n\
                    <div class=\"maps\">\n"
         .to_owned();
     for (n, (at, what)) in moments.iter().enumerate() {
-        let still = &film.stills[*at];
-        let own = peak_of(strip, still);
+        let keyframe = &animation.keyframes[*at];
+        let own = peak_of(strip, keyframe);
         let top = if own < 0.5 * peak { own } else { peak };
-        let words = format!("{} µs: {what}", short(still.time * 1e6, 3));
+        let words = format!("{} µs: {what}", short(keyframe.time * 1e6, 3));
         // Writing to a string cannot fail.
         let _ = writeln!(
             out,
             "<div class=\"map\"><h4>{}</h4>{}<p class=\"scale\"><span>0 N</span><i></i><span>{} N</span></p></div>",
             escape(&words),
-            map(strip, still, top, &format!("tension-{n}"), &words),
+            map(strip, keyframe, top, &format!("tension-{n}"), &words),
             short(f64::from(top), 3)
         );
     }
@@ -47,36 +47,37 @@ pub(super) fn maps(film: &Animation, run: &Run) -> String {
 }
 
 /// Largest tension of a picture in the first strip [N].
-fn peak_of(strip: &AnimatedPly, still: &Keyframe) -> f32 {
-    let tensions = still.tension.iter().take(strip.cells()).flatten().flatten().copied();
+fn peak_of(strip: &AnimatedPly, keyframe: &Keyframe) -> f32 {
+    let tensions = keyframe.tension.iter().take(strip.cells()).flatten().flatten().copied();
     tensions.filter(|tension| tension.is_finite()).fold(0.0, f32::max)
 }
 
 /// Pictures to show and what they show: on the way, when the fabric holds most, and the last.
-fn moments(film: &Animation, run: &Run) -> Vec<(usize, &'static str)> {
-    let last = film.stills.len().saturating_sub(1);
-    let strongest = |still: &Keyframe| still.tension.iter().flatten().flatten().copied().fold(0.0, f32::max);
+fn moments(animation: &Animation, run: &Run) -> Vec<(usize, &'static str)> {
+    let last = animation.keyframes.len().saturating_sub(1);
+    let strongest = |keyframe: &Keyframe| keyframe.tension.iter().flatten().flatten().copied().fold(0.0, f32::max);
     let (most, what) = match run.events.first() {
         Some(event) => {
             let time = event.step as f64 * run.time_step;
             (
-                film.stills.partition_point(|still| still.time <= time).saturating_sub(1),
+                animation.keyframes.partition_point(|keyframe| keyframe.time <= time).saturating_sub(1),
                 "just before the first yarn fails",
             )
         }
         None => {
-            let most = (0..=last).max_by(|a, b| strongest(&film.stills[*a]).total_cmp(&strongest(&film.stills[*b])));
+            let most = (0..=last)
+                .max_by(|a, b| strongest(&animation.keyframes[*a]).total_cmp(&strongest(&animation.keyframes[*b])));
             (most.unwrap_or(last), "when the tension is largest")
         }
     };
     let most = if most == last || most == 0 { (last / 2, "halfway") } else { (most, what) };
     let mut all = vec![(most.0.div_ceil(2), "on the way"), most, (last, "the last picture")];
-    all.retain(|(at, _)| *at < film.stills.len());
+    all.retain(|(at, _)| *at < animation.keyframes.len());
     all.dedup_by_key(|(at, _)| *at);
     all
 }
 
-fn map(strip: &AnimatedPly, still: &Keyframe, peak: f32, id: &str, words: &str) -> String {
+fn map(strip: &AnimatedPly, keyframe: &Keyframe, peak: f32, id: &str, words: &str) -> String {
     let [across, up] = extent(strip);
     let width = SIDES[1] - SIDES[0];
     let height = (width * up / across).clamp(40.0, 320.0);
@@ -84,7 +85,7 @@ fn map(strip: &AnimatedPly, still: &Keyframe, peak: f32, id: &str, words: &str) 
     let x = ChartAxis::linear([-0.5 * across, 0.5 * across], SIDES);
     let y = ChartAxis::linear([-0.5 * up, 0.5 * up], [bottom, TOP]);
     let total = bottom + 44.0;
-    let picture = BASE64_STANDARD.encode(picture(strip, still, peak));
+    let picture = BASE64_STANDARD.encode(picture(strip, keyframe, peak));
     format!(
         "<svg viewBox=\"0 0 {WIDTH} {total:.0}\" role=\"img\" aria-labelledby=\"{id}\">\n<title id=\"{id}\">{}</title>\n\
          {}<image x=\"{}\" y=\"{TOP}\" width=\"{width}\" height=\"{height:.1}\" preserveAspectRatio=\"none\" \
@@ -102,7 +103,7 @@ fn extent(strip: &AnimatedPly) -> [f64; 2] {
 
 /// A PNG of the whole ply, weft upwards, with a colour between those of the cells around a place, and none where both yarns are
 /// gone.
-fn picture(strip: &AnimatedPly, still: &Keyframe, peak: f32) -> Vec<u8> {
+fn picture(strip: &AnimatedPly, keyframe: &Keyframe, peak: f32) -> Vec<u8> {
     let spans = [0, 1].map(|own| MapAxis::new(strip, own));
     let longest = spans[0].whole.max(spans[1].whole);
     let size = [0, 1].map(|own| ((PIXELS * spans[own].whole / longest).round() as usize).max(1));
@@ -112,7 +113,7 @@ fn picture(strip: &AnimatedPly, still: &Keyframe, peak: f32) -> Vec<u8> {
     });
     let count = strip.counts()[0];
     let tension = |column: usize, row: usize| {
-        still.tension[row * count + column].into_iter().flatten().reduce(f32::max).map(f64::from)
+        keyframe.tension[row * count + column].into_iter().flatten().reduce(f32::max).map(f64::from)
     };
     let mut pixels = Vec::with_capacity(4 * size[0] * size[1]);
     for row in rows.iter().rev() {

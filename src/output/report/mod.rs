@@ -29,27 +29,27 @@ pub use animation::Animation;
 const STYLE: &str = include_str!("page.css");
 const SCRIPT: &str = concat!(include_str!("page.js"), include_str!("values.js"));
 
-/// The page. With a film of less than two pictures it has neither playback nor maps.
-pub fn report(case: &Case, run: &Run, summary: &Value, film: &Animation) -> String {
-    let film = film.shown();
-    let film = Some(&film).filter(|film| film.stills.len() > 1);
+/// The page. With a animation of less than two pictures it has neither playback nor maps.
+pub fn report(case: &Case, run: &Run, summary: &Value, animation: &Animation) -> String {
+    let animation = animation.shown();
+    let animation = Some(&animation).filter(|animation| animation.keyframes.len() > 1);
     let signs = trust::signs(case, run);
     let mut out = head(case);
     out += "<body>\n<main>\n";
     out += &sections::header(case, run, &signs);
-    out += &film.map_or(String::new(), |film| player(case, film));
+    out += &animation.map_or(String::new(), |animation| player(case, animation));
     out += "<section id=\"plots\"><h2>The shot in figures</h2><div class=\"plots\">\n";
     if case.projectile.is_some() {
         out += &history::velocity(run).html();
         out += &history::force(run).html();
     }
-    out += &film.and_then(fabric::deflection).map_or(String::new(), |figure| figure.html());
+    out += &animation.and_then(fabric::deflection).map_or(String::new(), |figure| figure.html());
     out += &history::energy(run).html();
     out += &history::plies(run).map_or(String::new(), |figure| figure.html());
     out += &history::failures(case, run).html();
-    let fabric = [fabric::profiles(case, run, film), fabric::unit_cell(case)];
+    let fabric = [fabric::profiles(case, run, animation), fabric::unit_cell(case)];
     out += &fabric.iter().flatten().map(figure::Figure::html).collect::<String>();
-    out += &film.map_or(String::new(), |film| map::maps(film, run));
+    out += &animation.map_or(String::new(), |animation| map::maps(animation, run));
     out += "</div></section>\n";
     out += &sections::trust(case, &signs, summary);
     out += &sections::energy(run);
@@ -74,17 +74,17 @@ fn head(case: &Case) -> String {
 }
 
 /// The playback: what it needs, and its controls, which the script brings to life.
-fn player(case: &Case, film: &Animation) -> String {
-    let Some(playback) = playback::pack(case, film) else { return String::new() };
+fn player(case: &Case, animation: &Animation) -> String {
+    let Some(playback) = playback::pack(case, animation) else { return String::new() };
     // No `<` in a script element: nothing can end it.
     let description = playback.description.to_string().replace('<', "\\u003c");
-    let shown: Vec<String> = film.strips.iter().map(|strip| (strip.ply + 1).to_string()).collect();
-    let plies = if film.plies > shown.len() {
-        format!(" Of {} plies these are shown: {}.", film.plies, shown.join(", "))
+    let shown: Vec<String> = animation.strips.iter().map(|strip| (strip.ply + 1).to_string()).collect();
+    let plies = if animation.plies > shown.len() {
+        format!(" Of {} plies these are shown: {}.", animation.plies, shown.join(", "))
     } else {
         String::new()
     };
-    let peak = short(f64::from(film.peak_tension()), 3);
+    let peak = short(f64::from(animation.peak_tension()), 3);
     format!(
         "<section id=\"playback\"><h2>The shot in motion</h2>\n\
          <div class=\"player\" hidden>\n\
@@ -105,8 +105,8 @@ fn player(case: &Case, film: &Animation) -> String {
          The projectile comes from below. Drawn to scale from a thinned mesh; the numbers are in the files.</p>\n</div>\n\
          <figure class=\"printed\" id=\"paper\" hidden></figure>\n\
          <p class=\"still\" id=\"instead\">The moving picture needs a screen, JavaScript and WebGL 2; the tension maps below show three moments of it.</p>\n\
-         <script type=\"application/json\" id=\"film\">{description}</script>\n\
-         <script type=\"application/octet-stream\" id=\"film-numbers\">{}</script>\n</section>\n",
+         <script type=\"application/json\" id=\"animation\">{description}</script>\n\
+         <script type=\"application/octet-stream\" id=\"animation-numbers\">{}</script>\n</section>\n",
         playback.base64
     )
 }

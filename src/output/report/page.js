@@ -1,12 +1,12 @@
-// The playback: unpacks the film (see playback.rs), draws it with WebGL 2, follows keyboard, mouse and fingers.
+// The playback: unpacks the animation (see playback.rs), draws it with WebGL 2, follows keyboard, mouse and fingers.
 "use strict";
 (() => {
   const find = (id) => document.getElementById(id);
   const root = document.documentElement;
   const say = (state) => { root.dataset.playback = state; };
-  if (!find("film")) return say("none");
-  const film = JSON.parse(find("film").textContent);
-  const count = film.times.length;
+  if (!find("animation")) return say("none");
+  const animation = JSON.parse(find("animation").textContent);
+  const count = animation.times.length;
   const WIDE = 256; // nodes and cells in a row of their textures
   const canvas = find("scene");
   const gl = canvas.getContext("webgl2", { antialias: true, preserveDrawingBuffer: true });
@@ -18,7 +18,7 @@
 
   // Positions [mm] and places among the yarns of all nodes at each time, tensions of all cells at each time.
   function unpack(bytes) {
-    const strips = film.strips.map((s) => ({ across: s.columns.length, up: s.rows.length, ...s }));
+    const strips = animation.strips.map((s) => ({ across: s.columns.length, up: s.rows.length, ...s }));
     let nodes = 0, cells = 0;
     for (const s of strips) {
       Object.assign(s, { node: nodes, cell: cells, cells: (s.across - 1) * (s.up - 1) });
@@ -43,13 +43,13 @@
           yarns[0][s.node + row * s.across + column] = s.columns[column];
           yarns[1][s.node + row * s.across + column] = s.rows[row];
         }
-    const places = film.times.map(() => {
+    const places = animation.times.map(() => {
       const out = new Float32Array(4 * size);
       for (let axis = 0; axis < 3; axis++) {
         const change = words();
         for (let n = 0; n < nodes; n++) {
           moved[axis][n] += change[n];
-          out[4 * n + axis] = 1e3 * (rest[axis][n] * film.step.reference + moved[axis][n] * film.step.displacement);
+          out[4 * n + axis] = 1e3 * (rest[axis][n] * animation.step.reference + moved[axis][n] * animation.step.displacement);
         }
       }
       for (let n = 0; n < nodes; n++) out[4 * n + 3] = yarns[0][n];
@@ -58,9 +58,9 @@
     const flat = new Float32Array(4 * size);
     for (let n = 0; n < nodes; n++) flat[4 * n + 3] = yarns[1][n];
     for (let axis = 0; axis < 3; axis++)
-      for (let n = 0; n < nodes; n++) flat[4 * n + axis] = 1e3 * rest[axis][n] * film.step.reference;
+      for (let n = 0; n < nodes; n++) flat[4 * n + axis] = 1e3 * rest[axis][n] * animation.step.reference;
     const last = new Uint8Array(2 * cells);
-    const loads = film.times.map(() => {
+    const loads = animation.times.map(() => {
       const out = new Uint8Array(2 * WIDE * Math.ceil(cells / WIDE));
       for (let yarn = 0; yarn < 2; yarn++)
         for (let n = 0; n < cells; n++) out[2 * n + yarn] = last[2 * n + yarn] += bytes[at++];
@@ -71,7 +71,7 @@
 
   // Where the fabric goes [mm]: largest deflection, how far from the impact it moves, and where the projectile is at the opening.
   function extent({ nodes, flat, places }) {
-    const deepest = Math.max(film.deepest, 1e-6);
+    const deepest = Math.max(animation.deepest, 1e-6);
     let moved = 8, whole = 8;
     for (let n = 0; n < nodes; n++) {
       const away = Math.hypot(flat[4 * n], flat[4 * n + 1]);
@@ -79,11 +79,11 @@
       if (places.some((place) => Math.abs(place[4 * n + 2] - flat[4 * n + 2]) > 0.1 * deepest)) moved = Math.max(moved, away);
     }
     let [low, high] = [0, deepest];
-    if (film.body && film.poses) {
-      const [, , z, ...q] = film.poses[film.opening], r = turn(q);
-      const heights = film.body.points.flatMap((_, i, all) => i % 3 ? [] : [r[2] * all[i] + r[5] * all[i + 1] + r[8] * all[i + 2]]);
-      low = Math.min(low, ...heights.map((h) => 1e3 * (z + film.body.step * h)));
-      high = Math.max(high, ...heights.map((h) => 1e3 * (z + film.body.step * h)));
+    if (animation.body && animation.poses) {
+      const [, , z, ...q] = animation.poses[animation.opening], r = turn(q);
+      const heights = animation.body.points.flatMap((_, i, all) => i % 3 ? [] : [r[2] * all[i] + r[5] * all[i + 1] + r[8] * all[i + 2]]);
+      low = Math.min(low, ...heights.map((h) => 1e3 * (z + animation.body.step * h)));
+      high = Math.max(high, ...heights.map((h) => 1e3 * (z + animation.body.step * h)));
     }
     return { deepest, radius: Math.max(Math.min(1.15 * moved, whole), 0.6 * (high - low)), middle: 0.5 * (low + high) };
   }
@@ -201,27 +201,27 @@
     const size = extent(data);
     const VIEWS = [[-1.25, 0.26, 1.4], [-1.1, 0.42, 1], [-1.5708, 0.04, 1], [-1.1, 1.35, 1], [-1.1, -0.55, 1]]; // azimuth, elevation, zoom
     const view = { azimuth: 0, elevation: 0, zoom: 1 };
-    let place = film.opening, playing = false, touched = false, before = 0, uploaded = -1;
+    let place = animation.opening, playing = false, touched = false, before = 0, uploaded = -1;
 
     const fabric = program(FABRIC), body = program(BODY);
     gl.pixelStorei(gl.UNPACK_ALIGNMENT, 1);
     [0, 1, 2, 3, 4].forEach(texture);
     gl.activeTexture(gl.TEXTURE3);
-    gl.texImage2D(gl.TEXTURE_2D, 0, gl.RGB8, 256, 1, 0, gl.RGB, gl.UNSIGNED_BYTE, bytesOf(film.colours));
+    gl.texImage2D(gl.TEXTURE_2D, 0, gl.RGB8, 256, 1, 0, gl.RGB, gl.UNSIGNED_BYTE, bytesOf(animation.colours));
     gl.activeTexture(gl.TEXTURE4);
     gl.texImage2D(gl.TEXTURE_2D, 0, gl.RGBA32F, WIDE, data.flat.length / 4 / WIDE, 0, gl.RGBA, gl.FLOAT, data.flat);
     const [plain, solid] = [gl.createVertexArray(), gl.createVertexArray()];
     let triangles = 0;
-    if (film.body && film.poses) {
-      triangles = film.body.triangles.length;
+    if (animation.body && animation.poses) {
+      triangles = animation.body.triangles.length;
       gl.bindVertexArray(solid);
       gl.bindBuffer(gl.ARRAY_BUFFER, gl.createBuffer());
-      gl.bufferData(gl.ARRAY_BUFFER, Float32Array.from(film.body.points, (x) => 1e3 * film.body.step * x), gl.STATIC_DRAW);
+      gl.bufferData(gl.ARRAY_BUFFER, Float32Array.from(animation.body.points, (x) => 1e3 * animation.body.step * x), gl.STATIC_DRAW);
       const point = gl.getAttribLocation(body.made, "point");
       gl.enableVertexAttribArray(point);
       gl.vertexAttribPointer(point, 3, gl.FLOAT, false, 0, 0);
       gl.bindBuffer(gl.ELEMENT_ARRAY_BUFFER, gl.createBuffer());
-      gl.bufferData(gl.ELEMENT_ARRAY_BUFFER, Uint16Array.from(film.body.triangles), gl.STATIC_DRAW);
+      gl.bufferData(gl.ELEMENT_ARRAY_BUFFER, Uint16Array.from(animation.body.triangles), gl.STATIC_DRAW);
     }
 
     function upload(still) {
@@ -255,7 +255,7 @@
 
     // Straight between two poses; rotations are small from one to the next.
     function pose(still, blend) {
-      const [from, to] = [film.poses[still], film.poses[Math.min(still + 1, count - 1)]];
+      const [from, to] = [animation.poses[still], animation.poses[Math.min(still + 1, count - 1)]];
       const mixed = from.map((x, i) => x + blend * (to[i] - x));
       const norm = Math.hypot(...mixed.slice(3));
       const r = turn(mixed.slice(3).map((x) => x / norm));
@@ -285,8 +285,8 @@
       gl.uniform3fv(fabric.at("light"), light);
       gl.uniformMatrix4fv(fabric.at("camera"), false, matrix);
       gl.bindVertexArray(plain);
-      for (const x of film.mirror[0] ? [1, -1] : [1])
-        for (const y of film.mirror[1] ? [1, -1] : [1])
+      for (const x of animation.mirror[0] ? [1, -1] : [1])
+        for (const y of animation.mirror[1] ? [1, -1] : [1])
           for (const s of data.strips) {
             gl.uniform2f(fabric.at("mirror"), x, y);
             gl.uniform4i(fabric.at("strip"), s.node, s.cell, s.across, s.up);
@@ -320,13 +320,13 @@
       return { line, at: (time) => left + ((time - from) / (to - from)) * (right - left) };
     });
     function stillAt(time) {
-      const after = film.times.findIndex((t) => t >= time);
+      const after = animation.times.findIndex((t) => t >= time);
       if (after < 1) return after === 0 ? 0 : count - 1;
-      return after - 1 + (time - film.times[after - 1]) / (film.times[after] - film.times[after - 1]);
+      return after - 1 + (time - animation.times[after - 1]) / (animation.times[after] - animation.times[after - 1]);
     }
     function timeAt(where) {
       const still = Math.min(Math.floor(where), count - 1);
-      return film.times[still] + (where - still) * (film.times[Math.min(still + 1, count - 1)] - film.times[still]);
+      return animation.times[still] + (where - still) * (animation.times[Math.min(still + 1, count - 1)] - animation.times[still]);
     }
     function show() {
       const time = timeAt(place);
@@ -342,10 +342,10 @@
     function tick(time) {
       waiting = 0;
       if (playing) {
-        // The whole film in eight seconds. A frame's time may lie before that of the key that started it.
+        // The whole animation in eight seconds. A frame's time may lie before that of the key that started it.
         const passed = Math.min(Math.max(time - before, 0), 100);
         // Pictures need not lie evenly to the step.
-        place = stillAt(timeAt(place) + (passed / 8000) * (film.times[count - 1] - film.times[0]));
+        place = stillAt(timeAt(place) + (passed / 8000) * (animation.times[count - 1] - animation.times[0]));
         before = time;
         if (place >= count - 1) play(false);
         else request();
@@ -427,13 +427,13 @@
     draw([1200, 440]);
     const picture = document.createElement("img");
     picture.src = canvas.toDataURL();
-    picture.alt = `Fabric and projectile at ${film.times[film.opening].toFixed(1)} µs, cut open`;
+    picture.alt = `Fabric and projectile at ${animation.times[animation.opening].toFixed(1)} µs, cut open`;
     find("paper").append(picture);
     find("paper").hidden = false;
     draw();
   }
 
-  inflated(bytesOf(find("film-numbers").textContent.trim()))
+  inflated(bytesOf(find("animation-numbers").textContent.trim()))
     .then((bytes) => { start(unpack(bytes)); say("ready"); })
     .catch((error) => { say("failed"); console.error(error); });
 })();

@@ -1,4 +1,4 @@
-//! The film as the page carries it: a description in JSON, and numbers that were rounded, written as differences in time,
+//! The animation as the page carries it: a description in JSON, and numbers that were rounded, written as differences in time,
 //! deflated and put into base64.
 //!
 //! Bytes, before deflating: reference positions of all nodes (x, y, z, each all low bytes, then all high bytes); still by
@@ -34,19 +34,19 @@ pub(super) struct Playback {
     pub(super) base64: String,
 }
 
-/// Packs a film, with fewer pictures where it would be too large. `None` where there is nothing to show.
-pub(super) fn pack(case: &Case, film: &Animation) -> Option<Playback> {
-    let mut film = film.clone();
+/// Packs a animation, with fewer pictures where it would be too large. `None` where there is nothing to show.
+pub(super) fn pack(case: &Case, animation: &Animation) -> Option<Playback> {
+    let mut animation = animation.clone();
     loop {
-        if film.stills.len() < 2 {
+        if animation.keyframes.len() < 2 {
             return None;
         }
-        let steps = Rounding::of(&film);
-        let base64 = BASE64_STANDARD.encode(deflated(&bytes(&film, &steps)));
+        let steps = Rounding::of(&animation);
+        let base64 = BASE64_STANDARD.encode(deflated(&bytes(&animation, &steps)));
         if base64.len() <= BUDGET {
-            return Some(Playback { description: describe(case, &film, &steps), base64 });
+            return Some(Playback { description: describe(case, &animation, &steps), base64 });
         }
-        film = film.with(film.stills.len() * 3 / 4);
+        animation = animation.with(animation.keyframes.len() * 3 / 4);
     }
 }
 
@@ -61,31 +61,32 @@ struct Rounding {
 }
 
 impl Rounding {
-    fn of(film: &Animation) -> Self {
+    fn of(animation: &Animation) -> Self {
         let largest = |vectors: &mut dyn Iterator<Item = &[f32; 3]>| {
             let sizes = vectors.flatten().map(|x| f64::from(x.abs())).filter(|x| x.is_finite());
             sizes.fold(1e-9, f64::max)
         };
-        let reference = largest(&mut film.strips.iter().flat_map(|strip| &strip.reference));
-        let displacement = largest(&mut film.stills.iter().flat_map(|still| &still.displacement));
+        let reference = largest(&mut animation.strips.iter().flat_map(|strip| &strip.reference));
+        let displacement = largest(&mut animation.keyframes.iter().flat_map(|keyframe| &keyframe.displacement));
         Self {
             reference: reference / 32_000.0,
             displacement: displacement / STEPS,
-            tension: f64::from(film.peak_tension().max(1e-9)) / f64::from(BROKEN - 1),
+            tension: f64::from(animation.peak_tension().max(1e-9)) / f64::from(BROKEN - 1),
         }
     }
 }
 
-fn bytes(film: &Animation, steps: &Rounding) -> Vec<u8> {
+fn bytes(animation: &Animation, steps: &Rounding) -> Vec<u8> {
     let mut out = Vec::new();
-    let reference: Vec<[f32; 3]> = film.strips.iter().flat_map(|strip| strip.reference.iter().copied()).collect();
+    let reference: Vec<[f32; 3]> = animation.strips.iter().flat_map(|strip| strip.reference.iter().copied()).collect();
     let whole = |x: f32, step: f64| (f64::from(x) / step).round().clamp(-32_767.0, 32_767.0) as i16;
     for axis in 0..3 {
         put_words(&mut out, reference.iter().map(|at| whole(at[axis], steps.reference)));
     }
     let mut last = vec![[0_i16; 3]; reference.len()];
-    for still in &film.stills {
-        let now: Vec<[i16; 3]> = still.displacement.iter().map(|u| u.map(|x| whole(x, steps.displacement))).collect();
+    for keyframe in &animation.keyframes {
+        let now: Vec<[i16; 3]> =
+            keyframe.displacement.iter().map(|u| u.map(|x| whole(x, steps.displacement))).collect();
         for axis in 0..3 {
             put_words(&mut out, now.iter().zip(&last).map(|(now, last)| now[axis].wrapping_sub(last[axis])));
         }
@@ -95,9 +96,9 @@ fn bytes(film: &Animation, steps: &Rounding) -> Vec<u8> {
         Some(tension) => (f64::from(tension) / steps.tension).round().clamp(0.0, f64::from(BROKEN - 1)) as u8,
         None => BROKEN,
     };
-    let mut last = vec![[0_u8; 2]; film.stills.first().map_or(0, |still: &Keyframe| still.tension.len())];
-    for still in &film.stills {
-        let now: Vec<[u8; 2]> = still.tension.iter().map(|cell| cell.map(byte)).collect();
+    let mut last = vec![[0_u8; 2]; animation.keyframes.first().map_or(0, |keyframe: &Keyframe| keyframe.tension.len())];
+    for keyframe in &animation.keyframes {
+        let now: Vec<[u8; 2]> = keyframe.tension.iter().map(|cell| cell.map(byte)).collect();
         for yarn in 0..2 {
             out.extend(now.iter().zip(&last).map(|(now, last)| now[yarn].wrapping_sub(last[yarn])));
         }
@@ -131,7 +132,7 @@ fn body(surface: &SurfaceMesh) -> Value {
     })
 }
 
-fn describe(case: &Case, film: &Animation, steps: &Rounding) -> Value {
+fn describe(case: &Case, animation: &Animation, steps: &Rounding) -> Value {
     let layers = case.layers();
     let plies: Vec<&Layer> = layers.iter().flat_map(|layer| vec![layer; layer.plies as usize]).collect();
     let side = case.pack.crossovers_along_element();
@@ -148,14 +149,14 @@ fn describe(case: &Case, film: &Animation, steps: &Rounding) -> Value {
         })
     };
     json!({
-        "times": film.stills.iter().map(|still| still.time * 1e6).collect::<Vec<_>>(),
-        "opening": film.opening(),
-        "deepest": 1e3 * film.deflection(),
-        "strips": film.strips.iter().map(strip).collect::<Vec<_>>(),
-        "mirror": film.planes.0,
+        "times": animation.keyframes.iter().map(|keyframe| keyframe.time * 1e6).collect::<Vec<_>>(),
+        "opening": animation.opening(),
+        "deepest": 1e3 * animation.deflection(),
+        "strips": animation.strips.iter().map(strip).collect::<Vec<_>>(),
+        "mirror": animation.planes.0,
         "step": { "reference": steps.reference, "displacement": steps.displacement, "tension": steps.tension },
-        "poses": film.stills.iter().map(|still| still.pose).collect::<Option<Vec<_>>>(),
-        "body": film.body.as_ref().map(body),
+        "poses": animation.keyframes.iter().map(|keyframe| keyframe.pose).collect::<Option<Vec<_>>>(),
+        "body": animation.body.as_ref().map(body),
         "colours": BASE64_STANDARD.encode(colour::table()),
     })
 }
@@ -179,14 +180,14 @@ mod tests {
         case.unwrap_or_else(|error| unreachable!("{error}"))
     }
 
-    /// A film of one strip whose numbers follow a rule.
-    fn film(stills: usize, nodes: usize) -> Animation {
-        let mut film = Animation::new(&case());
+    /// A animation of one strip whose numbers follow a rule.
+    fn animation(keyframes: usize, nodes: usize) -> Animation {
+        let mut animation = Animation::new(&case());
         // Like noise, so that it cannot be packed.
         let rough = |n: usize| ((n * n % 99_991 * 7919) % 100_003) as f32 * 1e-8;
-        film.strips = vec![AnimatedPly::for_tests((0..nodes).map(|n| [rough(n), rough(n + 1), 0.0]).collect())];
-        for at in 0..stills {
-            film.stills.push(Keyframe {
+        animation.strips = vec![AnimatedPly::for_tests((0..nodes).map(|n| [rough(n), rough(n + 1), 0.0]).collect())];
+        for at in 0..keyframes {
+            animation.keyframes.push(Keyframe {
                 step: at as u64,
                 time: at as f64,
                 deflections: vec![0.0],
@@ -195,41 +196,41 @@ mod tests {
                 pose: None,
             });
         }
-        film
+        animation
     }
 
     #[test]
     fn numbers_come_back_to_half_a_step() {
-        let film = film(4, 50);
-        let packed = pack(&case(), &film)
+        let animation = animation(4, 50);
+        let packed = pack(&case(), &animation)
             .map(|playback| BASE64_STANDARD.decode(playback.base64))
             .and_then(Result::ok)
             .unwrap_or_default();
         let mut bytes = Vec::new();
         assert!(ZlibDecoder::new(packed.as_slice()).read_to_end(&mut bytes).is_ok());
-        let steps = Rounding::of(&film);
+        let steps = Rounding::of(&animation);
         let nodes = 50;
         let word = |block: usize, n: usize| {
             i16::from_le_bytes([bytes[2 * nodes * block + n], bytes[2 * nodes * block + nodes + n]])
         };
         let mut moved = vec![[0_i16; 3]; nodes];
-        for (at, still) in film.stills.iter().enumerate() {
+        for (at, keyframe) in animation.keyframes.iter().enumerate() {
             for n in 0..nodes {
                 for axis in 0..3 {
                     moved[n][axis] = moved[n][axis].wrapping_add(word(3 + 3 * at + axis, n));
                     let got = f64::from(moved[n][axis]) * steps.displacement;
-                    let error = (got - f64::from(still.displacement[n][axis])).abs();
+                    let error = (got - f64::from(keyframe.displacement[n][axis])).abs();
                     assert!(error <= 0.51 * steps.displacement, "{at} {n} {axis}");
                 }
             }
         }
-        let first = 2 * nodes * (3 + 3 * film.stills.len());
+        let first = 2 * nodes * (3 + 3 * animation.keyframes.len());
         let mut load = vec![[0_u8; 2]; nodes];
-        for (at, still) in film.stills.iter().enumerate() {
+        for (at, keyframe) in animation.keyframes.iter().enumerate() {
             for n in 0..nodes {
                 for yarn in 0..2 {
                     load[n][yarn] = load[n][yarn].wrapping_add(bytes[first + nodes * (2 * at + yarn) + n]);
-                    match still.tension[n][yarn] {
+                    match keyframe.tension[n][yarn] {
                         None => assert_eq!(load[n][yarn], BROKEN),
                         Some(tension) => {
                             let error = (f64::from(load[n][yarn]) * steps.tension - f64::from(tension)).abs();
@@ -239,21 +240,21 @@ mod tests {
                 }
             }
         }
-        assert_eq!(bytes.len(), first + 2 * nodes * film.stills.len());
+        assert_eq!(bytes.len(), first + 2 * nodes * animation.keyframes.len());
     }
 
     #[test]
     fn a_film_that_is_too_large_loses_pictures() {
-        let film = film(60, 16_000);
-        let packed =
-            pack(&case(), &film).map_or(0, |playback| playback.description["times"].as_array().map_or(0, Vec::len));
+        let animation = animation(60, 16_000);
+        let packed = pack(&case(), &animation)
+            .map_or(0, |playback| playback.description["times"].as_array().map_or(0, Vec::len));
         assert!((2..60).contains(&packed), "{packed}");
-        let size = pack(&case(), &film).map_or(0, |playback| playback.base64.len());
+        let size = pack(&case(), &animation).map_or(0, |playback| playback.base64.len());
         assert!(0 < size && size <= BUDGET, "{size}");
     }
 
     #[test]
     fn a_single_picture_is_no_film() {
-        assert!(pack(&case(), &film(1, 10)).is_none());
+        assert!(pack(&case(), &animation(1, 10)).is_none());
     }
 }

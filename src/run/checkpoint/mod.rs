@@ -4,7 +4,7 @@
 //! magic, format │ head: what run this is of │ contents, compressed │ checksum of all before
 //! ```
 //!
-//! The contents begin with what whoever follows the run wants back: the film of the report so far. Frames, which are many times
+//! The contents begin with what whoever follows the run wants back: the animation of the report so far. Frames, which are many times
 //! larger, lie beside the checkpoint, each in a file of this same format (`output::frames`).
 //!
 //! The head can be read without a model. Of the contents, what has a size that only the run knows (records, lists) is

@@ -4,10 +4,10 @@
 //! back most nodes, which touch nothing and stay where they are. What closes faster than its gap allows becomes a contact; each
 //! node's mass is shared out among its contacts; then all impulses are found at once and added up ply by ply, in fixed order.
 
-mod line;
-mod look;
-mod moves;
-mod sieve;
+mod apply_impulses;
+mod broad_phase;
+mod narrow_phase;
+mod node_strip;
 
 use rayon::prelude::*;
 
@@ -17,29 +17,29 @@ use crate::math::scalar::Scalar;
 use crate::math::simd::Vectors;
 use crate::model::{Model, mesh::corners, over::SIDES, over::neighbour};
 use crate::solver::state::State;
-pub use look::Look;
-use look::{Found, Part, Point, ROWS, View};
-use moves::{Load, Mover};
-pub(super) use sieve::Compiled as CompiledSieve;
-pub use sieve::{Near, Sieve};
+use apply_impulses::{ImpulseAccumulator, ImpulseApplier};
+pub(super) use broad_phase::Compiled as CompiledBroadPhase;
+pub use broad_phase::{BroadPhase, Near};
+pub use narrow_phase::PlySearch;
+use narrow_phase::{FoundContacts, PlyContactPoint, PlyView, ROWS, SearchPart};
 
 /// Contacts of a ply: against the ply in front, and against that behind, in parts of [`ROWS`] rows.
 #[derive(Clone, Debug)]
-struct Contacts([Vec<Found>; SIDES]);
+struct Contacts([Vec<FoundContacts>; SIDES]);
 
 impl Contacts {
     /// What was found, part by part.
-    fn found(&self) -> impl Iterator<Item = &Found> {
+    fn found(&self) -> impl Iterator<Item = &FoundContacts> {
         self.0.iter().flatten()
     }
 
     /// Contacts with either neighbour, in order.
-    fn points(&self) -> impl Iterator<Item = &Point> {
+    fn points(&self) -> impl Iterator<Item = &PlyContactPoint> {
         self.found().flat_map(|found| &found.points)
     }
 
     /// Contacts with the ply in front, or with that behind.
-    fn points_on(&self, side: usize) -> impl Iterator<Item = &Point> {
+    fn points_on(&self, side: usize) -> impl Iterator<Item = &PlyContactPoint> {
         self.0[side].iter().flat_map(|found| &found.points)
     }
 }
@@ -49,8 +49,8 @@ pub(super) struct PlyContact<S> {
     /// By ply.
     contacts: Vec<Contacts>,
     /// By ply.
-    loads: Vec<Load>,
-    sieve: Box<dyn Sieve<S>>,
+    loads: Vec<ImpulseAccumulator>,
+    sieve: Box<dyn BroadPhase<S>>,
     /// How far any node may have gone so far [m].
     pub(super) travel: f64,
 }
@@ -58,12 +58,12 @@ pub(super) struct PlyContact<S> {
 impl<S: KernelScalar> PlyContact<S> {
     pub(super) fn new(model: &Model<S>, vectors: Vectors) -> Self {
         let [nodes, rows] = if model.plies.len() > 1 { [model.nodes_per_ply(), model.grid.rows + 1] } else { [0; 2] };
-        let contacts = Contacts([(); SIDES].map(|()| vec![Found::default(); rows.div_ceil(ROWS)]));
+        let contacts = Contacts([(); SIDES].map(|()| vec![FoundContacts::default(); rows.div_ceil(ROWS)]));
         let plies = model.plies.len();
         Self {
             contacts: vec![contacts; plies],
-            loads: vec![Load::new(nodes); plies],
-            sieve: S::sieve(vectors),
+            loads: vec![ImpulseAccumulator::new(nodes); plies],
+            sieve: S::broad_phase(vectors),
             travel: 0.0,
         }
     }
@@ -91,18 +91,18 @@ impl<S: KernelScalar> PlyContact<S> {
         let state = &*context.state;
         let plies = model.plies.len();
         let sides = (0..plies).flat_map(|ply| (0..SIDES).map(move |side| (ply, side)));
-        let look = |(ply, side)| Some(Look::new(model, state, ply, side, neighbour(ply, side, plies)?));
+        let look = |(ply, side)| Some(PlySearch::new(model, state, ply, side, neighbour(ply, side, plies)?));
         let looks: Vec<_> = sides.map(look).collect();
         let found = self.contacts.iter_mut().flat_map(|contacts| &mut contacts.0);
         let mut parts = Vec::new();
         for ((look, over), found) in looks.iter().zip(over.chunks_mut(model.nodes_per_ply())).zip(found) {
-            found.iter_mut().for_each(Found::clear);
+            found.iter_mut().for_each(FoundContacts::clear);
             if let Some(look) = look {
                 parts.extend(look.parts(over, found, travel));
             }
         }
         // By rows, as the sweep shares them out, so that a thread mostly meets nodes of its own.
-        parts.sort_by_key(Part::first_row);
+        parts.sort_by_key(SearchPart::first_row);
         parts.par_iter_mut().with_max_len(1).for_each(|part| part.search(&*self.sieve));
         drop(parts);
         context.state.over = over;
@@ -135,7 +135,7 @@ impl<S: KernelScalar> PlyContact<S> {
         self.contacts.par_iter_mut().enumerate().for_each(|(ply, Contacts(sides))| {
             for (side, found) in sides.iter_mut().enumerate() {
                 if let Some(other) = neighbour(ply, side, loads.len()) {
-                    let pair = [ply, other].map(|ply| (View::new(model, state, ply), &loads[ply]));
+                    let pair = [ply, other].map(|ply| (PlyView::new(model, state, ply), &loads[ply]));
                     found.iter_mut().for_each(|found| solve(model, &pair, found));
                 }
             }
@@ -148,7 +148,7 @@ impl<S: KernelScalar> PlyContact<S> {
         let across = model.grid.columns + 1;
         let State { nodes, elements, .. } = &mut *context.state;
         let length = nodes.row_length() * (model.grid.rows + 1);
-        let mover = Mover { model, elements, nothing, stride: nodes.stride, kick, sample };
+        let mover = ImpulseApplier { model, elements, nothing, stride: nodes.stride, kick, sample };
         let contacts = &self.contacts;
         let plies = self.loads.par_iter_mut().zip(nodes.data.par_chunks_mut(length)).enumerate();
         plies.for_each(|(ply, (load, nodes))| {
@@ -174,8 +174,8 @@ impl<S: KernelScalar> PlyContact<S> {
                 context.totals.ply_penetration = context.totals.ply_penetration.max(found.penetration);
             }
             ledger.contact += effect.loss - friction;
-            ledger.separation += effect.lifted[0] + effect.lifted[1];
-            ledger.work += effect.lifted[0];
+            ledger.separation += effect.correction_work[0] + effect.correction_work[1];
+            ledger.work += effect.correction_work[0];
             ledger.friction += friction;
             for a in 0..3 {
                 ledger.support[a] -= effect.support[a];
@@ -189,8 +189,8 @@ impl<S: KernelScalar> PlyContact<S> {
 /// The impulses of contacts of a ply with a neighbour, both with what is asked of their nodes.
 fn solve<S: Scalar>(
     model: &Model<S>,
-    [(own, load), (theirs, their_load)]: &[(View<'_, S>, &Load); 2],
-    found: &mut Found,
+    [(own, load), (theirs, their_load)]: &[(PlyView<'_, S>, &ImpulseAccumulator); 2],
+    found: &mut FoundContacts,
 ) {
     let at = |row: usize, column: usize| row * (model.grid.columns + 1) + column;
     for p in &mut found.points {
@@ -215,7 +215,7 @@ fn solve<S: Scalar>(
 }
 
 /// The points of the neighbouring plies that lie on a ply: of the one in front, then of the one behind.
-fn against(contacts: &[Contacts], ply: usize) -> impl Iterator<Item = &Point> {
+fn against(contacts: &[Contacts], ply: usize) -> impl Iterator<Item = &PlyContactPoint> {
     let points =
         move |side: usize| neighbour(ply, side, contacts.len()).map(|other| contacts[other].points_on(1 - side));
     points(0).into_iter().flatten().chain(points(1).into_iter().flatten())

@@ -60,22 +60,22 @@ pub(super) fn small(plies: u32, edges: &str) -> Case {
 fn scene<S: RunScalar>(plies: u32, precision: Precision, edges: &str) -> Scene {
     let case = small(plies, edges);
     let mut simulation = Simulation::<S>::with_skips(&case, Skips::default()).expect("a model");
-    let mut film = Animation::new(&case);
+    let mut animation = Animation::new(&case);
     for _ in 0..BEFORE {
-        film.on_snapshot(&simulation.view());
+        animation.on_snapshot(&simulation.view());
         simulation.advance(&case);
     }
     let options = Options { precision, ..Options::default() };
     let folder = folder();
     let path = folder.path().join("checkpoint.bin");
     let mut file = File::create(&path).expect("a file");
-    simulation.save(&Header::new(&case, &options, 1e-6), &film.to_bytes(), &mut file).expect("a checkpoint");
+    simulation.save(&Header::new(&case, &options, 1e-6), &animation.to_bytes(), &mut file).expect("a checkpoint");
     Scene { case, plain: Plain::of(&std::fs::read(&path).expect("a checkpoint")) }
 }
 
 /// Films, and sees to it that a run ends.
 struct Follower<'a> {
-    film: Animation,
+    animation: Animation,
     steps: AtomicUsize,
     interrupt: &'a AtomicBool,
 }
@@ -85,15 +85,15 @@ impl Observer for Follower<'_> {
         let steps = self.steps.fetch_add(1, Ordering::Relaxed);
         assert!(steps < TOO_MANY, "a run of {TOO_MANY} steps that does not end");
         self.interrupt.store(steps > TOO_MANY / 2, Ordering::Relaxed);
-        self.film.snapshot_due(time, dt)
+        self.animation.snapshot_due(time, dt)
     }
 
     fn on_snapshot(&mut self, view: &View<'_>) {
-        self.film.on_snapshot(view);
+        self.animation.on_snapshot(view);
     }
 
     fn on_end(&mut self, view: &View<'_>) {
-        self.film.on_end(view);
+        self.animation.on_end(view);
     }
 }
 
@@ -103,13 +103,13 @@ fn go_on(case: &Case, checkpoint: &Checkpoint, path: Option<&Path>) {
         return assert_told(&error.to_string());
     }
     let head = checkpoint.head();
-    let film = match checkpoint.observer_state() {
+    let animation = match checkpoint.observer_state() {
         Ok(bytes) => Animation::resume(case, &bytes, head.step, head.time_step).unwrap_or_else(|| Animation::new(case)),
         Err(error) => return assert_told(&error.to_string()),
     };
     let BackendId::Cpu(precision) = head.backend else { return };
     let interrupt = AtomicBool::new(false);
-    let mut follower = Follower { film, steps: AtomicUsize::new(0), interrupt: &interrupt };
+    let mut follower = Follower { animation, steps: AtomicUsize::new(0), interrupt: &interrupt };
     let options =
         Options { threads: Some(1), precision, skips: head.skips, from: Some(checkpoint), ..Options::default() };
     let run = match run::run(case, options, &interrupt, &mut follower) {
@@ -118,7 +118,7 @@ fn go_on(case: &Case, checkpoint: &Checkpoint, path: Option<&Path>) {
     };
     let summary = output::summary(case, &run, 1.0);
     let Some(path) = path else { return };
-    let page = report::report(case, &run, &summary, &follower.film);
+    let page = report::report(case, &run, &summary, &follower.animation);
     let folder = Folder::prepare(&path.join("out"), case).expect("a folder");
     folder.write(case, &run, &summary, Some(page), Staged::default()).expect("results");
 }

@@ -3,7 +3,7 @@
 use ripstop::gpu::stepper::Stage;
 use ripstop::kernels::node_update::field as node;
 use ripstop::model::Model;
-use ripstop::model::over::{self, INSIDE, SIDES, neighbour};
+use ripstop::model::over::{self, PENETRATING, SIDES, neighbour};
 use ripstop::solver::active_region::ActiveRegion;
 use ripstop::solver::state::State;
 
@@ -54,7 +54,7 @@ pub(super) fn compare(pair: &Pair<'_>, seen: &mut Seen) -> Outcome {
         let columns = model.ply_type(other).mesh.columns;
         let cell = |over: u32| [over::element(over) / columns, over::element(over) % columns];
         let apart = [0, 1].map(|i| cell(*got)[i].abs_diff(cell(*expected)[i]));
-        if got & INSIDE == expected & INSIDE && apart.iter().all(|steps| *steps <= 1) {
+        if got & PENETRATING == expected & PENETRATING && apart.iter().all(|steps| *steps <= 1) {
             beside += usize::from(got != expected);
         } else {
             seen.see("over", (*got).into(), (*expected).into(), 1.0, || format!("place {at}"));

@@ -4,7 +4,7 @@ use nalgebra::Vector3;
 use ripstop::case::{self, Case, Edge};
 use ripstop::kernels::element_force::field as element;
 use ripstop::kernels::node_update::field as node;
-use ripstop::model::over::{INSIDE, SIDES, neighbour};
+use ripstop::model::over::{PENETRATING, SIDES, neighbour};
 use ripstop::model::{Mesh, Model};
 use ripstop::solver::active_region::ActiveRegion;
 use ripstop::solver::state::State;
@@ -276,7 +276,7 @@ fn were_inside(model: &Model<f32>, state: &mut State<f32>, random: &mut Random) 
         let reach = &state.active[at / SIDES];
         for (node, over) in part.iter_mut().enumerate() {
             let moves = reach.rows.contains(&(node / across)) && reach.columns.contains(&(node % across));
-            *over |= if moves && random.between(0.0, 1.0) < 0.5 { INSIDE } else { 0 };
+            *over |= if moves && random.between(0.0, 1.0) < 0.5 { PENETRATING } else { 0 };
         }
     }
 }
@@ -350,7 +350,7 @@ fn tear_around_a_deep_node(model: &Model<f32>, state: &mut State<f32>, ply: usiz
     let z = node::DISPLACEMENT + 2;
     state.nodes.set(row, z, column, state.nodes.get(row, z, column) + 2e-3);
     let behind = model.nodes_per_ply() + row * (model.grid.columns + 1) + column;
-    state.over[behind] |= INSIDE;
+    state.over[behind] |= PENETRATING;
 }
 
 /// Plies at rest and in touch, but for a few nodes of the first, which move about.

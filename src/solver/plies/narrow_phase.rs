@@ -5,18 +5,18 @@ use std::ops::Range;
 use nalgebra::Vector3;
 
 use crate::kernels::node_update::field as node;
-use crate::kernels::ply_contact::{self, NO_PLANES, Planes, SLOP, SUDDEN, WALK};
+use crate::kernels::ply_contact::{self, MAX_INITIAL_PENETRATION, NO_PLANES, Planes, SLOP, WALK};
 use crate::math::scalar::Scalar;
-use crate::model::{Mesh, Model, PlyType, mesh::corners, over, over::INSIDE};
+use crate::model::{Mesh, Model, PlyType, mesh::corners, over, over::PENETRATING};
 use crate::solver::active_region::ActiveRegion;
 use crate::solver::node_stands;
 use crate::solver::state::{State, split};
 
-use super::sieve::{Near, Sieve};
+use super::broad_phase::{BroadPhase, Near};
 
 /// A node that comes too close to a cell of the neighbouring ply.
 #[derive(Clone, Debug)]
-pub(super) struct Point {
+pub(super) struct PlyContactPoint {
     pub(super) row: u32,
     pub(super) column: u32,
     /// Row and column of the cell.
@@ -39,7 +39,7 @@ pub(super) struct Point {
 
 /// A ply as contact sees it: in the axes of the pack.
 #[derive(Clone, Copy)]
-pub(super) struct View<'a, S> {
+pub(super) struct PlyView<'a, S> {
     ply_type: &'a PlyType<S>,
     pub(super) mesh: &'a Mesh,
     /// At rest [m].
@@ -50,7 +50,7 @@ pub(super) struct View<'a, S> {
     stride: usize,
 }
 
-impl<'a, S: Scalar> View<'a, S> {
+impl<'a, S: Scalar> PlyView<'a, S> {
     pub(super) fn new(model: &'a Model<S>, state: &'a State<S>, ply: usize) -> Self {
         let ply_type = model.ply_type(ply);
         let length = state.nodes.row_length();
@@ -133,9 +133,9 @@ pub(super) const ROWS: usize = 8;
 
 /// What was found in some rows of a ply's nodes, against one neighbour.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Found {
+pub(super) struct FoundContacts {
     /// Contacts, in the order of the nodes.
-    pub(super) points: Vec<Point>,
+    pub(super) points: Vec<PlyContactPoint>,
     /// Deepest node of whole fabric inside the neighbouring ply [m].
     pub(super) penetration: f64,
     /// Lost by friction of the points [J].
@@ -144,7 +144,7 @@ pub(super) struct Found {
     near: Near,
 }
 
-impl Found {
+impl FoundContacts {
     /// Keeps nothing but the memory.
     pub(super) fn clear(&mut self) {
         self.points.clear();
@@ -154,22 +154,22 @@ impl Found {
 }
 
 /// Some rows of a search, which one thread looks at.
-pub(super) struct Part<'a, S> {
-    look: &'a Look<'a, S>,
+pub(super) struct SearchPart<'a, S> {
+    look: &'a PlySearch<'a, S>,
     rows: Range<usize>,
     columns: Range<usize>,
     over: &'a mut [u32],
-    found: &'a mut Found,
+    found: &'a mut FoundContacts,
 }
 
-impl<S: Scalar> Part<'_, S> {
+impl<S: Scalar> SearchPart<'_, S> {
     /// Where it begins.
     pub(super) fn first_row(&self) -> usize {
         self.rows.start
     }
 
     /// Looks at every node that the sieve lets through.
-    pub(super) fn search(&mut self, sieve: &dyn Sieve<S>) {
+    pub(super) fn search(&mut self, sieve: &dyn BroadPhase<S>) {
         let Self { look, rows, columns, over, found } = self;
         let across = look.across();
         sieve.pass(look, rows.clone(), columns.clone(), over, &mut found.near);
@@ -202,14 +202,14 @@ struct Touch {
 
 /// The search for contacts of one ply with one neighbour.
 #[derive(Clone, Copy)]
-pub struct Look<'a, S> {
+pub struct PlySearch<'a, S> {
     model: &'a Model<S>,
     state: &'a State<S>,
     ply: usize,
     side: usize,
     other: usize,
-    pub(super) own: View<'a, S>,
-    pub(super) theirs: View<'a, S>,
+    pub(super) own: PlyView<'a, S>,
+    pub(super) theirs: PlyView<'a, S>,
     /// Column, row of the nodes on mirror planes.
     pub(super) planes: [Option<usize>; 2],
     /// Distance of mid-planes in touch, and mean thickness [m].
@@ -217,9 +217,9 @@ pub struct Look<'a, S> {
     pub(super) thickness: f64,
 }
 
-impl<'a, S: Scalar> Look<'a, S> {
+impl<'a, S: Scalar> PlySearch<'a, S> {
     pub(super) fn new(model: &'a Model<S>, state: &'a State<S>, ply: usize, side: usize, other: usize) -> Self {
-        let [own, theirs] = [ply, other].map(|ply| View::new(model, state, ply));
+        let [own, theirs] = [ply, other].map(|ply| PlyView::new(model, state, ply));
         Self {
             touching: model.plies[ply.min(other)].touching,
             thickness: model.plies[ply.min(other)].thickness,
@@ -244,17 +244,17 @@ impl<'a, S: Scalar> Look<'a, S> {
     pub(super) fn parts(
         &'a self,
         over: &'a mut [u32],
-        found: &'a mut [Found],
+        found: &'a mut [FoundContacts],
         travel: f64,
-    ) -> impl Iterator<Item = Part<'a, S>> {
+    ) -> impl Iterator<Item = SearchPart<'a, S>> {
         let (own, theirs) = (self.own.mesh, self.theirs.mesh);
         let reach = &self.state.active;
         let ActiveRegion { rows, columns } = reach[self.ply].union(&reach[self.other].seen_from(theirs, own, travel));
         let across = self.across();
-        let part = move |(index, (over, found)): (usize, (&'a mut [u32], &'a mut Found))| {
+        let part = move |(index, (over, found)): (usize, (&'a mut [u32], &'a mut FoundContacts))| {
             let first = index * ROWS;
             let (start, end) = (rows.start.max(first), rows.end.min(first + ROWS));
-            (start < end).then(|| Part {
+            (start < end).then(|| SearchPart {
                 look: self,
                 rows: start..end,
                 columns: columns.clone(),
@@ -294,10 +294,10 @@ impl<'a, S: Scalar> Look<'a, S> {
     ///
     /// The place is looked at as it would be at the end of the step; what came too close on the way is known from there.
     #[inline]
-    pub(super) fn node(&self, row: usize, column: usize, over: &mut u32) -> Option<(Option<Point>, f64)> {
+    pub(super) fn node(&self, row: usize, column: usize, over: &mut u32) -> Option<(Option<PlyContactPoint>, f64)> {
         let columns = self.theirs.mesh.columns;
         let position = self.own.position(row, column);
-        let (start, was_inside) = (over::element(*over), *over & INSIDE != 0);
+        let (start, was_inside) = (over::element(*over), *over & PENETRATING != 0);
         let cell = [start / columns, start % columns];
         let corner = self.corners(cell);
         if ply_contact::is_apart(
@@ -317,7 +317,7 @@ impl<'a, S: Scalar> Look<'a, S> {
         *over = (r * columns + c) as u32;
         let found = touch.and_then(|touch| self.contact(row, column, &touch, was_inside));
         if found.is_some() {
-            *over |= INSIDE;
+            *over |= PENETRATING;
         }
         found
     }
@@ -358,7 +358,7 @@ impl<'a, S: Scalar> Look<'a, S> {
         let (mesh, sign) = (self.theirs.mesh, self.sign());
         let mut left = [cell; WALK];
         for walk in 0..=WALK {
-            let Some(foot) = ply_contact::foot(&corner, position, self.area(cell), planes) else { break };
+            let Some(foot) = ply_contact::closest_point(&corner, position, self.area(cell), planes) else { break };
             if ply_contact::is_over(foot.at, cell, mesh.rows, mesh.columns, mesh.cut) {
                 let gap = sign * foot.height - self.touching;
                 let weights = ply_contact::weights(foot.at);
@@ -396,7 +396,9 @@ impl<'a, S: Scalar> Look<'a, S> {
             }
             let cell = [r, c];
             let corner = self.corners(cell);
-            let Some(foot) = ply_contact::foot(&corner, position, self.area(cell), NO_PLANES) else { continue };
+            let Some(foot) = ply_contact::closest_point(&corner, position, self.area(cell), NO_PLANES) else {
+                continue;
+            };
             let (arm, at) = match ply_contact::is_over(foot.at, cell, mesh.rows, mesh.columns, mesh.cut) {
                 true => (foot.normal * foot.height, foot.at),
                 false => ply_contact::on_edge(&corner, position, foot.at),
@@ -417,7 +419,13 @@ impl<'a, S: Scalar> Look<'a, S> {
 
     /// A contact if a node that touches closes too fast, and its depth [m].
     #[inline]
-    fn contact(&self, row: usize, column: usize, touch: &Touch, was_inside: bool) -> Option<(Option<Point>, f64)> {
+    fn contact(
+        &self,
+        row: usize,
+        column: usize,
+        touch: &Touch,
+        was_inside: bool,
+    ) -> Option<(Option<PlyContactPoint>, f64)> {
         let dt = self.model.dt;
         // What would only just touch is left alone: rounding would decide it, and with it the shares of all around it.
         if touch.gap >= -SLOP * self.thickness
@@ -432,12 +440,12 @@ impl<'a, S: Scalar> Look<'a, S> {
         }
         let along = velocity.dot(&touch.push);
         let gap = touch.gap - along * dt;
-        if !was_inside && gap < -SUDDEN * self.thickness {
+        if !was_inside && gap < -MAX_INITIAL_PENETRATION * self.thickness {
             return None;
         }
         let limit = ply_contact::closing_limit(gap, dt);
         let recovery = ply_contact::recovery(gap, self.thickness, along, dt);
-        let point = (along < limit || recovery > 0.0).then(|| Point {
+        let point = (along < limit || recovery > 0.0).then(|| PlyContactPoint {
             row: row as u32,
             column: column as u32,
             cell: touch.cell.map(|at| at as u32),

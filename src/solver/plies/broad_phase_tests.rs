@@ -64,7 +64,7 @@ fn bulge<S: solver::KernelScalar>(model: &Model<S>, state: &mut State<S>, noise:
             1 => over.saturating_sub(1),
             2 => *over + columns,
             3 => over.saturating_sub(columns),
-            4..8 => *over | INSIDE,
+            4..8 => *over | PENETRATING,
             _ => *over,
         };
         if (over::element(wrong) as u32) < columns * mesh.rows as u32 {
@@ -79,7 +79,7 @@ fn settle<S: solver::KernelScalar>(model: &Model<S>, state: &mut State<S>) {
     for (at, over) in over.chunks_mut(model.nodes_per_ply()).enumerate() {
         let (ply, side) = (at / SIDES, at % SIDES);
         let Some(other) = neighbour(ply, side, model.plies.len()) else { continue };
-        let look = Look::new(model, state, ply, side, other);
+        let look = PlySearch::new(model, state, ply, side, other);
         let mesh = &model.ply_type(ply).mesh;
         for row in 0..=mesh.rows {
             for column in 0..=mesh.columns {
@@ -100,7 +100,7 @@ fn checked<S: solver::KernelScalar>(case: &case::Case, symmetry: bool, seed: u64
     for (at, over) in state.over.chunks(per_side).enumerate() {
         let (ply, side) = (at / SIDES, at % SIDES);
         let Some(other) = neighbour(ply, side, model.plies.len()) else { continue };
-        let look = Look::new(&model, &state, ply, side, other);
+        let look = PlySearch::new(&model, &state, ply, side, other);
         let mesh = &model.ply_type(ply).mesh;
         let across = look.across();
         // Not all columns, and a last part with fewer rows.
@@ -111,7 +111,7 @@ fn checked<S: solver::KernelScalar>(case: &case::Case, symmetry: bool, seed: u64
             let mut near: Option<Near> = None;
             for vectors in Vectors::all() {
                 let mut found = Near::new();
-                S::sieve(vectors).pass(&look, rows.clone(), columns.clone(), over, &mut found);
+                S::broad_phase(vectors).pass(&look, rows.clone(), columns.clone(), over, &mut found);
                 let first = near.get_or_insert_with(|| found.clone());
                 assert_eq!(*first, found, "{}", vectors.name());
             }

@@ -5,7 +5,7 @@
 
 use std::ops::Range;
 
-use super::look::{Look, ROWS};
+use super::narrow_phase::{PlySearch, ROWS};
 use crate::kernels::ply_contact::Planes;
 use crate::math::scalar::{Scalar, each};
 
@@ -13,7 +13,7 @@ use crate::math::scalar::{Scalar, each};
 const LENGTH: usize = 4 * ROWS;
 
 /// Nodes along the neighbour's rows, in the neighbour's axes.
-pub(super) struct Line<'a, S> {
+pub(super) struct NodeStrip<'a, S> {
     /// [m]
     pub(super) displacement: [&'a [S]; 3],
     /// Reference places along the line [m], and rounded to the precision of the state.
@@ -35,13 +35,13 @@ pub(super) struct Line<'a, S> {
 /// A row of nodes of a ply that lies as its neighbour does.
 #[inline(always)]
 pub(super) fn row<'a, S: Scalar>(
-    look: &Look<'a, S>,
+    look: &PlySearch<'a, S>,
     row: usize,
     columns: Range<usize>,
     over: &'a [u32],
-) -> Line<'a, S> {
+) -> NodeStrip<'a, S> {
     let own = &look.own;
-    Line {
+    NodeStrip {
         displacement: own.row(row),
         place: own.places(),
         rounded: own.rounded_places(),
@@ -54,7 +54,7 @@ pub(super) fn row<'a, S: Scalar>(
 }
 
 /// A part of a column of nodes of a ply that is laid across its neighbour.
-pub(super) struct Column<S> {
+pub(super) struct StripColumn<S> {
     displacement: [[S; LENGTH]; 3],
     place: [f64; LENGTH],
     rounded: [S; LENGTH],
@@ -64,10 +64,10 @@ pub(super) struct Column<S> {
     rows: Range<usize>,
 }
 
-impl<S: Scalar> Column<S> {
+impl<S: Scalar> StripColumn<S> {
     /// Room for columns within these rows, at most [`ROWS`] of them; `None` where the ply is not laid across its neighbour.
     #[inline(always)]
-    pub(super) fn within(look: &Look<'_, S>, rows: Range<usize>) -> Option<Self> {
+    pub(super) fn within(look: &PlySearch<'_, S>, rows: Range<usize>) -> Option<Self> {
         let seen = |own: [f64; 3]| look.theirs.mesh.to_ply(look.own.mesh.to_pack(own));
         let turn = [seen([0.0, 1.0, 0.0])[0], seen([1.0, 0.0, 0.0])[1]];
         let zero = S::splat(0.0);
@@ -89,7 +89,13 @@ impl<S: Scalar> Column<S> {
 
     /// The part of a column. `over`: of the rows of the part, each of `across` nodes.
     #[inline(always)]
-    pub(super) fn line(&mut self, look: &Look<'_, S>, column: usize, over: &[u32], across: usize) -> Line<'_, S> {
+    pub(super) fn line(
+        &mut self,
+        look: &PlySearch<'_, S>,
+        column: usize,
+        over: &[u32],
+        across: usize,
+    ) -> NodeStrip<'_, S> {
         let [along, side] = self.turn;
         for at in 0..self.rows.len() {
             let row = self.row(at);
@@ -103,7 +109,7 @@ impl<S: Scalar> Column<S> {
             self.over[at] = over[(row - self.rows.start) * across + column];
         }
         let crossed = look.planes[1].filter(|row| self.rows.contains(row));
-        Line {
+        NodeStrip {
             displacement: [&self.displacement[0], &self.displacement[1], &self.displacement[2]],
             place: &self.place,
             rounded: &self.rounded,

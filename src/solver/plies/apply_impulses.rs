@@ -11,11 +11,11 @@ use crate::solver::energy_balance::EnergyBalance;
 use crate::solver::neighbours;
 use crate::solver::state::Rows;
 
-use super::look::Point;
+use super::narrow_phase::PlyContactPoint;
 
 /// What contacts ask of the nodes of a ply; shapes (rows + 1, columns + 1).
 #[derive(Clone, Debug, Default)]
-pub(super) struct Load {
+pub(super) struct ImpulseAccumulator {
     /// Contacts each node takes part in, by weight.
     pub(super) shares: Vec<f64>,
     /// Impulse on each node, then what moves it without a velocity left [N·s].
@@ -26,7 +26,7 @@ pub(super) struct Load {
     pub(super) effect: Effect,
 }
 
-impl Load {
+impl ImpulseAccumulator {
     pub(super) fn new(nodes: usize) -> Self {
         Self { shares: vec![0.0; nodes], impulse: vec![[0.0; 6]; nodes], ..Self::default() }
     }
@@ -40,7 +40,7 @@ impl Load {
     }
 
     /// A node takes its part of a contact's impulse.
-    pub(super) fn add(&mut self, at: usize, point: &Point, weight: f64) {
+    pub(super) fn add(&mut self, at: usize, point: &PlyContactPoint, weight: f64) {
         for a in 0..3 {
             self.impulse[at][a] += point.impulse[a] * weight;
             self.impulse[at][3 + a] += point.shift[a] * weight;
@@ -54,7 +54,7 @@ pub(super) struct Effect {
     /// Kinetic energy lost [J].
     pub(super) loss: f64,
     /// Work of moving nodes without a velocity, against membrane and hourglass forces [J].
-    pub(super) lifted: [f64; 2],
+    pub(super) correction_work: [f64; 2],
     /// Impulse on held nodes, which the supports take, in the axes of the pack [N·s].
     pub(super) support: [f64; 3],
     /// Nodes moved.
@@ -82,7 +82,7 @@ struct Correction {
 }
 
 /// What moving the nodes of a ply needs to know.
-pub(super) struct Mover<'a, S> {
+pub(super) struct ImpulseApplier<'a, S> {
     pub(super) model: &'a Model<S>,
     pub(super) elements: &'a Rows<S>,
     /// A row of elements where there is none.
@@ -95,9 +95,9 @@ pub(super) struct Mover<'a, S> {
     pub(super) sample: bool,
 }
 
-impl<S: Scalar> Mover<'_, S> {
+impl<S: Scalar> ImpulseApplier<'_, S> {
     /// Gives the nodes of a ply their impulses, and leaves of the load what came of it.
-    pub(super) fn apply(&self, ply: usize, load: &mut Load, nodes: &mut [S]) {
+    pub(super) fn apply(&self, ply: usize, load: &mut ImpulseAccumulator, nodes: &mut [S]) {
         let (model, stride) = (self.model, self.stride);
         let ply_type = model.ply_type(ply);
         let (mesh, across) = (&ply_type.mesh, model.grid.columns + 1);
@@ -132,8 +132,8 @@ impl<S: Scalar> Mover<'_, S> {
                 let u = nodes[place(node::DISPLACEMENT + a)].to_f64();
                 let moved = model.dt * inverse[a] * shift[a];
                 nodes[place(node::DISPLACEMENT + a)] = S::splat(u + (model.dt * (now[a] - free[a]) + moved));
-                effect.lifted[0] -= (membrane[a] - viscous[a]) * moved;
-                effect.lifted[1] -= mode[a] * moved;
+                effect.correction_work[0] -= (membrane[a] - viscous[a]) * moved;
+                effect.correction_work[1] -= mode[a] * moved;
                 nodes[place(node::VELOCITY + a)] = S::splat(now[a]);
                 let before = free[a] - inverse[a] * force[a] * self.kick;
                 effect.loss -= 0.5 * impulse[a] * (before + now[a]);

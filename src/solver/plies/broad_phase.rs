@@ -7,16 +7,16 @@
 
 use std::ops::Range;
 
-use super::line::{self, Column, Line};
-use super::look::{Look, ROWS};
+use super::narrow_phase::{PlySearch, ROWS};
+use super::node_strip::{self, NodeStrip, StripColumn};
 use crate::kernels::ply_contact::{Clearance, SLOP, is_certainly_apart, stands_clear};
 use crate::math::scalar::{Mask, Real, Scalar, each};
-use crate::model::over::INSIDE;
+use crate::model::over::PENETRATING;
 
 /// A sieve, compiled for the vectors of this processor.
-pub trait Sieve<S: Scalar>: Send + Sync {
+pub trait BroadPhase<S: Scalar>: Send + Sync {
     /// Appends rows and columns of the nodes that may touch, in order. `over`: cells that the nodes of the rows are over.
-    fn pass(&self, look: &Look<'_, S>, rows: Range<usize>, columns: Range<usize>, over: &[u32], near: &mut Near);
+    fn pass(&self, look: &PlySearch<'_, S>, rows: Range<usize>, columns: Range<usize>, over: &[u32], near: &mut Near);
 }
 
 /// Rows and columns of nodes.
@@ -25,14 +25,14 @@ pub type Near = Vec<[u32; 2]>;
 /// In the precision of the state on numbers like the first, in double precision on numbers like the second.
 pub(in crate::solver) struct Compiled<R, D>(pub(in crate::solver) R, pub(in crate::solver) D);
 
-impl<R, D> Sieve<R::Scalar> for Compiled<R, D>
+impl<R, D> BroadPhase<R::Scalar> for Compiled<R, D>
 where
     R: Real + Send + Sync,
     D: Real<Scalar = f64> + Send + Sync,
 {
     fn pass(
         &self,
-        look: &Look<'_, R::Scalar>,
+        look: &PlySearch<'_, R::Scalar>,
         rows: Range<usize>,
         columns: Range<usize>,
         over: &[u32],
@@ -45,11 +45,11 @@ where
     }
 }
 
-/// See [`Sieve::pass`].
+/// See [`BroadPhase::pass`].
 #[inline(always)]
 fn pass<R: Real, D: Real<Scalar = f64>>(
     sieve: &Compiled<R, D>,
-    look: &Look<'_, R::Scalar>,
+    look: &PlySearch<'_, R::Scalar>,
     rows: Range<usize>,
     columns: Range<usize>,
     over: &[u32],
@@ -60,14 +60,14 @@ fn pass<R: Real, D: Real<Scalar = f64>>(
     let clearance = Clearance::new(sieve.0, look.sign(), [own.z, theirs.z], look.touching - SLOP * look.thickness);
     if own.mesh.rotation == theirs.mesh.rotation {
         for (row, over) in rows.zip(over.chunks(across)) {
-            let line = line::row(look, row, columns.clone(), over);
-            sift(sieve, &clearance, look, &line, |column| near.push([row, column].map(|at| at as u32)));
+            let line = node_strip::row(look, row, columns.clone(), over);
+            broad_phase(sieve, &clearance, look, &line, |column| near.push([row, column].map(|at| at as u32)));
         }
-    } else if let Some(mut part) = Column::within(look, rows.clone()) {
+    } else if let Some(mut part) = StripColumn::within(look, rows.clone()) {
         let first = near.len();
         for column in columns {
             let mut left = 0_u64;
-            sift(sieve, &clearance, look, &part.line(look, column, over, across), |at| left |= 1 << at);
+            broad_phase(sieve, &clearance, look, &part.line(look, column, over, across), |at| left |= 1 << at);
             let places = (0..ROWS).filter(|at| left & 1 << at != 0);
             near.extend(places.map(|at| [part.row(at), column].map(|at| at as u32)));
         }
@@ -79,11 +79,11 @@ fn pass<R: Real, D: Real<Scalar = f64>>(
 
 /// Lets through what may touch of a line.
 #[inline(always)]
-fn sift<R: Real, D: Real<Scalar = f64>>(
+fn broad_phase<R: Real, D: Real<Scalar = f64>>(
     Compiled(_, d): &Compiled<R, D>,
     clearance: &Clearance<R>,
-    look: &Look<'_, R::Scalar>,
-    line: &Line<'_, R::Scalar>,
+    look: &PlySearch<'_, R::Scalar>,
+    line: &NodeStrip<'_, R::Scalar>,
     mut through: impl FnMut(usize),
 ) {
     let columns = look.theirs.mesh.columns;
@@ -91,7 +91,7 @@ fn sift<R: Real, D: Real<Scalar = f64>>(
     let mut at = line.range.start;
     while at < line.range.end {
         let first = line.over[at];
-        if first & INSIDE != 0 {
+        if first & PENETRATING != 0 {
             through(at);
             at += 1;
             continue;
@@ -124,8 +124,8 @@ fn sift<R: Real, D: Real<Scalar = f64>>(
 #[inline(always)]
 fn certainly_apart<R: Real>(
     clearance: &Clearance<R>,
-    look: &Look<'_, R::Scalar>,
-    line: &Line<'_, R::Scalar>,
+    look: &PlySearch<'_, R::Scalar>,
+    line: &NodeStrip<'_, R::Scalar>,
     at: usize,
     cell: [usize; 2],
 ) -> R::Mask {
@@ -169,8 +169,8 @@ impl<R: Real> Corner<R> {
 #[inline(always)]
 fn clear<D: Real<Scalar = f64>, S: Scalar>(
     d: D,
-    look: &Look<'_, S>,
-    line: &Line<'_, S>,
+    look: &PlySearch<'_, S>,
+    line: &NodeStrip<'_, S>,
     at: usize,
     [row, column]: [usize; 2],
 ) -> D::Mask {
@@ -227,5 +227,5 @@ fn consecutive(over: &[u32]) -> usize {
 }
 
 #[cfg(test)]
-#[path = "sieve_tests.rs"]
+#[path = "broad_phase_tests.rs"]
 mod tests;
