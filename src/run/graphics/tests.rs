@@ -2,6 +2,8 @@
 
 use super::*;
 use crate::case;
+use crate::gpu::layout::status;
+use crate::gpu::stepper::BatchResult;
 
 fn small() -> Result<Case, Box<dyn std::error::Error>> {
     let text = r#"{"title": "rim", "fabric": {"file": "fabrics/s-720.json"},

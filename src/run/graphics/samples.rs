@@ -1,0 +1,173 @@
+//! What a batch left behind becomes rows of the history.
+
+use nalgebra::Vector3;
+
+use crate::case::Case;
+use crate::gpu::DeviceError;
+use crate::gpu::layout::{self, BODY_WORDS, STATUS_WORDS, StepInfo, WorkgroupSums, status, sum};
+use crate::gpu::stepper::BatchResult;
+use crate::kernels::projectile_contact::SET_CHANGES;
+use crate::run::backend::Backend;
+use crate::run::outcome;
+use crate::run::record::SampleInput;
+use crate::solver;
+use crate::solver::Divergence;
+use crate::solver::energy_balance::PlyMoment;
+
+use super::DeviceSimulation;
+
+impl DeviceSimulation<'_> {
+    /// Takes over what a batch left behind, sample by sample, up to the end of the run.
+    pub(super) fn take(&mut self, case: &Case, steps: &[StepInfo], result: &BatchResult) -> Result<(), DeviceError> {
+        let bad = u64::from(result.status[status::BAD_STEP]);
+        let mut events = result.events.iter().peekable();
+        let sampled = steps.iter().filter(|s| s.slot.is_some());
+        for (info, words) in sampled.zip(&result.samples) {
+            if info.index >= bad || self.record.over_but_interrupted() {
+                break;
+            }
+            while let Some(event) = events.next_if(|e| e.step <= info.index) {
+                self.record.add_failures(std::slice::from_ref(event));
+            }
+            self.sample(case, info, words)?;
+            self.step = info.index + 1;
+        }
+        if self.record.over_but_interrupted() {
+            return Ok(());
+        }
+        self.step = steps.last().map_or(self.step, |s| s.index + 1).min(bad.saturating_add(1));
+        events.for_each(|event| self.record.add_failures(std::slice::from_ref(event)));
+        self.check_room(&result.status)?;
+        if bad < u64::from(layout::NONE) {
+            self.stepper.download(&self.model, &mut self.state)?;
+            self.state.step = bad;
+            if result.status[status::NOT_CONVERGED] > 0 {
+                self.record.divergence = Some(self.unsettled());
+            } else {
+                self.diagnose(("kinetic energy", f64::NAN));
+            }
+        }
+        Ok(())
+    }
+
+    /// Contact at the rim that finds no set of points that push, in the element of the struck ply that the projectile is over.
+    fn unsettled(&self) -> Divergence {
+        let mesh = &self.model.ply_type(0).mesh;
+        let [x, y, _] = mesh.to_ply(self.state.body.as_ref().map_or([0.0; 3], |body| body.position.into()));
+        let [row, column] = mesh.element_at([x, y]);
+        Divergence {
+            step: self.state.step,
+            kernel: "projectile_rim",
+            quantity: format!("the set of points that push still changes after {SET_CHANGES} solves"),
+            place: self.model.place_in_whole([0, row, column]),
+        }
+    }
+
+    /// Whether there was room for all that the projectile met.
+    fn check_room(&self, counters: &[u32; STATUS_WORDS]) -> Result<(), DeviceError> {
+        let (adapter, sizes) = (self.stepper.device.name().to_owned(), self.stepper.sizes());
+        match [status::OVERFLOW, status::OVERFLOW_EDGES].map(|at| counters[at]) {
+            [0, 0] => Ok(()),
+            [0, found] => Err(DeviceError::CrowdedRim { adapter, found, room: sizes.ties }),
+            [found, _] => Err(DeviceError::Crowded { adapter, found, room: sizes.points }),
+        }
+    }
+
+    fn diagnose(&mut self, excess: (&str, f64)) {
+        let available = self.balance.accounted_energy();
+        self.record.divergence = Some(solver::diagnose(&self.model, &self.state, excess, available));
+    }
+
+    /// One row of the history from one sample.
+    fn sample(&mut self, case: &Case, info: &StepInfo, words: &[u32]) -> Result<(), DeviceError> {
+        let (sums, rest) = words.split_at(self.stepper.body_at());
+        let (body, counters) = rest.split_at(BODY_WORDS);
+        let sums = WorkgroupSums::new(sums);
+        let body = self.model.projectile.as_ref().map(|p| layout::read_body(body, p));
+        let record = &mut self.record;
+        record.newton[0] += sums.add(sum::EVALUATIONS);
+        record.newton[1] += sums.add(sum::SOLVED);
+        record.unconverged = u64::from(counters[status::UNCONVERGED]);
+        record.max_residual = f64::from(f32::from_bits(counters[status::RESIDUAL]));
+        record.eroded = u64::from(counters[status::ERODED]);
+        record.max_penetration[1] = f64::from(f32::from_bits(counters[status::PLY_DEPTH]));
+        // Without a projectile everything moves, or nothing ever does.
+        record.computed = match self.model.projectile {
+            Some(_) => u64::from(counters[status::COMPUTED]) + (u64::from(counters[status::COMPUTED + 1]) << 32),
+            None => (info.index + 1) * self.model.elements() as u64,
+        };
+        let ledger = &mut self.balance;
+        ledger.work += sums.add(sum::WORK);
+        ledger.viscous += sums.add(sum::VISCOUS);
+        ledger.released[0] += sums.add(sum::RELEASED);
+        ledger.released[1] += sums.add(sum::RELEASED_HOURGLASS);
+        let [membrane, mode] = [0, 1].map(|part| sums.add(sum::PLY_LIFTED + part));
+        ledger.contact += sums.add(sum::PLY_LOSS) - sums.add(sum::PLY_RUBBED);
+        ledger.separation += membrane + mode;
+        ledger.friction += sums.add(sum::PLY_RUBBED);
+        ledger.work += membrane;
+        ledger.elements_are(sums.add(sum::STORED), sums.add(sum::HOURGLASS_NOW), sums.largest(sum::TENSION));
+        ledger.cells_are(sums.add(sum::LAW), sums.largest(sum::LOAD));
+        ledger.nodes_are(sums.add(sum::KINETIC_NOW), [0, 1, 2].map(|a| sums.add(sum::MOMENTUM + a)));
+        for a in 0..3 {
+            ledger.support[a] += sums.add(sum::SUPPORT + a);
+        }
+        if let Some(b) = &body {
+            record.max_penetration[0] = b.penetration;
+            ledger.contact += b.energy[0];
+            ledger.friction += b.energy[1];
+            ledger.external += b.energy[2];
+            for a in 0..3 {
+                ledger.support[a] += b.support[a];
+                ledger.contact_impulse[a] -= b.impulse[a];
+            }
+            ledger.sample_body(&b.body);
+        }
+        if record.history.is_empty() {
+            ledger.begin(self.given.0, self.given.1);
+        }
+        let count = self.model.plies.len();
+        let plies: Vec<PlyMoment> = (0..count)
+            .map(|ply| sums.ply(ply, count))
+            .map(|sums| PlyMoment {
+                kinetic: sums.add(sum::KINETIC_NOW),
+                stored: sums.add(sum::STORED),
+                deflection: sums.largest(sum::DEFLECTION),
+            })
+            .collect();
+        let moment = SampleInput {
+            time: info.index as f64 * self.model.dt,
+            dt: self.model.dt,
+            balance: ledger.balance(),
+            plies: &plies,
+            impulse: Vector3::from(std::mem::take(&mut ledger.contact_impulse)),
+            body: body.as_ref().map(|b| (&b.body, b.before)),
+        };
+        let in_doubt = record.sample(case, &moment, |_, ply| sums.ply(ply, count).add(sum::COVERED) > 0.5);
+        if in_doubt {
+            self.look(case, info.index)?;
+        }
+        let kinetic = sums.add(sum::KINETIC) + solver::flying(body.as_ref().map(|b| &b.body));
+        if let Some(excess) = solver::excess(&self.balance, kinetic, true) {
+            // The place is looked for in the state as it is now, at most two batches later.
+            self.state.step = info.index + 1;
+            if let Err(error) = self.stepper.download(&self.model, &mut self.state) {
+                self.record.lost = Some(error.to_string());
+            }
+            self.diagnose(excess);
+        }
+        Ok(())
+    }
+
+    /// A closer look at what covers the projectile after a step, the last one the device has done.
+    fn look(&mut self, case: &Case, step: u64) -> Result<(), DeviceError> {
+        debug_assert_eq!(step + 1, self.next, "steps were sent off after one whose state is looked at");
+        self.stepper.download(&self.model, &mut self.state)?;
+        self.state.step = step + 1;
+        let (model, state) = (&self.model, &self.state);
+        if let Some(body) = &state.body {
+            self.record.look(case, |ply| outcome::is_held(model, state, body, ply));
+        }
+        Ok(())
+    }
+}
