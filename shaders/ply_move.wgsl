@@ -27,8 +27,8 @@ fn take(ply: u32, at: u32, unit: f32) -> vec3<f32> {
     return to_ply(ply, count * unit);
 }
 
-/// Shock viscosity's part of the force of a yarn (0 warp, 1 weft) of an element [N]. It pulls as the whole force does, which trellis shear
-/// turns a little away from the yarn.
+/// Shock viscosity's part of the force of a yarn (0 warp, 1 weft) of an element [N]. It is taken along the whole force, which trellis
+/// shear turns a little away from the yarn.
 fn viscous_part(element: u32, yarn: u32, size: f32) -> vec3<f32> {
     let force = element_forces(3u * yarn, element);
     let whole = sqrt(dot(force, force));
@@ -97,10 +97,12 @@ fn ply_move(
     nodes[5u * n + node] = now.z;
     let at = 10u * scene.elements + node;
     accounts[at] -= 0.5 * dot(impulse, (free - pull) + now);
-    // What viscosity does not do stores nothing.
-    accounts[at + 2u * n] -= dot(force.membrane - viscous_force(node, place), way);
-    if (HOURGLASS) {
-        accounts[at + 3u * n] -= dot(force.mode, way);
+    if (any(way != vec3<f32>(0.0))) {
+        // Viscosity sees velocities alone: against it nothing is stored, and nothing dissipated.
+        accounts[at + 2u * n] -= dot(force.membrane - viscous_force(node, place), way);
+        if (HOURGLASS) {
+            accounts[at + 3u * n] -= dot(force.mode, way);
+        }
     }
     if (held(ply, place) != 0u) {
         add_support(ply, place, -select(vec3<f32>(0.0), impulse, inverse <= vec3<f32>(0.0)));

@@ -29,7 +29,7 @@ pub struct EnergyBalance {
     pub contact: f64,
     /// Lost to friction [J].
     pub friction: f64,
-    /// Work of moving nodes out of other plies, against the forces on them [J].
+    /// Work of moving nodes out of other plies, against the forces on them less those of shock viscosity, which store nothing [J].
     pub separation: f64,
     /// Work of prescribed motion [J].
     pub external: f64,

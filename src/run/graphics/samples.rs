@@ -7,7 +7,6 @@ use crate::gpu::DeviceError;
 use crate::gpu::layout::{self, BODY_WORDS, STATUS_WORDS, StepInfo, WorkgroupSums, status, sum};
 use crate::gpu::stepper::BatchResult;
 use crate::kernels::projectile_contact::SET_CHANGES;
-use crate::run::backend::Backend;
 use crate::run::outcome;
 use crate::run::record::SampleInput;
 use crate::solver;

@@ -53,7 +53,7 @@ impl ImpulseAccumulator {
 pub(super) struct Effect {
     /// Kinetic energy lost [J].
     pub(super) loss: f64,
-    /// Work of moving nodes without a velocity, against membrane and hourglass forces [J].
+    /// Work of moving nodes without a velocity, against the elastic part of membrane forces and against hourglass forces [J].
     pub(super) correction_work: [f64; 2],
     /// Impulse on held nodes, which the supports take, in the axes of the pack [N·s].
     pub(super) support: [f64; 3],
@@ -123,7 +123,7 @@ impl<S: Scalar> ImpulseApplier<'_, S> {
             let [membrane, mode] =
                 node_update::gather_parts(S::splat(0.0), &around, column).map(|f| f.map(Scalar::to_f64));
             let force = [0, 1, 2].map(|a| membrane[a] + mode[a]);
-            let viscous = self.viscous(ply, row, column);
+            let viscous = if shift == [0.0; 3] { shift } else { self.viscous(ply, row, column) };
             let place = |field: usize| (row * node::COUNT + field) * stride + column;
             let free = [0, 1, 2].map(|a| nodes[place(node::VELOCITY + a)].to_f64());
             let now = [0, 1, 2].map(|a| free[a] + inverse[a] * impulse[a]);
@@ -132,6 +132,7 @@ impl<S: Scalar> ImpulseApplier<'_, S> {
                 let u = nodes[place(node::DISPLACEMENT + a)].to_f64();
                 let moved = model.dt * inverse[a] * shift[a];
                 nodes[place(node::DISPLACEMENT + a)] = S::splat(u + (model.dt * (now[a] - free[a]) + moved));
+                // Viscosity sees velocities alone: against it nothing is stored, and nothing dissipated.
                 effect.correction_work[0] -= (membrane[a] - viscous[a]) * moved;
                 effect.correction_work[1] -= mode[a] * moved;
                 nodes[place(node::VELOCITY + a)] = S::splat(now[a]);
@@ -154,8 +155,8 @@ impl<S: Scalar> ImpulseApplier<'_, S> {
         load.effect = effect;
     }
 
-    /// Shock viscosity's part of the force on a node [N]: what it does not do stores nothing. It pulls as the whole force of a yarn does, which
-    /// trellis shear turns a little away from the yarn.
+    /// Shock viscosity's part of the force on a node [N]. It is taken along the whole force of a yarn, which trellis shear turns a little
+    /// away from the yarn.
     fn viscous(&self, ply: usize, row: usize, column: usize) -> [f64; 3] {
         let ply_type = self.model.ply_type(ply);
         let mut sum = [0.0; 3];
