@@ -9,9 +9,79 @@ use serde_json::{Map, Value, json};
 use super::error::CaseError;
 use super::scope::Scope;
 use super::value::short_number_text;
-use super::{Case, Distribution, Drawn, Fabric, HitPlace, Projectile, Scattered, Shape, Variability, YarnStrength};
+use super::{Case, Fabric, Projectile, Shape};
 use crate::study::counter_random::Key;
 use crate::study::link::Link;
+
+/// What varies from shot to shot.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Variability {
+    /// What all draws come from.
+    pub seed: u32,
+    /// The shot that the case is; `None`: the nominal one.
+    pub shot: Option<u32>,
+    /// Where the projectile hits.
+    pub hit: HitPlace,
+    /// Impact velocity [m/s].
+    pub velocity: Option<Scattered>,
+    /// Obliquity [rad].
+    pub obliquity: Option<Scattered>,
+    /// Yaw [rad].
+    pub yaw: Option<Scattered>,
+    /// Modulus of warp and weft, one draw each, over the nominal one [-].
+    pub modulus: Option<Scattered>,
+    /// Crimp of warp and weft, one draw each, over the nominal one [-].
+    pub crimp: Option<Scattered>,
+    /// Strength along the yarns.
+    pub yarn_strength: Option<YarnStrength>,
+}
+
+/// Scatter about a nominal value.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Scattered {
+    /// Its distribution.
+    pub distribution: Distribution,
+    /// Standard deviation of a normal distribution, half the width of a uniform one.
+    pub scatter: f64,
+}
+
+/// A distribution about a nominal value.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Distribution {
+    /// Normal.
+    Normal,
+    /// Uniform.
+    Uniform,
+}
+
+/// Where the projectile of a shot hits.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum HitPlace {
+    /// The point of aim.
+    Aimed,
+    /// Anywhere in the unit cell around it.
+    UnitCell,
+}
+
+/// Strength of yarns: Weibull's distribution along them, and another one between them.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct YarnStrength {
+    /// Shape m along a yarn [-].
+    pub shape: f64,
+    /// Length of the yarns whose mean failure strain the fabric's is [m].
+    pub gauge_length: f64,
+    /// Shape of the distribution of yarns, its mean 1 [-]; `None`: they do not differ but along their length.
+    pub yarn_shape: Option<f64>,
+}
+
+/// One value that was drawn for a shot.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Drawn {
+    /// Column of `shots.csv`: the key, with its unit.
+    pub column: String,
+    /// The value in that unit.
+    pub value: f64,
+}
 
 /// What the draws of a whole shot are for: the `yarn` of their key.
 mod stream {
@@ -162,7 +232,12 @@ impl Realisation<'_> {
         if let Some(scattered) = &variability.velocity {
             let [u, ..] = variability.key(stream::VELOCITY, 0).uniform();
             let velocity = projectile.velocity + scattered.deviation(u);
-            self.put("/projectile/velocity_m_s", json!(velocity), "/variability/velocity", &scattered.words(" m/s", 1.0));
+            self.put(
+                "/projectile/velocity_m_s",
+                json!(velocity),
+                "/variability/velocity",
+                &scattered.words(" m/s", 1.0),
+            );
             // Its column is that of the impact velocity.
         }
         let [u, direction, ..] = variability.key(stream::OBLIQUITY, 0).uniform();
@@ -187,7 +262,12 @@ impl Realisation<'_> {
             } else if projectile.obliquity != 0.0 {
                 self.note("azimuth_deg", azimuth);
             }
-            self.put("/projectile/obliquity_deg", json!(obliquity), "/variability/obliquity", &scattered.words("°", DEGREES));
+            self.put(
+                "/projectile/obliquity_deg",
+                json!(obliquity),
+                "/variability/obliquity",
+                &scattered.words("°", DEGREES),
+            );
             self.note("obliquity_deg", obliquity);
         }
         if let Some(scattered) = &variability.yaw {
@@ -202,9 +282,9 @@ impl Realisation<'_> {
     fn fabrics(&mut self, variability: &Variability) {
         let layers = self.case.pack.layup.iter().enumerate();
         let mut places = vec![("/fabric".to_owned(), String::new(), self.case.fabric.clone())];
-        places.extend(layers.map(|(n, layer)| {
-            (format!("/pack/layup/{n}/fabric"), format!("layup_{n}_"), layer.fabric.clone())
-        }));
+        places.extend(
+            layers.map(|(n, layer)| (format!("/pack/layup/{n}/fabric"), format!("layup_{n}_"), layer.fabric.clone())),
+        );
         for (number, (place, prefix, fabric)) in (0_u32..).zip(places) {
             // A layer without a fabric of its own has the case's.
             if self.document.pointer(&place).is_some() {

@@ -1,7 +1,7 @@
 //! The keys of `variability`.
 
 use super::fields::{Key, Kind, above, key, number, within, word};
-use super::table::{DEG, MM, M_S, NONE};
+use super::table::{DEG, M_S, MM, NONE};
 use super::words::Word;
 use super::{Distribution, HitPlace};
 
@@ -13,8 +13,12 @@ pub(super) static VARIABILITY: &[Key] = &[
     key("seed", Kind::Whole(0, u32::MAX), "Number that all draws come from.").default(1.0, "one sequence of shots"),
     key("shot", Kind::Whole(0, u32::MAX), "The shot whose draws this case has, counted from 0.")
         .optional("the nominal case: nothing varies"),
-    word("hit", HitPlace::WORDS, "Where the projectile hits: the point of aim, or anywhere in the unit cell around it, evenly.")
-        .default_word("aimed", "the point of aim"),
+    word(
+        "hit",
+        HitPlace::WORDS,
+        "Where the projectile hits: the point of aim, or anywhere in the unit cell around it, evenly.",
+    )
+    .default_word("aimed", "the point of aim"),
     key("velocity", Kind::Object(VELOCITY), "Impact velocity about the nominal one.").optional("it does not vary"),
     key(
         "obliquity",
@@ -32,8 +36,12 @@ pub(super) static VARIABILITY: &[Key] = &[
         "Crimp: one draw for warp, one for weft of a fabric; an areal density that is given stays.",
     )
     .optional("it does not vary"),
-    key("yarn_strength", Kind::Object(STRENGTH), "Strength of yarns along their length and between them, after Weibull.")
-        .optional("it does not vary"),
+    key(
+        "yarn_strength",
+        Kind::Object(STRENGTH),
+        "Strength of yarns along their length and between them, after Weibull.",
+    )
+    .optional("it does not vary"),
 ];
 
 /// The distribution of a value.

@@ -50,7 +50,8 @@ impl FromStr for Velocities {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Self, String> {
-        let ends = text.split_once("..").and_then(|(low, high)| Some([low.trim().parse().ok()?, high.trim().parse().ok()?]));
+        let ends =
+            text.split_once("..").and_then(|(low, high)| Some([low.trim().parse().ok()?, high.trim().parse().ok()?]));
         match ends {
             Some([low, high]) if low > 0.0 && high > low && high <= 5000.0 => Ok(Self([low, high])),
             _ => Err(format!("expected two velocities in m/s, the lower first, such as 150..250, found {text:?}")),

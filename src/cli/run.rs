@@ -49,7 +49,12 @@ pub(crate) fn run(arguments: &RunArguments) -> Result<(), Failure> {
 }
 
 /// Runs a case, writes its results and says what happened.
-pub(crate) fn shoot(arguments: &RunArguments, case: &Case, out: &Path, interrupted: &AtomicBool) -> Result<(), Failure> {
+pub(crate) fn shoot(
+    arguments: &RunArguments,
+    case: &Case,
+    out: &Path,
+    interrupted: &AtomicBool,
+) -> Result<(), Failure> {
     let start = Instant::now();
     info!(file = file(case), fields = case.fields.len(), changes = arguments.sets.len(), "case read");
     for warning in warnings::of_case(case) {

@@ -11,8 +11,9 @@ use ripstop::study::interval::Interval;
 use ripstop::study::link::Link;
 use ripstop::study::shots::{self, BatchProgress, ShotsRequest, ShotsResult};
 
-use super::arguments::{Backend, BackendArguments, RunArguments, ShotsArguments};
+use super::arguments::{Backend, BackendArguments, RunArguments};
 use super::batch::{self, ShotBar};
+use super::campaign_arguments::ShotsArguments;
 use super::failure::Failure;
 use super::fit::text as fit_text;
 use super::run::{Print, shoot};
@@ -91,12 +92,21 @@ fn text(case: &Case, request: &ShotsRequest, done: &ShotsResult, folder: &Path) 
     }
     if done.early {
         let width = short(100.0 * request.until_width.unwrap_or_default(), 3);
-        out += &format!("stopped after {} of {} shots: the interval is within ± {width} %\n", done.rows.len(), request.count);
+        out += &format!(
+            "stopped after {} of {} shots: the interval is within ± {width} %\n",
+            done.rows.len(),
+            request.count
+        );
     }
     out += &format!("trust: {trusted} of {} shots\n", done.rows.len());
     if let Some(first) = failed.first() {
         let reason = screen::wrapped(&first.reason, 2).join("\n  ");
-        out += &format!("{}: {} shots without an outcome; shot {}:\n  {reason}\n", paint::caution("look"), failed.len(), first.order.shot);
+        out += &format!(
+            "{}: {} shots without an outcome; shot {}:\n  {reason}\n",
+            paint::caution("look"),
+            failed.len(),
+            first.order.shot
+        );
     }
     out += &format!("\n{}  {}\n  {}\n", paint::heading("files"), folder.display(), shots::FILES.join(", "));
     out

@@ -13,8 +13,8 @@ use ripstop::study::sweep::factor::{Factor, points};
 use ripstop::study::sweep::{self, PointResult, SweepOf, SweepRequest};
 use ripstop::study::v50::{Design, V50Request};
 
-use super::arguments::{SweepArguments, SweepKind};
 use super::batch;
+use super::campaign_arguments::{SweepArguments, SweepKind};
 use super::failure::Failure;
 use super::progress::Bar;
 use super::run::Print;
@@ -106,7 +106,8 @@ fn text(title: &str, request: &SweepRequest, results: &[PointResult], folder: &P
     let heads: Vec<(&str, Align)> = names.map(|name| (name, Right)).chain([("", Left)]).collect();
     let mut table = Table::new(&heads);
     for (values, result) in request.points.iter().zip(results).take(MAX_ROWS) {
-        let numbers = result.numbers.iter().map(|number| number.map_or_else(|| "-".to_owned(), |number| short(number, 4)));
+        let numbers =
+            result.numbers.iter().map(|number| number.map_or_else(|| "-".to_owned(), |number| short(number, 4)));
         let reason: String = result.reason.chars().take(40).collect();
         table.row(values.iter().cloned().chain(numbers).chain([reason]));
     }

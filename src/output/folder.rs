@@ -64,7 +64,10 @@ impl OutputError {
 
     /// A file of results that the disk refuses.
     pub(crate) fn unwritten(path: &Path, error: &io::Error) -> Self {
-        Self { help: "make room there, then go on with --resume", ..Self::new(path, "a disk that takes the results", error) }
+        Self {
+            help: "make room there, then go on with --resume",
+            ..Self::new(path, "a disk that takes the results", error)
+        }
     }
 
     /// Another run writes there.

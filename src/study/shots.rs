@@ -119,7 +119,8 @@ pub fn run(
             progress(BatchProgress { done, of: request.count, fit: last.as_ref() });
             Ok(())
         })?;
-        early = wanted < request.count && request.until_width.is_some_and(|width| is_narrow(&first(&log, wanted), request, width));
+        early = wanted < request.count
+            && request.until_width.is_some_and(|width| is_narrow(&first(&log, wanted), request, width));
     }
     finish(case, request, folder, log, wanted, early)
 }

@@ -73,5 +73,9 @@ fn failures(rows: &[&ShotRow]) -> String {
     let failed = rows.iter().filter(|row| row.perforated().is_none());
     let lines: String =
         failed.map(|shot| row(&[shot.order.shot.to_string(), short(shot.velocity, 5), shot.reason.clone()])).collect();
-    if lines.is_empty() { lines } else { table("Shots without an outcome", &["shot", "velocity [m/s]", "reason"], &lines) }
+    if lines.is_empty() {
+        lines
+    } else {
+        table("Shots without an outcome", &["shot", "velocity [m/s]", "reason"], &lines)
+    }
 }

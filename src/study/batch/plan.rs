@@ -47,14 +47,19 @@ impl BatchPlan {
         let path = folder.join(FILE);
         let place = path.display().to_string();
         let help = "leave --resume out to begin anew, or give the same case and options as before";
-        let text = fs::read_to_string(&path)
-            .map_err(|error| StudyError::new(&place, "the plan of a batch that was begun here", error.to_string(), help))?;
+        let text = fs::read_to_string(&path).map_err(|error| {
+            StudyError::new(&place, "the plan of a batch that was begun here", error.to_string(), help)
+        })?;
         let found: Value = serde_json::from_str(&text)
             .map_err(|error| StudyError::new(&place, "the plan of a batch", error.to_string(), help))?;
         for name in ["version", "command", "seed", "options", "case"] {
             if found[name] != self.0[name] {
                 let shown = |value: &Value| if name == "case" { "another case".to_owned() } else { value.to_string() };
-                let expected = if name == "case" { "the case of this batch".to_owned() } else { format!("{name} {}", self.0[name]) };
+                let expected = if name == "case" {
+                    "the case of this batch".to_owned()
+                } else {
+                    format!("{name} {}", self.0[name])
+                };
                 return Err(StudyError::new(&place, expected, shown(&found[name]), help));
             }
         }

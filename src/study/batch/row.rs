@@ -63,7 +63,9 @@ impl ShotRow {
     pub(super) fn of_run(order: ShotOrder, case: &Case, run: &Run) -> Self {
         let last = run.history.last().copied().unwrap_or_default();
         let reason = match (&run.trouble, run.outcome) {
-            (Some(trouble), _) => format!("unstable: {} in {} at step {}", trouble.quantity, trouble.kernel, trouble.step),
+            (Some(trouble), _) => {
+                format!("unstable: {} in {} at step {}", trouble.quantity, trouble.kernel, trouble.step)
+            }
             (None, Outcome::Running) => "undecided at the end of the run".to_owned(),
             _ => String::new(),
         };
@@ -129,7 +131,8 @@ impl ShotRow {
             self.order.velocity.map(number).unwrap_or_default(),
             number(self.velocity),
         ];
-        let value = |name: &String| self.drawn.iter().find(|drawn| drawn.column == *name).map(|drawn| number(drawn.value));
+        let value =
+            |name: &String| self.drawn.iter().find(|drawn| drawn.column == *name).map(|drawn| number(drawn.value));
         cells.extend(drawn.iter().map(|name| value(name).unwrap_or_default()));
         cells.push(self.outcome.map_or("failed", Outcome::word).to_owned());
         let passed = self.perforated() == Some(true);

@@ -12,7 +12,7 @@ use super::html;
 use crate::case::Case;
 use crate::output::Folder;
 use crate::output::csv::number;
-use crate::study::batch::{BatchError, BatchOptions, BatchPlan};
+use crate::study::batch::{BatchError, BatchOptions, BatchPlan, ShotRow};
 use crate::study::shots::{self, ShotsRequest};
 use crate::study::v50::{self, V50Request};
 
@@ -49,13 +49,7 @@ impl SweepOf {
     /// Columns of the table; the first is what the page shows.
     pub fn columns(&self) -> &'static [&'static str] {
         match self {
-            Self::Shots(_) => &[
-                "residual_velocity_m_s",
-                "perforated_part",
-                "absorbed_energy_j",
-                "shots",
-                "failed",
-            ],
+            Self::Shots(_) => &["residual_velocity_m_s", "perforated_part", "absorbed_energy_j", "shots", "failed"],
             Self::V50(_) => &["v50_m_s", "low_m_s", "high_m_s", "sigma_m_s", "shots", "failed", "non_monotone"],
         }
     }
@@ -151,8 +145,8 @@ fn point(case: &Case, of: &SweepOf, options: &BatchOptions<'_>, path: &Path) -> 
 fn of_shots(found: &shots::ShotsResult) -> PointResult {
     let decided: Vec<_> = found.rows.iter().filter(|row| row.perforated().is_some()).collect();
     let failed = found.rows.len() - decided.len();
-    let mean = |of: &dyn Fn(&&crate::study::batch::ShotRow) -> Option<f64>| {
-        let values: Vec<f64> = decided.iter().filter_map(|row| of(&row)).collect();
+    let mean = |of: &dyn Fn(&&ShotRow) -> Option<f64>| {
+        let values: Vec<f64> = decided.iter().filter_map(of).collect();
         (!values.is_empty()).then(|| values.iter().sum::<f64>() / values.len() as f64)
     };
     let reason = found.rows.iter().find(|row| row.perforated().is_none()).map(|row| row.reason.clone());
@@ -193,7 +187,8 @@ pub fn table(request: &SweepRequest, results: &[PointResult]) -> String {
     let head: Vec<&str> = std::iter::once("point").chain(heads).chain(["reason"]).collect();
     let mut rows = vec![head.into_iter().map(str::to_owned).collect::<Vec<String>>()];
     for (n, (values, result)) in request.points.iter().zip(results).enumerate() {
-        let cells = values.iter().cloned().chain(result.numbers.iter().map(|cell| cell.map(number).unwrap_or_default()));
+        let cells =
+            values.iter().cloned().chain(result.numbers.iter().map(|cell| cell.map(number).unwrap_or_default()));
         rows.push(std::iter::once(n.to_string()).chain(cells).chain([result.reason.clone()]).collect());
     }
     let written = rows.iter().try_for_each(|row| writer.write_record(row));

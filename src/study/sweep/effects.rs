@@ -73,7 +73,8 @@ mod tests {
 
     #[test]
     fn a_grid_keeps_its_values() {
-        let pairs: Vec<[f64; 2]> = [1.0, 2.0, 4.0].iter().flat_map(|x| [0.0, 1.0].map(|y| [*x, 10.0 * x + y])).collect();
+        let pairs: Vec<[f64; 2]> =
+            [1.0, 2.0, 4.0].iter().flat_map(|x| [0.0, 1.0].map(|y| [*x, 10.0 * x + y])).collect();
         let effect = main_effect(&pairs);
         assert!(effect.as_ref().is_some_and(|effect| effect.levels.len() == 3 && effect.part > 0.99), "{effect:?}");
         assert!(effect.is_some_and(|effect| effect.levels[2].mean == 40.5));

@@ -29,7 +29,8 @@ pub fn html(request: &SweepRequest, results: &[PointResult], title: &str) -> Str
     if !places.is_empty() {
         panels.push((format!("{response} over {}", names[0]), lines(&names, &places, response)));
         if names.len() == 2 {
-            panels.push((format!("{response} over {} and {}", names[0], names[1]), heat_map(&names, &places, response)));
+            panels
+                .push((format!("{response} over {} and {}", names[0], names[1]), heat_map(&names, &places, response)));
         }
     }
     let mut parts = String::new();
@@ -42,7 +43,11 @@ pub fn html(request: &SweepRequest, results: &[PointResult], title: &str) -> Str
     }
     let mut body = figures(panels.iter().map(|(name, drawing)| (name.as_str(), drawing.clone())));
     if !parts.is_empty() {
-        body += &table(&format!("Part of the variance of {response} that each key explains by itself"), &["key", "part"], &parts);
+        body += &table(
+            &format!("Part of the variance of {response} that each key explains by itself"),
+            &["key", "part"],
+            &parts,
+        );
     }
     body += &all(request, results, columns);
     document(&format!("Sweep: {title}"), &body, "sweep.csv")
@@ -90,8 +95,7 @@ fn axes(names: [&str; 2], x: [f64; 2], y: [f64; 2]) -> (Axis, Axis, String) {
 /// The response over the first factor, a line for each combination of the others.
 fn lines(names: &[&str], places: &[Place], response: &str) -> String {
     let ends = places.iter().flat_map(|place| place.bounds.unwrap_or([place.response; 2]));
-    let (x, y, mut out) =
-        axes([names[0], response], span(places.iter().map(|place| place.values[0])), span(ends));
+    let (x, y, mut out) = axes([names[0], response], span(places.iter().map(|place| place.values[0])), span(ends));
     let mut groups: Vec<(&[f64], Vec<&Place>)> = Vec::new();
     for place in places {
         let others = &place.values[1..];
@@ -113,7 +117,9 @@ fn lines(names: &[&str], places: &[Place], response: &str) -> String {
             let at = x.at(place.values[0]);
             if let Some([low, high]) = place.bounds {
                 let [low, high] = [low, high].map(|end| y.at(end));
-                out += &format!("<line x1=\"{at:.1}\" x2=\"{at:.1}\" y1=\"{low:.1}\" y2=\"{high:.1}\" stroke=\"{colour}\"/>\n");
+                out += &format!(
+                    "<line x1=\"{at:.1}\" x2=\"{at:.1}\" y1=\"{low:.1}\" y2=\"{high:.1}\" stroke=\"{colour}\"/>\n"
+                );
             }
             out += &format!("<circle cx=\"{at:.1}\" cy=\"{:.1}\" r=\"3\" fill=\"{colour}\"/>\n", y.at(place.response));
         }
@@ -122,8 +128,12 @@ fn lines(names: &[&str], places: &[Place], response: &str) -> String {
             legend.push((colour, values.join(", ")));
         }
     }
+    let others = names[1..].join(", ");
+    out += &chart::text(4.0, PANEL[1] - 8.0, "font-size=\"11\"", &others);
+    let begin = 16.0 + 7.0 * others.chars().count() as f64;
+    let step = (PANEL[0] - begin) / legend.len().max(1) as f64;
     for (n, (colour, words)) in legend.iter().enumerate() {
-        let at = 90.0 + 62.0 * n as f64;
+        let at = begin + step.min(62.0) * n as f64;
         out += &chart::text(at, PANEL[1] - 8.0, &format!("font-size=\"11\" style=\"fill:{colour}\""), words);
     }
     out
@@ -169,7 +179,13 @@ fn edges(values: &[f64], value: f64) -> [f64; 2] {
     let at = values.iter().position(|other| *other == value).unwrap_or(0);
     let gap = |n: usize| 0.5 * (values[n + 1] - values[n]);
     let alone = 0.5 * value.abs().max(1.0);
-    let below = if at > 0 { gap(at - 1) } else if values.len() > 1 { gap(0) } else { alone };
+    let below = if at > 0 {
+        gap(at - 1)
+    } else if values.len() > 1 {
+        gap(0)
+    } else {
+        alone
+    };
     let above = if at + 1 < values.len() { gap(at) } else { below };
     [value - below, value + above]
 }

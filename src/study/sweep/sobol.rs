@@ -7,8 +7,15 @@ pub const MAX_DIMENSIONS: usize = 8;
 const BITS: usize = 32;
 
 /// Degree and coefficients of the primitive polynomials of the second dimension on, and the first direction numbers.
-const DIRECTIONS: [(u32, &[u32]); MAX_DIMENSIONS - 1] =
-    [(0, &[1]), (1, &[1, 3]), (1, &[1, 3, 1]), (2, &[1, 1, 1]), (1, &[1, 1, 3, 3]), (4, &[1, 3, 5, 13]), (2, &[1, 1, 5, 5, 17])];
+const DIRECTIONS: [(u32, &[u32]); MAX_DIMENSIONS - 1] = [
+    (0, &[1]),
+    (1, &[1, 3]),
+    (1, &[1, 3, 1]),
+    (2, &[1, 1, 1]),
+    (1, &[1, 1, 3, 3]),
+    (4, &[1, 3, 5, 13]),
+    (2, &[1, 1, 5, 5, 17]),
+];
 
 /// Direction numbers of a dimension.
 fn directions(dimension: usize) -> [u32; BITS] {

@@ -98,6 +98,11 @@ pub fn run(
     let order = |shot: u32| ShotOrder { shot, velocity: Some(request.velocity[0]) };
     let drawn = drawn_columns(case, options.seed, (0..request.count).map(order));
     let log = ShotLog::open(folder, TABLE, drawn, resume)?;
+    let varies = case.variability.as_ref().is_some_and(Variability::varies);
+    // Shots that wait for each other have all threads.
+    let one_by_one = request.design != Design::Thresholds || !varies;
+    let threads_per_shot = if one_by_one { options.threads } else { 1 };
+    let options = &BatchOptions { threads_per_shot, ..*options };
     let mut campaign = Campaign { case, request, options, log: Mutex::new(log) };
     let found = match request.design {
         Design::Thresholds => campaign.thresholds(progress)?,
@@ -179,7 +184,8 @@ impl Campaign<'_> {
         let mut middles: Vec<f64> = brackets.iter().map(|[low, high]| (low * high).sqrt()).collect();
         middles.sort_by(f64::total_cmp);
         if middles.is_empty() {
-            let velocity = self.case.projectile.as_ref().map_or(self.request.velocity[0], |projectile| projectile.velocity);
+            let velocity =
+                self.case.projectile.as_ref().map_or(self.request.velocity[0], |projectile| projectile.velocity);
             return Start { velocity, step: (FIRST_STEP / rungs.width).round() as i32 };
         }
         let velocity = middles[middles.len() / 2];
@@ -207,7 +213,8 @@ impl Campaign<'_> {
                     return;
                 }
                 let told = |shots: u32| {
-                    let done = results.lock().map_or(0, |results: std::sync::MutexGuard<'_, Vec<_>>| results.len()) as u32;
+                    let done =
+                        results.lock().map_or(0, |results: std::sync::MutexGuard<'_, Vec<_>>| results.len()) as u32;
                     let mut tell = progress.lock().unwrap_or_else(PoisonError::into_inner);
                     tell(V50Progress { done: block.start + done, of, shots, last: None });
                 };

@@ -155,9 +155,8 @@ fn of_thresholds(result: &mut V50Result, request: &V50Request) {
     // The middle of a bracket is off by half of it at most; the mean of many by less.
     result.width.bracket = 0.5 * width / count.sqrt();
     let level = request.fit.level;
-    result.quantiles = QUANTILES
-        .map(|p| Quantile { p, value: Some(sample.quantile(p)), bounds: sample.interval(p, level) })
-        .to_vec();
+    result.quantiles =
+        QUANTILES.map(|p| Quantile { p, value: Some(sample.quantile(p)), bounds: sample.interval(p, level) }).to_vec();
     // A single threshold of a case in which nothing varies is no sample.
     if sample.count == 1 {
         result.quantiles.retain(|quantile| quantile.p == 0.5);
@@ -198,7 +197,11 @@ fn combine(result: &mut V50Result, case: &Case) {
     let own = if single {
         Bounds { low: Some(v50), high: Some(v50) }
     } else {
-        result.quantiles.iter().find(|quantile| quantile.p == 0.5).map_or_else(Bounds::default, |quantile| quantile.bounds)
+        result
+            .quantiles
+            .iter()
+            .find(|quantile| quantile.p == 0.5)
+            .map_or_else(Bounds::default, |quantile| quantile.bounds)
     };
     result.width.sampling = own.low.zip(own.high).map(|(low, high)| 0.5 * (high - low));
     let other = result.width.numerical.hypot(result.width.bracket);

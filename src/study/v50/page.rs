@@ -106,7 +106,8 @@ fn sorted(result: &V50Result) -> Vec<f64> {
 fn quantiles(result: &V50Result) -> String {
     let mut rows = String::new();
     if let Some(sample) = result.sample.filter(|sample| sample.count > 1) {
-        rows += &row(&["V0: slowest threshold seen".to_owned(), short(sample.range[0], 5), String::new(), String::new()]);
+        rows +=
+            &row(&["V0: slowest threshold seen".to_owned(), short(sample.range[0], 5), String::new(), String::new()]);
     }
     for quantile in &result.quantiles {
         let [low, high] = ends(quantile.bounds);
@@ -114,9 +115,14 @@ fn quantiles(result: &V50Result) -> String {
         rows += &row(&[format!("V{}", short(100.0 * quantile.p, 3)), value, low, high]);
     }
     if let Some(sample) = result.sample.filter(|sample| sample.count > 1) {
-        rows += &row(&["V100: fastest threshold seen".to_owned(), short(sample.range[1], 5), String::new(), String::new()]);
+        rows +=
+            &row(&["V100: fastest threshold seen".to_owned(), short(sample.range[1], 5), String::new(), String::new()]);
     }
-    table("Velocities by chance; intervals of the sampling alone", &["", "velocity [m/s]", "low [m/s]", "high [m/s]"], &rows)
+    table(
+        "Velocities by chance; intervals of the sampling alone",
+        &["", "velocity [m/s]", "low [m/s]", "high [m/s]"],
+        &rows,
+    )
 }
 
 fn arithmetic(design: Design, result: &V50Result) -> String {

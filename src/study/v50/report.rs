@@ -11,14 +11,17 @@ use crate::study::shots;
 
 /// The whole result. Velocities in m/s.
 pub fn json(case: &Case, request: &V50Request, seed: u32, result: &V50Result) -> Value {
-    let quantile = |p: f64| result.quantiles.iter().find(|quantile| quantile.p == p).and_then(|quantile| quantile.value);
+    let quantile =
+        |p: f64| result.quantiles.iter().find(|quantile| quantile.p == p).and_then(|quantile| quantile.value);
     let threshold = |(realisation, found): (usize, &Result<[f64; 2], String>)| match found {
         Ok([low, high]) => json!({ "realisation": realisation, "low_m_s": low, "high_m_s": high }),
         Err(reason) => json!({ "realisation": realisation, "low_m_s": null, "high_m_s": null, "reason": reason }),
     };
     let range = result.sample.map(|sample| sample.range);
-    let assumed: Vec<&str> = case.fields.iter().filter(|field| field.assumed).map(|field| field.pointer.as_str()).collect();
-    let residual = |(curve, found): &(crate::study::residual_fit::Curve, Result<_, _>)| fit::residual_json(curve, found);
+    let assumed: Vec<&str> =
+        case.fields.iter().filter(|field| field.assumed).map(|field| field.pointer.as_str()).collect();
+    let residual =
+        |(curve, found): &(crate::study::residual_fit::Curve, Result<_, _>)| fit::residual_json(curve, found);
     json!({
         "v50_m_s": result.v50,
         "low_m_s": result.bounds.low,
@@ -74,11 +77,14 @@ pub fn notes(case: &Case, request: &V50Request, result: &V50Result) -> Vec<Strin
     let varies = case.variability.as_ref().is_some_and(Variability::varies);
     if varies {
         notes.extend(shots::notes(case));
-        let lines_follow = case.layers().iter().all(|layer| {
-            layer.grading.is_some_and(|grading| grading.lines_from == crate::case::LinesFrom::Hit)
-        });
+        let lines_follow = case
+            .layers()
+            .iter()
+            .all(|layer| layer.grading.is_some_and(|grading| grading.lines_from == crate::case::LinesFrom::Hit));
         if lines_follow && case.variability.as_ref().is_some_and(|v| v.hit == crate::case::HitPlace::UnitCell) {
-            notes.push("the mesh follows the hit: its place in a cell changes which yarns are struck, not the mesh".to_owned());
+            notes.push(
+                "the mesh follows the hit: its place in a cell changes which yarns are struck, not the mesh".to_owned(),
+            );
         }
     } else if request.design == Design::Thresholds {
         notes.push(
@@ -87,7 +93,10 @@ pub fn notes(case: &Case, request: &V50Request, result: &V50Result) -> Vec<Strin
                 .to_owned(),
         );
     } else {
-        notes.push("nothing varies from shot to shot: a design sees one sharp threshold, and its σ is that of the method".to_owned());
+        notes.push(
+            "nothing varies from shot to shot: a design sees one sharp threshold, and its σ is that of the method"
+                .to_owned(),
+        );
     }
     notes.push("the part of mesh and time step was measured on S-720 and is assumed for other fabrics".to_owned());
     if request.design != Design::Thresholds {
