@@ -103,7 +103,7 @@ pub(crate) struct V50Arguments {
     #[arg(long, value_name = "A..B")]
     pub(crate) velocity: Option<Velocities>,
     /// Scatter that a design expects, and the step of updown [m/s] [default: a tenth of the range]
-    #[arg(long, value_name = "M_S", value_parser = speed)]
+    #[arg(long, value_name = "M_S", value_parser = speed, allow_hyphen_values = true)]
     pub(crate) sigma: Option<f64>,
     #[command(flatten)]
     pub(crate) batch: BatchArguments,
