@@ -5,6 +5,7 @@
 //! Every program here runs as on a machine without a graphics adapter; those that want one are in `tests/gpu`.
 
 mod bench;
+mod campaigns;
 mod colours;
 mod completions;
 mod crossover;

@@ -4,12 +4,15 @@
 //! hold the truth is measured on synthetic ranges and stands in the book; random numbers are the published generator's.
 
 mod arithmetic;
+mod campaign;
 mod coverage;
 mod designs;
 mod estimation;
 mod intervals;
 mod random;
 mod residual;
+mod thresholds;
+mod variability;
 
 use ripstop::study::outcomes::{Outcomes, Shot};
 

@@ -50,6 +50,7 @@ pub(crate) use report::mesh;
 pub use report::report;
 pub use schema::schema;
 pub(crate) use variability::RANGE_STREAM;
+pub use variability::{Distribution, Drawn, HitPlace, Scattered, Variability, YarnStrength};
 pub(crate) use words::Word;
 
 /// A complete, validated case in SI units.
@@ -483,76 +484,6 @@ pub enum Rotation {
     Free,
     /// Translation only.
     Locked,
-}
-
-/// What varies from shot to shot.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Variability {
-    /// What all draws come from.
-    pub seed: u32,
-    /// The shot that the case is; `None`: the nominal one.
-    pub shot: Option<u32>,
-    /// Where the projectile hits.
-    pub hit: HitPlace,
-    /// Impact velocity [m/s].
-    pub velocity: Option<Scattered>,
-    /// Obliquity [rad].
-    pub obliquity: Option<Scattered>,
-    /// Yaw [rad].
-    pub yaw: Option<Scattered>,
-    /// Modulus of warp and weft, one draw each, over the nominal one [-].
-    pub modulus: Option<Scattered>,
-    /// Crimp of warp and weft, one draw each, over the nominal one [-].
-    pub crimp: Option<Scattered>,
-    /// Strength along the yarns.
-    pub yarn_strength: Option<YarnStrength>,
-}
-
-/// Scatter about a nominal value.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Scattered {
-    /// Its distribution.
-    pub distribution: Distribution,
-    /// Standard deviation of a normal distribution, half the width of a uniform one.
-    pub scatter: f64,
-}
-
-/// A distribution about a nominal value.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Distribution {
-    /// Normal.
-    Normal,
-    /// Uniform.
-    Uniform,
-}
-
-/// Where the projectile of a shot hits.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum HitPlace {
-    /// The point of aim.
-    Aimed,
-    /// Anywhere in the unit cell around it.
-    UnitCell,
-}
-
-/// Strength of yarns: Weibull's distribution along them, and another one between them.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct YarnStrength {
-    /// Shape m along a yarn [-].
-    pub shape: f64,
-    /// Length of the yarns whose mean failure strain the fabric's is [m].
-    pub gauge_length: f64,
-    /// Shape of the distribution of yarns, its mean 1 [-]; `None`: they do not differ but along their length.
-    pub yarn_shape: Option<f64>,
-}
-
-/// One value that was drawn for a shot.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Drawn {
-    /// Column of `shots.csv`: the key, with its unit.
-    pub column: String,
-    /// The value in that unit.
-    pub value: f64,
 }
 
 /// The scheme that keys left out of a case take their values from.

@@ -170,11 +170,8 @@ pub(crate) fn realisation(case: &Case, seed: u32, shot: u32, velocity: Option<f6
             projectile.insert("velocity_m_s".to_owned(), Value::from(velocity));
         }
     }
-    let case = Case {
-        name: case.name.clone(),
-        path: case.path.clone(),
-        ..checked(&document).map_err(|errors| CaseError::first_of(errors))?
-    };
+    let case =
+        Case { name: case.name.clone(), path: case.path.clone(), ..checked(&document).map_err(CaseError::first_of)? };
     Ok(Case { as_run: document, ..case })
 }
 

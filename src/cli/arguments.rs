@@ -8,7 +8,8 @@ use clap_complete::Shell;
 use ripstop::run::{self, Skips};
 use ripstop::study;
 
-use super::range::{StretchRange, Velocities, interval, level, percent, shift, speed};
+use super::campaign_arguments::{ShotsArguments, SweepArguments, V50Arguments};
+use super::range::{StretchRange, interval, level, percent, shift};
 
 /// The whole command line.
 #[derive(Debug, Parser)]
@@ -470,6 +471,7 @@ pub(crate) struct DiffArguments {
 #[command(after_help = "Examples:
   ripstop fit shots.csv
   ripstop fit shots.csv --link logit --level 95% -o out/limit
+  ripstop fit range.csv --computed out/limit/v50.json -o out/beside    # measured beside computed
   ripstop fit shots.csv --json | jq '.quantiles[] | select(.p == 0.5)'
 
 DATA.csv has a heading and the columns velocity_m_s and perforated (1 where the projectile passed, 0 where it was \
@@ -490,6 +492,9 @@ pub(crate) struct FitArguments {
     /// How intervals are made
     #[arg(long, value_enum, default_value = "likelihood")]
     pub(crate) interval: IntervalKind,
+    /// v50.json of a `ripstop v50`, to lay over the shots
+    #[arg(long, value_name = "V50.json")]
+    pub(crate) computed: Option<PathBuf>,
     /// Folder for fit.json, fit.svg and fit.html [default: none is written]
     #[arg(long, short, value_name = "DIR")]
     pub(crate) out: Option<PathBuf>,
@@ -517,185 +522,6 @@ pub(crate) enum IntervalKind {
     Likelihood,
     /// Estimate and standard error: too short for few shots
     Wald,
-}
-
-/// What commands that compute many shots have in common.
-#[derive(Args, Debug)]
-pub(crate) struct BatchArguments {
-    /// Change of the case, checked like the file; may be given again
-    #[arg(long = "set", value_name = "/POINTER=VALUE")]
-    pub(crate) sets: Vec<String>,
-    /// Number that all draws come from [default: /variability/seed of the case]
-    #[arg(long, value_name = "N")]
-    pub(crate) seed: Option<u32>,
-    /// Shots at a time, a thread each [default: all cores]; results do not depend on it
-    #[arg(long, value_name = "N", value_parser = RangedU64ValueParser::<usize>::new().range(1..=1024))]
-    pub(crate) threads: Option<usize>,
-    /// Number type
-    #[arg(long, value_enum, default_value = "f64")]
-    pub(crate) precision: PrecisionChoice,
-    /// Two-sided confidence of the intervals, such as 0.9 or 95%
-    #[arg(long, value_name = "LEVEL", value_parser = level, default_value = "0.9", allow_hyphen_values = true)]
-    pub(crate) level: f64,
-    /// Stop once half the interval of V50 is at most this part of V50
-    #[arg(long, value_name = "PERCENT", value_parser = percent, allow_hyphen_values = true)]
-    pub(crate) until_width: Option<f64>,
-    /// Go on with what lies in the folder; the results are the same, byte for byte
-    #[arg(long)]
-    pub(crate) resume: bool,
-    /// Print nothing but errors
-    #[arg(long, short)]
-    pub(crate) quiet: bool,
-    /// Print JSON
-    #[arg(long)]
-    pub(crate) json: bool,
-}
-
-/// `ripstop shots`
-#[derive(Args, Debug)]
-#[command(after_help = "Examples:
-  ripstop shots cases/s720-1ply-155.json --count 40 --velocity 150..220
-  ripstop shots shot.json --count 1000 --velocity 150..250 --until-width 2% -o out/limit
-  ripstop shots shot.json --count 1000 --velocity 150..250 -o out/limit --resume     # after Ctrl-C, kill or a full disk
-  ripstop shots shot.json --velocity 150..250 -o out/limit --only 17                 # shot 17 alone, with its report
-
-What varies from shot to shot stands in /variability of the case; without it only the velocity does. A shot is a function of \
-case, seed and number: it does not depend on the others.
-
-DIR gets shots.csv (a row for each shot, appended as shots end; `ripstop fit` reads it), shots.json (the fit), shots.html and \
-plan.json.")]
-pub(crate) struct ShotsArguments {
-    /// Case file; - is standard input
-    #[arg(value_name = "CASE.json")]
-    pub(crate) case: PathBuf,
-    /// Shots
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=10_000_000), required_unless_present = "only")]
-    pub(crate) count: Option<u32>,
-    /// Velocities spread evenly over a range [m/s] [default: that of the case]
-    #[arg(long, value_name = "A..B")]
-    pub(crate) velocity: Option<Velocities>,
-    /// Run this shot alone, with everything that `ripstop run` writes, in DIR/shot-N
-    #[arg(long, value_name = "N")]
-    pub(crate) only: Option<u32>,
-    #[command(flatten)]
-    pub(crate) batch: BatchArguments,
-    /// Folder for the results [default: out/<case name>-shots]
-    #[arg(long, short, value_name = "DIR")]
-    pub(crate) out: Option<PathBuf>,
-}
-
-/// `ripstop v50`
-#[derive(Args, Debug)]
-#[command(after_help = "Examples:
-  ripstop v50 cases/s720-1ply-155.json
-  ripstop v50 cases/s720-1ply-scatter.json --until-width 3% -o out/limit
-  ripstop v50 shot.json --design langlie --velocity 150..250 --count 20
-  ripstop v50 shot.json --json | jq .v50_m_s
-
-By default every realisation of the case (same fabric, same hit) is shot at other velocities until its own threshold is known. \
-A design (langlie, updown, neyer, 3pod) fires each realisation once, as a range would. What varies stands in /variability; in a \
-case without it there is one threshold. The interval holds sampling, mesh and time step, and says what part each has.
-
-DIR gets v50.json, v50.csv (a row for each shot), v50.html and plan.json.")]
-pub(crate) struct V50Arguments {
-    /// Case file; - is standard input
-    #[arg(value_name = "CASE.json")]
-    pub(crate) case: PathBuf,
-    /// How velocities are chosen
-    #[arg(long, value_enum, default_value = "thresholds")]
-    pub(crate) design: Design,
-    /// Realisations, or shots of a design, at most [default: 64 realisations or 20 shots]
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
-    pub(crate) count: Option<u32>,
-    /// Width of the bracket of a threshold
-    #[arg(long, value_name = "PERCENT", value_parser = percent, default_value = "0.5%", allow_hyphen_values = true)]
-    pub(crate) bracket: f64,
-    /// Where a design expects V50 [m/s] [default: 0.6 to 1.4 times the case's velocity]
-    #[arg(long, value_name = "A..B")]
-    pub(crate) velocity: Option<Velocities>,
-    /// Scatter that a design expects, and the step of updown [m/s] [default: a tenth of the range]
-    #[arg(long, value_name = "M_S", value_parser = speed)]
-    pub(crate) sigma: Option<f64>,
-    #[command(flatten)]
-    pub(crate) batch: BatchArguments,
-    /// Folder for the results [default: out/<case name>-v50]
-    #[arg(long, short, value_name = "DIR")]
-    pub(crate) out: Option<PathBuf>,
-}
-
-/// How velocities are chosen.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub(crate) enum Design {
-    /// Every realisation's own threshold
-    Thresholds,
-    /// Langlie's one-shot design
-    Langlie,
-    /// Up and down
-    Updown,
-    /// Neyer's D-optimal design
-    Neyer,
-    /// Three-phase optimal design
-    #[value(name = "3pod")]
-    ThreePod,
-}
-
-impl From<Design> for study::v50::Design {
-    fn from(design: Design) -> Self {
-        match design {
-            Design::Thresholds => Self::Thresholds,
-            Design::Langlie => Self::Langlie,
-            Design::Updown => Self::UpDown,
-            Design::Neyer => Self::Neyer,
-            Design::ThreePod => Self::ThreePod,
-        }
-    }
-}
-
-/// `ripstop sweep`
-#[derive(Args, Debug)]
-#[command(after_help = "Examples:
-  ripstop sweep shot.json --over /pack/plies=1,2,4,8 --over /projectile/velocity_m_s=100..300:20
-  ripstop sweep shot.json --over /pack/plies=1,2,4,8 --run v50 -o out/limits
-  ripstop sweep shot.json --over /fabric/crossover/gap_mm=0..0.1 --over /projectile/friction=0..0.4 --sobol 64
-
-Values are a list, a range with a step (A..B:STEP), or for Sobol's points a range (A..B). Every case is read and checked before \
-the first is computed.
-
-DIR gets sweep.csv (a row for each point), sweep.html (lines, a heat map of two keys, main effects), plan.json, and in points/ what \
-`ripstop shots` or `ripstop v50` writes.")]
-pub(crate) struct SweepArguments {
-    /// Case file
-    #[arg(value_name = "CASE.json")]
-    pub(crate) case: PathBuf,
-    /// A key and its values; may be given again
-    #[arg(long, value_name = "/POINTER=VALUES", required = true)]
-    pub(crate) over: Vec<String>,
-    /// So many of Sobol's points instead of a grid
-    #[arg(long, value_name = "N", value_parser = RangedU64ValueParser::<usize>::new().range(1..=10_000))]
-    pub(crate) sobol: Option<usize>,
-    /// What is computed at each point
-    #[arg(long, value_enum, default_value = "shots")]
-    pub(crate) run: SweepKind,
-    /// Shots at each point, or realisations of a V50 at most [default: 1 shot, 64 realisations]
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
-    pub(crate) count: Option<u32>,
-    /// Width of the bracket of a threshold
-    #[arg(long, value_name = "PERCENT", value_parser = percent, default_value = "0.5%", allow_hyphen_values = true)]
-    pub(crate) bracket: f64,
-    #[command(flatten)]
-    pub(crate) batch: BatchArguments,
-    /// Folder for the results [default: out/<case name>-sweep]
-    #[arg(long, short, value_name = "DIR")]
-    pub(crate) out: Option<PathBuf>,
-}
-
-/// What a sweep computes at each point.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub(crate) enum SweepKind {
-    /// Shots of the case
-    Shots,
-    /// Its V50
-    V50,
 }
 
 /// `ripstop info`

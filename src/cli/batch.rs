@@ -11,7 +11,7 @@ use ripstop::output::number::{duration, short};
 use ripstop::study::batch::{BatchError, BatchOptions};
 use ripstop::study::interval::Bounds;
 
-use super::arguments::BatchArguments;
+use super::campaign_arguments::BatchArguments;
 use super::failure::CommandFailure;
 use super::input;
 use super::progress::Bar;
@@ -35,6 +35,7 @@ pub(crate) fn options<'a>(arguments: &BatchArguments, case: &Case, interrupt: &'
     BatchOptions {
         seed: arguments.seed.unwrap_or(of_case),
         threads: arguments.threads.unwrap_or_else(|| thread::available_parallelism().map_or(1, NonZero::get)),
+        threads_per_shot: 1,
         precision: arguments.precision.into(),
         interrupt,
     }

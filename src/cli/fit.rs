@@ -7,7 +7,7 @@ use ripstop::output::number::short;
 use ripstop::study::StudyError;
 use ripstop::study::arithmetic_v50::{Arithmetic, Refusal, Rule};
 use ripstop::study::binary_response::Method;
-use ripstop::study::fit::{self, Fit, FitRequest, Quantile};
+use ripstop::study::fit::{self, ComputedLimit, Fit, FitRequest, Quantile};
 use ripstop::study::outcomes::Group;
 use ripstop::study::residual_fit::{ResidualFit, ResidualModel, TooFew};
 
@@ -29,7 +29,8 @@ pub(crate) fn fit(arguments: &FitArguments) -> Result<(), CommandFailure> {
     let rows = fit::read(&arguments.data)?;
     let request =
         FitRequest { link: arguments.link.into(), level: arguments.level, interval: arguments.interval.into() };
-    let found = fit::fit(&rows, request);
+    let computed = arguments.computed.as_deref().map(ComputedLimit::read).transpose()?;
+    let found = Fit { computed, ..fit::fit(&rows, request) };
     let written = arguments.out.as_deref().map(|out| write(out, &arguments.data, &found)).transpose()?;
     match Print::of(arguments.json, arguments.quiet) {
         Print::Json => screen::print(&format!("{:#}\n", fit::json(&found))),

@@ -4,6 +4,7 @@ pub(crate) mod arguments;
 pub(crate) mod backend;
 pub(crate) mod batch;
 pub(crate) mod bench;
+pub(crate) mod campaign_arguments;
 pub(crate) mod check;
 pub(crate) mod compare;
 pub(crate) mod completions;

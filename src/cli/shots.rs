@@ -11,8 +11,9 @@ use ripstop::study::fit::{self, Fit, FitRequest};
 use ripstop::study::interval::Interval;
 use ripstop::study::shots::{self, BatchProgress, ShotsRequest, ShotsResult};
 
-use super::arguments::{BackendArguments, BackendChoice, RunArguments, ShotsArguments};
+use super::arguments::{BackendArguments, BackendChoice, RunArguments};
 use super::batch::{self, ShotBar};
+use super::campaign_arguments::ShotsArguments;
 use super::failure::CommandFailure;
 use super::fit::text as fit_text;
 use super::run::{Print, shoot};

@@ -13,8 +13,8 @@ use ripstop::study::sweep::factor::{Factor, points};
 use ripstop::study::sweep::{self, PointResult, SweepOf, SweepRequest};
 use ripstop::study::v50::{Design, V50Request};
 
-use super::arguments::{SweepArguments, SweepKind};
 use super::batch;
+use super::campaign_arguments::{SweepArguments, SweepKind};
 use super::failure::CommandFailure;
 use super::progress::Bar;
 use super::run::Print;

@@ -10,8 +10,8 @@ use ripstop::study::fit::FitRequest;
 use ripstop::study::interval::Interval;
 use ripstop::study::v50::{self, V50Progress, V50Request, V50Result};
 
-use super::arguments::{Design, V50Arguments};
 use super::batch::{self, ShotBar};
+use super::campaign_arguments::{Design, V50Arguments};
 use super::failure::CommandFailure;
 use super::fit::{arithmetic_table, end, plot, residual_table};
 use super::result::part;
@@ -91,7 +91,10 @@ fn counts(request: &V50Request, found: &V50Result) -> String {
     match request.design {
         ripstop::study::v50::Design::Thresholds => {
             let known = found.thresholds.iter().filter(|found| found.is_ok()).count();
-            format!("{known} thresholds of {} realisations, {shots} shots", found.thresholds.len())
+            let of = found.thresholds.len();
+            let [thresholds, realisations] = [(known, "threshold"), (of, "realisation")]
+                .map(|(count, name)| format!("{count} {name}{}", if count == 1 { "" } else { "s" }));
+            format!("{thresholds} of {realisations}, {shots} shots")
         }
         design => format!("{shots} shots, design {}", design.word()),
     }
@@ -110,7 +113,10 @@ fn answer(request: &V50Request, found: &V50Result) -> String {
         out += &format!("σ {} m/s\n", short(sigma, 3));
     }
     let metres = |width: f64| format!("± {} m/s", short(width, 2));
-    let sampling = found.width.sampling.map_or_else(|| "no end".to_owned(), metres);
+    let sampling = match found.width.sampling {
+        Some(0.0) => "none".to_owned(),
+        sampling => sampling.map_or_else(|| "no end".to_owned(), metres),
+    };
     let (numerical, bracket) = (metres(found.width.numerical), metres(found.width.bracket));
     out + &format!("of that: sampling {sampling}, mesh and time step {numerical}, brackets {bracket}\n")
 }

@@ -49,6 +49,15 @@ impl Strength {
         Some(Self { factors, columns, least })
     }
 
+    /// The same for all elements but the warp of one.
+    #[cfg(test)]
+    pub(crate) fn of_one(rows: usize, columns: usize, [row, column]: [usize; 2], factor: f64) -> Self {
+        let mut strength = Self { factors: vec![1.0; rows * 2 * columns], columns, least: vec![[1.0; 2]; rows] };
+        strength.factors[2 * row * columns + column] = factor;
+        strength.least[row][0] = factor.min(1.0);
+        strength
+    }
+
     /// Of a yarn (0 warp, 1 weft) of an element.
     #[inline]
     pub fn factor(&self, row: usize, yarn: usize, column: usize) -> f64 {

@@ -90,15 +90,26 @@ mod tests {
 
     use super::*;
     use crate::case;
+    use crate::model::Strength;
 
     /// A ply type of 9 × 9 elements with these strains of its warp (row, column) over the failure strain, judged: where its warp is marked, and
     /// the largest load. `sets` change the case; elements are as long as a crossover, 1.27 mm, unless they do.
     fn judged(strain: impl Fn(usize, usize) -> f64, sets: &[&str]) -> (Vec<[usize; 2]>, f64) {
+        judged_with(strain, sets, |_| None)
+    }
+
+    /// The same with a strength of each element.
+    fn judged_with(
+        strain: impl Fn(usize, usize) -> f64,
+        sets: &[&str],
+        strength: impl Fn(&Model<f64>) -> Option<Strength>,
+    ) -> (Vec<[usize; 2]>, f64) {
         let size = ["/pack/width_mm=11.43", "/pack/height_mm=11.43", "/solver/numerics=paper", "/expect=[]"];
         let sets: Vec<String> = size.iter().chain(sets).map(|set| (*set).to_owned()).collect();
         let case = case::read(Path::new("cases/s720-1ply-155.json"), &sets);
         let case = case.unwrap_or_else(|error| unreachable!("{error}"));
-        let model = Model::<f64>::new(&case).unwrap_or_else(|error| unreachable!("{error}"));
+        let mut model = Model::<f64>::new(&case).unwrap_or_else(|error| unreachable!("{error}"));
+        model.strength = strength(&model);
         let mut state = State::new(&case, &model);
         let mesh = &model.ply_type(0).mesh;
         let limit = model.ply_type(0).cell.yarn[0].failure_strain;
@@ -148,6 +159,23 @@ mod tests {
         let peak = |row, column| if (row, column) == (4, 4) { 1.001 } else { 0.1 };
         let sets = ["/solver/failure_length_mm=1.2", "/fabric/weft/count_per_inch=30"];
         assert_eq!(judged(peak, &sets).0, [[4, 4]]);
+    }
+
+    #[test]
+    fn an_element_breaks_at_its_own_strength() {
+        let one = |factor: f64| {
+            move |model: &Model<f64>| {
+                Some(Strength::of_one(model.grid.element_rows(), model.grid.columns, [4, 4], factor))
+            }
+        };
+        // A weak one among whole ones, far below what breaks the others.
+        let even = |height: f64| move |_: usize, _: usize| height;
+        assert_eq!(judged_with(even(0.61), &[THREE], one(0.6)).0, [[4, 4]]);
+        assert_eq!(judged_with(even(0.59), &[THREE], one(0.6)).0, NOTHING);
+        // A strong one holds where all others break; the load is over its own strength.
+        assert_eq!(judged_with(even(1.1), &[THREE], one(1.2)).0.len(), 80);
+        let (_, load) = judged_with(even(0.61), &[THREE], one(0.6));
+        assert!((load - 0.61 / 0.6).abs() < 1e-12, "{load}");
     }
 
     #[test]

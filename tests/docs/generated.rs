@@ -11,7 +11,8 @@ const END: &str = "<!-- /generated -->";
 const BY_COMMAND: [&str; 3] =
     ["ripstop schema --markdown", "ripstop explain --markdown", "ripstop verify --backend cpu --markdown"];
 /// Made in other tests, which compute the same anyway, and call [`hold`].
-const BY_OTHERS: [&str; 4] = [
+const BY_OTHERS: [&str; 5] = [
+    "coverage of intervals from thresholds, 10 000 synthetic campaigns",
     "coverage of intervals, 10 000 synthetic ranges",
     "ripstop validate --backend cpu --markdown",
     "ripstop bench --objectivity --markdown, from benches/objectivity.json",

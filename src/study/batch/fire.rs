@@ -83,7 +83,8 @@ pub(in crate::study) fn shoot(
     let velocity = shot.projectile.as_ref().map_or(asked, |projectile| projectile.velocity);
     let drawn = shot.drawn.clone();
     let failure = |reason: &str| Some(ShotRow::of_failure(order, velocity, drawn, reason));
-    let run_options = Options { threads: Some(1), precision: options.precision, ..Options::default() };
+    let run_options =
+        Options { threads: Some(options.threads_per_shot), precision: options.precision, ..Options::default() };
     let run = || run::run(&shot, run_options, options.interrupt, &mut ());
     match catch_unwind(AssertUnwindSafe(run)) {
         Ok(Ok(run)) if run.interrupted || given_up.load(Ordering::Relaxed) => None,

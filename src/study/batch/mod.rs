@@ -41,6 +41,8 @@ pub struct BatchOptions<'a> {
     pub seed: u32,
     /// Shots at a time.
     pub threads: usize,
+    /// Threads of a shot, where fewer shots than threads can run.
+    pub threads_per_shot: usize,
     /// Number type.
     pub precision: Precision,
     /// Raised: the shots under way are given up.

@@ -15,6 +15,7 @@ const POINTS: usize = 240;
 pub(in crate::study) const PERFORATED: &str = "#d55e00";
 pub(in crate::study) const STOPPED: &str = "#0072b2";
 pub(in crate::study) const CURVE: &str = "#222";
+const COMPUTED: &str = "#009e73";
 /// Dashes of the second curve.
 const DASHES: &str = "7 4";
 
@@ -51,8 +52,9 @@ pub(in crate::study) fn panels(fit: &Fit) -> Vec<(&'static str, String)> {
 fn velocities(fit: &Fit) -> [f64; 2] {
     let [low, high] = fit.outcomes.range();
     let reach = 0.6 * (high - low).max(1e-3 * high.abs()).max(1e-9);
+    let computed = fit.computed.iter().flat_map(|found| [Some(found.v50), found.bounds.low, found.bounds.high]);
     let ends = fit.quantiles.iter().flat_map(|quantile| [quantile.value, quantile.bounds.low, quantile.bounds.high]);
-    let near = ends.flatten().map(|velocity| velocity.clamp(low - reach, high + reach));
+    let near = ends.chain(computed).flatten().map(|velocity| velocity.clamp(low - reach, high + reach));
     let [low, high] = near.fold([low, high], |[low, high], velocity| [low.min(velocity), high.max(velocity)]);
     let room = 0.04 * (high - low).max(reach);
     [low - room, high + room]
@@ -92,6 +94,15 @@ fn chance(fit: &Fit) -> String {
         let points = evenly(range).map(|velocity| [velocity, found.probability(velocity)]);
         out += &chart::line(&x, &y, points, &format!("stroke=\"{CURVE}\" stroke-width=\"2\""));
     }
+    if let Some(computed) = &fit.computed {
+        let points = evenly(range).map(|velocity| [velocity, computed.probability(velocity)]);
+        out += &chart::line(
+            &x,
+            &y,
+            points,
+            &format!("stroke=\"{COMPUTED}\" stroke-width=\"2\" stroke-dasharray=\"{DASHES}\""),
+        );
+    }
     for group in fit.outcomes.groups() {
         let at = |height: f64| [x.at(group.velocity), y.at(height)];
         if group.perforated > 0 {
@@ -101,8 +112,9 @@ fn chance(fit: &Fit) -> String {
             out += &dot(at(0.0), group.stopped, STOPPED);
         }
     }
-    let legend =
-        format!("orange: perforated, blue: stopped; bars: {} % intervals", short(100.0 * fit.request.level, 3));
+    let computed = if fit.computed.is_some() { "; dashed green: computed" } else { "" };
+    let level = short(100.0 * fit.request.level, 3);
+    let legend = format!("orange: perforated, blue: stopped; bars: {level} % intervals{computed}");
     out + &chart::text(x.paper[0], PANEL[1] - 8.0, "font-size=\"11\"", &legend)
 }
 

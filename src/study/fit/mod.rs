@@ -5,11 +5,13 @@
 //! CSV               JSON, SVG, HTML
 //! ```
 
+mod computed;
 pub(in crate::study) mod draw;
 pub(in crate::study) mod page;
 mod table;
 mod text;
 
+pub use computed::ComputedLimit;
 pub use draw::svg;
 pub use page::html;
 pub use table::{FitRow, outcomes, parse, passed, read};
@@ -65,6 +67,8 @@ pub struct Fit {
     pub arithmetic: Vec<(Rule, Result<Arithmetic, Refusal>)>,
     /// Curves through the residual velocities; none where none was measured.
     pub residual: Vec<(ResidualModel, Result<ResidualFit, TooFew>)>,
+    /// A computed limit to hold them against.
+    pub computed: Option<ComputedLimit>,
 }
 
 impl Fit {
@@ -92,5 +96,6 @@ pub fn fit(rows: &[FitRow], request: FitRequest) -> Fit {
         residual: curves.iter().map(|curve| (*curve, residual_fit(*curve, &passed, request.level))).collect(),
         outcomes,
         passed,
+        computed: None,
     }
 }

@@ -79,7 +79,9 @@ pub(in crate::study) fn table(title: &str, heads: &[&str], rows: &str) -> String
 
 pub(in crate::study) fn row(cells: &[String]) -> String {
     let cell = |(n, cell): (usize, &String)| {
-        let cell = escape(&cell.replace('-', "−"));
+        // Signs of numbers, not what joins words.
+        let cell = if cell.parse::<f64>().is_ok() { cell.replace('-', "−") } else { cell.clone() };
+        let cell = escape(&cell);
         if n == 0 { format!("<th scope=\"row\">{cell}</th>") } else { format!("<td>{cell}</td>") }
     };
     format!("<tr>{}</tr>\n", cells.iter().enumerate().map(cell).collect::<String>())

@@ -36,6 +36,9 @@ pub fn json(fit: &Fit) -> Value {
         "fastest_stop": fit.outcomes.fastest_stop(),
         "arithmetic": fit.arithmetic.iter().map(arithmetic_json).collect::<Vec<_>>(),
         "residual": fit.residual.iter().map(|(curve, found)| residual_json(curve, found)).collect::<Vec<_>>(),
+        "computed": fit.computed.map(|found| json!({
+            "v50_m_s": found.v50, "low_m_s": found.bounds.low, "high_m_s": found.bounds.high, "sigma_m_s": found.sigma,
+        })),
         "notes": notes(fit),
     })
 }
@@ -93,6 +96,7 @@ pub fn refusal(why: &Refusal) -> String {
 /// What a reader should know before the numbers are used.
 pub fn notes(fit: &Fit) -> Vec<String> {
     let mut notes = Vec::new();
+    notes.extend(fit.computed.iter().map(|computed| computed.words(fit)));
     match &fit.estimate {
         Err(why) => notes.push(format!("no estimate: {why}")),
         Ok(found) if found.method == Method::Firth => notes.push(

@@ -12,7 +12,7 @@ use super::html;
 use crate::case::Case;
 use crate::output::Folder;
 use crate::output::csv::number;
-use crate::study::batch::{BatchError, BatchOptions, BatchPlan};
+use crate::study::batch::{BatchError, BatchOptions, BatchPlan, ShotRow};
 use crate::study::shots::{self, ShotsRequest};
 use crate::study::v50::{self, V50Request};
 
@@ -145,8 +145,8 @@ fn point(case: &Case, of: &SweepOf, options: &BatchOptions<'_>, path: &Path) -> 
 fn of_shots(found: &shots::ShotsResult) -> PointResult {
     let decided: Vec<_> = found.rows.iter().filter(|row| row.perforated().is_some()).collect();
     let failed = found.rows.len() - decided.len();
-    let mean = |of: &dyn Fn(&&crate::study::batch::ShotRow) -> Option<f64>| {
-        let values: Vec<f64> = decided.iter().filter_map(|row| of(&row)).collect();
+    let mean = |of: &dyn Fn(&&ShotRow) -> Option<f64>| {
+        let values: Vec<f64> = decided.iter().filter_map(of).collect();
         (!values.is_empty()).then(|| values.iter().sum::<f64>() / values.len() as f64)
     };
     let reason = found.rows.iter().find(|row| row.perforated().is_none()).map(|row| row.reason.clone());

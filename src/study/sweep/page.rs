@@ -128,8 +128,12 @@ fn lines(names: &[&str], places: &[Place], response: &str) -> String {
             legend.push((colour, values.join(", ")));
         }
     }
+    let others = names[1..].join(", ");
+    out += &chart::text(4.0, PANEL[1] - 8.0, "font-size=\"11\"", &others);
+    let begin = 16.0 + 7.0 * others.chars().count() as f64;
+    let step = (PANEL[0] - begin) / legend.len().max(1) as f64;
     for (n, (colour, words)) in legend.iter().enumerate() {
-        let at = 90.0 + 62.0 * n as f64;
+        let at = begin + step.min(62.0) * n as f64;
         out += &chart::text(at, PANEL[1] - 8.0, &format!("font-size=\"11\" style=\"fill:{colour}\""), words);
     }
     out

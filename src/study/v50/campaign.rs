@@ -98,6 +98,11 @@ pub fn run(
     let order = |shot: u32| ShotOrder { shot, velocity: Some(request.velocity[0]) };
     let drawn = drawn_columns(case, options.seed, (0..request.count).map(order));
     let log = ShotLog::open(folder, TABLE, drawn, resume)?;
+    let varies = case.variability.as_ref().is_some_and(Variability::varies);
+    // Shots that wait for each other have all threads.
+    let one_by_one = request.design != Design::Thresholds || !varies;
+    let threads_per_shot = if one_by_one { options.threads } else { 1 };
+    let options = &BatchOptions { threads_per_shot, ..*options };
     let mut campaign = Campaign { case, request, options, log: Mutex::new(log) };
     let found = match request.design {
         Design::Thresholds => campaign.thresholds(progress)?,

@@ -19,7 +19,7 @@ pub struct Rungs {
 impl Rungs {
     /// Velocity of a rung [m/s].
     pub fn velocity(&self, rung: i32) -> f64 {
-        ((1.0 + self.width).powi(rung) * 1e3).round() * 1e-3
+        ((1.0 + self.width).powi(rung) * 1e3).round() / 1e3
     }
 
     /// The rung nearest to a velocity [m/s].

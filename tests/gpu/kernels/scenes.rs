@@ -3,7 +3,7 @@
 pub(crate) mod packs;
 pub(crate) mod struck;
 
-use ripstop::case::{Case, Edge, Grading, LinesFrom, ShearModulus, UnitCell};
+use ripstop::case::{Case, Edge, Grading, HitPlace, LinesFrom, ShearModulus, UnitCell, Variability, YarnStrength};
 use ripstop::kernels::element_force::{BROKEN, field as element};
 use ripstop::kernels::node_update::field as node;
 use ripstop::model::Model;
@@ -104,6 +104,21 @@ fn narrow(case: &mut Case) {
     case.pack.element_length_y *= 0.4;
 }
 
+/// A shot whose yarns differ in strength, by a lot, along their length and from each other.
+fn strength() -> Variability {
+    Variability {
+        seed: 7,
+        shot: Some(3),
+        hit: HitPlace::Aimed,
+        velocity: None,
+        obliquity: None,
+        yaw: None,
+        modulus: None,
+        crimp: None,
+        yarn_strength: Some(YarnStrength { shape: 4.0, gauge_length: 1e-3, yarn_shape: Some(6.0) }),
+    }
+}
+
 /// One law, with something unusual about the mesh or the fabric.
 fn special_scenes() -> Vec<Scene> {
     let plies = DEFORMATIONS.len() as u32;
@@ -138,6 +153,17 @@ fn special_scenes() -> Vec<Scene> {
             grade_from(case, [3e-3, -2e-3], 4.0, LinesFrom::Hit);
         }),
         deformed("failure over a length, two fabrics".to_owned(), over_length(graded_pack([20, 17], &groups)), 4, 203),
+        special("pieces of yarn of different strength", 13, 9, &|case| {
+            case.pack.plies = plies;
+            case.variability = Some(strength());
+        }),
+        special("pieces of yarn of different strength, over a length", 13, 26, &|case| {
+            case.pack.plies = plies;
+            narrow(case);
+            case.solver.failure_length = 2.1e-3;
+            grade_from(case, [3e-3, -2e-3], 4.0, LinesFrom::Hit);
+            case.variability = Some(strength());
+        }),
         special("one element", 1, 1, &|case| case.pack.plies = plies),
         special("several workgroups of the ledger", 33, 35, &|case| {
             case.pack.edges.left = Edge::Roller;

@@ -1,0 +1,137 @@
+//! What varies: shots are functions of seed and number, have the distributions they name, and a nominal case has none of it.
+
+use ripstop::case::{self, Case};
+use ripstop::math::link::Link;
+use ripstop::run::outcome::Outcome;
+use ripstop::study::batch::{ShotOrder, order_case};
+
+use super::campaign::small;
+use crate::scene;
+
+const ALL: &str = r#"/variability={"hit": "unit_cell", "velocity": {"scatter_m_s": 3}, "obliquity": {"scatter_deg": 2}, "yaw": {"scatter_deg": 1,
+    "distribution": "uniform"}, "modulus": {"scatter": 0.04}, "crimp": {"scatter": 0.1}}"#;
+
+fn drawn(case: &Case, shot: u32) -> Case {
+    order_case(case, 5, ShotOrder { shot, velocity: None }).unwrap()
+}
+
+/// Kolmogorov and Smirnov: chance of values below 1.63/√n off in one of a hundred samples.
+#[track_caller]
+fn follows(name: &str, mut values: Vec<f64>, distribution: impl Fn(f64) -> f64) {
+    values.sort_by(f64::total_cmp);
+    let n = values.len() as f64;
+    let off = values.iter().enumerate().map(|(i, value)| {
+        let p = distribution(*value);
+        (p - i as f64 / n).abs().max((p - (i as f64 + 1.0) / n).abs())
+    });
+    let off = off.fold(0.0, f64::max);
+    assert!(off < 1.63 / n.sqrt(), "{name}: {off}");
+}
+
+#[test]
+fn values_have_the_distributions_that_the_case_names() {
+    let nominal = small(&[ALL]);
+    let shots: Vec<Case> = (0..300).map(|shot| drawn(&nominal, shot)).collect();
+    let column = |name: &str| -> Vec<f64> {
+        let of = |shot: &Case| shot.drawn.iter().find(|drawn| drawn.column == name).unwrap().value;
+        shots.iter().map(of).collect()
+    };
+    let normal = |mean: f64, sd: f64| move |x: f64| Link::Probit.probability((x - mean) / sd);
+    let even = |low: f64, high: f64| move |x: f64| (x - low) / (high - low);
+    let velocity = nominal.projectile.as_ref().unwrap().velocity;
+    follows(
+        "velocity",
+        shots.iter().map(|shot| shot.projectile.as_ref().unwrap().velocity).collect(),
+        normal(velocity, 3.0),
+    );
+    for (name, yarn) in [("offset_x_mm", &nominal.fabric.warp), ("offset_y_mm", &nominal.fabric.weft)] {
+        let half = yarn.half_span() * 1e3;
+        follows(name, column(name), even(-half, half));
+    }
+    follows("yaw", column("yaw_deg"), even(-1.0, 1.0));
+    // Folded at zero: the angle is |N|.
+    follows("obliquity", column("obliquity_deg"), |x| 2.0 * Link::Probit.probability(x / 2.0) - 1.0);
+    follows("modulus", column("warp_modulus_gpa"), normal(96.0, 0.04 * 96.0));
+    let crimp = nominal.fabric.weft.crimp;
+    follows("crimp", column("weft_crimp"), normal(crimp, 0.1 * crimp));
+    let [warp, weft] = [column("warp_modulus_gpa"), column("weft_modulus_gpa")];
+    assert!(warp.iter().zip(&weft).all(|(warp, weft)| warp != weft));
+    // What was drawn is what the shot has, and says where it is from.
+    let shot = &shots[7];
+    assert_eq!(shot.fabric.warp.modulus, warp[7] * 1e9);
+    let field = shot.fields.iter().find(|field| field.pointer == "/fabric/warp/modulus_gpa").unwrap();
+    assert!(field.source.contains("drawn, normal"), "{field:?}");
+}
+
+#[test]
+fn draws_depend_on_seed_and_number_and_on_nothing_else() {
+    let nominal = small(&[ALL]);
+    assert_eq!(drawn(&nominal, 3).drawn, drawn(&nominal, 3).drawn);
+    assert_ne!(drawn(&nominal, 3).drawn, drawn(&nominal, 4).drawn);
+    let other = order_case(&nominal, 6, ShotOrder { shot: 3, velocity: None }).unwrap();
+    assert_ne!(drawn(&nominal, 3).drawn, other.drawn);
+    // One thing less that varies leaves the others as they are.
+    let less = small(&[ALL, "/variability/yaw=null"]);
+    let kept = drawn(&less, 3).drawn;
+    assert!(
+        kept.iter().all(|value| drawn(&nominal, 3).drawn.contains(value))
+            && kept.len() + 1 == drawn(&nominal, 3).drawn.len()
+    );
+    // The case as run is that shot again.
+    let shot = drawn(&nominal, 3);
+    let again = case::from_str("again", &shot.as_run.to_string(), &[]).unwrap();
+    assert_eq!((again.drawn, again.projectile, again.fabric), (shot.drawn, shot.projectile, shot.fabric));
+}
+
+#[test]
+fn a_nominal_case_runs_as_if_nothing_could_vary() {
+    let strength = r#"/variability/yarn_strength={"shape": 8, "gauge_length_mm": 50}"#;
+    let (plain, nominal) = (scene::run(&small(&[])), scene::run(&small(&[ALL, strength])));
+    assert_eq!(plain.history, nominal.history);
+    assert_eq!((plain.events, plain.planes), (nominal.events, nominal.planes));
+}
+
+#[test]
+fn weak_yarns_let_pass_what_strong_ones_stop() {
+    // Of a piece far longer than an element nearly all elements are stronger than the fabric's failure strain; of a far shorter one weaker.
+    let run = |gauge: &str, shot: &str| {
+        let strength = format!(r#"/variability/yarn_strength={{"shape": 10, "gauge_length_mm": {gauge}}}"#);
+        scene::run(&small(&[&strength, &format!("/variability/shot={shot}"), "/projectile/velocity_m_s=90"]))
+    };
+    let (strong, weak) = (run("1000", "1"), run("0.02", "1"));
+    assert_eq!((strong.outcome, weak.outcome), (Outcome::Stopped, Outcome::Perforated));
+    assert!(strong.planes.copies() == 1, "a scene whose yarns differ has no mirror planes");
+    assert_ne!(weak.events, run("0.02", "2").events);
+    // A shape so large that all elements are alike gives back the fabric's own strength, mirror planes or not.
+    let even = r#"/variability/yarn_strength={"shape": 1000, "gauge_length_mm": 0.65}"#;
+    let even = scene::run(&small(&[even, "/variability/shot=1", "/projectile/velocity_m_s=110"]));
+    let plain = scene::run(&small(&["/projectile/velocity_m_s=110"]));
+    assert_eq!(even.outcome, plain.outcome);
+}
+
+#[test]
+fn an_element_is_judged_by_its_own_strength_where_no_length_is_given() {
+    let paper = ["/solver/numerics=paper", "/solver/end_time_us=200", "/projectile/velocity_m_s=230"];
+    let even = r#"/variability/yarn_strength={"shape": 1000, "gauge_length_mm": 1.3}"#;
+    let plain = scene::run(&small(&paper));
+    let even = scene::run(&small(&[&paper[..], &[even, "/variability/shot=0"]].concat()));
+    let first = |run: &ripstop::run::Run| run.events.first().unwrap().step;
+    assert!(first(&even).abs_diff(first(&plain)) <= 4, "{} {}", first(&even), first(&plain));
+}
+
+#[test]
+fn what_cannot_vary_is_refused_at_its_place() {
+    for (set, place) in [
+        ("/variability/velocity={}", "/variability/velocity/scatter_m_s"),
+        (r#"/variability/yaw={"scatter_deg": -1}"#, "/variability/yaw/scatter_deg"),
+        (r#"/variability/yarn_strength={"shape": 9}"#, "/variability/yarn_strength/gauge_length_mm"),
+        ("/variability/hit=cell", "/variability/hit"),
+        ("/variability/sed=3", "/variability/sed"),
+    ] {
+        let error = case::from_str("t", super::campaign::SMALL, &[set.to_owned()]).unwrap_err().to_string();
+        assert!(error.contains(place), "{set}: {error}");
+    }
+    let still = ["/projectile=null", "/solver/end_time_us=1", "/variability/hit=unit_cell"].map(str::to_owned);
+    let error = case::from_str("t", super::campaign::SMALL, &still).unwrap_err().to_string();
+    assert!(error.contains("a projectile, whose flight varies"), "{error}");
+}
