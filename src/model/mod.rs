@@ -167,7 +167,7 @@ impl<S: Scalar> Model<S> {
                 && projectile.as_ref().is_some_and(|body| body.body.profile.has_round_rim()),
             ply_friction: case.pack.friction,
             at_rest: still && case.pack.initial_deflection.is_none() && case.pack.pretension.is_none(),
-            ply_types: ply_types,
+            ply_types,
             plies: layup.plies,
             bound,
             projectile: projectile.map(|body| body.part(planes)),
