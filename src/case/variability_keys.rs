@@ -7,7 +7,8 @@ use super::{Distribution, HitPlace};
 
 /// What a scatter is.
 const SCATTER: &str = "Standard deviation of a normal distribution, half the width of a uniform one.";
-const RELATIVE: &str = "The same, over the nominal value.";
+const RELATIVE: &str =
+    "Standard deviation of a normal distribution, half the width of a uniform one, over the nominal value.";
 
 pub(super) static VARIABILITY: &[Key] = &[
     key("seed", Kind::Whole(0, u32::MAX), "Number that all draws come from.").default(1.0, "one sequence of shots"),
@@ -26,8 +27,12 @@ pub(super) static VARIABILITY: &[Key] = &[
         "Angle of the line of flight about the nominal one; at normal incidence in any direction.",
     )
     .optional("it does not vary"),
-    key("yaw", Kind::Object(ANGLE), "Yaw about the nominal one, in the plane of the azimuth; at normal incidence any.")
-        .optional("it does not vary"),
+    key(
+        "yaw",
+        Kind::Object(ANGLE),
+        "Yaw about the nominal one, in the plane of the azimuth; at normal incidence in any direction.",
+    )
+    .optional("it does not vary"),
     key("modulus", Kind::Object(FRACTION), "Axial modulus of the fibre: one draw for warp, one for weft of a fabric.")
         .optional("it does not vary"),
     key(
