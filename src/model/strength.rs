@@ -28,7 +28,7 @@ impl Strength {
         let mut least = vec![[f64::INFINITY; 2]; plies.len() * rows];
         for (ply, sheet) in plies.iter().enumerate().map(|(number, ply)| (number, &sheets[ply.sheet])) {
             let breaks = [0, 1].map(|yarn| sheet.present[yarn] && sheet.cell.yarn[yarn].failure_strain < NEVER);
-            let pieces = Pieces::new(sheet);
+            let pieces = YarnLayout::new(sheet);
             for row in 0..sheet.mesh.rows {
                 let at = ply * rows + row;
                 for yarn in (0..2).filter(|yarn| breaks[*yarn]) {
@@ -79,7 +79,7 @@ struct PieceOfYarn {
 }
 
 /// How the yarns of a sheet lie in its mesh.
-struct Pieces<'a> {
+struct YarnLayout<'a> {
     mesh: &'a Mesh,
     /// Distance of neighbouring yarns of warp and of weft [m].
     spacing: [f64; 2],
@@ -87,7 +87,7 @@ struct Pieces<'a> {
     crimp: [f64; 2],
 }
 
-impl<'a> Pieces<'a> {
+impl<'a> YarnLayout<'a> {
     fn new<S>(sheet: &'a Sheet<S>) -> Self {
         let yarns = &sheet.cell.yarn;
         // Warp yarns lie beside each other along weft.
@@ -184,7 +184,7 @@ mod tests {
                 let model = model(&[mesh, &shot, strength]);
                 let Some(strength) = &model.strength else { unreachable!("strength varies") };
                 let sheet = model.sheet(0);
-                let pieces = Pieces::new(sheet);
+                let pieces = YarnLayout::new(sheet);
                 let mut last = u32::MAX;
                 for row in 0..sheet.mesh.rows {
                     let piece = pieces.at(0, row, 0);

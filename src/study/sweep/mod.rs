@@ -5,7 +5,7 @@
 //! ```
 //!
 //! - [`factor`] reads what is varied, [`sobol`] gives points that fill a box evenly.
-//! - [`campaign`] runs the points; [`effects`] is what the page and the terminal make of them; [`page`] is `sweep.html`.
+//! - `campaign` runs the points; [`effects`] is what the page and the terminal make of them; `page` is `sweep.html`.
 
 mod campaign;
 pub mod effects;

@@ -4,9 +4,9 @@
 //! case ──► thresholds of realisations, or a design ──► estimate ──► json, page
 //! ```
 //!
-//! - [`threshold`] finds the threshold of one realisation, [`campaign`] those of many, and the shots of a design.
+//! - [`threshold`] finds the threshold of one realisation, `campaign` those of many, and the shots of a design.
 //! - [`sample`] is the estimate from thresholds; shots of a design are fitted as those of a range.
-//! - [`report`] is `v50.json` and what is said in words, [`page`] is `v50.html`.
+//! - `report` is `v50.json` and what is said in words, `page` is `v50.html`.
 
 mod campaign;
 mod estimate;
