@@ -146,7 +146,10 @@ fn groups(pointer: &str, keys: &[CaseKey], map: &Map<String, Value>) -> Vec<Case
 fn unknown(pointer: &str, keys: &[CaseKey], name: &str) -> CaseError {
     let object = if pointer.is_empty() { "the case" } else { pointer };
     let near = nearest(name, keys.iter().map(|key| key.name));
+    // A key of this object without its unit is meant before one of another object.
+    let without_unit = near.is_some_and(|near| near.strip_prefix(name).is_some_and(|unit| unit.starts_with('_')));
     let elsewhere = table::pointers().into_iter().find(|pointer| pointer.rsplit('/').next() == Some(name));
+    let elsewhere = elsewhere.filter(|_| !without_unit);
     let expected = match (near, keys.len()) {
         (Some(near), 1) => format!("{}, the one key of {object}", quote(near)),
         (Some(near), count) => format!("{} or another of the {count} keys of {object}", quote(near)),

@@ -124,6 +124,6 @@ mod tests {
             leaves += 1;
         }
         assert!(leaves > 100, "{leaves} keys");
-        assert_eq!(reference.matches("| `crimp` |").count(), 1, "warp and weft share a table");
+        assert_eq!(reference.matches("| `failure_strain` |").count(), 1, "warp and weft share a table");
     }
 }

@@ -7,7 +7,8 @@ use super::{Distribution, HitPlace};
 
 /// What a scatter is.
 const SCATTER: &str = "Standard deviation of a normal distribution, half the width of a uniform one.";
-const RELATIVE: &str = "The same, over the nominal value.";
+const RELATIVE: &str =
+    "Standard deviation of a normal distribution, half the width of a uniform one, over the nominal value.";
 
 pub(super) static VARIABILITY: &[CaseKey] = &[
     key("seed", KeyType::Whole(0, u32::MAX), "Number that all draws come from.").default(1.0, "one sequence of shots"),
@@ -29,7 +30,7 @@ pub(super) static VARIABILITY: &[CaseKey] = &[
     key(
         "yaw",
         KeyType::Object(ANGLE),
-        "Yaw about the nominal one, in the plane of the azimuth; at normal incidence any.",
+        "Yaw about the nominal one, in the plane of the azimuth; at normal incidence in any direction.",
     )
     .optional("it does not vary"),
     key(

@@ -34,7 +34,7 @@ impl Strength {
         let mut least = vec![[f64::INFINITY; 2]; plies.len() * rows];
         for (ply, ply_type) in plies.iter().enumerate().map(|(number, ply)| (number, &ply_types[ply.ply_type])) {
             let breaks = [0, 1].map(|yarn| ply_type.present[yarn] && ply_type.cell.yarn[yarn].failure_strain < NEVER);
-            let pieces = Pieces::new(ply_type);
+            let pieces = YarnLayout::new(ply_type);
             for row in 0..ply_type.mesh.rows {
                 let at = ply * rows + row;
                 for yarn in (0..2).filter(|yarn| breaks[*yarn]) {
@@ -85,7 +85,7 @@ struct PieceOfYarn {
 }
 
 /// How the yarns of a ply_type lie in its mesh.
-struct Pieces<'a> {
+struct YarnLayout<'a> {
     mesh: &'a Mesh,
     /// Distance of neighbouring yarns of warp and of weft [m].
     spacing: [f64; 2],
@@ -93,7 +93,7 @@ struct Pieces<'a> {
     crimp: [f64; 2],
 }
 
-impl<'a> Pieces<'a> {
+impl<'a> YarnLayout<'a> {
     fn new<S>(ply_type: &'a PlyType<S>) -> Self {
         let yarns = &ply_type.cell.yarn;
         // Warp yarns lie beside each other along weft.
@@ -191,7 +191,7 @@ mod tests {
                 let model = model(&[mesh, &shot, strength]);
                 let Some(strength) = &model.strength else { unreachable!("strength varies") };
                 let ply_type = model.ply_type(0);
-                let pieces = Pieces::new(ply_type);
+                let pieces = YarnLayout::new(ply_type);
                 let mut last = u32::MAX;
                 for row in 0..ply_type.mesh.rows {
                     let piece = pieces.at(0, row, 0);

@@ -174,7 +174,7 @@ fn values_out_of_range_or_at_odds_with_others_are_refused() {
         ("/pack/width_mm", json!(1e9), "100000"),
         ("/pack/crossovers_per_element", json!(0), "[1, 64]"),
         ("/pack/elements_per_crossover", json!(17), "[1, 16]"),
-        ("/solver/contact_sampling", json!("rims"), "\"rim\""),
+        ("/solver/contact_sampling", json!("edgse"), "\"edges\""),
         ("/fabric/shear/gamma1", json!(0.7), "gamma2"),
         ("/fabric/shear/g1_mpa", json!(1001), "g2_mpa"),
         ("/fabric/shear/thickness_mm", json!(0.26), "one thickness"),

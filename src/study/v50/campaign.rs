@@ -44,7 +44,7 @@ pub struct V50Progress<'a> {
 
 /// What is known of the threshold of a realisation.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) struct Found {
+pub(super) struct FoundThreshold {
     /// Highest stop below it and lowest perforation above it [m/s]; or why there is none.
     pub(super) bracket: Result<[f64; 2], String>,
     pub(super) monotone: bool,
@@ -154,11 +154,14 @@ impl Campaign<'_> {
         Ok(row.as_shot().ok_or(row.reason))
     }
 
-    fn thresholds(&mut self, progress: &mut (dyn FnMut(V50Progress<'_>) + Send)) -> Result<Vec<Found>, BatchError> {
+    fn thresholds(
+        &mut self,
+        progress: &mut (dyn FnMut(V50Progress<'_>) + Send),
+    ) -> Result<Vec<FoundThreshold>, BatchError> {
         let varies = self.case.variability.as_ref().is_some_and(Variability::varies);
         // Without variability all realisations are one.
         let count = if varies { self.request.count } else { 1 };
-        let mut found: Vec<Found> = Vec::new();
+        let mut found: Vec<FoundThreshold> = Vec::new();
         let mut blocks = BLOCKS.iter();
         let mut size = BLOCKS[0];
         while (found.len() as u32) < count {
@@ -178,7 +181,7 @@ impl Campaign<'_> {
     }
 
     /// Where the next searches begin: in the middle of the thresholds so far, in steps of their scatter.
-    fn start(&self, found: &[Found]) -> Start {
+    fn start(&self, found: &[FoundThreshold]) -> Start {
         let rungs = Rungs { width: self.request.bracket };
         let brackets: Vec<[f64; 2]> = found.iter().filter_map(|found| found.bracket.clone().ok()).collect();
         let mut middles: Vec<f64> = brackets.iter().map(|[low, high]| (low * high).sqrt()).collect();
@@ -201,7 +204,7 @@ impl Campaign<'_> {
         start: Start,
         of: u32,
         progress: &mut (dyn FnMut(V50Progress<'_>) + Send),
-    ) -> Result<Vec<Found>, BatchError> {
+    ) -> Result<Vec<FoundThreshold>, BatchError> {
         let next = AtomicUsize::new(block.start as usize);
         let given_up = AtomicBool::new(false);
         let results = Mutex::new(Vec::new());
@@ -241,7 +244,7 @@ impl Campaign<'_> {
         start: Start,
         given_up: &AtomicBool,
         told: &dyn Fn(u32),
-    ) -> Result<Found, BatchError> {
+    ) -> Result<FoundThreshold, BatchError> {
         let rungs = Rungs { width: self.request.bracket };
         let beyond = if realisation < FURTHER.0 { FURTHER.1 } else { &[] };
         let mut search = ThresholdSearch::new(rungs, start.velocity, start.step, beyond);
@@ -251,23 +254,26 @@ impl Campaign<'_> {
                     let order = ShotOrder { shot: realisation, velocity: Some(rungs.velocity(rung)) };
                     match self.outcome(order, given_up)? {
                         Ok(shot) => search.see(rung, shot.perforated),
-                        Err(reason) => return Ok(Found { bracket: Err(reason), monotone: true }),
+                        Err(reason) => return Ok(FoundThreshold { bracket: Err(reason), monotone: true }),
                     }
                     told(self.rows().rows().count() as u32);
                 }
                 Wanted::Nothing => break,
                 Wanted::NoThreshold => {
                     let reason = "no velocity from 2 to 4900 m/s changes the outcome".to_owned();
-                    return Ok(Found { bracket: Err(reason), monotone: true });
+                    return Ok(FoundThreshold { bracket: Err(reason), monotone: true });
                 }
             }
         }
         let bracket = search.bracket().ok_or_else(|| "no bracket".to_owned());
-        Ok(Found { bracket, monotone: search.is_monotone() })
+        Ok(FoundThreshold { bracket, monotone: search.is_monotone() })
     }
 
     /// Shots of a design, one after the other. A shot without an outcome tells a design nothing.
-    fn design(&mut self, progress: &mut (dyn FnMut(V50Progress<'_>) + Send)) -> Result<Vec<Found>, BatchError> {
+    fn design(
+        &mut self,
+        progress: &mut (dyn FnMut(V50Progress<'_>) + Send),
+    ) -> Result<Vec<FoundThreshold>, BatchError> {
         let given_up = AtomicBool::new(false);
         let mut shots: Vec<Shot> = Vec::new();
         for number in 0..self.request.count {

@@ -1,6 +1,6 @@
 //! From thresholds or shots to V50, its interval, and what the interval is made of.
 
-use super::campaign::Found;
+use super::campaign::FoundThreshold;
 use super::sample::ThresholdSample;
 use super::{Design, V50Request};
 use crate::case::{Case, Numerics};
@@ -104,7 +104,7 @@ impl V50Result {
 pub(super) fn estimate<'a>(
     case: &Case,
     request: &V50Request,
-    found: &[Found],
+    found: &[FoundThreshold],
     rows: impl Iterator<Item = &'a ShotRow>,
 ) -> V50Result {
     let rows: Vec<&ShotRow> = rows.collect();

@@ -76,8 +76,11 @@ impl ThresholdSearch {
                 return open.next().map_or(Wanted::Nothing, Wanted::Shot);
             }
         };
-        let velocity = self.rungs.velocity(next);
-        if (SEARCHED[0]..=SEARCHED[1]).contains(&velocity) { Wanted::Shot(next) } else { Wanted::NoThreshold }
+        // A long step ends where the search does.
+        let [lowest, highest] = SEARCHED.map(|velocity| self.rungs.nearest(velocity));
+        let next = next.clamp(lowest, highest);
+        let is_known = self.seen.iter().any(|(seen, _)| *seen == next);
+        if is_known { Wanted::NoThreshold } else { Wanted::Shot(next) }
     }
 
     /// Takes note of an outcome.

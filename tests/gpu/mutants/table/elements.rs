@@ -358,8 +358,8 @@ pub(super) const MUTANTS: &[Mutant] = &[
     mutant(
         "load of broken yarns",
         "Variational, compressible",
-        "select(zero, strain / limit, alive)",
-        "strain / limit",
+        "select(zero, strain / nominal, alive)",
+        "strain / nominal",
     ),
     mutant("viscosity of the finest along warp", "graded", "finest.viscosity_warp * x.width", "finest.viscosity_warp"),
     mutant("viscosity of the finest along weft", "graded", "finest.viscosity_weft * y.width", "finest.viscosity_weft"),

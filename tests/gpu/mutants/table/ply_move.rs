@@ -79,8 +79,8 @@ pub(super) const MUTANTS: &[Mutant] = &[
     mutant(
         "viscous forces of finest elements",
         "graded plies",
-        "let size = size_of(element);",
-        "let size = size_of(0u);",
+        "let size = geometry_of(element);",
+        "let size = geometry_of(0u);",
     ),
     mutant("viscous forces of the wrong corner", "graded plies", "return above - below;", "return above + below;"),
     mutant(
