@@ -125,7 +125,7 @@ fn info_says_what_the_machine_has_and_what_a_case_needs() {
     case.as_object_mut().unwrap().remove("projectile");
     fs::write(&without, case.to_string()).unwrap();
     let scene = stdout(&bench.ripstop(&["info", "without.json"]));
-    assert!(scene.contains("element_force, node_update, ledger"), "{scene}");
+    assert!(scene.contains("element_force, node_update, energy_balance"), "{scene}");
     assert_eq!(code(&bench.ripstop(&["info", "absent.json"])), 2);
 }
 
