@@ -10,9 +10,10 @@ use ripstop::run::Progress;
 use ripstop::run::outcome::Outcome;
 use ripstop::study::bench::{self, BenchError, BenchPlan, BenchResult, BenchRow, CaseSource};
 
-use super::arguments::{BackendArguments, BackendChoice, BenchArguments};
+use super::arguments::{BackendArguments, BackendChoice};
 use super::failure::CommandFailure;
 use super::progress::Bar;
+use super::study_arguments::BenchArguments;
 use super::table::{Align, TextTable};
 use super::{backend, interrupt, objectivity, screen};
 

@@ -5,8 +5,8 @@ use ripstop::gpu::{self, Device};
 use ripstop::study::compare::{self, BackendDifference, Comparison, TOLERANCES};
 use serde_json::{Value, json};
 
-use super::arguments::CompareArguments;
 use super::failure::CommandFailure;
+use super::study_arguments::CompareArguments;
 use super::table::{Align, TextTable};
 use super::{interrupt, screen};
 

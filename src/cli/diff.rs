@@ -8,10 +8,10 @@ use ripstop::study::diff::{
     self, CurveRow, Diff, DiffError, DiffOptions, DiffRequest, Input, InputKind, KeyDifference, Pair, SummaryRow,
 };
 
-use super::arguments::DiffArguments;
 use super::failure::CommandFailure;
 use super::result::part;
 use super::run::Print;
+use super::study_arguments::DiffArguments;
 use super::table::{Align, TextTable};
 use super::{paint, screen};
 

@@ -11,10 +11,10 @@ use ripstop::study::fit::{self, ComputedLimit, Fit, FitRequest, Quantile};
 use ripstop::study::outcomes::Group;
 use ripstop::study::residual_fit::{ResidualFit, ResidualModel, TooFew};
 
-use super::arguments::FitArguments;
 use super::failure::CommandFailure;
 use super::result::part;
 use super::run::Print;
+use super::study_arguments::FitArguments;
 use super::table::{Align, TextTable};
 use super::{paint, screen};
 

@@ -29,6 +29,7 @@ pub(crate) mod resume;
 pub(crate) mod run;
 pub(crate) mod screen;
 pub(crate) mod shots;
+pub(crate) mod study_arguments;
 pub(crate) mod sweep;
 pub(crate) mod table;
 pub(crate) mod v50;

@@ -11,9 +11,9 @@ use ripstop::study::bench::objectivity::{
 };
 use serde_json::Value;
 
-use super::arguments::BenchArguments;
 use super::failure::CommandFailure;
 use super::progress::Bar;
+use super::study_arguments::BenchArguments;
 use super::table::{Align, TextTable};
 use super::{bench, interrupt, screen};
 use ripstop::output::number::{fixed, short};

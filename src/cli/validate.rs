@@ -9,9 +9,9 @@ use ripstop::run::Progress;
 use ripstop::study::validate::{self, Prediction};
 use serde_json::{Value, json};
 
-use super::arguments::ValidateArguments;
 use super::failure::CommandFailure;
 use super::progress::Bar;
+use super::study_arguments::ValidateArguments;
 use super::table::{Align, TextTable};
 use super::{backend, interrupt, paint, screen};
 

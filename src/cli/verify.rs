@@ -7,9 +7,9 @@ use ripstop::study::verify::stress::{self, Report, StressBackend, StressPlan, Un
 use ripstop::study::verify::{self, Check};
 use serde_json::{Value, json};
 
-use super::arguments::VerifyArguments;
 use super::failure::CommandFailure;
 use super::progress::Bar;
+use super::study_arguments::VerifyArguments;
 use super::table::{Align, TextTable};
 use super::{backend, interrupt, paint, screen};
 

@@ -1,0 +1,296 @@
+//! Arguments of the commands that compute many runs, or compare them.
+
+use std::path::PathBuf;
+
+use clap::{Args, ValueEnum, builder::RangedU64ValueParser};
+use ripstop::study;
+
+use super::arguments::{BackendArguments, BackendChoice};
+use super::range::{level, percent, shift};
+
+/// `ripstop bench`
+#[derive(Args, Debug)]
+#[command(
+    after_help = "Every case is run once as a reference (CPU, f64, Courant 0.25, bracketed unit cell, one crossover per
+element), then as a user may choose to run it: precision, Courant number, mesh, unit cell, skips, GPU. The error is
+that of the velocity history against the reference, over the velocity the projectile loses.
+
+With --objectivity the ballistic limit is bisected, and the residual velocity at 1.5 times the limit read, for other meshes,
+time steps, positions of the hit in a cell, contact samplings and hourglass coefficients: minutes on two cores. The exit
+code is 1 if a spread is more than allowed, as those of the paper's own numerics are (cases/s720-1ply-155.json). DIR gets
+objectivity.json.
+
+Examples:
+  ripstop bench
+  ripstop bench --objectivity --quick
+  ripstop bench shot.json --tolerance 0.5% --repeat 3 --json | jq '.cases[].cheapest_within_tolerance'
+
+DIR gets bench.json and bench.svg."
+)]
+pub(crate) struct BenchArguments {
+    /// Case files [default: the paper's shot, cases/s720-1ply-155.json, built in]
+    #[arg(value_name = "CASE.json")]
+    pub(crate) cases: Vec<PathBuf>,
+    /// Largest error of the velocity history, and of what is left or the stop time, that is good enough: 1% or 0.01
+    #[arg(long, value_name = "ERROR", default_value = "1%", allow_hyphen_values = true)]
+    pub(crate) tolerance: String,
+    /// Change of every case, checked like the file; may be given again
+    #[arg(long = "set", value_name = "/POINTER=VALUE")]
+    pub(crate) sets: Vec<String>,
+    /// Whether the GPU is among the choices: auto takes real ones only
+    #[arg(long, value_enum, default_value = "auto")]
+    pub(crate) backend: BackendChoice,
+    /// Graphics adapter, by part of its name or its number in `ripstop info` [default: the best]
+    #[arg(long, value_name = "NAME|INDEX")]
+    pub(crate) adapter: Option<String>,
+    /// Worker threads [default: all cores]
+    #[arg(long, value_name = "N", value_parser = RangedU64ValueParser::<usize>::new().range(1..=1024))]
+    pub(crate) threads: Option<usize>,
+    /// How far ballistic limit and residual velocity depend on what is numerical, instead of run time against error
+    #[arg(long, conflicts_with_all = ["tolerance", "backend", "adapter", "repeat"])]
+    pub(crate) objectivity: bool,
+    /// A part of the settings
+    #[arg(long, requires = "objectivity")]
+    pub(crate) quick: bool,
+    /// Print the table of figures in Markdown
+    #[arg(long, requires = "objectivity", conflicts_with = "json")]
+    pub(crate) markdown: bool,
+    /// Run every choice so many times and take the shortest
+    #[arg(
+        long,
+        value_name = "N",
+        default_value = "1",
+        value_parser = RangedU64ValueParser::<usize>::new().range(1..=1000)
+    )]
+    pub(crate) repeat: usize,
+    /// Folder for the results
+    #[arg(long, value_name = "DIR", default_value = "out/bench")]
+    pub(crate) out: PathBuf,
+    /// Print nothing but errors
+    #[arg(long, short)]
+    pub(crate) quiet: bool,
+    /// Print bench.json instead of the tables
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+/// `ripstop verify`
+#[derive(Args, Debug)]
+#[command(after_help = "Examples:
+  ripstop verify --backend gpu
+  ripstop verify --stress --scenes 10000 --seed 7 --out out/stress
+
+--stress runs the list of hard scenes, a million steps of a vibrating ply, and random scenes: on the CPU in f64 and f32, and
+on the GPU that --backend auto would take. A random scene that is not sound is shrunk to few changes of a plain shot
+and shown as a complete case, which `ripstop run` takes; with --out it becomes a file there.")]
+pub(crate) struct VerifyArguments {
+    /// Hard scenes and random ones instead of the table, on every backend and precision
+    #[arg(long)]
+    pub(crate) stress: bool,
+    /// Random scenes on the CPU, in each precision; on the GPU a fiftieth of them
+    #[arg(long, value_name = "N", default_value = "1000", requires = "stress")]
+    pub(crate) scenes: u32,
+    /// Steps of the vibrating ply on the CPU; on the GPU a fiftieth of them
+    #[arg(
+        long,
+        value_name = "N",
+        default_value = "1000000",
+        requires = "stress",
+        value_parser = RangedU64ValueParser::<u64>::new().range(100..=1_000_000_000)
+    )]
+    pub(crate) steps: u64,
+    /// Where the random scenes come from; the same seed gives the same scenes
+    #[arg(long, value_name = "S", default_value = "1", requires = "stress")]
+    pub(crate) seed: u64,
+    /// Folder for the cases of random scenes that are not sound [default: they are printed]
+    #[arg(long, value_name = "DIR", requires = "stress")]
+    pub(crate) out: Option<PathBuf>,
+    #[command(flatten)]
+    pub(crate) backend: BackendArguments,
+    /// Worker threads [default: all cores]
+    #[arg(long, value_name = "N", value_parser = RangedU64ValueParser::<usize>::new().range(1..=1024))]
+    pub(crate) threads: Option<usize>,
+    /// Print the table as JSON
+    #[arg(long)]
+    pub(crate) json: bool,
+    /// Print the table in Markdown
+    #[arg(long, conflicts_with_all = ["json", "stress"])]
+    pub(crate) markdown: bool,
+}
+
+/// `ripstop validate`
+#[derive(Args, Debug)]
+#[command(after_help = "Examples:
+  ripstop validate
+  ripstop validate --html out/validation.html
+  ripstop validate --json | jq '.rows[] | select(.judged)'
+
+What was published as a curve only is shown, not judged. The exit code is 1 if a judged row fails for no known reason.")]
+pub(crate) struct ValidateArguments {
+    /// Case files whose published statements are checked [default: closed forms and the paper's shots, which are built in]
+    #[arg(value_name = "CASE.json")]
+    pub(crate) cases: Vec<PathBuf>,
+    #[command(flatten)]
+    pub(crate) backend: BackendArguments,
+    /// Worker threads [default: all cores]
+    #[arg(long, value_name = "N", value_parser = RangedU64ValueParser::<usize>::new().range(1..=1024))]
+    pub(crate) threads: Option<usize>,
+    /// Also write the table as a page of HTML
+    #[arg(long, value_name = "FILE")]
+    pub(crate) html: Option<PathBuf>,
+    /// Print the table as JSON
+    #[arg(long, conflicts_with = "markdown")]
+    pub(crate) json: bool,
+    /// Print the table in Markdown
+    #[arg(long)]
+    pub(crate) markdown: bool,
+}
+
+/// `ripstop compare`
+#[derive(Args, Debug)]
+#[command(
+    after_help = "The CPU runs the case in f32. Before every compared step its state is put on the GPU and, widened, into an
+f64 run; the three compute that step kernel by kernel. The exit code is 1 if a difference exceeds the tolerance.
+
+Examples:
+  ripstop compare cases/s720-1ply-155.json
+  ripstop compare shot.json --steps 200 --every 1 --json"
+)]
+pub(crate) struct CompareArguments {
+    /// Case file
+    #[arg(value_name = "CASE.json")]
+    pub(crate) case: PathBuf,
+    /// Graphics adapter, by part of its name or its number in `ripstop info` [default: the best]
+    #[arg(long, value_name = "NAME|INDEX")]
+    pub(crate) adapter: Option<String>,
+    /// Steps to follow [default: to the end of the case]
+    #[arg(long, value_name = "N")]
+    pub(crate) steps: Option<u64>,
+    /// Compare every so many steps
+    #[arg(long, value_name = "N", default_value = "10", value_parser = RangedU64ValueParser::<u64>::new().range(1..))]
+    pub(crate) every: u64,
+    /// Change of the case, checked like the file; may be given again
+    #[arg(long = "set", value_name = "/POINTER=VALUE")]
+    pub(crate) sets: Vec<String>,
+    /// Print JSON
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+/// `ripstop diff`
+#[derive(Args, Debug)]
+#[command(after_help = "Examples:
+  ripstop diff out/shot out/shot-f32
+  ripstop diff out/shot camera.csv -o out/against-camera
+  ripstop diff out/shot camera.csv --column 'Ch 1=velocity_km_s' --shift -12.5
+  ripstop diff out/shot out/new --within 2 --json | jq .pass
+
+A table is CSV with a heading and a column of times: time_us, time_ms, time_s. Headings are columns of history.csv, in its \
+unit or another (velocity_m_s, velocity_ft_s, deflection_mm, force_kn); others are compared where both have them.
+
+Curves are compared where both are known, straight between their rows, never extrapolated. The first contact \
+force of a run, an impulse over one step, is left out. --within judges outcome, residual and \
+rebound velocity, stop time, absorbed energy, largest deflection, and of the curves velocity, displacement and deflection (all \
+common ones where there is none of these), by their largest difference over the largest magnitude of A. With --column NAME it \
+judges the curves named and nothing else. The exit code is 1 if one differs by more.
+
+DIR gets diff.csv (all curves at all times), diff.svg (curves over each other) and diff.html (tables and figures).")]
+pub(crate) struct DiffArguments {
+    /// Folder of a run, its history.csv, or a CSV of a measured curve; the first is what the others are held against
+    #[arg(value_name = "RUN|CSV", required = true, num_args = 2..=ripstop::study::diff::MAX_INPUTS)]
+    pub(crate) inputs: Vec<PathBuf>,
+    /// Compare this column only; HEADING=NAME says what a heading of a table stands for; may be given again
+    #[arg(long = "column", value_name = "NAME|HEADING=NAME")]
+    pub(crate) columns: Vec<String>,
+    /// Exit with 1 where something judged differs by more
+    #[arg(long, value_name = "PERCENT", value_parser = percent, allow_hyphen_values = true)]
+    pub(crate) within: Option<f64>,
+    /// Add to the times of all but the first [µs], for a camera whose clock starts elsewhere
+    #[arg(long, value_name = "US", value_parser = shift, default_value = "0", hide_default_value = true, allow_hyphen_values = true)]
+    pub(crate) shift: f64,
+    /// Folder for diff.csv, diff.svg and diff.html [default: none is written]
+    #[arg(long, short, value_name = "DIR")]
+    pub(crate) out: Option<PathBuf>,
+    /// Print nothing but errors
+    #[arg(long, short)]
+    pub(crate) quiet: bool,
+    /// Print JSON
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+/// `ripstop fit`
+#[derive(Args, Debug)]
+#[command(after_help = "Examples:
+  ripstop fit shots.csv
+  ripstop fit shots.csv --link logit --level 95% -o out/limit
+  ripstop fit range.csv --computed out/limit/v50.json -o out/beside    # measured beside computed
+  ripstop fit shots.csv --json | jq '.quantiles[] | select(.p == 0.5)'
+
+DATA.csv has a heading and the columns velocity_m_s and perforated (1 where the projectile passed, 0 where it was \
+stopped), and if wanted count (shots that were alike) and residual_velocity_m_s. Other columns are left alone.
+
+Without a stop that was faster than a perforation the likelihood has no maximum: the estimate is then the one with Firth's \
+penalty, and says so. DIR gets fit.json, fit.svg and fit.html.")]
+pub(crate) struct FitArguments {
+    /// CSV of shots
+    #[arg(value_name = "DATA.csv")]
+    pub(crate) data: PathBuf,
+    /// Distribution of the thresholds
+    #[arg(long, value_enum, default_value = "probit")]
+    pub(crate) link: LinkChoice,
+    /// Two-sided confidence of the intervals, such as 0.9 or 95%
+    #[arg(long, value_name = "LEVEL", value_parser = level, default_value = "0.9", allow_hyphen_values = true)]
+    pub(crate) level: f64,
+    /// How intervals are made
+    #[arg(long, value_enum, default_value = "likelihood")]
+    pub(crate) interval: IntervalKind,
+    /// v50.json of a `ripstop v50`, to lay over the shots
+    #[arg(long, value_name = "V50.json")]
+    pub(crate) computed: Option<PathBuf>,
+    /// Folder for fit.json, fit.svg and fit.html [default: none is written]
+    #[arg(long, short, value_name = "DIR")]
+    pub(crate) out: Option<PathBuf>,
+    /// Print nothing but errors
+    #[arg(long, short)]
+    pub(crate) quiet: bool,
+    /// Print JSON
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+/// Distribution of the thresholds.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum LinkChoice {
+    /// Normal
+    Probit,
+    /// Logistic
+    Logit,
+}
+
+/// How intervals are made.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum IntervalKind {
+    /// Likelihood ratio
+    Likelihood,
+    /// Estimate and standard error: too short for few shots
+    Wald,
+}
+
+impl From<LinkChoice> for ripstop::math::link::Link {
+    fn from(link: LinkChoice) -> Self {
+        match link {
+            LinkChoice::Probit => Self::Probit,
+            LinkChoice::Logit => Self::Logit,
+        }
+    }
+}
+
+impl From<IntervalKind> for study::interval::Interval {
+    fn from(kind: IntervalKind) -> Self {
+        match kind {
+            IntervalKind::Likelihood => Self::Likelihood,
+            IntervalKind::Wald => Self::Wald,
+        }
+    }
+}
