@@ -1,6 +1,7 @@
 //! Main effects: the mean of a response at each value of a factor, and the part of its variance that the factor explains by itself.
 
-/// Bands of a factor whose values are all different.
+/// Points of a band at least, where the values of a factor are all different, and bands of few points at most.
+const LEAST: usize = 4;
 const BANDS: usize = 12;
 
 /// Mean of the response at a value of a factor.
@@ -29,8 +30,9 @@ pub fn main_effect(pairs: &[[f64; 2]]) -> Option<MainEffect> {
     let mut pairs: Vec<[f64; 2]> = pairs.iter().copied().filter(|pair| pair.iter().all(|x| x.is_finite())).collect();
     pairs.sort_by(|a, b| a[0].total_cmp(&b[0]));
     let distinct = 1 + pairs.windows(2).filter(|pair| pair[0][0] != pair[1][0]).count();
-    let groups: Vec<&[[f64; 2]]> = if 2 * distinct > pairs.len() && pairs.len() > 2 * BANDS {
-        let bands = BANDS.max((pairs.len() as f64).sqrt() as usize / 2);
+    let banded = 2 * distinct > pairs.len() && distinct > LEAST;
+    let groups: Vec<&[[f64; 2]]> = if banded {
+        let bands = (pairs.len() / LEAST).min(BANDS.max((pairs.len() as f64).sqrt() as usize / 2));
         (0..bands).map(|n| &pairs[n * pairs.len() / bands..(n + 1) * pairs.len() / bands]).collect()
     } else {
         pairs.chunk_by(|a, b| a[0] == b[0]).collect()
@@ -45,7 +47,11 @@ pub fn main_effect(pairs: &[[f64; 2]]) -> Option<MainEffect> {
     };
     let levels: Vec<EffectLevel> = groups.iter().map(level).collect();
     let between = levels.iter().map(|level| level.count as f64 * (level.mean - mean).powi(2)).sum::<f64>() / count;
-    (levels.len() > 1 && variance > 0.0).then_some(MainEffect { levels, part: between / variance })
+    // Means of few points differ by chance too; those of a grid do not, for every other key takes all its values at each.
+    let within = (variance - between).max(0.0) * count / (count - levels.len() as f64).max(1.0);
+    let chance = if banded { within * (levels.len() as f64 - 1.0) / count } else { 0.0 };
+    let part = ((between - chance) / variance).max(0.0);
+    (levels.len() > 1 && variance > 0.0).then_some(MainEffect { levels, part })
 }
 
 #[cfg(test)]
@@ -69,6 +75,16 @@ mod tests {
             let part = main_effect(&pairs).map_or(f64::NAN, |effect| effect.part);
             assert!((part - expected).abs() < 0.012, "{axis}: {part}");
         }
+    }
+
+    #[test]
+    fn few_points_do_not_make_an_effect_of_chance() {
+        let points = sobol(2, 24);
+        let part = |axis: usize| {
+            let pairs: Vec<[f64; 2]> = points.iter().map(|point| [point[axis], 3.0 * point[1]]).collect();
+            main_effect(&pairs).map_or(f64::NAN, |effect| effect.part)
+        };
+        assert!(part(0) < 0.2 && part(1) > 0.85, "{} {}", part(0), part(1));
     }
 
     #[test]

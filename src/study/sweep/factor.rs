@@ -72,6 +72,11 @@ impl Factor {
     }
 }
 
+/// A number with six digits.
+fn short_number(value: f64) -> String {
+    format!("{value:.5e}").parse().map_or_else(|_| number(value), number)
+}
+
 /// Values apart at commas, but for those inside brackets and quotes.
 fn split(text: &str) -> Vec<String> {
     let mut parts = vec![String::new()];
@@ -114,7 +119,8 @@ pub fn points(factors: &[Factor], sobol_count: Option<usize>) -> Result<Vec<Vec<
         }
         let place = |point: Vec<f64>| {
             let values = point.iter().zip(&ranges);
-            values.map(|(part, [low, high])| number(low + part * (high - low))).collect()
+            // Six digits fill a range as evenly as sixteen.
+            values.map(|(part, [low, high])| short_number(low + part * (high - low))).collect()
         };
         return Ok(sobol(factors.len(), count).into_iter().map(place).collect());
     }
