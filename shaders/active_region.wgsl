@@ -1,4 +1,4 @@
-// reach: which nodes and elements of a ply may have moved; everything else is at rest, to the last bit.
+// active_region: which nodes and elements of a ply may have moved; everything else is at rest, to the last bit.
 // Needs `status`.
 // Twin: src/solver/active_region.rs
 

@@ -1,4 +1,4 @@
-// around: the up to four elements of a node.
+// adjacent_elements: the up to four elements of a node.
 // Twin: `neighbours` of src/solver/mod.rs
 
 /// First element above and to the right of a node, as if the ply went on.

@@ -1,4 +1,4 @@
-// crossover_joint: the unit cell's fast iteration, Newton on both heights and the compression together.
+// coupled_newton: the unit cell's fast iteration, Newton on both heights and the compression together.
 // Twin: src/kernels/coupled_newton.rs
 
 const NEWTON_ITERATIONS: u32 = 7u;

@@ -1,9 +1,9 @@
 // element_force: stretches, crossover equilibrium, shear, failure and corner forces of every element.
 //   in      nodes     array<f32>  (6, N)   displacement [m], velocity [m/s]
 //   in/out  forces    array<f32>  (9, E)   P1·Ly/2, P2·Lx/2, hourglass per corner [N]
-//   in/out  heights   array<f32>  (6, E)   `fall` [m] and `share` [-] of warp and weft, which foretell heights; h1, h2 [m], warm start
+//   in/out  heights   array<f32>  (6, E)   `dh_dstretch` [m] and `force_share` [-] of warp and weft, which predict heights; h1, h2 [m], warm start
 //   in/out  flags     array<u32>  (E)      bit 0 warp alive, bit 1 weft alive; evaluations since the last ledger << 8
-//   in/out  accounts  array<f32>  (10, E)   see `ledger`
+//   in/out  accounts  array<f32>  (10, E)   see `energy_balance`
 //   in/out  status    array<u32>           counters
 //   out     events    array<Event>         yarn failures
 //   in/out  yarns     array<f32>  (8, E)   viscous forces of warp and weft [N]; strains of warp and weft in steps of even number, of odd

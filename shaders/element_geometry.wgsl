@@ -1,4 +1,4 @@
-// element_size: what of the element kernel's constants depends on the size of an element.
+// element_geometry: what of the element kernel's constants depends on the size of an element.
 // Twin: src/kernels/element_geometry.rs
 
 /// The constants of an element's own size; otherwise as in `Scene`.

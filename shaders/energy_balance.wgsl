@@ -1,4 +1,4 @@
-// ledger: sums of energy, momentum and counts over the pack at the end of a step, and the state of the projectile.
+// energy_balance: sums of energy, momentum and counts over the pack at the end of a step, and the state of the projectile.
 //   in      nodes     array<f32>  (6, N)   displacement [m], velocity [m/s]
 //   in      forces    array<f32>  (9, E)   P1·Ly/2, P2·Lx/2, hourglass per corner [N]
 //   in/out  flags     array<u32>  (E)      evaluations are counted from 0 again

@@ -1,4 +1,4 @@
-// standing: what still carries load. Needs `flags`.
+// intact: what still carries load. Needs `flags`.
 // Twin: `node_stands` and `edge_is_intact` of src/solver/projectile.rs
 
 /// Whether any element around a node still carries load; debris no longer touches anything.

@@ -4,7 +4,7 @@
 //   in      contacts  array<Contact>  (2, N)
 //   in      shares    array<u32>      (N)      contacts of a node, by weight
 //   in/out  impulses  array<i32>      (N, 6)   impulse on a node, then what moves it without a velocity left, counted
-//   in/out  accounts  array<f32>               see `ledger`
+//   in/out  accounts  array<f32>               see `energy_balance`
 //   in      status    array<u32>               counters
 // Twin: `solve` of src/solver/plies/mod.rs
 

@@ -3,7 +3,7 @@
 //   in      forces    array<f32>  (9, E)   P1·Ly/2, P2·Lx/2, hourglass per corner [N]
 //   in/out  shares    array<u32>  (N)      contacts of a node, by weight; from 0 again
 //   in/out  impulses  array<i32>  (N, 6)   counted impulses; from 0 again
-//   in/out  accounts  array<f32>           see `ledger`
+//   in/out  accounts  array<f32>           see `energy_balance`
 //   in/out  supports  array<f32>  (S, 3)   impulse of the supports since the last ledger [N·s], nodes of the rim
 //   in/out  status    array<u32>           counters
 //   in      yarns     array<f32>           viscous forces of warp and weft [N], see `element_force`

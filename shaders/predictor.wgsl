@@ -1,4 +1,4 @@
-// guide: what foretells the heights of a cell from one step to the next.
+// predictor: what predicts the heights of a cell from one step to the next.
 // Twin: src/kernels/predictor.rs
 
 /// Strain below which a yarn is not followed: F/ε is of two numbers that vanish.

@@ -321,7 +321,7 @@ fn the_projectile_is_laid_out_as_the_host_reads_and_writes_it() {
         assert!(close(vector("change", &filled), Vector3::new(1.0, 2.0, -4.0)));
         assert!(close(vector("change_before", &filled), Vector3::new(1.0, 2.0, -4.0)));
         assert!(close(vector("orientation", &filled), body.orientation.imag()));
-        assert!(close(vector("spin", &filled) * 1e5, body.angular_momentum * 1e5));
+        assert!(close(vector("angular_momentum", &filled) * 1e5, body.angular_momentum * 1e5));
         assert!(close(vector("velocity", &filled), body.velocity));
         let turning = body.angular_velocity();
         assert!(close(vector("turning", &filled) / turning.norm() as f32, turning.normalize()));

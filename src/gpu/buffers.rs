@@ -29,7 +29,7 @@ pub enum BufferId {
     Nodes,
     /// Forces, shape (9, elements).
     Forces,
-    /// What foretells yarn heights, and these, shape (6, elements).
+    /// What predicts yarn heights, and these, shape (6, elements).
     Heights,
     /// Life of the yarns and evaluations, shape (elements,).
     Flags,

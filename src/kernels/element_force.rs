@@ -29,11 +29,11 @@ pub mod field {
     pub const HOURGLASS: usize = 6;
     /// All forces.
     pub const FORCES: std::ops::Range<usize> = 0..9;
-    /// What foretells the next heights: `fall` [m] of warp and weft, `share` [-] of both; see [`Guide`](super::Guide).
+    /// What predicts the next heights: `dh_dstretch` [m] of warp and weft, `force_share` [-] of both; see [`Predictor`](super::Predictor).
     pub const PREDICTOR: usize = 9;
     /// Yarn heights h1, h2 [m].
     pub const HEIGHT: usize = 13;
-    /// 1 while the yarn carries load, [`MARKED_FOR_FAILURE`](super::BREAKING) when it is about to fail, 0 once it failed or where it is absent;
+    /// 1 while the yarn carries load, [`MARKED_FOR_FAILURE`](super::MARKED_FOR_FAILURE) when it is about to fail, 0 once it failed or where it is absent;
     /// warp, weft.
     pub const ALIVE: usize = 15;
     /// Number of fields.

@@ -1,4 +1,4 @@
-//! What foretells the heights of a cell from one step to the next.
+//! What predicts the heights of a cell from one step to the next.
 //!
 //! Contact forces depend on height and stretch, F(h, Λ). In every law the strain is 1 + ε = Λ·s(h/Λ) over a constant and
 //! F = ε·f(h/Λ), so with the slope S = ∂F/∂h the other one is ∂F/∂Λ = (F (1 + ε)/ε − h S)/Λ: at constant force a height falls by

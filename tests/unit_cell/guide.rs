@@ -1,22 +1,22 @@
-//! What foretells the heights of the next step: right to first order, and worth an evaluation.
+//! What predicts the heights of the next step: right to first order, and worth an evaluation.
 
 use super::*;
 
-/// A cell before its stretches change; heights foretold and solved after; and the evaluations from the heights before.
+/// A cell before its stretches change; heights predicted and solved after; and the evaluations from the heights before.
 struct Step {
     before: Solved,
-    foretold: [f64; 2],
+    predicted: [f64; 2],
     solved: Solved,
     cold: f64,
 }
 
 fn step(cell: &Cell<f64>, stretch: [f64; 2], change: [f64; 2]) -> Step {
     let before = cell.solve_from_rest(stretch);
-    let foretold = cell.foretell(stretch, before.height, change, true);
+    let predicted = cell.predict(stretch, before.height, change, true);
     let after = [0, 1].map(|i| stretch[i] + change[i]);
-    let solved = cell.solve(after, foretold, true);
+    let solved = cell.solve(after, predicted, true);
     let cold = cell.solve(after, before.height, true).iterations;
-    Step { before, foretold, solved, cold }
+    Step { before, predicted, solved, cold }
 }
 
 #[test]
@@ -35,7 +35,7 @@ fn heights_are_foretold_to_first_order_in_every_law() {
                     let miss = |size: f64| {
                         let step = step(&cell, stretch, direction.map(|d| d * size));
                         let moved = (0..2).map(|i| (step.solved.height[i] - step.before.height[i]).abs());
-                        let missed = (0..2).map(|i| (step.solved.height[i] - step.foretold[i]).abs());
+                        let missed = (0..2).map(|i| (step.solved.height[i] - step.predicted[i]).abs());
                         (missed.fold(0.0, f64::max), moved.fold(0.0, f64::max))
                     };
                     let ((coarse, far), (fine, near)) = (miss(1e-4), miss(1e-5));
@@ -78,8 +78,8 @@ fn what_is_slack_or_broken_foretells_nothing() {
         for (stretch, both) in [([0.9, 0.9], true), ([1.0, 1.0], true), ([1.02, 1.02], false)] {
             let heights = cell.rest_heights();
             let warm = if both { cell.solve_from_rest(stretch).height } else { heights };
-            let foretold = cell.foretell(stretch, warm, [1e-3, 1e-3], both);
-            assert_eq!(foretold, warm, "{law:?} {stretch:?} {both}");
+            let predicted = cell.predict(stretch, warm, [1e-3, 1e-3], both);
+            assert_eq!(predicted, warm, "{law:?} {stretch:?} {both}");
         }
     }
 }

@@ -24,7 +24,7 @@ pub const NONE: u32 = u32::MAX;
 pub const NODE_FIELDS: u64 = 6;
 /// Fields of an element's forces.
 pub const FORCE_FIELDS: u64 = 9;
-/// Fields of an element's heights: what foretells them, and the two.
+/// Fields of an element's heights: what predicts them, and the two.
 pub const HEIGHT_FIELDS: u64 = 6;
 /// Fields of an element's accounts.
 pub const ACCOUNT_FIELDS: u64 = 10;

@@ -149,8 +149,9 @@ fn changes() -> Vec<BoxedStrategy<Change>> {
 /// Meshes other than even ones of whole crossovers, failure and contact other than the paper's.
 fn further() -> Vec<BoxedStrategy<Change>> {
     // From no fine elements but those struck, to nothing but fine ones; no element may be finer than the finest.
-    let grading = (log(0.1..30.0), number(1.0..2.0), 4_u32..33)
-        .prop_map(|(fine, growth, coarsest)| json!({"fine_radius_mm": fine, "growth": growth, "coarsest": coarsest}));
+    let grading = (log(0.1..30.0), number(1.0..2.0), 4_u32..33).prop_map(
+        |(fine, growth, coarsest)| json!({"fine_radius_mm": fine, "growth_ratio": growth, "max_crossovers": coarsest}),
+    );
     let grading = prop_oneof![1 => Just(json!("graded")), 3 => grading];
     vec![
         key(0.2, "/pack/elements_per_crossover", 2_u32..5),

@@ -11,7 +11,7 @@ use ripstop::solver::state::State;
 use super::{Outcome, Pair, Seen};
 use crate::gpu::kernels::scenes::force_scale;
 
-/// The second half of what foretells heights: not lengths but shares.
+/// The second half of what predicts heights: not lengths but shares.
 const GUIDE_SHARE: usize = element::PREDICTOR + 2;
 
 pub(super) fn compare(pair: &mut Pair<'_>, seen: &mut Seen) -> Outcome {

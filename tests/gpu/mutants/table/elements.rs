@@ -155,13 +155,13 @@ pub(super) const MUTANTS: &[Mutant] = &[
         "select(pair, pair.yx, PIVOT == 0u)",
     ),
     mutant(
-        "heights foretold the wrong way",
+        "heights predicted the wrong way",
         "Variational, compressible",
         "+ height - predictor.dh_dstretch * change",
         "+ height + predictor.dh_dstretch * change",
     ),
     mutant(
-        "heights foretold for the step before",
+        "heights predicted for the step before",
         "Variational, compressible",
         "stretching(size, k, v));",
         "-stretching(size, k, v));",
