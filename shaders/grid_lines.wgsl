@@ -1,5 +1,5 @@
 // grid_lines: the lines of nodes of graded meshes, ply type by ply type: those along X, then those along Y.
-// Twin: src/model/lines.rs and `lines` of src/gpu/layout.rs
+// Twin: src/model/lines.rs and `lines` of src/gpu/layout/mod.rs
 
 /// Texels in a row of the table.
 const LINES_ACROSS: u32 = 2048u;
