@@ -9,6 +9,7 @@ mod contact;
 mod deflection;
 mod docs;
 mod element;
+mod examples;
 mod frames;
 mod fuzz;
 mod graded;
