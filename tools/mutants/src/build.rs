@@ -11,13 +11,14 @@ use crate::mutant::Mutant;
 use crate::rewrite::{Rewritten, rewrite, switch};
 
 /// What of the tree the tests read.
-const NEEDED: [&str; 11] = [
+const NEEDED: [&str; 12] = [
     "src",
     "tests",
     "benches",
     "cases",
     "shaders",
     "docs",
+    "examples",
     "Cargo.toml",
     "Cargo.lock",
     "README.md",
