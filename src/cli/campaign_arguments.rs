@@ -92,7 +92,7 @@ pub(crate) struct V50Arguments {
     pub(crate) case: PathBuf,
     /// How velocities are chosen
     #[arg(long, value_enum, default_value = "thresholds")]
-    pub(crate) design: Design,
+    pub(crate) design: DesignChoice,
     /// Realisations, or shots of a design, at most [default: 64 realisations or 20 shots]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
     pub(crate) count: Option<u32>,
@@ -114,7 +114,7 @@ pub(crate) struct V50Arguments {
 
 /// How velocities are chosen.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub(crate) enum Design {
+pub(crate) enum DesignChoice {
     /// Every realisation's own threshold
     Thresholds,
     /// Langlie's one-shot design
@@ -128,14 +128,14 @@ pub(crate) enum Design {
     ThreePod,
 }
 
-impl From<Design> for study::v50::Design {
-    fn from(design: Design) -> Self {
+impl From<DesignChoice> for study::v50::Design {
+    fn from(design: DesignChoice) -> Self {
         match design {
-            Design::Thresholds => Self::Thresholds,
-            Design::Langlie => Self::Langlie,
-            Design::Updown => Self::UpDown,
-            Design::Neyer => Self::Neyer,
-            Design::ThreePod => Self::ThreePod,
+            DesignChoice::Thresholds => Self::Thresholds,
+            DesignChoice::Langlie => Self::Langlie,
+            DesignChoice::Updown => Self::UpDown,
+            DesignChoice::Neyer => Self::Neyer,
+            DesignChoice::ThreePod => Self::ThreePod,
         }
     }
 }

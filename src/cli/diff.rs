@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use ripstop::output::Folder;
 use ripstop::output::number::{fraction, short};
 use ripstop::study::diff::{
-    self, CurveRow, Diff, DiffError, DiffOptions, DiffRequest, Input, InputKind, KeyDifference, Pair, SummaryRow,
+    self, CurveRow, Diff, DiffError, DiffOptions, DiffRequest, Input, InputKind, KeyDifference, RunPair, SummaryRow,
 };
 
 use super::failure::CommandFailure;
@@ -112,7 +112,7 @@ fn named(input: &Input) -> String {
 }
 
 /// What differs between the first and another.
-fn compared(b: char, pair: &Pair, found: &Diff) -> String {
+fn compared(b: char, pair: &RunPair, found: &Diff) -> String {
     let mut out = part(&format!("results, {b} against A"), &results(b, &pair.summary));
     if let Some(keys) = &pair.keys {
         let text = if keys.is_empty() { "the same\n".to_owned() } else { self::keys(b, keys) };
@@ -126,7 +126,7 @@ fn compared(b: char, pair: &Pair, found: &Diff) -> String {
 }
 
 /// The time that most curves are compared over.
-fn span(pair: &Pair) -> String {
+fn span(pair: &RunPair) -> String {
     pair.spans().first().map_or_else(String::new, |(span, _)| format!(", {}", times(*span)))
 }
 
@@ -188,7 +188,7 @@ fn cut(text: &str) -> String {
 }
 
 /// Curves that differ, and the names of those that do not.
-fn curves(pair: &Pair) -> String {
+fn curves(pair: &RunPair) -> String {
     use Align::{Left, Right};
     let heads = [
         ("", Left),
@@ -218,7 +218,7 @@ fn curves(pair: &Pair) -> String {
 }
 
 /// Where they part, and what the numbers are.
-fn conclusion(pair: &Pair, found: &Diff) -> String {
+fn conclusion(pair: &RunPair, found: &Diff) -> String {
     let part = fraction(found.options.part());
     let mut out = match pair.parts() {
         Some((row, time)) => {

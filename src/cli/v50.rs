@@ -11,7 +11,7 @@ use ripstop::study::interval::Interval;
 use ripstop::study::v50::{self, V50Progress, V50Request, V50Result};
 
 use super::batch::{self, ShotBar};
-use super::campaign_arguments::{Design, V50Arguments};
+use super::campaign_arguments::{DesignChoice, V50Arguments};
 use super::failure::CommandFailure;
 use super::fit::{arithmetic_table, end, plot, residual_table};
 use super::result::part;
@@ -55,7 +55,7 @@ pub(crate) fn v50(arguments: &V50Arguments) -> Result<(), CommandFailure> {
 pub(super) fn request(arguments: &V50Arguments, case: &Case) -> V50Request {
     let of_case = case.projectile.as_ref().map_or(100.0, |projectile| projectile.velocity);
     let velocity = arguments.velocity.map_or_else(|| RANGE.map(|part| part * of_case), |velocities| velocities.0);
-    let is_thresholds = arguments.design == Design::Thresholds;
+    let is_thresholds = arguments.design == DesignChoice::Thresholds;
     let open = is_thresholds && arguments.count.is_none();
     V50Request {
         design: arguments.design.into(),

@@ -35,7 +35,7 @@ pub(crate) use input::bounded;
 pub use input::{Input, InputKind};
 pub use keys::KeyDifference;
 pub use page::html;
-pub use pair::{CurveRow, Pair};
+pub use pair::{CurveRow, RunPair};
 pub use request::{DiffOptions, DiffRequest};
 pub use summary::SummaryRow;
 pub use table::{TableColumn, TimeSeries};
@@ -51,7 +51,7 @@ pub struct Diff {
     /// What was read; the first is what the others are held against.
     pub inputs: Vec<Input>,
     /// One for each input but the first.
-    pub pairs: Vec<Pair>,
+    pub pairs: Vec<RunPair>,
     /// What was asked for.
     pub options: DiffOptions,
 }

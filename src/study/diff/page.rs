@@ -1,7 +1,7 @@
 //! `diff.html`: tables and figures in one file that asks nothing of a network.
 
 use super::draw::{self, STYLE as DRAWING};
-use super::pair::Pair;
+use super::pair::RunPair;
 use super::text::word;
 use super::{CurveRow, Diff, KeyDifference, SummaryRow, letter};
 use crate::output::chart::escape;
@@ -55,7 +55,7 @@ pub fn html(diff: &Diff) -> String {
 }
 
 /// What differs between the first and another.
-fn section(n: usize, pair: &Pair, part: f64) -> String {
+fn section(n: usize, pair: &RunPair, part: f64) -> String {
     let b = letter(n);
     let mut out = format!("<h2>{b} against A</h2>\n");
     if let Some((row, time)) = pair.parts() {

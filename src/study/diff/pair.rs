@@ -17,7 +17,7 @@ const JUDGED: [&str; 3] = ["projectile_velocity_m_s", "projectile_displacement_m
 
 /// Two inputs, the first of all and another.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Pair {
+pub struct RunPair {
     /// Quantities of both summaries; empty where one has none.
     pub summary: Vec<SummaryRow>,
     /// Keys of the cases that differ; `None` where one has no case.
@@ -43,7 +43,7 @@ pub struct CurveRow {
     pub pass: Option<bool>,
 }
 
-impl Pair {
+impl RunPair {
     /// The judged curve that parts first, and when [µs].
     pub fn parts(&self) -> Option<(&CurveRow, f64)> {
         let parted = self.curves.iter().filter(|row| row.judged);
@@ -86,7 +86,7 @@ fn two(a: &Value, b: &Value) -> String {
 }
 
 /// Compares two inputs.
-pub(super) fn pair(first: &Input, other: &Input, request: &DiffRequest) -> Result<Pair, DiffError> {
+pub(super) fn pair(first: &Input, other: &Input, request: &DiffRequest) -> Result<RunPair, DiffError> {
     let curves = curves(first, other, &common(first, other, &request.columns)?, request);
     if curves.is_empty() {
         let [[from, to], [first_from, first_to]] = [other, first].map(|input| input.table.span());
@@ -101,7 +101,7 @@ pub(super) fn pair(first: &Input, other: &Input, request: &DiffRequest) -> Resul
     // Where curves are named, nothing else is judged.
     let within = request.options.within.filter(|_| request.columns.is_empty());
     let both = |of: fn(&Input) -> Option<&Value>| of(first).zip(of(other));
-    Ok(Pair {
+    Ok(RunPair {
         summary: summary::rows(first, other, within),
         keys: both(|input| input.case.as_ref()).map(|(a, b)| keys::of_cases(a, b)),
         machine: both(|input| input.summary.as_ref()).map_or_else(Vec::new, |(a, b)| keys::of_machines(a, b)),

@@ -3,7 +3,7 @@
 use serde_json::{Map, Value, json};
 
 use super::curve::at;
-use super::pair::Pair;
+use super::pair::RunPair;
 use super::quantity::TIME;
 use super::{CurveRow, Diff, Input, KeyDifference, SummaryRow, letter};
 use crate::output::csv::{header, number, row};
@@ -87,7 +87,7 @@ fn input_json(n: usize, input: &Input) -> Value {
     })
 }
 
-fn pair_json(n: usize, pair: &Pair) -> Value {
+fn pair_json(n: usize, pair: &RunPair) -> Value {
     json!({
         "first": "A",
         "other": letter(n).to_string(),
