@@ -7,7 +7,7 @@
 //! Ten rooms. Each uses those above it, never one below; a test holds that.
 //!
 //! ```text
-//! math      numbers, several at once, sums in fixed order
+//! math      numbers, several at once, sums in fixed order, random numbers, distributions
 //! case      JSON, checked, in SI: what the user asks
 //! kernels   the arithmetic of a step, each with its twin in shaders/
 //! model     what stays constant: plies, mesh, unit-cell constants, masses, critical step

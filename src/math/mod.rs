@@ -1,4 +1,4 @@
-//! Numbers: what the kernels are generic over, several at once, and sums in fixed order.
+//! Numbers: what the kernels are generic over, several at once, sums in fixed order; random numbers, distributions, solids.
 
 pub mod aligned;
 pub mod counter_random;
