@@ -88,6 +88,6 @@ impl ShotBar {
 
 /// V50 with its interval.
 pub(crate) fn interval(value: f64, bounds: Bounds) -> String {
-    let [low, high] = [bounds.low, bounds.high].map(|end| end.map_or_else(|| "no end".to_owned(), |end| short(end, 4)));
+    let [low, high] = bounds.words();
     format!("V50 {} m/s ({low} to {high})", short(value, 4))
 }

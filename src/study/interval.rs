@@ -9,6 +9,7 @@ use super::binary_response::{Estimate, LinearPredictor, Method, Problem};
 use super::outcomes::Outcomes;
 use super::search::{highest, peak, root};
 use crate::math::link::Link;
+use crate::output::number::short;
 
 /// Doublings of a step on the search for an end, and Newton steps, at most.
 const STEPS: usize = 200;
@@ -48,6 +49,11 @@ impl Bounds {
     /// Whether a value lies inside.
     pub fn holds(&self, value: f64) -> bool {
         self.low.is_none_or(|low| low <= value) && self.high.is_none_or(|high| value <= high)
+    }
+
+    /// Both ends to four digits, as people read them.
+    pub fn words(&self) -> [String; 2] {
+        [self.low, self.high].map(|end| end.map_or_else(|| "no end".to_owned(), |end| short(end, 4)))
     }
 }
 

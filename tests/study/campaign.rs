@@ -167,6 +167,27 @@ fn a_shot_that_fails_is_a_row_with_a_reason() {
     assert_eq!(rows.iter().map(|row| row.count).sum::<u64>(), decided);
 }
 
+/// Nothing can be drawn of such shots; what there is to say is said.
+#[test]
+fn shots_without_any_outcome_end_in_rows_with_a_reason() {
+    let case = small(&["/solver/end_time_us=2"]);
+    let shots = fire(&case, 3, 2, TempDir::new().unwrap().path(), false).unwrap();
+    assert!(shots.rows.len() == 3 && shots.rows.iter().all(|row| row.reason.contains("undecided")), "{:?}", shots.rows);
+    for design in [Design::Thresholds, Design::Langlie] {
+        let found = limit(&case, &v50_request(design, 2), 2, TempDir::new().unwrap().path(), false);
+        assert!(found.v50.is_none() && found.failed > 0, "{design:?}: {found:?}");
+    }
+    let of = SweepOf::Shots(ShotsRequest { count: 1, velocity: None, until_width: None, fit: FIT });
+    let request = SweepRequest {
+        factors: vec![Factor::parse("/pack/plies=1,2").unwrap()],
+        points: vec![vec!["1".to_owned()], vec!["2".to_owned()]],
+        cases: vec![(case.clone(), of), (small(&["/solver/end_time_us=2", "/pack/plies=2"]), of)],
+    };
+    let out = TempDir::new().unwrap();
+    let swept = sweep::run(&request, &options(2), &folder(out.path()), false, "small ply", &|_| {}).unwrap();
+    assert!(swept.iter().all(|point| point.reason.contains("undecided")), "{swept:?}");
+}
+
 #[test]
 fn velocities_fill_their_range_and_a_narrow_interval_ends_a_batch() {
     let request = shots_request(40);

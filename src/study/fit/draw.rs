@@ -39,9 +39,12 @@ pub fn svg(fit: &Fit, title: &str) -> String {
     out + "</svg>\n"
 }
 
-/// What each panel shows, and what lies inside.
+/// What each panel shows, and what lies inside; nothing of shots without an outcome.
 pub(in crate::study) fn panels(fit: &Fit) -> Vec<(&'static str, String)> {
-    let mut panels = vec![("chance of a perforation over impact velocity", chance(fit))];
+    let mut panels = Vec::new();
+    if !fit.outcomes.groups().is_empty() {
+        panels.push(("chance of a perforation over impact velocity", chance(fit)));
+    }
     if !fit.passed.is_empty() {
         panels.push(("residual over impact velocity", residual_panel(&fit.passed, &fit.residual)));
     }

@@ -56,18 +56,13 @@ fn answer(fit: &Fit) -> String {
     let shots = format!("{} shots: {perforated} perforated, {stopped} stopped.", perforated + stopped);
     match (&fit.estimate, fit.v50()) {
         (Ok(found), Some(v50)) => {
-            let [low, high] = ends(v50);
+            let [low, high] = v50.bounds.words();
             let level = short(100.0 * fit.request.level, 3);
             let sigma = short(found.sigma, 3);
             format!("{shots} V50 {} m/s, {level} % interval {low} to {high} m/s; σ {sigma} m/s.", short(found.mu, 4))
         }
         _ => shots,
     }
-}
-
-/// Ends of an interval in words.
-fn ends(quantile: &Quantile) -> [String; 2] {
-    [quantile.bounds.low, quantile.bounds.high].map(|end| end.map_or_else(|| "no end".to_owned(), |end| short(end, 4)))
 }
 
 pub(in crate::study) fn table(title: &str, heads: &[&str], rows: &str) -> String {
@@ -90,7 +85,7 @@ pub(in crate::study) fn row(cells: &[String]) -> String {
 fn quantiles(fit: &Fit) -> String {
     let one = |quantile: &Quantile| {
         let value = quantile.value.map_or_else(String::new, |value| short(value, 5));
-        let [low, high] = ends(quantile);
+        let [low, high] = quantile.bounds.words();
         row(&[format!("{} %", short(100.0 * quantile.p, 3)), value, low, high])
     };
     let rows: String = fit.quantiles.iter().map(one).collect();
@@ -117,7 +112,6 @@ fn residual(fit: &Fit) -> String {
     if fit.residual.is_empty() {
         return String::new();
     }
-    let end = |end: Option<f64>| end.map_or_else(|| "no end".to_owned(), |end| short(end, 4));
     let rows: String = fit
         .residual
         .iter()
@@ -127,15 +121,8 @@ fn residual(fit: &Fit) -> String {
                 Ok(found) => {
                     let numbers = [found.factor, found.exponent, found.scatter].map(|number| short(number, 4));
                     let [factor, exponent, scatter] = numbers;
-                    row(&[
-                        name,
-                        short(found.limit, 5),
-                        end(found.bounds.low),
-                        end(found.bounds.high),
-                        factor,
-                        exponent,
-                        scatter,
-                    ])
+                    let [low, high] = found.bounds.words();
+                    row(&[name, short(found.limit, 5), low, high, factor, exponent, scatter])
                 }
                 Err(few) => row(&[name, too_few(few)]),
             }

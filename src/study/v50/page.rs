@@ -8,7 +8,6 @@ use crate::output::number::short;
 use crate::study::fit;
 use crate::study::fit::draw::{CURVE, PANEL, PERFORATED, STOPPED, dot, evenly, residual_panel};
 use crate::study::fit::page::{document, figures, row, table};
-use crate::study::interval::Bounds;
 
 /// The page.
 pub fn html(case: &Case, request: &V50Request, seed: u32, result: &V50Result) -> String {
@@ -17,7 +16,10 @@ pub fn html(case: &Case, request: &V50Request, seed: u32, result: &V50Result) ->
     for note in notes(case, request, result) {
         body += &format!("<p class=\"note\">{}.</p>\n", escape(&note));
     }
-    let mut panels = vec![("chance of a perforation over impact velocity", chance(request, result))];
+    let mut panels = Vec::new();
+    if !(sorted(result).is_empty() && result.ranged.is_empty()) {
+        panels.push(("chance of a perforation over impact velocity", chance(request, result)));
+    }
     if !result.passed.is_empty() {
         panels.push(("residual over impact velocity", residual_panel(&result.passed, &result.residual)));
     }
@@ -31,13 +33,9 @@ pub fn html(case: &Case, request: &V50Request, seed: u32, result: &V50Result) ->
     document(&format!("V50: {}", case.title), &body, "v50.json and v50.csv")
 }
 
-fn ends(bounds: Bounds) -> [String; 2] {
-    [bounds.low, bounds.high].map(|end| end.map_or_else(|| "no end".to_owned(), |end| short(end, 4)))
-}
-
 fn answer(request: &V50Request, result: &V50Result) -> String {
     let Some(v50) = result.v50 else { return format!("{} shots give no V50.", result.shots) };
-    let [low, high] = ends(result.bounds);
+    let [low, high] = result.bounds.words();
     let sigma = result.sigma.map_or_else(String::new, |sigma| format!("; σ {} m/s", short(sigma, 3)));
     let level = short(100.0 * request.fit.level, 3);
     format!("V50 {} m/s, {level} % interval {low} to {high} m/s{sigma}.", short(v50, 4))
@@ -110,7 +108,7 @@ fn quantiles(result: &V50Result) -> String {
             &row(&["V0: slowest threshold seen".to_owned(), short(sample.range[0], 5), String::new(), String::new()]);
     }
     for quantile in &result.quantiles {
-        let [low, high] = ends(quantile.bounds);
+        let [low, high] = quantile.bounds.words();
         let value = quantile.value.map_or_else(String::new, |value| short(value, 5));
         rows += &row(&[format!("V{}", short(100.0 * quantile.p, 3)), value, low, high]);
     }
@@ -146,7 +144,7 @@ fn residual(result: &V50Result) -> String {
         .iter()
         .map(|(curve, found)| match found {
             Ok(found) => {
-                let [low, high] = ends(found.bounds);
+                let [low, high] = found.bounds.words();
                 let numbers = [found.factor, found.exponent, found.scatter].map(|number| short(number, 4));
                 let [factor, exponent, scatter] = numbers;
                 row(&[curve.words().to_owned(), short(found.limit, 5), low, high, factor, exponent, scatter])
