@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use ripstop::output::Folder;
 use ripstop::output::number::{fraction, short};
 use ripstop::study::diff::{
-    self, CurveRow, Diff, DiffError, DiffOptions, DiffRequest, Input, InputKind, KeyDifference, RunPair, SummaryRow,
+    self, CurveRow, Diff, DiffOptions, DiffRequest, Input, InputKind, KeyDifference, RunPair, SummaryRow,
 };
 
 use super::failure::CommandFailure;
@@ -41,12 +41,6 @@ pub(crate) fn diff(arguments: &DiffArguments) -> Result<(), CommandFailure> {
         Print::Nothing => {}
     }
     verdict(&found)
-}
-
-impl From<DiffError> for CommandFailure {
-    fn from(error: DiffError) -> Self {
-        Self::input(error.to_string())
-    }
 }
 
 fn write(out: &Path, read: &[PathBuf], found: &Diff) -> Result<Folder, CommandFailure> {

@@ -1,12 +1,10 @@
-//! Why shots cannot be read.
-
-use crate::study::diff::DiffError;
+//! Why a study cannot be made: a table, a curve or an option that is none.
 
 /// What was wrong, and where.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("error: {place}\n  expected: {expected}\n  found: {found}\n  help: {help}")]
 pub struct StudyError {
-    /// File, with line and column where there are some.
+    /// File, with line and column where there are some; or option.
     pub place: String,
     /// What may stand there.
     pub expected: String,
@@ -30,12 +28,5 @@ impl StudyError {
     pub(super) fn in_file(self, file: &str) -> Self {
         let place = if self.place.is_empty() { file.to_owned() } else { format!("{file}: {}", self.place) };
         Self { place, ..self }
-    }
-}
-
-/// Tables of shots and of curves are read from the same kind of text.
-impl From<DiffError> for StudyError {
-    fn from(error: DiffError) -> Self {
-        Self { place: error.place, expected: error.expected, found: error.found, help: error.help }
     }
 }

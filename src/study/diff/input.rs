@@ -6,10 +6,10 @@ use std::path::{Path, PathBuf};
 
 use serde_json::Value;
 
-use super::error::DiffError;
 use super::request::DiffRequest;
 use super::table::{self, MAX_BYTES, TimeSeries};
 use crate::output::CHECKPOINT;
+use crate::study::StudyError;
 
 /// Size of `summary.json` and `case.json` at most [bytes].
 const MAX_JSON: u64 = 8 << 20;
@@ -69,17 +69,17 @@ impl Input {
 ///
 /// # Errors
 /// Where it cannot be read, is too large, or holds something else.
-pub fn read(path: &Path, request: &DiffRequest) -> Result<Input, DiffError> {
+pub fn read(path: &Path, request: &DiffRequest) -> Result<Input, StudyError> {
     if path.is_dir() { run(path, request) } else { curve(path, request) }
 }
 
-fn curve(path: &Path, request: &DiffRequest) -> Result<Input, DiffError> {
+fn curve(path: &Path, request: &DiffRequest) -> Result<Input, StudyError> {
     let table = table_of(path, request)?;
     let notes = named(path, &table);
     Ok(Input { path: path.to_owned(), kind: InputKind::Curve, table, summary: None, case: None, notes })
 }
 
-fn run(folder: &Path, request: &DiffRequest) -> Result<Input, DiffError> {
+fn run(folder: &Path, request: &DiffRequest) -> Result<Input, StudyError> {
     let place = folder.display().to_string();
     let summary = folder.join("summary.json");
     if !summary.exists() {
@@ -89,14 +89,14 @@ fn run(folder: &Path, request: &DiffRequest) -> Result<Input, DiffError> {
             (_, true) => ("a case alone: the run has not ended", "wait for its end, or run it again".to_owned()),
             _ => ("no summary.json", "name the folder of a run, or a CSV of a measured curve".to_owned()),
         };
-        return Err(DiffError::new(place, "a folder of a run that has ended", found, help));
+        return Err(StudyError::new(place, "a folder of a run that has ended", found, help));
     }
     let summary = object(&summary)?;
     let cut = summary["interrupted"] == true || !summary["device_lost"].is_null();
     if cut {
         let found = format!("one that was broken off at {} µs", summary["time_us"]);
         let help = format!("run it again; {place}/history.csv can be compared up to there");
-        return Err(DiffError::new(place, "a folder of a run that has ended", found, help));
+        return Err(StudyError::new(place, "a folder of a run that has ended", found, help));
     }
     let case = folder.join("case.json");
     let case = if case.exists() { Some(object(&case)?) } else { None };
@@ -109,7 +109,7 @@ fn run(folder: &Path, request: &DiffRequest) -> Result<Input, DiffError> {
     Ok(Input { path: folder.to_owned(), kind: InputKind::Run, table, summary: Some(summary), case, notes })
 }
 
-fn table_of(path: &Path, request: &DiffRequest) -> Result<TimeSeries, DiffError> {
+fn table_of(path: &Path, request: &DiffRequest) -> Result<TimeSeries, StudyError> {
     let help = "name the folder of a run, its history.csv, or a CSV of a measured curve";
     let bytes = bounded(path, MAX_BYTES, help)?;
     table::read(&bytes, &request.mappings).map_err(|error| error.in_file(&path.display().to_string()))
@@ -120,24 +120,24 @@ fn named(path: &Path, table: &TimeSeries) -> Vec<String> {
 }
 
 /// A JSON object in a file.
-fn object(path: &Path) -> Result<Value, DiffError> {
+fn object(path: &Path) -> Result<Value, StudyError> {
     let place = path.display().to_string();
     let help = "run the case again: ripstop writes this file";
     let bytes = bounded(path, MAX_JSON, help)?;
     match serde_json::from_slice(&bytes) {
         Ok(value @ Value::Object(_)) => Ok(value),
-        Ok(_) => Err(DiffError::new(place, "a JSON object", "another JSON value", help)),
-        Err(error) => Err(DiffError::new(place, "a JSON object", error.to_string(), help)),
+        Ok(_) => Err(StudyError::new(place, "a JSON object", "another JSON value", help)),
+        Err(error) => Err(StudyError::new(place, "a JSON object", error.to_string(), help)),
     }
 }
 
 /// A file of a bounded size; a pipe has none beforehand.
-pub(crate) fn bounded(path: &Path, most: u64, help: &str) -> Result<Vec<u8>, DiffError> {
+pub(crate) fn bounded(path: &Path, most: u64, help: &str) -> Result<Vec<u8>, StudyError> {
     let place = path.display().to_string();
-    let failed = |error: io::Error| DiffError::new(&place, "a file that can be read", error.to_string(), help);
+    let failed = |error: io::Error| StudyError::new(&place, "a file that can be read", error.to_string(), help);
     let large = || {
         let expected = format!("a file of at most {} MiB", most >> 20);
-        DiffError::new(&place, expected, "a larger one", "keep fewer lines, or fewer columns")
+        StudyError::new(&place, expected, "a larger one", "keep fewer lines, or fewer columns")
     };
     let file = File::open(path).map_err(failed)?;
     if file.metadata().map_err(failed)?.len() > most {

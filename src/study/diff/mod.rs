@@ -28,8 +28,8 @@ mod summary;
 mod table;
 mod text;
 
+use crate::study::StudyError;
 pub use draw::svg;
-pub use error::DiffError;
 pub(crate) use error::{few, quoted};
 pub(crate) use input::bounded;
 pub use input::{Input, InputKind};
@@ -83,7 +83,7 @@ pub fn letter(input: usize) -> char {
 ///
 /// # Errors
 /// Where two have nothing in common: no column, or no time; or where a column asked for is not in both.
-pub fn diff(mut inputs: Vec<Input>, request: &DiffRequest) -> Result<Diff, DiffError> {
+pub fn diff(mut inputs: Vec<Input>, request: &DiffRequest) -> Result<Diff, StudyError> {
     request.check(&inputs.iter().map(|input| &input.table).collect::<Vec<_>>())?;
     for input in inputs.iter_mut().skip(1) {
         input.table.shift(request.options.shift_us);

@@ -3,7 +3,7 @@
 use serde_json::Value;
 
 use super::curve::{self, CurveDifference};
-use super::error::{DiffError, few};
+use super::error::few;
 use super::input::Input;
 use super::keys::{self, KeyDifference};
 use super::quantity;
@@ -11,6 +11,7 @@ use super::request::{DiffOptions, DiffRequest};
 use super::summary::{self, SummaryRow};
 use super::text::word;
 use crate::output::number::short;
+use crate::study::StudyError;
 
 /// Curves that two inputs are judged by where none is named: what a shot is measured by.
 const JUDGED: [&str; 3] = ["projectile_velocity_m_s", "projectile_displacement_mm", "max_deflection_mm"];
@@ -86,13 +87,13 @@ fn two(a: &Value, b: &Value) -> String {
 }
 
 /// Compares two inputs.
-pub(super) fn pair(first: &Input, other: &Input, request: &DiffRequest) -> Result<RunPair, DiffError> {
+pub(super) fn pair(first: &Input, other: &Input, request: &DiffRequest) -> Result<RunPair, StudyError> {
     let curves = curves(first, other, &common(first, other, &request.columns)?, request);
     if curves.is_empty() {
         let [[from, to], [first_from, first_to]] = [other, first].map(|input| input.table.span());
         let found = format!("{from} to {to} µs; {first_from} to {first_to} µs in the first");
         let help = "check the unit of time, or move one of them: --shift US";
-        return Err(DiffError::new(other.path.display().to_string(), "times that both cover", found, help));
+        return Err(StudyError::new(other.path.display().to_string(), "times that both cover", found, help));
     }
     let only = |input: &Input, without: &Input| {
         let columns = input.table.columns.iter().map(|column| &column.name);
@@ -111,21 +112,21 @@ pub(super) fn pair(first: &Input, other: &Input, request: &DiffRequest) -> Resul
 }
 
 /// The columns that both have, as far as they are wanted: those named, all where none is.
-fn common<'a>(first: &'a Input, other: &Input, named: &[String]) -> Result<Vec<&'a str>, DiffError> {
+fn common<'a>(first: &'a Input, other: &Input, named: &[String]) -> Result<Vec<&'a str>, StudyError> {
     let has = |input: &Input, name: &str| input.table.column(name).is_some();
     let expected = "a column that both have";
     let missing = named.iter().flat_map(|name| [(name, first), (name, other)]).find(|(name, input)| !has(input, name));
     if let Some((name, input)) = missing {
         let place = format!("--column {name}: {}", input.path.display());
         let help = "name one of these, or say what a heading stands for: --column HEADING=NAME";
-        return Err(DiffError::new(place, expected, names(input), help));
+        return Err(StudyError::new(place, expected, names(input), help));
     }
     let both = first.table.columns.iter().map(|column| column.name.as_str()).filter(|name| has(other, name));
     let common: Vec<&str> = both.filter(|name| named.is_empty() || named.iter().any(|named| named == name)).collect();
     if common.is_empty() {
         let found = format!("{}; {} in the first", names(other), names(first));
         let help = "say what a heading stands for: --column HEADING=projectile_velocity_m_s";
-        return Err(DiffError::new(other.path.display().to_string(), expected, found, help));
+        return Err(StudyError::new(other.path.display().to_string(), expected, found, help));
     }
     Ok(common)
 }

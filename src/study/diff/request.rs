@@ -1,9 +1,10 @@
 //! What was asked for.
 
-use super::error::{DiffError, few, quoted};
+use super::error::{few, quoted};
 use super::quantity::{self, Quantity};
 use super::table::{TimeSeries, one_line};
 use crate::case::nearest;
+use crate::study::StudyError;
 
 /// Share from which on curves count as parted, where no other was asked for.
 const PART: f64 = 0.01;
@@ -46,7 +47,7 @@ impl DiffRequest {
     ///
     /// # Errors
     /// Where the part after `=` is no quantity of `history.csv`, or a heading stands for two.
-    pub fn new(options: DiffOptions, columns: &[String]) -> Result<Self, DiffError> {
+    pub fn new(options: DiffOptions, columns: &[String]) -> Result<Self, StudyError> {
         let mut request = Self { options, ..Self::default() };
         for text in columns {
             match text.rsplit_once('=') {
@@ -54,7 +55,7 @@ impl DiffRequest {
                     let (heading, quantity) = (one_line(heading), known(name)?);
                     if request.mappings.iter().any(|mapping| mapping.heading == heading) {
                         let found = format!("{} twice", quoted(&heading));
-                        return Err(DiffError::new("--column", "one name for a heading", found, "leave out one"));
+                        return Err(StudyError::new("--column", "one name for a heading", found, "leave out one"));
                     }
                     request.mappings.push(Mapping { heading, quantity });
                 }
@@ -67,24 +68,24 @@ impl DiffRequest {
     }
 
     /// Refuses what stands for a heading that no table has.
-    pub(super) fn check(&self, tables: &[&TimeSeries]) -> Result<(), DiffError> {
+    pub(super) fn check(&self, tables: &[&TimeSeries]) -> Result<(), StudyError> {
         let headings = || tables.iter().flat_map(|table| &table.headings);
         let missing = self.mappings.iter().find(|mapping| !headings().any(|heading| *heading == mapping.heading));
         missing.map_or(Ok(()), |mapping| {
             let place = format!("--column {}", quoted(&mapping.heading));
             let found = few(headings().map(String::as_str));
             let help = "write the heading as the file has it";
-            Err(DiffError::new(place, "a heading of one of the files", found, help))
+            Err(StudyError::new(place, "a heading of one of the files", found, help))
         })
     }
 }
 
-fn known(name: &str) -> Result<Quantity, DiffError> {
+fn known(name: &str) -> Result<Quantity, StudyError> {
     quantity::of(name).ok_or_else(|| {
         let names = quantity::names();
         let help = nearest(name.trim(), names.iter().map(String::as_str))
             .map_or_else(String::new, |near| format!("did you mean {near}?"));
         let expected = "after = a column of history.csv, in its unit or another: projectile_velocity_m_s, time_ms";
-        DiffError::new("--column", expected, quoted(name), help)
+        StudyError::new("--column", expected, quoted(name), help)
     })
 }

@@ -6,9 +6,10 @@
 use ::csv::{ByteRecord, ReaderBuilder, Trim};
 
 use super::curve::Points;
-use super::error::{DiffError, few, quoted};
+use super::error::{few, quoted};
 use super::quantity::{self, Quantity, TIME};
 use super::request::Mapping;
+use crate::study::StudyError;
 
 /// Size of a file at most [bytes].
 pub(super) const MAX_BYTES: u64 = 32 << 20;
@@ -83,7 +84,7 @@ struct Raw {
 }
 
 /// Reads a table. `mappings`: what headings stand for.
-pub(super) fn read(bytes: &[u8], mappings: &[Mapping]) -> Result<TimeSeries, DiffError> {
+pub(super) fn read(bytes: &[u8], mappings: &[Mapping]) -> Result<TimeSeries, StudyError> {
     let text = text(bytes)?;
     let separator = separator(&text);
     let mut reader = ReaderBuilder::new();
@@ -112,8 +113,8 @@ pub(super) fn read(bytes: &[u8], mappings: &[Mapping]) -> Result<TimeSeries, Dif
     table(columns, &rows.lines)
 }
 
-fn empty(found: &str) -> DiffError {
-    DiffError::new(
+fn empty(found: &str) -> StudyError {
+    StudyError::new(
         "",
         "a heading and lines of numbers",
         found,
@@ -121,17 +122,17 @@ fn empty(found: &str) -> DiffError {
     )
 }
 
-fn unreadable(error: &::csv::Error) -> DiffError {
-    DiffError::new("", "comma-separated values", error.to_string(), "save the table as CSV (UTF-8)")
+fn unreadable(error: &::csv::Error) -> StudyError {
+    StudyError::new("", "comma-separated values", error.to_string(), "save the table as CSV (UTF-8)")
 }
 
 /// The text, every line of which ends with a line feed.
-pub(crate) fn text(bytes: &[u8]) -> Result<String, DiffError> {
+pub(crate) fn text(bytes: &[u8]) -> Result<String, StudyError> {
     let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
     let line = |at: usize| format!("line {}", bytes[..at].iter().filter(|byte| **byte == b'\n').count() + 1);
     let no_text = |at: usize, byte: u8| {
         let help = "save the table as CSV (UTF-8); a spreadsheet's own file is none";
-        DiffError::new(line(at), "text in UTF-8", format!("the byte 0x{byte:02X}"), help)
+        StudyError::new(line(at), "text in UTF-8", format!("the byte 0x{byte:02X}"), help)
     };
     if let Some(at) = bytes.iter().position(|byte| *byte == 0) {
         return Err(no_text(at, 0));
@@ -164,20 +165,20 @@ pub(crate) fn one_line(heading: &str) -> String {
 }
 
 /// The columns that a heading names.
-fn headings(cells: &[&str], line: u64, mappings: &[Mapping]) -> Result<Vec<Raw>, DiffError> {
+fn headings(cells: &[&str], line: u64, mappings: &[Mapping]) -> Result<Vec<Raw>, StudyError> {
     let place = format!("line {line}");
     if cells.len() > MAX_COLUMNS {
         let expected = format!("at most {MAX_COLUMNS} columns");
-        return Err(DiffError::new(place, expected, cells.len().to_string(), "leave out what is not compared"));
+        return Err(StudyError::new(place, expected, cells.len().to_string(), "leave out what is not compared"));
     }
     if cells.iter().all(|cell| cell.is_empty() || cell.parse::<f64>().is_ok()) {
         let help = "write a first line such as time_us,velocity_m_s";
-        return Err(DiffError::new(place, "a heading that names the columns", few(cells.iter().copied()), help));
+        return Err(StudyError::new(place, "a heading that names the columns", few(cells.iter().copied()), help));
     }
     for (n, cell) in cells.iter().enumerate() {
         if !cell.is_empty() && cells[..n].contains(cell) {
             let found = format!("{} twice", quoted(cell));
-            return Err(DiffError::new(place, "each column once", found, "rename or leave out one of them"));
+            return Err(StudyError::new(place, "each column once", found, "rename or leave out one of them"));
         }
     }
     let column = |cell: &&str| {
@@ -191,7 +192,7 @@ fn headings(cells: &[&str], line: u64, mappings: &[Mapping]) -> Result<Vec<Raw>,
 }
 
 /// Refuses two columns for one quantity, and a table without time.
-fn once(columns: &[Raw], place: &str) -> Result<(), DiffError> {
+fn once(columns: &[Raw], place: &str) -> Result<(), StudyError> {
     let of = |name: &str| {
         let same = columns.iter().filter(|column| column.quantity.is_some_and(|quantity| quantity.name == name));
         same.map(|column| column.heading.as_str()).collect::<Vec<_>>()
@@ -200,13 +201,13 @@ fn once(columns: &[Raw], place: &str) -> Result<(), DiffError> {
         let found = of(name);
         if found.len() > 1 {
             let expected = format!("one column for {name}");
-            return Err(DiffError::new(place, expected, few(found), "leave out or rename all but one"));
+            return Err(StudyError::new(place, expected, few(found), "leave out or rename all but one"));
         }
     }
     if of(TIME).is_empty() {
         let found = few(columns.iter().map(|column| column.heading.as_str()));
         let help = "call it time_us, time_ms or time_s, or say which it is: --column HEADING=time_ms";
-        return Err(DiffError::new(place, "a column of times", found, help));
+        return Err(StudyError::new(place, "a column of times", found, help));
     }
     Ok(())
 }
@@ -218,7 +219,7 @@ struct LinesRead {
 }
 
 impl LinesRead {
-    fn add(&mut self, columns: &mut [Raw], cells: &[&str], line: u64, separator: u8) -> Result<(), DiffError> {
+    fn add(&mut self, columns: &mut [Raw], cells: &[&str], line: u64, separator: u8) -> Result<(), StudyError> {
         let place = format!("line {line}");
         if cells.len() != columns.len() {
             let help = match (separator, cells.len() > columns.len()) {
@@ -226,12 +227,12 @@ impl LinesRead {
                 _ => "every line has as many cells as the heading; an empty cell is a value that is missing",
             };
             let expected = format!("{} cells, as in the heading", columns.len());
-            return Err(DiffError::new(place, expected, cells.len().to_string(), help));
+            return Err(StudyError::new(place, expected, cells.len().to_string(), help));
         }
         self.lines.push(line);
         if self.lines.len() > MAX_ROWS || self.lines.len() * columns.len() > MAX_CELLS {
             let expected = format!("at most {MAX_ROWS} lines, and {MAX_CELLS} cells");
-            return Err(DiffError::new(place, expected, "more", "keep fewer lines"));
+            return Err(StudyError::new(place, expected, "more", "keep fewer lines"));
         }
         for (column, cell) in columns.iter_mut().zip(cells) {
             let value = match *cell {
@@ -249,7 +250,7 @@ impl LinesRead {
 }
 
 /// What the columns are, once all lines are read. `lines`: line of each row.
-fn table(columns: Vec<Raw>, lines: &[u64]) -> Result<TimeSeries, DiffError> {
+fn table(columns: Vec<Raw>, lines: &[u64]) -> Result<TimeSeries, StudyError> {
     let headings = columns.iter().map(|column| column.heading.clone()).collect();
     let mut table = TimeSeries { headings, ..TimeSeries::default() };
     for column in columns {
@@ -288,15 +289,15 @@ fn table(columns: Vec<Raw>, lines: &[u64]) -> Result<TimeSeries, DiffError> {
     Ok(table)
 }
 
-fn check_times(times: &[f64], lines: &[u64], heading: &str) -> Result<(), DiffError> {
+fn check_times(times: &[f64], lines: &[u64], heading: &str) -> Result<(), StudyError> {
     let place = |n: usize| format!("line {}, column {}", lines[n], quoted(heading));
     if let Some(n) = times.iter().position(|time| time.is_nan() || time.abs() > LARGEST) {
         let found = if times[n].is_nan() { "none".to_owned() } else { format!("{:?}", times[n]) };
-        return Err(DiffError::new(place(n), "a time", found, "leave out lines without one"));
+        return Err(StudyError::new(place(n), "a time", found, "leave out lines without one"));
     }
     if let Some(n) = times.windows(2).position(|pair| pair[1] <= pair[0]) {
         let expected = format!("a time after that of the line before, {} µs", times[n]);
-        return Err(DiffError::new(
+        return Err(StudyError::new(
             place(n + 1),
             expected,
             format!("{} µs", times[n + 1]),
@@ -306,7 +307,7 @@ fn check_times(times: &[f64], lines: &[u64], heading: &str) -> Result<(), DiffEr
     Ok(())
 }
 
-fn no_number(line: u64, heading: &str, found: &str) -> DiffError {
+fn no_number(line: u64, heading: &str, found: &str) -> StudyError {
     let help = match found {
         found if is_decimal_comma(found) => "write a decimal point instead of the comma",
         found if found.parse::<f64>().is_ok() => {
@@ -314,7 +315,7 @@ fn no_number(line: u64, heading: &str, found: &str) -> DiffError {
         }
         _ => "a line of units or remarks begins with #; a value that is missing is an empty cell",
     };
-    DiffError::new(format!("line {line}, column {}", quoted(heading)), "a number", quoted(found), help)
+    StudyError::new(format!("line {line}, column {}", quoted(heading)), "a number", quoted(found), help)
 }
 
 /// `12,5`

@@ -5,7 +5,7 @@ fn table_of(text: &str) -> TimeSeries {
     read(text.as_bytes(), &[]).unwrap()
 }
 
-fn error(text: &str) -> DiffError {
+fn error(text: &str) -> StudyError {
     read(text.as_bytes(), &[]).unwrap_err()
 }
 

@@ -55,13 +55,8 @@ impl ComputedLimit {
 
     /// What a reader is told of measured and computed.
     pub fn words(&self, fit: &Fit) -> String {
-        let end = |end: Option<f64>| end.map_or_else(|| "no end".to_owned(), |end| short(end, 4));
-        let computed = format!(
-            "computed V50 {} m/s, {} to {} m/s",
-            short(self.v50, 4),
-            end(self.bounds.low),
-            end(self.bounds.high)
-        );
+        let [low, high] = self.bounds.words();
+        let computed = format!("computed V50 {} m/s, {low} to {high} m/s", short(self.v50, 4));
         let Some((value, bounds)) = fit.v50().and_then(|v50| Some((v50.value?, v50.bounds))) else { return computed };
         let off = 100.0 * (self.v50 / value - 1.0);
         let below = |a: Option<f64>, b: Option<f64>| a.zip(b).is_some_and(|(a, b)| a < b);
