@@ -18,6 +18,11 @@ pub(crate) fn row(text: &mut String, cells: impl IntoIterator<Item = String>) {
     text.push('\n');
 }
 
+/// A cell of free text: in quotes where it must be (RFC 4180).
+pub(crate) fn quoted(text: &str) -> String {
+    if text.contains(['"', ',', '\n', '\r']) { format!("\"{}\"", text.replace('"', "\"\"")) } else { text.to_owned() }
+}
+
 /// A number as the shortest text that reads back the same; whole numbers without a fraction, no negative zero.
 pub(crate) fn number(value: f64) -> String {
     let value = value + 0.0;

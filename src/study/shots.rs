@@ -1,7 +1,5 @@
 //! `ripstop shots`: realisations of a case at velocities spread over a range.
 
-use std::path::Path;
-
 use serde_json::json;
 
 use super::batch::{self, BatchError, BatchOptions, BatchPlan, ShotLog, ShotOrder, ShotRow, fire, order_case};
@@ -95,11 +93,7 @@ pub fn run(
     let order = |shot: u32| order(request, options.seed, shot);
     let drawn = drawn_columns(case, options.seed, (0..request.count).map(order));
     let plan = plan(case, request, options);
-    if resume {
-        plan.check(folder.path())?;
-    } else {
-        folder.put(&[plan.file()], &FILES)?;
-    }
+    plan.begin(folder, &FILES, resume)?;
     let mut log = ShotLog::open(folder, TABLE, drawn, resume)?;
     let step = if request.until_width.is_some() { BETWEEN_LOOKS } else { request.count };
     let mut wanted = 0;
@@ -186,9 +180,4 @@ pub fn notes(case: &Case) -> Vec<String> {
         notes.push(format!("assumed: {}", assumed.join(", ")));
     }
     notes
-}
-
-/// Whether a batch was begun in a folder.
-pub fn is_begun(folder: &Path) -> bool {
-    BatchPlan::is_in(folder)
 }

@@ -5,9 +5,8 @@ use std::fs::{self, File};
 use std::io::{self, Write as _};
 use std::path::{Path, PathBuf};
 
-use super::plan::refused;
 use super::{BatchError, ShotOrder, ShotRow, columns};
-use crate::output::Folder;
+use crate::output::{Folder, OutputError};
 
 /// Number of the shot and its velocity, by which rows are sorted and found again.
 type ShotKey = (u32, u64);
@@ -41,7 +40,7 @@ impl ShotLog {
     pub fn open(folder: &Folder, name: &'static str, drawn: Vec<String>, resume: bool) -> Result<Self, BatchError> {
         let path = folder.path().join(partial(name));
         let whole = folder.path().join(name);
-        let failed = |error: io::Error| refused(&path, &error);
+        let failed = |error: io::Error| OutputError::unwritten(&path, &error);
         let head = format!("{}\n", columns(&drawn).join(","));
         if resume && !path.exists() && whole.exists() {
             // A batch that had ended: its sorted table is where a longer one begins.
@@ -66,7 +65,7 @@ impl ShotLog {
 
     fn append(&mut self, lines: &str) -> Result<(), BatchError> {
         let written = self.file.write_all(lines.as_bytes()).and_then(|()| self.file.sync_data());
-        Ok(written.map_err(|error| refused(&self.path, &error))?)
+        Ok(written.map_err(|error| OutputError::unwritten(&self.path, &error))?)
     }
 
     /// Adds a row; it is on the disk when this returns.
@@ -101,7 +100,7 @@ impl ShotLog {
     /// # Errors
     /// When the disk refuses.
     pub fn close(self) -> Result<(), BatchError> {
-        fs::remove_file(&self.path).map_err(|error| refused(&self.path, &error))?;
+        fs::remove_file(&self.path).map_err(|error| OutputError::unwritten(&self.path, &error))?;
         Ok(())
     }
 

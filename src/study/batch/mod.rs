@@ -12,6 +12,7 @@ mod log;
 mod page;
 mod plan;
 mod row;
+mod threads;
 
 use std::sync::atomic::AtomicBool;
 
@@ -20,6 +21,7 @@ pub use log::ShotLog;
 pub use page::{histograms, html};
 pub use plan::BatchPlan;
 pub use row::{ShotRow, columns};
+pub(in crate::study) use threads::in_threads;
 
 use crate::output::OutputError;
 use crate::run::Precision;

@@ -6,8 +6,9 @@ use std::path::Path;
 use serde_json::{Value, json};
 
 use crate::case::{Case, case_hash};
-use crate::output::OutputError;
+use crate::output::Folder;
 use crate::study::StudyError;
+use crate::study::batch::BatchError;
 
 /// Name of the file.
 const FILE: &str = "plan.json";
@@ -39,6 +40,19 @@ impl BatchPlan {
         folder.join(FILE).is_file()
     }
 
+    /// Begins a batch in a folder, whose files of these names are of an earlier one; or goes on with the one that is there.
+    ///
+    /// # Errors
+    /// When the disk refuses, or the plan in the folder is another one.
+    pub fn begin(&self, folder: &Folder, files: &[&str], resume: bool) -> Result<(), BatchError> {
+        if resume {
+            self.check(folder.path())?;
+        } else {
+            folder.put(&[self.file()], files)?;
+        }
+        Ok(())
+    }
+
     /// Checks that the plan in a folder is this one.
     ///
     /// # Errors
@@ -65,9 +79,4 @@ impl BatchPlan {
         }
         Ok(())
     }
-}
-
-/// A failure to write one of a batch's files.
-pub(super) fn refused(path: &Path, error: &std::io::Error) -> OutputError {
-    OutputError::unwritten(path, error)
 }

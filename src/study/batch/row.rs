@@ -4,7 +4,7 @@ use std::collections::HashMap;
 
 use super::ShotOrder;
 use crate::case::{Case, Drawn};
-use crate::output::csv::number;
+use crate::output::csv::{number, quoted};
 use crate::output::{absorbed_energy, residual_velocity, trust};
 use crate::run::Run;
 use crate::run::outcome::Outcome;
@@ -172,9 +172,4 @@ impl ShotRow {
         }
         Some(row)
     }
-}
-
-/// A cell of free text.
-fn quoted(text: &str) -> String {
-    if text.contains(['"', ',', '\n']) { format!("\"{}\"", text.replace('"', "\"\"")) } else { text.to_owned() }
 }

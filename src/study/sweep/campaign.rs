@@ -1,9 +1,7 @@
 //! The points of a sweep, each a batch in a folder of its own: what has ended there is read, not computed again.
 
 use std::path::Path;
-use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
-use std::sync::{Mutex, PoisonError};
-use std::thread;
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 use serde_json::json;
 
@@ -11,8 +9,8 @@ use super::factor::Factor;
 use super::html;
 use crate::case::Case;
 use crate::output::Folder;
-use crate::output::csv::number;
-use crate::study::batch::{BatchError, BatchOptions, BatchPlan, ShotRow};
+use crate::output::csv::{header, number, quoted, row};
+use crate::study::batch::{BatchError, BatchOptions, BatchPlan, ShotRow, in_threads};
 use crate::study::shots::{self, ShotsRequest};
 use crate::study::v50::{self, V50Request};
 
@@ -97,35 +95,13 @@ fn all(
     let workers = options.threads.min(count).max(1);
     // Points beside each other, and shots of a point where there are fewer points than threads.
     let inner = BatchOptions { threads: options.threads.div_ceil(workers), ..*options };
-    let (next, done, given_up) = (AtomicUsize::new(0), AtomicUsize::new(0), AtomicBool::new(false));
-    let results = Mutex::new(vec![None; count]);
-    let failed = Mutex::new(None);
-    let work = || {
-        while !given_up.load(Ordering::Relaxed) {
-            let number = next.fetch_add(1, Ordering::Relaxed);
-            let Some((case, of)) = request.cases.get(number) else { return };
-            match point(case, of, &inner, &folder.join("points").join(format!("{number:04}"))) {
-                Ok(result) => {
-                    results.lock().unwrap_or_else(PoisonError::into_inner)[number] = Some(result);
-                    progress(done.fetch_add(1, Ordering::Relaxed) + 1);
-                }
-                Err(error) => {
-                    given_up.store(true, Ordering::Relaxed);
-                    *failed.lock().unwrap_or_else(PoisonError::into_inner) = Some(error);
-                }
-            }
-        }
-    };
-    thread::scope(|scope| {
-        for _ in 0..workers {
-            scope.spawn(work);
-        }
-    });
-    if let Some(error) = failed.into_inner().unwrap_or_else(PoisonError::into_inner) {
-        return Err(error);
-    }
-    let results = results.into_inner().unwrap_or_else(PoisonError::into_inner);
-    Ok(results.into_iter().flatten().collect())
+    let done = AtomicUsize::new(0);
+    in_threads(workers, 0..count, |number, _| {
+        let (case, of) = &request.cases[number];
+        let result = point(case, of, &inner, &folder.join("points").join(format!("{number:04}")))?;
+        progress(done.fetch_add(1, Ordering::Relaxed) + 1);
+        Ok(result)
+    })
 }
 
 fn point(case: &Case, of: &SweepOf, options: &BatchOptions<'_>, path: &Path) -> Result<PointResult, BatchError> {
@@ -181,17 +157,16 @@ fn of_v50(found: &v50::V50Result) -> PointResult {
 
 /// `sweep.csv`: a row for each point. Columns of what is varied are its pointers.
 pub fn table(request: &SweepRequest, results: &[PointResult]) -> String {
-    let mut writer = csv::Writer::from_writer(Vec::new());
     let numbers = request.cases.first().map_or(&[][..], |(_, of)| of.columns());
-    let heads = request.factors.iter().map(|factor| factor.pointer.as_str()).chain(numbers.iter().copied());
-    let head: Vec<&str> = std::iter::once("point").chain(heads).chain(["reason"]).collect();
-    let mut rows = vec![head.into_iter().map(str::to_owned).collect::<Vec<String>>()];
+    let factors: Vec<String> = request.factors.iter().map(|factor| quoted(&factor.pointer)).collect();
+    let heads = factors.iter().map(String::as_str).chain(numbers.iter().copied());
+    let mut text = header(std::iter::once("point").chain(heads).chain(["reason"]));
     for (n, (values, result)) in request.points.iter().zip(results).enumerate() {
-        let cells =
-            values.iter().cloned().chain(result.numbers.iter().map(|cell| cell.map(number).unwrap_or_default()));
-        rows.push(std::iter::once(n.to_string()).chain(cells).chain([result.reason.clone()]).collect());
+        let cells = values
+            .iter()
+            .map(|value| quoted(value))
+            .chain(result.numbers.iter().map(|cell| cell.map(number).unwrap_or_default()));
+        row(&mut text, std::iter::once(n.to_string()).chain(cells).chain([quoted(&result.reason)]));
     }
-    let written = rows.iter().try_for_each(|row| writer.write_record(row));
-    let bytes = written.ok().and_then(|()| writer.into_inner().ok()).unwrap_or_default();
-    String::from_utf8_lossy(&bytes).into_owned()
+    text
 }

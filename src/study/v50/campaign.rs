@@ -3,9 +3,8 @@
 //! What is asked next depends on outcomes alone, never on the order in which shots ended: a campaign that was broken off asks the same
 //! again, and finds the rows that are there.
 
-use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 use std::sync::{Mutex, PoisonError};
-use std::thread;
 
 use serde_json::json;
 
@@ -15,7 +14,7 @@ use super::{Design, FILES, TABLE, V50Request, html, json};
 use crate::case::{Case, Variability};
 use crate::output::Folder;
 use crate::study::batch::fire::shoot;
-use crate::study::batch::{BatchError, BatchOptions, BatchPlan, ShotLog, ShotOrder};
+use crate::study::batch::{BatchError, BatchOptions, BatchPlan, ShotLog, ShotOrder, in_threads};
 use crate::study::designs::{Langlie, Neyer, ThreePod, UpDown};
 use crate::study::outcomes::Shot;
 use crate::study::shots::drawn_columns;
@@ -89,11 +88,7 @@ pub fn run(
     progress: &mut (dyn FnMut(V50Progress<'_>) + Send),
 ) -> Result<V50Result, BatchError> {
     let plan = plan(case, request, options);
-    if resume {
-        plan.check(folder.path())?;
-    } else {
-        folder.put(&[plan.file()], &FILES)?;
-    }
+    plan.begin(folder, &FILES, resume)?;
     let case = &nominal(case, request.design);
     let order = |shot: u32| ShotOrder { shot, velocity: Some(request.velocity[0]) };
     let drawn = drawn_columns(case, options.seed, (0..request.count).map(order));
@@ -205,37 +200,17 @@ impl Campaign<'_> {
         of: u32,
         progress: &mut (dyn FnMut(V50Progress<'_>) + Send),
     ) -> Result<Vec<FoundThreshold>, BatchError> {
-        let next = AtomicUsize::new(block.start as usize);
-        let given_up = AtomicBool::new(false);
-        let results = Mutex::new(Vec::new());
+        let done = AtomicU32::new(block.start);
         let progress = Mutex::new(progress);
-        let work = || {
-            while !given_up.load(Ordering::Relaxed) {
-                let number = next.fetch_add(1, Ordering::Relaxed) as u32;
-                if number >= block.end {
-                    return;
-                }
-                let told = |shots: u32| {
-                    let done =
-                        results.lock().map_or(0, |results: std::sync::MutexGuard<'_, Vec<_>>| results.len()) as u32;
-                    let mut tell = progress.lock().unwrap_or_else(PoisonError::into_inner);
-                    tell(V50Progress { done: block.start + done, of, shots, last: None });
-                };
-                let found = self.search(number, start, &given_up, &told);
-                if found.is_err() {
-                    given_up.store(true, Ordering::Relaxed);
-                }
-                results.lock().unwrap_or_else(PoisonError::into_inner).push((number, found));
-            }
-        };
-        thread::scope(|scope| {
-            for _ in 0..self.options.threads.min(block.len()) {
-                scope.spawn(work);
-            }
-        });
-        let mut results = results.into_inner().unwrap_or_else(PoisonError::into_inner);
-        results.sort_by_key(|(number, _)| *number);
-        results.into_iter().map(|(_, found)| found).collect()
+        in_threads(self.options.threads, block.start as usize..block.end as usize, |number, given_up| {
+            let told = |shots: u32| {
+                let mut tell = progress.lock().unwrap_or_else(PoisonError::into_inner);
+                tell(V50Progress { done: done.load(Ordering::Relaxed), of, shots, last: None });
+            };
+            let found = self.search(number as u32, start, given_up, &told)?;
+            done.fetch_add(1, Ordering::Relaxed);
+            Ok(found)
+        })
     }
 
     fn search(

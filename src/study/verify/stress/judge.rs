@@ -1,6 +1,6 @@
 //! Runs a scene on one backend and precision, and says whether the run is sound.
 //!
-//! Sound is: every number finite, every unit cell converged, the ledger closed, no energy that nobody put in.
+//! Sound is: every number finite, every unit cell converged, the ledger closed, no energy that was never put in.
 
 use std::any::Any;
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -49,7 +49,7 @@ pub enum FaultKind {
     Panic,
     /// The device was lost.
     Lost,
-    /// The run stopped itself: a number that is not finite, or energy nobody put in.
+    /// The run stopped itself: a number that is not finite, or energy that was never put in.
     Unstable,
     /// A number of the result is not finite, though the run did not notice.
     NotFinite,
@@ -309,7 +309,7 @@ pub(super) fn unsound(finished: &Finished) -> Option<Unsound> {
 /// as much for the terms themselves.
 const ROUNDINGS: f64 = 10.0;
 
-/// Energy that the ledger misses or that nobody put in. A NaN is within no bound.
+/// Energy that the ledger misses or that was never put in. A NaN is within no bound.
 fn unbalanced(case: &Case, machine: StressBackend<'_>, finished: &Finished, gain: f64) -> Option<Unsound> {
     for row in &finished.run.history {
         // Where next to nothing has been put in by then, rounding is a large part of it.
