@@ -35,7 +35,7 @@
 //! - Sums run in fixed order: same case, same bits, whatever the number of threads.
 //! - Of a scene that is its own mirror image a part is computed ([`kernels::mirror_planes`]); the run makes results whole again.
 //! - What nothing has reached is exactly at rest, to the last bit, and is left out.
-//! - A number that is not finite, or energy nobody put in, stops the run with step, kernel and place.
+//! - A number that is not finite, or energy that was never put in, stops the run with step, kernel and place.
 //!
 //! # Example
 //!

@@ -84,7 +84,7 @@ struct PieceOfYarn {
     length: f64,
 }
 
-/// How the yarns of a ply_type lie in its mesh.
+/// How the yarns of a ply type lie in its mesh.
 struct YarnLayout<'a> {
     mesh: &'a Mesh,
     /// Distance of neighbouring yarns of warp and of weft [m].

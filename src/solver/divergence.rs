@@ -82,7 +82,7 @@ pub(crate) fn excess(ledger: &EnergyBalance, kinetic: f64, sampled: bool) -> Opt
     }
 }
 
-/// What went wrong and where: a number that is not finite, or energy of some kind that nobody put in [J].
+/// What went wrong and where: a number that is not finite, or energy of some kind that was never put in [J].
 pub(crate) fn diagnose<S: Scalar>(
     model: &Model<S>,
     state: &State<S>,

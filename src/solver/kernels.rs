@@ -95,7 +95,7 @@ pub trait KernelScalar: Scalar {
     /// The kernels of a ply type.
     fn kernels(ply_type: &PlyType<Self>, vectors: Vectors) -> Box<dyn RowKernels<Self>>;
 
-    /// The sieve of nodes that may touch the next ply.
+    /// The broad phase: nodes that may touch the next ply.
     fn broad_phase(vectors: Vectors) -> Box<dyn BroadPhase<Self>>;
 }
 
@@ -107,7 +107,7 @@ impl KernelScalar for f64 {
 
     #[inline(never)]
     fn broad_phase(vectors: Vectors) -> Box<dyn BroadPhase<Self>> {
-        sieve(vectors)
+        broad_phase(vectors)
     }
 }
 
@@ -119,7 +119,7 @@ impl KernelScalar for f32 {
 
     #[inline(never)]
     fn broad_phase(vectors: Vectors) -> Box<dyn BroadPhase<Self>> {
-        sieve(vectors)
+        broad_phase(vectors)
     }
 }
 
@@ -145,7 +145,7 @@ where
     Box::new(Compiled::<R, L> { constants: constants.spread(n), shear, law: PhantomData })
 }
 
-fn sieve<S: Scalar>(vectors: Vectors) -> Box<dyn BroadPhase<S>> {
+fn broad_phase<S: Scalar>(vectors: Vectors) -> Box<dyn BroadPhase<S>> {
     match vectors {
         Vectors::None => Box::new(CompiledBroadPhase(S::splat(0.0), 0.0)),
         #[cfg(any(target_arch = "x86", target_arch = "x86_64"))]

@@ -1,9 +1,9 @@
-//! The sieve before the search: lets through the nodes that may touch a cell of the neighbouring ply.
+//! The broad phase of contact between plies: lets through the nodes that may touch a cell of the neighbouring ply.
 //!
 //! Of a line of nodes most are over a row of cells, each over the next, and touch none: as many as a register holds are looked at in
 //! one go, first whether they are certainly apart, in the precision of the state, then whether they stand clear of their cell, in
-//! double precision. What neither shows is let through and looked at one by one. No outcome depends on the sieve: what it
-//! keeps would be left as it is.
+//! double precision. What neither shows is let through and looked at one by one. No outcome depends on it: what it
+//! holds back would be left as it is.
 
 use std::ops::Range;
 
@@ -13,7 +13,7 @@ use crate::kernels::ply_contact::{Clearance, SLOP, is_certainly_apart, stands_cl
 use crate::math::scalar::{Mask, Real, Scalar, each};
 use crate::model::over::PENETRATING;
 
-/// A sieve, compiled for the vectors of this processor.
+/// The broad phase, compiled for the vectors of this processor.
 pub trait BroadPhase<S: Scalar>: Send + Sync {
     /// Appends rows and columns of the nodes that may touch, in order. `over`: cells that the nodes of the rows are over.
     fn pass(&self, look: &PlySearch<'_, S>, rows: Range<usize>, columns: Range<usize>, over: &[u32], near: &mut Near);
@@ -48,7 +48,7 @@ where
 /// See [`BroadPhase::pass`].
 #[inline(always)]
 fn pass<R: Real, D: Real<Scalar = f64>>(
-    sieve: &Compiled<R, D>,
+    compiled: &Compiled<R, D>,
     look: &PlySearch<'_, R::Scalar>,
     rows: Range<usize>,
     columns: Range<usize>,
@@ -57,17 +57,17 @@ fn pass<R: Real, D: Real<Scalar = f64>>(
 ) {
     let (own, theirs) = (&look.own, &look.theirs);
     let across = look.across();
-    let clearance = Clearance::new(sieve.0, look.sign(), [own.z, theirs.z], look.touching - SLOP * look.thickness);
+    let clearance = Clearance::new(compiled.0, look.sign(), [own.z, theirs.z], look.touching - SLOP * look.thickness);
     if own.mesh.rotation == theirs.mesh.rotation {
         for (row, over) in rows.zip(over.chunks(across)) {
             let line = node_strip::row(look, row, columns.clone(), over);
-            broad_phase(sieve, &clearance, look, &line, |column| near.push([row, column].map(|at| at as u32)));
+            broad_phase(compiled, &clearance, look, &line, |column| near.push([row, column].map(|at| at as u32)));
         }
     } else if let Some(mut part) = StripColumn::within(look, rows.clone()) {
         let first = near.len();
         for column in columns {
             let mut left = 0_u64;
-            broad_phase(sieve, &clearance, look, &part.line(look, column, over, across), |at| left |= 1 << at);
+            broad_phase(compiled, &clearance, look, &part.line(look, column, over, across), |at| left |= 1 << at);
             let places = (0..ROWS).filter(|at| left & 1 << at != 0);
             near.extend(places.map(|at| [part.row(at), column].map(|at| at as u32)));
         }

@@ -1,4 +1,4 @@
-//! What the sieve keeps would be left as it is, and it keeps most.
+//! What the broad phase holds back would be left as it is, and it holds back most.
 
 use super::*;
 use crate::kernels::node_update::field as node;

@@ -1,6 +1,6 @@
 //! Contact between neighbouring plies, over the whole pack.
 //!
-//! Every node remembers the element of the ply in front and of the ply behind that it is over, and walks from there; a sieve keeps
+//! Every node remembers the element of the ply in front and of the ply behind that it is over, and walks from there; the broad phase holds
 //! back most nodes, which touch nothing and stay where they are. What closes faster than its gap allows becomes a contact; each
 //! node's mass is shared out among its contacts; then all impulses are found at once and added up ply by ply, in fixed order.
 
@@ -50,7 +50,7 @@ pub(super) struct PlyContact<S> {
     contacts: Vec<Contacts>,
     /// By ply.
     loads: Vec<ImpulseAccumulator>,
-    sieve: Box<dyn BroadPhase<S>>,
+    broad_phase: Box<dyn BroadPhase<S>>,
     /// How far any node may have gone so far [m].
     pub(super) travel: f64,
 }
@@ -63,7 +63,7 @@ impl<S: KernelScalar> PlyContact<S> {
         Self {
             contacts: vec![contacts; plies],
             loads: vec![ImpulseAccumulator::new(nodes); plies],
-            sieve: S::broad_phase(vectors),
+            broad_phase: S::broad_phase(vectors),
             travel: 0.0,
         }
     }
@@ -103,7 +103,7 @@ impl<S: KernelScalar> PlyContact<S> {
         }
         // By rows, as the sweep shares them out, so that a thread mostly meets nodes of its own.
         parts.sort_by_key(SearchPart::first_row);
-        parts.par_iter_mut().with_max_len(1).for_each(|part| part.search(&*self.sieve));
+        parts.par_iter_mut().with_max_len(1).for_each(|part| part.search(&*self.broad_phase));
         drop(parts);
         context.state.over = over;
     }

@@ -168,11 +168,11 @@ impl<S: Scalar> SearchPart<'_, S> {
         self.rows.start
     }
 
-    /// Looks at every node that the sieve lets through.
-    pub(super) fn search(&mut self, sieve: &dyn BroadPhase<S>) {
+    /// Looks at every node that the broad phase lets through.
+    pub(super) fn search(&mut self, broad_phase: &dyn BroadPhase<S>) {
         let Self { look, rows, columns, over, found } = self;
         let across = look.across();
-        sieve.pass(look, rows.clone(), columns.clone(), over, &mut found.near);
+        broad_phase.pass(look, rows.clone(), columns.clone(), over, &mut found.near);
         for place in &found.near {
             let [row, column] = place.map(|at| at as usize);
             let over = &mut over[(row - rows.start) * across + column];
