@@ -331,47 +331,46 @@ fn add_along(sums: ptr<function, Sums>, ply: u32, place: vec2<u32>, which: u32, 
     }
 }
 
-/// Of a yarn around an element in the last step: over the failure length along it, and over its spacing across it.
-fn mean_strain(element: u32, which: u32) -> Mean {
+/// The elements side by side in a yarn with one at a place (row, column): the first, and one past the last.
+fn side_by_side(ply: u32, place: vec2<u32>, which: u32) -> vec2<u32> {
+    let line = line_at(ply, 1u - which, place[which]);
+    return vec2<u32>(u32(line.yarn_first), u32(line.yarn_end));
+}
+
+/// The place (row, column) so far across the yarn.
+fn place_across(place: vec2<u32>, which: u32, at: u32) -> vec2<u32> {
+    return select(vec2<u32>(place.x, at), vec2<u32>(at, place.y), which == 0u);
+}
+
+/// Of a yarn around an element in the last step, over the failure length along it and all of it across; zeros unless one of the elements side
+/// by side reached the failure strain, which they share. They all get the same, so that they break together.
+fn mean_strain(element: u32, which: u32, limit: f32) -> Mean {
     let ply = element_ply(element);
     let place = element_place(element);
-    let reach = select(scene.failure_breadth_weft, scene.failure_breadth_warp, which == 0u);
-    let own = place[which];
-    let axis = axis_of(ply, 1u - which);
-    let half = 0.5 * width_along(ply, 1u - which, own);
+    let across = side_by_side(ply, place, which);
+    var largest = BROKEN;
+    for (var at = across.x; at < across.y; at++) {
+        largest = max(largest, last_strain(element_at(ply, place_across(place, which, at)), which));
+    }
+    if (largest < limit) {
+        return Mean();
+    }
     var sums = Sums(0.0, 0.0, 1.0);
-    add_along(&sums, ply, place, which, 2.0 * min(half, reach));
-    for (var side = 0u; side < 2u; side++) {
-        var begin = half;
-        for (var beside = 1; begin < reach; beside++) {
-            let at = element_along(axis, i32(own) + select(beside, -beside, side == 0u));
-            if (at < 0) {
-                break;
-            }
-            let width = width_along(ply, 1u - which, u32(at));
-            let next = select(vec2<u32>(place.x, u32(at)), vec2<u32>(u32(at), place.y), which == 0u);
-            add_along(&sums, ply, next, which, min(width, reach - begin));
-            begin += width;
-        }
+    for (var at = across.x; at < across.y; at++) {
+        add_along(&sums, ply, place_across(place, which, at), which, width_along(ply, 1u - which, at));
     }
     return Mean(sums.strain / sums.area, sums.whole);
 }
 
-/// Warp and weft of an element in the last step where their own strain reached the failure strain; elsewhere zeros.
+/// Warp and weft of an element in the last step where their piece reached the failure strain; elsewhere zeros.
 struct Judged {
     strain: vec2<f32>,
     whole: vec2<f32>,
 }
 
 fn judged(element: u32, limit: vec2<f32>) -> Judged {
-    var warp = Mean();
-    var weft = Mean();
-    if (last_strain(element, 0u) >= limit.x) {
-        warp = mean_strain(element, 0u);
-    }
-    if (last_strain(element, 1u) >= limit.y) {
-        weft = mean_strain(element, 1u);
-    }
+    let warp = mean_strain(element, 0u, limit.x);
+    let weft = mean_strain(element, 1u, limit.y);
     return Judged(vec2<f32>(warp.strain, weft.strain), vec2<f32>(warp.whole, weft.whole));
 }
 

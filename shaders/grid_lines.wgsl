@@ -1,10 +1,12 @@
-// grid_lines: the lines of nodes of graded meshes, ply type by ply type: those along X, then those along Y.
+// grid_lines: the lines of nodes of graded meshes, or of elements narrower than a yarn, ply type by ply type: those along X, then those along Y.
 // Twin: src/model/lines.rs and `lines` of src/gpu/layout/mod.rs
 
-/// Texels in a row of the table.
-const LINES_ACROSS: u32 = 2048u;
+/// Lines in a row of the table.
+const LINES_ACROSS: u32 = 1024u;
+/// Texels of a line.
+const LINE_TEXELS: u32 = 2u;
 
-/// A line of nodes, a texel of the table. Behind the last line of nodes of a mesh there is one more.
+/// A line of nodes. Behind the last line of nodes of a mesh there is one more.
 struct Line {
     /// Reference place along the axis [m].
     place: f32,
@@ -13,13 +15,20 @@ struct Line {
     per_width: f32,
     /// Half of each element beside it, over the finest [-].
     share: f32,
+    /// The elements along the axis that lie side by side in a yarn with the one behind the line: the first, and one past the last.
+    yarn_first: f32,
+    yarn_end: f32,
+    pad0: f32,
+    pad1: f32,
 }
 
-/// A line of nodes across X (0) or Y (1) of a ply of a graded mesh.
+/// A line of nodes across X (0) or Y (1) of a ply.
 fn line_at(ply: u32, axis: u32, line: u32) -> Line {
     let at = (2u * plies[ply].ply_type + axis) * (max(scene.columns, scene.rows) + 2u) + line;
-    let texel = textureLoad(grid_lines, vec2<u32>(at % LINES_ACROSS, at / LINES_ACROSS), 0);
-    return Line(texel.x, texel.y, texel.z, texel.w);
+    let texel = vec2<u32>(LINE_TEXELS * (at % LINES_ACROSS), at / LINES_ACROSS);
+    let own = textureLoad(grid_lines, texel, 0);
+    let yarn = textureLoad(grid_lines, texel + vec2<u32>(1u, 0u), 0);
+    return Line(own.x, own.y, own.z, own.w, yarn.x, yarn.y, yarn.z, yarn.w);
 }
 
 /// Lengths along X and Y of a cell (row, column) of a ply [m].

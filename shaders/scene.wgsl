@@ -108,9 +108,6 @@ struct Scene {
     /// Half the failure length along warp and weft, in lengths of the finest element.
     failure_reach_warp: f32,
     failure_reach_weft: f32,
-    /// Half the spacing of warp and of weft yarns, in lengths of the finest element across them.
-    failure_breadth_warp: f32,
-    failure_breadth_weft: f32,
     cells: f32,
     area: f32,
     dt: f32,
@@ -156,6 +153,8 @@ struct Scene {
     mirror: u32,
     /// Room for points of the rim on each ply.
     ties: u32,
+    pad0: u32,
+    pad1: u32,
     /// Corner (ρ, s) and outward normal (ρ, s) of the side that begins there.
     profile: array<vec4<f32>, 5>,
 }

@@ -225,18 +225,19 @@ fn the_plies_are_laid_out_as_the_host_fills_them() {
 #[test]
 fn the_grid_lines_are_laid_out_as_the_host_fills_them() {
     let model = Model::<f32>::part(&graded()).unwrap();
-    let mesh = &model.ply_types[1].mesh;
-    assert_block("Line", &[layout::line(mesh, 0, 3), layout::line(mesh, 1, 4)]);
-    assert_eq!(layout::line(mesh, 0, 3).words().len(), layout::LINE_WORDS);
+    let second = &model.ply_types[1];
+    assert_block("Line", &[layout::line(second, 0, 3), layout::line(second, 1, 4)]);
+    assert_eq!(layout::line(second, 0, 3).words().len(), layout::LINE_WORDS);
+    assert_eq!(layout::LINE_WORDS, 4 * layout::LINE_TEXELS);
     // By ply type, by axis; `line_at` finds them in a texture.
     let words = layout::lines(&model);
-    let texels: Vec<_> = words.chunks_exact(layout::LINE_WORDS).collect();
-    assert!(texels.len().is_multiple_of(layout::LINES_ACROSS));
+    let all: Vec<_> = words.chunks_exact(layout::LINE_WORDS).collect();
+    assert!(all.len().is_multiple_of(layout::LINES_ACROSS));
     let room = model.grid.columns.max(model.grid.rows) + 2;
     let number = |word: u32| f64::from(f32::from_bits(word));
     for (at, ply_type) in model.ply_types.iter().enumerate() {
         for (axis, elements) in [ply_type.mesh.columns, ply_type.mesh.rows].into_iter().enumerate() {
-            let lines = &texels[(2 * at + axis) * room..];
+            let lines = &all[(2 * at + axis) * room..];
             let mass: f64 = lines[..=elements].iter().map(|line| number(line[3])).sum();
             let widths: f64 = lines[..elements].iter().map(|line| number(line[1])).sum();
             let [first, last] = [0, elements].map(|line| number(lines[line][0]));
@@ -248,7 +249,7 @@ fn the_grid_lines_are_laid_out_as_the_host_fills_them() {
         }
     }
     let even = Model::<f32>::new(&builtin("cases/s720-1ply-155.json", &[])).unwrap();
-    assert_eq!(layout::lines(&even).len(), layout::LINE_WORDS, "a texel that nobody reads");
+    assert_eq!(layout::lines(&even).len(), layout::LINE_WORDS, "a line that nobody reads");
 }
 
 #[test]
@@ -456,6 +457,7 @@ fn constants() -> Vec<(&'static str, Vec<f64>)> {
         list("SERIES", &arc_length::SERIES),
         list("ARC_SINE_SINGLE", &shear::ARC_SINE_SINGLE),
         count("LINES_ACROSS", layout::LINES_ACROSS),
+        count("LINE_TEXELS", layout::LINE_TEXELS),
         number("HELD", projectile_contact::HELD),
         number("SHARED", projectile_rim::SHARED),
         number("FLOOR", projectile_rim::FLOOR),

@@ -4,8 +4,8 @@ use std::time::{Duration, Instant};
 
 use super::buffers::{BufferId, Sizes, spread};
 use super::layout::{
-    self, BODY_WORDS, EVENT_WORDS, GROUP, LAW_STRIDE, LINE_WORDS, LINES_ACROSS, PLIES, PLY_WORDS, SCENE_STRIDE,
-    STATUS_WORDS, STEP_BYTES, STEP_STRIDE, StepInfo, status,
+    self, BODY_WORDS, EVENT_WORDS, GROUP, LAW_STRIDE, LINE_TEXELS, LINE_WORDS, LINES_ACROSS, PLIES, PLY_WORDS,
+    SCENE_STRIDE, STATUS_WORDS, STEP_BYTES, STEP_STRIDE, StepInfo, status,
 };
 use super::program::{self, Program};
 use super::shader::{self, Kernel};
@@ -422,12 +422,13 @@ const STATUS_BYTES: u64 = 4 * STATUS_WORDS as u64;
 const STAMP_BYTES: u64 = DeviceClock::bytes(PARTS.len());
 const EVENT_BYTES: u64 = 4 * EVENT_WORDS;
 
-/// The grid lines of graded meshes, a texel each.
+/// The grid lines, of which each has its texels.
 fn grid_lines(device: &Device, model: &Model<f32>) -> wgpu::TextureView {
     let words = layout::lines(model);
-    let texels = words.len() / LINE_WORDS;
-    let width = texels.min(LINES_ACROSS);
-    let size = wgpu::Extent3d { width: width as u32, height: (texels / width) as u32, depth_or_array_layers: 1 };
+    let lines = words.len() / LINE_WORDS;
+    let across = lines.min(LINES_ACROSS);
+    let (width, height) = ((LINE_TEXELS * across) as u32, (lines / across) as u32);
+    let size = wgpu::Extent3d { width, height, depth_or_array_layers: 1 };
     let texture = device.inner.create_texture(&wgpu::TextureDescriptor {
         label: Some("grid lines"),
         size,
@@ -438,7 +439,7 @@ fn grid_lines(device: &Device, model: &Model<f32>) -> wgpu::TextureView {
         usage: wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_DST,
         view_formats: &[],
     });
-    let bytes_per_row = Some((4 * LINE_WORDS * width) as u32);
+    let bytes_per_row = Some((4 * LINE_WORDS * across) as u32);
     let rows = wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row, rows_per_image: None };
     device.queue.write_texture(texture.as_image_copy(), bytemuck::cast_slice(&words), rows, size);
     texture.create_view(&wgpu::TextureViewDescriptor::default())

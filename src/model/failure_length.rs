@@ -1,12 +1,17 @@
 //! The piece of yarn over which failure is judged: the failure length along it, its own spacing across it.
 //!
 //! The strain of a single element under a sharp rim or a point grows as the mesh is refined; its mean along the yarn over a fixed length
-//! converges. Elements narrower than a yarn are no yarns of their own: which of them carries most depends on where the rim lies in the mesh,
-//! what the yarn carries does not.
+//! converges. Elements narrower than a yarn are no yarns of their own: those side by side in a yarn are judged together and break together.
+//! Where they broke one by one, a yarn tore from side to side, and a finer mesh took up more energy (benches/NOTES.md).
+
+use std::ops::Range;
 
 use super::Mesh;
 
-/// Elements within a length around the middle of one.
+/// Difference that rounding makes [-].
+const SAME: f64 = 1e-9;
+
+/// Elements within a length around the middle of one, or side by side in a yarn.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Window {
     /// The first of them: a column or a row.
@@ -27,48 +32,125 @@ impl Window {
 pub struct Windows {
     /// Along the yarn, by column for warp, by row for weft.
     pub along: Vec<Window>,
-    /// Across the yarn, by row for warp, by column for weft.
+    /// Across the yarn, by row for warp, by column for weft: the whole yarn, the same for each of its elements.
     pub across: Vec<Window>,
 }
 
-/// Half the length and half the breadth of the piece, in lengths of the finest element; warp and weft.
+impl Windows {
+    /// The yarns side by side, each once.
+    pub fn yarns(&self) -> impl Iterator<Item = &Window> {
+        self.across.iter().enumerate().filter(|(at, window)| window.first == *at).map(|(_, window)| window)
+    }
+}
+
+/// Half the length and the breadth of the piece, in lengths of the finest element; warp and weft.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct StencilRadius {
     /// Half of the failure length.
     pub along: [f64; 2],
-    /// Half of the yarns' spacing.
-    pub across: [f64; 2],
+    /// The yarns' spacing.
+    pub breadth: [f64; 2],
 }
 
 impl StencilRadius {
     /// The element itself: a strength of its own is judged where those over a length are.
-    pub(super) const ELEMENT: Self = Self { along: [0.5; 2], across: [0.5; 2] };
+    pub(super) const ELEMENT: Self = Self { along: [0.5; 2], breadth: [1.0; 2] };
 
     /// `length`: the failure length [m]. `spacing`: of the crossovers along warp and weft [m]; across warp lies that along weft.
     pub(super) fn new(mesh: &Mesh, length: f64, spacing: [f64; 2]) -> Self {
-        let over = |axis: usize, length: f64| 0.5 * length / mesh.length[axis];
-        Self { along: [over(0, length), over(1, length)], across: [over(1, spacing[1]), over(0, spacing[0])] }
+        let over = |axis: usize, length: f64| length / mesh.length[axis];
+        Self {
+            along: [0.5 * over(0, length), 0.5 * over(1, length)],
+            breadth: [over(1, spacing[1]), over(0, spacing[0])],
+        }
+    }
+
+    /// The elements that lie side by side with one, along an axis, in the yarn across it.
+    pub fn side_by_side(&self, mesh: &Mesh, axis: usize, element: usize) -> Range<usize> {
+        mesh.side_by_side(axis, element, self.breadth[1 - axis])
     }
 
     /// Windows of warp and weft; `None`: no element is smaller than the piece, or no length is given, so that each is judged by its own
     /// strain.
     pub(super) fn windows(&self, mesh: &Mesh) -> Option<[Windows; 2]> {
-        let lengths = self.along.iter().chain(&self.across);
-        if self.along == [0.0; 2] || lengths.copied().fold(0.0, f64::max) <= 0.5 {
-            return None;
-        }
-        Some(self.overlaps(mesh))
+        let smaller =
+            self.along.iter().any(|half| *half > 0.5) || self.breadth.iter().any(|breadth| *breadth > 1.0 + SAME);
+        (self.along != [0.0; 2] && smaller).then(|| self.overlaps(mesh))
     }
 
     /// Windows of warp and weft, whatever their size.
     pub(super) fn overlaps(&self, mesh: &Mesh) -> [Windows; 2] {
-        let windows = |axis: usize, reach: f64| {
+        let along = |axis: usize, reach: f64| {
             let overlaps = mesh.overlaps(axis, reach).into_iter();
             overlaps.map(|(first, length)| Window { first, length }).collect()
         };
-        [0, 1].map(|yarn| Windows {
-            along: windows(yarn, self.along[yarn]),
-            across: windows(1 - yarn, self.across[yarn]),
-        })
+        let across = |axis: usize, breadth: f64| {
+            let width = |at: usize| mesh.widths(at * axis, at * (1 - axis))[axis];
+            let count = [mesh.columns, mesh.rows][axis];
+            let yarns = (0..count).map(|element| mesh.side_by_side(axis, element, breadth));
+            yarns.map(|yarn| Window { first: yarn.start, length: yarn.map(width).collect() }).collect()
+        };
+        [0, 1]
+            .map(|yarn| Windows { along: along(yarn, self.along[yarn]), across: across(1 - yarn, self.breadth[yarn]) })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use super::*;
+    use crate::case;
+    use crate::model::Model;
+
+    /// The ply type of a case with changes, all of it or what mirror planes leave of it.
+    fn windows(part: bool, sets: &[&str]) -> [Windows; 2] {
+        let sets: Vec<String> = ["/expect=[]"].iter().chain(sets).map(|set| (*set).to_owned()).collect();
+        let case = case::read(Path::new("cases/s720-1ply-155.json"), &sets);
+        let case = case.unwrap_or_else(|error| unreachable!("{error}"));
+        let model = if part { Model::<f64>::part(&case) } else { Model::<f64>::new(&case) };
+        let ply_type = model.unwrap_or_else(|error| unreachable!("{error}")).ply_types.swap_remove(0);
+        ply_type.windows.unwrap_or_else(|| unreachable!("there are windows"))
+    }
+
+    #[test]
+    fn yarns_are_counted_from_the_hit_wherever_it_is() {
+        let aimed = windows(false, &[]);
+        for offset in ["[0.3, 0]", "[0.635, 0]", "[1.0, 0]"] {
+            let offset = format!("/projectile/offset_mm={offset}");
+            let shifted = windows(false, &[&offset]);
+            // Around the hit the wefts, beside each other along warp, have the same elements.
+            let of = |windows: &[Windows; 2]| {
+                let wefts = &windows[1];
+                let narrow = wefts.yarns().filter(|yarn| yarn.length.iter().all(|width| (width - 1.0).abs() < 1e-6));
+                narrow.map(|yarn| yarn.length.len()).collect::<Vec<_>>()
+            };
+            let (aimed, shifted) = (of(&aimed), of(&shifted));
+            assert!(aimed.len() > 10 && aimed.iter().all(|elements| *elements == 2), "{aimed:?}");
+            assert!(shifted.len() > 10 && shifted.iter().all(|elements| *elements == 2), "{offset}: {shifted:?}");
+        }
+    }
+
+    #[test]
+    fn a_part_of_a_ply_has_the_yarns_of_the_whole() {
+        for sets in [
+            &[][..],
+            &["/pack/elements_per_crossover=3"],
+            &["/pack/mesh_grading=none", "/pack/elements_per_crossover=2"],
+        ] {
+            let (whole, part) = (windows(false, sets), windows(true, sets));
+            for axis in 0..2 {
+                let middle = part[axis].across.len();
+                assert_eq!(whole[axis].across.len(), 2 * middle);
+                for (half, all) in part[axis].across.iter().zip(&whole[axis].across[middle..]) {
+                    // One may lie on the mirror plane.
+                    let behind = |window: &Window, first: usize| {
+                        let end = window.first + window.length.len() + first;
+                        (window.first + first).max(middle)..end
+                    };
+                    assert_eq!(behind(half, middle), behind(all, 0), "{sets:?}");
+                }
+            }
+        }
     }
 }

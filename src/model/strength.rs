@@ -102,15 +102,12 @@ impl<'a> YarnLayout<'a> {
     }
 
     fn at(&self, direction: usize, row: usize, column: usize) -> PieceOfYarn {
-        let (size, origin) = (self.mesh.size(row, column), self.mesh.origin);
-        let corner = self.mesh.reference(row, column);
-        let across = 1 - direction;
-        let middle = corner[across] + 0.5 * size[across] - origin[across];
+        let (across, place) = (1 - direction, [column, row]);
         PieceOfYarn {
             direction,
-            yarn: (middle / self.spacing[direction]).max(0.0) as u32,
-            element: [column, row][direction] as u32,
-            length: size[direction] * (1.0 + self.crimp[direction]),
+            yarn: self.mesh.yarn(across, place[across], self.spacing[direction] / self.mesh.length[across]),
+            element: place[direction] as u32,
+            length: self.mesh.size(row, column)[direction] * (1.0 + self.crimp[direction]),
         }
     }
 }
@@ -225,6 +222,7 @@ mod tests {
         let (Some(one), Some(other)) = (of("/variability/shot=1"), of("/variability/shot=2")) else {
             unreachable!("strength varies")
         };
+        // A yarn lies in the middle of the ply: 47 crossovers, 94 rows.
         assert_eq!(one.factor(10, 0, 7), one.factor(11, 0, 7));
         assert_ne!(one.factor(10, 0, 7), one.factor(12, 0, 7));
         assert_ne!(one.factor(10, 0, 7), one.factor(10, 0, 8));

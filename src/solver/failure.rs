@@ -1,13 +1,14 @@
-//! Failure judged over a piece of yarn: a length along it, its spacing across it.
+//! Failure judged over a piece of yarn: a length along it, its whole breadth across it.
 
 use crate::kernels::element_force::{ElementTotals, MARKED_FOR_FAILURE, field};
 use crate::math::scalar::Scalar;
 use crate::model::Model;
-use crate::model::failure_length::Window;
+use crate::model::failure_length::{Window, Windows};
 use crate::solver::state::State;
 
-/// Marks the yarns whose own strain and whose mean strain over the piece around them reached the failure strain in the last step: they break
-/// in this one. Where strength varies, each has a failure strain of its own. `last`: sums of that step, which say where nothing has to be looked at; `None`: everything is.
+/// Marks the yarns of which an element's strain and the mean strain over the piece around it reached the failure strain in the last step: they
+/// break in this one, over their whole breadth. Where strength varies, each piece has a failure strain of its own. `last`: sums of that step,
+/// which say where nothing has to be looked at; `None`: everything is.
 ///
 /// Gives the largest of those means over the failure strain where all pieces are whole: what a yarn carries over its breaking load.
 pub(super) fn evaluate_failure<S: Scalar>(
@@ -15,46 +16,96 @@ pub(super) fn evaluate_failure<S: Scalar>(
     state: &mut State<S>,
     last: Option<&[ElementTotals]>,
 ) -> f64 {
-    let strains = model.element_fields() - field::STRAIN;
-    let mut largest: f64 = 0.0;
+    let mut found = Found::default();
     for ply in 0..model.grid.plies {
         let ply_type = model.ply_type(ply);
-        let Some(windows) = &ply_type.windows else { continue };
-        let first = model.grid.first_element_row(ply);
-        for row in 0..ply_type.mesh.rows {
-            for (yarn, constants) in ply_type.cell.yarn.iter().enumerate() {
-                let limit = constants.failure_strain;
-                let strength = model.strength.as_ref();
-                let least = strength.map_or(limit, |strength| limit * strength.least(first + row, yarn));
-                // Almost always nothing has to be looked at.
-                if last.is_some_and(|totals| totals[first + row].largest_strain[yarn] < least) {
-                    continue;
+        for (yarn, windows) in ply_type.windows.iter().flatten().enumerate() {
+            let nominal = ply_type.cell.yarn[yarn].failure_strain;
+            let yarns = YarnsOfPly { model, state, first: model.grid.first_element_row(ply), yarn, windows, nominal };
+            // Almost always nothing has to be looked at.
+            let is_near = |row: usize| last.is_none_or(|totals| yarns.may_break(row, totals));
+            if yarn == 0 {
+                for across in windows.yarns().filter(|across| across.elements().any(|(row, _)| is_near(row))) {
+                    (0..ply_type.mesh.columns).for_each(|column| yarns.judge(column, across, &mut found));
                 }
-                let limit = |column: usize| {
-                    strength.map_or(limit, |strength| limit * strength.factor(first + row, yarn, column))
-                };
-                let strain =
-                    |row: usize, column: usize| state.elements.get(first + row, strains + yarn, column + 1).to_f64();
-                let windows = &windows[yarn];
-                let mean = |column: usize| match yarn {
-                    0 => Mean::over(&windows.along[column], &windows.across[row], |column, row| strain(row, column)),
-                    _ => Mean::over(&windows.along[row], &windows.across[column], strain),
-                };
-                let near = (0..ply_type.mesh.columns).filter(|column| strain(row, *column) >= limit(*column));
-                let means: Vec<_> = near.map(|column| (column, mean(column))).collect();
-                for (column, mean) in means {
-                    let limit = limit(column);
-                    if mean.whole {
-                        largest = largest.max(mean.strain / limit);
-                    }
-                    if mean.strain >= limit {
-                        state.elements.set(first + row, field::ALIVE + yarn, column + 1, S::splat(MARKED_FOR_FAILURE));
-                    }
+            } else {
+                for row in (0..ply_type.mesh.rows).filter(|row| is_near(*row)) {
+                    windows.yarns().for_each(|across| yarns.judge(row, across, &mut found));
                 }
             }
         }
     }
-    largest
+    for [row, yarn, column] in found.breaking {
+        state.elements.set(row, field::ALIVE + yarn, column + 1, S::splat(MARKED_FOR_FAILURE));
+    }
+    found.largest
+}
+
+/// What breaks, and the largest load.
+#[derive(Default)]
+struct Found {
+    /// Row of the pack, yarn (0 warp, 1 weft), column.
+    breaking: Vec<[usize; 3]>,
+    /// Mean strain of a whole piece over its failure strain.
+    largest: f64,
+}
+
+/// Warp (0) or weft (1) of a ply.
+struct YarnsOfPly<'a, S: Scalar> {
+    model: &'a Model<S>,
+    state: &'a State<S>,
+    /// First row of elements of the ply.
+    first: usize,
+    yarn: usize,
+    windows: &'a Windows,
+    /// Failure strain of the fabric [-].
+    nominal: f64,
+}
+
+impl<S: Scalar> YarnsOfPly<'_, S> {
+    /// Whether an element of a row reached its failure strain.
+    fn may_break(&self, row: usize, last: &[ElementTotals]) -> bool {
+        let row = self.first + row;
+        let least = self.model.strength.as_ref().map_or(1.0, |strength| strength.least(row, self.yarn));
+        last[row].largest_strain[self.yarn] >= self.nominal * least
+    }
+
+    fn strain(&self, row: usize, column: usize) -> f64 {
+        let strains = self.model.element_fields() - field::STRAIN;
+        self.state.elements.get(self.first + row, strains + self.yarn, column + 1).to_f64()
+    }
+
+    fn failure_strain(&self, row: usize, column: usize) -> f64 {
+        let strength = self.model.strength.as_ref();
+        self.nominal * strength.map_or(1.0, |strength| strength.factor(self.first + row, self.yarn, column))
+    }
+
+    /// Row and column, by the places along and across the yarn.
+    fn place(&self, along: usize, across: usize) -> (usize, usize) {
+        if self.yarn == 0 { (across, along) } else { (along, across) }
+    }
+
+    /// Judges the piece of a yarn around one of its places.
+    fn judge(&self, along: usize, across: &Window, found: &mut Found) {
+        let elements = || across.elements().map(|(beside, _)| self.place(along, beside));
+        if !elements().any(|(row, column)| self.strain(row, column) >= self.failure_strain(row, column)) {
+            return;
+        }
+        let mean = Mean::over(&self.windows.along[along], across, |along, across| {
+            let (row, column) = self.place(along, across);
+            self.strain(row, column)
+        });
+        // Elements side by side share their yarn's strength.
+        let (row, column) = self.place(along, across.first);
+        let limit = self.failure_strain(row, column);
+        if mean.whole {
+            found.largest = found.largest.max(mean.strain / limit);
+        }
+        if mean.strain >= limit {
+            let whole = elements().filter(|(row, column)| self.strain(*row, *column) >= 0.0);
+            found.breaking.extend(whole.map(|(row, column)| [self.first + row, self.yarn, column]));
+        }
+    }
 }
 
 /// Mean strain over the elements of a piece of yarn that are whole, of which there is one at least. A broken one, slack beside its break,
@@ -208,20 +259,19 @@ mod tests {
     }
 
     #[test]
-    fn a_yarn_of_several_elements_across_is_judged_by_all_of_them() {
-        // Two elements across a crossover: the row itself and half of the ones beside it.
+    fn a_yarn_of_several_elements_across_breaks_as_one() {
+        // Two elements across a yarn, one of which lies in the middle of the ply. Both break, the one that carries less too.
         let fine = ["/solver/failure_length_mm=1.27", "/pack/elements_per_crossover=2"];
         let rows = |own: f64| move |row: usize, _| if row == 9 { own } else { 0.8 };
-        let row: Vec<[usize; 2]> = (0..9).map(|column| [9, column]).collect();
-        let marked = judged(rows(1.21), &fine).0;
-        assert!(
-            row.iter().all(|place| marked.contains(place)) && marked.iter().all(|[row, _]| *row == 9),
-            "{marked:?}"
-        );
+        let yarn: Vec<[usize; 2]> = [8, 9].iter().flat_map(|row| (0..18).map(|column| [*row, column])).collect();
+        assert_eq!(judged(rows(1.21), &fine).0, yarn);
         assert_eq!(judged(rows(1.19), &fine).0, NOTHING);
-        // Beside a broken one the others are judged by themselves.
-        let torn = |row: usize, _| if row == 9 { 1.01 } else { -1.0 / 0.035 };
-        assert!(judged(torn, &fine).0.contains(&[9, 4]));
+        // The yarns beside it do not help.
+        let beside = |row: usize, _| if row == 8 || row == 9 { 1.01 } else { 0.1 };
+        assert_eq!(judged(beside, &fine).0, yarn);
+        // Beside a broken one the other is judged by itself, and the broken one stays as it is.
+        let torn = |row: usize, _| if row == 8 { 1.01 } else { -1.0 / 0.035 };
+        assert_eq!(judged(torn, &fine).0, yarn[..18]);
     }
 
     #[test]

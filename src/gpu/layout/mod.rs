@@ -47,9 +47,11 @@ pub const PLIES: usize = 64;
 /// Words of a ply.
 pub const PLY_WORDS: usize = 24;
 /// Numbers of a grid line.
-pub const LINE_WORDS: usize = 4;
+pub const LINE_WORDS: usize = 8;
+/// Texels of a grid line.
+pub const LINE_TEXELS: usize = 2;
 /// Grid lines in a row of their texture.
-pub const LINES_ACROSS: usize = 2048;
+pub const LINES_ACROSS: usize = 1024;
 /// Bytes between the constants of two ply types.
 pub const SCENE_STRIDE: u64 = 512;
 /// Words of a failure event.
@@ -291,31 +293,38 @@ pub fn plies(model: &Model<f32>) -> Vec<Block> {
 }
 
 /// A grid line across the X (0) or Y (1) of a ply of a ply type, with one more behind the last.
-pub fn line(mesh: &Mesh, axis: usize, line: usize) -> Block {
+pub fn line(ply_type: &PlyType<f32>, axis: usize, line: usize) -> Block {
+    let mesh = &ply_type.mesh;
     let last = [mesh.columns, mesh.rows][axis];
+    let element = line.min(last - 1);
     let place = |line: usize| mesh.reference(line * axis, line * (1 - axis))[axis];
-    let width = |element: usize| mesh.widths(element * axis, element * (1 - axis))[axis];
-    let width = width(line.min(last - 1));
+    let width = mesh.widths(element * axis, element * (1 - axis))[axis];
+    let yarn = ply_type.failure_reach.side_by_side(mesh, axis, element);
     let mut block = Block::default();
     block.double("place", if line > last { place(last) + width * mesh.length[axis] } else { place(line) });
     block.double("width", width);
     block.double("per_width", 1.0 / width);
     block.double("share", if line > last { 0.0 } else { mesh.share(axis, line) });
+    block.double("yarn_first", yarn.start as f64);
+    block.double("yarn_end", yarn.end as f64);
+    for pad in ["pad0", "pad1"] {
+        block.double(pad, 0.0);
+    }
     block
 }
 
-/// The grid lines of graded meshes as the shaders see them, shape (ply types, axes, room for the longest axis), in whole rows of the
-/// texture; of even meshes a texel that nobody reads.
+/// The grid lines of graded meshes, or of elements narrower than a yarn, as the shaders see them, shape (ply types, axes, room for the longest
+/// axis), in whole rows of the texture; else a line that nobody reads.
 pub fn lines(model: &Model<f32>) -> Vec<u32> {
-    if !model.features().graded {
+    if !(model.features().graded || model.features().windows) {
         return vec![0; LINE_WORDS];
     }
     let room = model.grid.columns.max(model.grid.rows) + 2;
     let mut out = Vec::new();
-    for mesh in model.ply_types.iter().map(|ply_type| &ply_type.mesh) {
-        for (axis, elements) in [mesh.columns, mesh.rows].into_iter().enumerate() {
+    for ply_type in &model.ply_types {
+        for (axis, elements) in [ply_type.mesh.columns, ply_type.mesh.rows].into_iter().enumerate() {
             let end = out.len() + room * LINE_WORDS;
-            (0..elements + 2).for_each(|at| out.extend(line(mesh, axis, at).words()));
+            (0..elements + 2).for_each(|at| out.extend(line(ply_type, axis, at).words()));
             out.resize(end, 0);
         }
     }
@@ -380,8 +389,6 @@ fn element(block: &mut Block, ply_type: &PlyType<f32>) {
     let reach = &ply_type.failure_reach;
     block.double("failure_reach_warp", reach.along[0]);
     block.double("failure_reach_weft", reach.along[1]);
-    block.double("failure_breadth_warp", reach.across[0]);
-    block.double("failure_breadth_weft", reach.across[1]);
     block.number("cells", c.cells);
     block.number("area", c.area);
 }
