@@ -146,11 +146,12 @@ impl From<DesignChoice> for study::v50::Design {
   ripstop sweep shot.json --over /pack/plies=1,2,4,8 --over /projectile/velocity_m_s=100..300:20
   ripstop sweep shot.json --over /pack/plies=1,2,4,8 --run v50 -o out/limits
   ripstop sweep shot.json --over /fabric/crossover/gap_mm=0..0.1 --over /projectile/friction=0..0.4 --sobol 64
+  ripstop sweep shot.json --over /fabric/crossover/gap_mm=0..0.1 --over /projectile/friction=0..0.4 --sobol 64 --total
 
 Values are a list, a range with a step (A..B:STEP), or for Sobol's points a range (A..B). Every case is read and checked before \
 the first is computed.
 
-DIR gets sweep.csv (a row for each point), sweep.html (lines, a heat map of two keys, main effects), plan.json, and in points/ what \
+DIR gets sweep.csv (a row for each point), sweep.html (lines, a heat map of two keys, main effects), sweep.json, plan.json, and in points/ what \
 `ripstop shots` or `ripstop v50` writes.")]
 pub(crate) struct SweepArguments {
     /// Case file
@@ -162,6 +163,9 @@ pub(crate) struct SweepArguments {
     /// So many of Sobol's points instead of a grid
     #[arg(long, value_name = "N", value_parser = RangedU64ValueParser::<usize>::new().range(1..=10_000))]
     pub(crate) sobol: Option<usize>,
+    /// Sobol's total indices too: each of the N points becomes a group of as many points as there are keys, and two more
+    #[arg(long, requires = "sobol")]
+    pub(crate) total: bool,
     /// What is computed at each point
     #[arg(long, value_enum, default_value = "shots")]
     pub(crate) run: SweepKind,

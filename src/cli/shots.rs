@@ -36,7 +36,7 @@ pub(crate) fn shots(arguments: &ShotsArguments) -> Result<(), CommandFailure> {
         let shot = alone(&case, options.seed, order)?;
         return shoot(&run_arguments(arguments), &shot, &out.join(format!("shot-{number}")), &interrupted);
     }
-    let folder = Folder::prepare_for(&out, &shots::FILES, &[case.path.as_path()])?;
+    let folder = Folder::prepare_for(&out, shots::FILES, &[case.path.as_path()])?;
     let mut bar = ShotBar::new(!arguments.batch.quiet);
     let mut show = |at: BatchProgress<'_>| bar.show("shots", at.done, at.of, v50(at.fit));
     let done = shots::run(&case, &request, &options, &folder, arguments.batch.resume, &mut show);

@@ -9,7 +9,8 @@ use ripstop::study::StudyError;
 use ripstop::study::fit::FitRequest;
 use ripstop::study::interval::Interval;
 use ripstop::study::shots::ShotsRequest;
-use ripstop::study::sweep::factor::{Factor, points};
+use ripstop::study::sweep::design::SweepDesign;
+use ripstop::study::sweep::factor::Factor;
 use ripstop::study::sweep::{self, PointResult, SweepOf, SweepRequest};
 use ripstop::study::v50::{Design, V50Request};
 
@@ -17,6 +18,7 @@ use super::batch;
 use super::campaign_arguments::{SweepArguments, SweepKind};
 use super::failure::CommandFailure;
 use super::progress::Bar;
+use super::result::part;
 use super::run::Print;
 use super::table::{Align, TextTable};
 use super::{input, interrupt, paint, screen};
@@ -34,7 +36,7 @@ pub(crate) fn sweep(arguments: &SweepArguments) -> Result<(), CommandFailure> {
     let options = batch::options(&arguments.batch, &case, &interrupted);
     let request = request(arguments)?;
     let out = batch::out(arguments.out.as_deref(), &case, "sweep");
-    let folder = Folder::prepare_for(&out, &sweep::FILES, &[case.path.as_path()])?;
+    let folder = Folder::prepare_for(&out, sweep::FILES, &[case.path.as_path()])?;
     let bar = Bar::new(!arguments.batch.quiet);
     let count = request.points.len();
     let show = |done: usize| bar.show_count("sweep", done, count, "points");
@@ -42,7 +44,7 @@ pub(crate) fn sweep(arguments: &SweepArguments) -> Result<(), CommandFailure> {
     bar.clear();
     let done = done.map_err(|error| batch::failure(error, &out))?;
     match Print::of(arguments.batch.json, arguments.batch.quiet) {
-        Print::Json => screen::print(&json(&request, &done)),
+        Print::Json => screen::print(&format!("{:#}\n", sweep::json(&request, &done))),
         Print::Table => screen::print(&text(&case.title, &request, &done, folder.path())),
         Print::Nothing => Ok(()),
     }
@@ -51,7 +53,12 @@ pub(crate) fn sweep(arguments: &SweepArguments) -> Result<(), CommandFailure> {
 /// The points, each with its case.
 fn request(arguments: &SweepArguments) -> Result<SweepRequest, CommandFailure> {
     let factors = arguments.over.iter().map(|text| Factor::parse(text)).collect::<Result<Vec<_>, StudyError>>()?;
-    let points = points(&factors, arguments.sobol)?;
+    let design = match (arguments.sobol, arguments.total) {
+        (Some(count), true) => SweepDesign::Total(count),
+        (Some(count), false) => SweepDesign::Sobol(count),
+        (None, _) => SweepDesign::Grid,
+    };
+    let points = design.points(&factors)?;
     let mut cases = Vec::new();
     for point in &points {
         let over = factors.iter().zip(point).map(|(factor, value)| format!("{}={value}", factor.pointer));
@@ -78,31 +85,13 @@ fn request(arguments: &SweepArguments) -> Result<SweepRequest, CommandFailure> {
         };
         cases.push((case, of));
     }
-    Ok(SweepRequest { factors, points, cases })
-}
-
-fn columns(request: &SweepRequest) -> &'static [&'static str] {
-    request.cases.first().map_or(&[], |(_, of)| of.columns())
-}
-
-/// The table in JSON.
-fn json(request: &SweepRequest, results: &[PointResult]) -> String {
-    let rows = request.points.iter().zip(results).map(|(values, result)| {
-        let of = |name: &str, value: serde_json::Value| (name.to_owned(), value);
-        let factors = request.factors.iter().zip(values).map(|(factor, value)| {
-            of(&factor.pointer, serde_json::from_str(value).unwrap_or_else(|_| value.as_str().into()))
-        });
-        let numbers = columns(request).iter().zip(&result.numbers).map(|(name, number)| of(name, (*number).into()));
-        let reason = [of("reason", result.reason.as_str().into())];
-        serde_json::Value::Object(factors.chain(numbers).chain(reason).collect())
-    });
-    format!("{:#}\n", serde_json::json!({ "points": rows.collect::<Vec<_>>() }))
+    Ok(SweepRequest { factors, design, level: arguments.batch.level, points, cases })
 }
 
 /// The whole text.
 fn text(title: &str, request: &SweepRequest, results: &[PointResult], folder: &Path) -> String {
     use Align::{Left, Right};
-    let names = request.factors.iter().map(Factor::name).chain(columns(request).iter().copied());
+    let names = request.factors.iter().map(Factor::name).chain(request.columns().iter().copied());
     let heads: Vec<(&str, Align)> = names.map(|name| (name, Right)).chain([("", Left)]).collect();
     let mut table = TextTable::new(&heads);
     for (values, result) in request.points.iter().zip(results).take(MAX_ROWS) {
@@ -114,9 +103,24 @@ fn text(title: &str, request: &SweepRequest, results: &[PointResult], folder: &P
     let more = results.len().saturating_sub(MAX_ROWS);
     let more = if more > 0 { format!("… and {more} more\n") } else { String::new() };
     format!(
-        "{title}\n\n{table}{more}\n{}  {}\n  {}, points/\n",
+        "{title}\n\n{table}{more}{}\n{}  {}\n  {}, points/\n",
+        variance(request, results),
         paint::heading("files"),
         folder.display(),
         sweep::FILES.join(", ")
     )
+}
+
+/// What part of the variance of the response each key explains.
+fn variance(request: &SweepRequest, results: &[PointResult]) -> String {
+    let (heads, rows) = sweep::variance_parts(request, results);
+    if rows.is_empty() {
+        return String::new();
+    }
+    let heads: Vec<(&str, Align)> =
+        heads.iter().enumerate().map(|(n, head)| (*head, if n == 0 { Align::Left } else { Align::Right })).collect();
+    let mut table = TextTable::new(&heads);
+    rows.into_iter().for_each(|cells| table.row(cells));
+    let response = request.columns().first().copied().unwrap_or_default();
+    part(&format!("part of the variance of {response}"), &table.to_string())
 }

@@ -34,7 +34,7 @@ pub(crate) fn v50(arguments: &V50Arguments) -> Result<(), CommandFailure> {
     let options = batch::options(&arguments.batch, &case, &interrupted);
     let out = batch::out(arguments.out.as_deref(), &case, "v50");
     let request = request(arguments, &case);
-    let folder = Folder::prepare_for(&out, &v50::FILES, &[case.path.as_path()])?;
+    let folder = Folder::prepare_for(&out, v50::FILES, &[case.path.as_path()])?;
     let mut bar = ShotBar::new(!arguments.batch.quiet);
     let mut known = None;
     let mut show = |at: V50Progress<'_>| {

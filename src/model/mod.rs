@@ -7,6 +7,7 @@ pub(crate) mod cover;
 pub mod failure_length;
 pub mod features;
 pub mod grid;
+mod law_tables;
 mod layup;
 mod lines;
 pub mod mesh;

@@ -1,8 +1,10 @@
 //! A ply type: everything that plies of one fabric, laid and held alike, share.
 
+use std::sync::Arc;
+
 use super::failure_length::{StencilRadius, Windows};
 use super::time_step::is_let_go;
-use super::{Columns, Grid, InitialStretch, Mesh, MirrorPlanes, ModelError, StepBound, pretension};
+use super::{Columns, Grid, InitialStretch, Mesh, MirrorPlanes, ModelError, StepBound, law_tables, pretension};
 use crate::case::{Case, Edge, Edges, Fabric, Layer, Solver, UnitCell, Variability};
 use crate::kernels::crossover::{LawKernel, UnitCellParameters, Variant};
 use crate::kernels::element_force::ElementConstants;
@@ -38,7 +40,7 @@ pub struct PlyType<S> {
     /// Sizes of the elements of a row.
     pub columns: Columns<S>,
     /// What the unit-cell law makes of energy by itself; `None`: nothing.
-    pub law_energy: Option<LawEnergy>,
+    pub law_energy: Option<Arc<LawEnergy>>,
     /// Whether yarns have shock viscosity.
     pub viscous: bool,
     /// Elements whose mean strain breaks a yarn, of warp and weft; `None`: every element breaks at its own.
@@ -91,7 +93,7 @@ impl<S: Scalar> PlyType<S> {
                 .into_iter()
                 .map(|row| row_masses(&mesh, fabric.areal_density, &edges, row))
                 .collect(),
-            law_energy: crate::with_law!(law, L => LawEnergy::new::<L>(law, &cell)),
+            law_energy: law_tables::law_energy(law, &cell),
             columns: Columns::new(&mesh),
             viscous: case.solver.shock_viscosity > 0.0,
             windows,

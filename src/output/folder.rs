@@ -280,17 +280,20 @@ impl Folder {
     ///
     /// # Errors
     /// When the disk refuses.
-    pub fn put<'a>(&self, texts: &[(&'a str, String)], stale: &[&str]) -> Result<Vec<&'a str>, OutputError> {
-        self.place(self.complete(texts)?, stale)
+    pub fn put<'a>(&self, files: &[(&'a str, impl AsRef<[u8]>)], stale: &[&str]) -> Result<Vec<&'a str>, OutputError> {
+        self.place(self.complete(files)?, stale)
     }
 
     /// Complete files under temporary names.
-    fn complete<'a>(&self, texts: &[(&'a str, String)]) -> Result<Vec<(&'a str, NamedTempFile)>, OutputError> {
+    fn complete<'a, T: AsRef<[u8]>>(
+        &self,
+        files: &[(&'a str, T)],
+    ) -> Result<Vec<(&'a str, NamedTempFile)>, OutputError> {
         self.stands()?;
-        let stage = |(name, text): &(&'a str, String)| {
-            self.stage(text).map(|file| (*name, file)).map_err(|error| self.refused(name, &error))
+        let stage = |(name, content): &(&'a str, T)| {
+            self.stage(content.as_ref()).map(|file| (*name, file)).map_err(|error| self.refused(name, &error))
         };
-        texts.iter().map(stage).collect()
+        files.iter().map(stage).collect()
     }
 
     /// Gives files their names, after `stale` ones of an earlier time are gone.
@@ -312,9 +315,9 @@ impl Folder {
     }
 
     /// A complete file under a temporary name.
-    fn stage(&self, text: &str) -> io::Result<NamedTempFile> {
+    fn stage(&self, content: &[u8]) -> io::Result<NamedTempFile> {
         let mut file = temporary(&self.path)?;
-        file.write_all(text.as_bytes())?;
+        file.write_all(content)?;
         file.as_file().sync_all()?;
         Ok(file)
     }

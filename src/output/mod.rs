@@ -16,6 +16,8 @@ pub mod frames;
 pub mod history;
 mod lock;
 pub mod number;
+#[cfg(feature = "parquet")]
+pub(crate) mod parquet;
 mod picture;
 pub mod report;
 mod summary;

@@ -320,7 +320,7 @@ impl<S: Scalar> PlyPass<'_, S> {
             height: ply_type.mesh.widths(row, 0)[1],
             width: &ply_type.columns.width,
             per_width: &ply_type.columns.per_width,
-            law_energy: ply_type.law_energy.as_ref(),
+            law_energy: ply_type.law_energy.as_deref(),
             prefetch: [self.length[1], self.length[0]],
         };
         let kernels = &self.sweep.kernels[model.plies[self.ply].ply_type];

@@ -11,7 +11,17 @@ use crate::output::Folder;
 /// Name of the table.
 const TABLE: &str = "shots.csv";
 /// Every file that is written.
-pub const FILES: [&str; 4] = ["plan.json", TABLE, "shots.html", "shots.json"];
+pub const FILES: &[&str] = &[
+    "plan.json",
+    TABLE,
+    "shots.html",
+    "shots.json",
+    #[cfg(feature = "parquet")]
+    PARQUET,
+];
+/// The table again, for those who read thousands of shots.
+#[cfg(feature = "parquet")]
+const PARQUET: &str = "shots.parquet";
 /// Fraction by which the place in the range moves on from shot to shot: the golden ratio fills a range evenly, whatever the count.
 const GOLDEN: f64 = 0.618_033_988_749_894_9;
 /// Shots after each of which it is looked whether the interval is narrow enough.
@@ -93,7 +103,7 @@ pub fn run(
     let order = |shot: u32| order(request, options.seed, shot);
     let drawn = drawn_columns(case, options.seed, (0..request.count).map(order));
     let plan = plan(case, request, options);
-    plan.begin(folder, &FILES, resume)?;
+    plan.begin(folder, FILES, resume)?;
     let mut log = ShotLog::open(folder, TABLE, drawn, resume)?;
     let step = if request.until_width.is_some() { BETWEEN_LOOKS } else { request.count };
     let mut wanted = 0;
@@ -157,6 +167,8 @@ fn finish(
     let page = batch::html(&case.title, &rows, &fit, &notes(case));
     let json = format!("{:#}\n", fit::json(&fit));
     let rows = rows.into_iter().cloned().collect();
+    #[cfg(feature = "parquet")]
+    crate::output::parquet::put(folder, PARQUET, &table)?;
     // The table last: what is beside it is of it.
     folder.put(&[("shots.json", json), ("shots.html", page), (TABLE, table)], &[])?;
     log.close()?;

@@ -145,6 +145,29 @@ fn a_sweep_prints_and_writes_its_points() {
 }
 
 #[test]
+fn total_indices_are_printed_and_written() {
+    let bench = bench();
+    let over = ["--over", "/projectile/velocity_m_s=40..140", "--over", "/projectile/friction=0..0.4"];
+    let arguments = [&["sweep", "shot.json", "--sobol", "8", "--total", "-o", "out"][..], &over[..]].concat();
+    let output = bench.ripstop(&arguments);
+    assert_eq!(code(&output), 0, "{}", stderr(&output));
+    assert!(stdout(&output).contains("part of the variance of residual_velocity_m_s"), "{}", stdout(&output));
+    assert_eq!(fs::read_to_string(bench.path("out/sweep.csv")).unwrap().lines().count(), 1 + 8 * 4);
+    let found: Value = serde_json::from_slice(&fs::read(bench.path("out/sweep.json")).unwrap()).unwrap();
+    let [velocity, friction] = [0, 1].map(|key| &found["effects"][key]);
+    assert_eq!((&velocity["key"], &found["level"]), (&json!("/projectile/velocity_m_s"), &json!(0.9)));
+    let of = |key: &Value, name: &str| key[name].as_f64().unwrap();
+    assert!(of(velocity, "total_index") > 0.6 && of(friction, "total_index") < 0.4, "{velocity} {friction}");
+    for name in ["first_index", "total_index"] {
+        let [low, high] = ["low", "high"].map(|end| of(velocity, &format!("{name}_{end}")));
+        assert!(low < high && (low..=high).contains(&of(velocity, name)), "{velocity}");
+    }
+    assert!(fs::read_to_string(bench.path("out/sweep.html")).unwrap().contains("total: Jansen 1999"));
+    let alone = bench.ripstop(&[&["sweep", "shot.json", "--total"][..], &over[..]].concat());
+    assert!(code(&alone) == 2 && stderr(&alone).contains("--sobol"), "{}", stderr(&alone));
+}
+
+#[test]
 fn bad_input_is_one_error_and_nothing_is_written() {
     let bench = bench();
     for (arguments, expected) in [

@@ -3,10 +3,9 @@
 use std::path::Path;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-use serde_json::json;
-
+use super::design::SweepDesign;
 use super::factor::Factor;
-use super::html;
+use super::{html, json};
 use crate::case::Case;
 use crate::output::Folder;
 use crate::output::csv::{header, number, quoted, row};
@@ -28,10 +27,21 @@ pub enum SweepOf {
 pub struct SweepRequest {
     /// What is varied.
     pub factors: Vec<Factor>,
+    /// Which points.
+    pub design: SweepDesign,
+    /// Confidence of the intervals.
+    pub level: f64,
     /// The values at each point, as the case file would have them.
     pub points: Vec<Vec<String>>,
     /// The case at each point, and what is computed there.
     pub cases: Vec<(Case, SweepOf)>,
+}
+
+impl SweepRequest {
+    /// Columns of the table behind the keys; none without points.
+    pub fn columns(&self) -> &'static [&'static str] {
+        self.cases.first().map_or(&[], |(_, of)| of.columns())
+    }
 }
 
 /// What a point gave.
@@ -67,7 +77,7 @@ pub fn run(
 ) -> Result<Vec<PointResult>, BatchError> {
     let Some((first, of)) = request.cases.first() else { return Ok(Vec::new()) };
     let factors: Vec<&str> = request.factors.iter().map(|factor| factor.pointer.as_str()).collect();
-    let parts = json!({
+    let parts = serde_json::json!({
         "over": factors, "points": request.points, "of": format!("{of:?}"), "precision": options.precision.name(),
     });
     let plan = BatchPlan::new("sweep", first, options.seed, parts);
@@ -78,10 +88,18 @@ pub fn run(
         if points.exists() {
             std::fs::remove_dir_all(&points).map_err(|error| crate::output::OutputError::unwritten(&points, &error))?;
         }
-        folder.put(&[plan.file()], &super::FILES)?;
+        folder.put(&[plan.file()], super::FILES)?;
     }
     let results = all(request, options, folder.path(), progress)?;
-    folder.put(&[("sweep.html", html(request, &results, title)), ("sweep.csv", table(request, &results))], &[])?;
+    let table = table(request, &results);
+    #[cfg(feature = "parquet")]
+    crate::output::parquet::put(folder, super::PARQUET, &table)?;
+    let texts = [
+        ("sweep.json", format!("{:#}\n", json(request, &results))),
+        ("sweep.html", html(request, &results, title)),
+        ("sweep.csv", table),
+    ];
+    folder.put(&texts, &[])?;
     Ok(results)
 }
 
@@ -108,11 +126,11 @@ fn point(case: &Case, of: &SweepOf, options: &BatchOptions<'_>, path: &Path) -> 
     let resume = BatchPlan::is_in(path);
     match of {
         SweepOf::Shots(request) => {
-            let folder = Folder::prepare_for(path, &shots::FILES, &[])?;
+            let folder = Folder::prepare_for(path, shots::FILES, &[])?;
             Ok(of_shots(&shots::run(case, request, options, &folder, resume, &mut |_| {})?))
         }
         SweepOf::V50(request) => {
-            let folder = Folder::prepare_for(path, &v50::FILES, &[])?;
+            let folder = Folder::prepare_for(path, v50::FILES, &[])?;
             Ok(of_v50(&v50::run(case, request, options, &folder, resume, &mut |_| {})?))
         }
     }
@@ -157,7 +175,7 @@ fn of_v50(found: &v50::V50Result) -> PointResult {
 
 /// `sweep.csv`: a row for each point. Columns of what is varied are its pointers.
 pub fn table(request: &SweepRequest, results: &[PointResult]) -> String {
-    let numbers = request.cases.first().map_or(&[][..], |(_, of)| of.columns());
+    let numbers = request.columns();
     let factors: Vec<String> = request.factors.iter().map(|factor| quoted(&factor.pointer)).collect();
     let heads = factors.iter().map(String::as_str).chain(numbers.iter().copied());
     let mut text = header(std::iter::once("point").chain(heads).chain(["reason"]));

@@ -1,11 +1,8 @@
 //! What a sweep varies: `/pointer=1,2,4,8`, `/pointer=100..300:20` (from, to, step) or, for Sobol's points, `/pointer=100..300`.
 
-use super::sobol::{MAX_DIMENSIONS, sobol};
+use super::design::MAX_POINTS;
 use crate::output::csv::number;
 use crate::study::StudyError;
-
-/// Points of a sweep at most.
-const MAX_POINTS: usize = 10_000;
 
 /// The values of one key.
 #[derive(Clone, Debug, PartialEq)]
@@ -72,11 +69,6 @@ impl Factor {
     }
 }
 
-/// A number with six digits.
-fn short_number(value: f64) -> String {
-    format!("{value:.5e}").parse().map_or_else(|_| number(value), number)
-}
-
 /// Values apart at commas, but for those inside brackets and quotes.
 fn split(text: &str) -> Vec<String> {
     let mut parts = vec![String::new()];
@@ -95,51 +87,6 @@ fn split(text: &str) -> Vec<String> {
         }
     }
     parts.into_iter().map(|part| part.trim().to_owned()).collect()
-}
-
-/// The points: all combinations of the values, the last factor fastest; or so many of Sobol's points.
-///
-/// # Errors
-/// When a range has no step in a grid, a list stands among Sobol's ranges, or there are too many points.
-pub fn points(factors: &[Factor], sobol_count: Option<usize>) -> Result<Vec<Vec<String>>, StudyError> {
-    let of = |factor: &Factor| format!("--over {}", factor.pointer);
-    if let Some(count) = sobol_count {
-        if factors.len() > MAX_DIMENSIONS || count > MAX_POINTS {
-            let found = format!("{} keys and {count} points", factors.len());
-            let expected = format!("at most {MAX_DIMENSIONS} keys and {MAX_POINTS} of Sobol's points");
-            return Err(StudyError::new("--sobol", expected, found, "vary fewer keys, or take a grid"));
-        }
-        let mut ranges = Vec::new();
-        for factor in factors {
-            let Values::Between(range) = factor.values else {
-                let help = "write /pointer=A..B without a step, or leave --sobol out";
-                return Err(StudyError::new(of(factor), "a range A..B for Sobol's points", "a list of values", help));
-            };
-            ranges.push(range);
-        }
-        let place = |point: Vec<f64>| {
-            let values = point.iter().zip(&ranges);
-            // Six digits fill a range as evenly as sixteen.
-            values.map(|(part, [low, high])| short_number(low + part * (high - low))).collect()
-        };
-        return Ok(sobol(factors.len(), count).into_iter().map(place).collect());
-    }
-    let mut points = vec![Vec::new()];
-    for factor in factors {
-        let Values::List(values) = &factor.values else {
-            let help = "write /pointer=A..B:STEP, or add --sobol N";
-            return Err(StudyError::new(of(factor), "values, or a range with a step", "a range without a step", help));
-        };
-        if points.len() * values.len() > MAX_POINTS {
-            let found = format!("{} of them at {}", points.len() * values.len(), factor.pointer);
-            return Err(StudyError::new("--over", format!("at most {MAX_POINTS} points"), found, "take longer steps"));
-        }
-        let with = |point: Vec<String>| -> Vec<Vec<String>> {
-            values.iter().map(|value| [point.clone(), vec![value.clone()]].concat()).collect()
-        };
-        points = points.into_iter().flat_map(with).collect();
-    }
-    Ok(points)
 }
 
 #[cfg(test)]
@@ -162,16 +109,5 @@ mod tests {
         for wrong in ["a=1", "/a", "/a=", "/a=3..1:1", "/a=1..3:0", "/a=1..x"] {
             assert!(Factor::parse(wrong).is_err(), "{wrong}");
         }
-    }
-
-    #[test]
-    fn a_grid_has_all_combinations_and_sobol_needs_ranges() {
-        let factors = ["/a=1,2", "/b=x,y,z"].map(Factor::parse).into_iter().flatten().collect::<Vec<_>>();
-        let grid = points(&factors, None).unwrap_or_default();
-        assert_eq!((grid.len(), grid[1].join(" ")), (6, "1 y".to_owned()));
-        assert!(points(&factors, Some(8)).is_err());
-        let range = Factor::parse("/a=100..300").into_iter().collect::<Vec<_>>();
-        assert!(points(&range, None).is_err());
-        assert_eq!(points(&range, Some(3)).unwrap_or_default().concat(), ["200", "250", "150"]);
     }
 }

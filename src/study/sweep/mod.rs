@@ -4,17 +4,34 @@
 //! --over ──► points ──► a batch in a folder of its own for each ──► table, page
 //! ```
 //!
-//! - [`factor`] reads what is varied, [`sobol`] gives points that fill a box evenly.
-//! - `campaign` runs the points; [`effects`] is what the page and the terminal make of them; `page` is `sweep.html`.
+//! - [`factor`] reads what is varied, [`design`] chooses the points, [`sobol`] fills a box evenly.
+//! - `campaign` runs the points; [`effects`] and [`indices`] say what each key does, `places` puts the points together for them.
+//! - `page` is `sweep.html`, `json` is `sweep.json`.
 
 mod campaign;
+pub mod design;
 pub mod effects;
 pub mod factor;
+pub mod indices;
+mod json;
 mod page;
+mod places;
 pub mod sobol;
 
 pub use campaign::{PointResult, SweepOf, SweepRequest, run, table};
-pub use page::html;
+pub use json::json;
+pub use page::{html, variance_parts};
+pub use places::{KeyEffect, key_effects};
 
 /// Every file that is written; batches lie in `points`.
-pub const FILES: [&str; 3] = ["plan.json", "sweep.csv", "sweep.html"];
+pub const FILES: &[&str] = &[
+    "plan.json",
+    "sweep.csv",
+    "sweep.html",
+    "sweep.json",
+    #[cfg(feature = "parquet")]
+    PARQUET,
+];
+/// The table again, for those who read thousands of points.
+#[cfg(feature = "parquet")]
+const PARQUET: &str = "sweep.parquet";

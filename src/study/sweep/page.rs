@@ -1,6 +1,7 @@
 //! `sweep.html`: lines over the first factor, a heat map of two, main effects, the table.
 
-use super::effects::main_effect;
+use super::indices::{Index, KeyIndices};
+use super::places::{Place, groups, key_effects, places};
 use super::{PointResult, SweepRequest};
 use crate::output::chart::{self, ChartAxis};
 use crate::output::number::{fraction, short};
@@ -12,18 +13,11 @@ const COLOURS: [&str; 7] = ["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00
 /// Rows of the table on the page at most.
 const MAX_ROWS: usize = 400;
 
-/// A point with numbers for values.
-struct Place {
-    values: Vec<f64>,
-    response: f64,
-    bounds: Option<[f64; 2]>,
-}
-
 /// The page. `title`: of the case.
 pub fn html(request: &SweepRequest, results: &[PointResult], title: &str) -> String {
-    let columns = request.cases.first().map_or(&[][..], |(_, of)| of.columns());
+    let columns = request.columns();
     let response = columns.first().copied().unwrap_or_default();
-    let places = places(request, results, columns);
+    let places = places(request, results);
     let names: Vec<&str> = request.factors.iter().map(super::factor::Factor::name).collect();
     let mut panels = Vec::new();
     if !places.is_empty() {
@@ -33,50 +27,46 @@ pub fn html(request: &SweepRequest, results: &[PointResult], title: &str) -> Str
                 .push((format!("{response} over {} and {}", names[0], names[1]), heat_map(&names, &places, response)));
         }
     }
-    let mut parts = String::new();
-    for (n, name) in names.iter().enumerate() {
-        let pairs: Vec<[f64; 2]> = places.iter().map(|place| [place.values[n], place.response]).collect();
-        let Some(effect) = main_effect(&pairs).filter(|_| names.len() > 1) else { continue };
-        let levels = effect.levels.iter().map(|level| [level.value, level.mean]).collect::<Vec<_>>();
+    for (name, effect) in names.iter().zip(key_effects(request, results)) {
+        let Some(main) = effect.main else { continue };
+        let levels = main.levels.iter().map(|level| [level.value, level.mean]).collect::<Vec<_>>();
         panels.push((format!("main effect of {name}"), effect_panel(name, &levels, response)));
-        parts += &row(&[(*name).to_owned(), fraction(effect.part)]);
     }
     let mut body = figures(panels.iter().map(|(name, drawing)| (name.as_str(), drawing.clone())));
-    if !parts.is_empty() {
-        body += &table(
-            &format!("Part of the variance of {response} that each key explains by itself"),
-            &["key", "part"],
-            &parts,
-        );
-    }
-    body += &all(request, results, columns);
-    document(&format!("Sweep: {title}"), &body, "sweep.csv")
-}
-
-/// Points whose values and response are numbers. Words are numbered in their order.
-fn places(request: &SweepRequest, results: &[PointResult], columns: &[&str]) -> Vec<Place> {
-    let bounds = |result: &PointResult| {
-        let at = |name: &str| columns.iter().position(|column| *column == name).and_then(|n| result.numbers[n]);
-        Some([at("low_m_s")?, at("high_m_s")?])
-    };
-    let mut words: Vec<Vec<String>> = vec![Vec::new(); request.factors.len()];
-    let mut places = Vec::new();
-    for (values, result) in request.points.iter().zip(results) {
-        let values = values.iter().zip(&mut words).map(|(value, words)| {
-            value.parse().unwrap_or_else(|_| {
-                let known = words.iter().position(|word| word == value);
-                known.unwrap_or_else(|| {
-                    words.push(value.clone());
-                    words.len() - 1
-                }) as f64
-            })
-        });
-        let values = values.collect();
-        if let Some(response) = result.numbers.first().copied().flatten() {
-            places.push(Place { values, response, bounds: bounds(result) });
+    let (heads, rows) = variance_parts(request, results);
+    if !rows.is_empty() {
+        let rows: String = rows.iter().map(|cells| row(cells)).collect();
+        body += &table(&format!("Part of the variance of {response} that each key explains"), &heads, &rows);
+        let groups = groups(request, results).len();
+        if groups > 0 {
+            let level = short(100.0 * request.level, 3);
+            body += &format!(
+                "<p class=\"note\">Sobol’s indices of {groups} groups of points (total: Jansen 1999), {level} % intervals of the bootstrap. \
+                 Total: by itself and together with other keys.</p>\n"
+            );
         }
     }
-    places
+    body += &all(request, results, columns);
+    document(&format!("Sweep: {title}"), &body, "sweep.json")
+}
+
+/// What part of the variance of the response each key explains: headings and rows of a table, none where there is nothing to say.
+pub fn variance_parts(request: &SweepRequest, results: &[PointResult]) -> (Vec<&'static str>, Vec<Vec<String>>) {
+    let effects = key_effects(request, results);
+    let interval = |index: Index| match index.bounds {
+        Some(ends) => ends.map(|end| short(end, 2)).join(" to "),
+        None => "-".to_owned(),
+    };
+    let named = request.factors.iter().map(|factor| factor.name().to_owned()).zip(&effects);
+    if effects.iter().any(|effect| effect.indices.is_some()) {
+        let row = |(name, effect): (String, &super::KeyEffect)| {
+            let KeyIndices { first, total } = effect.indices?;
+            Some(vec![name, short(first.value, 2), interval(first), short(total.value, 2), interval(total)])
+        };
+        return (vec!["key", "by itself", "interval", "total", "interval"], named.filter_map(row).collect());
+    }
+    let row = |(name, effect): (String, &super::KeyEffect)| Some(vec![name, fraction(effect.main.as_ref()?.part)]);
+    (vec!["key", "by itself"], named.filter_map(row).collect())
 }
 
 fn span(values: impl Iterator<Item = f64> + Clone) -> [f64; 2] {

@@ -2,7 +2,7 @@
 //! point, the origin, is left out.
 
 /// Dimensions that there are direction numbers of.
-pub const MAX_DIMENSIONS: usize = 8;
+pub const MAX_DIMENSIONS: usize = 16;
 /// Bits of a coordinate.
 const BITS: usize = 32;
 
@@ -15,6 +15,14 @@ const DIRECTIONS: [(u32, &[u32]); MAX_DIMENSIONS - 1] = [
     (1, &[1, 1, 3, 3]),
     (4, &[1, 3, 5, 13]),
     (2, &[1, 1, 5, 5, 17]),
+    (4, &[1, 1, 5, 5, 5]),
+    (7, &[1, 1, 7, 11, 19]),
+    (11, &[1, 1, 5, 1, 1]),
+    (13, &[1, 1, 1, 3, 11]),
+    (14, &[1, 3, 5, 5, 31]),
+    (1, &[1, 3, 3, 9, 7, 49]),
+    (13, &[1, 1, 1, 15, 21, 21]),
+    (16, &[1, 3, 1, 13, 27, 49]),
 ];
 
 /// Direction numbers of a dimension.

@@ -88,7 +88,7 @@ pub fn run(
     progress: &mut (dyn FnMut(V50Progress<'_>) + Send),
 ) -> Result<V50Result, BatchError> {
     let plan = plan(case, request, options);
-    plan.begin(folder, &FILES, resume)?;
+    plan.begin(folder, FILES, resume)?;
     let case = &nominal(case, request.design);
     let order = |shot: u32| ShotOrder { shot, velocity: Some(request.velocity[0]) };
     let drawn = drawn_columns(case, options.seed, (0..request.count).map(order));
@@ -106,6 +106,8 @@ pub fn run(
     let log = campaign.log.into_inner().unwrap_or_else(PoisonError::into_inner);
     let result = estimate(case, request, &found, log.rows());
     let table = log.table(|_| true);
+    #[cfg(feature = "parquet")]
+    crate::output::parquet::put(folder, super::PARQUET, &table)?;
     let texts = [
         ("v50.json", format!("{:#}\n", json(case, request, options.seed, &result))),
         ("v50.html", html(case, request, options.seed, &result)),

@@ -25,7 +25,17 @@ use super::fit::FitRequest;
 /// Name of the table.
 pub(super) const TABLE: &str = "v50.csv";
 /// Every file that is written.
-pub const FILES: [&str; 4] = ["plan.json", TABLE, "v50.html", "v50.json"];
+pub const FILES: &[&str] = &[
+    "plan.json",
+    TABLE,
+    "v50.html",
+    "v50.json",
+    #[cfg(feature = "parquet")]
+    PARQUET,
+];
+/// The table again, for those who read thousands of shots.
+#[cfg(feature = "parquet")]
+pub(super) const PARQUET: &str = "v50.parquet";
 
 /// How velocities are chosen.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
