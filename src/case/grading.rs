@@ -175,10 +175,10 @@ impl Layer {
         }))
     }
 
-    /// Where two yarns cross, along warp and weft, counted in finest elements from the first line of nodes: the hit where lines of nodes cross
-    /// there, else the middle of the ply. Yarns are counted from there, so that a result does not depend on where in a cell the projectile
+    /// A place between two yarns, along warp and weft, counted in finest elements from the first line of nodes: the hit where lines of nodes
+    /// cross there, else the middle of the ply. Yarns are counted from there, so that a result does not depend on where in a cell the projectile
     /// hits. `turn`: cosine and sine of the warp's angle.
-    pub fn crossover(&self, turn: [f64; 2]) -> [f64; 2] {
+    pub fn between_yarns(&self, turn: [f64; 2]) -> [f64; 2] {
         let (counts, length) = ([self.columns, self.rows], [self.element_length_x, self.element_length_y]);
         let middle = counts.map(|count| 0.5 * count as f64);
         match self.grading.filter(|grading| grading.lines_from == LinesFrom::Hit) {

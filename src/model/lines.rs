@@ -134,13 +134,9 @@ impl Lines {
         (first, lengths.take_while(|length| *length > SAME).collect())
     }
 
-    /// Number of the yarn as wide as `breadth` that the middle of an element lies in, from the first on. `crossover`: the middle of a yarn.
-    pub(super) fn yarn(&self, element: usize, crossover: f64, breadth: f64) -> u32 {
-        // Between two yarns it is the outer one, so that both sides are mirror images.
-        let number = |place: f64| {
-            let from = (place - crossover) / breadth;
-            from.signum() * (from.abs() + SAME).round()
-        };
+    /// Number of the yarn as wide as `breadth` that the middle of an element lies in, from the first on. `between`: a place between two yarns.
+    pub(super) fn yarn(&self, element: usize, between: f64, breadth: f64) -> u32 {
+        let number = |place: f64| ((place - between) / breadth + SAME).floor();
         (number(self.at(element) + 0.5 * self.width(element)) - number(0.0)).max(0.0) as u32
     }
 

@@ -19,8 +19,8 @@ pub struct Mesh {
     lines: [Lines; 2],
     /// Reference position of node (0, 0) in the ply's axes [m]; the pack's centre is the origin.
     pub origin: [f64; 2],
-    /// Where two yarns cross, along X and Y, counted in finest elements from node (0, 0): the middle of both.
-    crossover: [f64; 2],
+    /// A place between two yarns, along X and Y, counted in finest elements from node (0, 0).
+    between_yarns: [f64; 2],
     /// Column and row of the pack's centre, counted from node (0, 0): a half where it lies between nodes.
     pub centre: [f64; 2],
     /// Cosine and sine of the angle from the pack's X axis to the warp.
@@ -34,7 +34,7 @@ impl Mesh {
     pub(super) fn of_layer(layer: &Layer) -> Self {
         let length = [layer.element_length_x, layer.element_length_y];
         let mut mesh = Self::new(layer.columns, layer.rows, length, layer.orientation);
-        mesh.crossover = layer.crossover(mesh.rotation);
+        mesh.between_yarns = layer.between_yarns(mesh.rotation);
         if let Some([x, y]) = layer.lines(mesh.rotation) {
             [mesh.columns, mesh.rows] = [x.len() - 1, y.len() - 1];
             mesh.centre = [0.5 * mesh.columns as f64, 0.5 * mesh.rows as f64];
@@ -55,8 +55,8 @@ impl Mesh {
         let centre = [0.5 * columns as f64, 0.5 * rows as f64];
         let origin = [-0.5 * length[0] * columns as f64, -0.5 * length[1] * rows as f64];
         let lines = [Lines::even(columns), Lines::even(rows)];
-        let crossover = centre.map(f64::floor);
-        Self { rows, columns, length, lines, origin, crossover, centre, rotation: turn, cut: [Cut::Nowhere; 2] }
+        let between_yarns = centre.map(f64::floor);
+        Self { rows, columns, length, lines, origin, between_yarns, centre, rotation: turn, cut: [Cut::Nowhere; 2] }
     }
 
     /// What is left at x ≥ 0 and y ≥ 0 of the pack where those are mirror planes.
@@ -71,7 +71,7 @@ impl Mesh {
             self.lines[own] = self.lines[own].half(along > 0.0);
             if along > 0.0 {
                 self.cut[own] = Cut::First;
-                self.crossover[own] -= middle;
+                self.between_yarns[own] -= middle;
                 self.origin[own] = 0.0;
                 self.centre[own] = 0.0;
             } else {
@@ -124,8 +124,9 @@ impl Mesh {
         });
         let origin = [0, 1].map(|a| -self.length[a] * (0.5 * lines[a].at(lines[a].elements())));
         let extent = self.extent();
-        let crossover = [0, 1].map(|a| self.crossover[a] + if self.cut[a] == Cut::First { extent[a] } else { 0.0 });
-        Self { rows, columns, origin, crossover, centre, lines, cut: [Cut::Nowhere; 2], ..self.clone() }
+        let between_yarns =
+            [0, 1].map(|a| self.between_yarns[a] + if self.cut[a] == Cut::First { extent[a] } else { 0.0 });
+        Self { rows, columns, origin, between_yarns, centre, lines, cut: [Cut::Nowhere; 2], ..self.clone() }
     }
 
     /// Elements along X and Y of the whole ply.
@@ -233,7 +234,7 @@ impl Mesh {
 
     /// Number of the yarn across an axis that an element along it lies in, from the first on. `breadth`: of a yarn, in finest elements.
     pub(super) fn yarn(&self, axis: usize, element: usize, breadth: f64) -> u32 {
-        self.lines[axis].yarn(element, self.crossover[axis], breadth)
+        self.lines[axis].yarn(element, self.between_yarns[axis], breadth)
     }
 
     /// The elements that lie side by side with one, along an axis, in the yarn across it.

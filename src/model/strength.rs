@@ -222,9 +222,9 @@ mod tests {
         let (Some(one), Some(other)) = (of("/variability/shot=1"), of("/variability/shot=2")) else {
             unreachable!("strength varies")
         };
-        // A yarn lies in the middle of the ply: 47 crossovers, 94 rows.
-        assert_eq!(one.factor(10, 0, 7), one.factor(11, 0, 7));
-        assert_ne!(one.factor(10, 0, 7), one.factor(12, 0, 7));
+        // The middle of the ply, after 47 rows, lies between two yarns.
+        assert_eq!(one.factor(9, 0, 7), one.factor(10, 0, 7));
+        assert_ne!(one.factor(10, 0, 7), one.factor(11, 0, 7));
         assert_ne!(one.factor(10, 0, 7), one.factor(10, 0, 8));
         assert_ne!(one.factor(10, 0, 7), other.factor(10, 0, 7));
         assert!((0..40).all(|column| one.least(10, 0) <= one.factor(10, 0, column)));

@@ -260,17 +260,17 @@ mod tests {
 
     #[test]
     fn a_yarn_of_several_elements_across_breaks_as_one() {
-        // Two elements across a yarn, one of which lies in the middle of the ply. Both break, the one that carries less too.
+        // Two elements across a yarn; the middle of the ply, after row 8, lies between two. Both break, the one that carries less too.
         let fine = ["/solver/failure_length_mm=1.27", "/pack/elements_per_crossover=2"];
-        let rows = |own: f64| move |row: usize, _| if row == 9 { own } else { 0.8 };
-        let yarn: Vec<[usize; 2]> = [8, 9].iter().flat_map(|row| (0..18).map(|column| [*row, column])).collect();
+        let rows = |own: f64| move |row: usize, _| if row == 10 { own } else { 0.8 };
+        let yarn: Vec<[usize; 2]> = [9, 10].iter().flat_map(|row| (0..18).map(|column| [*row, column])).collect();
         assert_eq!(judged(rows(1.21), &fine).0, yarn);
         assert_eq!(judged(rows(1.19), &fine).0, NOTHING);
         // The yarns beside it do not help.
-        let beside = |row: usize, _| if row == 8 || row == 9 { 1.01 } else { 0.1 };
+        let beside = |row: usize, _| if row == 9 || row == 10 { 1.01 } else { 0.1 };
         assert_eq!(judged(beside, &fine).0, yarn);
         // Beside a broken one the other is judged by itself, and the broken one stays as it is.
-        let torn = |row: usize, _| if row == 8 { 1.01 } else { -1.0 / 0.035 };
+        let torn = |row: usize, _| if row == 9 { 1.01 } else { -1.0 / 0.035 };
         assert_eq!(judged(torn, &fine).0, yarn[..18]);
     }
 
