@@ -69,7 +69,7 @@ fn estimates(groups: &[Vec<f64>], numbers: &[usize], keys: usize) -> Option<Vec<
     let n = numbers.len() as f64;
     let mean = sum(&|group| group[0] + group[1]) / (2.0 * n);
     let variance = sum(&|group| (group[0] - mean).powi(2) + (group[1] - mean).powi(2)) / (2.0 * n);
-    if !(variance > 0.0) {
+    if variance.is_nan() || variance <= 0.0 {
         return None;
     }
     let first = |key: usize| sum(&|group| (group[1] - mean) * (group[2 + key] - group[0])) / (n * variance);
