@@ -4,7 +4,7 @@
 
 /// Rows first and end, columns first and end, of the nodes of a ply that may have moved.
 fn reach_of(ply: u32) -> vec4<u32> {
-    let at = REACH + 4u * ply;
+    let at = counter(REACH + 4u * ply);
     return vec4<u32>(
         atomicLoad(&status[at]), atomicLoad(&status[at + 1u]), atomicLoad(&status[at + 2u]), atomicLoad(&status[at + 3u]));
 }
@@ -25,9 +25,6 @@ fn element_in_reach(reach: vec4<u32>, place: vec2<u32>) -> bool {
 
 /// Whether an element is one of the ply type at hand and may have moved.
 fn is_due(element: u32) -> bool {
-    if (element >= scene.elements) {
-        return false;
-    }
     let ply = element_ply(element);
     let place = element_place(element);
     return is_element(ply, place) && plies[ply].ply_type == scene.ply_type && element_in_reach(reach_of(ply), place);
@@ -35,7 +32,7 @@ fn is_due(element: u32) -> bool {
 
 /// Takes a node in.
 fn touch(ply: u32, place: vec2<u32>) {
-    let at = REACH + 4u * ply;
+    let at = counter(REACH + 4u * ply);
     atomicMin(&status[at], place.x);
     atomicMax(&status[at + 1u], place.x + 1u);
     atomicMin(&status[at + 2u], place.y);

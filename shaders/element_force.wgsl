@@ -196,9 +196,9 @@ fn keep_heights(element: u32, height: vec2<f32>, predictor: Predictor) {
 }
 
 fn record_failure(element: u32, which: u32, strain: f32) {
-    atomicAdd(&status[FAILED + which], 1u);
-    let at = atomicAdd(&status[EVENTS], 1u);
-    events[at] = Event(step.index, element, which, strain);
+    atomicAdd(&status[counter(FAILED + which)], 1u);
+    let at = atomicAdd(&status[counter(EVENTS)], 1u);
+    events[2u * first_element() + at] = Event(step.index, element, which, strain);
 }
 
 fn keep_viscous(element: u32, force: vec2<f32>) {
@@ -489,7 +489,7 @@ fn element_step(element: u32) -> u32 {
         }
         if (failed.x) { record_failure(element, 0u, cell.strain.x); }
         if (failed.y) { record_failure(element, 1u, cell.strain.y); }
-        if (!any_of(alive)) { atomicAdd(&status[ERODED], 1u); }
+        if (!any_of(alive)) { atomicAdd(&status[counter(ERODED)], 1u); }
     }
     let bits = select(0u, 1u, alive.x) | select(0u, 2u, alive.y);
     flags[element] = (word & 0xffffff00u) + (cell.iterations << 8u) + bits;
@@ -527,9 +527,11 @@ fn element_force(
     @builtin(num_workgroups) groups: vec3<u32>,
     @builtin(local_invocation_index) local: u32,
 ) {
-    let element = invocation(group, groups, local);
+    shot = shots[group.z];
+    let number = invocation(group, groups, local);
+    let element = first_element() + number;
     // Also when an earlier step went wrong nobody leaves before the barriers.
-    if (is_due(element) && step.index <= atomicLoad(&status[BAD_STEP])) {
+    if (number < scene.shot_elements && is_due(element) && step.index <= atomicLoad(&status[counter(BAD_STEP)])) {
         let residual = element_step(element);
         if (residual == 0xffffffffu) {
             atomicAdd(&open_cells, 1u);
@@ -540,12 +542,12 @@ fn element_force(
     workgroupBarrier();
     if (local == 0u) {
         let most = atomicLoad(&worst);
-        if (most > atomicLoad(&status[RESIDUAL])) {
-            atomicMax(&status[RESIDUAL], most);
+        if (most > atomicLoad(&status[counter(RESIDUAL)])) {
+            atomicMax(&status[counter(RESIDUAL)], most);
         }
         let count = atomicLoad(&open_cells);
         if (count > 0u) {
-            atomicAdd(&status[UNCONVERGED], count);
+            atomicAdd(&status[counter(UNCONVERGED)], count);
         }
     }
 }

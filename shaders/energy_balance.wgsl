@@ -8,9 +8,9 @@
 //                                          largest tension over breaking load [-];
 //                             then (4, N)  of contact between plies, since the last ledger, see PLY_LOSS
 //   in/out  supports  array<f32>  (S, 3)   impulse of the supports, from 0 again [N·s]
-//   in/out  body      Body                 its sums begin at 0 again
+//   in/out  bodies    array<Body>          their sums begin at 0 again
 //   in      status    array<u32>           counters
-//   out     samples   array<u32>  (slots, groups·26 + 73)
+//   out     samples   array<u32>  (slots, shots that run, groups·26 + 73)
 // Twin: src/solver/energy_balance.rs, and `covered` of src/run/outcome.rs
 
 @group(1) @binding(0) var<storage, read> nodes: array<f32>;
@@ -18,7 +18,7 @@
 @group(1) @binding(2) var<storage, read_write> flags: array<u32>;
 @group(1) @binding(3) var<storage, read_write> accounts: array<f32>;
 @group(1) @binding(4) var<storage, read_write> supports: array<f32>;
-@group(1) @binding(5) var<storage, read_write> body: Body;
+@group(1) @binding(5) var<storage, read_write> bodies: array<Body>;
 @group(1) @binding(6) var<storage, read_write> status: array<atomic<u32>>;
 @group(1) @binding(7) var<storage, read_write> samples: array<u32>;
 
@@ -26,9 +26,8 @@
 const WIDTH: u32 = 64u;
 /// Numbers a workgroup adds up.
 const SUMS: u32 = 26u;
-/// Words of the body and of the counters.
+/// Words of the body.
 const BODY_WORDS: u32 = 60u;
-const STATUS_WORDS: u32 = 13u;
 
 // The sums of `samples`.
 const WORK: u32 = 0u;
@@ -152,15 +151,21 @@ fn finish(first: u32) {
     put(first + 52u, bitcast<vec4<u32>>(body.nose_coarse));
     put(first + 56u, bitcast<vec4<u32>>(body.nose_fine));
     for (var i = 0u; i < STATUS_WORDS; i++) {
-        samples[first + BODY_WORDS + i] = atomicLoad(&status[i]);
+        samples[first + BODY_WORDS + i] = atomicLoad(&status[counter(i)]);
     }
-    body.impulse = vec4<f32>(0.0);
-    body.support = vec4<f32>(0.0);
-    body.energy = vec4<f32>(0.0, 0.0, 0.0, body.energy.w);
+    bodies[shot.number].impulse = vec4<f32>(0.0);
+    bodies[shot.number].support = vec4<f32>(0.0);
+    bodies[shot.number].energy = vec4<f32>(0.0, 0.0, 0.0, body.energy.w);
 }
 
 @compute @workgroup_size(64)
-fn energy_balance(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index) local: u32) {
+fn energy_balance(
+    @builtin(workgroup_id) group: vec3<u32>,
+    @builtin(num_workgroups) groups: vec3<u32>,
+    @builtin(local_invocation_index) local: u32,
+) {
+    shot = shots[group.z];
+    body = bodies[shot.number];
     let e = scene.elements;
     let n = scene.nodes;
     // Each ply has as many workgroups, so that their sums are those of a ply.
@@ -168,11 +173,11 @@ fn energy_balance(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invoca
     let ply = group.x / share;
     let begin = (group.x % share) * WIDTH + local;
     let stride = share * WIDTH;
-    let first = step.slot * (scene.groups * SUMS + BODY_WORDS + STATUS_WORDS);
+    let first = (step.slot * groups.z + group.z) * (scene.groups * SUMS + BODY_WORDS + STATUS_WORDS);
     var part: array<f32, 26>;
     let ply_elements = scene.rows * scene.columns;
     for (var i = begin; i < ply_elements; i += stride) {
-        let element = ply * ply_elements + i;
+        let element = ply_number(ply) * ply_elements + i;
         if (!is_element(ply, element_place(element))) {
             continue;
         }
@@ -204,7 +209,7 @@ fn energy_balance(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invoca
     }
     let ply_nodes = (scene.rows + 1u) * (scene.columns + 1u);
     for (var i = begin; i < ply_nodes; i += stride) {
-        let node = ply * ply_nodes + i;
+        let node = ply_number(ply) * ply_nodes + i;
         let place = node_place(node);
         if (!is_node(ply, place)) {
             continue;
@@ -233,7 +238,7 @@ fn energy_balance(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invoca
     }
     let rim = 2u * (scene.columns + scene.rows + 2u);
     for (var i = begin; i < rim; i += stride) {
-        let at = 3u * (ply * rim + i);
+        let at = 3u * (ply_number(ply) * rim + i);
         part[SUPPORT] += supports[at];
         part[SUPPORT + 1u] += supports[at + 1u];
         part[SUPPORT + 2u] += supports[at + 2u];

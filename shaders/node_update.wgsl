@@ -3,7 +3,7 @@
 //   in      forces      array<f32>  (9, E)   P1·Ly/2, P2·Lx/2, hourglass per corner [N]
 //   in/out  supports    array<f32>  (S, 3)   impulse of the supports since the last ledger [N·s], nodes of the rim
 //   in/out  status      array<u32>           counters
-//   in      body        Body                 the projectile
+//   in      bodies      array<Body>          the projectiles
 //   out     candidates  array<u32>           a bit per node, then a bit per word of these
 // Twin: src/kernels/node_update.rs
 
@@ -11,14 +11,14 @@
 @group(1) @binding(1) var<storage, read> forces: array<f32>;
 @group(1) @binding(2) var<storage, read_write> supports: array<f32>;
 @group(1) @binding(3) var<storage, read_write> status: array<atomic<u32>>;
-@group(1) @binding(4) var<storage, read> body: Body;
+@group(1) @binding(4) var<storage, read> bodies: array<Body>;
 @group(1) @binding(5) var<storage, read_write> candidates: array<atomic<u32>>;
 
 fn mark_node(node: u32) {
-    let word = node >> 5u;
-    let words = (scene.nodes + 31u) >> 5u;
-    atomicOr(&candidates[word], 1u << (node & 31u));
-    atomicOr(&candidates[words + (word >> 5u)], 1u << (word & 31u));
+    let number = node - first_node();
+    let word = number >> 5u;
+    atomicOr(&candidates[mark_word(word)], 1u << (number & 31u));
+    atomicOr(&candidates[mark_word(mark_words().x + (word >> 5u))], 1u << (word & 31u));
 }
 
 /// Marks a node that may touch the body within the step: no further from the box around it than both can go, seen from
@@ -55,10 +55,13 @@ fn node_update(
     @builtin(num_workgroups) groups: vec3<u32>,
     @builtin(local_invocation_index) local: u32,
 ) {
-    let node = invocation(group, groups, local);
-    if (node >= scene.nodes || step.index > atomicLoad(&status[BAD_STEP])) {
+    shot = shots[group.z];
+    let number = invocation(group, groups, local);
+    if (number >= scene.shot_nodes || step.index > atomicLoad(&status[counter(BAD_STEP)])) {
         return;
     }
+    body = bodies[shot.number];
+    let node = first_node() + number;
     let n = scene.nodes;
     let ply = node_ply(node);
     let place = node_place(node);
@@ -86,7 +89,7 @@ fn node_update(
     nodes[5u * n + node] = v.z;
     let square = dot(v, v);
     if (!finite(square)) {
-        atomicMin(&status[BAD_STEP], step.index);
+        atomicMin(&status[counter(BAD_STEP)], step.index);
     }
     if (held(ply, place) != 0u) {
         add_support(ply, place, select(vec3<f32>(0.0), -step.kick * force, inverse <= vec3<f32>(0.0)));

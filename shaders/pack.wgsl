@@ -53,7 +53,7 @@ fn cell_over(ply: u32, over: u32) -> vec2<u32> {
 
 /// Ply of a node.
 fn node_ply(node: u32) -> u32 {
-    return (node / (scene.columns + 1u)) / (scene.rows + 1u);
+    return (node / (scene.columns + 1u)) / (scene.rows + 1u) - ply_number(0u);
 }
 
 /// Row within its ply and column of a node.
@@ -64,17 +64,17 @@ fn node_place(node: u32) -> vec2<u32> {
 
 /// The node at a row and column of a ply.
 fn node_at(ply: u32, place: vec2<u32>) -> u32 {
-    return (ply * (scene.rows + 1u) + place.x) * (scene.columns + 1u) + place.y;
+    return (ply_number(ply) * (scene.rows + 1u) + place.x) * (scene.columns + 1u) + place.y;
 }
 
 /// The element at a row and column of a ply.
 fn element_at(ply: u32, place: vec2<u32>) -> u32 {
-    return (ply * scene.rows + place.x) * scene.columns + place.y;
+    return (ply_number(ply) * scene.rows + place.x) * scene.columns + place.y;
 }
 
 /// Ply of an element.
 fn element_ply(element: u32) -> u32 {
-    return (element / scene.columns) / scene.rows;
+    return (element / scene.columns) / scene.rows - ply_number(0u);
 }
 
 /// Row within its ply and column of an element.

@@ -63,7 +63,7 @@ fn press(ply: u32, node: u32, side: u32) {
         theirs[i] = count_shift(other, node_place(around[i]));
     }
     let largest = max(max(own, max(theirs.x, theirs.y)), max(theirs.z, theirs.w));
-    let unit = scene.impulse_unit * f32(1u << largest);
+    let unit = shot.impulse_unit * f32(1u << largest);
     let counts = (push * found.along + found.friction_impulse) * (part / unit);
     let shifts = push * (kappa * contact.foot.z) * (part / unit);
     var given = vec3<i32>(0);
@@ -86,10 +86,12 @@ fn ply_impulse(
     @builtin(num_workgroups) groups: vec3<u32>,
     @builtin(local_invocation_index) local: u32,
 ) {
-    let node = invocation(group, groups, local);
-    if (node >= scene.nodes || step.index > atomicLoad(&status[BAD_STEP])) {
+    shot = shots[group.z];
+    let number = invocation(group, groups, local);
+    if (number >= scene.shot_nodes || step.index > atomicLoad(&status[counter(BAD_STEP)])) {
         return;
     }
+    let node = first_node() + number;
     if (shares[node] == 0u) {
         return; // a node in contact has a share
     }

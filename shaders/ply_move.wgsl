@@ -62,10 +62,12 @@ fn ply_move(
     @builtin(num_workgroups) groups: vec3<u32>,
     @builtin(local_invocation_index) local: u32,
 ) {
-    let node = invocation(group, groups, local);
-    if (node >= scene.nodes || step.index > atomicLoad(&status[BAD_STEP])) {
+    shot = shots[group.z];
+    let number = invocation(group, groups, local);
+    if (number >= scene.shot_nodes || step.index > atomicLoad(&status[counter(BAD_STEP)])) {
         return;
     }
+    let node = first_node() + number;
     if (shares[node] == 0u) {
         return;
     }
@@ -73,7 +75,7 @@ fn ply_move(
     let n = scene.nodes;
     let ply = node_ply(node);
     let place = node_place(node);
-    let unit = scene.impulse_unit * f32(1u << count_shift(ply, place));
+    let unit = shot.impulse_unit * f32(1u << count_shift(ply, place));
     let impulse = take(ply, 6u * node, unit);
     let shift = take(ply, 6u * node + 3u, unit);
     if (all(impulse == vec3<f32>(0.0)) && all(shift == vec3<f32>(0.0))) {

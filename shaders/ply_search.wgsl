@@ -22,7 +22,7 @@ fn sees(own: u32, place: vec2<u32>, other: u32) -> bool {
     }
     let lies = to_ply(other, to_pack(own, reference(own, place)));
     // A ring for the growth of this step, and room for what has gone sideways.
-    let slack = step.travel + 3.0 * max(plies[other].longest, plies[own].longest);
+    let slack = shot.travel * f32(step.index + 1u) + 3.0 * max(plies[other].longest, plies[own].longest);
     let low = reference(other, vec2<u32>(reach.x, reach.z)).xy - vec2<f32>(slack);
     let high = reference(other, vec2<u32>(reach.y, reach.w)).xy + vec2<f32>(slack);
     return all(lies.xy >= low) && all(lies.xy <= high);
@@ -183,8 +183,8 @@ fn look(ply: u32, node: u32, place: vec2<u32>, side: u32) -> bool {
     let depth = bitcast<u32>(max(-gap, 0.0));
     // Torn edges stick into each other: only whole fabric counts.
     let whole = (flags[element_at(other, touch.cell)] & 3u) == o.present && is_whole(node, place);
-    if (whole && depth > atomicLoad(&status[PLY_DEPTH])) {
-        atomicMax(&status[PLY_DEPTH], depth);
+    if (whole && depth > atomicLoad(&status[counter(PLY_DEPTH)])) {
+        atomicMax(&status[counter(PLY_DEPTH)], depth);
     }
     if (!(along < limit || recovery > 0.0)) {
         return false;
@@ -209,10 +209,12 @@ fn ply_search(
     @builtin(num_workgroups) groups: vec3<u32>,
     @builtin(local_invocation_index) local: u32,
 ) {
-    let node = invocation(group, groups, local);
-    if (node >= scene.nodes || step.index > atomicLoad(&status[BAD_STEP])) {
+    shot = shots[group.z];
+    let number = invocation(group, groups, local);
+    if (number >= scene.shot_nodes || step.index > atomicLoad(&status[counter(BAD_STEP)])) {
         return;
     }
+    let node = first_node() + number;
     let ply = node_ply(node);
     let place = node_place(node);
     if (!is_node(ply, place)) {

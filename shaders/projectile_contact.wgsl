@@ -4,7 +4,7 @@
 //   in      forces      array<f32>    (9, E)   P1·Ly/2, P2·Lx/2, hourglass per corner [N]
 //   in      flags       array<u32>    (E)      bit 0 warp alive, bit 1 weft alive
 //   in/out  status      array<u32>             counters
-//   in/out  body        Body                   the projectile
+//   in/out  bodies      array<Body>            the projectiles
 //   in/out  candidates  array<u32>             a bit per node, then a bit per word of these; cleared
 //   scratch points      array<Point>
 //   in      over        array<u32>    (2, N)   element in front of, behind a node
@@ -14,7 +14,7 @@
 @group(1) @binding(1) var<storage, read> forces: array<f32>;
 @group(1) @binding(2) var<storage, read> flags: array<u32>;
 @group(1) @binding(3) var<storage, read_write> status: array<atomic<u32>>;
-@group(1) @binding(4) var<storage, read_write> body: Body;
+@group(1) @binding(4) var<storage, read_write> bodies: array<Body>;
 @group(1) @binding(5) var<storage, read_write> candidates: array<atomic<u32>>;
 @group(1) @binding(6) var<storage, read_write> points: array<Point>;
 @group(1) @binding(7) var<storage, read> over: array<u32>;
@@ -38,27 +38,27 @@ struct Point {
 
 /// Takes a node in; gives how deep it is inside the body [m].
 fn take_in(p: u32) -> f32 {
-    let node = points[p].node;
+    let node = points[point_number(p)].node;
     let seen = look(node);
-    points[p].state = seen.state;
-    points[p].friction_impulse = vec4<f32>(0.0);
+    points[point_number(p)].state = seen.state;
+    points[point_number(p)].friction_impulse = vec4<f32>(0.0);
     if (seen.state != AWAY) {
         let mass = node_mass(node_ply(node), node_place(node));
-        points[p].normal = vec4<f32>(seen.normal, seen.gap);
-        points[p].arm = vec4<f32>(seen.arm, inertia_along(seen.along, mass));
-        points[p].relative = vec4<f32>(seen.relative, mass);
-        points[p].friction = friction_through(seen.between);
+        points[point_number(p)].normal = vec4<f32>(seen.normal, seen.gap);
+        points[point_number(p)].arm = vec4<f32>(seen.arm, inertia_along(seen.along, mass));
+        points[point_number(p)].relative = vec4<f32>(seen.relative, mass);
+        points[point_number(p)].friction = friction_through(seen.between);
     }
     return seen.depth;
 }
 
 fn impulse_of(p: u32) -> vec3<f32> {
-    return points[p].normal.xyz * points[p].friction_impulse.w + points[p].friction_impulse.xyz;
+    return points[point_number(p)].normal.xyz * points[point_number(p)].friction_impulse.w + points[point_number(p)].friction_impulse.xyz;
 }
 
 /// Inverse masses of a point by direction [1/kg].
 fn inverse_of(p: u32) -> vec3<f32> {
-    let node = points[p].node;
+    let node = points[point_number(p)].node;
     return inverse_in_pack(node_ply(node), node_place(node));
 }
 
@@ -67,18 +67,18 @@ fn slip_of(p: u32) -> vec3<f32> {
     let inverse = inverse_of(p);
     let linear = vec3<f32>(motion[0], motion[1], motion[2]);
     let angular = vec3<f32>(motion[3], motion[4], motion[5]);
-    return (points[p].relative.xyz + inverse * impulse_of(p)) - linear - cross(angular, points[p].arm.xyz);
+    return (points[point_number(p)].relative.xyz + inverse * impulse_of(p)) - linear - cross(angular, points[point_number(p)].arm.xyz);
 }
 
 /// Normal speed relative to the body before contact, with friction [m/s].
 fn normal_speed(p: u32) -> f32 {
     let inverse = inverse_of(p);
-    return dot(points[p].relative.xyz + inverse * points[p].friction_impulse.xyz, points[p].normal.xyz);
+    return dot(points[point_number(p)].relative.xyz + inverse * points[point_number(p)].friction_impulse.xyz, points[point_number(p)].normal.xyz);
 }
 
 /// (n, r × n) of a point.
 fn direction(p: u32) -> array<f32, 6> {
-    return direction_of(points[p].normal.xyz, points[p].arm.xyz);
+    return direction_of(points[point_number(p)].normal.xyz, points[point_number(p)].arm.xyz);
 }
 
 /// One solve for the body's motion with the pushing nodes attached, and their impulses.
@@ -86,18 +86,18 @@ fn common_velocity(count: u32, local: u32) {
     if (scene.body_prescribed == 0u) {
         var part: array<f32, 27>;
         for (var p = local; p < count; p += WIDTH) {
-            let drag = in_planes(points[p].friction_impulse.xyz);
-            let turn = about_planes(cross(points[p].arm.xyz, points[p].friction_impulse.xyz) / scene.body_bounding_radius);
+            let drag = in_planes(points[point_number(p)].friction_impulse.xyz);
+            let turn = about_planes(cross(points[point_number(p)].arm.xyz, points[point_number(p)].friction_impulse.xyz) / scene.body_bounding_radius);
             part[21] -= drag.x;
             part[22] -= drag.y;
             part[23] -= drag.z;
             part[24] -= turn.x;
             part[25] -= turn.y;
             part[26] -= turn.z;
-            if (points[p].state == PUSHING) {
+            if (points[point_number(p)].state == PUSHING) {
                 let g = direction(p);
-                let kappa = points[p].arm.w;
-                let speed = kappa * (normal_speed(p) - closing_limit(points[p].normal.w));
+                let kappa = points[point_number(p)].arm.w;
+                let speed = kappa * (normal_speed(p) - closing_limit(points[point_number(p)].normal.w));
                 for (var i = 0u; i < 6u; i++) {
                     part[21u + i] += g[i] * speed;
                     for (var j = 0u; j <= i; j++) {
@@ -116,17 +116,17 @@ fn common_velocity(count: u32, local: u32) {
     }
     workgroupBarrier();
     for (var p = local; p < count; p += WIDTH) {
-        if (points[p].state == PUSHING) {
+        if (points[point_number(p)].state == PUSHING) {
             let along = motion_along(direction(p));
-            points[p].friction_impulse.w = points[p].arm.w * (along + closing_limit(points[p].normal.w) - normal_speed(p));
+            points[point_number(p)].friction_impulse.w = points[point_number(p)].arm.w * (along + closing_limit(points[point_number(p)].normal.w) - normal_speed(p));
         }
     }
 }
 
 /// Ends the contact: a node that does not push is not dragged either.
 fn release(p: u32) {
-    points[p].state = NEAR;
-    points[p].friction_impulse = vec4<f32>(0.0);
+    points[point_number(p)].state = NEAR;
+    points[point_number(p)].friction_impulse = vec4<f32>(0.0);
 }
 
 /// Normal impulses of the pushing set, with changes of the set until none pulls and none enters.
@@ -136,14 +136,14 @@ fn solve_normal(count: u32, local: u32) {
         common_velocity(count, local);
         var changed = false;
         for (var p = local; p < count; p += WIDTH) {
-            let state = points[p].state;
-            if (state == PUSHING && points[p].friction_impulse.w < 0.0) {
+            let state = points[point_number(p)].state;
+            if (state == PUSHING && points[point_number(p)].friction_impulse.w < 0.0) {
                 release(p);
                 changed = true;
             } else if (state == NEAR && change < SET_CHANGES / 2u) {
-                let approach = dot(slip_of(p), points[p].normal.xyz);
-                if (approach < closing_limit(points[p].normal.w) - tolerance) {
-                    points[p].state = PUSHING;
+                let approach = dot(slip_of(p), points[point_number(p)].normal.xyz);
+                if (approach < closing_limit(points[point_number(p)].normal.w) - tolerance) {
+                    points[point_number(p)].state = PUSHING;
                     changed = true;
                 }
             }
@@ -154,7 +154,7 @@ fn solve_normal(count: u32, local: u32) {
     }
     common_velocity(count, local);
     for (var p = local; p < count; p += WIDTH) {
-        if (points[p].friction_impulse.w < 0.0) {
+        if (points[point_number(p)].friction_impulse.w < 0.0) {
             release(p);
         }
     }
@@ -164,20 +164,20 @@ fn solve_normal(count: u32, local: u32) {
 fn update_friction(count: u32, local: u32) -> bool {
     var changed = false;
     for (var p = local; p < count; p += WIDTH) {
-        let normal = points[p].normal.xyz;
-        let push = points[p].friction_impulse.w;
+        let normal = points[point_number(p)].normal.xyz;
+        let push = points[point_number(p)].friction_impulse.w;
         if (push <= 0.0) {
             continue;
         }
         let slip = slip_of(p);
         let slide = slip - normal * dot(slip, normal);
-        let wanted = points[p].friction_impulse.xyz - slide * points[p].relative.w;
-        let limit = points[p].friction * push;
+        let wanted = points[point_number(p)].friction_impulse.xyz - slide * points[point_number(p)].relative.w;
+        let limit = points[point_number(p)].friction * push;
         let size = sqrt(dot(wanted, wanted));
         let drag = select(wanted, wanted * (limit / max(size, 1e-30)), size > limit);
-        let moved = drag - points[p].friction_impulse.xyz;
+        let moved = drag - points[point_number(p)].friction_impulse.xyz;
         changed = changed || squared(ROUNDOFF_TOLERANCE * limit) < dot(moved, moved);
-        points[p].friction_impulse = vec4<f32>(drag, push);
+        points[point_number(p)].friction_impulse = vec4<f32>(drag, push);
     }
     return vote(changed, local);
 }
@@ -186,30 +186,30 @@ fn update_friction(count: u32, local: u32) -> bool {
 fn account(count: u32, local: u32) {
     var part: array<f32, 12>;
     for (var p = local; p < count; p += WIDTH) {
-        let push = points[p].friction_impulse.w;
-        if (points[p].state != PUSHING || push <= 0.0) {
+        let push = points[point_number(p)].friction_impulse.w;
+        if (points[point_number(p)].state != PUSHING || push <= 0.0) {
             continue;
         }
-        let node = points[p].node;
+        let node = points[point_number(p)].node;
         let ply = node_ply(node);
         let inverse = inverse_of(p);
         let impulse = impulse_of(p);
-        let turn = cross(points[p].arm.xyz, impulse);
-        let before = points[p].relative.xyz - inverse * to_pack(ply, gather(node, node_place(node))) * step.kick;
+        let turn = cross(points[point_number(p)].arm.xyz, impulse);
+        let before = points[point_number(p)].relative.xyz - inverse * to_pack(ply, gather(node, node_place(node))) * step.kick;
         let mean = 0.5 * (before + slip_of(p));
         let prescribed = scene.body_prescribed != 0u;
         let fixed = inverse <= vec3<f32>(0.0);
         // The drive is the support of a driven body; what goes into held nodes never reaches the fabric.
         let support = select(select(vec3<f32>(0.0), -impulse, fixed), select(impulse, vec3<f32>(0.0), fixed), prescribed);
-        let surface = body.velocity.xyz + cross(body.turning.xyz, points[p].arm.xyz);
+        let surface = body.velocity.xyz + cross(body.turning.xyz, points[point_number(p)].arm.xyz);
         part[0] -= impulse.x;
         part[1] -= impulse.y;
         part[2] -= impulse.z;
         part[3] -= turn.x;
         part[4] -= turn.y;
         part[5] -= turn.z;
-        part[6] -= push * dot(points[p].normal.xyz, mean);
-        part[7] -= dot(points[p].friction_impulse.xyz, mean);
+        part[6] -= push * dot(points[point_number(p)].normal.xyz, mean);
+        part[7] -= dot(points[point_number(p)].friction_impulse.xyz, mean);
         part[8] += select(0.0, dot(impulse, surface), prescribed);
         part[9] += support.x;
         part[10] += support.y;
@@ -225,10 +225,10 @@ fn account(count: u32, local: u32) {
 fn correct_nodes(count: u32, local: u32) {
     let n = scene.nodes;
     for (var p = local; p < count; p += WIDTH) {
-        if (points[p].state != PUSHING || points[p].friction_impulse.w <= 0.0) {
+        if (points[point_number(p)].state != PUSHING || points[point_number(p)].friction_impulse.w <= 0.0) {
             continue;
         }
-        let node = points[p].node;
+        let node = points[point_number(p)].node;
         let ply = node_ply(node);
         let change = to_ply(ply, inverse_of(p) * impulse_of(p));
         touch(ply, node_place(node));
@@ -244,8 +244,10 @@ fn correct_nodes(count: u32, local: u32) {
 }
 
 @compute @workgroup_size(64)
-fn projectile_contact(@builtin(local_invocation_index) local: u32) {
-    let sound = step.index <= atomicLoad(&status[BAD_STEP]);
+fn projectile_contact(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index) local: u32) {
+    shot = shots[group.z];
+    body = bodies[shot.number];
+    let sound = step.index <= atomicLoad(&status[counter(BAD_STEP)]);
     if (!vote(sound, local)) {
         return;
     }
@@ -283,6 +285,6 @@ fn projectile_contact(@builtin(local_invocation_index) local: u32) {
         }
         var b = body;
         b.energy.w = max(b.energy.w, select(0.0, deepest, count > 0u));
-        body = moved_body(b, count > 0u);
+        bodies[shot.number] = moved_body(b, count > 0u);
     }
 }

@@ -4,38 +4,38 @@
 
 /// Lists the marked nodes in storage order and clears the marks; gives their number.
 fn collect(local: u32) -> u32 {
-    let words = (scene.nodes + 31u) >> 5u;
-    let summaries = (words + 31u) >> 5u;
+    let words = mark_words().x;
+    let summaries = mark_words().y;
     var total = 0u;
     for (var base = 0u; base < summaries; base += WIDTH) {
         let summary = base + local;
         var bits = 0u;
         if (summary < summaries) {
-            bits = atomicLoad(&candidates[words + summary]);
+            bits = atomicLoad(&candidates[mark_word(words + summary)]);
         }
         var count = 0u;
         for (var rest = bits; rest != 0u; rest &= rest - 1u) {
-            count += countOneBits(atomicLoad(&candidates[summary * 32u + firstTrailingBit(rest)]));
+            count += countOneBits(atomicLoad(&candidates[mark_word(summary * 32u + firstTrailingBit(rest))]));
         }
         var at = total + sum_up_to(count, local) - count;
         for (var rest = bits; rest != 0u; rest &= rest - 1u) {
             let word = summary * 32u + firstTrailingBit(rest);
-            for (var marks = atomicLoad(&candidates[word]); marks != 0u; marks &= marks - 1u) {
+            for (var marks = atomicLoad(&candidates[mark_word(word)]); marks != 0u; marks &= marks - 1u) {
                 if (at < scene.points) {
-                    points[at].node = word * 32u + firstTrailingBit(marks);
+                    points[point_number(at)].node = first_node() + word * 32u + firstTrailingBit(marks);
                 }
                 at += 1u;
             }
-            atomicStore(&candidates[word], 0u);
+            atomicStore(&candidates[mark_word(word)], 0u);
         }
         if (bits != 0u) {
-            atomicStore(&candidates[words + summary], 0u);
+            atomicStore(&candidates[mark_word(words + summary)], 0u);
         }
         total += scan[WIDTH - 1u];
         workgroupBarrier();
     }
     if (total > scene.points && local == 0u) {
-        atomicStore(&status[OVERFLOW], total);
+        atomicStore(&status[counter(OVERFLOW)], total);
     }
     storageBarrier();
     return min(total, scene.points);
@@ -150,9 +150,9 @@ fn grow_active_region(local: u32) {
             let rows = min(reach.y, p.rows) - (max(reach.x, 1u) - 1u);
             let columns = min(reach.w, p.columns) - (max(reach.z, 1u) - 1u);
             let count = select(select(rows * columns, 0u, none), p.rows * p.columns, all);
-            let before = atomicAdd(&status[COMPUTED], count);
+            let before = atomicAdd(&status[counter(COMPUTED)], count);
             if (before + count < before) {
-                atomicAdd(&status[COMPUTED + 1u], 1u);
+                atomicAdd(&status[counter(COMPUTED + 1u)], 1u);
             }
         }
     }
@@ -160,7 +160,7 @@ fn grow_active_region(local: u32) {
     storageBarrier();
     let reach = reach_of(min(local, scene.plies - 1u));
     if (local < scene.plies && reach.x < reach.y) {
-        let at = REACH + 4u * local;
+        let at = counter(REACH + 4u * local);
         atomicStore(&status[at], max(reach.x, 1u) - 1u);
         atomicStore(&status[at + 1u], min(reach.y + 1u, plies[local].rows + 1u));
         atomicStore(&status[at + 2u], max(reach.z, 1u) - 1u);

@@ -3,35 +3,35 @@
 //   in      nodes       array<f32>    (6, N)   displacement [m], velocity [m/s]
 //   in      flags       array<u32>    (E)      bit 0 warp alive, bit 1 weft alive
 //   in/out  status      array<u32>             counters
-//   in/out  body        Body                   the projectile; its deepest node
+//   in/out  bodies      array<Body>            the projectiles; their deepest nodes
 //   in/out  candidates  array<u32>             a bit per node, then a bit per word of these; cleared
 //   out     points      array<Point>           nodes in storage order
 //   in      over        array<u32>    (2, N)   element in front of, behind a node
-//   out     touches     Touches                those of the nodes, then points of the rim by the first of their nodes
+//   out     touches     array<Touch>           how many, in the first; those of the nodes, then points of the rim by the first of their nodes
 // Twin: src/solver/projectile.rs
 
 @group(1) @binding(0) var<storage, read> nodes: array<f32>;
 @group(1) @binding(1) var<storage, read> flags: array<u32>;
 @group(1) @binding(2) var<storage, read_write> status: array<atomic<u32>>;
-@group(1) @binding(3) var<storage, read_write> body: Body;
+@group(1) @binding(3) var<storage, read_write> bodies: array<Body>;
 @group(1) @binding(4) var<storage, read_write> candidates: array<atomic<u32>>;
 @group(1) @binding(5) var<storage, read_write> points: array<Point>;
 @group(1) @binding(6) var<storage, read> over: array<u32>;
-@group(1) @binding(7) var<storage, read_write> touches: Touches;
+@group(1) @binding(7) var<storage, read_write> touches: array<Touch>;
 
 /// Points of the rim on each ply.
 var<workgroup> of_ply: array<atomic<u32>, 64>;
 
 /// Takes a node in; gives how deep it is inside the body [m]. One that does not touch may be the end of an edge that does.
 fn take_in(p: u32) -> f32 {
-    let node = points[p].node;
+    let node = points[point_number(p)].node;
     let ply = node_ply(node);
     let place = node_place(node);
     let seen = look(node);
     let mass = node_mass(ply, place);
-    points[p].inverse = vec4<f32>(inverse_in_pack(ply, place), 0.0);
-    points[p].relative = vec4<f32>(seen.relative, mass);
-    points[p].pressed = vec4<f32>(seen.pressed, seen.between);
+    points[point_number(p)].inverse = vec4<f32>(inverse_in_pack(ply, place), 0.0);
+    points[point_number(p)].relative = vec4<f32>(seen.relative, mass);
+    points[point_number(p)].pressed = vec4<f32>(seen.pressed, seen.between);
     var touch: Touch;
     touch.normal = vec4<f32>(seen.normal, seen.gap);
     touch.arm = vec4<f32>(seen.arm, mass);
@@ -39,7 +39,7 @@ fn take_in(p: u32) -> f32 {
     touch.friction = friction_through(seen.between);
     touch.state = seen.state;
     touch.member = NONE;
-    touches.list[p] = touch;
+    touches[touch_number(p)] = touch;
     return seen.depth;
 }
 
@@ -49,14 +49,14 @@ fn point_of(node: u32, count: u32) -> u32 {
     var high = count;
     while (low < high) {
         let middle = (low + high) / 2u;
-        if (points[middle].node < node) {
+        if (points[point_number(middle)].node < node) {
             low = middle + 1u;
         } else {
             high = middle;
         }
     }
     if (low < count) {
-        return select(NONE, low, points[low].node == node);
+        return select(NONE, low, points[point_number(low)].node == node);
     }
     return NONE;
 }
@@ -78,14 +78,14 @@ fn rim_crossings(start: vec2<f32>, end: vec2<f32>) -> vec2<f32> {
 
 /// Whether a node can move along a normal at all.
 fn is_free(p: u32, normal: vec3<f32>) -> bool {
-    return dot(normal, points[p].inverse.xyz * normal) > 0.0;
+    return dot(normal, points[point_number(p)].inverse.xyz * normal) > 0.0;
 }
 
 /// One of the two points of the rim on an edge that begins at a node: 0 and 1 along the row, 2 and 3 along the column. `AWAY` where there
 /// is none that may touch.
 fn constraint_at(p: u32, slot: u32, count: u32) -> Touch {
     var tie: Touch;
-    let node = points[p].node;
+    let node = points[point_number(p)].node;
     let ply = node_ply(node);
     let place = node_place(node);
     let up = slot >= 2u;
@@ -97,15 +97,15 @@ fn constraint_at(p: u32, slot: u32, count: u32) -> Touch {
     if (q == NONE) {
         return tie;
     }
-    let crossings = rim_crossings(points[p].pressed.xy, points[q].pressed.xy);
+    let crossings = rim_crossings(points[point_number(p)].pressed.xy, points[point_number(q)].pressed.xy);
     let at = select(crossings.x, crossings.y, (slot & 1u) != 0u);
     if (!(0.0 < at && at < 1.0)) {
         return tie;
     }
-    let height = mix(points[p].pressed.z, points[q].pressed.z, at);
+    let height = mix(points[point_number(p)].pressed.z, points[point_number(q)].pressed.z, at);
     let gap = height - (scene.profile[1].y + scene.profile_radius);
     let normal = rotate(body.orientation, vec3<f32>(0.0, 0.0, 1.0));
-    let approach = dot(mix(points[p].relative.xyz, points[q].relative.xyz, at), normal);
+    let approach = dot(mix(points[point_number(p)].relative.xyz, points[point_number(q)].relative.xyz, at), normal);
     if (gap < -scene.rim_depth || stays_away(gap, approach)) {
         return tie;
     }
@@ -113,10 +113,10 @@ fn constraint_at(p: u32, slot: u32, count: u32) -> Touch {
         return tie; // both are held: neither can give way
     }
     tie.normal = vec4<f32>(normal, gap);
-    tie.arm = vec4<f32>(mix(touches.list[p].arm.xyz, touches.list[q].arm.xyz, at), 0.0);
+    tie.arm = vec4<f32>(mix(touches[touch_number(p)].arm.xyz, touches[touch_number(q)].arm.xyz, at), 0.0);
     tie.ends = vec2<u32>(p, q);
     tie.weight = at;
-    tie.friction = friction_through(max(points[p].pressed.w, points[q].pressed.w));
+    tie.friction = friction_through(max(points[point_number(p)].pressed.w, points[point_number(q)].pressed.w));
     tie.member = NONE;
     tie.state = select(NEAR, PUSHING, approach < closing_limit(gap));
     return tie;
@@ -137,15 +137,15 @@ fn find_constraints(count: u32, local: u32) -> u32 {
         let there = u32(tie.state != AWAY);
         let at = total + sum_up_to(there, local) - there;
         if (there != 0u && at < room) {
-            touches.list[count + at] = tie;
+            touches[touch_number(count + at)] = tie;
         }
         if (p < count && (local & 3u) == 0u) {
             let to_right = scan[local + 1u] + there - scan[local];
             let to_above = scan[local + 3u] - scan[local + 1u];
-            points[p].first = count + at;
-            points[p].to_right = to_right;
-            points[p].to_above = to_above;
-            atomicAdd(&of_ply[node_ply(points[p].node)], to_right + to_above);
+            points[point_number(p)].first = count + at;
+            points[point_number(p)].to_right = to_right;
+            points[point_number(p)].to_above = to_above;
+            atomicAdd(&of_ply[node_ply(points[point_number(p)].node)], to_right + to_above);
         }
         total += scan[WIDTH - 1u];
         workgroupBarrier();
@@ -155,40 +155,42 @@ fn find_constraints(count: u32, local: u32) -> u32 {
     if (!vote(found > scene.ties, local)) {
         return total;
     }
-    atomicMax(&status[OVERFLOW_EDGES], found);
+    atomicMax(&status[counter(OVERFLOW_EDGES)], found);
     for (var p = local; p < count; p += WIDTH) {
-        points[p].to_right = 0u;
-        points[p].to_above = 0u;
+        points[point_number(p)].to_right = 0u;
+        points[point_number(p)].to_above = 0u;
     }
     return 0u;
 }
 
 /// Tells every node which edges with a point of the rim end at it.
 fn link(p: u32, count: u32) {
-    let node = points[p].node;
+    let node = points[point_number(p)].node;
     let place = node_place(node);
     var left = NONE;
     var below = NONE;
     if (place.y > 0u && p > 0u) {
-        left = select(NONE, p - 1u, points[p - 1u].node == node - 1u);
+        left = select(NONE, p - 1u, points[point_number(p - 1u)].node == node - 1u);
     }
     if (place.x > 0u) {
         below = point_of(node - scene.columns - 1u, count);
     }
     if (left != NONE) {
-        left = select(NONE, left, points[left].to_right > 0u);
+        left = select(NONE, left, points[point_number(left)].to_right > 0u);
     }
     if (below != NONE) {
-        below = select(NONE, below, points[below].to_above > 0u);
+        below = select(NONE, below, points[point_number(below)].to_above > 0u);
     }
-    points[p].left = left;
-    points[p].below = below;
-    points[p].tied = u32(points[p].to_right + points[p].to_above > 0u || left != NONE || below != NONE);
+    points[point_number(p)].left = left;
+    points[point_number(p)].below = below;
+    points[point_number(p)].tied = u32(points[point_number(p)].to_right + points[point_number(p)].to_above > 0u || left != NONE || below != NONE);
 }
 
 @compute @workgroup_size(64)
-fn projectile_points(@builtin(local_invocation_index) local: u32) {
-    let sound = step.index <= atomicLoad(&status[BAD_STEP]);
+fn projectile_points(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index) local: u32) {
+    shot = shots[group.z];
+    body = bodies[shot.number];
+    let sound = step.index <= atomicLoad(&status[counter(BAD_STEP)]);
     if (!vote(sound, local)) {
         return;
     }
@@ -214,8 +216,7 @@ fn projectile_points(@builtin(local_invocation_index) local: u32) {
         for (var i = 0u; i < WIDTH; i++) {
             deepest = max(deepest, sums[i]);
         }
-        body.energy.w = max(body.energy.w, deepest);
-        touches.points = count;
-        touches.count = count + number;
+        bodies[shot.number].energy.w = max(body.energy.w, deepest);
+        touches[touch_head()].ends = vec2<u32>(count, count + number);
     }
 }

@@ -4,9 +4,9 @@
 //   in/out  nodes    array<f32>    (6, N)       displacement [m], velocity [m/s]
 //   in      forces   array<f32>    (9, E)       P1·Ly/2, P2·Lx/2, hourglass per corner [N]
 //   in/out  status   array<u32>                 counters
-//   in/out  body     Body                       the projectile
+//   in/out  bodies   array<Body>                the projectiles
 //   in/out  points   array<Point>               nodes near it
-//   in/out  touches  Touches                    where it may touch
+//   in/out  touches  array<Touch>               how many, in the first; where it may touch
 //   scratch members  array<u32>                 touches that push and share nodes, ply by ply
 //   scratch matrix   array<f32>    (plies, …)   K, then L: lower triangles by rows [1/kg]
 // Twin: src/kernels/projectile_rim.rs and src/kernels/projectile_contact.rs
@@ -14,9 +14,9 @@
 @group(1) @binding(0) var<storage, read_write> nodes: array<f32>;
 @group(1) @binding(1) var<storage, read> forces: array<f32>;
 @group(1) @binding(2) var<storage, read_write> status: array<atomic<u32>>;
-@group(1) @binding(3) var<storage, read_write> body: Body;
+@group(1) @binding(3) var<storage, read_write> bodies: array<Body>;
 @group(1) @binding(4) var<storage, read_write> points: array<Point>;
-@group(1) @binding(5) var<storage, read_write> touches: Touches;
+@group(1) @binding(5) var<storage, read_write> touches: array<Touch>;
 @group(1) @binding(6) var<storage, read_write> members: array<u32>;
 @group(1) @binding(7) var<storage, read_write> matrix: array<f32>;
 
@@ -45,13 +45,13 @@ struct Through {
 
 /// The part of the node of a point that is there.
 fn part_at(p: u32) -> f32 {
-    let node = points[p].node;
+    let node = points[point_number(p)].node;
     return part_of(node_ply(node), node_place(node));
 }
 
 /// The part of a touch that is there: a half on an edge in a mirror plane.
 fn part_of_touch(t: u32) -> f32 {
-    let ends = touches.list[t].ends;
+    let ends = touches[touch_number(t)].ends;
     return max(part_at(ends.x), part_at(ends.y));
 }
 
@@ -60,19 +60,19 @@ fn through_edges(p: u32) -> Through {
     // The edges that begin here, the one from the left, the one from below.
     for (var edge = 0u; edge < 3u; edge++) {
         var start = p;
-        if (edge == 1u) { start = points[p].left; }
-        if (edge == 2u) { start = points[p].below; }
+        if (edge == 1u) { start = points[point_number(p)].left; }
+        if (edge == 2u) { start = points[point_number(p)].below; }
         if (start == NONE) {
             continue;
         }
-        let right = points[start].to_right;
-        let first = points[start].first;
-        let past = first + right + select(points[start].to_above, 0u, edge == 1u);
+        let right = points[point_number(start)].to_right;
+        let first = points[point_number(start)].first;
+        let past = first + right + select(points[point_number(start)].to_above, 0u, edge == 1u);
         for (var t = first + select(0u, right, edge == 2u); t < past; t++) {
-            let second = touches.list[t].weight;
+            let second = touches[touch_number(t)].weight;
             let weight = select(second, 1.0 - second, edge == 0u);
-            let drag = touches.list[t].friction_impulse;
-            sum.impulse += weight * (touches.list[t].normal.xyz * drag.w + drag.xyz);
+            let drag = touches[touch_number(t)].friction_impulse;
+            sum.impulse += weight * (touches[touch_number(t)].normal.xyz * drag.w + drag.xyz);
             sum.friction_impulse += weight * drag.xyz;
             sum.weight += weight * part_of_touch(t);
         }
@@ -86,20 +86,20 @@ fn propagate(local: u32) {
     let linear = vec3<f32>(motion[0], motion[1], motion[2]);
     let angular = vec3<f32>(motion[3], motion[4], motion[5]);
     for (var p = local; p < extent.x; p += WIDTH) {
-        let tied = points[p].tied != 0u;
-        if (tied || touches.list[p].state != AWAY) {
+        let tied = points[point_number(p)].tied != 0u;
+        if (tied || touches[touch_number(p)].state != AWAY) {
             var through: Through;
             if (tied) {
                 through = through_edges(p);
             }
-            let drag = touches.list[p].friction_impulse;
-            let relative = points[p].relative.xyz;
-            let inverse = points[p].inverse.xyz;
-            let impulse = touches.list[p].normal.xyz * drag.w + drag.xyz + through.impulse;
-            points[p].edge_impulse = vec4<f32>(through.impulse, through.weight);
-            points[p].free = vec4<f32>(relative + inverse * (drag.xyz + through.friction_impulse), 0.0);
-            let given = (relative + inverse * impulse) - linear - cross(angular, touches.list[p].arm.xyz);
-            points[p].slip = vec4<f32>(given, 0.0);
+            let drag = touches[touch_number(p)].friction_impulse;
+            let relative = points[point_number(p)].relative.xyz;
+            let inverse = points[point_number(p)].inverse.xyz;
+            let impulse = touches[touch_number(p)].normal.xyz * drag.w + drag.xyz + through.impulse;
+            points[point_number(p)].edge_impulse = vec4<f32>(through.impulse, through.weight);
+            points[point_number(p)].free = vec4<f32>(relative + inverse * (drag.xyz + through.friction_impulse), 0.0);
+            let given = (relative + inverse * impulse) - linear - cross(angular, touches[touch_number(p)].arm.xyz);
+            points[point_number(p)].slip = vec4<f32>(given, 0.0);
         }
     }
     storageBarrier();
@@ -107,21 +107,21 @@ fn propagate(local: u32) {
 
 /// Gives a point of the rim its share of the masses of its nodes, by its weight among the points there: what friction meets.
 fn share_mass(t: u32) {
-    let ends = touches.list[t].ends;
-    let second = touches.list[t].weight;
+    let ends = touches[touch_number(t)].ends;
+    let second = touches[touch_number(t)].weight;
     // In the whole scene: a touch has images at a node on a mirror plane.
-    let shares = vec2<f32>((1.0 - second) * points[ends.x].edge_impulse.w, second * points[ends.y].edge_impulse.w) / part_of_touch(t);
-    let inverse = shares.x * points[ends.x].inverse.xyz + shares.y * points[ends.y].inverse.xyz;
-    let unheld = shares.x / points[ends.x].relative.w + shares.y / points[ends.y].relative.w;
+    let shares = vec2<f32>((1.0 - second) * points[point_number(ends.x)].edge_impulse.w, second * points[point_number(ends.y)].edge_impulse.w) / part_of_touch(t);
+    let inverse = shares.x * points[point_number(ends.x)].inverse.xyz + shares.y * points[point_number(ends.y)].inverse.xyz;
+    let unheld = shares.x / points[point_number(ends.x)].relative.w + shares.y / points[point_number(ends.y)].relative.w;
     let most = max(max(inverse.x, inverse.y), inverse.z);
     // Between two held nodes it has a mass like they have, though nothing moves it.
-    touches.list[t].arm.w = 1.0 / select(unheld, most, most > 0.0);
+    touches[touch_number(t)].arm.w = 1.0 / select(unheld, most, most > 0.0);
 }
 
 /// Velocity relative to the body's material with all impulses found so far [m/s].
 fn slip_of(t: u32) -> vec3<f32> {
-    let ends = touches.list[t].ends;
-    return mix(points[ends.x].slip.xyz, points[ends.y].slip.xyz, touches.list[t].weight);
+    let ends = touches[touch_number(t)].ends;
+    return mix(points[point_number(ends.x)].slip.xyz, points[point_number(ends.y)].slip.xyz, touches[touch_number(t)].weight);
 }
 
 /// Lists the touches that push and share nodes: a node's own, then those of the edges that begin there. Gives their number.
@@ -140,28 +140,28 @@ fn gather_members(local: u32) -> u32 {
         var past = 0u;
         var itself = false;
         if (p < count) {
-            first = points[p].first;
-            past = first + points[p].to_right + points[p].to_above;
-            itself = points[p].tied != 0u && touches.list[p].state == PUSHING;
+            first = points[point_number(p)].first;
+            past = first + points[point_number(p)].to_right + points[point_number(p)].to_above;
+            itself = points[point_number(p)].tied != 0u && touches[touch_number(p)].state == PUSHING;
             own = u32(itself);
             for (var t = first; t < past; t++) {
-                own += u32(touches.list[t].state == PUSHING);
+                own += u32(touches[touch_number(t)].state == PUSHING);
             }
         }
         var at = total + sum_up_to(own, local) - own;
         if (own > 0u) {
-            let ply = node_ply(points[p].node);
+            let ply = node_ply(points[point_number(p)].node);
             atomicMin(&begins[ply], at);
             atomicMax(&stops[ply], at + own);
             if (itself) {
-                members[at] = p;
-                touches.list[p].member = at;
+                members[member_number(at)] = p;
+                touches[touch_number(p)].member = at;
                 at += 1u;
             }
             for (var t = first; t < past; t++) {
-                if (touches.list[t].state == PUSHING) {
-                    members[at] = t;
-                    touches.list[t].member = at;
+                if (touches[touch_number(t)].state == PUSHING) {
+                    members[member_number(at)] = t;
+                    touches[touch_number(t)].member = at;
                     at += 1u;
                 }
             }
@@ -180,86 +180,86 @@ fn gather_members(local: u32) -> u32 {
 
 /// An entry of K [1/kg].
 fn coupling(a: u32, b: u32) -> f32 {
-    let of_a = touches.list[a].ends;
-    let of_b = touches.list[b].ends;
-    let weights_a = vec2<f32>(1.0 - touches.list[a].weight, touches.list[a].weight);
-    let weights_b = vec2<f32>(1.0 - touches.list[b].weight, touches.list[b].weight);
+    let of_a = touches[touch_number(a)].ends;
+    let of_b = touches[touch_number(b)].ends;
+    let weights_a = vec2<f32>(1.0 - touches[touch_number(a)].weight, touches[touch_number(a)].weight);
+    let weights_b = vec2<f32>(1.0 - touches[touch_number(b)].weight, touches[touch_number(b)].weight);
     let first = weights_a.x * (weights_b.x * f32(of_a.x == of_b.x) + weights_b.y * f32(of_a.x == of_b.y));
     let second = weights_a.y * (weights_b.x * f32(of_a.y == of_b.x) + weights_b.y * f32(of_a.y == of_b.y));
     if (first + second == 0.0) {
         return 0.0;
     }
-    let inverse = first * points[of_a.x].inverse.xyz + second * points[of_a.y].inverse.xyz;
-    return dot(touches.list[a].normal.xyz, inverse * touches.list[b].normal.xyz);
+    let inverse = first * points[point_number(of_a.x)].inverse.xyz + second * points[point_number(of_a.y)].inverse.xyz;
+    return dot(touches[touch_number(a)].normal.xyz, inverse * touches[touch_number(b)].normal.xyz);
 }
 
 /// What is added to the entry of a touch on the diagonal of K [1/kg]. A node on a mirror plane adds as much as it would in the whole
 /// scene, where the images of the points on its edges push it too.
 fn compliance(t: u32) -> f32 {
-    let ends = touches.list[t].ends;
-    let normal = touches.list[t].normal.xyz;
-    let weights = vec2<f32>(1.0 - touches.list[t].weight, touches.list[t].weight);
+    let ends = touches[touch_number(t)].ends;
+    let normal = touches[touch_number(t)].normal.xyz;
+    let weights = vec2<f32>(1.0 - touches[touch_number(t)].weight, touches[touch_number(t)].weight);
     let parts = vec2<f32>(part_at(ends.x), part_at(ends.y)) / part_of_touch(t);
     let shares = weights * weights * parts;
-    let inverse = shares.x * points[ends.x].inverse.xyz + shares.y * points[ends.y].inverse.xyz;
+    let inverse = shares.x * points[point_number(ends.x)].inverse.xyz + shares.y * points[point_number(ends.y)].inverse.xyz;
     return SHARED * dot(normal, inverse * normal);
 }
 
 /// What a touch that pushes adds to the equations: its row of K, direction and excess. One that shares no node has a row to itself.
 fn fill(t: u32) {
-    let member = touches.list[t].member;
+    let member = touches[touch_number(t)].member;
     let alone = member == NONE;
     var begin = 0u;
     var own = 0u;
     if (!alone) {
-        let ply = node_ply(points[touches.list[t].ends.x].node);
+        let ply = node_ply(points[point_number(touches[touch_number(t)].ends.x)].node);
         begin = atomicLoad(&begins[ply]);
         own = member - begin;
         // Every ply has a triangle of its own, with room for as many as there may be.
         let most = 3u * scene.ties;
-        touches.list[t].begin = begin;
-        touches.list[t].end = atomicLoad(&stops[ply]);
-        touches.list[t].row = ply * (most * (most + 1u) / 2u) + own * (own + 1u) / 2u;
+        touches[touch_number(t)].begin = begin;
+        touches[touch_number(t)].end = atomicLoad(&stops[ply]);
+        touches[touch_number(t)].row = ply_number(ply) * (most * (most + 1u) / 2u) + own * (own + 1u) / 2u;
     }
-    let row = touches.list[t].row;
+    let row = touches[touch_number(t)].row;
     var diagonal = 0.0;
     for (var j = 0u; j <= own; j++) {
         var other = t;
         if (j < own) {
-            other = members[begin + j];
+            other = members[member_number(begin + j)];
         }
         diagonal = coupling(t, other);
         if (j < own) {
             matrix[row + j] = diagonal;
         }
     }
-    let normal = touches.list[t].normal;
-    let arm = touches.list[t].arm;
-    let ends = touches.list[t].ends;
+    let normal = touches[touch_number(t)].normal;
+    let arm = touches[touch_number(t)].arm;
+    let ends = touches[touch_number(t)].ends;
     let pivot = 1.0 / inertia_along(diagonal, arm.w) + select(compliance(t), 0.0, alone);
-    touches.list[t].pivot = pivot;
-    touches.list[t].least = FLOOR * pivot;
+    touches[touch_number(t)].pivot = pivot;
+    touches[touch_number(t)].least = FLOOR * pivot;
     let g = direction_of(normal.xyz, arm.xyz);
-    let free = mix(points[ends.x].free.xyz, points[ends.y].free.xyz, touches.list[t].weight);
-    touches.list[t].moved = vec4<f32>(g[0], g[1], g[2], 0.0);
-    touches.list[t].turned = vec4<f32>(g[3], g[4], g[5], dot(free, normal.xyz) - closing_limit(normal.w));
+    let free = mix(points[point_number(ends.x)].free.xyz, points[point_number(ends.y)].free.xyz, touches[touch_number(t)].weight);
+    touches[touch_number(t)].moved = vec4<f32>(g[0], g[1], g[2], 0.0);
+    touches[touch_number(t)].turned = vec4<f32>(g[3], g[4], g[5], dot(free, normal.xyz) - closing_limit(normal.w));
 }
 
 /// What a row of L has on its diagonal.
 fn root_of(t: u32) -> f32 {
-    return sqrt(max(touches.list[t].pivot, touches.list[t].least));
+    return sqrt(max(touches[touch_number(t)].pivot, touches[touch_number(t)].least));
 }
 
 /// L of every ply in the place of its K, column by column, and the substitution that goes with it.
 fn factor(count: u32, columns: u32, local: u32) {
     for (var k = 0u; k + 1u < columns; k++) {
         for (var m = local; m < count; m += WIDTH) {
-            let t = members[m];
-            let begin = touches.list[t].begin;
+            let t = members[member_number(m)];
+            let begin = touches[touch_number(t)].begin;
             if (m - begin > k) {
-                let row = touches.list[t].row;
-                let above = members[begin + k];
-                let other = touches.list[above].row;
+                let row = touches[touch_number(t)].row;
+                let above = members[member_number(begin + k)];
+                let other = touches[touch_number(above)].row;
                 var sum = matrix[row + k];
                 for (var j = 0u; j < k; j++) {
                     sum -= matrix[row + j] * matrix[other + j];
@@ -267,9 +267,9 @@ fn factor(count: u32, columns: u32, local: u32) {
                 let root = root_of(above);
                 let entry = sum / root;
                 matrix[row + k] = entry;
-                touches.list[t].pivot -= entry * entry;
-                touches.list[t].moved -= (entry / root) * touches.list[above].moved;
-                touches.list[t].turned -= (entry / root) * touches.list[above].turned;
+                touches[touch_number(t)].pivot -= entry * entry;
+                touches[touch_number(t)].moved -= (entry / root) * touches[touch_number(above)].moved;
+                touches[touch_number(t)].turned -= (entry / root) * touches[touch_number(above)].turned;
             }
         }
         storageBarrier();
@@ -281,29 +281,29 @@ fn push_back(count: u32, columns: u32, local: u32) {
     let linear = vec3<f32>(motion[0], motion[1], motion[2]);
     let angular = vec3<f32>(motion[3], motion[4], motion[5]) * scene.body_bounding_radius;
     for (var t = local; t < extent.y; t += WIDTH) {
-        if (touches.list[t].state == PUSHING) {
-            let turned = touches.list[t].turned;
-            let along = dot(touches.list[t].moved.xyz, linear) + dot(turned.xyz, angular);
-            touches.list[t].normal_impulse = (along - turned.w) / root_of(t);
+        if (touches[touch_number(t)].state == PUSHING) {
+            let turned = touches[touch_number(t)].turned;
+            let along = dot(touches[touch_number(t)].moved.xyz, linear) + dot(turned.xyz, angular);
+            touches[touch_number(t)].normal_impulse = (along - turned.w) / root_of(t);
         }
     }
     storageBarrier();
     for (var left = columns; left > 1u; left--) {
         let k = left - 1u;
         for (var m = local; m < count; m += WIDTH) {
-            let t = members[m];
-            let begin = touches.list[t].begin;
-            if (m < begin + k && begin + k < touches.list[t].end) {
-                let below = members[begin + k];
-                let entry = matrix[touches.list[below].row + m - begin];
-                touches.list[t].normal_impulse -= entry * touches.list[below].normal_impulse / root_of(below);
+            let t = members[member_number(m)];
+            let begin = touches[touch_number(t)].begin;
+            if (m < begin + k && begin + k < touches[touch_number(t)].end) {
+                let below = members[member_number(begin + k)];
+                let entry = matrix[touches[touch_number(below)].row + m - begin];
+                touches[touch_number(t)].normal_impulse -= entry * touches[touch_number(below)].normal_impulse / root_of(below);
             }
         }
         storageBarrier();
     }
     for (var t = local; t < extent.y; t += WIDTH) {
-        if (touches.list[t].state == PUSHING) {
-            touches.list[t].friction_impulse.w = touches.list[t].normal_impulse / root_of(t);
+        if (touches[touch_number(t)].state == PUSHING) {
+            touches[touch_number(t)].friction_impulse.w = touches[touch_number(t)].normal_impulse / root_of(t);
         }
     }
 }
@@ -312,7 +312,7 @@ fn push_back(count: u32, columns: u32, local: u32) {
 fn common_velocity(local: u32) {
     let count = gather_members(local);
     for (var t = local; t < extent.y; t += WIDTH) {
-        if (touches.list[t].state == PUSHING) {
+        if (touches[touch_number(t)].state == PUSHING) {
             fill(t);
         }
     }
@@ -324,18 +324,18 @@ fn common_velocity(local: u32) {
     factor(count, columns, local);
     var part: array<f32, 27>;
     for (var t = local; t < extent.y; t += WIDTH) {
-        let drag = in_planes(touches.list[t].friction_impulse.xyz);
-        let turn = about_planes(cross(touches.list[t].arm.xyz, touches.list[t].friction_impulse.xyz) / scene.body_bounding_radius);
+        let drag = in_planes(touches[touch_number(t)].friction_impulse.xyz);
+        let turn = about_planes(cross(touches[touch_number(t)].arm.xyz, touches[touch_number(t)].friction_impulse.xyz) / scene.body_bounding_radius);
         part[21] -= drag.x;
         part[22] -= drag.y;
         part[23] -= drag.z;
         part[24] -= turn.x;
         part[25] -= turn.y;
         part[26] -= turn.z;
-        if (touches.list[t].state == PUSHING) {
+        if (touches[touch_number(t)].state == PUSHING) {
             let weight = 1.0 / squared(root_of(t));
-            let moved = touches.list[t].moved;
-            let turned = touches.list[t].turned;
+            let moved = touches[touch_number(t)].moved;
+            let turned = touches[touch_number(t)].turned;
             let g = array<f32, 6>(moved.x, moved.y, moved.z, turned.x, turned.y, turned.z);
             for (var i = 0u; i < 6u; i++) {
                 part[21u + i] += weight * g[i] * turned.w;
@@ -361,15 +361,15 @@ fn change_set(joining: bool, local: u32) -> bool {
     let tolerance = ROUNDOFF_TOLERANCE * (body.velocity.w + 1e-3);
     var changed = false;
     for (var t = local; t < extent.y; t += WIDTH) {
-        let state = touches.list[t].state;
-        if (state == PUSHING && touches.list[t].friction_impulse.w < 0.0) {
-            touches.list[t].state = NEAR;
-            touches.list[t].friction_impulse = vec4<f32>(0.0);
+        let state = touches[touch_number(t)].state;
+        if (state == PUSHING && touches[touch_number(t)].friction_impulse.w < 0.0) {
+            touches[touch_number(t)].state = NEAR;
+            touches[touch_number(t)].friction_impulse = vec4<f32>(0.0);
             changed = true;
         } else if (state == NEAR && joining) {
-            let normal = touches.list[t].normal;
+            let normal = touches[touch_number(t)].normal;
             if (dot(slip_of(t), normal.xyz) < closing_limit(normal.w) - tolerance) {
-                touches.list[t].state = PUSHING;
+                touches[touch_number(t)].state = PUSHING;
                 changed = true;
             }
         }
@@ -381,20 +381,20 @@ fn change_set(joining: bool, local: u32) -> bool {
 fn update_friction(local: u32) -> bool {
     var changed = false;
     for (var t = local; t < extent.y; t += WIDTH) {
-        let old = touches.list[t].friction_impulse;
-        if (touches.list[t].state != PUSHING || old.w <= 0.0) {
+        let old = touches[touch_number(t)].friction_impulse;
+        if (touches[touch_number(t)].state != PUSHING || old.w <= 0.0) {
             continue;
         }
-        let normal = touches.list[t].normal.xyz;
+        let normal = touches[touch_number(t)].normal.xyz;
         let slip = slip_of(t);
         let slide = slip - normal * dot(slip, normal);
-        let wanted = old.xyz - slide * touches.list[t].arm.w;
-        let limit = touches.list[t].friction * old.w;
+        let wanted = old.xyz - slide * touches[touch_number(t)].arm.w;
+        let limit = touches[touch_number(t)].friction * old.w;
         let size = sqrt(dot(wanted, wanted));
         let drag = select(wanted, wanted * (limit / max(size, 1e-30)), size > limit);
         let moved = drag - old.xyz;
         changed = changed || squared(ROUNDOFF_TOLERANCE * limit) < dot(moved, moved);
-        touches.list[t].friction_impulse = vec4<f32>(drag, old.w);
+        touches[touch_number(t)].friction_impulse = vec4<f32>(drag, old.w);
     }
     return vote(changed, local);
 }
@@ -418,8 +418,8 @@ fn solve(local: u32) {
             shared_out = true;
         } else if (change_set(change < SET_CHANGES / 2u, local)) {
             if (change == SET_CHANGES && local == 0u) {
-                atomicStore(&status[NOT_CONVERGED], 1u);
-                atomicMin(&status[BAD_STEP], step.index);
+                atomicStore(&status[counter(NOT_CONVERGED)], 1u);
+                atomicMin(&status[counter(BAD_STEP)], step.index);
             }
             solved = change >= SET_CHANGES;
             change++;
@@ -444,21 +444,21 @@ fn account(local: u32) {
     let prescribed = scene.body_prescribed != 0u;
     var part: array<f32, 12>;
     for (var p = local; p < extent.x; p += WIDTH) {
-        let drag = touches.list[p].friction_impulse;
-        let carried = points[p].edge_impulse.xyz;
-        if (drag.w <= 0.0 && points[p].tied == 0u) {
+        let drag = touches[touch_number(p)].friction_impulse;
+        let carried = points[point_number(p)].edge_impulse.xyz;
+        if (drag.w <= 0.0 && points[point_number(p)].tied == 0u) {
             continue;
         }
-        let node = points[p].node;
+        let node = points[point_number(p)].node;
         let ply = node_ply(node);
         let place = node_place(node);
-        let inverse = points[p].inverse.xyz;
+        let inverse = points[point_number(p)].inverse.xyz;
         let force = to_pack(ply, gather(node, place));
-        points[p].free = vec4<f32>(points[p].relative.xyz - inverse * force * step.kick, 0.0);
+        points[point_number(p)].free = vec4<f32>(points[point_number(p)].relative.xyz - inverse * force * step.kick, 0.0);
         if (drag.w <= 0.0 && all(carried == vec3<f32>(0.0))) {
             continue;
         }
-        let impulse = touches.list[p].normal.xyz * drag.w + drag.xyz + carried;
+        let impulse = touches[touch_number(p)].normal.xyz * drag.w + drag.xyz + carried;
         let fixed = inverse <= vec3<f32>(0.0);
         // The drive is the support of a driven body; what goes into held nodes never reaches the fabric.
         let support = select(select(vec3<f32>(0.0), -impulse, fixed), select(impulse, vec3<f32>(0.0), fixed), prescribed);
@@ -474,14 +474,14 @@ fn account(local: u32) {
     }
     storageBarrier();
     for (var t = local; t < extent.y; t += WIDTH) {
-        let drag = touches.list[t].friction_impulse;
+        let drag = touches[touch_number(t)].friction_impulse;
         if (drag.w <= 0.0) {
             continue;
         }
-        let ends = touches.list[t].ends;
-        let normal = touches.list[t].normal.xyz;
-        let arm = touches.list[t].arm.xyz;
-        let before = mix(points[ends.x].free.xyz, points[ends.y].free.xyz, touches.list[t].weight);
+        let ends = touches[touch_number(t)].ends;
+        let normal = touches[touch_number(t)].normal.xyz;
+        let arm = touches[touch_number(t)].arm.xyz;
+        let before = mix(points[point_number(ends.x)].free.xyz, points[point_number(ends.y)].free.xyz, touches[touch_number(t)].weight);
         let mean = 0.5 * (before + slip_of(t));
         let impulse = normal * drag.w + drag.xyz;
         let turn = cross(arm, impulse);
@@ -503,10 +503,12 @@ fn account(local: u32) {
 }
 
 @compute @workgroup_size(64)
-fn projectile_rim(@builtin(local_invocation_index) local: u32) {
+fn projectile_rim(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index) local: u32) {
+    shot = shots[group.z];
+    body = bodies[shot.number];
     if (local == 0u) {
-        extent = vec2<u32>(touches.points, touches.count);
-        verdict = u32(step.index <= atomicLoad(&status[BAD_STEP]));
+        extent = touches[touch_head()].ends;
+        verdict = u32(step.index <= atomicLoad(&status[counter(BAD_STEP)]));
         for (var i = 0u; i < 6u; i++) { motion[i] = 0.0; }
         for (var i = 0u; i < 27u; i++) { result[i] = 0.0; }
     }
@@ -519,6 +521,6 @@ fn projectile_rim(@builtin(local_invocation_index) local: u32) {
         account(local);
     }
     if (local == 0u) {
-        body = moved_body(body, met);
+        bodies[shot.number] = moved_body(body, met);
     }
 }

@@ -33,6 +33,9 @@ struct Body {
     nose_fine: vec4<i32>,
 }
 
+/// That of the shot at hand, as it is when a kernel begins.
+var<private> body: Body;
+
 /// Steps of `fine` per metre.
 const FIXED_POINT_SCALE: f32 = 17179869184.0;
 
@@ -91,7 +94,7 @@ fn spun(orientation: vec4<f32>, spin: vec3<f32>, axis: vec3<f32>, rate: f32) -> 
 /// Moves the body through Δt of free flight.
 fn advance(start: Body) -> Body {
     var b = start;
-    b.velocity = vec4<f32>(vec3<f32>(scene.impact_x, scene.impact_y, scene.impact_z) + b.change.xyz, 0.0);
+    b.velocity = vec4<f32>(vec3<f32>(shot.impact_x, shot.impact_y, shot.impact_z) + b.change.xyz, 0.0);
     let moved = b.fine.xyz + vec3<i32>(round(b.velocity.xyz * scene.dt * FIXED_POINT_SCALE));
     b.coarse = carry(b.coarse.xyz, moved);
     b.fine = remain(moved);

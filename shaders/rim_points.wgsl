@@ -29,7 +29,8 @@ struct Point {
     pad0: u32,
 }
 
-/// Where the body may touch: a node, or a point of the rim on an edge.
+/// Where the body may touch: a node, or a point of the rim on an edge. Those of the nodes come first; before them is one whose `ends` tell
+/// how many are of nodes, and how many there are.
 struct Touch {
     /// Outward normal, and the gap [m].
     normal: vec4<f32>,
@@ -59,15 +60,6 @@ struct Touch {
     end: u32,
     /// Where its row of the matrix begins.
     row: u32,
-}
-
-struct Touches {
-    /// Nodes, and all there are: those of the nodes come first.
-    points: u32,
-    count: u32,
-    pad0: u32,
-    pad1: u32,
-    list: array<Touch>,
 }
 
 const NONE: u32 = 0xffffffffu;

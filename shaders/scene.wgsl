@@ -56,14 +56,16 @@ struct Scene {
     // Storage: every ply has room for so many elements along weft and warp.
     columns: u32,
     rows: u32,
+    /// Of all shots of the batch together: a field of theirs is so long.
     elements: u32,
     nodes: u32,
+    /// Of one shot.
+    shot_elements: u32,
+    shot_nodes: u32,
     plies: u32,
     /// Which ply type the constants below are of.
     ply_type: u32,
     ply_friction: f32,
-    /// An impulse between plies is counted in these [N·s].
-    impulse_unit: f32,
     // Unit cell; forces [N], lengths [m].
     warp_stiffness: f32,
     warp_half_span: f32,
@@ -126,9 +128,6 @@ struct Scene {
     body_shoulder: f32,
     body_prescribed: u32,
     body_bar: u32,
-    impact_x: f32,
-    impact_y: f32,
-    impact_z: f32,
     friction: f32,
     rim_depth: f32,
     profile_radius: f32,
@@ -170,13 +169,12 @@ struct Step {
     kick: f32,
     /// Time since the last forces [s]: 0 at the start.
     span: f32,
-    /// How far any node may have gone since the start [m].
-    travel: f32,
     pad0: u32,
     pad1: u32,
+    pad2: u32,
 }
 
-// Words of `status`.
+// Words of `status`, shot by shot.
 /// First step that produced a number that is not finite, or did not settle; nothing happens after it.
 const BAD_STEP: u32 = 0u;
 const EVENTS: u32 = 1u;
@@ -197,6 +195,8 @@ const OVERFLOW_EDGES: u32 = 11u;
 const NOT_CONVERGED: u32 = 12u;
 /// Nodes that may have moved: first and one past the last row, then column, of each ply.
 const REACH: u32 = 13u;
+/// Words before that.
+const STATUS_WORDS: u32 = 13u;
 
 @group(0) @binding(0) var<uniform> scene: Scene;
 @group(0) @binding(1) var<uniform> step: Step;
@@ -204,7 +204,7 @@ const REACH: u32 = 13u;
 /// See `Line`. A texture: kernels already bind the eight storage buffers that every device has.
 @group(0) @binding(3) var grid_lines: texture_2d<f32>;
 
-/// Number of an invocation in a dispatch that may spread over two dimensions.
+/// Number of an invocation among those of its shot, in a dispatch that may spread over two dimensions.
 fn invocation(group: vec3<u32>, groups: vec3<u32>, local: u32) -> u32 {
     return (group.y * groups.x + group.x) * GROUP + local;
 }

@@ -5,7 +5,7 @@
 fn rim_index(ply: u32, place: vec2<u32>) -> u32 {
     let across = scene.columns + 1u;
     let along = scene.rows + 1u;
-    let first = ply * 2u * (across + along);
+    let first = ply_number(ply) * 2u * (across + along);
     if (place.x == 0u) {
         return first + place.y;
     }

@@ -11,6 +11,7 @@ use ripstop::output::number::{duration, short};
 use ripstop::study::batch::{BatchError, BatchOptions};
 use ripstop::study::interval::Bounds;
 
+use super::arguments::PrecisionChoice;
 use super::campaign_arguments::BatchArguments;
 use super::failure::CommandFailure;
 use super::input;
@@ -36,7 +37,8 @@ pub(crate) fn options<'a>(arguments: &BatchArguments, case: &Case, interrupt: &'
         seed: arguments.seed.unwrap_or(of_case),
         threads: arguments.threads.unwrap_or_else(|| thread::available_parallelism().map_or(1, NonZero::get)),
         threads_per_shot: 1,
-        precision: arguments.precision.into(),
+        precision: arguments.precision.unwrap_or(PrecisionChoice::F64).into(),
+        device: None,
         interrupt,
     }
 }
@@ -51,6 +53,7 @@ pub(crate) fn failure(error: BatchError, folder: &Path) -> CommandFailure {
     match error {
         BatchError::Output(error) => error.into(),
         BatchError::Study(error) => error.into(),
+        BatchError::Device(error) => CommandFailure::device(&error),
         BatchError::Interrupted => CommandFailure::interrupted(format!(
             "interrupted; rows so far: {}\n  help: the same command with --resume goes on",
             folder.display()

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::{Args, ValueEnum, builder::RangedU64ValueParser};
 use ripstop::study;
 
-use super::arguments::PrecisionChoice;
+use super::arguments::{BackendChoice, PrecisionChoice};
 use super::range::{Velocities, level, percent, speed};
 
 /// What commands that compute many shots have in common.
@@ -20,9 +20,9 @@ pub(crate) struct BatchArguments {
     /// Shots at a time, a thread each [default: all cores]; results do not depend on it
     #[arg(long, value_name = "N", value_parser = RangedU64ValueParser::<usize>::new().range(1..=1024))]
     pub(crate) threads: Option<usize>,
-    /// Number type
-    #[arg(long, value_enum, default_value = "f64")]
-    pub(crate) precision: PrecisionChoice,
+    /// Number type [default: f64; f32 on a GPU, which has no other]
+    #[arg(long, value_enum)]
+    pub(crate) precision: Option<PrecisionChoice>,
     /// Two-sided confidence of the intervals, such as 0.9 or 95%
     #[arg(long, value_name = "LEVEL", value_parser = level, default_value = "0.9", allow_hyphen_values = true)]
     pub(crate) level: f64,
@@ -63,6 +63,12 @@ pub(crate) struct ShotsArguments {
     /// Velocities spread evenly over a range [m/s] [default: that of the case]
     #[arg(long, value_name = "A..B")]
     pub(crate) velocity: Option<Velocities>,
+    /// What computes; a GPU computes many shots at a time
+    #[arg(long, value_enum, default_value = "cpu")]
+    pub(crate) backend: BackendChoice,
+    /// Graphics adapter, by part of its name or its number in `ripstop info` [default: the best]
+    #[arg(long, value_name = "NAME|INDEX")]
+    pub(crate) adapter: Option<String>,
     /// Run this shot alone, with everything that `ripstop run` writes, in DIR/shot-N
     #[arg(long, value_name = "N")]
     pub(crate) only: Option<u32>,

@@ -3,13 +3,17 @@
 use super::DeviceError;
 use super::layout::{
     ACCOUNT_FIELDS, BODY_WORDS, CONTACT_WORDS, EVENT_WORDS, FORCE_FIELDS, HEIGHT_FIELDS, IMPULSE_FIELDS, NODE_FIELDS,
-    PLY_ACCOUNT_FIELDS, POINT_WORDS, REACH_WORDS, STATUS_WORDS, STRAIN_FIELDS, STRENGTH_FIELDS, SUMS, TOUCH_HEAD,
+    PLY_ACCOUNT_FIELDS, POINT_WORDS, REACH_WORDS, SHOTS, STATUS_WORDS, STRAIN_FIELDS, STRENGTH_FIELDS, SUMS,
     TOUCH_WORDS, VISCOUS_FIELDS,
 };
 use crate::model::Model;
 
-/// Samples of a batch at most.
+/// Samples of a submission at most.
 pub const SLOTS: u32 = 64;
+/// Submissions on their way at once: one computes while the next is recorded.
+pub(crate) const IN_FLIGHT: usize = 2;
+/// Failure events of a shot fetched with every submission; more are fetched when there are more.
+pub(crate) const EVENT_WINDOW: u64 = 256;
 /// Most contact points there is room for.
 const POINTS: u64 = 1 << 16;
 /// Points of the rim on a ply there is room for: over those of a flat ply, and more for small ones. Crumpled fabric has more edges
@@ -41,7 +45,7 @@ pub enum BufferId {
     Events,
     /// Impulse of the supports, shape (rim nodes, 3).
     Supports,
-    /// The projectile.
+    /// The projectiles.
     Body,
     /// Nodes near the projectile, a bit each.
     Candidates,
@@ -104,7 +108,7 @@ impl BufferId {
             Self::Status => "status",
             Self::Events => "events",
             Self::Supports => "supports",
-            Self::Body => "body",
+            Self::Body => "bodies",
             Self::Candidates => "candidates",
             Self::Points => "points",
             Self::Samples => "samples",
@@ -120,9 +124,11 @@ impl BufferId {
     }
 }
 
-/// Sizes of the buffers of a model.
+/// Sizes of the buffers of a model, shot by shot but for the number of shots.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Sizes {
+    /// Shots there is room for.
+    pub shots: u64,
     /// Plies.
     pub plies: u64,
     /// Places for elements.
@@ -142,7 +148,7 @@ pub struct Sizes {
 }
 
 impl Sizes {
-    /// Sizes for a model.
+    /// Sizes for one shot of a model.
     pub fn new(model: &Model<f32>) -> Self {
         let grid = &model.grid;
         let nodes = (model.plies.len() * model.nodes_per_ply()) as u64;
@@ -150,6 +156,7 @@ impl Sizes {
         let most = (LEDGER_GROUPS / grid.plies).max(1);
         let elements = (grid.plies * per_ply) as u64;
         Self {
+            shots: 1,
             plies: grid.plies as u64,
             elements,
             yarn_fields: match (model.features().windows, model.features().viscous) {
@@ -181,31 +188,54 @@ impl Sizes {
         self.groups as usize * SUMS + BODY_WORDS + STATUS_WORDS
     }
 
+    /// The same for so many shots.
+    #[must_use]
+    pub fn with_shots(self, shots: u64) -> Self {
+        Self { shots, ..self }
+    }
+
     /// Size of a buffer [bytes].
     pub fn bytes(&self, name: BufferId) -> u64 {
+        self.shots * self.bytes_of_shot(name)
+    }
+
+    /// A shot's part of a buffer [bytes].
+    pub(crate) fn bytes_of_shot(&self, name: BufferId) -> u64 {
         let mask_words = self.nodes.div_ceil(32);
         4 * match name {
-            BufferId::Nodes => NODE_FIELDS * self.nodes,
-            BufferId::Forces => FORCE_FIELDS * self.elements,
-            BufferId::Heights => HEIGHT_FIELDS * self.elements,
-            BufferId::Flags => self.elements,
             BufferId::Accounts => ACCOUNT_FIELDS * self.elements + PLY_ACCOUNT_FIELDS * self.meeting(),
-            BufferId::Status => STATUS_WORDS as u64 + REACH_WORDS * self.plies,
             BufferId::Events => 2 * EVENT_WORDS * self.elements,
             BufferId::Supports => 3 * self.rim,
-            BufferId::Body => BODY_WORDS as u64,
             BufferId::Candidates => mask_words + mask_words.div_ceil(32),
             BufferId::Points => POINT_WORDS[usize::from(self.ties > 0)] * self.points,
             BufferId::Samples => u64::from(SLOTS) * self.sample_words() as u64,
-            BufferId::Over => 2 * self.meeting(),
-            BufferId::Contacts => 2 * CONTACT_WORDS * self.meeting(),
-            BufferId::Shares => self.meeting(),
-            BufferId::Impulses => IMPULSE_FIELDS * self.meeting(),
-            BufferId::Touches if self.ties > 0 => TOUCH_HEAD + TOUCH_WORDS * (self.points + self.plies * self.ties),
+            BufferId::Touches if self.ties > 0 => TOUCH_WORDS * (self.points + self.plies * self.ties + 1),
             BufferId::Touches => 1,
             BufferId::Members => (self.plies * self.members()).max(1),
             BufferId::Matrix => (self.plies * self.members() * (self.members() + 1) / 2).max(1),
-            BufferId::Yarns => (self.yarn_fields * self.elements).max(1),
+            _ => {
+                let [fields, count] = self.shape(name);
+                fields * count
+            }
+        }
+    }
+
+    /// Fields of a buffer, and words that a shot has of each; a field holds one shot after another. Of buffers that the host never
+    /// reads or writes shot by shot it tells nothing.
+    pub(crate) fn shape(&self, name: BufferId) -> [u64; 2] {
+        match name {
+            BufferId::Nodes => [NODE_FIELDS, self.nodes],
+            BufferId::Forces => [FORCE_FIELDS, self.elements],
+            BufferId::Heights => [HEIGHT_FIELDS, self.elements],
+            BufferId::Flags => [1, self.elements],
+            BufferId::Status => [1, STATUS_WORDS as u64 + REACH_WORDS * self.plies],
+            BufferId::Body => [1, BODY_WORDS as u64],
+            BufferId::Over => [2, self.meeting()],
+            BufferId::Contacts => [2 * CONTACT_WORDS, self.meeting()],
+            BufferId::Shares => [1, self.meeting()],
+            BufferId::Impulses => [IMPULSE_FIELDS, self.meeting()],
+            BufferId::Yarns if self.yarn_fields > 0 => [self.yarn_fields, self.elements],
+            _ => [1, 1],
         }
     }
 
@@ -214,17 +244,33 @@ impl Sizes {
         BufferId::ALL.into_iter().map(|name| self.bytes(name)).sum()
     }
 
+    /// What a batch takes on the device, with the buffers that results are fetched through [bytes].
+    pub fn planned(&self) -> u64 {
+        self.total() + IN_FLIGHT as u64 * self.staging()
+    }
+
+    /// Size of a buffer that results are fetched through, but for the time that was taken [bytes].
+    pub(crate) fn staging(&self) -> u64 {
+        self.bytes(BufferId::Samples) + self.bytes(BufferId::Status) + self.shots * 4 * EVENT_WORDS * EVENT_WINDOW
+    }
+
+    /// The largest batch of such shots, of at most `memory` bytes in all, that a device with these limits can hold; at least one shot.
+    pub fn most_shots(&self, limits: &wgpu::Limits, memory: u64) -> u64 {
+        let one = self.with_shots(1);
+        let largest = BufferId::ALL.into_iter().map(|name| one.bytes(name)).max().unwrap_or(1);
+        let fit = (largest_binding(limits) / largest).min(memory / one.planned()).min(SHOTS);
+        fit.max(1)
+    }
+
     /// Whether a device with these limits can hold them.
     ///
     /// # Errors
     /// [`DeviceError::TooLarge`] with the buffer that does not fit and the memory needed.
     pub fn check(&self, limits: &wgpu::Limits, adapter: &str) -> Result<(), DeviceError> {
         let binding = limits.max_storage_buffer_binding_size.min(limits.max_buffer_size);
-        // Element numbers, and the yarn beside them, are 32-bit words in the shaders.
-        let words = 4 * u64::from(u32::MAX);
         for name in BufferId::ALL {
             let needed = self.bytes(name);
-            if needed > binding.min(words) {
+            if needed > largest_binding(limits) {
                 return Err(DeviceError::TooLarge {
                     adapter: adapter.to_owned(),
                     buffer: name.variable(),
@@ -236,6 +282,13 @@ impl Sizes {
         }
         Ok(())
     }
+}
+
+/// The largest buffer that shaders can use [bytes].
+fn largest_binding(limits: &wgpu::Limits) -> u64 {
+    // Places in storage are 32-bit numbers of words in the shaders.
+    let words = 4 * u64::from(u32::MAX);
+    limits.max_storage_buffer_binding_size.min(limits.max_buffer_size).min(words)
 }
 
 /// Room for points of the rim on a ply: no more than every edge meets it twice.

@@ -2,7 +2,8 @@
 //!
 //! - [`device`] chooses an adapter and opens it; [`buffers`] says what a run needs of it.
 //! - [`shader`] holds the kernels and what each binds, [`layout`] the words they share with the host.
-//! - [`stepper`] records steps in batches and reads the ledger back, [`timing`] asks the device how long kernels take; the host loop is in [`run`](crate::run).
+//! - [`stepper`] records the stages of a step, of many shots in one dispatch; [`submission`] sends steps off and reads back what they left;
+//!   [`timing`] asks the device how long kernels take; the host loop is in [`run`](crate::run).
 //!
 //! A step is three dispatches: `element_force` | `node_update` | `projectile_contact`, and `ledger` after those
 //! that the history takes note of; `projectile_points` | `projectile_rim` for the third where
@@ -16,6 +17,7 @@ pub mod layout;
 mod program;
 pub mod shader;
 pub mod stepper;
+pub mod submission;
 pub mod timing;
 mod transfer;
 

@@ -1,6 +1,6 @@
 //! Pipelines: a kernel compiled for a scene, with the buffers it binds.
 
-use super::layout::{LAW_STRIDE, SCENE_STRIDE, STEP_BYTES};
+use super::layout::{LAW_STRIDE, SCENE_STRIDE, SHOT_WORDS, SHOTS, STEP_BYTES};
 use super::shader::{Access, Kernel};
 
 /// A pipeline with what it binds.
@@ -10,7 +10,7 @@ pub(crate) struct Program {
 }
 
 /// Layout of group 0: the constants of a ply type and the step at dynamic offsets, the plies, their grid lines, and what the law of a ply type
-/// makes of energy, at a dynamic offset.
+/// makes of energy, at a dynamic offset, and the shots that run.
 pub(crate) fn common_layout(gpu: &wgpu::Device) -> wgpu::BindGroupLayout {
     let uniform = |binding: u32, dynamic: bool, size: u64| wgpu::BindGroupLayoutEntry {
         binding,
@@ -40,6 +40,7 @@ pub(crate) fn common_layout(gpu: &wgpu::Device) -> wgpu::BindGroupLayout {
             uniform(2, false, 0),
             texture(3),
             uniform(4, true, LAW_STRIDE),
+            uniform(5, false, 4 * SHOTS * SHOT_WORDS),
         ],
     })
 }

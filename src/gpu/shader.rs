@@ -22,17 +22,18 @@ pub struct Kernel {
     pub name: &'static str,
     /// The kernel, then what it shares with others: line numbers of the kernel stay right.
     pub sources: &'static [&'static str],
-    /// Bindings of group 1 in order; group 0 is the scene, the step, the plies and their grid lines.
+    /// Bindings of group 1 in order; group 0 is the scene, the step, the plies, their grid lines and the shots.
     pub bindings: &'static [(BufferId, Access)],
 }
 
-/// A kernel's own sources; every one ends with the pack, its grid lines, the scene and numbers.
+/// A kernel's own sources; every one ends with the pack, its grid lines, the shot, the scene and numbers.
 macro_rules! sources {
     ($($name:literal),+ $(,)?) => {
         &[
             $(include_str!(concat!("../../shaders/", $name, ".wgsl")),)+
             include_str!("../../shaders/pack.wgsl"),
             include_str!("../../shaders/grid_lines.wgsl"),
+            include_str!("../../shaders/shot.wgsl"),
             include_str!("../../shaders/scene.wgsl"),
             include_str!("../../shaders/number.wgsl"),
         ]

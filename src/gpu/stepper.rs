@@ -1,23 +1,20 @@
-//! Steps on the device: pipelines, batches recorded in one submission, and what is read back after each.
+//! Steps on the device: pipelines and buffers of shots that share a model, and the stages of a step.
 
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
-use super::buffers::{BufferId, Sizes, spread};
+use super::buffers::{BufferId, IN_FLIGHT, Sizes, spread};
 use super::layout::{
-    self, BODY_WORDS, EVENT_WORDS, GROUP, LAW_STRIDE, LINE_TEXELS, LINE_WORDS, LINES_ACROSS, PLIES, PLY_WORDS,
-    SCENE_STRIDE, STATUS_WORDS, STEP_BYTES, STEP_STRIDE, StepInfo, status,
+    self, BODY_WORDS, GROUP, LAW_STRIDE, LINE_TEXELS, LINE_WORDS, LINES_ACROSS, PLIES, PLY_WORDS, SCENE_STRIDE,
+    SHOT_WORDS, SHOTS, STATUS_WORDS, STEP_BYTES, STEP_STRIDE, StepInfo,
 };
 use super::program::{self, Program};
 use super::shader::{self, Kernel};
 use super::timing::{DeviceClock, Timed};
 use super::{Device, DeviceError};
 use crate::model::{Features, Grid, Model, PlyType};
-use crate::solver::FailureEvent;
 
 /// Steps in one submission at most.
 pub const BATCH: usize = 256;
-/// Failure events fetched with every batch; more are fetched when there are more.
-const EVENT_WINDOW: u64 = 256;
 
 /// A part of a step.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -49,51 +46,26 @@ impl Stage {
 
 /// A whole step, in parts that are timed one by one.
 pub(crate) const PARTS: [Stage; 5] = [Stage::Elements, Stage::Nodes, Stage::Plies, Stage::Projectile, Stage::Ledger];
-/// Speed of any node over the largest at the start, at most: all the energy in one place.
-const SPEED_MARGIN: f64 = 4.0;
-
-/// What a batch leaves behind.
-#[derive(Clone, Debug, Default)]
-pub struct BatchResult {
-    /// Words of each sample, in order of the slots.
-    pub samples: Vec<Vec<u32>>,
-    /// The counters.
-    pub status: [u32; STATUS_WORDS],
-    /// Failures of the batch in order of step, element and yarn.
-    pub events: Vec<FailureEvent>,
-}
-
-/// A batch on its way.
-pub struct Pending {
-    /// Which staging buffer it fills.
-    staging: usize,
-    samples: usize,
-    /// Events before these were known when it was recorded, and how many follow.
-    first_event: u64,
-    window: u64,
-    /// Whether the step whose stages were timed was sampled.
-    timed_sample: bool,
-    submission: wgpu::SubmissionIndex,
-}
-
-/// Batches on their way at once: one computes while the next is recorded.
-const IN_FLIGHT: usize = 2;
-
-/// Advances a state on a device.
+/// Advances the states of shots on a device, all by the same steps.
 pub struct DeviceStepper<'a> {
     pub(crate) device: &'a Device,
     pub(crate) sizes: Sizes,
     pub(crate) grid: Grid,
     pub(crate) terms: Features,
     dt: f64,
-    /// How far any node may go in a step [m].
-    travel_bound: f64,
     /// Per dimension of a dispatch.
     most_workgroups: u32,
     pub(crate) buffers: Vec<wgpu::Buffer>,
     steps: wgpu::Buffer,
-    staging: [wgpu::Buffer; IN_FLIGHT],
-    submitted: usize,
+    /// Constants of every shot, and those of the shots that run as the shaders see them.
+    pub(super) constants: Vec<Vec<u32>>,
+    shots: wgpu::Buffer,
+    /// Numbers of the shots that run.
+    pub(crate) running: Vec<usize>,
+    pub(super) staging: [wgpu::Buffer; IN_FLIGHT],
+    pub(super) submitted: usize,
+    /// Dispatches sent off.
+    pub(crate) dispatches: u64,
     common: wgpu::BindGroup,
     /// By ply type: plain, and with the ledger.
     element: Vec<[Program; 2]>,
@@ -102,16 +74,17 @@ pub struct DeviceStepper<'a> {
     /// One, or two where the rim is sampled.
     contact: Vec<Program>,
     ledger: Program,
-    pub(crate) events_read: u64,
+    /// Of each shot.
+    pub(crate) events_read: Vec<u64>,
     /// Time spent waiting for the device.
     pub(crate) waited: Duration,
     /// Where the device has one.
-    clock: Option<DeviceClock>,
+    pub(super) clock: Option<DeviceClock>,
     pub(crate) timed: Timed,
 }
 
 impl<'a> DeviceStepper<'a> {
-    /// Pipelines and buffers for a model; the state is not there yet.
+    /// Pipelines and buffers for one shot of a model; the state is not there yet.
     ///
     /// # Errors
     /// When the device cannot hold the case, or refuses a pipeline.
@@ -119,7 +92,16 @@ impl<'a> DeviceStepper<'a> {
         Self::with_sources(device, model, &Kernel::source)
     }
 
-    /// The same with other sources: for tests that break a shader on purpose.
+    /// The same with room for so many shots, whose models differ from this one by what [`layout::shot`] holds, and by the strength of their
+    /// yarns alone.
+    ///
+    /// # Errors
+    /// As [`Self::new`].
+    pub fn for_shots(device: &'a Device, model: &Model<f32>, shots: u64) -> Result<Self, DeviceError> {
+        Self::checked(device, model, Sizes::new(model).with_shots(shots), &Kernel::source)
+    }
+
+    /// As [`Self::new`] with other sources: for tests that break a shader on purpose.
     ///
     /// # Errors
     /// As [`Self::new`].
@@ -128,7 +110,15 @@ impl<'a> DeviceStepper<'a> {
         model: &Model<f32>,
         source: &dyn Fn(&Kernel) -> String,
     ) -> Result<Self, DeviceError> {
-        let sizes = Sizes::new(model);
+        Self::checked(device, model, Sizes::new(model), source)
+    }
+
+    fn checked(
+        device: &'a Device,
+        model: &Model<f32>,
+        sizes: Sizes,
+        source: &dyn Fn(&Kernel) -> String,
+    ) -> Result<Self, DeviceError> {
         sizes.check(&device.limits(), device.name())?;
         let memory = device.inner.push_error_scope(wgpu::ErrorFilter::OutOfMemory);
         let validation = device.inner.push_error_scope(wgpu::ErrorFilter::Validation);
@@ -170,7 +160,8 @@ impl<'a> DeviceStepper<'a> {
         device.queue.write_buffer(&plies, 0, bytemuck::cast_slice(&words));
         let lines = grid_lines(device, model);
         let steps = buffer("steps", STEP_STRIDE * BATCH as u64, wgpu::BufferUsages::UNIFORM);
-        let staging_size = sizes.bytes(BufferId::Samples) + STATUS_BYTES + EVENT_BYTES * EVENT_WINDOW + STAMP_BYTES;
+        let shots = buffer("shots", 4 * SHOTS * SHOT_WORDS, wgpu::BufferUsages::UNIFORM);
+        let staging_size = sizes.staging() + STAMP_BYTES;
         let staging = [0; IN_FLIGHT].map(|_| buffer("staging", staging_size, wgpu::BufferUsages::MAP_READ));
         let layout = program::common_layout(gpu);
         let common = gpu.create_bind_group(&wgpu::BindGroupDescriptor {
@@ -182,6 +173,7 @@ impl<'a> DeviceStepper<'a> {
                 wgpu::BindGroupEntry { binding: 2, resource: plies.as_entire_binding() },
                 wgpu::BindGroupEntry { binding: 3, resource: wgpu::BindingResource::TextureView(&lines) },
                 wgpu::BindGroupEntry { binding: 4, resource: part(&law, LAW_STRIDE) },
+                wgpu::BindGroupEntry { binding: 5, resource: shots.as_entire_binding() },
             ],
         });
         let module = |kernel: &Kernel| {
@@ -206,7 +198,6 @@ impl<'a> DeviceStepper<'a> {
         Self {
             element: model.ply_types.iter().map(element).collect(),
             plies: [&shader::PLY_SEARCH, &shader::PLY_IMPULSE, &shader::PLY_MOVE].map(|kernel| single(kernel, false)),
-            travel_bound: model.dt * SPEED_MARGIN * layout::start_speed(model),
             node: single(&shader::NODE_UPDATE, false),
             contact: contact.iter().map(|kernel| single(kernel, false)).collect(),
             ledger: single(&shader::LEDGER, true),
@@ -218,10 +209,14 @@ impl<'a> DeviceStepper<'a> {
             dt: model.dt,
             buffers,
             steps,
+            constants: vec![Vec::new(); sizes.shots as usize],
+            shots,
+            running: Vec::new(),
             staging,
             submitted: 0,
+            dispatches: 0,
             common,
-            events_read: 0,
+            events_read: vec![0; sizes.shots as usize],
             waited: Duration::ZERO,
             clock: DeviceClock::new(device, PARTS.len()),
             timed: Timed::default(),
@@ -248,94 +243,6 @@ impl<'a> DeviceStepper<'a> {
         self.device.wait(None)
     }
 
-    /// Sends steps off in one submission. At most two batches may be on their way.
-    pub fn submit(&mut self, steps: &[StepInfo]) -> Pending {
-        self.write_steps(steps);
-        let samples = steps.iter().filter(|s| s.slot.is_some()).count();
-        let (sample_bytes, first_event) = (self.sample_bytes(samples), self.events_read);
-        let window = EVENT_WINDOW.min(2 * self.sizes.elements - first_event);
-        let staging = self.submitted % IN_FLIGHT;
-        let target = &self.staging[staging];
-        let mut encoder = self.device.inner.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
-        // One step of the batch is timed, another one each time.
-        let timed = 7 * self.submitted % steps.len().max(1);
-        {
-            let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
-            for (at, info) in steps.iter().enumerate() {
-                match &self.clock {
-                    Some(clock) if at == timed => self.record_timed(&mut pass, at, info, &PARTS, clock),
-                    _ => self.record(&mut pass, at, info, &PARTS),
-                }
-            }
-        }
-        if let Some(clock) = &self.clock {
-            clock.resolve(&mut encoder);
-            let to = sample_bytes + STATUS_BYTES + window * EVENT_BYTES;
-            encoder.copy_buffer_to_buffer(&clock.resolved, 0, target, to, STAMP_BYTES);
-        }
-        self.timed.send(steps);
-        let timed_sample = steps.get(timed).is_some_and(|step| step.slot.is_some());
-        let copies = [
-            (BufferId::Samples, 0, 0, sample_bytes),
-            (BufferId::Status, 0, sample_bytes, STATUS_BYTES),
-            (BufferId::Events, first_event * EVENT_BYTES, sample_bytes + STATUS_BYTES, window * EVENT_BYTES),
-        ];
-        for (name, from, to, size) in copies {
-            encoder.copy_buffer_to_buffer(self.buffer(name), from, target, to, size);
-        }
-        let submission = self.device.queue.submit([encoder.finish()]);
-        self.submitted += 1;
-        Pending { staging, samples, first_event, window, timed_sample, submission }
-    }
-
-    fn sample_bytes(&self, samples: usize) -> u64 {
-        4 * (samples * self.sizes.sample_words()) as u64
-    }
-
-    /// Waits for the oldest batch on its way and reads what the ledger and the kernels noted.
-    ///
-    /// # Errors
-    /// When the device was lost.
-    pub fn collect(&mut self, batch: &Pending) -> Result<BatchResult, DeviceError> {
-        let known = self.sample_bytes(batch.samples) + STATUS_BYTES + batch.window * EVENT_BYTES;
-        let size = known + if self.clock.is_some() { STAMP_BYTES } else { 0 };
-        let start = Instant::now();
-        let words = self.fetch(&self.staging[batch.staging], size, Some(batch.submission.clone()));
-        self.waited += start.elapsed();
-        let words = words?;
-        let (words, stamps) = words.split_at(known as usize / 4);
-        if let Some(clock) = &self.clock {
-            self.timed.add(batch.timed_sample, &clock.seconds(stamps));
-        }
-        let (sampled, rest) = words.split_at(batch.samples * self.sizes.sample_words());
-        let (counters, events) = rest.split_at(STATUS_WORDS);
-        let mut result = BatchResult {
-            samples: sampled.chunks(self.sizes.sample_words()).map(<[u32]>::to_vec).collect(),
-            ..BatchResult::default()
-        };
-        result.status.copy_from_slice(counters);
-        let count = u64::from(result.status[status::EVENTS]);
-        let events = if count <= batch.first_event + batch.window {
-            let [from, to] = [self.events_read, count].map(|at| ((at - batch.first_event) * EVENT_WORDS) as usize);
-            events[from..to].to_vec()
-        } else {
-            let [from, size] = [self.events_read, count - self.events_read].map(|n| n * EVENT_BYTES);
-            self.read_part(BufferId::Events, from, size)?
-        };
-        self.events_read = count;
-        result.events = self.sorted(&events);
-        Ok(result)
-    }
-
-    /// Runs steps in one submission and waits for them.
-    ///
-    /// # Errors
-    /// When the device was lost.
-    pub fn run(&mut self, steps: &[StepInfo]) -> Result<BatchResult, DeviceError> {
-        let batch = self.submit(steps);
-        self.collect(&batch)
-    }
-
     /// What each kernel took by the device's clock [s], from one step of every batch; empty where it has none.
     pub fn kernel_seconds(&self) -> Vec<(&'static str, f64)> {
         self.timed.seconds()
@@ -356,6 +263,20 @@ impl<'a> DeviceStepper<'a> {
         self.device.queue.write_buffer(&self.steps, 0, bytemuck::cast_slice(&words));
     }
 
+    /// Which shots run from now on, by number: one layer of every dispatch each.
+    pub(crate) fn set_running(&mut self, numbers: Vec<usize>) {
+        let words: Vec<u32> = numbers.iter().flat_map(|number| self.constants[*number].iter().copied()).collect();
+        self.device.queue.write_buffer(&self.shots, 0, bytemuck::cast_slice(&words));
+        self.running = numbers;
+    }
+
+    /// Dispatches of a step of this scene.
+    pub(crate) fn dispatches_of(&self, info: &StepInfo) -> u64 {
+        let plies = if self.terms.plies { self.plies.len() } else { 0 };
+        let contact = if self.terms.projectile { self.contact.len() } else { 0 };
+        (self.element.len() + 1 + plies + contact + usize::from(info.slot.is_some())) as u64
+    }
+
     /// Records the stages that the scene and the step have.
     pub(crate) fn record(&self, pass: &mut wgpu::ComputePass<'_>, at: usize, info: &StepInfo, stages: &[Stage]) {
         let sampled = info.slot.is_some();
@@ -365,7 +286,7 @@ impl<'a> DeviceStepper<'a> {
             pass.set_bind_group(0, &self.common, &[constants, step, law]);
             pass.set_pipeline(&program.pipeline);
             pass.set_bind_group(1, &program.group, &[]);
-            pass.dispatch_workgroups(x, y, 1);
+            pass.dispatch_workgroups(x, y, self.running.len() as u32);
         };
         let [elements, nodes] = [self.sizes.elements, self.sizes.nodes].map(|n| spread(n, GROUP, self.most_workgroups));
         for stage in stages {
@@ -388,27 +309,7 @@ impl<'a> DeviceStepper<'a> {
 
     /// One step. `slot`: where the ledger writes, if it runs; `since`: steps since it did.
     pub fn whole_step(&self, index: u64, slot: Option<u32>, since: u32) -> StepInfo {
-        StepInfo { index, slot, since, dt: self.dt, travel: self.travel_bound * (index + 1) as f64 }
-    }
-
-    /// Events in the order the processor would have found them.
-    fn sorted(&self, words: &[u32]) -> Vec<FailureEvent> {
-        let mut raw: Vec<&[u32]> = words.chunks_exact(EVENT_WORDS as usize).collect();
-        raw.sort_by_key(|w| (w[0], w[1], w[2]));
-        raw.into_iter()
-            .map(|w| {
-                let element = w[1] as usize;
-                let (ply, j) = self.grid.element_row(element / self.grid.columns);
-                FailureEvent {
-                    step: u64::from(w[0]),
-                    ply: ply as u32,
-                    i: (element % self.grid.columns) as u32,
-                    j: j as u32,
-                    yarn: w[2] as u8,
-                    strain: f64::from(f32::from_bits(w[3])),
-                }
-            })
-            .collect()
+        StepInfo { index, slot, since, dt: self.dt }
     }
 
     /// Words of the body in a sample begin here.
@@ -417,10 +318,8 @@ impl<'a> DeviceStepper<'a> {
     }
 }
 
-/// Bytes of the counters, of an event, of the stamps around the parts of a step.
-const STATUS_BYTES: u64 = 4 * STATUS_WORDS as u64;
-const STAMP_BYTES: u64 = DeviceClock::bytes(PARTS.len());
-const EVENT_BYTES: u64 = 4 * EVENT_WORDS;
+/// Bytes of the stamps around the parts of a step.
+pub(super) const STAMP_BYTES: u64 = DeviceClock::bytes(PARTS.len());
 
 /// The grid lines, of which each has its texels.
 fn grid_lines(device: &Device, model: &Model<f32>) -> wgpu::TextureView {

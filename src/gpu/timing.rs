@@ -81,7 +81,7 @@ impl DeviceStepper<'_> {
             }
             clock.resolve(&mut encoder);
             gpu.queue.submit([encoder.finish()]);
-            let words = self.read_buffer(&clock.resolved, 0, DeviceClock::bytes(STAGES.len()))?;
+            let words = self.read_buffers(&[(&clock.resolved, [0, DeviceClock::bytes(STAGES.len())])])?;
             for (sum, seconds) in sums.iter_mut().zip(clock.seconds(&words)) {
                 *sum += seconds;
             }

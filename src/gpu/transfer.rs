@@ -17,16 +17,34 @@ use crate::solver::state::{Rows, State};
 /// A device that has done its work and does not say so in that time will not.
 const SOON: Duration = Duration::from_secs(10);
 
+/// What begins at zero with a state, but for energies and work.
+const CLEARED: [BufferId; 5] =
+    [BufferId::Supports, BufferId::Candidates, BufferId::Contacts, BufferId::Shares, BufferId::Impulses];
+
 impl DeviceStepper<'_> {
     pub(crate) fn buffer(&self, name: BufferId) -> &wgpu::Buffer {
         &self.buffers[name as usize]
     }
 
+    /// Words of all shots.
     pub(crate) fn write(&self, name: BufferId, words: &[u32]) {
         self.device.queue.write_buffer(self.buffer(name), 0, bytemuck::cast_slice(words));
     }
 
-    /// Puts a state on the device and forgets everything counted so far.
+    /// Words of one shot, field by field.
+    fn write_shot(&self, name: BufferId, shot: usize, words: &[u32]) {
+        for (part, [at, _]) in words.chunks(self.sizes.shape(name)[1] as usize).zip(self.places(name, shot)) {
+            self.device.queue.write_buffer(self.buffer(name), at, bytemuck::cast_slice(part));
+        }
+    }
+
+    /// Where the fields of a shot begin in a buffer, and how long they are [bytes].
+    fn places(&self, name: BufferId, shot: usize) -> impl Iterator<Item = [u64; 2]> + use<> {
+        let ([fields, count], shots) = (self.sizes.shape(name), self.sizes.shots);
+        (0..fields).map(move |field| [4 * (field * shots + shot as u64) * count, 4 * count])
+    }
+
+    /// Puts the state of a single shot on the device and forgets everything counted so far.
     pub fn upload(&mut self, model: &Model<f32>, state: &State<f32>) {
         self.upload_but_accounts(model, state);
         self.clear(&[BufferId::Accounts]);
@@ -34,38 +52,52 @@ impl DeviceStepper<'_> {
 
     /// The same, but energies and work of the elements stay.
     pub(crate) fn upload_but_accounts(&mut self, model: &Model<f32>, state: &State<f32>) {
+        self.clear(&CLEARED);
+        self.upload_shot(0, model, state);
+        self.set_running(vec![0]);
+    }
+
+    /// Forgets everything of all shots that [`Self::upload_shot`] does not put there.
+    pub(crate) fn clear_shots(&mut self) {
+        self.clear(&CLEARED);
+        self.clear(&[BufferId::Accounts]);
+    }
+
+    /// Puts the state of a shot on the device; of what it counts and looks up nothing may be left.
+    pub(crate) fn upload_shot(&mut self, shot: usize, model: &Model<f32>, state: &State<f32>) {
         let columns = self.grid.columns;
-        let nodes = planes(&state.nodes, 0..node::COUNT, 0, columns + 1);
-        self.write(BufferId::Nodes, bytemuck::cast_slice(&nodes));
-        let forces = planes(&state.elements, element::FORCES, 1, columns);
-        self.write(BufferId::Forces, bytemuck::cast_slice(&forces));
-        let heights = planes(&state.elements, element::PREDICTOR..element::ALIVE, 1, columns);
-        self.write(BufferId::Heights, bytemuck::cast_slice(&heights));
+        let put = |name: BufferId, numbers: &[f32]| self.write_shot(name, shot, bytemuck::cast_slice(numbers));
+        put(BufferId::Nodes, &planes(&state.nodes, 0..node::COUNT, 0, columns + 1));
+        put(BufferId::Forces, &planes(&state.elements, element::FORCES, 1, columns));
+        put(BufferId::Heights, &planes(&state.elements, element::PREDICTOR..element::ALIVE, 1, columns));
+        if self.sizes.yarn_fields > 0 {
+            put(BufferId::Yarns, &self.yarns(model, &state.elements));
+        }
         let alive = planes(&state.elements, element::ALIVE..element::COUNT, 1, columns);
         let (warp, weft) = alive.split_at(self.sizes.elements as usize);
         let flag = |(warp, weft): (&f32, &f32)| u32::from(*warp > 0.5) + 2 * u32::from(*weft > 0.5);
-        self.write(BufferId::Flags, &warp.iter().zip(weft).map(flag).collect::<Vec<_>>());
-        if self.sizes.yarn_fields > 0 {
-            self.write(BufferId::Yarns, bytemuck::cast_slice(&self.yarns(model, &state.elements)));
-        }
+        self.write_shot(BufferId::Flags, shot, &warp.iter().zip(weft).map(flag).collect::<Vec<_>>());
         let mut counters = vec![0; STATUS_WORDS];
         counters[status::BAD_STEP] = layout::NONE;
         counters.extend(state.active.iter().flat_map(reach_words));
-        self.write(BufferId::Status, &counters);
+        self.write_shot(BufferId::Status, shot, &counters);
         if !state.over.is_empty() {
-            self.write(BufferId::Over, &by_side(&state.over, model.nodes_per_ply()));
+            self.write_shot(BufferId::Over, shot, &by_side(&state.over, model.nodes_per_ply()));
         }
         if let (Some(body), Some(start)) = (&state.body, &model.projectile) {
-            self.write(BufferId::Body, &layout::body(body, &start.velocity));
+            self.write_shot(BufferId::Body, shot, &layout::body(body, &start.velocity));
         }
-        self.clear(&[
-            BufferId::Supports,
-            BufferId::Candidates,
-            BufferId::Contacts,
-            BufferId::Shares,
-            BufferId::Impulses,
-        ]);
-        self.events_read = 0;
+        self.constants[shot] = layout::shot(model, shot).words();
+        self.events_read[shot] = 0;
+    }
+
+    /// Waits until everything that was put on the device is there.
+    ///
+    /// # Errors
+    /// When the device was lost.
+    pub(crate) fn flush(&self) -> Result<(), DeviceError> {
+        self.device.queue.submit([]);
+        self.device.wait(None)
     }
 
     /// Viscous forces and strains of the yarns, strains as those of both of the last steps; and their strengths, where those vary.
@@ -97,33 +129,73 @@ impl DeviceStepper<'_> {
         self.device.queue.submit([encoder.finish()]);
     }
 
-    /// Reads the state back, but the strains that failure is judged by; of the projectile what moves.
+    /// Reads the state of a single shot back, but the strains that failure is judged by; of the projectile what moves.
     ///
     /// # Errors
     /// When the device was lost.
     pub fn download(&self, model: &Model<f32>, state: &mut State<f32>) -> Result<(), DeviceError> {
+        self.download_shot(0, model, state)
+    }
+
+    /// The same of one shot of many.
+    ///
+    /// # Errors
+    /// When the device was lost.
+    pub(crate) fn download_shot(
+        &self,
+        shot: usize,
+        model: &Model<f32>,
+        state: &mut State<f32>,
+    ) -> Result<(), DeviceError> {
         let columns = self.grid.columns;
-        let floats = |name| self.read(name).map(|words| words.into_iter().map(f32::from_bits).collect::<Vec<_>>());
-        set_planes(&mut state.nodes, 0..node::COUNT, 0, columns + 1, &floats(BufferId::Nodes)?);
-        set_planes(&mut state.elements, element::FORCES, 1, columns, &floats(BufferId::Forces)?);
-        set_planes(&mut state.elements, element::PREDICTOR..element::ALIVE, 1, columns, &floats(BufferId::Heights)?);
-        let flags = self.read(BufferId::Flags)?;
-        let alive: Vec<f32> =
-            [1, 2].iter().flat_map(|bit| flags.iter().map(move |f| f32::from(u8::from(f & bit != 0)))).collect();
-        if self.terms.viscous {
-            let yarns = floats(BufferId::Yarns)?;
-            set_planes(&mut state.elements, element::COUNT..element::COUNT + element::VISCOUS, 1, columns, &yarns);
-        }
-        set_planes(&mut state.elements, element::ALIVE..element::COUNT, 1, columns, &alive);
-        let status = self.read(BufferId::Status)?;
-        state.active = status[status::REACH..].chunks_exact(REACH_WORDS as usize).map(reach_from).collect();
-        if !state.over.is_empty() {
-            state.over = by_ply(&self.read(BufferId::Over)?, model.nodes_per_ply());
-        }
-        if let Some(start) = &model.projectile {
-            state.body = Some(layout::read_body(&self.read(BufferId::Body)?, start).body);
+        let names = [BufferId::Nodes, BufferId::Forces, BufferId::Heights, BufferId::Flags, BufferId::Status];
+        let more = [(BufferId::Yarns, self.terms.viscous), (BufferId::Over, !state.over.is_empty())];
+        let more = more.into_iter().chain([(BufferId::Body, model.projectile.is_some())]);
+        let names: Vec<BufferId> =
+            names.into_iter().chain(more.filter_map(|(name, wanted)| wanted.then_some(name))).collect();
+        for (name, words) in names.iter().zip(self.read_shot(&names, shot)?) {
+            let mut set = |fields: Range<usize>| {
+                set_planes(&mut state.elements, fields, 1, columns, bytemuck::cast_slice(&words));
+            };
+            match name {
+                BufferId::Forces => set(element::FORCES),
+                BufferId::Heights => set(element::PREDICTOR..element::ALIVE),
+                BufferId::Yarns => set(element::COUNT..element::COUNT + element::VISCOUS),
+                BufferId::Nodes => {
+                    set_planes(&mut state.nodes, 0..node::COUNT, 0, columns + 1, bytemuck::cast_slice(&words));
+                }
+                BufferId::Flags => {
+                    let yarn = |bit: u32| words.iter().map(move |flags| f32::from(u8::from(flags & bit != 0)));
+                    let alive: Vec<f32> = yarn(1).chain(yarn(2)).collect();
+                    set_planes(&mut state.elements, element::ALIVE..element::COUNT, 1, columns, &alive);
+                }
+                BufferId::Status => {
+                    let reach = words[status::REACH..].chunks_exact(REACH_WORDS as usize);
+                    state.active = reach.map(reach_from).collect();
+                }
+                BufferId::Over => state.over = by_ply(&words, model.nodes_per_ply()),
+                _ => {
+                    let start = model.projectile.as_ref();
+                    state.body = start.map(|start| layout::read_body(&words, start).body);
+                }
+            }
         }
         Ok(())
+    }
+
+    /// Words of one shot of some buffers, fetched together.
+    fn read_shot(&self, names: &[BufferId], shot: usize) -> Result<Vec<Vec<u32>>, DeviceError> {
+        let copies: Vec<(BufferId, [u64; 2])> =
+            names.iter().flat_map(|name| self.places(*name, shot).map(|place| (*name, place))).collect();
+        let words = self.read_copies(&copies)?;
+        let mut rest = words.as_slice();
+        let take = |name: &BufferId| {
+            let [fields, count] = self.sizes.shape(*name);
+            let (own, later) = rest.split_at((fields * count) as usize);
+            rest = later;
+            own.to_vec()
+        };
+        Ok(names.iter().map(take).collect())
     }
 
     /// All words of a buffer.
@@ -140,10 +212,17 @@ impl DeviceStepper<'_> {
     }
 
     pub(crate) fn read_part(&self, name: BufferId, offset: u64, size: u64) -> Result<Vec<u32>, DeviceError> {
-        self.read_buffer(self.buffer(name), offset, size)
+        self.read_copies(&[(name, [offset, size])])
     }
 
-    pub(crate) fn read_buffer(&self, from: &wgpu::Buffer, offset: u64, size: u64) -> Result<Vec<u32>, DeviceError> {
+    /// Parts of buffers, where they begin and how long they are [bytes], one after another.
+    fn read_copies(&self, copies: &[(BufferId, [u64; 2])]) -> Result<Vec<u32>, DeviceError> {
+        let parts = copies.iter().map(|(name, place)| (self.buffer(*name), *place));
+        self.read_buffers(&parts.collect::<Vec<_>>())
+    }
+
+    pub(crate) fn read_buffers(&self, parts: &[(&wgpu::Buffer, [u64; 2])]) -> Result<Vec<u32>, DeviceError> {
+        let size = parts.iter().map(|(_, [_, size])| size).sum();
         let staging = self.device.inner.create_buffer(&wgpu::BufferDescriptor {
             label: Some("read"),
             size,
@@ -151,7 +230,11 @@ impl DeviceStepper<'_> {
             mapped_at_creation: false,
         });
         let mut encoder = self.device.inner.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
-        encoder.copy_buffer_to_buffer(from, offset, &staging, 0, size);
+        let mut to = 0;
+        for (from, [offset, size]) in parts {
+            encoder.copy_buffer_to_buffer(from, *offset, &staging, to, *size);
+            to += size;
+        }
         self.device.queue.submit([encoder.finish()]);
         self.fetch(&staging, size, None)
     }

@@ -46,12 +46,16 @@ pub fn find_divergence<S: Scalar>(model: &Model<S>, state: &State<S>) -> Option<
     let trouble = |kernel, name: &str, x: S, place| {
         Some(Divergence { step: state.step, kernel, quantity: format!("{name} = {x:?}"), place })
     };
-    let names = ["membrane force along warp", "membrane force along weft", "hourglass force", "yarn height"];
+    let name_of = |field: usize| match field {
+        element::HEIGHT.. => "yarn height",
+        element::PREDICTOR.. => "predictor of the yarn height",
+        _ => ["membrane force along warp", "membrane force along weft", "hourglass force"][field / 3],
+    };
     for place in elements(model) {
         let [ply, row, column] = place;
         let number = |f: usize| state.elements.get(grid.first_element_row(ply) + row, f, column + 1);
         if let Some(f) = (0..element::ALIVE).find(|f| bad(&number(*f))) {
-            return trouble("element_force", names[f / 3], number(f), place);
+            return trouble("element_force", name_of(f), number(f), place);
         }
     }
     for place in nodes(model) {

@@ -7,6 +7,7 @@ use super::fit::{self, Fit, FitRequest};
 use crate::case::{Case, RANGE_STREAM};
 use crate::math::counter_random::DrawKey;
 use crate::output::Folder;
+use crate::run::graphics::DeviceUse;
 
 /// Name of the table.
 const TABLE: &str = "shots.csv";
@@ -62,6 +63,8 @@ pub struct ShotsResult {
     pub fit: Fit,
     /// Whether the interval was narrow enough before all were fired.
     pub early: bool,
+    /// What was taken of a device.
+    pub device: DeviceUse,
 }
 
 /// The order of a shot.
@@ -84,7 +87,10 @@ pub(super) fn drawn_columns(case: &Case, seed: u32, orders: impl Iterator<Item =
 /// The plan of a batch.
 pub fn plan(case: &Case, request: &ShotsRequest, options: &BatchOptions<'_>) -> BatchPlan {
     // A longer batch may go on where a shorter one ended: the count is no part of what a row is.
-    let options_json = json!({ "velocity_m_s": request.velocity, "precision": options.precision.name() });
+    let mut options_json = json!({ "velocity_m_s": request.velocity, "precision": options.precision.name() });
+    if let Some(device) = options.device {
+        options_json["adapter"] = json!(device.name());
+    }
     BatchPlan::new("shots", case, options.seed, options_json)
 }
 
@@ -108,12 +114,13 @@ pub fn run(
     let step = if request.until_width.is_some() { BETWEEN_LOOKS } else { request.count };
     let mut wanted = 0;
     let mut early = false;
+    let mut device = DeviceUse::default();
     while wanted < request.count && !early {
         wanted = (wanted + step).min(request.count);
         let missing: Vec<ShotOrder> = (0..wanted).map(order).filter(|order| log.find(*order).is_none()).collect();
         let mut done = wanted - missing.len() as u32;
         let mut last = None;
-        fire(case, &missing, options, &mut |row| {
+        let used = fire(case, &missing, options, &mut |row| {
             log.add(row)?;
             done += 1;
             // An estimate for every row of a thousand would be most of the work.
@@ -123,10 +130,11 @@ pub fn run(
             progress(BatchProgress { done, of: request.count, fit: last.as_ref() });
             Ok(())
         })?;
+        device = device.with(used);
         early = wanted < request.count
             && request.until_width.is_some_and(|width| is_narrow(&first(&log, wanted), request, width));
     }
-    finish(case, request, folder, log, wanted, early)
+    Ok(ShotsResult { early, device, ..finish(case, request, folder, log, wanted)? })
 }
 
 /// Rows of the first shots.
@@ -159,7 +167,6 @@ fn finish(
     folder: &Folder,
     log: ShotLog,
     count: u32,
-    early: bool,
 ) -> Result<ShotsResult, BatchError> {
     let table = log.table(|row| row.order.shot < count);
     let rows: Vec<&ShotRow> = first(&log, count);
@@ -172,7 +179,7 @@ fn finish(
     // The table last: what is beside it is of it.
     folder.put(&[("shots.json", json), ("shots.html", page), (TABLE, table)], &[])?;
     log.close()?;
-    Ok(ShotsResult { rows, fit, early })
+    Ok(ShotsResult { rows, fit, early: false, device: DeviceUse::default() })
 }
 
 /// What a reader should know of a batch.

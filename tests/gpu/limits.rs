@@ -14,7 +14,7 @@ use ripstop::run::graphics::DeviceSimulation;
 use ripstop::run::{self, Options, RunError};
 
 use super::harness::{Outcome, trial};
-use crate::scene::builtin;
+use crate::scene::{builtin, shipped};
 
 /// The tests.
 pub(crate) fn tests() -> Vec<Trial> {
@@ -24,6 +24,7 @@ pub(crate) fn tests() -> Vec<Trial> {
         trial("limits::an_adapter_is_found_by_name_part_or_number", choice),
         trial("limits::a_device_lost_in_mid_run_leaves_the_history_so_far", lost),
         Trial::test("limits::refused_before_anything_is_allocated", refused),
+        Trial::test("limits::a_thousand_shots_are_planned_before_anything_is_allocated", thousand),
     ]
 }
 
@@ -132,6 +133,24 @@ fn lost(device: &'static Device) -> Outcome {
     let whole = whole.into_run(1.0);
     assert!(run.history.len() > 10 && run.history == whole.history[..run.history.len()]);
     assert!(run.events == whole.events[..run.events.len()]);
+    Ok(())
+}
+
+/// A thousand shots of a quarter of a ply fit into 8 GB; a batch is as large as its largest buffer and the memory allow.
+fn thousand() -> Result<(), libtest_mimic::Failed> {
+    let model = Model::part(&shipped("cases/s720-1ply-155.json", &[])).unwrap();
+    assert_eq!(model.planes.copies(), 4);
+    let sizes = Sizes::new(&model);
+    let all = sizes.with_shots(1000);
+    assert!(all.planned() < 8_000_000_000, "{} bytes", all.planned());
+    assert_eq!(all.total(), 1000 * sizes.total());
+    assert!(all.planned() > all.total(), "what results are fetched through counts too");
+    let portable = Device::noop().limits();
+    let most = sizes.most_shots(&portable, u64::MAX);
+    assert!(most > 10 && sizes.with_shots(most).check(&portable, "any").is_ok());
+    assert!(sizes.with_shots(most + 1).check(&portable, "any").is_err());
+    let few = sizes.most_shots(&portable, 10 * sizes.planned() + 1);
+    assert_eq!((few, sizes.most_shots(&portable, 0)), (10, 1), "one shot is tried whatever it takes");
     Ok(())
 }
 

@@ -16,6 +16,7 @@ mod resume;
 mod rim;
 mod scenes;
 mod symmetry;
+mod together;
 mod whole;
 
 use std::collections::BTreeMap;
@@ -45,6 +46,7 @@ pub(crate) fn tests() -> Vec<Trial> {
         ("killed", killed::TESTS),
         ("frames", frames::TESTS),
         ("program", program::TESTS),
+        ("together", together::TESTS),
     ];
     let named = |(module, tests): (&'static str, Tests)| {
         tests.iter().map(move |(name, test)| trial(format!("shots::{module}::{name}"), *test))

@@ -38,7 +38,7 @@ pub(super) fn small(sets: &[&str]) -> Case {
 }
 
 fn options(threads: usize) -> BatchOptions<'static> {
-    BatchOptions { seed: 3, threads, threads_per_shot: 1, precision: Precision::F64, interrupt: &QUIET }
+    BatchOptions { seed: 3, threads, threads_per_shot: 1, precision: Precision::F64, device: None, interrupt: &QUIET }
 }
 
 fn shots_request(count: u32) -> ShotsRequest {

@@ -3,15 +3,15 @@
 //! Blocks are lists of named words, so that a test can hold every name and offset against the shaders' own structs.
 
 mod motion;
+mod shot;
 
 pub use motion::*;
-use nalgebra::Vector3;
+pub use shot::*;
 
 use super::buffers::Sizes;
 use crate::case::{Edge, Edges};
 use crate::kernels::element_force::ElementConstants;
 use crate::kernels::mirror_planes::Cut;
-use crate::kernels::ply_contact;
 use crate::kernels::rigid_body::RigidBody;
 use crate::model::cover::{shoulder, unbroken_cells};
 use crate::model::{Mesh, Model, PlyType};
@@ -58,10 +58,8 @@ pub const SCENE_STRIDE: u64 = 512;
 pub const EVENT_WORDS: u64 = 4;
 /// Words of a contact point, and of one where the rim is sampled too.
 pub const POINT_WORDS: [u64; 2] = [20, 32];
-/// Words of a place where the projectile may touch, where its rim is sampled too.
+/// Words of a place where the projectile may touch, where its rim is sampled too. Before the first of a shot there is one more.
 pub const TOUCH_WORDS: u64 = 32;
-/// Words before the first of them.
-pub const TOUCH_HEAD: u64 = 4;
 /// Words of the counters.
 pub const STATUS_WORDS: usize = 13;
 /// Words of the projectile.
@@ -175,18 +173,19 @@ impl Block {
     }
 }
 
-/// The constants of a run and of one of its ply types, with the room there is in the buffers.
+/// The constants of the shots of a batch and of one of their ply types, with the room there is in the buffers.
 pub fn scene(model: &Model<f32>, ply_type: usize, sizes: &Sizes) -> Block {
     let mut block = Block::default();
     let grid = &model.grid;
     block.count("columns", grid.columns);
     block.count("rows", grid.rows);
-    block.count("elements", grid.element_rows() * grid.columns);
-    block.count("nodes", grid.node_rows() * (grid.columns + 1));
+    block.count("elements", (sizes.shots * sizes.elements) as usize);
+    block.count("nodes", (sizes.shots * sizes.nodes) as usize);
+    block.count("shot_elements", sizes.elements as usize);
+    block.count("shot_nodes", sizes.nodes as usize);
     block.count("plies", grid.plies);
     block.count("ply_type", ply_type);
     block.double("ply_friction", model.ply_friction);
-    block.double("impulse_unit", impulse_unit(model));
     let ply_type = &model.ply_types[ply_type];
     element(&mut block, ply_type);
     block.double("dt", model.dt);
@@ -212,26 +211,9 @@ pub fn scene(model: &Model<f32>, ply_type: usize, sizes: &Sizes) -> Block {
     block
 }
 
-/// What impulses between plies are counted in [N·s]: sums are whole numbers of 32 bits, with room for eight times the
-/// largest speed there is at the start, and for driving nodes out of other plies, which does not
-/// depend on any speed. Light touches of many corners may add up to a few times that. In a graded mesh nodes of larger elements count in
-/// larger units.
-fn impulse_unit(model: &Model<f32>) -> f64 {
-    let heaviest = model.ply_types.iter().map(node_mass).fold(0.0, f64::max);
-    heaviest * (8.0 * start_speed(model) + 4.0 * ply_contact::FASTEST) / f64::from(1_u32 << 31)
-}
-
 /// Mass of an inner node of the finest elements [kg].
 fn node_mass(ply_type: &PlyType<f32>) -> f64 {
     ply_type.areal_density * ply_type.mesh.length[0] * ply_type.mesh.length[1]
-}
-
-/// Largest speed at the start [m/s], or 1 where nothing moves yet.
-pub(crate) fn start_speed(model: &Model<f32>) -> f64 {
-    let fabric =
-        model.ply_types.iter().map(|ply_type| Vector3::from(ply_type.initial_velocity).norm()).fold(0.0, f64::max);
-    let speed = fabric.max(model.projectile.as_ref().map_or(0.0, RigidBody::speed_bound));
-    if speed > 0.0 { speed } else { 1.0 }
 }
 
 /// Bytes between the law tables of two ply types: the table, to the alignment every device grants.
@@ -412,9 +394,6 @@ fn projectile(block: &mut Block, model: &Model<f32>) {
     block.double("body_shoulder", number(|b| shoulder(b) - nose(b), 0.0));
     block.count("body_prescribed", body.map_or(0, |b| usize::from(b.prescribed)));
     block.count("body_bar", body.map_or(0, |b| usize::from(b.body.profile.bar)));
-    block.double("impact_x", number(|b| b.velocity.x, 0.0));
-    block.double("impact_y", number(|b| b.velocity.y, 0.0));
-    block.double("impact_z", number(|b| b.velocity.z, 0.0));
     block.double("friction", model.friction);
     block.double("rim_depth", number(|b| b.rim_depth, 0.0));
     block.double("profile_radius", number(|b| b.body.profile.radius, 0.0));

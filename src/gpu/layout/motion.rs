@@ -14,8 +14,6 @@ pub struct StepInfo {
     pub since: u32,
     /// Time step [s].
     pub dt: f64,
-    /// How far any node may have gone since the start [m].
-    pub travel: f64,
 }
 
 /// The uniform of a step.
@@ -27,8 +25,7 @@ pub fn step(info: &StepInfo) -> Block {
     block.count("since", info.since as usize);
     block.double("kick", if first { 0.5 * info.dt } else { info.dt });
     block.double("span", if first { 0.0 } else { info.dt });
-    block.double("travel", info.travel);
-    for pad in ["pad0", "pad1"] {
+    for pad in ["pad0", "pad1", "pad2"] {
         block.count(pad, 0);
     }
     block

@@ -12,7 +12,7 @@ use crate::gpu::buffers::BufferId;
 use crate::gpu::stepper::DeviceStepper;
 use crate::run::RunError;
 use crate::run::checkpoint::{Checkpoint, CheckpointFault, Checkpointable, Header, write};
-use crate::run::graphics::DeviceSimulation;
+use crate::run::graphics::{DeviceLoop, DeviceSimulation};
 
 /// The buffers that later steps depend on. The others hold nothing from one step to the next, but failures already told.
 const KEPT: [BufferId; 9] = [
@@ -36,20 +36,21 @@ impl DeviceStepper<'_> {
 
 impl Checkpointable for DeviceSimulation<'_> {
     fn time(&self) -> f64 {
-        self.time_of(self.next)
+        self.device_loop.time_of(self.device_loop.next)
     }
 
     /// After the last step sent off, whose results must have been taken over; see [`DeviceSimulation::settle`].
     fn save(&self, head: &Header, followed: &[u8], to: &mut dyn Write) -> io::Result<()> {
-        let mut head = Header { step: self.next, time: self.time(), time_step: self.model.dt, ..head.clone() };
-        head.spent.waited = self.stepper.waited().as_secs_f64();
+        let DeviceLoop { stepper, next, sampled, .. } = &self.device_loop;
+        let mut head = Header { step: *next, time: self.time(), time_step: self.model.dt, ..head.clone() };
+        head.spent.waited = stepper.waited().as_secs_f64();
         write(to, &head, followed, |contents| {
-            contents.value(&self.balance)?;
-            contents.value(&self.record)?;
-            contents.value(&(self.sampled, self.stepper.events_read))?;
-            contents.value(&self.stepper.timed)?;
-            for name in self.stepper.kept() {
-                contents.numbers(&self.stepper.read(name).map_err(io::Error::other)?)?;
+            contents.value(&self.shot().balance)?;
+            contents.value(&self.shot().record)?;
+            contents.value(&(sampled, stepper.events_read[0]))?;
+            contents.value(&stepper.timed)?;
+            for name in stepper.kept() {
+                contents.numbers(&stepper.read(name).map_err(io::Error::other)?)?;
             }
             Ok(())
         })
@@ -65,14 +66,14 @@ impl<'a> DeviceSimulation<'a> {
         let head = checkpoint.head();
         let mut simulation = Self::with_skips(case, device, head.skips)?;
         checkpoint.contents(|contents| {
-            simulation.balance = contents.value("sums of energy")?;
-            simulation.record = contents.value("results so far")?;
-            if !simulation.record.fits(&simulation.model) {
+            simulation.shot_mut().balance = contents.value("sums of energy")?;
+            simulation.shot_mut().record = contents.value("results so far")?;
+            if !simulation.shot().record.fits(&simulation.model) {
                 return Err(CheckpointFault::Contents("results so far"));
             }
-            let stepper = &mut simulation.stepper;
-            (simulation.sampled, stepper.events_read) = contents.value("counts of the device")?;
-            if stepper.events_read > 2 * stepper.sizes.elements {
+            let DeviceLoop { stepper, sampled, .. } = &mut simulation.device_loop;
+            (*sampled, stepper.events_read[0]) = contents.value("counts of the device")?;
+            if stepper.events_read[0] > 2 * stepper.sizes.elements {
                 return Err(CheckpointFault::Contents("counts of the device"));
             }
             stepper.timed = contents.value("time that each kernel took")?;
@@ -84,7 +85,8 @@ impl<'a> DeviceSimulation<'a> {
             stepper.waited = Duration::try_from_secs_f64(head.spent.waited).unwrap_or_default();
             Ok(())
         })?;
-        (simulation.next, simulation.step) = (head.step, head.step);
+        simulation.device_loop.next = head.step;
+        simulation.shot_mut().step = head.step;
         Ok(simulation)
     }
 }

@@ -1,23 +1,99 @@
-//! What a batch left behind becomes rows of the history.
+//! One shot on a device: what a batch of steps left behind of it becomes rows of its history.
+
+use std::sync::Arc;
 
 use nalgebra::Vector3;
 
 use crate::case::Case;
 use crate::gpu::DeviceError;
 use crate::gpu::layout::{self, BODY_WORDS, STATUS_WORDS, StepInfo, WorkgroupSums, status, sum};
-use crate::gpu::stepper::BatchResult;
+use crate::gpu::stepper::DeviceStepper;
+use crate::gpu::submission::BatchResult;
 use crate::kernels::projectile_contact::SET_CHANGES;
-use crate::run::outcome;
-use crate::run::record::SampleInput;
+use crate::model::Model;
+use crate::run::record::{RunRecord, SampleInput};
+use crate::run::{Observer, View, outcome, pieces, profile};
 use crate::solver;
 use crate::solver::Divergence;
-use crate::solver::energy_balance::PlyMoment;
+use crate::solver::energy_balance::{EnergyBalance, PlyMoment};
+use crate::solver::state::State;
 
-use super::DeviceSimulation;
+/// A shot in progress.
+pub(crate) struct DeviceShot {
+    pub(crate) model: Arc<Model<f32>>,
+    pub(crate) balance: EnergyBalance,
+    pub(crate) record: RunRecord,
+    given: (f64, Vector3<f64>),
+    /// Its place on the device.
+    number: usize,
+    /// Steps whose results are known.
+    pub(crate) step: u64,
+    pub(super) ended: bool,
+}
 
-impl DeviceSimulation<'_> {
-    /// Takes over what a batch left behind, sample by sample, up to the end of the run.
-    pub(super) fn take(&mut self, case: &Case, steps: &[StepInfo], result: &BatchResult) -> Result<(), DeviceError> {
+impl DeviceShot {
+    /// A shot that begins from a state, at a place on the device.
+    pub(super) fn new(number: usize, model: Arc<Model<f32>>, state: &State<f32>) -> Self {
+        Self {
+            balance: EnergyBalance::of_part(model.planes),
+            record: RunRecord::new(&model, state.body.as_ref()),
+            given: solver::given(&model, state),
+            number,
+            step: 0,
+            ended: false,
+            model,
+        }
+    }
+
+    /// Ends the run where the device gave up.
+    pub(super) fn unless_lost(&mut self, done: Result<(), DeviceError>) {
+        if let Err(error) = done {
+            self.record.lost = Some(error.to_string());
+            self.ended = true;
+        }
+    }
+
+    /// Whether its state has to be read before the step from `time` [s].
+    pub(super) fn state_due(&self, case: &Case, time: f64, dt: f64) -> bool {
+        self.record.profile_due(case, time, dt) || self.record.deflection_due(case, time, dt)
+    }
+
+    /// Takes what is due of the state before a step, the first that was not sent off, from the positions at `time` [s].
+    pub(super) fn read_state(
+        &mut self,
+        stepper: &DeviceStepper<'_>,
+        state: &mut State<f32>,
+        case: &Case,
+        watch: &mut dyn Observer,
+        (step, time): (u64, f64),
+    ) -> Result<(), DeviceError> {
+        let (model, dt) = (&self.model, self.model.dt);
+        let [profile, watched] = [self.record.profile_due(case, time, dt), watch.snapshot_due(time, dt)];
+        // Fabric that has not failed hangs together; nobody needs to see it for that.
+        if profile || watched || self.record.has_failures() {
+            self.download(stepper, state, step)?;
+        }
+        if profile {
+            self.record.profiles.push(profile::take(model, state, case, time));
+        }
+        if self.record.deflection_due(case, time, dt) {
+            self.record.look_at_deflection(case, time, dt, |ply| pieces::hanging(model, state, ply));
+        }
+        if watched {
+            watch.on_snapshot(&View::Single(model, state));
+        }
+        Ok(())
+    }
+
+    /// Takes over what a batch of steps left behind, sample by sample, up to the end of the run.
+    pub(super) fn take(
+        &mut self,
+        stepper: &DeviceStepper<'_>,
+        state: &mut State<f32>,
+        case: &Case,
+        steps: &[StepInfo],
+        result: &BatchResult,
+    ) -> Result<(), DeviceError> {
         let bad = u64::from(result.status[status::BAD_STEP]);
         let mut events = result.events.iter().peekable();
         let sampled = steps.iter().filter(|s| s.slot.is_some());
@@ -28,7 +104,7 @@ impl DeviceSimulation<'_> {
             while let Some(event) = events.next_if(|e| e.step <= info.index) {
                 self.record.add_failures(std::slice::from_ref(event));
             }
-            self.sample(case, info, words)?;
+            self.sample(stepper, state, case, info, words)?;
             self.step = info.index + 1;
         }
         if self.record.over_but_interrupted() {
@@ -36,50 +112,53 @@ impl DeviceSimulation<'_> {
         }
         self.step = steps.last().map_or(self.step, |s| s.index + 1).min(bad.saturating_add(1));
         events.for_each(|event| self.record.add_failures(std::slice::from_ref(event)));
-        self.check_room(&result.status)?;
+        check_room(stepper, &result.status)?;
         if bad < u64::from(layout::NONE) {
-            self.stepper.download(&self.model, &mut self.state)?;
-            self.state.step = bad;
+            self.download(stepper, state, bad)?;
             if result.status[status::NOT_CONVERGED] > 0 {
-                self.record.divergence = Some(self.unsettled());
+                self.record.divergence = Some(self.unsettled(state));
             } else {
-                self.diagnose(("kinetic energy", f64::NAN));
+                self.diagnose(state, ("kinetic energy", f64::NAN));
             }
         }
         Ok(())
     }
 
+    /// Reads the state after so many steps.
+    fn download(&self, stepper: &DeviceStepper<'_>, state: &mut State<f32>, steps: u64) -> Result<(), DeviceError> {
+        stepper.download_shot(self.number, &self.model, state)?;
+        state.step = steps;
+        Ok(())
+    }
+
     /// Contact at the rim that finds no set of points that push, in the element of the struck ply that the projectile is over.
-    fn unsettled(&self) -> Divergence {
+    fn unsettled(&self, state: &State<f32>) -> Divergence {
         let mesh = &self.model.ply_type(0).mesh;
-        let [x, y, _] = mesh.to_ply(self.state.body.as_ref().map_or([0.0; 3], |body| body.position.into()));
+        let [x, y, _] = mesh.to_ply(state.body.as_ref().map_or([0.0; 3], |body| body.position.into()));
         let [row, column] = mesh.element_at([x, y]);
         Divergence {
-            step: self.state.step,
+            step: state.step,
             kernel: "projectile_rim",
             quantity: format!("the set of points that push still changes after {SET_CHANGES} solves"),
             place: self.model.place_in_whole([0, row, column]),
         }
     }
 
-    /// Whether there was room for all that the projectile met.
-    fn check_room(&self, counters: &[u32; STATUS_WORDS]) -> Result<(), DeviceError> {
-        let (adapter, sizes) = (self.stepper.device.name().to_owned(), self.stepper.sizes());
-        match [status::OVERFLOW, status::OVERFLOW_EDGES].map(|at| counters[at]) {
-            [0, 0] => Ok(()),
-            [0, found] => Err(DeviceError::CrowdedRim { adapter, found, room: sizes.ties }),
-            [found, _] => Err(DeviceError::Crowded { adapter, found, room: sizes.points }),
-        }
-    }
-
-    fn diagnose(&mut self, excess: (&str, f64)) {
+    fn diagnose(&mut self, state: &State<f32>, excess: (&str, f64)) {
         let available = self.balance.accounted_energy();
-        self.record.divergence = Some(solver::diagnose(&self.model, &self.state, excess, available));
+        self.record.divergence = Some(solver::diagnose(&self.model, state, excess, available));
     }
 
     /// One row of the history from one sample.
-    fn sample(&mut self, case: &Case, info: &StepInfo, words: &[u32]) -> Result<(), DeviceError> {
-        let (sums, rest) = words.split_at(self.stepper.body_at());
+    fn sample(
+        &mut self,
+        stepper: &DeviceStepper<'_>,
+        state: &mut State<f32>,
+        case: &Case,
+        info: &StepInfo,
+        words: &[u32],
+    ) -> Result<(), DeviceError> {
+        let (sums, rest) = words.split_at(stepper.body_at());
         let (body, counters) = rest.split_at(BODY_WORDS);
         let sums = WorkgroupSums::new(sums);
         let body = self.model.projectile.as_ref().map(|p| layout::read_body(body, p));
@@ -144,29 +223,42 @@ impl DeviceSimulation<'_> {
         };
         let in_doubt = record.sample(case, &moment, |_, ply| sums.ply(ply, count).add(sum::COVERED) > 0.5);
         if in_doubt {
-            self.look(case, info.index)?;
+            self.look(stepper, state, case, info.index)?;
         }
         let kinetic = sums.add(sum::KINETIC) + solver::flying(body.as_ref().map(|b| &b.body));
         if let Some(excess) = solver::excess(&self.balance, kinetic, true) {
             // The place is looked for in the state as it is now, at most two batches later.
-            self.state.step = info.index + 1;
-            if let Err(error) = self.stepper.download(&self.model, &mut self.state) {
+            state.step = info.index + 1;
+            if let Err(error) = stepper.download_shot(self.number, &self.model, state) {
                 self.record.lost = Some(error.to_string());
             }
-            self.diagnose(excess);
+            self.diagnose(state, excess);
         }
         Ok(())
     }
 
     /// A closer look at what covers the projectile after a step, the last one the device has done.
-    fn look(&mut self, case: &Case, step: u64) -> Result<(), DeviceError> {
-        debug_assert_eq!(step + 1, self.next, "steps were sent off after one whose state is looked at");
-        self.stepper.download(&self.model, &mut self.state)?;
-        self.state.step = step + 1;
-        let (model, state) = (&self.model, &self.state);
+    fn look(
+        &mut self,
+        stepper: &DeviceStepper<'_>,
+        state: &mut State<f32>,
+        case: &Case,
+        step: u64,
+    ) -> Result<(), DeviceError> {
+        self.download(stepper, state, step + 1)?;
         if let Some(body) = &state.body {
-            self.record.look(case, |ply| outcome::is_held(model, state, body, ply));
+            self.record.look(case, |ply| outcome::is_held(&self.model, state, body, ply));
         }
         Ok(())
+    }
+}
+
+/// Whether there was room for all that the projectile met.
+fn check_room(stepper: &DeviceStepper<'_>, counters: &[u32; STATUS_WORDS]) -> Result<(), DeviceError> {
+    let (adapter, sizes) = (stepper.device.name().to_owned(), stepper.sizes());
+    match [status::OVERFLOW, status::OVERFLOW_EDGES].map(|at| counters[at]) {
+        [0, 0] => Ok(()),
+        [0, found] => Err(DeviceError::CrowdedRim { adapter, found, room: sizes.ties }),
+        [found, _] => Err(DeviceError::Crowded { adapter, found, room: sizes.points }),
     }
 }

@@ -2,8 +2,9 @@
 
 use super::*;
 use crate::case;
+use crate::gpu::DeviceError;
 use crate::gpu::layout::status;
-use crate::gpu::stepper::BatchResult;
+use crate::gpu::submission::BatchResult;
 
 fn small() -> Result<Case, Box<dyn std::error::Error>> {
     let text = r#"{"title": "rim", "fabric": {"file": "fabrics/s-720.json"},
@@ -24,14 +25,15 @@ fn counters(changes: &[(usize, u32)]) -> BatchResult {
 fn a_rim_without_room_or_rest_ends_the_run_by_name() -> Result<(), Box<dyn std::error::Error>> {
     let (case, device) = (small()?, Device::noop());
     let mut run = DeviceSimulation::new(&case, &device)?;
-    assert_eq!(run.take(&case, &[], &counters(&[])), Ok(()));
-    let crowded = run.take(&case, &[], &counters(&[(status::OVERFLOW_EDGES, 999)]));
-    let room = run.stepper.sizes().ties;
+    let DeviceLoop { stepper, shots, state, .. } = &mut run.device_loop;
+    let mut take = |result: &BatchResult| shots[0].take(stepper, state, &case, &[], result);
+    assert_eq!(take(&counters(&[])), Ok(()));
+    let crowded = take(&counters(&[(status::OVERFLOW_EDGES, 999)]));
+    let room = stepper.sizes().ties;
     assert!(room > 20);
     assert_eq!(crowded, Err(DeviceError::CrowdedRim { adapter: "noop".into(), found: 999, room }));
-    assert!(run.record.divergence.is_none());
-    run.take(&case, &[], &counters(&[(status::BAD_STEP, 7), (status::NOT_CONVERGED, 1)]))?;
-    let trouble = run.record.divergence.as_ref().ok_or("no trouble")?;
+    take(&counters(&[(status::BAD_STEP, 7), (status::NOT_CONVERGED, 1)]))?;
+    let trouble = run.shot().record.divergence.as_ref().ok_or("no trouble")?;
     assert_eq!((trouble.step, trouble.kernel), (7, "projectile_rim"));
     assert!(trouble.quantity.contains("still changes after 40 solves"), "{trouble:?}");
     Ok(())

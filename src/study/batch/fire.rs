@@ -1,12 +1,13 @@
-//! Whole shots in parallel, one thread each. Whoever is done takes the next.
+//! Whole shots in parallel, one thread each. Whoever is done takes the next. On a device see `on_device`.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::mpsc;
 use std::thread;
 
-use super::{BatchError, BatchOptions, ShotOrder, ShotRow};
-use crate::case::{self, Case, CaseError};
+use super::{BatchError, BatchOptions, ShotOrder, ShotRow, on_device};
+use crate::case::{self, Case, CaseError, Drawn};
+use crate::run::graphics::DeviceUse;
 use crate::run::{self, Options};
 
 /// The case of a shot, as `ripstop run` would run it.
@@ -17,11 +18,24 @@ pub fn order_case(case: &Case, seed: u32, order: ShotOrder) -> Result<Case, Case
     case::realisation(case, seed, order.shot, order.velocity)
 }
 
-/// Computes shots and hands their rows over as they end, in any order.
+/// Computes shots and hands their rows over as they end, in any order; tells what they took of a device.
 ///
 /// # Errors
-/// What `done` refuses, or the end that the user has asked for. Shots under way are given up then.
+/// What `done` refuses, the end that the user has asked for, or a device that was lost. Shots under way are given up then.
 pub fn fire(
+    case: &Case,
+    orders: &[ShotOrder],
+    options: &BatchOptions<'_>,
+    done: &mut dyn FnMut(ShotRow) -> Result<(), BatchError>,
+) -> Result<DeviceUse, BatchError> {
+    if let Some(device) = options.device {
+        return on_device::fire(case, orders, device, options, done);
+    }
+    in_parallel(case, orders, options, done).map(|()| DeviceUse::default())
+}
+
+/// On the processor.
+fn in_parallel(
     case: &Case,
     orders: &[ShotOrder],
     options: &BatchOptions<'_>,
@@ -29,7 +43,7 @@ pub fn fire(
 ) -> Result<(), BatchError> {
     let next = AtomicUsize::new(0);
     let given_up = AtomicBool::new(false);
-    let stop = || options.interrupt.load(Ordering::Relaxed) || given_up.load(Ordering::Relaxed);
+    let stop = || options.stopped() || given_up.load(Ordering::Relaxed);
     let (sender, receiver) = mpsc::channel();
     let work = |sender: mpsc::Sender<ShotRow>| {
         while !stop() {
@@ -64,24 +78,38 @@ pub fn fire(
     }
 }
 
-/// One shot; `None` where it was given up.
+/// A shot that can be set up.
+pub(super) struct Ready {
+    pub(super) case: Case,
+    /// Of its projectile [m/s].
+    pub(super) velocity: f64,
+    pub(super) drawn: Vec<Drawn>,
+}
+
+/// The case of a shot with nothing that a row does not need; or the row of one that cannot be drawn.
+pub(super) fn ready(case: &Case, order: ShotOrder, options: &BatchOptions<'_>) -> Result<Ready, Box<ShotRow>> {
+    let asked = order.velocity.or(case.projectile.as_ref().map(|projectile| projectile.velocity)).unwrap_or(0.0);
+    let mut shot = order_case(case, options.seed, order)
+        .map_err(|error| Box::new(ShotRow::of_failure(order, asked, Vec::new(), &error.to_string())))?;
+    // None of these changes what becomes of the projectile.
+    shot.output.frames = 0;
+    shot.output.profile_times.clear();
+    shot.expect.clear();
+    let velocity = shot.projectile.as_ref().map_or(asked, |projectile| projectile.velocity);
+    Ok(Ready { velocity, drawn: shot.drawn.clone(), case: shot })
+}
+
+/// One shot on the processor; `None` where it was given up.
 pub(in crate::study) fn shoot(
     case: &Case,
     order: ShotOrder,
     options: &BatchOptions<'_>,
     given_up: &AtomicBool,
 ) -> Option<ShotRow> {
-    let asked = order.velocity.or(case.projectile.as_ref().map(|projectile| projectile.velocity)).unwrap_or(0.0);
-    let mut shot = match order_case(case, options.seed, order) {
-        Ok(shot) => shot,
-        Err(error) => return Some(ShotRow::of_failure(order, asked, Vec::new(), &error.to_string())),
+    let Ready { case: shot, velocity, drawn } = match ready(case, order, options) {
+        Ok(ready) => ready,
+        Err(row) => return Some(*row),
     };
-    // None of these changes what becomes of the projectile.
-    shot.output.frames = 0;
-    shot.output.profile_times.clear();
-    shot.expect.clear();
-    let velocity = shot.projectile.as_ref().map_or(asked, |projectile| projectile.velocity);
-    let drawn = shot.drawn.clone();
     let failure = |reason: &str| Some(ShotRow::of_failure(order, velocity, drawn, reason));
     let run_options =
         Options { threads: Some(options.threads_per_shot), precision: options.precision, ..Options::default() };

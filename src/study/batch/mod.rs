@@ -1,4 +1,4 @@
-//! Many shots of one case, each on a thread of its own.
+//! Many shots of one case, each on a thread of its own, or many at a time on a device.
 //!
 //! ```text
 //! case, seed ──► orders ──► fire ──► rows ──► log ──► table
@@ -9,12 +9,13 @@
 
 pub(in crate::study) mod fire;
 mod log;
+mod on_device;
 mod page;
 mod plan;
 mod row;
 mod threads;
 
-use std::sync::atomic::AtomicBool;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 pub use fire::{fire, order_case};
 pub use log::ShotLog;
@@ -23,6 +24,7 @@ pub use plan::BatchPlan;
 pub use row::{ShotRow, columns};
 pub(in crate::study) use threads::in_threads;
 
+use crate::gpu::{Device, DeviceError};
 use crate::output::OutputError;
 use crate::run::Precision;
 use crate::study::StudyError;
@@ -36,7 +38,7 @@ pub struct ShotOrder {
     pub velocity: Option<f64>,
 }
 
-/// How shots are computed. None of it changes a result but the precision.
+/// How shots are computed. None of it changes a result but precision and device.
 #[derive(Clone, Copy, Debug)]
 pub struct BatchOptions<'a> {
     /// What all draws come from.
@@ -47,8 +49,17 @@ pub struct BatchOptions<'a> {
     pub threads_per_shot: usize,
     /// Number type.
     pub precision: Precision,
+    /// The graphics processor that shots are computed on, many at a time; `None`: the processor.
+    pub device: Option<&'a Device>,
     /// Raised: the shots under way are given up.
     pub interrupt: &'a AtomicBool,
+}
+
+impl BatchOptions<'_> {
+    /// Whether the user has asked for the end.
+    fn stopped(&self) -> bool {
+        self.interrupt.load(Ordering::Relaxed)
+    }
 }
 
 /// Why a batch did not end.
@@ -60,6 +71,9 @@ pub enum BatchError {
     /// What was asked for, or what lies in the folder, cannot be used.
     #[error(transparent)]
     Study(#[from] StudyError),
+    /// The device was lost; rows so far are written.
+    #[error(transparent)]
+    Device(DeviceError),
     /// The user has ended it; rows so far are written.
     #[error("interrupted")]
     Interrupted,

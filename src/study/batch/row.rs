@@ -62,11 +62,12 @@ impl ShotRow {
     /// A shot that ran.
     pub(super) fn of_run(order: ShotOrder, case: &Case, run: &Run) -> Self {
         let last = run.history.last().copied().unwrap_or_default();
-        let reason = match (&run.divergence, run.outcome) {
-            (Some(trouble), _) => {
+        let reason = match (&run.divergence, &run.lost, run.outcome) {
+            (Some(trouble), ..) => {
                 format!("unstable: {} in {} at step {}", trouble.quantity, trouble.kernel, trouble.step)
             }
-            (None, Outcome::Running) => "undecided at the end of the run".to_owned(),
+            (None, Some(lost), _) => lost.split_whitespace().collect::<Vec<_>>().join(" "),
+            (None, None, Outcome::Running) => "undecided at the end of the run".to_owned(),
             _ => String::new(),
         };
         let decided = reason.is_empty();
@@ -74,7 +75,7 @@ impl ShotRow {
             order,
             velocity: case.projectile.as_ref().map_or(0.0, |projectile| projectile.velocity),
             drawn: case.drawn.clone(),
-            outcome: run.divergence.is_none().then_some(run.outcome),
+            outcome: (run.divergence.is_none() && run.lost.is_none()).then_some(run.outcome),
             residual: residual_velocity(case, run).filter(|_| decided),
             numbers: vec![
                 run.impact_energy,

@@ -51,7 +51,7 @@ impl Observer for Shelf {
 }
 
 /// One ply that is met at the rim of the projectile's face too.
-fn rim() -> Case {
+pub(super) fn rim() -> Case {
     let mut case = ply();
     case.solver.contact_sampling = ContactSampling::Edges;
     case.solver.end_time = 14e-6;

@@ -235,8 +235,8 @@ pub(super) const MUTANTS: &[Mutant] = &[
     mutant(
         "last element not computed",
         "one element",
-        "if (element >= scene.elements) {",
-        "if (element + 1u >= scene.elements) {",
+        "if (number < scene.shot_elements && is_due(element)",
+        "if (number + 1u < scene.shot_elements && is_due(element)",
     ),
     mutant("constants of another sheet", "plies of two fabrics", "plies[ply].ply_type == scene.ply_type", "true"),
     mutant(

@@ -11,7 +11,7 @@ pub(super) const MUTANTS: &[Mutant] = &[
     mutant(
         "every sample in the first slot",
         "Variational, compressible",
-        "let first = step.slot * (",
+        "let first = (step.slot * groups.z + group.z) * (",
         "let first = 0u * (",
     ),
     mutant("evaluations not counted anew", "Variational, compressible", "flags[element] = word & 3u;", ""),
@@ -64,7 +64,7 @@ pub(super) const MUTANTS: &[Mutant] = &[
     mutant(
         "losses not counted anew",
         "cone, oblique, friction",
-        "body.energy = vec4<f32>(0.0, 0.0, 0.0, body.energy.w);",
+        "bodies[shot.number].energy = vec4<f32>(0.0, 0.0, 0.0, body.energy.w);",
         "",
     ),
     mutant("depth forgotten", "sphere", "vec4<f32>(0.0, 0.0, 0.0, body.energy.w)", "vec4<f32>(0.0)"),
@@ -98,19 +98,19 @@ pub(super) const MUTANTS: &[Mutant] = &[
     mutant(
         "elements of every ply in the first",
         "plies of two fabrics",
-        "let element = ply * ply_elements + i;",
+        "let element = ply_number(ply) * ply_elements + i;",
         "let element = i;",
     ),
     mutant(
         "nodes of every ply in the first",
         "two fabrics, holes, no hourglass",
-        "let node = ply * ply_nodes + i;",
+        "let node = ply_number(ply) * ply_nodes + i;",
         "let node = i;",
     ),
     mutant(
         "supports of every ply in the first",
         "thirty degrees, clamped, smooth",
-        "let at = 3u * (ply * rim + i);",
+        "let at = 3u * (ply_number(ply) * rim + i);",
         "let at = 3u * i;",
     ),
     mutant(

@@ -20,7 +20,12 @@ pub(super) const MUTANTS: &[Mutant] = &[
         "there.w, -1.0, 1.0, 1.0)",
     ),
     mutant("wrong element in a corner", "Variational, compressible", "corner_force(e - 1u,", "corner_force(e,"),
-    mutant("elements of the first ply", "Variational, compressible", "(ply * scene.rows + place.x)", "(place.x)"),
+    mutant(
+        "elements of the first ply",
+        "Variational, compressible",
+        "(ply_number(ply) * scene.rows + place.x)",
+        "(place.x)",
+    ),
     mutant(
         "element beyond the edge",
         "Variational, compressible",
@@ -68,10 +73,10 @@ pub(super) const MUTANTS: &[Mutant] = &[
     mutant(
         "far words of marks lost",
         "sphere",
-        "words + (word >> 5u)], 1u << (word & 31u)",
-        "words], 1u << (word & 31u)",
+        "mark_words().x + (word >> 5u))], 1u << (word & 31u)",
+        "mark_words().x)], 1u << (word & 31u)",
     ),
-    mutant("bit off by one", "sphere", "1u << (node & 31u)", "1u << ((node + 1u) & 31u)"),
+    mutant("bit off by one", "sphere", "1u << (number & 31u)", "1u << ((number + 1u) & 31u)"),
     mutant(
         "body frame turned the wrong way",
         "cylinder, yawed, friction",

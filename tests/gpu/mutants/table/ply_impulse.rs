@@ -105,8 +105,8 @@ pub(super) const MUTANTS: &[Mutant] = &[
     mutant(
         "largest unit not counted in",
         "graded plies",
-        "scene.impulse_unit * f32(1u << largest)",
-        "scene.impulse_unit",
+        "shot.impulse_unit * f32(1u << largest)",
+        "shot.impulse_unit",
     ),
     mutant("unit of one corner forgotten", "graded plies", "max(theirs.z, theirs.w)", "theirs.z"),
     mutant(

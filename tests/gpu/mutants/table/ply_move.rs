@@ -111,8 +111,8 @@ pub(super) const MUTANTS: &[Mutant] = &[
     mutant(
         "own unit forgotten",
         "graded plies",
-        "scene.impulse_unit * f32(1u << count_shift(ply, place))",
-        "scene.impulse_unit",
+        "shot.impulse_unit * f32(1u << count_shift(ply, place))",
+        "shot.impulse_unit",
     ),
     mutant(
         "masses of the finest",

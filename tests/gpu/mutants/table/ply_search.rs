@@ -95,7 +95,7 @@ pub(super) const MUTANTS: &[Mutant] = &[
     mutant(
         "no room around the rest",
         "resting plies, a corner",
-        "step.travel + 3.0 * max(plies[other].longest, plies[own].longest)",
+        "shot.travel * f32(step.index + 1u) + 3.0 * max(plies[other].longest, plies[own].longest)",
         "0.0",
     ),
     mutant("moving nodes over rest not asked", "resting plies", "(moving || sees(", "(sees("),
@@ -143,7 +143,7 @@ pub(super) const MUTANTS: &[Mutant] = &[
         "",
     ),
     mutant("gap after the step", "two free plies", "let gap = touch.gap - along * scene.dt;", "let gap = touch.gap;"),
-    mutant("depth not noted", "two free plies", "atomicMax(&status[PLY_DEPTH], depth);", ""),
+    mutant("depth not noted", "two free plies", "atomicMax(&status[counter(PLY_DEPTH)], depth);", ""),
     mutant(
         "depth driven out only while closing",
         "two free plies",

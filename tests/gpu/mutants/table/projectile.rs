@@ -10,7 +10,7 @@ pub(super) const MUTANTS: &[Mutant] = &[
     mutant(
         "word of marks left out",
         "sphere",
-        "countOneBits(atomicLoad(&candidates[summary * 32u + firstTrailingBit(rest)]))",
+        "countOneBits(atomicLoad(&candidates[mark_word(summary * 32u + firstTrailingBit(rest))]))",
         "1u",
     ),
     mutant("debris touches", "sphere", "return (bits & 3u) != 0u;", "return true;"),
@@ -58,21 +58,21 @@ pub(super) const MUTANTS: &[Mutant] = &[
     mutant(
         "nodes pull",
         "sphere, spinning, oblique, friction",
-        "state == PUSHING && points[p].friction_impulse.w < 0.0",
-        "state == PUSHING && points[p].friction_impulse.w < -1e30",
+        "state == PUSHING && points[point_number(p)].friction_impulse.w < 0.0",
+        "state == PUSHING && points[point_number(p)].friction_impulse.w < -1e30",
     ),
     mutant(
         "released nodes are dragged",
         "light cylinder, one side of the face",
-        "    points[p].state = NEAR;\n    points[p].friction_impulse = vec4<f32>(0.0);",
-        "    points[p].state = NEAR;",
+        "    points[point_number(p)].state = NEAR;\n    points[point_number(p)].friction_impulse = vec4<f32>(0.0);",
+        "    points[point_number(p)].state = NEAR;",
     ),
     mutant("no node joins", "light cylinder, one side of the face", "change < SET_CHANGES / 2u", "change < 0u"),
     mutant("no friction", "cone, oblique, friction", "if (!FRICTION ||", "if (true ||"),
     mutant(
         "friction without its limit",
         "cone, oblique, friction",
-        "let limit = points[p].friction * push;",
+        "let limit = points[point_number(p)].friction * push;",
         "let limit = push;",
     ),
     mutant("sliding along the normal", "cone, oblique, friction", "slip - normal * dot(slip, normal)", "slip"),
@@ -296,7 +296,7 @@ pub(super) const MUTANTS: &[Mutant] = &[
         "if (there && (square > best.square || best.square == 1e30)) {",
     ),
     mutant("depth not noted", "sphere", "seen.depth = max(0.0, -g.distance);", "seen.depth = 0.0;"),
-    mutant("marks not cleared", "sphere", "atomicStore(&candidates[word], 0u);", ""),
+    mutant("marks not cleared", "sphere", "atomicStore(&candidates[mark_word(word)], 0u);", ""),
     mutant(
         "fabric in front missing",
         "sphere on turned plies, friction",
@@ -403,7 +403,7 @@ pub(super) const MUTANTS: &[Mutant] = &[
     mutant(
         "elements not counted",
         "face of a cylinder exactly touching resting plies",
-        "let before = atomicAdd(&status[COMPUTED], count);",
+        "let before = atomicAdd(&status[counter(COMPUTED)], count);",
         "let before = 0u;",
     ),
     mutant(

@@ -20,8 +20,8 @@ pub(super) const MUTANTS: &[Mutant] = &[
     of_points(
         "height of the first node",
         "between nodes, yawed, friction",
-        "mix(points[p].pressed.z, points[q].pressed.z, at)",
-        "points[p].pressed.z",
+        "mix(points[point_number(p)].pressed.z, points[point_number(q)].pressed.z, at)",
+        "points[point_number(p)].pressed.z",
     ),
     of_points(
         "face without its rounding",
@@ -53,7 +53,12 @@ pub(super) const MUTANTS: &[Mutant] = &[
         "select(1u, 2u, up)",
         "select(2u, 1u, up)",
     ),
-    of_points("edge from the left not known", "between nodes, yawed, friction", "points[left].to_right > 0u", "false"),
+    of_points(
+        "edge from the left not known",
+        "between nodes, yawed, friction",
+        "points[point_number(left)].to_right > 0u",
+        "false",
+    ),
     of_rim(
         "touches independent",
         "between nodes, yawed, friction",
@@ -75,7 +80,7 @@ pub(super) const MUTANTS: &[Mutant] = &[
     of_rim(
         "one triangle for all plies",
         "between nodes on turned plies, friction",
-        "ply * (most * (most + 1u) / 2u) + own",
+        "ply_number(ply) * (most * (most + 1u) / 2u) + own",
         "own",
     ),
     Mutant {

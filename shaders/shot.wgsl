@@ -1,0 +1,76 @@
+// shot: the shot of a batch that a workgroup computes, what it has of its own, and where its part of storage begins. Fields of nodes and
+// elements hold those of all shots, one shot after another: number of a node and of an element say which shot they are of. All else a
+// shot has is in one piece.
+// Twin: src/gpu/layout/shot.rs
+
+/// What a shot has of its own.
+struct Shot {
+    /// Velocity of the projectile at the start [m/s].
+    impact_x: f32,
+    impact_y: f32,
+    impact_z: f32,
+    /// An impulse between plies is counted in these [N·s].
+    impulse_unit: f32,
+    /// How far any node may go in a step [m].
+    travel: f32,
+    /// Its place in storage.
+    number: u32,
+    pad0: u32,
+    pad1: u32,
+}
+
+/// Those that run, in the order of the layers of a dispatch: what has ended is not dispatched.
+@group(0) @binding(5) var<uniform> shots: array<Shot, 2048>;
+
+/// The one at hand; every kernel takes it from `shots` first.
+var<private> shot: Shot;
+
+fn first_node() -> u32 {
+    return shot.number * scene.shot_nodes;
+}
+
+fn first_element() -> u32 {
+    return shot.number * scene.shot_elements;
+}
+
+/// A ply of the shot among those of all shots.
+fn ply_number(ply: u32) -> u32 {
+    return shot.number * scene.plies + ply;
+}
+
+/// Place of a word of the shot in `status`.
+fn counter(word: u32) -> u32 {
+    return shot.number * (STATUS_WORDS + 4u * scene.plies) + word;
+}
+
+/// Words of a bit for every node of a shot, and of a bit for every such word.
+fn mark_words() -> vec2<u32> {
+    let words = (scene.shot_nodes + 31u) >> 5u;
+    return vec2<u32>(words, (words + 31u) >> 5u);
+}
+
+/// Place of a word of the shot in `candidates`.
+fn mark_word(word: u32) -> u32 {
+    let words = mark_words();
+    return shot.number * (words.x + words.y) + word;
+}
+
+/// Place of a point of the shot in `points`.
+fn point_number(point: u32) -> u32 {
+    return shot.number * scene.points + point;
+}
+
+/// Place in `touches` of what says how many the shot has; they follow.
+fn touch_head() -> u32 {
+    return shot.number * (scene.points + scene.plies * scene.ties + 1u);
+}
+
+/// Place of a touch of the shot in `touches`.
+fn touch_number(at: u32) -> u32 {
+    return touch_head() + 1u + at;
+}
+
+/// Place of a member of the shot in `members`: three for each point of the rim that a ply has room for.
+fn member_number(member: u32) -> u32 {
+    return shot.number * (scene.plies * 3u * scene.ties) + member;
+}
