@@ -21,6 +21,7 @@ pub fn builtin_fabric(file: &str) -> Option<&'static str> {
     match file {
         "fabrics/s-720.json" => Some(include_str!("../../cases/fabrics/s-720.json")),
         "fabrics/s-728.json" => Some(include_str!("../../cases/fabrics/s-728.json")),
+        "fabrics/twaron-ct612.json" => Some(include_str!("../../cases/fabrics/twaron-ct612.json")),
         "fabrics/twaron-ct709.json" => Some(include_str!("../../cases/fabrics/twaron-ct709.json")),
         _ => None,
     }

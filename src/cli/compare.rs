@@ -37,8 +37,19 @@ fn first(d: &BackendDifference) -> String {
     let [ply, row, column] = d.place;
     format!(
         "first: step {}, {}, {}, ply {ply} row {row} column {column} component {}: cpu {:e}, gpu {:e}\n  \
-         {:.1e} of the scale, allowed {:.1e} ({})",
-        d.step, line.kernel, line.buffer, d.component, d.cpu, d.gpu, d.relative, line.tolerance, line.reason
+         {:.1e} of the scale, allowed {:.1e}: {} roundings, each grown {:.0} times ({}); scale: {}",
+        d.step,
+        line.kernel,
+        line.quantity,
+        d.component,
+        d.cpu,
+        d.gpu,
+        d.relative,
+        line.limit(),
+        line.roundings,
+        line.condition,
+        line.reason,
+        line.scale
     )
 }
 
@@ -63,9 +74,9 @@ fn text(found: &Comparison, adapter: &str) -> String {
         table.row([
             mark,
             line.kernel,
-            line.buffer,
+            line.quantity,
             &number(worst.relative),
-            &number(line.tolerance),
+            &number(line.limit()),
             &number(found.rounding[i]),
             &place,
         ]);
@@ -80,10 +91,11 @@ fn to_json(found: &Comparison, adapter: &str) -> Value {
     let one = |d: &BackendDifference| {
         let line = &TOLERANCES[d.what];
         json!({
-            "step": d.step, "kernel": line.kernel, "buffer": line.buffer,
+            "step": d.step, "kernel": line.kernel, "buffer": line.quantity,
             "ply": d.place[0], "row": d.place[1], "column": d.place[2], "component": d.component,
             "cpu": d.cpu, "gpu": d.gpu, "cpu_f64": d.wide,
-            "difference": d.relative, "tolerance": line.tolerance, "reason": line.reason, "pass": !d.is_over(),
+            "difference": d.relative, "tolerance": line.limit(), "pass": !d.is_over(),
+            "roundings": line.roundings, "condition": line.condition, "scale": line.scale, "reason": line.reason,
         })
     };
     json!({
@@ -95,7 +107,7 @@ fn to_json(found: &Comparison, adapter: &str) -> Value {
         "first": found.first.as_ref().map(one),
         "largest": found.worst.iter().flatten().map(one).collect::<Vec<_>>(),
         "single_precision": TOLERANCES.iter().zip(&found.rounding).map(|(line, x)| json!({
-            "kernel": line.kernel, "buffer": line.buffer, "difference": x,
+            "kernel": line.kernel, "buffer": line.quantity, "difference": x,
         })).collect::<Vec<_>>(),
     })
 }

@@ -130,6 +130,9 @@ pub(crate) struct ValidateArguments {
     /// Case files whose published statements are checked [default: closed forms and the paper's shots, which are built in]
     #[arg(value_name = "CASE.json")]
     pub(crate) cases: Vec<PathBuf>,
+    /// Also look for the limits of five packs whose V50 was measured; about twenty minutes on two cores
+    #[arg(long, conflicts_with = "cases")]
+    pub(crate) limits: bool,
     #[command(flatten)]
     pub(crate) backend: BackendArguments,
     /// Worker threads [default: all cores]

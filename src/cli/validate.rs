@@ -26,7 +26,7 @@ pub(crate) fn validate(arguments: &ValidateArguments) -> Result<(), CommandFailu
     let options = chosen.options(arguments.threads);
     let mut progress = |name: &str, at: &Progress| bar.show_named(name, at);
     let rows = match cases.is_empty() {
-        true => validate::run(options, &interrupted, &mut progress),
+        true => validate::run(arguments.limits, options, &interrupted, &mut progress),
         false => validate::run_cases(&cases, options, &interrupted, &mut progress),
     };
     bar.clear();

@@ -69,3 +69,39 @@ pub(super) fn stretching<R: Real>(size: &ElementGeometry<R>, k: &Kinematics<R>, 
         along - half * k.per_stretch[i] * (dot(&step, &step) - along.squared())
     })
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Elements of 2 × 1.5 mm.
+    const SIZE: ElementGeometry<f64> = ElementGeometry {
+        gradient: [250.0, 1.0 / 3e-3],
+        membrane: [1.0; 2],
+        half_length: [1.0; 2],
+        hourglass: [0.0; 2],
+        viscosity: [0.0; 2],
+        cells: 1.0,
+        area: 3e-6,
+    };
+
+    #[test]
+    fn stretches_grow_by_what_their_rates_say_to_second_order() {
+        let (dx, dy) = ([2e-4, -3e-4, 5e-4], [4e-4, 1e-4, -6e-4]);
+        // By component and direction [m/s].
+        let v = [[30.0, -20.0], [14.0, 35.0], [-25.0, 40.0]];
+        let now = kinematics(&SIZE, &dx, &dy);
+        let off = |dt: f64| {
+            let earlier = |d: &Vector<f64>, i: usize| [0, 1, 2].map(|a| d[a] - dt * v[a][i]);
+            let before = kinematics(&SIZE, &earlier(&dx, 0), &earlier(&dy, 1));
+            let transposed = [0, 1, 2].map(|a| [v[a][0], v[a][1], 0.0]);
+            let grown = stretching(&SIZE, &now, [&transposed[0], &transposed[1], &transposed[2]], dt);
+            [0, 1].map(|i| (grown[i] - (now.extension[i] - before.extension[i])).abs())
+        };
+        let [coarse, fine] = [off(4e-6), off(2e-6)];
+        for i in 0..2 {
+            // The error is of third order.
+            assert!(coarse[i] < 1e-3 && fine[i] < coarse[i] / 6.0, "{coarse:?} {fine:?}");
+        }
+    }
+}

@@ -88,3 +88,18 @@ fn an_impulse_stops_the_approach_and_rubs_at_most_by_coulomb() {
     assert_eq!(recovery(-0.4, 1.0, 2.0, 1e-6), RECOVERY_SPEED - 2.0);
     assert_eq!((recovery(2.0, 0.5, -1.0, 0.5), recovery(-2.0, 0.5, 9.0, 0.5)), (0.0, 0.0));
 }
+
+#[test]
+fn a_point_is_apart_above_a_flat_cell_alone() {
+    let flat = |rise: f64| [[0.0, 0.0, 0.0], [1.0, 0.0, rise], [1.0, 1.0, rise], [0.0, 1.0, 0.0]].map(Vector3::from);
+    let above = |z: f64| Vector3::new(0.5, 0.5, z);
+    assert!(is_apart(&flat(0.0), &above(0.4), 1.0, 0.3, 1.0));
+    assert!(is_apart(&flat(0.0), &above(-0.4), -1.0, 0.3, 1.0), "on the other side");
+    assert!(!is_apart(&flat(0.0), &above(0.2), 1.0, 0.3, 1.0), "near");
+    assert!(!is_apart(&flat(0.0), &Vector3::new(1.5, 0.5, 0.4), 1.0, 0.3, 1.0), "beside the cell");
+    // A slope is flat to a twentieth of its length.
+    assert!(is_apart(&flat(0.04), &above(0.5), 1.0, 0.3, 1.0));
+    assert!(!is_apart(&flat(0.06), &above(0.9), 1.0, 0.3, 1.0), "steep");
+    // Nearer than the cell's own rise.
+    assert!(!is_apart(&flat(0.04), &above(0.37), 1.0, 0.3, 1.0));
+}

@@ -358,3 +358,37 @@ impl EnergyBalance {
         1.5 * self.accounted_energy()
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn errors_are_over_what_was_put_in_or_as_they_are_where_nothing_was() {
+        let mut nothing = EnergyBalance::default();
+        nothing.begin(0.0, Vector3::zeros());
+        let balance = nothing.balance();
+        assert_eq!([balance.error, balance.gained, balance.momentum_error], [0.0; 3]);
+
+        let mut moving = EnergyBalance::default();
+        moving.nodes_are(8.0, [0.0, 0.0, 4.0]);
+        moving.begin(8.0, Vector3::new(0.0, 0.0, 4.0));
+        moving.nodes_are(10.0, [0.0, 0.0, 5.0]);
+        let balance = moving.balance();
+        assert_eq!([balance.error, balance.momentum_error], [2.0 / 8.0, 1.0 / 4.0]);
+        // What the supports took is no error, and counts as put in.
+        moving.support = [3.0, 0.0, 9.0];
+        moving.nodes_are(8.0, [0.0, 0.0, 13.0]);
+        assert_eq!(moving.balance().momentum_error, 3.0 / 90.0_f64.sqrt());
+    }
+
+    #[test]
+    fn momentum_across_a_mirror_plane_is_not_looked_at() {
+        let mut part = EnergyBalance::of_part(MirrorPlanes([true, false]));
+        part.begin(1.0, Vector3::new(0.0, 0.0, 2.0));
+        part.nodes_are(0.0, [7.0, 0.0, 0.0]);
+        assert_eq!(part.balance().momentum_error, 0.0);
+        part.nodes_are(0.0, [7.0, 1.0, 0.0]);
+        assert_eq!(part.balance().momentum_error, 0.5);
+    }
+}

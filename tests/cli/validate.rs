@@ -22,12 +22,18 @@ fn book_and_page_show_the_table_of_this_build() {
     }
     assert!(!page.contains("http://") && !page.contains("https://"), "the page needs nothing but itself");
     assert!(page.matches("class=\"pass\"").count() >= 33, "{page}");
-    let failed = "bias extension at three angles, the paper's perforation, the breaking velocity";
-    assert_eq!(page.matches("class=\"fail\"").count(), 5, "{failed}: {page}");
+    let failed =
+        "bias extension at three angles, the paper's perforation, the breaking velocity, Cunniff's failure strain";
+    assert_eq!(page.matches("class=\"fail\"").count(), 6, "{failed}: {page}");
     let table = stdout(&output);
-    for (group, count) in
-        [("weft free", 4), ("weft held", 3), ("blunt cone", 3), ("Picture frame", 3), ("Bias extension", 3)]
-    {
+    for (group, count) in [
+        ("weft free", 4),
+        ("weft held", 3),
+        ("blunt cone", 3),
+        ("Picture frame", 3),
+        ("Bias extension", 3),
+        ("1 ply, RCC", 9),
+    ] {
         let rows = table.lines().filter(|line| line.split('|').nth(1).is_some_and(|of| of.contains(group)));
         assert_eq!(rows.count(), count, "{group} in\n{table}");
     }
@@ -60,6 +66,7 @@ fn a_page_that_cannot_be_written_is_refused_before_anything_is_computed() {
     assert_eq!((code(&output), stdout(&output)), (2, String::new()));
     assert!(stderr(&output).contains("shot.json"), "{}", stderr(&output));
     assert_eq!(code(&bench.ripstop(&["validate", "--json", "--markdown"])), 2);
+    assert_eq!(code(&bench.ripstop(&["validate", "--limits", "shot.json"])), 2);
 }
 
 /// Keys of a row, in order.

@@ -10,6 +10,8 @@ const END: &str = "<!-- /generated -->";
 /// Made here, by the command that is their name.
 const BY_COMMAND: [&str; 3] =
     ["ripstop schema --markdown", "ripstop explain --markdown", "ripstop verify --backend cpu --markdown"];
+/// Made here, by the library.
+const TOLERANCES: &str = "tolerances of GPU against CPU";
 /// Made in other tests, which compute the same anyway, and call [`hold`].
 const BY_OTHERS: [&str; 5] = [
     "coverage of intervals from thresholds, 10 000 synthetic campaigns",
@@ -52,6 +54,7 @@ fn tables_are_what_the_program_prints() {
         assert!(output.status.success(), "{name}: {output:?}");
         hold(name, &String::from_utf8(output.stdout).unwrap());
     }
+    hold(TOLERANCES, &ripstop::study::compare::markdown());
 }
 
 #[test]
@@ -62,7 +65,7 @@ fn no_generated_part_is_held_by_nobody() {
         names.extend(parts.map(|part| part.split_once(" -->").unwrap().0.to_owned()));
     }
     names.sort();
-    let mut held = [&BY_COMMAND[..], &BY_OTHERS].concat();
+    let mut held = [&BY_COMMAND[..], &BY_OTHERS, &[TOLERANCES]].concat();
     held.sort_unstable();
     assert_eq!(names, held);
 }

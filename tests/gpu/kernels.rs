@@ -5,11 +5,14 @@
 
 pub(crate) mod compare;
 pub(crate) mod scenes;
-pub(crate) mod tolerances;
+pub(crate) mod seen;
+
+use std::collections::BTreeSet;
 
 use libtest_mimic::Trial;
 use ripstop::gpu::Device;
 use ripstop::gpu::shader::Kernel;
+use ripstop::study::compare::TOLERANCES;
 
 use super::harness::{Outcome, trial};
 use compare::Part;
@@ -18,6 +21,30 @@ use scenes::Scene;
 /// One scene, some parts of a step.
 pub(crate) fn check(device: &Device, scene: &Scene, parts: &[Part], source: &dyn Fn(&Kernel) -> String) -> Outcome {
     compare::differences(device, scene, parts, source)?.verdict().map_err(|e| format!("{}: {e}", scene.name))
+}
+
+/// Every line of the table is held by some scene, and numbers off by twice its tolerance would turn it red.
+fn whole_table(device: &Device) -> Outcome {
+    let scenes = all_scenes();
+    let mut lines = BTreeSet::new();
+    for name in [
+        "pieces of yarn of different strength",
+        "sphere, spinning, oblique, friction",
+        "between nodes, light",
+        "two free plies",
+        "resting plies of two fabrics",
+    ] {
+        let scene = scenes.iter().find(|scene| scene.name == name).ok_or_else(|| format!("no scene {name}"))?;
+        let seen = compare::differences(device, scene, &Part::ALL, &Kernel::source)?;
+        let blind = seen.blind();
+        if !blind.is_empty() {
+            return Err(format!("{name}: blind to {blind:?}"));
+        }
+        lines.extend(seen.lines());
+    }
+    let open: Vec<_> =
+        (0..TOLERANCES.len()).filter(|line| !lines.contains(line)).map(|line| TOLERANCES[line]).collect();
+    if open.is_empty() { Ok(()) } else { Err(format!("held by nothing: {open:?}")) }
 }
 
 /// Every scene, by the kernels it is for.
@@ -46,6 +73,7 @@ pub(crate) fn tests() -> Vec<Trial> {
         let name = format!("kernels::plies::momentum_stays::{}", word(&scene));
         out.push(trial(name, move |device| compare::keeps_momentum(device, &scene)));
     }
+    out.push(trial("kernels::no_line_of_the_table_is_idle_or_blind", whole_table));
     out.push(trial("kernels::nothing_happens_after_a_bad_step", compare::bad_step));
     out.push(trial("kernels::a_rim_without_room_is_told_and_not_heeded", compare::crowded));
     out.push(trial("kernels::a_rim_without_rest_ends_its_step", compare::restless));

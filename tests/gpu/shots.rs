@@ -77,7 +77,7 @@ fn to_its_end(case: &Case, mut simulation: DeviceSimulation<'_>) -> Run {
 fn within_tolerances(found: &Comparison) -> Outcome {
     let over = |(line, worst): (&Tolerance, &Option<BackendDifference>)| {
         let over = worst.as_ref().filter(|difference| difference.is_over())?;
-        Some(format!("{}, {}: {over:?}", line.kernel, line.buffer))
+        Some(format!("{}, {}: {over:?}", line.kernel, line.quantity))
     };
     let wrong: Vec<String> = compare::TOLERANCES.iter().zip(&found.worst).filter_map(over).collect();
     if wrong.is_empty() { Ok(()) } else { Err(wrong.join("\n")) }

@@ -9,14 +9,18 @@ use crate::gpu::{Device, DeviceError};
 use crate::kernels::element_force::field as element;
 use crate::kernels::node_update::field as node;
 use crate::kernels::rigid_body::RigidBody;
-use crate::model::{Model, PlyType};
+use crate::model::Model;
 use crate::run::RunError;
 use crate::solver::energy_balance::EnergyBalance;
 use crate::solver::state::{Rows, State};
 use crate::solver::{self, Context, KernelScalar, StepTotals};
 
+use super::scales::Scales;
 use super::tolerances::line;
 use super::{BackendDifference, Comparison};
+
+/// Speeds below that are not measured [m/s].
+const LEAST_SPEED: f64 = 1e-3;
 
 /// Numbers of one step in three versions.
 struct Triple<'a> {
@@ -24,20 +28,6 @@ struct Triple<'a> {
     cpu: &'a State<f32>,
     gpu: &'a State<f32>,
     wide: &'a State<f64>,
-}
-
-/// What differences are measured by.
-#[derive(Clone, Copy, Debug)]
-struct Scales {
-    force: f64,
-    height: f64,
-    length: f64,
-    speed: f64,
-    /// Velocities that close a gap.
-    closing: f64,
-    spin: f64,
-    energy: f64,
-    momentum: f64,
 }
 
 /// A run on the processor, stage by stage.
@@ -143,46 +133,7 @@ impl<'a> Lockstep<'a> {
 
     /// Scales of the leader's state.
     fn scales(&self) -> Scales {
-        let (model, state) = (&self.follower.model, &self.leader.state);
-        let breaking = |i: usize| {
-            let of = |ply_type: &PlyType<f64>| {
-                let y = &ply_type.cell.yarn[i];
-                y.stiffness * y.failure_strain.min(1.0) * ply_type.element.membrane[i]
-            };
-            model.ply_types.iter().map(of).fold(0.0, f64::max)
-        };
-        let shortest = model.ply_types.iter().map(|ply_type| ply_type.mesh.shortest()).fold(f64::INFINITY, f64::min);
-        let largest = |first: usize| {
-            let rows = 0..model.grid.node_rows();
-            let fields = |row: usize| (first..first + 3).map(move |f| (row, f));
-            rows.flat_map(fields)
-                .map(|(row, f)| {
-                    let at = f * state.nodes.stride;
-                    state.nodes.row(row)[at..at + state.nodes.stride].iter().fold(0.0_f32, |a, b| a.max(b.abs()))
-                })
-                .fold(0.0_f32, f32::max)
-        };
-        let body = model.projectile.as_ref();
-        let impact = body.map_or(0.0, |b| b.velocity.norm());
-        let speed = f64::from(largest(node::VELOCITY)).max(impact).max(1e-3);
-        let length = f64::from(largest(node::DISPLACEMENT)).max(shortest);
-        let mass = body.map_or(0.0, |b| b.mass);
-        let node_mass = model
-            .ply_types
-            .iter()
-            .map(|ply_type| ply_type.mass[1].mass.iter().sum::<f64>().max(ply_type.mass[0].mass.iter().sum::<f64>()))
-            .fold(0.0, f64::max);
-        let heaviest = mass.max(node_mass);
-        Scales {
-            force: breaking(0).max(breaking(1)),
-            height: model.ply_types.iter().map(|ply_type| ply_type.cell.height_sum).fold(1e-9, f64::max),
-            length,
-            speed,
-            closing: speed.max(0.01 * length / model.dt),
-            spin: body.map_or(1.0, |b| b.mass * impact.max(1e-3) * b.body.bounding_radius),
-            energy: (0.5 * heaviest * speed * speed).max(self.leader.ledger.balance().stored.abs()),
-            momentum: heaviest * speed,
-        }
+        Scales::of(&self.leader.model, &self.leader.state, LEAST_SPEED)
     }
 
     fn elements(&mut self, scales: &Scales) {
@@ -193,7 +144,7 @@ impl<'a> Lockstep<'a> {
             ("yarn alive", element::ALIVE..element::COUNT, 1.0),
         ];
         if self.leader.model.features().viscous {
-            fields.push(("viscous force", element::COUNT..element::COUNT + element::VISCOUS, scales.force));
+            fields.push(("viscous force", element::COUNT..element::COUNT + element::VISCOUS, scales.viscous_force));
         }
         self.element_fields("element_force", &fields);
     }
@@ -212,7 +163,9 @@ impl<'a> Lockstep<'a> {
                         if fields.start == element::HEIGHT && !standing {
                             continue; // nobody reads the heights of an eroded element
                         }
-                        let d = triple.element(what, field, fields.start, [row, column], [ply, in_ply, column], scale);
+                        let own = if fields.start < element::FORCES.end { 1.0 } else { 0.0 };
+                        let at = [row, column];
+                        let d = triple.element(what, field, fields.start, at, [ply, in_ply, column], [scale, own]);
                         self.comparison.see(d);
                     }
                 }
@@ -227,6 +180,7 @@ impl<'a> Lockstep<'a> {
             let (quantity, scale) = match field {
                 node::VELOCITY.. if kernel == "node_update" => ("velocity", scales.speed),
                 node::VELOCITY.. => ("velocity", scales.closing),
+                _ if kernel.starts_with("projectile") => ("displacement", scales.closing * scales.time_step),
                 _ => ("displacement", scales.length),
             };
             let what = line(kernel, quantity);
@@ -247,16 +201,15 @@ impl<'a> Lockstep<'a> {
         let (Some(cpu), Some(gpu), Some(wide)) = (&triple.cpu.body, &triple.gpu.body, &triple.wide.body) else {
             return;
         };
-        let cell = self.follower.model.ply_type(0).mesh.shortest();
         type Pick = fn(&RigidBody) -> [f64; 4];
         let vectors: [(&str, Pick, f64); 4] = [
-            ("body velocity", |b| [b.velocity.x, b.velocity.y, b.velocity.z, 0.0], scales.speed),
-            ("body position", |b| [b.position.x, b.position.y, b.position.z, 0.0], cell),
+            ("body velocity", |b| [b.velocity.x, b.velocity.y, b.velocity.z, 0.0], scales.body_velocity()),
+            ("body position", |b| [b.position.x, b.position.y, b.position.z, 0.0], scales.body_position()),
             ("body orientation", |b| [b.orientation.i, b.orientation.j, b.orientation.k, b.orientation.w], 1.0),
             (
                 "angular momentum",
                 |b| [b.angular_momentum.x, b.angular_momentum.y, b.angular_momentum.z, 0.0],
-                scales.spin,
+                scales.spin() + cpu.angular_momentum.norm(),
             ),
         ];
         for (quantity, pick, scale) in vectors {
@@ -277,7 +230,8 @@ impl<'a> Lockstep<'a> {
         let mut see = |quantity: &str, component: usize, values: [f64; 3], scale: f64| {
             self.comparison.see(difference(step, line("ledger", quantity), [0; 3], component, values, scale));
         };
-        see("kinetic energy", 0, [cpu.kinetic, sums.add(sum::KINETIC_NOW), wide.kinetic], scales.energy);
+        let kinetic = cpu.kinetic + scales.contact_energy();
+        see("kinetic energy now", 0, [cpu.kinetic, sums.add(sum::KINETIC_NOW), wide.kinetic], kinetic);
         // The processor's ledger holds fabric and projectile together; the device's sums are the fabric's.
         let body = self
             .leader
@@ -289,10 +243,10 @@ impl<'a> Lockstep<'a> {
         for a in 0..3 {
             let flying = body.map_or(0.0, |b| b[a]);
             let gpu = sums.add(sum::MOMENTUM + a) + flying;
-            see("momentum", a, [cpu.momentum[a], gpu, wide.momentum[a]], scales.momentum);
+            see("momentum", a, [cpu.momentum[a], gpu, wide.momentum[a]], scales.momentum + scales.impulse());
         }
-        see("stored energy", 0, [cpu.stored, sums.add(sum::STORED), wide.stored], scales.energy);
-        see("work", 0, [work, sums.add(sum::WORK), wide_work], scales.energy);
+        see("stored energy", 0, [cpu.stored, sums.add(sum::STORED), wide.stored], scales.energy + cpu.stored.abs());
+        see("work", 0, [work, sums.add(sum::WORK), wide_work], scales.energy + work.abs());
     }
 }
 
@@ -308,10 +262,11 @@ impl<'a> Triple<'a> {
         first: usize,
         [row, column]: [usize; 2],
         place: [usize; 3],
-        scale: f64,
+        [scale, own]: [f64; 2],
     ) -> BackendDifference {
         let pick = |rows: &Rows<f32>| f64::from(rows.get(row, field, column + 1));
         let wide = self.wide.elements.get(row, field, column + 1);
+        let scale = scale + own * pick(&self.cpu.elements).abs();
         difference(
             self.step,
             what,

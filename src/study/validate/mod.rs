@@ -1,11 +1,12 @@
 //! Predictions against what others have found: closed forms with published constants, and the paper's shots.
 //!
 //! No row gives an input back. Closed forms are scenes of `cases/verify` whose source says so, the same scenes driven otherwise, and
-//! tests of shear whose frame or grips no case has. What was published as a curve
+//! tests of shear whose frame or grips no case has. Limits are held against scales and, where asked for, against measured V50. What was published as a curve
 //! only is shown without a judgement: there is no number to hold it against. A row that fails stays, with the reason where it
 //! is known. Tables of the unit cell, conservation and stability are the affair of [`crate::study::verify`].
 
 mod driven;
+mod ladder;
 mod limits;
 mod shear;
 mod shots;
@@ -176,8 +177,9 @@ pub fn unexplained(rows: &[Prediction]) -> usize {
     rows.iter().filter(|row| row.pass == Some(false) && row.known_difference.is_empty()).count()
 }
 
-/// Computes every row. Rows after an interrupt are left out.
+/// Computes every row, those of measured V50 only where they are asked for. Rows after an interrupt are left out.
 pub fn run(
+    with_ladder: bool,
     options: Options<'_>,
     interrupt: &AtomicBool,
     progress: &mut (dyn FnMut(&str, &Progress) + Send),
@@ -194,6 +196,9 @@ pub fn run(
     shear::add(interrupt, progress, &mut rows);
     shots::paper(options, interrupt, progress, &mut rows);
     limits::add(options, interrupt, progress, &mut rows);
+    if with_ladder {
+        ladder::add(options, interrupt, progress, &mut rows);
+    }
     rows
 }
 

@@ -22,9 +22,10 @@ use ripstop::solver::active_region::ActiveRegion;
 use ripstop::solver::energy_balance::EnergyBalance;
 use ripstop::solver::state::State;
 use ripstop::solver::{self, Context, FailureEvent, StepTotals};
+use ripstop::study::compare::Scales;
 
 use super::scenes::Scene;
-use super::tolerances::Seen;
+use super::seen::Seen;
 use crate::gpu::harness::Outcome;
 pub(crate) use bad_step::bad_step;
 pub(crate) use conservation::{cancels, keeps_momentum};
@@ -104,14 +105,21 @@ struct Pair<'a> {
     evaluations: f64,
     /// Deepest node inside the projectile, inside a neighbouring ply [m].
     penetration: [f64; 2],
+    /// What differences are measured by.
+    scales: Scales,
+    /// The kernel of contact with the projectile, as the table names it.
+    contact: &'static str,
 }
 
 impl<'a> Pair<'a> {
     fn new(device: &'a Device, scene: &'a Scene, source: &dyn Fn(&Kernel) -> String) -> Result<Self, String> {
         let gpu = DeviceStepper::with_sources(device, &scene.model, source).map_err(|e| e.to_string())?;
+        let scales = Scales::of(&scene.model, &scene.state, scene.speed);
         Ok(Self {
             scene,
             gpu,
+            scales: if scene.held { scales.held() } else { scales },
+            contact: if scene.model.edges { "projectile_rim" } else { "projectile_contact" },
             cpu: solver::Stepper::with_vectors(&scene.model, Vectors::None),
             ledger: EnergyBalance::default(),
             totals: StepTotals::default(),
@@ -192,32 +200,6 @@ impl<'a> Pair<'a> {
             got.elements.set(at / columns, first + yarn, at % columns + 1, strain);
         }
         Ok(())
-    }
-
-    /// The name of a quantity in the table.
-    fn kind(&self, free: &'static str, held: &'static str) -> &'static str {
-        if self.scene.held { held } else { free }
-    }
-
-    /// Energy of an element whose yarns are about to break [J].
-    fn energy_scale(&self) -> f64 {
-        let ply_type = &self.scene.model.ply_types[0];
-        let yarn = |i: usize| {
-            let y = &ply_type.cell.yarn[i];
-            y.stiffness * 0.035 * 0.035 * y.half_span
-        };
-        ply_type.element.cells * (yarn(0) + yarn(1))
-    }
-
-    /// Mass by which impulses on the projectile are measured [kg]: that of a node, or where it meets held nodes its own.
-    fn pushed_mass(&self) -> f64 {
-        let body = self.scene.model.projectile.as_ref().filter(|_| self.scene.held);
-        body.map_or_else(|| self.node_mass(), |body| body.mass)
-    }
-
-    /// Mass of an inner node [kg].
-    fn node_mass(&self) -> f64 {
-        f64::from(self.scene.model.ply_types[0].row_mass(1).mass[1])
     }
 }
 

@@ -313,7 +313,7 @@ fn random_elements(model: &Model<f32>, state: &mut State<f32>, random: &mut Rand
 }
 
 /// Force of an element whose stronger yarn is about to break [N].
-pub(crate) fn force_scale(model: &Model<f32>) -> f64 {
+fn force_scale(model: &Model<f32>) -> f64 {
     let ply_type = &model.ply_types[0];
     let yarn = |i: usize| ply_type.cell.yarn[i].stiffness * 0.035 * ply_type.element.membrane[i];
     yarn(0).max(yarn(1))

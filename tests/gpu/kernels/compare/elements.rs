@@ -8,8 +8,7 @@ use ripstop::kernels::element_force::field as element;
 use ripstop::solver::FailureEvent;
 use ripstop::solver::state::State;
 
-use super::{Outcome, Pair, Seen};
-use crate::gpu::kernels::scenes::force_scale;
+use super::{Outcome, Pair, Scales, Seen};
 
 /// The second half of what predicts heights: not lengths but shares.
 const GUIDE_SHARE: usize = element::PREDICTOR + 2;
@@ -19,25 +18,29 @@ pub(super) fn compare(pair: &mut Pair<'_>, seen: &mut Seen) -> Outcome {
     pair.advance(&[Stage::Elements], None)?;
     let first_status = pair.read(BufferId::Status)?;
     seen.see(
-        "residual",
+        ["element_force", "residual"],
         residual(&first_status),
         pair.totals.max_residual,
-        force_scale(&pair.scene.model),
+        pair.scales.force,
         String::new,
     );
-    seen.see("counters", first_status[status::ERODED].into(), pair.totals.eroded as f64, 1.0, || "eroded".into());
+    seen.see(["step", "counters"], first_status[status::ERODED].into(), pair.totals.eroded as f64, 1.0, || {
+        "eroded".into()
+    });
     compare_elements(pair, seen)?;
     let first_unconverged = pair.totals.unconverged;
     pair.advance(&[Stage::Elements], Some(0))?;
     compare_elements(pair, seen)?;
     let words = pair.read(BufferId::Status)?;
     let unconverged = (first_unconverged + pair.totals.unconverged) as f64;
-    seen.see("counters", words[status::UNCONVERGED].into(), unconverged, 1.0, || "unconverged".into());
-    seen.see("counters", words[status::BAD_STEP].into(), u32::MAX.into(), 1.0, || "bad step".into());
+    seen.see(["step", "counters"], words[status::UNCONVERGED].into(), unconverged, 1.0, || "unconverged".into());
+    seen.see(["step", "counters"], words[status::BAD_STEP].into(), u32::MAX.into(), 1.0, || "bad step".into());
     compare_failures(pair, seen, &words)?;
     let flags = pair.read(BufferId::Flags)?;
     let evaluations: u32 = flags.iter().map(|word| word >> 8).sum();
-    seen.see("evaluations", evaluations.into(), pair.evaluations, pair.evaluations.max(1.0), || "sum".into());
+    seen.see(["element_force", "evaluations"], evaluations.into(), pair.evaluations, pair.evaluations.max(1.0), || {
+        "sum".into()
+    });
     compare_accounts(pair, seen)
 }
 
@@ -48,27 +51,26 @@ fn residual(words: &[u32]) -> f64 {
 /// Forces, heights and life of every element.
 pub(super) fn compare_elements(pair: &Pair<'_>, seen: &mut Seen) -> Outcome {
     let (model, expected, got) = (&pair.scene.model, &pair.expected, pair.download()?);
-    let cell = &model.ply_types[0].cell;
-    let (force, height) = (force_scale(model), cell.height_sum.max(cell.yarn[0].half_span));
+    let Scales { force, height, failure_strain, viscous_force, .. } = pair.scales;
     for row in 0..model.grid.element_rows() {
         for column in 0..model.grid.columns {
             let number = |state: &State<f32>, field| f64::from(state.elements.get(row, field, column + 1));
             let size = |first: usize| force + Vector3::from([0, 1, 2].map(|a| number(expected, first + a))).norm();
             for field in 0..expected.elements.fields {
                 let (quantity, scale) = match field {
-                    0..element::HOURGLASS => ("force", size(field / 3 * 3)),
-                    element::HOURGLASS..element::PREDICTOR => ("hourglass", size(element::HOURGLASS)),
-                    element::PREDICTOR..GUIDE_SHARE => ("guide", height / 0.035),
-                    GUIDE_SHARE..element::HEIGHT => ("guide", 1.0),
-                    element::HEIGHT..element::ALIVE => ("height", height),
-                    element::ALIVE..element::COUNT => ("alive", 1.0),
+                    0..element::HOURGLASS => ("membrane force", size(field / 3 * 3)),
+                    element::HOURGLASS..element::PREDICTOR => ("hourglass force", size(element::HOURGLASS)),
+                    element::PREDICTOR..GUIDE_SHARE => ("predicted height", height),
+                    GUIDE_SHARE..element::HEIGHT => ("predicted height", 1.0),
+                    element::HEIGHT..element::ALIVE => ("yarn height", height),
+                    element::ALIVE..element::COUNT => ("yarn alive", 1.0),
                     _ if model.features().windows && field >= expected.elements.fields - element::STRAIN => {
-                        ("strain", 0.035 + number(expected, field).abs())
+                        ("strain", failure_strain + number(expected, field).abs())
                     }
-                    _ => ("viscous force", force / model.ply_types[0].element.membrane[field - element::COUNT]),
+                    _ => ("viscous force", viscous_force),
                 };
                 let place = || format!("step {}, row {row}, column {column}, field {field}", expected.step - 1);
-                seen.see(quantity, number(&got, field), number(expected, field), scale, place);
+                seen.see(["element_force", quantity], number(&got, field), number(expected, field), scale, place);
             }
         }
     }
@@ -86,15 +88,20 @@ fn compare_failures(pair: &Pair<'_>, seen: &mut Seen, words: &[u32]) -> Outcome 
     };
     let expected: Vec<_> = pair.failures.iter().map(|f| (place(f), f.strain)).collect();
     let same = got.len() == expected.len() && got.iter().zip(&expected).all(|(g, e)| g[..3] == e.0);
-    seen.see("failures", f64::from(u8::from(!same)), 0.0, 1.0, || format!("{} for {}", got.len(), expected.len()));
+    seen.see(["element_force", "failures"], f64::from(u8::from(!same)), 0.0, 1.0, || {
+        format!("{} for {}", got.len(), expected.len())
+    });
     for yarn in 0..2 {
         let broken = expected.iter().filter(|e| e.0[2] == yarn as u32).count();
-        seen.see("counters", words[status::FAILED + yarn].into(), broken as f64, 1.0, || format!("failed, {yarn}"));
+        seen.see(["step", "counters"], words[status::FAILED + yarn].into(), broken as f64, 1.0, || {
+            format!("failed, {yarn}")
+        });
     }
     for (g, e) in got.iter().zip(&expected).filter(|_| same) {
         // A yarn that has grown slack in the step in which it breaks has no strain.
         let strain = f64::from(f32::from_bits(g[3])).max(0.0);
-        seen.see("failure strain", strain, e.1.max(0.0), 0.035 + e.1.max(0.0), || format!("{:?}", e.0));
+        let scale = pair.scales.failure_strain + e.1.max(0.0);
+        seen.see(["element_force", "failure strain"], strain, e.1.max(0.0), scale, || format!("{:?}", e.0));
     }
     Ok(())
 }
@@ -114,23 +121,23 @@ fn compare_accounts(pair: &Pair<'_>, seen: &mut Seen) -> Outcome {
 /// law, load.
 pub(super) fn compare_sums(pair: &Pair<'_>, seen: &mut Seen, got: [f64; 10], place: &str) {
     let balance = pair.ledger.balance();
-    let energy = pair.energy_scale();
+    let Scales { energy, force, length, .. } = pair.scales;
     let deflection = pair.ledger.plies().iter().map(|ply| ply.deflection).fold(0.0, f64::max);
     // What contact between plies adds to the work of the membrane has its own sum on the device.
     let work = if pair.scene.elements { pair.ledger.work } else { 0.0 };
     let expected = [
         ("work", work, energy),
-        ("released", pair.ledger.released[0], energy),
-        ("released", pair.ledger.released[1], energy),
-        ("stored", balance.stored, energy),
-        ("stored", balance.hourglass, energy),
-        ("tension", balance.max_tension, force_scale(&pair.scene.model)),
-        ("deflection", deflection, pair.scene.model.ply_types[0].mesh.length[0]),
+        ("released energy", pair.ledger.released[0], energy),
+        ("released energy", pair.ledger.released[1], energy),
+        ("stored energy", balance.stored, energy),
+        ("stored energy", balance.hourglass, energy),
+        ("tension", balance.max_tension, force),
+        ("deflection", deflection, length),
         ("work", pair.ledger.viscous, energy),
         ("law energy", balance.law, energy),
         ("load", balance.max_load, 1.0),
     ];
     for (n, (quantity, value, scale)) in expected.into_iter().enumerate() {
-        seen.see(quantity, got[n], value, scale + value.abs(), || format!("{place} {n}"));
+        seen.see(["ledger", quantity], got[n], value, scale + value.abs(), || format!("{place} {n}"));
     }
 }

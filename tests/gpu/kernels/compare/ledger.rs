@@ -9,7 +9,6 @@ use ripstop::run::outcome;
 use super::elements::compare_sums;
 use super::plies::see_energies;
 use super::{Outcome, Pair, STEPS, Seen, motion, places};
-use crate::gpu::kernels::scenes::force_scale;
 
 /// Sums that begin anew after a sample.
 const ANEW: [usize; 13] = [
@@ -64,21 +63,26 @@ pub(super) fn compare(pair: &mut Pair<'_>, seen: &mut Seen) -> Outcome {
         most(sum::LOAD),
     ];
     compare_sums(pair, seen, got, "ledger");
-    seen.see("evaluations", add(sum::EVALUATIONS), pair.evaluations, pair.evaluations.max(1.0), || "ledger".into());
+    seen.see(
+        ["element_force", "evaluations"],
+        add(sum::EVALUATIONS),
+        pair.evaluations,
+        pair.evaluations.max(1.0),
+        || "ledger".into(),
+    );
     compare_motion(pair, seen, add, most(sum::FASTEST));
     compare_counts(pair, seen, add);
     if pair.scene.pack {
         let lost = [sum::PLY_LOSS, sum::PLY_RUBBED, sum::PLY_LIFTED, sum::PLY_LIFTED + 1].map(add);
         see_energies(pair, seen, lost, "ledger");
     }
-    let impulse = pair.pushed_mass() * pair.scene.speed;
     if let Some(start) = body {
         let record = layout::read_body(&rest[..BODY_WORDS], start);
         // The supports of the fabric are sums of the ledger now.
         for a in 0..3 {
             let got = record.support[a] + add(sum::SUPPORT + a);
             let expected = pair.ledger.support[a];
-            seen.see(pair.kind("impulse", "impulse, held"), got, expected, impulse + expected.abs(), || {
+            seen.see([pair.contact, "impulse"], got, expected, pair.scales.impulse() + expected.abs(), || {
                 format!("ledger {a}")
             });
         }
@@ -88,21 +92,23 @@ pub(super) fn compare(pair: &mut Pair<'_>, seen: &mut Seen) -> Outcome {
         for (ply, sums) in sums.chunks_exact(sums.len() / count).enumerate() {
             let got: f64 = sums.chunks_exact(SUMS).map(|s| f64::from(f32::from_bits(s[sum::COVERED]))).sum();
             let covered = outcome::covered(&pair.scene.model, &pair.expected, body, ply);
-            seen.see("covered", (got > 0.5).into(), covered.into(), 1.0, || format!("ply {ply}"));
+            seen.see(["ledger", "covered"], (got > 0.5).into(), covered.into(), 1.0, || format!("ply {ply}"));
         }
     } else {
-        let (name, scale) = if pair.scene.pack {
-            ("ply support", impulse)
+        let (row, scale) = if pair.scene.pack {
+            (["ply_contact", "support"], pair.scales.impulse())
         } else {
-            ("support", force_scale(&pair.scene.model) * pair.scene.model.dt)
+            (["ledger", "support"], pair.scales.force * pair.scene.model.dt)
         };
         for a in 0..3 {
             let expected = pair.ledger.support[a];
-            seen.see(name, add(sum::SUPPORT + a), expected, scale + expected.abs(), || format!("ledger {a}"));
+            seen.see(row, add(sum::SUPPORT + a), expected, scale + expected.abs(), || format!("ledger {a}"));
         }
     }
     let status = pair.read(BufferId::Status)?;
-    seen.see("counters", f64::from(u8::from(rest[BODY_WORDS..] != status[..STATUS_WORDS])), 0.0, 1.0, || "copy".into());
+    seen.see(["step", "counters"], f64::from(u8::from(rest[BODY_WORDS..] != status[..STATUS_WORDS])), 0.0, 1.0, || {
+        "copy".into()
+    });
     anew(pair, seen)
 }
 
@@ -118,11 +124,14 @@ fn compare_motion(pair: &Pair<'_>, seen: &mut Seen, add: impl Fn(usize) -> f64, 
         square = square.max(v.norm_squared());
     }
     let balance = pair.ledger.balance();
-    seen.see("kinetic", add(sum::KINETIC), kinetic, kinetic, String::new);
-    seen.see("kinetic now", add(sum::KINETIC_NOW), balance.kinetic, kinetic, String::new);
-    seen.see("fastest", fastest, square, square, String::new);
+    let energy = kinetic + pair.scales.contact_energy();
+    seen.see(["ledger", "kinetic energy"], add(sum::KINETIC), kinetic, energy, String::new);
+    seen.see(["ledger", "kinetic energy now"], add(sum::KINETIC_NOW), balance.kinetic, energy, String::new);
+    let closed = square + pair.scales.closing * pair.scales.speed;
+    seen.see(["ledger", "largest square of speed"], fastest, square, closed, String::new);
+    scale += pair.scales.impulse();
     for a in 0..3 {
-        seen.see("momentum", add(sum::MOMENTUM + a), momentum[a], scale, || format!("direction {a}"));
+        seen.see(["ledger", "momentum"], add(sum::MOMENTUM + a), momentum[a], scale, || format!("direction {a}"));
     }
 }
 
@@ -136,7 +145,7 @@ fn compare_counts(pair: &Pair<'_>, seen: &mut Seen, add: impl Fn(usize) -> f64) 
         all.filter(|(row, column)| (0..2).all(|yarn| state.alive(*row, *column, yarn))).count()
     };
     let left = (0..model.grid.plies).map(whole).sum::<usize>();
-    seen.see("counters", add(sum::SOLVED), (STEPS as usize * left) as f64, 1.0, || "solved".into());
+    seen.see(["step", "counters"], add(sum::SOLVED), (STEPS as usize * left) as f64, 1.0, || "solved".into());
 }
 
 /// A second ledger straight after the first finds that everything that adds up began anew.
@@ -148,14 +157,14 @@ fn anew(pair: &mut Pair<'_>, seen: &mut Seen) -> Outcome {
     let (sums, body) = words[..per_sample].split_at(per_sample - BODY_WORDS - STATUS_WORDS);
     for which in ANEW {
         let left = sums.chunks_exact(SUMS).map(|s| f64::from(f32::from_bits(s[which])).abs()).sum();
-        seen.see("cleared", left, 0.0, 1.0, || format!("sum {which}"));
+        seen.see(["step", "cleared"], left, 0.0, 1.0, || format!("sum {which}"));
     }
     if let Some(start) = &pair.scene.model.projectile {
         let record = layout::read_body(&body[..BODY_WORDS], start);
         let left: f64 = record.impulse.iter().chain(&record.support).chain(&record.energy).map(|x| x.abs()).sum();
-        seen.see("cleared", left, 0.0, 1.0, || "body".into());
-        let length = pair.scene.model.ply_types[0].mesh.length[0];
-        seen.see("penetration", record.penetration, pair.penetration[0], length, || "kept".into());
+        seen.see(["step", "cleared"], left, 0.0, 1.0, || "body".into());
+        let length = pair.scales.length;
+        seen.see([pair.contact, "penetration"], record.penetration, pair.penetration[0], length, || "kept".into());
     }
     Ok(())
 }

@@ -7,26 +7,24 @@ use ripstop::solver;
 use ripstop::solver::state::State;
 
 use super::{Outcome, Pair, STEPS, Seen, places};
-use crate::gpu::kernels::scenes::force_scale;
 
 pub(super) fn compare(pair: &mut Pair<'_>, seen: &mut Seen) -> Outcome {
     pair.begin();
     for _ in 0..STEPS {
         pair.advance(&[Stage::Nodes], Some(0))?;
     }
-    let length = pair.scene.model.ply_types[0].mesh.length[0];
-    compare_nodes(pair, seen, [("displacement", length), ("velocity", pair.scene.speed)])?;
+    compare_nodes(pair, seen, "node_update", [pair.scales.length, pair.scales.speed])?;
     let supports = pair.read_floats(BufferId::Supports)?;
-    let scale = force_scale(&pair.scene.model) * pair.scene.model.dt;
+    let scale = pair.scales.force * pair.scene.model.dt;
     for a in 0..3 {
         let got: f64 = supports.iter().skip(a).step_by(3).sum();
         let expected = pair.ledger.support[a];
-        seen.see("support", got, expected, scale + expected.abs(), || format!("direction {a}"));
+        seen.see(["node_update", "support"], got, expected, scale + expected.abs(), || format!("direction {a}"));
     }
     if pair.scene.elements {
         // Every held direction of a node that something pulls at has its own place.
         let used = supports.iter().filter(|impulse| **impulse != 0.0).count();
-        seen.see("counters", used as f64, held_directions(pair) as f64, 1.0, || "supports".into());
+        seen.see(["step", "counters"], used as f64, held_directions(pair) as f64, 1.0, || "supports".into());
     }
     Ok(())
 }
@@ -42,17 +40,17 @@ fn held_directions(pair: &Pair<'_>) -> usize {
     places(model).map(held).sum()
 }
 
-/// Displacement and velocity of every node, by the names of the quantities and their scales.
-pub(super) fn compare_nodes(pair: &Pair<'_>, seen: &mut Seen, kinds: [(&'static str, f64); 2]) -> Outcome {
+/// Displacement and velocity of every node after a kernel, by their scales.
+pub(super) fn compare_nodes(pair: &Pair<'_>, seen: &mut Seen, kernel: &'static str, scales: [f64; 2]) -> Outcome {
     let (model, expected, got) = (&pair.scene.model, &pair.expected, pair.download()?);
     for [ply, in_ply, column] in places(model) {
         let row = model.grid.first_node_row(ply) + in_ply;
         for field in 0..node::COUNT {
             let number = |state: &State<f32>| f64::from(state.nodes.get(row, field, column));
-            let (quantity, scale) = kinds[field / 3];
+            let row_of = [kernel, ["displacement", "velocity"][field / 3]];
             let step = expected.step - 1;
             let place = || format!("step {step}, ply {ply}, row {in_ply}, column {column}, field {field}");
-            seen.see(quantity, number(&got), number(expected), scale, place);
+            seen.see(row_of, number(&got), number(expected), scales[field / 3], place);
         }
     }
     Ok(())

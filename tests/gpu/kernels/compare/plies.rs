@@ -9,27 +9,26 @@ use super::{Outcome, Pair, STEPS, Seen, reach};
 
 pub(super) fn compare(pair: &mut Pair<'_>, seen: &mut Seen) -> Outcome {
     pair.begin();
-    let way = pair.scene.speed * pair.scene.model.dt;
     for _ in 0..STEPS {
         pair.advance(&[Stage::Nodes, Stage::Plies], None)?;
         if pair.totals.ply_contacts == 0 {
             return Err("no ply touches another: the scene shows nothing".into());
         }
-        compare_nodes(pair, seen, [("ply displacement", way), ("ply velocity", pair.scene.speed)])?;
-        reach::compare(pair, seen)?;
+        compare_nodes(pair, seen, "ply_contact", [pair.scales.length, pair.scales.closing])?;
+        reach::compare(pair, seen, "ply_contact")?;
         let contacts = pair.read_floats(BufferId::Contacts)?;
         let found = contacts.chunks_exact(CONTACT_WORDS as usize).filter(|words| words[7] != 0.0).count();
-        seen.see("contacts", found as f64, pair.totals.ply_contacts as f64, 1.0, || {
+        seen.see(["ply_contact", "contacts"], found as f64, pair.totals.ply_contacts as f64, 1.0, || {
             format!("step {}", pair.expected.step - 1)
         });
         for name in [BufferId::Shares, BufferId::Impulses] {
             let left = pair.read(name)?.iter().filter(|word| **word != 0).count();
-            seen.see("cleared", left as f64, 0.0, 1.0, || format!("{name:?}"));
+            seen.see(["step", "cleared"], left as f64, 0.0, 1.0, || format!("{name:?}"));
         }
     }
     let words = pair.read(BufferId::Status)?;
     let depth = f64::from(f32::from_bits(words[status::PLY_DEPTH]));
-    seen.see("penetration", depth, pair.penetration[1], pair.scene.model.ply_types[0].mesh.length[0], || "ply".into());
+    seen.see(["ply_contact", "penetration"], depth, pair.penetration[1], pair.scales.length, || "ply".into());
     compare_energies(pair, seen)?;
     compare_supports(pair, seen)
 }
@@ -46,7 +45,7 @@ fn compare_energies(pair: &Pair<'_>, seen: &mut Seen) -> Outcome {
 
 /// Loss, rubbed, and lifted against membrane and hourglass; the CPU ledger has them in four sums.
 pub(super) fn see_energies(pair: &Pair<'_>, seen: &mut Seen, got: [f64; 4], place: &str) {
-    let energy = pair.node_mass() * pair.scene.speed * pair.scene.speed;
+    let energy = pair.scales.contact_energy();
     let [loss, rubbed, membrane, mode] = got;
     let sums = [
         ("inelastic", loss - rubbed, pair.ledger.contact),
@@ -55,18 +54,18 @@ pub(super) fn see_energies(pair: &Pair<'_>, seen: &mut Seen, got: [f64; 4], plac
         ("lifted", membrane, pair.ledger.work),
     ];
     for (name, got, expected) in sums {
-        seen.see("ply energy", got, expected, energy + expected.abs(), || format!("{place}, {name}"));
+        seen.see(["ply_contact", "energy"], got, expected, energy + expected.abs(), || format!("{place}, {name}"));
     }
 }
 
 /// Impulse that held nodes take out of the pack.
 fn compare_supports(pair: &Pair<'_>, seen: &mut Seen) -> Outcome {
     let supports = pair.read_floats(BufferId::Supports)?;
-    let impulse = pair.node_mass() * pair.scene.speed;
+    let impulse = pair.scales.impulse();
     for a in 0..3 {
         let got: f64 = supports.iter().skip(a).step_by(3).sum();
         let expected = pair.ledger.support[a];
-        seen.see("ply support", got, expected, impulse + expected.abs(), || format!("direction {a}"));
+        seen.see(["ply_contact", "support"], got, expected, impulse + expected.abs(), || format!("direction {a}"));
     }
     Ok(())
 }

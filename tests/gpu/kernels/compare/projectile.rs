@@ -18,36 +18,24 @@ pub(super) fn compare(pair: &mut Pair<'_>, seen: &mut Seen) -> Outcome {
         computed += elements_reached(&pair.scene.model, &pair.reach, pair.expected.step);
         pair.advance(&[Stage::Nodes, Stage::Projectile], None)?;
     }
-    let way = pair.scene.speed * pair.scene.model.dt;
-    compare_nodes(
-        pair,
-        seen,
-        [
-            (pair.kind("contact displacement", "contact displacement, held"), way),
-            (pair.kind("contact velocity", "contact velocity, held"), pair.scene.speed),
-        ],
-    )?;
-    reach::compare(pair, seen)?;
+    compare_nodes(pair, seen, pair.contact, [pair.scales.closing * pair.scales.time_step, pair.scales.closing])?;
+    reach::compare(pair, seen, pair.contact)?;
     let visited = pair.read(BufferId::Status)?[status::COMPUTED];
-    seen.see("counters", visited.into(), computed as f64, 1.0, || "elements computed".into());
+    seen.see(["step", "counters"], visited.into(), computed as f64, 1.0, || "elements computed".into());
     let marks = pair.read(BufferId::Candidates)?;
-    seen.see("cleared", marks.iter().map(|w| w.count_ones()).sum::<u32>().into(), 0.0, 1.0, || "candidates".into());
+    seen.see(["step", "cleared"], marks.iter().map(|w| w.count_ones()).sum::<u32>().into(), 0.0, 1.0, || {
+        "candidates".into()
+    });
     let words = pair.read(BufferId::Body)?;
     let start = pair.scene.model.projectile.as_ref().ok_or("no projectile")?;
     let record = layout::read_body(&words, start);
     let before = before.ok_or("no projectile")?;
     for a in 0..3 {
         let (velocity, position) = record.before;
-        seen.see(
-            pair.kind("body velocity", "body velocity, held"),
-            velocity[a],
-            before.velocity[a],
-            pair.scene.speed,
-            || format!("before, {a}"),
-        );
-        seen.see(pair.kind("body position", "body position, held"), position[a], before.position[a], way, || {
-            format!("before, {a}")
-        });
+        let (speed, length) = (pair.scales.body_velocity(), pair.scales.body_position());
+        let place = || format!("before, {a}");
+        seen.see([pair.contact, "body velocity"], velocity[a], before.velocity[a], speed, place);
+        seen.see([pair.contact, "body position"], position[a], before.position[a], length, place);
     }
     compare_body(pair, seen, &record)
 }
@@ -67,50 +55,28 @@ fn elements_reached(model: &Model<f32>, reach: &[ActiveRegion], step: u64) -> us
 /// The projectile and what contact did to it.
 fn compare_body(pair: &Pair<'_>, seen: &mut Seen, got: &layout::BodyRecord) -> Outcome {
     let Some(expected) = &pair.expected.body else { return Ok(()) };
-    let scene = pair.scene;
-    let (speed, reach) = (scene.speed, expected.body.bounding_radius);
-    let mass = pair.pushed_mass();
-    let (impulse, energy) = (mass * speed, mass * speed * speed);
-    let ledger = &pair.ledger;
+    let (scales, ledger, kernel) = (&pair.scales, &pair.ledger, pair.contact);
+    let [impulse, energy] = [scales.impulse(), scales.contact_energy()];
     let supports = pair.read_floats(BufferId::Supports)?;
+    let [turning, spins] = [expected, &got.body].map(|body| body.angular_momentum);
     for a in 0..3 {
         let place = || format!("direction {a}");
-        let velocity = speed * (mass / expected.mass).min(1.0);
-        seen.see(
-            pair.kind("body velocity", "body velocity, held"),
-            got.body.velocity[a],
-            expected.velocity[a],
-            velocity,
-            place,
-        );
-        seen.see(
-            pair.kind("body position", "body position, held"),
-            got.body.position[a],
-            expected.position[a],
-            speed * scene.model.dt,
-            place,
-        );
-        let spin = [got.body.angular_momentum[a], expected.angular_momentum[a]];
-        seen.see("angular momentum", spin[0], spin[1], pair.node_mass() * speed * reach + spin[1].abs(), place);
+        let mut see =
+            |quantity, got: f64, expected: f64, scale: f64| seen.see([kernel, quantity], got, expected, scale, place);
+        see("body velocity", got.body.velocity[a], expected.velocity[a], scales.body_velocity());
+        see("body position", got.body.position[a], expected.position[a], scales.body_position());
+        see("angular momentum", spins[a], turning[a], scales.spin() + turning.norm());
         let given = -ledger.contact_impulse[a];
-        seen.see(pair.kind("impulse", "impulse, held"), got.impulse[a], given, impulse + given.abs(), place);
+        see("impulse", got.impulse[a], given, impulse + given.abs());
         let fabric: f64 = supports.iter().skip(a).step_by(3).sum();
         let held = ledger.support[a];
-        seen.see(pair.kind("impulse", "impulse, held"), fabric + got.support[a], held, impulse + held.abs(), || {
-            format!("support {a}")
-        });
+        see("impulse", fabric + got.support[a], held, impulse + held.abs());
     }
     for (n, value) in [ledger.contact, ledger.friction, ledger.external].into_iter().enumerate() {
-        seen.see(
-            pair.kind("contact energy", "contact energy, held"),
-            got.energy[n],
-            value,
-            energy + value.abs(),
-            || format!("energy {n}"),
-        );
+        seen.see([kernel, "energy"], got.energy[n], value, energy + value.abs(), || format!("energy {n}"));
     }
-    seen.see("penetration", got.penetration, pair.penetration[0], scene.model.ply_types[0].mesh.length[0], String::new);
+    seen.see([kernel, "penetration"], got.penetration, pair.penetration[0], scales.length, String::new);
     let turn = got.body.orientation.coords - expected.orientation.coords;
-    seen.see("orientation", turn.norm(), 0.0, 1.0, String::new);
+    seen.see([kernel, "body orientation"], turn.norm(), 0.0, 1.0, String::new);
     Ok(())
 }

@@ -40,11 +40,11 @@ fn bits(model: &Model<f32>, state: &State<f32>, [ply, row, column]: [usize; 3]) 
 }
 
 /// The rectangles, the cells that nodes are over, and the bits of what nothing has reached.
-pub(super) fn compare(pair: &Pair<'_>, seen: &mut Seen) -> Outcome {
+pub(super) fn compare(pair: &Pair<'_>, seen: &mut Seen, kernel: &'static str) -> Outcome {
     let (model, got) = (&pair.scene.model, pair.download()?);
     for (ply, (got, expected)) in got.active.iter().zip(&pair.reach).enumerate() {
         let differs = f64::from(u8::from(got != expected));
-        seen.see("reach", differs, 0.0, 1.0, || format!("ply {ply}, {got:?} for {expected:?}"));
+        seen.see([kernel, "reach"], differs, 0.0, 1.0, || format!("ply {ply}, {got:?} for {expected:?}"));
     }
     // Cells share their edge: over a ridge rounding says which of them a node is over, which moves no impulse.
     let mut beside = 0;
@@ -57,11 +57,11 @@ pub(super) fn compare(pair: &Pair<'_>, seen: &mut Seen) -> Outcome {
         if got & PENETRATING == expected & PENETRATING && apart.iter().all(|steps| *steps <= 1) {
             beside += usize::from(got != expected);
         } else {
-            seen.see("over", (*got).into(), (*expected).into(), 1.0, || format!("place {at}"));
+            seen.see(["ply_contact", "cells"], (*got).into(), (*expected).into(), 1.0, || format!("place {at}"));
         }
     }
     let many = f64::from(u8::from(beside * 50 > got.over.len()));
-    seen.see("over", many, 0.0, 1.0, || format!("{beside} of {} cells beside", got.over.len()));
+    seen.see(["ply_contact", "cells"], many, 0.0, 1.0, || format!("{beside} of {} cells beside", got.over.len()));
     for place in places(model) {
         let [ply, row, column] = place;
         let reach = &pair.expected.active[ply];
@@ -71,7 +71,7 @@ pub(super) fn compare(pair: &Pair<'_>, seen: &mut Seen) -> Outcome {
         let start = bits(model, &pair.scene.state, place);
         for (who, state) in [("device", &got), ("processor", &pair.expected)] {
             let differs = f64::from(u8::from(bits(model, state, place) != start));
-            seen.see("untouched", differs, 0.0, 1.0, || format!("{who}, {place:?}"));
+            seen.see(["step", "untouched"], differs, 0.0, 1.0, || format!("{who}, {place:?}"));
         }
     }
     Ok(())

@@ -1,0 +1,147 @@
+//! What differences between the backends are measured by, from the model and one state.
+
+use nalgebra::Vector3;
+
+use crate::kernels::projectile_contact::HELD;
+use crate::model::{Model, PlyType};
+use crate::solver::state::State;
+
+/// A yarn that does not break at that strain counts as if it did.
+const LARGEST_STRAIN: f64 = 0.05;
+
+/// Sizes whose roundings a difference is counted in.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Scales {
+    /// Force of an element whose stronger yarn is about to break [N].
+    pub force: f64,
+    /// The same as shock viscosity stores it, per weight of the element [N].
+    pub viscous_force: f64,
+    /// Energy of an element whose yarns are about to break [J].
+    pub energy: f64,
+    /// Half a span of a yarn, or the sum of heights if that is more [m].
+    pub height: f64,
+    /// Smallest failure strain [-].
+    pub failure_strain: f64,
+    /// Length of the shortest element [m].
+    pub shortest: f64,
+    /// Largest displacement of a node, an element's length at least [m].
+    pub length: f64,
+    /// Largest speed of a node or the projectile [m/s].
+    pub speed: f64,
+    /// Velocity that closes a gap of `length` in a step, and `speed` [m/s]: a gap rounds like a displacement, and a contact closes it.
+    pub closing: f64,
+    /// Time step [s].
+    pub time_step: f64,
+    /// Mass of the heaviest node [kg].
+    pub node_mass: f64,
+    /// Mass of the projectile [kg]; 0 without one.
+    pub body_mass: f64,
+    /// Radius of the projectile about its centre [m].
+    pub reach: f64,
+    /// Σ m|v| of nodes and projectile [kg·m/s].
+    pub momentum: f64,
+}
+
+impl Scales {
+    /// Scales of a state. `least_speed`: speeds are at least that [m/s].
+    pub fn of(model: &Model<f32>, state: &State<f32>, least_speed: f64) -> Self {
+        let of_types = |of: &dyn Fn(&PlyType<f32>) -> f64| model.ply_types.iter().map(of).fold(0.0, f64::max);
+        let strain = |ply_type: &PlyType<f32>, yarn: usize| ply_type.cell.yarn[yarn].failure_strain.min(LARGEST_STRAIN);
+        let tension =
+            |ply_type: &PlyType<f32>, yarn: usize| ply_type.cell.yarn[yarn].stiffness * strain(ply_type, yarn);
+        let shortest = model.ply_types.iter().map(|ply_type| ply_type.mesh.shortest()).fold(f64::INFINITY, f64::min);
+        let motion = Motion::of(model, state);
+        let body = model.projectile.as_ref();
+        let impact = body.map_or(0.0, |body| body.velocity.norm());
+        let speed = motion.fastest.max(impact).max(least_speed);
+        let length = motion.farthest.max(shortest);
+        let body_mass = body.map_or(0.0, |body| body.mass);
+        Self {
+            force: of_types(&|of| (0..2).map(|i| tension(of, i) * of.element.membrane[i]).fold(0.0, f64::max)),
+            viscous_force: of_types(&|of| (0..2).map(|i| tension(of, i)).fold(0.0, f64::max)),
+            energy: of_types(&|of| {
+                let yarn = |i: usize| tension(of, i) * strain(of, i) * of.cell.yarn[i].half_span;
+                of.element.cells * (yarn(0) + yarn(1))
+            }),
+            height: of_types(&|of| of.cell.height_sum.max(of.cell.yarn[0].half_span)),
+            failure_strain: model
+                .ply_types
+                .iter()
+                .map(|of| strain(of, 0).min(strain(of, 1)))
+                .fold(f64::INFINITY, f64::min),
+            shortest,
+            length,
+            speed,
+            closing: speed + length / model.dt,
+            time_step: model.dt,
+            node_mass: motion.heaviest,
+            body_mass,
+            reach: body.map_or(0.0, |body| body.body.bounding_radius),
+            momentum: motion.momentum + body_mass * impact,
+        }
+    }
+
+    /// The same where a free projectile meets held nodes, whose mass counts as that of [`HELD`] bodies. They bring it from its speed to
+    /// rest: half of that speed in the mean.
+    pub fn held(self) -> Self {
+        Self {
+            closing: self.closing.max(0.5 * HELD * self.speed),
+            node_mass: self.node_mass.max(self.body_mass),
+            ..self
+        }
+    }
+
+    /// Impulse of a node that closes a gap [kg·m/s].
+    pub fn impulse(&self) -> f64 {
+        self.node_mass * self.closing
+    }
+
+    /// Velocity that such an impulse gives the projectile, and its own [m/s].
+    pub fn body_velocity(&self) -> f64 {
+        self.speed + self.impulse() / self.body_mass.max(f64::MIN_POSITIVE)
+    }
+
+    /// Way of such a velocity in a step, an element's length at least [m].
+    pub fn body_position(&self) -> f64 {
+        self.shortest.max(self.time_step * self.impulse() / self.body_mass.max(f64::MIN_POSITIVE))
+    }
+
+    /// Angular momentum that such an impulse gives the projectile [kg·m²/s].
+    pub fn spin(&self) -> f64 {
+        self.impulse() * self.reach
+    }
+
+    /// Energy of such an impulse at the largest speed [J].
+    pub fn contact_energy(&self) -> f64 {
+        self.impulse() * self.speed
+    }
+}
+
+/// Largest numbers of the nodes.
+#[derive(Clone, Copy, Debug, Default)]
+struct Motion {
+    fastest: f64,
+    farthest: f64,
+    heaviest: f64,
+    momentum: f64,
+}
+
+impl Motion {
+    fn of(model: &Model<f32>, state: &State<f32>) -> Self {
+        let mut out = Self::default();
+        for ply in 0..model.grid.plies {
+            let (ply_type, first) = (model.ply_type(ply), model.grid.first_node_row(ply));
+            for (row, column) in
+                (0..=ply_type.mesh.rows).flat_map(|row| (0..=ply_type.mesh.columns).map(move |column| (row, column)))
+            {
+                let [moved, velocity] = [state.displacement(first + row, column), state.velocity(first + row, column)];
+                let (mass, speed) = (f64::from(ply_type.row_mass(row).mass[column]), Vector3::from(velocity).norm());
+                out.fastest = out.fastest.max(speed);
+                out.farthest = out.farthest.max(Vector3::from(moved).norm());
+                out.heaviest = out.heaviest.max(mass);
+                out.momentum += mass * speed;
+            }
+        }
+        out
+    }
+}
