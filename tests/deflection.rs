@@ -85,7 +85,7 @@ fn filmed(case: &Case, skips: Skips) -> (Run, f64, bool) {
 
 #[test]
 fn debris_does_not_count_and_what_hangs_does() {
-    for velocity in [260.0, 330.0, 400.0] {
+    for velocity in [260.0, 340.0, 420.0] {
         let case = shot(velocity);
         let (part, expected, loose) = filmed(&case, Skips::default());
         let largest = part.deflections[0];
