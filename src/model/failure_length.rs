@@ -7,9 +7,8 @@
 use std::ops::Range;
 
 use super::Mesh;
-
-/// Difference that rounding makes [-].
-const SAME: f64 = 1e-9;
+use super::lines::SAME;
+use crate::kernels::crossover::UnitCellParameters;
 
 /// Elements within a length around the middle of one, or side by side in a yarn.
 #[derive(Clone, Debug, PartialEq)]
@@ -43,6 +42,11 @@ impl Windows {
     }
 }
 
+/// The spacing of warp and of weft yarns, in lengths of the finest element across them; across warp lies the crossovers' spacing along weft.
+pub(super) fn breadth(mesh: &Mesh, cell: &UnitCellParameters<f64>) -> [f64; 2] {
+    [1, 0].map(|axis| 2.0 * cell.yarn[axis].half_span / mesh.length[axis])
+}
+
 /// Half the length and the breadth of the piece, in lengths of the finest element; warp and weft.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct StencilRadius {
@@ -56,13 +60,9 @@ impl StencilRadius {
     /// The element itself: a strength of its own is judged where those over a length are.
     pub(super) const ELEMENT: Self = Self { along: [0.5; 2], breadth: [1.0; 2] };
 
-    /// `length`: the failure length [m]. `spacing`: of the crossovers along warp and weft [m]; across warp lies that along weft.
-    pub(super) fn new(mesh: &Mesh, length: f64, spacing: [f64; 2]) -> Self {
-        let over = |axis: usize, length: f64| length / mesh.length[axis];
-        Self {
-            along: [0.5 * over(0, length), 0.5 * over(1, length)],
-            breadth: [over(1, spacing[1]), over(0, spacing[0])],
-        }
+    /// `length`: the failure length [m]. `breadth`: see [`breadth`].
+    pub(super) fn new(mesh: &Mesh, length: f64, breadth: [f64; 2]) -> Self {
+        Self { along: mesh.length.map(|finest| 0.5 * length / finest), breadth }
     }
 
     /// The elements that lie side by side with one, along an axis, in the yarn across it.

@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 /// Difference of places that rounding makes [-].
-const SAME: f64 = 1e-9;
+pub(super) const SAME: f64 = 1e-9;
 
 /// Where lines of nodes cross an axis of a ply, counted in finest elements from the first line.
 #[derive(Clone, Debug, PartialEq)]

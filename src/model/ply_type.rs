@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use super::failure_length::{StencilRadius, Windows};
+use super::failure_length::{self, StencilRadius, Windows};
 use super::time_step::is_let_go;
 use super::{Columns, Grid, InitialStretch, Mesh, MirrorPlanes, ModelError, StepBound, law_tables, pretension};
 use crate::case::{Case, Edge, Edges, Fabric, Layer, Solver, UnitCell, Variability};
@@ -80,7 +80,7 @@ impl<S: Scalar> PlyType<S> {
         let edges = super::symmetry::cut_edges(&mesh, layer.edges);
         let bound = StepBound::new(length, fabric.areal_density, &element, case.solver.shock_viscosity);
         let mut failure_reach =
-            StencilRadius::new(&mesh, case.solver.failure_length, cell.yarn.map(|yarn| 2.0 * yarn.half_span));
+            StencilRadius::new(&mesh, case.solver.failure_length, failure_length::breadth(&mesh, &cell));
         let mut windows = failure_reach.windows(&mesh);
         if windows.is_none() && case.variability.as_ref().is_some_and(Variability::strength_varies) {
             failure_reach = StencilRadius::ELEMENT;

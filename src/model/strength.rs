@@ -4,7 +4,7 @@
 //! element ([`Weibull::strength`]): a chain of short elements is as strong as one long element. Elements that share a yarn share its draws.
 //! An element that covers several yarns has those of the one in its middle.
 
-use super::{Mesh, Ply, PlyType};
+use super::{Mesh, Ply, PlyType, failure_length};
 use crate::case::{Case, Variability, YarnStrength};
 use crate::kernels::unit_cell_parameters::NEVER;
 use crate::math::counter_random::DrawKey;
@@ -87,25 +87,23 @@ struct PieceOfYarn {
 /// How the yarns of a ply type lie in its mesh.
 struct YarnLayout<'a> {
     mesh: &'a Mesh,
-    /// Distance of neighbouring yarns of warp and of weft [m].
-    spacing: [f64; 2],
+    /// Of the yarns of warp and of weft, in lengths of the finest element.
+    breadth: [f64; 2],
     /// Crimp of warp and weft [-].
     crimp: [f64; 2],
 }
 
 impl<'a> YarnLayout<'a> {
     fn new<S>(ply_type: &'a PlyType<S>) -> Self {
-        let yarns = &ply_type.cell.yarn;
-        // Warp yarns lie beside each other along weft.
-        let spacing = [2.0 * yarns[1].half_span, 2.0 * yarns[0].half_span];
-        Self { mesh: &ply_type.mesh, spacing, crimp: [yarns[0].crimp, yarns[1].crimp] }
+        let (mesh, cell) = (&ply_type.mesh, &ply_type.cell);
+        Self { mesh, breadth: failure_length::breadth(mesh, cell), crimp: cell.yarn.map(|yarn| yarn.crimp) }
     }
 
     fn at(&self, direction: usize, row: usize, column: usize) -> PieceOfYarn {
         let (across, place) = (1 - direction, [column, row]);
         PieceOfYarn {
             direction,
-            yarn: self.mesh.yarn(across, place[across], self.spacing[direction] / self.mesh.length[across]),
+            yarn: self.mesh.yarn(across, place[across], self.breadth[direction]),
             element: place[direction] as u32,
             length: self.mesh.size(row, column)[direction] * (1.0 + self.crimp[direction]),
         }
