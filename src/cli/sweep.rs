@@ -11,7 +11,7 @@ use ripstop::study::interval::Interval;
 use ripstop::study::shots::ShotsRequest;
 use ripstop::study::sweep::design::SweepDesign;
 use ripstop::study::sweep::factor::Factor;
-use ripstop::study::sweep::{self, PointResult, SweepOf, SweepRequest};
+use ripstop::study::sweep::{self, KeyEffect, SweepOf, SweepRequest, SweepResult};
 use ripstop::study::v50::{Design, V50Request};
 
 use super::batch;
@@ -89,22 +89,22 @@ fn request(arguments: &SweepArguments) -> Result<SweepRequest, CommandFailure> {
 }
 
 /// The whole text.
-fn text(title: &str, request: &SweepRequest, results: &[PointResult], folder: &Path) -> String {
+fn text(title: &str, request: &SweepRequest, results: &SweepResult, folder: &Path) -> String {
     use Align::{Left, Right};
     let names = request.factors.iter().map(Factor::name).chain(request.columns().iter().copied());
     let heads: Vec<(&str, Align)> = names.map(|name| (name, Right)).chain([("", Left)]).collect();
     let mut table = TextTable::new(&heads);
-    for (values, result) in request.points.iter().zip(results).take(MAX_ROWS) {
+    for (values, result) in request.points.iter().zip(&results.points).take(MAX_ROWS) {
         let numbers =
             result.numbers.iter().map(|number| number.map_or_else(|| "-".to_owned(), |number| short(number, 4)));
         let reason: String = result.reason.chars().take(40).collect();
         table.row(values.iter().cloned().chain(numbers).chain([reason]));
     }
-    let more = results.len().saturating_sub(MAX_ROWS);
+    let more = results.points.len().saturating_sub(MAX_ROWS);
     let more = if more > 0 { format!("… and {more} more\n") } else { String::new() };
     format!(
         "{title}\n\n{table}{more}{}\n{}  {}\n  {}, points/\n",
-        variance(request, results),
+        variance(request, &results.effects),
         paint::heading("files"),
         folder.display(),
         sweep::FILES.join(", ")
@@ -112,8 +112,8 @@ fn text(title: &str, request: &SweepRequest, results: &[PointResult], folder: &P
 }
 
 /// What part of the variance of the response each key explains.
-fn variance(request: &SweepRequest, results: &[PointResult]) -> String {
-    let (heads, rows) = sweep::variance_parts(request, results);
+fn variance(request: &SweepRequest, effects: &[KeyEffect]) -> String {
+    let (heads, rows) = sweep::variance_parts(request, effects);
     if rows.is_empty() {
         return String::new();
     }

@@ -189,7 +189,7 @@ fn shots_without_any_outcome_end_in_rows_with_a_reason() {
     };
     let out = TempDir::new().unwrap();
     let swept = sweep::run(&request, &options(2), &folder(out.path()), false, "small ply", &|_| {}).unwrap();
-    assert!(swept.iter().all(|point| point.reason.contains("undecided")), "{swept:?}");
+    assert!(swept.points.iter().all(|point| point.reason.contains("undecided")), "{swept:?}");
 }
 
 #[test]
@@ -327,8 +327,8 @@ fn a_sweep_has_a_row_for_every_point_and_goes_on() {
     };
     let [whole, broken] = [TempDir::new().unwrap(), TempDir::new().unwrap()];
     let results = run(whole.path(), false);
-    assert_eq!((results.len(), *seen.lock().unwrap()), (6, 6));
-    let residual: Vec<f64> = results.iter().map(|result| result.numbers[0].unwrap()).collect();
+    assert_eq!((results.points.len(), *seen.lock().unwrap()), (6, 6));
+    let residual: Vec<f64> = results.points.iter().map(|result| result.numbers[0].unwrap()).collect();
     assert!(residual[0] == 0.0 && residual[1] > residual[4] && residual[5] > 0.0, "{residual:?}");
     let table = fs::read_to_string(whole.path().join("sweep.csv")).unwrap();
     assert!(table.starts_with("point,/pack/plies,/projectile/velocity_m_s,residual_velocity_m_s,"), "{table}");

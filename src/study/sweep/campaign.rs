@@ -5,7 +5,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use super::design::SweepDesign;
 use super::factor::Factor;
-use super::{html, json};
+use super::{KeyEffect, html, json, key_effects};
 use crate::case::Case;
 use crate::output::Folder;
 use crate::output::csv::{header, number, quoted, row};
@@ -53,6 +53,15 @@ pub struct PointResult {
     pub reason: String,
 }
 
+/// What a sweep gave.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct SweepResult {
+    /// By point.
+    pub points: Vec<PointResult>,
+    /// By key.
+    pub effects: Vec<KeyEffect>,
+}
+
 impl SweepOf {
     /// Columns of the table; the first is what the page shows.
     pub fn columns(&self) -> &'static [&'static str] {
@@ -74,24 +83,21 @@ pub fn run(
     resume: bool,
     title: &str,
     progress: &(dyn Fn(usize) + Sync),
-) -> Result<Vec<PointResult>, BatchError> {
-    let Some((first, of)) = request.cases.first() else { return Ok(Vec::new()) };
+) -> Result<SweepResult, BatchError> {
+    let Some((first, of)) = request.cases.first() else { return Ok(SweepResult::default()) };
     let factors: Vec<&str> = request.factors.iter().map(|factor| factor.pointer.as_str()).collect();
     let parts = serde_json::json!({
         "over": factors, "points": request.points, "of": format!("{of:?}"), "precision": options.precision.name(),
     });
     let plan = BatchPlan::new("sweep", first, options.seed, parts);
-    if resume {
-        plan.check(folder.path())?;
-    } else {
-        let points = folder.path().join("points");
-        if points.exists() {
-            std::fs::remove_dir_all(&points).map_err(|error| crate::output::OutputError::unwritten(&points, &error))?;
-        }
-        folder.put(&[plan.file()], super::FILES)?;
+    let points = folder.path().join("points");
+    if !resume && points.exists() {
+        std::fs::remove_dir_all(&points).map_err(|error| crate::output::OutputError::unwritten(&points, &error))?;
     }
-    let results = all(request, options, folder.path(), progress)?;
-    let table = table(request, &results);
+    plan.begin(folder, super::FILES, resume)?;
+    let points = all(request, options, folder.path(), progress)?;
+    let results = SweepResult { effects: key_effects(request, &points), points };
+    let table = table(request, &results.points);
     #[cfg(feature = "parquet")]
     crate::output::parquet::put(folder, super::PARQUET, &table)?;
     let texts = [

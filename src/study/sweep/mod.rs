@@ -18,7 +18,7 @@ mod page;
 mod places;
 pub mod sobol;
 
-pub use campaign::{PointResult, SweepOf, SweepRequest, run, table};
+pub use campaign::{PointResult, SweepOf, SweepRequest, SweepResult, run, table};
 pub use json::json;
 pub use page::{html, variance_parts};
 pub use places::{KeyEffect, key_effects};

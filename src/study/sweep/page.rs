@@ -1,8 +1,8 @@
 //! `sweep.html`: lines over the first factor, a heat map of two, main effects, the table.
 
 use super::indices::{Index, KeyIndices};
-use super::places::{Place, groups, key_effects, places};
-use super::{PointResult, SweepRequest};
+use super::places::{Place, groups, places};
+use super::{KeyEffect, PointResult, SweepRequest, SweepResult};
 use crate::output::chart::{self, ChartAxis};
 use crate::output::number::{fraction, short};
 use crate::study::fit::draw::{CURVE, PANEL};
@@ -14,10 +14,10 @@ const COLOURS: [&str; 7] = ["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00
 const MAX_ROWS: usize = 400;
 
 /// The page. `title`: of the case.
-pub fn html(request: &SweepRequest, results: &[PointResult], title: &str) -> String {
+pub fn html(request: &SweepRequest, results: &SweepResult, title: &str) -> String {
     let columns = request.columns();
     let response = columns.first().copied().unwrap_or_default();
-    let places = places(request, results);
+    let places = places(request, &results.points);
     let names: Vec<&str> = request.factors.iter().map(super::factor::Factor::name).collect();
     let mut panels = Vec::new();
     if !places.is_empty() {
@@ -27,17 +27,17 @@ pub fn html(request: &SweepRequest, results: &[PointResult], title: &str) -> Str
                 .push((format!("{response} over {} and {}", names[0], names[1]), heat_map(&names, &places, response)));
         }
     }
-    for (name, effect) in names.iter().zip(key_effects(request, results)) {
-        let Some(main) = effect.main else { continue };
+    for (name, effect) in names.iter().zip(&results.effects) {
+        let Some(main) = &effect.main else { continue };
         let levels = main.levels.iter().map(|level| [level.value, level.mean]).collect::<Vec<_>>();
         panels.push((format!("main effect of {name}"), effect_panel(name, &levels, response)));
     }
     let mut body = figures(panels.iter().map(|(name, drawing)| (name.as_str(), drawing.clone())));
-    let (heads, rows) = variance_parts(request, results);
+    let (heads, rows) = variance_parts(request, &results.effects);
     if !rows.is_empty() {
         let rows: String = rows.iter().map(|cells| row(cells)).collect();
         body += &table(&format!("Part of the variance of {response} that each key explains"), &heads, &rows);
-        let groups = groups(request, results).len();
+        let groups = groups(request, &results.points).len();
         if groups > 0 {
             let level = short(100.0 * request.level, 3);
             body += &format!(
@@ -46,26 +46,25 @@ pub fn html(request: &SweepRequest, results: &[PointResult], title: &str) -> Str
             );
         }
     }
-    body += &all(request, results, columns);
+    body += &all(request, &results.points, columns);
     document(&format!("Sweep: {title}"), &body, "sweep.json")
 }
 
 /// What part of the variance of the response each key explains: headings and rows of a table, none where there is nothing to say.
-pub fn variance_parts(request: &SweepRequest, results: &[PointResult]) -> (Vec<&'static str>, Vec<Vec<String>>) {
-    let effects = key_effects(request, results);
+pub fn variance_parts(request: &SweepRequest, effects: &[KeyEffect]) -> (Vec<&'static str>, Vec<Vec<String>>) {
     let interval = |index: Index| match index.bounds {
         Some(ends) => ends.map(|end| short(end, 2)).join(" to "),
         None => "-".to_owned(),
     };
-    let named = request.factors.iter().map(|factor| factor.name().to_owned()).zip(&effects);
+    let named = request.factors.iter().map(|factor| factor.name().to_owned()).zip(effects);
     if effects.iter().any(|effect| effect.indices.is_some()) {
-        let row = |(name, effect): (String, &super::KeyEffect)| {
+        let row = |(name, effect): (String, &KeyEffect)| {
             let KeyIndices { first, total } = effect.indices?;
             Some(vec![name, short(first.value, 2), interval(first), short(total.value, 2), interval(total)])
         };
         return (vec!["key", "by itself", "interval", "total", "interval"], named.filter_map(row).collect());
     }
-    let row = |(name, effect): (String, &super::KeyEffect)| Some(vec![name, fraction(effect.main.as_ref()?.part)]);
+    let row = |(name, effect): (String, &KeyEffect)| Some(vec![name, fraction(effect.main.as_ref()?.part)]);
     (vec!["key", "by itself"], named.filter_map(row).collect())
 }
 
