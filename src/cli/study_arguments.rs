@@ -130,7 +130,7 @@ pub(crate) struct ValidateArguments {
     /// Case files whose published statements are checked [default: closed forms and the paper's shots, which are built in]
     #[arg(value_name = "CASE.json")]
     pub(crate) cases: Vec<PathBuf>,
-    /// Also look for the limits of five packs whose V50 was measured; about twenty minutes on two cores
+    /// Also look for the limits of five packs whose V50 was measured; takes far longer than the rest
     #[arg(long, conflicts_with = "cases")]
     pub(crate) limits: bool,
     #[command(flatten)]
