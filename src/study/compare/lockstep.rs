@@ -179,7 +179,7 @@ impl<'a> Lockstep<'a> {
         for field in 0..node::COUNT {
             let (quantity, scale) = match field {
                 node::VELOCITY.. if kernel == "node_update" => ("velocity", scales.speed),
-                node::VELOCITY.. => ("velocity", scales.closing),
+                node::VELOCITY.. => ("velocity", scales.pushed()),
                 _ if kernel.starts_with("projectile") => ("displacement", scales.closing * scales.time_step),
                 _ => ("displacement", scales.length),
             };
@@ -209,7 +209,7 @@ impl<'a> Lockstep<'a> {
             (
                 "angular momentum",
                 |b| [b.angular_momentum.x, b.angular_momentum.y, b.angular_momentum.z, 0.0],
-                scales.spin() + cpu.angular_momentum.norm(),
+                scales.spin + cpu.angular_momentum.norm(),
             ),
         ];
         for (quantity, pick, scale) in vectors {
@@ -230,7 +230,7 @@ impl<'a> Lockstep<'a> {
         let mut see = |quantity: &str, component: usize, values: [f64; 3], scale: f64| {
             self.comparison.see(difference(step, line("ledger", quantity), [0; 3], component, values, scale));
         };
-        let kinetic = cpu.kinetic + scales.contact_energy();
+        let kinetic = cpu.kinetic + scales.contact_energy;
         see("kinetic energy now", 0, [cpu.kinetic, sums.add(sum::KINETIC_NOW), wide.kinetic], kinetic);
         // The processor's ledger holds fabric and projectile together; the device's sums are the fabric's.
         let body = self
@@ -243,7 +243,7 @@ impl<'a> Lockstep<'a> {
         for a in 0..3 {
             let flying = body.map_or(0.0, |b| b[a]);
             let gpu = sums.add(sum::MOMENTUM + a) + flying;
-            see("momentum", a, [cpu.momentum[a], gpu, wide.momentum[a]], scales.momentum + scales.impulse());
+            see("momentum", a, [cpu.momentum[a], gpu, wide.momentum[a]], scales.momentum);
         }
         see("stored energy", 0, [cpu.stored, sums.add(sum::STORED), wide.stored], scales.energy + cpu.stored.abs());
         see("work", 0, [work, sums.add(sum::WORK), wide_work], scales.energy + work.abs());

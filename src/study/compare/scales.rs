@@ -24,6 +24,8 @@ pub struct Scales {
     pub failure_strain: f64,
     /// Length of the shortest element [m].
     pub shortest: f64,
+    /// What places of the projectile are counted over: the same [m].
+    pub cell: f64,
     /// Largest displacement of a node, an element's length at least [m].
     pub length: f64,
     /// Largest speed of a node or the projectile [m/s].
@@ -38,6 +40,10 @@ pub struct Scales {
     pub body_mass: f64,
     /// Radius of the projectile about its centre [m].
     pub reach: f64,
+    /// Angular momentum that an impulse of a node gives the projectile [kg·m²/s].
+    pub spin: f64,
+    /// Energy that an impulse of a node takes at the largest speed: half of their product [J].
+    pub contact_energy: f64,
     /// Σ m|v| of nodes and projectile [kg·m/s].
     pub momentum: f64,
 }
@@ -56,6 +62,8 @@ impl Scales {
         let speed = motion.fastest.max(impact).max(least_speed);
         let length = motion.farthest.max(shortest);
         let body_mass = body.map_or(0.0, |body| body.mass);
+        let closing = speed + length / model.dt;
+        let reach = body.map_or(0.0, |body| body.body.bounding_radius);
         Self {
             force: of_types(&|of| (0..2).map(|i| tension(of, i) * of.element.membrane[i]).fold(0.0, f64::max)),
             viscous_force: of_types(&|of| (0..2).map(|i| tension(of, i)).fold(0.0, f64::max)),
@@ -70,25 +78,31 @@ impl Scales {
                 .map(|of| strain(of, 0).min(strain(of, 1)))
                 .fold(f64::INFINITY, f64::min),
             shortest,
+            cell: shortest,
             length,
             speed,
-            closing: speed + length / model.dt,
+            closing,
             time_step: model.dt,
             node_mass: motion.heaviest,
             body_mass,
-            reach: body.map_or(0.0, |body| body.body.bounding_radius),
+            reach,
+            spin: motion.heaviest * closing * reach,
+            contact_energy: 0.5 * motion.heaviest * closing * speed,
             momentum: motion.momentum + body_mass * impact,
         }
     }
 
     /// The same where a free projectile meets held nodes, whose mass counts as that of [`HELD`] bodies. They bring it from its speed to
-    /// rest: half of that speed in the mean.
+    /// rest: about a third of that speed in the mean.
     pub fn held(self) -> Self {
-        Self {
-            closing: self.closing.max(0.5 * HELD * self.speed),
-            node_mass: self.node_mass.max(self.body_mass),
-            ..self
-        }
+        let (closing, node_mass) = (self.closing.max(0.35 * HELD * self.speed), self.node_mass.max(self.body_mass));
+        Self { closing, node_mass, contact_energy: 0.5 * node_mass * closing * self.speed, ..self }
+    }
+
+    /// Velocity that contact gives a node of a whole run [m/s]: what closes a gap, and no more than 69.9 times the largest speed or a hundredth of
+    /// what closes a gap of the largest displacement.
+    pub fn pushed(&self) -> f64 {
+        self.closing.min(69.9 * self.speed.max(0.01 * self.length / self.time_step))
     }
 
     /// Impulse of a node that closes a gap [kg·m/s].
@@ -103,17 +117,7 @@ impl Scales {
 
     /// Way of such a velocity in a step, an element's length at least [m].
     pub fn body_position(&self) -> f64 {
-        self.shortest.max(self.time_step * self.impulse() / self.body_mass.max(f64::MIN_POSITIVE))
-    }
-
-    /// Angular momentum that such an impulse gives the projectile [kg·m²/s].
-    pub fn spin(&self) -> f64 {
-        self.impulse() * self.reach
-    }
-
-    /// Energy of such an impulse at the largest speed [J].
-    pub fn contact_energy(&self) -> f64 {
-        self.impulse() * self.speed
+        self.cell.max(self.time_step * self.impulse() / self.body_mass.max(f64::MIN_POSITIVE))
     }
 }
 

@@ -105,20 +105,73 @@ struct Pair<'a> {
     evaluations: f64,
     /// Deepest node inside the projectile, inside a neighbouring ply [m].
     penetration: [f64; 2],
-    /// What differences are measured by.
+    /// What differences are measured by, and what where held nodes do not count.
     scales: Scales,
+    free: Scales,
+    /// What displacements of plies are measured by [m].
+    ply_length: f64,
     /// The kernel of contact with the projectile, as the table names it.
     contact: &'static str,
 }
 
+/// Velocity that closes a gap in a scene, at most, over the speed of the scene: where displacements are large and steps short, a gap rounds
+/// to more than contact makes of it.
+const CLOSING: f64 = 73.0;
+/// The same of plies.
+const PLY_CLOSING: f64 = 20.0;
+/// The same of a displacement by contact in a step, and where held nodes count.
+const CONTACT_DISPLACEMENT: [f64; 2] = [48.0, 250.0];
+/// The same of the energy of an impulse, and of the way of the projectile in a step.
+const CONTACT_ENERGY: f64 = 12.8;
+const WAY: f64 = 12.0;
+/// Displacement in a scene, at most, over the length of the shortest element; of plies over the way at the largest speed in a step.
+const DISPLACEMENT: f64 = 2.75;
+const PLY_DISPLACEMENT: f64 = 104.0;
+
+/// The sizes of a scene of that speed and with inner nodes of that mass: small ones, so that differences are held tighter than in a whole run.
+fn bounded(scales: Scales, inner_mass: f64, speed: f64) -> Scales {
+    let node_mass = scales.node_mass.min(inner_mass);
+    let closing = scales.closing.min(CLOSING * speed);
+    Scales {
+        node_mass,
+        speed,
+        closing,
+        length: scales.length.min(DISPLACEMENT * scales.shortest),
+        cell: scales.shortest.min(WAY * speed * scales.time_step),
+        spin: node_mass * closing * scales.reach,
+        contact_energy: 0.5 * node_mass * speed * scales.closing.min(CONTACT_ENERGY * speed),
+        ..scales
+    }
+}
+
 impl<'a> Pair<'a> {
+    /// Way of a node that meets the projectile in a step, at most [m].
+    fn contact_way(&self) -> f64 {
+        let most = CONTACT_DISPLACEMENT[usize::from(self.scene.held)];
+        self.scales.closing.min(most * self.scales.speed) * self.scales.time_step
+    }
+
+    /// Velocity that closes a gap between plies, at most [m/s].
+    fn ply_closing(&self) -> f64 {
+        self.scales.closing.min(PLY_CLOSING * self.scales.speed)
+    }
+
+    /// Momentum of a node at the largest speed [N·s].
+    fn node_momentum(&self) -> f64 {
+        self.free.node_mass * self.free.speed
+    }
+
     fn new(device: &'a Device, scene: &'a Scene, source: &dyn Fn(&Kernel) -> String) -> Result<Self, String> {
         let gpu = DeviceStepper::with_sources(device, &scene.model, source).map_err(|e| e.to_string())?;
-        let scales = Scales::of(&scene.model, &scene.state, scene.speed);
+        let whole = Scales::of(&scene.model, &scene.state, scene.speed);
+        let inner = f64::from(scene.model.ply_types[0].row_mass(1).mass[1]);
+        let free = bounded(whole, inner, scene.speed);
         Ok(Self {
             scene,
             gpu,
-            scales: if scene.held { scales.held() } else { scales },
+            scales: if scene.held { free.held() } else { free },
+            free,
+            ply_length: whole.length.min(PLY_DISPLACEMENT * scene.speed * whole.time_step),
             contact: if scene.model.edges { "projectile_rim" } else { "projectile_contact" },
             cpu: solver::Stepper::with_vectors(&scene.model, Vectors::None),
             ledger: EnergyBalance::default(),

@@ -96,7 +96,7 @@ pub(super) fn compare(pair: &mut Pair<'_>, seen: &mut Seen) -> Outcome {
         }
     } else {
         let (row, scale) = if pair.scene.pack {
-            (["ply_contact", "support"], pair.scales.impulse())
+            (["ply_contact", "support"], pair.node_momentum())
         } else {
             (["ledger", "support"], pair.scales.force * pair.scene.model.dt)
         };
@@ -124,12 +124,10 @@ fn compare_motion(pair: &Pair<'_>, seen: &mut Seen, add: impl Fn(usize) -> f64, 
         square = square.max(v.norm_squared());
     }
     let balance = pair.ledger.balance();
-    let energy = kinetic + pair.scales.contact_energy();
+    let energy = kinetic + pair.free.contact_energy;
     seen.see(["ledger", "kinetic energy"], add(sum::KINETIC), kinetic, energy, String::new);
     seen.see(["ledger", "kinetic energy now"], add(sum::KINETIC_NOW), balance.kinetic, energy, String::new);
-    let closed = square + pair.scales.closing * pair.scales.speed;
-    seen.see(["ledger", "largest square of speed"], fastest, square, closed, String::new);
-    scale += pair.scales.impulse();
+    seen.see(["ledger", "largest square of speed"], fastest, square, square, String::new);
     for a in 0..3 {
         seen.see(["ledger", "momentum"], add(sum::MOMENTUM + a), momentum[a], scale, || format!("direction {a}"));
     }

@@ -14,7 +14,7 @@ pub(super) fn compare(pair: &mut Pair<'_>, seen: &mut Seen) -> Outcome {
         if pair.totals.ply_contacts == 0 {
             return Err("no ply touches another: the scene shows nothing".into());
         }
-        compare_nodes(pair, seen, "ply_contact", [pair.scales.length, pair.scales.closing])?;
+        compare_nodes(pair, seen, "ply_contact", [pair.ply_length, pair.ply_closing()])?;
         reach::compare(pair, seen, "ply_contact")?;
         let contacts = pair.read_floats(BufferId::Contacts)?;
         let found = contacts.chunks_exact(CONTACT_WORDS as usize).filter(|words| words[7] != 0.0).count();
@@ -45,7 +45,7 @@ fn compare_energies(pair: &Pair<'_>, seen: &mut Seen) -> Outcome {
 
 /// Loss, rubbed, and lifted against membrane and hourglass; the CPU ledger has them in four sums.
 pub(super) fn see_energies(pair: &Pair<'_>, seen: &mut Seen, got: [f64; 4], place: &str) {
-    let energy = pair.scales.contact_energy();
+    let energy = pair.node_momentum() * pair.free.speed;
     let [loss, rubbed, membrane, mode] = got;
     let sums = [
         ("inelastic", loss - rubbed, pair.ledger.contact),
@@ -61,7 +61,7 @@ pub(super) fn see_energies(pair: &Pair<'_>, seen: &mut Seen, got: [f64; 4], plac
 /// Impulse that held nodes take out of the pack.
 fn compare_supports(pair: &Pair<'_>, seen: &mut Seen) -> Outcome {
     let supports = pair.read_floats(BufferId::Supports)?;
-    let impulse = pair.scales.impulse();
+    let impulse = pair.node_momentum();
     for a in 0..3 {
         let got: f64 = supports.iter().skip(a).step_by(3).sum();
         let expected = pair.ledger.support[a];

@@ -18,7 +18,7 @@ pub(super) fn compare(pair: &mut Pair<'_>, seen: &mut Seen) -> Outcome {
         computed += elements_reached(&pair.scene.model, &pair.reach, pair.expected.step);
         pair.advance(&[Stage::Nodes, Stage::Projectile], None)?;
     }
-    compare_nodes(pair, seen, pair.contact, [pair.scales.closing * pair.scales.time_step, pair.scales.closing])?;
+    compare_nodes(pair, seen, pair.contact, [pair.contact_way(), pair.scales.closing])?;
     reach::compare(pair, seen, pair.contact)?;
     let visited = pair.read(BufferId::Status)?[status::COMPUTED];
     seen.see(["step", "counters"], visited.into(), computed as f64, 1.0, || "elements computed".into());
@@ -56,7 +56,7 @@ fn elements_reached(model: &Model<f32>, reach: &[ActiveRegion], step: u64) -> us
 fn compare_body(pair: &Pair<'_>, seen: &mut Seen, got: &layout::BodyRecord) -> Outcome {
     let Some(expected) = &pair.expected.body else { return Ok(()) };
     let (scales, ledger, kernel) = (&pair.scales, &pair.ledger, pair.contact);
-    let [impulse, energy] = [scales.impulse(), scales.contact_energy()];
+    let [impulse, energy] = [scales.impulse(), scales.contact_energy];
     let supports = pair.read_floats(BufferId::Supports)?;
     let [turning, spins] = [expected, &got.body].map(|body| body.angular_momentum);
     for a in 0..3 {
@@ -65,7 +65,7 @@ fn compare_body(pair: &Pair<'_>, seen: &mut Seen, got: &layout::BodyRecord) -> O
             |quantity, got: f64, expected: f64, scale: f64| seen.see([kernel, quantity], got, expected, scale, place);
         see("body velocity", got.body.velocity[a], expected.velocity[a], scales.body_velocity());
         see("body position", got.body.position[a], expected.position[a], scales.body_position());
-        see("angular momentum", spins[a], turning[a], scales.spin() + turning.norm());
+        see("angular momentum", spins[a], turning[a], scales.spin + turning.norm());
         let given = -ledger.contact_impulse[a];
         see("impulse", got.impulse[a], given, impulse + given.abs());
         let fabric: f64 = supports.iter().skip(a).step_by(3).sum();
