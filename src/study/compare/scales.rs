@@ -9,6 +9,9 @@ use crate::solver::state::State;
 /// A yarn that does not break at that strain counts as if it did.
 const LARGEST_STRAIN: f64 = 0.05;
 
+/// Some nine nodes of a ply lie under a face. Roundings of their impulses add as the root of their number.
+const TOGETHER: f64 = 3.0;
+
 /// Sizes whose roundings a difference is counted in.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Scales {
@@ -40,9 +43,9 @@ pub struct Scales {
     pub body_mass: f64,
     /// Radius of the projectile about its centre [m].
     pub reach: f64,
-    /// Angular momentum that an impulse of a node gives the projectile [kg·m²/s].
+    /// Angular momentum that impulses of nodes give the projectile [kg·m²/s].
     pub spin: f64,
-    /// Energy that an impulse of a node takes at the largest speed: half of their product [J].
+    /// Energy that impulses of nodes take at the largest speed: half of their product [J].
     pub contact_energy: f64,
     /// Σ m|v| of nodes and projectile [kg·m/s].
     pub momentum: f64,
@@ -86,8 +89,8 @@ impl Scales {
             node_mass: motion.heaviest,
             body_mass,
             reach,
-            spin: motion.heaviest * closing * reach,
-            contact_energy: 0.5 * motion.heaviest * closing * speed,
+            spin: TOGETHER * motion.heaviest * closing * reach,
+            contact_energy: 0.5 * TOGETHER * motion.heaviest * closing * speed,
             momentum: motion.momentum + body_mass * impact,
         }
     }
