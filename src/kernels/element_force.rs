@@ -433,3 +433,19 @@ pub fn element_force<R: Real, L: LawKernel>(
         totals.hourglass += hourglass.total();
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::kernels::law_energy::COUNT;
+
+    #[test]
+    fn every_lane_has_the_share_of_its_own_stretches() {
+        let values = (0..COUNT * COUNT).map(|at| 1.0 + at as f64).collect();
+        let table = LawEnergy { low: [0.0; 2], per_stretch: [1.0; 2], values };
+        let share = |stretch: [f64; 2]| law_share(0.0, Some(&table), &stretch);
+        assert_eq!(share([2.0, 3.0]), 1.0 + (2 * COUNT + 3) as f64);
+        assert_eq!(share([0.5, 0.25]), 1.0 + 0.5 * COUNT as f64 + 0.25);
+        assert_eq!(law_share(0.0, None, &[2.0, 3.0]), 0.0);
+    }
+}

@@ -107,3 +107,40 @@ pub(super) fn viscous<R: Real>(
     });
     Viscous { force: [parts[0].0, parts[1].0], work: [parts[0].1, parts[1].1] }
 }
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use super::*;
+    use crate::case;
+    use crate::kernels::kinematics::kinematics;
+    use crate::kernels::yarn_law::PublishedTension;
+    use crate::model::Model;
+
+    #[test]
+    fn viscosity_works_on_the_rate_of_its_own_yarn_and_on_none_that_is_slack() {
+        let case = case::read(Path::new("cases/s720-1ply-155.json"), &["/expect=[]".to_owned()]);
+        let model = Model::<f64>::new(&case.unwrap_or_else(|error| unreachable!("{error}")));
+        let c = model.unwrap_or_else(|error| unreachable!("{error}")).ply_types[0].constants::<f64, PublishedTension>();
+        let size = ElementGeometry::of_row(&c, 1.0);
+        let k = kinematics(&size, &[0.0; 3], &[0.0; 3]);
+        let dt = 1e-8;
+        // Velocities grow by 3 m/s along warp and by 5 m/s along weft.
+        let of = |elastic: [f64; 2], sign: f64| {
+            let v = [[3.0 * sign, 0.0, 0.0], [0.0, 5.0 * sign, 0.0], [0.0; 3]];
+            viscous(&c, &size, &k, [&v[0], &v[1], &v[2]], &elastic, [0.0; 2], dt)
+        };
+        let rate = [3.0 * size.gradient[0], 5.0 * size.gradient[1]];
+        let full = [0, 1].map(|i: usize| c.cell.yarn[i].stiffness * size.viscosity[i] * rate[i]);
+        assert!(full[0] > 0.0 && full[1] > 0.0 && full[0] != full[1]);
+        let taut = of([1e9; 2], 1.0);
+        for i in 0..2 {
+            assert!((taut.force[i] / full[i] - 1.0).abs() < 1e-12);
+            assert!((taut.work[i] / (full[i] * rate[i] * dt) - 1.0).abs() < 1e-9, "{i}: {:?}", taut.work);
+        }
+        assert_eq!(of([1e9, 0.0], 1.0).force[1], 0.0);
+        // It takes no more than the yarn's own pull.
+        assert_eq!(of([0.25 * full[0], 1e9], -1.0).force, [-0.25 * full[0], -full[1]]);
+    }
+}

@@ -111,3 +111,21 @@ fn roll_turns_the_edge_of_a_chisel_from_warp_towards_weft() {
     assert!(gap(2.5 * cosine, 2.5 * sine).abs() < 1e-12, "along the strip the plane touches");
     assert!(gap(-2.5 * sine, 2.5 * cosine) > 0.5, "across it the flats fall off");
 }
+
+#[test]
+fn only_a_flat_face_has_a_round_rim() {
+    let rim = |shape| Body::new(&projectile(shape, 0.0)).unwrap().profile.has_round_rim();
+    assert_eq!(SHAPES.map(rim), [true, false, false, false, false]);
+    assert!(!rim(Shape::Sphere { diameter: 6.0 }));
+    assert!(!rim(Shape::Bar { diameter: 6.0, along: crate::case::Along::Weft }));
+}
+
+#[test]
+fn no_point_of_a_body_is_faster_than_its_bound() {
+    let mut projectile = projectile(Shape::Cylinder { diameter: 6.0e-3, length: 4.0e-3 }, 0.0);
+    projectile.angular_velocity = [0.0, 2e4, 0.0];
+    let body = RigidBody::new(&projectile, Body::new(&projectile).unwrap(), 0.0);
+    let furthest = nalgebra::Vector3::new(0.0, 0.0, body.body.bounding_radius);
+    let turning = body.velocity_at(&furthest).norm_squared() - body.velocity.norm_squared();
+    assert!((turning.sqrt() + body.velocity.norm() - body.speed_bound()).abs() < 1e-9, "{}", body.speed_bound());
+}

@@ -195,3 +195,36 @@ fn rest_height(law: Law, crimp: f64) -> f64 {
     }
     k * std::f64::consts::FRAC_2_PI
 }
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use super::*;
+    use crate::case;
+
+    #[test]
+    fn the_least_stiffness_is_a_millionth_of_the_stiffer_yarn_over_half_a_warp_span() {
+        for moduli in [[50.0, 100.0], [100.0, 50.0]] {
+            let sets =
+                [format!("/fabric/warp/modulus_gpa={}", moduli[0]), format!("/fabric/weft/modulus_gpa={}", moduli[1])];
+            let case = case::read(Path::new("cases/s720-1ply-155.json"), &sets);
+            let fabric = case.unwrap_or_else(|error| unreachable!("{error}")).fabric;
+            let cell = UnitCellParameters::new(&fabric);
+            let stiffer = 100e9 * fabric.warp.area(fabric.fibre_density);
+            let expected = 1e-6 * stiffer / fabric.warp.half_span();
+            assert!((cell.min_stiffness / expected - 1.0).abs() < 1e-12, "{moduli:?}: {}", cell.min_stiffness);
+            assert_eq!(cell.pivot, usize::from(moduli[1] < moduli[0]));
+        }
+    }
+
+    #[test]
+    fn a_yarn_that_breaks_at_twice_its_length_never_does() {
+        for (strain, expected) in [(0.999, 0.999), (1.0, NEVER)] {
+            let sets = [format!("/fabric/warp/failure_strain={strain}")];
+            let case = case::read(Path::new("cases/s720-1ply-155.json"), &sets);
+            let fabric = case.unwrap_or_else(|error| unreachable!("{error}")).fabric;
+            assert_eq!(UnitCellParameters::new(&fabric).yarn[0].failure_strain, expected);
+        }
+    }
+}

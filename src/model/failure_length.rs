@@ -132,6 +132,21 @@ mod tests {
     }
 
     #[test]
+    fn a_yarn_is_as_broad_as_crossovers_across_it_are_apart() {
+        let sets =
+            ["/expect=[]", "/fabric/warp/count_per_inch=20", "/fabric/weft/count_per_inch=10"].map(str::to_owned);
+        let case = case::read(Path::new("cases/s720-1ply-155.json"), &sets);
+        let model = Model::<f64>::new(&case.unwrap_or_else(|error| unreachable!("{error}")));
+        let ply_type = model.unwrap_or_else(|error| unreachable!("{error}")).ply_types.swap_remove(0);
+        let breadth = breadth(&ply_type.mesh, &ply_type.cell);
+        // Warp yarns lie beside each other along weft, where the weft crosses them.
+        let found = [breadth[0] * ply_type.mesh.length[1], breadth[1] * ply_type.mesh.length[0]];
+        for (found, spacing) in found.into_iter().zip([25.4e-3 / 10.0, 25.4e-3 / 20.0]) {
+            assert!((found / spacing - 1.0).abs() < 1e-12, "{found} instead of {spacing}");
+        }
+    }
+
+    #[test]
     fn a_part_of_a_ply_has_the_yarns_of_the_whole() {
         for sets in [
             &[][..],

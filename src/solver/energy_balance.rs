@@ -383,6 +383,18 @@ mod tests {
     }
 
     #[test]
+    fn what_the_law_makes_is_told_apart_from_what_is_gained() {
+        let mut balance = EnergyBalance::default();
+        balance.elements_are(4.0, 0.0, 0.0);
+        balance.cells_are(0.25, 0.5);
+        balance.begin(4.0, Vector3::zeros());
+        balance.elements_are(7.0, 0.0, 0.0);
+        balance.cells_are(3.25, 0.5);
+        let now = balance.balance();
+        assert_eq!([now.law, now.gained, now.max_load], [3.0, 0.0, 0.5]);
+    }
+
+    #[test]
     fn momentum_across_a_mirror_plane_is_not_looked_at() {
         let mut part = EnergyBalance::of_part(MirrorPlanes([true, false]));
         part.begin(1.0, Vector3::new(0.0, 0.0, 2.0));

@@ -100,6 +100,50 @@ fn friction_slows_by_coulomb_and_stops_sliding_at_most() {
 }
 
 #[test]
+fn friction_takes_what_sliding_loses_and_contact_what_closing_does() {
+    // So rough that the plies stick where they meet.
+    let slid = |slide: f64| {
+        let case = flying([slide, 0.0, 100.0], 2.0, "");
+        let mut simulation = Simulation::<f64>::new(&case).unwrap();
+        let (mass, _) = motion(&simulation, 0);
+        advance(&mut simulation, &case, 10e-6);
+        let run = simulation.into_run(1.0);
+        let last = run.history.last().unwrap().balance.clone();
+        assert!((1.0..5.0).contains(&run.newton.mean_iterations), "{}", run.newton.mean_iterations);
+        let lost = |speed: f64| 0.25 * mass * speed * speed;
+        (last.contact / lost(100.0), last.friction / lost(20.0))
+    };
+    let (contact, friction) = slid(20.0);
+    assert!((slid(0.0).0 - contact).abs() < 0.01, "{contact}");
+    assert!((friction - 1.0).abs() < 0.01, "{friction}");
+}
+
+#[test]
+fn a_ply_laid_across_another_that_is_alike_both_ways_is_as_one_laid_along_it() {
+    let alike = ["/fabric/warp/crimp=0.02", "/fabric/weft/crimp=0.02"];
+    let met = |second: &str| {
+        let layup = format!(
+            r#"{{"width_mm": 12.7, "height_mm": 12.7, "edges": "free", "spacing_mm": 0.8, "friction": 0.3,
+            "layup": [{{"initial_velocity_m_s": [300, 120, 100]}}, {{{second}}}]}}"#
+        );
+        let case = pack(&layup, "", &alike);
+        let mut simulation = Simulation::<f64>::new(&case).unwrap();
+        advance(&mut simulation, &case, 14e-6);
+        let motions = [0, 1].map(|ply| motion(&simulation, ply).1);
+        let balance = simulation.into_run(1.0).history.last().unwrap().balance.clone();
+        (motions, [balance.contact, balance.friction])
+    };
+    let (along, across) = (met(""), met(r#""orientation_deg": 90"#));
+    assert!(along.1[1] > 0.0, "they slide");
+    for (a, b) in along.0.iter().zip(&across.0) {
+        assert!(a.iter().zip(b).all(|(a, b)| (a - b).abs() < 1e-9), "{a:?} {b:?}");
+    }
+    for (a, b) in along.1.iter().zip(&across.1) {
+        assert!((a / b - 1.0).abs() < 1e-9, "{a} {b}");
+    }
+}
+
+#[test]
 fn a_ply_slides_over_many_cells_of_another_and_never_through_it() {
     let case = flying([400.0, 150.0, 60.0], 0.0, "");
     let mut simulation = Simulation::<f64>::new(&case).unwrap();
