@@ -49,9 +49,9 @@ impl StepBound {
     }
 }
 
-/// Step of a ply that is let go where it is stretched, over the critical one [-]: measured, 14 by 14 elements gain 1.2 % of their energy at a
-/// Courant number of 0.9, 0.25 % at 0.4.
-const LET_GO: f64 = 0.5;
+/// Step of a ply that is let go where it is stretched, over the critical one [-]. Measured: a single element, the worst there is, gains at most
+/// 0.4 % of its energy at a Courant number of 0.9; with half of the critical step it was 4.2 %.
+const LET_GO: f64 = 0.15;
 
 /// Whether a pack's initial tension ends at a free edge. A direction that keeps its length has one, too.
 pub fn is_let_go(pretension: Option<[Option<f64>; 2]>, edges: Edges) -> bool {
@@ -146,6 +146,6 @@ mod tests {
         assert!(is_let_go(Some([Some(1e4), None]), held) && is_let_go(Some([None, Some(1.0)]), held));
         assert!(!is_let_go(Some([Some(1e4); 2]), Edges { bottom: Edge::Roller, ..held }));
         let bound = StepBound { critical_step: 2e-7, set_by: "wave along the warp" };
-        assert_eq!(bound.of_let_go().critical_step, 1e-7);
+        assert_eq!(bound.of_let_go().critical_step, 0.15 * 2e-7);
     }
 }
