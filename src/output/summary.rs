@@ -142,7 +142,7 @@ fn plies(run: &Run) -> Vec<Value> {
 
 /// What it took.
 fn cost(run: &Run, wall_seconds: f64) -> Map<String, Value> {
-    let element_steps = run.elements as u64 * run.steps;
+    let element_steps = (run.elements as u64).saturating_mul(run.steps);
     let part = element_steps / run.planes.copies();
     object(json!({
         "elements": run.elements,
@@ -159,7 +159,8 @@ fn cost(run: &Run, wall_seconds: f64) -> Map<String, Value> {
         "skipped": {
             "symmetry": element_steps - part,
             "mirror_planes": run.planes.names(),
-            "wavefront": part - run.element_steps_computed,
+            // A checkpoint that was changed by hand may tell of more than there are.
+            "wavefront": part.saturating_sub(run.element_steps_computed),
             "switched_off": run.skips.switched_off(),
         },
         "timings": timings(run),

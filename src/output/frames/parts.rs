@@ -135,7 +135,7 @@ fn fabric_at(scene: &Scene, frame: &Frame) -> PartFrame {
     let moved = scene.reference.iter().zip(&frame.displacement);
     let moved = moved.map(|(x, u)| [0, 1, 2].map(|a| (f64::from(x[a]) + f64::from(u[a])) * MM));
     let [warp_alive, weft_alive] = &frame.alive;
-    let hidden = warp_alive.iter().zip(weft_alive).map(|(warp, weft)| if warp + weft == 0 { HIDDEN } else { 0 });
+    let hidden = warp_alive.iter().zip(weft_alive).map(|(warp, weft)| if warp | weft == 0 { HIDDEN } else { 0 });
     PartFrame {
         points: Array::vectors("Points", moved),
         of_points: vec![
