@@ -108,7 +108,7 @@ fn friction_takes_what_sliding_loses_and_contact_what_closing_does() {
         let (mass, _) = motion(&simulation, 0);
         advance(&mut simulation, &case, 10e-6);
         let run = simulation.into_run(1.0);
-        let last = run.history.last().unwrap().balance.clone();
+        let last = run.history.last().unwrap().balance;
         assert!((1.0..5.0).contains(&run.newton.mean_iterations), "{}", run.newton.mean_iterations);
         let lost = |speed: f64| 0.25 * mass * speed * speed;
         (last.contact / lost(100.0), last.friction / lost(20.0))
@@ -130,7 +130,7 @@ fn a_ply_laid_across_another_that_is_alike_both_ways_is_as_one_laid_along_it() {
         let mut simulation = Simulation::<f64>::new(&case).unwrap();
         advance(&mut simulation, &case, 14e-6);
         let motions = [0, 1].map(|ply| motion(&simulation, ply).1);
-        let balance = simulation.into_run(1.0).history.last().unwrap().balance.clone();
+        let balance = simulation.into_run(1.0).history.last().unwrap().balance;
         (motions, [balance.contact, balance.friction])
     };
     let (along, across) = (met(""), met(r#""orientation_deg": 90"#));

@@ -131,11 +131,16 @@ fn fabric(scene: &Scene) -> PartGrid {
     grid
 }
 
+/// Whether a viewer leaves out a cell of fabric with these yarns: one without any. A damaged frame may hold any byte.
+fn ghost(warp: u8, weft: u8) -> u8 {
+    if warp | weft == 0 { HIDDEN } else { 0 }
+}
+
 fn fabric_at(scene: &Scene, frame: &Frame) -> PartFrame {
     let moved = scene.reference.iter().zip(&frame.displacement);
     let moved = moved.map(|(x, u)| [0, 1, 2].map(|a| (f64::from(x[a]) + f64::from(u[a])) * MM));
     let [warp_alive, weft_alive] = &frame.alive;
-    let hidden = warp_alive.iter().zip(weft_alive).map(|(warp, weft)| if warp | weft == 0 { HIDDEN } else { 0 });
+    let hidden = warp_alive.iter().zip(weft_alive).map(|(warp, weft)| ghost(*warp, *weft));
     PartFrame {
         points: Array::vectors("Points", moved),
         of_points: vec![
@@ -176,5 +181,17 @@ fn projectile_at(surface: &SurfaceMesh, start: &Pose, pose: &Pose) -> PartFrame 
             Array::vectors("velocity_m_s", arms().map(|arm| (velocity + spin.cross(&(turn * arm))).into())),
         ],
         of_cells: Vec::new(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_cell_is_hidden_where_it_has_no_yarn_and_nowhere_else() {
+        assert_eq!([ghost(0, 0), ghost(1, 0), ghost(0, 1), ghost(1, 1)], [HIDDEN, 0, 0, 0]);
+        // A sum would be nothing in a byte.
+        assert_eq!(ghost(255, 1), 0);
     }
 }
