@@ -101,16 +101,20 @@ mod tests {
 
     use super::*;
     use crate::case;
-    use crate::model::Model;
+    use crate::model::{Model, PlyType};
 
     /// The ply type of a case with changes, all of it or what mirror planes leave of it.
-    fn windows(part: bool, sets: &[&str]) -> [Windows; 2] {
+    fn ply_type(part: bool, sets: &[&str]) -> PlyType<f64> {
         let sets: Vec<String> = ["/expect=[]"].iter().chain(sets).map(|set| (*set).to_owned()).collect();
         let case = case::read(Path::new("cases/s720-1ply-155.json"), &sets);
         let case = case.unwrap_or_else(|error| unreachable!("{error}"));
         let model = if part { Model::<f64>::part(&case) } else { Model::<f64>::new(&case) };
-        let ply_type = model.unwrap_or_else(|error| unreachable!("{error}")).ply_types.swap_remove(0);
-        ply_type.windows.unwrap_or_else(|| unreachable!("there are windows"))
+        model.unwrap_or_else(|error| unreachable!("{error}")).ply_types.swap_remove(0)
+    }
+
+    /// Its windows.
+    fn windows(part: bool, sets: &[&str]) -> [Windows; 2] {
+        ply_type(part, sets).windows.unwrap_or_else(|| unreachable!("there are windows"))
     }
 
     #[test]
@@ -133,11 +137,7 @@ mod tests {
 
     #[test]
     fn a_yarn_is_as_broad_as_crossovers_across_it_are_apart() {
-        let sets =
-            ["/expect=[]", "/fabric/warp/count_per_inch=20", "/fabric/weft/count_per_inch=10"].map(str::to_owned);
-        let case = case::read(Path::new("cases/s720-1ply-155.json"), &sets);
-        let model = Model::<f64>::new(&case.unwrap_or_else(|error| unreachable!("{error}")));
-        let ply_type = model.unwrap_or_else(|error| unreachable!("{error}")).ply_types.swap_remove(0);
+        let ply_type = ply_type(false, &["/fabric/warp/count_per_inch=20", "/fabric/weft/count_per_inch=10"]);
         let breadth = breadth(&ply_type.mesh, &ply_type.cell);
         // Warp yarns lie beside each other along weft, where the weft crosses them.
         let found = [breadth[0] * ply_type.mesh.length[1], breadth[1] * ply_type.mesh.length[0]];

@@ -388,11 +388,8 @@ mod tests {
 
     #[test]
     fn an_edge_is_there_as_long_as_a_yarn_runs_along_it() {
-        let sets = ["/pack/width_mm=11.43", "/pack/height_mm=11.43", "/expect=[]"].map(str::to_owned);
-        let case = case::read(Path::new("cases/s720-1ply-155.json"), &sets);
-        let case = case.unwrap_or_else(|error| unreachable!("{error}"));
-        let model = Model::<f64>::new(&case).unwrap_or_else(|error| unreachable!("{error}"));
-        let mut state = State::new(&case, &model);
+        let sets = ["/pack/width_mm=11.43", "/pack/height_mm=11.43"];
+        let (model, mut state) = scene("cases/s720-1ply-155.json", &sets);
         // Edges from node (4, 5): along warp between elements (3, 5) and (4, 5), along weft between (4, 4) and (4, 5).
         let edges =
             |state: &State<f64>| [[0, 4, 6], [0, 5, 5]].map(|next| edge_stands(&model, state, [[0, 4, 5], next]));
