@@ -109,7 +109,8 @@ fn write(
 fn cargo(tree: &Path, root: &Path, command: &[&str], arguments: &[String]) -> Result<Vec<Value>, Box<dyn Error>> {
     let output = Command::new("cargo")
         .current_dir(tree)
-        .env("CARGO_TARGET_DIR", root.join("target"))
+        // Not `target`: cargo takes what it finds there for the program itself.
+        .env("CARGO_TARGET_DIR", root.join("target/mutants/build"))
         .args(command)
         .args(arguments)
         .args(["--message-format=json", "--quiet"])
