@@ -120,9 +120,17 @@ fn crossover(scope: &ObjectReader<'_>) -> Result<Crossover, CaseError> {
     Ok(Crossover { law, membrane_force, gap, compression })
 }
 
+/// Least b over a of (21) [N^(1/3)]: its cube is the force at which a crossover begins to stiffen, and has to be a number in single precision.
+const LEAST_COMPRESSION: f64 = 1e-6;
+
 fn compression(scope: &ObjectReader<'_>) -> Result<Option<Compression>, CaseError> {
     let (a, b) = (scope.number("a_mm")?, scope.number("b_mm_n13")?);
     match (a > 0.0, b > 0.0) {
+        (true, true) if b < LEAST_COMPRESSION * a => {
+            let expected = format!("b_mm_n13 at least {LEAST_COMPRESSION:e} of a_mm, or both 0");
+            let error = CaseError::at(&scope.pointer, expected, format!("{:e} of it", b / a));
+            Err(error.help("at the first touch such a crossover would be softer than numbers can tell"))
+        }
         (true, true) => Ok(Some(Compression { a, b })),
         (false, false) => Ok(None),
         (a_positive, _) => {

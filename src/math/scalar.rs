@@ -269,7 +269,8 @@ macro_rules! scalar {
             }
             #[inline(always)]
             fn inverse_cube_root_estimate(self) -> Self {
-                Self::from_bits($magic - (self.to_bits() >> $half) * $third)
+                // Bits of what is no positive number wrap, as in registers.
+                Self::from_bits($magic.wrapping_sub((self.to_bits() >> $half).wrapping_mul($third)))
             }
         }
     };

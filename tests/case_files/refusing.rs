@@ -181,6 +181,7 @@ fn values_out_of_range_or_at_odds_with_others_are_refused() {
         ("/fabric/crossover/gap_mm", json!(1.1), "[0, 1] mm"),
         ("/fabric/crossover/compression", json!({"a_mm": 0}), "rigid"),
         ("/fabric/crossover/compression", json!({"b_mm_n13": 0}), "rigid"),
+        ("/fabric/crossover/compression", json!({"b_mm_n13": 1e-9}), "at least 1e-6 of a_mm"),
         ("/fabric/crossover/compression", json!("ridig"), "\"rigid\""),
         ("/fabric/warp/failure_strain", json!(0), "(0, 1]"),
         ("/fabric/warp/crimp", json!(0.51), "[0, 0.5]"),
