@@ -199,6 +199,16 @@ impl<S: Scalar> Model<S> {
         self.plies.iter().map(|ply| self.ply_types[ply.ply_type].rounding()).sum()
     }
 
+    /// Mass of the fabric that is computed [kg].
+    pub fn fabric_mass(&self) -> f64 {
+        let of_ply = |ply: &Ply| {
+            let ply_type = &self.ply_types[ply.ply_type];
+            let [along, across] = ply_type.mesh.length;
+            ply_type.areal_density * along * across * ply_type.mesh.finest_elements()
+        };
+        self.plies.iter().map(of_ply).sum()
+    }
+
     /// Elements over all plies.
     pub fn elements(&self) -> usize {
         self.plies.iter().map(|ply| self.ply_types[ply.ply_type].mesh.elements()).sum()

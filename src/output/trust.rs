@@ -324,7 +324,10 @@ fn newton(run: &Run) -> QualityCheck {
 /// An energy at the end over the energy put in [-].
 fn of_given(run: &Run, energy: impl Fn(&Balance) -> f64) -> f64 {
     let end = run.history.last().map(|row| row.balance).unwrap_or_default();
-    let given = run.impact_energy + end.external.max(0.0);
+    let start = run.history.first().map(|row| row.balance).unwrap_or_default();
+    // Pre-tension and a deflection are put in too; the first row comes after first contact.
+    let at_start = start.kinetic + start.stored + start.hourglass + start.projectile;
+    let given = run.impact_energy.max(at_start) + end.external.max(0.0);
     match energy(&end) {
         0.0 => 0.0,
         energy => energy / given.max(f64::MIN_POSITIVE),

@@ -11,7 +11,7 @@ use crate::case::Case;
 use crate::model::{Model, ModelError};
 use crate::solver::energy_balance::EnergyBalance;
 use crate::solver::state::State;
-use crate::solver::{Phase, StepTotals, Stepper, diagnose, excess, flying, given, set_up};
+use crate::solver::{Given, Phase, StepTotals, Stepper, diagnose, excess, flying, given, set_up};
 
 /// A run in progress on the processor.
 pub struct Simulation<S: RunScalar> {
@@ -91,11 +91,11 @@ impl<S: RunScalar> Simulation<S> {
         }
         let sample = self.record.sample_due(case, time, self.model.dt);
         let before = self.state.body.as_ref().map(|b| (b.velocity, b.position));
-        let given = if self.state.step == 0 { given(&self.model, &self.state) } else { (0.0, Vector3::zeros()) };
+        let given = if self.state.step == 0 { given(&self.model, &self.state) } else { Given::default() };
         let totals = self.stepper.step(&self.model, &mut self.state, &mut self.balance, sample);
         self.record.add_step(&totals, &self.stepper.failures);
         if self.record.history.is_empty() {
-            self.balance.begin(given.0, given.1);
+            self.balance.begin(given);
         }
         if sample {
             let impulse = Vector3::from(std::mem::take(&mut self.balance.contact_impulse));

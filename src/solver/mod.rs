@@ -43,6 +43,7 @@ pub use plies::{BroadPhase, Near, PlySearch};
 use projectile::ProjectileContact;
 pub(crate) use projectile::row_positions;
 pub use projectile::{fabric_between, node_position, node_stands};
+pub use start::Given;
 pub(crate) use start::{MEASURABLE, given, rounding, set_up};
 pub use stopwatch::{Phase, Stopwatch};
 use sweep::{Passes, Sweep};

@@ -35,8 +35,19 @@ pub(crate) fn set_up<S: Scalar>(case: &Case, symmetry: bool) -> Result<(Model<S>
 /// Least energy that an error is measured against, over what rounding makes of the energy of a scene at rest [-].
 pub(crate) const MEASURABLE: f64 = 1e3;
 
-/// Kinetic energy, at least what rounding can be measured against, and momentum the scene starts with.
-pub(crate) fn given<S: Scalar>(model: &Model<S>, state: &State<S>) -> (f64, Vector3<f64>) {
+/// What a scene starts with, for the scale of errors.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Given {
+    /// Kinetic energy, at least what rounding can be measured against [J].
+    pub energy: f64,
+    /// Momentum [kg·m/s].
+    pub momentum: Vector3<f64>,
+    /// Mass of the fabric [kg].
+    pub fabric_mass: f64,
+}
+
+/// Energy, momentum and fabric that the scene starts with.
+pub(crate) fn given<S: Scalar>(model: &Model<S>, state: &State<S>) -> Given {
     let mut energy = 0.0;
     let mut momentum = Vector3::zeros();
     if model.ply_types.iter().any(|ply_type| ply_type.initial_velocity != [0.0; 3]) {
@@ -53,7 +64,8 @@ pub(crate) fn given<S: Scalar>(model: &Model<S>, state: &State<S>) -> (f64, Vect
         energy += body.own_energy();
         momentum += body.velocity * if body.prescribed { 0.0 } else { body.mass };
     }
-    (energy.max(MEASURABLE * rounding(model, state.body.as_ref())), momentum)
+    let energy = energy.max(MEASURABLE * rounding(model, state.body.as_ref()));
+    Given { energy, momentum, fabric_mass: model.fabric_mass() }
 }
 
 /// What rounding makes of the energy of a scene at rest [J].

@@ -14,16 +14,16 @@ use crate::model::Model;
 use crate::run::record::{RunRecord, SampleInput};
 use crate::run::{Observer, View, outcome, pieces, profile};
 use crate::solver;
-use crate::solver::Divergence;
 use crate::solver::energy_balance::{EnergyBalance, PlyMoment};
 use crate::solver::state::State;
+use crate::solver::{Divergence, Given};
 
 /// A shot in progress.
 pub(crate) struct DeviceShot {
     pub(crate) model: Arc<Model<f32>>,
     pub(crate) balance: EnergyBalance,
     pub(crate) record: RunRecord,
-    given: (f64, Vector3<f64>),
+    given: Given,
     /// Its place on the device.
     number: usize,
     /// Steps whose results are known.
@@ -202,7 +202,7 @@ impl DeviceShot {
             ledger.sample_body(&b.body);
         }
         if record.history.is_empty() {
-            ledger.begin(self.given.0, self.given.1);
+            ledger.begin(self.given);
         }
         let count = self.model.plies.len();
         let plies: Vec<PlyMoment> = (0..count)
