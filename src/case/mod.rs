@@ -49,7 +49,7 @@ pub use hash::case_hash;
 pub use pack_types::*;
 pub(crate) use pointer::escape as escape_pointer;
 pub use projectile_types::*;
-pub(crate) use read::realisation;
+pub(crate) use read::{converged, realisation};
 pub use read::{from_str, from_text, read};
 pub use reference::reference;
 pub(crate) use report::mesh;

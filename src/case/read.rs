@@ -175,6 +175,16 @@ pub(crate) fn realisation(case: &Case, seed: u32, shot: u32, velocity: Option<f6
     Ok(Case { as_run: document, ..case })
 }
 
+/// The case on the mesh of `"accuracy": "converged"`; `None` where its mesh is as fine already, or that one is refused.
+pub(crate) fn converged(case: &Case) -> Option<Case> {
+    let mut document = case.as_run.clone();
+    let solver = document.as_object_mut()?.entry("solver").or_insert_with(|| Value::Object(Map::new()));
+    solver.as_object_mut()?.insert("accuracy".to_owned(), Value::from("converged"));
+    let finer = checked(&document).ok()?;
+    let is_finer = finer.pack.elements_per_crossover > case.pack.elements_per_crossover;
+    is_finer.then(|| Case { name: case.name.clone(), path: case.path.clone(), as_run: document, ..finer })
+}
+
 /// An error inside an inlined fabric is one of the file it came from.
 fn in_fabric_file(error: CaseError, files: &[Inlined]) -> CaseError {
     let inside = |file: &Inlined| {

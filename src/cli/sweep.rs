@@ -80,6 +80,8 @@ fn request(arguments: &SweepArguments) -> Result<SweepRequest, CommandFailure> {
                 bracket: arguments.bracket,
                 velocity: [0.6 * velocity, 1.4 * velocity],
                 sigma: 0.08 * velocity,
+                // Points are compared with each other, all on the mesh of their case.
+                refined: 0,
                 fit,
             }),
         };

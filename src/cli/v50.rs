@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use ripstop::case::Case;
+use ripstop::case::{Case, Variability};
 use ripstop::math::link::Link;
 use ripstop::output::Folder;
 use ripstop::output::number::short;
@@ -23,7 +23,9 @@ use super::{interrupt, paint, screen};
 const WIDTH: f64 = 0.02;
 /// Realisations, and shots of a design, where no count is asked for.
 const COUNTS: [u32; 2] = [64, 20];
-/// StretchRange in which a design expects V50, over the velocity of the case, and the scatter it expects, over the range.
+/// Realisations that are shot on the converged mesh too: of a case in which nothing varies, and of others.
+const REFINED: [u32; 2] = [1, 4];
+/// Range in which a design expects V50, over the velocity of the case, and the scatter it expects, over the range.
 const RANGE: [f64; 2] = [0.6, 1.4];
 const SIGMA: f64 = 0.1;
 
@@ -57,7 +59,9 @@ pub(super) fn request(arguments: &V50Arguments, case: &Case) -> V50Request {
     let velocity = arguments.velocity.map_or_else(|| RANGE.map(|part| part * of_case), |velocities| velocities.0);
     let is_thresholds = arguments.design == DesignChoice::Thresholds;
     let open = is_thresholds && arguments.count.is_none();
+    let varies = case.variability.as_ref().is_some_and(Variability::varies);
     V50Request {
+        refined: arguments.refined.unwrap_or(REFINED[usize::from(varies)]),
         design: arguments.design.into(),
         count: arguments.count.unwrap_or(COUNTS[usize::from(!is_thresholds)]),
         until_width: arguments.batch.until_width.or(open.then_some(WIDTH)),
@@ -94,7 +98,11 @@ fn counts(request: &V50Request, found: &V50Result) -> String {
             let of = found.thresholds.len();
             let [thresholds, realisations] = [(known, "threshold"), (of, "realisation")]
                 .map(|(count, name)| format!("{count} {name}{}", if count == 1 { "" } else { "s" }));
-            format!("{thresholds} of {realisations}, {shots} shots")
+            let finer = match found.refined_shots {
+                0 => String::new(),
+                count => format!(", {count} on the converged mesh"),
+            };
+            format!("{thresholds} of {realisations}, {shots} shots{finer}")
         }
         design => format!("{shots} shots, design {}", design.word()),
     }
@@ -146,13 +154,11 @@ fn quantiles(request: &V50Request, found: &V50Result) -> String {
 /// The curve, with the thresholds or the shots.
 fn curve(request: &V50Request, found: &V50Result) -> String {
     let is_thresholds = request.design == ripstop::study::v50::Design::Thresholds;
-    let brackets = found.thresholds.iter().filter_map(|found| found.as_ref().ok());
-    let middles: Vec<f64> = brackets.map(|[low, high]| (low * high).sqrt()).collect();
     let of = |perforated: bool| -> Vec<f64> {
         found.ranged.iter().filter(|shot| shot.perforated == perforated).map(|shot| shot.velocity).collect()
     };
     let marks = match is_thresholds {
-        true => [("", Vec::new()), ("thresholds", middles)],
+        true => [("", Vec::new()), ("thresholds", found.middles())],
         false => [("perforated", of(true)), ("stopped", of(false))],
     };
     let all = || marks.iter().flat_map(|(_, at)| at.iter().copied());

@@ -4,7 +4,7 @@ use rayon::prelude::*;
 use ripstop::math::counter_random::DrawKey;
 use ripstop::math::link::Link;
 use ripstop::study::v50::sample::ThresholdSample;
-use ripstop::study::v50::threshold::{Rungs, ThresholdSearch, Wanted};
+use ripstop::study::v50::threshold::{FurtherShots, Rungs, ThresholdSearch, Wanted};
 
 /// Name, realisations, width of a bracket, and thresholds by quantile.
 type Row<'a> = (&'a str, u32, f64, &'a (dyn Fn(f64) -> f64 + Sync));
@@ -22,7 +22,7 @@ fn campaign(number: u32, row: u32, count: u32, width: f64, threshold: impl Fn(f6
     for realisation in 0..count {
         let [u, ..] = DrawKey { seed: 11, shot: number, ply: row, yarn: realisation, element: 0 }.uniform();
         let threshold = threshold(u);
-        let mut search = ThresholdSearch::new(rungs, MU, 4, &[]);
+        let mut search = ThresholdSearch::new(rungs, MU, 4, FurtherShots { beside: true, beyond: &[] });
         while let Wanted::Shot(rung) = search.wanted() {
             search.see(rung, rungs.velocity(rung) > threshold);
         }

@@ -9,9 +9,9 @@ use std::sync::{Mutex, PoisonError};
 use serde_json::json;
 
 use super::estimate::{V50Result, estimate};
-use super::threshold::{Rungs, ThresholdSearch, Wanted};
-use super::{Design, FILES, TABLE, V50Request, html, json};
-use crate::case::{Case, Variability};
+use super::threshold::{FurtherShots, Rungs, ThresholdSearch, Wanted};
+use super::{Design, FILES, REFINED_TABLE, TABLE, V50Request, html, json};
+use crate::case::{self, Case, Variability};
 use crate::output::Folder;
 use crate::study::batch::fire::shoot;
 use crate::study::batch::{BatchError, BatchOptions, BatchPlan, ShotLog, ShotOrder, in_threads};
@@ -25,6 +25,8 @@ const BLOCKS: [u32; 3] = [2, 6, 8];
 const FIRST_STEP: f64 = 0.1;
 /// Thresholds without which no interval is narrow.
 const LEAST: usize = 8;
+/// First step of a search on the finer mesh, over the threshold on the coarser one.
+const REFINED_STEP: f64 = 0.02;
 /// Realisations that are shot further above their thresholds too, for the residual velocities, and where.
 const FURTHER: (u32, &[f64]) = (8, &[1.15, 1.4]);
 
@@ -47,6 +49,8 @@ pub(super) struct FoundThreshold {
     /// Highest stop below it and lowest perforation above it [m/s]; or why there is none.
     pub(super) bracket: Result<[f64; 2], String>,
     pub(super) monotone: bool,
+    /// The bracket on the finer mesh [m/s], where it was looked for and found.
+    pub(super) refined: Option<[f64; 2]>,
 }
 
 /// The case whose impact velocity is the one asked for: its scatter moves shots, not the limit.
@@ -70,7 +74,7 @@ fn plan(case: &Case, request: &V50Request, options: &BatchOptions<'_>) -> BatchP
     };
     let parts = json!({
         "design": request.design.word(), "parameters": design, "count": request.count, "until_width": request.until_width,
-        "level": request.fit.level, "precision": options.precision.name(),
+        "level": request.fit.level, "precision": options.precision.name(), "refined": request.refined,
     });
     BatchPlan::new("v50", case, options.seed, parts)
 }
@@ -89,40 +93,82 @@ pub fn run(
 ) -> Result<V50Result, BatchError> {
     let plan = plan(case, request, options);
     plan.begin(folder, FILES, resume)?;
-    let case = &nominal(case, request.design);
-    let order = |shot: u32| ShotOrder { shot, velocity: Some(request.velocity[0]) };
-    let drawn = drawn_columns(case, options.seed, (0..request.count).map(order));
-    let log = ShotLog::open(folder, TABLE, drawn, resume)?;
-    let varies = case.variability.as_ref().is_some_and(Variability::varies);
+    let nominal = nominal(case, request.design);
+    let orders = || (0..request.count).map(|shot| ShotOrder { shot, velocity: Some(request.velocity[0]) });
+    let open = |case: Case, table: &'static str| {
+        let drawn = drawn_columns(&case, options.seed, orders());
+        ShotLog::open(folder, table, drawn, resume).map(|log| MeshShots { case, log: Mutex::new(log) })
+    };
+    let is_refined = request.design == Design::Thresholds && request.refined > 0;
+    let finer = if is_refined { case::converged(&nominal) } else { None };
+    let varies = nominal.variability.as_ref().is_some_and(Variability::varies);
     // Shots that wait for each other have all threads.
     let one_by_one = request.design != Design::Thresholds || !varies;
     let threads_per_shot = if one_by_one { options.threads } else { 1 };
     let options = &BatchOptions { threads_per_shot, ..*options };
-    let mut campaign = Campaign { case, request, options, log: Mutex::new(log) };
+    let finer = finer.map(|case| open(case, REFINED_TABLE)).transpose()?;
+    let mut campaign = Campaign { mesh: open(nominal, TABLE)?, finer, request, options };
     let found = match request.design {
         Design::Thresholds => campaign.thresholds(progress)?,
         _ => campaign.design(progress)?,
     };
-    let log = campaign.log.into_inner().unwrap_or_else(PoisonError::into_inner);
-    let result = estimate(case, request, &found, log.rows());
+    let Campaign { mesh: MeshShots { case, log }, finer, .. } = campaign;
+    let case = &case;
+    let log = log.into_inner().unwrap_or_else(PoisonError::into_inner);
+    let finer = finer.map(|shots| shots.log.into_inner().unwrap_or_else(PoisonError::into_inner));
+    let result = estimate(case, request, &found, log.rows(), finer.as_ref().map_or(0, |log| log.rows().count()));
     let table = log.table(|_| true);
     #[cfg(feature = "parquet")]
     crate::output::parquet::put(folder, super::PARQUET, &table)?;
-    let texts = [
+    let mut texts = vec![
         ("v50.json", format!("{:#}\n", json(case, request, options.seed, &result))),
         ("v50.html", html(case, request, options.seed, &result)),
         (TABLE, table),
     ];
+    texts.extend(finer.as_ref().map(|log| (REFINED_TABLE, log.table(|_| true))));
     folder.put(&texts, &[])?;
     log.close()?;
+    finer.map_or(Ok(()), ShotLog::close)?;
     Ok(result)
 }
 
+/// The case on one mesh, and its shots.
+struct MeshShots {
+    case: Case,
+    log: Mutex<ShotLog>,
+}
+
+impl MeshShots {
+    fn rows(&self) -> std::sync::MutexGuard<'_, ShotLog> {
+        self.log.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// The outcome of a shot: of its row, or of a shot that is fired now. `None`: it has none, and why.
+    fn outcome(
+        &self,
+        order: ShotOrder,
+        options: &BatchOptions<'_>,
+        given_up: &AtomicBool,
+    ) -> Result<Result<Shot, String>, BatchError> {
+        let known = self.rows().find(order).cloned();
+        let row = match known {
+            Some(row) => row,
+            None => {
+                let row = shoot(&self.case, order, options, given_up).ok_or(BatchError::Interrupted)?;
+                self.rows().add(row.clone())?;
+                row
+            }
+        };
+        Ok(row.as_shot().ok_or(row.reason))
+    }
+}
+
 struct Campaign<'a> {
-    case: &'a Case,
+    mesh: MeshShots,
+    /// On the converged mesh, where that is another one.
+    finer: Option<MeshShots>,
     request: &'a V50Request,
     options: &'a BatchOptions<'a>,
-    log: Mutex<ShotLog>,
 }
 
 /// Where a search begins [m/s] and its first step, in rungs.
@@ -133,29 +179,21 @@ struct Start {
 }
 
 impl Campaign<'_> {
-    fn rows(&self) -> std::sync::MutexGuard<'_, ShotLog> {
-        self.log.lock().unwrap_or_else(PoisonError::into_inner)
+    /// Shots on either mesh so far.
+    fn shots(&self) -> [usize; 2] {
+        [Some(&self.mesh), self.finer.as_ref()].map(|mesh| mesh.map_or(0, |mesh| mesh.rows().rows().count()))
     }
 
-    /// The outcome of a shot: of its row, or of a shot that is fired now. `None`: it has none, and why.
-    fn outcome(&self, order: ShotOrder, given_up: &AtomicBool) -> Result<Result<Shot, String>, BatchError> {
-        let known = self.rows().find(order).cloned();
-        let row = match known {
-            Some(row) => row,
-            None => {
-                let row = shoot(self.case, order, self.options, given_up).ok_or(BatchError::Interrupted)?;
-                self.rows().add(row.clone())?;
-                row
-            }
-        };
-        Ok(row.as_shot().ok_or(row.reason))
+    fn estimate(&self, found: &[FoundThreshold]) -> V50Result {
+        let [_, refined] = self.shots();
+        estimate(&self.mesh.case, self.request, found, self.mesh.rows().rows(), refined)
     }
 
     fn thresholds(
         &mut self,
         progress: &mut (dyn FnMut(V50Progress<'_>) + Send),
     ) -> Result<Vec<FoundThreshold>, BatchError> {
-        let varies = self.case.variability.as_ref().is_some_and(Variability::varies);
+        let varies = self.mesh.case.variability.as_ref().is_some_and(Variability::varies);
         // Without variability all realisations are one.
         let count = if varies { self.request.count } else { 1 };
         let mut found: Vec<FoundThreshold> = Vec::new();
@@ -167,8 +205,8 @@ impl Campaign<'_> {
             let block = first..(first + size).min(count);
             let start = self.start(&found);
             found.extend(self.block(block, start, count, progress)?);
-            let result = estimate(self.case, self.request, &found, self.rows().rows());
-            let shots = self.rows().rows().count() as u32;
+            let result = self.estimate(&found);
+            let shots = self.shots().iter().sum::<usize>() as u32;
             progress(V50Progress { done: found.len() as u32, of: count, shots, last: Some(&result) });
             if found.len() >= LEAST && self.request.until_width.is_some_and(|width| result.is_within(width)) {
                 break;
@@ -185,7 +223,7 @@ impl Campaign<'_> {
         middles.sort_by(f64::total_cmp);
         if middles.is_empty() {
             let velocity =
-                self.case.projectile.as_ref().map_or(self.request.velocity[0], |projectile| projectile.velocity);
+                self.mesh.case.projectile.as_ref().map_or(self.request.velocity[0], |projectile| projectile.velocity);
             return Start { velocity, step: (FIRST_STEP / rungs.width).round() as i32 };
         }
         let velocity = middles[middles.len() / 2];
@@ -222,28 +260,51 @@ impl Campaign<'_> {
         given_up: &AtomicBool,
         told: &dyn Fn(u32),
     ) -> Result<FoundThreshold, BatchError> {
-        let rungs = Rungs { width: self.request.bracket };
         let beyond = if realisation < FURTHER.0 { FURTHER.1 } else { &[] };
-        let mut search = ThresholdSearch::new(rungs, start.velocity, start.step, beyond);
+        let (bracket, monotone) =
+            self.bracket(&self.mesh, realisation, start, FurtherShots { beside: true, beyond }, given_up, told)?;
+        let refined = match (&bracket, &self.finer) {
+            (Ok([low, high]), Some(finer)) if realisation < self.request.refined => {
+                let step = (REFINED_STEP / self.request.bracket).round() as i32;
+                let start = Start { velocity: (low * high).sqrt(), step };
+                self.bracket(finer, realisation, start, FurtherShots::NONE, given_up, told)?.0.ok()
+            }
+            _ => None,
+        };
+        Ok(FoundThreshold { bracket, monotone, refined })
+    }
+
+    /// The bracket of a realisation on a mesh, or why there is none, and whether no stop lies above a perforation.
+    fn bracket(
+        &self,
+        mesh: &MeshShots,
+        realisation: u32,
+        start: Start,
+        further: FurtherShots,
+        given_up: &AtomicBool,
+        told: &dyn Fn(u32),
+    ) -> Result<(Result<[f64; 2], String>, bool), BatchError> {
+        let rungs = Rungs { width: self.request.bracket };
+        let mut search = ThresholdSearch::new(rungs, start.velocity, start.step, further);
         loop {
             match search.wanted() {
                 Wanted::Shot(rung) => {
                     let order = ShotOrder { shot: realisation, velocity: Some(rungs.velocity(rung)) };
-                    match self.outcome(order, given_up)? {
+                    match mesh.outcome(order, self.options, given_up)? {
                         Ok(shot) => search.see(rung, shot.perforated),
-                        Err(reason) => return Ok(FoundThreshold { bracket: Err(reason), monotone: true }),
+                        Err(reason) => return Ok((Err(reason), true)),
                     }
-                    told(self.rows().rows().count() as u32);
+                    told(self.shots().iter().sum::<usize>() as u32);
                 }
                 Wanted::Nothing => break,
                 Wanted::NoThreshold => {
                     let reason = "no velocity from 2 to 4900 m/s changes the outcome".to_owned();
-                    return Ok(FoundThreshold { bracket: Err(reason), monotone: true });
+                    return Ok((Err(reason), true));
                 }
             }
         }
         let bracket = search.bracket().ok_or_else(|| "no bracket".to_owned());
-        Ok(FoundThreshold { bracket, monotone: search.is_monotone() })
+        Ok((bracket, search.is_monotone()))
     }
 
     /// Shots of a design, one after the other. A shot without an outcome tells a design nothing.
@@ -256,8 +317,8 @@ impl Campaign<'_> {
         for number in 0..self.request.count {
             let velocity = next_velocity(self.request, &shots);
             let order = ShotOrder { shot: number, velocity: Some(velocity) };
-            shots.extend(self.outcome(order, &given_up)?.ok());
-            let result = estimate(self.case, self.request, &[], self.rows().rows());
+            shots.extend(self.mesh.outcome(order, self.options, &given_up)?.ok());
+            let result = self.estimate(&[]);
             progress(V50Progress { done: number + 1, of: self.request.count, shots: number + 1, last: Some(&result) });
             if shots.len() >= LEAST && self.request.until_width.is_some_and(|width| result.is_within(width)) {
                 break;

@@ -1,9 +1,10 @@
 //! From thresholds or shots to V50, its interval, and what the interval is made of.
 
 use super::campaign::FoundThreshold;
+use super::refinement::Refinement;
 use super::sample::ThresholdSample;
 use super::{Design, V50Request};
-use crate::case::{Case, Numerics};
+use crate::case::{Accuracy, Case, Numerics};
 use crate::study::arithmetic_v50::{Arithmetic, RULES, Refusal, Rule, arithmetic_v50};
 use crate::study::batch::ShotRow;
 use crate::study::designs::{Staircase, UpDown};
@@ -12,9 +13,15 @@ use crate::study::interval::Bounds;
 use crate::study::outcomes::{Outcomes, Shot};
 use crate::study::residual_fit::{Passed, ResidualFit, ResidualModel, TooFew, residual_fit};
 
-/// By how much mesh and time step move a limit, over the limit \[-\], with ripstop's own numerics and with the paper's: the largest spread over
-/// half as long elements and Courant numbers of benches/objectivity.json and benches/objectivity-paper.json, measured on S-720.
-const NUMERICAL: [f64; 2] = [0.0275, 0.0575];
+/// What mesh and time step may make of a limit, over the limit \[-\]: twice the spread over half as long elements of benches/objectivity.json,
+/// measured on S-720. With an error of first order, half as long elements take half of it away.
+const NUMERICAL: f64 = 0.055;
+/// The same of the converged mesh: benches/NOTES.md.
+const NUMERICAL_CONVERGED: f64 = 0.029;
+/// The same with the paper's numerics: benches/objectivity-paper.json.
+const NUMERICAL_PAPER: f64 = 0.115;
+/// What is left once a finer mesh has corrected a limit: place of the mesh and time step, the largest spread of benches/objectivity.json.
+const NUMERICAL_REST: f64 = 0.005;
 /// Bands of impact velocity for which residual velocities are summed up.
 const BANDS: usize = 5;
 
@@ -57,6 +64,10 @@ pub struct V50Result {
     pub quantiles: Vec<Quantile>,
     /// Thresholds, where those were sought, and their brackets or why there is none.
     pub thresholds: Vec<Result<[f64; 2], String>>,
+    /// What the converged mesh moves them by, where it was asked; it is in [`V50Result::middles`] and all that follows.
+    pub refinement: Option<Refinement>,
+    /// Shots on that mesh.
+    pub refined_shots: usize,
     /// Their sample.
     pub sample: Option<ThresholdSample>,
     /// Realisations whose outcome turned more than once.
@@ -90,6 +101,13 @@ impl V50Result {
         }
     }
 
+    /// Middles of the brackets as the converged mesh moves them, in the order of realisations [m/s].
+    pub fn middles(&self) -> Vec<f64> {
+        let factor = self.refinement.map_or(1.0, |refinement| refinement.factor());
+        let brackets = self.thresholds.iter().filter_map(|found| found.as_ref().ok());
+        brackets.map(|[low, high]| factor * (low * high).sqrt()).collect()
+    }
+
     /// Chance of a perforation at a velocity.
     pub fn probability(&self, velocity: f64) -> Option<f64> {
         match (&self.sample, &self.fit) {
@@ -106,6 +124,7 @@ pub(super) fn estimate<'a>(
     request: &V50Request,
     found: &[FoundThreshold],
     rows: impl Iterator<Item = &'a ShotRow>,
+    refined_shots: usize,
 ) -> V50Result {
     let rows: Vec<&ShotRow> = rows.collect();
     let fit_rows: Vec<FitRow> = rows.iter().filter_map(|row| row.as_fit_row()).collect();
@@ -118,6 +137,8 @@ pub(super) fn estimate<'a>(
         width: V50Width { sampling: None, numerical: 0.0, bracket: 0.0 },
         sigma: None,
         quantiles: Vec::new(),
+        refinement: Refinement::new(&pairs(found)),
+        refined_shots,
         sample: None,
         non_monotone: found.iter().enumerate().filter(|(_, found)| !found.monotone).map(|(n, _)| n).collect(),
         fit: None,
@@ -139,21 +160,29 @@ pub(super) fn estimate<'a>(
     }
     let ranged: Outcomes = result.ranged.iter().collect();
     result.arithmetic = RULES.map(|rule| (rule, arithmetic_v50(&ranged, &rule))).to_vec();
-    combine(&mut result, case);
+    combine(&mut result, case, level);
     result
 }
 
+/// Middles of the brackets of realisations on both meshes [m/s].
+fn pairs(found: &[FoundThreshold]) -> Vec<[f64; 2]> {
+    let middle = |[low, high]: [f64; 2]| (low * high).sqrt();
+    let pair = |found: &FoundThreshold| Some([middle(found.bracket.clone().ok()?), middle(found.refined?)]);
+    found.iter().filter_map(pair).collect()
+}
+
 fn of_thresholds(result: &mut V50Result, request: &V50Request) {
-    let brackets: Vec<[f64; 2]> = result.thresholds.iter().filter_map(|found| found.clone().ok()).collect();
-    let middles: Vec<f64> = brackets.iter().map(|[low, high]| (low * high).sqrt()).collect();
-    let count = brackets.len().max(1) as f64;
-    let width = brackets.iter().map(|[low, high]| high - low).sum::<f64>() / count;
+    let middles = result.middles();
+    let brackets = result.thresholds.iter().filter_map(|found| found.as_ref().ok());
+    let count = middles.len().max(1) as f64;
+    let width = brackets.map(|[low, high]| high - low).sum::<f64>() / count;
     let Some(sample) = ThresholdSample::new(&middles, width) else { return };
     result.sample = Some(sample);
     result.v50 = Some(sample.mean);
     result.sigma = (sample.count > 1).then_some(sample.sigma);
     // The middle of a bracket is off by half of it at most; the mean of many by less.
-    result.width.bracket = 0.5 * width / count.sqrt();
+    let refined = result.refinement.map_or(0.0, |refinement| 1.0 / refinement.count as f64);
+    result.width.bracket = 0.5 * width * (1.0 / count + refined).sqrt();
     let level = request.fit.level;
     result.quantiles =
         QUANTILES.map(|p| Quantile { p, value: Some(sample.quantile(p)), bounds: sample.interval(p, level) }).to_vec();
@@ -189,10 +218,22 @@ fn of_shots(result: &mut V50Result, request: &V50Request, rows: &[FitRow]) {
     result.fit = Some(fit);
 }
 
+/// What mesh and time step may make of a limit, over the limit \[-\].
+fn numerical(case: &Case, refinement: Option<&Refinement>, level: f64) -> f64 {
+    if let Some(found) = refinement {
+        return found.open().hypot(found.half_width(level)).hypot(NUMERICAL_REST);
+    }
+    match (case.solver.numerics, case.solver.accuracy) {
+        (Numerics::Paper, _) => NUMERICAL_PAPER,
+        (Numerics::Default, Accuracy::Converged) => NUMERICAL_CONVERGED,
+        (Numerics::Default, Accuracy::Default) => NUMERICAL,
+    }
+}
+
 /// The interval of everything: its parts are independent, their squares add up.
-fn combine(result: &mut V50Result, case: &Case) {
+fn combine(result: &mut V50Result, case: &Case, level: f64) {
     let Some(v50) = result.v50 else { return };
-    result.width.numerical = v50 * NUMERICAL[usize::from(case.solver.numerics == Numerics::Paper)];
+    result.width.numerical = v50 * numerical(case, result.refinement.as_ref(), level);
     let single = result.sample.is_some_and(|sample| sample.count == 1);
     let own = if single {
         Bounds { low: Some(v50), high: Some(v50) }

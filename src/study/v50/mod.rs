@@ -5,12 +5,14 @@
 //! ```
 //!
 //! - [`threshold`] finds the threshold of one realisation, `campaign` those of many, and the shots of a design.
+//! - [`refinement`] is what the converged mesh moves thresholds by.
 //! - [`sample`] is the estimate from thresholds; shots of a design are fitted as those of a range.
 //! - `report` is `v50.json` and what is said in words, `page` is `v50.html`.
 
 mod campaign;
 mod estimate;
 mod page;
+pub mod refinement;
 mod report;
 pub mod sample;
 pub mod threshold;
@@ -18,16 +20,20 @@ pub mod threshold;
 pub use campaign::{V50Progress, run};
 pub use estimate::{ResidualBand, V50Result, V50Width};
 pub use page::html;
+pub use refinement::Refinement;
 pub use report::{json, notes};
 
 use super::fit::FitRequest;
 
 /// Name of the table.
 pub(super) const TABLE: &str = "v50.csv";
+/// Name of the table of shots on the converged mesh.
+pub(super) const REFINED_TABLE: &str = "v50-refined.csv";
 /// Every file that is written.
 pub const FILES: &[&str] = &[
     "plan.json",
     TABLE,
+    REFINED_TABLE,
     "v50.html",
     "v50.json",
     #[cfg(feature = "parquet")]
@@ -81,6 +87,8 @@ pub struct V50Request {
     pub velocity: [f64; 2],
     /// Scatter that a design expects, and the step of up and down [m/s].
     pub sigma: f64,
+    /// Realisations whose threshold is looked for on the converged mesh too, by which V50 is corrected.
+    pub refined: u32,
     /// How shots of a design are fitted, and the confidence of all intervals.
     pub fit: FitRequest,
 }

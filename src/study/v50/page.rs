@@ -95,8 +95,7 @@ fn chance(request: &V50Request, result: &V50Result) -> String {
 
 /// Thresholds, ascending.
 fn sorted(result: &V50Result) -> Vec<f64> {
-    let brackets = result.thresholds.iter().filter_map(|found| found.as_ref().ok());
-    let mut middles: Vec<f64> = brackets.map(|[low, high]| (low * high).sqrt()).collect();
+    let mut middles = result.middles();
     middles.sort_by(f64::total_cmp);
     middles
 }

@@ -33,6 +33,9 @@ pub fn json(case: &Case, request: &V50Request, seed: u32, result: &V50Result) ->
         "half_width_m_s": {
             "sampling": result.width.sampling, "numerical": result.width.numerical, "bracket": result.width.bracket,
         },
+        "refinement": result.refinement.map(|found| json!({
+            "realisations": found.count, "ratio": found.ratio, "factor": found.factor(), "sigma": found.sigma, "shots": result.refined_shots,
+        })),
         "design": request.design.word(),
         "realisations": if request.design == Design::Thresholds { result.thresholds.len() } else { result.shots },
         "shots": result.shots,
@@ -98,7 +101,18 @@ pub fn notes(case: &Case, request: &V50Request, result: &V50Result) -> Vec<Strin
                 .to_owned(),
         );
     }
-    notes.push("the part of mesh and time step was measured on S-720 and is assumed for other fabrics".to_owned());
+    if let Some(found) = result.refinement {
+        notes.push(format!(
+            "elements half as long move the limit by {} %, measured on {} realisation{}; V50 holds one and a half times that, \
+             thresholds and residual velocities in the tables do not",
+            short(100.0 * (found.ratio - 1.0), 2),
+            found.count,
+            if found.count == 1 { "" } else { "s" }
+        ));
+    }
+    if result.refinement.is_none() {
+        notes.push("the part of mesh and time step was measured on S-720 and is assumed for other fabrics".to_owned());
+    }
     if request.design != Design::Thresholds {
         notes.push(
             "the likelihood-ratio interval of 20 to 40 shots holds V50 a little less often than its level says; docs: From a case to a V50"

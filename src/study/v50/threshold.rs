@@ -35,13 +35,27 @@ pub struct ThresholdSearch {
     /// Where it begins, and the first step away from there.
     begin: i32,
     step: i32,
-    /// Further velocities whose residual velocity is wanted, over the threshold [-].
-    beyond: &'static [f64],
+    /// What else is shot once the bracket is known.
+    further: FurtherShots,
     /// Outcomes by rung.
     seen: Vec<(i32, bool)>,
     /// Highest stop and lowest perforation of the search itself.
     low: Option<i32>,
     high: Option<i32>,
+}
+
+/// Shots that a search wants besides those that find its bracket.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FurtherShots {
+    /// Two beside the bracket, to see whether the outcome turns once only.
+    pub beside: bool,
+    /// At these velocities over the threshold, for residual velocities [-].
+    pub beyond: &'static [f64],
+}
+
+impl FurtherShots {
+    /// None.
+    pub const NONE: Self = Self { beside: false, beyond: &[] };
 }
 
 /// What a search wants next.
@@ -57,9 +71,9 @@ pub enum Wanted {
 
 impl ThresholdSearch {
     /// A search from a velocity [m/s] on, in steps of at least `step` rungs.
-    pub fn new(rungs: Rungs, velocity: f64, step: i32, beyond: &'static [f64]) -> Self {
+    pub fn new(rungs: Rungs, velocity: f64, step: i32, further: FurtherShots) -> Self {
         let begin = rungs.nearest(velocity);
-        Self { rungs, begin, step: step.max(1), beyond, seen: Vec::new(), low: None, high: None }
+        Self { rungs, begin, step: step.max(1), further, seen: Vec::new(), low: None, high: None }
     }
 
     /// The next shot.
@@ -70,9 +84,10 @@ impl ThresholdSearch {
             (None, Some(high)) => high - self.step,
             (Some(low), Some(high)) if high - low > 1 => low + (high - low) / 2,
             (Some(low), Some(high)) => {
-                let beyond = self.beyond.iter().map(|part| self.rungs.nearest(self.rungs.velocity(high) * part));
-                let beside = [low - BESIDE, high + BESIDE].into_iter().chain(beyond);
-                let mut open = beside.filter(|rung| !self.seen.iter().any(|(seen, _)| seen == rung));
+                let beyond = self.further.beyond.iter();
+                let beyond = beyond.map(|part| self.rungs.nearest(self.rungs.velocity(high) * part));
+                let beside = [low - BESIDE, high + BESIDE].into_iter().filter(|_| self.further.beside);
+                let mut open = beside.chain(beyond).filter(|rung| !self.seen.iter().any(|(seen, _)| seen == rung));
                 return open.next().map_or(Wanted::Nothing, Wanted::Shot);
             }
         };
@@ -122,7 +137,7 @@ mod tests {
 
     /// The bracket that a search from here finds, and how many shots it takes.
     fn found(begin: f64, step: i32, perforates: impl Fn(f64) -> bool) -> (Option<[f64; 2]>, usize, bool) {
-        let mut search = ThresholdSearch::new(RUNGS, begin, step, &[]);
+        let mut search = ThresholdSearch::new(RUNGS, begin, step, FurtherShots { beside: true, beyond: &[] });
         while let Wanted::Shot(rung) = search.wanted() {
             search.see(rung, perforates(RUNGS.velocity(rung)));
             assert!(search.seen.len() < 60);
@@ -142,6 +157,25 @@ mod tests {
             }
         }
         assert_eq!(found(100.0, 20, |_| false).0, None);
+    }
+
+    #[test]
+    fn further_shots_are_those_asked_for() {
+        let shots = |further: FurtherShots| {
+            let mut search = ThresholdSearch::new(RUNGS, 184.0, 1, further);
+            let mut rungs = Vec::new();
+            while let Wanted::Shot(rung) = search.wanted() {
+                search.see(rung, RUNGS.velocity(rung) > 184.2);
+                rungs.push(rung);
+            }
+            rungs
+        };
+        let none = shots(FurtherShots::NONE);
+        let beside = shots(FurtherShots { beside: true, beyond: &[] });
+        let all = shots(FurtherShots { beside: true, beyond: &[1.5] });
+        assert_eq!(beside.len(), none.len() + 2);
+        assert_eq!(all[..beside.len()], beside);
+        assert!((RUNGS.velocity(all[beside.len()]) / 184.2 - 1.5).abs() < 0.01, "{all:?}");
     }
 
     #[test]
