@@ -17,6 +17,7 @@ mod kept;
 mod objectivity;
 mod outcome;
 mod packs;
+mod regression;
 mod report;
 mod rooms;
 mod scene;
