@@ -275,58 +275,6 @@ fn thresholds_are_where_the_outcome_of_their_realisation_turns() {
 }
 
 #[test]
-fn a_finer_mesh_corrects_the_limit_by_what_it_moves_single_thresholds() {
-    let case = small(&[VARIES]);
-    let place = TempDir::new().unwrap();
-    let request = V50Request { refined: 2, ..v50_request(Design::Thresholds, 3) };
-    let found = limit(&case, &request, 2, place.path(), false);
-    let middle = |bracket: [f64; 2]| (bracket[0] * bracket[1]).sqrt();
-    let coarse: Vec<f64> = found.thresholds.iter().map(|found| middle(found.clone().unwrap())).collect();
-    // The thresholds on the finer mesh, from the outcomes of the shots that were fired on it.
-    let table = fs::read_to_string(place.path().join("v50-refined.csv")).unwrap();
-    let shots: Vec<Vec<&str>> = table.lines().skip(1).map(|line| line.split(',').collect()).collect();
-    assert_eq!(found.refined_shots, shots.len());
-    let fine = |number: &str| {
-        let of = |outcome: &str| -> Vec<f64> {
-            let own = shots.iter().filter(|row| row[0] == number && row[3] == outcome);
-            own.map(|row| row[1].parse().unwrap()).collect()
-        };
-        let low = of("stopped").into_iter().fold(0.0, f64::max);
-        middle([low, of("perforated").into_iter().fold(f64::INFINITY, f64::min)])
-    };
-    let ratios = [fine("0") / coarse[0], fine("1") / coarse[1]];
-    assert!(ratios.iter().all(|ratio| (0.9..1.1).contains(ratio)) && shots.iter().all(|row| row[0] != "2"));
-    let refinement = found.refinement.unwrap();
-    assert!((refinement.ratio - 0.5 * (ratios[0] + ratios[1])).abs() < 1e-12);
-    let mean = coarse.iter().sum::<f64>() / 3.0;
-    assert!((found.v50.unwrap() - mean * (1.5 * refinement.ratio - 0.5)).abs() < 1e-9);
-    // They are shots of the same realisation with the mesh of the other accuracy.
-    let finer = small(&[VARIES, "/variability/velocity=null", "/solver/accuracy=converged"]);
-    let row = &shots[0];
-    let order = ShotOrder { shot: 0, velocity: Some(row[1].parse().unwrap()) };
-    let run = scene::run(&order_case(&finer, 3, order).unwrap());
-    assert_eq!((run.outcome.word(), run.steps.to_string().as_str()), (row[3], row[14]));
-    // Without them the shots are the same, and the interval is wider.
-    let other = TempDir::new().unwrap();
-    let plain = limit(&case, &v50_request(Design::Thresholds, 3), 2, other.path(), false);
-    assert_eq!(plain.thresholds, found.thresholds);
-    assert!(!other.path().join("v50-refined.csv").exists() && plain.refinement.is_none());
-    // An end among them changes nothing.
-    let expected = files(place.path());
-    let broken = TempDir::new().unwrap();
-    fs::write(broken.path().join("plan.json"), &expected["plan.json"]).unwrap();
-    fs::write(broken.path().join("v50.csv.partial"), &expected["v50.csv"]).unwrap();
-    fs::write(broken.path().join("v50-refined.csv.partial"), &table[..table.len() / 2]).unwrap();
-    limit(&case, &request, 1, broken.path(), true);
-    assert!(files(broken.path()) == expected);
-    // A case on that mesh has nothing to be corrected by.
-    let converged = small(&["/solver/accuracy=converged"]);
-    let third = TempDir::new().unwrap();
-    let found = limit(&converged, &request, 2, third.path(), false);
-    assert!(found.refinement.is_none() && found.width.numerical / found.v50.unwrap() > 0.02);
-}
-
-#[test]
 fn a_case_in_which_nothing_varies_has_one_threshold_and_says_so() {
     let place = TempDir::new().unwrap();
     let request = v50_request(Design::Thresholds, 30);
