@@ -18,7 +18,7 @@ const FOLDER: &str = "tests/regression";
 const TOLERANCE: f64 = 1e-7;
 /// Allowed difference of numbers near zero, in the units of `summary.json`.
 const FLOOR: f64 = 1e-9;
-/// Relative change of the impact velocity that stands for a rounding.
+/// Relative change of what a scene starts with that stands for a rounding.
 const NUDGE: f64 = 1e-12;
 /// Rows of the history that are kept.
 const ROWS: usize = 6;
@@ -73,15 +73,16 @@ fn read(name: &str) -> Value {
     serde_json::from_str(&fs::read_to_string(Path::new(FOLDER).join(name)).unwrap()).unwrap()
 }
 
-/// A scene, its impact velocity times a factor.
+/// A scene, its impact velocity and initial deflection times a factor.
 fn case(name: &str, factor: f64) -> Case {
     let mut document = read("scenes.json")[name].clone();
     let sets = document.as_object_mut().unwrap().remove("sets").unwrap_or_else(|| json!([]));
     let sets: Vec<String> = serde_json::from_value(sets).unwrap();
     document["title"] = json!(name);
-    let velocity = document.pointer_mut("/projectile/velocity_m_s");
-    if let Some(velocity) = velocity {
-        *velocity = json!(velocity.as_f64().unwrap() * factor);
+    for start in ["/projectile/velocity_m_s", "/pack/initial_deflection/amplitude_mm"] {
+        if let Some(value) = document.pointer_mut(start) {
+            *value = json!(value.as_f64().unwrap() * factor);
+        }
     }
     case::from_str(name, &document.to_string(), &sets).unwrap_or_else(|e| panic!("{e}"))
 }

@@ -94,6 +94,11 @@ pub struct Case {
 }
 
 impl Case {
+    /// Whether anything varies from shot to shot.
+    pub fn varies(&self) -> bool {
+        self.variability.as_ref().is_some_and(Variability::varies)
+    }
+
     /// The plies in groups of alike ones, from the struck side: the layup, or the whole pack where it has none.
     pub fn layers(&self) -> Cow<'_, [Layer]> {
         let pack = &self.pack;

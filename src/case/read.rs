@@ -170,9 +170,7 @@ pub(crate) fn realisation(case: &Case, seed: u32, shot: u32, velocity: Option<f6
             projectile.insert("velocity_m_s".to_owned(), Value::from(velocity));
         }
     }
-    let case =
-        Case { name: case.name.clone(), path: case.path.clone(), ..checked(&document).map_err(CaseError::first_of)? };
-    Ok(Case { as_run: document, ..case })
+    rebuilt(case, document).map_err(CaseError::first_of)
 }
 
 /// The case on the mesh of `"accuracy": "converged"`; `None` where its mesh is as fine already, or that one is refused.
@@ -180,9 +178,14 @@ pub(crate) fn converged(case: &Case) -> Option<Case> {
     let mut document = case.as_run.clone();
     let solver = document.as_object_mut()?.entry("solver").or_insert_with(|| Value::Object(Map::new()));
     solver.as_object_mut()?.insert("accuracy".to_owned(), Value::from("converged"));
-    let finer = checked(&document).ok()?;
-    let is_finer = finer.pack.elements_per_crossover > case.pack.elements_per_crossover;
-    is_finer.then(|| Case { name: case.name.clone(), path: case.path.clone(), as_run: document, ..finer })
+    let finer = rebuilt(case, document).ok()?;
+    (finer.pack.elements_per_crossover > case.pack.elements_per_crossover).then_some(finer)
+}
+
+/// A case with another document.
+fn rebuilt(case: &Case, document: Value) -> Result<Case, Vec<CaseError>> {
+    let built = checked(&document)?;
+    Ok(Case { name: case.name.clone(), path: case.path.clone(), as_run: document, ..built })
 }
 
 /// An error inside an inlined fabric is one of the file it came from.

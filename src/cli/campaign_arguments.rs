@@ -91,7 +91,7 @@ By default every realisation of the case (same fabric, same hit) is shot at othe
 A design (langlie, updown, neyer, 3pod) fires each realisation once, as a range would. What varies stands in /variability; in a \
 case without it there is one threshold. The interval holds sampling, mesh and time step, and says what part each has.
 
-DIR gets v50.json, v50.csv (a row for each shot), v50.html and plan.json.")]
+DIR gets v50.json, v50.csv (a row for each shot), v50-refined.csv (those on the converged mesh), v50.html and plan.json.")]
 pub(crate) struct V50Arguments {
     /// Case file; - is standard input
     #[arg(value_name = "CASE.json")]

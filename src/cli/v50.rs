@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use ripstop::case::{Case, Variability};
+use ripstop::case::Case;
 use ripstop::math::link::Link;
 use ripstop::output::Folder;
 use ripstop::output::number::short;
@@ -59,9 +59,8 @@ pub(super) fn request(arguments: &V50Arguments, case: &Case) -> V50Request {
     let velocity = arguments.velocity.map_or_else(|| RANGE.map(|part| part * of_case), |velocities| velocities.0);
     let is_thresholds = arguments.design == DesignChoice::Thresholds;
     let open = is_thresholds && arguments.count.is_none();
-    let varies = case.variability.as_ref().is_some_and(Variability::varies);
     V50Request {
-        refined: arguments.refined.unwrap_or(REFINED[usize::from(varies)]),
+        refined: arguments.refined.unwrap_or(REFINED[usize::from(case.varies())]),
         design: arguments.design.into(),
         count: arguments.count.unwrap_or(COUNTS[usize::from(!is_thresholds)]),
         until_width: arguments.batch.until_width.or(open.then_some(WIDTH)),
@@ -85,7 +84,8 @@ fn text(case: &Case, request: &V50Request, found: &V50Result, folder: &Path) -> 
     if !found.passed.is_empty() {
         out += &part("residual velocity", &residual_table(&found.residual));
     }
-    out += &format!("\n{}  {}\n  {}\n", paint::heading("files"), folder.display(), v50::FILES.join(", "));
+    let files: Vec<&str> = v50::FILES.iter().copied().filter(|name| folder.join(name).exists()).collect();
+    out += &format!("\n{}  {}\n  {}\n", paint::heading("files"), folder.display(), files.join(", "));
     out
 }
 

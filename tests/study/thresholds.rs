@@ -4,7 +4,7 @@ use rayon::prelude::*;
 use ripstop::math::counter_random::DrawKey;
 use ripstop::math::link::Link;
 use ripstop::study::v50::sample::ThresholdSample;
-use ripstop::study::v50::threshold::{FurtherShots, Rungs, ThresholdSearch, Wanted};
+use ripstop::study::v50::threshold::{FurtherShots, Rungs, ThresholdSearch, Wanted, middle};
 
 /// Name, realisations, width of a bracket, and thresholds by quantile.
 type Row<'a> = (&'a str, u32, f64, &'a (dyn Fn(f64) -> f64 + Sync));
@@ -27,7 +27,7 @@ fn campaign(number: u32, row: u32, count: u32, width: f64, threshold: impl Fn(f6
             search.see(rung, rungs.velocity(rung) > threshold);
         }
         let [low, high] = search.bracket().unwrap();
-        middles.push((low * high).sqrt());
+        middles.push(middle([low, high]));
         bracket += (high - low) / f64::from(count);
     }
     let sample = ThresholdSample::new(&middles, bracket).unwrap();

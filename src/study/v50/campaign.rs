@@ -9,9 +9,9 @@ use std::sync::{Mutex, PoisonError};
 use serde_json::json;
 
 use super::estimate::{V50Result, estimate};
-use super::threshold::{FurtherShots, Rungs, ThresholdSearch, Wanted};
+use super::threshold::{FurtherShots, Rungs, ThresholdSearch, Wanted, middle};
 use super::{Design, FILES, REFINED_TABLE, TABLE, V50Request, html, json};
-use crate::case::{self, Case, Variability};
+use crate::case::{self, Case};
 use crate::output::Folder;
 use crate::study::batch::fire::shoot;
 use crate::study::batch::{BatchError, BatchOptions, BatchPlan, ShotLog, ShotOrder, in_threads};
@@ -101,9 +101,8 @@ pub fn run(
     };
     let is_refined = request.design == Design::Thresholds && request.refined > 0;
     let finer = if is_refined { case::converged(&nominal) } else { None };
-    let varies = nominal.variability.as_ref().is_some_and(Variability::varies);
     // Shots that wait for each other have all threads.
-    let one_by_one = request.design != Design::Thresholds || !varies;
+    let one_by_one = request.design != Design::Thresholds || !nominal.varies();
     let threads_per_shot = if one_by_one { options.threads } else { 1 };
     let options = &BatchOptions { threads_per_shot, ..*options };
     let finer = finer.map(|case| open(case, REFINED_TABLE)).transpose()?;
@@ -112,11 +111,11 @@ pub fn run(
         Design::Thresholds => campaign.thresholds(progress)?,
         _ => campaign.design(progress)?,
     };
+    let result = campaign.estimate(&found);
     let Campaign { mesh: MeshShots { case, log }, finer, .. } = campaign;
     let case = &case;
     let log = log.into_inner().unwrap_or_else(PoisonError::into_inner);
     let finer = finer.map(|shots| shots.log.into_inner().unwrap_or_else(PoisonError::into_inner));
-    let result = estimate(case, request, &found, log.rows(), finer.as_ref().map_or(0, |log| log.rows().count()));
     let table = log.table(|_| true);
     #[cfg(feature = "parquet")]
     crate::output::parquet::put(folder, super::PARQUET, &table)?;
@@ -179,23 +178,25 @@ struct Start {
 }
 
 impl Campaign<'_> {
-    /// Shots on either mesh so far.
-    fn shots(&self) -> [usize; 2] {
-        [Some(&self.mesh), self.finer.as_ref()].map(|mesh| mesh.map_or(0, |mesh| mesh.rows().rows().count()))
+    /// Shots so far, on both meshes.
+    fn shots(&self) -> u32 {
+        (self.mesh.rows().rows().count() + self.refined_shots()) as u32
+    }
+
+    fn refined_shots(&self) -> usize {
+        self.finer.as_ref().map_or(0, |finer| finer.rows().rows().count())
     }
 
     fn estimate(&self, found: &[FoundThreshold]) -> V50Result {
-        let [_, refined] = self.shots();
-        estimate(&self.mesh.case, self.request, found, self.mesh.rows().rows(), refined)
+        estimate(&self.mesh.case, self.request, found, self.mesh.rows().rows(), self.refined_shots())
     }
 
     fn thresholds(
         &mut self,
         progress: &mut (dyn FnMut(V50Progress<'_>) + Send),
     ) -> Result<Vec<FoundThreshold>, BatchError> {
-        let varies = self.mesh.case.variability.as_ref().is_some_and(Variability::varies);
         // Without variability all realisations are one.
-        let count = if varies { self.request.count } else { 1 };
+        let count = if self.mesh.case.varies() { self.request.count } else { 1 };
         let mut found: Vec<FoundThreshold> = Vec::new();
         let mut blocks = BLOCKS.iter();
         let mut size = BLOCKS[0];
@@ -206,7 +207,7 @@ impl Campaign<'_> {
             let start = self.start(&found);
             found.extend(self.block(block, start, count, progress)?);
             let result = self.estimate(&found);
-            let shots = self.shots().iter().sum::<usize>() as u32;
+            let shots = self.shots();
             progress(V50Progress { done: found.len() as u32, of: count, shots, last: Some(&result) });
             if found.len() >= LEAST && self.request.until_width.is_some_and(|width| result.is_within(width)) {
                 break;
@@ -218,8 +219,8 @@ impl Campaign<'_> {
     /// Where the next searches begin: in the middle of the thresholds so far, in steps of their scatter.
     fn start(&self, found: &[FoundThreshold]) -> Start {
         let rungs = Rungs { width: self.request.bracket };
-        let brackets: Vec<[f64; 2]> = found.iter().filter_map(|found| found.bracket.clone().ok()).collect();
-        let mut middles: Vec<f64> = brackets.iter().map(|[low, high]| (low * high).sqrt()).collect();
+        let mut middles: Vec<f64> =
+            found.iter().filter_map(|found| found.bracket.as_ref().ok()).copied().map(middle).collect();
         middles.sort_by(f64::total_cmp);
         if middles.is_empty() {
             let velocity =
@@ -261,21 +262,19 @@ impl Campaign<'_> {
         told: &dyn Fn(u32),
     ) -> Result<FoundThreshold, BatchError> {
         let beyond = if realisation < FURTHER.0 { FURTHER.1 } else { &[] };
-        let (bracket, monotone) =
-            self.bracket(&self.mesh, realisation, start, FurtherShots { beside: true, beyond }, given_up, told)?;
-        let refined = match (&bracket, &self.finer) {
-            (Ok([low, high]), Some(finer)) if realisation < self.request.refined => {
-                let step = (REFINED_STEP / self.request.bracket).round() as i32;
-                let start = Start { velocity: (low * high).sqrt(), step };
-                self.bracket(finer, realisation, start, FurtherShots::NONE, given_up, told)?.0.ok()
-            }
-            _ => None,
-        };
-        Ok(FoundThreshold { bracket, monotone, refined })
+        let further = FurtherShots { beside: true, beyond };
+        let found = self.search_on(&self.mesh, realisation, start, further, given_up, told)?;
+        let (Ok(bracket), Some(finer)) = (&found.bracket, &self.finer) else { return Ok(found) };
+        if realisation >= self.request.refined {
+            return Ok(found);
+        }
+        let start = Start { velocity: middle(*bracket), step: (REFINED_STEP / self.request.bracket).round() as i32 };
+        let refined = self.search_on(finer, realisation, start, FurtherShots::NONE, given_up, told)?.bracket.ok();
+        Ok(FoundThreshold { refined, ..found })
     }
 
-    /// The bracket of a realisation on a mesh, or why there is none, and whether no stop lies above a perforation.
-    fn bracket(
+    /// The threshold of a realisation on one mesh.
+    fn search_on(
         &self,
         mesh: &MeshShots,
         realisation: u32,
@@ -283,7 +282,8 @@ impl Campaign<'_> {
         further: FurtherShots,
         given_up: &AtomicBool,
         told: &dyn Fn(u32),
-    ) -> Result<(Result<[f64; 2], String>, bool), BatchError> {
+    ) -> Result<FoundThreshold, BatchError> {
+        let none = |reason| Ok(FoundThreshold { bracket: Err(reason), monotone: true, refined: None });
         let rungs = Rungs { width: self.request.bracket };
         let mut search = ThresholdSearch::new(rungs, start.velocity, start.step, further);
         loop {
@@ -292,19 +292,16 @@ impl Campaign<'_> {
                     let order = ShotOrder { shot: realisation, velocity: Some(rungs.velocity(rung)) };
                     match mesh.outcome(order, self.options, given_up)? {
                         Ok(shot) => search.see(rung, shot.perforated),
-                        Err(reason) => return Ok((Err(reason), true)),
+                        Err(reason) => return none(reason),
                     }
-                    told(self.shots().iter().sum::<usize>() as u32);
+                    told(self.shots());
                 }
                 Wanted::Nothing => break,
-                Wanted::NoThreshold => {
-                    let reason = "no velocity from 2 to 4900 m/s changes the outcome".to_owned();
-                    return Ok((Err(reason), true));
-                }
+                Wanted::NoThreshold => return none("no velocity from 2 to 4900 m/s changes the outcome".to_owned()),
             }
         }
         let bracket = search.bracket().ok_or_else(|| "no bracket".to_owned());
-        Ok((bracket, search.is_monotone()))
+        Ok(FoundThreshold { bracket, monotone: search.is_monotone(), refined: None })
     }
 
     /// Shots of a design, one after the other. A shot without an outcome tells a design nothing.

@@ -3,6 +3,7 @@
 use super::campaign::FoundThreshold;
 use super::refinement::Refinement;
 use super::sample::ThresholdSample;
+use super::threshold::middle;
 use super::{Design, V50Request};
 use crate::case::{Accuracy, Case, Numerics};
 use crate::study::arithmetic_v50::{Arithmetic, RULES, Refusal, Rule, arithmetic_v50};
@@ -104,8 +105,7 @@ impl V50Result {
     /// Middles of the brackets as the converged mesh moves them, in the order of realisations [m/s].
     pub fn middles(&self) -> Vec<f64> {
         let factor = self.refinement.map_or(1.0, |refinement| refinement.factor());
-        let brackets = self.thresholds.iter().filter_map(|found| found.as_ref().ok());
-        brackets.map(|[low, high]| factor * (low * high).sqrt()).collect()
+        self.thresholds.iter().filter_map(|found| Some(factor * middle(*found.as_ref().ok()?))).collect()
     }
 
     /// Chance of a perforation at a velocity.
@@ -166,7 +166,6 @@ pub(super) fn estimate<'a>(
 
 /// Middles of the brackets of realisations on both meshes [m/s].
 fn pairs(found: &[FoundThreshold]) -> Vec<[f64; 2]> {
-    let middle = |[low, high]: [f64; 2]| (low * high).sqrt();
     let pair = |found: &FoundThreshold| Some([middle(found.bracket.clone().ok()?), middle(found.refined?)]);
     found.iter().filter_map(pair).collect()
 }

@@ -3,8 +3,8 @@
 use serde_json::{Value, json};
 
 use super::{Design, V50Request, V50Result};
+use crate::case::Case;
 use crate::case::case_hash;
-use crate::case::{Case, Variability};
 use crate::output::number::short;
 use crate::study::fit;
 use crate::study::shots;
@@ -77,8 +77,7 @@ pub(super) fn arithmetic_of(design: Design) -> &'static str {
 /// What a reader should know before the numbers are used.
 pub fn notes(case: &Case, request: &V50Request, result: &V50Result) -> Vec<String> {
     let mut notes = Vec::new();
-    let varies = case.variability.as_ref().is_some_and(Variability::varies);
-    if varies {
+    if case.varies() {
         notes.extend(shots::notes(case));
         let lines_follow = case
             .layers()
@@ -101,18 +100,16 @@ pub fn notes(case: &Case, request: &V50Request, result: &V50Result) -> Vec<Strin
                 .to_owned(),
         );
     }
-    if let Some(found) = result.refinement {
-        notes.push(format!(
+    notes.push(match result.refinement {
+        Some(found) => format!(
             "elements half as long move the limit by {} %, measured on {} realisation{}; V50 holds one and a half times that, \
              thresholds and residual velocities in the tables do not",
             short(100.0 * (found.ratio - 1.0), 2),
             found.count,
             if found.count == 1 { "" } else { "s" }
-        ));
-    }
-    if result.refinement.is_none() {
-        notes.push("the part of mesh and time step was measured on S-720 and is assumed for other fabrics".to_owned());
-    }
+        ),
+        None => "the part of mesh and time step was measured on S-720 and is assumed for other fabrics".to_owned(),
+    });
     if request.design != Design::Thresholds {
         notes.push(
             "the likelihood-ratio interval of 20 to 40 shots holds V50 a little less often than its level says; docs: From a case to a V50"

@@ -28,6 +28,11 @@ impl Rungs {
     }
 }
 
+/// Where the threshold of a bracket is taken to lie: its geometric mean, for rungs are powers [m/s].
+pub fn middle([low, high]: [f64; 2]) -> f64 {
+    (low * high).sqrt()
+}
+
 /// What is known of a threshold.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ThresholdSearch {
