@@ -3,10 +3,10 @@
 use std::f64::consts::FRAC_PI_2;
 
 use super::error::CaseError;
+use super::pack_keys::MAX_PLIES;
 use super::places::{COMMON, LAYUP};
 use super::record::Provenance;
 use super::scope::ObjectReader;
-use super::table::MAX_PLIES;
 use super::value::short_number_text;
 use super::{Edges, Fabric, Layer, build};
 

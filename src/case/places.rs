@@ -2,8 +2,8 @@
 
 use serde_json::{Map, Value};
 
+use super::pack_keys::MAX_PLIES;
 use super::pointer::{index, is_at_or_below};
-use super::table::MAX_PLIES;
 
 /// The fabric of every ply that has none of its own.
 pub(super) const COMMON: &str = "/fabric";

@@ -25,7 +25,7 @@ const EVERY_KEY: &[&str] = &[
 /// Every pointer, those of one group of plies too.
 fn with_layup() -> Vec<String> {
     let mut known = pointers();
-    collect("/pack/layup/0", LAYER, &mut known);
+    collect("/pack/layup/0", lookup("/pack/layup").unwrap().keys(), &mut known);
     known
 }
 

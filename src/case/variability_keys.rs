@@ -1,7 +1,7 @@
 //! The keys of `variability`.
 
 use super::fields::{CaseKey, KeyType, above, key, number, within, word};
-use super::table::{DEG, M_S, MM, NONE};
+use super::units::{DEG, M_S, MM, NONE};
 use super::words::Word;
 use super::{Distribution, HitPlace};
 
