@@ -1,5 +1,5 @@
 // ply_views: the nodes of a ply in the axes of the pack, and its neighbours. Needs `nodes`.
-// Twin: `PlyView` of src/solver/plies/narrow_phase.rs
+// Twin: src/solver/plies/ply_view.rs
 
 /// No such ply.
 const NO_PLY: u32 = 0xffffffffu;

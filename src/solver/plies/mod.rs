@@ -8,6 +8,7 @@ mod apply_impulses;
 mod broad_phase;
 mod narrow_phase;
 mod node_strip;
+mod ply_view;
 
 use rayon::prelude::*;
 
@@ -21,7 +22,8 @@ use apply_impulses::{ImpulseAccumulator, ImpulseApplier};
 pub(super) use broad_phase::Compiled as CompiledBroadPhase;
 pub use broad_phase::{BroadPhase, Near};
 pub use narrow_phase::PlySearch;
-use narrow_phase::{FoundContacts, PlyContactPoint, PlyView, ROWS, SearchPart};
+use narrow_phase::{FoundContacts, PlyContactPoint, ROWS, SearchPart};
+use ply_view::PlyView;
 
 /// Contacts of a ply: against the ply in front, and against that behind, in parts of [`ROWS`] rows.
 #[derive(Clone, Debug)]
