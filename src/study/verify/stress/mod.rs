@@ -4,13 +4,16 @@
 //! invented, or when what is impossible is diagnosed by name. A random scene that is not is shrunk to the plain shot with the
 //! fewest changes that still fail alike, as a complete case.
 
+mod changes;
 mod disturbance;
+mod document;
 mod drift;
 mod judge;
 mod law_path;
 mod list;
 mod random;
 mod user;
+mod values;
 
 use std::panic::resume_unwind;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
@@ -229,11 +232,11 @@ fn attempt(
 ) -> Result<(Option<Unsound>, Value), SkipReason> {
     let alone = |draw: &random::RandomScene| {
         let ending = judge::caught(|| {
-            let case = random::case(draw, name).map_err(SkipReason::Refused)?;
+            let case = document::case(draw, name).map_err(SkipReason::Refused)?;
             judge::judge(&case, machine, interrupt).map(|judged| (judged, case.as_run))
         });
         match ending.and_then(|ending| ending) {
-            Err(SkipReason::Panicked(why)) => Ok((Some(Unsound::new(FaultKind::Panic, why)), random::document(draw))),
+            Err(SkipReason::Panicked(why)) => Ok((Some(Unsound::new(FaultKind::Panic, why)), document::document(draw))),
             other => other,
         }
     };
@@ -303,7 +306,7 @@ mod tests {
 
     /// The document of a scene.
     fn document(draw: &random::RandomScene) -> Value {
-        random::case(draw, "scene").map_or(Value::Null, |case| case.as_run)
+        document::case(draw, "scene").map_or(Value::Null, |case| case.as_run)
     }
 
     #[test]
@@ -318,7 +321,7 @@ mod tests {
     fn what_a_machine_does_not_compute_is_left_out_of_the_same_scene() {
         const FURTHER: [&str; 3] = ["/pack/elements_per_crossover", "/pack/mesh_grading", "/solver/contact_sampling"];
         let given = |draw: &random::RandomScene| {
-            let document = random::document(draw);
+            let document = document::document(draw);
             FURTHER.map(|key| document.pointer(key).is_some())
         };
         let mut seen = [false; FURTHER.len()];
@@ -333,7 +336,7 @@ mod tests {
             assert!(less.windows(2).all(|pair| count(&pair[0]) >= count(&pair[1])));
             assert!(less.iter().all(|less| less != &whole && (0..FURTHER.len()).all(|key| whole[key] || !less[key])));
             let parts = |draw: &random::RandomScene| {
-                let mut document = random::document(draw);
+                let mut document = document::document(draw);
                 // The aim is relative to the size, which goes with that of the elements.
                 document["projectile"]["offset_mm"] = Value::Null;
                 ["fabric", "projectile"].map(|part| document[part].clone())

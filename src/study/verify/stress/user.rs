@@ -6,7 +6,7 @@ use proptest::prelude::{Just, Strategy, prop_oneof};
 use proptest::sample::select;
 use serde_json::{Value, json};
 
-use super::random::{log, number, short};
+use super::values::{log, number, short};
 
 /// How many of the random scenes are such.
 const SHARE: f64 = 0.05;
