@@ -1,7 +1,10 @@
 //! Words of a step, of the projectile, and of the sums of a sample.
 
-use super::*;
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
+
+use super::projectile::nose;
+use super::{BODY_WORDS, Block, SUMS};
+use crate::kernels::rigid_body::RigidBody;
 
 /// One step as the kernels see it.
 #[derive(Clone, Copy, Debug, PartialEq)]

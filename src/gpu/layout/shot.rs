@@ -2,7 +2,8 @@
 
 use nalgebra::Vector3;
 
-use super::{Block, node_mass};
+use super::Block;
+use super::pack::node_mass;
 use crate::kernels::ply_contact;
 use crate::kernels::rigid_body::RigidBody;
 use crate::model::Model;
