@@ -6,6 +6,7 @@
 //! nothing accounts for is that of the arithmetic alone.
 
 use crate::kernels::crossover::{LawKernel, UnitCellParameters, Variant, cell_energy, solve};
+use crate::math::scalar::{Real, Scalar};
 
 /// Places along each axis of the table.
 pub const COUNT: usize = 40;
@@ -15,6 +16,8 @@ const POINTS: usize = 16;
 const HALVINGS: usize = 12;
 /// Axial strain that the table reaches where yarns do not fail.
 const NO_FAILURE: f64 = 0.1;
+/// Most numbers in a register.
+const WIDEST: usize = 16;
 
 /// (U − W)/U of a crossover over the stretches of warp and weft; nothing for laws that conserve energy.
 #[derive(Clone, Debug, PartialEq)]
@@ -59,6 +62,17 @@ impl LawEnergy {
         let low = value(i, j) + y * (value(i, j + 1) - value(i, j));
         let high = value(i + 1, j) + y * (value(i + 1, j + 1) - value(i + 1, j));
         low + x * (high - low)
+    }
+
+    /// The shares of some cells.
+    #[inline(always)]
+    pub(super) fn shares<R: Real>(&self, stretch: &[R; 2]) -> R {
+        let mut values = [R::Scalar::splat(0.0); WIDEST];
+        for lane in 0..R::LANES {
+            let at = [0, 1].map(|i: usize| stretch[i].lane(lane).to_f64());
+            values[lane] = R::Scalar::splat(self.at(at));
+        }
+        stretch[0].load(&values, 0)
     }
 }
 
@@ -123,5 +137,13 @@ mod tests {
         }
         // Slack, and beyond the table: what is nearest.
         assert!(table.at([-0.2, -0.2]) == 0.0 && table.at([9.0, 9.0]).abs() <= 1.0);
+    }
+
+    #[test]
+    fn every_lane_has_the_share_of_its_own_stretches() {
+        let values = (0..COUNT * COUNT).map(|at| 1.0 + at as f64).collect();
+        let table = LawEnergy { low: [0.0; 2], per_stretch: [1.0; 2], values };
+        assert_eq!(table.shares(&[2.0, 3.0]), 1.0 + (2 * COUNT + 3) as f64);
+        assert_eq!(table.shares(&[0.5, 0.25]), 1.0 + 0.5 * COUNT as f64 + 0.25);
     }
 }

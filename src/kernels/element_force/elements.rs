@@ -1,0 +1,228 @@
+//! Elements side by side, as many as a register has numbers, in one step.
+
+use super::row::{ElementRow, corners, field};
+use super::{BROKEN, ElementConstants, MARKED_FOR_FAILURE};
+use crate::kernels::crossover::{self, Equilibrium, LawKernel};
+use crate::kernels::element_geometry::ElementGeometry;
+use crate::kernels::kinematics::{Kinematics, Vector, differences, kinematics, stretching};
+use crate::kernels::membrane::{FadedShear, viscous};
+use crate::kernels::predictor::Predictor;
+use crate::math::scalar::{Real, each};
+
+/// All that failures and energies ask for.
+pub(super) struct Elements<R: Real> {
+    /// Of the first.
+    pub(super) column: usize,
+    pub(super) motion: Motion<R>,
+    pub(super) cell: Equilibrium<R>,
+    pub(super) yarns: YarnsLeft<R>,
+    pub(super) forces: Forces<R>,
+}
+
+impl<R: Real> Elements<R> {
+    /// Hourglass stiffness [N/m] of those with two yarns in `both`.
+    #[inline(always)]
+    pub(super) fn hourglass(&self, both: R::Mask) -> R {
+        let [warp, weft] = self.motion.size.hourglass;
+        R::select(both, warp + weft, warp.zero())
+    }
+
+    /// Keeps forces and heights. Gives the power of the old and the new membrane forces together [W].
+    #[inline(always)]
+    pub(super) fn keep(&self, row: &mut ElementRow<'_, R::Scalar>) -> R {
+        let (at, any, v) = (self.column + 1, self.yarns.any(), &self.motion.v);
+        let [warp, weft] = &self.forces.membrane;
+        let zero = warp[0].zero();
+        let mut power = zero;
+        for a in 0..3 {
+            let warp_new = R::select(any, warp[a], zero);
+            let weft_new = R::select(any, weft[a], zero);
+            let warp_sum = zero.load(row.element[field::WARP_FORCE + a], at) + warp_new;
+            let weft_sum = zero.load(row.element[field::WEFT_FORCE + a], at) + weft_new;
+            power = weft_sum.fused(v[a][1], warp_sum.fused(v[a][0], power));
+            warp_new.store(row.element[field::WARP_FORCE + a], at);
+            weft_new.store(row.element[field::WEFT_FORCE + a], at);
+        }
+        let stiffness = self.hourglass(self.yarns.both_left());
+        for a in 0..3 {
+            let force = R::select(any, zero.splat_like(0.25) * stiffness * self.motion.mode[a], zero);
+            force.store(row.element[field::HOURGLASS + a], at);
+        }
+        for i in 0..2 {
+            R::select(any, self.cell.height[i], zero).store(row.element[field::HEIGHT + i], at);
+        }
+        power
+    }
+}
+
+/// How they have moved.
+pub(super) struct Motion<R> {
+    pub(super) size: ElementGeometry<R>,
+    pub(super) k: Kinematics<R>,
+    /// Differences of velocities over an element, by component [m/s].
+    pub(super) v: [Vector<R>; 3],
+    /// Hourglass mode [m].
+    pub(super) mode: Vector<R>,
+}
+
+impl<R: Real> Motion<R> {
+    /// `tall`: the constants of elements of the finest length in this row.
+    #[inline(always)]
+    pub(super) fn read(n: R, row: &ElementRow<'_, R::Scalar>, tall: &ElementGeometry<R>, column: usize) -> Self {
+        let [ux, uy, uz] = each!(f in 3 => differences(&corners(n, row, f, column)));
+        let v = each!(f in 3 => differences(&corners(n, row, 3 + f, column)));
+        let size = match row.is_even() {
+            true => *tall,
+            false => tall.of_columns(n.load(row.width, column), n.load(row.per_width, column)),
+        };
+        let k = kinematics(&size, &[ux[0], uy[0], uz[0]], &[ux[1], uy[1], uz[1]]);
+        let quarter = n.splat_like(0.25);
+        Self { size, k, v, mode: [quarter * ux[2], quarter * uy[2], quarter * uz[2]] }
+    }
+}
+
+/// Equilibrium of the cells, from the heights predicted for them. Keeps what predicts the next ones.
+#[inline(always)]
+pub(super) fn equilibrium<R: Real, L: LawKernel>(
+    c: &ElementConstants<R>,
+    row: &mut ElementRow<'_, R::Scalar>,
+    motion: &Motion<R>,
+    both: R::Mask,
+    at: usize,
+    dt: R,
+) -> Equilibrium<R> {
+    let Motion { size, k, v, .. } = motion;
+    let warm = each!(i in 2 => dt.load(row.element[field::HEIGHT + i], at));
+    let guide = Predictor {
+        dh_dstretch: each!(i in 2 => dt.load(row.element[field::PREDICTOR + i], at)),
+        force_share: each!(i in 2 => dt.load(row.element[field::PREDICTOR + 2 + i], at)),
+    };
+    let warm = guide.heights(warm, stretching(size, k, [&v[0], &v[1], &v[2]], dt));
+    let cell = crossover::solve::<R, L>(&c.cell, k.extension, warm, both);
+    for i in 0..2 {
+        cell.guide.dh_dstretch[i].store(row.element[field::PREDICTOR + i], at);
+        cell.guide.force_share[i].store(row.element[field::PREDICTOR + 2 + i], at);
+    }
+    cell
+}
+
+/// Their yarns, and which of them fail.
+pub(super) struct YarnsLeft<R: Real> {
+    pub(super) was_alive: [R::Mask; 2],
+    pub(super) failed: [R::Mask; 2],
+    pub(super) alive: [R::Mask; 2],
+    /// Strains [-] and tensions [N] of yarns that none presses on.
+    pub(super) free_strain: [R; 2],
+    pub(super) free: [R; 2],
+}
+
+impl<R: Real> YarnsLeft<R> {
+    /// `life`: as stored; `over_length`: failure is judged over a length, and known from there.
+    #[inline(always)]
+    pub(super) fn judge(
+        c: &ElementConstants<R>,
+        extension: &[R; 2],
+        cell: &Equilibrium<R>,
+        life: [R; 2],
+        over_length: bool,
+    ) -> Self {
+        let n = c.area;
+        let was_alive = Self::were_alive(life);
+        let failed = each!(i in 2 => {
+            let at_end = if over_length { life[i].le(n.splat_like(MARKED_FOR_FAILURE)) } else { c.cell.yarn[i].failure_strain.le(cell.strain[i]) };
+            was_alive[i] & at_end
+        });
+        let straight = each!(i in 2 => c.cell.yarn[i].straight(extension[i]));
+        Self {
+            was_alive,
+            failed,
+            alive: [was_alive[0] & !failed[0], was_alive[1] & !failed[1]],
+            free_strain: each!(i in 2 => straight[i].max(n.zero())),
+            free: each!(i in 2 => c.cell.yarn[i].tension(straight[i])),
+        }
+    }
+
+    #[inline(always)]
+    pub(super) fn were_alive(life: [R; 2]) -> [R::Mask; 2] {
+        let half = life[0].splat_like(0.5);
+        each!(i in 2 => half.lt(life[i]))
+    }
+
+    /// Where both yarns were there before this step.
+    #[inline(always)]
+    pub(super) fn both(&self) -> R::Mask {
+        self.was_alive[0] & self.was_alive[1]
+    }
+
+    /// Where one was.
+    #[inline(always)]
+    pub(super) fn any(&self) -> R::Mask {
+        self.was_alive[0] | self.was_alive[1]
+    }
+
+    #[inline(always)]
+    pub(super) fn both_left(&self) -> R::Mask {
+        self.alive[0] & self.alive[1]
+    }
+
+    #[inline(always)]
+    pub(super) fn any_failed(&self) -> R::Mask {
+        self.failed[0] | self.failed[1]
+    }
+
+    /// Elastic in-plane forces of what is left [N].
+    #[inline(always)]
+    pub(super) fn elastic(&self, cell: &Equilibrium<R>) -> [R; 2] {
+        let both_left = self.both_left();
+        let elastic = each!(i in 2 => R::select(both_left, cell.in_plane[i], self.free[i]));
+        each!(i in 2 => R::select(self.alive[i], elastic[i], elastic[i].zero()))
+    }
+
+    /// Keeps the strains that are judged over a length, those of broken yarns as [`BROKEN`], and gives them.
+    #[inline(always)]
+    pub(super) fn keep_strains(
+        &self,
+        strains: &mut [&mut [R::Scalar]; field::STRAIN],
+        cell: &Equilibrium<R>,
+        at: usize,
+    ) -> [R; 2] {
+        each!(i in 2 => {
+            let zero = cell.strain[i].zero();
+            let strain = R::select(self.alive[i], cell.strain[i].max(zero), zero.splat_like(BROKEN));
+            strain.store(strains[i], at);
+            strain
+        })
+    }
+}
+
+/// Forces on them.
+pub(super) struct Forces<R> {
+    /// Viscous forces of the yarns [N].
+    pub(super) drag: [R; 2],
+    /// Trellis shear of elements with two yarns; `None`: the fabric resists none.
+    pub(super) trellis: Option<FadedShear<R>>,
+    /// P1·Ly/2 and P2·Lx/2 [N].
+    pub(super) membrane: [Vector<R>; 2],
+}
+
+/// Viscous forces of the yarns [N], which it keeps, and what they dissipated since the last step [J].
+#[inline(always)]
+pub(super) fn drag<R: Real>(
+    c: &ElementConstants<R>,
+    fields: &mut [&mut [R::Scalar]; field::VISCOUS],
+    motion: &Motion<R>,
+    elastic: &[R; 2],
+    at: usize,
+    dt: R,
+) -> ([R; 2], R) {
+    let Motion { size, k, v, .. } = motion;
+    let before = each!(i in 2 => dt.load(fields[i], at));
+    let viscous = viscous(c, size, k, [&v[0], &v[1], &v[2]], elastic, before, dt);
+    for i in 0..2 {
+        viscous.force[i].store(fields[i], at);
+    }
+    // N over the element's width times its length.
+    let half = dt.splat_like(0.5);
+    let energy = each!(i in 2 => viscous.work[i] * size.membrane[i] * (half / size.gradient[i]));
+    (viscous.force, energy[0] + energy[1])
+}
