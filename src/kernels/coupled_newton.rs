@@ -81,20 +81,7 @@ pub(super) fn iterate<R: Real, L: LawKernel>(
         if round + 1 == NEWTON_ITERATIONS || !pending.any() {
             break;
         }
-        // To the force they have in common, Σ F/S over Σ 1/S, from that of each; one division for all.
-        let product = sp * so;
-        let soft = give * product;
-        let sum = sp + so + soft;
-        let inverse = one / (product * sum);
-        let between = yarn[1].force - yarn[0].force;
-        let climb = [
-            so * between.fused(sp, (force - yarn[0].force) * soft),
-            sp * (-between).fused(so, (force - yarn[1].force) * soft),
-        ];
-        let pivot = climb[0].fused(inverse, height[0]).max(zero).min(cell.height_sum);
-        let other = climb[1].fused(inverse, height[1]);
-        let next = opening(cell, pivot + other).max(q * n.splat_like(0.3));
-        let new = [pivot, other_height(cell, pivot, next)];
+        let (new, next) = along_tangents(cell, &yarn, [sp, so], height, q, [force, give]);
         let rise = each!(i in 2 => new[i] - height[i]);
         let raised = each!(i in 2 => yarn[i].raised(rise[i]));
         // What the curves bend away from their tangents over this step: F″h ≤ 3F′ and ε″h ≤ ε′ of a yarn in any law, twice
@@ -126,6 +113,34 @@ pub(super) fn iterate<R: Real, L: LawKernel>(
     let stiffness = each!(i in 2 => yarn[i].stiffness.max(cell.min_stiffness));
     let guide = Predictor::of(&yarn, stiffness, give, height, each!(i in 2 => span[index[i]].length()));
     Joint { height, yarn, guide, iterations, bound, met: active & !pending }
+}
+
+/// Heights of both yarns, and q, where the tangents have one force: Σ F/S over Σ 1/S. `force`, `give`: the force of the compression at
+/// `q` and its compliance.
+#[inline(always)]
+fn along_tangents<R: Real>(
+    cell: &UnitCellParameters<R>,
+    yarn: &[YarnResponse<R>; 2],
+    [sp, so]: [R; 2],
+    height: [R; 2],
+    q: R,
+    [force, give]: [R; 2],
+) -> ([R; 2], R) {
+    let n = cell.height_sum;
+    // One division for all.
+    let product = sp * so;
+    let soft = give * product;
+    let sum = sp + so + soft;
+    let inverse = n.one() / (product * sum);
+    let between = yarn[1].force - yarn[0].force;
+    let climb = [
+        so * between.fused(sp, (force - yarn[0].force) * soft),
+        sp * (-between).fused(so, (force - yarn[1].force) * soft),
+    ];
+    let pivot = climb[0].fused(inverse, height[0]).max(n.zero()).min(cell.height_sum);
+    let other = climb[1].fused(inverse, height[1]);
+    let next = opening(cell, pivot + other).max(q * n.splat_like(0.3));
+    ([pivot, other_height(cell, pivot, next)], next)
 }
 
 /// q = (a − d)/b where the heights sum up to `sum`; a compression that is none but for rounding is none.
