@@ -245,6 +245,12 @@ impl Device {
         self.inner.limits()
     }
 
+    /// A buffer that is copied to.
+    pub(super) fn buffer(&self, label: &str, size: u64, usage: wgpu::BufferUsages) -> wgpu::Buffer {
+        let usage = usage | wgpu::BufferUsages::COPY_DST;
+        self.inner.create_buffer(&wgpu::BufferDescriptor { label: Some(label), size, usage, mapped_at_creation: false })
+    }
+
     /// Waits for a submission, or for everything submitted.
     pub(crate) fn wait(&self, submission_index: Option<wgpu::SubmissionIndex>) -> Result<(), DeviceError> {
         let polled = self.inner.poll(wgpu::PollType::Wait { submission_index, timeout: None });

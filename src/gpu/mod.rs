@@ -12,6 +12,7 @@
 //! because elements read the positions contact has corrected. Within a batch nothing is read back.
 
 pub mod buffers;
+mod common;
 pub mod device;
 pub mod layout;
 mod program;

@@ -1,48 +1,11 @@
 //! Pipelines: a kernel compiled for a scene, with the buffers it binds.
 
-use super::layout::{LAW_STRIDE, SCENE_STRIDE, SHOT_WORDS, SHOTS, STEP_BYTES};
 use super::shader::{Access, Kernel};
 
 /// A pipeline with what it binds.
 pub(crate) struct Program {
     pub(crate) pipeline: wgpu::ComputePipeline,
     pub(crate) group: wgpu::BindGroup,
-}
-
-/// Layout of group 0: the constants of a ply type and the step at dynamic offsets, the plies, their grid lines, and what the law of a ply type
-/// makes of energy, at a dynamic offset, and the shots that run.
-pub(crate) fn common_layout(gpu: &wgpu::Device) -> wgpu::BindGroupLayout {
-    let uniform = |binding: u32, dynamic: bool, size: u64| wgpu::BindGroupLayoutEntry {
-        binding,
-        visibility: wgpu::ShaderStages::COMPUTE,
-        ty: wgpu::BindingType::Buffer {
-            ty: wgpu::BufferBindingType::Uniform,
-            has_dynamic_offset: dynamic,
-            min_binding_size: wgpu::BufferSize::new(size),
-        },
-        count: None,
-    };
-    let texture = |binding: u32| wgpu::BindGroupLayoutEntry {
-        binding,
-        visibility: wgpu::ShaderStages::COMPUTE,
-        ty: wgpu::BindingType::Texture {
-            sample_type: wgpu::TextureSampleType::Float { filterable: false },
-            view_dimension: wgpu::TextureViewDimension::D2,
-            multisampled: false,
-        },
-        count: None,
-    };
-    gpu.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
-        label: Some("scene and step"),
-        entries: &[
-            uniform(0, true, SCENE_STRIDE),
-            uniform(1, true, STEP_BYTES),
-            uniform(2, false, 0),
-            texture(3),
-            uniform(4, true, LAW_STRIDE),
-            uniform(5, false, 4 * SHOTS * SHOT_WORDS),
-        ],
-    })
 }
 
 /// Compiles a kernel with values of its overridable constants, and binds its buffers.

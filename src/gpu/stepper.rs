@@ -3,10 +3,8 @@
 use std::time::Duration;
 
 use super::buffers::{BufferId, IN_FLIGHT, Sizes, spread};
-use super::layout::{
-    self, BODY_WORDS, GROUP, LAW_STRIDE, LINE_TEXELS, LINE_WORDS, LINES_ACROSS, PLIES, PLY_WORDS, SCENE_STRIDE,
-    SHOT_WORDS, SHOTS, STATUS_WORDS, STEP_BYTES, STEP_STRIDE, StepInfo,
-};
+use super::common::Common;
+use super::layout::{self, BODY_WORDS, GROUP, LAW_STRIDE, SCENE_STRIDE, STATUS_WORDS, STEP_STRIDE, StepInfo};
 use super::program::{self, Program};
 use super::shader::{self, Kernel};
 use super::timing::{DeviceClock, Timed};
@@ -56,17 +54,15 @@ pub struct DeviceStepper<'a> {
     /// Per dimension of a dispatch.
     most_workgroups: u32,
     pub(crate) buffers: Vec<wgpu::Buffer>,
-    steps: wgpu::Buffer,
-    /// Constants of every shot, and those of the shots that run as the shaders see them.
+    /// Constants of every shot.
     pub(super) constants: Vec<Vec<u32>>,
-    shots: wgpu::Buffer,
     /// Numbers of the shots that run.
     pub(crate) running: Vec<usize>,
     pub(super) staging: [wgpu::Buffer; IN_FLIGHT],
     pub(super) submitted: usize,
     /// Dispatches sent off.
     pub(crate) dispatches: u64,
-    common: wgpu::BindGroup,
+    common: Common,
     /// By ply type: plain, and with the ledger.
     element: Vec<[Program; 2]>,
     node: Program,
@@ -137,45 +133,11 @@ impl<'a> DeviceStepper<'a> {
     fn build(device: &'a Device, model: &Model<f32>, sizes: Sizes, source: &dyn Fn(&Kernel) -> String) -> Self {
         let gpu = &device.inner;
         let terms = model.features();
-        let buffer = |label: &str, size: u64, usage: wgpu::BufferUsages| {
-            let usage = usage | wgpu::BufferUsages::COPY_DST;
-            gpu.create_buffer(&wgpu::BufferDescriptor { label: Some(label), size, usage, mapped_at_creation: false })
-        };
         let storage = wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_SRC;
-        let buffers: Vec<_> =
-            BufferId::ALL.map(|name| buffer(name.variable(), sizes.bytes(name), storage)).into_iter().collect();
-        let ply_types = 0..model.ply_types.len();
-        let scene = buffer("scene", SCENE_STRIDE * ply_types.len() as u64, wgpu::BufferUsages::UNIFORM);
-        for ply_type in ply_types {
-            let block = layout::scene(model, ply_type, &sizes).words();
-            device.queue.write_buffer(&scene, SCENE_STRIDE * ply_type as u64, bytemuck::cast_slice(&block));
-        }
-        let law = buffer("law", LAW_STRIDE * model.ply_types.len() as u64, wgpu::BufferUsages::UNIFORM);
-        for (at, ply_type) in model.ply_types.iter().enumerate() {
-            let words = layout::law_energy(ply_type);
-            device.queue.write_buffer(&law, LAW_STRIDE * at as u64, bytemuck::cast_slice(&words));
-        }
-        let plies = buffer("plies", 4 * (PLIES * PLY_WORDS) as u64, wgpu::BufferUsages::UNIFORM);
-        let words: Vec<u32> = layout::plies(model).iter().flat_map(|ply| ply.words()).collect();
-        device.queue.write_buffer(&plies, 0, bytemuck::cast_slice(&words));
-        let lines = grid_lines(device, model);
-        let steps = buffer("steps", STEP_STRIDE * BATCH as u64, wgpu::BufferUsages::UNIFORM);
-        let shots = buffer("shots", 4 * SHOTS * SHOT_WORDS, wgpu::BufferUsages::UNIFORM);
+        let buffers = BufferId::ALL.map(|name| device.buffer(name.variable(), sizes.bytes(name), storage)).to_vec();
+        let common = Common::new(device, model, &sizes);
         let staging_size = sizes.staging() + STAMP_BYTES;
-        let staging = [0; IN_FLIGHT].map(|_| buffer("staging", staging_size, wgpu::BufferUsages::MAP_READ));
-        let layout = program::common_layout(gpu);
-        let common = gpu.create_bind_group(&wgpu::BindGroupDescriptor {
-            label: Some("scene and step"),
-            layout: &layout,
-            entries: &[
-                wgpu::BindGroupEntry { binding: 0, resource: part(&scene, SCENE_STRIDE) },
-                wgpu::BindGroupEntry { binding: 1, resource: part(&steps, STEP_BYTES) },
-                wgpu::BindGroupEntry { binding: 2, resource: plies.as_entire_binding() },
-                wgpu::BindGroupEntry { binding: 3, resource: wgpu::BindingResource::TextureView(&lines) },
-                wgpu::BindGroupEntry { binding: 4, resource: part(&law, LAW_STRIDE) },
-                wgpu::BindGroupEntry { binding: 5, resource: shots.as_entire_binding() },
-            ],
-        });
+        let staging = [0; IN_FLIGHT].map(|_| device.buffer("staging", staging_size, wgpu::BufferUsages::MAP_READ));
         let module = |kernel: &Kernel| {
             gpu.create_shader_module(wgpu::ShaderModuleDescriptor {
                 label: Some(kernel.name),
@@ -183,7 +145,7 @@ impl<'a> DeviceStepper<'a> {
             })
         };
         let program = |kernel: &Kernel, module: &wgpu::ShaderModule, terms: &Features, ledger: bool| {
-            program::program(gpu, kernel, module, &layout, &buffers, &shader::constants(terms, ledger))
+            program::program(gpu, kernel, module, &common.layout, &buffers, &shader::constants(terms, ledger))
         };
         let single = |kernel: &Kernel, ledger: bool| program(kernel, &module(kernel), &terms, ledger);
         let elements = module(&shader::ELEMENT_FORCE);
@@ -208,9 +170,7 @@ impl<'a> DeviceStepper<'a> {
             terms,
             dt: model.dt,
             buffers,
-            steps,
             constants: vec![Vec::new(); sizes.shots as usize],
-            shots,
             running: Vec::new(),
             staging,
             submitted: 0,
@@ -260,13 +220,13 @@ impl<'a> DeviceStepper<'a> {
             let block = layout::step(info).words();
             row[..block.len()].copy_from_slice(&block);
         }
-        self.device.queue.write_buffer(&self.steps, 0, bytemuck::cast_slice(&words));
+        self.device.queue.write_buffer(&self.common.steps, 0, bytemuck::cast_slice(&words));
     }
 
     /// Which shots run from now on, by number: one layer of every dispatch each.
     pub(crate) fn set_running(&mut self, numbers: Vec<usize>) {
         let words: Vec<u32> = numbers.iter().flat_map(|number| self.constants[*number].iter().copied()).collect();
-        self.device.queue.write_buffer(&self.shots, 0, bytemuck::cast_slice(&words));
+        self.device.queue.write_buffer(&self.common.shots, 0, bytemuck::cast_slice(&words));
         self.running = numbers;
     }
 
@@ -283,7 +243,7 @@ impl<'a> DeviceStepper<'a> {
         let step = at as u32 * STEP_STRIDE as u32;
         let mut dispatch = |program: &Program, ply_type: usize, [x, y]: [u32; 2]| {
             let [constants, law] = [SCENE_STRIDE, LAW_STRIDE].map(|stride| ply_type as u32 * stride as u32);
-            pass.set_bind_group(0, &self.common, &[constants, step, law]);
+            pass.set_bind_group(0, &self.common.group, &[constants, step, law]);
             pass.set_pipeline(&program.pipeline);
             pass.set_bind_group(1, &program.group, &[]);
             pass.dispatch_workgroups(x, y, self.running.len() as u32);
@@ -320,31 +280,3 @@ impl<'a> DeviceStepper<'a> {
 
 /// Bytes of the stamps around the parts of a step.
 pub(super) const STAMP_BYTES: u64 = DeviceClock::bytes(PARTS.len());
-
-/// The grid lines, of which each has its texels.
-fn grid_lines(device: &Device, model: &Model<f32>) -> wgpu::TextureView {
-    let words = layout::lines(model);
-    let lines = words.len() / LINE_WORDS;
-    let across = lines.min(LINES_ACROSS);
-    let (width, height) = ((LINE_TEXELS * across) as u32, (lines / across) as u32);
-    let size = wgpu::Extent3d { width, height, depth_or_array_layers: 1 };
-    let texture = device.inner.create_texture(&wgpu::TextureDescriptor {
-        label: Some("grid lines"),
-        size,
-        mip_level_count: 1,
-        sample_count: 1,
-        dimension: wgpu::TextureDimension::D2,
-        format: wgpu::TextureFormat::Rgba32Float,
-        usage: wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_DST,
-        view_formats: &[],
-    });
-    let bytes_per_row = Some((4 * LINE_WORDS * across) as u32);
-    let rows = wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row, rows_per_image: None };
-    device.queue.write_texture(texture.as_image_copy(), bytemuck::cast_slice(&words), rows, size);
-    texture.create_view(&wgpu::TextureViewDescriptor::default())
-}
-
-/// The first bytes of a buffer, to be moved by a dynamic offset.
-fn part(buffer: &wgpu::Buffer, size: u64) -> wgpu::BindingResource<'_> {
-    wgpu::BindingResource::Buffer(wgpu::BufferBinding { buffer, offset: 0, size: wgpu::BufferSize::new(size) })
-}

@@ -111,11 +111,7 @@ impl DeviceStepper<'_> {
     /// When the device was lost.
     pub fn copy_bandwidth(&self, size: u64, repeats: u32) -> Result<f64, DeviceError> {
         let gpu = self.device;
-        let usage = wgpu::BufferUsages::COPY_SRC | wgpu::BufferUsages::COPY_DST;
-        let [from, to] = ["from", "to"].map(|label| {
-            let descriptor = wgpu::BufferDescriptor { label: Some(label), size, usage, mapped_at_creation: false };
-            gpu.inner.create_buffer(&descriptor)
-        });
+        let [from, to] = ["from", "to"].map(|label| gpu.buffer(label, size, wgpu::BufferUsages::COPY_SRC));
         let run = |repeats: u32| {
             let mut encoder = gpu.inner.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
             for _ in 0..repeats {

@@ -223,12 +223,7 @@ impl DeviceStepper<'_> {
 
     pub(crate) fn read_buffers(&self, parts: &[(&wgpu::Buffer, [u64; 2])]) -> Result<Vec<u32>, DeviceError> {
         let size = parts.iter().map(|(_, [_, size])| size).sum();
-        let staging = self.device.inner.create_buffer(&wgpu::BufferDescriptor {
-            label: Some("read"),
-            size,
-            usage: wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::COPY_DST,
-            mapped_at_creation: false,
-        });
+        let staging = self.device.buffer("read", size, wgpu::BufferUsages::MAP_READ);
         let mut encoder = self.device.inner.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
         let mut to = 0;
         for (from, [offset, size]) in parts {
