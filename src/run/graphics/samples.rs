@@ -6,7 +6,7 @@ use nalgebra::Vector3;
 
 use crate::case::Case;
 use crate::gpu::DeviceError;
-use crate::gpu::layout::{self, BODY_WORDS, STATUS_WORDS, StepInfo, WorkgroupSums, status, sum};
+use crate::gpu::layout::{self, BODY_WORDS, BodyRecord, STATUS_WORDS, StepInfo, WorkgroupSums, status, sum};
 use crate::gpu::stepper::DeviceStepper;
 use crate::gpu::submission::BatchResult;
 use crate::kernels::projectile_contact::SET_CHANGES;
@@ -162,45 +162,9 @@ impl DeviceShot {
         let (body, counters) = rest.split_at(BODY_WORDS);
         let sums = WorkgroupSums::new(sums);
         let body = self.model.projectile.as_ref().map(|p| layout::read_body(body, p));
-        let record = &mut self.record;
-        record.newton[0] += sums.add(sum::EVALUATIONS);
-        record.newton[1] += sums.add(sum::SOLVED);
-        record.unconverged = u64::from(counters[status::UNCONVERGED]);
-        record.max_residual = f64::from(f32::from_bits(counters[status::RESIDUAL]));
-        record.eroded = u64::from(counters[status::ERODED]);
-        record.max_penetration[1] = f64::from(f32::from_bits(counters[status::PLY_DEPTH]));
-        // Without a projectile everything moves, or nothing ever does.
-        record.computed = match self.model.projectile {
-            Some(_) => u64::from(counters[status::COMPUTED]) + (u64::from(counters[status::COMPUTED + 1]) << 32),
-            None => (info.index + 1) * self.model.elements() as u64,
-        };
-        let ledger = &mut self.balance;
-        ledger.work += sums.add(sum::WORK);
-        ledger.viscous += sums.add(sum::VISCOUS);
-        ledger.released[0] += sums.add(sum::RELEASED);
-        ledger.released[1] += sums.add(sum::RELEASED_HOURGLASS);
-        let [membrane, mode] = [0, 1].map(|part| sums.add(sum::PLY_LIFTED + part));
-        ledger.contact += sums.add(sum::PLY_LOSS) - sums.add(sum::PLY_RUBBED);
-        ledger.separation += membrane + mode;
-        ledger.friction += sums.add(sum::PLY_RUBBED);
-        ledger.work += membrane;
-        ledger.elements_are(sums.add(sum::STORED), sums.add(sum::HOURGLASS_NOW), sums.largest(sum::TENSION));
-        ledger.cells_are(sums.add(sum::LAW), sums.largest(sum::LOAD));
-        ledger.nodes_are(sums.add(sum::KINETIC_NOW), [0, 1, 2].map(|a| sums.add(sum::MOMENTUM + a)));
-        for a in 0..3 {
-            ledger.support[a] += sums.add(sum::SUPPORT + a);
-        }
-        if let Some(b) = &body {
-            record.max_penetration[0] = b.penetration;
-            ledger.contact += b.energy[0];
-            ledger.friction += b.energy[1];
-            ledger.external += b.energy[2];
-            for a in 0..3 {
-                ledger.support[a] += b.support[a];
-                ledger.contact_impulse[a] -= b.impulse[a];
-            }
-            ledger.sample_body(&b.body);
-        }
+        self.take_counts(info.index, &sums, counters);
+        self.take_energies(&sums, body.as_ref());
+        let (record, ledger) = (&mut self.record, &mut self.balance);
         if record.history.is_empty() {
             ledger.begin(self.given);
         }
@@ -235,6 +199,53 @@ impl DeviceShot {
             self.diagnose(state, excess);
         }
         Ok(())
+    }
+
+    /// Takes over the counts of a sample after a step.
+    fn take_counts(&mut self, step: u64, sums: &WorkgroupSums<'_>, counters: &[u32]) {
+        let record = &mut self.record;
+        record.newton[0] += sums.add(sum::EVALUATIONS);
+        record.newton[1] += sums.add(sum::SOLVED);
+        record.unconverged = u64::from(counters[status::UNCONVERGED]);
+        record.max_residual = f64::from(f32::from_bits(counters[status::RESIDUAL]));
+        record.eroded = u64::from(counters[status::ERODED]);
+        record.max_penetration[1] = f64::from(f32::from_bits(counters[status::PLY_DEPTH]));
+        // Without a projectile everything moves, or nothing ever does.
+        record.computed = match self.model.projectile {
+            Some(_) => u64::from(counters[status::COMPUTED]) + (u64::from(counters[status::COMPUTED + 1]) << 32),
+            None => (step + 1) * self.model.elements() as u64,
+        };
+    }
+
+    /// Takes over its energies and momenta.
+    fn take_energies(&mut self, sums: &WorkgroupSums<'_>, body: Option<&BodyRecord>) {
+        let ledger = &mut self.balance;
+        ledger.work += sums.add(sum::WORK);
+        ledger.viscous += sums.add(sum::VISCOUS);
+        ledger.released[0] += sums.add(sum::RELEASED);
+        ledger.released[1] += sums.add(sum::RELEASED_HOURGLASS);
+        let [membrane, mode] = [0, 1].map(|part| sums.add(sum::PLY_LIFTED + part));
+        ledger.contact += sums.add(sum::PLY_LOSS) - sums.add(sum::PLY_RUBBED);
+        ledger.separation += membrane + mode;
+        ledger.friction += sums.add(sum::PLY_RUBBED);
+        ledger.work += membrane;
+        ledger.elements_are(sums.add(sum::STORED), sums.add(sum::HOURGLASS_NOW), sums.largest(sum::TENSION));
+        ledger.cells_are(sums.add(sum::LAW), sums.largest(sum::LOAD));
+        ledger.nodes_are(sums.add(sum::KINETIC_NOW), [0, 1, 2].map(|a| sums.add(sum::MOMENTUM + a)));
+        for a in 0..3 {
+            ledger.support[a] += sums.add(sum::SUPPORT + a);
+        }
+        if let Some(b) = body {
+            self.record.max_penetration[0] = b.penetration;
+            ledger.contact += b.energy[0];
+            ledger.friction += b.energy[1];
+            ledger.external += b.energy[2];
+            for a in 0..3 {
+                ledger.support[a] += b.support[a];
+                ledger.contact_impulse[a] -= b.impulse[a];
+            }
+            ledger.sample_body(&b.body);
+        }
     }
 
     /// A closer look at what covers the projectile after a step, the last one the device has done.
