@@ -1,5 +1,7 @@
 //! Batches, thresholds, designs and sweeps: what a shot gives does not depend on its company, and what was broken off ends as if it had not been.
 
+mod ballistic_limits;
+
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::Path;
@@ -10,19 +12,18 @@ use ripstop::case::{self, Case};
 use ripstop::math::link::Link;
 use ripstop::output::{Folder, residual_velocity};
 use ripstop::run::Precision;
-use ripstop::study::batch::{BatchError, BatchOptions, ShotOrder, order_case};
+use ripstop::study::batch::{BatchError, BatchOptions, order_case};
 use ripstop::study::fit::FitRequest;
 use ripstop::study::interval::Interval;
 use ripstop::study::shots::{self, ShotsRequest};
 use ripstop::study::sweep::design::SweepDesign;
 use ripstop::study::sweep::factor::Factor;
 use ripstop::study::sweep::{self, SweepOf, SweepRequest};
-use ripstop::study::v50::threshold::middle;
-use ripstop::study::v50::{self, Design, V50Request};
-use serde_json::Value;
+use ripstop::study::v50::Design;
 use tempfile::TempDir;
 
 use crate::scene;
+use ballistic_limits::{limit, v50_request};
 
 /// A small ply that is shot in tens of milliseconds.
 pub(super) const SMALL: &str = r#"{"title": "small ply", "fabric": {"file": "fabrics/s-720.json"},
@@ -208,171 +209,6 @@ fn velocities_fill_their_range_and_a_narrow_interval_ends_a_batch() {
     assert!(found.early && found.rows.len() < 40, "{}", found.rows.len());
     let v50 = found.fit.v50().unwrap();
     assert!(0.5 * (v50.bounds.high.unwrap() - v50.bounds.low.unwrap()) <= 0.3 * v50.value.unwrap());
-}
-
-fn v50_request(design: Design, count: u32) -> V50Request {
-    V50Request {
-        design,
-        count,
-        until_width: None,
-        bracket: 0.01,
-        velocity: [40.0, 100.0],
-        sigma: 4.0,
-        refined: 0,
-        fit: FIT,
-    }
-}
-
-fn limit(case: &Case, request: &V50Request, threads: usize, path: &Path, resume: bool) -> v50::V50Result {
-    v50::run(case, request, &options(threads), &folder(path), resume, &mut |_| {}).unwrap()
-}
-
-/// Largest spread of the limit that benches/objectivity.json has over what is varied [%].
-fn largest_spread(varied: &[&str]) -> f64 {
-    let measured: Value = serde_json::from_str(&fs::read_to_string("benches/objectivity.json").unwrap()).unwrap();
-    let of_limit = |figure: &&Value| {
-        figure["quantity"] == "ballistic limit" && varied.iter().any(|varied| figure["varied"] == *varied)
-    };
-    let figures = measured["figures"].as_array().unwrap().iter().filter(of_limit);
-    figures.map(|figure| figure["got_percent"].as_f64().unwrap()).fold(0.0, f64::max)
-}
-
-#[test]
-fn thresholds_are_where_the_outcome_of_their_realisation_turns() {
-    let case = small(&[VARIES]);
-    let [one, other] = [TempDir::new().unwrap(), TempDir::new().unwrap()];
-    let request = v50_request(Design::Thresholds, 5);
-    let found = limit(&case, &request, 2, one.path(), false);
-    let brackets: Vec<[f64; 2]> = found.thresholds.iter().map(|found| found.clone().unwrap()).collect();
-    assert_eq!(brackets.len(), 5);
-    // The scatter of the impact velocity moves shots, not the limit.
-    let still = small(&[VARIES, "/variability/velocity=null"]);
-    for (realisation, [low, high]) in brackets.iter().enumerate().take(2) {
-        let outcome = |velocity: &f64| {
-            let order = ShotOrder { shot: realisation as u32, velocity: Some(*velocity) };
-            scene::run(&order_case(&still, 3, order).unwrap()).outcome.word()
-        };
-        assert_eq!([low, high].map(outcome), ["stopped", "perforated"]);
-        assert!(high / low < 1.0101);
-    }
-    let middles: Vec<f64> = brackets.iter().copied().map(middle).collect();
-    assert!((found.v50.unwrap() - middles.iter().sum::<f64>() / 5.0).abs() < 1e-9);
-    let [low, high] = [found.bounds.low.unwrap(), found.bounds.high.unwrap()];
-    let parts = found.width;
-    let half = 0.5 * (high - low);
-    assert!(
-        (half - parts.sampling.unwrap().hypot(parts.numerical.hypot(parts.bracket))).abs() < 1e-6,
-        "{half} {parts:?}"
-    );
-    // What mesh and time step make of a limit is twice what half as long elements did, as errors of first order have it.
-    let largest = largest_spread(&["half as long elements"]);
-    assert!((100.0 * parts.numerical / found.v50.unwrap() - 2.0 * largest).abs() < 0.01, "{largest} %");
-    // Threads change nothing, nor does an end in between.
-    limit(&case, &request, 1, other.path(), false);
-    let expected = files(one.path());
-    assert_eq!(files(other.path()), expected);
-    let table = &expected["v50.csv"];
-    for end in [table.len() / 3, table.len() / 2, table.len() - 5] {
-        let broken = TempDir::new().unwrap();
-        fs::write(broken.path().join("plan.json"), &expected["plan.json"]).unwrap();
-        fs::write(broken.path().join("v50.csv.partial"), &table[..end]).unwrap();
-        limit(&case, &request, 2, broken.path(), true);
-        assert!(files(broken.path()) == expected, "cut at byte {end}");
-    }
-}
-
-#[test]
-fn a_finer_mesh_corrects_the_limit_by_what_it_moves_single_thresholds() {
-    let case = small(&[VARIES]);
-    let place = TempDir::new().unwrap();
-    let request = V50Request { refined: 2, ..v50_request(Design::Thresholds, 3) };
-    let found = limit(&case, &request, 2, place.path(), false);
-    let coarse: Vec<f64> = found.thresholds.iter().map(|found| middle(found.clone().unwrap())).collect();
-    // The thresholds on the finer mesh, from the outcomes of the shots that were fired on it.
-    let table = fs::read_to_string(place.path().join("v50-refined.csv")).unwrap();
-    let mut reader = csv::Reader::from_reader(table.as_bytes());
-    let shots: Vec<BTreeMap<String, String>> = reader.deserialize().map(Result::unwrap).collect();
-    assert_eq!(found.refined_shots, shots.len());
-    let velocity = |row: &BTreeMap<String, String>| row["asked_velocity_m_s"].parse::<f64>().unwrap();
-    let fine = |number: &str| {
-        let of = |outcome: &str| -> Vec<f64> {
-            shots.iter().filter(|row| row["shot"] == number && row["outcome"] == outcome).map(velocity).collect()
-        };
-        let low = of("stopped").into_iter().fold(0.0, f64::max);
-        middle([low, of("perforated").into_iter().fold(f64::INFINITY, f64::min)])
-    };
-    let ratios = [fine("0") / coarse[0], fine("1") / coarse[1]];
-    assert!(ratios.iter().all(|ratio| (0.9..1.1).contains(ratio)), "{ratios:?}");
-    assert!(shots.iter().all(|row| row["shot"] != "2"));
-    let refinement = found.refinement.unwrap();
-    assert!((refinement.ratio - 0.5 * (ratios[0] + ratios[1])).abs() < 1e-12);
-    let mean = coarse.iter().sum::<f64>() / 3.0;
-    let v50 = found.v50.unwrap();
-    assert!((v50 - mean * (1.5 * refinement.ratio - 0.5)).abs() < 1e-9);
-    // What is left besides is the largest spread over place and time step that was measured.
-    let rest = (found.width.numerical / v50).powi(2) - refinement.open().powi(2) - refinement.half_width(0.9).powi(2);
-    let largest = largest_spread(&["position of the hit in a cell", "Courant number"]);
-    assert!((100.0 * rest.sqrt() - largest).abs() < 0.01, "{} {largest} %", 100.0 * rest.sqrt());
-    // They are shots of the same realisation with the mesh of the other accuracy.
-    let finer = small(&[VARIES, "/variability/velocity=null", "/solver/accuracy=converged"]);
-    let order = ShotOrder { shot: 0, velocity: Some(velocity(&shots[0])) };
-    let run = scene::run(&order_case(&finer, 3, order).unwrap());
-    assert_eq!((run.outcome.word(), run.steps.to_string()), (shots[0]["outcome"].as_str(), shots[0]["steps"].clone()));
-    // Without them the shots on the mesh of the case are the same.
-    let other = TempDir::new().unwrap();
-    let plain = limit(&case, &v50_request(Design::Thresholds, 3), 2, other.path(), false);
-    assert_eq!(plain.thresholds, found.thresholds);
-    assert!(!other.path().join("v50-refined.csv").exists() && plain.refinement.is_none());
-    // An end among them changes nothing.
-    let expected = files(place.path());
-    let broken = TempDir::new().unwrap();
-    fs::write(broken.path().join("plan.json"), &expected["plan.json"]).unwrap();
-    fs::write(broken.path().join("v50.csv.partial"), &expected["v50.csv"]).unwrap();
-    fs::write(broken.path().join("v50-refined.csv.partial"), &table[..table.len() / 2]).unwrap();
-    limit(&case, &request, 1, broken.path(), true);
-    assert!(files(broken.path()) == expected);
-    // A case on that mesh has nothing to be corrected by.
-    let third = TempDir::new().unwrap();
-    let found = limit(&small(&["/solver/accuracy=converged"]), &request, 2, third.path(), false);
-    assert!(found.refinement.is_none() && found.width.numerical / found.v50.unwrap() > 0.02);
-}
-
-#[test]
-fn a_case_in_which_nothing_varies_has_one_threshold_and_says_so() {
-    let place = TempDir::new().unwrap();
-    let request = v50_request(Design::Thresholds, 30);
-    let case = small(&[]);
-    let found = limit(&case, &request, 2, place.path(), false);
-    assert_eq!((found.thresholds.len(), found.sigma, found.width.sampling), (1, None, Some(0.0)));
-    assert!(v50::notes(&case, &request, &found)[0].starts_with("nothing varies from shot to shot"));
-    let json: serde_json::Value = serde_json::from_slice(&fs::read(place.path().join("v50.json")).unwrap()).unwrap();
-    for name in ["v50_m_s", "low_m_s", "high_m_s", "level", "sigma_m_s", "v10_m_s", "v90_m_s", "shots", "non_monotone"]
-    {
-        assert!(json.get(name).is_some(), "{name}");
-    }
-    assert!(
-        json["low_m_s"].as_f64() < json["v50_m_s"].as_f64() && json["v50_m_s"].as_f64() < json["high_m_s"].as_f64()
-    );
-}
-
-#[test]
-fn designs_find_the_limit_that_thresholds_find() {
-    let case = small(&[VARIES]);
-    let thresholds = TempDir::new().unwrap();
-    let expected = limit(&case, &v50_request(Design::Thresholds, 5), 2, thresholds.path(), false).v50.unwrap();
-    for design in [Design::Langlie, Design::UpDown, Design::Neyer, Design::ThreePod] {
-        let place = TempDir::new().unwrap();
-        let request = v50_request(design, 8);
-        let found = limit(&case, &request, 2, place.path(), false);
-        let v50 = found.v50.unwrap();
-        assert!((v50 - expected).abs() < 0.12 * expected, "{design:?}: {v50} and {expected}");
-        assert_eq!((found.shots, found.ranged.len(), found.staircase.is_some()), (8, 8, design == Design::UpDown));
-        let table = fs::read(place.path().join("v50.csv")).unwrap();
-        fs::rename(place.path().join("v50.csv"), place.path().join("v50.csv.partial")).unwrap();
-        fs::write(place.path().join("v50.csv.partial"), &table[..table.len() / 2]).unwrap();
-        limit(&case, &request, 2, place.path(), true);
-        assert_eq!(fs::read(place.path().join("v50.csv")).unwrap(), table, "{design:?}");
-    }
 }
 
 #[test]
