@@ -2,7 +2,7 @@
 
 use nalgebra::Vector3;
 use ripstop::gpu::buffers::BufferId;
-use ripstop::gpu::layout::{self, BODY_WORDS, STATUS_WORDS, SUMS, sum};
+use ripstop::gpu::layout::{self, BODY_WORDS, BodyRecord, STATUS_WORDS, SUMS, sum};
 use ripstop::gpu::stepper::Stage;
 use ripstop::run::outcome;
 
@@ -29,26 +29,22 @@ const ANEW: [usize; 13] = [
 
 pub(super) fn compare(pair: &mut Pair<'_>, seen: &mut Seen) -> Outcome {
     pair.begin();
-    let mut stages = vec![Stage::Nodes];
-    if pair.scene.elements {
-        stages.insert(0, Stage::Elements);
-    }
-    if pair.scene.pack {
-        stages.push(Stage::Plies);
-    }
     // In a pack both contacts would share the processor's sums of what is lost; the shots hold their sum.
     let body = pair.scene.model.projectile.as_ref().filter(|_| !pair.scene.pack);
-    if body.is_some() {
-        stages.push(Stage::Projectile);
-    }
-    stages.push(Stage::Ledger);
+    let asked = [
+        (Stage::Elements, pair.scene.elements),
+        (Stage::Nodes, true),
+        (Stage::Plies, pair.scene.pack),
+        (Stage::Projectile, body.is_some()),
+        (Stage::Ledger, true),
+    ];
+    let stages: Vec<Stage> = asked.into_iter().filter_map(|(stage, asked)| asked.then_some(stage)).collect();
     pair.advance(&stages, None)?;
     pair.advance(&stages, Some(1))?;
     let (words, per_sample) = (pair.read(BufferId::Samples)?, pair.gpu.sizes().sample_words());
     let (sums, rest) = words[per_sample..2 * per_sample].split_at(per_sample - BODY_WORDS - STATUS_WORDS);
-    let numbers = |which: usize| sums.chunks_exact(SUMS).map(move |s| f64::from(f32::from_bits(s[which])));
-    let add = |which: usize| numbers(which).sum::<f64>();
-    let most = |which: usize| numbers(which).fold(0.0, f64::max);
+    let add = |which: usize| sum_of(sums, which);
+    let most = |which: usize| sums.chunks_exact(SUMS).map(|s| f64::from(f32::from_bits(s[which]))).fold(0.0, f64::max);
     let same = [sum::WORK, sum::RELEASED, sum::RELEASED_HOURGLASS, sum::STORED, sum::HOURGLASS_NOW].map(add);
     let got = [
         same[0],
@@ -78,22 +74,7 @@ pub(super) fn compare(pair: &mut Pair<'_>, seen: &mut Seen) -> Outcome {
     }
     if let Some(start) = body {
         let record = layout::read_body(&rest[..BODY_WORDS], start);
-        // The supports of the fabric are sums of the ledger now.
-        for a in 0..3 {
-            let got = record.support[a] + add(sum::SUPPORT + a);
-            let expected = pair.ledger.support[a];
-            seen.see([pair.contact, "impulse"], got, expected, pair.scales.impulse() + expected.abs(), || {
-                format!("ledger {a}")
-            });
-        }
-        let body = pair.expected.body.as_ref().ok_or("no projectile")?;
-        // Each ply has as many workgroups, one after the other.
-        let count = pair.scene.model.plies.len();
-        for (ply, sums) in sums.chunks_exact(sums.len() / count).enumerate() {
-            let got: f64 = sums.chunks_exact(SUMS).map(|s| f64::from(f32::from_bits(s[sum::COVERED]))).sum();
-            let covered = outcome::covered(&pair.scene.model, &pair.expected, body, ply);
-            seen.see(["ledger", "covered"], (got > 0.5).into(), covered.into(), 1.0, || format!("ply {ply}"));
-        }
+        compare_body(pair, seen, sums, &record)?;
     } else {
         let (row, scale) = if pair.scene.pack {
             (["ply_contact", "support"], pair.node_momentum())
@@ -110,6 +91,32 @@ pub(super) fn compare(pair: &mut Pair<'_>, seen: &mut Seen) -> Outcome {
         "copy".into()
     });
     anew(pair, seen)
+}
+
+/// One of the sums, over the workgroups.
+fn sum_of(sums: &[u32], which: usize) -> f64 {
+    sums.chunks_exact(SUMS).map(|s| f64::from(f32::from_bits(s[which]))).sum()
+}
+
+/// The projectile's supports, and what fabric lies ahead of it.
+fn compare_body(pair: &Pair<'_>, seen: &mut Seen, sums: &[u32], record: &BodyRecord) -> Outcome {
+    // The supports of the fabric are sums of the ledger now.
+    for a in 0..3 {
+        let got = record.support[a] + sum_of(sums, sum::SUPPORT + a);
+        let expected = pair.ledger.support[a];
+        seen.see([pair.contact, "impulse"], got, expected, pair.scales.impulse() + expected.abs(), || {
+            format!("ledger {a}")
+        });
+    }
+    let body = pair.expected.body.as_ref().ok_or("no projectile")?;
+    // Each ply has as many workgroups, one after the other.
+    let count = pair.scene.model.plies.len();
+    for (ply, sums) in sums.chunks_exact(sums.len() / count).enumerate() {
+        let got = sum_of(sums, sum::COVERED);
+        let covered = outcome::covered(&pair.scene.model, &pair.expected, body, ply);
+        seen.see(["ledger", "covered"], (got > 0.5).into(), covered.into(), 1.0, || format!("ply {ply}"));
+    }
+    Ok(())
 }
 
 /// Kinetic energies, momentum and largest speed from the processor's state after the step.
