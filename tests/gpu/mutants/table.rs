@@ -7,18 +7,20 @@ mod ply_impulse;
 mod ply_move;
 mod ply_search;
 mod projectile;
+mod projectile_shape;
 mod rim;
 
 use super::Mutant;
 
 /// By kernel, in the order of a step.
-pub(super) const MUTANTS: [&[Mutant]; 8] = [
+pub(super) const MUTANTS: [&[Mutant]; 9] = [
     elements::MUTANTS,
     nodes::MUTANTS,
     ply_search::MUTANTS,
     ply_impulse::MUTANTS,
     ply_move::MUTANTS,
     projectile::MUTANTS,
+    projectile_shape::MUTANTS,
     rim::MUTANTS,
     ledger::MUTANTS,
 ];
