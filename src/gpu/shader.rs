@@ -150,6 +150,7 @@ pub const PROJECTILE_RIM: Kernel = Kernel {
     name: "projectile_rim",
     sources: sources!(
         "projectile_rim",
+        "rim_equations",
         "rim_points",
         "projectile_motion",
         "workgroup",
