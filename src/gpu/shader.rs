@@ -46,6 +46,10 @@ pub const ELEMENT_FORCE: Kernel = Kernel {
     sources: sources!(
         "element_force",
         "element_geometry",
+        "kinematics",
+        "membrane",
+        "failure",
+        "law_energy",
         "crossover",
         "coupled_newton",
         "predictor",

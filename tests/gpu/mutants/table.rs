@@ -9,12 +9,14 @@ mod ply_search;
 mod projectile;
 mod projectile_shape;
 mod rim;
+mod unit_cell;
 
 use super::Mutant;
 
 /// By kernel, in the order of a step.
-pub(super) const MUTANTS: [&[Mutant]; 9] = [
+pub(super) const MUTANTS: [&[Mutant]; 10] = [
     elements::MUTANTS,
+    unit_cell::MUTANTS,
     nodes::MUTANTS,
     ply_search::MUTANTS,
     ply_impulse::MUTANTS,

@@ -1,4 +1,4 @@
-//! Defects of `element_force`.
+//! Defects of `element_force` beyond its unit cells.
 
 use super::super::Mutant;
 
@@ -34,12 +34,6 @@ pub(super) const MUTANTS: &[Mutant] = &[
         "const FOLDED_STRETCH: f32 = 0.4;",
     ),
     mutant(
-        "cosine of shear missing",
-        "PublishedTension, rigid",
-        "shear_resultant(angle) / sqrt(1.0 - squared(followed))",
-        "shear_resultant(angle)",
-    ),
-    mutant(
         "free and pressed yarns exchanged",
         "Variational, compressible",
         "select(free, cell.in_plane, both_left)",
@@ -70,7 +64,12 @@ pub(super) const MUTANTS: &[Mutant] = &[
         "before - after - 0.5 * step.span * undone",
         "before - after",
     ),
-    mutant("hourglass force twice", "Variational, compressible", "0.25 * stiffness * mode)", "0.5 * stiffness * mode)"),
+    mutant(
+        "hourglass force twice",
+        "Variational, compressible",
+        "0.25 * acting.stiffness * motion.mode)",
+        "0.5 * acting.stiffness * motion.mode)",
+    ),
     mutant(
         "hourglass kept by a single yarn",
         "Variational, compressible",
@@ -84,110 +83,11 @@ pub(super) const MUTANTS: &[Mutant] = &[
         "min(tension.x, tension.y)",
     ),
     mutant(
-        "compression missing from the bracketed iteration",
-        "PublishedProjected, compressible, bracketed",
-        "scene.height_sum - d.x - x",
-        "scene.height_sum - x",
-    ),
-    mutant(
-        "bracket on the wrong side",
-        "PublishedTension, rigid, bracketed",
-        "let above = 0.0 < best.residual;",
-        "let above = 0.0 > best.residual;",
-    ),
-    mutant(
-        "bracketed iteration never called",
-        "PublishedTension, rigid, bracketed",
-        "if (!found.met) {",
-        "if (false) {",
-    ),
-    mutant(
-        "compression missing",
-        "Variational, compressible",
-        "scene.compression_a - scene.compression_b * q, 0.0",
-        "0.0, 0.0",
-    ),
-    mutant("unequal contact forces accepted", "PublishedTension, rigid", "abs(pivot.force - other.force) + so", "so"),
-    mutant(
-        "compression forgotten by the steps",
-        "Variational, compressible",
-        "let give = b * q * cube * (1.0 / 3.0);",
-        "let give = 0.0;",
-    ),
-    mutant("energy of compression", "Kawabata, compressible", "- d / (a * a * a)", "+ d / (a * a * a)"),
-    mutant(
-        "contact force halved",
-        "Variational, compressible",
-        "force = PI * s.arc.slope",
-        "force = HALF_PI * s.arc.slope",
-    ),
-    mutant("projection missing", "PublishedProjected, rigid", "    return s.arc.cosine;", "    return 1.0;"),
-    mutant("saw tooth force halved", "Kawabata, rigid", "2.0 * tension * sine, taut", "tension * sine, taut"),
-    mutant(
-        "saw tooth cosine missing",
-        "Kawabata, compressible",
-        "return (1.0 + stretch) / leg(y, stretch, h).y;",
-        "return 1.0;",
-    ),
-    mutant(
-        "arc length term missing",
-        "PublishedTension, compressible",
-        "0.5 * a2 * g_minus_1",
-        "0.5 * secant * g_minus_1",
-    ),
-    mutant("shares of the yarns exchanged", "Variational, compressible", "slope.yx * per_sum", "slope * per_sum"),
-    mutant(
-        "heights guided past the crossover",
-        "Variational, compressible",
-        "(give * (slope.x * slope.y) + (slope.x + slope.y))",
-        "(slope.x + slope.y)",
-    ),
-    mutant(
-        "heights that fall with the force alone",
-        "PublishedTension, compressible",
-        "force * (1.0 + strain) - height * slope * strain",
-        "force * (1.0 + strain)",
-    ),
-    mutant(
-        "guide of the pivot for that of the warp",
-        "Variational, compressible",
-        "select(pair.yx, pair, PIVOT == 0u)",
-        "select(pair, pair.yx, PIVOT == 0u)",
-    ),
-    mutant(
-        "heights predicted the wrong way",
-        "Variational, compressible",
-        "+ height - predictor.dh_dstretch * change",
-        "+ height + predictor.dh_dstretch * change",
-    ),
-    mutant(
         "heights predicted for the step before",
         "Variational, compressible",
-        "stretching(size, k, v));",
-        "-stretching(size, k, v));",
+        "stretching(motion.size, motion.k, motion.v));",
+        "-stretching(motion.size, motion.k, motion.v));",
     ),
-    mutant("series coefficient doubled", "Variational, rigid", "    0.015625,", "    0.03125,"),
-    mutant(
-        "curvature of the arc",
-        "Variational, compressible",
-        "(1.0 + excess) * inverse_secant * inverse_secant - b",
-        "(1.0 + excess) * inverse_secant - b",
-    ),
-    mutant(
-        "tangent shear as secant",
-        "Variational, compressible",
-        "0.5 * scene.shear_slope * squared(into) + scene.shear_rise * past;",
-        "scene.shear_slope * squared(into) + scene.shear_rise * past;",
-    ),
-    mutant("locking forgotten", "PublishedTension, rigid", "scene.shear_rise, locked)", "0.0, locked)"),
-    mutant("shear even in its angle", "Kawabata, rigid", "select(q, -q, gamma < 0.0)", "q"),
-    mutant(
-        "shear energy past the ramp",
-        "PublishedProjected, rigid",
-        "0.5 * scene.shear_slope * squared(into) * past",
-        "scene.shear_slope * squared(into) * past",
-    ),
-    mutant("upper half of the arc sine", "Variational, compressible", "HALF_PI - 2.0 * angle", "HALF_PI - angle"),
     mutant(
         "strain of the warp for the weft",
         "Variational, compressible",
@@ -200,7 +100,12 @@ pub(super) const MUTANTS: &[Mutant] = &[
         "record_failure(element, 1u, cell.strain.y)",
         "record_failure(element, 0u, cell.strain.y)",
     ),
-    mutant("erosion counted too early", "Variational, compressible", "if (!any_of(alive)) {", "if (!both_of(alive)) {"),
+    mutant(
+        "erosion counted too early",
+        "Variational, compressible",
+        "if (!any_of(yarns_left.alive)) {",
+        "if (!both_of(yarns_left.alive)) {",
+    ),
     mutant(
         "corners exchanged",
         "Variational, compressible",
@@ -208,18 +113,6 @@ pub(super) const MUTANTS: &[Mutant] = &[
         "first + across, first + 1u + across)",
     ),
     mutant("plies not told apart", "Variational, compressible", "(row + row / scene.rows) * across", "row * across"),
-    mutant(
-        "height of the wrong yarn",
-        "Kawabata, compressible",
-        "out.height[1u - PIVOT] = best.other_height;",
-        "out.height[1u - PIVOT] = found.x;",
-    ),
-    mutant(
-        "warm start not used",
-        "Variational, compressible",
-        "vec2<f32>(warm[PIVOT], warm[1u - PIVOT])",
-        "vec2<f32>(0.5 * top)",
-    ),
     mutant(
         "lateral displacement for deflection",
         "Variational, compressible",
@@ -343,7 +236,12 @@ pub(super) const MUTANTS: &[Mutant] = &[
         "force * along + before",
         "force * along + 0.0 * before",
     ),
-    mutant("drag released with a yarn", "Variational, compressible", "was_alive) + drag, was)", "was_alive), was)"),
+    mutant(
+        "drag released with a yarn",
+        "Variational, compressible",
+        "was_alive) + acting.drag, was)",
+        "was_alive), was)",
+    ),
     mutant(
         "law's energy of the other yarn",
         "PublishedTension, compressible",
@@ -365,8 +263,8 @@ pub(super) const MUTANTS: &[Mutant] = &[
     mutant(
         "load of broken yarns",
         "Variational, compressible",
-        "select(zero, strain / nominal, alive)",
-        "strain / nominal",
+        "select(zero, strain / nominal_failure_strain(), alive)",
+        "strain / nominal_failure_strain()",
     ),
     mutant("viscosity of the finest along warp", "graded", "finest.viscosity_warp * x.width", "finest.viscosity_warp"),
     mutant("viscosity of the finest along weft", "graded", "finest.viscosity_weft * y.width", "finest.viscosity_weft"),

@@ -1,0 +1,151 @@
+// failure: strains of yarns as failure judges them, element by element or over a length. Needs `yarns`.
+// Twin: src/solver/failure.rs
+
+/// Stands for the strain of a piece of yarn that is broken or absent.
+const BROKEN: f32 = -1.0;
+
+fn keep_strains(element: u32, strain: vec2<f32>) {
+    let slot = 2u + 2u * (step.index & 1u);
+    yarns[slot * scene.elements + element] = strain.x;
+    yarns[(slot + 1u) * scene.elements + element] = strain.y;
+}
+
+/// Strain of a yarn (0 warp, 1 weft) of an element in the last step.
+fn last_strain(element: u32, which: u32) -> f32 {
+    return yarns[(2u + 2u * ((step.index + 1u) & 1u) + which) * scene.elements + element];
+}
+
+/// Failure strains of the fabric's yarns.
+fn nominal_failure_strain() -> vec2<f32> {
+    return vec2<f32>(scene.warp_failure_strain, scene.weft_failure_strain);
+}
+
+/// Failure strains of an element's yarns.
+fn failure_strain(element: u32) -> vec2<f32> {
+    let nominal = nominal_failure_strain();
+    if (!STRENGTH) {
+        return nominal;
+    }
+    return nominal * vec2<f32>(yarns[6u * scene.elements + element], yarns[7u * scene.elements + element]);
+}
+
+/// Length of an element along a yarn over the finest.
+fn width_along(ply: u32, axis: u32, at: u32) -> f32 {
+    if (!GRADED) {
+        return 1.0;
+    }
+    return line_at(ply, axis, at).width;
+}
+
+/// What breaks a yarn.
+struct Mean {
+    /// Mean strain over the elements of the piece of yarn that are whole.
+    strain: f32,
+    /// 1 where none of them is broken, else 0.
+    whole: f32,
+}
+
+/// Sums over elements of a piece of yarn: strain times area and area of those that are whole, and 1 where none is broken.
+struct Sums {
+    strain: f32,
+    area: f32,
+    whole: f32,
+}
+
+/// Elements of a ply along an axis, and which of their ends a mirror plane cuts (1 the first, 2 the last).
+struct Axis {
+    count: i32,
+    cut: u32,
+}
+
+fn axis_of(ply: u32, axis: u32) -> Axis {
+    let count = i32(select(plies[ply].rows, plies[ply].columns, axis == 0u));
+    return Axis(count, select(cut_sides(ply) >> 2u, cut_sides(ply), axis == 0u));
+}
+
+/// The element at a place along an axis; past a mirror plane lies the image. Negative: there is none.
+fn element_along(a: Axis, at: i32) -> i32 {
+    if (at < 0 && (a.cut & 1u) != 0u) {
+        return -1 - at;
+    }
+    if (at >= a.count) {
+        return select(-1, 2 * a.count - 1 - at, (a.cut & 2u) != 0u);
+    }
+    return at;
+}
+
+/// Adds an element of the last step. A broken one, slack beside its break, says nothing of the others.
+fn add_strain(sums: ptr<function, Sums>, element: u32, which: u32, area: f32) {
+    let strain = last_strain(element, which);
+    if (strain >= 0.0) {
+        (*sums).strain += area * strain;
+        (*sums).area += area;
+    } else {
+        (*sums).whole = 0.0;
+    }
+}
+
+/// Adds the elements along a yarn that lie within the failure length of the middle of one at a place (row, column).
+fn add_along(sums: ptr<function, Sums>, ply: u32, place: vec2<u32>, which: u32, breadth: f32) {
+    let reach = select(scene.failure_reach_weft, scene.failure_reach_warp, which == 0u);
+    let own = place[1u - which];
+    let axis = axis_of(ply, which);
+    let half = 0.5 * width_along(ply, which, own);
+    add_strain(sums, element_at(ply, place), which, 2.0 * min(half, reach) * breadth);
+    for (var side = 0u; side < 2u; side++) {
+        var begin = half;
+        for (var along = 1; begin < reach; along++) {
+            let at = element_along(axis, i32(own) + select(along, -along, side == 0u));
+            if (at < 0) {
+                break;
+            }
+            let width = width_along(ply, which, u32(at));
+            let next = select(vec2<u32>(u32(at), place.y), vec2<u32>(place.x, u32(at)), which == 0u);
+            add_strain(sums, element_at(ply, next), which, min(width, reach - begin) * breadth);
+            begin += width;
+        }
+    }
+}
+
+/// The elements side by side in a yarn with one at a place (row, column): the first, and one past the last.
+fn side_by_side(ply: u32, place: vec2<u32>, which: u32) -> vec2<u32> {
+    let line = line_at(ply, 1u - which, place[which]);
+    return vec2<u32>(u32(line.yarn_first), u32(line.yarn_end));
+}
+
+/// The place (row, column) so far across the yarn.
+fn place_across(place: vec2<u32>, which: u32, at: u32) -> vec2<u32> {
+    return select(vec2<u32>(place.x, at), vec2<u32>(at, place.y), which == 0u);
+}
+
+/// Of a yarn around an element in the last step, over the failure length along it and all of it across; zeros unless one of the elements side
+/// by side reached the failure strain, which they share. They all get the same, so that they break together.
+fn mean_strain(element: u32, which: u32, limit: f32) -> Mean {
+    let ply = element_ply(element);
+    let place = element_place(element);
+    let across = side_by_side(ply, place, which);
+    var largest = BROKEN;
+    for (var at = across.x; at < across.y; at++) {
+        largest = max(largest, last_strain(element_at(ply, place_across(place, which, at)), which));
+    }
+    if (largest < limit) {
+        return Mean();
+    }
+    var sums = Sums(0.0, 0.0, 1.0);
+    for (var at = across.x; at < across.y; at++) {
+        add_along(&sums, ply, place_across(place, which, at), which, width_along(ply, 1u - which, at));
+    }
+    return Mean(sums.strain / sums.area, sums.whole);
+}
+
+/// Warp and weft of an element in the last step where their piece reached the failure strain; elsewhere zeros.
+struct Judged {
+    strain: vec2<f32>,
+    whole: vec2<f32>,
+}
+
+fn judged(element: u32, limit: vec2<f32>) -> Judged {
+    let warp = mean_strain(element, 0u, limit.x);
+    let weft = mean_strain(element, 1u, limit.y);
+    return Judged(vec2<f32>(warp.strain, weft.strain), vec2<f32>(warp.whole, weft.whole));
+}

@@ -1,0 +1,58 @@
+// kinematics: gradients, stretches and directions of an element. Needs `nodes`.
+// Twin: src/kernels/kinematics.rs
+
+struct Kinematics {
+    /// Λ − 1.
+    stretch: vec2<f32>,
+    warp: vec3<f32>,
+    weft: vec3<f32>,
+    /// 1/Λ.
+    per_stretch: vec2<f32>,
+    sine: f32,
+}
+
+/// Corner values (columns of four) to twice the edge differences along X and Y and the hourglass combination.
+struct Differences {
+    x: vec3<f32>,
+    y: vec3<f32>,
+    mode: vec3<f32>,
+}
+
+fn load(field: u32, at: u32) -> vec3<f32> {
+    let n = scene.nodes;
+    return vec3<f32>(nodes[field * n + at], nodes[(field + 1u) * n + at], nodes[(field + 2u) * n + at]);
+}
+
+fn differences(field: u32, at: vec4<u32>) -> Differences {
+    let a = load(field, at.x);
+    let b = load(field, at.y);
+    let c = load(field, at.z);
+    let d = load(field, at.w);
+    let bottom = b - a;
+    let top = c - d;
+    return Differences(bottom + top, (d - a) + (c - b), top - bottom);
+}
+
+fn kinematics(size: ElementGeometry, u: Differences) -> Kinematics {
+    let g1 = u.x * size.gradient_x;
+    let g2 = u.y * size.gradient_y;
+    let f1 = vec3<f32>(1.0 + g1.x, g1.y, g1.z);
+    let f2 = vec3<f32>(g2.x, 1.0 + g2.y, g2.z);
+    let l1 = max(sqrt(dot(f1, f1)), 1e-12);
+    let l2 = max(sqrt(dot(f2, f2)), 1e-12);
+    // Λ − 1 from the displacement gradient: no cancellation at small strain.
+    let s1 = (2.0 * g1.x + dot(g1, g1)) / (1.0 + l1);
+    let s2 = (2.0 * g2.y + dot(g2, g2)) / (1.0 + l2);
+    let i1 = 1.0 / l1;
+    let i2 = 1.0 / l2;
+    let sine = (g2.x + g1.y + dot(g1, g2)) * i1 * i2;
+    return Kinematics(vec2<f32>(s1, s2), f1 * i1, f2 * i2, vec2<f32>(i1, i2), min(max(sine, -1.0), 1.0));
+}
+
+/// What the stretches have grown by since the last forces, to second order. `v`: differences of velocities.
+fn stretching(size: ElementGeometry, k: Kinematics, v: Differences) -> vec2<f32> {
+    let warp = v.x * (step.span * size.gradient_x);
+    let weft = v.y * (step.span * size.gradient_y);
+    let along = vec2<f32>(dot(k.warp, warp), dot(k.weft, weft));
+    return along - 0.5 * k.per_stretch * (vec2<f32>(dot(warp, warp), dot(weft, weft)) - along * along);
+}

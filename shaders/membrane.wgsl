@@ -1,0 +1,77 @@
+// membrane: in-plane forces of an element: yarns, trellis shear that fades where a yarn is folded, shock viscosity.
+// Twin: src/kernels/membrane.rs
+
+/// Stretch of a yarn below which it counts as folded: its element's trellis energy fades with the stretch.
+const FOLDED_STRETCH: f32 = 0.5;
+
+/// Trellis shear as the membrane feels it: the energy per reference area is fade(Λ1) fade(Λ2) W(sin γ).
+struct Shear {
+    /// Slope of that energy over Λ1 and Λ2, and over sin γ [N/m].
+    along: vec2<f32>,
+    slope: f32,
+    /// The energy [J/m²].
+    energy: f32,
+}
+
+fn trellis_shear(k: Kinematics) -> Shear {
+    let trellis = trellis_at(k.sine);
+    let part = min((1.0 + k.stretch) * (1.0 / FOLDED_STRETCH), vec2<f32>(1.0));
+    let fade = part * part * (3.0 - 2.0 * part);
+    let rise = (6.0 / FOLDED_STRETCH) * part * (1.0 - part);
+    let both = fade.x * fade.y;
+    return Shear(trellis.energy * (rise * fade.yx), trellis.slope * both, trellis.energy * both);
+}
+
+/// Shear where it acts, nothing elsewhere.
+fn shear_where(acts: bool, trellis: Shear) -> Shear {
+    if (acts) {
+        return trellis;
+    }
+    return Shear();
+}
+
+struct Membrane {
+    warp: vec3<f32>,
+    weft: vec3<f32>,
+}
+
+/// P1·Ly/2 and P2·Lx/2 [N] from in-plane yarn forces and trellis shear.
+fn membrane(size: ElementGeometry, k: Kinematics, pull: vec2<f32>, shear: Shear) -> Membrane {
+    let n1 = pull.x * size.membrane_warp;
+    let n2 = pull.y * size.membrane_weft;
+    if (!SHEAR) {
+        return Membrane(n1 * k.warp, n2 * k.weft);
+    }
+    let m1 = n1 + shear.along.x * size.half_length_warp;
+    let m2 = n2 + shear.along.y * size.half_length_weft;
+    let q1 = shear.slope * size.half_length_warp * k.per_stretch.x;
+    let q2 = shear.slope * size.half_length_weft * k.per_stretch.y;
+    return Membrane(
+        m1 * k.warp + q1 * (k.weft - k.sine * k.warp),
+        m2 * k.weft + q2 * (k.warp - k.sine * k.weft));
+}
+
+/// Shock viscosity of an element's yarns.
+struct Viscous {
+    /// Now [N].
+    force: vec2<f32>,
+    /// Work since the last step over ½ of the element's length times its yarns [N].
+    work: vec2<f32>,
+}
+
+/// Viscous forces of warp and weft: stiffness times viscosity times the rate of stretch, so large at a shock and small elsewhere. A slack
+/// yarn has none, and a yarn never pushes. `elastic`: in-plane forces of the yarns; `before`: viscous forces at the last step.
+fn shock_viscosity(size: ElementGeometry, k: Kinematics, v: Differences, elastic: vec2<f32>, before: vec2<f32>) -> Viscous {
+    let warp = v.x * size.gradient_x;
+    let weft = v.y * size.gradient_y;
+    let rate = vec2<f32>(dot(k.warp, warp), dot(k.weft, weft));
+    let stiffness = vec2<f32>(scene.warp_stiffness * size.viscosity_warp, scene.weft_stiffness * size.viscosity_weft);
+    let zero = vec2<f32>(0.0);
+    let force = select(max(stiffness * rate, -elastic), zero, elastic <= zero);
+    // The same rate along the directions of the last step, from Λ² there.
+    let along = rate * step.span;
+    let now = 1.0 + k.stretch;
+    let moved = vec2<f32>(dot(warp, warp), dot(weft, weft)) * (step.span * step.span);
+    let last = sqrt(max(now * now - 2.0 * now * along + moved, vec2<f32>(1e-12)));
+    return Viscous(force, force * along + before * ((now * along - moved) / last));
+}
