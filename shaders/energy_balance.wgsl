@@ -58,6 +58,8 @@ const LAW_MADE: u32 = 24u;
 /// Largest tension over breaking load.
 const LOAD: u32 = 25u;
 
+/// What an invocation adds up.
+var<private> part: array<f32, 26>;
 var<workgroup> sums: array<f32, 1690>; // 26 sums of 64 parts, in rows of 65
 
 /// Whether a point lies ahead of the body's widest section, or of the faces of its chisel nose, and within its shadow.
@@ -158,6 +160,73 @@ fn finish(first: u32) {
     bodies[shot.number].energy = vec4<f32>(0.0, 0.0, 0.0, body.energy.w);
 }
 
+/// Adds what an element has; its accounts begin anew.
+fn add_element(ply: u32, element: u32) {
+    let e = scene.elements;
+    let word = flags[element];
+    part[WORK] += accounts[element];
+    accounts[element] = 0.0;
+    if (VISCOUS) {
+        part[VISCOUS_WORK] += accounts[7u * e + element];
+        accounts[7u * e + element] = 0.0;
+    }
+    if (FAILURE) {
+        part[RELEASED] += accounts[e + element];
+        part[RELEASED_HOURGLASS] += accounts[2u * e + element];
+        accounts[e + element] = 0.0;
+        accounts[2u * e + element] = 0.0;
+    }
+    part[STORED] += accounts[3u * e + element];
+    part[HOURGLASS_NOW] += accounts[4u * e + element];
+    part[TENSION] = max(part[TENSION], accounts[5u * e + element]);
+    part[LAW_MADE] += accounts[8u * e + element];
+    part[LOAD] = max(part[LOAD], accounts[9u * e + element]);
+    part[DEFLECTION] = max(part[DEFLECTION], accounts[6u * e + element]);
+    part[EVALUATIONS] += f32(word >> 8u);
+    part[SOLVED] += select(0.0, f32(step.since), (word & 3u) == 3u);
+    flags[element] = word & 3u;
+    if (PROJECTILE) {
+        part[COVERED] += select(0.0, 1.0, covers(ply, element));
+    }
+}
+
+/// Adds what a node has.
+fn add_node(ply: u32, node: u32, place: vec2<u32>) {
+    let e = scene.elements;
+    let n = scene.nodes;
+    let v = vec3<f32>(nodes[3u * n + node], nodes[4u * n + node], nodes[5u * n + node]);
+    let mass = node_mass(ply, place);
+    let square = dot(v, v);
+    part[KINETIC] += 0.5 * mass * square;
+    part[KINETIC_NOW] += 0.5 * mass * dot(v, v - scene.dt * gather(node, place) * inverse_mass(ply, place));
+    part[FASTEST] = max(part[FASTEST], square);
+    let momentum = mass * to_pack(ply, v);
+    part[MOMENTUM] += momentum.x;
+    part[MOMENTUM + 1u] += momentum.y;
+    part[MOMENTUM + 2u] += momentum.z;
+    if (PLIES) {
+        let at = 10u * e + node;
+        part[PLY_LOSS] += accounts[at];
+        part[PLY_FRICTION_WORK] += accounts[at + n];
+        part[PLY_SEPARATION_WORK] += accounts[at + 2u * n];
+        part[PLY_SEPARATION_WORK + 1u] += accounts[at + 3u * n];
+        accounts[at] = 0.0;
+        accounts[at + n] = 0.0;
+        accounts[at + 2u * n] = 0.0;
+        accounts[at + 3u * n] = 0.0;
+    }
+}
+
+/// Adds the impulse of a support at a node, which begins anew.
+fn add_support(at: u32) {
+    part[SUPPORT] += supports[at];
+    part[SUPPORT + 1u] += supports[at + 1u];
+    part[SUPPORT + 2u] += supports[at + 2u];
+    supports[at] = 0.0;
+    supports[at + 1u] = 0.0;
+    supports[at + 2u] = 0.0;
+}
+
 @compute @workgroup_size(64)
 fn energy_balance(
     @builtin(workgroup_id) group: vec3<u32>,
@@ -166,46 +235,19 @@ fn energy_balance(
 ) {
     shot = shots[group.z];
     body = bodies[shot.number];
-    let e = scene.elements;
-    let n = scene.nodes;
     // Each ply has as many workgroups, so that their sums are those of a ply.
     let share = scene.groups / scene.plies;
     let ply = group.x / share;
     let begin = (group.x % share) * WIDTH + local;
     let stride = share * WIDTH;
     let first = (step.slot * groups.z + group.z) * (scene.groups * SUMS + BODY_WORDS + STATUS_WORDS);
-    var part: array<f32, 26>;
     let ply_elements = scene.rows * scene.columns;
     for (var i = begin; i < ply_elements; i += stride) {
         let element = ply_number(ply) * ply_elements + i;
         if (!is_element(ply, element_place(element))) {
             continue;
         }
-        let word = flags[element];
-        part[WORK] += accounts[element];
-        accounts[element] = 0.0;
-        if (VISCOUS) {
-            part[VISCOUS_WORK] += accounts[7u * e + element];
-            accounts[7u * e + element] = 0.0;
-        }
-        if (FAILURE) {
-            part[RELEASED] += accounts[e + element];
-            part[RELEASED_HOURGLASS] += accounts[2u * e + element];
-            accounts[e + element] = 0.0;
-            accounts[2u * e + element] = 0.0;
-        }
-        part[STORED] += accounts[3u * e + element];
-        part[HOURGLASS_NOW] += accounts[4u * e + element];
-        part[TENSION] = max(part[TENSION], accounts[5u * e + element]);
-        part[LAW_MADE] += accounts[8u * e + element];
-        part[LOAD] = max(part[LOAD], accounts[9u * e + element]);
-        part[DEFLECTION] = max(part[DEFLECTION], accounts[6u * e + element]);
-        part[EVALUATIONS] += f32(word >> 8u);
-        part[SOLVED] += select(0.0, f32(step.since), (word & 3u) == 3u);
-        flags[element] = word & 3u;
-        if (PROJECTILE) {
-            part[COVERED] += select(0.0, 1.0, covers(ply, element));
-        }
+        add_element(ply, element);
     }
     let ply_nodes = (scene.rows + 1u) * (scene.columns + 1u);
     for (var i = begin; i < ply_nodes; i += stride) {
@@ -214,37 +256,11 @@ fn energy_balance(
         if (!is_node(ply, place)) {
             continue;
         }
-        let v = vec3<f32>(nodes[3u * n + node], nodes[4u * n + node], nodes[5u * n + node]);
-        let mass = node_mass(ply, place);
-        let square = dot(v, v);
-        part[KINETIC] += 0.5 * mass * square;
-        part[KINETIC_NOW] += 0.5 * mass * dot(v, v - scene.dt * gather(node, place) * inverse_mass(ply, place));
-        part[FASTEST] = max(part[FASTEST], square);
-        let momentum = mass * to_pack(ply, v);
-        part[MOMENTUM] += momentum.x;
-        part[MOMENTUM + 1u] += momentum.y;
-        part[MOMENTUM + 2u] += momentum.z;
-        if (PLIES) {
-            let at = 10u * e + node;
-            part[PLY_LOSS] += accounts[at];
-            part[PLY_FRICTION_WORK] += accounts[at + n];
-            part[PLY_SEPARATION_WORK] += accounts[at + 2u * n];
-            part[PLY_SEPARATION_WORK + 1u] += accounts[at + 3u * n];
-            accounts[at] = 0.0;
-            accounts[at + n] = 0.0;
-            accounts[at + 2u * n] = 0.0;
-            accounts[at + 3u * n] = 0.0;
-        }
+        add_node(ply, node, place);
     }
     let rim = 2u * (scene.columns + scene.rows + 2u);
     for (var i = begin; i < rim; i += stride) {
-        let at = 3u * (ply_number(ply) * rim + i);
-        part[SUPPORT] += supports[at];
-        part[SUPPORT + 1u] += supports[at + 1u];
-        part[SUPPORT + 2u] += supports[at + 2u];
-        supports[at] = 0.0;
-        supports[at + 1u] = 0.0;
-        supports[at + 2u] = 0.0;
+        add_support(3u * (ply_number(ply) * rim + i));
     }
     for (var i = 0u; i < SUMS; i++) {
         sums[i * 65u + local] = part[i];

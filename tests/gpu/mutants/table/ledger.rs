@@ -15,7 +15,7 @@ pub(super) const MUTANTS: &[Mutant] = &[
         "let first = 0u * (",
     ),
     mutant("evaluations not counted anew", "Variational, compressible", "flags[element] = word & 3u;", ""),
-    mutant("work not counted anew", "Variational, compressible", "        accounts[element] = 0.0;\n", ""),
+    mutant("work not counted anew", "Variational, compressible", "    accounts[element] = 0.0;\n", ""),
     mutant("supports not counted anew", "Variational, compressible", "supports[at] = 0.0;", ""),
     mutant("largest tensions added", "Variational, compressible", "local == TENSION ||", ""),
     mutant("steps since the last ledger", "Variational, compressible", "f32(step.since)", "1.0"),
@@ -87,8 +87,8 @@ pub(super) const MUTANTS: &[Mutant] = &[
         "part[PLY_SEPARATION_WORK + 1u] += accounts[at + 3u * n];",
         "",
     ),
-    mutant("losses of plies not counted anew", "two free plies", "            accounts[at] = 0.0;\n", ""),
-    mutant("work of plies not counted anew", "two free plies", "            accounts[at + 3u * n] = 0.0;\n", ""),
+    mutant("losses of plies not counted anew", "two free plies", "        accounts[at] = 0.0;\n", ""),
+    mutant("work of plies not counted anew", "two free plies", "        accounts[at + 3u * n] = 0.0;\n", ""),
     mutant(
         "momentum of a turned ply",
         "thirty degrees, clamped, smooth",
@@ -110,8 +110,8 @@ pub(super) const MUTANTS: &[Mutant] = &[
     mutant(
         "supports of every ply in the first",
         "thirty degrees, clamped, smooth",
-        "let at = 3u * (ply_number(ply) * rim + i);",
-        "let at = 3u * i;",
+        "add_support(3u * (ply_number(ply) * rim + i));",
+        "add_support(3u * i);",
     ),
     mutant(
         "mass of the first fabric",
