@@ -91,6 +91,8 @@ struct Motion {
     k: Kinematics,
     /// Differences of velocities.
     v: Differences,
+    /// Since the last forces.
+    grown: Growth,
     /// Hourglass mode [m].
     mode: vec3<f32>,
 }
@@ -98,7 +100,9 @@ struct Motion {
 fn motion_of(element: u32, at: vec4<u32>) -> Motion {
     let u = differences(0u, at);
     let size = geometry_of(element);
-    return Motion(size, kinematics(size, u), differences(3u, at), 0.25 * u.mode);
+    let k = kinematics(size, u);
+    let v = differences(3u, at);
+    return Motion(size, k, v, growth(size, k, v), 0.25 * u.mode);
 }
 
 /// Its yarns, and which of them fail.
@@ -138,6 +142,8 @@ struct Forces {
     /// Trellis shear, had the element two yarns.
     trellis: Shear,
     membrane: Membrane,
+    /// Of the yarns on the difference of opposite edges [N].
+    on_mode: vec3<f32>,
     /// Hourglass stiffness [N/m].
     stiffness: f32,
 }
@@ -154,7 +160,7 @@ fn forces_of(element: u32, motion: Motion, cell: Equilibrium, yarns_left: YarnsL
     if (VISCOUS) {
         let e = scene.elements;
         let at_last = vec2<f32>(yarns[element], yarns[e + element]);
-        let shock = shock_viscosity(size, k, motion.v, elastic, at_last);
+        let shock = shock_viscosity(size, k, motion.v, motion.grown, elastic, at_last);
         drag = shock.force;
         keep_viscous(element, drag);
         // N over the element's width times its length.
@@ -166,8 +172,9 @@ fn forces_of(element: u32, motion: Motion, cell: Equilibrium, yarns_left: YarnsL
     if (SHEAR) {
         trellis = trellis_shear(k);
     }
-    let m = membrane(size, k, pull, shear_where(both_left, trellis));
-    return Forces(drag, trellis, m, select(0.0, size.hourglass, both_left));
+    let left = shear_where(both_left, trellis);
+    let m = membrane(size, k, pull, left);
+    return Forces(drag, trellis, m, mode_force(size, k, elastic, left), select(0.0, size.hourglass, both_left));
 }
 
 /// Keeps forces and books their work.
@@ -175,13 +182,15 @@ fn keep_forces(element: u32, motion: Motion, acting: Forces) {
     let m = acting.membrane;
     let v = motion.v;
     // Work done on the element between the last positions and these (trapezoid), and the new forces.
-    let power = dot(stored(0u, element) + m.warp, v.x) + dot(stored(3u, element) + m.weft, v.y);
+    var power = dot(stored(0u, element) + m.warp, v.x) + dot(stored(3u, element) + m.weft, v.y);
     store(0u, element, m.warp);
     store(3u, element, m.weft);
-    accounts[element] += 0.5 * step.span * power;
     if (HOURGLASS) {
-        store(6u, element, 0.25 * acting.stiffness * motion.mode);
+        let force = 0.25 * acting.stiffness * motion.mode + acting.on_mode;
+        power += dot(stored(6u, element) + force, v.mode);
+        store(6u, element, force);
     }
+    accounts[element] += 0.5 * step.span * power;
 }
 
 /// Books what the yarns release that fail in this step.
@@ -199,8 +208,10 @@ fn release(element: u32, motion: Motion, cell: Equilibrium, yarns_left: YarnsLef
     let after = stored_energy(size, select(zero, yarns_left.free, yarns_left.alive), yarns_left.free_strain, 0.0, 0.0);
     // Forces that break in this step never act, so the last half step's work on them was not done either.
     // Of what acts now only the elastic part changes what is stored.
-    let intact = membrane(size, motion.k, select(zero, cell.in_plane, was_alive) + acting.drag, was);
-    let undone = dot(intact.warp - m.warp, v.x) + dot(intact.weft - m.weft, v.y);
+    let elastic = select(zero, cell.in_plane, was_alive);
+    let intact = membrane(size, motion.k, elastic + acting.drag, was);
+    let mode_intact = mode_force(size, motion.k, elastic, was);
+    let undone = dot(intact.warp - m.warp, v.x) + dot(intact.weft - m.weft, v.y) + dot(mode_intact - acting.on_mode, v.mode);
     accounts[e + element] += before - after - 0.5 * step.span * undone;
     if (HOURGLASS) {
         // The part of the hourglass work that the state function ½k|q|² does not hold once k dropped.
@@ -277,7 +288,7 @@ fn element_step(element: u32) -> u32 {
     let at = corners(element);
     let motion = motion_of(element, at);
     let height = vec2<f32>(heights[4u * e + element], heights[5u * e + element]);
-    let warm = predicted(kept_predictor(element), height, stretching(motion.size, motion.k, motion.v));
+    let warm = predicted(kept_predictor(element), height, stretching(motion.k, motion.grown));
     let cell = solve(motion.k.stretch, warm, both);
     let yarns_left = judge(element, motion.k.stretch, cell, was_alive);
     let acting = forces_of(element, motion, cell, yarns_left);

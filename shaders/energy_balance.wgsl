@@ -10,7 +10,7 @@
 //   in/out  supports  array<f32>  (S, 3)   impulse of the supports, from 0 again [N·s]
 //   in/out  bodies    array<Body>          their sums begin at 0 again
 //   in      status    array<u32>           counters
-//   out     samples   array<u32>  (slots, shots that run, groups·26 + 73)
+//   out     samples   array<u32>  (slots, shots that run, groups·25 + 73)
 // Twin: src/solver/energy_balance.rs, and `covered` of src/run/outcome.rs
 
 @group(1) @binding(0) var<storage, read> nodes: array<f32>;
@@ -25,7 +25,7 @@
 /// Invocations.
 const WIDTH: u32 = 64u;
 /// Numbers a workgroup adds up.
-const SUMS: u32 = 26u;
+const SUMS: u32 = 25u;
 /// Words of the body.
 const BODY_WORDS: u32 = 60u;
 
@@ -47,20 +47,20 @@ const MOMENTUM: u32 = 12u;
 const SUPPORT: u32 = 15u;
 /// Elements ahead of the projectile with a yarn that runs on.
 const COVERED: u32 = 18u;
-/// Lost in contact between plies, of it to friction, and the work of moving nodes against membrane, hourglass forces.
+/// Lost in contact between plies, of it to friction, and the work of moving nodes out of other plies.
 const PLY_LOSS: u32 = 19u;
 const PLY_FRICTION_WORK: u32 = 20u;
 const PLY_SEPARATION_WORK: u32 = 21u;
 /// Dissipated by shock viscosity.
-const VISCOUS_WORK: u32 = 23u;
+const VISCOUS_WORK: u32 = 22u;
 /// Made by the unit-cell law itself since the start.
-const LAW_MADE: u32 = 24u;
+const LAW_MADE: u32 = 23u;
 /// Largest tension over breaking load.
-const LOAD: u32 = 25u;
+const LOAD: u32 = 24u;
 
 /// What an invocation adds up.
-var<private> part: array<f32, 26>;
-var<workgroup> sums: array<f32, 1690>; // 26 sums of 64 parts, in rows of 65
+var<private> part: array<f32, 25>;
+var<workgroup> sums: array<f32, 1625>; // 25 sums of 64 parts, in rows of 65
 
 /// Whether a point lies ahead of the body's widest section, or of the faces of its chisel nose, and within its shadow.
 fn ahead(arm: vec3<f32>) -> bool {
@@ -209,11 +209,9 @@ fn add_node(ply: u32, node: u32, place: vec2<u32>) {
         part[PLY_LOSS] += accounts[at];
         part[PLY_FRICTION_WORK] += accounts[at + n];
         part[PLY_SEPARATION_WORK] += accounts[at + 2u * n];
-        part[PLY_SEPARATION_WORK + 1u] += accounts[at + 3u * n];
         accounts[at] = 0.0;
         accounts[at + n] = 0.0;
         accounts[at + 2u * n] = 0.0;
-        accounts[at + 3u * n] = 0.0;
     }
 }
 

@@ -28,31 +28,3 @@ fn gather(node: u32, place: vec2<u32>) -> vec3<f32> {
     let fourth = corner_force(e - scene.columns, there.w, 1.0, -1.0, 1.0);
     return (first + second) + (fourth - third);
 }
-
-/// A force on a node in two parts [N].
-struct Parts {
-    membrane: vec3<f32>,
-    mode: vec3<f32>,
-}
-
-/// Hourglass force of one element [N]; none beyond the edge.
-fn corner_mode(element: u32, there: bool) -> vec3<f32> {
-    if (!there) {
-        return vec3<f32>(0.0);
-    }
-    return element_forces(6u, element);
-}
-
-/// The internal force in two parts: of the membrane, of the hourglass stiffness.
-fn gather_parts(node: u32, place: vec2<u32>) -> Parts {
-    let whole = gather(node, place);
-    if (!HOURGLASS) {
-        return Parts(whole, vec3<f32>(0.0));
-    }
-    let there = adjacent_elements(node_ply(node), place);
-    let e = element_above(node, place);
-    let above = corner_mode(e - 1u, there.y) - corner_mode(e, there.x);
-    let below = corner_mode(e - scene.columns, there.w) - corner_mode(e - scene.columns - 1u, there.z);
-    let mode = above + below;
-    return Parts(whole - mode, mode);
-}

@@ -6,6 +6,10 @@ struct Kinematics {
     stretch: vec2<f32>,
     warp: vec3<f32>,
     weft: vec3<f32>,
+    /// Difference of opposite edges [m].
+    mode: vec3<f32>,
+    /// Slope of the stretch over that difference, over q: share/(2·L·Λ) [1/m].
+    per_mode: vec2<f32>,
     /// 1/Λ.
     per_stretch: vec2<f32>,
     sine: f32,
@@ -38,21 +42,45 @@ fn kinematics(size: ElementGeometry, u: Differences) -> Kinematics {
     let g2 = u.y * size.gradient_y;
     let f1 = vec3<f32>(1.0 + g1.x, g1.y, g1.z);
     let f2 = vec3<f32>(g2.x, 1.0 + g2.y, g2.z);
-    let l1 = max(sqrt(dot(f1, f1)), 1e-12);
-    let l2 = max(sqrt(dot(f2, f2)), 1e-12);
+    let q = vec2<f32>(size.gradient_x * size.gradient_x, size.gradient_y * size.gradient_y) * (scene.mode_share * dot(u.mode, u.mode));
+    let l1 = max(sqrt(dot(f1, f1) + q.x), 1e-12);
+    let l2 = max(sqrt(dot(f2, f2) + q.y), 1e-12);
     // Λ − 1 from the displacement gradient: no cancellation at small strain.
-    let s1 = (2.0 * g1.x + dot(g1, g1)) / (1.0 + l1);
-    let s2 = (2.0 * g2.y + dot(g2, g2)) / (1.0 + l2);
+    let s1 = (2.0 * g1.x + (dot(g1, g1) + q.x)) / (1.0 + l1);
+    let s2 = (2.0 * g2.y + (dot(g2, g2) + q.y)) / (1.0 + l2);
     let i1 = 1.0 / l1;
     let i2 = 1.0 / l2;
     let sine = (g2.x + g1.y + dot(g1, g2)) * i1 * i2;
-    return Kinematics(vec2<f32>(s1, s2), f1 * i1, f2 * i2, vec2<f32>(i1, i2), min(max(sine, -1.0), 1.0));
+    let per_mode = scene.mode_share * vec2<f32>(size.gradient_x * i1, size.gradient_y * i2);
+    return Kinematics(
+        vec2<f32>(s1, s2), f1 * i1, f2 * i2, u.mode, per_mode, vec2<f32>(i1, i2), min(max(sine, -1.0), 1.0));
 }
 
-/// What the stretches have grown by since the last forces, to second order. `v`: differences of velocities.
-fn stretching(size: ElementGeometry, k: Kinematics, v: Differences) -> vec2<f32> {
+/// What a step moved along warp and weft.
+struct Growth {
+    /// Of the gradient at the centre, along the yarn, and its square.
+    along: vec2<f32>,
+    square: vec2<f32>,
+    /// The same with q, the part of the hourglass mode.
+    whole: vec2<f32>,
+    whole_square: vec2<f32>,
+}
+
+/// Since the last forces. `v`: differences of velocities.
+fn growth(size: ElementGeometry, k: Kinematics, v: Differences) -> Growth {
     let warp = v.x * (step.span * size.gradient_x);
     let weft = v.y * (step.span * size.gradient_y);
+    let per_length = step.span * vec2<f32>(size.gradient_x, size.gradient_y);
     let along = vec2<f32>(dot(k.warp, warp), dot(k.weft, weft));
-    return along - 0.5 * k.per_stretch * (vec2<f32>(dot(warp, warp), dot(weft, weft)) - along * along);
+    let square = vec2<f32>(dot(warp, warp), dot(weft, weft));
+    return Growth(
+        along,
+        square,
+        along + k.per_mode * per_length * dot(k.mode, v.mode),
+        square + per_length * per_length * (scene.mode_share * dot(v.mode, v.mode)));
+}
+
+/// What the stretches have grown by in a step, to second order.
+fn stretching(k: Kinematics, grown: Growth) -> vec2<f32> {
+    return grown.whole - 0.5 * k.per_stretch * (grown.whole_square - grown.whole * grown.whole);
 }

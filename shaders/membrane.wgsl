@@ -51,6 +51,16 @@ fn membrane(size: ElementGeometry, k: Kinematics, pull: vec2<f32>, shear: Shear)
         m2 * k.weft + q2 * (k.warp - k.sine * k.weft));
 }
 
+/// Force on the difference of opposite edges [N]. `pull`: without shock viscosity, which acts along the yarn at the centre alone.
+fn mode_force(size: ElementGeometry, k: Kinematics, pull: vec2<f32>, shear: Shear) -> vec3<f32> {
+    var along = pull * vec2<f32>(size.membrane_warp, size.membrane_weft);
+    if (SHEAR) {
+        // The sine of the shear angle falls as the stretch grows.
+        along += vec2<f32>(size.half_length_warp, size.half_length_weft) * (shear.along - shear.slope * k.sine * k.per_stretch);
+    }
+    return dot(along, k.per_mode) * k.mode;
+}
+
 /// Shock viscosity of an element's yarns.
 struct Viscous {
     /// Now [N].
@@ -61,17 +71,14 @@ struct Viscous {
 
 /// Viscous forces of warp and weft: stiffness times viscosity times the rate of stretch, so large at a shock and small elsewhere. A slack
 /// yarn has none, and a yarn never pushes. `elastic`: in-plane forces of the yarns; `before`: viscous forces at the last step.
-fn shock_viscosity(size: ElementGeometry, k: Kinematics, v: Differences, elastic: vec2<f32>, before: vec2<f32>) -> Viscous {
-    let warp = v.x * size.gradient_x;
-    let weft = v.y * size.gradient_y;
-    let rate = vec2<f32>(dot(k.warp, warp), dot(k.weft, weft));
+fn shock_viscosity(size: ElementGeometry, k: Kinematics, v: Differences, grown: Growth, elastic: vec2<f32>, before: vec2<f32>) -> Viscous {
+    let rate = vec2<f32>(dot(k.warp, v.x) * size.gradient_x, dot(k.weft, v.y) * size.gradient_y);
     let stiffness = vec2<f32>(scene.warp_stiffness * size.viscosity_warp, scene.weft_stiffness * size.viscosity_weft);
     let zero = vec2<f32>(0.0);
     let force = select(max(stiffness * rate, -elastic), zero, elastic <= zero);
     // The same rate along the directions of the last step, from Λ² there.
-    let along = rate * step.span;
     let now = 1.0 + k.stretch;
-    let moved = vec2<f32>(dot(warp, warp), dot(weft, weft)) * (step.span * step.span);
-    let last = sqrt(max(now * now - 2.0 * now * along + moved, vec2<f32>(1e-12)));
-    return Viscous(force, force * along + before * ((now * along - moved) / last));
+    let square = now * now - 2.0 * now * grown.whole + grown.whole_square;
+    let last = sqrt(max(square, vec2<f32>(1e-12)));
+    return Viscous(force, force * grown.along + before * ((now * grown.along - grown.square) / last));
 }

@@ -83,8 +83,8 @@ fn ply_move(
     }
     touch(ply, place);
     let inverse = inverse_mass(ply, place);
-    let force = gather_parts(node, place);
-    let pull = step.kick * (force.membrane + force.mode) * inverse;
+    let force = gather(node, place);
+    let pull = step.kick * force * inverse;
     let u = ply_vector(0u, node);
     let free = ply_vector(3u, node);
     let change = inverse * impulse;
@@ -101,10 +101,7 @@ fn ply_move(
     accounts[at] -= 0.5 * dot(impulse, (free - pull) + now);
     if (any(way != vec3<f32>(0.0))) {
         // Viscosity sees velocities alone: against it nothing is stored, and nothing dissipated.
-        accounts[at + 2u * n] -= dot(force.membrane - viscous_force(node, place), way);
-        if (HOURGLASS) {
-            accounts[at + 3u * n] -= dot(force.mode, way);
-        }
+        accounts[at + 2u * n] -= dot(force - viscous_force(node, place), way);
     }
     if (held(ply, place) != 0u) {
         add_support(ply, place, -select(vec3<f32>(0.0), impulse, inverse <= vec3<f32>(0.0)));

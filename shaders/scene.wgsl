@@ -107,6 +107,8 @@ struct Scene {
     /// Shock viscosity over the stiffness [s].
     viscosity_warp: f32,
     viscosity_weft: f32,
+    /// What the square of half the difference of opposite edges has in the square of a stretch.
+    mode_share: f32,
     /// Half the failure length along warp and weft, in lengths of the finest element.
     failure_reach_warp: f32,
     failure_reach_weft: f32,
@@ -152,6 +154,9 @@ struct Scene {
     mirror: u32,
     /// Room for points of the rim on each ply.
     ties: u32,
+    pad0: u32,
+    pad1: u32,
+    pad2: u32,
     /// Corner (ρ, s) and outward normal (ρ, s) of the side that begins there.
     profile: array<vec4<f32>, 5>,
 }

@@ -20,7 +20,7 @@ mod kinematics;
 mod robustness;
 mod symmetry;
 
-use ripstop::case::{Case, Law, MembraneForce};
+use ripstop::case::{Case, Law, MembraneForce, StretchSampling};
 use ripstop::kernels::crossover::Variant;
 use ripstop::kernels::element_force::field as element;
 use ripstop::kernels::shear::{self, ShearConstants};

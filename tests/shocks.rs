@@ -74,14 +74,20 @@ fn a_pack_breaks_where_it_is_hit() {
 /// Where yarns tore from side to side, element by element, the finer mesh took up a quarter more energy.
 #[test]
 fn a_pack_lets_a_projectile_out_as_fast_with_a_finer_mesh() {
-    let left = |accuracy: &str| {
-        let sets = [accuracy, "/projectile/velocity_m_s=360", "/expect=[]", "/output/profile_times_us=[]"];
+    let left = |accuracy: &str, velocity: u32| {
+        let velocity = format!("/projectile/velocity_m_s={velocity}");
+        let sets = [accuracy, &velocity, "/expect=[]", "/output/profile_times_us=[]"];
         let run = run(&shipped("cases/s728-4ply-91.json", &sets));
-        assert_eq!(run.outcome, Outcome::Perforated, "{accuracy}");
+        assert_eq!(run.outcome, Outcome::Perforated, "{sets:?}");
         run.history.last().unwrap().projectile_velocity
     };
-    let [coarse, fine] = ["/solver/accuracy=default", "/solver/accuracy=converged"].map(left);
-    assert!((coarse / fine - 1.0).abs() < 0.02, "{coarse} {fine}");
+    // One velocity alone scatters by 1.6 % (benches/NOTES.md): the mean of nine by a third of that.
+    let ratio = |velocity| {
+        let [coarse, fine] = ["/solver/accuracy=default", "/solver/accuracy=converged"].map(|of| left(of, velocity));
+        coarse / fine
+    };
+    let mean = (340..=420).step_by(10).map(ratio).sum::<f64>() / 9.0;
+    assert!((mean - 1.0).abs() < 0.02, "{mean}");
 }
 
 #[test]

@@ -8,7 +8,7 @@ use super::scope::{ObjectReader, WordOrObject};
 use super::words::Word;
 use super::{
     Accuracy, Case, Compression, ContactSampling, Crossover, Edge, Edges, Fabric, InitialDeflection, MembraneForce,
-    Motion, Numerics, Output, Pack, Projectile, RunUntil, Shape, Shear, Solver, Yarn,
+    Motion, Numerics, Output, Pack, Projectile, RunUntil, Shape, Shear, Solver, StretchSampling, Yarn,
 };
 use super::{expect, grading, layup, limits, projectile, variability};
 
@@ -323,17 +323,28 @@ fn solver(scope: &ObjectReader<'_>, projectile: Option<&Projectile>) -> Result<S
             None => scope.derive("failure_length_mm", if paper { 0.0 } else { FAILURE_LENGTH }, !paper)?,
         },
         symmetry: scope.word("symmetry")?,
-        contact_sampling: match scope.given("contact_sampling") {
-            Some(_) => scope.word("contact_sampling")?,
-            None => {
-                let sampling = if paper { ContactSampling::Nodes } else { ContactSampling::Edges };
-                scope.derive_value("contact_sampling", sampling.word().to_owned(), false)?;
-                sampling
-            }
-        },
+        contact_sampling: word_or(
+            scope,
+            "contact_sampling",
+            if paper { ContactSampling::Nodes } else { ContactSampling::Edges },
+        )?,
+        stretch_sampling: word_or(
+            scope,
+            "stretch_sampling",
+            if paper { StretchSampling::Centre } else { StretchSampling::Mean },
+        )?,
         unit_cell: scope.word("unit_cell")?,
         run_until,
     })
+}
+
+/// The word of a key, or what follows from other keys where it is left out.
+fn word_or<W: Word>(scope: &ObjectReader<'_>, key: &'static str, otherwise: W) -> Result<W, CaseError> {
+    if scope.given(key).is_some() {
+        return scope.word(key);
+    }
+    scope.derive_value(key, otherwise.word().to_owned(), false)?;
+    Ok(otherwise)
 }
 
 fn output(scope: &ObjectReader<'_>) -> Result<Output, CaseError> {

@@ -5,7 +5,7 @@
 pub enum Numerics {
     /// Shock viscosity, contact at the rim, a mesh that is fine around the hit.
     Default,
-    /// The paper's own: one even element per crossover, contact at nodes, no viscosity.
+    /// The paper's own: one even element per crossover, contact at nodes, stretches at the centre, no viscosity.
     Paper,
 }
 
@@ -39,6 +39,8 @@ pub struct Solver {
     pub symmetry: Symmetry,
     /// Where contact with the projectile is sampled.
     pub contact_sampling: ContactSampling,
+    /// Where an element's stretches are taken.
+    pub stretch_sampling: StretchSampling,
     /// How the unit cell is solved.
     pub unit_cell: UnitCell,
     /// When the run ends.
@@ -70,6 +72,15 @@ pub enum ContactSampling {
     Nodes,
     /// At nodes, and where the rim of a flat face crosses the edges of elements.
     Edges,
+}
+
+/// Where an element's stretches are taken.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum StretchSampling {
+    /// At its centre.
+    Centre,
+    /// Over the element: the root of the mean of their squares.
+    Mean,
 }
 
 /// How the unit cell is solved; to rounding the result is the same.

@@ -4,7 +4,7 @@ use serde_json::{Map, Value};
 
 use super::{
     Accuracy, Along, ContactSampling, Distribution, Edge, HitPlace, Law, LinesFrom, MembraneForce, Motion, Numerics,
-    Rotation, RunUntil, ShearModulus, Symmetry, UnitCell,
+    Rotation, RunUntil, ShearModulus, StretchSampling, Symmetry, UnitCell,
 };
 
 /// A choice that the case file names by a word.
@@ -48,6 +48,7 @@ words! {
     LinesFrom { "hit" => Hit, "edges" => Edges }
     Symmetry { "auto" => Auto, "none" => None }
     ContactSampling { "nodes" => Nodes, "edges" => Edges }
+    StretchSampling { "centre" => Centre, "mean" => Mean }
     Numerics { "default" => Default, "paper" => Paper }
     Accuracy { "default" => Default, "converged" => Converged }
     UnitCell { "newton" => Newton, "safeguarded" => Safeguarded }

@@ -11,6 +11,7 @@ pub(crate) struct ElementGeometry<R> {
     pub(crate) half_length: [R; 2],
     pub(crate) hourglass: [R; 2],
     pub(crate) viscosity: [R; 2],
+    pub(crate) mode_share: R,
     pub(crate) cells: R,
     pub(crate) area: R,
 }
@@ -26,6 +27,7 @@ impl<R: Real> ElementGeometry<R> {
             half_length: [c.half_length[0] * size, c.half_length[1]],
             hourglass: [c.hourglass[0] * size, c.hourglass[1] * per_size],
             viscosity: [c.viscosity[0], c.viscosity[1] * size],
+            mode_share: c.mode_share,
             cells: c.cells * size,
             area: c.area * size,
         }
@@ -40,6 +42,7 @@ impl<R: Real> ElementGeometry<R> {
             half_length: [self.half_length[0], self.half_length[1] * width],
             hourglass: [self.hourglass[0] * per_width, self.hourglass[1] * width],
             viscosity: [self.viscosity[0] * width, self.viscosity[1]],
+            mode_share: self.mode_share,
             cells: self.cells * width,
             area: self.area * width,
         }
@@ -63,6 +66,7 @@ mod tests {
             half_length: [11.0, 13.0],
             hourglass: [17.0, 19.0],
             viscosity: [23.0, 29.0],
+            mode_share: 41.0,
             cells: 31.0,
             area: 37.0,
             ..Model::<f64>::new(&case).unwrap().ply_types[0].element
@@ -74,6 +78,7 @@ mod tests {
         assert_eq!(size.half_length, [11.0 * 4.0, 13.0 * 8.0]);
         assert_eq!(size.hourglass, [17.0 * 4.0 / 8.0, 19.0 * 8.0 / 4.0]);
         assert_eq!(size.viscosity, [23.0 * 8.0, 29.0 * 4.0]);
+        assert_eq!(size.mode_share, 41.0);
         assert_eq!([size.cells, size.area], [31.0 * 32.0, 37.0 * 32.0]);
     }
 }

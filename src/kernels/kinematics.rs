@@ -1,5 +1,9 @@
 //! Kinematics of an element, (1)–(10) in total form: F1 = ∂x/∂X and F2 = ∂x/∂Y at its centre, from displacements, so
 //! nothing drifts and strains keep their precision.
+//!
+//! Across an element the gradient along its yarns runs from F1 − q1 at one edge to F1 + q1 at the other. The stretch is the root of the
+//! mean of its square, Λ1² = |F1|² + |q1|²/3. At its centre alone an element is shorter than its yarns wherever a kink runs across it, as
+//! at the rim of a projectile and at the front of the transverse wave: then limits are lower and converge slowly (benches/NOTES.md).
 
 use crate::kernels::element_geometry::ElementGeometry;
 use crate::math::scalar::{Real, each};
@@ -8,8 +12,12 @@ use crate::math::scalar::{Real, each};
 pub(crate) struct Kinematics<R> {
     /// Λ − 1 [-].
     pub(crate) extension: [R; 2],
-    /// e, of the yarns.
+    /// F/Λ: of the yarns. A unit vector where both edges of the element have the same gradient.
     pub(super) direction: [Vector<R>; 2],
+    /// Difference of opposite edges [m], x1 − x2 + x3 − x4.
+    pub(super) mode: Vector<R>,
+    /// Slope of the stretch over that difference, over q: share/(2·L·Λ) of warp and weft [1/m].
+    pub(super) per_mode: [R; 2],
     /// 1/Λ [-].
     pub(super) per_stretch: [R; 2],
     /// Of the shear angle.
@@ -32,42 +40,74 @@ pub(crate) fn differences<R: Real>(corner: &[R; 4]) -> [R; 3] {
     [bottom + top, (d - a) + (c - b), top - bottom]
 }
 
-/// Kinematics of an element from the sums of its edge differences along X and Y [m].
+/// Kinematics of an element from the [`differences`] of its corners' displacements, component by component [m].
 #[inline(always)]
-pub(crate) fn kinematics<R: Real>(c: &ElementGeometry<R>, dx: &Vector<R>, dy: &Vector<R>) -> Kinematics<R> {
+pub(crate) fn kinematics<R: Real>(c: &ElementGeometry<R>, u: [&Vector<R>; 3]) -> Kinematics<R> {
     let n = c.area;
     let one = n.one();
     let two = n.splat_like(2.0);
-    let g1 = [dx[0] * c.gradient[0], dx[1] * c.gradient[0], dx[2] * c.gradient[0]];
-    let g2 = [dy[0] * c.gradient[1], dy[1] * c.gradient[1], dy[2] * c.gradient[1]];
+    let g1 = each!(a in 3 => u[a][0] * c.gradient[0]);
+    let g2 = each!(a in 3 => u[a][1] * c.gradient[1]);
+    let mode = each!(a in 3 => u[a][2]);
+    let apart = c.mode_share * dot(&mode, &mode);
+    let (q1, q2) = (apart * c.gradient[0].squared(), apart * c.gradient[1].squared());
     let f1 = [one + g1[0], g1[1], g1[2]];
     let f2 = [g2[0], one + g2[1], g2[2]];
     let tiny = n.splat_like(1e-12);
-    let l1 = dot(&f1, &f1).sqrt().max(tiny);
-    let l2 = dot(&f2, &f2).sqrt().max(tiny);
+    let l1 = (dot(&f1, &f1) + q1).sqrt().max(tiny);
+    let l2 = (dot(&f2, &f2) + q2).sqrt().max(tiny);
     // Λ − 1 from the displacement gradient: no cancellation at small strain.
-    let s1 = two.fused(g1[0], dot(&g1, &g1)) / (one + l1);
-    let s2 = two.fused(g2[1], dot(&g2, &g2)) / (one + l2);
+    let s1 = two.fused(g1[0], dot(&g1, &g1) + q1) / (one + l1);
+    let s2 = two.fused(g2[1], dot(&g2, &g2) + q2) / (one + l2);
     let (i1, i2) = (one / l1, one / l2);
     let sine = (g2[0] + g1[1] + dot(&g1, &g2)) * i1 * i2;
     Kinematics {
         extension: [s1, s2],
         direction: [[f1[0] * i1, f1[1] * i1, f1[2] * i1], [f2[0] * i2, f2[1] * i2, f2[2] * i2]],
+        mode,
+        per_mode: [c.mode_share * c.gradient[0] * i1, c.mode_share * c.gradient[1] * i2],
         per_stretch: [i1, i2],
         sine: sine.max(-one).min(one),
     }
 }
 
-/// What the stretches have grown by in the time `dt` [s], to second order. `v`: differences of velocities over the element.
-#[inline(always)]
-pub(super) fn stretching<R: Real>(size: &ElementGeometry<R>, k: &Kinematics<R>, v: [&Vector<R>; 3], dt: R) -> [R; 2] {
-    let half = dt.splat_like(0.5);
-    each!(i in 2 => {
-        let per_length = dt * size.gradient[i];
-        let step = [v[0][i] * per_length, v[1][i] * per_length, v[2][i] * per_length];
-        let along = dot(&k.direction[i], &step);
-        along - half * k.per_stretch[i] * (dot(&step, &step) - along.squared())
-    })
+/// What a step moved along warp and weft.
+pub(super) struct Growth<R> {
+    /// Of the gradient at the centre, along the yarn [-], and its square.
+    pub(super) along: [R; 2],
+    pub(super) square: [R; 2],
+    /// The same with q, the part of the hourglass mode.
+    pub(super) whole: [R; 2],
+    pub(super) whole_square: [R; 2],
+}
+
+impl<R: Real> Growth<R> {
+    /// In the time `dt` [s]. `v`: differences of velocities over the element, component by component.
+    #[inline(always)]
+    pub(super) fn new(size: &ElementGeometry<R>, k: &Kinematics<R>, v: &[Vector<R>; 3], dt: R) -> Self {
+        let per_length = each!(i in 2 => dt * size.gradient[i]);
+        let mode = each!(a in 3 => v[a][2]);
+        let (on_mode, of_mode) = (dot(&k.mode, &mode), size.mode_share * dot(&mode, &mode));
+        let parts = each!(i in 2 => {
+            let step = each!(a in 3 => v[a][i] * per_length[i]);
+            (dot(&k.direction[i], &step), dot(&step, &step))
+        });
+        Self {
+            along: [parts[0].0, parts[1].0],
+            square: [parts[0].1, parts[1].1],
+            whole: each!(i in 2 => (k.per_mode[i] * per_length[i]).fused(on_mode, parts[i].0)),
+            whole_square: each!(i in 2 => per_length[i].squared().fused(of_mode, parts[i].1)),
+        }
+    }
+
+    /// What the stretches have grown by, to second order.
+    #[inline(always)]
+    pub(super) fn stretching(&self, k: &Kinematics<R>) -> [R; 2] {
+        each!(i in 2 => {
+            let half = k.per_stretch[i].splat_like(0.5) * k.per_stretch[i];
+            self.whole[i] - half * (self.whole_square[i] - self.whole[i].squared())
+        })
+    }
 }
 
 #[cfg(test)]
@@ -81,21 +121,45 @@ mod tests {
         half_length: [1.0; 2],
         hourglass: [0.0; 2],
         viscosity: [0.0; 2],
+        mode_share: 1.0 / 3.0,
         cells: 1.0,
         area: 3e-6,
     };
 
     #[test]
+    fn a_stretch_is_the_root_of_the_mean_square_over_the_element() {
+        // Corners of an element of 2 × 1.5 mm, moved anyhow, counter-clockwise.
+        let place =
+            [[0.1, 0.2, -0.3], [2.3, 0.1, 0.4], [1.9, 1.6, -0.2], [-0.2, 1.4, 0.5]].map(|p| p.map(|x| 1e-3 * x));
+        let flat = [[0.0, 0.0, 0.0], [2e-3, 0.0, 0.0], [2e-3, 1.5e-3, 0.0], [0.0, 1.5e-3, 0.0]];
+        let [x, y, z] = [0, 1, 2].map(|a| differences(&[0, 1, 2, 3].map(|c: usize| place[c][a] - flat[c][a])));
+        // Gradients across the element, and Simpson's rule, which is exact for their squares.
+        let gradient = |from: [usize; 2], to: [usize; 2], length: f64, at: f64| {
+            let edge = |i: usize, a: usize| (place[to[i]][a] - place[from[i]][a]) / length;
+            (0..3).map(|a| ((1.0 - at) * edge(0, a) + at * edge(1, a)).powi(2)).sum::<f64>()
+        };
+        let mean = |from, to, length| {
+            let [low, middle, high] = [0.0, 0.5, 1.0].map(|at| gradient(from, to, length, at));
+            ((low + 4.0 * middle + high) / 6.0).sqrt()
+        };
+        let k = kinematics(&SIZE, [&x, &y, &z]);
+        let (warp, weft) = (mean([0, 3], [1, 2], 2e-3), mean([0, 1], [3, 2], 1.5e-3));
+        assert!((k.extension[0] - (warp - 1.0)).abs() < 1e-14 && (k.extension[1] - (weft - 1.0)).abs() < 1e-14);
+        // The paper's stretch is that at the centre.
+        let centre = kinematics(&ElementGeometry { mode_share: 0.0, ..SIZE }, [&x, &y, &z]);
+        assert!(centre.extension[0] < k.extension[0] - 1e-3);
+    }
+
+    #[test]
     fn stretches_grow_by_what_their_rates_say_to_second_order() {
-        let (dx, dy) = ([2e-4, -3e-4, 5e-4], [4e-4, 1e-4, -6e-4]);
-        // By component and direction [m/s].
-        let v = [[30.0, -20.0], [14.0, 35.0], [-25.0, 40.0]];
-        let now = kinematics(&SIZE, &dx, &dy);
+        // By component: differences along X and Y, and of opposite sides [m], [m/s].
+        let u = [[2e-4, 4e-4, -6e-4], [-3e-4, 1e-4, 3e-4], [5e-4, -6e-4, 9e-4]];
+        let v = [[30.0, -20.0, 25.0], [14.0, 35.0, -31.0], [-25.0, 40.0, 18.0]];
+        let now = kinematics(&SIZE, u.each_ref());
         let off = |dt: f64| {
-            let earlier = |d: &Vector<f64>, i: usize| [0, 1, 2].map(|a| d[a] - dt * v[a][i]);
-            let before = kinematics(&SIZE, &earlier(&dx, 0), &earlier(&dy, 1));
-            let transposed = [0, 1, 2].map(|a| [v[a][0], v[a][1], 0.0]);
-            let grown = stretching(&SIZE, &now, [&transposed[0], &transposed[1], &transposed[2]], dt);
+            let before = [0, 1, 2].map(|a: usize| [0, 1, 2].map(|i: usize| u[a][i] - dt * v[a][i]));
+            let before = kinematics(&SIZE, before.each_ref());
+            let grown = Growth::new(&SIZE, &now, &v, dt).stretching(&now);
             [0, 1].map(|i| (grown[i] - (now.extension[i] - before.extension[i])).abs())
         };
         let [coarse, fine] = [off(4e-6), off(2e-6)];

@@ -2,7 +2,7 @@
 
 use super::element_force::{ElementConstants, FOLDED_STRETCH};
 use crate::kernels::element_geometry::ElementGeometry;
-use crate::kernels::kinematics::{Kinematics, Vector, dot};
+use crate::kernels::kinematics::{Growth, Kinematics, Vector, dot};
 use crate::kernels::shear::{self, ShearConstants};
 use crate::math::scalar::{Mask, Real, each};
 
@@ -70,6 +70,27 @@ pub(super) fn membrane<R: Real>(
     )
 }
 
+/// Force on the difference of opposite edges [N], which corners have with the signs of the hourglass mode. `pull`: in-plane forces of the
+/// yarns without shock viscosity, which acts along the yarn at the centre alone.
+#[inline(always)]
+pub(super) fn mode_force<R: Real>(
+    c: &ElementGeometry<R>,
+    k: &Kinematics<R>,
+    pull: &[R; 2],
+    shear: Option<&FadedShear<R>>,
+) -> Vector<R> {
+    let along = each!(i in 2 => {
+        let n = pull[i] * c.membrane[i];
+        match shear {
+            // The sine of the shear angle falls as the stretch grows.
+            Some(shear) => c.half_length[i].fused(shear.along[i] - shear.slope * k.per_stretch[i] * k.sine, n),
+            None => n,
+        }
+    });
+    let stiffness = along[0].fused(k.per_mode[0], along[1] * k.per_mode[1]);
+    each!(a in 3 => stiffness * k.mode[a])
+}
+
 /// Shock viscosity of a yarn: its force at the last and at this step, and the work of both on the stretch in between.
 pub(super) struct Viscous<R> {
     /// Now [N].
@@ -86,24 +107,22 @@ pub(super) fn viscous<R: Real>(
     c: &ElementConstants<R>,
     size: &ElementGeometry<R>,
     k: &Kinematics<R>,
-    v: [&[R; 3]; 3],
+    v: &[[R; 3]; 3],
+    grown: &Growth<R>,
     elastic: &[R; 2],
     before: [R; 2],
     dt: R,
 ) -> Viscous<R> {
     let parts = each!(i in 2 => {
-        let e = &k.direction[i];
         let zero = dt.zero();
-        let rate = (e[0] * v[0][i] + e[1] * v[1][i] + e[2] * v[2][i]) * size.gradient[i];
+        let rate = dot(&k.direction[i], &each!(a in 3 => v[a][i])) * size.gradient[i];
         let force = c.cell.yarn[i].stiffness * size.viscosity[i] * rate;
         let force = R::select(elastic[i].le(zero), zero, force.max(-elastic[i]));
         // The same rate along the direction of the last step, from Λ² there.
-        let step = each!(a in 3 => v[a][i] * (size.gradient[i] * dt));
-        let along = rate * dt;
         let now = dt.one() + k.extension[i];
-        let moved = dot(&step, &step);
-        let last = (now * now - dt.splat_like(2.0) * now * along + moved).max(dt.splat_like(1e-12)).sqrt();
-        (force, force * along + before[i] * ((now * along - moved) / last))
+        let last = now * now - dt.splat_like(2.0) * now * grown.whole[i] + grown.whole_square[i];
+        let last = last.max(dt.splat_like(1e-12)).sqrt();
+        (force, force * grown.along[i] + before[i] * ((now * grown.along[i] - grown.square[i]) / last))
     });
     Viscous { force: [parts[0].0, parts[1].0], work: [parts[0].1, parts[1].1] }
 }
@@ -124,12 +143,12 @@ mod tests {
         let model = Model::<f64>::new(&case.unwrap_or_else(|error| unreachable!("{error}")));
         let c = model.unwrap_or_else(|error| unreachable!("{error}")).ply_types[0].constants::<f64, PublishedTension>();
         let size = ElementGeometry::of_row(&c, 1.0);
-        let k = kinematics(&size, &[0.0; 3], &[0.0; 3]);
+        let k = kinematics(&size, [&[0.0; 3]; 3]);
         let dt = 1e-8;
         // Velocities grow by 3 m/s along warp and by 5 m/s along weft.
         let of = |elastic: [f64; 2], sign: f64| {
             let v = [[3.0 * sign, 0.0, 0.0], [0.0, 5.0 * sign, 0.0], [0.0; 3]];
-            viscous(&c, &size, &k, [&v[0], &v[1], &v[2]], &elastic, [0.0; 2], dt)
+            viscous(&c, &size, &k, &v, &Growth::new(&size, &k, &v, dt), &elastic, [0.0; 2], dt)
         };
         let rate = [3.0 * size.gradient[0], 5.0 * size.gradient[1]];
         let full = [0, 1].map(|i: usize| c.cell.yarn[i].stiffness * size.viscosity[i] * rate[i]);

@@ -81,19 +81,6 @@ pub fn gather<R: Real>(n: R, around: &Neighbours<'_, R::Scalar>, column: usize) 
     })
 }
 
-/// The same force in two parts: of the membrane, of the hourglass stiffness [N].
-#[inline(always)]
-pub fn gather_parts<R: Real>(n: R, around: &Neighbours<'_, R::Scalar>, column: usize) -> [[R; 3]; 2] {
-    let (left, right) = (column, column + 1);
-    let (above, below) = (&around.above, &around.below);
-    let modes = each!(a in 3 => {
-        let mode = element::HOURGLASS + a;
-        (n.load(above[mode], left) - n.load(above[mode], right)) + (n.load(below[mode], right) - n.load(below[mode], left))
-    });
-    let whole = gather(n, around, column);
-    [each!(a in 3 => whole[a] - modes[a]), modes]
-}
-
 /// Advances a part of one row of nodes, as many like `n` at a time as that holds: v += kick·f/m, u += drift·v.
 /// `ledger`: the energies of the state are asked for.
 #[inline(always)]

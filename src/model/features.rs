@@ -22,7 +22,7 @@ pub struct Features {
     pub shear: bool,
     /// Its modulus is a secant one.
     pub secant: bool,
-    /// Hourglass stiffness.
+    /// Opposite edges of an element act on each other: by its hourglass stiffness, or by yarns whose stretches are means over it.
     pub hourglass: bool,
     /// Yarns may break.
     pub failure: bool,
@@ -63,7 +63,7 @@ impl Features {
             compression: ply_type.cell.compression[0] > 0.0,
             shear: ply_type.has_shear,
             secant: ply_type.has_shear && ply_type.element.shear.secant > 0.0,
-            hourglass: ply_type.element.hourglass.iter().any(|k| *k > 0.0),
+            hourglass: ply_type.element.hourglass.iter().any(|k| *k > 0.0) || ply_type.element.mode_share > 0.0,
             failure: (0..2).any(|i| ply_type.present[i] && yarns[i].failure_strain < NEVER),
             law_energy: ply_type.law_energy.is_some(),
             viscous: ply_type.viscous,

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use super::failure_length::{self, StencilRadius, Windows};
 use super::time_step::is_let_go;
 use super::{Columns, Grid, InitialStretch, Mesh, MirrorPlanes, ModelError, StepBound, law_tables, pretension};
-use crate::case::{Case, Edge, Edges, Fabric, Layer, Solver, UnitCell, Variability};
+use crate::case::{Case, Edge, Edges, Fabric, Layer, Solver, StretchSampling, UnitCell, Variability};
 use crate::kernels::crossover::{LawKernel, UnitCellParameters, Variant};
 use crate::kernels::element_force::ElementConstants;
 use crate::kernels::law_energy::LawEnergy;
@@ -138,6 +138,7 @@ impl<S: Scalar> PlyType<S> {
             half_length: e.half_length.map(T::splat),
             hourglass: e.hourglass.map(T::splat),
             viscosity: e.viscosity.map(T::splat),
+            mode_share: T::splat(e.mode_share),
             cells: T::splat(e.cells),
             area: T::splat(e.area),
         }
@@ -173,6 +174,10 @@ fn element_constants(
         half_length: [0.5 * ly, 0.5 * lx],
         hourglass,
         viscosity,
+        mode_share: match solver.stretch_sampling {
+            StretchSampling::Centre => 0.0,
+            StretchSampling::Mean => 1.0 / 3.0,
+        },
         cells: lx / (2.0 * w1) * (ly / (2.0 * w2)),
         area: lx * ly,
     }

@@ -93,6 +93,7 @@ mod tests {
             half_length: [0.5 * LY, 0.5 * LX],
             hourglass,
             viscosity: [0.0; 2],
+            mode_share: 0.0,
             cells: 1.0,
             area: LX * LY,
         };

@@ -2,7 +2,7 @@
 //!
 //! Internal work is the work of element forces on element deformation, by the trapezoidal rule; kinetic energy is
 //! taken at the time of the positions, K = ½ Σ m v⁺·(v⁺ − Δt f/m). With these two the leapfrog keeps
-//! K + work + hourglass + contact + friction + failure − external constant to round-off, so that any difference is an error of
+//! K + work + contact + friction − external constant to round-off, so that any difference is an error of
 //! assembly, contact, failure or number range, and not of bookkeeping.
 
 use nalgebra::Vector3;
@@ -18,7 +18,7 @@ use crate::solver::Given;
 /// Running sums and the last sample.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub struct EnergyBalance {
-    /// Work done on the elements since the start [J].
+    /// Work done on the elements since the start [J]: what they hold, what failures released and what shock viscosity dissipated.
     pub work: f64,
     /// The part of it that shock viscosity dissipated [J].
     pub viscous: f64,
@@ -69,6 +69,7 @@ pub struct PlyMoment {
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 struct Initial {
     stored: f64,
+    hourglass: f64,
     law_energy: f64,
     total: f64,
     scale: f64,
@@ -270,28 +271,26 @@ impl EnergyBalance {
         // What fails at once was there too.
         let stored = self.stored + self.released[0];
         // A slack ply that is bent holds hourglass energy and nothing else; rounding may make it less than nothing.
-        let at_rest = (stored + self.hourglass + self.released[1]).max(0.0);
+        let hourglass = self.hourglass + self.released[1];
+        let at_rest = (stored + hourglass).max(0.0);
         let scale = given.energy + at_rest;
         // Fabric that is let go swings to and fro: its momentum and that of its supports may come to nothing, what it moves does not.
         let momentum_scale = given.momentum.norm().max((2.0 * at_rest * given.fabric_mass).sqrt());
         let law_energy = self.law_energy + self.law_released;
-        let mut initial = Initial { stored, law_energy, total: 0.0, scale, momentum: [0.0; 3], momentum_scale };
-        initial.total = self.total(stored);
+        let mut initial =
+            Initial { stored, hourglass, law_energy, total: 0.0, scale, momentum: [0.0; 3], momentum_scale };
+        initial.total = self.total();
         initial.momentum = [0, 1, 2].map(|a| self.momentum[a] - self.support[a]);
         self.initial = Some(initial);
     }
 
-    fn total(&self, initial_stored: f64) -> f64 {
-        self.kinetic
-            + initial_stored
-            + self.work
-            + self.hourglass
-            + self.contact
-            + self.friction
-            + self.released[1]
-            + self.shared
-            - self.external
-            - self.separation
+    fn total(&self) -> f64 {
+        self.kinetic + self.work + self.contact + self.friction + self.shared - self.external - self.separation
+    }
+
+    /// Work done on the hourglass stiffness since the start, by its state function and what failures released [J].
+    fn hourglass_work(&self) -> f64 {
+        self.hourglass + self.released[1] - self.initial.map_or(0.0, |i| i.hourglass)
     }
 
     /// Energy that the unit-cell law itself has made since the start [J].
@@ -303,8 +302,8 @@ impl EnergyBalance {
     /// invented [J].
     pub(crate) fn gained(&self) -> f64 {
         let Some(i) = self.initial else { return 0.0 };
-        let unearned = self.stored + self.viscous + self.released[0] - i.stored - self.work;
-        self.total(i.stored) - i.total + unearned - self.law()
+        let unearned = self.stored + self.viscous + self.released[0] - i.stored + self.hourglass_work() - self.work;
+        self.total() - i.total + unearned - self.law()
     }
 
     /// The balance at the last sample.
@@ -312,7 +311,7 @@ impl EnergyBalance {
         let stored = self.initial.map_or(self.stored, |i| i.stored);
         let mut out = Balance {
             kinetic: self.kinetic,
-            internal: stored + self.work - self.viscous - self.released[0],
+            internal: stored + self.work - self.hourglass_work() - self.viscous - self.released[0],
             stored: self.stored,
             law: self.law(),
             hourglass: self.hourglass,
@@ -329,7 +328,7 @@ impl EnergyBalance {
         };
         if let Some(i) = self.initial {
             let scale = i.scale.max(self.external.abs());
-            let drift = self.total(i.stored) - i.total;
+            let drift = self.total() - i.total;
             out.error = if scale > 0.0 { drift / scale } else { drift };
             out.gained = if scale > 0.0 { self.gained() / scale } else { self.gained() };
             let mut worst = 0.0;

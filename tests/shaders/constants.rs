@@ -77,7 +77,7 @@ fn of_the_layout() -> Vec<Constant> {
         count("COVERED", sum::COVERED),
         count("PLY_LOSS", sum::PLY_LOSS),
         count("PLY_FRICTION_WORK", sum::PLY_RUBBED),
-        count("PLY_SEPARATION_WORK", sum::PLY_LIFTED),
+        count("PLY_SEPARATION_WORK", sum::PLY_SEPARATION_WORK),
         count("VISCOUS_WORK", sum::VISCOUS),
         count("LAW_MADE", sum::LAW),
         count("LOAD", sum::LOAD),

@@ -28,7 +28,7 @@ pub const HEIGHT_FIELDS: u64 = 6;
 /// Fields of an element's accounts.
 pub const ACCOUNT_FIELDS: u64 = 10;
 /// Fields of a node's accounts of contact between plies.
-pub const PLY_ACCOUNT_FIELDS: u64 = 4;
+pub const PLY_ACCOUNT_FIELDS: u64 = 3;
 /// Fields of an element whose yarns have shock viscosity: viscous forces of warp and weft.
 pub const VISCOUS_FIELDS: u64 = 2;
 /// Fields of an element whose yarns are judged over a length: strains of warp and weft in the last two steps.
@@ -52,7 +52,7 @@ pub const STATUS_WORDS: usize = 13;
 /// Words of the projectile.
 pub const BODY_WORDS: usize = 60;
 /// Sums of a workgroup of the ledger.
-pub const SUMS: usize = 26;
+pub const SUMS: usize = 25;
 /// Bytes of a step's uniform.
 pub const STEP_BYTES: u64 = 32;
 /// Bytes between two steps' uniforms, the alignment every device grants.
@@ -122,14 +122,14 @@ pub mod sum {
     pub const PLY_LOSS: usize = 19;
     /// Of it to friction [J].
     pub const PLY_RUBBED: usize = 20;
-    /// Work of moving nodes out of other plies, against membrane and hourglass forces [J].
-    pub const PLY_LIFTED: usize = 21;
+    /// Work of moving nodes out of other plies [J].
+    pub const PLY_SEPARATION_WORK: usize = 21;
     /// Dissipated by shock viscosity since the last ledger [J].
-    pub const VISCOUS: usize = 23;
+    pub const VISCOUS: usize = 22;
     /// Made by the unit-cell law itself since the start [J].
-    pub const LAW: usize = 24;
+    pub const LAW: usize = 23;
     /// Largest tension over breaking load [-].
-    pub const LOAD: usize = 25;
+    pub const LOAD: usize = 24;
 }
 
 /// Named words of a uniform, in order.

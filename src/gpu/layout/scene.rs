@@ -84,6 +84,7 @@ fn element(block: &mut Block, ply_type: &PlyType<f32>) {
     block.number("hourglass_weft", c.hourglass[1]);
     block.number("viscosity_warp", c.viscosity[0]);
     block.number("viscosity_weft", c.viscosity[1]);
+    block.number("mode_share", c.mode_share);
     let reach = &ply_type.failure_reach;
     block.double("failure_reach_warp", reach.along[0]);
     block.double("failure_reach_weft", reach.along[1]);

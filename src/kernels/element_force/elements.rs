@@ -4,7 +4,7 @@ use super::row::{ElementRow, corners, field};
 use super::{BROKEN, ElementConstants, MARKED_FOR_FAILURE};
 use crate::kernels::crossover::{self, Equilibrium, LawKernel};
 use crate::kernels::element_geometry::ElementGeometry;
-use crate::kernels::kinematics::{Kinematics, Vector, differences, kinematics, stretching};
+use crate::kernels::kinematics::{Growth, Kinematics, Vector, differences, kinematics};
 use crate::kernels::membrane::{FadedShear, viscous};
 use crate::kernels::predictor::Predictor;
 use crate::math::scalar::{Real, each};
@@ -27,7 +27,7 @@ impl<R: Real> Elements<R> {
         R::select(both, warp + weft, warp.zero())
     }
 
-    /// Keeps forces and heights. Gives the power of the old and the new membrane forces together [W].
+    /// Keeps forces and heights. Gives the power of the old and the new forces together [W].
     #[inline(always)]
     pub(super) fn keep(&self, row: &mut ElementRow<'_, R::Scalar>) -> R {
         let (at, any, v) = (self.column + 1, self.yarns.any(), &self.motion.v);
@@ -45,7 +45,9 @@ impl<R: Real> Elements<R> {
         }
         let stiffness = self.hourglass(self.yarns.both_left());
         for a in 0..3 {
-            let force = R::select(any, zero.splat_like(0.25) * stiffness * self.motion.mode[a], zero);
+            let force = (zero.splat_like(0.25) * stiffness).fused(self.motion.mode[a], self.forces.on_mode[a]);
+            let force = R::select(any, force, zero);
+            power = (zero.load(row.element[field::HOURGLASS + a], at) + force).fused(v[a][2], power);
             force.store(row.element[field::HOURGLASS + a], at);
         }
         for i in 0..2 {
@@ -75,7 +77,7 @@ impl<R: Real> Motion<R> {
             true => *tall,
             false => tall.of_columns(n.load(row.width, column), n.load(row.per_width, column)),
         };
-        let k = kinematics(&size, &[ux[0], uy[0], uz[0]], &[ux[1], uy[1], uz[1]]);
+        let k = kinematics(&size, [&ux, &uy, &uz]);
         let quarter = n.splat_like(0.25);
         Self { size, k, v, mode: [quarter * ux[2], quarter * uy[2], quarter * uz[2]] }
     }
@@ -97,7 +99,7 @@ pub(super) fn equilibrium<R: Real, L: LawKernel>(
         dh_dstretch: each!(i in 2 => dt.load(row.element[field::PREDICTOR + i], at)),
         force_share: each!(i in 2 => dt.load(row.element[field::PREDICTOR + 2 + i], at)),
     };
-    let warm = guide.heights(warm, stretching(size, k, [&v[0], &v[1], &v[2]], dt));
+    let warm = guide.heights(warm, Growth::new(size, k, v, dt).stretching(k));
     let cell = crossover::solve::<R, L>(&c.cell, k.extension, warm, both);
     for i in 0..2 {
         cell.guide.dh_dstretch[i].store(row.element[field::PREDICTOR + i], at);
@@ -203,6 +205,8 @@ pub(super) struct Forces<R> {
     pub(super) trellis: Option<FadedShear<R>>,
     /// P1·Ly/2 and P2·Lx/2 [N].
     pub(super) membrane: [Vector<R>; 2],
+    /// Of the yarns on the difference of opposite edges [N].
+    pub(super) on_mode: Vector<R>,
 }
 
 /// Viscous forces of the yarns [N], which it keeps, and what they dissipated since the last step [J].
@@ -217,7 +221,9 @@ pub(super) fn drag<R: Real>(
 ) -> ([R; 2], R) {
     let Motion { size, k, v, .. } = motion;
     let before = each!(i in 2 => dt.load(fields[i], at));
-    let viscous = viscous(c, size, k, [&v[0], &v[1], &v[2]], elastic, before, dt);
+    // Kept from above it would have to leave its register.
+    let grown = Growth::new(size, k, v, dt);
+    let viscous = viscous(c, size, k, v, &grown, elastic, before, dt);
     for i in 0..2 {
         viscous.force[i].store(fields[i], at);
     }

@@ -1,7 +1,8 @@
 //! Element kernel: stretches, crossover equilibrium, shear, failure and corner forces of one row of elements.
 //!
 //! Forces are P1 = N1 e1 + (q/Λ1) n2 and P2 = N2 e2 + (q/Λ2) n1 with unit vectors n2 ⟂ e1 and n1 ⟂ e2 in the
-//! element's plane. One-point quads get an hourglass stiffness in total form on ¼(x1 − x2 + x3 − x4).
+//! element's plane. On the difference of opposite edges x1 − x2 + x3 − x4 act the yarns, whose stretch is a mean over the element, and an
+//! hourglass stiffness in total form.
 //!
 //! An element whose two yarns have failed carries nothing; with one yarn left the trellis is gone, so shear is
 //! released with the first failure.
@@ -16,7 +17,7 @@ use std::ops::Range;
 
 use crate::kernels::crossover::{LawKernel, UnitCellParameters};
 use crate::kernels::element_geometry::ElementGeometry;
-use crate::kernels::membrane::{membrane, trellis_shear};
+use crate::kernels::membrane::{membrane, mode_force, trellis_shear};
 use crate::kernels::prefetch;
 use crate::kernels::shear::ShearConstants;
 use crate::math::scalar::{Mask, Real, Scalar, each};
@@ -55,6 +56,8 @@ pub struct ElementConstants<R> {
     pub hourglass: [R; 2],
     /// Shock viscosity of warp and weft over the stiffness, q1·L/c with c the wave speed of the straight yarn in the fabric [s].
     pub viscosity: [R; 2],
+    /// What |q|² has in Λ² [-]: ⅓ where stretches are means over the element, 0 where they are those at its centre.
+    pub mode_share: R,
     /// Crossovers per element, and element area [m²], for energies.
     pub cells: R,
     /// [m²]
@@ -73,6 +76,7 @@ impl<S: Scalar> ElementConstants<S> {
             half_length: self.half_length.map(all),
             hourglass: self.hourglass.map(all),
             viscosity: self.viscosity.map(all),
+            mode_share: all(self.mode_share),
             cells: all(self.cells),
             area: all(self.area),
         }
@@ -125,7 +129,8 @@ pub fn element_force<R: Real, L: LawKernel>(
         let both_left = yarns.both_left();
         let left = trellis.map(|trellis| trellis.only(both_left));
         let (warp, weft) = membrane(&motion.size, &motion.k, &pull, left.as_ref());
-        let forces = Forces { drag: viscous, trellis, membrane: [warp, weft] };
+        let on_mode = mode_force(&motion.size, &motion.k, &elastic, left.as_ref());
+        let forces = Forces { drag: viscous, trellis, membrane: [warp, weft], on_mode };
         let elements = Elements { column, motion, cell, yarns, forces };
         // Work done on the element between the last positions and these, by the trapezoidal rule.
         sums.work.add(n.splat_like(0.5 * dt) * elements.keep(row), column);

@@ -5,7 +5,7 @@ use super::elements::{Elements, Motion};
 use super::row::{ElementRow, field};
 use super::totals::{ElementTotals, RowSums, YarnFailure};
 use crate::kernels::crossover;
-use crate::kernels::membrane::membrane;
+use crate::kernels::membrane::{membrane, mode_force};
 use crate::math::scalar::{Mask, Real, Scalar, each};
 
 /// Books what the yarns release that fail in this step, and takes them out.
@@ -19,7 +19,7 @@ pub(super) fn release<R: Real>(
     totals: &mut ElementTotals,
 ) {
     let Elements { column, motion, cell, yarns, forces } = elements;
-    let Motion { size, k, v, mode } = motion;
+    let Motion { size, k, v, mode, .. } = motion;
     let n = c.area;
     let zero = n.zero();
     let (both, any_failed) = (yarns.both(), yarns.any_failed());
@@ -32,12 +32,15 @@ pub(super) fn release<R: Real>(
     let after = size.cells * crossover::cell_energy(&c.cell, &left, &yarns.free_strain, zero);
     // Forces that break in this step never act, so the last half step's work on them was not done either.
     // Of what acts now only the elastic part changes what is stored.
-    let intact = each!(i in 2 => R::select(yarns.was_alive[i], cell.in_plane[i], zero) + forces.drag[i]);
+    let elastic = each!(i in 2 => R::select(yarns.was_alive[i], cell.in_plane[i], zero));
+    let intact = each!(i in 2 => elastic[i] + forces.drag[i]);
     let (warp_intact, weft_intact) = membrane(size, k, &intact, was.as_ref());
+    let mode_intact = mode_force(size, k, &elastic, was.as_ref());
     let [warp, weft] = &forces.membrane;
     let mut undone = zero;
     for a in 0..3 {
         undone = undone + (warp_intact[a] - warp[a]) * v[a][0] + (weft_intact[a] - weft[a]) * v[a][1];
+        undone = undone + (mode_intact[a] - forces.on_mode[a]) * v[a][2];
     }
     let loss = before - after - n.splat_like(0.5 * dt) * undone;
     sums.released[0].add(R::select(any_failed, loss, zero), *column);

@@ -9,7 +9,7 @@ pub mod field {
     pub const WARP_FORCE: usize = 0;
     /// P2·Lx/2 [N], three components.
     pub const WEFT_FORCE: usize = 3;
-    /// Hourglass force per corner [N], three components.
+    /// Force on the difference of opposite edges, of yarns and hourglass stiffness, per corner [N], three components.
     pub const HOURGLASS: usize = 6;
     /// All forces.
     pub const FORCES: std::ops::Range<usize> = 0..9;

@@ -17,7 +17,7 @@ pub struct YarnFailure {
 /// Sums of one row of elements over one step.
 #[derive(Clone, Debug, Default)]
 pub struct ElementTotals {
-    /// Work of the membrane forces on the element since the last step, viscous forces included [J].
+    /// Work of all forces on the element since the last step, viscous forces included [J].
     pub internal_work: f64,
     /// The part of it that shock viscosity dissipated [J].
     pub viscous_work: f64,

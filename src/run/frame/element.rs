@@ -46,7 +46,7 @@ pub(super) fn read<S: Scalar, L: LawKernel>(
     let zero = S::splat(0.0);
     let [ux, uy, uz] = each!(a in 3 => differences(&corners[a]));
     let size = ElementGeometry::of_row(constants, height).of_columns(S::splat(width), S::splat(1.0 / width));
-    let k = kinematics(&size, &[ux[0], uy[0], uz[0]], &[ux[1], uy[1], uz[1]]);
+    let k = kinematics(&size, [&ux, &uy, &uz]);
     let cell = crossover::solve::<S, L>(&constants.cell, k.extension, before.height, was_warp && was_weft);
     let yarn = &constants.cell.yarn;
     let alive = [0, 1].map(|i| before.alive[i] && (before.mean || cell.strain[i] < yarn[i].failure_strain));

@@ -224,11 +224,11 @@ impl DeviceShot {
         ledger.viscous += sums.add(sum::VISCOUS);
         ledger.released[0] += sums.add(sum::RELEASED);
         ledger.released[1] += sums.add(sum::RELEASED_HOURGLASS);
-        let [membrane, mode] = [0, 1].map(|part| sums.add(sum::PLY_LIFTED + part));
+        let separation = sums.add(sum::PLY_SEPARATION_WORK);
         ledger.contact += sums.add(sum::PLY_LOSS) - sums.add(sum::PLY_RUBBED);
-        ledger.separation += membrane + mode;
+        ledger.separation += separation;
         ledger.friction += sums.add(sum::PLY_RUBBED);
-        ledger.work += membrane;
+        ledger.work += separation;
         ledger.elements_are(sums.add(sum::STORED), sums.add(sum::HOURGLASS_NOW), sums.largest(sum::TENSION));
         ledger.cells_are(sums.add(sum::LAW), sums.largest(sum::LOAD));
         ledger.nodes_are(sums.add(sum::KINETIC_NOW), [0, 1, 2].map(|a| sums.add(sum::MOMENTUM + a)));

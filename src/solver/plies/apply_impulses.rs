@@ -53,8 +53,8 @@ impl ImpulseAccumulator {
 pub(super) struct Effect {
     /// Kinetic energy lost [J].
     pub(super) loss: f64,
-    /// Work of moving nodes without a velocity, against the elastic part of membrane forces and against hourglass forces [J].
-    pub(super) correction_work: [f64; 2],
+    /// Work of moving nodes without a velocity, against all forces but those of shock viscosity [J].
+    pub(super) correction_work: f64,
     /// Impulse on held nodes, which the supports take, in the axes of the pack [N·s].
     pub(super) support: [f64; 3],
     /// Nodes moved.
@@ -120,9 +120,7 @@ impl<S: Scalar> ImpulseApplier<'_, S> {
                 around = neighbours(model, self.elements, self.nothing, ply, row);
                 last = row;
             }
-            let [membrane, mode] =
-                node_update::gather_parts(S::splat(0.0), &around, column).map(|f| f.map(Scalar::to_f64));
-            let force = [0, 1, 2].map(|a| membrane[a] + mode[a]);
+            let force = node_update::gather(S::splat(0.0), &around, column).map(Scalar::to_f64);
             let viscous = if shift == [0.0; 3] { shift } else { self.viscous(ply, row, column) };
             let place = |field: usize| (row * node::COUNT + field) * stride + column;
             let free = [0, 1, 2].map(|a| nodes[place(node::VELOCITY + a)].to_f64());
@@ -133,8 +131,7 @@ impl<S: Scalar> ImpulseApplier<'_, S> {
                 let moved = model.dt * inverse[a] * shift[a];
                 nodes[place(node::DISPLACEMENT + a)] = S::splat(u + (model.dt * (now[a] - free[a]) + moved));
                 // Viscosity sees velocities alone: against it nothing is stored, and nothing dissipated.
-                effect.correction_work[0] -= (membrane[a] - viscous[a]) * moved;
-                effect.correction_work[1] -= mode[a] * moved;
+                effect.correction_work -= (force[a] - viscous[a]) * moved;
                 nodes[place(node::VELOCITY + a)] = S::splat(now[a]);
                 let before = free[a] - inverse[a] * force[a] * self.kick;
                 effect.loss -= 0.5 * impulse[a] * (before + now[a]);

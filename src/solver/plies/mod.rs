@@ -176,8 +176,8 @@ impl<S: KernelScalar> PlyContact<S> {
                 context.totals.ply_penetration = context.totals.ply_penetration.max(found.penetration);
             }
             ledger.contact += effect.loss - friction;
-            ledger.separation += effect.correction_work[0] + effect.correction_work[1];
-            ledger.work += effect.correction_work[0];
+            ledger.separation += effect.correction_work;
+            ledger.work += effect.correction_work;
             ledger.friction += friction;
             for a in 0..3 {
                 ledger.support[a] -= effect.support[a];

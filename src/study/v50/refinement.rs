@@ -3,9 +3,9 @@
 //! Most shots are computed on the mesh of the case. Its thresholds are off by much the same part in every realisation, for the mesh is the
 //! same. So a few pairs tell by how much, and their mean corrects the mean of all.
 //!
-//! Elements half as long move a limit by a part d. If the finer mesh is converged, d is all. If the error falls as the length of an
-//! element, as it does on S-720 with 2, 4 and 8 elements per crossover (benches/NOTES.md), as much again is to come. The correction is
-//! the middle, 1.5 d, and may be off by 0.5 d.
+//! Elements half as long move a limit by a part d. If the finer mesh is converged, as it is on S-720 with 2, 4 and 8 elements per
+//! crossover (benches/NOTES.md), d is all. If the error falls as the length of an element, as with stretches at the centre of elements,
+//! as much again is to come. The correction is the middle, 1.5 d, and may be off by 0.5 d.
 
 use crate::study::student_t;
 

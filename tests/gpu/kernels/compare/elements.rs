@@ -13,6 +13,9 @@ use super::{Outcome, Pair, Scales, Seen};
 /// The second half of what predicts heights: not lengths but shares.
 const GUIDE_SHARE: usize = element::PREDICTOR + 2;
 
+/// Cells of a scene that may need the safeguarded iteration on one backend alone.
+const SAFEGUARDED_ON_ONE: usize = 1;
+
 pub(super) fn compare(pair: &mut Pair<'_>, seen: &mut Seen) -> Outcome {
     pair.begin();
     pair.advance(&[Stage::Elements], None)?;
@@ -52,11 +55,19 @@ fn residual(words: &[u32]) -> f64 {
 pub(super) fn compare_elements(pair: &Pair<'_>, seen: &mut Seen) -> Outcome {
     let (model, expected, got) = (&pair.scene.model, &pair.expected, pair.download()?);
     let Scales { force, height, failure_strain, viscous_force, .. } = pair.scales;
+    let mut safeguarded_on_one = 0;
     for row in 0..model.grid.element_rows() {
         for column in 0..model.grid.columns {
             let number = |state: &State<f32>, field| f64::from(state.elements.get(row, field, column + 1));
+            // A rounding decides whether Newton's steps end, or the safeguarded iteration, which predicts nothing: heights are as right.
+            let predicts =
+                |state: &State<f32>| (element::PREDICTOR..element::HEIGHT).any(|field| number(state, field) != 0.0);
+            let on_one = predicts(&got) != predicts(expected);
+            safeguarded_on_one += usize::from(on_one);
             let size = |first: usize| force + Vector3::from([0, 1, 2].map(|a| number(expected, first + a))).norm();
-            for field in 0..expected.elements.fields {
+            let compared = (0..expected.elements.fields)
+                .filter(|field| !on_one || !(element::PREDICTOR..element::HEIGHT).contains(field));
+            for field in compared {
                 let (quantity, scale) = match field {
                     0..element::HOURGLASS => ("membrane force", size(field / 3 * 3)),
                     element::HOURGLASS..element::PREDICTOR => ("hourglass force", size(element::HOURGLASS)),
@@ -74,6 +85,9 @@ pub(super) fn compare_elements(pair: &Pair<'_>, seen: &mut Seen) -> Outcome {
                 seen.see(["element_force", quantity], number(&got, field), number(expected, field), scale, place);
             }
         }
+    }
+    if safeguarded_on_one > SAFEGUARDED_ON_ONE {
+        return Err(format!("{safeguarded_on_one} cells need the safeguarded iteration on one backend alone"));
     }
     Ok(())
 }

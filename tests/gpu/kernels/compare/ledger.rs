@@ -11,7 +11,7 @@ use super::plies::see_energies;
 use super::{Outcome, Pair, STEPS, Seen, motion, places};
 
 /// Sums that begin anew after a sample.
-const ANEW: [usize; 13] = [
+const ANEW: [usize; 12] = [
     sum::VISCOUS,
     sum::WORK,
     sum::RELEASED,
@@ -23,8 +23,7 @@ const ANEW: [usize; 13] = [
     sum::SUPPORT + 2,
     sum::PLY_LOSS,
     sum::PLY_RUBBED,
-    sum::PLY_LIFTED,
-    sum::PLY_LIFTED + 1,
+    sum::PLY_SEPARATION_WORK,
 ];
 
 pub(super) fn compare(pair: &mut Pair<'_>, seen: &mut Seen) -> Outcome {
@@ -69,7 +68,7 @@ pub(super) fn compare(pair: &mut Pair<'_>, seen: &mut Seen) -> Outcome {
     compare_motion(pair, seen, add, most(sum::FASTEST));
     compare_counts(pair, seen, add);
     if pair.scene.pack {
-        let lost = [sum::PLY_LOSS, sum::PLY_RUBBED, sum::PLY_LIFTED, sum::PLY_LIFTED + 1].map(add);
+        let lost = [sum::PLY_LOSS, sum::PLY_RUBBED, sum::PLY_SEPARATION_WORK].map(add);
         see_energies(pair, seen, lost, "ledger");
     }
     if let Some(start) = body {

@@ -15,11 +15,33 @@ pub(super) const MUTANTS: &[Mutant] = &[
         "vec3<f32>(g2.x, 1.0 + g2.y, g2.z)",
         "vec3<f32>(g2.x, 1.0 + g2.y, 0.0)",
     ),
+    mutant("second order of the stretch missing", "Variational, compressible", "(dot(g1, g1) + q.x)", "q.x"),
+    mutant("stretch at the centre", "Variational, compressible", "(scene.mode_share * dot(u.mode, u.mode))", "0.0"),
+    mutant("stretch of the weft at the centre", "Variational, compressible", "(dot(g2, g2) + q.y)", "dot(g2, g2)"),
+    mutant("no force on the mode", "Variational, compressible", "dot(along, k.per_mode) * k.mode", "0.0 * k.mode"),
     mutant(
-        "second order of the stretch missing",
+        "shear does not act on the mode",
         "Variational, compressible",
-        "(2.0 * g1.x + dot(g1, g1))",
-        "(2.0 * g1.x)",
+        "(shear.along - shear.slope * k.sine * k.per_stretch)",
+        "shear.along",
+    ),
+    mutant(
+        "work on the mode not counted",
+        "Variational, compressible",
+        "power += dot(stored(6u, element) + force, v.mode);",
+        "",
+    ),
+    mutant(
+        "work undone on the mode not counted",
+        "Variational, compressible",
+        " + dot(mode_intact - acting.on_mode, v.mode)",
+        "",
+    ),
+    mutant(
+        "last drag without the mode",
+        "Variational, compressible",
+        "2.0 * now * grown.whole + grown.whole_square",
+        "2.0 * now * grown.along + grown.square",
     ),
     mutant(
         "shear force not square to the weft",
@@ -67,8 +89,8 @@ pub(super) const MUTANTS: &[Mutant] = &[
     mutant(
         "hourglass force twice",
         "Variational, compressible",
-        "0.25 * acting.stiffness * motion.mode)",
-        "0.5 * acting.stiffness * motion.mode)",
+        "0.25 * acting.stiffness * motion.mode +",
+        "0.5 * acting.stiffness * motion.mode +",
     ),
     mutant(
         "hourglass kept by a single yarn",
@@ -85,8 +107,8 @@ pub(super) const MUTANTS: &[Mutant] = &[
     mutant(
         "heights predicted for the step before",
         "Variational, compressible",
-        "stretching(motion.size, motion.k, motion.v));",
-        "-stretching(motion.size, motion.k, motion.v));",
+        "stretching(motion.k, motion.grown));",
+        "-stretching(motion.k, motion.grown));",
     ),
     mutant(
         "strain of the warp for the weft",
@@ -227,21 +249,16 @@ pub(super) const MUTANTS: &[Mutant] = &[
     mutant(
         "last drag along the yarn of now",
         "Variational, compressible",
-        "before * ((now * along - moved) / last)",
-        "before * along",
+        "before * ((now * grown.along - grown.square) / last)",
+        "before * grown.along",
     ),
     mutant(
         "last drag forgotten",
         "Variational, compressible",
-        "force * along + before",
-        "force * along + 0.0 * before",
+        "force * grown.along + before",
+        "force * grown.along + 0.0 * before",
     ),
-    mutant(
-        "drag released with a yarn",
-        "Variational, compressible",
-        "was_alive) + acting.drag, was)",
-        "was_alive), was)",
-    ),
+    mutant("drag released with a yarn", "Variational, compressible", "elastic + acting.drag, was)", "elastic, was)"),
     mutant(
         "law's energy of the other yarn",
         "PublishedTension, compressible",

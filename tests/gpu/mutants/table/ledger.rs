@@ -76,19 +76,13 @@ pub(super) const MUTANTS: &[Mutant] = &[
         "part[PLY_FRICTION_WORK] += accounts[at];",
     ),
     mutant(
-        "work against the membrane not counted",
+        "work of separation not counted",
         "two free plies",
         "part[PLY_SEPARATION_WORK] += accounts[at + 2u * n];",
         "",
     ),
-    mutant(
-        "work against the hourglass not counted",
-        "two free plies",
-        "part[PLY_SEPARATION_WORK + 1u] += accounts[at + 3u * n];",
-        "",
-    ),
     mutant("losses of plies not counted anew", "two free plies", "        accounts[at] = 0.0;\n", ""),
-    mutant("work of plies not counted anew", "two free plies", "        accounts[at + 3u * n] = 0.0;\n", ""),
+    mutant("work of plies not counted anew", "two free plies", "        accounts[at + 2u * n] = 0.0;\n", ""),
     mutant(
         "momentum of a turned ply",
         "thirty degrees, clamped, smooth",

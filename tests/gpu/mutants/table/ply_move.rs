@@ -37,12 +37,6 @@ pub(super) const MUTANTS: &[Mutant] = &[
         "let pull = scene.dt *",
     ),
     mutant(
-        "hourglass not in the loss",
-        "two free plies",
-        "(force.membrane + force.mode) * inverse",
-        "force.membrane * inverse",
-    ),
-    mutant(
         "held nodes move",
         "thirty degrees, clamped, smooth",
         "let change = inverse * impulse;",
@@ -64,12 +58,12 @@ pub(super) const MUTANTS: &[Mutant] = &[
     ),
     mutant("loss not added up", "two free plies", "accounts[at] -= 0.5 *", "accounts[at] = -0.5 *"),
     mutant(
-        "work against the membrane not noted",
+        "work of separation not noted",
         "two free plies",
-        "accounts[at + 2u * n] -= dot(force.membrane - viscous_force(node, place), way);",
+        "accounts[at + 2u * n] -= dot(force - viscous_force(node, place), way);",
         "",
     ),
-    mutant("viscosity stores", "graded plies", "force.membrane - viscous_force(node, place)", "force.membrane"),
+    mutant("viscosity stores", "graded plies", "force - viscous_force(node, place)", "force"),
     mutant(
         "viscous forces exchanged",
         "graded plies",
@@ -83,19 +77,6 @@ pub(super) const MUTANTS: &[Mutant] = &[
         "let size = geometry_of(0u);",
     ),
     mutant("viscous forces of the wrong corner", "graded plies", "return above - below;", "return above + below;"),
-    mutant(
-        "work against the hourglass not noted",
-        "two free plies",
-        "accounts[at + 3u * n] -= dot(force.mode, way);",
-        "",
-    ),
-    mutant(
-        "hourglass of the wrong sign",
-        "two free plies",
-        "let above = corner_mode(e - 1u, there.y) - corner_mode(e, there.x);",
-        "let above = corner_mode(e, there.x) - corner_mode(e - 1u, there.y);",
-    ),
-    mutant("hourglass twice", "two free plies", "return Parts(whole - mode, mode);", "return Parts(whole, mode);"),
     mutant(
         "supports push instead of pull",
         "thirty degrees, clamped, smooth",
