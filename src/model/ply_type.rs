@@ -87,7 +87,10 @@ impl<S: Scalar> PlyType<S> {
             windows = Some(StencilRadius::ELEMENT.overlaps(&mesh));
         }
         Ok(Self {
-            bound: if is_let_go(pack.pretension, layer.edges) { bound.of_let_go() } else { bound },
+            bound: match is_let_go(pack.pretension, pack.initial_deflection, layer.edges) {
+                true => bound.of_let_go(),
+                false => bound,
+            },
             initial: crate::with_law!(law, L => pretension::solve::<L>(pack, &cell)?),
             mass: row_kinds(&mesh)
                 .into_iter()

@@ -5,7 +5,7 @@
 //! (shear) are too, so the bound is the largest of the terms below, for any stretch and shear angle. Contact is
 //! kinematic and adds no stiffness.
 
-use crate::case::{Edge, Edges};
+use crate::case::{Edge, Edges, InitialDeflection};
 use crate::kernels::element_force::{ElementConstants, LONGEST_LEVER};
 use crate::kernels::shear;
 
@@ -53,11 +53,14 @@ impl StepBound {
 /// 0.4 % of its energy at a Courant number of 0.9; with half of the critical step it was 4.2 %.
 const LET_GO: f64 = 0.15;
 
-/// Whether a pack's initial tension ends at a free edge. A direction that keeps its length has one, too.
-pub fn is_let_go(pretension: Option<[Option<f64>; 2]>, edges: Edges) -> bool {
+/// Whether a pack's initial tension ends at a free edge: of its pre-tension, in which a direction that keeps its length has one, too, or of
+/// its deflection.
+pub fn is_let_go(pretension: Option<[Option<f64>; 2]>, deflection: Option<InitialDeflection>, edges: Edges) -> bool {
     let Edges { left, right, bottom, top } = edges;
     let ends = [[left, right], [bottom, top]];
-    pretension.is_some_and(|forces| (0..2).any(|i| forces[i] != Some(0.0) && ends[i].contains(&Edge::Free)))
+    let waves = deflection.map_or([0; 2], |d| [d.warp_half_waves, d.weft_half_waves]);
+    let stretched = |i: usize| waves[i] > 0 || pretension.is_some_and(|forces| forces[i] != Some(0.0));
+    (0..2).any(|i| stretched(i) && ends[i].contains(&Edge::Free))
 }
 
 #[cfg(test)]
@@ -142,10 +145,16 @@ mod tests {
     #[test]
     fn tension_is_let_go_at_free_edges_across_it_only() {
         let held = Edges { left: Edge::Clamped, right: Edge::Clamped, bottom: Edge::Free, top: Edge::Roller };
-        assert!(!is_let_go(None, held));
-        assert!(!is_let_go(Some([Some(1e4), Some(0.0)]), held));
-        assert!(is_let_go(Some([Some(1e4), None]), held) && is_let_go(Some([None, Some(1.0)]), held));
-        assert!(!is_let_go(Some([Some(1e4); 2]), Edges { bottom: Edge::Roller, ..held }));
+        let of_forces = |forces, edges| is_let_go(forces, None, edges);
+        assert!(!of_forces(None, held));
+        assert!(!of_forces(Some([Some(1e4), Some(0.0)]), held));
+        assert!(of_forces(Some([Some(1e4), None]), held) && of_forces(Some([None, Some(1.0)]), held));
+        assert!(!of_forces(Some([Some(1e4); 2]), Edges { bottom: Edge::Roller, ..held }));
+        // A deflection stretches yarns along its waves.
+        let deflected = |warp_half_waves, weft_half_waves| {
+            is_let_go(None, Some(InitialDeflection { amplitude: 1e-4, warp_half_waves, weft_half_waves }), held)
+        };
+        assert_eq!([deflected(1, 0), deflected(0, 1), deflected(2, 3)], [false, true, true]);
         let bound = StepBound { critical_step: 2e-7, set_by: "wave along the warp" };
         assert_eq!(bound.of_let_go().critical_step, 0.15 * 2e-7);
     }
