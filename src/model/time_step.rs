@@ -4,6 +4,9 @@
 //! mass the patterns of ∂/∂X, ∂/∂Y and hourglass are orthogonal, and within each the directions e_i (yarn) and n_i
 //! (shear) are too, so the bound is the largest of the terms below, for any stretch and shear angle. Contact is
 //! kinematic and adds no stiffness.
+//!
+//! Where stretches are means over an element, both yarns act on the hourglass mode, too. Then the largest term is exceeded by b1·b2 at most,
+//! with |b|² = |q|²/(3 Λ²): a twelfth where the edges differ from the centre by half of the stretch. A Courant number of 0.9 leaves a fifth.
 
 use crate::case::{Edge, Edges, InitialDeflection};
 use crate::kernels::element_force::{ElementConstants, LONGEST_LEVER};
