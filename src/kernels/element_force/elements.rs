@@ -221,9 +221,7 @@ pub(super) fn drag<R: Real>(
 ) -> ([R; 2], R) {
     let Motion { size, k, v, .. } = motion;
     let before = each!(i in 2 => dt.load(fields[i], at));
-    // Kept from above it would have to leave its register.
-    let grown = Growth::new(size, k, v, dt);
-    let viscous = viscous(c, size, k, v, &grown, elastic, before, dt);
+    let viscous = viscous(c, size, k, v, elastic, before, dt);
     for i in 0..2 {
         viscous.force[i].store(fields[i], at);
     }
