@@ -93,8 +93,6 @@ struct Motion {
     v: Differences,
     /// Since the last forces.
     grown: Growth,
-    /// Hourglass mode [m].
-    mode: vec3<f32>,
 }
 
 fn motion_of(element: u32, at: vec4<u32>) -> Motion {
@@ -102,7 +100,7 @@ fn motion_of(element: u32, at: vec4<u32>) -> Motion {
     let size = geometry_of(element);
     let k = kinematics(size, u);
     let v = differences(3u, at);
-    return Motion(size, k, v, growth(size, k, v), 0.25 * u.mode);
+    return Motion(size, k, v, growth(size, k, v));
 }
 
 /// Its yarns, and which of them fail.
@@ -144,8 +142,13 @@ struct Forces {
     membrane: Membrane,
     /// Of the yarns on the difference of opposite edges [N].
     on_mode: vec3<f32>,
-    /// Hourglass stiffness [N/m].
-    stiffness: f32,
+    /// Hourglass stiffness on the difference of opposite edges [N/m].
+    hourglass: f32,
+}
+
+/// Hourglass stiffness on the difference of opposite edges [N/m] where both yarns are there: the mode is a quarter of that.
+fn hourglass_where(both: bool, size: ElementGeometry) -> f32 {
+    return select(0.0, (1.0 / 16.0) * size.hourglass, both);
 }
 
 /// Also keeps the viscous forces, and books what they dissipate.
@@ -174,7 +177,7 @@ fn forces_of(element: u32, motion: Motion, cell: Equilibrium, yarns_left: YarnsL
     }
     let left = shear_where(both_left, trellis);
     let m = membrane(size, k, pull, left);
-    return Forces(drag, trellis, m, mode_force(size, k, elastic, left), select(0.0, size.hourglass, both_left));
+    return Forces(drag, trellis, m, mode_force(size, k, elastic, left), hourglass_where(both_left, size));
 }
 
 /// Keeps forces and books their work.
@@ -186,7 +189,7 @@ fn keep_forces(element: u32, motion: Motion, acting: Forces) {
     store(0u, element, m.warp);
     store(3u, element, m.weft);
     if (HOURGLASS) {
-        let force = 0.25 * acting.stiffness * motion.mode + acting.on_mode;
+        let force = acting.hourglass * motion.k.mode + acting.on_mode;
         power += dot(stored(6u, element) + force, v.mode);
         store(6u, element, force);
     }
@@ -200,7 +203,7 @@ fn release(element: u32, motion: Motion, cell: Equilibrium, yarns_left: YarnsLef
     let size = motion.size;
     let m = acting.membrane;
     let v = motion.v;
-    let mode = motion.mode;
+    let mode = motion.k.mode;
     let was_alive = yarns_left.was_alive;
     let both = both_of(was_alive);
     let was = shear_where(both, acting.trellis);
@@ -215,8 +218,8 @@ fn release(element: u32, motion: Motion, cell: Equilibrium, yarns_left: YarnsLef
     accounts[e + element] += before - after - 0.5 * step.span * undone;
     if (HOURGLASS) {
         // The part of the hourglass work that the state function ½k|q|² does not hold once k dropped.
-        let lost = select(0.0, size.hourglass, both) - acting.stiffness;
-        accounts[2u * e + element] += 0.5 * lost * dot(mode, mode - 0.25 * step.span * v.mode);
+        let lost = hourglass_where(both, size) - acting.hourglass;
+        accounts[2u * e + element] += 0.5 * lost * dot(mode, mode - step.span * v.mode);
     }
     if (LAW_ENERGY && both) {
         // What it has made by now stays.
@@ -233,7 +236,7 @@ fn keep_state(element: u32, at: vec4<u32>, motion: Motion, cell: Equilibrium, ya
     let e = scene.elements;
     let zero = vec2<f32>(0.0);
     let size = motion.size;
-    let mode = motion.mode;
+    let mode = motion.k.mode;
     let alive = yarns_left.alive;
     let free = yarns_left.free;
     let both_left = both_of(alive);
@@ -241,7 +244,7 @@ fn keep_state(element: u32, at: vec4<u32>, motion: Motion, cell: Equilibrium, ya
     let strain = select(yarns_left.free_strain, cell.strain, both_left);
     let left = shear_where(both_left, acting.trellis);
     accounts[3u * e + element] = stored_energy(size, tension, strain, select(0.0, cell.force, both_left), left.energy);
-    accounts[4u * e + element] = select(0.0, 0.5 * acting.stiffness * dot(mode, mode), HOURGLASS);
+    accounts[4u * e + element] = select(0.0, 0.5 * acting.hourglass * dot(mode, mode), HOURGLASS);
     accounts[5u * e + element] = max(tension.x, tension.y);
     if (LAW_ENERGY && both_left) {
         let cells = stored_energy(size, tension, strain, select(0.0, cell.force, both_left), 0.0);

@@ -152,7 +152,7 @@ mod tests {
 
     #[test]
     fn stretches_grow_by_what_their_rates_say_to_second_order() {
-        // By component: differences along X and Y, and of opposite sides [m], [m/s].
+        // By component: differences along X and Y, and of opposite edges [m], [m/s].
         let u = [[2e-4, 4e-4, -6e-4], [-3e-4, 1e-4, 3e-4], [5e-4, -6e-4, 9e-4]];
         let v = [[30.0, -20.0, 25.0], [14.0, 35.0, -31.0], [-25.0, 40.0, 18.0]];
         let now = kinematics(&SIZE, u.each_ref());

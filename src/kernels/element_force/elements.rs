@@ -20,11 +20,11 @@ pub(super) struct Elements<R: Real> {
 }
 
 impl<R: Real> Elements<R> {
-    /// Hourglass stiffness [N/m] of those with two yarns in `both`.
+    /// Hourglass stiffness of those with two yarns in `both`, on the difference of opposite edges [N/m]: the mode is ¼ of that.
     #[inline(always)]
     pub(super) fn hourglass(&self, both: R::Mask) -> R {
         let [warp, weft] = self.motion.size.hourglass;
-        R::select(both, warp + weft, warp.zero())
+        R::select(both, warp.splat_like(1.0 / 16.0) * (warp + weft), warp.zero())
     }
 
     /// Keeps forces and heights. Gives the power of the old and the new forces together [W].
@@ -45,8 +45,7 @@ impl<R: Real> Elements<R> {
         }
         let stiffness = self.hourglass(self.yarns.both_left());
         for a in 0..3 {
-            let force = (zero.splat_like(0.25) * stiffness).fused(self.motion.mode[a], self.forces.on_mode[a]);
-            let force = R::select(any, force, zero);
+            let force = R::select(any, stiffness.fused(self.motion.k.mode[a], self.forces.on_mode[a]), zero);
             power = (zero.load(row.element[field::HOURGLASS + a], at) + force).fused(v[a][2], power);
             force.store(row.element[field::HOURGLASS + a], at);
         }
@@ -63,8 +62,6 @@ pub(super) struct Motion<R> {
     pub(super) k: Kinematics<R>,
     /// Differences of velocities over an element, by component [m/s].
     pub(super) v: [Vector<R>; 3],
-    /// Hourglass mode [m].
-    pub(super) mode: Vector<R>,
 }
 
 impl<R: Real> Motion<R> {
@@ -77,9 +74,7 @@ impl<R: Real> Motion<R> {
             true => *tall,
             false => tall.of_columns(n.load(row.width, column), n.load(row.per_width, column)),
         };
-        let k = kinematics(&size, [&ux, &uy, &uz]);
-        let quarter = n.splat_like(0.25);
-        Self { size, k, v, mode: [quarter * ux[2], quarter * uy[2], quarter * uz[2]] }
+        Self { size, k: kinematics(&size, [&ux, &uy, &uz]), v }
     }
 }
 
@@ -93,7 +88,7 @@ pub(super) fn equilibrium<R: Real, L: LawKernel>(
     at: usize,
     dt: R,
 ) -> Equilibrium<R> {
-    let Motion { size, k, v, .. } = motion;
+    let Motion { size, k, v } = motion;
     let warm = each!(i in 2 => dt.load(row.element[field::HEIGHT + i], at));
     let guide = Predictor {
         dh_dstretch: each!(i in 2 => dt.load(row.element[field::PREDICTOR + i], at)),
@@ -219,7 +214,7 @@ pub(super) fn drag<R: Real>(
     at: usize,
     dt: R,
 ) -> ([R; 2], R) {
-    let Motion { size, k, v, .. } = motion;
+    let Motion { size, k, v } = motion;
     let before = each!(i in 2 => dt.load(fields[i], at));
     let viscous = viscous(c, size, k, v, elastic, before, dt);
     for i in 0..2 {

@@ -18,7 +18,7 @@ pub(super) fn energies<R: Real>(
     lanes: &mut RowLanes<R>,
 ) {
     let Elements { column, motion, cell, yarns, forces } = elements;
-    let Motion { size, k, mode, .. } = motion;
+    let Motion { size, k, .. } = motion;
     let n = c.area;
     let zero = n.zero();
     let (any, both_left) = (yarns.any(), yarns.both_left());
@@ -30,7 +30,7 @@ pub(super) fn energies<R: Real>(
     let cells = size.cells * crossover::cell_energy(&c.cell, &tension, &strain, force);
     let energy = cells + size.area * shear_energy;
     sums.stored.add(R::select(any, energy, zero), *column);
-    let hourglass = n.splat_like(0.5) * elements.hourglass(both_left) * dot(mode, mode);
+    let hourglass = n.splat_like(0.5) * elements.hourglass(both_left) * dot(&k.mode, &k.mode);
     sums.hourglass.add(R::select(any, hourglass, zero), *column);
     if let Some(law) = row.law_energy {
         sums.law[0].add(R::select(both_left, law.shares(&k.extension) * cells, zero), *column);

@@ -19,7 +19,7 @@ pub(super) fn release<R: Real>(
     totals: &mut ElementTotals,
 ) {
     let Elements { column, motion, cell, yarns, forces } = elements;
-    let Motion { size, k, v, mode, .. } = motion;
+    let Motion { size, k, v } = motion;
     let n = c.area;
     let zero = n.zero();
     let (both, any_failed) = (yarns.both(), yarns.any_failed());
@@ -45,7 +45,8 @@ pub(super) fn release<R: Real>(
     let loss = before - after - n.splat_like(0.5 * dt) * undone;
     sums.released[0].add(R::select(any_failed, loss, zero), *column);
     // The part of the hourglass work that the state function ½k|q|² does not hold once k dropped.
-    let last = each!(a in 3 => n.splat_like(0.25) * v[a][2] * n.splat_like(dt));
+    let mode = &k.mode;
+    let last = each!(a in 3 => v[a][2] * n.splat_like(dt));
     let product = mode[0] * (mode[0] - last[0]) + mode[1] * (mode[1] - last[1]) + mode[2] * (mode[2] - last[2]);
     let drop = n.splat_like(0.5) * (elements.hourglass(both) - elements.hourglass(yarns.both_left())) * product;
     sums.released[1].add(R::select(any_failed, drop, zero), *column);

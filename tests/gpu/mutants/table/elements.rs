@@ -71,8 +71,8 @@ pub(super) const MUTANTS: &[Mutant] = &[
     mutant(
         "hourglass work of the first step",
         "Variational, rigid",
-        "0.25 * step.span * v.mode",
-        "0.25 * step.kick * v.mode",
+        "mode - step.span * v.mode",
+        "mode - step.kick * v.mode",
     ),
     mutant(
         "span of the warp for the weft",
@@ -89,14 +89,14 @@ pub(super) const MUTANTS: &[Mutant] = &[
     mutant(
         "hourglass force twice",
         "Variational, compressible",
-        "0.25 * acting.stiffness * motion.mode +",
-        "0.5 * acting.stiffness * motion.mode +",
+        "acting.hourglass * motion.k.mode +",
+        "2.0 * acting.hourglass * motion.k.mode +",
     ),
     mutant(
         "hourglass kept by a single yarn",
         "Variational, compressible",
-        "select(0.0, size.hourglass, both_left)",
-        "size.hourglass",
+        "hourglass_where(both_left, size)",
+        "hourglass_where(true, size)",
     ),
     mutant(
         "smaller tension reported",
