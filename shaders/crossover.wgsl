@@ -2,6 +2,7 @@
 // Twin: src/kernels/crossover.rs
 
 const MAX_ITERATIONS: u32 = 80u;
+const REFINEMENTS: u32 = 8u;
 
 struct Equilibrium {
     /// T [N], warp and weft.
@@ -91,25 +92,24 @@ fn accepted(force: f32) -> f32 {
 }
 
 /// Lets the other yarn's height meet the force where the unknown's own resolution is too coarse for it.
-fn refine(stretch: vec2<f32>, start: CellPoint) -> CellPoint {
+fn refine(stretch: vec2<f32>, x: f32, start: CellPoint) -> CellPoint {
     var best = start;
-    for (var i = 0; i < 3; i++) {
-        let size = abs(best.residual);
-        let rises = 0.0 < best.other.stiffness;
-        let lost = best.pivot.strain <= 0.0 && 0.0 < best.other.force;
-        let met = size <= accepted(best.pivot.force) || slack(best);
-        if (met || !rises || !(0.0 < best.pivot.force || lost)) {
+    var trial = start;
+    for (var i = 0u; i < REFINEMENTS; i++) {
+        let rises = 0.0 < trial.other.stiffness;
+        let lost = trial.pivot.strain <= 0.0 && 0.0 < trial.other.force;
+        let met = abs(trial.residual) <= accepted(trial.pivot.force) || slack(trial);
+        if (met || !rises || !(0.0 < trial.pivot.force || lost)) {
             break;
         }
-        let other_height = best.other_height + best.residual / best.other.stiffness;
-        let other = yarn_response(yarn(1u - PIVOT), stretch[1u - PIVOT], other_height);
-        let residual = best.pivot.force - other.force;
-        if (!(abs(residual) < size)) {
-            break;
+        // No higher than without compression: a slack yarn that is nearly flat hardly rises, and its steps go far beyond.
+        trial.other_height = min(trial.other_height + trial.residual / trial.other.stiffness, scene.height_sum - x);
+        trial.other = yarn_response(yarn(1u - PIVOT), stretch[1u - PIVOT], trial.other_height);
+        trial.residual = trial.pivot.force - trial.other.force;
+        // The first step may leave a yarn slack, further off than before: the next one brings it back.
+        if (abs(trial.residual) < abs(best.residual)) {
+            best = trial;
         }
-        best.other = other;
-        best.other_height = other_height;
-        best.residual = residual;
     }
     return best;
 }
@@ -155,7 +155,7 @@ fn safeguarded(stretch: vec2<f32>, start: f32, before: u32) -> Found {
         best = cell_point(stretch, x);
         iterations += 1u;
     }
-    return Found(x, refine(stretch, best), iterations, 0.0, !unmet, Predictor());
+    return Found(x, refine(stretch, x, best), iterations, 0.0, !unmet, Predictor());
 }
 
 /// Strain of a yarn that nothing presses [-].

@@ -20,6 +20,9 @@ pub use crate::kernels::yarn_law::{
 /// Newton steps allowed; bisection alone needs about 55 in double precision.
 pub const MAX_ITERATIONS: u32 = 80;
 
+/// Steps allowed where the height of the other yarn alone meets the force.
+pub const REFINEMENTS: u32 = 8;
+
 /// Equilibrium of one cell.
 #[derive(Clone, Copy, Debug)]
 pub struct Equilibrium<R: Real> {
@@ -206,7 +209,7 @@ fn safeguarded<R: Real, L: LawKernel>(
         best = CellPoint::select(*active, CellPoint::at::<L>(cell, span, x), best);
         *iterations = *iterations + R::select(*active, n.one(), zero);
     }
-    (x, refine::<R, L>(cell, span, rough, best))
+    (x, refine::<R, L>(cell, span, x, rough, best))
 }
 
 /// Lets the other yarn's height meet the force where the unknown's own resolution is too coarse for it.
@@ -217,34 +220,41 @@ fn safeguarded<R: Real, L: LawKernel>(
 fn refine<R: Real, L: LawKernel>(
     cell: &UnitCellParameters<R>,
     span: &[StretchResponse<R>; 2],
+    x: R,
     pressing: R::Mask,
     mut best: CellPoint<R>,
 ) -> CellPoint<R> {
     let o = 1 - cell.pivot;
+    // Without compression: the root lies below. A slack yarn that is nearly flat hardly rises, and its steps go far beyond.
+    let highest = cell.height_sum - x;
     let n = cell.height_sum;
     let zero = n.zero();
-    for _ in 0..3 {
-        let size = best.residual.abs();
-        let limit = cell.accepted(best.pivot.force);
-        let rises = zero.lt(best.other.stiffness);
+    let mut trial = best;
+    for _ in 0..REFINEMENTS {
+        let limit = cell.accepted(trial.pivot.force);
+        let rises = zero.lt(trial.other.stiffness);
         // A pivot slack by a rounding has lost the force the other yarn still has.
-        let lost = best.pivot.strain.le(zero) & zero.lt(best.other.force);
-        let rough = pressing & !(size.le(limit) | best.slack()) & (zero.lt(best.pivot.force) | lost) & rises;
+        let lost = trial.pivot.strain.le(zero) & zero.lt(trial.other.force);
+        let met = trial.residual.abs().le(limit) | trial.slack();
+        let rough = pressing & !met & (zero.lt(trial.pivot.force) | lost) & rises;
         if !rough.any() {
             break;
         }
-        let slope = R::select(rises, best.other.stiffness, n.one());
-        let other_height = best.other_height + best.residual / slope;
+        let slope = R::select(rises, trial.other.stiffness, n.one());
+        let other_height = (trial.other_height + trial.residual / slope).min(highest);
         let other = L::respond(&cell.yarn[o], &span[o], other_height);
-        let residual = best.pivot.force - other.force;
-        let better = rough & residual.abs().lt(size);
-        let point = CellPoint { pivot: best.pivot, other, other_height, residual, slope: best.slope };
+        let residual = trial.pivot.force - other.force;
+        let point = CellPoint { other, other_height, residual, ..trial };
+        trial = CellPoint::select(rough, point, trial);
+        // The first step may leave a yarn slack, further off than before: the next one brings it back.
+        let better = rough & residual.abs().lt(best.residual.abs());
         best = CellPoint::select(better, point, best);
     }
     best
 }
 
 /// The residual and what it is made of at one trial height.
+#[derive(Clone, Copy)]
 struct CellPoint<R: Real> {
     pivot: YarnResponse<R>,
     other: YarnResponse<R>,

@@ -113,6 +113,7 @@ fn of_the_kernels() -> Vec<Constant> {
         number("EDGE_TOLERANCE", ply_contact::EDGE_TOLERANCE),
         number("FLATNESS_TOLERANCE", ply_contact::FLATNESS_TOLERANCE),
         count("MAX_ITERATIONS", crossover::MAX_ITERATIONS as usize),
+        count("REFINEMENTS", crossover::REFINEMENTS as usize),
         count("NEWTON_ITERATIONS", coupled_newton::NEWTON_ITERATIONS as usize),
         count("SET_CHANGES", projectile_contact::SET_CHANGES),
         count("FRICTION_SWEEPS", projectile_contact::FRICTION_SWEEPS),

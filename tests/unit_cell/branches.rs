@@ -198,3 +198,33 @@ fn roundings_do_not_let_the_iteration_creep() {
     let got = c.solve([0.996_408_302_935_984_3, 1.008_075_040_568_850_1], start, true);
     assert!(got.converged, "{got:?}");
 }
+
+/// A crossover that hardly resists at first touch: there a rounding of a yarn's strain moves the heights by as much as they are.
+#[test]
+fn a_crossover_soft_at_first_touch_keeps_forces_to_roundings_in_single_precision() {
+    let weft = (10_518.5, 6.35e-4, 0.0139);
+    let soft = [
+        ([(10_518.5, 8.37e-4, 0.135), weft], Compression { a: 1.637e-4, b: 9.587e-6 }),
+        ([(10_518.5, 8.236e-4, 0.1785), weft], Compression { a: 1.637e-4, b: 5e-6 }),
+        ([(5382.0, 1.1556e-3, 0.179), weft], Compression { a: 2.262e-4, b: 1.309e-5 }),
+    ];
+    let small = [-1e-6, -1e-8, 0.0, 3e-9, 2e-8, 5e-8, 8e-8, 2e-7, 7e-7, 3e-6, 2e-5, 1e-4];
+    let mut worst = 0.0_f64;
+    for (yarns, compression) in soft {
+        for law in LAWS {
+            let single = cell::<f32>(yarns, law, 0.0, Some(compression));
+            let double = cell::<f64>(yarns, law, 0.0, Some(compression));
+            let mut warm = single.rest_heights();
+            for stretch in small.iter().flat_map(|warp| small.map(|weft| [1.0 + warp, 1.0 + weft])) {
+                let exact = double.solve(stretch, warm, true);
+                let got = single.solve(stretch, warm, true);
+                assert!(got.converged, "{law:?} {stretch:?} {got:?}");
+                let off = (0..2).map(|i| (got.in_plane[i] - exact.in_plane[i]).abs() / yarns[i].0);
+                worst = off.fold(worst, f64::max);
+                warm = got.height;
+            }
+        }
+    }
+    // In strains. Half a unit in the last place each of the crimp, the arc's length and their difference, and of the heights.
+    assert!(worst <= 3.0 * f64::from(f32::EPSILON), "{worst:e}");
+}
