@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use super::failure_length::{self, StencilRadius, Windows};
-use super::time_step::is_let_go;
+use super::time_step::let_go;
 use super::{Columns, Grid, InitialStretch, Mesh, MirrorPlanes, ModelError, StepBound, law_tables, pretension};
 use crate::case::{Case, Edge, Edges, Fabric, Layer, Solver, StretchSampling, UnitCell, Variability};
 use crate::kernels::crossover::{LawKernel, UnitCellParameters, Variant};
@@ -87,10 +87,8 @@ impl<S: Scalar> PlyType<S> {
             windows = Some(StencilRadius::ELEMENT.overlaps(&mesh));
         }
         Ok(Self {
-            bound: match is_let_go(pack.pretension, pack.initial_deflection, layer.edges) {
-                true => bound.of_let_go(),
-                false => bound,
-            },
+            bound: let_go(pack.pretension, pack.initial_deflection, layer.edges, mesh.whole_size())
+                .map_or(bound, |set_by| bound.of_let_go(set_by)),
             initial: crate::with_law!(law, L => pretension::solve::<L>(pack, &cell)?),
             mass: row_kinds(&mesh)
                 .into_iter()
