@@ -79,6 +79,7 @@ pub(crate) struct BenchArguments {
 #[command(after_help = "Examples:
   ripstop verify --backend gpu
   ripstop verify --stress --scenes 10000 --seed 7 --out out/stress
+  ripstop verify --stress --seed 7 --scene 1072 --backend cpu
 
 --stress runs the list of hard scenes, a million steps of a vibrating ply, and random scenes: on the CPU in f64 and f32, and
 on the GPU that --backend auto would take. A random scene that is not sound is shrunk to few changes of a plain shot
@@ -90,6 +91,9 @@ pub(crate) struct VerifyArguments {
     /// Random scenes on the CPU, in each precision; on the GPU a fiftieth of them
     #[arg(long, value_name = "N", default_value = "1000", requires = "stress")]
     pub(crate) scenes: u32,
+    /// One random scene alone, by its number: no list, no long run; may be given several times
+    #[arg(long = "scene", value_name = "NUMBER", requires = "stress", conflicts_with_all = ["scenes", "steps"])]
+    pub(crate) alone: Vec<u64>,
     /// Steps of the vibrating ply on the CPU; on the GPU a fiftieth of them
     #[arg(
         long,

@@ -3,7 +3,7 @@
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use ripstop::output::Folder;
-use ripstop::study::verify::stress::{self, Report, StressBackend, StressPlan, UnsoundScene};
+use ripstop::study::verify::stress::{self, Report, SceneNumbers, StressBackend, StressPlan, UnsoundScene};
 use ripstop::study::verify::{self, Check};
 use serde_json::{Value, json};
 
@@ -65,11 +65,14 @@ fn stress(arguments: &VerifyArguments, interrupted: &AtomicBool) -> Result<Repor
             .map(StressBackend::Cpu)
             .chain(device.as_ref().map(StressBackend::Gpu))
             .collect(),
-        scenes: arguments.scenes.into(),
+        scenes: match arguments.alone.as_slice() {
+            [] => SceneNumbers::First(arguments.scenes.into()),
+            numbers => SceneNumbers::These(numbers.to_vec()),
+        },
         steps: arguments.steps,
         seed: arguments.seed,
         threads: arguments.threads,
-        list: true,
+        list: arguments.alone.is_empty(),
     };
     let bar = Bar::new(!arguments.json);
     let report = stress::run(&plan, interrupted, &|name, done, of| bar.show_count(name, done, of, "scenes"));

@@ -37,8 +37,8 @@ const DEVICE_SHARE: u64 = 50;
 pub struct StressPlan<'a> {
     /// On what.
     pub machines: Vec<StressBackend<'a>>,
-    /// Random scenes on the processor; on a device a fiftieth of them.
-    pub scenes: u64,
+    /// Random scenes.
+    pub scenes: SceneNumbers,
     /// Steps of the long run on the processor; on a device a fiftieth of them.
     pub steps: u64,
     /// Where the random scenes come from.
@@ -47,6 +47,25 @@ pub struct StressPlan<'a> {
     pub threads: Option<usize>,
     /// Also the list and the long runs.
     pub list: bool,
+}
+
+/// Which random scenes of a seed.
+#[derive(Clone, Debug)]
+pub enum SceneNumbers {
+    /// So many on the processor, from number 0 on; on a device a fiftieth of them.
+    First(u64),
+    /// These, on every machine.
+    These(Vec<u64>),
+}
+
+impl SceneNumbers {
+    /// The numbers on a machine that takes one scene of `share`.
+    fn on(&self, share: u64) -> Vec<u64> {
+        match self {
+            Self::First(count) => (0..count.div_ceil(share)).collect(),
+            Self::These(numbers) => numbers.clone(),
+        }
+    }
 }
 
 /// A random scene that is not sound, made as small as it will get.
@@ -99,7 +118,7 @@ pub fn run(plan: &StressPlan<'_>, interrupt: &AtomicBool, progress: &(dyn Fn(&st
         if plan.list {
             report.rows.extend(hard(plan.steps.div_ceil(share), machine, threads, interrupt, progress));
         }
-        random_scenes(plan.seed, plan.scenes.div_ceil(share), machine, threads, interrupt, progress, &mut report);
+        random_scenes(plan.seed, &plan.scenes.on(share), machine, threads, interrupt, progress, &mut report);
     }
     report
 }
@@ -157,7 +176,7 @@ fn hard(
 
 fn random_scenes(
     seed: u64,
-    scenes: u64,
+    numbers: &[u64],
     machine: StressBackend<'_>,
     threads: usize,
     interrupt: &AtomicBool,
@@ -165,13 +184,13 @@ fn random_scenes(
     report: &mut Report,
 ) {
     let done = AtomicUsize::new(0);
-    let endings = side_by_side(threads, scenes as usize, |at| {
-        let ending = random_scene(seed, at as u64, machine, interrupt);
-        progress(machine.name(), done.fetch_add(1, Ordering::Relaxed) + 1, scenes as usize);
+    let endings = side_by_side(threads, numbers.len(), |at| {
+        let ending = random_scene(seed, numbers[at], machine, interrupt);
+        progress(machine.name(), done.fetch_add(1, Ordering::Relaxed) + 1, numbers.len());
         ending
     });
     let (mut found, mut refused) = (Vec::new(), 0);
-    for (number, ending) in (0..).zip(endings) {
+    for (&number, ending) in numbers.iter().zip(endings) {
         match ending {
             Ending::Sound | Ending::Interrupted => {}
             Ending::Found(one) => found.push(*one),
@@ -181,7 +200,7 @@ fn random_scenes(
             }
         }
     }
-    if interrupt.load(Ordering::Relaxed) || scenes == 0 {
+    if interrupt.load(Ordering::Relaxed) || numbers.is_empty() {
         return;
     }
     let row = |name: String, got: String, pass: bool| Check {
@@ -193,7 +212,7 @@ fn random_scenes(
         source: format!("seed {seed}"),
         pass,
     };
-    let name = format!("{scenes} random scenes, {refused} refused");
+    let name = format!("{} random scenes, {refused} refused", numbers.len());
     report.rows.push(row(name, format!("{} unsound", found.len()), found.is_empty()));
     report
         .rows
