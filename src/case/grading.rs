@@ -222,33 +222,27 @@ fn turned([c, s]: [f64; 2], [x, y]: [f64; 2]) -> [f64; 2] {
 /// Ends of elements that grow by at most `growth` from 1 to `coarsest` and fill `room`: as few as that takes. None is shorter than 1 where
 /// the room is not; in a room of a few elements they may be longer than the growth allows.
 fn growing(room: f64, growth: f64, coarsest: f64) -> Vec<f64> {
-    let ends = |count: usize, growth: f64| {
-        let mut at = 0.0;
-        let mut width = 1.0;
-        let mut ends = Vec::with_capacity(count);
-        for _ in 0..count {
-            width = (width * growth).min(coarsest);
-            at += width;
-            ends.push(at);
-        }
-        ends
+    // Ends of more and more elements, each by what the one before was.
+    let ends = |growth: f64| {
+        std::iter::successors(Some((0.0, 1.0_f64)), move |(at, width)| {
+            let width = (width * growth).min(coarsest);
+            Some((at + width, width))
+        })
+        .map(|(at, _)| at)
     };
-    let length = |count: usize, growth: f64| ends(count, growth).last().copied().unwrap_or(0.0);
-    let mut count = 0;
-    while length(count, growth) < room {
-        count += 1;
-    }
+    let count = ends(growth).take_while(|at| *at < room).count();
     if count as f64 > room + ON_LINE {
         let count = room.max(1.0) as usize;
         return (1..=count).map(|end| room * end as f64 / count as f64).collect();
     }
     // The growth with which they fill it exactly.
+    let is_short = |growth: f64| ends(growth).nth(count).is_some_and(|length| length < room);
     let (mut low, mut high) = (1.0, growth);
     for _ in 0..60 {
         let middle = 0.5 * (low + high);
-        if length(count, middle) < room { low = middle } else { high = middle }
+        if is_short(middle) { low = middle } else { high = middle }
     }
-    let mut ends = ends(count, if length(count, low) < room { high } else { low });
+    let mut ends: Vec<f64> = ends(if is_short(low) { high } else { low }).skip(1).take(count).collect();
     if let Some(last) = ends.last_mut() {
         *last = room;
     }
