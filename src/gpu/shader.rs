@@ -312,7 +312,7 @@ pub fn constants(terms: &Features, ledger: bool) -> [(&'static str, f64); 24] {
         ("COMPRESSION", flag(terms.compression)),
         ("SHEAR", flag(terms.shear)),
         ("SECANT", flag(terms.secant)),
-        ("HOURGLASS", flag(terms.hourglass)),
+        ("HOURGLASS", flag(terms.hourglass || terms.mean_stretch)),
         ("FAILURE", flag(terms.failure)),
         ("VISCOUS", flag(terms.viscous)),
         ("WINDOWS", flag(terms.windows)),

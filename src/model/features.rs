@@ -22,8 +22,10 @@ pub struct Features {
     pub shear: bool,
     /// Its modulus is a secant one.
     pub secant: bool,
-    /// Opposite edges of an element act on each other: by its hourglass stiffness, or by yarns whose stretches are means over it.
+    /// Elements have hourglass stiffness.
     pub hourglass: bool,
+    /// Stretches are means over an element, so that its yarns act on the hourglass mode too.
+    pub mean_stretch: bool,
     /// Yarns may break.
     pub failure: bool,
     /// The unit-cell law makes energy by itself.
@@ -63,7 +65,8 @@ impl Features {
             compression: ply_type.cell.compression[0] > 0.0,
             shear: ply_type.has_shear,
             secant: ply_type.has_shear && ply_type.element.shear.secant > 0.0,
-            hourglass: ply_type.element.hourglass.iter().any(|k| *k > 0.0) || ply_type.element.mode_share > 0.0,
+            hourglass: ply_type.element.hourglass.iter().any(|k| *k > 0.0),
+            mean_stretch: ply_type.element.mode_share > 0.0,
             failure: (0..2).any(|i| ply_type.present[i] && yarns[i].failure_strain < NEVER),
             law_energy: ply_type.law_energy.is_some(),
             viscous: ply_type.viscous,
@@ -87,6 +90,7 @@ impl Features {
             shear: all.shear | ply_type.shear,
             secant: all.secant | ply_type.secant,
             hourglass: all.hourglass | ply_type.hourglass,
+            mean_stretch: all.mean_stretch | ply_type.mean_stretch,
             failure: all.failure | ply_type.failure,
             law_energy: all.law_energy | ply_type.law_energy,
             viscous: all.viscous | ply_type.viscous,
