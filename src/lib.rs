@@ -56,14 +56,33 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+// What only the commands and their studies use is not used where they are left out.
+#![cfg_attr(not(feature = "cli"), allow(dead_code, unused_imports, reason = "used by the commands and their studies"))]
+
 pub mod case;
-pub mod gpu;
-pub mod kernels;
-// Tables of the documentation. The one file outside the rooms: every room may print such a table, and it uses none.
-pub mod markdown;
-pub mod math;
-pub mod model;
 pub mod output;
 pub mod run;
+
+// Public for the program, the tests and the benchmarks of this crate alone, which are crates of their own. Not covered by
+// semantic versioning: any of it may change or go with any release.
+#[cfg(feature = "gpu")]
+#[doc(hidden)]
+pub mod gpu;
+#[cfg(not(feature = "gpu"))]
+#[doc(hidden)]
+#[path = "gpu/absent.rs"]
+pub mod gpu;
+#[doc(hidden)]
+pub mod kernels;
+// Tables of the documentation. The one file outside the rooms: every room may print such a table, and it uses none.
+#[doc(hidden)]
+pub mod markdown;
+#[doc(hidden)]
+pub mod math;
+#[doc(hidden)]
+pub mod model;
+#[doc(hidden)]
 pub mod solver;
+#[cfg(feature = "cli")]
+#[doc(hidden)]
 pub mod study;

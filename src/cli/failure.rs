@@ -124,9 +124,8 @@ impl CommandFailure {
                 format!("{adapter}: {reason}"),
                 "take --backend cpu or a smaller pack",
             ),
-            DeviceError::Crowded { .. } | DeviceError::CrowdedRim { .. } | DeviceError::Lost { .. } => {
-                ("a device that stays".to_owned(), error.to_string(), "take --backend cpu")
-            }
+            // A batch that the device has no room for, and whatever fails on the way.
+            _ => ("a device that stays".to_owned(), error.to_string(), "take --backend cpu"),
         };
         Self {
             code: DEVICE,

@@ -12,6 +12,10 @@ mod energies;
 pub mod expect;
 pub mod expectation;
 mod folder;
+#[cfg(feature = "frames")]
+pub mod frames;
+#[cfg(not(feature = "frames"))]
+#[path = "frames/absent.rs"]
 pub mod frames;
 pub mod history;
 mod lock;
@@ -19,6 +23,7 @@ pub mod number;
 #[cfg(feature = "parquet")]
 pub(crate) mod parquet;
 mod picture;
+#[cfg(feature = "report")]
 pub mod report;
 mod summary;
 mod surface;

@@ -11,7 +11,12 @@ pub mod checkpoint;
 mod deflection;
 mod due;
 pub mod frame;
+#[cfg(feature = "gpu")]
+#[doc(hidden)]
 pub mod graphics;
+#[cfg(not(feature = "gpu"))]
+#[path = "graphics/absent.rs"]
+mod graphics;
 pub mod observer;
 mod options;
 pub mod outcome;
@@ -57,9 +62,7 @@ pub fn run(
     let run = || {
         let clock = options.from.map_or_else(LoopClock::default, LoopClock::after);
         Ok(match (options.device, options.precision) {
-            (Some(device), _) => {
-                drive(graphics::DeviceSimulation::open(case, device, &options)?, case, &clock, interrupt, watch)
-            }
+            (Some(device), _) => graphics::run(case, device, &options, &clock, interrupt, watch)?,
             (None, Precision::F64) => drive(Simulation::<f64>::open(case, &options)?, case, &clock, interrupt, watch),
             (None, Precision::F32) => drive(Simulation::<f32>::open(case, &options)?, case, &clock, interrupt, watch),
         })

@@ -18,6 +18,7 @@ use std::io::{self, Write};
 
 mod body;
 mod clock;
+#[cfg(feature = "gpu")]
 mod device;
 mod error;
 mod file;
@@ -42,5 +43,5 @@ pub trait Checkpointable {
     fn save(&self, head: &Header, followed: &[u8], to: &mut dyn Write) -> io::Result<()>;
 }
 
-#[cfg(test)]
+#[cfg(all(test, feature = "report"))]
 mod layout_tests;
