@@ -22,7 +22,7 @@ pub(crate) fn main() -> Result<(), Box<dyn Error>> {
     let shot = |velocity: f64| {
         let case = case::from_str("sweep", CASE, &[format!("/projectile/velocity_m_s={velocity}")])?;
         // Each shot has one thread: shots side by side take less time than threads inside a shot.
-        let options = Options { threads: Some(1), ..Options::default() };
+        let options = Options::default().threads(1);
         let run = run::run(&case, options, &AtomicBool::new(false), &mut ())?;
         Ok((velocity, run.outcome, output::residual_velocity(&case, &run)))
     };

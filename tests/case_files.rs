@@ -3,6 +3,7 @@
 //! Promise: any bytes whatever give a checked case or one error with place, expectation and finding; never a panic.
 
 mod any_bytes;
+mod builder;
 mod changes;
 mod fabric_files;
 mod layup;

@@ -8,6 +8,8 @@ use std::borrow::Cow;
 use std::path::PathBuf;
 
 mod build;
+mod builder;
+mod builtin;
 mod check;
 mod error;
 mod expect;
@@ -44,10 +46,11 @@ mod variability;
 mod variability_keys;
 mod words;
 
+pub use builder::CaseBuilder;
+pub use builtin::{BuiltInFabric, builtin_fabric};
 pub use error::CaseError;
 pub(crate) use error::nearest;
 pub use fabric::*;
-pub use fabric_file::builtin_fabric;
 pub use grading::Grading;
 pub(crate) use hash::CASE_WORDS;
 pub use hash::case_hash;

@@ -168,6 +168,7 @@ impl CommandFailure {
             RunError::Device(error) => Self::device(error),
             RunError::Checkpoint(error) => error.clone().into(),
             RunError::Threads { .. } => Self::input(format!("error: {error}\n  help: ask for fewer with --threads N")),
+            other => Self::input(format!("error: {other}")),
         }
     }
 }

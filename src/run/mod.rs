@@ -38,7 +38,7 @@ pub use options::{Options, Precision, RunError, Skips};
 pub use processor::Simulation;
 pub use result::{NewtonStatistics, PlySample, Progress, Run, Sample};
 
-/// Runs a case.
+/// Runs a case, until its end or until `interrupt` is raised; `watch` follows it. [`Case::run`] and [`Options::run`] are shorter.
 ///
 /// # Errors
 /// When the case cannot become a model, or the device cannot hold it. A run that becomes unstable is a [`Run`] with

@@ -29,7 +29,7 @@ impl Observer for Noted<'_> {
 fn no_more_than_an_interval_is_ever_lost() {
     let (case, shelf) = (ply(), TempDir::new().unwrap());
     let folder = Folder::prepare(shelf.path(), &case).unwrap();
-    let options = Options { threads: Some(1), ..Options::default() };
+    let options = Options::default().threads(1);
     let every = 2.5e-6;
     let keeper = CheckpointWriter::new(&folder, &case, Header::new(&case, &options, every), Instant::now());
     let mut noted = Noted { keeper, times: vec![0.0] };

@@ -7,6 +7,7 @@
 //! N frames lie evenly between the start and the end of a run, both included. When a run ends is not known before: frames
 //! are taken more often, and N of them are chosen in the end ([`even`]).
 
+mod collector;
 mod element;
 mod scene;
 mod schedule;
@@ -14,6 +15,7 @@ mod snapshot;
 
 use serde::{Deserialize, Serialize};
 
+pub use collector::FrameCollector;
 pub use scene::{PlyMesh, Scene};
 pub(crate) use schedule::Schedule;
 pub use schedule::even;
