@@ -66,8 +66,7 @@ pub mod run;
 pub use case::{BuiltInFabric, Case, CaseBuilder, CaseError, Edge};
 pub use gpu::{Adapter, Device, DeviceError, adapters};
 pub use run::frame::{Frame, FrameCollector};
-pub use run::outcome::Outcome;
-pub use run::{Observer, Options, Run, RunError, Sample};
+pub use run::{Observer, Options, Outcome, Run, RunError, Sample};
 
 // Public for the program, the tests and the benchmarks of this crate alone, which are crates of their own. Not covered by
 // semantic versioning: any of it may change or go with any release.

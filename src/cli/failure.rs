@@ -224,7 +224,7 @@ fn in_case(file: &str, error: &ModelError) -> CaseError {
             format!("one {depth_mm:.6} mm inside it"),
             "raise /projectile/standoff_mm or lower /pack/initial_deflection",
         ),
+        other => ("", "a case that can become a model".to_owned(), other.to_string(), "change the case"),
     };
-    let (file, location, help) = (file.into(), location.to_owned(), Some(help.to_owned()));
-    CaseError { file, location, expected, found, help, next: None }
+    CaseError::new(file, location, expected, found, help)
 }

@@ -4,7 +4,7 @@ use std::fs;
 use std::path::Path;
 use std::time::Instant;
 
-use ripstop::case::{self, Case};
+use ripstop::case;
 use ripstop::output::number::us;
 use ripstop::output::{CHECKPOINT, CheckpointWriter, Folder};
 use ripstop::run;
@@ -30,8 +30,8 @@ pub(crate) fn resume(arguments: &ResumeArguments) -> Result<(), CommandFailure> 
     let folder = Folder::reopen(&arguments.folder)?;
     let checkpoint = Checkpoint::open(&path)?;
     let head = checkpoint.head();
-    let case = case::read(&arguments.folder.join("case.json"), &[])?;
-    let case = Case { name: head.case.clone(), ..case };
+    let mut case = case::read(&arguments.folder.join("case.json"), &[])?;
+    case.name.clone_from(&head.case);
     checkpoint.check_case(&case)?;
     let chosen = backend::again(&head.backend)?;
     let say = |note: &str| {

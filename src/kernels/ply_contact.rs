@@ -81,7 +81,7 @@ pub struct ClosestPoint {
 /// Whether a point above a cell, as seen along z, is further from it than `touching` [m], and the cell is almost flat: a cheap test
 /// that spares most nodes the search for their foot. `sign`: 1 for a point behind the cell, −1 for one in front.
 #[inline]
-pub fn is_apart(corner: &[Vector3<f64>; 4], point: &Vector3<f64>, sign: f64, touching: f64, area: f64) -> bool {
+pub(crate) fn is_apart(corner: &[Vector3<f64>; 4], point: &Vector3<f64>, sign: f64, touching: f64, area: f64) -> bool {
     let height = corner.map(|c| sign * c.z);
     let [low, high] = [f64::min, f64::max].map(|pick| pick(pick(height[0], height[1]), pick(height[2], height[3])));
     if sign * point.z - high - touching < high - low
@@ -140,7 +140,12 @@ impl<R: Real> Clearance<R> {
 /// `arm`: from the point to the corners of the cell in the plane [m]; `gap`: how far the point is behind the neighbour's corners (in
 /// front of them) [m].
 #[inline(always)]
-pub fn is_certainly_apart<R: Real>(clearance: &Clearance<R>, arm: &[[R; 2]; 4], gap: [R; 4], area: R) -> R::Mask {
+pub(crate) fn is_certainly_apart<R: Real>(
+    clearance: &Clearance<R>,
+    arm: &[[R; 2]; 4],
+    gap: [R; 4],
+    area: R,
+) -> R::Mask {
     let low = gap[0].min(gap[1]).min(gap[2].min(gap[3]));
     let spread = gap[0].max(gap[1]).max(gap[2].max(gap[3])) - low;
     let [a, b, c, d] = *arm;
@@ -276,7 +281,7 @@ pub fn closest_point(
 /// Whether points, all of them on these planes, stand over their cells, and there no deeper than `slop` [m] in touch: for many at
 /// once, and as [`closest_point`] and [`is_over`] see each of them. `sign`, `touching` as in [`is_apart`].
 #[inline(always)]
-pub fn stands_clear<R: Real>(
+pub(crate) fn stands_clear<R: Real>(
     corner: &[PackVector<R>; 4],
     point: &PackVector<R>,
     [sign, touching, slop]: [f64; 3],
@@ -298,7 +303,7 @@ pub fn weights([x, y]: [f64; 2]) -> [f64; 4] {
 
 /// The neighbouring cell a foot lies towards; itself where it is over the cell or beyond the ply's edge.
 #[inline]
-pub fn next_cell([row, column]: [usize; 2], at: [f64; 2], rows: usize, columns: usize) -> [usize; 2] {
+pub(crate) fn next_cell([row, column]: [usize; 2], at: [f64; 2], rows: usize, columns: usize) -> [usize; 2] {
     let step = |index: usize, x: f64, count: usize| {
         if x > 0.5 + EDGE {
             (index + 1).min(count - 1)
@@ -325,7 +330,7 @@ pub fn is_over(at: [f64; 2], [row, column]: [usize; 2], rows: usize, columns: us
 /// The place on the edges of a cell that is nearest to a point beyond them: from there to the point [m], and its coordinates
 /// within the cell. `at`: foot of the point.
 #[inline]
-pub fn on_edge(corner: &[Vector3<f64>; 4], point: &Vector3<f64>, at: [f64; 2]) -> (Vector3<f64>, [f64; 2]) {
+pub(crate) fn on_edge(corner: &[Vector3<f64>; 4], point: &Vector3<f64>, at: [f64; 2]) -> (Vector3<f64>, [f64; 2]) {
     let [a, b, c, d] = corner;
     let edge = |axis: usize| {
         let fixed = at[axis].clamp(-0.5, 0.5);
@@ -348,7 +353,7 @@ pub fn on_edge(corner: &[Vector3<f64>; 4], point: &Vector3<f64>, at: [f64; 2]) -
 
 /// Least velocity along the push with which a node may leave the step, from its gap [m] to the surface [m/s].
 #[inline]
-pub fn closing_limit(gap: f64, dt: f64) -> f64 {
+pub(crate) fn closing_limit(gap: f64, dt: f64) -> f64 {
     -gap.max(0.0) / dt
 }
 

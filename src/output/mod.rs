@@ -10,6 +10,7 @@ mod checkpoint;
 pub(crate) mod csv;
 mod energies;
 pub mod expect;
+#[doc(hidden)]
 pub mod expectation;
 mod folder;
 #[cfg(feature = "frames")]
@@ -19,6 +20,7 @@ pub mod frames;
 pub mod frames;
 pub mod history;
 mod lock;
+#[doc(hidden)]
 pub mod number;
 #[cfg(feature = "parquet")]
 pub(crate) mod parquet;
@@ -35,8 +37,12 @@ pub use breakage::Breakage;
 pub use checkpoint::CheckpointWriter;
 pub use energies::Energies;
 pub use expect::{Checked, check};
-pub use folder::{CHECKPOINT, Folder, OutputError, temporary};
+#[doc(hidden)]
+pub use folder::temporary;
+pub use folder::{CHECKPOINT, Folder, OutputError};
 pub use picture::picture;
 pub(crate) use summary::velocity_left;
 pub use summary::{absorbed_energy, flies_freely, residual_velocity, summary};
-pub use verdict::{Verdict, place, reached, symmetry, verdict};
+pub use verdict::{Verdict, verdict};
+#[doc(hidden)]
+pub use verdict::{place, reached, symmetry};

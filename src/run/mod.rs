@@ -17,10 +17,11 @@ pub mod graphics;
 #[cfg(not(feature = "gpu"))]
 #[path = "graphics/absent.rs"]
 mod graphics;
-pub mod observer;
+mod observer;
 mod options;
+#[doc(hidden)]
 pub mod outcome;
-pub mod pieces;
+pub(crate) mod pieces;
 mod processor;
 pub mod profile;
 mod record;
@@ -31,10 +32,17 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use tracing::info_span;
 
 use crate::case::Case;
+pub use crate::model::{Features, MirrorPlanes, ModelError};
 use crate::run::checkpoint::LoopClock;
+pub use crate::solver::energy_balance::{Balance, PlyMoment};
+pub use crate::solver::{Divergence, FailureEvent};
 use backend::Backend;
-pub use observer::{Observer, RunScalar, View};
+#[doc(hidden)]
+pub use observer::RunScalar;
+pub use observer::{Observer, View};
 pub use options::{Options, Precision, RunError, Skips};
+pub use outcome::Outcome;
+#[doc(hidden)]
 pub use processor::Simulation;
 pub use result::{NewtonStatistics, PlySample, Progress, Run, Sample};
 

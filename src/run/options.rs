@@ -117,7 +117,7 @@ impl<'a> Options<'a> {
     /// Runs a case.
     ///
     /// # Errors
-    /// As [`run`](crate::run::run).
+    /// As [`crate::run::run`].
     pub fn run(self, case: &Case) -> Result<Run, RunError> {
         self.watch(case, &mut ())
     }
@@ -125,7 +125,7 @@ impl<'a> Options<'a> {
     /// Runs a case with somebody who follows it.
     ///
     /// # Errors
-    /// As [`run`](crate::run::run).
+    /// As [`crate::run::run`].
     pub fn watch(self, case: &Case, watch: &mut dyn Observer) -> Result<Run, RunError> {
         run(case, self, &AtomicBool::new(false), watch)
     }
@@ -135,7 +135,7 @@ impl Case {
     /// Runs the case on all cores of the processor.
     ///
     /// # Errors
-    /// As [`run`](crate::run::run).
+    /// As [`crate::run::run`].
     pub fn run(&self) -> Result<Run, RunError> {
         Options::default().run(self)
     }

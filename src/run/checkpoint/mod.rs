@@ -27,7 +27,9 @@ mod processor;
 
 pub(crate) use clock::LoopClock;
 pub use error::{CheckpointError, CheckpointFault};
-pub use file::{Checkpoint, FORMAT};
+pub use file::Checkpoint;
+#[doc(hidden)]
+pub use file::FORMAT;
 pub(crate) use file::{Reader, Writer, write};
 pub use head::{BackendId, Extras, Header, Spent};
 

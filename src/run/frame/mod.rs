@@ -24,6 +24,7 @@ pub use snapshot::{Snapshot, SnapshotTaker};
 /// The whole scene at one time, in the axes of the pack. Nodes and elements run over (ply, row, column); [`Scene`] has
 /// their numbers and what does not change.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Frame {
     /// Steps done.
     pub step: u64,
@@ -69,6 +70,7 @@ impl Frame {
 
 /// A projectile at one time, in the axes of the pack.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct Pose {
     /// Centre of mass [m].
     pub position: [f64; 3],
