@@ -29,7 +29,7 @@ const BY: &str = "set by a program";
 ///     .velocity_m_s(120.0)
 ///     .set("/projectile/obliquity_deg", 30)
 ///     .build()?;
-/// assert_eq!(case.elements(), 961);
+/// assert_eq!(case.pack.plies, 1);
 /// # Ok::<(), ripstop::CaseError>(())
 /// ```
 #[derive(Clone, Debug)]

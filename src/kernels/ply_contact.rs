@@ -81,7 +81,7 @@ pub struct ClosestPoint {
 /// Whether a point above a cell, as seen along z, is further from it than `touching` [m], and the cell is almost flat: a cheap test
 /// that spares most nodes the search for their foot. `sign`: 1 for a point behind the cell, −1 for one in front.
 #[inline]
-pub(crate) fn is_apart(corner: &[Vector3<f64>; 4], point: &Vector3<f64>, sign: f64, touching: f64, area: f64) -> bool {
+pub fn is_apart(corner: &[Vector3<f64>; 4], point: &Vector3<f64>, sign: f64, touching: f64, area: f64) -> bool {
     let height = corner.map(|c| sign * c.z);
     let [low, high] = [f64::min, f64::max].map(|pick| pick(pick(height[0], height[1]), pick(height[2], height[3])));
     if sign * point.z - high - touching < high - low
@@ -140,12 +140,7 @@ impl<R: Real> Clearance<R> {
 /// `arm`: from the point to the corners of the cell in the plane [m]; `gap`: how far the point is behind the neighbour's corners (in
 /// front of them) [m].
 #[inline(always)]
-pub(crate) fn is_certainly_apart<R: Real>(
-    clearance: &Clearance<R>,
-    arm: &[[R; 2]; 4],
-    gap: [R; 4],
-    area: R,
-) -> R::Mask {
+pub fn is_certainly_apart<R: Real>(clearance: &Clearance<R>, arm: &[[R; 2]; 4], gap: [R; 4], area: R) -> R::Mask {
     let low = gap[0].min(gap[1]).min(gap[2].min(gap[3]));
     let spread = gap[0].max(gap[1]).max(gap[2].max(gap[3])) - low;
     let [a, b, c, d] = *arm;

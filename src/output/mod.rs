@@ -34,7 +34,7 @@ mod verdict;
 pub mod warnings;
 
 pub use breakage::Breakage;
-pub use checkpoint::CheckpointWriter;
+pub use checkpoint::{CheckpointWriteError, CheckpointWriter};
 pub use energies::Energies;
 pub use expect::{Checked, check};
 #[doc(hidden)]

@@ -3,8 +3,8 @@
 //! - [`run`] takes a case to a [`Run`]. `options` says how, `result` what comes out.
 //! - A backend computes: `processor`, or `graphics` on a device. It takes steps, shows its state, and saves itself.
 //! - `record` is what a run has produced so far, and when the next record is due; [`outcome`] decides what became of the
-//!   projectile, [`pieces`] and `deflection` what fabric hangs on, [`profile`] reads deflection and waves along a yarn.
-//! - [`observer`] is who follows a run: progress, [`frame`]s, [`checkpoint`]s.
+//!   projectile, `pieces` and `deflection` what fabric hangs on, [`profile`] reads deflection and waves along a yarn.
+//! - [`Observer`] is who follows a run: progress, [`frame`]s, [`checkpoint`]s.
 
 mod backend;
 pub mod checkpoint;

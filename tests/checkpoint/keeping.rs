@@ -67,7 +67,7 @@ fn the_last_good_checkpoint_survives_a_full_disk() {
     let kept = || Checkpoint::open(&shelf.path().join(CHECKPOINT)).map(|last| last.head().step);
     assert_eq!(advance(), (Ok(()), 20));
     std::os::unix::fs::symlink("/dev/full", shelf.path().join(".checkpoint.bin.tmp")).unwrap();
-    let complaint = advance().0.unwrap_err();
+    let complaint = advance().0.unwrap_err().to_string();
     assert!(complaint.contains("No space left on device"), "{complaint}");
     assert!(complaint.contains("µs is still there"), "{complaint}");
     assert_eq!(kept(), Ok(20));

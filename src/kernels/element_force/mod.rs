@@ -29,7 +29,7 @@ pub use totals::{ElementTotals, YarnFailure};
 use totals::{RowLanes, RowSums};
 
 /// Life of a yarn that is to break in this step.
-pub(crate) const MARKED_FOR_FAILURE: f64 = 0.75;
+pub const MARKED_FOR_FAILURE: f64 = 0.75;
 /// Stands for the strain of a piece of yarn that is broken or absent.
 pub const BROKEN: f64 = -1.0;
 

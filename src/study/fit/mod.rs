@@ -26,7 +26,7 @@ use super::residual_fit::{Passed, ResidualFit, ResidualModel, TooFew, residual_f
 use crate::math::link::Link;
 
 /// Chances of a perforation at which velocities are given.
-pub(crate) const QUANTILES: [f64; 5] = [0.1, 0.25, 0.5, 0.75, 0.9];
+pub const QUANTILES: [f64; 5] = [0.1, 0.25, 0.5, 0.75, 0.9];
 
 /// How it is fitted.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -2,7 +2,7 @@
 //! point, the origin, is left out.
 
 /// Dimensions that there are direction numbers of.
-pub(crate) const MAX_DIMENSIONS: usize = 16;
+pub const MAX_DIMENSIONS: usize = 16;
 /// Bits of a coordinate.
 const BITS: usize = 32;
 

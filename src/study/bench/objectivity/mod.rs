@@ -27,9 +27,9 @@ pub use limit::VelocityBracket;
 pub use scatter::Scatter;
 
 /// Velocity of the shots whose residual velocity is compared, over the limit of the reference [-].
-pub(crate) const ABOVE: f64 = 1.5;
+pub const ABOVE: f64 = 1.5;
 /// Velocities of the shots whose absorbed energy is compared, over the limit of the reference [-].
-pub(crate) const FACTORS: [f64; 5] = [1.05, 1.2, ABOVE, 2.0, 3.0];
+pub const FACTORS: [f64; 5] = [1.05, 1.2, ABOVE, 2.0, 3.0];
 /// A shot near its limit takes longer than one that the case was made for: end times are so many times longer [-].
 const PATIENCE: f64 = 4.0;
 
