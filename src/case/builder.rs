@@ -10,12 +10,13 @@ use super::set::{self, Set};
 use super::words::Word;
 use super::{BuiltInFabric, Case, CaseError, Edge, read};
 
-/// The source of a value that a program has changed.
+/// The source of a value of which nothing else is said.
 const BY: &str = "set by a program";
 
 /// A case in the making. Methods are named as the keys of a case file, units included.
 ///
-/// A key that has no method here is given by [`CaseBuilder::set`]. Nothing is checked before [`CaseBuilder::build`].
+/// A key that has no method here is given by [`CaseBuilder::set`]. Nothing is checked before [`CaseBuilder::build`]. A value of which
+/// nothing else is said has the source `set by a program`.
 ///
 /// ```
 /// use ripstop::{BuiltInFabric, Case, Edge};
@@ -171,6 +172,10 @@ impl CaseBuilder {
         let put = |(pointer, value): (String, Value)| Set::new(&pointer, value)?.put(&mut document);
         let done = self.keys.into_iter().try_for_each(put);
         done.map_err(|error| without_flag(error).in_file(&self.name))?;
+        let sources = document.entry("sources").or_insert_with(|| json!({}));
+        if let Value::Object(sources) = sources {
+            sources.entry("").or_insert_with(|| Value::from(BY));
+        }
         let case = read::assemble_document(&self.name, document, &[], BY, &source)?;
         Ok(Case { name: self.name, ..case })
     }

@@ -117,6 +117,7 @@ impl Device {
     ///
     /// # Errors
     /// As [`Self::open`].
+    #[doc(hidden)]
     pub fn open_narrow(adapter: &Adapter, workgroups: u32) -> Result<Self, DeviceError> {
         let has = adapter.inner.limits();
         let limits = wgpu::Limits {
@@ -139,6 +140,7 @@ impl Device {
     }
 
     /// A device that accepts everything and computes nothing: it checks pipelines and bindings where there is no driver.
+    #[doc(hidden)]
     pub fn noop() -> Self {
         let (inner, queue) = wgpu::Device::noop(&wgpu::DeviceDescriptor::default());
         Self::new(inner, queue, "noop".to_owned())
@@ -165,16 +167,19 @@ impl Device {
     }
 
     /// Whether it has a clock that can be read between kernels.
+    #[doc(hidden)]
     pub fn has_clock(&self) -> bool {
         self.inner.features().contains(wgpu::Features::TIMESTAMP_QUERY_INSIDE_PASSES)
     }
 
     /// Takes the device away in mid-run, as a driver reset would.
+    #[doc(hidden)]
     pub fn destroy(&self) {
         self.inner.destroy();
     }
 
     /// Largest storage buffer, and other limits.
+    #[doc(hidden)]
     pub fn limits(&self) -> wgpu::Limits {
         self.inner.limits()
     }
