@@ -47,7 +47,7 @@ impl StepBound {
     /// The bound of a ply that is let go where it is stretched. Tension leaves it from the free edge in a step as steep as the mesh. Every yarn
     /// that goes slack there makes a little energy, the less the shorter the step.
     #[must_use]
-    pub(crate) fn of_let_go(self) -> Self {
+    pub fn of_let_go(self) -> Self {
         Self { critical_step: LET_GO * self.critical_step, set_by: "initial tension at a free edge" }
     }
 }
@@ -58,11 +58,7 @@ const LET_GO: f64 = 0.15;
 
 /// Whether a pack's initial tension ends at a free edge: of its pre-tension, in which a direction that keeps its length has one, too, or of
 /// its deflection.
-pub(crate) fn is_let_go(
-    pretension: Option<[Option<f64>; 2]>,
-    deflection: Option<InitialDeflection>,
-    edges: Edges,
-) -> bool {
+pub fn is_let_go(pretension: Option<[Option<f64>; 2]>, deflection: Option<InitialDeflection>, edges: Edges) -> bool {
     let Edges { left, right, bottom, top } = edges;
     let ends = [[left, right], [bottom, top]];
     let waves = deflection.map_or([0; 2], |d| [d.warp_half_waves, d.weft_half_waves]);

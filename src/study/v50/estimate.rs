@@ -95,7 +95,7 @@ pub struct V50Result {
 
 impl V50Result {
     /// Whether half the interval is at most this part of V50.
-    pub(crate) fn is_within(&self, width: f64) -> bool {
+    pub fn is_within(&self, width: f64) -> bool {
         match (self.v50, self.bounds.low, self.bounds.high) {
             (Some(v50), Some(low), Some(high)) => 0.5 * (high - low) <= width * v50,
             _ => false,
