@@ -132,7 +132,7 @@ fn main() {
     }
     let until = if test { "/solver/end_time_us=5" } else { "/solver/end_time_us=400" };
     let case = shot(1, 203, &[until]);
-    let options = Options { device: Some(&device), ..Options::default() };
+    let options = Options::default().device(&device);
     let run = run::run(&case, options, &AtomicBool::new(false), &mut ()).unwrap();
     println!("s720-1ply-155: {} steps, loop {:.3} s, {}", run.steps, run.loop_seconds, run.outcome.word());
 }

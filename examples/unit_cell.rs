@@ -3,24 +3,16 @@
 
 use std::error::Error;
 
-use ripstop::case;
-use ripstop::model::unit_cell_curve;
-
-/// Only the fabric matters here.
-const CASE: &str = r#"{
-  "title": "a unit cell",
-  "fabric": { "file": "fabrics/s-720.json" },
-  "pack": { "width_mm": 10, "height_mm": 10 },
-  "solver": { "end_time_us": 1 }
-}"#;
+use ripstop::{BuiltInFabric, Case, unit_cell};
 
 pub(crate) fn main() -> Result<(), Box<dyn Error>> {
-    let case = case::from_str("unit cell", CASE, &[])?;
+    // Only the fabric matters here.
+    let case = Case::builder("a unit cell").fabric(BuiltInFabric::S720).size_mm(10.0, 10.0).end_time_us(1.0).build()?;
     let warp: Vec<f64> = (0..=6).map(|step| 1.0 + 0.005 * f64::from(step)).collect();
     println!("warp stretch  weft stretch  warp tension [N]  weft tension [N]");
-    for point in unit_cell_curve::solve(&case.fabric, &warp, &[0.99, 1.0]) {
-        let ([warp, weft], tension) = (point.stretch, point.cell.tension);
-        println!("{warp:12.3}  {weft:12.3}  {:16.2}  {:16.2}", tension[0], tension[1]);
+    for point in unit_cell::solve(&case.fabric, &warp, &[0.99, 1.0]) {
+        let [warp, weft, warp_tension, weft_tension, ..] = point.numbers().map(|(_, number)| number);
+        println!("{warp:12.3}  {weft:12.3}  {warp_tension:16.2}  {weft_tension:16.2}");
     }
     Ok(())
 }

@@ -2,32 +2,29 @@
 #![allow(clippy::print_stdout, reason = "an example prints")]
 
 use std::error::Error;
-use std::sync::atomic::AtomicBool;
 
 use rayon::prelude::*;
-use ripstop::run::{self, Options};
-use ripstop::{case, output};
-
-/// A small ply and a blunt cylinder; the velocity is set for each shot.
-const CASE: &str = r#"{
-  "title": "a small ply",
-  "fabric": { "file": "fabrics/s-720.json" },
-  "pack": { "width_mm": 30, "height_mm": 30, "edges": "clamped" },
-  "projectile": { "shape": "rcc", "diameter_mm": 5.5, "length_mm": 10, "mass_g": 1, "velocity_m_s": 200 },
-  "solver": { "end_time_us": 200 }
-}"#;
+use ripstop::{BuiltInFabric, Case, Edge, Options, output};
 
 pub(crate) fn main() -> Result<(), Box<dyn Error>> {
-    let velocities = [150.0, 250.0, 350.0, 400.0];
+    // A small ply and a blunt cylinder; the velocity is set for each shot.
+    let case = Case::builder("a small ply")
+        .fabric(BuiltInFabric::S720)
+        .size_mm(30.0, 30.0)
+        .edges(Edge::Clamped)
+        .cylinder_mm(5.5, 10.0)
+        .mass_g(1.0)
+        .velocity_m_s(200.0)
+        .end_time_us(200.0)
+        .build()?;
     let shot = |velocity: f64| {
-        let case = case::from_str("sweep", CASE, &[format!("/projectile/velocity_m_s={velocity}")])?;
+        let case = case.with("/projectile/velocity_m_s", velocity)?;
         // Each shot has one thread: shots side by side take less time than threads inside a shot.
-        let options = Options { threads: Some(1), ..Options::default() };
-        let run = run::run(&case, options, &AtomicBool::new(false), &mut ())?;
+        let run = Options::default().threads(1).run(&case)?;
         Ok((velocity, run.outcome, output::residual_velocity(&case, &run)))
     };
     let shots: Result<Vec<_>, Box<dyn Error + Send + Sync>> =
-        velocities.par_iter().map(|velocity| shot(*velocity)).collect();
+        [150.0, 250.0, 350.0, 400.0].par_iter().map(|v| shot(*v)).collect();
     for (velocity, outcome, left) in shots.map_err(|error| error.to_string())? {
         println!("{velocity:5.0} m/s  {:10}  residual {left:?} m/s", outcome.word());
     }

@@ -1,8 +1,56 @@
-//! ripstop computes the ballistic impact of woven fabrics with the method of Shahkarami & Vaziri (2006): one shell
-//! element per yarn crossover, a Newton solve for the warp–weft interaction in every element, trellis shear with
-//! locking, yarn failure and erosion, explicit time integration.
+//! ripstop computes what happens when a projectile strikes woven fabric: Kevlar and its kin, one ply or a pack. It says whether the
+//! projectile is stopped, how fast it leaves, where the energy went, and how far to trust the numbers.
 //!
-//! # From a case to a verdict
+//! It is an explicit finite-element solver after Shahkarami & Vaziri (2006): one shell element per yarn crossover, a Newton solve for
+//! the warp–weft interaction in every element, trellis shear with locking, yarn failure and erosion. It computes on the processor or
+//! on a graphics processor. The program `ripstop` does the same from case files, and its book says what the numbers mean.
+//!
+//! # A shot
+//!
+//! ```
+//! use ripstop::{BuiltInFabric, Case, Edge, FrameCollector, Options};
+//!
+//! let case = Case::builder("a small ply").fabric(BuiltInFabric::S720).size_mm(25.0, 25.0).edges(Edge::Clamped)
+//!     .sphere_mm(6.0).mass_g(1.0).velocity_m_s(50.0).end_time_us(5.0).build()?;
+//! let mut collector = FrameCollector::new(&case, 3);
+//! let run = Options::default().watch(&case, &mut collector)?;
+//! for row in &run.history {
+//!     println!("{:4.1} µs  {:6.2} m/s", row.time * 1e6, row.projectile_velocity);
+//! }
+//! for frame in collector.frames() {
+//!     println!("{:4.1} µs  {} nodes", frame.time * 1e6, frame.displacement.len());
+//! }
+//! println!("{}", run.outcome.word());
+//! # assert!(run.energy_error < 1e-9 && run.history.len() > 5 && collector.frames().len() == 3);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
+//! - [`Case::builder`] writes a case in Rust, [`case::read`] reads a file, [`case::from_str`] takes JSON. All go through the same checks.
+//! - [`Case::run`] runs it. [`Options`] choose threads, precision and device; [`run::run`] also takes a flag that ends the run.
+//! - [`Run`] has the history, the failures and the outcome. [`output::summary`] sums it up, [`output::trust`] judges it.
+//! - Whoever wants to follow a run implements [`Observer`]. [`FrameCollector`] is one that keeps frames.
+//! - [`output::Folder`] writes the files that the program writes.
+//!
+//! # Features
+//!
+//! All are on by default, but the last two.
+//!
+//! | feature | what it adds | without it |
+//! |---|---|---|
+//! | `gpu` | runs on a graphics processor, by wgpu | [`Device::find`] is an error |
+//! | `frames` | files of frames for ParaView: `output::frames::Recorder` | frames in memory stay |
+//! | `report` | the page `report.html`: `output::report` | `shot.svg` stays |
+//! | `cli` | the program `ripstop`, with its studies; needs the three above | a library alone |
+//! | `parquet` | tables of shots and sweeps as Parquet too | CSV |
+//! | `quick-build` | nothing: kernels are compiled for fewer processors | |
+//!
+//! ```toml
+//! ripstop = { version = "0.1", default-features = false, features = ["gpu"] }
+//! ```
+//!
+//! Semantic versioning covers what this documentation shows. Other public items are for the program and the tests of this crate.
+//!
+//! # Architecture
 //!
 //! Ten rooms. Each uses those above it, never one below; a test holds that.
 //!
@@ -20,50 +68,60 @@
 //! ```
 //!
 //! - Only [`case`] knows keys and textile units.
-//! - [`kernels`] are generic over [`math::scalar::Real`], one kernel or piece of point physics per file, by name and by binding order
+//! - `kernels` are generic over `math::scalar::Real`, one kernel or piece of point physics per file, by name and by binding order
 //!   like the shaders; tests hold the twins together.
-//! - [`solver`] is the only place that knows the order of the kernels on the CPU, [`gpu`] on a graphics processor.
-//!   State lies in rows (ply, row, column), each ply in its own axes; [`solver::active_region`] is what may have moved.
+//! - `solver` is the only place that knows the order of the kernels on the CPU, `gpu` on a graphics processor.
+//!   State lies in rows (ply, row, column), each ply in its own axes; `solver::active_region` is what may have moved.
 //! - [`run::run`] is the host loop. Whoever wants to follow a run implements [`run::Observer`] and gets progress and [`run::frame`]s.
-//!   [`run::outcome`] decides what became of the projectile.
+//!   `run::outcome` decides what became of the projectile.
 //! - [`output::trust`] and [`output::warnings`] say what makes a result less certain than it looks.
 //!
 //! # What always holds
 //!
-//! - Kernels never touch files, threads or devices; the model never sees a backend; only [`gpu`] knows wgpu.
+//! - Kernels never touch files, threads or devices; the model never sees a backend; only `gpu` knows wgpu.
 //! - Nothing allocates inside the step loop but records (failures, history rows).
 //! - Sums run in fixed order: same case, same bits, whatever the number of threads.
-//! - Of a scene that is its own mirror image a part is computed ([`kernels::mirror_planes`]); the run makes results whole again.
+//! - Of a scene that is its own mirror image a part is computed (`kernels::mirror_planes`); the run makes results whole again.
 //! - What nothing has reached is exactly at rest, to the last bit, and is left out.
 //! - A number that is not finite, or energy that was never put in, stops the run with step, kernel and place.
-//!
-//! # Example
-//!
-//! ```
-//! use std::sync::atomic::AtomicBool;
-//! use ripstop::{case, run::{self, Options}};
-//!
-//! let text = r#"{
-//!   "title": "small ply",
-//!   "fabric": { "file": "fabrics/s-720.json" },
-//!   "pack": { "width_mm": 25, "height_mm": 25, "edges": "clamped" },
-//!   "projectile": { "shape": "sphere", "diameter_mm": 6, "mass_g": 1, "velocity_m_s": 50 },
-//!   "solver": { "end_time_us": 5 }
-//! }"#;
-//! let case = case::from_str("small", text, &[])?;
-//! let run = run::run(&case, Options::default(), &AtomicBool::new(false), &mut ())?;
-//! assert!(run.energy_error < 1e-9);
-//! # Ok::<(), Box<dyn std::error::Error>>(())
-//! ```
+
+// What only the commands and their studies use is not used where they are left out.
+#![cfg_attr(not(feature = "cli"), allow(dead_code, unused_imports, reason = "used by the commands and their studies"))]
 
 pub mod case;
-pub mod gpu;
-pub mod kernels;
-// Tables of the documentation. The one file outside the rooms: every room may print such a table, and it uses none.
-pub mod markdown;
-pub mod math;
-pub mod model;
 pub mod output;
 pub mod run;
+
+/// The unit cell alone: tensions of warp and weft over their stretches.
+pub mod unit_cell {
+    pub use crate::model::unit_cell_curve::{CurvePoint, solve};
+}
+
+pub use case::{BuiltInFabric, Case, CaseBuilder, CaseError, Edge};
+pub use gpu::{Adapter, Device, DeviceError, adapters};
+pub use run::frame::{Frame, FrameCollector};
+pub use run::{Observer, Options, Outcome, Run, RunError, Sample};
+
+// Public for the program, the tests and the benchmarks of this crate alone, which are crates of their own. Not covered by
+// semantic versioning: any of it may change or go with any release.
+#[cfg(feature = "gpu")]
+#[doc(hidden)]
+pub mod gpu;
+#[cfg(not(feature = "gpu"))]
+#[doc(hidden)]
+#[path = "gpu/absent.rs"]
+pub mod gpu;
+#[doc(hidden)]
+pub mod kernels;
+// Tables of the documentation. The one file outside the rooms: every room may print such a table, and it uses none.
+#[doc(hidden)]
+pub mod markdown;
+#[doc(hidden)]
+pub mod math;
+#[doc(hidden)]
+pub mod model;
+#[doc(hidden)]
 pub mod solver;
+#[cfg(feature = "cli")]
+#[doc(hidden)]
 pub mod study;

@@ -155,7 +155,7 @@ fn stderr(output: &Output) -> String {
 /// Runs a case through the library.
 fn run(case: &Value) -> (case::Case, Run) {
     let case = case::from_str("shot.json", &case.to_string(), &[]).unwrap();
-    let options = Options { threads: Some(1), ..Options::default() };
+    let options = Options::default().threads(1);
     let run = run::run(&case, options, &AtomicBool::new(false), &mut ()).unwrap();
     (case, run)
 }

@@ -71,7 +71,7 @@ fn flooded(frame: &Frame, ply: &PlyMesh) -> (f64, bool) {
 
 fn filmed(case: &Case, skips: Skips) -> (Run, f64, bool) {
     let mut frames = Frames::new(SnapshotTaker::new(LOOKS, case.solver.end_time));
-    let run = run::run(case, Options { skips, ..Options::default() }, &AtomicBool::new(false), &mut frames);
+    let run = run::run(case, Options::default().skips(skips), &AtomicBool::new(false), &mut frames);
     let (run, (frames, scene)) = (run.unwrap(), frames.chosen(LOOKS));
     let ply = &scene.unwrap().plies[0];
     assert_eq!(frames.len(), LOOKS);

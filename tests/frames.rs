@@ -26,7 +26,7 @@ fn shot(sets: &[&str]) -> Case {
 fn filmed(case: &Case, skips: Skips) -> (Run, Vec<Frame>) {
     let camera = SnapshotTaker::new(case.output.frames as usize, case.solver.end_time);
     let mut frames = Frames::new(camera);
-    let options = Options { skips, ..Options::default() };
+    let options = Options::default().skips(skips);
     let run = run::run(case, options, &AtomicBool::new(false), &mut frames).unwrap();
     (run, frames.chosen(case.output.frames as usize).0)
 }

@@ -188,7 +188,7 @@ fn a_quarter_gives_the_whole_and_the_wave_front_changes_no_bit() {
     for sets in [&[][..], &["/pack/plies=2", "/pack/layup=[{},{\"orientation_deg\":90}]"]] {
         let case = small(&[sets, &[GROWN]].concat());
         let with = |skips| {
-            let options = ripstop::run::Options { skips, ..Default::default() };
+            let options = ripstop::run::Options::default().skips(skips);
             let stop = std::sync::atomic::AtomicBool::new(false);
             ripstop::run::run(&case, options, &stop, &mut ()).unwrap()
         };

@@ -72,7 +72,7 @@ impl Shot {
 
     fn with_threads(case: Case, threads: usize) -> Self {
         let mut animation = Animation::new(&case);
-        let options = Options { threads: Some(threads), ..Options::default() };
+        let options = Options::default().threads(threads);
         let run = run::run(&case, options, &AtomicBool::new(false), &mut animation).unwrap();
         Self { case, run, animation }
     }

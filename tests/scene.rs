@@ -26,7 +26,7 @@ pub(crate) fn run(case: &Case) -> Run {
 
 /// Runs a case.
 pub(crate) fn run_as(case: &Case, precision: Precision, threads: usize) -> Run {
-    let options = Options { threads: Some(threads), precision, ..Options::default() };
+    let options = Options::default().threads(threads).precision(precision);
     let run = run::run(case, options, &AtomicBool::new(false), &mut ()).unwrap_or_else(|e| panic!("{e}"));
     assert!(run.divergence.is_none(), "{}: {:?}", case.title, run.divergence);
     assert_eq!(run.newton.unconverged, 0, "{}", case.title);

@@ -87,7 +87,7 @@ fn a_scene_is_cut_where_it_is_its_own_mirror_image() {
 const ARCH: &str = "/pack/initial_deflection={\"amplitude_mm\":0.5,\"warp_half_waves\":1,\"weft_half_waves\":1}";
 
 fn run(case: &Case, skips: Skips, precision: Precision, threads: usize) -> Run {
-    let options = Options { threads: Some(threads), precision, skips, ..Options::default() };
+    let options = Options::default().threads(threads).precision(precision).skips(skips);
     let run = run::run(case, options, &AtomicBool::new(false), &mut ()).unwrap();
     assert!(run.divergence.is_none(), "{:?}", run.divergence);
     run

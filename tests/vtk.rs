@@ -63,7 +63,7 @@ fn main() -> ExitCode {
         }),
         trial("an_oblique_sphere_in_single_precision", |folder, python| {
             let sphere = r#"/projectile={"shape": "sphere", "diameter_mm": 6, "mass_g": 1, "velocity_m_s": 400, "obliquity_deg": 30}"#;
-            let options = Options { precision: Precision::F32, ..Options::default() };
+            let options = Options::default().precision(Precision::F32);
             written(folder, python, &shot(&[sphere, "/output/frames=4"]), options, None, false, None);
         }),
         trial("an_interrupted_run_keeps_its_frames", |folder, python| {

@@ -43,7 +43,7 @@ fn the_strip_goes_red_when_its_physics_is_wrong() {
 
 #[test]
 fn the_verification_table_holds_every_scene_and_passes() {
-    let options = Options { threads: Some(2), ..Options::default() };
+    let options = Options::default().threads(2);
     let rows = verify::run(options, &AtomicBool::new(false), &mut |_| {});
     let failed: Vec<_> = rows.iter().filter(|r| !r.pass).collect();
     assert!(failed.is_empty(), "{failed:#?}");

@@ -8,6 +8,7 @@ use super::value::number_text;
 
 /// What a case is refused with.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
 pub struct CaseError {
     /// The file, as the user named it.
     pub file: Box<str>,
@@ -44,6 +45,17 @@ impl fmt::Display for CaseError {
 }
 
 impl CaseError {
+    /// An error in a file, at a JSON pointer of it.
+    pub fn new(
+        file: &str,
+        location: impl Into<String>,
+        expected: impl Into<String>,
+        found: impl Into<String>,
+        help: impl Into<String>,
+    ) -> Self {
+        Self::at(location, expected, found).help(help).in_file(file)
+    }
+
     /// An error at `location` of a file that the caller names with [`CaseError::in_file`].
     pub(super) fn at(location: impl Into<String>, expected: impl Into<String>, found: impl Into<String>) -> Self {
         Self {

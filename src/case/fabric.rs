@@ -64,6 +64,7 @@ pub enum Law {
 
 /// In-plane force of the published law.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[non_exhaustive]
 pub enum MembraneForce {
     /// The yarn tension T.
     Tension,
@@ -97,6 +98,7 @@ pub struct Shear {
 
 /// How the modulus of (25) is understood.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[non_exhaustive]
 pub enum ShearModulus {
     /// dτ/dγ = G(γ).
     Tangent,

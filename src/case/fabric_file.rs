@@ -6,7 +6,7 @@ use serde_json::{Map, Value};
 
 use super::error::{CaseError, describe, quote};
 use super::pointer::{escape, is_at_or_below};
-use super::{json, places, read, sources};
+use super::{builtin_fabric, json, places, read, sources};
 
 /// Where a fabric file is looked up.
 pub(super) enum FabricSource<'a> {
@@ -14,17 +14,6 @@ pub(super) enum FabricSource<'a> {
     Folder(&'a Path),
     /// The fabrics built into the program.
     BuiltIn,
-}
-
-/// The text of a fabric that is built into the program, by its name in a case: `fabrics/s-720.json`.
-pub fn builtin_fabric(file: &str) -> Option<&'static str> {
-    match file {
-        "fabrics/s-720.json" => Some(include_str!("../../cases/fabrics/s-720.json")),
-        "fabrics/s-728.json" => Some(include_str!("../../cases/fabrics/s-728.json")),
-        "fabrics/twaron-ct612.json" => Some(include_str!("../../cases/fabrics/twaron-ct612.json")),
-        "fabrics/twaron-ct709.json" => Some(include_str!("../../cases/fabrics/twaron-ct709.json")),
-        _ => None,
-    }
 }
 
 /// A fabric that a file was read for.

@@ -178,7 +178,7 @@ impl Layer {
     /// A place between two yarns, along warp and weft, counted in finest elements from the first line of nodes: the hit where lines of nodes
     /// cross there, else the middle of the ply. Yarns are counted from there, so that a result does not depend on where in a cell the projectile
     /// hits. `turn`: cosine and sine of the warp's angle.
-    pub fn between_yarns(&self, turn: [f64; 2]) -> [f64; 2] {
+    pub(crate) fn between_yarns(&self, turn: [f64; 2]) -> [f64; 2] {
         let (counts, length) = ([self.columns, self.rows], [self.element_length_x, self.element_length_y]);
         let middle = counts.map(|count| 0.5 * count as f64);
         match self.grading.filter(|grading| grading.lines_from == LinesFrom::Hit) {
@@ -191,7 +191,7 @@ impl Layer {
     }
 
     /// Places of the lines of nodes along warp and weft, even or not, counted in finest elements from the first.
-    pub fn node_lines(&self) -> [Vec<f64>; 2] {
+    pub(crate) fn node_lines(&self) -> [Vec<f64>; 2] {
         let (s, c) = self.orientation.sin_cos();
         let even = || [self.columns, self.rows].map(|count| (0..=count).map(|k| k as f64).collect());
         self.lines([c, s]).unwrap_or_else(even)

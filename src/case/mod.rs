@@ -8,6 +8,8 @@ use std::borrow::Cow;
 use std::path::PathBuf;
 
 mod build;
+mod builder;
+mod builtin;
 mod check;
 mod error;
 mod expect;
@@ -44,10 +46,11 @@ mod variability;
 mod variability_keys;
 mod words;
 
+pub use builder::CaseBuilder;
+pub use builtin::{BuiltInFabric, builtin_fabric};
 pub use error::CaseError;
 pub(crate) use error::nearest;
 pub use fabric::*;
-pub use fabric_file::builtin_fabric;
 pub use grading::Grading;
 pub(crate) use hash::CASE_WORDS;
 pub use hash::case_hash;
@@ -67,6 +70,7 @@ pub(crate) use words::Word;
 
 /// A complete, validated case in SI units.
 #[derive(Clone, Debug)]
+#[non_exhaustive]
 pub struct Case {
     /// File stem of the case; names the default output folder.
     pub name: String,
@@ -142,6 +146,7 @@ impl Case {
 
 /// What is written and how often.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Output {
     /// Interval of `history.csv` [s].
     pub history_interval: f64,
@@ -155,6 +160,7 @@ pub struct Output {
 
 /// A statement about the result, checked after the run.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Expect {
     /// Name of the quantity: any number or word of `summary.json`, any column of `history.csv` (with `at_us`),
     /// or a measured wave quantity.
@@ -173,6 +179,7 @@ pub struct Expect {
 
 /// The expectation itself.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub enum Bound {
     /// A word, e.g. an outcome.
     Word(String),
@@ -194,6 +201,7 @@ pub enum Bound {
 
 /// One field of the case and where its value came from.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Field {
     /// JSON pointer, e.g. `/fabric/warp/modulus_gpa`.
     pub pointer: String,
@@ -211,6 +219,7 @@ pub struct Field {
 
 /// Where a field's value came from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Origin {
     /// From the case file or `--set`.
     Read,

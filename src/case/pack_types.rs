@@ -4,6 +4,7 @@ use super::{Fabric, Grading};
 
 /// The pack: plies and the frame that holds them.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Pack {
     /// Number of plies.
     pub plies: u32,
@@ -39,13 +40,14 @@ pub struct Pack {
 
 impl Pack {
     /// Crossovers along a side of the finest elements.
-    pub fn crossovers_along_element(&self) -> f64 {
+    pub(crate) fn crossovers_along_element(&self) -> f64 {
         f64::from(self.crossovers_per_element) / f64::from(self.elements_per_crossover)
     }
 }
 
 /// Consecutive plies that are alike.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Layer {
     /// Number of plies.
     pub plies: u32,
@@ -71,6 +73,7 @@ pub struct Layer {
 
 /// w = amplitude · sin(m π X/width) · sin(n π Y/height); 0 half waves along a direction: constant there.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct InitialDeflection {
     /// [m]
     pub amplitude: f64,
@@ -82,6 +85,7 @@ pub struct InitialDeflection {
 
 /// Boundary condition of each side; X runs left to right along warp, Y bottom to top along weft.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct Edges {
     /// X = 0
     pub left: Edge,
@@ -95,6 +99,7 @@ pub struct Edges {
 
 /// Boundary condition of one side.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Edge {
     /// All displacements held.
     Clamped,

@@ -39,6 +39,7 @@ pub struct Projectile {
 
 /// Geometry of a projectile, lengths in metres.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub enum Shape {
     /// Flat-ended right circular cylinder.
     Cylinder {

@@ -21,12 +21,8 @@ const MAX_BYTES: u64 = 1 << 20;
 /// Everything that is wrong key by key, else the first thing that does not go together, with places in the file.
 pub fn read(path: &Path, sets: &[String]) -> Result<Case, CaseError> {
     let file = path.display().to_string();
-    let folder = match path.parent() {
-        Some(parent) if parent != Path::new("") => parent,
-        _ => Path::new("."),
-    };
     let text = text_of_file(path).map_err(|error| error.in_file(&file))?;
-    let mut case = assemble(&file, &text, sets, &FabricSource::Folder(folder))?;
+    let mut case = assemble(&file, &text, sets, &FabricSource::Folder(folder_of(path)))?;
     case.name = stem(path);
     case.path = path.to_owned();
     Ok(case)
@@ -70,6 +66,14 @@ impl Case {
     }
 }
 
+/// The folder of a file.
+pub(super) fn folder_of(path: &Path) -> &Path {
+    match path.parent() {
+        Some(parent) if parent != Path::new("") => parent,
+        _ => Path::new("."),
+    }
+}
+
 fn stem(path: &Path) -> String {
     path.file_stem().map_or_else(|| "case".to_owned(), |stem| stem.to_string_lossy().into_owned())
 }
@@ -103,17 +107,29 @@ pub(super) fn text_of_file(path: &Path) -> Result<String, CaseError> {
 fn assemble(file: &str, text: &str, sets: &[String], source: &FabricSource<'_>) -> Result<Case, CaseError> {
     let named = |error: CaseError| error.in_file(file);
     let document = json::parse(text).map_err(named)?;
-    let Value::Object(mut document) = document else {
+    let Value::Object(document) = document else {
         return Err(named(CaseError::at("line 1, column 1", "a JSON object", describe(&document))));
     };
     let sets: Vec<Set> = sets.iter().map(|text| set::parse(text)).collect::<Result<_, _>>().map_err(named)?;
-    let blamed = |error: CaseError| named(set::attribute(error, &sets));
+    assemble_document(file, document, &sets, set::FLAG, source)
+}
+
+/// The case of a document with changes, whose source is `by`.
+pub(super) fn assemble_document(
+    file: &str,
+    mut document: Map<String, Value>,
+    sets: &[Set],
+    by: &str,
+    source: &FabricSource<'_>,
+) -> Result<Case, CaseError> {
+    let named = |error: CaseError| error.in_file(file);
+    let blamed = |error: CaseError| named(set::attribute(error, sets));
     for set in sets.iter().filter(|set| set.chooses_fabric()) {
-        set.apply(&mut document).map_err(named)?;
+        set.apply(&mut document, by).map_err(named)?;
     }
     let mut files = fabric_file::inline(&mut document, source).map_err(blamed)?;
     for set in sets.iter().filter(|set| !set.chooses_fabric()) {
-        set.apply(&mut document).map_err(named)?;
+        set.apply(&mut document, by).map_err(named)?;
     }
     words::without_aliases(&mut document);
     let as_run = Value::Object(document);

@@ -79,7 +79,7 @@ pub(super) fn is_assumed(source: &str) -> bool {
 
 impl Field {
     /// The value with its unit.
-    pub fn with_unit(&self) -> String {
+    pub(crate) fn with_unit(&self) -> String {
         if self.unit.is_empty() || self.value == "none" {
             self.value.clone()
         } else {

@@ -11,6 +11,9 @@ use super::record::is_assumed;
 use super::value::text_of;
 use super::{json, table};
 
+/// The source of what a user changes on the command line, and the first word of the place of its errors.
+pub(super) const FLAG: &str = "--set";
+
 /// One change: the pointer and the value it gets.
 pub(super) struct Set {
     pub(super) pointer: String,
@@ -24,7 +27,7 @@ pub(super) fn parse(text: &str) -> Result<Set, CaseError> {
     let Some((pointer, value)) = text.split_once('=') else {
         return Err(form(format!("{}, which has no =", quote(text))));
     };
-    if !pointer.starts_with('/') || pointer.ends_with('/') || pointer.contains("//") {
+    if !is_pointer(pointer) {
         return Err(form(format!("the pointer {}", quote(pointer))));
     }
     let pointer = pointer.to_owned();
@@ -41,6 +44,11 @@ pub(super) fn parse(text: &str) -> Result<Set, CaseError> {
     }
 }
 
+/// Whether a text can be a pointer to a key.
+fn is_pointer(text: &str) -> bool {
+    text.starts_with('/') && !text.ends_with('/') && !text.contains("//")
+}
+
 /// Another file replaces a fabric whole, written out in the case or not.
 fn whole_fabric(set: Set) -> Set {
     match set.pointer.strip_suffix("/file") {
@@ -53,7 +61,7 @@ fn whole_fabric(set: Set) -> Set {
 
 fn located(pointer: &str) -> String {
     let short: String = pointer.chars().filter(|c| !c.is_control()).take(200).collect();
-    format!("--set {short}")
+    format!("{FLAG} {short}")
 }
 
 /// Names the change as the place of an error that it caused.
@@ -76,8 +84,24 @@ impl Set {
         places::around(&self.pointer) == Some(self.pointer.as_str())
     }
 
-    /// Makes the change, creating objects that the table knows.
-    pub(super) fn apply(&self, document: &mut Map<String, Value>) -> Result<(), CaseError> {
+    /// A change to a value that is at hand.
+    pub(super) fn new(pointer: &str, value: Value) -> Result<Self, CaseError> {
+        if !is_pointer(pointer) {
+            let expected = "a JSON pointer, for example /projectile/velocity_m_s";
+            return Err(CaseError::at(located(pointer), expected, quote(pointer)));
+        }
+        Ok(whole_fabric(Self { pointer: pointer.to_owned(), value }))
+    }
+
+    /// Makes the change; `by` is the source of the new value.
+    pub(super) fn apply(&self, document: &mut Map<String, Value>, by: &str) -> Result<(), CaseError> {
+        self.put(document)?;
+        self.renew_sources(document, by);
+        Ok(())
+    }
+
+    /// Puts the value in its place, creating objects that the table knows.
+    pub(super) fn put(&self, document: &mut Map<String, Value>) -> Result<(), CaseError> {
         if let Some(place) = places::around(&self.pointer).filter(|place| *place != self.pointer) {
             places::make_own(document, place);
         }
@@ -86,7 +110,6 @@ impl Set {
         let mut place = String::new();
         let Some((first, rest)) = parents.split_first() else {
             document.insert(unescape(last), self.value.clone());
-            self.renew_sources(document);
             return Ok(());
         };
         place.push('/');
@@ -104,12 +127,11 @@ impl Set {
             Value::Array(_) => *item(node, last, &self.pointer)? = self.value.clone(),
             other => return Err(no_children(&place, Some(other))),
         }
-        self.renew_sources(document);
         Ok(())
     }
 
     /// What the case says about the old value does not hold for the new one.
-    fn renew_sources(&self, document: &mut Map<String, Value>) {
+    fn renew_sources(&self, document: &mut Map<String, Value>, by: &str) {
         if ["/title", "/notes", "/expect", "/sources"].iter().any(|above| is_at_or_below(&self.pointer, above)) {
             return;
         }
@@ -117,7 +139,7 @@ impl Set {
         let Value::Object(sources) = sources else { return };
         let covering = sources.iter().filter(|(above, _)| is_at_or_below(&self.pointer, above));
         let nearest = covering.max_by_key(|(above, _)| above.len()).and_then(|(_, text)| text.as_str());
-        let text = if nearest.is_some_and(is_assumed) { "assumed, --set" } else { "--set" };
+        let text = if nearest.is_some_and(is_assumed) { format!("assumed, {by}") } else { by.to_owned() };
         sources.retain(|pointer, _| !is_at_or_below(pointer, &self.pointer));
         // A fabric's file brings its own sources.
         if !(self.is_fabric() && self.value.get("file").is_some()) {

@@ -2,6 +2,7 @@
 
 /// The scheme that keys left out of a case take their values from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Numerics {
     /// Shock viscosity, contact at the rim, a mesh that is fine around the hit.
     Default,
@@ -11,6 +12,7 @@ pub enum Numerics {
 
 /// How far the mesh around the hit is refined.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Accuracy {
     /// The cheapest mesh whose ballistic limit is near the converged one.
     Default,
@@ -20,6 +22,7 @@ pub enum Accuracy {
 
 /// Time integration.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Solver {
     /// The scheme behind the defaults of the others.
     pub numerics: Numerics,
@@ -49,6 +52,7 @@ pub struct Solver {
 
 /// Where the lines of nodes of a graded mesh are counted from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum LinesFrom {
     /// Two lines cross where the projectile hits, so that the mesh around a hit does not depend on its place in the weave.
     Hit,
@@ -58,6 +62,7 @@ pub enum LinesFrom {
 
 /// Whether mirror symmetry may be used.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Symmetry {
     /// Where the scene has it.
     Auto,
@@ -67,6 +72,7 @@ pub enum Symmetry {
 
 /// Where contact with the projectile is sampled.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum ContactSampling {
     /// At nodes.
     Nodes,
@@ -76,6 +82,7 @@ pub enum ContactSampling {
 
 /// Where an element's stretches are taken.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum StretchSampling {
     /// At its centre.
     Centre,
@@ -85,6 +92,7 @@ pub enum StretchSampling {
 
 /// How the unit cell is solved; to rounding the result is the same.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum UnitCell {
     /// Newton on both heights and the compression together; bracketed where that fails.
     Newton,
@@ -94,6 +102,7 @@ pub enum UnitCell {
 
 /// When the run ends.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum RunUntil {
     /// As soon as the outcome is known (or at `end_time`).
     Outcome,

@@ -38,6 +38,7 @@ pub struct Variability {
 
 /// Scatter about a nominal value.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Scattered {
     /// Its distribution.
     pub distribution: Distribution,
@@ -47,6 +48,7 @@ pub struct Scattered {
 
 /// A distribution about a nominal value.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Distribution {
     /// Normal.
     Normal,
@@ -56,6 +58,7 @@ pub enum Distribution {
 
 /// Where the projectile of a shot hits.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum HitPlace {
     /// The point of aim.
     Aimed,
@@ -76,6 +79,7 @@ pub struct YarnStrength {
 
 /// One value that was drawn for a shot.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Drawn {
     /// Column of `shots.csv`: the key, with its unit.
     pub column: String,
@@ -162,7 +166,7 @@ impl Variability {
     }
 
     /// Whether the case is a shot whose yarns differ in strength.
-    pub fn strength_varies(&self) -> bool {
+    pub(crate) fn strength_varies(&self) -> bool {
         self.shot.is_some() && self.yarn_strength.is_some()
     }
 

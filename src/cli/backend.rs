@@ -22,7 +22,7 @@ pub(crate) struct Chosen {
 impl Chosen {
     /// To run on what was chosen, all that may be left out left out.
     pub(crate) fn options(&self, threads: Option<usize>) -> run::Options<'_> {
-        run::Options { threads, precision: self.precision, device: self.device.as_ref(), ..run::Options::default() }
+        run::Options::default().threads(threads).precision(self.precision).device(self.device.as_ref())
     }
 }
 

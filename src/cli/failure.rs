@@ -124,9 +124,8 @@ impl CommandFailure {
                 format!("{adapter}: {reason}"),
                 "take --backend cpu or a smaller pack",
             ),
-            DeviceError::Crowded { .. } | DeviceError::CrowdedRim { .. } | DeviceError::Lost { .. } => {
-                ("a device that stays".to_owned(), error.to_string(), "take --backend cpu")
-            }
+            // A batch that the device has no room for, and whatever fails on the way.
+            _ => ("a device that stays".to_owned(), error.to_string(), "take --backend cpu"),
         };
         Self {
             code: DEVICE,
@@ -169,6 +168,7 @@ impl CommandFailure {
             RunError::Device(error) => Self::device(error),
             RunError::Checkpoint(error) => error.clone().into(),
             RunError::Threads { .. } => Self::input(format!("error: {error}\n  help: ask for fewer with --threads N")),
+            other => Self::input(format!("error: {other}")),
         }
     }
 }
@@ -224,7 +224,7 @@ fn in_case(file: &str, error: &ModelError) -> CaseError {
             format!("one {depth_mm:.6} mm inside it"),
             "raise /projectile/standoff_mm or lower /pack/initial_deflection",
         ),
+        other => ("", "a case that can become a model".to_owned(), other.to_string(), "change the case"),
     };
-    let (file, location, help) = (file.into(), location.to_owned(), Some(help.to_owned()));
-    CaseError { file, location, expected, found, help, next: None }
+    CaseError::new(file, location, expected, found, help)
 }

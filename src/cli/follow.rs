@@ -63,7 +63,7 @@ impl Observer for RunObserver<'_> {
         // A checkpoint without the frames before it would be worth less.
         let unspooled = self.recorder.as_mut().and_then(Recorder::settle);
         let animation = self.animation.as_ref().map_or_else(Vec::new, Animation::to_bytes);
-        let unkept = checkpoint_writer.write(run, &animation, loop_seconds).err();
+        let unkept = checkpoint_writer.write(run, &animation, loop_seconds).err().map(|error| error.to_string());
         if let Some(recorder) = self.recorder.as_mut().filter(|_| unkept.is_none()) {
             recorder.discard();
         }

@@ -4,11 +4,11 @@ use std::fs;
 use std::path::Path;
 use std::time::Instant;
 
-use ripstop::case::{self, Case};
+use ripstop::case;
 use ripstop::output::number::us;
 use ripstop::output::{CHECKPOINT, CheckpointWriter, Folder};
+use ripstop::run;
 use ripstop::run::checkpoint::{Checkpoint, Extras, Header};
-use ripstop::run::{self, Options};
 use serde_json::Value;
 
 use super::arguments::ResumeArguments;
@@ -30,8 +30,8 @@ pub(crate) fn resume(arguments: &ResumeArguments) -> Result<(), CommandFailure> 
     let folder = Folder::reopen(&arguments.folder)?;
     let checkpoint = Checkpoint::open(&path)?;
     let head = checkpoint.head();
-    let case = case::read(&arguments.folder.join("case.json"), &[])?;
-    let case = Case { name: head.case.clone(), ..case };
+    let mut case = case::read(&arguments.folder.join("case.json"), &[])?;
+    case.name.clone_from(&head.case);
     checkpoint.check_case(&case)?;
     let chosen = backend::again(&head.backend)?;
     let say = |note: &str| {
@@ -41,8 +41,7 @@ pub(crate) fn resume(arguments: &ResumeArguments) -> Result<(), CommandFailure> 
     };
     say(&format!("note: goes on from {}", us(head.time)));
     let bar = Bar::new(!arguments.quiet);
-    let options =
-        Options { skips: head.skips, from: Some(&checkpoint), ..chosen.options(arguments.threads.or(head.threads)) };
+    let options = chosen.options(arguments.threads.or(head.threads)).skips(head.skips).resume(&checkpoint);
     let extras = Extras { report: head.extras.report && !arguments.no_report, vtu: head.extras.vtu || arguments.vtu };
     let head = Header { every: arguments.checkpoint_every.unwrap_or(head.every), extras, ..head.clone() };
     let recorder = recorder_again(&case, &folder, &options, extras.vtu, &head, say)?;

@@ -70,7 +70,7 @@ pub(crate) fn shoot(
     case.notes.iter().for_each(|note| say(&format!("note: {note}")));
     chosen.note.iter().chain(&waiting(&folder)).for_each(|note| say(note));
     let bar = Bar::new(!arguments.quiet);
-    let options = Options { skips: arguments.skips(), ..chosen.options(arguments.threads) };
+    let options = chosen.options(arguments.threads).skips(arguments.skips());
     let attempt = |options: Options<'_>| -> Result<(Result<Run, RunError>, RunObserver<'_>), CommandFailure> {
         let head = arguments.checkpoint_every.map(|every| Header {
             extras: Extras { report: !arguments.no_report, vtu: arguments.vtu },
@@ -85,7 +85,7 @@ pub(crate) fn shoot(
     let mut shot = attempt(options);
     if let (Ok((Err(RunError::Device(error)), _)), BackendChoice::Auto) = (&shot, arguments.backend.backend) {
         say(&backend::took_cpu(error));
-        shot = attempt(Options { device: None, ..options });
+        shot = attempt(options.device(None::<&ripstop::Device>));
     }
     bar.clear();
     let refused = match shot {

@@ -9,7 +9,7 @@ use super::layout::{
 use crate::model::Model;
 
 /// Samples of a submission at most.
-pub const SLOTS: u32 = 64;
+pub(crate) const SLOTS: u32 = 64;
 /// Submissions on their way at once: one computes while the next is recorded.
 pub(crate) const IN_FLIGHT: usize = 2;
 /// Failure events of a shot fetched with every submission; more are fetched when there are more.

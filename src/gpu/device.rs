@@ -1,82 +1,8 @@
-//! Adapters and devices: which graphics processors there are, which one to take, and what goes wrong with them.
+//! Adapters and devices: which graphics processors there are, and which one to take.
 
 use std::sync::{Arc, Mutex, PoisonError};
 
-/// Why no device computes.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-pub enum DeviceError {
-    /// No adapter at all.
-    #[error("no graphics adapter was found")]
-    NoAdapter,
-    /// None of that name or number.
-    #[error("no adapter is called or numbered {wanted}")]
-    NoSuchAdapter {
-        /// What was asked for.
-        wanted: String,
-        /// What there is.
-        found: Vec<String>,
-    },
-    /// The adapter gave no device.
-    #[error("{adapter} cannot be opened: {reason}")]
-    Refused {
-        /// Name.
-        adapter: String,
-        /// What the driver said.
-        reason: String,
-    },
-    /// The scene does not fit.
-    #[error("{adapter} cannot hold the case: {buffer} needs {needed} bytes")]
-    TooLarge {
-        /// Name.
-        adapter: String,
-        /// The first buffer that does not fit.
-        buffer: &'static str,
-        /// Its size [bytes].
-        needed: u64,
-        /// What one buffer may have [bytes].
-        limit: u64,
-        /// All buffers together [bytes].
-        total: u64,
-    },
-    /// The device ran out of memory.
-    #[error("{adapter} has not the {total} bytes of memory the case needs")]
-    OutOfMemory {
-        /// Name.
-        adapter: String,
-        /// All buffers together [bytes].
-        total: u64,
-        /// What the driver said.
-        reason: String,
-    },
-    /// More nodes met the projectile in one step than the device has room for.
-    #[error("{found} nodes meet the projectile in one step; {adapter} has room for {room}")]
-    Crowded {
-        /// Name.
-        adapter: String,
-        /// Nodes.
-        found: u32,
-        /// Room.
-        room: u64,
-    },
-    /// More points of the projectile's rim met a ply in one step than the device has room for.
-    #[error("{found} points of the projectile's rim meet a ply in one step; {adapter} has room for {room}")]
-    CrowdedRim {
-        /// Name.
-        adapter: String,
-        /// Points of the rim.
-        found: u32,
-        /// Room.
-        room: u64,
-    },
-    /// The device was lost or a command failed.
-    #[error("{adapter} failed: {reason}")]
-    Lost {
-        /// Name.
-        adapter: String,
-        /// What the driver said.
-        reason: String,
-    },
-}
+use super::DeviceError;
 
 /// A graphics processor, or software that acts as one.
 #[derive(Clone, Debug)]
@@ -170,6 +96,14 @@ pub struct Device {
 }
 
 impl Device {
+    /// Opens the adapter of that name (or part of it) or number, or the best one.
+    ///
+    /// # Errors
+    /// When there is none, or it cannot be opened.
+    pub fn find(wanted: Option<&str>) -> Result<Self, DeviceError> {
+        Self::open(&choose(&adapters(), wanted)?)
+    }
+
     /// Opens an adapter.
     ///
     /// # Errors
@@ -183,6 +117,7 @@ impl Device {
     ///
     /// # Errors
     /// As [`Self::open`].
+    #[doc(hidden)]
     pub fn open_narrow(adapter: &Adapter, workgroups: u32) -> Result<Self, DeviceError> {
         let has = adapter.inner.limits();
         let limits = wgpu::Limits {
@@ -205,6 +140,7 @@ impl Device {
     }
 
     /// A device that accepts everything and computes nothing: it checks pipelines and bindings where there is no driver.
+    #[doc(hidden)]
     pub fn noop() -> Self {
         let (inner, queue) = wgpu::Device::noop(&wgpu::DeviceDescriptor::default());
         Self::new(inner, queue, "noop".to_owned())
@@ -231,16 +167,19 @@ impl Device {
     }
 
     /// Whether it has a clock that can be read between kernels.
+    #[doc(hidden)]
     pub fn has_clock(&self) -> bool {
         self.inner.features().contains(wgpu::Features::TIMESTAMP_QUERY_INSIDE_PASSES)
     }
 
     /// Takes the device away in mid-run, as a driver reset would.
+    #[doc(hidden)]
     pub fn destroy(&self) {
         self.inner.destroy();
     }
 
     /// Largest storage buffer, and other limits.
+    #[doc(hidden)]
     pub fn limits(&self) -> wgpu::Limits {
         self.inner.limits()
     }

@@ -14,6 +14,7 @@
 pub mod buffers;
 mod common;
 pub mod device;
+mod error;
 pub mod layout;
 mod program;
 pub mod shader;
@@ -22,4 +23,5 @@ pub mod submission;
 pub mod timing;
 mod transfer;
 
-pub use device::{Adapter, Device, DeviceError, adapters};
+pub use device::{Adapter, Device, adapters};
+pub use error::DeviceError;

@@ -41,7 +41,7 @@ macro_rules! sources {
 }
 
 /// Stretches, unit cells, shear, failure and forces of the elements.
-pub const ELEMENT_FORCE: Kernel = Kernel {
+pub(crate) const ELEMENT_FORCE: Kernel = Kernel {
     name: "element_force",
     sources: sources!(
         "element_force",
@@ -71,7 +71,7 @@ pub const ELEMENT_FORCE: Kernel = Kernel {
 };
 
 /// Gather, kick and drift of the nodes.
-pub const NODE_UPDATE: Kernel = Kernel {
+pub(crate) const NODE_UPDATE: Kernel = Kernel {
     name: "node_update",
     sources: sources!(
         "node_update",
@@ -94,7 +94,7 @@ pub const NODE_UPDATE: Kernel = Kernel {
 };
 
 /// Contact with the projectile, and its motion.
-pub const PROJECTILE_CONTACT: Kernel = Kernel {
+pub(crate) const PROJECTILE_CONTACT: Kernel = Kernel {
     name: "projectile_contact",
     sources: sources!(
         "projectile_contact",
@@ -122,7 +122,7 @@ pub const PROJECTILE_CONTACT: Kernel = Kernel {
 };
 
 /// Where the projectile may touch, where its rim is sampled too.
-pub const PROJECTILE_POINTS: Kernel = Kernel {
+pub(crate) const PROJECTILE_POINTS: Kernel = Kernel {
     name: "projectile_points",
     sources: sources!(
         "projectile_points",
@@ -150,7 +150,7 @@ pub const PROJECTILE_POINTS: Kernel = Kernel {
 };
 
 /// Contact there, and the projectile's motion.
-pub const PROJECTILE_RIM: Kernel = Kernel {
+pub(crate) const PROJECTILE_RIM: Kernel = Kernel {
     name: "projectile_rim",
     sources: sources!(
         "projectile_rim",
@@ -176,7 +176,7 @@ pub const PROJECTILE_RIM: Kernel = Kernel {
 };
 
 /// Contacts between plies, and how many each node takes part in.
-pub const PLY_SEARCH: Kernel = Kernel {
+pub(crate) const PLY_SEARCH: Kernel = Kernel {
     name: "ply_search",
     sources: sources!("ply_search", "ply_contact", "ply_views", "intact", "adjacent_elements", "active_region"),
     bindings: &[
@@ -190,7 +190,7 @@ pub const PLY_SEARCH: Kernel = Kernel {
 };
 
 /// Impulses of the contacts between plies.
-pub const PLY_IMPULSE: Kernel = Kernel {
+pub(crate) const PLY_IMPULSE: Kernel = Kernel {
     name: "ply_impulse",
     sources: sources!("ply_impulse", "ply_contact", "ply_views"),
     bindings: &[
@@ -205,7 +205,7 @@ pub const PLY_IMPULSE: Kernel = Kernel {
 };
 
 /// The nodes take the impulses of contact between plies.
-pub const PLY_MOVE: Kernel = Kernel {
+pub(crate) const PLY_MOVE: Kernel = Kernel {
     name: "ply_move",
     sources: sources!(
         "ply_move",
@@ -229,7 +229,7 @@ pub const PLY_MOVE: Kernel = Kernel {
 };
 
 /// Sums of energy, momentum and counts.
-pub const LEDGER: Kernel = Kernel {
+pub(crate) const LEDGER: Kernel = Kernel {
     name: "energy_balance",
     sources: sources!(
         "energy_balance",

@@ -93,7 +93,7 @@ impl<'a> DeviceStepper<'a> {
     ///
     /// # Errors
     /// As [`Self::new`].
-    pub fn for_shots(device: &'a Device, model: &Model<f32>, shots: u64) -> Result<Self, DeviceError> {
+    pub(crate) fn for_shots(device: &'a Device, model: &Model<f32>, shots: u64) -> Result<Self, DeviceError> {
         Self::checked(device, model, Sizes::new(model).with_shots(shots), &Kernel::source)
     }
 
@@ -209,7 +209,7 @@ impl<'a> DeviceStepper<'a> {
     }
 
     /// Time spent waiting for the device.
-    pub fn waited(&self) -> Duration {
+    pub(crate) fn waited(&self) -> Duration {
         self.waited
     }
 

@@ -51,7 +51,7 @@ pub struct ArcLength<R> {
 pub const MAX_TERMS: usize = SERIES.len();
 
 /// Terms that keep the truncation of s below `error` for end slopes up to `k`.
-pub fn terms_for(k: f64, error: f64) -> usize {
+pub(crate) fn terms_for(k: f64, error: f64) -> usize {
     let secant = (1.0 + k * k).sqrt();
     let x = (k * k / (secant + 1.0).powi(2)).powi(2);
     let mut term = x;

@@ -21,7 +21,7 @@ pub const NEWTON_ITERATIONS: u32 = 7;
 pub const COMPATIBILITY_TOLERANCE: f64 = 1e-12;
 
 /// Strain by which a step along the tangents may miss the curve, as far as the precision goes [-].
-pub const ROUNDOFF_TOLERANCE: f64 = 5e-15;
+pub(crate) const ROUNDOFF_TOLERANCE: f64 = 5e-15;
 
 /// Where the iteration ended.
 pub(super) struct Joint<R: Real> {

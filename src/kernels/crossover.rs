@@ -81,7 +81,7 @@ pub fn compression_energy<R: Real>(cell: &UnitCellParameters<R>, force: R) -> R 
 
 /// Energy stored in a cell [J]: yarns at their tensions [N] and strains [-], and the crossover under its contact force [N].
 #[inline(always)]
-pub fn cell_energy<R: Real>(cell: &UnitCellParameters<R>, tension: &[R; 2], strain: &[R; 2], force: R) -> R {
+pub(crate) fn cell_energy<R: Real>(cell: &UnitCellParameters<R>, tension: &[R; 2], strain: &[R; 2], force: R) -> R {
     let yarn = each!(i in 2 => {
         let y = &cell.yarn[i];
         tension[i] * strain[i] * y.half_span * (tension[i].one() + y.crimp)

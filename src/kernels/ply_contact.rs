@@ -276,7 +276,7 @@ pub fn closest_point(
 /// Whether points, all of them on these planes, stand over their cells, and there no deeper than `slop` [m] in touch: for many at
 /// once, and as [`closest_point`] and [`is_over`] see each of them. `sign`, `touching` as in [`is_apart`].
 #[inline(always)]
-pub fn stands_clear<R: Real>(
+pub(crate) fn stands_clear<R: Real>(
     corner: &[PackVector<R>; 4],
     point: &PackVector<R>,
     [sign, touching, slop]: [f64; 3],
@@ -298,7 +298,7 @@ pub fn weights([x, y]: [f64; 2]) -> [f64; 4] {
 
 /// The neighbouring cell a foot lies towards; itself where it is over the cell or beyond the ply's edge.
 #[inline]
-pub fn next_cell([row, column]: [usize; 2], at: [f64; 2], rows: usize, columns: usize) -> [usize; 2] {
+pub(crate) fn next_cell([row, column]: [usize; 2], at: [f64; 2], rows: usize, columns: usize) -> [usize; 2] {
     let step = |index: usize, x: f64, count: usize| {
         if x > 0.5 + EDGE {
             (index + 1).min(count - 1)
@@ -325,7 +325,7 @@ pub fn is_over(at: [f64; 2], [row, column]: [usize; 2], rows: usize, columns: us
 /// The place on the edges of a cell that is nearest to a point beyond them: from there to the point [m], and its coordinates
 /// within the cell. `at`: foot of the point.
 #[inline]
-pub fn on_edge(corner: &[Vector3<f64>; 4], point: &Vector3<f64>, at: [f64; 2]) -> (Vector3<f64>, [f64; 2]) {
+pub(crate) fn on_edge(corner: &[Vector3<f64>; 4], point: &Vector3<f64>, at: [f64; 2]) -> (Vector3<f64>, [f64; 2]) {
     let [a, b, c, d] = corner;
     let edge = |axis: usize| {
         let fixed = at[axis].clamp(-0.5, 0.5);
@@ -348,7 +348,7 @@ pub fn on_edge(corner: &[Vector3<f64>; 4], point: &Vector3<f64>, at: [f64; 2]) -
 
 /// Least velocity along the push with which a node may leave the step, from its gap [m] to the surface [m/s].
 #[inline]
-pub fn closing_limit(gap: f64, dt: f64) -> f64 {
+pub(crate) fn closing_limit(gap: f64, dt: f64) -> f64 {
     -gap.max(0.0) / dt
 }
 

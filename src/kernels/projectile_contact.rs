@@ -15,7 +15,7 @@ pub const SET_CHANGES: usize = 40;
 /// Alternations between normal impulses and friction.
 pub const FRICTION_SWEEPS: usize = 6;
 /// Rounding of relative velocities in double precision, over the largest speed of the body [-].
-pub const NOISE: f64 = 1e-9;
+pub(crate) const NOISE: f64 = 1e-9;
 /// Mass of a held node over that of the body, or over its own where that is more [-]. A step leaves the body a thousandth of its
 /// speed, the steps after it take that. More would drown the body's momentum in the rounding of its speed in single precision.
 pub const HELD: f64 = 1e3;
@@ -102,7 +102,7 @@ impl ContactPoint {
 }
 
 /// Inertia met along a normal [kg], of what a unit impulse moves at `along` [1/kg].
-pub fn inertia_along(along: f64, mass: f64, body_mass: f64) -> f64 {
+pub(crate) fn inertia_along(along: f64, mass: f64, body_mass: f64) -> f64 {
     1.0 / along.max(1.0 / (HELD * body_mass.max(mass)))
 }
 

@@ -74,7 +74,7 @@ impl Rim {
 
     /// Gives every point of the rim its share of the masses of its nodes, by its weight among the points there: what
     /// friction meets.
-    pub fn share_masses(&self, points: &mut [ContactPoint], body_mass: f64) {
+    pub(crate) fn share_masses(&self, points: &mut [ContactPoint], body_mass: f64) {
         let nodes = points.len() - self.ties.len();
         for at in 0..self.ties.len() {
             let mut inverse = Vector3::zeros();
@@ -97,7 +97,7 @@ impl Rim {
     }
 
     /// Tells nodes what the rim gives them, and the rim how its nodes move.
-    pub fn propagate(&self, points: &mut [ContactPoint]) {
+    pub(crate) fn propagate(&self, points: &mut [ContactPoint]) {
         let (nodes, rim) = points.split_at_mut(points.len() - self.ties.len());
         for tie in &self.ties {
             for node in tie.nodes {
@@ -115,7 +115,7 @@ impl Rim {
     }
 
     /// Adds GᵀK⁻¹G and GᵀK⁻¹(n·v − target) of the points that share nodes to the equations of the body's motion.
-    pub fn eliminate(
+    pub(crate) fn eliminate(
         &mut self,
         points: &[ContactPoint],
         body_mass: f64,

@@ -167,7 +167,7 @@ pub fn recess<R: Scalar>(profile: &Outline<R>, point: [R; 3]) -> R {
 /// A chisel nose meets its wall in edges as sharp (55° to 90° of turn at the default angles, where a flat rim has 90°): behind each of
 /// its faces a node is held along the normal of that face, as the fabric on it is.
 #[inline(always)]
-pub fn contact_distance<R: Scalar>(profile: &Outline<R>, point: [R; 3], rim_depth: R) -> SignedDistance<R> {
+pub(crate) fn contact_distance<R: Scalar>(profile: &Outline<R>, point: [R; 3], rim_depth: R) -> SignedDistance<R> {
     let zero = R::splat(0.0);
     let g = gap(profile, point);
     let below = profile.corner[1][1] - recess(profile, point) - point[2];
@@ -187,13 +187,13 @@ pub fn contact_distance<R: Scalar>(profile: &Outline<R>, point: [R; 3], rim_dept
 
 impl Outline<f64> {
     /// Whether the nose is a flat face with a circle for a rim.
-    pub fn has_round_rim(&self) -> bool {
+    pub(crate) fn has_round_rim(&self) -> bool {
         self.is_flat() && self.chisel.is_none() && !self.bar
     }
 
     /// Where a straight line crosses the cylinder through the rim of a flat face, as fractions of the way, ascending; NaN
     /// where it does not between its ends. Points in the body's frame [m].
-    pub fn rim_crossings(&self, from: [f64; 3], to: [f64; 3]) -> [f64; 2] {
+    pub(crate) fn rim_crossings(&self, from: [f64; 3], to: [f64; 3]) -> [f64; 2] {
         let way = [to[0] - from[0], to[1] - from[1]];
         let dot = |a: [f64; 2], b: [f64; 2]| a[0] * b[0] + a[1] * b[1];
         let (from, radius) = ([from[0], from[1]], self.corner[1][0]);
@@ -203,14 +203,14 @@ impl Outline<f64> {
     }
 
     /// Height of a point over the plane of a flat face [m].
-    pub fn height_over_face(&self, point: [f64; 3]) -> f64 {
+    pub(crate) fn height_over_face(&self, point: [f64; 3]) -> f64 {
         point[2] - self.corner[1][1] - self.radius
     }
 }
 
 impl<R: Scalar> Outline<R> {
     /// Whether the nose is a flat face, chisel noses included.
-    pub fn is_flat(&self) -> bool {
+    pub(crate) fn is_flat(&self) -> bool {
         let arc = R::splat(0.0).lt(self.arc);
         self.count > 2 && !arc && !self.normal[0][1].lt(R::splat(1.0))
     }

@@ -128,28 +128,23 @@ impl RigidBody {
     }
 
     /// Kinetic energy of rotation alone [J].
-    pub fn rotational_energy(&self) -> f64 {
+    pub(crate) fn rotational_energy(&self) -> f64 {
         if self.locked { 0.0 } else { 0.5 * self.angular_velocity().dot(&self.angular_momentum) }
     }
 
     /// Kinetic energy that fabric and body share [J]: the translation of a driven body is the drive's affair, its spin is not.
-    pub fn own_energy(&self) -> f64 {
+    pub(crate) fn own_energy(&self) -> f64 {
         if self.prescribed { self.rotational_energy() } else { self.kinetic_energy() }
     }
 
     /// Kinetic energy of translation alone [J].
-    pub fn translation(&self) -> f64 {
+    pub(crate) fn translation(&self) -> f64 {
         0.5 * self.mass * self.velocity.norm_squared()
     }
 
     /// Velocity of the body's material at a point given from the centre of mass [m/s].
     pub fn velocity_at(&self, arm: &Vector3<f64>) -> Vector3<f64> {
         self.velocity + self.angular_velocity().cross(arm)
-    }
-
-    /// Velocity along the line of flight at the start [m/s].
-    pub fn forward_velocity(&self) -> f64 {
-        self.velocity.dot(&self.flight)
     }
 
     /// Gap and outward normal (world frame) at a point [m].
@@ -160,7 +155,7 @@ impl RigidBody {
     }
 
     /// The gap and normal that contact acts on at a point; see [`projectile_shape::contact_distance`].
-    pub fn contact_distance(&self, point: &Vector3<f64>) -> (f64, Vector3<f64>) {
+    pub(crate) fn contact_distance(&self, point: &Vector3<f64>) -> (f64, Vector3<f64>) {
         let local = self.orientation.inverse_transform_vector(&(point - self.position));
         let SignedDistance { distance, normal } =
             projectile_shape::contact_distance(&self.body.profile, local.into(), self.rim_depth);

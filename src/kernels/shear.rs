@@ -6,7 +6,7 @@
 use crate::math::scalar::{Mask, Real, Scalar, is_double};
 
 /// asin(x)/x as a polynomial in x² on |x| ≤ ½, highest power first: Chebyshev fit, error 2e-17.
-pub const ARC_SINE: [f64; 13] = [
+pub(crate) const ARC_SINE: [f64; 13] = [
     0.031_879_621_400_812_84,
     -0.016_187_392_271_599_133,
     0.019_513_468_251_252_168,
@@ -92,7 +92,7 @@ impl<S: Scalar> ShearConstants<S> {
 
 /// Arc sine of a number in [−1, 1].
 #[inline(always)]
-pub fn arc_sine<R: Real>(x: R) -> R {
+pub(crate) fn arc_sine<R: Real>(x: R) -> R {
     let n = x;
     let half = n.splat_like(0.5);
     let size = x.abs().min(n.one());
@@ -180,7 +180,7 @@ impl<R: Real> Trellis<R> {
 }
 
 /// Largest tangent modulus dq/dγ of the law [N/m], for the step bound.
-pub fn largest_tangent(c: &ShearConstants<f64>) -> f64 {
+pub(crate) fn largest_tangent(c: &ShearConstants<f64>) -> f64 {
     let tangent = c.g1 + c.rise.max(0.0);
     if c.secant > 0.0 { tangent + c.slope * (c.gamma1 + c.ramp) } else { tangent }
 }

@@ -6,7 +6,7 @@ use crate::kernels::yarn_law::{LawKernel, YarnConstants};
 use crate::math::scalar::{Real, Scalar, each, is_double};
 
 /// Stands for the failure strain of a yarn that does not break.
-pub const NEVER: f64 = 1e30;
+pub(crate) const NEVER: f64 = 1e30;
 
 /// What the length of a yarn over its span may be off by: less than it rounds to.
 const TRUNCATION: f64 = 1e-17;

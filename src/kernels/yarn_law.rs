@@ -79,7 +79,7 @@ impl<R: Real> YarnResponse<R> {
 
     /// The contact force without its continuation: 0 where the yarn is slack.
     #[inline(always)]
-    pub fn real_force(&self) -> R {
+    pub(crate) fn real_force(&self) -> R {
         let zero = self.strain.zero();
         R::select(zero.lt(self.strain), self.force, zero)
     }
@@ -271,6 +271,7 @@ impl LawKernel for Kawabata {
 }
 
 /// Calls `$body` with `$law` bound to the kernel type of a [`Variant`]: the one place where the choice is made.
+#[doc(hidden)]
 #[macro_export]
 macro_rules! with_law {
     ($variant:expr, $law:ident => $body:expr) => {{

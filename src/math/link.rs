@@ -83,7 +83,7 @@ impl Link {
     }
 
     /// d ln(information)/dη.
-    pub fn ln_information_slope(self, eta: f64) -> f64 {
+    pub(crate) fn ln_information_slope(self, eta: f64) -> f64 {
         match self {
             Self::Probit => self.slope(-eta) - self.slope(eta) - 2.0 * eta,
             Self::Logit => self.probability(-eta) - self.probability(eta),

@@ -66,7 +66,7 @@ impl StencilRadius {
     }
 
     /// The elements that lie side by side with one, along an axis, in the yarn across it.
-    pub fn side_by_side(&self, mesh: &Mesh, axis: usize, element: usize) -> Range<usize> {
+    pub(crate) fn side_by_side(&self, mesh: &Mesh, axis: usize, element: usize) -> Range<usize> {
         mesh.side_by_side(axis, element, self.breadth[1 - axis])
     }
 

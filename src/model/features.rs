@@ -7,6 +7,7 @@ use crate::kernels::unit_cell_parameters::NEVER;
 
 /// Terms of the model that a scene has.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct Features {
     /// Unit-cell law.
     pub law: Variant,

@@ -29,7 +29,7 @@ impl Grid {
     }
 
     /// Numbers stored per field of a row of nodes of a mesh with so many columns.
-    pub fn node_stride(columns: usize) -> usize {
+    pub(crate) fn node_stride(columns: usize) -> usize {
         (columns + 1).next_multiple_of(PAD) + PAD
     }
 
@@ -44,12 +44,12 @@ impl Grid {
     }
 
     /// Ply and row within it of a row of nodes.
-    pub fn node_row(&self, row: usize) -> (usize, usize) {
+    pub(crate) fn node_row(&self, row: usize) -> (usize, usize) {
         (row / (self.rows + 1), row % (self.rows + 1))
     }
 
     /// Ply and row within it of a row of elements.
-    pub fn element_row(&self, row: usize) -> (usize, usize) {
+    pub(crate) fn element_row(&self, row: usize) -> (usize, usize) {
         (row / self.rows, row % self.rows)
     }
 

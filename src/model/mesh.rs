@@ -82,7 +82,7 @@ impl Mesh {
     }
 
     /// The axis of the ply that lies along one of the pack, and the other way round; `None` where it is laid at an odd angle.
-    pub fn own_axis(&self, axis: usize) -> Option<usize> {
+    pub(crate) fn own_axis(&self, axis: usize) -> Option<usize> {
         match self.rotation {
             [_, 0.0] => Some(axis),
             [0.0, _] => Some(1 - axis),
@@ -91,14 +91,14 @@ impl Mesh {
     }
 
     /// Column, and row, of the nodes on mirror planes of the pack; `None` where there are none.
-    pub fn on_planes(&self, planes: MirrorPlanes) -> [Option<usize>; 2] {
+    pub(crate) fn on_planes(&self, planes: MirrorPlanes) -> [Option<usize>; 2] {
         let is_plane = |own: usize| self.own_axis(own).is_some_and(|axis| planes.0[axis]);
         [0, 1].map(|own| is_plane(own).then_some(self.centre[own] as usize))
     }
 
     /// Whether a node lies on a plane that cuts the mesh across its X, across its Y.
     #[inline]
-    pub fn cut_across(&self, row: usize, column: usize) -> [bool; 2] {
+    pub(crate) fn cut_across(&self, row: usize, column: usize) -> [bool; 2] {
         let is_cut = |cut: Cut, at: usize, last: usize| match cut {
             Cut::Nowhere => false,
             Cut::First => at == 0,
@@ -109,7 +109,7 @@ impl Mesh {
 
     /// The part of a node that the mesh has: a half where a plane cuts it, a quarter where two do.
     #[inline]
-    pub fn part_of(&self, row: usize, column: usize) -> f64 {
+    pub(crate) fn part_of(&self, row: usize, column: usize) -> f64 {
         self.cut_across(row, column).into_iter().map(|cut| if cut { 0.5 } else { 1.0 }).product()
     }
 
@@ -130,19 +130,19 @@ impl Mesh {
     }
 
     /// Elements along X and Y of the whole ply.
-    pub fn whole_counts(&self) -> [usize; 2] {
+    pub(crate) fn whole_counts(&self) -> [usize; 2] {
         let counts = [self.columns, self.rows];
         [0, 1].map(|a| if self.cut[a] == Cut::Nowhere { counts[a] } else { 2 * counts[a] })
     }
 
     /// Lengths of the whole ply along X and Y [m].
-    pub fn whole_size(&self) -> [f64; 2] {
+    pub(crate) fn whole_size(&self) -> [f64; 2] {
         let extent = self.extent();
         [0, 1].map(|a| self.length[a] * if self.cut[a] == Cut::Nowhere { extent[a] } else { 2.0 * extent[a] })
     }
 
     /// First element (or node) of the mesh along X and Y, counted in the whole ply.
-    pub fn first_in_whole(&self) -> [usize; 2] {
+    pub(crate) fn first_in_whole(&self) -> [usize; 2] {
         let counts = [self.columns, self.rows];
         [0, 1].map(|a| if self.cut[a] == Cut::First { counts[a] } else { 0 })
     }
@@ -266,13 +266,13 @@ impl Mesh {
     }
 
     /// The lines of nodes between two places along an axis of the ply [m], and the next on either side.
-    pub fn lines_between(&self, axis: usize, places: [f64; 2]) -> Range<usize> {
+    pub(crate) fn lines_between(&self, axis: usize, places: [f64; 2]) -> Range<usize> {
         let [from, to] = places.map(|place| (place - self.origin[axis]) / self.length[axis]);
         self.lines[axis].between(from, to)
     }
 
     /// The line of nodes nearest to a place along an axis of the ply [m].
-    pub fn nearest_line(&self, axis: usize, place: f64) -> usize {
+    pub(crate) fn nearest_line(&self, axis: usize, place: f64) -> usize {
         self.lines[axis].nearest((place - self.origin[axis]) / self.length[axis])
     }
 

@@ -37,6 +37,7 @@ pub use time_step::StepBound;
 
 /// Why a valid case cannot become a model.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum ModelError {
     /// The edge radius does not fit.
     #[error("/projectile/edge_radius_mm: the rounding does not fit into the shape")]
@@ -188,7 +189,7 @@ impl<S: Scalar> Model<S> {
     }
 
     /// Fields of an element: see [`field`].
-    pub fn element_fields(&self) -> usize {
+    pub(crate) fn element_fields(&self) -> usize {
         let terms = self.features();
         let more = |wanted: bool, count: usize| if wanted { count } else { 0 };
         field::COUNT + more(terms.viscous, field::VISCOUS) + more(terms.windows, field::STRAIN)
@@ -200,7 +201,7 @@ impl<S: Scalar> Model<S> {
     }
 
     /// Mass of the fabric that is computed [kg].
-    pub fn fabric_mass(&self) -> f64 {
+    pub(crate) fn fabric_mass(&self) -> f64 {
         let of_ply = |ply: &Ply| {
             let ply_type = &self.ply_types[ply.ply_type];
             let [along, across] = ply_type.mesh.length;
@@ -220,7 +221,7 @@ impl<S: Scalar> Model<S> {
     }
 
     /// Ply, row and column in the whole scene of a node or element.
-    pub fn place_in_whole(&self, [ply, row, column]: [usize; 3]) -> [usize; 3] {
+    pub(crate) fn place_in_whole(&self, [ply, row, column]: [usize; 3]) -> [usize; 3] {
         let [right, up] = self.ply_type(ply).mesh.first_in_whole();
         [ply, row + up, column + right]
     }

@@ -19,7 +19,7 @@ const INWARD: f64 = 1.0 - 1e-9;
 
 /// Element (row·columns + column) of the ply in front, then of the ply behind, nearest to each node at rest; shape
 /// (plies, 2, (rows + 1)·(columns + 1)) of the storage grid. Empty for a single ply.
-pub fn over_at_rest<S>(model: &Model<S>) -> Vec<u32> {
+pub(crate) fn over_at_rest<S>(model: &Model<S>) -> Vec<u32> {
     let plies = model.plies.len();
     if plies < 2 {
         return Vec::new();

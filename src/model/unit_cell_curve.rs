@@ -6,10 +6,12 @@ use crate::with_law;
 
 /// One solved cell.
 #[derive(Clone, Copy, Debug)]
+#[non_exhaustive]
 pub struct CurvePoint {
     /// Λ of warp and weft [-].
     pub stretch: [f64; 2],
     /// Tensions, heights, strains.
+    #[doc(hidden)]
     pub cell: Equilibrium<f64>,
 }
 

@@ -12,6 +12,7 @@ const EDGE: f64 = 2.0;
 
 /// What broke in a run. A yarn that broke in several places is one yarn and as many pieces.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct Breakage {
     /// Yarns, warp and weft.
     pub yarns: [usize; 2],

@@ -9,6 +9,19 @@ use crate::run::checkpoint::{Checkpointable, Header, Spent};
 /// Rounding allowed in comparing times, in steps.
 const SLACK: f64 = 1e-6;
 
+/// Why there is no checkpoint of a time.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("no checkpoint at {time}: {reason}; {last}")]
+#[non_exhaustive]
+pub struct CheckpointWriteError {
+    /// Time of the run, with its unit.
+    pub time: String,
+    /// What the disk or the device said.
+    pub reason: String,
+    /// What has become of the checkpoint before.
+    pub last: String,
+}
+
 /// Keeps the last checkpoint of a run.
 pub struct CheckpointWriter<'a> {
     folder: &'a Folder,
@@ -42,8 +55,13 @@ impl<'a> CheckpointWriter<'a> {
     /// in the loop so far, all parts of the run [s].
     ///
     /// # Errors
-    /// With what to tell the user when it could not be written; the one before is still there.
-    pub fn write(&mut self, run: &dyn Checkpointable, followed: &[u8], loop_seconds: f64) -> Result<(), String> {
+    /// When it could not be written; the one before is still there.
+    pub fn write(
+        &mut self,
+        run: &dyn Checkpointable,
+        followed: &[u8],
+        loop_seconds: f64,
+    ) -> Result<(), CheckpointWriteError> {
         let head = Header { spent: self.spent(loop_seconds), ..self.head.clone() };
         let (time, folder) = (run.time(), self.folder);
         self.tried = time;
@@ -51,22 +69,22 @@ impl<'a> CheckpointWriter<'a> {
         self.begun |= begun.is_ok();
         let write =
             || folder.replace(CHECKPOINT, |file| run.save(&head, followed, file)).map_err(|error| error.to_string());
-        let result = begun.and_then(|()| write()).map_err(|reason| self.complaint(time, &reason));
+        let result = begun.and_then(|()| write()).map_err(|reason| self.complaint(time, reason));
         match &result {
             Ok(()) => self.kept = Some(time),
-            Err(text) => self.failed = Some(text.clone()),
+            Err(error) => self.failed = Some(error.to_string()),
         }
         result
     }
 
-    fn complaint(&self, time: f64, reason: &str) -> String {
+    fn complaint(&self, time: f64, reason: String) -> CheckpointWriteError {
         let is_there = self.folder.path().join(CHECKPOINT).exists();
         let last = match self.kept {
             Some(kept) if is_there => format!("the one of {:.3} µs is still there", kept * 1e6),
             Some(_) => "the one before is gone".to_owned(),
             None => "there is none so far".to_owned(),
         };
-        format!("no checkpoint at {:.3} µs: {reason}; {last}", time * 1e6)
+        CheckpointWriteError { time: format!("{:.3} µs", time * 1e6), reason, last }
     }
 
     /// Time that all parts of the run have taken, so much of it in the loop [s].

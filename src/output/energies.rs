@@ -5,6 +5,7 @@ use crate::run::Run;
 
 /// What the fabric was given and where it is.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Energies {
     /// Kinetic energy that the projectile lost [J].
     pub absorbed: f64,

@@ -14,6 +14,7 @@ use crate::run::{Run, Sample};
 
 /// One expectation after the run.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Checked {
     /// What the case states.
     pub expect: Expect,

@@ -45,6 +45,7 @@ const FILES: [&str; 11] = [
 /// Why the results could not be written.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("error: {path}\n  expected: {expected}\n  found: {found}\n  help: {help}")]
+#[non_exhaustive]
 pub struct OutputError {
     /// File or folder.
     pub path: String,

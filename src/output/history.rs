@@ -6,6 +6,7 @@ use super::csv;
 
 /// A column of `history.csv`.
 #[derive(Clone, Copy, Debug)]
+#[non_exhaustive]
 pub struct HistoryColumn {
     /// Heading, unit last.
     pub name: &'static str,

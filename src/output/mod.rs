@@ -10,15 +10,22 @@ mod checkpoint;
 pub(crate) mod csv;
 mod energies;
 pub mod expect;
+#[doc(hidden)]
 pub mod expectation;
 mod folder;
+#[cfg(feature = "frames")]
+pub mod frames;
+#[cfg(not(feature = "frames"))]
+#[path = "frames/absent.rs"]
 pub mod frames;
 pub mod history;
 mod lock;
+#[doc(hidden)]
 pub mod number;
 #[cfg(feature = "parquet")]
 pub(crate) mod parquet;
 mod picture;
+#[cfg(feature = "report")]
 pub mod report;
 mod summary;
 mod surface;
@@ -27,11 +34,15 @@ mod verdict;
 pub mod warnings;
 
 pub use breakage::Breakage;
-pub use checkpoint::CheckpointWriter;
+pub use checkpoint::{CheckpointWriteError, CheckpointWriter};
 pub use energies::Energies;
 pub use expect::{Checked, check};
-pub use folder::{CHECKPOINT, Folder, OutputError, temporary};
+#[doc(hidden)]
+pub use folder::temporary;
+pub use folder::{CHECKPOINT, Folder, OutputError};
 pub use picture::picture;
 pub(crate) use summary::velocity_left;
 pub use summary::{absorbed_energy, flies_freely, residual_velocity, summary};
-pub use verdict::{Verdict, place, reached, symmetry, verdict};
+pub use verdict::{Verdict, verdict};
+#[doc(hidden)]
+pub use verdict::{place, reached, symmetry};

@@ -56,6 +56,7 @@ impl Level {
 
 /// One sign.
 #[derive(Clone, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct QualityCheck {
     /// What it is about.
     pub name: &'static str,

@@ -11,6 +11,7 @@ use crate::solver::Divergence;
 
 /// The verdict of a run.
 #[derive(Clone, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct Verdict {
     /// One or two words: what happened.
     pub word: &'static str,

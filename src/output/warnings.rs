@@ -32,6 +32,7 @@ pub const DENSITY_TOLERANCE: f64 = 0.05;
 
 /// One numbered warning: what it says, whenever it is given.
 #[derive(Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct WarningKind {
     /// `W1`, `W2`, …
     pub code: &'static str,
@@ -123,6 +124,7 @@ pub static KINDS: [WarningKind; 7] = [
 
 /// A warning that a case or a run calls for.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Warning {
     /// What it says, whenever it is given.
     pub kind: &'static WarningKind,

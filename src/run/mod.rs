@@ -3,19 +3,25 @@
 //! - [`run`] takes a case to a [`Run`]. `options` says how, `result` what comes out.
 //! - A backend computes: `processor`, or `graphics` on a device. It takes steps, shows its state, and saves itself.
 //! - `record` is what a run has produced so far, and when the next record is due; [`outcome`] decides what became of the
-//!   projectile, [`pieces`] and `deflection` what fabric hangs on, [`profile`] reads deflection and waves along a yarn.
-//! - [`observer`] is who follows a run: progress, [`frame`]s, [`checkpoint`]s.
+//!   projectile, `pieces` and `deflection` what fabric hangs on, [`profile`] reads deflection and waves along a yarn.
+//! - [`Observer`] is who follows a run: progress, [`frame`]s, [`checkpoint`]s.
 
 mod backend;
 pub mod checkpoint;
 mod deflection;
 mod due;
 pub mod frame;
+#[cfg(feature = "gpu")]
+#[doc(hidden)]
 pub mod graphics;
-pub mod observer;
+#[cfg(not(feature = "gpu"))]
+#[path = "graphics/absent.rs"]
+mod graphics;
+mod observer;
 mod options;
+#[doc(hidden)]
 pub mod outcome;
-pub mod pieces;
+pub(crate) mod pieces;
 mod processor;
 pub mod profile;
 mod record;
@@ -26,14 +32,21 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use tracing::info_span;
 
 use crate::case::Case;
+pub use crate::model::{Features, MirrorPlanes, ModelError};
 use crate::run::checkpoint::LoopClock;
+pub use crate::solver::energy_balance::{Balance, PlyMoment};
+pub use crate::solver::{Divergence, FailureEvent};
 use backend::Backend;
-pub use observer::{Observer, RunScalar, View};
+#[doc(hidden)]
+pub use observer::RunScalar;
+pub use observer::{Observer, View};
 pub use options::{Options, Precision, RunError, Skips};
+pub use outcome::Outcome;
+#[doc(hidden)]
 pub use processor::Simulation;
 pub use result::{NewtonStatistics, PlySample, Progress, Run, Sample};
 
-/// Runs a case.
+/// Runs a case, until its end or until `interrupt` is raised; `watch` follows it. [`Case::run`] and [`Options::run`] are shorter.
 ///
 /// # Errors
 /// When the case cannot become a model, or the device cannot hold it. A run that becomes unstable is a [`Run`] with
@@ -57,9 +70,7 @@ pub fn run(
     let run = || {
         let clock = options.from.map_or_else(LoopClock::default, LoopClock::after);
         Ok(match (options.device, options.precision) {
-            (Some(device), _) => {
-                drive(graphics::DeviceSimulation::open(case, device, &options)?, case, &clock, interrupt, watch)
-            }
+            (Some(device), _) => graphics::run(case, device, &options, &clock, interrupt, watch)?,
             (None, Precision::F64) => drive(Simulation::<f64>::open(case, &options)?, case, &clock, interrupt, watch),
             (None, Precision::F32) => drive(Simulation::<f32>::open(case, &options)?, case, &clock, interrupt, watch),
         })

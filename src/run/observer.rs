@@ -32,12 +32,16 @@ pub trait Observer: Send {
     fn on_checkpoint(&mut self, _run: &dyn Checkpointable, _loop_seconds: f64) {}
 }
 
-/// The model, and a state of it, for a watcher to look at.
+/// The model, and a state of it, for a watcher to look at. What is in it may change with any release: a
+/// [`SnapshotTaker`](crate::run::frame::SnapshotTaker) makes a frame of it.
 #[derive(Clone, Copy, Debug)]
+#[non_exhaustive]
 pub enum View<'a> {
     /// In double precision.
+    #[doc(hidden)]
     Double(&'a Arc<Model<f64>>, &'a State<f64>),
     /// In single precision, which a graphics processor always computes in.
+    #[doc(hidden)]
     Single(&'a Arc<Model<f32>>, &'a State<f32>),
 }
 

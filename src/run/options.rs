@@ -1,11 +1,15 @@
 //! How to run a case, and why a run may not start.
 
+use std::sync::atomic::AtomicBool;
+
 use serde::{Deserialize, Serialize};
 
+use crate::case::Case;
 use crate::gpu::{self, DeviceError};
 use crate::math::scalar::Scalar;
 use crate::model::ModelError;
 use crate::run::checkpoint::{Checkpoint, CheckpointError};
+use crate::run::{Observer, Run, run};
 
 /// Number type of a run.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -58,7 +62,19 @@ impl Default for Skips {
 }
 
 /// How to run a case.
+///
+/// ```
+/// # let case = ripstop::Case::builder("a ply").fabric(ripstop::BuiltInFabric::S720).size_mm(15.0, 15.0)
+/// #     .sphere_mm(6.0).mass_g(1.0).velocity_m_s(50.0).end_time_us(3.0).build()?;
+/// use ripstop::{Options, run::Precision};
+///
+/// let run = Options::default().threads(1).precision(Precision::F32).run(&case)?;
+/// # assert_eq!((run.threads, run.precision), (1, "f32"));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Copy, Debug, Default)]
+#[non_exhaustive]
+#[must_use]
 pub struct Options<'a> {
     /// Worker threads; `None` takes all cores.
     pub threads: Option<usize>,
@@ -72,8 +88,62 @@ pub struct Options<'a> {
     pub from: Option<&'a Checkpoint>,
 }
 
+impl<'a> Options<'a> {
+    /// So many worker threads; `None`: all cores.
+    pub fn threads(self, threads: impl Into<Option<usize>>) -> Self {
+        Self { threads: threads.into(), ..self }
+    }
+
+    /// In this number type; a graphics processor computes in `f32`.
+    pub fn precision(self, precision: Precision) -> Self {
+        Self { precision, ..self }
+    }
+
+    /// On a graphics processor; `None`: on the processor.
+    pub fn device(self, device: impl Into<Option<&'a gpu::Device>>) -> Self {
+        Self { device: device.into(), ..self }
+    }
+
+    /// With only this left out.
+    pub fn skips(self, skips: Skips) -> Self {
+        Self { skips, ..self }
+    }
+
+    /// From a checkpoint on.
+    pub fn resume(self, checkpoint: &'a Checkpoint) -> Self {
+        Self { from: Some(checkpoint), ..self }
+    }
+
+    /// Runs a case.
+    ///
+    /// # Errors
+    /// As [`crate::run::run`].
+    pub fn run(self, case: &Case) -> Result<Run, RunError> {
+        self.watch(case, &mut ())
+    }
+
+    /// Runs a case with somebody who follows it.
+    ///
+    /// # Errors
+    /// As [`crate::run::run`].
+    pub fn watch(self, case: &Case, watch: &mut dyn Observer) -> Result<Run, RunError> {
+        run(case, self, &AtomicBool::new(false), watch)
+    }
+}
+
+impl Case {
+    /// Runs the case on all cores of the processor.
+    ///
+    /// # Errors
+    /// As [`crate::run::run`].
+    pub fn run(&self) -> Result<Run, RunError> {
+        Options::default().run(self)
+    }
+}
+
 /// Why a run did not start.
 #[derive(Clone, Debug, thiserror::Error)]
+#[non_exhaustive]
 pub enum RunError {
     /// The case cannot become a model.
     #[error(transparent)]

@@ -44,6 +44,7 @@ const REST: f64 = 1e-9;
 
 /// Outcome of a shot.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub enum Outcome {
     /// Through the pack.
     Perforated,

@@ -12,6 +12,7 @@ use crate::solver::state::State;
 
 /// One node of a profile.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct ProfilePoint {
     /// Reference position along the profile, from the point of impact [m].
     pub reference: f64,
@@ -27,6 +28,7 @@ pub struct ProfilePoint {
 
 /// A line of nodes at one time.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct DeflectionProfile {
     /// [s]
     pub time: f64,
@@ -35,7 +37,7 @@ pub struct DeflectionProfile {
 }
 
 /// Takes the profile of the first ply along the line of nodes nearest to the point of impact.
-pub fn take<S: Scalar>(model: &Model<S>, state: &State<S>, case: &Case, time: f64) -> DeflectionProfile {
+pub(crate) fn take<S: Scalar>(model: &Model<S>, state: &State<S>, case: &Case, time: f64) -> DeflectionProfile {
     let mesh = &model.ply_type(0).mesh;
     let impact = case.projectile.as_ref().map_or([0.0; 2], |p| p.offset);
     let impact = mesh.to_ply([impact[0], impact[1], 0.0]);

@@ -11,6 +11,7 @@ use crate::solver::{Divergence, FailureEvent};
 
 /// One row of the history, at a time of positions.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct Sample {
     /// [s]
     pub time: f64,
@@ -36,6 +37,7 @@ pub struct Sample {
 
 /// One ply at a time of positions.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct PlySample {
     /// [s]
     pub time: f64,
@@ -49,6 +51,7 @@ pub struct PlySample {
 
 /// Where a run is, for the progress bar.
 #[derive(Clone, Copy, Debug)]
+#[non_exhaustive]
 pub struct Progress {
     /// [s]
     pub time: f64,
@@ -66,6 +69,7 @@ pub struct Progress {
 
 /// Newton statistics of a run.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[non_exhaustive]
 pub struct NewtonStatistics {
     /// Largest residual over the breaking tension of the weaker yarn [-].
     pub max_residual: f64,
@@ -77,6 +81,7 @@ pub struct NewtonStatistics {
 
 /// Everything a run produced.
 #[derive(Clone, Debug)]
+#[non_exhaustive]
 pub struct Run {
     /// Verdict.
     pub outcome: Outcome,

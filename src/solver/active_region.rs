@@ -42,7 +42,7 @@ impl ActiveRegion {
 
     /// The smallest rectangle around both.
     #[must_use]
-    pub fn union(&self, other: &Self) -> Self {
+    pub(crate) fn union(&self, other: &Self) -> Self {
         if self.is_nothing() {
             return other.clone();
         }
@@ -74,7 +74,7 @@ impl ActiveRegion {
 
     /// The nodes of another ply that lie over it or within `slack` [m] of that, by their reference positions.
     #[must_use]
-    pub fn seen_from(&self, own: &Mesh, other: &Mesh, slack: f64) -> Self {
+    pub(crate) fn seen_from(&self, own: &Mesh, other: &Mesh, slack: f64) -> Self {
         if self.is_nothing() {
             return Self::nothing();
         }

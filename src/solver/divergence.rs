@@ -12,7 +12,7 @@ use crate::solver::energy_balance::EnergyBalance;
 use crate::solver::state::State;
 
 /// Ply, row and column of the fastest node, and its speed [m/s].
-pub fn fastest_node<S: Scalar>(model: &Model<S>, state: &State<S>) -> ([usize; 3], f64) {
+fn fastest_node<S: Scalar>(model: &Model<S>, state: &State<S>) -> ([usize; 3], f64) {
     let mut fastest = ([0; 3], 0.0);
     for [ply, row, column] in nodes(model) {
         let speed = Vector3::from(state.velocity(model.grid.first_node_row(ply) + row, column)).norm();
@@ -40,7 +40,7 @@ pub fn elements<S: Scalar>(model: &Model<S>) -> impl Iterator<Item = [usize; 3]>
 }
 
 /// Looks for numbers that are not finite: which kernel made them, and where.
-pub fn find_divergence<S: Scalar>(model: &Model<S>, state: &State<S>) -> Option<Divergence> {
+pub(crate) fn find_divergence<S: Scalar>(model: &Model<S>, state: &State<S>) -> Option<Divergence> {
     let grid = &model.grid;
     let bad = |x: &S| !x.to_f64().is_finite();
     let trouble = |kernel, name: &str, x: S, place| {

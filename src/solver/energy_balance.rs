@@ -57,6 +57,7 @@ pub struct EnergyBalance {
 
 /// What one ply holds at one time.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct PlyMoment {
     /// Kinetic energy [J].
     pub kinetic: f64,
@@ -89,6 +90,7 @@ pub(crate) struct SampleSums {
 
 /// Energies at one time [J]; the columns of `history.csv`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct Balance {
     /// Fabric kinetic energy.
     pub kinetic: f64,
@@ -149,19 +151,19 @@ impl Balance {
 
     /// All the fabric holds and everything lost, by state functions: with the projectile's energy, and less the work put in, a
     /// step that invents or forgets shows here [J].
-    pub fn without_projectile(&self) -> f64 {
+    pub(crate) fn without_projectile(&self) -> f64 {
         self.kinetic + self.stored + self.hourglass + self.viscous + self.contact + self.friction + self.failure
     }
 }
 
 impl EnergyBalance {
     /// A ledger of the part of a scene that these planes leave. Momentum across them it does not look at: in the whole it cancels.
-    pub fn of_part(planes: MirrorPlanes) -> Self {
+    pub(crate) fn of_part(planes: MirrorPlanes) -> Self {
         Self { planes, ..Self::default() }
     }
 
     /// Adds the contact of one step.
-    pub fn add_contact(&mut self, c: &ContactTotals) {
+    pub(crate) fn add_contact(&mut self, c: &ContactTotals) {
         self.contact += c.dissipation;
         self.friction += c.friction;
         self.external += c.external;
@@ -173,7 +175,7 @@ impl EnergyBalance {
 
     /// Takes the element sums of a sampling step, row by row. `load`: largest load of a yarn over the failure length, over its breaking
     /// load; 0 where every element is judged alone.
-    pub fn sample_elements(&mut self, rows: &[ElementTotals], grid: &Grid, load: f64) {
+    pub(crate) fn sample_elements(&mut self, rows: &[ElementTotals], grid: &Grid, load: f64) {
         let tension = rows.iter().map(|r| r.max_tension).fold(0.0, f64::max);
         self.elements_are(rows.iter().map(|r| r.stored).sum(), rows.iter().map(|r| r.hourglass).sum(), tension);
         let load = rows.iter().map(|r| r.max_load).fold(load, f64::max);
@@ -217,7 +219,12 @@ impl EnergyBalance {
     }
 
     /// Takes the node sums of a sampling step, row by row. `to_pack`: a vector of a row in the axes of the pack.
-    pub fn sample_nodes(&mut self, rows: &[NodeTotals], grid: &Grid, to_pack: impl Fn(usize, [f64; 3]) -> [f64; 3]) {
+    pub(crate) fn sample_nodes(
+        &mut self,
+        rows: &[NodeTotals],
+        grid: &Grid,
+        to_pack: impl Fn(usize, [f64; 3]) -> [f64; 3],
+    ) {
         let mut momentum = [0.0; 3];
         for (index, row) in rows.iter().enumerate() {
             let part = to_pack(index, row.momentum);
@@ -233,7 +240,7 @@ impl EnergyBalance {
 
     /// Replaces a touched node's share of kinetic energy and momentum. `pull`: what the forces at the time of the positions
     /// do to the velocity in a step [m/s].
-    pub fn correct_node(
+    pub(crate) fn correct_node(
         &mut self,
         ply: usize,
         mass: f64,
@@ -253,7 +260,7 @@ impl EnergyBalance {
     }
 
     /// Takes the projectile of a sampling step, after contact.
-    pub fn sample_body(&mut self, body: &RigidBody) {
+    pub(crate) fn sample_body(&mut self, body: &RigidBody) {
         self.projectile = body.kinetic_energy();
         // What a drive keeps up would only round: it may be a million times what it does to the fabric.
         self.shared = body.own_energy();
@@ -345,7 +352,7 @@ impl EnergyBalance {
     }
 
     /// Energy that was ever available to the fabric and the projectile [J].
-    pub fn accounted_energy(&self) -> f64 {
+    pub(crate) fn accounted_energy(&self) -> f64 {
         self.initial.map_or(f64::INFINITY, |i| i.scale) + self.external.max(0.0)
     }
 

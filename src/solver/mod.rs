@@ -34,8 +34,8 @@ use crate::model::Model;
 use crate::solver::active_region::ActiveRegion;
 use crate::solver::energy_balance::EnergyBalance;
 use crate::solver::state::{Rows, State, split};
-pub(crate) use divergence::{diagnose, excess, flying};
-pub use divergence::{elements, fastest_node, find_divergence, nodes};
+pub(crate) use divergence::{diagnose, excess, find_divergence, flying};
+pub use divergence::{elements, nodes};
 pub use kernels::{KernelScalar, RowKernels};
 pub(crate) use memory::StepperState;
 use plies::PlyContact;
@@ -50,6 +50,7 @@ use sweep::{Passes, Sweep};
 
 /// A yarn failure, with its place in the pack.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct FailureEvent {
     /// Step it was found in.
     pub step: u64,

@@ -38,7 +38,7 @@ impl<S: Scalar> Rows<S> {
     }
 
     /// Numbers per row.
-    pub fn row_length(&self) -> usize {
+    pub(crate) fn row_length(&self) -> usize {
         self.fields * self.stride
     }
 

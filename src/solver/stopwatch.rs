@@ -65,7 +65,7 @@ impl Stopwatch {
     }
 
     /// What happened since the last call was the elements and the nodes in one sweep.
-    pub fn lap_of_both(&mut self) {
+    pub(crate) fn lap_of_both(&mut self) {
         let now = Instant::now();
         self.both += now - self.last;
         self.last = now;

@@ -29,7 +29,7 @@ impl Observer for Noted<'_> {
 fn no_more_than_an_interval_is_ever_lost() {
     let (case, shelf) = (ply(), TempDir::new().unwrap());
     let folder = Folder::prepare(shelf.path(), &case).unwrap();
-    let options = Options { threads: Some(1), ..Options::default() };
+    let options = Options::default().threads(1);
     let every = 2.5e-6;
     let keeper = CheckpointWriter::new(&folder, &case, Header::new(&case, &options, every), Instant::now());
     let mut noted = Noted { keeper, times: vec![0.0] };
@@ -67,7 +67,7 @@ fn the_last_good_checkpoint_survives_a_full_disk() {
     let kept = || Checkpoint::open(&shelf.path().join(CHECKPOINT)).map(|last| last.head().step);
     assert_eq!(advance(), (Ok(()), 20));
     std::os::unix::fs::symlink("/dev/full", shelf.path().join(".checkpoint.bin.tmp")).unwrap();
-    let complaint = advance().0.unwrap_err();
+    let complaint = advance().0.unwrap_err().to_string();
     assert!(complaint.contains("No space left on device"), "{complaint}");
     assert!(complaint.contains("µs is still there"), "{complaint}");
     assert_eq!(kept(), Ok(20));

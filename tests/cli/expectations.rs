@@ -51,13 +51,10 @@ fn what_does_not_hold_or_cannot_be_measured_has_failed_with_a_reason() {
 
 #[test]
 fn a_run_that_ended_early_has_no_later_values() {
-    let (case, mut run) = run(&small_with("/expect", json!([])));
+    let (mut case, mut run) = run(&small_with("/expect", json!([])));
     run.history.truncate(4);
     let statement = json!([{"quantity": "contact_force_n", "at_us": 9, "min": -1e15, "source": "t"}]);
-    let case = case::Case {
-        expect: case::from_str("t.json", &small_with("/expect", statement).to_string(), &[]).unwrap().expect,
-        ..case
-    };
+    case.expect = case::from_str("t.json", &small_with("/expect", statement).to_string(), &[]).unwrap().expect;
     let checked = output::check(&case, &run, &json!({}));
     assert!(!checked[0].pass && checked[0].note.as_ref().unwrap().contains("end_time"), "{checked:?}");
 }

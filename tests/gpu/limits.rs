@@ -43,7 +43,7 @@ fn two_dimensions(device: &'static Device) -> Outcome {
     let narrow = narrow.map_err(|e| e.to_string())?;
     assert_eq!(narrow.limits().max_compute_workgroups_per_dimension, 7);
     let [wide, folded] = [device, &narrow].map(|on| {
-        let options = Options { device: Some(on), ..Options::default() };
+        let options = Options::default().device(on);
         run::run(&case, options, &AtomicBool::new(false), &mut ()).unwrap()
     });
     assert!(wide.elements > 7 * 64, "{} elements fit into one row of workgroups", wide.elements);

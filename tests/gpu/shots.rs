@@ -113,7 +113,7 @@ fn run_on(device: &Device, case: &Case) -> Run {
 
 /// Runs a case on the device until it ends or is interrupted.
 fn run_until(device: &Device, case: &Case, interrupt: &AtomicBool) -> Run {
-    let options = Options { threads: Some(1), device: Some(device), ..Options::default() };
+    let options = Options::default().threads(1).device(device);
     run::run(case, options, interrupt, &mut ()).unwrap_or_else(|e| panic!("{}: {e}", case.name))
 }
 

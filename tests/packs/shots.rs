@@ -177,7 +177,7 @@ fn threads_change_no_bit() {
 
 /// The run of a case with everything computed.
 fn unskipped(case: &Case) -> Run {
-    let options = Options { skips: Skips { wavefront: false, ..Skips::default() }, ..Options::default() };
+    let options = Options::default().skips(Skips { wavefront: false, ..Skips::default() });
     ripstop::run::run(case, options, &AtomicBool::new(false), &mut ()).unwrap()
 }
 

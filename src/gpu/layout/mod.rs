@@ -20,27 +20,27 @@ pub const GROUP: u32 = 64;
 /// A number for none: no step that went bad, no place, no ply.
 pub const NONE: u32 = u32::MAX;
 /// Fields of a node: displacement, velocity.
-pub const NODE_FIELDS: u64 = 6;
+pub(crate) const NODE_FIELDS: u64 = 6;
 /// Fields of an element's forces.
-pub const FORCE_FIELDS: u64 = 9;
+pub(crate) const FORCE_FIELDS: u64 = 9;
 /// Fields of an element's heights: what predicts them, and the two.
-pub const HEIGHT_FIELDS: u64 = 6;
+pub(crate) const HEIGHT_FIELDS: u64 = 6;
 /// Fields of an element's accounts.
 pub const ACCOUNT_FIELDS: u64 = 10;
 /// Fields of a node's accounts of contact between plies.
-pub const PLY_ACCOUNT_FIELDS: u64 = 3;
+pub(crate) const PLY_ACCOUNT_FIELDS: u64 = 3;
 /// Fields of an element whose yarns have shock viscosity: viscous forces of warp and weft.
-pub const VISCOUS_FIELDS: u64 = 2;
+pub(crate) const VISCOUS_FIELDS: u64 = 2;
 /// Fields of an element whose yarns are judged over a length: strains of warp and weft in the last two steps.
-pub const STRAIN_FIELDS: u64 = 4;
+pub(crate) const STRAIN_FIELDS: u64 = 4;
 /// Failure strains of warp and weft over the fabric's, behind those, where strength varies.
-pub const STRENGTH_FIELDS: u64 = 2;
+pub(crate) const STRENGTH_FIELDS: u64 = 2;
 /// Words of a contact between plies.
 pub const CONTACT_WORDS: u64 = 8;
 /// Fields of the impulses of contact between plies.
 pub const IMPULSE_FIELDS: u64 = 6;
 /// Words of what may have moved of a ply.
-pub const REACH_WORDS: u64 = 4;
+pub(crate) const REACH_WORDS: u64 = 4;
 /// Words of a failure event.
 pub const EVENT_WORDS: u64 = 4;
 /// Words of a contact point, and of one where the rim is sampled too.
@@ -54,9 +54,9 @@ pub const BODY_WORDS: usize = 60;
 /// Sums of a workgroup of the ledger.
 pub const SUMS: usize = 25;
 /// Bytes of a step's uniform.
-pub const STEP_BYTES: u64 = 32;
+pub(crate) const STEP_BYTES: u64 = 32;
 /// Bytes between two steps' uniforms, the alignment every device grants.
-pub const STEP_STRIDE: u64 = 256;
+pub(crate) const STEP_STRIDE: u64 = 256;
 
 /// Words of `status`.
 pub mod status {

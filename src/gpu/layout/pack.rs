@@ -7,7 +7,7 @@ use crate::model::cover::unbroken_cells;
 use crate::model::{Mesh, Model, PlyType};
 
 /// Most plies there are.
-pub const PLIES: usize = 64;
+pub(crate) const PLIES: usize = 64;
 /// Words of a ply.
 pub const PLY_WORDS: usize = 24;
 

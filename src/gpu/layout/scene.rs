@@ -7,9 +7,9 @@ use crate::kernels::element_force::ElementConstants;
 use crate::model::{Model, PlyType};
 
 /// Bytes between the constants of two ply types.
-pub const SCENE_STRIDE: u64 = 512;
+pub(crate) const SCENE_STRIDE: u64 = 512;
 /// Bytes between the law tables of two ply types: the table, to the alignment every device grants.
-pub const LAW_STRIDE: u64 = 6656;
+pub(crate) const LAW_STRIDE: u64 = 6656;
 
 /// The constants of the shots of a batch and of one of their ply types, with the room there is in the buffers.
 pub fn scene(model: &Model<f32>, ply_type: usize, sizes: &Sizes) -> Block {

@@ -6,9 +6,9 @@ use crate::math::scalar::Real;
 /// Fields of an element row, in storage order.
 pub mod field {
     /// P1·Ly/2 [N], three components.
-    pub const WARP_FORCE: usize = 0;
+    pub(crate) const WARP_FORCE: usize = 0;
     /// P2·Lx/2 [N], three components.
-    pub const WEFT_FORCE: usize = 3;
+    pub(crate) const WEFT_FORCE: usize = 3;
     /// Force on the difference of opposite edges, of yarns and hourglass stiffness, per corner [N], three components.
     pub const HOURGLASS: usize = 6;
     /// All forces.

@@ -29,6 +29,7 @@ const PLIES: usize = 8;
 
 /// All strips at one time; nodes and cells follow each other strip by strip.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct Keyframe {
     /// Steps done.
     pub step: u64,
@@ -54,6 +55,7 @@ impl Keyframe {
 
 /// Pictures of a run.
 #[derive(Clone, Debug)]
+#[non_exhaustive]
 pub struct Animation {
     /// Plies shown, the struck one first; none before the first picture.
     pub strips: Vec<AnimatedPly>,

@@ -3,6 +3,7 @@
 //! It asks nothing of a network and says so in its content security policy; style and script are `page.css`, `page.js` and `values.js`. All
 //! text that a user wrote is escaped. But for machine and timing, the same run gives the same bytes.
 
+#[doc(hidden)]
 pub mod animated_ply;
 mod animation;
 mod colour;

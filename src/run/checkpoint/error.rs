@@ -5,6 +5,7 @@ use std::path::Path;
 /// A file that no run goes on from.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("error: {path}\n  expected: {}\n  found: {}\n  help: {}", self.words()[0], self.words()[1], self.words()[2])]
+#[non_exhaustive]
 pub struct CheckpointError {
     /// The file.
     pub path: String,
@@ -14,6 +15,7 @@ pub struct CheckpointError {
 
 /// What is wrong with a file.
 #[derive(Clone, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum CheckpointFault {
     /// It cannot be read, for this reason.
     Unreadable(String),

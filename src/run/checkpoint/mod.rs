@@ -18,6 +18,7 @@ use std::io::{self, Write};
 
 mod body;
 mod clock;
+#[cfg(feature = "gpu")]
 mod device;
 mod error;
 mod file;
@@ -26,7 +27,9 @@ mod processor;
 
 pub(crate) use clock::LoopClock;
 pub use error::{CheckpointError, CheckpointFault};
-pub use file::{Checkpoint, FORMAT};
+pub use file::Checkpoint;
+#[doc(hidden)]
+pub use file::FORMAT;
 pub(crate) use file::{Reader, Writer, write};
 pub use head::{BackendId, Extras, Header, Spent};
 
@@ -42,5 +45,5 @@ pub trait Checkpointable {
     fn save(&self, head: &Header, followed: &[u8], to: &mut dyn Write) -> io::Result<()>;
 }
 
-#[cfg(test)]
+#[cfg(all(test, feature = "report"))]
 mod layout_tests;

@@ -7,6 +7,7 @@
 //! N frames lie evenly between the start and the end of a run, both included. When a run ends is not known before: frames
 //! are taken more often, and N of them are chosen in the end ([`even`]).
 
+mod collector;
 mod element;
 mod scene;
 mod schedule;
@@ -14,6 +15,7 @@ mod snapshot;
 
 use serde::{Deserialize, Serialize};
 
+pub use collector::FrameCollector;
 pub use scene::{PlyMesh, Scene};
 pub(crate) use schedule::Schedule;
 pub use schedule::even;
@@ -22,6 +24,7 @@ pub use snapshot::{Snapshot, SnapshotTaker};
 /// The whole scene at one time, in the axes of the pack. Nodes and elements run over (ply, row, column); [`Scene`] has
 /// their numbers and what does not change.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Frame {
     /// Steps done.
     pub step: u64,
@@ -67,6 +70,7 @@ impl Frame {
 
 /// A projectile at one time, in the axes of the pack.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct Pose {
     /// Centre of mass [m].
     pub position: [f64; 3],

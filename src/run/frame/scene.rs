@@ -7,6 +7,7 @@ use crate::model::{Model, ModelError};
 
 /// What stays the same from frame to frame: the whole pack at rest, and the shape of the projectile.
 #[derive(Clone, Debug)]
+#[non_exhaustive]
 pub struct Scene {
     /// The plies, the struck one first.
     pub plies: Vec<PlyMesh>,
@@ -23,6 +24,7 @@ pub struct Scene {
 /// One ply among the nodes and elements of a scene; element (row, column) lies between the nodes (row, column) and
 /// (row + 1, column + 1).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct PlyMesh {
     /// Elements along the warp.
     pub columns: usize,

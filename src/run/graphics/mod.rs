@@ -9,6 +9,7 @@ mod samples;
 mod shots;
 
 use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
 
 use tracing::debug;
 
@@ -17,13 +18,26 @@ use crate::gpu::Device;
 use crate::gpu::stepper::DeviceStepper;
 use crate::model::Model;
 use crate::run::backend::Backend;
+use crate::run::checkpoint::LoopClock;
 use crate::run::record::RunRecord;
-use crate::run::{Observer, Options, Progress, Run, RunError, Skips, View};
+use crate::run::{Observer, Options, Progress, Run, RunError, Skips, View, drive};
 use crate::solver;
 use crate::solver::state::State;
 pub(super) use device_loop::DeviceLoop;
 use samples::DeviceShot;
 pub use shots::{DeviceBatch, DeviceUse, PreparedShot};
+
+/// Runs a case on a device.
+pub(super) fn run(
+    case: &Case,
+    device: &Device,
+    options: &Options<'_>,
+    clock: &LoopClock,
+    interrupt: &AtomicBool,
+    watch: &mut dyn Observer,
+) -> Result<Run, RunError> {
+    Ok(drive(DeviceSimulation::open(case, device, options)?, case, clock, interrupt, watch))
+}
 
 /// A run in progress on a device.
 pub struct DeviceSimulation<'a> {

@@ -66,7 +66,7 @@ impl PreparedShot {
     }
 
     /// Whether it can be computed together with another.
-    pub fn goes_with(&self, other: &Self) -> bool {
+    pub(crate) fn goes_with(&self, other: &Self) -> bool {
         self.common == other.common
     }
 

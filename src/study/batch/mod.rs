@@ -19,7 +19,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 pub use fire::{fire, order_case};
 pub use log::ShotLog;
-pub use page::{histograms, html};
+pub use page::html;
 pub use plan::BatchPlan;
 pub use row::{ShotRow, columns};
 pub(in crate::study) use threads::in_threads;

@@ -24,7 +24,7 @@ pub fn html(title: &str, rows: &[&ShotRow], fit: &Fit, notes: &[String]) -> Stri
 }
 
 /// A histogram of every value that was drawn, and of the impact velocity: its name and what lies in the drawing.
-pub fn histograms(rows: &[&ShotRow]) -> Vec<(String, String)> {
+fn histograms(rows: &[&ShotRow]) -> Vec<(String, String)> {
     let mut columns = vec!["velocity_m_s".to_owned()];
     columns.extend(rows.first().into_iter().flat_map(|row| row.drawn.iter().map(|drawn| drawn.column.clone())));
     let of = |column: &String| -> Vec<(f64, Option<bool>)> {

@@ -114,12 +114,12 @@ impl ShotRow {
     }
 
     /// As estimators take it.
-    pub fn as_shot(&self) -> Option<Shot> {
+    pub(crate) fn as_shot(&self) -> Option<Shot> {
         self.perforated().map(|perforated| Shot { velocity: self.velocity, perforated })
     }
 
     /// As `ripstop fit` reads it.
-    pub fn as_fit_row(&self) -> Option<FitRow> {
+    pub(crate) fn as_fit_row(&self) -> Option<FitRow> {
         let perforated = self.perforated()?;
         let passed = |residual: &f64| perforated && (0.0..=self.velocity).contains(residual);
         Some(FitRow { velocity: self.velocity, perforated, count: 1, residual: self.residual.filter(passed) })

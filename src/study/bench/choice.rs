@@ -36,7 +36,7 @@ pub struct Configuration {
 
 impl Configuration {
     /// The case as it is, on the processor in f64.
-    pub fn default_of(case: &Case) -> Self {
+    pub(crate) fn default_of(case: &Case) -> Self {
         let (courant, mesh) = (case.solver.courant, case.pack.crossovers_per_element);
         let cell = case.solver.unit_cell.word();
         let graded = if case.pack.grading.is_some() { " graded" } else { "" };

@@ -128,7 +128,7 @@ impl BenchRow {
     }
 
     /// Whether outcome, velocity history and end are the reference's within `tolerance` [-].
-    pub fn is_within(&self, tolerance: f64) -> bool {
+    pub(crate) fn is_within(&self, tolerance: f64) -> bool {
         let within = |error: Option<f64>| error.is_some_and(|error| error <= tolerance);
         self.same_outcome && within(self.velocity_error()) && within(self.errors.and_then(|errors| errors.end))
     }

@@ -32,7 +32,7 @@ impl CurveDifference {
     }
 
     /// Root mean square over the scale.
-    pub fn rms_share(&self) -> Option<f64> {
+    pub(crate) fn rms_share(&self) -> Option<f64> {
         share(self.rms, self.scale)
     }
 

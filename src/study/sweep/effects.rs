@@ -26,7 +26,7 @@ pub struct MainEffect {
 
 /// The main effect of a factor, from pairs of its value and the response. Where hardly a value comes twice, values are put together in bands
 /// of as many points each. `None` of fewer than two values, or where the response does not vary.
-pub fn main_effect(pairs: &[[f64; 2]]) -> Option<MainEffect> {
+pub(crate) fn main_effect(pairs: &[[f64; 2]]) -> Option<MainEffect> {
     let mut pairs: Vec<[f64; 2]> = pairs.iter().copied().filter(|pair| pair.iter().all(|x| x.is_finite())).collect();
     pairs.sort_by(|a, b| a[0].total_cmp(&b[0]));
     let distinct = 1 + pairs.windows(2).filter(|pair| pair[0][0] != pair[1][0]).count();

@@ -21,7 +21,8 @@ pub mod sobol;
 pub use campaign::{PointResult, SweepOf, SweepRequest, SweepResult, run, table};
 pub use json::json;
 pub use page::{html, variance_parts};
-pub use places::{KeyEffect, key_effects};
+pub use places::KeyEffect;
+pub(crate) use places::key_effects;
 
 /// Every file that is written; batches lie in `points`.
 pub const FILES: &[&str] = &[

@@ -27,7 +27,7 @@ pub struct KeyEffect {
 }
 
 /// What each key does to the response.
-pub fn key_effects(request: &SweepRequest, results: &[PointResult]) -> Vec<KeyEffect> {
+pub(crate) fn key_effects(request: &SweepRequest, results: &[PointResult]) -> Vec<KeyEffect> {
     let places = places(request, results);
     let keys = request.factors.len();
     let groups = groups(request, results);

@@ -127,7 +127,7 @@ impl ThresholdSearch {
     }
 
     /// Whether no stop that was seen lies above a perforation.
-    pub fn is_monotone(&self) -> bool {
+    pub(crate) fn is_monotone(&self) -> bool {
         let stop = self.seen.iter().filter(|(_, perforated)| !perforated).map(|(rung, _)| *rung).max();
         let perforation = self.seen.iter().filter(|(_, perforated)| *perforated).map(|(rung, _)| *rung).min();
         stop.zip(perforation).is_none_or(|(stop, perforation)| stop < perforation)

@@ -65,7 +65,7 @@ fn scene<S: RunScalar>(plies: u32, precision: Precision, edges: &str) -> Scene {
         animation.on_snapshot(&simulation.view());
         simulation.advance(&case);
     }
-    let options = Options { precision, ..Options::default() };
+    let options = Options::default().precision(precision);
     let folder = folder();
     let path = folder.path().join("checkpoint.bin");
     let mut file = File::create(&path).expect("a file");
@@ -110,8 +110,7 @@ fn go_on(case: &Case, checkpoint: &Checkpoint, path: Option<&Path>) {
     let BackendId::Cpu(precision) = head.backend else { return };
     let interrupt = AtomicBool::new(false);
     let mut follower = Follower { animation, steps: AtomicUsize::new(0), interrupt: &interrupt };
-    let options =
-        Options { threads: Some(1), precision, skips: head.skips, from: Some(checkpoint), ..Options::default() };
+    let options = Options::default().threads(1).precision(precision).skips(head.skips).resume(checkpoint);
     let run = match run::run(case, options, &interrupt, &mut follower) {
         Ok(run) => run,
         Err(error) => return assert_told(&error.to_string()),

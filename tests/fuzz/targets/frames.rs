@@ -36,7 +36,7 @@ pub(crate) fn frames(bytes: &[u8]) {
             _ => write(&path, file),
         }
     }
-    let options = Options { threads: Some(1), ..Options::default() };
+    let options = Options::default().threads(1);
     let (recorder, lost) = Recorder::resume(folder.path(), &scene.case, &options, first & 64 != 0, &scene.head);
     assert!(lost.is_none_or(|lost| lost.contains("are lost: ")));
     if let Err(error) = recorder.finish() {
@@ -75,7 +75,7 @@ impl Observer for Taken<'_> {
 fn scene(plies: u32) -> Scene {
     let case = small(plies, "clamped");
     let folder = folder();
-    let options = Options { threads: Some(1), ..Options::default() };
+    let options = Options::default().threads(1);
     let head = Header::new(&case, &options, 1e-6);
     let interrupt = AtomicBool::new(false);
     let recorder = Recorder::new(folder.path(), &case, &options, false, Some(&head));

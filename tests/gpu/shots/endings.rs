@@ -36,7 +36,7 @@ fn interrupted(device: &'static Device) -> Outcome {
     assert!(run.interrupted && run.divergence.is_none() && run.lost.is_none());
     ends_with_a_row(&case, &run);
     let interrupt = AtomicBool::new(false);
-    let options = Options { threads: Some(1), device: Some(device), ..Options::default() };
+    let options = Options::default().threads(1).device(device);
     let mut stop = |at: &run::Progress| interrupt.store(at.steps > 100, Ordering::Relaxed);
     let run = run::run(&case, options, &interrupt, &mut stop).map_err(|e| e.to_string())?;
     assert!(run.interrupted && run.steps > 100);

@@ -65,10 +65,9 @@ fn are_those_of_the_processor(device: &'static Device) -> Outcome {
     // So slow that no yarn breaks: the order of failures hangs on rounding.
     let case = builtin("cases/verify/mirror.json", &[&size[..], &["/projectile/velocity_m_s=100"]].concat());
     let folders = [TempDir::new().unwrap(), TempDir::new().unwrap()];
-    let cpu = Options { threads: Some(1), precision: Precision::F32, ..Options::default() };
+    let cpu = Options::default().threads(1).precision(Precision::F32);
     let cpu = written(folders[0].path(), &case, cpu);
-    let gpu =
-        written(folders[1].path(), &case, Options { threads: Some(1), device: Some(device), ..Options::default() });
+    let gpu = written(folders[1].path(), &case, Options::default().threads(1).device(device));
     assert_eq!(cpu.times.len(), 9);
     assert_eq!(cpu.times, gpu.times);
     assert!(cpu.alive == gpu.alive && !cpu.alive.contains(&0), "a yarn has broken: take a slower shot");

@@ -60,7 +60,7 @@ pub(super) fn rim() -> Case {
 }
 
 fn options(device: &Device) -> Options<'_> {
-    Options { threads: Some(1), device: Some(device), ..Options::default() }
+    Options::default().threads(1).device(device)
 }
 
 fn run(case: &Case, options: Options<'_>, watch: &mut dyn Observer) -> Run {
@@ -88,7 +88,7 @@ fn resumes_equal(device: &'static Device, case: &Case, times: fn(&Case, &Run) ->
     assert_eq!(shelf.kept.len(), count);
     for path in &shelf.kept {
         let checkpoint = Checkpoint::open(path).unwrap_or_else(|e| panic!("{e}"));
-        let resumed = result(case, &run(case, Options { from: Some(&checkpoint), ..options(device) }, &mut ()));
+        let resumed = result(case, &run(case, options(device).resume(&checkpoint), &mut ()));
         for (one, two) in whole.iter().zip(&resumed) {
             assert_eq!(one, two, "from step {}", checkpoint.head().step);
         }
@@ -126,7 +126,7 @@ fn refused(device: &'static Device) -> Outcome {
         other => panic!("{:?}", other.map(drop)),
     };
     let from = |case: &Case, options: Options<'_>| {
-        let options = Options { from: Some(&checkpoint), ..options };
+        let options = options.resume(&checkpoint);
         fault(run::run(case, options, &false.into(), &mut ()))
     };
     assert!(matches!(from(&case, Options::default()), CheckpointFault::Backend(_)));

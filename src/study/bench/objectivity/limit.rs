@@ -24,7 +24,7 @@ impl VelocityBracket {
 ///
 /// # Errors
 /// What a shot did not start for.
-pub fn bisect<E>(
+pub(crate) fn bisect<E>(
     guess: f64,
     width: f64,
     mut perforates: impl FnMut(f64) -> Result<bool, E>,

@@ -11,7 +11,7 @@ pub(super) const SHOTS: usize = 16;
 /// Those of a quick look.
 pub(super) const SHOTS_QUICK: usize = 4;
 /// Farthest along warp and weft that they are off the place that is meant [mm]: half the diameter of an aramid fibre.
-pub const OFF: f64 = 0.006;
+pub(crate) const OFF: f64 = 0.006;
 
 /// Residual velocities of shots that differ by nothing one could set.
 #[derive(Clone, Copy, Debug, PartialEq)]
