@@ -8,10 +8,10 @@ use std::time::Instant;
 
 use ripstop::case::Case;
 use ripstop::output::number::{duration, short};
+use ripstop::run::Precision;
 use ripstop::study::batch::{BatchError, BatchOptions};
 use ripstop::study::interval::Bounds;
 
-use super::arguments::PrecisionChoice;
 use super::campaign_arguments::BatchArguments;
 use super::failure::CommandFailure;
 use super::input;
@@ -37,7 +37,7 @@ pub(crate) fn options<'a>(arguments: &BatchArguments, case: &Case, interrupt: &'
         seed: arguments.seed.unwrap_or(of_case),
         threads: arguments.threads.unwrap_or_else(|| thread::available_parallelism().map_or(1, NonZero::get)),
         threads_per_shot: 1,
-        precision: arguments.precision.unwrap_or(PrecisionChoice::F64).into(),
+        precision: arguments.precision.unwrap_or(Precision::F64),
         device: None,
         interrupt,
     }

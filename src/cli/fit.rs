@@ -27,8 +27,7 @@ const ROWS: usize = 9;
 /// Fits, prints and writes.
 pub(crate) fn fit(arguments: &FitArguments) -> Result<(), CommandFailure> {
     let rows = fit::read(&arguments.data)?;
-    let request =
-        FitRequest { link: arguments.link.into(), level: arguments.level, interval: arguments.interval.into() };
+    let request = FitRequest { link: arguments.link, level: arguments.level, interval: arguments.interval };
     let computed = arguments.computed.as_deref().map(ComputedLimit::read).transpose()?;
     let found = Fit { computed, ..fit::fit(&rows, request) };
     let written = arguments.out.as_deref().map(|out| write(out, &arguments.data, &found)).transpose()?;

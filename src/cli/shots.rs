@@ -3,13 +3,12 @@
 use std::path::Path;
 
 use ripstop::case::Case;
-use ripstop::math::link::Link;
 use ripstop::output::Folder;
 use ripstop::output::number::{bytes, short};
 use ripstop::run::graphics::DeviceUse;
 use ripstop::study::batch::{BatchOptions, ShotOrder, order_case};
-use ripstop::study::fit::{self, Fit, FitRequest};
-use ripstop::study::interval::Interval;
+use ripstop::study::fit::{self, Fit};
+use ripstop::study::interval::Bounds;
 use ripstop::study::shots::{self, BatchProgress, ShotsRequest, ShotsResult};
 
 use super::arguments::{BackendArguments, RunArguments};
@@ -30,7 +29,7 @@ pub(crate) fn shots(arguments: &ShotsArguments) -> Result<(), CommandFailure> {
         count: arguments.count.unwrap_or(1),
         velocity: arguments.velocity.map(|velocities| velocities.0),
         until_width: arguments.batch.until_width,
-        fit: FitRequest { link: Link::Probit, level: arguments.batch.level, interval: Interval::Likelihood },
+        fit: arguments.batch.fit(),
     };
     if let Some(number) = arguments.only {
         let order = shots::order(&request, of_batch.seed, number);
@@ -54,7 +53,7 @@ pub(crate) fn shots(arguments: &ShotsArguments) -> Result<(), CommandFailure> {
 }
 
 /// The estimate that a bar shows.
-fn v50(fit: Option<&Fit>) -> Option<(f64, ripstop::study::interval::Bounds)> {
+fn v50(fit: Option<&Fit>) -> Option<(f64, Bounds)> {
     let v50 = fit?.v50()?;
     Some((v50.value?, v50.bounds))
 }

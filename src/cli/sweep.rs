@@ -2,12 +2,9 @@
 
 use std::path::Path;
 
-use ripstop::math::link::Link;
 use ripstop::output::Folder;
 use ripstop::output::number::short;
 use ripstop::study::StudyError;
-use ripstop::study::fit::FitRequest;
-use ripstop::study::interval::Interval;
 use ripstop::study::shots::ShotsRequest;
 use ripstop::study::sweep::design::SweepDesign;
 use ripstop::study::sweep::factor::Factor;
@@ -64,7 +61,7 @@ fn request(arguments: &SweepArguments) -> Result<SweepRequest, CommandFailure> {
         let over = factors.iter().zip(point).map(|(factor, value)| format!("{}={value}", factor.pointer));
         let sets: Vec<String> = arguments.batch.sets.iter().cloned().chain(over).collect();
         let case = input::read(&arguments.case, &sets)?;
-        let fit = FitRequest { link: Link::Probit, level: arguments.batch.level, interval: Interval::Likelihood };
+        let fit = arguments.batch.fit();
         let velocity = case.projectile.as_ref().map_or(100.0, |projectile| projectile.velocity);
         let of = match arguments.run {
             SweepKind::Shots => SweepOf::Shots(ShotsRequest {

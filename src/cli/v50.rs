@@ -3,15 +3,12 @@
 use std::path::Path;
 
 use ripstop::case::Case;
-use ripstop::math::link::Link;
 use ripstop::output::Folder;
 use ripstop::output::number::short;
-use ripstop::study::fit::FitRequest;
-use ripstop::study::interval::Interval;
-use ripstop::study::v50::{self, V50Progress, V50Request, V50Result};
+use ripstop::study::v50::{self, Design, V50Progress, V50Request, V50Result};
 
 use super::batch::{self, ShotBar};
-use super::campaign_arguments::{DesignChoice, V50Arguments};
+use super::campaign_arguments::V50Arguments;
 use super::failure::CommandFailure;
 use super::fit::{arithmetic_table, end, plot, residual_table};
 use super::result::part;
@@ -57,17 +54,17 @@ pub(crate) fn v50(arguments: &V50Arguments) -> Result<(), CommandFailure> {
 pub(super) fn request(arguments: &V50Arguments, case: &Case) -> V50Request {
     let of_case = case.projectile.as_ref().map_or(100.0, |projectile| projectile.velocity);
     let velocity = arguments.velocity.map_or_else(|| RANGE.map(|part| part * of_case), |velocities| velocities.0);
-    let is_thresholds = arguments.design == DesignChoice::Thresholds;
+    let is_thresholds = arguments.design == Design::Thresholds;
     let open = is_thresholds && arguments.count.is_none();
     V50Request {
         refined: arguments.refined.unwrap_or(REFINED[usize::from(case.varies())]),
-        design: arguments.design.into(),
+        design: arguments.design,
         count: arguments.count.unwrap_or(COUNTS[usize::from(!is_thresholds)]),
         until_width: arguments.batch.until_width.or(open.then_some(WIDTH)),
         bracket: arguments.bracket,
         velocity,
         sigma: arguments.sigma.unwrap_or(SIGMA * (velocity[1] - velocity[0])),
-        fit: FitRequest { link: Link::Probit, level: arguments.batch.level, interval: Interval::Likelihood },
+        fit: arguments.batch.fit(),
     }
 }
 
@@ -93,7 +90,7 @@ fn text(case: &Case, request: &V50Request, found: &V50Result, folder: &Path) -> 
 fn counts(request: &V50Request, found: &V50Result) -> String {
     let shots = found.shots;
     match request.design {
-        ripstop::study::v50::Design::Thresholds => {
+        Design::Thresholds => {
             let known = found.thresholds.iter().filter(|found| found.is_ok()).count();
             let of = found.thresholds.len();
             let [thresholds, realisations] = [(known, "threshold"), (of, "realisation")]
@@ -153,7 +150,7 @@ fn quantiles(request: &V50Request, found: &V50Result) -> String {
 
 /// The curve, with the thresholds or the shots.
 fn curve(request: &V50Request, found: &V50Result) -> String {
-    let is_thresholds = request.design == ripstop::study::v50::Design::Thresholds;
+    let is_thresholds = request.design == Design::Thresholds;
     let of = |perforated: bool| -> Vec<f64> {
         found.ranged.iter().filter(|shot| shot.perforated == perforated).map(|shot| shot.velocity).collect()
     };
@@ -175,7 +172,7 @@ fn arithmetic(request: &V50Request, found: &V50Result) -> String {
         return String::new();
     }
     let of = match request.design {
-        ripstop::study::v50::Design::Thresholds => "of an up-and-down of one shot at each realisation\n",
+        Design::Thresholds => "of an up-and-down of one shot at each realisation\n",
         _ => "",
     };
     let mut out = format!("{}{of}", arithmetic_table(&found.arithmetic));

@@ -26,6 +26,7 @@ mod search;
 pub mod shots;
 mod student_t;
 pub mod sweep;
+mod threads;
 pub mod v50;
 pub mod validate;
 pub mod verify;

@@ -14,10 +14,11 @@ use super::{Design, FILES, REFINED_TABLE, TABLE, V50Request, html, json};
 use crate::case::{self, Case};
 use crate::output::Folder;
 use crate::study::batch::fire::shoot;
-use crate::study::batch::{BatchError, BatchOptions, BatchPlan, ShotLog, ShotOrder, in_threads};
+use crate::study::batch::{BatchError, BatchOptions, BatchPlan, ShotLog, ShotOrder};
 use crate::study::designs::{Langlie, Neyer, ThreePod, UpDown};
 use crate::study::outcomes::Shot;
 use crate::study::shots::drawn_columns;
+use crate::study::threads::in_threads;
 
 /// Realisations whose thresholds are sought at a time: first few, for the later ones begin where those ended.
 const BLOCKS: [u32; 3] = [2, 6, 8];
