@@ -21,6 +21,7 @@ mod error;
 pub mod fit;
 pub mod interval;
 pub mod outcomes;
+mod page;
 pub mod residual_fit;
 mod search;
 pub mod shots;
