@@ -189,9 +189,9 @@ fn random_scenes(
         name,
         expected: "0 unsound".to_owned(),
         got,
-        tolerance: String::new(),
         source: format!("seed {seed}"),
         pass,
+        ..Check::default()
     };
     let name = format!("{scenes} random scenes, {refused} refused");
     report.rows.push(row(name, format!("{} unsound", found.len()), found.is_empty()));
