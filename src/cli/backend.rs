@@ -49,12 +49,12 @@ fn open(arguments: &BackendArguments) -> Result<Chosen, CommandFailure> {
     let asked_f64 = arguments.precision == Some(Precision::F64);
     match arguments.backend {
         BackendChoice::Cpu if arguments.adapter.is_some() => {
-            Err(CommandFailure::input("error: --adapter\n  expected: --backend gpu or auto\n  found: --backend cpu"))
+            Err(CommandFailure::expected("--adapter", "--backend gpu or auto", "--backend cpu"))
         }
-        BackendChoice::Gpu if asked_f64 => Err(CommandFailure::input(
-            "error: --precision f64\n  expected: f32, the number type of the GPU backend\n  found: f64\n  \
-             help: leave it out, or take --backend cpu",
-        )),
+        BackendChoice::Gpu if asked_f64 => {
+            let failure = CommandFailure::expected("--precision f64", "f32, the number type of the GPU backend", "f64");
+            Err(failure.help("leave it out, or take --backend cpu"))
+        }
         BackendChoice::Cpu => cpu(None),
         BackendChoice::Gpu => Ok(Chosen { device: Some(named(arguments.adapter.as_deref())?), precision, note: None }),
         BackendChoice::Auto if asked_f64 => {

@@ -21,11 +21,8 @@ pub(crate) fn crossover(arguments: &CrossoverArguments) -> Result<(), CommandFai
     let case = case::read(&arguments.case, &sets)?;
     let (warp, weft) = (arguments.warp_stretch.values(), arguments.weft_stretch.values());
     if warp.len() * weft.len() > MAX_POINTS {
-        return Err(CommandFailure::input(format!(
-            "error: --warp-stretch, --weft-stretch\n  expected: at most {MAX_POINTS} points\n  found: {} × {}",
-            warp.len(),
-            weft.len()
-        )));
+        let [expected, found] = [format!("at most {MAX_POINTS} points"), format!("{} × {}", warp.len(), weft.len())];
+        return Err(CommandFailure::expected("--warp-stretch, --weft-stretch", expected, found));
     }
     let points = unit_cell_curve::solve(&case.fabric, &warp, &weft);
     let text = if arguments.json {

@@ -17,7 +17,7 @@ use super::campaign_arguments::ShotsArguments;
 use super::failure::CommandFailure;
 use super::fit::text as fit_text;
 use super::run::{Print, shoot};
-use super::{backend, interrupt, paint, screen};
+use super::{backend, interrupt, paint, result, screen};
 
 /// Fires, prints and writes.
 pub(crate) fn shots(arguments: &ShotsArguments) -> Result<(), CommandFailure> {
@@ -45,11 +45,8 @@ pub(crate) fn shots(arguments: &ShotsArguments) -> Result<(), CommandFailure> {
     let done = shots::run(&case, &request, &options, &folder, arguments.batch.resume, &mut show);
     bar.clear();
     let done = done.map_err(|error| batch::failure(error, &out))?;
-    match Print::of(arguments.batch.json, arguments.batch.quiet) {
-        Print::Json => screen::print(&format!("{:#}\n", fit::json(&done.fit))),
-        Print::Table => screen::print(&text(&case, &request, &done, folder.path())),
-        Print::Nothing => Ok(()),
-    }
+    let print = Print::of(arguments.batch.json, arguments.batch.quiet);
+    print.show(|| fit::json(&done.fit), || text(&case, &request, &done, folder.path()))
 }
 
 /// The estimate that a bar shows.
@@ -96,9 +93,7 @@ fn text(case: &Case, request: &ShotsRequest, done: &ShotsResult, folder: &Path) 
     let trusted = done.rows.iter().filter(|row| row.trust == "trust").count();
     let failed: Vec<_> = done.rows.iter().filter(|row| row.perforated().is_none()).collect();
     out += &fit_text(Path::new("shots"), &done.fit, None);
-    for note in shots::notes(case) {
-        out += &format!("{}  {}\n", paint::caution("note"), screen::wrapped(&note, 6).join("\n      "));
-    }
+    out += &result::remarks("note", &shots::notes(case));
     if done.early {
         let width = short(100.0 * request.until_width.unwrap_or_default(), 3);
         out += &format!(
@@ -118,8 +113,7 @@ fn text(case: &Case, request: &ShotsRequest, done: &ShotsResult, folder: &Path) 
         );
     }
     out += &device_text(&done.device);
-    out += &format!("\n{}  {}\n  {}\n", paint::heading("files"), folder.display(), shots::FILES.join(", "));
-    out
+    out + &result::files(folder, shots::FILES)
 }
 
 /// What shots took of a device; nothing where there was none.

@@ -18,7 +18,7 @@ use super::progress::Bar;
 use super::result::part;
 use super::run::Print;
 use super::table::{Align, TextTable};
-use super::{input, interrupt, paint, screen};
+use super::{input, interrupt, paint};
 
 /// Realisations, and half the width of an interval over V50, where nothing is asked for.
 const COUNT: u32 = 64;
@@ -40,11 +40,8 @@ pub(crate) fn sweep(arguments: &SweepArguments) -> Result<(), CommandFailure> {
     let done = sweep::run(&request, &options, &folder, arguments.batch.resume, &case.title, &show);
     bar.clear();
     let done = done.map_err(|error| batch::failure(error, &out))?;
-    match Print::of(arguments.batch.json, arguments.batch.quiet) {
-        Print::Json => screen::print(&format!("{:#}\n", sweep::json(&request, &done))),
-        Print::Table => screen::print(&text(&case.title, &request, &done, folder.path())),
-        Print::Nothing => Ok(()),
-    }
+    let print = Print::of(arguments.batch.json, arguments.batch.quiet);
+    print.show(|| sweep::json(&request, &done), || text(&case.title, &request, &done, folder.path()))
 }
 
 /// The points, each with its case.

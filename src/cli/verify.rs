@@ -100,8 +100,7 @@ fn table(rows: &[Check]) -> TextTable {
     for row in rows {
         if row.group != group {
             group = row.group;
-            table.row(["", ""]);
-            table.row(["", &paint::heading(group)]);
+            table.group(group);
         }
         let mark = paint::mark(row.pass);
         table.row([&mark, &row.name, &row.expected, &row.got, &row.tolerance]);
