@@ -51,6 +51,12 @@ impl Bounds {
         self.low.is_none_or(|low| low <= value) && self.high.is_none_or(|high| value <= high)
     }
 
+    /// Whether half the width is at most this part of a value.
+    pub fn is_narrow(&self, value: Option<f64>, part: f64) -> bool {
+        let ends = value.zip(self.low.zip(self.high));
+        ends.is_some_and(|(value, (low, high))| 0.5 * (high - low) <= part * value)
+    }
+
     /// Both ends to four digits, as people read them.
     pub fn words(&self) -> [String; 2] {
         [self.low, self.high].map(|end| end.map_or_else(|| "no end".to_owned(), |end| short(end, 4)))

@@ -69,19 +69,6 @@ pub fn markdown(rows: &[Check]) -> String {
 /// A number that is not zero and smaller than this is rounding.
 const ROUNDING: f64 = 1e-9;
 
-/// A number against an expected one.
-fn number(group: &'static str, name: String, expected: f64, got: f64, tolerance: f64, source: &str) -> Check {
-    Check {
-        group,
-        name,
-        expected: format!("{expected}"),
-        got: format!("{got:.7}"),
-        tolerance: format!("±{tolerance:.1e}"),
-        source: source.to_owned(),
-        pass: (got - expected).abs() <= tolerance,
-    }
-}
-
 /// A scene's run, or a failed row that says why there is none.
 fn simulate(group: &'static str, case: &Case, options: Options<'_>, interrupt: &AtomicBool) -> Result<Run, Box<Check>> {
     let failed = |got: String| Box::new(Check::failed(group, &case.title, "a finished run", got));
