@@ -94,12 +94,12 @@ enum Ending {
 pub fn run(plan: &StressPlan<'_>, interrupt: &AtomicBool, progress: &(dyn Fn(&str, usize, usize) + Sync)) -> Report {
     let mut report = Report::default();
     for &machine in &plan.machines {
-        let threads = threads(machine, plan.threads);
+        let on = MachineRun { machine, threads: threads(machine, plan.threads), interrupt, progress };
         let share = if matches!(machine, StressBackend::Gpu(_)) { DEVICE_SHARE } else { 1 };
         if plan.list {
-            report.rows.extend(hard(plan.steps.div_ceil(share), machine, threads, interrupt, progress));
+            report.rows.extend(on.hard(plan.steps.div_ceil(share)));
         }
-        random_scenes(plan.seed, plan.scenes.div_ceil(share), machine, threads, interrupt, progress, &mut report);
+        on.random_scenes(plan.seed, plan.scenes.div_ceil(share), &mut report);
     }
     report
 }
@@ -133,72 +133,69 @@ fn group(machine: StressBackend<'_>) -> &'static str {
     }
 }
 
-/// The list and the long run.
-fn hard(
-    steps: u64,
-    machine: StressBackend<'_>,
+/// A machine, and how scenes are run there.
+struct MachineRun<'a> {
+    machine: StressBackend<'a>,
     threads: usize,
-    interrupt: &AtomicBool,
-    progress: &(dyn Fn(&str, usize, usize) + Sync),
-) -> Vec<Check> {
-    let count = list::LIST.len() + 1;
-    let done = AtomicUsize::new(0);
-    // The long run first: the others fill the time it takes.
-    let rows = alone(threads, count, |at| {
-        let rows = match at.checked_sub(1) {
-            None => drift::rows(group(machine), machine, steps, interrupt),
-            Some(at) => list::row(group(machine), &list::LIST[at], machine, interrupt).map(|row| vec![row]),
-        };
-        progress(machine.name(), done.fetch_add(1, Ordering::Relaxed) + 1, count);
-        rows.unwrap_or_default()
-    });
-    rows.into_iter().flatten().collect()
+    interrupt: &'a AtomicBool,
+    progress: &'a (dyn Fn(&str, usize, usize) + Sync),
 }
 
-fn random_scenes(
-    seed: u64,
-    scenes: u64,
-    machine: StressBackend<'_>,
-    threads: usize,
-    interrupt: &AtomicBool,
-    progress: &(dyn Fn(&str, usize, usize) + Sync),
-    report: &mut Report,
-) {
-    let done = AtomicUsize::new(0);
-    let endings = alone(threads, scenes as usize, |at| {
-        let ending = random_scene(seed, at as u64, machine, interrupt);
-        progress(machine.name(), done.fetch_add(1, Ordering::Relaxed) + 1, scenes as usize);
-        ending
-    });
-    let (mut found, mut refused) = (Vec::new(), 0);
-    for (number, ending) in (0..).zip(endings) {
-        match ending {
-            Ending::Sound | Ending::Interrupted => {}
-            Ending::Found(one) => found.push(*one),
-            Ending::Refused(why) => {
-                refused += 1;
-                report.refused.push((machine.name(), number, why));
+impl MachineRun<'_> {
+    /// Does so many pieces of work side by side, and tells of each that is done.
+    fn all<T: Send>(&self, count: usize, work: impl Fn(usize) -> T + Sync) -> Vec<T> {
+        let done = AtomicUsize::new(0);
+        alone(self.threads, count, |at| {
+            let result = work(at);
+            (self.progress)(self.machine.name(), done.fetch_add(1, Ordering::Relaxed) + 1, count);
+            result
+        })
+    }
+
+    /// The list and the long run.
+    fn hard(&self, steps: u64) -> Vec<Check> {
+        let (machine, group) = (self.machine, group(self.machine));
+        // The long run first: the others fill the time it takes.
+        let rows = self.all(list::LIST.len() + 1, |at| match at.checked_sub(1) {
+            None => drift::rows(group, machine, steps, self.interrupt),
+            Some(at) => list::row(group, &list::LIST[at], machine, self.interrupt).map(|row| vec![row]),
+        });
+        rows.into_iter().flatten().flatten().collect()
+    }
+
+    fn random_scenes(&self, seed: u64, scenes: u64, report: &mut Report) {
+        let machine = self.machine;
+        let endings = self.all(scenes as usize, |at| random_scene(seed, at as u64, machine, self.interrupt));
+        let (mut found, mut refused) = (Vec::new(), 0);
+        for (number, ending) in (0..).zip(endings) {
+            match ending {
+                Ending::Sound | Ending::Interrupted => {}
+                Ending::Found(one) => found.push(*one),
+                Ending::Refused(why) => {
+                    refused += 1;
+                    report.refused.push((machine.name(), number, why));
+                }
             }
         }
+        if self.interrupt.load(Ordering::Relaxed) || scenes == 0 {
+            return;
+        }
+        let row = |name: String, got: String, pass: bool| Check {
+            group: group(machine),
+            name,
+            expected: "0 unsound".to_owned(),
+            got,
+            source: format!("seed {seed}"),
+            pass,
+            ..Check::default()
+        };
+        let name = format!("{scenes} random scenes, {refused} refused");
+        report.rows.push(row(name, format!("{} unsound", found.len()), found.is_empty()));
+        report
+            .rows
+            .extend(found.iter().map(|found| row(format!("scene {}", found.number), found.fault.what.clone(), false)));
+        report.found.extend(found);
     }
-    if interrupt.load(Ordering::Relaxed) || scenes == 0 {
-        return;
-    }
-    let row = |name: String, got: String, pass: bool| Check {
-        group: group(machine),
-        name,
-        expected: "0 unsound".to_owned(),
-        got,
-        source: format!("seed {seed}"),
-        pass,
-        ..Check::default()
-    };
-    let name = format!("{scenes} random scenes, {refused} refused");
-    report.rows.push(row(name, format!("{} unsound", found.len()), found.is_empty()));
-    report
-        .rows
-        .extend(found.iter().map(|found| row(format!("scene {}", found.number), found.fault.what.clone(), false)));
-    report.found.extend(found);
 }
 
 /// Draws a scene, runs it and, where it is not sound, makes it smaller.
