@@ -94,7 +94,7 @@ pub fn check(case: &Case, run: &Run, summary: &Value) -> Vec<Checked> {
 }
 
 /// What was found, and how it was read where that is not as asked for.
-type Reading = (Value, Option<String>);
+type FoundValue = (Value, Option<String>);
 
 fn holds(bound: &Bound, got: &Value) -> bool {
     match (bound, got) {
@@ -106,7 +106,7 @@ fn holds(bound: &Bound, got: &Value) -> bool {
     }
 }
 
-fn find(expect: &Expect, run: &Run, summary: &Value) -> Result<Reading, String> {
+fn find(expect: &Expect, run: &Run, summary: &Value) -> Result<FoundValue, String> {
     match expect.quantity.as_str() {
         "plateau_strain" => plateau_strain(expect, run),
         "shock_speed_m_s" => wave_speed(expect, run, "longitudinal front", DeflectionProfile::front),
@@ -125,7 +125,7 @@ fn find(expect: &Expect, run: &Run, summary: &Value) -> Result<Reading, String> 
 }
 
 /// A history column at a time [s].
-fn at(name: &str, time: f64, run: &Run) -> Result<Reading, String> {
+fn at(name: &str, time: f64, run: &Run) -> Result<FoundValue, String> {
     let column = history::find(name).ok_or_else(|| format!("history.csv has no column {name}"))?;
     let end = run.history.last().map_or(0.0, |row| row.time);
     // The last row may stand a rounding before the end asked for.
@@ -135,7 +135,7 @@ fn at(name: &str, time: f64, run: &Run) -> Result<Reading, String> {
     Ok((json!(value), None))
 }
 
-fn at_end(name: &str, run: &Run, summary: &Value) -> Result<Reading, String> {
+fn at_end(name: &str, run: &Run, summary: &Value) -> Result<FoundValue, String> {
     match summary.pointer(&format!("/{}", name.replace('.', "/"))) {
         Some(value @ (Value::Number(_) | Value::String(_) | Value::Bool(_))) => {
             return Ok((value.clone(), None));
@@ -166,7 +166,7 @@ fn other_times(used: &[&DeflectionProfile], asked: &[f64], time_step: f64) -> Op
     off.then(|| format!("measured on the nearest profiles, at {} µs", times.join(" and ")))
 }
 
-fn plateau_strain(expect: &Expect, run: &Run) -> Result<Reading, String> {
+fn plateau_strain(expect: &Expect, run: &Run) -> Result<FoundValue, String> {
     let time = expect.at.ok_or("plateau_strain needs at_us")?;
     let profile = nearest(&run.profiles, time)?;
     let strain = profile.plateau_strain().ok_or("the profile has no wave")?;
@@ -178,7 +178,7 @@ fn wave_speed(
     run: &Run,
     wave: &str,
     place: impl Fn(&DeflectionProfile) -> Option<f64>,
-) -> Result<Reading, String> {
+) -> Result<FoundValue, String> {
     let between = expect.between.ok_or_else(|| format!("{} needs between_us", expect.quantity))?;
     let [from, to] = [nearest(&run.profiles, between[0])?, nearest(&run.profiles, between[1])?];
     if from.time >= to.time {
