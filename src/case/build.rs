@@ -29,10 +29,8 @@ pub(super) fn case(map: &Map<String, Value>) -> Result<Case, CaseError> {
     let title = root.text("title")?;
     let fabric = fabric(&root.object("fabric")?, &record)?;
     let projectile = root.object_if_given("projectile")?.map(|scope| projectile::read(&scope)).transpose()?;
-    let variability = match root.object_if_given("variability")? {
-        Some(scope) => Some(variability::read(&scope, projectile.as_ref())?),
-        None => None,
-    };
+    let variability = root.object_if_given("variability")?;
+    let variability = variability.map(|scope| variability::read(&scope, projectile.as_ref())).transpose()?;
     let solver = solver(&root.object("solver")?, projectile.as_ref())?;
     let pack = pack(&root.object("pack")?, &fabric, projectile.as_ref(), &solver, &record)?;
     let output = output(&root.object("output")?)?;
@@ -314,14 +312,8 @@ fn solver(scope: &ObjectReader<'_>, projectile: Option<&Projectile>) -> Result<S
         end_time,
         courant: scope.number("courant")?,
         hourglass: scope.number("hourglass")?,
-        shock_viscosity: match scope.number_if_given("shock_viscosity")? {
-            Some(given) => given,
-            None => scope.derive("shock_viscosity", if paper { 0.0 } else { VISCOSITY }, false)?,
-        },
-        failure_length: match scope.number_if_given("failure_length_mm")? {
-            Some(given) => given,
-            None => scope.derive("failure_length_mm", if paper { 0.0 } else { FAILURE_LENGTH }, !paper)?,
-        },
+        shock_viscosity: scope.number_or("shock_viscosity", if paper { 0.0 } else { VISCOSITY }, false)?,
+        failure_length: scope.number_or("failure_length_mm", if paper { 0.0 } else { FAILURE_LENGTH }, !paper)?,
         symmetry: scope.word("symmetry")?,
         contact_sampling: word_or(
             scope,

@@ -12,10 +12,7 @@ pub(super) fn read(scope: &ObjectReader<'_>) -> Result<Expect, CaseError> {
     let quantity = scope.text("quantity")?;
     let bound = bound(scope)?;
     let at = scope.number_if_given("at_us")?;
-    let between: Option<[f64; 2]> = match scope.given("between_us") {
-        Some(_) => Some(scope.vector("between_us")?),
-        None => None,
-    };
+    let between: Option<[f64; 2]> = scope.given("between_us").map(|_| scope.vector("between_us")).transpose()?;
     if let (Some([first, last]), Some(found)) = (between, scope.given("between_us"))
         && first >= last
     {
@@ -27,10 +24,8 @@ pub(super) fn read(scope: &ObjectReader<'_>) -> Result<Expect, CaseError> {
         return Err(CaseError::at(scope.at("between_us"), expected, "both"));
     }
     let source = scope.text("source")?;
-    let known_difference = match scope.given("known_difference") {
-        Some(_) => scope.text("known_difference")?,
-        None => String::new(),
-    };
+    let known_difference = scope.given("known_difference").map(|_| scope.text("known_difference")).transpose()?;
+    let known_difference = known_difference.unwrap_or_default();
     scope.summarise(format!("{quantity} {}", in_words(&bound)), &source);
     Ok(Expect { quantity, bound, at, between, source, known_difference })
 }

@@ -239,6 +239,11 @@ impl CaseKey {
         }
     }
 
+    /// How the value is computed where it is left out, empty where it is not.
+    pub(super) fn derivation(&self) -> &'static str {
+        if let Presence::Derived(how) = self.presence { how } else { "" }
+    }
+
     /// Whether null says that there is no such object.
     pub(super) fn is_nullable(&self) -> bool {
         matches!((self.kind, self.presence), (KeyType::Object(_), Presence::Optional(without)) if !without.is_empty())

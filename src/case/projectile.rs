@@ -99,10 +99,8 @@ fn ogive(scope: &ObjectReader<'_>, diameter: f64, length: f64) -> Result<Shape, 
 
 /// The slanted flats must meet the wall before the tail.
 fn fragment(scope: &ObjectReader<'_>, diameter: f64, length: f64) -> Result<Shape, CaseError> {
-    let nose_flat = match scope.number_if_given("nose_flat_mm")? {
-        Some(given) => at_most(scope, "nose_flat_mm", given, "diameter_mm", diameter)?,
-        None => scope.derive("nose_flat_mm", 0.46 * diameter, true)?,
-    };
+    let nose_flat = scope.number_or("nose_flat_mm", 0.46 * diameter, true)?;
+    let nose_flat = at_most(scope, "nose_flat_mm", nose_flat, "diameter_mm", diameter)?;
     let nose_angle = scope.number("nose_angle_deg")?;
     let nose = 0.5 * (diameter - nose_flat) * nose_angle.tan();
     if nose > length {

@@ -1,7 +1,7 @@
 //! What `ripstop check` prints: every field of a case with where its value came from.
 
 use super::value::short_number_text;
-use super::{Case, Field, Layer, grading};
+use super::{Case, Layer, grading};
 
 /// Values longer than this do not widen their column.
 const WIDEST_VALUE: usize = 40;
@@ -9,7 +9,7 @@ const WIDEST_VALUE: usize = 40;
 /// The title, the mesh, and every field: pointer, value, origin and source. Assumed fields begin with `*`.
 pub fn report(case: &Case) -> String {
     let mut lines = vec![case.title.clone(), mesh(case), String::new()];
-    let pointers = widest(case, |field| &field.pointer, usize::MAX);
+    let pointers = case.fields.iter().map(|field| field.pointer.chars().count()).max().unwrap_or(0);
     let values = case.fields.iter().map(|field| field.with_unit().chars().count());
     let values = values.filter(|width| *width <= WIDEST_VALUE).max().unwrap_or(0).max("value".len());
     lines.push(line("  field", "value", "origin", "source", [pointers + 2, values]));
@@ -57,11 +57,6 @@ fn elements(layer: &Layer) -> String {
     let from = if layer.grading.is_some() { "from " } else { "of " };
     let grown = layer.grading.map_or(String::new(), |g| format!(" ({})", grading::words(&g)));
     format!("{columns} × {rows} elements {from}{x:.4} × {y:.4} mm{grown}: {width:.2} × {height:.2} mm")
-}
-
-fn widest<'a>(case: &'a Case, text: impl Fn(&'a Field) -> &'a String, most: usize) -> usize {
-    let widths = case.fields.iter().map(|field| text(field).chars().count());
-    widths.filter(|width| *width <= most).max().unwrap_or(0)
 }
 
 fn line(pointer: &str, value: &str, origin: &str, source: &str, [pointers, values]: [usize; 2]) -> String {

@@ -105,8 +105,7 @@ impl<'a> ObjectReader<'a> {
 
     /// Records a number [SI] computed, as the table says, for a key that was left out.
     pub(super) fn derive(&self, name: &str, si: f64, assumed: bool) -> Result<f64, CaseError> {
-        let how = if let Presence::Derived(how) = self.key(name)?.presence { how } else { "" };
-        self.derive_as(name, si, how, assumed)
+        self.derive_as(name, si, self.key(name)?.derivation(), assumed)
     }
 
     /// Records a number [SI] computed for a key that was left out.
@@ -120,8 +119,7 @@ impl<'a> ObjectReader<'a> {
 
     /// Records a value that is no single number, computed, as the table says, for a key that was left out.
     pub(super) fn derive_value(&self, name: &str, value: String, assumed: bool) -> Result<(), CaseError> {
-        let how = if let Presence::Derived(how) = self.key(name)?.presence { how } else { "" };
-        self.derive_value_as(name, value, how, assumed)
+        self.derive_value_as(name, value, self.key(name)?.derivation(), assumed)
     }
 
     /// Records a value that is no single number, computed for a key that was left out.
@@ -160,6 +158,14 @@ impl<'a> ObjectReader<'a> {
         match (key.kind, value.as_f64()) {
             (KeyType::Number(unit, _), Some(number)) => Ok(Some(unit.to_si(number))),
             _ => Err(mismatch(key, &value, &self.at(name))),
+        }
+    }
+
+    /// A number in SI units, or one that follows, as the table says, from other keys where it is left out.
+    pub(super) fn number_or(&self, name: &str, otherwise: f64, assumed: bool) -> Result<f64, CaseError> {
+        match self.number_if_given(name)? {
+            Some(given) => Ok(given),
+            None => self.derive(name, otherwise, assumed),
         }
     }
 

@@ -127,14 +127,11 @@ pub(super) fn read(scope: &ObjectReader<'_>, projectile: Option<&Projectile>) ->
     }
     let modulus = scattered("modulus", "scatter")?;
     let crimp = scattered("crimp", "scatter")?;
-    let yarn_strength = match scope.object_if_given("yarn_strength")? {
-        Some(keys) => Some(YarnStrength {
-            shape: keys.number("shape")?,
-            gauge_length: keys.number("gauge_length_mm")?,
-            yarn_shape: keys.number_if_given("yarn_shape")?,
-        }),
-        None => None,
+    let strength = |keys: ObjectReader<'_>| -> Result<YarnStrength, CaseError> {
+        let (shape, gauge_length) = (keys.number("shape")?, keys.number("gauge_length_mm")?);
+        Ok(YarnStrength { shape, gauge_length, yarn_shape: keys.number_if_given("yarn_shape")? })
     };
+    let yarn_strength = scope.object_if_given("yarn_strength")?.map(strength).transpose()?;
     Ok(Variability { seed, shot, hit, velocity, obliquity, yaw, modulus, crimp, yarn_strength })
 }
 

@@ -5,9 +5,11 @@ use std::path::PathBuf;
 use clap::{ArgAction, Args, Parser, Subcommand, ValueEnum, builder::RangedU64ValueParser};
 
 use clap_complete::Shell;
-use ripstop::run::{self, Skips};
+use ripstop::case::Law;
+use ripstop::run::{Precision, Skips};
 
 use super::campaign_arguments::{ShotsArguments, SweepArguments, V50Arguments};
+use super::choice::{LAWS, PRECISIONS, one_of};
 use super::range::{StretchRange, interval};
 use super::study_arguments::{
     BenchArguments, CompareArguments, DiffArguments, FitArguments, ValidateArguments, VerifyArguments,
@@ -233,8 +235,8 @@ pub(crate) struct BackendArguments {
     #[arg(long, value_name = "NAME|INDEX")]
     pub(crate) adapter: Option<String>,
     /// Number type of the state [default: f64 on the CPU, f32 on a GPU, which has no other]
-    #[arg(long, value_enum)]
-    pub(crate) precision: Option<PrecisionChoice>,
+    #[arg(long, value_parser = one_of(PRECISIONS))]
+    pub(crate) precision: Option<Precision>,
 }
 
 /// What computes.
@@ -246,15 +248,6 @@ pub(crate) enum BackendChoice {
     Cpu,
     /// A graphics processor, software that acts as one included
     Gpu,
-}
-
-/// Number type.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub(crate) enum PrecisionChoice {
-    /// Double, the reference
-    F64,
-    /// Single
-    F32,
 }
 
 /// `ripstop info`
@@ -330,8 +323,8 @@ pub(crate) struct CrossoverArguments {
     #[arg(long, value_name = "C[:D:N]")]
     pub(crate) weft_stretch: StretchRange,
     /// Unit-cell law [default: the case's]
-    #[arg(long, value_enum)]
-    pub(crate) law: Option<LawChoice>,
+    #[arg(long, value_parser = one_of(LAWS))]
+    pub(crate) law: Option<Law>,
     /// Change of the case, checked like the file; may be given again
     #[arg(long = "set", value_name = "/POINTER=VALUE")]
     pub(crate) sets: Vec<String>,
@@ -341,24 +334,4 @@ pub(crate) struct CrossoverArguments {
     /// Print CSV, every digit
     #[arg(long)]
     pub(crate) csv: bool,
-}
-
-/// Unit-cell law.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub(crate) enum LawChoice {
-    /// The paper's (13)-(24)
-    Published,
-    /// Sinusoidal yarns, forces conjugate to the arc length
-    Variational,
-    /// Saw-tooth cell
-    Kawabata,
-}
-
-impl From<PrecisionChoice> for run::Precision {
-    fn from(precision: PrecisionChoice) -> Self {
-        match precision {
-            PrecisionChoice::F64 => Self::F64,
-            PrecisionChoice::F32 => Self::F32,
-        }
-    }
 }

@@ -1,11 +1,11 @@
 //! What computes: the choice between processor and graphics processor, and why.
 
 use ripstop::gpu::{self, Adapter, Device, DeviceError};
-use ripstop::run;
 use ripstop::run::checkpoint;
+use ripstop::run::{self, Precision};
 use tracing::info;
 
-use super::arguments::{BackendArguments, BackendChoice, PrecisionChoice};
+use super::arguments::{BackendArguments, BackendChoice};
 use super::failure::CommandFailure;
 use super::screen;
 
@@ -14,7 +14,7 @@ pub(crate) struct Chosen {
     /// The graphics processor; none for the processor.
     pub(crate) device: Option<Device>,
     /// Number type on the processor.
-    pub(crate) precision: run::Precision,
+    pub(crate) precision: Precision,
     /// What `auto` took and why.
     pub(crate) note: Option<String>,
 }
@@ -44,23 +44,19 @@ pub(crate) fn choose(arguments: &BackendArguments) -> Result<Chosen, CommandFail
 }
 
 fn open(arguments: &BackendArguments) -> Result<Chosen, CommandFailure> {
-    let precision = arguments.precision.unwrap_or(PrecisionChoice::F64).into();
+    let precision = arguments.precision.unwrap_or(Precision::F64);
     let cpu = |note: Option<String>| Ok(Chosen { device: None, precision, note });
-    let asked_f64 = arguments.precision == Some(PrecisionChoice::F64);
+    let asked_f64 = arguments.precision == Some(Precision::F64);
     match arguments.backend {
         BackendChoice::Cpu if arguments.adapter.is_some() => {
-            Err(CommandFailure::input("error: --adapter\n  expected: --backend gpu or auto\n  found: --backend cpu"))
+            Err(CommandFailure::expected("--adapter", "--backend gpu or auto", "--backend cpu"))
         }
-        BackendChoice::Gpu if asked_f64 => Err(CommandFailure::input(
-            "error: --precision f64\n  expected: f32, the number type of the GPU backend\n  found: f64\n  \
-             help: leave it out, or take --backend cpu",
-        )),
+        BackendChoice::Gpu if asked_f64 => {
+            let failure = CommandFailure::expected("--precision f64", "f32, the number type of the GPU backend", "f64");
+            Err(failure.help("leave it out, or take --backend cpu"))
+        }
         BackendChoice::Cpu => cpu(None),
-        BackendChoice::Gpu => {
-            let adapter = gpu::device::choose(&gpu::adapters(), arguments.adapter.as_deref());
-            let device = adapter.and_then(|a| Device::open(&a)).map_err(|e| CommandFailure::device(&e))?;
-            Ok(Chosen { device: Some(device), precision, note: None })
-        }
+        BackendChoice::Gpu => Ok(Chosen { device: Some(named(arguments.adapter.as_deref())?), precision, note: None }),
         BackendChoice::Auto if asked_f64 => {
             cpu(Some("note: --backend auto takes the CPU: f64 was asked for".to_owned()))
         }
@@ -86,29 +82,33 @@ fn open(arguments: &BackendArguments) -> Result<Chosen, CommandFailure> {
     }
 }
 
+/// Opens the graphics processor of a name or number, or the best.
+pub(crate) fn named(wanted: Option<&str>) -> Result<Device, CommandFailure> {
+    let adapter = gpu::device::choose(&gpu::adapters(), wanted);
+    adapter.and_then(|adapter| Device::open(&adapter)).map_err(|error| CommandFailure::device(&error))
+}
+
 /// Opens what a run began with.
 pub(crate) fn again(backend: &checkpoint::BackendId) -> Result<Chosen, CommandFailure> {
     match backend {
         checkpoint::BackendId::Cpu(precision) => Ok(Chosen { device: None, precision: *precision, note: None }),
         checkpoint::BackendId::Gpu(name) => {
-            let adapters = gpu::adapters();
             // The one of this very name, not just the first that has it as a part.
-            let index = adapters.iter().position(|adapter| adapter.name() == name).map(|at| at.to_string());
-            let adapter = gpu::device::choose(&adapters, Some(index.as_ref().unwrap_or(name)));
-            let device = adapter.and_then(|a| Device::open(&a)).map_err(|e| CommandFailure::device(&e))?;
-            Ok(Chosen { device: Some(device), precision: run::Precision::F32, note: None })
+            let index = gpu::adapters().iter().position(|adapter| adapter.name() == name).map(|at| at.to_string());
+            let device = named(Some(index.as_ref().unwrap_or(name)))?;
+            Ok(Chosen { device: Some(device), precision: Precision::F32, note: None })
         }
     }
 }
 
 /// Everything the arguments leave open: both number types of the processor, and a device where one is taken.
-pub(crate) fn every(arguments: &BackendArguments) -> Result<(Vec<run::Precision>, Option<Device>), CommandFailure> {
+pub(crate) fn every(arguments: &BackendArguments) -> Result<(Vec<Precision>, Option<Device>), CommandFailure> {
     let chosen = choose(arguments)?;
     chosen.note.iter().for_each(|note| screen::complain(note));
     let on_cpu = match (arguments.backend, arguments.precision) {
         (BackendChoice::Gpu, _) => Vec::new(),
-        (_, Some(precision)) => vec![precision.into()],
-        (_, None) => vec![run::Precision::F64, run::Precision::F32],
+        (_, Some(precision)) => vec![precision],
+        (_, None) => vec![Precision::F64, Precision::F32],
     };
     Ok((on_cpu, chosen.device))
 }

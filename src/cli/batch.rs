@@ -8,10 +8,10 @@ use std::time::Instant;
 
 use ripstop::case::Case;
 use ripstop::output::number::{duration, short};
+use ripstop::run::Precision;
 use ripstop::study::batch::{BatchError, BatchOptions};
 use ripstop::study::interval::Bounds;
 
-use super::arguments::PrecisionChoice;
 use super::campaign_arguments::BatchArguments;
 use super::failure::CommandFailure;
 use super::input;
@@ -21,11 +21,7 @@ use super::progress::Bar;
 pub(crate) fn case(path: &Path, arguments: &BatchArguments) -> Result<Case, CommandFailure> {
     let case = input::read(path, &arguments.sets)?;
     if case.projectile.is_none() {
-        let found = "none in the case";
-        return Err(CommandFailure::input(format!(
-            "error: {}\n  expected: a projectile, to be shot\n  found: {found}",
-            path.display()
-        )));
+        return Err(CommandFailure::expected(path.display(), "a projectile, to be shot", "none in the case"));
     }
     Ok(case)
 }
@@ -35,12 +31,17 @@ pub(crate) fn options<'a>(arguments: &BatchArguments, case: &Case, interrupt: &'
     let of_case = case.variability.as_ref().map_or(1, |variability| variability.seed);
     BatchOptions {
         seed: arguments.seed.unwrap_or(of_case),
-        threads: arguments.threads.unwrap_or_else(|| thread::available_parallelism().map_or(1, NonZero::get)),
+        threads: self::threads(arguments.threads),
         threads_per_shot: 1,
-        precision: arguments.precision.unwrap_or(PrecisionChoice::F64).into(),
+        precision: arguments.precision.unwrap_or(Precision::F64),
         device: None,
         interrupt,
     }
+}
+
+/// As many threads as asked for, one for each core otherwise.
+pub(crate) fn threads(asked: Option<usize>) -> usize {
+    asked.unwrap_or_else(|| thread::available_parallelism().map_or(1, NonZero::get))
 }
 
 /// The folder of a batch.

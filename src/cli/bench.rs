@@ -85,12 +85,11 @@ pub(crate) fn subjects(arguments: &BenchArguments) -> Result<Vec<CaseSource>, Co
     for subject in &subjects {
         let case = subject.case(&[])?;
         if !bench::is_measurable(&case) {
-            return Err(CommandFailure::input(format!(
-                "error: {}: /projectile\n  expected: a projectile that flies freely, whose velocity can be compared\n  \
-                 found: {}\n  help: take a case with \"motion\": \"free\"",
-                subject.name(),
-                if case.projectile.is_some() { "one that is driven" } else { "none" },
-            )));
+            let place = format!("{}: /projectile", subject.name());
+            let expected = "a projectile that flies freely, whose velocity can be compared";
+            let found = if case.projectile.is_some() { "one that is driven" } else { "none" };
+            let help = "take a case with \"motion\": \"free\"";
+            return Err(CommandFailure::expected(place, expected, found).help(help));
         }
     }
     Ok(subjects)
@@ -127,10 +126,9 @@ fn tolerance(text: &str) -> Result<f64, CommandFailure> {
     };
     let value = number.parse::<f64>().map(|number| number / scale);
     value.ok().filter(|value| *value > 0.0 && *value <= 1.0).ok_or_else(|| {
-        CommandFailure::input(format!(
-            "error: --tolerance\n  expected: an error above 0 and at most 100%, as a percentage or a fraction\n  \
-             found: {text:?}\n  help: for example --tolerance 1% or --tolerance 0.01"
-        ))
+        let expected = "an error above 0 and at most 100%, as a percentage or a fraction";
+        let help = "for example --tolerance 1% or --tolerance 0.01";
+        CommandFailure::expected("--tolerance", expected, format!("{text:?}")).help(help)
     })
 }
 

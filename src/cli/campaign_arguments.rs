@@ -3,9 +3,14 @@
 use std::path::PathBuf;
 
 use clap::{Args, ValueEnum, builder::RangedU64ValueParser};
-use ripstop::study;
+use ripstop::math::link::Link;
+use ripstop::run::Precision;
+use ripstop::study::fit::FitRequest;
+use ripstop::study::interval::Interval;
+use ripstop::study::v50::Design;
 
-use super::arguments::{BackendChoice, PrecisionChoice};
+use super::arguments::BackendChoice;
+use super::choice::{DESIGNS, PRECISIONS, one_of};
 use super::range::{Velocities, level, percent, speed};
 
 /// What commands that compute many shots have in common.
@@ -21,8 +26,8 @@ pub(crate) struct BatchArguments {
     #[arg(long, value_name = "N", value_parser = RangedU64ValueParser::<usize>::new().range(1..=1024))]
     pub(crate) threads: Option<usize>,
     /// Number type [default: f64; f32 on a GPU, which has no other]
-    #[arg(long, value_enum)]
-    pub(crate) precision: Option<PrecisionChoice>,
+    #[arg(long, value_parser = one_of(PRECISIONS))]
+    pub(crate) precision: Option<Precision>,
     /// Two-sided confidence of the intervals, such as 0.9 or 95%
     #[arg(long, value_name = "LEVEL", value_parser = level, default_value = "0.9", allow_hyphen_values = true)]
     pub(crate) level: f64,
@@ -38,6 +43,13 @@ pub(crate) struct BatchArguments {
     /// Print JSON
     #[arg(long)]
     pub(crate) json: bool,
+}
+
+impl BatchArguments {
+    /// How a limit is fitted to shots.
+    pub(crate) fn fit(&self) -> FitRequest {
+        FitRequest { link: Link::Probit, level: self.level, interval: Interval::Likelihood }
+    }
 }
 
 /// `ripstop shots`
@@ -97,8 +109,8 @@ pub(crate) struct V50Arguments {
     #[arg(value_name = "CASE.json")]
     pub(crate) case: PathBuf,
     /// How velocities are chosen
-    #[arg(long, value_enum, default_value = "thresholds")]
-    pub(crate) design: DesignChoice,
+    #[arg(long, value_parser = one_of(DESIGNS), default_value = "thresholds")]
+    pub(crate) design: Design,
     /// Realisations, or shots of a design, at most [default: 64 realisations or 20 shots]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
     pub(crate) count: Option<u32>,
@@ -120,34 +132,6 @@ pub(crate) struct V50Arguments {
     /// Folder for the results [default: out/<case name>-v50]
     #[arg(long, short, value_name = "DIR")]
     pub(crate) out: Option<PathBuf>,
-}
-
-/// How velocities are chosen.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub(crate) enum DesignChoice {
-    /// Every realisation's own threshold
-    Thresholds,
-    /// Langlie's one-shot design
-    Langlie,
-    /// Up and down
-    Updown,
-    /// Neyer's D-optimal design
-    Neyer,
-    /// Three-phase optimal design
-    #[value(name = "3pod")]
-    ThreePod,
-}
-
-impl From<DesignChoice> for study::v50::Design {
-    fn from(design: DesignChoice) -> Self {
-        match design {
-            DesignChoice::Thresholds => Self::Thresholds,
-            DesignChoice::Langlie => Self::Langlie,
-            DesignChoice::Updown => Self::UpDown,
-            DesignChoice::Neyer => Self::Neyer,
-            DesignChoice::ThreePod => Self::ThreePod,
-        }
-    }
 }
 
 /// `ripstop sweep`

@@ -1,21 +1,19 @@
 //! `ripstop compare`: CPU and GPU from the same state, kernel by kernel.
 
 use ripstop::case;
-use ripstop::gpu::{self, Device};
 use ripstop::study::compare::{self, BackendDifference, Comparison, TOLERANCES};
 use serde_json::{Value, json};
 
 use super::failure::CommandFailure;
 use super::study_arguments::CompareArguments;
 use super::table::{Align, TextTable};
-use super::{interrupt, screen};
+use super::{backend, interrupt, screen};
 
 /// Follows a case on both backends and prints what differs; exit code 1 if anything differs more than it may.
 pub(crate) fn compare(arguments: &CompareArguments) -> Result<(), CommandFailure> {
     let interrupted = interrupt::watch()?;
     let case = case::read(&arguments.case, &arguments.sets)?;
-    let adapter = gpu::device::choose(&gpu::adapters(), arguments.adapter.as_deref());
-    let device = adapter.and_then(|a| Device::open(&a)).map_err(|e| CommandFailure::device(&e))?;
+    let device = backend::named(arguments.adapter.as_deref())?;
     let found = compare::compare(&case, &device, arguments.steps, arguments.every, &interrupted)
         .map_err(|e| CommandFailure::start(&case.path.display().to_string(), &e))?;
     if arguments.json {

@@ -1,12 +1,12 @@
 //! `ripstop crossover`: the unit cell alone, over a grid of stretches.
 
-use clap::ValueEnum;
 use ripstop::case::{self, Case, Law};
 use ripstop::model::unit_cell_curve::{self, CurvePoint};
 use ripstop::output::number::short;
 use serde_json::{Map, Value, json};
 
 use super::arguments::CrossoverArguments;
+use super::choice::LAWS;
 use super::failure::CommandFailure;
 use super::screen;
 use super::table::{Align, TextTable};
@@ -17,17 +17,12 @@ const MAX_POINTS: usize = 1_000_000;
 /// Solves and prints the grid.
 pub(crate) fn crossover(arguments: &CrossoverArguments) -> Result<(), CommandFailure> {
     let mut sets = arguments.sets.clone();
-    if let Some(law) = arguments.law.and_then(|law| law.to_possible_value()) {
-        sets.push(format!("/fabric/crossover/law={:?}", law.get_name()));
-    }
+    sets.extend(arguments.law.map(|law| format!("/fabric/crossover/law={:?}", word(law))));
     let case = case::read(&arguments.case, &sets)?;
     let (warp, weft) = (arguments.warp_stretch.values(), arguments.weft_stretch.values());
     if warp.len() * weft.len() > MAX_POINTS {
-        return Err(CommandFailure::input(format!(
-            "error: --warp-stretch, --weft-stretch\n  expected: at most {MAX_POINTS} points\n  found: {} × {}",
-            warp.len(),
-            weft.len()
-        )));
+        let [expected, found] = [format!("at most {MAX_POINTS} points"), format!("{} × {}", warp.len(), weft.len())];
+        return Err(CommandFailure::expected("--warp-stretch, --weft-stretch", expected, found));
     }
     let points = unit_cell_curve::solve(&case.fabric, &warp, &weft);
     let text = if arguments.json {
@@ -40,12 +35,9 @@ pub(crate) fn crossover(arguments: &CrossoverArguments) -> Result<(), CommandFai
     screen::print(&text)
 }
 
-fn law(case: &Case) -> &'static str {
-    match case.fabric.crossover.law {
-        Law::Published => "published",
-        Law::Variational => "variational",
-        Law::Kawabata => "kawabata",
-    }
+/// The word of a law.
+fn word(law: Law) -> &'static str {
+    LAWS.iter().find(|choice| choice.2 == law).map_or("", |choice| choice.0)
 }
 
 fn json_text(case: &Case, points: &[CurvePoint]) -> String {
@@ -55,7 +47,7 @@ fn json_text(case: &Case, points: &[CurvePoint]) -> String {
         Value::Object(object)
     };
     let points: Vec<Value> = points.iter().map(object).collect();
-    format!("{:#}\n", json!({ "law": law(case), "points": points }))
+    format!("{:#}\n", json!({ "law": word(case.fabric.crossover.law), "points": points }))
 }
 
 fn csv_text(points: &[CurvePoint]) -> String {
@@ -87,5 +79,5 @@ fn table_text(case: &Case, points: &[CurvePoint]) -> String {
         });
         table.row(cells);
     }
-    format!("{}, {} law\n\n{table}", fabric.name, law(case))
+    format!("{}, {} law\n\n{table}", fabric.name, word(case.fabric.crossover.law))
 }

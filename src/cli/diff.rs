@@ -9,7 +9,7 @@ use ripstop::study::diff::{
 };
 
 use super::failure::CommandFailure;
-use super::result::part;
+use super::result::{files, part};
 use super::run::Print;
 use super::study_arguments::DiffArguments;
 use super::table::{Align, TextTable};
@@ -35,11 +35,7 @@ pub(crate) fn diff(arguments: &DiffArguments) -> Result<(), CommandFailure> {
         notes.for_each(|note| screen::complain(&format!("note: {note}")));
     }
     let written = arguments.out.as_deref().map(|out| write(out, &read, &found)).transpose()?;
-    match Print::of(arguments.json, arguments.quiet) {
-        Print::Json => screen::print(&format!("{:#}\n", diff::json(&found)))?,
-        Print::Table => screen::print(&text(&found, written.as_ref()))?,
-        Print::Nothing => {}
-    }
+    Print::of(arguments.json, arguments.quiet).show(|| diff::json(&found), || text(&found, written.as_ref()))?;
     verdict(&found)
 }
 
@@ -81,10 +77,7 @@ fn text(found: &Diff, folder: Option<&Folder>) -> String {
     for (n, pair) in found.pairs.iter().enumerate() {
         out += &compared(diff::letter(n + 1), pair, found);
     }
-    if let Some(folder) = folder {
-        out += &format!("\n{}  {}\n  {}\n", paint::heading("files"), folder.path().display(), FILES.join(", "));
-    }
-    out
+    out + &folder.map_or_else(String::new, |folder| files(folder.path(), &FILES))
 }
 
 /// What an input is.

@@ -20,10 +20,8 @@ pub(crate) fn explain(arguments: &ExplainArguments) -> Result<(), CommandFailure
     match (exit, warning) {
         (Some(exit), _) => screen::print(&of_exit(exit)),
         (_, Some(kind)) => screen::print(&of_warning(kind)),
-        (None, None) => Err(CommandFailure::input(format!(
-            "error: no such code\n  expected: {}\n  found: {code}\n  help: `ripstop explain` lists what they mean",
-            codes().join(", ")
-        ))),
+        (None, None) => Err(CommandFailure::expected("no such code", codes().join(", "), code)
+            .help("`ripstop explain` lists what they mean")),
     }
 }
 

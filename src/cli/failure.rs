@@ -1,5 +1,6 @@
 //! Exit codes, and the one message that goes with each.
 
+use std::fmt::Display;
 use std::process::ExitCode;
 
 use ripstop::case::CaseError;
@@ -94,6 +95,17 @@ impl CommandFailure {
         Self { code: INPUT, message: message.into() }
     }
 
+    /// Exit code 2, with what may stand at a place and what stands there.
+    pub(crate) fn expected(place: impl Display, expected: impl Display, found: impl Display) -> Self {
+        Self::input(format!("error: {place}\n  expected: {expected}\n  found: {found}"))
+    }
+
+    /// The same, with what to do.
+    pub(crate) fn help(mut self, help: impl Display) -> Self {
+        self.message += &format!("\n  help: {help}");
+        self
+    }
+
     /// Exit code 3: no device, or one that cannot hold the case or was lost.
     pub(crate) fn device(error: &DeviceError) -> Self {
         let (expected, found, help) = match error {
@@ -110,15 +122,14 @@ impl CommandFailure {
                 format!("{adapter}: {reason}"),
                 "take --backend cpu or another --adapter",
             ),
-            DeviceError::TooLarge { adapter, buffer, needed, limit, total } => (
-                format!(
-                    "a buffer `{buffer}` of {}; the case needs {} in all",
-                    bytes(*needed as f64),
-                    bytes(*total as f64)
-                ),
-                format!("{adapter}, which holds {} in one buffer", bytes(*limit as f64)),
-                "take --backend cpu or a smaller pack",
-            ),
+            DeviceError::TooLarge { adapter, buffer, needed, limit, total } => {
+                let [needed, limit, total] = [needed, limit, total].map(|size| bytes(*size as f64));
+                (
+                    format!("a buffer `{buffer}` of {needed}; the case needs {total} in all"),
+                    format!("{adapter}, which holds {limit} in one buffer"),
+                    "take --backend cpu or a smaller pack",
+                )
+            }
             DeviceError::OutOfMemory { adapter, total, reason } => (
                 format!("{} of device memory", bytes(*total as f64)),
                 format!("{adapter}: {reason}"),
@@ -127,10 +138,7 @@ impl CommandFailure {
             // A batch that the device has no room for, and whatever fails on the way.
             _ => ("a device that stays".to_owned(), error.to_string(), "take --backend cpu"),
         };
-        Self {
-            code: DEVICE,
-            message: format!("error: --backend gpu\n  expected: {expected}\n  found: {found}\n  help: {help}"),
-        }
+        Self { code: DEVICE, ..Self::expected("--backend gpu", expected, found).help(help) }
     }
 
     /// Exit code 3: a device that was lost on the way; results up to there are written.
@@ -158,7 +166,7 @@ impl CommandFailure {
 
     /// A case that cannot become a model.
     pub(crate) fn model(file: &str, error: &ModelError) -> Self {
-        Self::input(in_case(file, error).to_string())
+        in_case(file, error).into()
     }
 
     /// A run that did not start.

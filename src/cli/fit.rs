@@ -8,11 +8,12 @@ use ripstop::study::StudyError;
 use ripstop::study::arithmetic_v50::{Arithmetic, Refusal, Rule};
 use ripstop::study::binary_response::Method;
 use ripstop::study::fit::{self, ComputedLimit, Fit, FitRequest, Quantile};
+use ripstop::study::interval::{Bounds, Interval};
 use ripstop::study::outcomes::Group;
 use ripstop::study::residual_fit::{ResidualFit, ResidualModel, TooFew};
 
 use super::failure::CommandFailure;
-use super::result::part;
+use super::result::{files, part, remarks};
 use super::run::Print;
 use super::study_arguments::FitArguments;
 use super::table::{Align, TextTable};
@@ -27,16 +28,12 @@ const ROWS: usize = 9;
 /// Fits, prints and writes.
 pub(crate) fn fit(arguments: &FitArguments) -> Result<(), CommandFailure> {
     let rows = fit::read(&arguments.data)?;
-    let request =
-        FitRequest { link: arguments.link.into(), level: arguments.level, interval: arguments.interval.into() };
+    let request = FitRequest { link: arguments.link, level: arguments.level, interval: arguments.interval };
     let computed = arguments.computed.as_deref().map(ComputedLimit::read).transpose()?;
     let found = Fit { computed, ..fit::fit(&rows, request) };
     let written = arguments.out.as_deref().map(|out| write(out, &arguments.data, &found)).transpose()?;
-    match Print::of(arguments.json, arguments.quiet) {
-        Print::Json => screen::print(&format!("{:#}\n", fit::json(&found))),
-        Print::Table => screen::print(&text(&arguments.data, &found, written.as_ref())),
-        Print::Nothing => Ok(()),
-    }
+    let print = Print::of(arguments.json, arguments.quiet);
+    print.show(|| fit::json(&found), || text(&arguments.data, &found, written.as_ref()))
 }
 
 impl From<StudyError> for CommandFailure {
@@ -61,21 +58,15 @@ pub(crate) fn text(data: &Path, found: &Fit, folder: Option<&Folder>) -> String 
     let mut out = format!("{}: {shots} shots, {perforated} perforated, {stopped} stopped\n", data.display());
     out += &format!("{}\n", screen::wrapped(&zone(found), 0).join("\n"));
     out += &answer(found);
-    for note in fit::notes(found) {
-        let lines = screen::wrapped(&note, 6);
-        out += &format!("{}  {}\n", paint::caution("look"), lines.join("\n      "));
-    }
+    out += &remarks("look", &fit::notes(found));
     out += &part("velocity by chance of a perforation", &quantiles(found));
     if found.estimate.is_ok() {
         // No blanks on a line where nothing is drawn.
         out += &part("chance of a perforation", &curve(found)).replace("\n  \n", "\n\n");
     }
-    out += &part("arithmetic V50", &arithmetic(found));
-    out += &part("residual velocity", &residual(found));
-    if let Some(folder) = folder {
-        out += &format!("\n{}  {}\n  {}\n", paint::heading("files"), folder.path().display(), FILES.join(", "));
-    }
-    out
+    out += &part("arithmetic V50", &arithmetic_table(&found.arithmetic));
+    out += &part("residual velocity", &residual_table(&found.residual));
+    out + &folder.map_or_else(String::new, |folder| files(folder.path(), &FILES))
 }
 
 /// Where results are mixed, or how far apart they are.
@@ -93,7 +84,7 @@ fn zone(found: &Fit) -> String {
 /// V50 and σ.
 fn answer(found: &Fit) -> String {
     let (Ok(estimate), Some(v50)) = (&found.estimate, found.v50()) else { return String::new() };
-    let [low, high] = ends(v50);
+    let [low, high] = ends(v50.bounds);
     let level = short(100.0 * found.request.level, 3);
     let by = match estimate.method {
         Method::MaximumLikelihood => "",
@@ -107,12 +98,19 @@ fn answer(found: &Fit) -> String {
     )
 }
 
-/// Ends of an interval in words.
-fn ends(quantile: &Quantile) -> [String; 2] {
-    [quantile.bounds.low, quantile.bounds.high].map(end)
+/// The velocity of a chance and its interval, under a name.
+pub(super) fn quantile_cells(name: String, quantile: &Quantile) -> [String; 4] {
+    let value = quantile.value.map_or_else(|| "-".to_owned(), |value| short(value, 4));
+    let [low, high] = ends(quantile.bounds);
+    [name, value, low, high]
 }
 
-pub(super) fn end(end: Option<f64>) -> String {
+/// Ends of an interval in words.
+pub(super) fn ends(bounds: Bounds) -> [String; 2] {
+    [bounds.low, bounds.high].map(end)
+}
+
+fn end(end: Option<f64>) -> String {
     end.map_or_else(|| "none".to_owned(), |end| short(end, 4))
 }
 
@@ -120,13 +118,11 @@ fn quantiles(found: &Fit) -> String {
     use Align::Right;
     let mut table = TextTable::new(&[("chance", Right), ("m/s", Right), ("low", Right), ("high", Right)]);
     for quantile in &found.quantiles {
-        let [low, high] = ends(quantile);
-        let value = quantile.value.map_or_else(|| "-".to_owned(), |value| short(value, 4));
-        table.row([format!("{} %", short(100.0 * quantile.p, 3)), value, low, high]);
+        table.row(quantile_cells(format!("{} %", short(100.0 * quantile.p, 3)), quantile));
     }
     let kind = match found.request.interval {
-        ripstop::study::interval::Interval::Likelihood => "likelihood ratio",
-        ripstop::study::interval::Interval::Wald => "Wald",
+        Interval::Likelihood => "likelihood ratio",
+        Interval::Wald => "Wald",
     };
     format!("{table}{} % intervals, {kind}\n", short(100.0 * found.request.level, 3))
 }
@@ -181,10 +177,6 @@ pub(super) fn plot(
     out + &line("", &axis.chars().collect::<Vec<_>>())
 }
 
-fn arithmetic(found: &Fit) -> String {
-    arithmetic_table(&found.arithmetic)
-}
-
 /// The arithmetic V50 of each rule.
 pub(super) fn arithmetic_table(rules: &[(Rule, Result<Arithmetic, Refusal>)]) -> String {
     let mut table = TextTable::plain(&[Align::Left, Align::Left, Align::Left]);
@@ -196,10 +188,6 @@ pub(super) fn arithmetic_table(rules: &[(Rule, Result<Arithmetic, Refusal>)]) ->
         table.row([rule.standard.to_owned(), fit::rule(rule), words]);
     }
     table.to_string()
-}
-
-fn residual(found: &Fit) -> String {
-    residual_table(&found.residual)
 }
 
 /// The curves through residual velocities.
@@ -221,15 +209,11 @@ pub(super) fn residual_table(curves: &[(ResidualModel, Result<ResidualFit, TooFe
     let mut refused = String::new();
     for (curve, result) in curves {
         match result {
-            Ok(fit) => table.row([
-                curve.words().to_owned(),
-                short(fit.limit, 4),
-                end(fit.bounds.low),
-                end(fit.bounds.high),
-                short(fit.factor, 3),
-                short(fit.exponent, 3),
-                short(fit.scatter, 2),
-            ]),
+            Ok(fit) => {
+                let [low, high] = ends(fit.bounds);
+                let [factor, exponent, scatter] = [short(fit.factor, 3), short(fit.exponent, 3), short(fit.scatter, 2)];
+                table.row([curve.words().to_owned(), short(fit.limit, 4), low, high, factor, exponent, scatter]);
+            }
             Err(few) => refused += &format!("{}: {}\n", curve.words(), fit::too_few(few)),
         }
     }

@@ -88,8 +88,8 @@ pub(crate) fn waiting(folder: &Folder) -> Option<String> {
 /// Whether frames are asked for.
 fn frames(case: &Case, vtu: bool) -> Result<bool, CommandFailure> {
     if case.output.frames == 0 && vtu {
-        let message = "error: --vtu\n  expected: a number of frames\n  found: none\n  help: add --frames 60, or set /output/frames";
-        return Err(CommandFailure::input(message));
+        let help = "add --frames 60, or set /output/frames";
+        return Err(CommandFailure::expected("--vtu", "a number of frames", "none").help(help));
     }
     Ok(case.output.frames > 0)
 }

@@ -18,6 +18,11 @@ pub(crate) fn read(path: &Path, sets: &[String]) -> Result<Case, CommandFailure>
     Ok(case)
 }
 
+/// The folder of a file.
+pub(crate) fn folder(file: &Path) -> &Path {
+    file.parent().filter(|folder| *folder != Path::new("")).unwrap_or(Path::new("."))
+}
+
 /// The text of a file, which is none of those that a program would read for ever.
 pub(crate) fn text(path: &str) -> io::Result<String> {
     let mut text = String::new();
@@ -27,15 +32,11 @@ pub(crate) fn text(path: &str) -> io::Result<String> {
 
 /// The case on standard input.
 fn piped(sets: &[String]) -> Result<Case, CommandFailure> {
-    let failed = |error: io::Error| {
-        CommandFailure::input(format!("error: standard input\n  expected: a case\n  found: {error}"))
-    };
+    let failed = |error: io::Error| CommandFailure::expected("standard input", "a case", error);
     let mut text = String::new();
     io::stdin().take(MAX_BYTES + 1).read_to_string(&mut text).map_err(failed)?;
     if text.len() as u64 > MAX_BYTES {
-        return Err(CommandFailure::input(
-            "error: standard input\n  expected: at most 1 MiB\n  found: more".to_owned(),
-        ));
+        return Err(CommandFailure::expected("standard input", "at most 1 MiB", "more"));
     }
     Ok(case::from_text("stdin", &text, Path::new("."), sets)?)
 }

@@ -27,10 +27,9 @@ pub(crate) fn start(verbose: u8) -> Result<(), CommandFailure> {
         return Ok(());
     }
     let wrong = |found: String| {
-        CommandFailure::input(format!(
-            "error: {VARIABLE}\n  expected: a level (info, debug, trace), or parts and levels as in ripstop::run::record=debug\n  \
-             found: {found}\n  help: -v and -vv are the same as ripstop=info and ripstop=debug"
-        ))
+        let expected = "a level (info, debug, trace), or parts and levels as in ripstop::run::record=debug";
+        let help = "-v and -vv are the same as ripstop=info and ripstop=debug";
+        CommandFailure::expected(VARIABLE, expected, found).help(help)
     };
     let targets = filter.parse::<Targets>().map_err(|error| wrong(format!("{filter:?}: {error}")))?;
     let log = fmt::layer().with_writer(|| BesideTheBar).with_timer(time::uptime());

@@ -6,6 +6,7 @@ pub(crate) mod batch;
 pub(crate) mod bench;
 pub(crate) mod campaign_arguments;
 pub(crate) mod check;
+pub(crate) mod choice;
 pub(crate) mod compare;
 pub(crate) mod completions;
 pub(crate) mod crossover;

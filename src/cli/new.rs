@@ -20,10 +20,8 @@ const SIDE: u32 = 203;
 pub(crate) fn new(arguments: &NewArguments) -> Result<(), CommandFailure> {
     let file = &arguments.file;
     if file.exists() && !arguments.force {
-        return Err(CommandFailure::input(format!(
-            "error: {}\n  expected: a file that is not there yet\n  found: one that is\n  help: --force writes over it",
-            file.display()
-        )));
+        let failure = CommandFailure::expected(file.display(), "a file that is not there yet", "one that is");
+        return Err(failure.help("--force writes over it"));
     }
     let (name, fabric, mut sources) =
         answer(arguments.fabric.as_deref(), "fabric", "s-720", &menu(&FABRICS), read_fabric)?;
@@ -64,7 +62,7 @@ pub(crate) fn new(arguments: &NewArguments) -> Result<(), CommandFailure> {
     });
     let text = format!("{document:#}\n");
     let name = file.display().to_string();
-    let folder = file.parent().filter(|folder| *folder != Path::new("")).unwrap_or(Path::new("."));
+    let folder = input::folder(file);
     case::from_text(&name, &text, folder, &[])?;
     write(&folder.join(SCHEMA), &format!("{:#}\n", case::schema()))?;
     write(file, &text)?;
@@ -118,7 +116,7 @@ fn number(flag: &str, place: &str, typed: &str) -> Result<Number, CommandFailure
         let kind = if key["type"] == "integer" { "a whole number" } else { "a number" };
         let least = bound("minimum").map_or("above 0".to_owned(), |least| format!("from {least}"));
         let most = bound("maximum").unwrap_or(f64::INFINITY);
-        CommandFailure::input(format!("error: {flag}\n  expected: {kind} {least}, at most {most}\n  found: {typed:?}"))
+        CommandFailure::expected(flag, format!("{kind} {least}, at most {most}"), format!("{typed:?}"))
     })
 }
 
@@ -145,7 +143,7 @@ fn menu(known: &[(&str, &str)]) -> String {
 
 fn unknown(flag: &str, found: &str, known: &[(&str, &str)], more: &str) -> CommandFailure {
     let names: Vec<&str> = known.iter().map(|(name, _)| *name).collect();
-    CommandFailure::input(format!("error: {flag}\n  expected: {}, {more}\n  found: {found:?}", names.join(", ")))
+    CommandFailure::expected(flag, format!("{}, {more}", names.join(", ")), format!("{found:?}"))
 }
 
 fn read_projectile(given: &str) -> Result<Preset, CommandFailure> {
@@ -162,11 +160,7 @@ fn read_fabric(given: &str) -> Result<(String, Value, Map<String, Value>), Comma
             unknown("--fabric", given, &FABRICS, &more)
         })?,
     };
-    let wrong = |found: String| {
-        CommandFailure::input(format!(
-            "error: {given}\n  expected: an object with the keys of a fabric\n  found: {found}"
-        ))
-    };
+    let wrong = |found: String| CommandFailure::expected(given, "an object with the keys of a fabric", found);
     let mut fabric: Value = serde_json::from_str(&text).map_err(|error| wrong(error.to_string()))?;
     let Value::Object(keys) = &mut fabric else { return Err(wrong("something else".to_owned())) };
     let name = keys.get("name").and_then(Value::as_str).unwrap_or("fabric").to_owned();
@@ -181,16 +175,11 @@ fn read_fabric(given: &str) -> Result<(String, Value, Map<String, Value>), Comma
 
 /// Whole or not at all.
 fn write(path: &Path, text: &str) -> Result<(), CommandFailure> {
-    let folder = path.parent().filter(|folder| *folder != Path::new("")).unwrap_or(Path::new("."));
-    let staged = output::temporary(folder).and_then(|mut file| {
+    let staged = output::temporary(input::folder(path)).and_then(|mut file| {
         file.write_all(text.as_bytes())?;
         Ok(file)
     });
     let put = staged.and_then(|file| file.persist(path).map_err(|error| error.error));
-    put.map(|_| ()).map_err(|error| {
-        CommandFailure::input(format!(
-            "error: {}\n  expected: a file that can be written\n  found: {error}",
-            path.display()
-        ))
-    })
+    let failed = |error| CommandFailure::expected(path.display(), "a file that can be written", error);
+    put.map(drop).map_err(failed)
 }

@@ -1,8 +1,6 @@
 //! `ripstop bench --objectivity`: how far results depend on what is numerical.
 
-use std::num::NonZeroUsize;
 use std::path::Path;
-use std::thread;
 use std::time::Instant;
 
 use ripstop::output::Folder;
@@ -15,7 +13,7 @@ use super::failure::CommandFailure;
 use super::progress::Bar;
 use super::study_arguments::BenchArguments;
 use super::table::{Align, TextTable};
-use super::{bench, interrupt, screen};
+use super::{batch, bench, interrupt, screen};
 use ripstop::output::number::{fixed, short};
 
 /// What is written.
@@ -29,14 +27,12 @@ pub(crate) fn objectivity(arguments: &BenchArguments) -> Result<(), CommandFailu
     let interrupted = interrupt::watch()?;
     let subjects = bench::subjects(arguments)?;
     let [subject] = subjects.as_slice() else {
-        return Err(CommandFailure::input(format!(
-            "error: bench --objectivity\n  expected: one case\n  found: {}\n  help: run them one after the other",
-            subjects.len()
-        )));
+        let failure = CommandFailure::expected("bench --objectivity", "one case", subjects.len());
+        return Err(failure.help("run them one after the other"));
     };
     let read: Vec<&Path> = arguments.cases.iter().map(|path| path.as_path()).collect();
     let folder = Folder::prepare_for(&arguments.out, &FILES, &read)?;
-    let threads = arguments.threads.unwrap_or_else(|| thread::available_parallelism().map_or(1, NonZeroUsize::get));
+    let threads = batch::threads(arguments.threads);
     let plan = ObjectivityPlan { threads, quick: arguments.quick, width: WIDTH };
     let bar = Bar::new(!arguments.quiet);
     let measured = objectivity::measure(subject, plan, &interrupted, &|done, of| bar.show_count("", done, of, "parts"));

@@ -20,35 +20,38 @@ pub(crate) fn fabric(name: &str) -> Option<&'static str> {
     builtin_fabric(&format!("fabrics/{name}.json"))
 }
 
-/// A fragment simulator: calibre, diameter [mm] and mass [g] of the standard.
-const FRAGMENTS: [(&str, f64, f64, &str); 3] = [
-    ("fsp-22", 5.46, 1.10, "chisel-nosed fragment simulator, .22 calibre, 17 grains"),
-    ("fsp-30", 7.49, 2.85, "chisel-nosed fragment simulator, .30 calibre, 44 grains"),
-    ("fsp-50", 12.57, 13.41, "chisel-nosed fragment simulator, .50 calibre, 207 grains"),
-];
+/// What a projectile known by name is made from.
+enum KnownProjectile {
+    /// The paper's.
+    Paper,
+    /// A fragment simulator: diameter [mm] and mass [g] of the standard.
+    Fragment(f64, f64),
+    /// A right circular cylinder as long as it is wide: mass [g].
+    Cylinder(f64),
+    /// A steel ball: diameter [mm].
+    Ball(f64),
+}
 
-/// Right circular cylinders as long as they are wide: name and mass [g].
-const CYLINDERS: [(&str, f64, &str); 4] = [
-    ("rcc-2gr", 0.130, "right circular cylinder, 2 grains, as long as wide"),
-    ("rcc-4gr", 0.259, "right circular cylinder, 4 grains, as long as wide"),
-    ("rcc-16gr", 1.037, "right circular cylinder, 16 grains, as long as wide"),
-    ("rcc-64gr", 4.147, "right circular cylinder, 64 grains, as long as wide"),
-];
-
-/// Steel balls: name and diameter [mm].
-const BALLS: [(&str, f64, &str); 3] = [
-    ("ball-5.56", 5.556, "steel ball, 7/32 inch, 0.70 g"),
-    ("ball-6.35", 6.35, "steel ball, 1/4 inch, 1.05 g"),
-    ("ball-7.94", 7.938, "steel ball, 5/16 inch, 2.06 g"),
-];
+use KnownProjectile::{Ball, Cylinder, Fragment, Paper};
 
 /// Every projectile by name, and what it is.
+const PROJECTILES: [(&str, &str, KnownProjectile); 11] = [
+    ("rcc-paper", "the paper's cylinder: 3 g, 5.5 × 42.1 mm, hollow steel", Paper),
+    ("fsp-22", "chisel-nosed fragment simulator, .22 calibre, 17 grains", Fragment(5.46, 1.10)),
+    ("fsp-30", "chisel-nosed fragment simulator, .30 calibre, 44 grains", Fragment(7.49, 2.85)),
+    ("fsp-50", "chisel-nosed fragment simulator, .50 calibre, 207 grains", Fragment(12.57, 13.41)),
+    ("rcc-2gr", "right circular cylinder, 2 grains, as long as wide", Cylinder(0.130)),
+    ("rcc-4gr", "right circular cylinder, 4 grains, as long as wide", Cylinder(0.259)),
+    ("rcc-16gr", "right circular cylinder, 16 grains, as long as wide", Cylinder(1.037)),
+    ("rcc-64gr", "right circular cylinder, 64 grains, as long as wide", Cylinder(4.147)),
+    ("ball-5.56", "steel ball, 7/32 inch, 0.70 g", Ball(5.556)),
+    ("ball-6.35", "steel ball, 1/4 inch, 1.05 g", Ball(6.35)),
+    ("ball-7.94", "steel ball, 5/16 inch, 2.06 g", Ball(7.938)),
+];
+
+/// The names, and what they stand for.
 pub(crate) fn projectiles() -> Vec<(&'static str, &'static str)> {
-    let mut all = vec![("rcc-paper", "the paper's cylinder: 3 g, 5.5 × 42.1 mm, hollow steel")];
-    all.extend(FRAGMENTS.iter().map(|(name, .., what)| (*name, *what)));
-    all.extend(CYLINDERS.iter().map(|(name, _, what)| (*name, *what)));
-    all.extend(BALLS.iter().map(|(name, _, what)| (*name, *what)));
-    all
+    PROJECTILES.iter().map(|(name, what, _)| (*name, *what)).collect()
 }
 
 /// A projectile as it stands in a case, with the sources of its values.
@@ -69,27 +72,13 @@ impl Preset {
 
 /// A projectile by its name, or by shape and size: `sphere:6.35`, `rcc:5.5`, `cylinder:5.5x8` [mm].
 pub(crate) fn projectile(name: &str) -> Option<Preset> {
-    if name == "rcc-paper" {
-        let keys = json!({"shape": "cylinder", "diameter_mm": 5.5, "length_mm": 42.1, "mass_g": 3.0});
-        return Some(Preset::new(
-            "RCC",
-            keys,
-            vec![("", "Shahkarami & Vaziri 2006, ballistic impact simulations".to_owned())],
-        ));
-    }
-    if let Some((_, diameter, mass, what)) = FRAGMENTS.iter().find(|(known, ..)| *known == name) {
-        return Some(fragment(what, *diameter, *mass));
-    }
-    if let Some((_, mass, what)) = CYLINDERS.iter().find(|(known, ..)| *known == name) {
-        let diameter = round((4.0 * mass * 1e-3 / (std::f64::consts::PI * STEEL)).cbrt() * 1e3);
-        let keys = json!({"shape": "cylinder", "diameter_mm": diameter, "length_mm": diameter, "mass_g": mass});
-        let of_mass = "assumed: a solid of steel, 7850 kg/m3, as long as wide".to_owned();
-        let sources =
-            vec![("", "grains of the name".to_owned()), ("diameter_mm", of_mass.clone()), ("length_mm", of_mass)];
-        return Some(Preset::new(*what, keys, sources));
-    }
-    if let Some((_, diameter, what)) = BALLS.iter().find(|(known, ..)| *known == name) {
-        return Some(solid(*what, json!({"shape": "sphere", "diameter_mm": diameter})));
+    if let Some((_, what, known)) = PROJECTILES.iter().find(|(known, ..)| *known == name) {
+        return Some(match *known {
+            Paper => paper(),
+            Fragment(diameter, mass) => fragment(what, diameter, mass),
+            Cylinder(mass) => as_long_as_wide(what, mass),
+            Ball(diameter) => solid(*what, json!({"shape": "sphere", "diameter_mm": diameter})),
+        });
     }
     let (shape, size) = name.split_once(':')?;
     let sizes: Vec<f64> =
@@ -107,6 +96,20 @@ pub(crate) fn projectile(name: &str) -> Option<Preset> {
         )),
         _ => None,
     }
+}
+
+fn paper() -> Preset {
+    let keys = json!({"shape": "cylinder", "diameter_mm": 5.5, "length_mm": 42.1, "mass_g": 3.0});
+    Preset::new("RCC", keys, vec![("", "Shahkarami & Vaziri 2006, ballistic impact simulations".to_owned())])
+}
+
+/// A cylinder of this mass [g].
+fn as_long_as_wide(what: &str, mass: f64) -> Preset {
+    let diameter = round((4.0 * mass * 1e-3 / (std::f64::consts::PI * STEEL)).cbrt() * 1e3);
+    let keys = json!({"shape": "cylinder", "diameter_mm": diameter, "length_mm": diameter, "mass_g": mass});
+    let of_mass = "assumed: a solid of steel, 7850 kg/m3, as long as wide".to_owned();
+    let of_name = ("", "grains of the name".to_owned());
+    Preset::new(what, keys, vec![of_name, ("diameter_mm", of_mass.clone()), ("length_mm", of_mass)])
 }
 
 /// A solid body of steel: its mass follows from its size.

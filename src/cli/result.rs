@@ -45,6 +45,17 @@ pub(crate) fn part(title: &str, text: &str) -> String {
     if text.is_empty() { String::new() } else { format!("\n{}\n{}", paint::heading(title), screen::indent(text)) }
 }
 
+/// Sentences a reader should look at, under a word.
+pub(crate) fn remarks(word: &str, sentences: &[String]) -> String {
+    let one = |text: &String| format!("{}  {}\n", paint::caution(word), screen::wrapped(text, 6).join("\n      "));
+    sentences.iter().map(one).collect()
+}
+
+/// Where files were written, and their names.
+pub(crate) fn files(folder: &Path, names: &[&str]) -> String {
+    format!("\n{}  {}\n  {}\n", paint::heading("files"), folder.display(), names.join(", "))
+}
+
 /// One line each, with its code.
 pub(crate) fn warnings(warnings: &[Warning]) -> String {
     let mut table = TextTable::plain(&[Align::Left, Align::Left]);

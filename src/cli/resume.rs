@@ -51,10 +51,7 @@ pub(crate) fn resume(arguments: &ResumeArguments) -> Result<(), CommandFailure> 
     let run = run::run(&case, options, &interrupted, &mut follower);
     bar.clear();
     let run = run.map_err(|error| CommandFailure::start(&file(&case), &error))?;
-    let wall = follower
-        .checkpoint_writer
-        .as_ref()
-        .map_or(0.0, |checkpoint_writer| checkpoint_writer.spent(run.loop_seconds).wall);
+    let wall = follower.checkpoint_writer.as_ref().map_or(0.0, |writer| writer.spent(run.loop_seconds).wall);
     let print = Print::of(arguments.json, arguments.quiet);
     conclude(&case, run, &folder, follower, wall, print)
 }
@@ -69,9 +66,7 @@ fn nothing_to_resume(folder: &Path, quiet: bool) -> Result<(), CommandFailure> {
         }
         return Ok(());
     }
-    Err(CommandFailure::input(format!(
-        "error: {}\n  expected: a folder with a checkpoint, {CHECKPOINT}\n  found: none\n  \
-         help: `ripstop run CASE.json --checkpoint-every US` leaves them",
-        folder.display()
-    )))
+    let expected = format!("a folder with a checkpoint, {CHECKPOINT}");
+    let help = "`ripstop run CASE.json --checkpoint-every US` leaves them";
+    Err(CommandFailure::expected(folder.display(), expected, "none").help(help))
 }

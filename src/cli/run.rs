@@ -32,10 +32,7 @@ pub(crate) fn run(arguments: &RunArguments) -> Result<(), CommandFailure> {
             let folder = out(arguments, &case);
             if folders.contains(&folder) {
                 let found = format!("two cases for {}", folder.display());
-                return Err(CommandFailure::input(format!(
-                    "error: {}\n  expected: a folder for each case\n  found: {found}",
-                    path.display()
-                )));
+                return Err(CommandFailure::expected(path.display(), "a folder for each case", found));
             }
             folders.push(folder.clone());
             shoot(arguments, &case, &folder, &interrupted)
@@ -120,6 +117,19 @@ impl Print {
             (false, false) => Self::Table,
         }
     }
+
+    /// Prints a result in one form or the other, or not at all.
+    pub(crate) fn show(
+        self,
+        json: impl FnOnce() -> Value,
+        text: impl FnOnce() -> String,
+    ) -> Result<(), CommandFailure> {
+        match self {
+            Self::Json => screen::print(&format!("{:#}\n", json())),
+            Self::Table => screen::print(&text()),
+            Self::Nothing => Ok(()),
+        }
+    }
 }
 
 /// Writes and prints the results of a run. `wall_seconds`: time that it took, all commands together.
@@ -141,14 +151,8 @@ pub(crate) fn conclude(
         Err(error) => (Staged::default(), Some(error)),
     };
     let written = folder.write(case, &run, &summary, page, frames);
-    match print {
-        Print::Json => screen::print(&format!("{summary:#}\n"))?,
-        Print::Table => {
-            let files = written.as_ref().ok().map(|names| (folder.path(), names.as_slice()));
-            screen::print(&result::text(case, &run, &summary, files))?;
-        }
-        Print::Nothing => {}
-    }
+    let files = written.as_ref().ok().map(|names| (folder.path(), names.as_slice()));
+    print.show(|| summary.clone(), || result::text(case, &run, &summary, files))?;
     info!(folder = %folder.path().display(), files = ?written.as_deref().unwrap_or_default(), "files written");
     written?;
     if let Some(error) = refused {

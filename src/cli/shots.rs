@@ -3,13 +3,12 @@
 use std::path::Path;
 
 use ripstop::case::Case;
-use ripstop::math::link::Link;
 use ripstop::output::Folder;
 use ripstop::output::number::{bytes, short};
 use ripstop::run::graphics::DeviceUse;
 use ripstop::study::batch::{BatchOptions, ShotOrder, order_case};
-use ripstop::study::fit::{self, Fit, FitRequest};
-use ripstop::study::interval::Interval;
+use ripstop::study::fit::{self, Fit};
+use ripstop::study::interval::Bounds;
 use ripstop::study::shots::{self, BatchProgress, ShotsRequest, ShotsResult};
 
 use super::arguments::{BackendArguments, RunArguments};
@@ -18,7 +17,7 @@ use super::campaign_arguments::ShotsArguments;
 use super::failure::CommandFailure;
 use super::fit::text as fit_text;
 use super::run::{Print, shoot};
-use super::{backend, interrupt, paint, screen};
+use super::{backend, interrupt, paint, result, screen};
 
 /// Fires, prints and writes.
 pub(crate) fn shots(arguments: &ShotsArguments) -> Result<(), CommandFailure> {
@@ -30,7 +29,7 @@ pub(crate) fn shots(arguments: &ShotsArguments) -> Result<(), CommandFailure> {
         count: arguments.count.unwrap_or(1),
         velocity: arguments.velocity.map(|velocities| velocities.0),
         until_width: arguments.batch.until_width,
-        fit: FitRequest { link: Link::Probit, level: arguments.batch.level, interval: Interval::Likelihood },
+        fit: arguments.batch.fit(),
     };
     if let Some(number) = arguments.only {
         let order = shots::order(&request, of_batch.seed, number);
@@ -46,15 +45,12 @@ pub(crate) fn shots(arguments: &ShotsArguments) -> Result<(), CommandFailure> {
     let done = shots::run(&case, &request, &options, &folder, arguments.batch.resume, &mut show);
     bar.clear();
     let done = done.map_err(|error| batch::failure(error, &out))?;
-    match Print::of(arguments.batch.json, arguments.batch.quiet) {
-        Print::Json => screen::print(&format!("{:#}\n", fit::json(&done.fit))),
-        Print::Table => screen::print(&text(&case, &request, &done, folder.path())),
-        Print::Nothing => Ok(()),
-    }
+    let print = Print::of(arguments.batch.json, arguments.batch.quiet);
+    print.show(|| fit::json(&done.fit), || text(&case, &request, &done, folder.path()))
 }
 
 /// The estimate that a bar shows.
-fn v50(fit: Option<&Fit>) -> Option<(f64, ripstop::study::interval::Bounds)> {
+fn v50(fit: Option<&Fit>) -> Option<(f64, Bounds)> {
     let v50 = fit?.v50()?;
     Some((v50.value?, v50.bounds))
 }
@@ -97,9 +93,7 @@ fn text(case: &Case, request: &ShotsRequest, done: &ShotsResult, folder: &Path) 
     let trusted = done.rows.iter().filter(|row| row.trust == "trust").count();
     let failed: Vec<_> = done.rows.iter().filter(|row| row.perforated().is_none()).collect();
     out += &fit_text(Path::new("shots"), &done.fit, None);
-    for note in shots::notes(case) {
-        out += &format!("{}  {}\n", paint::caution("note"), screen::wrapped(&note, 6).join("\n      "));
-    }
+    out += &result::remarks("note", &shots::notes(case));
     if done.early {
         let width = short(100.0 * request.until_width.unwrap_or_default(), 3);
         out += &format!(
@@ -119,8 +113,7 @@ fn text(case: &Case, request: &ShotsRequest, done: &ShotsResult, folder: &Path) 
         );
     }
     out += &device_text(&done.device);
-    out += &format!("\n{}  {}\n  {}\n", paint::heading("files"), folder.display(), shots::FILES.join(", "));
-    out
+    out + &result::files(folder, shots::FILES)
 }
 
 /// What shots took of a device; nothing where there was none.

@@ -2,10 +2,12 @@
 
 use std::path::PathBuf;
 
-use clap::{Args, ValueEnum, builder::RangedU64ValueParser};
-use ripstop::study;
+use clap::{Args, builder::RangedU64ValueParser};
+use ripstop::math::link::Link;
+use ripstop::study::interval::Interval;
 
 use super::arguments::{BackendArguments, BackendChoice};
+use super::choice::{INTERVALS, LINKS, one_of};
 use super::range::{level, percent, shift};
 
 /// `ripstop bench`
@@ -244,14 +246,14 @@ pub(crate) struct FitArguments {
     #[arg(value_name = "DATA.csv")]
     pub(crate) data: PathBuf,
     /// Distribution of the thresholds
-    #[arg(long, value_enum, default_value = "probit")]
-    pub(crate) link: LinkChoice,
+    #[arg(long, value_parser = one_of(LINKS), default_value = "probit")]
+    pub(crate) link: Link,
     /// Two-sided confidence of the intervals, such as 0.9 or 95%
     #[arg(long, value_name = "LEVEL", value_parser = level, default_value = "0.9", allow_hyphen_values = true)]
     pub(crate) level: f64,
     /// How intervals are made
-    #[arg(long, value_enum, default_value = "likelihood")]
-    pub(crate) interval: IntervalKind,
+    #[arg(long, value_parser = one_of(INTERVALS), default_value = "likelihood")]
+    pub(crate) interval: Interval,
     /// v50.json of a `ripstop v50`, to lay over the shots
     #[arg(long, value_name = "V50.json")]
     pub(crate) computed: Option<PathBuf>,
@@ -264,40 +266,4 @@ pub(crate) struct FitArguments {
     /// Print JSON
     #[arg(long)]
     pub(crate) json: bool,
-}
-
-/// Distribution of the thresholds.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub(crate) enum LinkChoice {
-    /// Normal
-    Probit,
-    /// Logistic
-    Logit,
-}
-
-/// How intervals are made.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub(crate) enum IntervalKind {
-    /// Likelihood ratio
-    Likelihood,
-    /// Estimate and standard error: too short for few shots
-    Wald,
-}
-
-impl From<LinkChoice> for ripstop::math::link::Link {
-    fn from(link: LinkChoice) -> Self {
-        match link {
-            LinkChoice::Probit => Self::Probit,
-            LinkChoice::Logit => Self::Logit,
-        }
-    }
-}
-
-impl From<IntervalKind> for study::interval::Interval {
-    fn from(kind: IntervalKind) -> Self {
-        match kind {
-            IntervalKind::Likelihood => Self::Likelihood,
-            IntervalKind::Wald => Self::Wald,
-        }
-    }
 }

@@ -2,12 +2,9 @@
 
 use std::path::Path;
 
-use ripstop::math::link::Link;
 use ripstop::output::Folder;
 use ripstop::output::number::short;
 use ripstop::study::StudyError;
-use ripstop::study::fit::FitRequest;
-use ripstop::study::interval::Interval;
 use ripstop::study::shots::ShotsRequest;
 use ripstop::study::sweep::design::SweepDesign;
 use ripstop::study::sweep::factor::Factor;
@@ -21,7 +18,7 @@ use super::progress::Bar;
 use super::result::part;
 use super::run::Print;
 use super::table::{Align, TextTable};
-use super::{input, interrupt, paint, screen};
+use super::{input, interrupt, paint};
 
 /// Realisations, and half the width of an interval over V50, where nothing is asked for.
 const COUNT: u32 = 64;
@@ -43,11 +40,8 @@ pub(crate) fn sweep(arguments: &SweepArguments) -> Result<(), CommandFailure> {
     let done = sweep::run(&request, &options, &folder, arguments.batch.resume, &case.title, &show);
     bar.clear();
     let done = done.map_err(|error| batch::failure(error, &out))?;
-    match Print::of(arguments.batch.json, arguments.batch.quiet) {
-        Print::Json => screen::print(&format!("{:#}\n", sweep::json(&request, &done))),
-        Print::Table => screen::print(&text(&case.title, &request, &done, folder.path())),
-        Print::Nothing => Ok(()),
-    }
+    let print = Print::of(arguments.batch.json, arguments.batch.quiet);
+    print.show(|| sweep::json(&request, &done), || text(&case.title, &request, &done, folder.path()))
 }
 
 /// The points, each with its case.
@@ -64,7 +58,7 @@ fn request(arguments: &SweepArguments) -> Result<SweepRequest, CommandFailure> {
         let over = factors.iter().zip(point).map(|(factor, value)| format!("{}={value}", factor.pointer));
         let sets: Vec<String> = arguments.batch.sets.iter().cloned().chain(over).collect();
         let case = input::read(&arguments.case, &sets)?;
-        let fit = FitRequest { link: Link::Probit, level: arguments.batch.level, interval: Interval::Likelihood };
+        let fit = arguments.batch.fit();
         let velocity = case.projectile.as_ref().map_or(100.0, |projectile| projectile.velocity);
         let of = match arguments.run {
             SweepKind::Shots => SweepOf::Shots(ShotsRequest {

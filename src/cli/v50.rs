@@ -3,21 +3,18 @@
 use std::path::Path;
 
 use ripstop::case::Case;
-use ripstop::math::link::Link;
 use ripstop::output::Folder;
 use ripstop::output::number::short;
-use ripstop::study::fit::FitRequest;
-use ripstop::study::interval::Interval;
-use ripstop::study::v50::{self, V50Progress, V50Request, V50Result};
+use ripstop::study::v50::{self, Design, V50Progress, V50Request, V50Result};
 
 use super::batch::{self, ShotBar};
-use super::campaign_arguments::{DesignChoice, V50Arguments};
+use super::campaign_arguments::V50Arguments;
 use super::failure::CommandFailure;
-use super::fit::{arithmetic_table, end, plot, residual_table};
-use super::result::part;
+use super::fit::{arithmetic_table, ends, plot, quantile_cells, residual_table};
+use super::result::{self, part, remarks};
 use super::run::Print;
 use super::table::{Align, TextTable};
-use super::{interrupt, paint, screen};
+use super::{interrupt, paint};
 
 /// Half the width of the interval over V50 at which thresholds end where nothing else is asked for.
 const WIDTH: f64 = 0.02;
@@ -46,28 +43,25 @@ pub(crate) fn v50(arguments: &V50Arguments) -> Result<(), CommandFailure> {
     let done = v50::run(&case, &request, &options, &folder, arguments.batch.resume, &mut show);
     bar.clear();
     let done = done.map_err(|error| batch::failure(error, &out))?;
-    match Print::of(arguments.batch.json, arguments.batch.quiet) {
-        Print::Json => screen::print(&format!("{:#}\n", v50::json(&case, &request, options.seed, &done))),
-        Print::Table => screen::print(&text(&case, &request, &done, folder.path())),
-        Print::Nothing => Ok(()),
-    }
+    let print = Print::of(arguments.batch.json, arguments.batch.quiet);
+    print.show(|| v50::json(&case, &request, options.seed, &done), || text(&case, &request, &done, folder.path()))
 }
 
 /// What the command line asks for.
 pub(super) fn request(arguments: &V50Arguments, case: &Case) -> V50Request {
     let of_case = case.projectile.as_ref().map_or(100.0, |projectile| projectile.velocity);
     let velocity = arguments.velocity.map_or_else(|| RANGE.map(|part| part * of_case), |velocities| velocities.0);
-    let is_thresholds = arguments.design == DesignChoice::Thresholds;
+    let is_thresholds = arguments.design == Design::Thresholds;
     let open = is_thresholds && arguments.count.is_none();
     V50Request {
         refined: arguments.refined.unwrap_or(REFINED[usize::from(case.varies())]),
-        design: arguments.design.into(),
+        design: arguments.design,
         count: arguments.count.unwrap_or(COUNTS[usize::from(!is_thresholds)]),
         until_width: arguments.batch.until_width.or(open.then_some(WIDTH)),
         bracket: arguments.bracket,
         velocity,
         sigma: arguments.sigma.unwrap_or(SIGMA * (velocity[1] - velocity[0])),
-        fit: FitRequest { link: Link::Probit, level: arguments.batch.level, interval: Interval::Likelihood },
+        fit: arguments.batch.fit(),
     }
 }
 
@@ -75,9 +69,7 @@ pub(super) fn request(arguments: &V50Arguments, case: &Case) -> V50Request {
 fn text(case: &Case, request: &V50Request, found: &V50Result, folder: &Path) -> String {
     let mut out = format!("{}\n{}\n", case.title, counts(request, found));
     out += &answer(request, found);
-    for note in v50::notes(case, request, found) {
-        out += &format!("{}  {}\n", paint::caution("look"), screen::wrapped(&note, 6).join("\n      "));
-    }
+    out += &remarks("look", &v50::notes(case, request, found));
     out += &part("velocity by chance of a perforation", &quantiles(request, found));
     out += &part("chance of a perforation", &curve(request, found)).replace("\n  \n", "\n\n");
     out += &part("arithmetic V50", &arithmetic(request, found));
@@ -85,15 +77,14 @@ fn text(case: &Case, request: &V50Request, found: &V50Result, folder: &Path) -> 
         out += &part("residual velocity", &residual_table(&found.residual));
     }
     let files: Vec<&str> = v50::FILES.iter().copied().filter(|name| folder.join(name).exists()).collect();
-    out += &format!("\n{}  {}\n  {}\n", paint::heading("files"), folder.display(), files.join(", "));
-    out
+    out + &result::files(folder, &files)
 }
 
 /// How much was shot.
 fn counts(request: &V50Request, found: &V50Result) -> String {
     let shots = found.shots;
     match request.design {
-        ripstop::study::v50::Design::Thresholds => {
+        Design::Thresholds => {
             let known = found.thresholds.iter().filter(|found| found.is_ok()).count();
             let of = found.thresholds.len();
             let [thresholds, realisations] = [(known, "threshold"), (of, "realisation")]
@@ -112,7 +103,7 @@ fn counts(request: &V50Request, found: &V50Result) -> String {
 fn answer(request: &V50Request, found: &V50Result) -> String {
     let Some(v50) = found.v50 else { return format!("\n{}\n", paint::heading("no V50")) };
     let level = short(100.0 * request.fit.level, 3);
-    let [low, high] = [found.bounds.low, found.bounds.high].map(end);
+    let [low, high] = ends(found.bounds);
     let mut out = format!(
         "\n{}, {level} % interval {low} to {high} m/s\n",
         paint::heading(&format!("V50 {} m/s", short(v50, 4)))
@@ -143,9 +134,7 @@ fn quantiles(request: &V50Request, found: &V50Result) -> String {
     let range = found.sample.map(|sample| sample.range);
     seen("V0, slowest seen", range.map(|range| range[0]), &mut table);
     for quantile in &found.quantiles {
-        let [low, high] = [quantile.bounds.low, quantile.bounds.high].map(end);
-        let value = quantile.value.map_or_else(|| "-".to_owned(), |value| short(value, 4));
-        table.row([format!("V{}", short(100.0 * quantile.p, 3)), value, low, high]);
+        table.row(quantile_cells(format!("V{}", short(100.0 * quantile.p, 3)), quantile));
     }
     seen("V100, fastest seen", range.map(|range| range[1]), &mut table);
     format!("{table}{} % intervals of the sampling alone, likelihood ratio\n", short(100.0 * request.fit.level, 3))
@@ -153,7 +142,7 @@ fn quantiles(request: &V50Request, found: &V50Result) -> String {
 
 /// The curve, with the thresholds or the shots.
 fn curve(request: &V50Request, found: &V50Result) -> String {
-    let is_thresholds = request.design == ripstop::study::v50::Design::Thresholds;
+    let is_thresholds = request.design == Design::Thresholds;
     let of = |perforated: bool| -> Vec<f64> {
         found.ranged.iter().filter(|shot| shot.perforated == perforated).map(|shot| shot.velocity).collect()
     };
@@ -175,7 +164,7 @@ fn arithmetic(request: &V50Request, found: &V50Result) -> String {
         return String::new();
     }
     let of = match request.design {
-        ripstop::study::v50::Design::Thresholds => "of an up-and-down of one shot at each realisation\n",
+        Design::Thresholds => "of an up-and-down of one shot at each realisation\n",
         _ => "",
     };
     let mut out = format!("{}{of}", arithmetic_table(&found.arithmetic));

@@ -13,7 +13,7 @@ use super::failure::CommandFailure;
 use super::progress::Bar;
 use super::study_arguments::ValidateArguments;
 use super::table::{Align, TextTable};
-use super::{backend, interrupt, paint, screen};
+use super::{backend, input, interrupt, paint, screen};
 
 /// Computes the table and prints it; exit code 1 if a row fails.
 pub(crate) fn validate(arguments: &ValidateArguments) -> Result<(), CommandFailure> {
@@ -62,26 +62,18 @@ fn stated(path: &Path) -> Result<Case, CommandFailure> {
     if validate::has_published(&case) {
         return Ok(case);
     }
-    Err(CommandFailure::input(format!(
-        "error: {}: /expect\n  expected: a statement whose source begins with \"paper\", \"published\" or \"closed form\"\n  found: none\n  \
-         help: `ripstop run` checks all statements of a case",
-        path.display()
-    )))
+    let place = format!("{}: /expect", path.display());
+    let expected = "a statement whose source begins with \"paper\", \"published\" or \"closed form\"";
+    Err(CommandFailure::expected(place, expected, "none").help("`ripstop run` checks all statements of a case"))
 }
 
 /// The folder and the name of the page; tried before anything is computed.
 fn page(path: &Path) -> Result<(Folder, &str), CommandFailure> {
     let name = path.file_name().and_then(|name| name.to_str()).ok_or_else(|| {
-        CommandFailure::input(format!(
-            "error: --html\n  expected: a file\n  found: {}\n  help: for example --html out/validation.html",
-            path.display()
-        ))
+        let failure = CommandFailure::expected("--html", "a file", path.display());
+        failure.help("for example --html out/validation.html")
     })?;
-    let folder = match path.parent() {
-        Some(parent) if parent != Path::new("") => parent,
-        _ => Path::new("."),
-    };
-    Ok((Folder::share(folder, &[name], &[])?, name))
+    Ok((Folder::share(input::folder(path), &[name], &[])?, name))
 }
 
 fn table(rows: &[Prediction]) -> String {
@@ -93,8 +85,7 @@ fn table(rows: &[Prediction]) -> String {
     for row in rows {
         if row.group != group {
             group = &row.group;
-            table.row(["", ""]);
-            table.row(["", &paint::heading(group)]);
+            table.group(group);
         }
         let mark = row.pass.map_or_else(String::new, paint::mark);
         table.row([

@@ -27,7 +27,6 @@ pub(crate) fn verify(arguments: &VerifyArguments) -> Result<(), CommandFailure> 
     let failed = rows.iter().filter(|row| !row.pass).count();
     let counts = format!("{} of {} rows pass", rows.len() - failed, rows.len());
     if arguments.json {
-        let rows: Vec<Value> = rows.iter().map(to_json).collect();
         let mut all = json!({ "pass": failed == 0, "rows": rows });
         if arguments.stress {
             all["unsound"] = report.found.iter().map(found_json).collect();
@@ -104,23 +103,10 @@ fn table(rows: &[Check]) -> TextTable {
     for row in rows {
         if row.group != group {
             group = row.group;
-            table.row(["", ""]);
-            table.row(["", &paint::heading(group)]);
+            table.group(group);
         }
         let mark = paint::mark(row.pass);
         table.row([&mark, &row.name, &row.expected, &row.got, &row.tolerance]);
     }
     table
-}
-
-fn to_json(row: &Check) -> Value {
-    json!({
-        "group": row.group,
-        "name": row.name,
-        "expected": row.expected,
-        "got": row.got,
-        "tolerance": row.tolerance,
-        "source": row.source,
-        "pass": row.pass,
-    })
 }

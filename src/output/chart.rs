@@ -2,6 +2,10 @@
 
 use std::fmt::Write;
 
+/// Frame, grid, words of drawings on white.
+pub(crate) const STYLE: &str =
+    ".grid { stroke: #222; stroke-opacity: 0.1; } .frame { fill: none; stroke: #888; } text { fill: #222; }";
+
 /// Width of a letter at the size of tick labels.
 const LETTER: f64 = 6.4;
 
@@ -103,6 +107,22 @@ pub(crate) fn escape(text: &str) -> String {
         }
     }
     out
+}
+
+/// A picture on white. `attributes`: more of what holds for all of it.
+pub(crate) fn svg([width, height]: [f64; 2], attributes: &str, style: &str, body: &str) -> String {
+    format!(
+        "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {width} {height}\" width=\"{width}\" height=\"{height}\" \
+         font-family=\"sans-serif\" font-size=\"12\"{attributes}>\n<rect width=\"100%\" height=\"100%\" fill=\"white\"/>\n\
+         <style>{style}</style>\n{body}</svg>\n"
+    )
+}
+
+/// A rectangle on the paper, with what lies inside its element.
+pub(crate) fn area([left, right]: [f64; 2], [top, bottom]: [f64; 2], attributes: &str, inside: &str) -> String {
+    let [width, height] = [right - left, bottom - top];
+    let end = if inside.is_empty() { "/>".to_owned() } else { format!(">{inside}</rect>") };
+    format!("<rect x=\"{left:.1}\" y=\"{top:.1}\" width=\"{width:.1}\" height=\"{height:.1}\" {attributes}{end}\n")
 }
 
 /// Words at a place. `attributes`: class, anchor, size.

@@ -88,25 +88,14 @@ pub fn check(case: &Case, run: &Run, summary: &Value) -> Vec<Checked> {
         .iter()
         .map(|expect| {
             let expect = &in_precision(expect, run.precision);
-            let (got, note) = match find(expect, run, summary) {
-                Ok(found) => (found.value, found.note),
-                Err(reason) => (Value::Null, Some(reason)),
-            };
+            let (got, note) = find(expect, run, summary).unwrap_or_else(|reason| (Value::Null, Some(reason)));
             Checked { pass: holds(&expect.bound, &got), expect: expect.clone(), got, note }
         })
         .collect()
 }
 
-struct ExtremeValue {
-    value: Value,
-    note: Option<String>,
-}
-
-impl From<f64> for ExtremeValue {
-    fn from(number: f64) -> Self {
-        Self { value: json!(number), note: None }
-    }
-}
+/// What was found, and how it was read where that is not as asked for.
+type FoundValue = (Value, Option<String>);
 
 fn holds(bound: &Bound, got: &Value) -> bool {
     match (bound, got) {
@@ -118,13 +107,13 @@ fn holds(bound: &Bound, got: &Value) -> bool {
     }
 }
 
-fn find(expect: &Expect, run: &Run, summary: &Value) -> Result<ExtremeValue, String> {
+fn find(expect: &Expect, run: &Run, summary: &Value) -> Result<FoundValue, String> {
     match expect.quantity.as_str() {
         "plateau_strain" => plateau_strain(expect, run),
         "shock_speed_m_s" => wave_speed(expect, run, "longitudinal front", DeflectionProfile::front),
         "kink_speed_m_s" => wave_speed(expect, run, "kink", DeflectionProfile::kink),
         "frequency_hz" => frequency(&run.history, expect.between.unwrap_or([f64::NEG_INFINITY, f64::INFINITY]))
-            .map(ExtremeValue::from)
+            .map(|frequency| (json!(frequency), None))
             .ok_or_else(|| "the kinetic energy has fewer than two whole peaks in this interval".to_owned()),
         name if expect.between.is_some() => {
             Err(format!("between_us belongs to a measured speed or frequency, not to {name}; use at_us"))
@@ -137,20 +126,20 @@ fn find(expect: &Expect, run: &Run, summary: &Value) -> Result<ExtremeValue, Str
 }
 
 /// A history column at a time [s].
-fn at(name: &str, time: f64, run: &Run) -> Result<ExtremeValue, String> {
+fn at(name: &str, time: f64, run: &Run) -> Result<FoundValue, String> {
     let column = history::find(name).ok_or_else(|| format!("history.csv has no column {name}"))?;
     let end = run.history.last().map_or(0.0, |row| row.time);
     // The last row may stand a rounding before the end asked for.
     let read = if time > end && time <= end + 1e-3 * run.time_step { end } else { time };
     let value = history::at(&run.history, column, read)
         .ok_or_else(|| format!("the run ended at {:.3} µs; \"run_until\": \"end_time\" makes it go on", end * 1e6))?;
-    Ok(value.into())
+    Ok((json!(value), None))
 }
 
-fn at_end(name: &str, run: &Run, summary: &Value) -> Result<ExtremeValue, String> {
+fn at_end(name: &str, run: &Run, summary: &Value) -> Result<FoundValue, String> {
     match summary.pointer(&format!("/{}", name.replace('.', "/"))) {
         Some(value @ (Value::Number(_) | Value::String(_) | Value::Bool(_))) => {
-            return Ok(ExtremeValue { value: value.clone(), note: None });
+            return Ok((value.clone(), None));
         }
         Some(Value::Null) => return Err(format!("this run has no {name}")),
         Some(_) => return Err(format!("{name} is neither a number nor a word")),
@@ -158,7 +147,8 @@ fn at_end(name: &str, run: &Run, summary: &Value) -> Result<ExtremeValue, String
     }
     let column = history::find(name)
         .ok_or_else(|| format!("{name} is no key of summary.json, column of history.csv or measured quantity"))?;
-    run.history.last().map(|row| (column.read)(row).into()).ok_or_else(|| "the history is empty".to_owned())
+    let last = run.history.last().map(|row| (json!((column.read)(row)), None));
+    last.ok_or_else(|| "the history is empty".to_owned())
 }
 
 /// The profile nearest to a time [s].
@@ -177,11 +167,11 @@ fn other_times(used: &[&DeflectionProfile], asked: &[f64], time_step: f64) -> Op
     off.then(|| format!("measured on the nearest profiles, at {} µs", times.join(" and ")))
 }
 
-fn plateau_strain(expect: &Expect, run: &Run) -> Result<ExtremeValue, String> {
+fn plateau_strain(expect: &Expect, run: &Run) -> Result<FoundValue, String> {
     let time = expect.at.ok_or("plateau_strain needs at_us")?;
     let profile = nearest(&run.profiles, time)?;
     let strain = profile.plateau_strain().ok_or("the profile has no wave")?;
-    Ok(ExtremeValue { value: json!(strain), note: other_times(&[profile], &[time], run.time_step) })
+    Ok((json!(strain), other_times(&[profile], &[time], run.time_step)))
 }
 
 fn wave_speed(
@@ -189,14 +179,14 @@ fn wave_speed(
     run: &Run,
     wave: &str,
     place: impl Fn(&DeflectionProfile) -> Option<f64>,
-) -> Result<ExtremeValue, String> {
+) -> Result<FoundValue, String> {
     let between = expect.between.ok_or_else(|| format!("{} needs between_us", expect.quantity))?;
     let [from, to] = [nearest(&run.profiles, between[0])?, nearest(&run.profiles, between[1])?];
     if from.time >= to.time {
         return Err("two profiles are needed; list both times in /output/profile_times_us".to_owned());
     }
     let speed = profile::speed(from, to, place).ok_or_else(|| format!("the profiles have no {wave}"))?;
-    Ok(ExtremeValue { value: json!(speed), note: other_times(&[from, to], &between, run.time_step) })
+    Ok((json!(speed), other_times(&[from, to], &between, run.time_step)))
 }
 
 /// Fundamental frequency of a free vibration [Hz] between two times [s]: half the frequency of the peaks of the

@@ -17,21 +17,16 @@ const BOTTOM: f64 = HEIGHT - 56.0;
 const COLOURS: [&str; 6] = ["#9ecae1", "#6baed6", "#3182bd", "#fdae6b", "#e6550d", "#a63603"];
 
 /// Frame and grid.
-const STYLE: &str = "<style>.grid { stroke: #222; stroke-opacity: 0.1; } .frame { fill: none; stroke: #888; } \
-                     .speed { fill: #08519c; } .force { fill: #e6550d; }</style>\n";
+const STYLE: &str = ".grid { stroke: #222; stroke-opacity: 0.1; } .frame { fill: none; stroke: #888; } \
+                     .speed { fill: #08519c; } .force { fill: #e6550d; }";
 
 /// The picture of a run as SVG text.
 pub fn picture(case: &Case, run: &Run) -> String {
-    let mut out = format!(
-        "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {WIDTH} {HEIGHT}\" width=\"{WIDTH}\" height=\"{HEIGHT}\" \
-         font-family=\"sans-serif\" font-size=\"12\" fill=\"#222\">\n<rect width=\"100%\" height=\"100%\" fill=\"white\"/>\n{STYLE}"
-    );
-    out += &chart::text(24.0, 28.0, "font-size=\"16\" font-weight=\"bold\"", &case.title);
+    let mut out = chart::text(24.0, 28.0, "font-size=\"16\" font-weight=\"bold\"", &case.title);
     out += &chart::text(24.0, 48.0, "font-size=\"13\"", &verdict(case, run));
     out += &profiles(case, run);
     out += &history(run);
-    out += "</svg>\n";
-    out
+    chart::svg([WIDTH, HEIGHT], " fill=\"#222\"", STYLE, &out)
 }
 
 fn verdict(case: &Case, run: &Run) -> String {

@@ -99,6 +99,14 @@ fn level(value: f64, [look, bad]: [f64; 2]) -> Level {
     }
 }
 
+impl QualityCheck {
+    /// A share against two limits, and what it means by level.
+    fn of_share(name: &'static str, share: f64, limits: [f64; 2], reasons: [&str; 3]) -> Self {
+        let level = level(share.abs(), limits);
+        Self { name, value: fraction(share), level, reason: by_level(level, reasons) }
+    }
+}
+
 /// Text by level.
 fn by_level<T: Into<String>>(level: Level, [fine, look, bad]: [T; 3]) -> String {
     match level {
@@ -121,29 +129,21 @@ fn end(case: &Case, run: &Run) -> QualityCheck {
 }
 
 fn energy(run: &Run) -> QualityCheck {
-    let level = level(run.energy_error, [NEGLIGIBLE, ENERGY_LIMIT]);
-    let reason = by_level(
-        level,
-        [
-            "next to nothing: assembly, contact and failure close; it closes by construction and does not see the step",
-            "more than 0.01 %, within the 2 % practitioners accept",
-            "above the 2 % practitioners accept: energy was made or lost",
-        ],
-    );
-    QualityCheck { name: "work balance", value: fraction(run.energy_error), level, reason }
+    let reasons = [
+        "next to nothing: assembly, contact and failure close; it closes by construction and does not see the step",
+        "more than 0.01 %, within the 2 % practitioners accept",
+        "above the 2 % practitioners accept: energy was made or lost",
+    ];
+    QualityCheck::of_share("work balance", run.energy_error, [NEGLIGIBLE, ENERGY_LIMIT], reasons)
 }
 
 fn gained(run: &Run) -> QualityCheck {
-    let level = level(run.energy_gained.abs(), [GAINED_LIMIT, 5.0 * GAINED_LIMIT]);
-    let reason = by_level(
-        level,
-        [
-            "by state functions, the shares of law and ply separation apart: the step neither made nor lost energy that counts",
-            "by state functions: the step made or lost energy; compare with a lower Courant number",
-            "by state functions: the step made or lost so much energy that the result is not to be used",
-        ],
-    );
-    QualityCheck { name: "energy gained", value: fraction(run.energy_gained), level, reason }
+    let reasons = [
+        "by state functions, the shares of law and ply separation apart: the step neither made nor lost energy that counts",
+        "by state functions: the step made or lost energy; compare with a lower Courant number",
+        "by state functions: the step made or lost so much energy that the result is not to be used",
+    ];
+    QualityCheck::of_share("energy gained", run.energy_gained, [GAINED_LIMIT, 5.0 * GAINED_LIMIT], reasons)
 }
 
 /// The fabric's elastic energy must lie between nothing and what there was to take it from.
@@ -170,25 +170,18 @@ fn stored(run: &Run) -> QualityCheck {
 }
 
 fn momentum(run: &Run) -> QualityCheck {
-    let level = level(run.momentum_error, [NEGLIGIBLE, ENERGY_LIMIT]);
-    let reason = by_level(
-        level,
-        ["next to nothing: contact and supports balance", "more than 0.01 %", "above 2 %: forces do not balance"],
-    );
-    QualityCheck { name: "momentum error", value: fraction(run.momentum_error), level, reason }
+    let reasons =
+        ["next to nothing: contact and supports balance", "more than 0.01 %", "above 2 %: forces do not balance"];
+    QualityCheck::of_share("momentum error", run.momentum_error, [NEGLIGIBLE, ENERGY_LIMIT], reasons)
 }
 
 fn hourglass(run: &Run) -> QualityCheck {
-    let level = level(run.hourglass_fraction, [HOURGLASS_LIMIT, UNUSABLE]);
-    let reason = by_level(
-        level,
-        [
-            "below 5 %: the elements' artificial stiffness carried next to nothing",
-            "above the 5 % practitioners accept: the fabric was stiffer than asked for",
-            "above 10 %: the artificial stiffness carried the load",
-        ],
-    );
-    QualityCheck { name: "hourglass / internal energy", value: fraction(run.hourglass_fraction), level, reason }
+    let reasons = [
+        "below 5 %: the elements' artificial stiffness carried next to nothing",
+        "above the 5 % practitioners accept: the fabric was stiffer than asked for",
+        "above 10 %: the artificial stiffness carried the load",
+    ];
+    QualityCheck::of_share("hourglass / internal energy", run.hourglass_fraction, [HOURGLASS_LIMIT, UNUSABLE], reasons)
 }
 
 fn penetration(run: &Run, diagonal: f64) -> QualityCheck {
@@ -336,31 +329,31 @@ fn of_given(run: &Run, energy: impl Fn(&Balance) -> f64) -> f64 {
 }
 
 fn law(run: &Run) -> QualityCheck {
-    let share = of_given(run, |end| end.law).abs();
-    let level = level(share, [LAW_LIMIT, UNUSABLE]);
-    let reason = by_level(
-        level,
-        [
-            "of the energy put in: the published law is not derived from an energy, a few per cent are its own",
-            "the unit-cell law gives back other energy than it takes; compare with \"law\": \"variational\"",
-            "the unit-cell law made or lost so much energy that the result is not to be used; take \"law\": \"variational\"",
-        ],
-    );
-    QualityCheck { name: "energy of the unit-cell law", value: fraction(share), level, reason }
+    let reasons = [
+        "of the energy put in: the published law is not derived from an energy, a few per cent are its own",
+        "the unit-cell law gives back other energy than it takes; compare with \"law\": \"variational\"",
+        "the unit-cell law made or lost so much energy that the result is not to be used; take \"law\": \"variational\"",
+    ];
+    QualityCheck::of_share(
+        "energy of the unit-cell law",
+        of_given(run, |end| end.law).abs(),
+        [LAW_LIMIT, UNUSABLE],
+        reasons,
+    )
 }
 
 fn separation(run: &Run) -> QualityCheck {
-    let share = of_given(run, |end| end.separation);
-    let level = level(share.abs(), [GAINED_LIMIT, 5.0 * GAINED_LIMIT]);
-    let reason = by_level(
-        level,
-        [
-            "of the energy put in: plies that are moved out of each other strain their yarns by no more than counts",
-            "moving plies out of each other gave the fabric energy that nothing put in",
-            "moving plies out of each other gave the fabric so much energy that the result is not to be used",
-        ],
-    );
-    QualityCheck { name: "energy of ply separation", value: fraction(share), level, reason }
+    let reasons = [
+        "of the energy put in: plies that are moved out of each other strain their yarns by no more than counts",
+        "moving plies out of each other gave the fabric energy that nothing put in",
+        "moving plies out of each other gave the fabric so much energy that the result is not to be used",
+    ];
+    QualityCheck::of_share(
+        "energy of ply separation",
+        of_given(run, |end| end.separation),
+        [GAINED_LIMIT, 5.0 * GAINED_LIMIT],
+        reasons,
+    )
 }
 
 fn mesh(case: &Case) -> QualityCheck {

@@ -7,11 +7,11 @@
 
 use super::binary_response::{Estimate, LinearPredictor, Method, Problem};
 use super::outcomes::Outcomes;
-use super::search::{highest, peak, root};
+use super::search::{highest, outer_end, peak};
 use crate::math::link::Link;
 use crate::output::number::short;
 
-/// Doublings of a step on the search for an end, and Newton steps, at most.
+/// Newton steps at most.
 const STEPS: usize = 200;
 /// Slope β beyond which a fit is a step: shots are then explained without a rest.
 const STEEPEST: f64 = 1e9;
@@ -49,6 +49,12 @@ impl Bounds {
     /// Whether a value lies inside.
     pub fn holds(&self, value: f64) -> bool {
         self.low.is_none_or(|low| low <= value) && self.high.is_none_or(|high| value <= high)
+    }
+
+    /// Whether half the width is at most this part of a value.
+    pub fn is_narrow(&self, value: Option<f64>, part: f64) -> bool {
+        let ends = value.zip(self.low.zip(self.high));
+        ends.is_some_and(|(value, (low, high))| 0.5 * (high - low) <= part * value)
     }
 
     /// Both ends to four digits, as people read them.
@@ -118,21 +124,10 @@ impl ProfileLikelihood {
 
     fn bounds(&self) -> Bounds {
         let end = |side: f64| {
-            if self.flat(side) >= self.cut {
-                return None;
-            }
-            let mut inside = self.inside;
-            let mut step = self.step;
-            for _ in 0..STEPS {
-                let next = inside + side * step;
-                if self.height(next) < self.cut {
-                    let t = root(|t| self.height(t) - self.cut, inside, next, 1e-10 * self.step);
-                    return Some(self.problem.centre + self.problem.scale * t);
-                }
-                inside = next;
-                step *= 2.0;
-            }
-            None
+            let above = |t: f64| self.height(t) - self.cut;
+            let find = || outer_end(above, self.inside, side * self.step, side * f64::INFINITY, 1e-10 * self.step);
+            let t = if self.flat(side) >= self.cut { None } else { find() }?;
+            Some(self.problem.centre + self.problem.scale * t)
         };
         Bounds { low: end(-1.0), high: end(1.0) }
     }

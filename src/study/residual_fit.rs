@@ -5,15 +5,13 @@
 //! of squares is at most S (1 + t²/ν), the others chosen best.
 
 use super::interval::Bounds;
-use super::search::{highest, root};
+use super::search::{highest, outer_end};
 use super::student_t;
 
 /// Exponents p that are tried.
 const EXPONENTS: [f64; 2] = [1.0, 10.0];
 /// Places tried before a search narrows: limits, exponents.
 const PLACES: [usize; 2] = [40, 8];
-/// Doublings of a step on the search for an end of an interval at most.
-const STEPS: usize = 60;
 
 /// A shot that passed.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -179,23 +177,8 @@ impl Squares {
 
     /// Limits around the best one at which the sum of squares is `most`.
     fn bounds(&self, limit: f64, most: f64) -> Bounds {
-        let above = |limit: f64| self.least(limit).sum - most;
-        let end = |last: f64| {
-            let mut inside = limit;
-            let mut step = 1e-3_f64;
-            for _ in 0..STEPS {
-                let next = if last > limit { (inside + step).min(last) } else { (inside - step).max(last) };
-                if above(next) > 0.0 {
-                    return Some(root(above, inside, next, 1e-9));
-                }
-                if next == last {
-                    return None;
-                }
-                inside = next;
-                step *= 2.0;
-            }
-            None
-        };
-        Bounds { low: end(0.0), high: end(1.0) }
+        let inside = |limit: f64| most - self.least(limit).sum;
+        let end = |step: f64, last: f64| outer_end(inside, limit, step, last, 1e-9);
+        Bounds { low: end(-1e-3, 0.0), high: end(1e-3, 1.0) }
     }
 }

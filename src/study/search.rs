@@ -25,6 +25,24 @@ pub(super) fn root(f: impl Fn(f64) -> f64, mut a: f64, mut b: f64, tolerance: f6
     b
 }
 
+/// The end of an interval around `inside`: where a function, which is positive inside, becomes negative. It is looked for in steps that double,
+/// the first of which has the sign of the side, up to `last`; `None`: there is no end before it.
+pub(super) fn outer_end(f: impl Fn(f64) -> f64, inside: f64, step: f64, last: f64, tolerance: f64) -> Option<f64> {
+    let (mut inside, mut step) = (inside, step);
+    for _ in 0..STEPS {
+        let next = if step > 0.0 { (inside + step).min(last) } else { (inside + step).max(last) };
+        if f(next) < 0.0 {
+            return Some(root(f, inside, next, tolerance));
+        }
+        if next == last {
+            return None;
+        }
+        inside = next;
+        step *= 2.0;
+    }
+    None
+}
+
 /// Place, to within `tolerance`, and height of the maximum of a function with one, by golden sections.
 pub(super) fn peak(f: impl Fn(f64) -> f64, mut low: f64, mut high: f64, tolerance: f64) -> (f64, f64) {
     let inner = |low: f64, high: f64| [high - GOLDEN * (high - low), low + GOLDEN * (high - low)];

@@ -153,12 +153,7 @@ fn estimate(log: &ShotLog, request: &ShotsRequest) -> Fit {
 
 /// Whether the interval of V50 is narrow enough.
 fn is_narrow(rows: &[&ShotRow], request: &ShotsRequest, width: f64) -> bool {
-    let fit = fitted(rows, request);
-    let Some(v50) = fit.v50() else { return false };
-    match (v50.value, v50.bounds.low, v50.bounds.high) {
-        (Some(value), Some(low), Some(high)) => 0.5 * (high - low) <= width * value,
-        _ => false,
-    }
+    fitted(rows, request).v50().is_some_and(|v50| v50.bounds.is_narrow(v50.value, width))
 }
 
 fn finish(

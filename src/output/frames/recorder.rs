@@ -6,8 +6,8 @@ use std::path::{Path, PathBuf};
 use rayon::prelude::*;
 
 use super::spool::{Spool, SpooledFrames};
-use super::writer::Files;
-use super::{HDF, Staged, WRITABLE};
+use super::writer::{Files, failed};
+use super::{HDF, Staged};
 use crate::case::Case;
 use crate::output::folder::OutputError;
 use crate::run::checkpoint::Header;
@@ -139,17 +139,13 @@ impl Recorder {
 
     /// Moves what is in memory to the disk.
     fn spill(&mut self) -> Result<(), OutputError> {
-        let failed = |reason: &dyn std::fmt::Display| OutputError::new(&self.folder.join(HDF), WRITABLE, reason);
         if self.spool.is_none() {
-            self.spool = Some(Spool::temporary(&self.folder, &self.head).map_err(|error| failed(&error))?);
+            self.spool = Some(Spool::temporary(&self.folder, &self.head).map_err(failed(&self.folder, HDF))?);
         }
         self.put();
         // What the disk refuses is lost: memory would not hold it.
         self.waiting.values_mut().for_each(|frame| frame.snapshot = None);
-        match self.spool.as_ref().and_then(Spool::reason) {
-            Some(reason) => Err(OutputError::new(&self.folder.join(HDF), WRITABLE, &reason)),
-            None => Ok(()),
-        }
+        self.spool.as_ref().and_then(Spool::reason).map_or(Ok(()), |reason| Err(failed(&self.folder, HDF)(reason)))
     }
 
     /// Writes the frames asked for; the files are complete, under temporary names.
@@ -160,13 +156,11 @@ impl Recorder {
         if let Some(error) = self.refused.take() {
             return Err(error);
         }
-        let failed = |reason: &dyn std::fmt::Display| OutputError::new(&self.folder.join(HDF), WRITABLE, reason);
         let pool = rayon::ThreadPoolBuilder::new().num_threads(self.threads.unwrap_or(0)).build();
-        pool.map_err(|error| failed(&error))?.install(|| self.write())
+        pool.map_err(failed(&self.folder, HDF))?.install(|| self.write())
     }
 
     fn write(self) -> Result<Staged, OutputError> {
-        let failed = |reason: &dyn std::fmt::Display| OutputError::new(&self.folder.join(HDF), WRITABLE, reason);
         let mut all: Vec<(u64, Waiting)> = self.waiting.into_iter().collect();
         if let Some(end) = self.end {
             all.push((end.step(), Waiting { time: end.time(), snapshot: Some(end), spooled: false }));
@@ -178,14 +172,14 @@ impl Recorder {
         }
         let scene = match all.iter().find_map(|(_, frame)| frame.snapshot.as_ref()) {
             Some(snapshot) => snapshot.scene().clone(),
-            None => Scene::of(&self.case).map_err(|error| failed(&error))?,
+            None => Scene::of(&self.case).map_err(failed(&self.folder, HDF))?,
         };
         let read = |at: &usize| -> Result<Frame, OutputError> {
             let (step, waiting) = &all[*at];
             match (&waiting.snapshot, &self.spool) {
                 (Some(snapshot), _) => Ok(snapshot.frame()),
-                (None, Some(spool)) => spool.read(*step, &scene).map_err(|error| failed(&error)),
-                (None, None) => Err(failed(&"a frame is lost")),
+                (None, Some(spool)) => spool.read(*step, &scene).map_err(failed(&self.folder, HDF)),
+                (None, None) => Err(failed(&self.folder, HDF)("a frame is lost")),
             }
         };
         let mut files: Option<Files> = None;
@@ -252,9 +246,9 @@ mod tests {
         let files = |path: &Path| fs::read_dir(path).map_or(0, Iterator::count);
         let lying = recorder.spool.as_ref().map_or(0, |spool| files(spool.folder()));
         assert_eq!(lying, recorder.waiting.values().filter(|frame| frame.spooled).count(), "files given up lie there");
-        let names = recorder.finish().and_then(|staged| {
-            staged.place(folder.path()).map_err(|error| OutputError::new(folder.path(), WRITABLE, &error))
-        });
+        let names = recorder
+            .finish()
+            .and_then(|staged| staged.place(folder.path()).map_err(|error| failed(folder.path(), HDF)(error)));
         assert_eq!(names.unwrap_or_else(|error| unreachable!("{error}")), [HDF]);
         assert_eq!(files(folder.path()), 1, "something is left");
         (fs::read(folder.path().join(HDF)).unwrap_or_default(), spooled)

@@ -54,14 +54,7 @@ impl Spool {
     /// When the disk refuses.
     pub(super) fn temporary(folder: &Path, head: &Header) -> io::Result<Self> {
         let own = hidden(folder)?;
-        Ok(Self { temporary: Some(own), ..Self::beside(folder, head) }.in_own_folder())
-    }
-
-    fn in_own_folder(mut self) -> Self {
-        if let Some(own) = &self.temporary {
-            own.path().clone_into(&mut self.folder);
-        }
-        self
+        Ok(Self { folder: own.path().to_owned(), temporary: Some(own), ..Self::beside(folder, head) })
     }
 
     /// Where the frames lie.

@@ -30,7 +30,8 @@ pub(super) struct Files {
     series: Option<VtuSeries>,
 }
 
-fn failed<E: Display>(folder: &Path, name: &'static str) -> impl Fn(E) -> OutputError {
+/// What is said where a file of frames cannot be written.
+pub(super) fn failed<E: Display>(folder: &Path, name: &'static str) -> impl Fn(E) -> OutputError {
     let path = folder.join(name);
     move |error| OutputError::new(&path, WRITABLE, error)
 }

@@ -65,22 +65,17 @@ pub(super) fn deflection(animation: &Animation) -> Option<Figure> {
     let last = animation.strips.len().checked_sub(1)?;
     let strips: Vec<usize> = if last == 0 { vec![0] } else { vec![0, last] };
     let end = animation.keyframes.last()?.time * 1e6;
-    let [x, y] = figure::axes([0.0, end], [0.0, 1e3 * animation.deflection()]);
-    let mut drawing = chart::axes(&x, &y, ["time [µs]", "deflection [mm]"]);
-    let mut legend = Vec::new();
-    for (n, strip) in strips.iter().enumerate() {
-        let points =
-            animation.keyframes.iter().map(|keyframe| [keyframe.time * 1e6, 1e3 * keyframe.deflections[*strip]]);
-        drawing += &chart::line(&x, &y, points, &format!("class=\"curve k{n}\""));
-        let name = format!("ply {}", animation.strips[*strip].ply + 1);
-        legend.push((format!("line k{n}"), name));
-    }
+    let axes = figure::axes([0.0, end], [0.0, 1e3 * animation.deflection()]);
+    let name = |strip: usize| format!("ply {}", animation.strips[strip].ply + 1);
+    let at = |keyframe: &Keyframe, strip: usize| 1e3 * keyframe.deflections[strip];
+    let points = |strip: usize| animation.keyframes.iter().map(|k| [k.time * 1e6, at(k, strip)]).collect();
+    let lines = strips.iter().map(|strip| (name(*strip), points(*strip)));
+    let (drawing, mut legend) = figure::lines(axes, ["time [µs]", "deflection [mm]"], lines);
     let row = |keyframe: &Keyframe| {
-        let deflections = strips.iter().map(|strip| short(1e3 * keyframe.deflections[*strip], 4));
+        let deflections = strips.iter().map(|strip| short(at(keyframe, *strip), 4));
         std::iter::once(short(keyframe.time * 1e6, 4)).chain(deflections).collect()
     };
-    let heads = legend.iter().map(|(_, name)| format!("{name} [mm]"));
-    let heads = std::iter::once("time [µs]".to_owned()).chain(heads).collect();
+    let heads = strips.iter().map(|strip| format!("{} [mm]", name(*strip)));
     if last == 0 {
         legend.clear();
     }
@@ -90,9 +85,9 @@ pub(super) fn deflection(animation: &Animation) -> Option<Figure> {
         caption: "Of fabric that hangs on an edge; debris does not count.".to_owned(),
         drawing,
         legend,
-        axes: Some([x, y]),
+        axes: Some(axes),
         over_time: true,
-        numbers: FigureNumbers { heads, rows: animation.keyframes.iter().map(row).collect(), file: "history.csv" },
+        numbers: FigureNumbers::over_time(heads, animation.keyframes.iter().map(row).collect(), "history.csv"),
     })
 }
 
@@ -157,13 +152,12 @@ pub(super) fn unit_cell(case: &Case) -> Option<Figure> {
     let [along, across] = if stiff == 0 { ["warp", "weft"] } else { ["weft", "warp"] };
     let span = 2e3 * [&fabric.warp, &fabric.weft][stiff].half_span();
     let at = |point: &unit_cell_curve::CurvePoint| (point.stretch[stiff] - 1.0) * span;
-    let tension = |yarn: usize| curve.iter().map(move |point| [at(point), point.cell.tension[yarn]]);
-    let top = (0..2).flat_map(tension).map(|p| p[1]).fold(0.0, f64::max);
-    let [x, y] = figure::axes([0.0, curve.iter().map(at).fold(0.0, f64::max)], [0.0, top]);
-    let mut drawing = chart::axes(&x, &y, [&format!("extension of a cell along the {along} [mm]"), "yarn tension [N]"]);
-    for yarn in 0..2 {
-        drawing += &chart::line(&x, &y, tension(yarn), &format!("class=\"curve k{yarn}\""));
-    }
+    let top = curve.iter().flat_map(|point| point.cell.tension).fold(0.0, f64::max);
+    let axes = figure::axes([0.0, curve.iter().map(at).fold(0.0, f64::max)], [0.0, top]);
+    let points = |yarn: usize| curve.iter().map(|point| [at(point), point.cell.tension[yarn]]).collect();
+    let lines = [("warp", 0), ("weft", 1)].map(|(name, yarn)| (name.to_owned(), points(yarn)));
+    let titles = [&format!("extension of a cell along the {along} [mm]"), "yarn tension [N]"];
+    let (drawing, legend) = figure::lines(axes, titles, lines);
     let row = |point: &unit_cell_curve::CurvePoint| {
         let [warp, weft] = point.cell.tension;
         [at(point), point.stretch[stiff], warp, weft, point.cell.force].map(|number| short(number, 4)).to_vec()
@@ -178,8 +172,8 @@ pub(super) fn unit_cell(case: &Case) -> Option<Figure> {
             fabric.name
         ),
         drawing,
-        legend: vec![("line k0".to_owned(), "warp".to_owned()), ("line k1".to_owned(), "weft".to_owned())],
-        axes: Some([x, y]),
+        legend,
+        axes: Some(axes),
         numbers: FigureNumbers {
             heads: heads.map(str::to_owned).to_vec(),
             rows: curve.iter().map(row).collect(),

@@ -41,6 +41,24 @@ pub(super) fn axes(x: [f64; 2], y: [f64; 2]) -> [ChartAxis; 2] {
     [ChartAxis::linear(x, [64.0, SIZE[0] - 14.0]), ChartAxis::linear(chart::rounded_up(y), [SIZE[1] - 46.0, 12.0])]
 }
 
+/// Points of a line at most.
+const POINTS: usize = 600;
+
+/// A drawing of lines, each under a name, and its legend.
+pub(super) fn lines(
+    [x, y]: [ChartAxis; 2],
+    titles: [&str; 2],
+    lines: impl IntoIterator<Item = (String, Vec<[f64; 2]>)>,
+) -> (String, Vec<(String, String)>) {
+    let (mut drawing, mut legend) = (chart::axes(&x, &y, titles), Vec::new());
+    for (n, (name, points)) in lines.into_iter().enumerate() {
+        let points = chart::thinned(&points, POINTS);
+        drawing += &chart::line(&x, &y, points.into_iter(), &format!("class=\"curve k{n}\""));
+        legend.push((format!("line k{n}"), name));
+    }
+    (drawing, legend)
+}
+
 impl Figure {
     pub(super) fn html(&self) -> String {
         let (id, [width, height]) = (self.id, SIZE);
@@ -75,6 +93,11 @@ impl Figure {
 }
 
 impl FigureNumbers {
+    /// Numbers over time, under these heads.
+    pub(super) fn over_time(heads: impl Iterator<Item = String>, rows: Vec<Vec<String>>, file: &'static str) -> Self {
+        Self { heads: std::iter::once("time [µs]".to_owned()).chain(heads).collect(), rows, file }
+    }
+
     fn html(&self) -> String {
         if self.rows.is_empty() {
             return String::new();

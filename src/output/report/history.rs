@@ -3,15 +3,14 @@
 use std::collections::BTreeMap;
 
 use super::super::breakage::Breakage;
-use super::super::chart::{self, ChartAxis};
+use super::super::chart;
 use super::super::number::short;
 use super::animation;
 use super::figure::{self, Figure, FigureNumbers};
 use crate::case::Case;
 use crate::run::{PlySample, Run, Sample};
 
-/// Points of a line, and columns of an area, at most.
-const POINTS: usize = 600;
+/// Columns of an area at most.
 const COLUMNS: usize = 240;
 /// Energy below zero that is drawn, over the largest [-].
 const LEAST: f64 = 1e-3;
@@ -24,24 +23,23 @@ fn end(run: &Run) -> f64 {
     run.history.last().map_or(1.0, |row| row.time * 1e6).max(1e-6)
 }
 
-/// Lines over time. `rows`: those of the history that count; `least`: the upper end of the axis at least.
-fn over_time(
-    rows: &[Sample],
-    end: f64,
-    least: f64,
-    unit: &str,
-    curves: &[HistoryCurve],
-) -> ([ChartAxis; 2], String, FigureNumbers) {
+/// A figure of lines over time, without its words. `rows`: those of the history that count; `least`: the upper end of the axis at least.
+fn over_time(rows: &[Sample], end: f64, least: f64, unit: &str, curves: &[HistoryCurve]) -> Figure {
     let values = || rows.iter().flat_map(|row| curves.iter().map(move |(_, of)| of(row))).filter(|v| v.is_finite());
     let range = [values().fold(0.0, f64::min), values().fold(least, f64::max)];
-    let [x, y] = figure::axes([0.0, end], range);
-    let mut drawing = chart::axes(&x, &y, ["time [µs]", unit]);
-    for (n, (_, of)) in curves.iter().enumerate() {
-        let points: Vec<[f64; 2]> = rows.iter().map(|row| [row.time * 1e6, of(row)]).collect();
-        let class = format!("class=\"curve k{n}\"");
-        drawing += &chart::line(&x, &y, chart::thinned(&points, POINTS).into_iter(), &class);
+    let axes = figure::axes([0.0, end], range);
+    let points = |of: fn(&Sample) -> f64| rows.iter().map(|row| [row.time * 1e6, of(row)]).collect();
+    let lines = curves.iter().map(|(name, of)| ((*name).to_owned(), points(*of)));
+    let (drawing, legend) = figure::lines(axes, ["time [µs]", unit], lines);
+    let legend = if curves.len() > 1 { legend } else { Vec::new() };
+    Figure {
+        drawing,
+        legend,
+        axes: Some(axes),
+        over_time: true,
+        numbers: numbers(rows, unit, curves),
+        ..Figure::default()
     }
-    ([x, y], drawing, numbers(rows, unit, curves))
 }
 
 fn numbers(rows: &[Sample], unit: &str, curves: &[HistoryCurve]) -> FigureNumbers {
@@ -51,28 +49,19 @@ fn numbers(rows: &[Sample], unit: &str, curves: &[HistoryCurve]) -> FigureNumber
         let values = curves.iter().map(|(_, of)| short(of(row), 4));
         std::iter::once(short(row.time * 1e6, 4)).chain(values).collect()
     };
-    FigureNumbers {
-        heads: std::iter::once("time [µs]".to_owned()).chain(heads).collect(),
-        rows: rows.iter().map(row).collect(),
-        file: "history.csv",
-    }
+    FigureNumbers::over_time(heads, rows.iter().map(row).collect(), "history.csv")
 }
 
 /// Projectile velocity.
 pub(super) fn velocity(run: &Run) -> Figure {
     let of = |row: &Sample| row.projectile_velocity;
-    let (axes, drawing, numbers) = over_time(&run.history, end(run), 0.0, "velocity [m/s]", &[("velocity", of)]);
     let [first, last] = [run.history.first(), run.history.last()].map(|row| row.map_or(0.0, of));
+    let caption = format!("From {} to {} m/s along the line of flight.", short(first, 4), short(last, 3));
     Figure {
         id: "velocity",
         title: "Projectile velocity".to_owned(),
-        caption: format!("From {} to {} m/s along the line of flight.", short(first, 4), short(last, 3))
-            .replace('-', "−"),
-        drawing,
-        axes: Some(axes),
-        over_time: true,
-        numbers,
-        ..Figure::default()
+        caption: caption.replace('-', "−"),
+        ..over_time(&run.history, end(run), 0.0, "velocity [m/s]", &[("velocity", of)])
     }
 }
 
@@ -81,7 +70,6 @@ pub(super) fn force(run: &Run) -> Figure {
     // The first row's force is an impulse over one step, not a mean.
     let rows = run.history.get(1..).unwrap_or_default();
     let of = |row: &Sample| row.contact_force;
-    let (axes, drawing, numbers) = over_time(rows, end(run), 0.0, "force [N]", &[("force", of)]);
     if rows.iter().all(|row| row.contact_force == 0.0) {
         return nothing("force", "Contact force", "none after the first step.");
     }
@@ -94,11 +82,7 @@ pub(super) fn force(run: &Run) -> Figure {
         id: "force",
         title: "Contact force".to_owned(),
         caption,
-        drawing,
-        axes: Some(axes),
-        over_time: true,
-        numbers,
-        ..Figure::default()
+        ..over_time(rows, end(run), 0.0, "force [N]", &[("force", of)])
     }
 }
 
@@ -111,7 +95,6 @@ fn nothing(id: &'static str, title: &str, caption: &str) -> Figure {
 pub(super) fn failures(case: &Case, run: &Run) -> Figure {
     let Some(first) = run.events.first() else { return nothing("failures", "Failed yarns", "none.") };
     let curves: [HistoryCurve; 2] = [("warp", |row| row.failed[0] as f64), ("weft", |row| row.failed[1] as f64)];
-    let (axes, drawing, numbers) = over_time(&run.history, end(run), 5.0, "failures [-]", &curves);
     let broken = Breakage::of(case, run);
     let [warp, weft] = broken.yarns;
     let time = short(first.step as f64 * run.time_step * 1e6, 3);
@@ -122,11 +105,7 @@ pub(super) fn failures(case: &Case, run: &Run) -> Figure {
             "{warp} yarns of the warp and {weft} of the weft broke, in {} places, which are counted here; the first at {time} µs.",
             broken.pieces()
         ),
-        drawing,
-        legend: legend(&curves, "line"),
-        axes: Some(axes),
-        over_time: true,
-        numbers,
+        ..over_time(&run.history, end(run), 5.0, "failures [-]", &curves)
     }
 }
 
@@ -141,17 +120,13 @@ pub(super) fn plies(run: &Run) -> Option<Figure> {
     let top = finite().map(energy).fold(0.0, f64::max);
     let (factor, unit) = unit(top);
     let lowest = finite().map(energy).fold(0.0, f64::min);
-    let [x, y] = figure::axes([0.0, end(run)], [factor * lowest, factor * top]);
-    let unit = format!("energy [{unit}]");
-    let mut drawing = chart::axes(&x, &y, ["time [µs]", &unit]);
-    let mut legend = Vec::new();
-    for (n, ply) in shown.iter().enumerate() {
-        let rows = finite().filter(|row| row.ply == *ply);
-        let points: Vec<[f64; 2]> = rows.map(|row| [row.time * 1e6, factor * energy(row)]).collect();
-        let class = format!("class=\"curve k{n}\"");
-        drawing += &chart::line(&x, &y, chart::thinned(&points, POINTS).into_iter(), &class);
-        legend.push((format!("line k{n}"), format!("ply {}", ply + 1)));
-    }
+    let axes = figure::axes([0.0, end(run)], [factor * lowest, factor * top]);
+    let points = |ply: usize| {
+        let rows = finite().filter(move |row| row.ply == ply);
+        rows.map(|row| [row.time * 1e6, factor * energy(row)]).collect()
+    };
+    let lines = shown.iter().map(|ply| (format!("ply {}", ply + 1), points(*ply)));
+    let (drawing, legend) = figure::lines(axes, ["time [µs]", &format!("energy [{unit}]")], lines);
     let mut rows: BTreeMap<u64, Vec<String>> = BTreeMap::new();
     for row in run.ply_history.iter().filter(|row| shown.contains(&row.ply)) {
         // Times are not below zero: their bits are in their order.
@@ -165,23 +140,15 @@ pub(super) fn plies(run: &Run) -> Option<Figure> {
         caption: "Kinetic and elastic energy of a ply; ply 1 is struck.".to_owned(),
         drawing,
         legend,
-        axes: Some([x, y]),
+        axes: Some(axes),
         over_time: true,
-        numbers: FigureNumbers {
-            heads: std::iter::once("time [µs]".to_owned()).chain(heads).collect(),
-            rows: rows.into_values().collect(),
-            file: "plies.csv",
-        },
+        numbers: FigureNumbers::over_time(heads, rows.into_values().collect(), "plies.csv"),
     })
 }
 
 /// Factor and unit in which energies up to this [J] are shown.
 fn unit(top: f64) -> (f64, &'static str) {
     if top < 0.1 { (1e3, "mJ") } else { (1.0, "J") }
-}
-
-fn legend(curves: &[HistoryCurve], kind: &str) -> Vec<(String, String)> {
-    curves.iter().enumerate().map(|(n, (name, _))| (format!("{kind} k{n}"), (*name).to_owned())).collect()
 }
 
 /// Every energy, one on the other: together they are what was there.
@@ -240,7 +207,7 @@ pub(super) fn energy(run: &Run) -> Figure {
         title: "Where the energy is".to_owned(),
         caption: format!("One on the other. {level}"),
         drawing,
-        legend: legend(&curves, "block"),
+        legend: curves.iter().enumerate().map(|(n, (name, _))| (format!("block k{n}"), (*name).to_owned())).collect(),
         axes: Some([x, y]),
         over_time: true,
         numbers: numbers(&run.history, "energy [J]", &curves),

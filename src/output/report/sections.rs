@@ -143,6 +143,17 @@ fn mark(level: Level) -> String {
     format!("<span aria-hidden=\"true\">{mark}</span> {}{rest}:", first.to_uppercase())
 }
 
+/// A row of a table, all of it escaped.
+fn row(name: &str, cells: &[String]) -> String {
+    let cells: String = cells.iter().map(|cell| format!("<td>{cell}</td>")).collect();
+    format!("<tr><th scope=\"row\">{name}</th>{cells}</tr>\n")
+}
+
+/// A word with the colour of a level.
+fn level(class: &str, word: &str) -> String {
+    format!("<span class=\"level {class}\">{word}</span>")
+}
+
 /// Every sign with its reason, and what was assumed.
 pub(super) fn trust(case: &Case, signs: &[QualityCheck], summary: &Value) -> String {
     let mut out = "<section id=\"trust\"><h2>Is this run to be trusted?</h2>\n<table class=\"signs\"><thead><tr>\
@@ -150,13 +161,8 @@ pub(super) fn trust(case: &Case, signs: &[QualityCheck], summary: &Value) -> Str
                    <th scope=\"col\">why</th></tr></thead><tbody>\n"
         .to_owned();
     for sign in signs {
-        let (class, word) = (sign.level.word(), sign.level.advice());
-        let (value, reason) = (escape(&sign.value), escape(&sign.reason));
-        let _ = writeln!(
-            out,
-            "<tr><th scope=\"row\">{}</th><td>{value}</td><td><span class=\"level {class}\">{word}</span></td><td>{reason}</td></tr>",
-            escape(sign.name)
-        );
+        let level = level(sign.level.word(), sign.level.advice());
+        out += &row(&escape(sign.name), &[escape(&sign.value), level, escape(&sign.reason)]);
     }
     out += "</tbody></table>\n";
     out += &expectations(summary);
@@ -199,14 +205,10 @@ fn expectations(summary: &Value) -> String {
             Judgement::Known => ("bad", "known difference"),
             Judgement::Fails => ("bad", "fails"),
         };
-        let (name, bound, found) = (escape(&quantity(check)), escape(&expected(check)), escape(&got(check)));
+        let (bound, found) = (escape(&expected(check)), escape(&got(check)));
         let why = format!("{} {}", check["source"].as_str().unwrap_or_default(), note(check));
-        let _ = writeln!(
-            out,
-            "<tr><th scope=\"row\">{name}</th><td>{found}, expected {bound}</td>\
-             <td><span class=\"level {class}\">{word}</span></td><td>{}</td></tr>",
-            escape(why.trim())
-        );
+        let cells = [format!("{found}, expected {bound}"), level(class, word), escape(why.trim())];
+        out += &row(&escape(&quantity(check)), &cells);
     }
     out + "</tbody></table>\n"
 }
@@ -259,29 +261,16 @@ pub(super) fn machine(run: &Run, summary: &Value) -> String {
     let element_steps = run.elements as u64 * run.steps;
     let share = 100.0 * run.element_steps_computed as f64 / element_steps.max(1) as f64;
     let device = run.adapter.clone().unwrap_or_else(|| format!("{} threads", run.threads));
+    let [elements, steps] = [run.elements as u64, run.steps].map(grouped);
+    let wall = short(summary["wall_s"].as_f64().unwrap_or(0.0), 3);
     let rows = [
         ("ripstop", format!("{}, case hash {}", text("version"), text("case_hash"))),
         ("computed on", format!("{}, {device}, {}", run.backend, run.precision)),
         ("time step", format!("{} µs, set by: {}", short(run.time_step * 1e6, 5), run.step_set_by)),
-        (
-            "work",
-            format!(
-                "{} elements × {} steps, {} % of it computed",
-                grouped(run.elements as u64),
-                grouped(run.steps),
-                fixed(share, 1)
-            ),
-        ),
+        ("work", format!("{elements} elements × {steps} steps, {} % of it computed", fixed(share, 1))),
         ("symmetry", symmetry(run.planes)),
         ("switched off", run.skips.switched_off().join(", ")),
-        (
-            "time",
-            format!(
-                "{} s, of which the loop {} s",
-                short(summary["wall_s"].as_f64().unwrap_or(0.0), 3),
-                short(run.loop_seconds, 3)
-            ),
-        ),
+        ("time", format!("{wall} s, of which the loop {} s", short(run.loop_seconds, 3))),
         ("speed", format!("{} M element-steps/s", short(element_steps as f64 / run.loop_seconds / 1e6, 3))),
     ];
     let kernel = |(name, seconds): &(&str, f64)| format!("{name} {} %", fixed(100.0 * seconds / run.loop_seconds, 0));
@@ -289,7 +278,7 @@ pub(super) fn machine(run: &Run, summary: &Value) -> String {
     let rows = rows.into_iter().chain([("of the loop", kernels)]);
     let mut out = "<section id=\"machine\"><h2>Machine and timing</h2><table class=\"signs\"><tbody>\n".to_owned();
     for (name, value) in rows.filter(|row| !row.1.is_empty()) {
-        let _ = writeln!(out, "<tr><th scope=\"row\">{name}</th><td>{}</td></tr>", escape(&value));
+        out += &row(name, &[escape(&value)]);
     }
     out + "</tbody></table></section>\n"
 }

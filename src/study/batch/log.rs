@@ -15,8 +15,6 @@ type ShotKey = (u32, u64);
 #[derive(Debug)]
 pub struct ShotLog {
     drawn: Vec<String>,
-    /// Name of the sorted table; the appended one has `.partial` behind it.
-    name: &'static str,
     path: PathBuf,
     file: File,
     rows: BTreeMap<ShotKey, ShotRow>,
@@ -56,7 +54,7 @@ impl ShotLog {
         } else {
             (begin(&path, &head).map_err(failed)?, BTreeMap::new())
         };
-        Ok(Self { drawn, name, file, path, rows })
+        Ok(Self { drawn, file, path, rows })
     }
 
     fn line(&self, row: &ShotRow) -> String {
@@ -102,11 +100,6 @@ impl ShotLog {
     pub fn close(self) -> Result<(), BatchError> {
         fs::remove_file(&self.path).map_err(|error| OutputError::unwritten(&self.path, &error))?;
         Ok(())
-    }
-
-    /// Name of the sorted table.
-    pub fn name(&self) -> &'static str {
-        self.name
     }
 }
 

@@ -13,7 +13,6 @@ mod on_device;
 mod page;
 mod plan;
 mod row;
-mod threads;
 
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -22,7 +21,6 @@ pub use log::ShotLog;
 pub use page::html;
 pub use plan::BatchPlan;
 pub use row::{ShotRow, columns};
-pub(in crate::study) use threads::in_threads;
 
 use crate::gpu::{Device, DeviceError};
 use crate::output::OutputError;

@@ -1,11 +1,11 @@
 //! `shots.html`: what the shots tell of the limit, and the distribution of what was drawn.
 
 use super::ShotRow;
-use crate::output::chart::{self, ChartAxis};
+use crate::output::chart;
 use crate::output::number::short;
-use crate::study::fit::Fit;
-use crate::study::fit::draw::{PANEL, PERFORATED, STOPPED};
-use crate::study::fit::page::{document, figures, row, sections, table};
+use crate::study::fit::draw::{PERFORATED, STOPPED, below, plane};
+use crate::study::fit::{Fit, sections};
+use crate::study::page::{document, figures, filled_table, remarks, row};
 
 /// Bars of a histogram at most.
 const BARS: usize = 16;
@@ -13,7 +13,7 @@ const BARS: usize = 16;
 /// The page of a batch. `notes`: what its reader should know.
 pub fn html(title: &str, rows: &[&ShotRow], fit: &Fit, notes: &[String]) -> String {
     let mut body = sections(fit);
-    body += &notes.iter().map(|note| format!("<p class=\"note\">{}.</p>\n", chart::escape(note))).collect::<String>();
+    body += &remarks(notes);
     let drawn = histograms(rows);
     if !drawn.is_empty() {
         body += "<h2>What was drawn</h2>\n";
@@ -50,32 +50,22 @@ fn histogram(name: &str, values: &[(f64, Option<bool>)]) -> String {
         counts[bar.min(bars - 1)][usize::from(*perforated == Some(true))] += 1;
     }
     let most = counts.iter().map(|[stopped, passed]| stopped + passed).max().unwrap_or(1);
-    let x = ChartAxis::linear([low, low + width], [64.0, PANEL[0] - 18.0]);
-    let y = ChartAxis::linear(chart::rounded_up([0.0, most as f64]), [PANEL[1] - 58.0, 22.0]);
-    let mut out = chart::axes(&x, &y, [name, "shots"]);
+    let ranges = [[low, low + width], chart::rounded_up([0.0, most as f64])];
+    let (x, y, mut out) = plane(64.0, ranges, [name, "shots"]);
     for (n, [stopped, passed]) in counts.iter().enumerate() {
-        let [left, right] = [n, n + 1].map(|n| x.at(low + width * n as f64 / bars as f64));
+        let sides = [n, n + 1].map(|n| x.at(low + width * n as f64 / bars as f64));
         for (from, to, colour) in [(0, *stopped, STOPPED), (*stopped, stopped + passed, PERFORATED)] {
-            let [bottom, top] = [from, to].map(|count| y.at(count as f64));
-            out += &format!(
-                "<rect x=\"{left:.1}\" y=\"{top:.1}\" width=\"{:.1}\" height=\"{:.1}\" fill=\"{colour}\" fill-opacity=\"0.6\" \
-                 stroke=\"white\"/>\n",
-                right - left,
-                bottom - top
-            );
+            let style = format!("fill=\"{colour}\" fill-opacity=\"0.6\" stroke=\"white\"");
+            out += &chart::area(sides, [to, from].map(|count| y.at(count as f64)), &style, "");
         }
     }
-    out + &chart::text(x.paper[0], PANEL[1] - 8.0, "font-size=\"11\"", "orange: perforated, blue: not")
+    out + &below(&x, "orange: perforated, blue: not")
 }
 
 /// Shots without an outcome, and why.
 fn failures(rows: &[&ShotRow]) -> String {
-    let failed = rows.iter().filter(|row| row.perforated().is_none());
-    let lines: String =
-        failed.map(|shot| row(&[shot.order.shot.to_string(), short(shot.velocity, 5), shot.reason.clone()])).collect();
-    if lines.is_empty() {
-        lines
-    } else {
-        table("Shots without an outcome", &["shot", "velocity [m/s]", "reason"], &lines)
-    }
+    let failed = rows.iter().copied().filter(|row| row.perforated().is_none());
+    let line = |shot: &ShotRow| row(&[shot.order.shot.to_string(), short(shot.velocity, 5), shot.reason.clone()]);
+    let lines: String = failed.map(line).collect();
+    filled_table("Shots without an outcome", &["shot", "velocity [m/s]", "reason"], &lines)
 }

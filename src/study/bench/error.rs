@@ -25,9 +25,10 @@ pub struct Errors {
     pub tension: Option<f64>,
 }
 
-/// The velocity along the line of flight, as a column.
-const VELOCITY: history::HistoryColumn =
-    history::HistoryColumn { name: "projectile_velocity_m_s", read: |sample| sample.projectile_velocity };
+/// The velocity along the line of flight at a time [s], where the history covers it [m/s].
+pub(super) fn velocity_at(history: &[Sample], time: f64) -> Option<f64> {
+    history::between(history, time, |row| row.time, |row| row.projectile_velocity)
+}
 
 /// Compares a run with the reference; `None` where the histories have no time in common.
 pub fn errors(reference: &Run, run: &Run) -> Option<Errors> {
@@ -46,8 +47,7 @@ pub fn errors(reference: &Run, run: &Run) -> Option<Errors> {
 pub fn histories(reference: &[Sample], run: &[Sample]) -> Option<Errors> {
     let (expected_last, last) = (reference.last()?, run.last()?);
     let span = expected_last.time.min(last.time);
-    let at = |history: &[Sample], time: f64| history::at(history, &VELOCITY, time);
-    let lost = at(reference, 0.0)? - at(reference, span)?;
+    let lost = velocity_at(reference, 0.0)? - velocity_at(reference, span)?;
     let squared = mean_square(reference, run, span)?;
     let peak = |history: &[Sample], read: fn(&Sample) -> f64| {
         history.iter().filter(|row| row.time <= span).map(read).fold(0.0, f64::max)
@@ -73,7 +73,7 @@ fn mean_square(reference: &[Sample], run: &[Sample], span: f64) -> Option<f64> {
     let mut last: Option<(f64, f64)> = None;
     let mut integral = 0.0;
     for time in times {
-        let difference = history::at(run, &VELOCITY, time)? - history::at(reference, &VELOCITY, time)?;
+        let difference = velocity_at(run, time)? - velocity_at(reference, time)?;
         let square = difference * difference;
         if let Some((before, start)) = last {
             integral += 0.5 * (start + square) * (time - before);

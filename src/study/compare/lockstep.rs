@@ -22,14 +22,6 @@ use super::{BackendDifference, Comparison};
 /// Speeds below that are not measured [m/s].
 const LEAST_SPEED: f64 = 1e-3;
 
-/// Numbers of one step in three versions.
-struct Triple<'a> {
-    step: u64,
-    cpu: &'a State<f32>,
-    gpu: &'a State<f32>,
-    wide: &'a State<f64>,
-}
-
 /// A run on the processor, stage by stage.
 pub(super) struct Twin<S: KernelScalar> {
     pub(super) model: Model<S>,
@@ -151,31 +143,34 @@ impl<'a> Lockstep<'a> {
 
     /// Fields of every element after a kernel: the quantity, which fields, their scale.
     fn element_fields(&mut self, kernel: &str, fields: &[(&str, Range<usize>, f64)]) {
-        let grid = self.leader.model.grid;
-        let triple = Triple::new(&self.leader, &self.gpu, &self.follower);
+        let Self {
+            leader: Twin { model, state: cpu, .. }, follower: Twin { state: wide, .. }, gpu, comparison, ..
+        } = self;
         for &(quantity, ref fields, scale) in fields {
             let what = line(kernel, quantity);
-            for field in fields.clone() {
-                for row in 0..grid.element_rows() {
-                    let (ply, in_ply) = grid.element_row(row);
-                    for column in 0..grid.columns {
-                        let standing = triple.cpu.is_intact(row, column);
-                        if fields.start == element::HEIGHT && !standing {
-                            continue; // nobody reads the heights of an eroded element
-                        }
-                        let own = if fields.start < element::FORCES.end { 1.0 } else { 0.0 };
-                        let at = [row, column];
-                        let d = triple.element(what, field, fields.start, at, [ply, in_ply, column], [scale, own]);
-                        self.comparison.see(d);
+            let own = if fields.start < element::FORCES.end { 1.0 } else { 0.0 };
+            for (field, row) in
+                fields.clone().flat_map(|field| (0..model.grid.element_rows()).map(move |row| (field, row)))
+            {
+                let (ply, in_ply) = model.grid.element_row(row);
+                for column in 0..model.grid.columns {
+                    if fields.start == element::HEIGHT && !cpu.is_intact(row, column) {
+                        continue; // nobody reads the heights of an eroded element
                     }
+                    let pick = |rows: &Rows<f32>| f64::from(rows.get(row, field, column + 1));
+                    let [on_cpu, on_gpu] = [&cpu.elements, &gpu.elements].map(pick);
+                    let values = [on_cpu, on_gpu, wide.elements.get(row, field, column + 1)];
+                    let (place, scale) = ([ply, in_ply, column], scale + own * on_cpu.abs());
+                    comparison.see(difference(cpu.step, what, place, field - fields.start, values, scale));
                 }
             }
         }
     }
 
     fn nodes(&mut self, kernel: &str, scales: &Scales) {
-        let grid = self.leader.model.grid;
-        let triple = Triple::new(&self.leader, &self.gpu, &self.follower);
+        let Self {
+            leader: Twin { model, state: cpu, .. }, follower: Twin { state: wide, .. }, gpu, comparison, ..
+        } = self;
         for field in 0..node::COUNT {
             let (quantity, scale) = match field {
                 node::VELOCITY.. if kernel == "node_update" => ("velocity", scales.speed),
@@ -184,21 +179,21 @@ impl<'a> Lockstep<'a> {
                 _ => ("displacement", scales.length),
             };
             let what = line(kernel, quantity);
-            for row in 0..grid.node_rows() {
-                let (ply, in_ply) = grid.node_row(row);
-                for column in 0..=grid.columns {
-                    let pick = |rows: &Rows<f32>| f64::from(rows.get(row, field, column));
-                    let values =
-                        [pick(&triple.cpu.nodes), pick(&triple.gpu.nodes), triple.wide.nodes.get(row, field, column)];
-                    self.comparison.see(difference(triple.step, what, [ply, in_ply, column], field % 3, values, scale));
+            for row in 0..model.grid.node_rows() {
+                let (ply, in_ply) = model.grid.node_row(row);
+                for column in 0..=model.grid.columns {
+                    let [on_cpu, on_gpu] = [&cpu.nodes, &gpu.nodes].map(|rows| f64::from(rows.get(row, field, column)));
+                    let values = [on_cpu, on_gpu, wide.nodes.get(row, field, column)];
+                    comparison.see(difference(cpu.step, what, [ply, in_ply, column], field % 3, values, scale));
                 }
             }
         }
     }
 
     fn body(&mut self, kernel: &str, scales: &Scales) {
-        let triple = Triple::new(&self.leader, &self.gpu, &self.follower);
-        let (Some(cpu), Some(gpu), Some(wide)) = (&triple.cpu.body, &triple.gpu.body, &triple.wide.body) else {
+        let step = self.leader.state.step;
+        let (Some(cpu), Some(gpu), Some(wide)) = (&self.leader.state.body, &self.gpu.body, &self.follower.state.body)
+        else {
             return;
         };
         type Pick = fn(&RigidBody) -> [f64; 4];
@@ -216,8 +211,7 @@ impl<'a> Lockstep<'a> {
             let what = line(kernel, quantity);
             let values = [pick(cpu), pick(gpu), pick(wide)];
             for a in 0..4 {
-                let values = values.map(|v| v[a]);
-                self.comparison.see(difference(triple.step, what, [0; 3], a, values, scale));
+                self.comparison.see(difference(step, what, [0; 3], a, values.map(|v| v[a]), scale));
             }
         }
     }
@@ -247,34 +241,6 @@ impl<'a> Lockstep<'a> {
         }
         see("stored energy", 0, [cpu.stored, sums.add(sum::STORED), wide.stored], scales.energy + cpu.stored.abs());
         see("work", 0, [work, sums.add(sum::WORK), wide_work], scales.energy + work.abs());
-    }
-}
-
-impl<'a> Triple<'a> {
-    fn new(leader: &'a Twin<f32>, gpu: &'a State<f32>, follower: &'a Twin<f64>) -> Self {
-        Self { step: leader.state.step, cpu: &leader.state, gpu, wide: &follower.state }
-    }
-
-    fn element(
-        &self,
-        what: usize,
-        field: usize,
-        first: usize,
-        [row, column]: [usize; 2],
-        place: [usize; 3],
-        [scale, own]: [f64; 2],
-    ) -> BackendDifference {
-        let pick = |rows: &Rows<f32>| f64::from(rows.get(row, field, column + 1));
-        let wide = self.wide.elements.get(row, field, column + 1);
-        let scale = scale + own * pick(&self.cpu.elements).abs();
-        difference(
-            self.step,
-            what,
-            place,
-            field - first,
-            [pick(&self.cpu.elements), pick(&self.gpu.elements), wide],
-            scale,
-        )
     }
 }
 

@@ -28,19 +28,12 @@ const LINES: [(&str, &str); super::MAX_INPUTS] = [
     ("#8c7000", "8 3 2 3 2 3"),
 ];
 
-/// Frame, grid, words, lines; for the page too.
-pub(super) const STYLE: &str =
-    ".grid { stroke: #222; stroke-opacity: 0.1; } .frame { fill: none; stroke: #888; } text { fill: #222; }";
-
 /// The picture.
 pub fn svg(diff: &Diff) -> String {
     let panels = panels(diff);
     let head = 24.0 + 20.0 * diff.inputs.len() as f64;
     let (width, height) = (PANEL[0] * ACROSS as f64, head + PANEL[1] * panels.len().div_ceil(ACROSS).max(1) as f64);
-    let mut out = format!(
-        "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {width} {height}\" width=\"{width}\" height=\"{height}\" \
-         font-family=\"sans-serif\" font-size=\"12\">\n<rect width=\"100%\" height=\"100%\" fill=\"white\"/>\n<style>{STYLE}</style>\n"
-    );
+    let mut out = String::new();
     for input in 0..diff.inputs.len() {
         let y = 26.0 + 20.0 * input as f64;
         out += &format!("<line x1=\"24\" x2=\"64\" y1=\"{y}\" y2=\"{y}\" {}/>\n", stroke(input));
@@ -50,7 +43,7 @@ pub fn svg(diff: &Diff) -> String {
         let (x, y) = (PANEL[0] * (n % ACROSS) as f64, head + PANEL[1] * (n / ACROSS) as f64);
         out += &format!("<g transform=\"translate({x} {y})\">\n{drawing}</g>\n");
     }
-    out + "</svg>\n"
+    chart::svg([width, height], "", chart::STYLE, &out)
 }
 
 /// Letter, place and title of an input, cut to one line.

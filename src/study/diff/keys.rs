@@ -2,6 +2,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use serde::Serialize;
 use serde_json::Value;
 
 use crate::case::CASE_WORDS;
@@ -11,13 +12,15 @@ use crate::case::escape_pointer;
 const MACHINE: [&str; 5] = ["backend", "adapter", "precision", "threads", "version"];
 
 /// A key whose value differs.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct KeyDifference {
     /// JSON pointer.
     pub pointer: String,
     /// What the first has there; `None` where it has nothing.
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub a: Option<Value>,
     /// What the other has there.
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub b: Option<Value>,
 }
 

@@ -1,11 +1,12 @@
 //! `diff.html`: tables and figures in one file that asks nothing of a network.
 
-use super::draw::{self, STYLE as DRAWING};
+use super::draw;
 use super::pair::RunPair;
 use super::text::word;
 use super::{CurveRow, Diff, KeyDifference, SummaryRow, letter};
 use crate::output::chart::escape;
 use crate::output::number::{fraction, short};
+use crate::study::page::{framed, table_under};
 
 /// The page.
 pub fn html(diff: &Diff) -> String {
@@ -42,16 +43,7 @@ pub fn html(diff: &Diff) -> String {
     body += "</div>\n";
     let title =
         format!("Differences from {}", diff.inputs.first().map_or_else(String::new, |a| a.path.display().to_string()));
-    let title = escape(&title);
-    format!(
-        "<!doctype html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
-         <meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; img-src data:; style-src 'unsafe-inline'; \
-         base-uri 'none'; form-action 'none'\">\n\
-         <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n<link rel=\"icon\" href=\"data:,\">\n\
-         <title>{title} – ripstop</title>\n<style>{PAGE}{DRAWING}</style>\n</head>\n<body>\n<h1>{title}</h1>\n{body}\
-         <p class=\"note\">ripstop {}. All curves at all times are in diff.csv.</p>\n</body>\n</html>\n",
-        env!("CARGO_PKG_VERSION"),
-    )
+    framed(&title, PAGE, &body, "All curves at all times are in diff.csv.")
 }
 
 /// What differs between the first and another.
@@ -65,12 +57,17 @@ fn section(n: usize, pair: &RunPair, part: f64) -> String {
     }
     if !pair.summary.is_empty() {
         let rows: String = pair.summary.iter().map(summary_row).collect();
-        out += &table("Results", &["quantity", "A", &b.to_string(), &format!("{b} − A"), "relative", ""], &rows);
+        out += &table_under(
+            "h3",
+            "Results",
+            &["quantity", "A", &b.to_string(), &format!("{b} − A"), "relative", ""],
+            &rows,
+        );
     }
     let keys = [("Case", pair.keys.as_deref().unwrap_or_default()), ("Computed by", &pair.machine)];
     for (title, keys) in keys.into_iter().filter(|(_, keys)| !keys.is_empty()) {
         let rows: String = keys.iter().map(key_row).collect();
-        out += &table(title, &["key", "A", &b.to_string()], &rows);
+        out += &table_under("h3", title, &["key", "A", &b.to_string()], &rows);
     }
     if pair.keys.as_ref().is_some_and(Vec::is_empty) {
         out += "<p>The cases are the same.</p>\n";
@@ -88,14 +85,7 @@ fn section(n: usize, pair: &RunPair, part: f64) -> String {
         "parts at µs",
         "",
     ];
-    out + &table("Curves", &heads, &rows)
-}
-
-fn table(title: &str, heads: &[&str], rows: &str) -> String {
-    let heads: String = heads.iter().map(|head| format!("<th scope=\"col\">{}</th>", escape(head))).collect();
-    format!(
-        "<h3>{title}</h3>\n<div class=\"scroll\" tabindex=\"0\"><table>\n<thead><tr>{heads}</tr></thead>\n<tbody>\n{rows}</tbody>\n</table></div>\n"
-    )
+    out + &table_under("h3", "Curves", &heads, &rows)
 }
 
 fn cells(cells: &[String], pass: Option<bool>) -> String {

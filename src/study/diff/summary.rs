@@ -1,5 +1,6 @@
 //! The quantities of `summary.json`, side by side.
 
+use serde::Serialize;
 use serde_json::Value;
 
 use super::curve::share;
@@ -79,7 +80,7 @@ const ROWS: [SummaryQuantity; 39] = [
 ];
 
 /// A quantity of two runs.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct SummaryRow {
     /// Key, with a dot before one of an object.
     pub name: &'static str,

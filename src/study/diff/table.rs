@@ -92,7 +92,7 @@ pub(super) fn read(bytes: &[u8], mappings: &[Mapping]) -> Result<TimeSeries, Stu
     let mut reader = reader.from_reader(text.as_bytes());
     let mut record = ByteRecord::new();
     let mut columns: Option<Vec<Raw>> = None;
-    let mut rows = LinesRead::default();
+    let mut lines = Vec::new();
     while reader.read_byte_record(&mut record).map_err(|error| unreadable(&error))? {
         // The place of a record is that of what is skipped before it; every line here has an end, so the next one is known.
         let line = reader.position().line() - 1;
@@ -103,14 +103,14 @@ pub(super) fn read(bytes: &[u8], mappings: &[Mapping]) -> Result<TimeSeries, Stu
                 columns = Some(headings(&cells.iter().map(String::as_str).collect::<Vec<_>>(), line, mappings)?);
             }
             Some(_) if cells.iter().all(|cell| cell.is_empty()) => {}
-            Some(columns) => rows.add(columns, &cells, line, separator)?,
+            Some(columns) => add(&mut lines, columns, &cells, line, separator)?,
         }
     }
     let Some(columns) = columns else { return Err(empty("an empty file")) };
-    if rows.lines.is_empty() {
+    if lines.is_empty() {
         return Err(empty("a heading alone"));
     }
-    table(columns, &rows.lines)
+    table(columns, &lines)
 }
 
 fn empty(found: &str) -> StudyError {
@@ -212,41 +212,34 @@ fn once(columns: &[Raw], place: &str) -> Result<(), StudyError> {
     Ok(())
 }
 
-/// Lines read so far.
-#[derive(Default)]
-struct LinesRead {
-    lines: Vec<u64>,
-}
-
-impl LinesRead {
-    fn add(&mut self, columns: &mut [Raw], cells: &[&str], line: u64, separator: u8) -> Result<(), StudyError> {
-        let place = format!("line {line}");
-        if cells.len() != columns.len() {
-            let help = match (separator, cells.len() > columns.len()) {
-                (b',', true) => "numbers have a decimal point; a comma separates columns",
-                _ => "every line has as many cells as the heading; an empty cell is a value that is missing",
-            };
-            let expected = format!("{} cells, as in the heading", columns.len());
-            return Err(StudyError::new(place, expected, cells.len().to_string(), help));
-        }
-        self.lines.push(line);
-        if self.lines.len() > MAX_ROWS || self.lines.len() * columns.len() > MAX_CELLS {
-            let expected = format!("at most {MAX_ROWS} lines, and {MAX_CELLS} cells");
-            return Err(StudyError::new(place, expected, "more", "keep fewer lines"));
-        }
-        for (column, cell) in columns.iter_mut().zip(cells) {
-            let value = match *cell {
-                "" => Some(f64::NAN),
-                cell => cell.parse::<f64>().ok(),
-            };
-            if value.is_none() && column.words.is_none() {
-                column.words = Some((line, (*cell).to_owned()));
-            }
-            let factor = column.quantity.map_or(1.0, |quantity| quantity.factor);
-            column.values.push(value.unwrap_or(f64::NAN) * factor);
-        }
-        Ok(())
+/// Adds the cells of a line to the columns. `lines`: those read so far.
+fn add(lines: &mut Vec<u64>, columns: &mut [Raw], cells: &[&str], line: u64, separator: u8) -> Result<(), StudyError> {
+    let place = format!("line {line}");
+    if cells.len() != columns.len() {
+        let help = match (separator, cells.len() > columns.len()) {
+            (b',', true) => "numbers have a decimal point; a comma separates columns",
+            _ => "every line has as many cells as the heading; an empty cell is a value that is missing",
+        };
+        let expected = format!("{} cells, as in the heading", columns.len());
+        return Err(StudyError::new(place, expected, cells.len().to_string(), help));
     }
+    lines.push(line);
+    if lines.len() > MAX_ROWS || lines.len() * columns.len() > MAX_CELLS {
+        let expected = format!("at most {MAX_ROWS} lines, and {MAX_CELLS} cells");
+        return Err(StudyError::new(place, expected, "more", "keep fewer lines"));
+    }
+    for (column, cell) in columns.iter_mut().zip(cells) {
+        let value = match *cell {
+            "" => Some(f64::NAN),
+            cell => cell.parse::<f64>().ok(),
+        };
+        if value.is_none() && column.words.is_none() {
+            column.words = Some((line, (*cell).to_owned()));
+        }
+        let factor = column.quantity.map_or(1.0, |quantity| quantity.factor);
+        column.values.push(value.unwrap_or(f64::NAN) * factor);
+    }
+    Ok(())
 }
 
 /// What the columns are, once all lines are read. `lines`: line of each row.

@@ -1,11 +1,11 @@
 //! `diff.csv` and JSON.
 
-use serde_json::{Map, Value, json};
+use serde_json::{Value, json};
 
 use super::curve::at;
 use super::pair::RunPair;
 use super::quantity::TIME;
-use super::{CurveRow, Diff, Input, KeyDifference, SummaryRow, letter};
+use super::{CurveRow, Diff, Input, letter};
 use crate::output::csv::{header, number, row};
 
 /// Every compared curve at the times of all inputs: the values of each, and the differences from the first. A cell is empty where an
@@ -91,32 +91,14 @@ fn pair_json(n: usize, pair: &RunPair) -> Value {
     json!({
         "first": "A",
         "other": letter(n).to_string(),
-        "summary": pair.summary.iter().map(summary_json).collect::<Vec<_>>(),
-        "case": pair.keys.as_deref().map(keys_json),
-        "machine": keys_json(&pair.machine),
+        "summary": pair.summary,
+        "case": pair.keys,
+        "machine": pair.machine,
         "curves": pair.curves.iter().map(curve_json).collect::<Vec<_>>(),
         "parts": pair.parts().map(|(curve, at)| json!({ "name": curve.name, "at_us": at })),
         "only_in_first": pair.alone[0],
         "only_in_other": pair.alone[1],
     })
-}
-
-fn summary_json(row: &SummaryRow) -> Value {
-    json!({
-        "name": row.name, "a": row.a, "b": row.b,
-        "difference": row.difference, "relative": row.relative, "pass": row.pass,
-    })
-}
-
-fn keys_json(keys: &[KeyDifference]) -> Vec<Value> {
-    let one = |key: &KeyDifference| {
-        let mut map = Map::from_iter([("pointer".to_owned(), json!(key.pointer))]);
-        map.extend(
-            [("a", &key.a), ("b", &key.b)].into_iter().filter_map(|(name, v)| Some((name.to_owned(), v.clone()?))),
-        );
-        Value::Object(map)
-    };
-    keys.iter().map(one).collect()
 }
 
 fn curve_json(row: &CurveRow) -> Value {

@@ -19,24 +19,29 @@ const COMPUTED: &str = "#009e73";
 /// Dashes of the second curve.
 const DASHES: &str = "7 4";
 
-/// Frame, grid, words; for the page too.
-pub(in crate::study) const STYLE: &str =
-    ".grid { stroke: #222; stroke-opacity: 0.1; } .frame { fill: none; stroke: #888; } text { fill: #222; }";
-
 /// The picture.
 pub fn svg(fit: &Fit, title: &str) -> String {
     let panels = panels(fit);
     let (width, height) = (PANEL[0] * panels.len() as f64, PANEL[1] + 40.0);
-    let mut out = format!(
-        "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {width} {height}\" width=\"{width}\" height=\"{height}\" \
-         font-family=\"sans-serif\" font-size=\"12\">\n<rect width=\"100%\" height=\"100%\" fill=\"white\"/>\n<style>{STYLE}</style>\n"
-    );
-    out += &chart::text(24.0, 26.0, "font-size=\"14\" font-weight=\"bold\"", title);
+    let mut out = chart::text(24.0, 26.0, "font-size=\"14\" font-weight=\"bold\"", title);
     for (n, (_, drawing)) in panels.iter().enumerate() {
         // Writing to a string cannot fail.
         let _ = writeln!(out, "<g transform=\"translate({} 40)\">\n{drawing}</g>", PANEL[0] * n as f64);
     }
-    out + "</svg>\n"
+    chart::svg([width, height], "", chart::STYLE, &out)
+}
+
+/// A panel with these ranges: its axes, and their drawing. `left`: room for the labels of the upright one.
+pub(in crate::study) fn plane(left: f64, ranges: [[f64; 2]; 2], titles: [&str; 2]) -> (ChartAxis, ChartAxis, String) {
+    let x = ChartAxis::linear(ranges[0], [left, PANEL[0] - 18.0]);
+    let y = ChartAxis::linear(ranges[1], [PANEL[1] - 58.0, 22.0]);
+    let drawing = chart::axes(&x, &y, titles);
+    (x, y, drawing)
+}
+
+/// Words under the axes of a panel.
+pub(in crate::study) fn below(x: &ChartAxis, words: &str) -> String {
+    chart::text(x.paper[0], PANEL[1] - 8.0, "font-size=\"11\"", words)
 }
 
 /// What each panel shows, and what lies inside; nothing of shots without an outcome.
@@ -81,9 +86,8 @@ pub(in crate::study) fn dot(at: [f64; 2], count: u64, colour: &str) -> String {
 
 fn chance(fit: &Fit) -> String {
     let range = velocities(fit);
-    let x = ChartAxis::linear(range, [64.0, PANEL[0] - 18.0]);
-    let y = ChartAxis::linear([0.0, 1.0], [PANEL[1] - 58.0, 22.0]);
-    let mut out = chart::axes(&x, &y, ["impact velocity [m/s]", "chance of a perforation"]);
+    let titles = ["impact velocity [m/s]", "chance of a perforation"];
+    let (x, y, mut out) = plane(64.0, [range, [0.0, 1.0]], titles);
     for quantile in &fit.quantiles {
         let ends = [quantile.bounds.low.unwrap_or(range[0]), quantile.bounds.high.unwrap_or(range[1])];
         let [from, to] = ends.map(|end| x.at(end.clamp(range[0], range[1])));
@@ -99,12 +103,8 @@ fn chance(fit: &Fit) -> String {
     }
     if let Some(computed) = &fit.computed {
         let points = evenly(range).map(|velocity| [velocity, computed.probability(velocity)]);
-        out += &chart::line(
-            &x,
-            &y,
-            points,
-            &format!("stroke=\"{COMPUTED}\" stroke-width=\"2\" stroke-dasharray=\"{DASHES}\""),
-        );
+        let style = format!("stroke=\"{COMPUTED}\" stroke-width=\"2\" stroke-dasharray=\"{DASHES}\"");
+        out += &chart::line(&x, &y, points, &style);
     }
     for group in fit.outcomes.groups() {
         let at = |height: f64| [x.at(group.velocity), y.at(height)];
@@ -118,7 +118,7 @@ fn chance(fit: &Fit) -> String {
     let computed = if fit.computed.is_some() { "; dashed green: computed" } else { "" };
     let level = short(100.0 * fit.request.level, 3);
     let legend = format!("orange: perforated, blue: stopped; bars: {level} % intervals{computed}");
-    out + &chart::text(x.paper[0], PANEL[1] - 8.0, "font-size=\"11\"", &legend)
+    out + &below(&x, &legend)
 }
 
 /// Residual over impact velocity, with the curves fitted to it.
@@ -133,31 +133,18 @@ pub(in crate::study) fn residual_panel(
     let range = [slowest - room, fastest + room];
     let highest =
         passed.iter().map(|shot| shot.residual).chain(fits().map(|found| found.residual(range[1]))).fold(0.0, f64::max);
-    let x = ChartAxis::linear(range, [78.0, PANEL[0] - 18.0]);
-    let y = ChartAxis::linear(chart::rounded_up([0.0, highest]), [PANEL[1] - 58.0, 22.0]);
-    let mut out = chart::axes(&x, &y, ["impact velocity [m/s]", "residual velocity [m/s]"]);
+    let titles = ["impact velocity [m/s]", "residual velocity [m/s]"];
+    let (x, y, mut out) = plane(78.0, [range, chart::rounded_up([0.0, highest])], titles);
     for found in fits() {
         // The curve rises from the limit with an infinite slope: its points are dense there.
         let squared = evenly([0.0, 1.0]).map(|share| found.limit + (range[1] - found.limit) * share * share);
         let points = squared.filter(|impact| *impact >= range[0]).map(|impact| [impact, found.residual(impact)]);
-        out += &chart::line(
-            &x,
-            &y,
-            points,
-            &format!("stroke=\"{CURVE}\" stroke-width=\"2\" stroke-dasharray=\"{}\"", dashes(found)),
-        );
+        let dashes = if found.curve == ResidualModel::RechtIpson { "none" } else { DASHES };
+        let style = format!("stroke=\"{CURVE}\" stroke-width=\"2\" stroke-dasharray=\"{dashes}\"");
+        out += &chart::line(&x, &y, points, &style);
     }
     for shot in passed {
         out += &dot([x.at(shot.impact), y.at(shot.residual)], shot.count, PERFORATED);
     }
-    chart_legend(&mut out, x.paper[0]);
-    out
-}
-
-fn dashes(found: &ResidualFit) -> &'static str {
-    if found.curve == ResidualModel::RechtIpson { "none" } else { DASHES }
-}
-
-fn chart_legend(out: &mut String, x: f64) {
-    *out += &chart::text(x, PANEL[1] - 8.0, "font-size=\"11\"", "line: Recht-Ipson; dashed: Lambert-Jonas");
+    out + &below(&x, "line: Recht-Ipson; dashed: Lambert-Jonas")
 }

@@ -7,15 +7,16 @@
 
 mod computed;
 pub(in crate::study) mod draw;
-pub(in crate::study) mod page;
+mod page;
 mod table;
 mod text;
 
 pub use computed::ComputedLimit;
 pub use draw::svg;
 pub use page::html;
+pub(in crate::study) use page::sections;
 pub use table::{FitRow, outcomes, parse, passed, read};
-pub(in crate::study) use text::{arithmetic_json, residual_json};
+pub(in crate::study) use text::{arithmetic_json, quantile_json, residual_json};
 pub use text::{json, notes, refusal, rule, too_few};
 
 use super::arithmetic_v50::{self, Arithmetic, RULES, Refusal, Rule};

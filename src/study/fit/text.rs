@@ -21,7 +21,7 @@ pub fn json(fit: &Fit) -> Value {
         "mu": estimate.map(|found| found.mu),
         "sigma": estimate.map(|found| found.sigma),
         "deviance": estimate.map(Estimate::deviance),
-        "quantiles": fit.quantiles.iter().map(quantile).collect::<Vec<_>>(),
+        "quantiles": fit.quantiles.iter().map(quantile_json).collect::<Vec<_>>(),
         "overlap": fit.outcomes.overlap(),
         "method": estimate.map(|found| found.method.words()),
         "no_estimate": fit.estimate.as_ref().err().map(ToString::to_string),
@@ -35,7 +35,7 @@ pub fn json(fit: &Fit) -> Value {
         "slowest_perforation": fit.outcomes.slowest_perforation(),
         "fastest_stop": fit.outcomes.fastest_stop(),
         "arithmetic": fit.arithmetic.iter().map(arithmetic_json).collect::<Vec<_>>(),
-        "residual": fit.residual.iter().map(|(curve, found)| residual_json(curve, found)).collect::<Vec<_>>(),
+        "residual": fit.residual.iter().map(residual_json).collect::<Vec<_>>(),
         "computed": fit.computed.map(|found| json!({
             "v50_m_s": found.v50, "low_m_s": found.bounds.low, "high_m_s": found.bounds.high, "sigma_m_s": found.sigma,
         })),
@@ -43,7 +43,7 @@ pub fn json(fit: &Fit) -> Value {
     })
 }
 
-fn quantile(quantile: &Quantile) -> Value {
+pub(in crate::study) fn quantile_json(quantile: &Quantile) -> Value {
     json!({ "p": quantile.p, "value": quantile.value, "low": quantile.bounds.low, "high": quantile.bounds.high })
 }
 
@@ -61,7 +61,7 @@ pub(in crate::study) fn arithmetic_json((of, found): &(Rule, Result<Arithmetic, 
     })
 }
 
-pub(in crate::study) fn residual_json(curve: &ResidualModel, found: &Result<ResidualFit, TooFew>) -> Value {
+pub(in crate::study) fn residual_json((curve, found): &(ResidualModel, Result<ResidualFit, TooFew>)) -> Value {
     match found {
         Ok(found) => json!({
             "curve": curve.words(), "limit": found.limit, "low": found.bounds.low, "high": found.bounds.high,

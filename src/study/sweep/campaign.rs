@@ -9,8 +9,9 @@ use super::{KeyEffect, html, json, key_effects};
 use crate::case::Case;
 use crate::output::Folder;
 use crate::output::csv::{header, number, quoted, row};
-use crate::study::batch::{BatchError, BatchOptions, BatchPlan, ShotRow, in_threads};
+use crate::study::batch::{BatchError, BatchOptions, BatchPlan, ShotRow};
 use crate::study::shots::{self, ShotsRequest};
+use crate::study::threads::in_threads;
 use crate::study::v50::{self, V50Request};
 
 /// What is computed at each point.

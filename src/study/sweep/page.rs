@@ -3,10 +3,10 @@
 use super::indices::{Index, KeyIndices};
 use super::places::{Place, groups, places};
 use super::{KeyEffect, PointResult, SweepRequest, SweepResult};
-use crate::output::chart::{self, ChartAxis};
+use crate::output::chart;
 use crate::output::number::{fraction, short};
-use crate::study::fit::draw::{CURVE, PANEL};
-use crate::study::fit::page::{document, figures, row, table};
+use crate::study::fit::draw::{CURVE, PANEL, below, plane};
+use crate::study::page::{document, figures, row, table};
 
 /// Colours of Okabe and Ito for lines.
 const COLOURS: [&str; 7] = ["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#222"];
@@ -74,17 +74,14 @@ fn span(values: impl Iterator<Item = f64> + Clone) -> [f64; 2] {
     [low - room, high + room]
 }
 
-fn axes(names: [&str; 2], x: [f64; 2], y: [f64; 2]) -> (ChartAxis, ChartAxis, String) {
-    let x = ChartAxis::linear(x, [84.0, PANEL[0] - 18.0]);
-    let y = ChartAxis::linear(y, [PANEL[1] - 58.0, 22.0]);
-    let out = chart::axes(&x, &y, names);
-    (x, y, out)
-}
+/// Room for the labels of the upright axis.
+const LEFT: f64 = 84.0;
 
 /// The response over the first factor, a line for each combination of the others.
 fn lines(names: &[&str], places: &[Place], response: &str) -> String {
     let ends = places.iter().flat_map(|place| place.bounds.unwrap_or([place.response; 2]));
-    let (x, y, mut out) = axes([names[0], response], span(places.iter().map(|place| place.values[0])), span(ends));
+    let ranges = [span(places.iter().map(|place| place.values[0])), span(ends)];
+    let (x, y, mut out) = plane(LEFT, ranges, [names[0], response]);
     let mut groups: Vec<(&[f64], Vec<&Place>)> = Vec::new();
     for place in places {
         let others = &place.values[1..];
@@ -138,7 +135,7 @@ fn heat_map(names: &[&str], places: &[Place], response: &str) -> String {
     };
     let (xs, ys) = (values(0), values(1));
     let whole = xs.len() * ys.len() <= 2 * places.len();
-    let (x, y, mut out) = axes([names[0], names[1]], cells(&xs), cells(&ys));
+    let (x, y, mut out) = plane(LEFT, [cells(&xs), cells(&ys)], [names[0], names[1]]);
     let low = places.iter().map(|place| place.response).fold(f64::INFINITY, f64::min);
     let high = places.iter().map(|place| place.response).fold(f64::NEG_INFINITY, f64::max);
     for place in places {
@@ -147,20 +144,16 @@ fn heat_map(names: &[&str], places: &[Place], response: &str) -> String {
         let fill = format!("fill=\"#{colour:x}\"");
         let title = format!("<title>{}: {}</title>", chart::escape(response), short(place.response, 4));
         if whole {
-            let [left, right] = edges(&xs, place.values[0]).map(|at| x.at(at));
+            let sides = edges(&xs, place.values[0]).map(|at| x.at(at));
             let [bottom, top] = edges(&ys, place.values[1]).map(|at| y.at(at));
-            out += &format!(
-                "<rect x=\"{left:.1}\" y=\"{top:.1}\" width=\"{:.1}\" height=\"{:.1}\" {fill}>{title}</rect>\n",
-                right - left,
-                bottom - top
-            );
+            out += &chart::area(sides, [top, bottom], &fill, &title);
         } else {
             let (at, height) = (x.at(place.values[0]), y.at(place.values[1]));
             out += &format!("<circle cx=\"{at:.1}\" cy=\"{height:.1}\" r=\"6\" {fill}>{title}</circle>\n");
         }
     }
     let words = format!("{response}: dark {}, light {}", short(low, 4), short(high, 4));
-    out + &chart::text(x.paper[0], PANEL[1] - 8.0, "font-size=\"11\"", &words)
+    out + &below(&x, &words)
 }
 
 /// Half way to the neighbours on both sides.
@@ -188,8 +181,8 @@ fn cells(values: &[f64]) -> [f64; 2] {
 
 fn effect_panel(name: &str, levels: &[[f64; 2]], response: &str) -> String {
     let label = format!("mean {response}");
-    let (x, y, mut out) =
-        axes([name, &label], span(levels.iter().map(|level| level[0])), span(levels.iter().map(|level| level[1])));
+    let ranges = [0, 1].map(|of| span(levels.iter().map(move |level| level[of])));
+    let (x, y, mut out) = plane(LEFT, ranges, [name, &label]);
     out += &chart::line(&x, &y, levels.iter().copied(), &format!("stroke=\"{CURVE}\" stroke-width=\"2\""));
     for [value, mean] in levels {
         out += &format!("<circle cx=\"{:.1}\" cy=\"{:.1}\" r=\"3\" fill=\"{CURVE}\"/>\n", x.at(*value), y.at(*mean));

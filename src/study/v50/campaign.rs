@@ -14,10 +14,11 @@ use super::{Design, FILES, REFINED_TABLE, TABLE, V50Request, html, json};
 use crate::case::{self, Case};
 use crate::output::Folder;
 use crate::study::batch::fire::shoot;
-use crate::study::batch::{BatchError, BatchOptions, BatchPlan, ShotLog, ShotOrder, in_threads};
+use crate::study::batch::{BatchError, BatchOptions, BatchPlan, ShotLog, ShotOrder};
 use crate::study::designs::{Langlie, Neyer, ThreePod, UpDown};
 use crate::study::outcomes::Shot;
 use crate::study::shots::drawn_columns;
+use crate::study::threads::in_threads;
 
 /// Realisations whose thresholds are sought at a time: first few, for the later ones begin where those ended.
 const BLOCKS: [u32; 3] = [2, 6, 8];
@@ -37,8 +38,6 @@ pub struct V50Progress<'a> {
     pub done: u32,
     /// Wanted at most.
     pub of: u32,
-    /// Shots so far.
-    pub shots: u32,
     /// The last estimate.
     pub last: Option<&'a V50Result>,
 }
@@ -106,10 +105,13 @@ pub fn run(
     let threads_per_shot = if one_by_one { options.threads } else { 1 };
     let options = &BatchOptions { threads_per_shot, ..*options };
     let finer = finer.map(|case| open(case, REFINED_TABLE)).transpose()?;
-    let mut campaign = Campaign { mesh: open(nominal, TABLE)?, finer, request, options };
+    // Without variability all realisations are one.
+    let of = if request.design == Design::Thresholds && !nominal.varies() { 1 } else { request.count };
+    let (mesh, progress, done) = (open(nominal, TABLE)?, Mutex::new(progress), AtomicU32::new(0));
+    let campaign = Campaign { mesh, finer, request, options, of, done, progress };
     let found = match request.design {
-        Design::Thresholds => campaign.thresholds(progress)?,
-        _ => campaign.design(progress)?,
+        Design::Thresholds => campaign.thresholds()?,
+        _ => campaign.design()?,
     };
     let result = campaign.estimate(&found);
     let Campaign { mesh: MeshShots { case, log }, finer, .. } = campaign;
@@ -162,12 +164,16 @@ impl MeshShots {
     }
 }
 
-struct Campaign<'a> {
+struct Campaign<'a, 'p> {
     mesh: MeshShots,
     /// On the converged mesh, where that is another one.
     finer: Option<MeshShots>,
     request: &'a V50Request,
     options: &'a BatchOptions<'a>,
+    /// Realisations, or shots of a design, at most, and those that are done.
+    of: u32,
+    done: AtomicU32,
+    progress: Mutex<&'p mut (dyn FnMut(V50Progress<'_>) + Send)>,
 }
 
 /// Where a search begins [m/s] and its first step, in rungs.
@@ -177,39 +183,34 @@ struct Start {
     step: i32,
 }
 
-impl Campaign<'_> {
-    /// Shots so far, on both meshes.
-    fn shots(&self) -> u32 {
-        (self.mesh.rows().rows().count() + self.refined_shots()) as u32
-    }
-
-    fn refined_shots(&self) -> usize {
-        self.finer.as_ref().map_or(0, |finer| finer.rows().rows().count())
-    }
-
+impl Campaign<'_, '_> {
     fn estimate(&self, found: &[FoundThreshold]) -> V50Result {
-        estimate(&self.mesh.case, self.request, found, self.mesh.rows().rows(), self.refined_shots())
+        let refined_shots = self.finer.as_ref().map_or(0, |finer| finer.rows().rows().count());
+        estimate(&self.mesh.case, self.request, found, self.mesh.rows().rows(), refined_shots)
     }
 
-    fn thresholds(
-        &mut self,
-        progress: &mut (dyn FnMut(V50Progress<'_>) + Send),
-    ) -> Result<Vec<FoundThreshold>, BatchError> {
-        // Without variability all realisations are one.
-        let count = if self.mesh.case.varies() { self.request.count } else { 1 };
+    /// Tells how far the campaign is.
+    fn tell(&self, last: Option<&V50Result>) {
+        let mut tell = self.progress.lock().unwrap_or_else(PoisonError::into_inner);
+        tell(V50Progress { done: self.done.load(Ordering::Relaxed), of: self.of, last });
+    }
+
+    /// Whether so many thresholds or shots have made the interval narrow enough.
+    fn is_narrow(&self, count: usize, result: &V50Result) -> bool {
+        count >= LEAST && self.request.until_width.is_some_and(|width| result.is_within(width))
+    }
+
+    fn thresholds(&self) -> Result<Vec<FoundThreshold>, BatchError> {
         let mut found: Vec<FoundThreshold> = Vec::new();
         let mut blocks = BLOCKS.iter();
         let mut size = BLOCKS[0];
-        while (found.len() as u32) < count {
+        while (found.len() as u32) < self.of {
             size = blocks.next().copied().unwrap_or(size);
             let first = found.len() as u32;
-            let block = first..(first + size).min(count);
-            let start = self.start(&found);
-            found.extend(self.block(block, start, count, progress)?);
+            found.extend(self.block(first..(first + size).min(self.of), self.start(&found))?);
             let result = self.estimate(&found);
-            let shots = self.shots();
-            progress(V50Progress { done: found.len() as u32, of: count, shots, last: Some(&result) });
-            if found.len() >= LEAST && self.request.until_width.is_some_and(|width| result.is_within(width)) {
+            self.tell(Some(&result));
+            if self.is_narrow(found.len(), &result) {
                 break;
             }
         }
@@ -234,42 +235,24 @@ impl Campaign<'_> {
     }
 
     /// Thresholds of some realisations, each on a thread.
-    fn block(
-        &self,
-        block: std::ops::Range<u32>,
-        start: Start,
-        of: u32,
-        progress: &mut (dyn FnMut(V50Progress<'_>) + Send),
-    ) -> Result<Vec<FoundThreshold>, BatchError> {
-        let done = AtomicU32::new(block.start);
-        let progress = Mutex::new(progress);
+    fn block(&self, block: std::ops::Range<u32>, start: Start) -> Result<Vec<FoundThreshold>, BatchError> {
         in_threads(self.options.threads, block.start as usize..block.end as usize, |number, given_up| {
-            let told = |shots: u32| {
-                let mut tell = progress.lock().unwrap_or_else(PoisonError::into_inner);
-                tell(V50Progress { done: done.load(Ordering::Relaxed), of, shots, last: None });
-            };
-            let found = self.search(number as u32, start, given_up, &told)?;
-            done.fetch_add(1, Ordering::Relaxed);
+            let found = self.search(number as u32, start, given_up)?;
+            self.done.fetch_add(1, Ordering::Relaxed);
             Ok(found)
         })
     }
 
-    fn search(
-        &self,
-        realisation: u32,
-        start: Start,
-        given_up: &AtomicBool,
-        told: &dyn Fn(u32),
-    ) -> Result<FoundThreshold, BatchError> {
+    fn search(&self, realisation: u32, start: Start, given_up: &AtomicBool) -> Result<FoundThreshold, BatchError> {
         let beyond = if realisation < FURTHER.0 { FURTHER.1 } else { &[] };
         let further = FurtherShots { beside: true, beyond };
-        let found = self.search_on(&self.mesh, realisation, start, further, given_up, told)?;
+        let found = self.search_on(&self.mesh, realisation, start, further, given_up)?;
         let (Ok(bracket), Some(finer)) = (&found.bracket, &self.finer) else { return Ok(found) };
         if realisation >= self.request.refined {
             return Ok(found);
         }
         let start = Start { velocity: middle(*bracket), step: (REFINED_STEP / self.request.bracket).round() as i32 };
-        let refined = self.search_on(finer, realisation, start, FurtherShots::NONE, given_up, told)?.bracket.ok();
+        let refined = self.search_on(finer, realisation, start, FurtherShots::NONE, given_up)?.bracket.ok();
         Ok(FoundThreshold { refined, ..found })
     }
 
@@ -281,7 +264,6 @@ impl Campaign<'_> {
         start: Start,
         further: FurtherShots,
         given_up: &AtomicBool,
-        told: &dyn Fn(u32),
     ) -> Result<FoundThreshold, BatchError> {
         let none = |reason| Ok(FoundThreshold { bracket: Err(reason), monotone: true, refined: None });
         let rungs = Rungs { width: self.request.bracket };
@@ -294,7 +276,7 @@ impl Campaign<'_> {
                         Ok(shot) => search.see(rung, shot.perforated),
                         Err(reason) => return none(reason),
                     }
-                    told(self.shots());
+                    self.tell(None);
                 }
                 Wanted::Nothing => break,
                 Wanted::NoThreshold => return none("no velocity from 2 to 4900 m/s changes the outcome".to_owned()),
@@ -305,19 +287,16 @@ impl Campaign<'_> {
     }
 
     /// Shots of a design, one after the other. A shot without an outcome tells a design nothing.
-    fn design(
-        &mut self,
-        progress: &mut (dyn FnMut(V50Progress<'_>) + Send),
-    ) -> Result<Vec<FoundThreshold>, BatchError> {
+    fn design(&self) -> Result<Vec<FoundThreshold>, BatchError> {
         let given_up = AtomicBool::new(false);
         let mut shots: Vec<Shot> = Vec::new();
-        for number in 0..self.request.count {
-            let velocity = next_velocity(self.request, &shots);
-            let order = ShotOrder { shot: number, velocity: Some(velocity) };
+        for shot in 0..self.of {
+            let order = ShotOrder { shot, velocity: Some(next_velocity(self.request, &shots)) };
             shots.extend(self.mesh.outcome(order, self.options, &given_up)?.ok());
+            self.done.fetch_add(1, Ordering::Relaxed);
             let result = self.estimate(&[]);
-            progress(V50Progress { done: number + 1, of: self.request.count, shots: number + 1, last: Some(&result) });
-            if shots.len() >= LEAST && self.request.until_width.is_some_and(|width| result.is_within(width)) {
+            self.tell(Some(&result));
+            if self.is_narrow(shots.len(), &result) {
                 break;
             }
         }

@@ -96,10 +96,7 @@ pub struct V50Result {
 impl V50Result {
     /// Whether half the interval is at most this part of V50.
     pub fn is_within(&self, width: f64) -> bool {
-        match (self.v50, self.bounds.low, self.bounds.high) {
-            (Some(v50), Some(low), Some(high)) => 0.5 * (high - low) <= width * v50,
-            _ => false,
-        }
+        self.bounds.is_narrow(self.v50, width)
     }
 
     /// Middles of the brackets as the converged mesh moves them, in the order of realisations [m/s].
@@ -237,11 +234,8 @@ fn combine(result: &mut V50Result, case: &Case, level: f64) {
     let own = if single {
         Bounds { low: Some(v50), high: Some(v50) }
     } else {
-        result
-            .quantiles
-            .iter()
-            .find(|quantile| quantile.p == 0.5)
-            .map_or_else(Bounds::default, |quantile| quantile.bounds)
+        let median = result.quantiles.iter().find(|quantile| quantile.p == 0.5);
+        median.map_or_else(Bounds::default, |quantile| quantile.bounds)
     };
     result.width.sampling = own.low.zip(own.high).map(|(low, high)| 0.5 * (high - low));
     let other = result.width.numerical.hypot(result.width.bracket);

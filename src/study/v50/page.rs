@@ -3,19 +3,18 @@
 use super::report::{arithmetic_of, notes};
 use super::{Design, V50Request, V50Result};
 use crate::case::Case;
-use crate::output::chart::{self, ChartAxis, escape};
+use crate::output::chart::{self, escape};
 use crate::output::number::short;
-use crate::study::fit;
-use crate::study::fit::draw::{CURVE, PANEL, PERFORATED, STOPPED, dot, evenly, residual_panel};
-use crate::study::fit::page::{document, figures, row, table};
+use crate::study::fit::draw::{CURVE, PERFORATED, STOPPED, below, dot, evenly, plane, residual_panel};
+use crate::study::page::{
+    arithmetic_table, document, figures, filled_table, quantile_row, remarks, residual_table, row, table,
+};
 
 /// The page.
 pub fn html(case: &Case, request: &V50Request, seed: u32, result: &V50Result) -> String {
     let mut body = format!("<p class=\"answer\">{}</p>\n", escape(&answer(request, result)));
     body += &format!("<p>{}</p>\n", escape(&parts(result)));
-    for note in notes(case, request, result) {
-        body += &format!("<p class=\"note\">{}.</p>\n", escape(&note));
-    }
+    body += &remarks(&notes(case, request, result));
     let mut panels = Vec::new();
     if !(sorted(result).is_empty() && result.ranged.is_empty()) {
         panels.push(("chance of a perforation over impact velocity", chance(request, result)));
@@ -25,8 +24,8 @@ pub fn html(case: &Case, request: &V50Request, seed: u32, result: &V50Result) ->
     }
     body += &figures(panels);
     body += &quantiles(result);
-    body += &arithmetic(request.design, result);
-    body += &residual(result);
+    body += &arithmetic_table(&format!("Arithmetic V50 of {}", arithmetic_of(request.design)), &result.arithmetic);
+    body += &residual_table("Residual velocity: Vr = a (Vs^p − V0^p)^(1/p)", "limit [m/s]", &result.residual);
     body += &bands(result);
     body += &thresholds(result);
     body += &format!("<p class=\"note\">Seed {seed}; design: {}.</p>\n", request.design.word());
@@ -62,17 +61,12 @@ fn chance(request: &V50Request, result: &V50Result) -> String {
     let (low, high) = (all().fold(f64::INFINITY, f64::min), all().fold(f64::NEG_INFINITY, f64::max));
     let room = (0.15 * (high - low)).max(2e-3 * high.abs()).max(1e-9);
     let range = [low - room, high + room];
-    let x = ChartAxis::linear(range, [64.0, PANEL[0] - 18.0]);
-    let y = ChartAxis::linear([0.0, 1.0], [PANEL[1] - 58.0, 22.0]);
-    let mut out = chart::axes(&x, &y, ["impact velocity [m/s]", "chance of a perforation"]);
+    let titles = ["impact velocity [m/s]", "chance of a perforation"];
+    let (x, y, mut out) = plane(64.0, [range, [0.0, 1.0]], titles);
     if let (Some(low), Some(high)) = (result.bounds.low, result.bounds.high) {
-        let (left, right) = (x.at(low.max(range[0])), x.at(high.min(range[1])));
-        let height = y.paper[0] - y.paper[1];
-        out += &format!(
-            "<rect x=\"{left:.1}\" y=\"{:.1}\" width=\"{:.1}\" height=\"{height:.1}\" fill=\"{CURVE}\" fill-opacity=\"0.08\"/>\n",
-            y.paper[1],
-            right - left
-        );
+        let sides = [x.at(low.max(range[0])), x.at(high.min(range[1]))];
+        let style = format!("fill=\"{CURVE}\" fill-opacity=\"0.08\"");
+        out += &chart::area(sides, [y.paper[1], y.paper[0]], &style, "");
     }
     let points = evenly(range).filter_map(|velocity| Some([velocity, result.probability(velocity)?]));
     out += &chart::line(&x, &y, points, &format!("stroke=\"{CURVE}\" stroke-width=\"2\""));
@@ -90,7 +84,7 @@ fn chance(request: &V50Request, result: &V50Result) -> String {
         Design::Thresholds => "dots: thresholds of realisations; line: normal; band: interval of V50",
         _ => "orange: perforated, blue: stopped; line: fit; band: interval of V50",
     };
-    out + &chart::text(x.paper[0], PANEL[1] - 8.0, "font-size=\"11\"", legend)
+    out + &below(&x, legend)
 }
 
 /// Thresholds, ascending.
@@ -101,58 +95,16 @@ fn sorted(result: &V50Result) -> Vec<f64> {
 }
 
 fn quantiles(result: &V50Result) -> String {
-    let mut rows = String::new();
-    if let Some(sample) = result.sample.filter(|sample| sample.count > 1) {
-        rows +=
-            &row(&["V0: slowest threshold seen".to_owned(), short(sample.range[0], 5), String::new(), String::new()]);
-    }
-    for quantile in &result.quantiles {
-        let [low, high] = quantile.bounds.words();
-        let value = quantile.value.map_or_else(String::new, |value| short(value, 5));
-        rows += &row(&[format!("V{}", short(100.0 * quantile.p, 3)), value, low, high]);
-    }
-    if let Some(sample) = result.sample.filter(|sample| sample.count > 1) {
-        rows +=
-            &row(&["V100: fastest threshold seen".to_owned(), short(sample.range[1], 5), String::new(), String::new()]);
-    }
-    table(
-        "Velocities by chance; intervals of the sampling alone",
-        &["", "velocity [m/s]", "low [m/s]", "high [m/s]"],
-        &rows,
-    )
-}
-
-fn arithmetic(design: Design, result: &V50Result) -> String {
-    let rows: String = result
-        .arithmetic
-        .iter()
-        .map(|(rule, found)| {
-            let (value, why) = match found {
-                Ok(found) => (short(found.mean, 5), format!("spread {} m/s", short(found.spread, 3))),
-                Err(why) => ("none".to_owned(), fit::refusal(why)),
-            };
-            row(&[fit::rule(rule), rule.standard.to_owned(), value, why])
-        })
-        .collect();
-    table(&format!("Arithmetic V50 of {}", arithmetic_of(design)), &["rule", "standard", "V50 [m/s]", ""], &rows)
-}
-
-fn residual(result: &V50Result) -> String {
-    let rows: String = result
-        .residual
-        .iter()
-        .map(|(curve, found)| match found {
-            Ok(found) => {
-                let [low, high] = found.bounds.words();
-                let numbers = [found.factor, found.exponent, found.scatter].map(|number| short(number, 4));
-                let [factor, exponent, scatter] = numbers;
-                row(&[curve.words().to_owned(), short(found.limit, 5), low, high, factor, exponent, scatter])
-            }
-            Err(few) => row(&[curve.words().to_owned(), fit::too_few(few)]),
-        })
-        .collect();
-    let heads = ["curve", "limit [m/s]", "low [m/s]", "high [m/s]", "a", "p", "scatter [m/s]"];
-    table("Residual velocity: Vr = a (Vs^p − V0^p)^(1/p)", &heads, &rows)
+    let range = result.sample.filter(|sample| sample.count > 1).map(|sample| sample.range);
+    let seen = |name: &str, end: usize| {
+        let cells = range.map(|range| [name.to_owned(), short(range[end], 5), String::new(), String::new()]);
+        cells.map_or_else(String::new, |cells| row(&cells))
+    };
+    let mut rows = seen("V0: slowest threshold seen", 0);
+    rows.extend(result.quantiles.iter().map(|of| quantile_row(format!("V{}", short(100.0 * of.p, 3)), of)));
+    rows += &seen("V100: fastest threshold seen", 1);
+    let heads = ["", "velocity [m/s]", "low [m/s]", "high [m/s]"];
+    table("Velocities by chance; intervals of the sampling alone", &heads, &rows)
 }
 
 fn bands(result: &V50Result) -> String {
@@ -162,11 +114,8 @@ fn bands(result: &V50Result) -> String {
         row(&[format!("{from} to {to}"), band.count.to_string(), short(band.mean, 4), least, largest])
     };
     let rows: String = result.bands.iter().map(one).collect();
-    if rows.is_empty() {
-        return rows;
-    }
     let heads = ["impact velocity [m/s]", "perforations", "mean residual [m/s]", "least [m/s]", "largest [m/s]"];
-    table("Residual velocities by impact velocity", &heads, &rows)
+    filled_table("Residual velocities by impact velocity", &heads, &rows)
 }
 
 fn thresholds(result: &V50Result) -> String {
@@ -178,8 +127,5 @@ fn thresholds(result: &V50Result) -> String {
         }
     };
     let rows: String = result.thresholds.iter().enumerate().map(one).collect();
-    if rows.is_empty() {
-        return rows;
-    }
-    table("Thresholds", &["realisation", "highest stop [m/s]", "lowest perforation [m/s]", ""], &rows)
+    filled_table("Thresholds", &["realisation", "highest stop [m/s]", "lowest perforation [m/s]", ""], &rows)
 }

@@ -7,6 +7,7 @@ use crate::case::Case;
 use crate::case::case_hash;
 use crate::output::number::short;
 use crate::study::fit;
+use crate::study::residual_fit::{ResidualFit, ResidualModel, TooFew};
 use crate::study::shots;
 
 /// The whole result. Velocities in m/s.
@@ -20,8 +21,6 @@ pub fn json(case: &Case, request: &V50Request, seed: u32, result: &V50Result) ->
     let range = result.sample.map(|sample| sample.range);
     let assumed: Vec<&str> =
         case.fields.iter().filter(|field| field.assumed).map(|field| field.pointer.as_str()).collect();
-    let residual =
-        |(curve, found): &(crate::study::residual_fit::ResidualModel, Result<_, _>)| fit::residual_json(curve, found);
     json!({
         "v50_m_s": result.v50,
         "low_m_s": result.bounds.low,
@@ -44,13 +43,11 @@ pub fn json(case: &Case, request: &V50Request, seed: u32, result: &V50Result) ->
         "non_monotone_realisations": result.non_monotone,
         "slowest_threshold_m_s": range.map(|range| range[0]),
         "fastest_threshold_m_s": range.map(|range| range[1]),
-        "quantiles": result.quantiles.iter().map(|quantile| json!({
-            "p": quantile.p, "value": quantile.value, "low": quantile.bounds.low, "high": quantile.bounds.high,
-        })).collect::<Vec<_>>(),
+        "quantiles": result.quantiles.iter().map(fit::quantile_json).collect::<Vec<_>>(),
         "arithmetic_of": arithmetic_of(request.design),
         "arithmetic": result.arithmetic.iter().map(fit::arithmetic_json).collect::<Vec<_>>(),
         "dixon_mood": result.staircase.map(|found| json!({ "mu": found.mu, "sigma": found.sigma, "sigma_holds": found.scattered })),
-        "residual": result.residual.iter().map(residual).collect::<Vec<_>>(),
+        "residual": result.residual.iter().map(fit::residual_json).collect::<Vec<_>>(),
         "residual_by_impact": result.bands.iter().map(|band| json!({
             "impact_m_s": band.impact, "shots": band.count, "mean_m_s": band.mean, "range_m_s": band.range,
         })).collect::<Vec<_>>(),
@@ -131,16 +128,12 @@ pub fn notes(case: &Case, request: &V50Request, result: &V50Result) -> Vec<Strin
     if result.failed > 0 {
         notes.push(format!("{} of {} shots have no outcome: see v50.csv", result.failed, result.shots));
     }
-    let steep = |(curve, found): &(_, Result<crate::study::residual_fit::ResidualFit, _>)| {
+    let steep = |(curve, found): &(ResidualModel, Result<ResidualFit, TooFew>)| {
         let limit = found.as_ref().ok()?.limit;
         let v50 = result.v50?;
         let off = (limit / v50 - 1.0).abs();
-        (off > 0.05).then(|| format!("{}: its limit is {} % off V50", name(*curve), short(100.0 * off, 2)))
+        (off > 0.05).then(|| format!("{}: its limit is {} % off V50", curve.words(), short(100.0 * off, 2)))
     };
     notes.extend(result.residual.iter().filter_map(steep));
     notes
-}
-
-fn name(curve: crate::study::residual_fit::ResidualModel) -> &'static str {
-    curve.words()
 }

@@ -5,13 +5,11 @@
 
 use crate::math::link::Link;
 use crate::study::interval::Bounds;
-use crate::study::search::{peak, root};
+use crate::study::search::{outer_end, peak};
 use crate::study::student_t;
 
 /// Range of ln(σ/σ̂) that is searched.
 const SPREAD: f64 = 6.0;
-/// Steps of doubling length to an end of an interval at most.
-const STEPS: usize = 60;
 
 /// Thresholds as a normal sample.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -80,18 +78,8 @@ impl ThresholdSample {
         };
         let best = -0.5 * n * (1.0 - 1.0 / n).ln() - 0.5 * n;
         let above = |q: f64| height(q) - (best - fall);
-        let end = |side: f64| {
-            let (mut inside, mut step) = (value, 0.5 * self.sigma / n.sqrt());
-            for _ in 0..STEPS {
-                let next = inside + side * step;
-                if above(next) < 0.0 {
-                    return Some(root(above, inside, next, 1e-9 * self.sigma));
-                }
-                inside = next;
-                step *= 2.0;
-            }
-            None
-        };
+        let step = 0.5 * self.sigma / n.sqrt();
+        let end = |side: f64| outer_end(above, value, side * step, side * f64::INFINITY, 1e-9 * self.sigma);
         Bounds { low: end(-1.0), high: end(1.0) }
     }
 }

@@ -1,14 +1,10 @@
 //! Scenes of `cases/verify` driven otherwise: a crimped strip pulled until it breaks, a membrane pushed by a cone.
 
-use std::sync::atomic::{AtomicBool, Ordering};
+use serde_json::json;
 
-use serde_json::{Value, json};
-
-use super::shots::shot;
-use super::{Expected, Prediction};
-use crate::case;
+use super::{Expected, Prediction, PredictionRun};
 use crate::output::history;
-use crate::run::{Options, Progress, Run};
+use crate::run::Run;
 use crate::study::verify::scenes;
 
 /// A scene, and what is read from it.
@@ -158,46 +154,19 @@ const CONE: Driven = Driven {
 };
 
 /// Adds the rows of each scene; none of an interrupted one.
-pub(super) fn add(
-    options: Options<'_>,
-    interrupt: &AtomicBool,
-    progress: &mut (dyn FnMut(&str, &Progress) + Send),
-    rows: &mut Vec<Prediction>,
-) {
+pub(super) fn add(table: &mut PredictionRun<'_>) {
     for driven in [WEFT_FREE, WEFT_HELD, CONE] {
-        let run = run(&driven, options, interrupt, progress);
-        if interrupt.load(Ordering::Relaxed) {
-            return;
-        }
-        match run {
-            Ok(run) => {
-                rows.extend(driven.readings.iter().map(|(reading, expected)| row(&driven, *reading, expected, &run)));
-            }
-            Err(why) => rows.push(Prediction::failed(driven.group, why)),
-        }
+        let sets = driven.sets.iter().map(ToString::to_string);
+        let run = table.changed((driven.base, scenes::text(driven.base)), sets);
+        let rows = |run: Run| {
+            driven.readings.iter().map(|(reading, expected)| row(&driven, *reading, expected, &run)).collect()
+        };
+        table.take(driven.group, run.map(rows));
     }
 }
 
-fn run(
-    driven: &Driven,
-    options: Options<'_>,
-    interrupt: &AtomicBool,
-    progress: &mut (dyn FnMut(&str, &Progress) + Send),
-) -> Result<Run, String> {
-    let own = ["/expect=[]", "/output/profile_times_us=[]"];
-    let sets: Vec<String> = own.iter().chain(driven.sets).map(ToString::to_string).collect();
-    let case = case::from_str(driven.base, scenes::text(driven.base), &sets).map_err(|error| error.to_string())?;
-    shot(&case, options, interrupt, progress)
-}
-
 fn row(driven: &Driven, reading: Reading, expected: &str, run: &Run) -> Prediction {
-    let value = expected.parse().unwrap_or(f64::NAN);
-    let expected = Expected::Number {
-        text: expected.to_owned(),
-        value,
-        tolerance: reading.tolerance(value),
-        because: driven.because,
-    };
-    let got = reading.of(run, driven.half).map_or(Value::Null, |got| json!(got));
-    Prediction::judged(driven.group, &reading.name(), expected, got, driven.source)
+    let tolerance = reading.tolerance(expected.parse().unwrap_or(f64::NAN));
+    let expected = Expected::number(expected, tolerance, driven.because);
+    Prediction::judged(driven.group, &reading.name(), expected, json!(reading.of(run, driven.half)), driven.source)
 }

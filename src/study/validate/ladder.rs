@@ -3,13 +3,11 @@
 //! The fabric's count, linear density and crimp were not found, nor were the edges of the target: they are assumed, as the case says.
 //! Nothing was changed to come nearer. Rows are computed only where they are asked for: together they take a long time.
 
-use std::sync::atomic::{AtomicBool, Ordering};
+use serde_json::json;
 
-use serde_json::{Value, json};
-
-use super::limits::{Limit, find, perforates};
-use super::{Expected, Prediction};
-use crate::run::{Options, Precision, Progress};
+use super::limits::{Limit, perforates};
+use super::{Expected, Prediction, PredictionRun};
+use crate::run::Precision;
 
 const CASE: (&str, &str) = ("twaron-ct612-4ply-200", include_str!("../../../cases/twaron-ct612-4ply-200.json"));
 const GROUP: &str = "Twaron CT612 WRT, fragment simulator of 1.10 g";
@@ -26,14 +24,9 @@ const RANGE: [f64; 2] = [0.75, 2.0];
 const WIDTH: f64 = 0.03;
 
 /// Adds a row for each pack; none of an interrupted one.
-pub(super) fn add(
-    options: Options<'_>,
-    interrupt: &AtomicBool,
-    progress: &mut (dyn FnMut(&str, &Progress) + Send),
-    rows: &mut Vec<Prediction>,
-) {
+pub(super) fn add(table: &mut PredictionRun<'_>) {
     // Half the time, and less than the width of the interval.
-    let options = Options { precision: Precision::F32, ..options };
+    table.options.precision = Precision::F32;
     for (plies, measured) in MEASURED {
         let sets = [format!("/pack/plies={plies}")];
         let limit = Limit {
@@ -43,26 +36,14 @@ pub(super) fn add(
             range: RANGE.map(|part| part * measured),
             width: WIDTH * measured,
         };
-        let found = find(&limit, options, interrupt, progress);
-        if interrupt.load(Ordering::Relaxed) {
-            return;
-        }
-        rows.push(match found {
-            Ok(found) => row(plies, measured, found),
-            Err(why) => Prediction::failed(GROUP, why),
-        });
+        let found = limit.find(table);
+        table.take(GROUP, found.map(|found| vec![row(plies, measured, found)]));
     }
 }
 
 fn row(plies: u32, measured: f64, found: Option<f64>) -> Prediction {
-    let expected = Expected::Number {
-        text: measured.to_string(),
-        value: measured,
-        tolerance: 20.0,
-        because: "the six shots that make a V50 of STANAG 2920 lie within 40 m/s",
-    };
+    let because = "the six shots that make a V50 of STANAG 2920 lie within 40 m/s";
+    let expected = Expected::number(measured.to_string(), 20.0, because);
     let name = format!("V50 of {plies} plies, hit at the centre [m/s]");
-    let got = found.map_or(Value::Null, |found| json!(found));
-    let row = Prediction::judged(GROUP, &name, expected, got, SOURCE);
-    Prediction { known_difference: KNOWN.to_owned(), ..row }
+    Prediction::judged(GROUP, &name, expected, json!(found), SOURCE).known(KNOWN)
 }

@@ -1,14 +1,11 @@
 //! Velocities at which the outcome changes, found by bisection.
 
-use std::sync::atomic::{AtomicBool, Ordering};
+use serde_json::json;
 
-use serde_json::{Value, json};
-
-use super::shots::{SHOTS, shot};
-use super::{Expected, Prediction};
-use crate::case;
+use super::shots::SHOTS;
+use super::{Expected, Prediction, PredictionRun};
+use crate::run::Run;
 use crate::run::outcome::Outcome;
-use crate::run::{Options, Progress, Run};
 use crate::study::verify::scenes;
 
 /// A velocity of a single ply or a strip is known to this [m/s].
@@ -72,27 +69,13 @@ const MEMBRANE: &str =
 const SCALE: f64 = 693.0;
 
 /// Adds a row for each; none of an interrupted one.
-pub(super) fn add(
-    options: Options<'_>,
-    interrupt: &AtomicBool,
-    progress: &mut (dyn FnMut(&str, &Progress) + Send),
-    rows: &mut Vec<Prediction>,
-) {
-    let mut find = |limit: &Limit<'_>| find(limit, options, interrupt, progress);
-    let found = strip(&mut find);
-    if !interrupt.load(Ordering::Relaxed) {
-        rows.push(found);
-    }
-    let found = one_ply(&mut find);
-    if !interrupt.load(Ordering::Relaxed) {
-        rows.extend(found);
-    }
+pub(super) fn add(table: &mut PredictionRun<'_>) {
+    strip(table);
+    one_ply(table);
 }
 
-type Find<'a> = dyn FnMut(&Limit<'_>) -> Result<Option<f64>, String> + 'a;
-
 /// The strip whose yarns break by a wave alone.
-fn strip(find: &mut Find<'_>) -> Prediction {
+fn strip(table: &mut PredictionRun<'_>) {
     const BASE: &str = "strip-compressible-155";
     const GROUP: &str = "S-720 strip with its compressible crossovers, struck by a bar along the weft";
     let limit = Limit {
@@ -102,91 +85,61 @@ fn strip(find: &mut Find<'_>) -> Prediction {
         range: [400.0, 900.0],
         width: WIDTH,
     };
-    let expected = Expected::Number {
-        text: "701".to_owned(),
-        value: 701.0,
-        tolerance: 0.01 * 701.0,
-        because: "as the speeds of its waves",
-    };
+    let expected = Expected::number("701", 0.01 * 701.0, "as the speeds of its waves");
     let name = "velocity at which its yarns break [m/s]";
     let source = "closed form: the strip's relation at a yarn strain of 3.5 %";
-    let row = match find(&limit) {
-        Ok(found) => Prediction::judged(GROUP, name, expected, number(found), source),
-        Err(why) => return Prediction::failed(GROUP, why),
-    };
     let why = "tension overshoots behind the first elements of a shock, in spite of the shock viscosity";
-    Prediction { known_difference: why.to_owned(), ..row }
+    let found = limit.find(table);
+    let row = |found| Prediction::judged(GROUP, name, expected, json!(found), source).known(why);
+    table.take(GROUP, found.map(|found: Option<f64>| vec![row(found)]));
 }
 
 /// The limit of the paper's ply, and what becomes of it with other fibres.
-fn one_ply(find: &mut Find<'_>) -> Vec<Prediction> {
+fn one_ply(table: &mut PredictionRun<'_>) {
     const GROUP: &str = "Kevlar 129 S-720, 1 ply, RCC";
-    let limit = match find(&ONE_PLY) {
+    let limit = match ONE_PLY.find(table) {
         Ok(limit) => limit,
-        Err(why) => return vec![Prediction::failed(GROUP, why)],
+        Err(why) => return table.take(GROUP, Err(why)),
     };
     let open = |name: &str, expected: &str, got: Option<f64>, source: &str| {
-        Prediction::judged(GROUP, name, Expected::CurveOnly(expected.to_owned()), number(got), source)
+        Prediction::judged(GROUP, name, Expected::CurveOnly(expected.to_owned()), json!(got), source)
     };
-    let mut rows = vec![
+    let of_scale = limit.map(|limit| 100.0 * limit / SCALE);
+    let rows = vec![
         open("ballistic limit, hit at the centre [m/s]", "below 155", limit, "paper, Figure 6"),
-        open(
-            "limit in percent of Cunniff's scale",
-            "a curve over the areal density",
-            limit.map(|limit| 100.0 * limit / SCALE),
-            CUNNIFF,
-        ),
+        open("limit in percent of Cunniff's scale", "a curve over the areal density", of_scale, CUNNIFF),
     ];
+    table.take(GROUP, Ok(rows));
     for scaled in SCALED {
-        let other = Limit { sets: scaled.sets, range: [150.0, 450.0], ..ONE_PLY };
-        let found = match find(&other) {
-            Ok(found) => found.zip(limit).map(|(found, limit)| found / limit),
-            Err(why) => {
-                rows.push(Prediction::failed(GROUP, why));
-                continue;
-            }
+        let found = Limit { sets: scaled.sets, range: [150.0, 450.0], ..ONE_PLY }.find(table);
+        let row = |found: Option<f64>, (text, source): &(&str, &str)| {
+            let because = "lines of nodes elsewhere under the hit move a limit by 5 %";
+            let expected = Expected::number(*text, 0.05 * text.parse().unwrap_or(f64::NAN), because);
+            let ratio = found.zip(limit).map(|(found, limit)| found / limit);
+            Prediction::judged(GROUP, scaled.name, expected, json!(ratio), source).known(scaled.known_difference)
         };
-        rows.extend(scaled.expected.iter().map(|(expected, source)| {
-            let value: f64 = expected.parse().unwrap_or(f64::NAN);
-            let expected = Expected::Number {
-                text: (*expected).to_owned(),
-                value,
-                tolerance: 0.05 * value,
-                because: "lines of nodes elsewhere under the hit move a limit by 5 %",
-            };
-            let row = Prediction::judged(GROUP, scaled.name, expected, number(found), source);
-            Prediction { known_difference: scaled.known_difference.to_owned(), ..row }
-        }));
+        let rows = found.map(|found| scaled.expected.iter().map(|expected| row(found, expected)).collect());
+        table.take(GROUP, rows);
     }
-    rows
 }
 
-fn number(found: Option<f64>) -> Value {
-    found.map_or(Value::Null, |found| json!(found))
-}
-
-/// The middle of an interval at whose upper end it happens and at whose lower end it does not; `None`: not within the
-/// range.
-pub(super) fn find(
-    limit: &Limit<'_>,
-    options: Options<'_>,
-    interrupt: &AtomicBool,
-    progress: &mut (dyn FnMut(&str, &Progress) + Send),
-) -> Result<Option<f64>, String> {
-    let (name, text) = limit.case;
-    let mut happens = |velocity: f64| {
-        let own = ["/expect=[]", "/output/profile_times_us=[]"].iter().chain(limit.sets).map(ToString::to_string);
-        let sets: Vec<String> = own.chain([format!("/projectile/velocity_m_s={velocity}")]).collect();
-        let case = case::from_str(name, text, &sets).map_err(|error| error.to_string())?;
-        shot(&case, options, interrupt, progress).map(|run| (limit.happens)(&run))
-    };
-    let [mut below, mut above] = limit.range;
-    if happens(below)? || !happens(above)? {
-        return Ok(None);
+impl Limit<'_> {
+    /// The middle of an interval at whose upper end it happens and at whose lower end it does not; `None`: not within the
+    /// range.
+    pub(super) fn find(&self, table: &mut PredictionRun<'_>) -> Result<Option<f64>, String> {
+        let mut happens = |velocity: f64| {
+            let sets = self.sets.iter().map(ToString::to_string);
+            let run = table.changed(self.case, sets.chain([format!("/projectile/velocity_m_s={velocity}")]));
+            run.map(|run| (self.happens)(&run))
+        };
+        let [mut below, mut above] = self.range;
+        if happens(below)? || !happens(above)? {
+            return Ok(None);
+        }
+        while above - below > self.width {
+            let middle = 0.5 * (below + above);
+            if happens(middle)? { above = middle } else { below = middle }
+        }
+        Ok(Some(0.5 * (below + above)))
     }
-    while above - below > limit.width && !interrupt.load(Ordering::Relaxed) {
-        let middle = 0.5 * (below + above);
-        if happens(middle)? { above = middle } else { below = middle }
-    }
-    Ok(Some(0.5 * (below + above)))
 }

@@ -12,12 +12,12 @@ mod shear;
 mod shots;
 mod text;
 
-use std::sync::atomic::AtomicBool;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 use serde_json::{Value, json};
 
 use crate::case::{self, Case};
-use crate::run::{Options, Progress};
+use crate::run::{self, Options, Progress, Run};
 use crate::study::verify::scenes::SCENES;
 pub use shots::{SHOTS, has_published, is_published};
 pub use text::{html, markdown};
@@ -65,6 +65,14 @@ pub enum Expected {
     CurveOnly(String),
 }
 
+impl Expected {
+    /// A number from its text.
+    fn number(text: impl Into<String>, tolerance: f64, because: &'static str) -> Self {
+        let text = text.into();
+        Self::Number { value: text.parse().unwrap_or(f64::NAN), text, tolerance, because }
+    }
+}
+
 impl Prediction {
     /// A row, judged where a number is expected.
     fn judged(group: &str, name: &str, expected: Expected, got: Value, source: &str) -> Self {
@@ -81,15 +89,12 @@ impl Prediction {
     /// A row that could not be computed, and why.
     fn failed(group: &str, why: String) -> Self {
         let expected = Expected::Statement("something computed".to_owned());
-        Self {
-            group: group.to_owned(),
-            name: String::new(),
-            expected,
-            got: json!(why),
-            source: String::new(),
-            pass: Some(false),
-            known_difference: String::new(),
-        }
+        Self { pass: Some(false), ..Self::judged(group, "", expected, json!(why), "") }
+    }
+
+    /// The same, with the reason for which it is known to fail.
+    fn known(self, why: &str) -> Self {
+        Self { known_difference: why.to_owned(), ..self }
     }
 
     /// Expected, as people read it.
@@ -177,6 +182,49 @@ pub fn unexplained(rows: &[Prediction]) -> usize {
     rows.iter().filter(|row| row.pass == Some(false) && row.known_difference.is_empty()).count()
 }
 
+/// The table in the making: how its rows are computed, and those that there are.
+struct PredictionRun<'a> {
+    options: Options<'a>,
+    interrupt: &'a AtomicBool,
+    progress: &'a mut (dyn FnMut(&str, &Progress) + Send),
+    rows: Vec<Prediction>,
+}
+
+impl PredictionRun<'_> {
+    fn interrupted(&self) -> bool {
+        self.interrupt.load(Ordering::Relaxed)
+    }
+
+    /// Adds rows, or one that says why there are none. After an interrupt neither is added.
+    fn take(&mut self, group: &str, found: Result<Vec<Prediction>, String>) {
+        if !self.interrupted() {
+            self.rows.extend(found.unwrap_or_else(|why| vec![Prediction::failed(group, why)]));
+        }
+    }
+
+    /// A run that came to its end; after an interrupt none.
+    fn run(&mut self, case: &Case) -> Result<Run, String> {
+        if self.interrupted() {
+            return Err("interrupted".to_owned());
+        }
+        let mut progress = |at: &Progress| (self.progress)(&case.name, at);
+        let run = run::run(case, self.options, self.interrupt, &mut progress).map_err(|error| error.to_string())?;
+        match (&run.divergence, &run.lost) {
+            (Some(trouble), _) => Err(format!("unstable at step {}: {}", trouble.step, trouble.quantity)),
+            (None, Some(reason)) => Err(reason.clone()),
+            (None, None) => Ok(run),
+        }
+    }
+
+    /// The run of a case with changes, without what the case itself expects.
+    fn changed(&mut self, (name, text): (&str, &str), sets: impl IntoIterator<Item = String>) -> Result<Run, String> {
+        let own = ["/expect=[]", "/output/profile_times_us=[]"].map(str::to_owned);
+        let sets: Vec<String> = own.into_iter().chain(sets).collect();
+        let case = case::from_str(name, text, &sets).map_err(|error| error.to_string())?;
+        self.run(&case)
+    }
+}
+
 /// Computes every row, those of measured V50 only where they are asked for. Rows after an interrupt are left out.
 pub fn run(
     with_ladder: bool,
@@ -184,22 +232,22 @@ pub fn run(
     interrupt: &AtomicBool,
     progress: &mut (dyn FnMut(&str, &Progress) + Send),
 ) -> Vec<Prediction> {
-    let mut rows = Vec::new();
+    let mut table = PredictionRun { options, interrupt, progress, rows: Vec::new() };
     for (name, text) in SCENES {
         match case::from_str(name, text, &[]) {
             Ok(case) if !has_published(&case) => {}
-            Ok(case) => drop(shots::add(&case, options, interrupt, progress, &mut rows)),
-            Err(error) => rows.push(Prediction::failed(name, error.to_string())),
+            Ok(case) => drop(shots::add(&case, &mut table)),
+            Err(error) => table.rows.push(Prediction::failed(name, error.to_string())),
         }
     }
-    driven::add(options, interrupt, progress, &mut rows);
-    shear::add(interrupt, progress, &mut rows);
-    shots::paper(options, interrupt, progress, &mut rows);
-    limits::add(options, interrupt, progress, &mut rows);
+    driven::add(&mut table);
+    shear::add(&mut table);
+    shots::paper(&mut table);
+    limits::add(&mut table);
     if with_ladder {
-        ladder::add(options, interrupt, progress, &mut rows);
+        ladder::add(&mut table);
     }
-    rows
+    table.rows
 }
 
 /// Computes the rows of these cases alone: what they state with a published source.
@@ -209,11 +257,11 @@ pub fn run_cases(
     interrupt: &AtomicBool,
     progress: &mut (dyn FnMut(&str, &Progress) + Send),
 ) -> Vec<Prediction> {
-    let mut rows = Vec::new();
+    let mut table = PredictionRun { options, interrupt, progress, rows: Vec::new() };
     for case in cases {
-        shots::add(case, options, interrupt, progress, &mut rows);
+        shots::add(case, &mut table);
     }
-    rows
+    table.rows
 }
 
 #[cfg(test)]

@@ -4,11 +4,10 @@
 //! down until nothing moves. The force is what those nodes are held with. Always in double precision on the processor.
 
 use std::f64::consts::{FRAC_1_SQRT_2, FRAC_PI_4};
-use std::sync::atomic::{AtomicBool, Ordering};
 
 use serde_json::json;
 
-use super::{Expected, Prediction};
+use super::{Expected, Prediction, PredictionRun};
 use crate::case::{self, Case};
 use crate::kernels::element_force::field as element;
 use crate::kernels::node_update::{Neighbours, field as node, gather};
@@ -225,28 +224,15 @@ impl<'a> Piece<'a> {
 }
 
 /// Adds a row for each angle of each test; none of an interrupted one.
-pub(super) fn add(
-    interrupt: &AtomicBool,
-    progress: &mut (dyn FnMut(&str, &Progress) + Send),
-    rows: &mut Vec<Prediction>,
-) {
+pub(super) fn add(table: &mut PredictionRun<'_>) {
     for test in [FRAME, BIAS] {
-        match measure(&test, interrupt, progress) {
-            Ok(measured) => rows.extend(measured),
-            Err(why) => rows.push(Prediction::failed(test.group, why)),
-        }
-        if interrupt.load(Ordering::Relaxed) {
-            return;
-        }
+        let rows = measure(&test, table);
+        table.take(test.group, rows);
     }
 }
 
 /// The rows of a test.
-fn measure(
-    test: &Test,
-    interrupt: &AtomicBool,
-    progress: &mut (dyn FnMut(&str, &Progress) + Send),
-) -> Result<Vec<Prediction>, String> {
+fn measure(test: &Test, table: &mut PredictionRun<'_>) -> Result<Vec<Prediction>, String> {
     let side = 1.27 * test.cells as f64;
     let size = [format!("/pack/width_mm={side}"), format!("/pack/height_mm={side}")];
     let sets: Vec<String> = SETS.iter().map(ToString::to_string).chain(size).collect();
@@ -259,9 +245,9 @@ fn measure(
             let part = (step as f64 / MOVING as f64).min(1.0);
             piece.step(last + part * (angle - last));
             if step % 1000 == 0 {
-                progress(test.group, &piece.progress(steps));
+                (table.progress)(test.group, &piece.progress(steps));
             }
-            if interrupt.load(Ordering::Relaxed) {
+            if table.interrupted() {
                 return Ok(Vec::new());
             }
         }
@@ -275,7 +261,7 @@ fn measure(
         };
         let name = format!("force at a shear angle of {angle} [N]");
         let row = Prediction::judged(test.group, &name, expected, json!(piece.force(angle)), test.formula);
-        rows.push(Prediction { known_difference: test.known_difference.to_owned(), ..row });
+        rows.push(row.known(test.known_difference));
     }
     Ok(rows)
 }

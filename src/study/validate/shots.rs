@@ -1,11 +1,9 @@
 //! Runs: what their cases state with a published source, and what the paper's figures show as curves.
 
-use std::sync::atomic::{AtomicBool, Ordering};
-
-use super::{Expected, Prediction};
+use super::{Expected, Prediction, PredictionRun};
 use crate::case::{self, Bound, Case};
 use crate::output::{self, Checked, expectation};
-use crate::run::{self, Options, Progress, Run};
+use crate::run::Run;
 
 /// Name and text of every case with a published shot.
 pub const SHOTS: [(&str, &str); 2] = [
@@ -30,70 +28,33 @@ pub fn has_published(case: &Case) -> bool {
 }
 
 /// Runs the paper's shots, by default and with the paper's numerics, and adds what they say.
-pub(super) fn paper(
-    options: Options<'_>,
-    interrupt: &AtomicBool,
-    progress: &mut (dyn FnMut(&str, &Progress) + Send),
-    rows: &mut Vec<Prediction>,
-) {
+pub(super) fn paper(table: &mut PredictionRun<'_>) {
     for (name, text) in SHOTS {
         for (numerics, words) in [("default", ""), ("paper", ", numerics paper")] {
-            let case = case::from_str(name, text, &[format!("/solver/numerics={numerics}")]);
-            let case = match case {
-                Ok(case) => Case { title: case.title.clone() + words, ..case },
-                Err(error) => {
-                    rows.push(Prediction::failed(name, error.to_string()));
-                    continue;
+            match case::from_str(name, text, &[format!("/solver/numerics={numerics}")]) {
+                Ok(case) => {
+                    let case = Case { title: case.title.clone() + words, ..case };
+                    let run = add(&case, table);
+                    table.rows.extend(run.iter().flat_map(|run| beside_the_case(&case, run)));
                 }
-            };
-            let run = add(&case, options, interrupt, progress, rows);
-            rows.extend(run.iter().flat_map(|run| beside_the_case(&case, run)));
+                Err(error) => table.rows.push(Prediction::failed(name, error.to_string())),
+            }
         }
     }
 }
 
 /// Runs a shot and adds what its case states; nothing of an interrupted one. The run, if it came to its end.
-pub(super) fn add(
-    case: &Case,
-    options: Options<'_>,
-    interrupt: &AtomicBool,
-    progress: &mut (dyn FnMut(&str, &Progress) + Send),
-    rows: &mut Vec<Prediction>,
-) -> Option<Run> {
-    if interrupt.load(Ordering::Relaxed) {
-        return None;
-    }
-    match shot(case, options, interrupt, progress) {
-        Ok(run) if run.interrupted => None,
-        Ok(run) => {
-            let checked = output::check(case, &run, &output::summary(case, &run, 0.0));
-            let published = checked.iter().filter(|checked| is_published(&checked.expect.source));
-            rows.extend(published.map(|checked| statement(&case.title, checked)));
-            Some(run)
-        }
-        Err(why) => {
-            rows.push(Prediction::failed(&case.title, why));
-            None
-        }
-    }
+pub(super) fn add(case: &Case, table: &mut PredictionRun<'_>) -> Option<Run> {
+    let run = table.run(case);
+    table.take(&case.title, run.as_ref().map(|run| statements(case, run)).map_err(Clone::clone));
+    run.ok().filter(|run| !run.interrupted)
 }
 
-/// A run that came to its end or was interrupted.
-pub(super) fn shot(
-    case: &Case,
-    options: Options<'_>,
-    interrupt: &AtomicBool,
-    progress: &mut (dyn FnMut(&str, &Progress) + Send),
-) -> Result<Run, String> {
-    let run = run::run(case, options, interrupt, &mut |at: &Progress| progress(&case.name, at))
-        .map_err(|error| error.to_string())?;
-    if let Some(trouble) = &run.divergence {
-        return Err(format!("unstable at step {}: {}", trouble.step, trouble.quantity));
-    }
-    if let Some(reason) = &run.lost {
-        return Err(reason.clone());
-    }
-    Ok(run)
+/// What a case states with a published source.
+fn statements(case: &Case, run: &Run) -> Vec<Prediction> {
+    let checked = output::check(case, run, &output::summary(case, run, 0.0));
+    let published = checked.iter().filter(|checked| is_published(&checked.expect.source));
+    published.map(|checked| statement(&case.title, checked)).collect()
 }
 
 /// What the paper says of a shot that its case does not state.
@@ -107,16 +68,11 @@ fn beside_the_case(case: &Case, run: &Run) -> Vec<Prediction> {
     rows
 }
 
-/// What a case states.
+/// One of them.
 fn statement(title: &str, checked: &Checked) -> Prediction {
     let expected = match &checked.expect.bound {
         Bound::Word(word) => Expected::Statement(word.clone()),
-        Bound::Value { value, tolerance } => Expected::Number {
-            text: value.to_string(),
-            value: *value,
-            tolerance: *tolerance,
-            because: "as the case states",
-        },
+        Bound::Value { value, tolerance } => Expected::number(value.to_string(), *tolerance, "as the case states"),
         Bound::Range { min, max } => Expected::Statement(format!("{min} to {max}")),
     };
     Prediction {

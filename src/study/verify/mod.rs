@@ -10,12 +10,14 @@ pub(crate) mod unit_cell;
 
 use std::sync::atomic::AtomicBool;
 
+use serde::Serialize;
+
 use crate::case::Case;
 use crate::markdown::table;
 use crate::run::{self, Options, Run};
 
 /// One line of the table.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct Check {
     /// Part of the table.
     pub group: &'static str,
@@ -31,6 +33,13 @@ pub struct Check {
     pub source: String,
     /// Whether it holds.
     pub pass: bool,
+}
+
+impl Check {
+    /// A row without which nothing can be checked.
+    fn failed(group: &'static str, name: &str, expected: &str, got: String) -> Self {
+        Self { group, name: name.to_owned(), expected: expected.to_owned(), got, ..Self::default() }
+    }
 }
 
 /// Runs the whole table, handing over each row as it is known. Rows after an interrupt are left out.
@@ -60,35 +69,12 @@ pub fn markdown(rows: &[Check]) -> String {
 /// A number that is not zero and smaller than this is rounding.
 const ROUNDING: f64 = 1e-9;
 
-/// A number against an expected one.
-fn number(group: &'static str, name: String, expected: f64, got: f64, tolerance: f64, source: &str) -> Check {
-    Check {
-        group,
-        name,
-        expected: format!("{expected}"),
-        got: format!("{got:.7}"),
-        tolerance: format!("±{tolerance:.1e}"),
-        source: source.to_owned(),
-        pass: (got - expected).abs() <= tolerance,
-    }
-}
-
 /// A scene's run, or a failed row that says why there is none.
 fn simulate(group: &'static str, case: &Case, options: Options<'_>, interrupt: &AtomicBool) -> Result<Run, Box<Check>> {
-    let failed = |got: String| Check {
-        group,
-        name: case.title.clone(),
-        expected: "a finished run".into(),
-        got,
-        tolerance: String::new(),
-        source: String::new(),
-        pass: false,
-    };
-    match run::run(case, options, interrupt, &mut ()) {
-        Ok(run) => match &run.divergence {
-            Some(t) => Err(Box::new(failed(format!("unstable at step {} in {}: {}", t.step, t.kernel, t.quantity)))),
-            None => Ok(run),
-        },
-        Err(error) => Err(Box::new(failed(error.to_string()))),
+    let failed = |got: String| Box::new(Check::failed(group, &case.title, "a finished run", got));
+    let run = run::run(case, options, interrupt, &mut ()).map_err(|error| failed(error.to_string()))?;
+    match &run.divergence {
+        Some(t) => Err(failed(format!("unstable at step {} in {}: {}", t.step, t.kernel, t.quantity))),
+        None => Ok(run),
     }
 }

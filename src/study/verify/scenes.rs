@@ -44,15 +44,7 @@ pub(super) fn rows(options: Options<'_>, interrupt: &AtomicBool, keep: &mut dyn 
         let case = match case::from_str(name, text, &[]) {
             Ok(case) => case,
             Err(error) => {
-                keep(Check {
-                    group: "scenes",
-                    name: (*name).to_owned(),
-                    expected: "a valid case".into(),
-                    got: error.to_string(),
-                    tolerance: String::new(),
-                    source: String::new(),
-                    pass: false,
-                });
+                keep(Check::failed("scenes", name, "a valid case", error.to_string()));
                 continue;
             }
         };

@@ -1,6 +1,6 @@
 //! Unit cell rows: S-720, weft held at its length.
 
-use super::{Check, number};
+use super::Check;
 use crate::case::{Compression, Crossover, Fabric, Law, MembraneForce, Yarn};
 use crate::kernels::crossover::{self, Equilibrium, UnitCellParameters, Variant};
 
@@ -93,44 +93,33 @@ pub(super) fn rows(keep: &mut dyn FnMut(Check)) {
             } else {
                 6e-7
             };
-            keep(number(
-                GROUP,
-                format!("{law}, {kind}, warp {stretch}: {name} [{unit}]"),
-                *expected,
-                got,
-                tolerance,
-                SOURCE,
-            ));
+            let what = format!("{law}, {kind}, warp {stretch}: {name} [{unit}]");
+            keep(number(&what, *expected, got, tolerance, SOURCE));
         }
     }
     let rigid = fabric(Law::Published, false);
-    keep(number(
-        GROUP,
-        "crimp interchange at warp 1.010: weft stretch where tension ends".into(),
-        0.989216,
-        onset(&rigid),
-        6e-7,
-        SOURCE,
-    ));
+    let what = "crimp interchange at warp 1.010: weft stretch where tension ends";
+    keep(number(what, 0.989216, onset(&rigid), 6e-7, SOURCE));
     let strain = |x: f64| (x - 1.0218) / 1.0218;
     let stretch = 1.0218 * 1.035;
     let e = solve(&rigid, [stretch - 1.0, -0.1]);
-    keep(number(
-        GROUP,
-        "uniaxial, weft free: warp strain at stretch 1.057563".into(),
-        0.035,
-        strain(stretch),
-        1e-9,
-        "(14), (17)",
-    ));
-    keep(number(
-        GROUP,
-        "uniaxial, weft free: warp tension there [N]".into(),
-        0.035 * 96e9 * 1420.0 / 9e6 / 1440.0,
-        e.tension[0],
-        1e-6,
-        "(17)",
-    ));
+    let what = "uniaxial, weft free: warp strain at stretch 1.057563";
+    keep(number(what, 0.035, strain(stretch), 1e-9, "(14), (17)"));
+    let tension = 0.035 * 96e9 * 1420.0 / 9e6 / 1440.0;
+    keep(number("uniaxial, weft free: warp tension there [N]", tension, e.tension[0], 1e-6, "(17)"));
+}
+
+/// A number against an expected one.
+fn number(name: &str, expected: f64, got: f64, tolerance: f64, source: &str) -> Check {
+    Check {
+        group: GROUP,
+        name: name.to_owned(),
+        expected: format!("{expected}"),
+        got: format!("{got:.7}"),
+        tolerance: format!("±{tolerance:.1e}"),
+        source: source.to_owned(),
+        pass: (got - expected).abs() <= tolerance,
+    }
 }
 
 /// Weft stretch at which the cell stretched by 1.010 along the warp becomes slack, by bisection.

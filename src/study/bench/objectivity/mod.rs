@@ -13,14 +13,15 @@ pub mod limit;
 pub mod report;
 pub mod scatter;
 
-use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
+use super::error::velocity_at;
 use super::{BenchError, CaseSource, complete};
 use crate::case::Case;
-use crate::output::{self, history};
+use crate::output;
 use crate::run::outcome::Outcome;
-use crate::run::{self, Options, Run, Sample};
+use crate::run::{self, Options, Run};
+use crate::study::threads::side_by_side;
 
 pub use axes::{Setting, VariedAxis};
 pub use limit::VelocityBracket;
@@ -142,7 +143,7 @@ pub fn measure(
     let shots = with_mean.iter().flat_map(|&at| scatter::shifts(count).map(move |shift| Task::Shot(at, shift)));
     let tasks: Vec<Task> = rows.chain(shots.filter(|_| above.is_some())).collect();
     let guess = limit.map_or(guess, |limit| limit.middle());
-    let answers = in_parallel(plan.threads, &tasks, interrupt, &|done| progress(1 + done, all), &|task| match task {
+    let answer = |task| match task {
         Task::Row(at) => {
             let mut own = shooter(at);
             let limit = own.limit(guess, plan.width)?;
@@ -154,11 +155,19 @@ pub fn measure(
             let left = own.shifted(above.unwrap_or_default(), shift)?;
             Ok(Answer::Left(at, left, own.shots))
         }
+    };
+    let done = AtomicUsize::new(1);
+    let stopped = || interrupt.load(Ordering::Relaxed);
+    // What is begun after an interruption, or broken off by it, is left out.
+    let answers = side_by_side(plan.threads.max(1), 0..tasks.len(), |number| {
+        let answer = (!stopped()).then(|| answer(tasks[number]))?;
+        progress(done.fetch_add(1, Ordering::Relaxed) + 1, all);
+        (!stopped()).then_some(answer)
     });
 
     let mut rows = vec![(0, first)];
     let mut left = vec![Vec::new(); settings.len()];
-    for answer in answers {
+    for answer in answers.into_iter().flatten() {
         match answer? {
             Answer::Row(at, row) => rows.push((at, row)),
             Answer::Left(at, velocity, shots) => left[at].push((velocity, shots)),
@@ -170,45 +179,7 @@ pub fn measure(
         row.scatter = velocities.filter(|all| all.len() == count).and_then(|all| Scatter::of(&all));
     }
     let rows = rows.into_iter().map(|(_, row)| row).collect();
-    Ok(ObjectivityResult { case, rows, interrupted: interrupt.load(Ordering::Relaxed) })
-}
-
-/// Works off tasks on some threads; `progress` is told how many are done. Answers come in the order of the tasks, those begun after or
-/// broken off by an interruption are left out.
-fn in_parallel<A: Send>(
-    threads: usize,
-    tasks: &[Task],
-    interrupt: &AtomicBool,
-    progress: &(dyn Fn(usize) + Sync),
-    work: &(dyn Fn(Task) -> A + Sync),
-) -> Vec<A> {
-    let (next, done) = (AtomicUsize::new(0), AtomicUsize::new(0));
-    let found: Mutex<Vec<(usize, A)>> = Mutex::new(Vec::new());
-    let stopped = || interrupt.load(Ordering::Relaxed);
-    std::thread::scope(|scope| {
-        for _ in 0..threads.max(1) {
-            scope.spawn(|| {
-                while let Some((at, task)) = take(tasks, &next).filter(|_| !stopped()) {
-                    let answer = work(task);
-                    if let Ok(mut found) = found.lock()
-                        && !stopped()
-                    {
-                        found.push((at, answer));
-                    }
-                    progress(done.fetch_add(1, Ordering::Relaxed) + 1);
-                }
-            });
-        }
-    });
-    let mut found = found.into_inner().unwrap_or_default();
-    found.sort_by_key(|(at, _)| *at);
-    found.into_iter().map(|(_, answer)| answer).collect()
-}
-
-/// The next task, and its place.
-fn take(tasks: &[Task], next: &AtomicUsize) -> Option<(usize, Task)> {
-    let at = next.fetch_add(1, Ordering::Relaxed);
-    tasks.get(at).map(|task| (at, *task))
+    Ok(ObjectivityResult { case, rows, interrupted: stopped() })
 }
 
 /// Shoots with one setting, on one thread, and counts what became of the shots.
@@ -294,21 +265,16 @@ fn first_failure(run: &Run) -> Option<f64> {
     run.events.first().map(|event| event.step as f64 * run.time_step)
 }
 
-/// The velocity along the line of flight, as a column.
-const VELOCITY: history::HistoryColumn =
-    history::HistoryColumn { name: "projectile_velocity_m_s", read: |sample| sample.projectile_velocity };
-
 /// Largest difference of velocity before either's first broken yarn, over the velocity the reference lost until then [-].
 fn before_failure(reference: &Run, run: &Run) -> Option<f64> {
     let last = |run: &Run| run.history.last().map_or(0.0, |row| row.time);
     let end = [reference, run].map(|run| first_failure(run).unwrap_or(f64::INFINITY).min(last(run)));
     let end = end[0].min(end[1]);
-    let at = |history: &[Sample], time: f64| history::at(history, &VELOCITY, time);
-    let lost = at(&reference.history, 0.0)? - at(&reference.history, end)?;
+    let lost = velocity_at(&reference.history, 0.0)? - velocity_at(&reference.history, end)?;
     let times = run.history.iter().map(|row| row.time).filter(|time| *time <= end);
     let mut largest: f64 = 0.0;
     for time in times {
-        largest = largest.max((at(&run.history, time)? - at(&reference.history, time)?).abs());
+        largest = largest.max((velocity_at(&run.history, time)? - velocity_at(&reference.history, time)?).abs());
     }
     (lost > 0.0).then(|| largest / lost)
 }

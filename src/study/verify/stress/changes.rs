@@ -5,7 +5,7 @@ use proptest::prelude::{BoxedStrategy, Just, Strategy, any, prop_oneof};
 use proptest::sample::select;
 use serde_json::{Value, json};
 
-use super::values::{log, number, short, zero_or};
+use super::values::{any_sides, log, number, short, zero_or};
 
 /// Keys of the case, by JSON pointer, with their values.
 pub(super) type Change = Vec<(&'static str, Value)>;
@@ -96,11 +96,7 @@ fn fabric() -> Vec<BoxedStrategy<Change>> {
 }
 
 fn pack() -> Vec<BoxedStrategy<Change>> {
-    const EDGES: [&str; 3] = ["clamped", "free", "roller"];
-    let sides = [(); 4].map(|()| select(EDGES.to_vec()));
-    let sides = sides
-        .prop_map(|[left, right, bottom, top]| json!({"left": left, "right": right, "bottom": bottom, "top": top}));
-    let edges = prop_oneof![1 => Just(json!("free")), 1 => Just(json!("roller")), 2 => sides];
+    let edges = prop_oneof![1 => Just(json!("free")), 1 => Just(json!("roller")), 2 => any_sides()];
     let velocity = [(); 3].map(|()| number(-50.0..50.0)).prop_map(Vec::from);
     // What bulges towards the projectile must not start inside it.
     let bulge = (log(1e-4..1.0), any::<bool>(), [0_u32..5, 0_u32..5]).prop_map(|(size, down, [m, n])| {

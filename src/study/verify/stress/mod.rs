@@ -15,7 +15,6 @@ mod random;
 mod user;
 mod values;
 
-use std::panic::resume_unwind;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::thread;
 
@@ -23,6 +22,7 @@ use proptest::strategy::ValueTree;
 use serde_json::Value;
 
 use super::Check;
+use crate::study::threads::side_by_side;
 use judge::SkipReason;
 pub use judge::{FaultKind, StressBackend, Unsound};
 
@@ -113,12 +113,12 @@ enum Ending {
 pub fn run(plan: &StressPlan<'_>, interrupt: &AtomicBool, progress: &(dyn Fn(&str, usize, usize) + Sync)) -> Report {
     let mut report = Report::default();
     for &machine in &plan.machines {
-        let threads = threads(machine, plan.threads);
+        let on = MachineRun { machine, threads: threads(machine, plan.threads), interrupt, progress };
         let share = if matches!(machine, StressBackend::Gpu(_)) { DEVICE_SHARE } else { 1 };
         if plan.list {
-            report.rows.extend(hard(plan.steps.div_ceil(share), machine, threads, interrupt, progress));
+            report.rows.extend(on.hard(plan.steps.div_ceil(share)));
         }
-        random_scenes(plan.seed, &plan.scenes.on(share), machine, threads, interrupt, progress, &mut report);
+        on.random_scenes(plan.seed, &plan.scenes.on(share), &mut report);
     }
     report
 }
@@ -132,7 +132,7 @@ pub(super) fn quick(
 ) -> impl Iterator<Item = Check> {
     let scenes: Vec<_> = list::LIST.iter().filter(|scene| scene.quick).collect();
     let row = |at: usize| list::row(group, scenes[at], machine, interrupt);
-    side_by_side(threads(machine, asked), scenes.len(), row).into_iter().map_while(|row| row)
+    alone(threads(machine, asked), scenes.len(), row).into_iter().map_while(|row| row)
 }
 
 /// How many scenes run side by side: as many as asked for, on all cores otherwise; a device has one queue.
@@ -152,72 +152,69 @@ fn group(machine: StressBackend<'_>) -> &'static str {
     }
 }
 
-/// The list and the long run.
-fn hard(
-    steps: u64,
-    machine: StressBackend<'_>,
+/// A machine, and how scenes are run there.
+struct MachineRun<'a> {
+    machine: StressBackend<'a>,
     threads: usize,
-    interrupt: &AtomicBool,
-    progress: &(dyn Fn(&str, usize, usize) + Sync),
-) -> Vec<Check> {
-    let count = list::LIST.len() + 1;
-    let done = AtomicUsize::new(0);
-    // The long run first: the others fill the time it takes.
-    let rows = side_by_side(threads, count, |at| {
-        let rows = match at.checked_sub(1) {
-            None => drift::rows(group(machine), machine, steps, interrupt),
-            Some(at) => list::row(group(machine), &list::LIST[at], machine, interrupt).map(|row| vec![row]),
-        };
-        progress(machine.name(), done.fetch_add(1, Ordering::Relaxed) + 1, count);
-        rows.unwrap_or_default()
-    });
-    rows.into_iter().flatten().collect()
+    interrupt: &'a AtomicBool,
+    progress: &'a (dyn Fn(&str, usize, usize) + Sync),
 }
 
-fn random_scenes(
-    seed: u64,
-    numbers: &[u64],
-    machine: StressBackend<'_>,
-    threads: usize,
-    interrupt: &AtomicBool,
-    progress: &(dyn Fn(&str, usize, usize) + Sync),
-    report: &mut Report,
-) {
-    let done = AtomicUsize::new(0);
-    let endings = side_by_side(threads, numbers.len(), |at| {
-        let ending = random_scene(seed, numbers[at], machine, interrupt);
-        progress(machine.name(), done.fetch_add(1, Ordering::Relaxed) + 1, numbers.len());
-        ending
-    });
-    let (mut found, mut refused) = (Vec::new(), 0);
-    for (&number, ending) in numbers.iter().zip(endings) {
-        match ending {
-            Ending::Sound | Ending::Interrupted => {}
-            Ending::Found(one) => found.push(*one),
-            Ending::Refused(why) => {
-                refused += 1;
-                report.refused.push((machine.name(), number, why));
+impl MachineRun<'_> {
+    /// Does so many pieces of work side by side, and tells of each that is done.
+    fn all<T: Send>(&self, count: usize, work: impl Fn(usize) -> T + Sync) -> Vec<T> {
+        let done = AtomicUsize::new(0);
+        alone(self.threads, count, |at| {
+            let result = work(at);
+            (self.progress)(self.machine.name(), done.fetch_add(1, Ordering::Relaxed) + 1, count);
+            result
+        })
+    }
+
+    /// The list and the long run.
+    fn hard(&self, steps: u64) -> Vec<Check> {
+        let (machine, group) = (self.machine, group(self.machine));
+        // The long run first: the others fill the time it takes.
+        let rows = self.all(list::LIST.len() + 1, |at| match at.checked_sub(1) {
+            None => drift::rows(group, machine, steps, self.interrupt),
+            Some(at) => list::row(group, &list::LIST[at], machine, self.interrupt).map(|row| vec![row]),
+        });
+        rows.into_iter().flatten().flatten().collect()
+    }
+
+    fn random_scenes(&self, seed: u64, numbers: &[u64], report: &mut Report) {
+        let machine = self.machine;
+        let endings = self.all(numbers.len(), |at| random_scene(seed, numbers[at], machine, self.interrupt));
+        let (mut found, mut refused) = (Vec::new(), 0);
+        for (&number, ending) in numbers.iter().zip(endings) {
+            match ending {
+                Ending::Sound | Ending::Interrupted => {}
+                Ending::Found(one) => found.push(*one),
+                Ending::Refused(why) => {
+                    refused += 1;
+                    report.refused.push((machine.name(), number, why));
+                }
             }
         }
+        if self.interrupt.load(Ordering::Relaxed) || numbers.is_empty() {
+            return;
+        }
+        let row = |name: String, got: String, pass: bool| Check {
+            group: group(machine),
+            name,
+            expected: "0 unsound".to_owned(),
+            got,
+            source: format!("seed {seed}"),
+            pass,
+            ..Check::default()
+        };
+        let name = format!("{} random scenes, {refused} refused", numbers.len());
+        report.rows.push(row(name, format!("{} unsound", found.len()), found.is_empty()));
+        report
+            .rows
+            .extend(found.iter().map(|found| row(format!("scene {}", found.number), found.fault.what.clone(), false)));
+        report.found.extend(found);
     }
-    if interrupt.load(Ordering::Relaxed) || numbers.is_empty() {
-        return;
-    }
-    let row = |name: String, got: String, pass: bool| Check {
-        group: group(machine),
-        name,
-        expected: "0 unsound".to_owned(),
-        got,
-        tolerance: String::new(),
-        source: format!("seed {seed}"),
-        pass,
-    };
-    let name = format!("{} random scenes, {refused} refused", numbers.len());
-    report.rows.push(row(name, format!("{} unsound", found.len()), found.is_empty()));
-    report
-        .rows
-        .extend(found.iter().map(|found| row(format!("scene {}", found.number), found.fault.what.clone(), false)));
-    report.found.extend(found);
 }
 
 /// Draws a scene, runs it and, where it is not sound, makes it smaller.
@@ -291,31 +288,12 @@ fn smallest<T>(
     found
 }
 
-/// Does `count` pieces of work on some threads, each alone on its thread; results in order.
-fn side_by_side<T: Send>(threads: usize, count: usize, work: impl Fn(usize) -> T + Sync) -> Vec<T> {
-    let next = AtomicUsize::new(0);
-    let worker = || {
-        let mut done = Vec::new();
-        loop {
-            let at = next.fetch_add(1, Ordering::Relaxed);
-            if at >= count {
-                return done;
-            }
-            done.push((at, work(at)));
-        }
-    };
-    // A pool of one thread each, so that the loops over rows stay on it.
-    let alone = || match rayon::ThreadPoolBuilder::new().num_threads(1).build() {
-        Ok(pool) => pool.install(worker),
-        Err(_) => worker(),
-    };
-    let mut results: Vec<(usize, T)> = thread::scope(|scope| {
-        let handles: Vec<_> = (0..threads.min(count)).map(|_| scope.spawn(alone)).collect();
-        // What panics here is this program's fault: results must not go missing with it.
-        handles.into_iter().flat_map(|handle| handle.join().unwrap_or_else(|panic| resume_unwind(panic))).collect()
-    });
-    results.sort_by_key(|(at, _)| *at);
-    results.into_iter().map(|(_, result)| result).collect()
+/// Does so many pieces of work on some threads, each in a pool of one thread, so that the loops over rows stay on it.
+fn alone<T: Send>(threads: usize, count: usize, work: impl Fn(usize) -> T + Sync) -> Vec<T> {
+    side_by_side(threads, 0..count, |at| match rayon::ThreadPoolBuilder::new().num_threads(1).build() {
+        Ok(pool) => pool.install(|| work(at)),
+        Err(_) => work(at),
+    })
 }
 
 #[cfg(test)]
@@ -366,12 +344,6 @@ mod tests {
     }
 
     #[test]
-    #[should_panic(expected = "of the work")]
-    fn a_panic_of_one_piece_of_work_takes_no_results_away_unnoticed() {
-        side_by_side(2, 9, |at| assert!(at != 4, "of the work"));
-    }
-
-    #[test]
     fn shrinking_leaves_the_changes_that_matter() {
         // As if whatever is faster than 900 m/s and obliquer than 30° failed.
         let fails = |draw: &random::RandomScene| {
@@ -390,12 +362,5 @@ mod tests {
         assert_eq!(after["pack"], serde_json::json!({"width_mm": 1.27, "height_mm": 1.27}));
         assert_eq!(after["projectile"]["shape"], "cylinder");
         assert_eq!(after["fabric"]["crossover"], serde_json::json!({}));
-    }
-
-    #[test]
-    fn work_side_by_side_comes_back_in_order() {
-        for threads in [1, 2, 7] {
-            assert_eq!(side_by_side(threads, 20, |at| at * at), (0..20).map(|at| at * at).collect::<Vec<_>>());
-        }
     }
 }

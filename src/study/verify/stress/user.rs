@@ -6,7 +6,7 @@ use proptest::prelude::{Just, Strategy, prop_oneof};
 use proptest::sample::select;
 use serde_json::{Value, json};
 
-use super::values::{log, number, short};
+use super::values::{any_sides, log, number, short, sides};
 
 /// How many of the random scenes are such.
 const SHARE: f64 = 0.05;
@@ -82,19 +82,12 @@ fn pack() -> impl Strategy<Value = Value> {
 }
 
 fn edges() -> impl Strategy<Value = Value> {
-    let sides = [(); 4].map(|()| select(vec!["clamped", "free", "roller"]));
-    let sides = sides
-        .prop_map(|[left, right, bottom, top]| json!({"left": left, "right": right, "bottom": bottom, "top": top}));
-    let pair = |held: [&str; 4]| {
-        let [left, right, bottom, top] = held;
-        Just(json!({"left": left, "right": right, "bottom": bottom, "top": top}))
-    };
     prop_oneof![
         4 => Just(json!("clamped")),
-        1 => pair(["clamped", "clamped", "free", "free"]),
-        1 => pair(["free", "free", "clamped", "clamped"]),
+        1 => Just(sides(["clamped", "clamped", "free", "free"])),
+        1 => Just(sides(["free", "free", "clamped", "clamped"])),
         1 => Just(json!("free")),
-        2 => sides,
+        2 => any_sides(),
     ]
 }
 

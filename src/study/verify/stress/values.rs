@@ -3,6 +3,8 @@
 use std::ops::Range;
 
 use proptest::prelude::{BoxedStrategy, Just, Strategy, prop_oneof};
+use proptest::sample::select;
+use serde_json::{Value, json};
 
 /// Four significant digits: a case that people can read.
 pub(super) fn short(x: f64) -> f64 {
@@ -30,4 +32,14 @@ pub(super) fn log(range: Range<f64>) -> BoxedStrategy<f64> {
 /// Zero now and then, else in the logarithm.
 pub(super) fn zero_or(range: Range<f64>) -> BoxedStrategy<f64> {
     prop_oneof![1 => Just(0.0), 3 => log(range)].boxed()
+}
+
+/// How the sides of a pack are held: left, right, bottom, top.
+pub(super) fn sides([left, right, bottom, top]: [&str; 4]) -> Value {
+    json!({"left": left, "right": right, "bottom": bottom, "top": top})
+}
+
+/// Every side held in a way of its own.
+pub(super) fn any_sides() -> impl Strategy<Value = Value> {
+    [(); 4].map(|()| select(vec!["clamped", "free", "roller"])).prop_map(sides)
 }

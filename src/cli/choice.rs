@@ -1,0 +1,49 @@
+//! Options that take one of a few words: the words, what the help says of each, and what it stands for in the library.
+
+use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
+use ripstop::case::Law;
+use ripstop::math::link::Link;
+use ripstop::run::Precision;
+use ripstop::study::interval::Interval;
+use ripstop::study::v50::Design;
+
+/// Word, help, meaning.
+pub(crate) type Choice<T> = (&'static str, &'static str, T);
+
+/// Number type.
+pub(crate) const PRECISIONS: &[Choice<Precision>] =
+    &[("f64", "Double, the reference", Precision::F64), ("f32", "Single", Precision::F32)];
+
+/// Unit-cell law.
+pub(crate) const LAWS: &[Choice<Law>] = &[
+    ("published", "The paper's (13)-(24)", Law::Published),
+    ("variational", "Sinusoidal yarns, forces conjugate to the arc length", Law::Variational),
+    ("kawabata", "Saw-tooth cell", Law::Kawabata),
+];
+
+/// How velocities are chosen.
+pub(crate) const DESIGNS: &[Choice<Design>] = &[
+    ("thresholds", "Every realisation's own threshold", Design::Thresholds),
+    ("langlie", "Langlie's one-shot design", Design::Langlie),
+    ("updown", "Up and down", Design::UpDown),
+    ("neyer", "Neyer's D-optimal design", Design::Neyer),
+    ("3pod", "Three-phase optimal design", Design::ThreePod),
+];
+
+/// Distribution of the thresholds.
+pub(crate) const LINKS: &[Choice<Link>] = &[("probit", "Normal", Link::Probit), ("logit", "Logistic", Link::Logit)];
+
+/// How intervals are made.
+pub(crate) const INTERVALS: &[Choice<Interval>] = &[
+    ("likelihood", "Likelihood ratio", Interval::Likelihood),
+    ("wald", "Estimate and standard error: too short for few shots", Interval::Wald),
+];
+
+/// Reads one of these words.
+pub(crate) fn one_of<T: Copy + Send + Sync + 'static>(
+    choices: &'static [Choice<T>],
+) -> impl TypedValueParser<Value = T> {
+    let words = choices.iter().map(|(word, help, _)| PossibleValue::new(*word).help(*help));
+    let meaning = |word: String| choices.iter().find(|choice| choice.0 == word).map(|choice| choice.2);
+    PossibleValuesParser::new(words).try_map(move |word| meaning(word).ok_or("no such word"))
+}
