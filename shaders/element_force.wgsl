@@ -1,6 +1,6 @@
 // element_force: stretches, crossover equilibrium, shear, failure and corner forces of every element.
 //   in      nodes     array<f32>  (6, N)   displacement [m], velocity [m/s]
-//   in/out  forces    array<f32>  (9, E)   P1·Ly/2, P2·Lx/2, hourglass per corner [N]
+//   in/out  forces    array<f32>  (9, E)   P1·Ly/2, P2·Lx/2, force on the difference of opposite edges [N]
 //   in/out  heights   array<f32>  (6, E)   `dh_dstretch` [m] and `force_share` [-] of warp and weft, which predict heights; h1, h2 [m], warm start
 //   in/out  flags     array<u32>  (E)      bit 0 warp alive, bit 1 weft alive; evaluations since the last ledger << 8
 //   in/out  accounts  array<f32>  (10, E)   see `energy_balance`

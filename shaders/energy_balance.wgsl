@@ -1,6 +1,6 @@
 // energy_balance: sums of energy, momentum and counts over the pack at the end of a step, and the state of the projectile.
 //   in      nodes     array<f32>  (6, N)   displacement [m], velocity [m/s]
-//   in      forces    array<f32>  (9, E)   P1·Ly/2, P2·Lx/2, hourglass per corner [N]
+//   in      forces    array<f32>  (9, E)   P1·Ly/2, P2·Lx/2, force on the difference of opposite edges [N]
 //   in/out  flags     array<u32>  (E)      evaluations are counted from 0 again
 //   in/out  accounts  array<f32>  (10, E)   since the last ledger: work, released by failures, hourglass released [J];
 //                                          now: stored, hourglass [J], largest tension [N], deflection [m]; since the last ledger:

@@ -1,6 +1,6 @@
 // ply_move: gives the nodes the impulses of contact between plies.
 //   in/out  nodes     array<f32>  (6, N)   displacement [m], velocity [m/s]
-//   in      forces    array<f32>  (9, E)   P1·Ly/2, P2·Lx/2, hourglass per corner [N]
+//   in      forces    array<f32>  (9, E)   P1·Ly/2, P2·Lx/2, force on the difference of opposite edges [N]
 //   in/out  shares    array<u32>  (N)      contacts of a node, by weight; from 0 again
 //   in/out  impulses  array<i32>  (N, 6)   counted impulses; from 0 again
 //   in/out  accounts  array<f32>           see `energy_balance`

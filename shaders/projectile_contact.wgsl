@@ -1,219 +1,319 @@
-// projectile_contact: kinematic, perfectly inelastic contact with Coulomb friction, then the motion of the body. One
-// workgroup: the nodes near the projectile are few, and all of them meet in one 6 × 6 solve.
-//   in/out  nodes       array<f32>    (6, N)   displacement [m], velocity [m/s]
-//   in      forces      array<f32>    (9, E)   P1·Ly/2, P2·Lx/2, hourglass per corner [N]
-//   in      flags       array<u32>    (E)      bit 0 warp alive, bit 1 weft alive
-//   in/out  status      array<u32>             counters
-//   in/out  bodies      array<Body>            the projectiles
-//   in/out  candidates  array<u32>             a bit per node, then a bit per word of these; cleared
-//   scratch points      array<Point>
-//   in      over        array<u32>    (2, N)   element in front of, behind a node
-// Twin: src/kernels/projectile_contact.rs
+// projectile_contact: kinematic, perfectly inelastic contact with Coulomb friction, then the motion of the body, after `projectile_points`.
+// One workgroup: touches are few, and all of them meet in one 6 × 6 solve. Touches of the rim share nodes and depend on each other: with
+// K = N M⁻¹ Nᵀ of those that push, K p = G V′ + target − n·v takes the place of p = κ(…), ply by ply. With K = L Lᵀ the body's equations
+// need L⁻¹G alone. Without a rim no touch shares a node, and nothing of K is computed.
+//   in/out  nodes    array<f32>    (6, N)       displacement [m], velocity [m/s]
+//   in      forces   array<f32>    (9, E)       P1·Ly/2, P2·Lx/2, force on the difference of opposite edges [N]
+//   in/out  status   array<u32>                 counters
+//   in/out  bodies   array<Body>                the projectiles
+//   in/out  points   array<Point>               nodes near it
+//   in/out  touches  array<Touch>               how many, in the first; where it may touch
+//   scratch members  array<u32>                 touches that push and share nodes, ply by ply
+//   scratch matrix   array<f32>    (plies, …)   K, then L: lower triangles by rows [1/kg]
+// Twin: src/kernels/projectile_contact.rs and src/kernels/projectile_rim.rs
 
 @group(1) @binding(0) var<storage, read_write> nodes: array<f32>;
 @group(1) @binding(1) var<storage, read> forces: array<f32>;
-@group(1) @binding(2) var<storage, read> flags: array<u32>;
-@group(1) @binding(3) var<storage, read_write> status: array<atomic<u32>>;
-@group(1) @binding(4) var<storage, read_write> bodies: array<Body>;
-@group(1) @binding(5) var<storage, read_write> candidates: array<atomic<u32>>;
-@group(1) @binding(6) var<storage, read_write> points: array<Point>;
-@group(1) @binding(7) var<storage, read> over: array<u32>;
+@group(1) @binding(2) var<storage, read_write> status: array<atomic<u32>>;
+@group(1) @binding(3) var<storage, read_write> bodies: array<Body>;
+@group(1) @binding(4) var<storage, read_write> points: array<Point>;
+@group(1) @binding(5) var<storage, read_write> touches: array<Touch>;
+@group(1) @binding(6) var<storage, read_write> members: array<u32>;
+@group(1) @binding(7) var<storage, read_write> matrix: array<f32>;
 
-/// A node near the body during one step.
-struct Point {
-    /// Outward normal, and the gap [m].
-    normal: vec4<f32>,
-    /// From the centre of mass [m], and the inertia met along the normal, 1/(n·w n) [kg].
-    arm: vec4<f32>,
-    /// Friction impulse and normal impulse on the node [N·s].
-    friction_impulse: vec4<f32>,
-    /// Velocity relative to the body's material before contact [m/s], and the node's mass [kg].
-    relative: vec4<f32>,
-    node: u32,
-    state: u32,
-    /// Coulomb coefficient.
-    friction: f32,
-    pad0: u32,
+/// Points, and touches.
+var<workgroup> extent: vec2<u32>;
+/// `longest`, once it is known.
+var<workgroup> height: u32;
+
+/// What the points of the rim on its edges add up to at a node.
+struct Through {
+    /// Their impulses and friction impulses by weight [N·s].
+    impulse: vec3<f32>,
+    friction_impulse: vec3<f32>,
+    /// Their weights by what is there of them.
+    weight: f32,
 }
 
-/// Takes a node in; gives how deep it is inside the body [m].
-fn take_in(p: u32) -> f32 {
+/// The part of the node of a point that is there.
+fn part_at(p: u32) -> f32 {
     let node = points[point_number(p)].node;
-    let seen = look(node);
-    points[point_number(p)].state = seen.state;
-    points[point_number(p)].friction_impulse = vec4<f32>(0.0);
-    if (seen.state != AWAY) {
-        let mass = node_mass(node_ply(node), node_place(node));
-        points[point_number(p)].normal = vec4<f32>(seen.normal, seen.gap);
-        points[point_number(p)].arm = vec4<f32>(seen.arm, inertia_along(seen.along, mass));
-        points[point_number(p)].relative = vec4<f32>(seen.relative, mass);
-        points[point_number(p)].friction = friction_through(seen.between);
+    return part_of(node_ply(node), node_place(node));
+}
+
+/// The part of a touch that is there: a half on an edge in a mirror plane.
+fn part_of_touch(t: u32) -> f32 {
+    let ends = touches[touch_number(t)].ends;
+    return max(part_at(ends.x), part_at(ends.y));
+}
+
+/// Whether a point of the rim lies on an edge that ends at the node of a point.
+fn is_tied(p: u32) -> bool {
+    return RIM && points[point_number(p)].tied != 0u;
+}
+
+fn through_edges(p: u32) -> Through {
+    var sum: Through;
+    // The edges that begin here, the one from the left, the one from below.
+    for (var edge = 0u; edge < 3u; edge++) {
+        var start = p;
+        if (edge == 1u) { start = points[point_number(p)].left; }
+        if (edge == 2u) { start = points[point_number(p)].below; }
+        if (start == NONE) {
+            continue;
+        }
+        let right = points[point_number(start)].to_right;
+        let first = points[point_number(start)].first;
+        let past = first + right + select(points[point_number(start)].to_above, 0u, edge == 1u);
+        for (var t = first + select(0u, right, edge == 2u); t < past; t++) {
+            let second = touches[touch_number(t)].weight;
+            let weight = select(second, 1.0 - second, edge == 0u);
+            let drag = touches[touch_number(t)].friction_impulse;
+            sum.impulse += weight * (touches[touch_number(t)].normal.xyz * drag.w + drag.xyz);
+            sum.friction_impulse += weight * drag.xyz;
+            sum.weight += weight * part_of_touch(t);
+        }
     }
-    return seen.depth;
+    return sum;
 }
 
-fn impulse_of(p: u32) -> vec3<f32> {
-    return points[point_number(p)].normal.xyz * points[point_number(p)].friction_impulse.w + points[point_number(p)].friction_impulse.xyz;
-}
-
-/// Inverse masses of a point by direction [1/kg].
-fn inverse_of(p: u32) -> vec3<f32> {
-    let node = points[point_number(p)].node;
-    return inverse_in_pack(node_ply(node), node_place(node));
-}
-
-/// Velocity of a node relative to the body's material with the impulses and the motion found so far [m/s].
-fn slip_of(p: u32) -> vec3<f32> {
-    let inverse = inverse_of(p);
+/// Tells nodes what the rim gives them, and how they move.
+fn propagate(local: u32) {
+    storageBarrier();
     let linear = vec3<f32>(motion[0], motion[1], motion[2]);
     let angular = vec3<f32>(motion[3], motion[4], motion[5]);
-    return (points[point_number(p)].relative.xyz + inverse * impulse_of(p)) - linear - cross(angular, points[point_number(p)].arm.xyz);
+    for (var p = local; p < extent.x; p += WIDTH) {
+        let tied = is_tied(p);
+        if (tied || touches[touch_number(p)].state != AWAY) {
+            var through: Through;
+            if (tied) {
+                through = through_edges(p);
+            }
+            let drag = touches[touch_number(p)].friction_impulse;
+            let relative = points[point_number(p)].relative.xyz;
+            let inverse = points[point_number(p)].inverse.xyz;
+            let impulse = touches[touch_number(p)].normal.xyz * drag.w + drag.xyz + through.impulse;
+            points[point_number(p)].edge_impulse = vec4<f32>(through.impulse, through.weight);
+            points[point_number(p)].free = vec4<f32>(relative + inverse * (drag.xyz + through.friction_impulse), 0.0);
+            let given = (relative + inverse * impulse) - linear - cross(angular, touches[touch_number(p)].arm.xyz);
+            points[point_number(p)].slip = vec4<f32>(given, 0.0);
+        }
+    }
+    storageBarrier();
 }
 
-/// Normal speed relative to the body before contact, with friction [m/s].
-fn normal_speed(p: u32) -> f32 {
-    let inverse = inverse_of(p);
-    return dot(points[point_number(p)].relative.xyz + inverse * points[point_number(p)].friction_impulse.xyz, points[point_number(p)].normal.xyz);
+/// Gives a point of the rim its share of the masses of its nodes, by its weight among the points there: what friction meets.
+fn share_mass(t: u32) {
+    let ends = touches[touch_number(t)].ends;
+    let second = touches[touch_number(t)].weight;
+    // In the whole scene: a touch has images at a node on a mirror plane.
+    let shares = vec2<f32>((1.0 - second) * points[point_number(ends.x)].edge_impulse.w, second * points[point_number(ends.y)].edge_impulse.w) / part_of_touch(t);
+    let inverse = shares.x * points[point_number(ends.x)].inverse.xyz + shares.y * points[point_number(ends.y)].inverse.xyz;
+    let unheld = shares.x / points[point_number(ends.x)].relative.w + shares.y / points[point_number(ends.y)].relative.w;
+    let most = max(max(inverse.x, inverse.y), inverse.z);
+    // Between two held nodes it has a mass like they have, though nothing moves it.
+    touches[touch_number(t)].arm.w = 1.0 / select(unheld, most, most > 0.0);
 }
 
-/// (n, r × n) of a point.
-fn direction(p: u32) -> array<f32, 6> {
-    return direction_of(points[point_number(p)].normal.xyz, points[point_number(p)].arm.xyz);
+/// Velocity relative to the body's material with all impulses found so far [m/s].
+fn slip_of(t: u32) -> vec3<f32> {
+    let ends = touches[touch_number(t)].ends;
+    return mix(points[point_number(ends.x)].slip.xyz, points[point_number(ends.y)].slip.xyz, touches[touch_number(t)].weight);
 }
 
-/// One solve for the body's motion with the pushing nodes attached, and their impulses.
-fn common_velocity(count: u32, local: u32) {
-    if (scene.body_prescribed == 0u) {
-        var part: array<f32, 27>;
-        for (var p = local; p < count; p += WIDTH) {
-            let drag = in_planes(points[point_number(p)].friction_impulse.xyz);
-            let turn = about_planes(cross(points[point_number(p)].arm.xyz, points[point_number(p)].friction_impulse.xyz) / scene.body_bounding_radius);
-            part[21] -= drag.x;
-            part[22] -= drag.y;
-            part[23] -= drag.z;
-            part[24] -= turn.x;
-            part[25] -= turn.y;
-            part[26] -= turn.z;
-            if (points[point_number(p)].state == PUSHING) {
-                let g = direction(p);
-                let kappa = points[point_number(p)].arm.w;
-                let speed = kappa * (normal_speed(p) - closing_limit(points[point_number(p)].normal.w));
-                for (var i = 0u; i < 6u; i++) {
-                    part[21u + i] += g[i] * speed;
-                    for (var j = 0u; j <= i; j++) {
-                        part[i * (i + 1u) / 2u + j] += kappa * g[i] * g[j];
-                    }
+/// One solve for the body's motion with what pushes attached, and the impulses.
+fn common_velocity(local: u32) {
+    var count = 0u;
+    var columns = 0u;
+    if (RIM) {
+        count = gather_members(local);
+        if (local == 0u) {
+            height = atomicLoad(&longest);
+        }
+        columns = workgroupUniformLoad(&height);
+    }
+    for (var t = local; t < extent.y; t += WIDTH) {
+        if (touches[touch_number(t)].state == PUSHING) {
+            fill(t);
+        }
+    }
+    if (RIM) {
+        storageBarrier();
+        factor(count, columns, local);
+    }
+    var part: array<f32, 27>;
+    for (var t = local; t < extent.y; t += WIDTH) {
+        let drag = in_planes(touches[touch_number(t)].friction_impulse.xyz);
+        let turn = about_planes(cross(touches[touch_number(t)].arm.xyz, touches[touch_number(t)].friction_impulse.xyz) / scene.body_bounding_radius);
+        part[21] -= drag.x;
+        part[22] -= drag.y;
+        part[23] -= drag.z;
+        part[24] -= turn.x;
+        part[25] -= turn.y;
+        part[26] -= turn.z;
+        if (touches[touch_number(t)].state == PUSHING) {
+            let weight = 1.0 / squared(root_of(t));
+            let moved = touches[touch_number(t)].moved;
+            let turned = touches[touch_number(t)].turned;
+            let g = array<f32, 6>(moved.x, moved.y, moved.z, turned.x, turned.y, turned.z);
+            for (var i = 0u; i < 6u; i++) {
+                part[21u + i] += weight * g[i] * turned.w;
+                for (var j = 0u; j <= i; j++) {
+                    part[i * (i + 1u) / 2u + j] += weight * g[i] * g[j];
                 }
             }
         }
-        for (var i = 0u; i < 27u; i++) {
-            sums[i * 65u + local] = part[i];
-        }
+    }
+    for (var i = 0u; i < 27u; i++) {
+        sums[i * 65u + local] = part[i];
     }
     reduce(27u, local);
     if (local == 0u && scene.body_prescribed == 0u) {
         solve_motion();
     }
     workgroupBarrier();
-    for (var p = local; p < count; p += WIDTH) {
-        if (points[point_number(p)].state == PUSHING) {
-            let along = motion_along(direction(p));
-            points[point_number(p)].friction_impulse.w = points[point_number(p)].arm.w * (along + closing_limit(points[point_number(p)].normal.w) - normal_speed(p));
-        }
-    }
+    push_back(count, columns, local);
 }
 
-/// Ends the contact: a node that does not push is not dragged either.
-fn release(p: u32) {
-    points[point_number(p)].state = NEAR;
-    points[point_number(p)].friction_impulse = vec4<f32>(0.0);
-}
-
-/// Normal impulses of the pushing set, with changes of the set until none pulls and none enters.
-fn solve_normal(count: u32, local: u32) {
+/// Ends the contact of what pulls, which is not dragged either, and lets push what would enter. True if anything changed.
+fn change_set(joining: bool, local: u32) -> bool {
     let tolerance = ROUNDOFF_TOLERANCE * (body.velocity.w + 1e-3);
-    for (var change = 0u; change < SET_CHANGES; change++) {
-        common_velocity(count, local);
-        var changed = false;
-        for (var p = local; p < count; p += WIDTH) {
-            let state = points[point_number(p)].state;
-            if (state == PUSHING && points[point_number(p)].friction_impulse.w < 0.0) {
-                release(p);
+    var changed = false;
+    for (var t = local; t < extent.y; t += WIDTH) {
+        let state = touches[touch_number(t)].state;
+        if (state == PUSHING && touches[touch_number(t)].friction_impulse.w < 0.0) {
+            touches[touch_number(t)].state = NEAR;
+            touches[touch_number(t)].friction_impulse = vec4<f32>(0.0);
+            changed = true;
+        } else if (state == NEAR && joining) {
+            let normal = touches[touch_number(t)].normal;
+            if (dot(slip_of(t), normal.xyz) < closing_limit(normal.w) - tolerance) {
+                touches[touch_number(t)].state = PUSHING;
                 changed = true;
-            } else if (state == NEAR && change < SET_CHANGES / 2u) {
-                let approach = dot(slip_of(p), points[point_number(p)].normal.xyz);
-                if (approach < closing_limit(points[point_number(p)].normal.w) - tolerance) {
-                    points[point_number(p)].state = PUSHING;
-                    changed = true;
-                }
             }
         }
-        if (!vote(changed, local)) {
-            return;
-        }
-    }
-    common_velocity(count, local);
-    for (var p = local; p < count; p += WIDTH) {
-        if (points[point_number(p)].friction_impulse.w < 0.0) {
-            release(p);
-        }
-    }
-}
-
-/// Friction impulses that stop the sliding, cut to μ times the normal impulse. True if any changed.
-fn update_friction(count: u32, local: u32) -> bool {
-    var changed = false;
-    for (var p = local; p < count; p += WIDTH) {
-        let normal = points[point_number(p)].normal.xyz;
-        let push = points[point_number(p)].friction_impulse.w;
-        if (push <= 0.0) {
-            continue;
-        }
-        let slip = slip_of(p);
-        let slide = slip - normal * dot(slip, normal);
-        let wanted = points[point_number(p)].friction_impulse.xyz - slide * points[point_number(p)].relative.w;
-        let limit = points[point_number(p)].friction * push;
-        let size = sqrt(dot(wanted, wanted));
-        let drag = select(wanted, wanted * (limit / max(size, 1e-30)), size > limit);
-        let moved = drag - points[point_number(p)].friction_impulse.xyz;
-        changed = changed || squared(ROUNDOFF_TOLERANCE * limit) < dot(moved, moved);
-        points[point_number(p)].friction_impulse = vec4<f32>(drag, push);
     }
     return vote(changed, local);
 }
 
-/// Sums of what the impulses did: impulse and turn on the body, dissipation, friction, work of the drive, support.
-fn account(count: u32, local: u32) {
+/// Friction impulses that stop the sliding, cut to μ times the normal impulse. True if any changed.
+fn update_friction(local: u32) -> bool {
+    var changed = false;
+    for (var t = local; t < extent.y; t += WIDTH) {
+        let old = touches[touch_number(t)].friction_impulse;
+        if (touches[touch_number(t)].state != PUSHING || old.w <= 0.0) {
+            continue;
+        }
+        let normal = touches[touch_number(t)].normal.xyz;
+        let slip = slip_of(t);
+        let slide = slip - normal * dot(slip, normal);
+        let wanted = old.xyz - slide * touches[touch_number(t)].arm.w;
+        let limit = touches[touch_number(t)].friction * old.w;
+        let size = sqrt(dot(wanted, wanted));
+        let drag = select(wanted, wanted * (limit / max(size, 1e-30)), size > limit);
+        let moved = drag - old.xyz;
+        changed = changed || squared(ROUNDOFF_TOLERANCE * limit) < dot(moved, moved);
+        touches[touch_number(t)].friction_impulse = vec4<f32>(drag, old.w);
+    }
+    return vote(changed, local);
+}
+
+/// Impulses of all touches, with changes of the set of those that push until none pulls and none enters.
+fn solve(local: u32) {
+    var change = 0u;
+    var sweep = 1u;
+    var solved = false;
+    var shared_out = false;
+    loop {
+        propagate(local);
+        if (!solved) {
+            if (!shared_out) {
+                for (var t = extent.x + local; t < extent.y; t += WIDTH) {
+                    share_mass(t);
+                }
+            }
+            common_velocity(local);
+            solved = true;
+            shared_out = true;
+        } else if (change_set(change < SET_CHANGES / 2u, local)) {
+            if (change == SET_CHANGES && local == 0u) {
+                atomicStore(&status[counter(NOT_CONVERGED)], 1u);
+                atomicMin(&status[counter(BAD_STEP)], step.index);
+            }
+            solved = change >= SET_CHANGES;
+            change++;
+        } else {
+            if (!FRICTION || sweep >= FRICTION_SWEEPS) {
+                break;
+            }
+            if (!update_friction(local)) {
+                break;
+            }
+            sweep++;
+            change = 0u;
+            solved = false;
+        }
+    }
+}
+
+/// Gives the nodes their impulses, and sums up what the impulses did: impulse and turn on the body, dissipation, friction, work of the drive,
+/// support.
+fn account(local: u32) {
+    let n = scene.nodes;
+    let prescribed = scene.body_prescribed != 0u;
     var part: array<f32, 12>;
-    for (var p = local; p < count; p += WIDTH) {
-        let push = points[point_number(p)].friction_impulse.w;
-        if (points[point_number(p)].state != PUSHING || push <= 0.0) {
+    for (var p = local; p < extent.x; p += WIDTH) {
+        let drag = touches[touch_number(p)].friction_impulse;
+        let carried = points[point_number(p)].edge_impulse.xyz;
+        if (drag.w <= 0.0 && !is_tied(p)) {
             continue;
         }
         let node = points[point_number(p)].node;
         let ply = node_ply(node);
-        let inverse = inverse_of(p);
-        let impulse = impulse_of(p);
-        let turn = cross(points[point_number(p)].arm.xyz, impulse);
-        let before = points[point_number(p)].relative.xyz - inverse * to_pack(ply, gather(node, node_place(node))) * step.kick;
-        let mean = 0.5 * (before + slip_of(p));
-        let prescribed = scene.body_prescribed != 0u;
+        let place = node_place(node);
+        let inverse = points[point_number(p)].inverse.xyz;
+        let force = to_pack(ply, gather(node, place));
+        points[point_number(p)].free = vec4<f32>(points[point_number(p)].relative.xyz - inverse * force * step.kick, 0.0);
+        if (drag.w <= 0.0 && all(carried == vec3<f32>(0.0))) {
+            continue;
+        }
+        let impulse = touches[touch_number(p)].normal.xyz * drag.w + drag.xyz + carried;
         let fixed = inverse <= vec3<f32>(0.0);
         // The drive is the support of a driven body; what goes into held nodes never reaches the fabric.
         let support = select(select(vec3<f32>(0.0), -impulse, fixed), select(impulse, vec3<f32>(0.0), fixed), prescribed);
-        let surface = body.velocity.xyz + cross(body.turning.xyz, points[point_number(p)].arm.xyz);
+        part[9] += support.x;
+        part[10] += support.y;
+        part[11] += support.z;
+        let change = to_ply(ply, inverse * impulse);
+        touch(ply, place);
+        for (var a = 0u; a < 3u; a++) {
+            nodes[a * n + node] += scene.dt * change[a];
+            nodes[(3u + a) * n + node] += change[a];
+        }
+    }
+    storageBarrier();
+    for (var t = local; t < extent.y; t += WIDTH) {
+        let drag = touches[touch_number(t)].friction_impulse;
+        if (drag.w <= 0.0) {
+            continue;
+        }
+        let ends = touches[touch_number(t)].ends;
+        let normal = touches[touch_number(t)].normal.xyz;
+        let arm = touches[touch_number(t)].arm.xyz;
+        let before = mix(points[point_number(ends.x)].free.xyz, points[point_number(ends.y)].free.xyz, touches[touch_number(t)].weight);
+        let mean = 0.5 * (before + slip_of(t));
+        let impulse = normal * drag.w + drag.xyz;
+        let turn = cross(arm, impulse);
+        let surface = body.velocity.xyz + cross(body.turning.xyz, arm);
         part[0] -= impulse.x;
         part[1] -= impulse.y;
         part[2] -= impulse.z;
         part[3] -= turn.x;
         part[4] -= turn.y;
         part[5] -= turn.z;
-        part[6] -= push * dot(points[point_number(p)].normal.xyz, mean);
-        part[7] -= dot(points[point_number(p)].friction_impulse.xyz, mean);
+        part[6] -= drag.w * dot(normal, mean);
+        part[7] -= dot(drag.xyz, mean);
         part[8] += select(0.0, dot(impulse, surface), prescribed);
-        part[9] += support.x;
-        part[10] += support.y;
-        part[11] += support.z;
     }
     for (var i = 0u; i < 12u; i++) {
         sums[i * 65u + local] = part[i];
@@ -221,70 +321,25 @@ fn account(count: u32, local: u32) {
     reduce(12u, local);
 }
 
-/// Gives the nodes their impulses.
-fn correct_nodes(count: u32, local: u32) {
-    let n = scene.nodes;
-    for (var p = local; p < count; p += WIDTH) {
-        if (points[point_number(p)].state != PUSHING || points[point_number(p)].friction_impulse.w <= 0.0) {
-            continue;
-        }
-        let node = points[point_number(p)].node;
-        let ply = node_ply(node);
-        let change = to_ply(ply, inverse_of(p) * impulse_of(p));
-        touch(ply, node_place(node));
-        let u = displacement_of(node) + scene.dt * change;
-        let v = velocity_of(node) + change;
-        nodes[node] = u.x;
-        nodes[n + node] = u.y;
-        nodes[2u * n + node] = u.z;
-        nodes[3u * n + node] = v.x;
-        nodes[4u * n + node] = v.y;
-        nodes[5u * n + node] = v.z;
-    }
-}
-
 @compute @workgroup_size(64)
 fn projectile_contact(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index) local: u32) {
     shot = shots[group.z];
     body = bodies[shot.number];
-    let sound = step.index <= atomicLoad(&status[counter(BAD_STEP)]);
-    if (!vote(sound, local)) {
-        return;
-    }
-    grow_active_region(local);
-    let found = collect(local);
     if (local == 0u) {
-        verdict = found;
+        extent = touches[touch_head()].ends;
+        verdict = u32(step.index <= atomicLoad(&status[counter(BAD_STEP)]));
         for (var i = 0u; i < 6u; i++) { motion[i] = 0.0; }
         for (var i = 0u; i < 27u; i++) { result[i] = 0.0; }
     }
-    let count = workgroupUniformLoad(&verdict);
-    var deepest = 0.0;
-    if (count > 0u) {
-        for (var p = local; p < count; p += WIDTH) {
-            deepest = max(deepest, take_in(p));
-        }
-        for (var sweep = 1u; true; sweep++) {
-            solve_normal(count, local);
-            if (!FRICTION || sweep >= FRICTION_SWEEPS) {
-                break;
-            }
-            if (!update_friction(count, local)) {
-                break;
-            }
-        }
-        workgroupBarrier();
-        account(count, local);
-        correct_nodes(count, local);
+    if (workgroupUniformLoad(&verdict) == 0u) {
+        return;
     }
-    sums[local] = deepest;
-    workgroupBarrier();
+    let met = workgroupUniformLoad(&extent).x > 0u;
+    if (met) {
+        solve(local);
+        account(local);
+    }
     if (local == 0u) {
-        for (var i = 0u; i < WIDTH; i++) {
-            deepest = max(deepest, sums[i]);
-        }
-        var b = body;
-        b.energy.w = max(b.energy.w, select(0.0, deepest, count > 0u));
-        bodies[shot.number] = moved_body(b, count > 0u);
+        bodies[shot.number] = moved_body(body, met);
     }
 }

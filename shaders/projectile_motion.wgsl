@@ -46,15 +46,6 @@ fn direction_of(along: vec3<f32>, arm: vec3<f32>) -> array<f32, 6> {
     return array<f32, 6>(normal.x, normal.y, normal.z, turn.x, turn.y, turn.z);
 }
 
-/// How fast a point goes along such a direction with the motion found so far [m/s].
-fn motion_along(g: array<f32, 6>) -> f32 {
-    var along = 0.0;
-    for (var i = 0u; i < 3u; i++) {
-        along += g[i] * motion[i] + g[3u + i] * motion[3u + i] * scene.body_bounding_radius;
-    }
-    return along;
-}
-
 /// Inertia of the body over `body_bounding_radius`² [kg], its lower triangle by rows.
 fn body_inertia() -> array<f32, 6> {
     let side = rotate(body.orientation, vec3<f32>(1.0, 0.0, 0.0));

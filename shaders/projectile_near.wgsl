@@ -84,8 +84,6 @@ struct Seen {
     depth: f32,
     /// Velocity relative to the body's material [m/s].
     relative: vec3<f32>,
-    /// n·w n, 0 where the node is held along the normal [1/kg].
-    along: f32,
     /// In the body's frame, without the fabric in front of it [m], and the thickness of that [m].
     pressed: vec3<f32>,
     between: f32,
@@ -118,8 +116,8 @@ fn look(node: u32) -> Seen {
     if (stays_away(g.distance, approach)) {
         return seen;
     }
-    seen.along = dot(seen.normal, inverse_in_pack(ply, place) * seen.normal);
-    if (scene.body_prescribed != 0u && seen.along <= 0.0) {
+    let along = dot(seen.normal, inverse_in_pack(ply, place) * seen.normal);
+    if (scene.body_prescribed != 0u && along <= 0.0) {
         return seen; // both are held: neither can give way
     }
     seen.state = select(NEAR, PUSHING, approach < closing_limit(g.distance));

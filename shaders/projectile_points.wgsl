@@ -1,5 +1,5 @@
-// projectile_points: where the projectile may touch in this step, where the rim of its face is sampled too: nodes, and the points at
-// which the rim crosses edges of elements. One workgroup, before `projectile_rim`.
+// projectile_points: where the projectile may touch in this step: nodes, and where the rim of its face is sampled the points at which it
+// crosses edges of elements. One workgroup, before `projectile_contact`.
 //   in      nodes       array<f32>    (6, N)   displacement [m], velocity [m/s]
 //   in      flags       array<u32>    (E)      bit 0 warp alive, bit 1 weft alive
 //   in/out  status      array<u32>             counters
@@ -204,11 +204,14 @@ fn projectile_points(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_inv
     for (var p = local; p < count; p += WIDTH) {
         deepest = max(deepest, take_in(p));
     }
-    storageBarrier();
-    let number = find_constraints(count, local);
-    storageBarrier();
-    for (var p = local; p < count; p += WIDTH) {
-        link(p, count);
+    var number = 0u;
+    if (RIM) {
+        storageBarrier();
+        number = find_constraints(count, local);
+        storageBarrier();
+        for (var p = local; p < count; p += WIDTH) {
+            link(p, count);
+        }
     }
     sums[local] = deepest;
     workgroupBarrier();

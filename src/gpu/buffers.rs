@@ -14,7 +14,7 @@ pub(crate) const SLOTS: u32 = 64;
 pub(crate) const IN_FLIGHT: usize = 2;
 /// Failure events of a shot fetched with every submission; more are fetched when there are more.
 pub(crate) const EVENT_WINDOW: u64 = 256;
-/// Most contact points there is room for.
+/// Most nodes near the projectile there is room for.
 const POINTS: u64 = 1 << 16;
 /// Points of the rim on a ply there is room for: over those of a flat ply, and more for small ones. Crumpled fabric has more edges
 /// under a rim.
@@ -49,7 +49,7 @@ pub enum BufferId {
     Body,
     /// Nodes near the projectile, a bit each.
     Candidates,
-    /// Contact points.
+    /// Nodes near the projectile.
     Points,
     /// Samples of the ledger, shape (slots, words of a sample).
     Samples,
@@ -61,7 +61,7 @@ pub enum BufferId {
     Shares,
     /// Counted impulses, shape (nodes, 6).
     Impulses,
-    /// Where the rim is sampled: places where the projectile may touch.
+    /// Places where the projectile may touch: those nodes, and points of its rim where it is sampled.
     Touches,
     /// Those that push and share nodes, shape (plies, most of a ply).
     Members,
@@ -139,7 +139,7 @@ pub struct Sizes {
     pub nodes: u64,
     /// Nodes on the rims of the plies.
     pub rim: u64,
-    /// Room for contact points.
+    /// Room for nodes near the projectile, none without one.
     pub points: u64,
     /// Room for points of the projectile's rim on each ply, none where it is not sampled.
     pub ties: u64,
@@ -167,7 +167,7 @@ impl Sizes {
             },
             nodes,
             rim: (grid.plies * 2 * (grid.columns + grid.rows + 2)) as u64,
-            points: nodes.min(POINTS),
+            points: if model.projectile.is_some() { nodes.min(POINTS) } else { 0 },
             ties: if model.edges { ties(model) } else { 0 },
             groups: (grid.plies * per_ply.div_ceil(LEDGER_SHARE).clamp(1, most)) as u64,
         }
@@ -207,10 +207,9 @@ impl Sizes {
             BufferId::Events => 2 * EVENT_WORDS * self.elements,
             BufferId::Supports => 3 * self.rim,
             BufferId::Candidates => mask_words + mask_words.div_ceil(32),
-            BufferId::Points => POINT_WORDS[usize::from(self.ties > 0)] * self.points,
+            BufferId::Points => (POINT_WORDS * self.points).max(1),
             BufferId::Samples => u64::from(SLOTS) * self.sample_words() as u64,
-            BufferId::Touches if self.ties > 0 => TOUCH_WORDS * (self.points + self.plies * self.ties + 1),
-            BufferId::Touches => 1,
+            BufferId::Touches => TOUCH_WORDS * (self.points + self.plies * self.ties + 1),
             BufferId::Members => (self.plies * self.members()).max(1),
             BufferId::Matrix => (self.plies * self.members() * (self.members() + 1) / 2).max(1),
             _ => {

@@ -93,40 +93,12 @@ pub(crate) const NODE_UPDATE: Kernel = Kernel {
     ],
 };
 
-/// Contact with the projectile, and its motion.
-pub(crate) const PROJECTILE_CONTACT: Kernel = Kernel {
-    name: "projectile_contact",
-    sources: sources!(
-        "projectile_contact",
-        "projectile_motion",
-        "projectile_near",
-        "workgroup",
-        "gather",
-        "adjacent_elements",
-        "intact",
-        "projectile_shape",
-        "projectile_chisel",
-        "rigid_body",
-        "active_region"
-    ),
-    bindings: &[
-        (BufferId::Nodes, Write),
-        (BufferId::Forces, Read),
-        (BufferId::Flags, Read),
-        (BufferId::Status, Write),
-        (BufferId::Body, Write),
-        (BufferId::Candidates, Write),
-        (BufferId::Points, Write),
-        (BufferId::Over, Read),
-    ],
-};
-
-/// Where the projectile may touch, where its rim is sampled too.
+/// Where the projectile may touch.
 pub(crate) const PROJECTILE_POINTS: Kernel = Kernel {
     name: "projectile_points",
     sources: sources!(
         "projectile_points",
-        "rim_points",
+        "contact_points",
         "projectile_motion",
         "projectile_near",
         "workgroup",
@@ -150,12 +122,12 @@ pub(crate) const PROJECTILE_POINTS: Kernel = Kernel {
 };
 
 /// Contact there, and the projectile's motion.
-pub(crate) const PROJECTILE_RIM: Kernel = Kernel {
-    name: "projectile_rim",
+pub(crate) const PROJECTILE_CONTACT: Kernel = Kernel {
+    name: "projectile_contact",
     sources: sources!(
-        "projectile_rim",
+        "projectile_contact",
         "rim_equations",
-        "rim_points",
+        "contact_points",
         "projectile_motion",
         "workgroup",
         "gather",
@@ -252,17 +224,8 @@ pub(crate) const LEDGER: Kernel = Kernel {
 };
 
 /// Every kernel, in the order of a step.
-pub const KERNELS: [Kernel; 9] = [
-    ELEMENT_FORCE,
-    NODE_UPDATE,
-    PLY_SEARCH,
-    PLY_IMPULSE,
-    PLY_MOVE,
-    PROJECTILE_CONTACT,
-    PROJECTILE_POINTS,
-    PROJECTILE_RIM,
-    LEDGER,
-];
+pub const KERNELS: [Kernel; 8] =
+    [ELEMENT_FORCE, NODE_UPDATE, PLY_SEARCH, PLY_IMPULSE, PLY_MOVE, PROJECTILE_POINTS, PROJECTILE_CONTACT, LEDGER];
 
 impl Kernel {
     /// The whole source.
@@ -274,8 +237,7 @@ impl Kernel {
     pub fn is_in(&self, terms: &Features) -> bool {
         match self.name {
             "ply_search" | "ply_impulse" | "ply_move" => terms.plies,
-            "projectile_contact" => terms.projectile && !terms.edges,
-            "projectile_points" | "projectile_rim" => terms.edges,
+            "projectile_points" | "projectile_contact" => terms.projectile,
             _ => true,
         }
     }

@@ -23,7 +23,7 @@ pub enum Stage {
     Nodes,
     /// `ply_search`, `ply_impulse`, `ply_move`
     Plies,
-    /// `projectile_contact`, or `projectile_points` and `projectile_rim`, with the motion of the body.
+    /// `projectile_points`, and `projectile_contact` with the motion of the body.
     Projectile,
     /// `ledger`
     Ledger,
@@ -67,7 +67,7 @@ pub struct DeviceStepper<'a> {
     element: Vec<[Program; 2]>,
     node: Program,
     plies: [Program; 3],
-    /// One, or two where the rim is sampled.
+    /// None without a projectile.
     contact: Vec<Program>,
     ledger: Program,
     /// Of each shot.
@@ -153,15 +153,16 @@ impl<'a> DeviceStepper<'a> {
             let terms = Features::new(model, ply_type);
             [false, true].map(|ledger| program(&shader::ELEMENT_FORCE, &elements, &terms, ledger))
         };
-        let contact: &[Kernel] = match model.edges {
-            true => &[shader::PROJECTILE_POINTS, shader::PROJECTILE_RIM],
-            false => &[shader::PROJECTILE_CONTACT],
-        };
+        let contact = [&shader::PROJECTILE_POINTS, &shader::PROJECTILE_CONTACT];
         Self {
             element: model.ply_types.iter().map(element).collect(),
             plies: [&shader::PLY_SEARCH, &shader::PLY_IMPULSE, &shader::PLY_MOVE].map(|kernel| single(kernel, false)),
             node: single(&shader::NODE_UPDATE, false),
-            contact: contact.iter().map(|kernel| single(kernel, false)).collect(),
+            contact: contact
+                .into_iter()
+                .filter(|kernel| kernel.is_in(&terms))
+                .map(|kernel| single(kernel, false))
+                .collect(),
             ledger: single(&shader::LEDGER, true),
             most_workgroups: device.limits().max_compute_workgroups_per_dimension,
             device,
@@ -233,8 +234,7 @@ impl<'a> DeviceStepper<'a> {
     /// Dispatches of a step of this scene.
     pub(crate) fn dispatches_of(&self, info: &StepInfo) -> u64 {
         let plies = if self.terms.plies { self.plies.len() } else { 0 };
-        let contact = if self.terms.projectile { self.contact.len() } else { 0 };
-        (self.element.len() + 1 + plies + contact + usize::from(info.slot.is_some())) as u64
+        (self.element.len() + 1 + plies + self.contact.len() + usize::from(info.slot.is_some())) as u64
     }
 
     /// Records the stages that the scene and the step have.
@@ -258,11 +258,9 @@ impl<'a> DeviceStepper<'a> {
                 }
                 Stage::Nodes => dispatch(&self.node, 0, nodes),
                 Stage::Plies if self.terms.plies => self.plies.iter().for_each(|program| dispatch(program, 0, nodes)),
-                Stage::Projectile if self.terms.projectile => {
-                    self.contact.iter().for_each(|program| dispatch(program, 0, [1, 1]));
-                }
+                Stage::Projectile => self.contact.iter().for_each(|program| dispatch(program, 0, [1, 1])),
                 Stage::Ledger if sampled => dispatch(&self.ledger, 0, [self.sizes.groups as u32, 1]),
-                Stage::Plies | Stage::Projectile | Stage::Ledger => {}
+                Stage::Plies | Stage::Ledger => {}
             }
         }
     }

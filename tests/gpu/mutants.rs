@@ -39,7 +39,7 @@ impl Mutant {
         match self.kernel {
             "element_force" => &[Part::Elements],
             "node_update" => &[Part::Nodes, Part::Contact],
-            "projectile_contact" | "projectile_points" | "projectile_rim" => &[Part::Contact],
+            "projectile_points" | "projectile_contact" => &[Part::Contact],
             "ply_search" | "ply_impulse" | "ply_move" => &[Part::Plies],
             _ => &[Part::Ledger],
         }

@@ -43,9 +43,9 @@ pub const IMPULSE_FIELDS: u64 = 6;
 pub(crate) const REACH_WORDS: u64 = 4;
 /// Words of a failure event.
 pub const EVENT_WORDS: u64 = 4;
-/// Words of a contact point, and of one where the rim is sampled too.
-pub const POINT_WORDS: [u64; 2] = [20, 32];
-/// Words of a place where the projectile may touch, where its rim is sampled too. Before the first of a shot there is one more.
+/// Words of a node near the projectile.
+pub const POINT_WORDS: u64 = 32;
+/// Words of a place where the projectile may touch. Before the first of a shot there is one more.
 pub const TOUCH_WORDS: u64 = 32;
 /// Words of the counters.
 pub const STATUS_WORDS: usize = 13;

@@ -131,14 +131,14 @@ impl DeviceShot {
         Ok(())
     }
 
-    /// Contact at the rim that finds no set of points that push, in the element of the struck ply that the projectile is over.
+    /// Contact that finds no set of points that push, in the element of the struck ply that the projectile is over.
     fn unsettled(&self, state: &State<f32>) -> Divergence {
         let mesh = &self.model.ply_type(0).mesh;
         let [x, y, _] = mesh.to_ply(state.body.as_ref().map_or([0.0; 3], |body| body.position.into()));
         let [row, column] = mesh.element_at([x, y]);
         Divergence {
             step: state.step,
-            kernel: "projectile_rim",
+            kernel: "projectile_contact",
             quantity: format!("the set of points that push still changes after {SET_CHANGES} solves"),
             place: self.model.place_in_whole([0, row, column]),
         }

@@ -34,7 +34,7 @@ fn a_rim_without_room_or_rest_ends_the_run_by_name() -> Result<(), Box<dyn std::
     assert_eq!(crowded, Err(DeviceError::CrowdedRim { adapter: "noop".into(), found: 999, room }));
     take(&counters(&[(status::BAD_STEP, 7), (status::NOT_CONVERGED, 1)]))?;
     let trouble = run.shot().record.divergence.as_ref().ok_or("no trouble")?;
-    assert_eq!((trouble.step, trouble.kernel), (7, "projectile_rim"));
+    assert_eq!((trouble.step, trouble.kernel), (7, "projectile_contact"));
     assert!(trouble.quantity.contains("still changes after 40 solves"), "{trouble:?}");
     Ok(())
 }

@@ -112,9 +112,8 @@ impl<'a> Lockstep<'a> {
         self.device.run_stages(&info, &[Stage::Projectile, Stage::Ledger])?;
         self.device.download(&self.leader.model, &mut self.gpu)?;
         if self.leader.state.body.is_some() {
-            let kernel = if self.leader.model.edges { "projectile_rim" } else { "projectile_contact" };
-            self.nodes(kernel, &scales);
-            self.body(kernel, &scales);
+            self.nodes("projectile_contact", &scales);
+            self.body("projectile_contact", &scales);
         }
         self.leader.state.step += 1;
         let sample = self.device.read_sample()?;

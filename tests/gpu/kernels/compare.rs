@@ -110,8 +110,6 @@ struct Pair<'a> {
     free: Scales,
     /// What displacements of plies are measured by [m].
     ply_length: f64,
-    /// The kernel of contact with the projectile, as the table names it.
-    contact: &'static str,
 }
 
 /// Velocity that closes a gap in a scene, at most, over the speed of the scene: where displacements are large and steps short, a gap rounds
@@ -172,7 +170,6 @@ impl<'a> Pair<'a> {
             scales: if scene.held { free.held() } else { free },
             free,
             ply_length: whole.length.min(PLY_DISPLACEMENT * scene.speed * whole.time_step),
-            contact: if scene.model.edges { "projectile_rim" } else { "projectile_contact" },
             cpu: solver::Stepper::with_vectors(&scene.model, Vectors::None),
             ledger: EnergyBalance::default(),
             totals: StepTotals::default(),

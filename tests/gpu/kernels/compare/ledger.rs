@@ -8,6 +8,7 @@ use ripstop::run::outcome;
 
 use super::elements::compare_sums;
 use super::plies::see_energies;
+use super::projectile::CONTACT;
 use super::{Outcome, Pair, STEPS, Seen, motion, places};
 
 /// Sums that begin anew after a sample.
@@ -103,9 +104,7 @@ fn compare_body(pair: &Pair<'_>, seen: &mut Seen, sums: &[u32], record: &BodyRec
     for a in 0..3 {
         let got = record.support[a] + sum_of(sums, sum::SUPPORT + a);
         let expected = pair.ledger.support[a];
-        seen.see([pair.contact, "impulse"], got, expected, pair.scales.impulse() + expected.abs(), || {
-            format!("ledger {a}")
-        });
+        seen.see([CONTACT, "impulse"], got, expected, pair.scales.impulse() + expected.abs(), || format!("ledger {a}"));
     }
     let body = pair.expected.body.as_ref().ok_or("no projectile")?;
     // Each ply has as many workgroups, one after the other.
@@ -168,7 +167,7 @@ fn anew(pair: &mut Pair<'_>, seen: &mut Seen) -> Outcome {
         let left: f64 = record.impulse.iter().chain(&record.support).chain(&record.energy).map(|x| x.abs()).sum();
         seen.see(["step", "cleared"], left, 0.0, 1.0, || "body".into());
         let length = pair.scales.length;
-        seen.see([pair.contact, "penetration"], record.penetration, pair.penetration[0], length, || "kept".into());
+        seen.see([CONTACT, "penetration"], record.penetration, pair.penetration[0], length, || "kept".into());
     }
     Ok(())
 }

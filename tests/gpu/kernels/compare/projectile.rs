@@ -9,6 +9,9 @@ use ripstop::solver::active_region::ActiveRegion;
 use super::nodes::compare_nodes;
 use super::{Outcome, Pair, STEPS, Seen, reach};
 
+/// As the table names the kernel.
+pub(super) const CONTACT: &str = "projectile_contact";
+
 pub(super) fn compare(pair: &mut Pair<'_>, seen: &mut Seen) -> Outcome {
     pair.begin();
     let mut before = pair.expected.body.clone();
@@ -18,8 +21,8 @@ pub(super) fn compare(pair: &mut Pair<'_>, seen: &mut Seen) -> Outcome {
         computed += elements_reached(&pair.scene.model, &pair.reach, pair.expected.step);
         pair.advance(&[Stage::Nodes, Stage::Projectile], None)?;
     }
-    compare_nodes(pair, seen, pair.contact, [pair.contact_way(), pair.scales.closing])?;
-    reach::compare(pair, seen, pair.contact)?;
+    compare_nodes(pair, seen, CONTACT, [pair.contact_way(), pair.scales.closing])?;
+    reach::compare(pair, seen, CONTACT)?;
     let visited = pair.read(BufferId::Status)?[status::COMPUTED];
     seen.see(["step", "counters"], visited.into(), computed as f64, 1.0, || "elements computed".into());
     let marks = pair.read(BufferId::Candidates)?;
@@ -34,8 +37,8 @@ pub(super) fn compare(pair: &mut Pair<'_>, seen: &mut Seen) -> Outcome {
         let (velocity, position) = record.before;
         let (speed, length) = (pair.scales.body_velocity(), pair.scales.body_position());
         let place = || format!("before, {a}");
-        seen.see([pair.contact, "body velocity"], velocity[a], before.velocity[a], speed, place);
-        seen.see([pair.contact, "body position"], position[a], before.position[a], length, place);
+        seen.see([CONTACT, "body velocity"], velocity[a], before.velocity[a], speed, place);
+        seen.see([CONTACT, "body position"], position[a], before.position[a], length, place);
     }
     compare_body(pair, seen, &record)
 }
@@ -55,14 +58,14 @@ fn elements_reached(model: &Model<f32>, reach: &[ActiveRegion], step: u64) -> us
 /// The projectile and what contact did to it.
 fn compare_body(pair: &Pair<'_>, seen: &mut Seen, got: &layout::BodyRecord) -> Outcome {
     let Some(expected) = &pair.expected.body else { return Ok(()) };
-    let (scales, ledger, kernel) = (&pair.scales, &pair.ledger, pair.contact);
+    let (scales, ledger) = (&pair.scales, &pair.ledger);
     let [impulse, energy] = [scales.impulse(), scales.contact_energy];
     let supports = pair.read_floats(BufferId::Supports)?;
     let [turning, spins] = [expected, &got.body].map(|body| body.angular_momentum);
     for a in 0..3 {
         let place = || format!("direction {a}");
         let mut see =
-            |quantity, got: f64, expected: f64, scale: f64| seen.see([kernel, quantity], got, expected, scale, place);
+            |quantity, got: f64, expected: f64, scale: f64| seen.see([CONTACT, quantity], got, expected, scale, place);
         see("body velocity", got.body.velocity[a], expected.velocity[a], scales.body_velocity());
         see("body position", got.body.position[a], expected.position[a], scales.body_position());
         see("angular momentum", spins[a], turning[a], scales.spin + turning.norm());
@@ -73,10 +76,10 @@ fn compare_body(pair: &Pair<'_>, seen: &mut Seen, got: &layout::BodyRecord) -> O
         see("impulse", fabric + got.support[a], held, impulse + held.abs());
     }
     for (n, value) in [ledger.contact, ledger.friction, ledger.external].into_iter().enumerate() {
-        seen.see([kernel, "energy"], got.energy[n], value, energy + value.abs(), || format!("energy {n}"));
+        seen.see([CONTACT, "energy"], got.energy[n], value, energy + value.abs(), || format!("energy {n}"));
     }
-    seen.see([kernel, "penetration"], got.penetration, pair.penetration[0], scales.length, String::new);
+    seen.see([CONTACT, "penetration"], got.penetration, pair.penetration[0], scales.length, String::new);
     let turn = got.body.orientation.coords - expected.orientation.coords;
-    seen.see([kernel, "body orientation"], turn.norm(), 0.0, 1.0, String::new);
+    seen.see([CONTACT, "body orientation"], turn.norm(), 0.0, 1.0, String::new);
     Ok(())
 }

@@ -1,9 +1,9 @@
-//! Defects of `projectile_contact` in the shape of the body.
+//! Defects of `projectile_points` in the shape of the body.
 
 use super::super::Mutant;
 
 const fn mutant(name: &'static str, scene: &'static str, find: &'static str, put: &'static str) -> Mutant {
-    Mutant { name, kernel: "projectile_contact", scene, find, put }
+    Mutant { name, kernel: "projectile_points", scene, find, put }
 }
 
 pub(super) const MUTANTS: &[Mutant] = &[

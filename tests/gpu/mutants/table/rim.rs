@@ -1,4 +1,4 @@
-//! Defects of `projectile_points` and `projectile_rim`.
+//! Defects of `projectile_points` and `projectile_contact` where the rim of the face is sampled.
 
 use super::super::Mutant;
 
@@ -6,8 +6,8 @@ const fn of_points(name: &'static str, scene: &'static str, find: &'static str, 
     Mutant { name, kernel: "projectile_points", scene, find, put }
 }
 
-const fn of_rim(name: &'static str, scene: &'static str, find: &'static str, put: &'static str) -> Mutant {
-    Mutant { name, kernel: "projectile_rim", scene, find, put }
+const fn of_contact(name: &'static str, scene: &'static str, find: &'static str, put: &'static str) -> Mutant {
+    Mutant { name, kernel: "projectile_contact", scene, find, put }
 }
 
 pub(super) const MUTANTS: &[Mutant] = &[
@@ -59,25 +59,25 @@ pub(super) const MUTANTS: &[Mutant] = &[
         "points[point_number(left)].to_right > 0u",
         "false",
     ),
-    of_rim(
+    of_contact(
         "touches independent",
         "between nodes, yawed, friction",
         "diagonal = coupling(t, other);",
         "diagonal = select(0.0, coupling(t, other), t == other);",
     ),
-    of_rim(
+    of_contact(
         "weights of the other end",
         "between nodes, yawed, friction",
         "select(second, 1.0 - second, edge == 0u)",
         "second",
     ),
-    of_rim(
+    of_contact(
         "no mass between held nodes",
         "between nodes of a clamped corner",
         "select(unheld, most, most > 0.0)",
         "most",
     ),
-    of_rim(
+    of_contact(
         "one triangle for all plies",
         "between nodes on turned plies, friction",
         "ply_number(ply) * (most * (most + 1u) / 2u) + own",
@@ -90,28 +90,4 @@ pub(super) const MUTANTS: &[Mutant] = &[
         find: "room += scene.rim_depth;",
         put: "room -= scene.rim_depth;",
     },
-    of_points(
-        "columns where the finest would be",
-        "between nodes on graded plies, friction",
-        "        x = line_at(ply, 0u, place.y).place;\n",
-        "",
-    ),
-    of_points(
-        "rows where the finest would be",
-        "between nodes on graded plies, friction",
-        "        y = line_at(ply, 1u, place.x).place;\n",
-        "",
-    ),
-    of_points(
-        "masses of the finest",
-        "between nodes on graded plies, friction",
-        "inverse = plies[ply].inverse_inner / mass_share(ply, place);",
-        "inverse = plies[ply].inverse_inner;",
-    ),
-    of_points(
-        "friction meets the finest",
-        "between nodes on graded plies, friction",
-        "return plies[ply].mass * mass_share(ply, place);",
-        "return plies[ply].mass;",
-    ),
 ];

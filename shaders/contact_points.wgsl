@@ -1,6 +1,6 @@
-// rim_points: nodes near the projectile, and where it may touch: at them, and between two of them where its rim crosses the edge of an
-// element. What `projectile_points` finds, `projectile_rim` lets meet. Needs `points` and `touches`.
-// Twin: src/kernels/projectile_rim.rs and src/kernels/projectile_contact.rs
+// contact_points: nodes near the projectile, and where it may touch: at them, and between two of them where its rim crosses the edge of an
+// element. What `projectile_points` finds, `projectile_contact` lets meet. Needs `points` and `touches`.
+// Twin: src/kernels/projectile_contact.rs and src/kernels/projectile_rim.rs
 
 /// A node near the body during one step.
 struct Point {
@@ -17,6 +17,7 @@ struct Point {
     /// Relative velocity with all impulses found so far [m/s].
     slip: vec4<f32>,
     node: u32,
+    // Where the rim is sampled.
     /// Points of the rim on the edges to the next node of the row, then of the column: the first, and how many of each.
     first: u32,
     to_right: u32,
