@@ -89,7 +89,7 @@ impl CaseBuilder {
         self.set("/fabric", json!({"file": file}))
     }
 
-    /// Size of the pack along the weft and along the warp [mm].
+    /// Size of the pack along warp and along weft [mm].
     pub fn size_mm(self, width: f64, height: f64) -> Self {
         self.number("/pack/width_mm", width).number("/pack/height_mm", height)
     }
