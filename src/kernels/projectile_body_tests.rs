@@ -129,3 +129,27 @@ fn no_point_of_a_body_is_faster_than_its_bound() {
     let turning = body.velocity_at(&furthest).norm_squared() - body.velocity.norm_squared();
     assert!((turning.sqrt() + body.velocity.norm() - body.speed_bound()).abs() < 1e-9, "{}", body.speed_bound());
 }
+
+#[test]
+fn nothing_of_a_body_lies_beyond_its_supporting_planes() {
+    // In metres, as in a case.
+    let shapes = [
+        Shape::Ogive { diameter: 6e-3, length: 8e-3, nose_length: 6e-3 },
+        Shape::Cone { diameter: 6e-3, length: 8e-3, nose_length: 5e-3 },
+    ];
+    for shape in shapes {
+        let body = Body::new(&projectile(shape, 0.0)).unwrap();
+        let inside: Vec<[f64; 3]> = (0..=30)
+            .flat_map(|i| (-80..=80).map(move |k| [1e-4 * f64::from(i), 0.0, 1e-4 * f64::from(k)]))
+            .filter(|point| gap(&body.profile, *point).distance < 0.0)
+            .collect();
+        for i in 0..=60 {
+            let (along, across) = (std::f64::consts::PI * f64::from(i) / 60.0).sin_cos();
+            let direction = [along, 0.0, across];
+            let furthest = inside.iter().map(|p| p[0] * along + p[2] * across).fold(f64::MIN, f64::max);
+            let support = body.support(direction);
+            // The points are a tenth of a millimetre apart.
+            assert!((-1e-9..1.5e-4).contains(&(support - furthest)), "{shape:?} {direction:?}: {support} {furthest}");
+        }
+    }
+}

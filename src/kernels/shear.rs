@@ -248,4 +248,19 @@ mod tests {
             }
         }
     }
+
+    #[test]
+    fn the_largest_tangent_is_the_steepest_slope_of_the_resultant() {
+        for modulus in [ShearModulus::Tangent, ShearModulus::Secant] {
+            let c = ShearConstants::<f64>::new(&Shear { g1: 1e7, g2: 1e9, gamma1: 0.35, gamma2: 0.6, modulus }, 3e-4);
+            let slope = |gamma: f64| (resultant(&c, gamma + 1e-7) - resultant(&c, gamma - 1e-7)) / 2e-7;
+            let steepest = (1..15_000).map(|i| slope(1e-4 * f64::from(i) + 3e-5)).fold(0.0, f64::max);
+            let got = largest_tangent(&c);
+            assert!((got / steepest - 1.0).abs() < 1e-3, "{modulus:?}: {got} for {steepest}");
+        }
+        // Without locking it is the one modulus there is.
+        let even = Shear { g1: 1e7, g2: 1e7, gamma1: 0.35, gamma2: 0.6, modulus: ShearModulus::Tangent };
+        let got = largest_tangent(&ShearConstants::new(&even, 3e-4));
+        assert!((got / 3e3 - 1.0).abs() < 1e-12, "{got}");
+    }
 }

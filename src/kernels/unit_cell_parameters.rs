@@ -227,4 +227,32 @@ mod tests {
             assert_eq!(UnitCellParameters::new(&fabric).yarn[0].failure_strain, expected);
         }
     }
+
+    #[test]
+    fn what_a_fabric_lacks_leaves_no_trace_in_its_constants() {
+        let of = |set: &str| {
+            let case = case::read(Path::new("cases/s720-1ply-155.json"), &[set.to_owned()]);
+            UnitCellParameters::new(&case.unwrap_or_else(|error| unreachable!("{error}")).fabric)
+        };
+        // Without one of the yarns nothing crosses.
+        let absent = r#"{"absent": true, "count_per_inch": 20}"#;
+        for yarn in ["warp", "weft"] {
+            assert_eq!(of(&format!("/fabric/{yarn}={absent}")).height_sum, 0.0, "{yarn}");
+        }
+        let rigid = of("/fabric/crossover/compression=rigid");
+        assert_eq!((rigid.compression, rigid.uncompressed_limit, rigid.per_b), ([0.0; 3], 1.0, 0.0));
+    }
+
+    #[test]
+    fn the_steepest_taut_yarn_is_just_as_long_as_it_is() {
+        let case = case::read(Path::new("cases/s720-1ply-155.json"), &[]);
+        let cell = UnitCellParameters::new(&case.unwrap_or_else(|error| unreachable!("{error}")).fabric);
+        for yarn in &cell.yarn {
+            let steepest = steepest_taut(yarn, cell.height_sum);
+            // Its span over the one at rest, from the slope.
+            let span = std::f64::consts::FRAC_PI_2 * cell.height_sum / (yarn.half_span * steepest);
+            let length = span * (1.0 + arc_length(steepest, MAX_TERMS).excess);
+            assert!((length / (1.0 + yarn.crimp) - 1.0).abs() < 1e-9, "{length}");
+        }
+    }
 }

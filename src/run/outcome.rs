@@ -225,3 +225,41 @@ fn patch<S: Scalar>(model: &Model<S>, state: &State<S>, ply: usize, cell: [usize
     let [a, b, c, d] = corners(cell).map(|(row, column)| node_position(model, state, ply, row, column));
     [a, b, c, d, (a + b + c + d) * 0.25]
 }
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use super::*;
+    use crate::case;
+
+    /// The projectile of the README's shot, with another velocity [m/s].
+    fn body(velocity: [f64; 3]) -> RigidBody {
+        let case =
+            case::read(Path::new("cases/s720-1ply-155.json"), &[]).unwrap_or_else(|error| unreachable!("{error}"));
+        let model = Model::<f64>::new(&case).unwrap_or_else(|error| unreachable!("{error}"));
+        let Some(body) = model.projectile.clone() else { unreachable!("there is one") };
+        RigidBody { velocity: velocity.into(), ..body }
+    }
+
+    #[test]
+    fn a_pack_is_quiet_below_a_thousandth_of_what_a_patch_of_twenty_radii_takes() {
+        let body = body([0.0, 0.0, 100.0]);
+        let patch = 0.2 * std::f64::consts::PI * (20.0 * body.body.radius).powi(2);
+        for mass in [1e-3 * patch, 1e3 * patch] {
+            let quiet = Tracker::new(&body, mass, 0.2).quiet_impulse;
+            let expected = 1e-3 * mass.min(patch) * 100.0;
+            assert!((quiet / expected - 1.0).abs() < 1e-12, "{mass}: {quiet} for {expected}");
+        }
+    }
+
+    #[test]
+    fn what_keeps_a_tenth_of_its_speed_along_the_pack_has_rebounded() {
+        for (left, expected) in [(9.0, Outcome::Stopped), (11.0, Outcome::Rebounded)] {
+            let mut tracker = Tracker::new(&body([0.0, 0.0, 100.0]), 1e-3, 0.2);
+            tracker.update(1e-6, &body([left, 0.0, 50.0]), 0.0, 0, || false);
+            tracker.update(2e-6, &body([left, 0.0, -1.0]), 0.0, 0, || false);
+            assert_eq!(tracker.outcome, expected, "{left} m/s");
+        }
+    }
+}
