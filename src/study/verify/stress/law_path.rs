@@ -5,6 +5,8 @@
 //! is too long for a kink, or a force that is not the law's, still shows as energy gained.
 
 use crate::kernels::crossover::{Equilibrium, LawKernel, UnitCellParameters, cell_energy, solve};
+use crate::kernels::element_geometry::ElementGeometry;
+use crate::kernels::kinematics::{differences, kinematics};
 use crate::kernels::node_update::field as node;
 use crate::math::scalar::Scalar;
 use crate::model::{Model, PlyType};
@@ -100,29 +102,14 @@ fn crossovers<S: Scalar>(ply_type: &PlyType<S>, row: usize, column: usize) -> f6
 /// Λ − 1 of warp and weft of an element, as its forces see it.
 fn stretch<S: Scalar>(model: &Model<S>, state: &State<S>, [ply, row, column]: [usize; 3]) -> [f64; 2] {
     let at = model.grid.first_node_row(ply) + row;
-    let moved = |up: usize, right: usize| {
-        [0, 1, 2].map(|a| state.nodes.get(at + up, node::DISPLACEMENT + a, column + right).to_f64())
-    };
-    let [first, second, third, fourth] = [moved(0, 0), moved(0, 1), moved(1, 1), moved(1, 0)];
+    let u = [0, 1, 2].map(|a: usize| {
+        let moved = |up: usize, right: usize| state.nodes.get(at + up, node::DISPLACEMENT + a, column + right).to_f64();
+        differences(&[moved(0, 0), moved(0, 1), moved(1, 1), moved(1, 0)])
+    });
     let ply_type = model.ply_type(ply);
-    let (size, share) = (ply_type.mesh.size(row, column), ply_type.element.mode_share.to_f64());
-    [0, 1].map(|yarn| {
-        let change = |a: usize| {
-            let along = if yarn == 0 {
-                second[a] - first[a] + third[a] - fourth[a]
-            } else {
-                fourth[a] - first[a] + third[a] - second[a]
-            };
-            0.5 * along / size[yarn]
-        };
-        let change = [0, 1, 2].map(change);
-        // What the edges differ by, where stretches are means over the element.
-        let apart = |a: usize| 0.5 * (first[a] - second[a] + third[a] - fourth[a]) / size[yarn];
-        let apart: f64 = share * [0, 1, 2].map(apart).iter().map(|x| x * x).sum::<f64>();
-        // √(1 + d) − 1 without a difference of nearly equal numbers.
-        let excess = 2.0 * change[yarn] + change.iter().map(|x| x * x).sum::<f64>() + apart;
-        excess / ((1.0 + excess).max(0.0).sqrt() + 1.0)
-    })
+    let [width, height] = ply_type.mesh.widths(row, column);
+    let size = ElementGeometry::of_row(&ply_type.element, height).of_columns(width, 1.0 / width);
+    kinematics(&size, u.each_ref()).extension
 }
 
 #[cfg(test)]
