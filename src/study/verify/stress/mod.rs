@@ -290,9 +290,14 @@ fn smallest<T>(
 
 /// Does so many pieces of work on some threads, each in a pool of one thread, so that the loops over rows stay on it.
 fn alone<T: Send>(threads: usize, count: usize, work: impl Fn(usize) -> T + Sync) -> Vec<T> {
-    side_by_side(threads, 0..count, |at| match rayon::ThreadPoolBuilder::new().num_threads(1).build() {
-        Ok(pool) => pool.install(|| work(at)),
-        Err(_) => work(at),
+    thread_local! {
+        static POOL: Option<rayon::ThreadPool> = rayon::ThreadPoolBuilder::new().num_threads(1).build().ok();
+    }
+    side_by_side(threads, 0..count, |at| {
+        POOL.with(|pool| match pool {
+            Some(pool) => pool.install(|| work(at)),
+            None => work(at),
+        })
     })
 }
 
