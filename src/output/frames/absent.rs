@@ -1,12 +1,11 @@
 //! Frames for ParaView in a build without the feature `frames`: none are written, and those of an earlier run go.
 
-use std::fs;
+mod earlier;
+
 use std::io;
 use std::path::Path;
 
-/// The file with all frames, and the one that lists those of the series.
-pub(super) const HDF: &str = "frames.vtkhdf";
-pub(super) const PVD: &str = "frames.pvd";
+pub(super) use earlier::{HDF, PVD};
 
 /// Complete files under temporary names: there are none.
 #[derive(Debug, Default)]
@@ -18,12 +17,7 @@ impl Staged {
     /// # Errors
     /// When the disk refuses.
     pub(super) fn place(self, folder: &Path) -> io::Result<Vec<&'static str>> {
-        for name in [HDF, PVD] {
-            match fs::remove_file(folder.join(name)) {
-                Err(error) if error.kind() != io::ErrorKind::NotFound => return Err(error),
-                _ => {}
-            }
-        }
+        earlier::clear(folder)?;
         Ok(Vec::new())
     }
 }

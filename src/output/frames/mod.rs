@@ -3,6 +3,7 @@
 //! The solver's thread only copies what has moved. Everything else happens when the run is over, however it ended, on all threads:
 //! files are written under temporary names and get theirs then.
 
+mod earlier;
 mod hdf;
 mod parts;
 mod recorder;
@@ -17,14 +18,13 @@ use std::path::{Path, PathBuf};
 use tempfile::{NamedTempFile, TempDir};
 
 use super::folder::UNFINISHED;
-use vtu::{SERIES, VtuSeries};
+use earlier::{SERIES, clear};
+use vtu::VtuSeries;
 
+pub(super) use earlier::{HDF, PVD};
 pub use recorder::Recorder;
 pub(super) use spool::clear as clear_spool;
 
-/// The file with all frames, and the one that lists those of the series.
-pub(super) const HDF: &str = "frames.vtkhdf";
-pub(super) const PVD: &str = "frames.pvd";
 /// What stands for the files of the series in a list of files.
 const VTU: &str = "frames/*.vtu";
 /// What a place for frames has to be.
@@ -66,32 +66,4 @@ impl Staged {
 /// A folder of its own, under a temporary name.
 fn hidden(folder: &Path) -> io::Result<TempDir> {
     tempfile::Builder::new().prefix(UNFINISHED[0]).suffix(UNFINISHED[1]).tempdir_in(folder)
-}
-
-/// Removes the frames of an earlier run.
-fn clear(folder: &Path) -> io::Result<()> {
-    gone(fs::remove_file(folder.join(HDF)))?;
-    gone(fs::remove_file(folder.join(PVD)))?;
-    clear_folder(&folder.join(SERIES), vtu::is_of_series)
-}
-
-/// Removes the files of a folder that are `own` by name, and the folder unless something else lies there.
-fn clear_folder(folder: &Path, own: impl Fn(&str) -> bool) -> io::Result<()> {
-    let Ok(entries) = fs::read_dir(folder) else { return Ok(()) };
-    for entry in entries {
-        let entry = entry?;
-        if own(&entry.file_name().to_string_lossy()) {
-            gone(fs::remove_file(entry.path()))?;
-        }
-    }
-    fs::remove_dir(folder).ok();
-    Ok(())
-}
-
-/// What is not there need not be removed.
-fn gone(removed: io::Result<()>) -> io::Result<()> {
-    match removed {
-        Err(error) if error.kind() != io::ErrorKind::NotFound => Err(error),
-        _ => Ok(()),
-    }
 }

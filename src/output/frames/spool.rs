@@ -11,7 +11,8 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 use same_file::Handle;
 use tempfile::TempDir;
 
-use super::{clear_folder, hidden};
+use super::earlier::clear_folder;
+use super::hidden;
 use crate::output::number::us;
 use crate::run::checkpoint::{self, Checkpoint, CheckpointError, CheckpointFault, Header, Reader, Writer};
 use crate::run::frame::{Frame, Scene};

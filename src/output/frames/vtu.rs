@@ -10,10 +10,9 @@ use std::path::Path;
 use flate2::{Compression, write::ZlibEncoder};
 use tempfile::TempDir;
 
+use super::earlier::SERIES;
 use super::parts::{Array, PartArray, PartFrame, PartGrid};
 
-/// Folder of the series, beside the `.pvd` file.
-pub(super) const SERIES: &str = "frames";
 const BYTE_ORDER: &str = if cfg!(target_endian = "big") { "BigEndian" } else { "LittleEndian" };
 
 /// A series in the making, in a folder of its own.
@@ -102,12 +101,6 @@ impl VtuSeries {
 
 fn file_name(part: &str, frame: usize) -> String {
     format!("{part}_{frame:04}.vtu")
-}
-
-/// Whether a file of that name is one of a series.
-pub(super) fn is_of_series(name: &str) -> bool {
-    let number = ["fabric_", "projectile_"].iter().find_map(|part| name.strip_prefix(part)?.strip_suffix(".vtu"));
-    number.is_some_and(|number| number.len() >= 4 && number.bytes().all(|byte| byte.is_ascii_digit()))
 }
 
 /// The header and the compressed bytes of an array, which is one block.

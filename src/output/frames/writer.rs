@@ -7,9 +7,10 @@ use std::path::{Path, PathBuf};
 
 use tempfile::NamedTempFile;
 
+use super::earlier::SERIES;
 use super::hdf::{self, HdfFile};
 use super::parts::Parts;
-use super::vtu::{SERIES, VtuSeries};
+use super::vtu::VtuSeries;
 use super::{HDF, PVD, Staged, WRITABLE, hidden};
 use crate::output::folder::{OutputError, temporary};
 use crate::run::frame::{Frame, Scene};
