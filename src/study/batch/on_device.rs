@@ -11,6 +11,8 @@ use crate::run::graphics::{DeviceBatch, DeviceUse, PreparedShot};
 
 /// Memory of the device that a batch may take [bytes].
 const MEMORY: u64 = 4 << 30;
+/// Earlier batches that are kept when another is made, and the memory that they may take [bytes]: searches of eight realisations take turns.
+const KEPT: (usize, u64) = (7, 512 << 20);
 /// Shots that wait for others to go with, at most: they lie in the memory of the host.
 const WAITING: usize = 2048;
 
@@ -23,18 +25,20 @@ type Group = Vec<(Waiting, PreparedShot)>;
 /// What takes rows with their numbers among the shots to fire.
 type Done<'d> = dyn FnMut(usize, ShotRow) -> Result<(), BatchError> + 'd;
 
-/// Computes shots on a device, with the pipelines of the last batch where they serve again.
+/// Computes shots on a device, with pipelines and buffers of earlier batches where they serve again.
 pub(in crate::study) struct DeviceRunner<'a> {
     device: &'a Device,
     options: BatchOptions<'a>,
-    batch: Option<DeviceBatch<'a>>,
+    /// The one that was used last at the end.
+    batches: Vec<DeviceBatch<'a>>,
+    /// Of batches that are gone.
     total: DeviceUse,
 }
 
 impl<'a> DeviceRunner<'a> {
     /// On the device of these options; `None` where they ask for none.
     pub(in crate::study) fn new(options: &BatchOptions<'a>) -> Option<Self> {
-        Some(Self { device: options.device?, options: *options, batch: None, total: DeviceUse::default() })
+        Some(Self { device: options.device?, options: *options, batches: Vec::new(), total: DeviceUse::default() })
     }
 
     /// Computes shots and hands their rows over as they end, in any order, each with its number among `shots`.
@@ -82,7 +86,7 @@ impl<'a> DeviceRunner<'a> {
 
     /// What shots have taken of the device so far.
     pub(in crate::study) fn device_use(&self) -> DeviceUse {
-        self.batch.as_ref().map_or(self.total, |batch| self.total.with(batch.device_use()))
+        self.batches.iter().map(DeviceBatch::device_use).fold(self.total, DeviceUse::with)
     }
 
     fn fire_group(&mut self, group: Group, done: &mut Done<'_>) -> Result<(), BatchError> {
@@ -109,19 +113,32 @@ impl<'a> DeviceRunner<'a> {
 
     /// The batch that takes so many shots like this one, or as many of them as there is memory for.
     fn batch_for(&mut self, shot: &PreparedShot, count: usize) -> Result<&mut DeviceBatch<'a>, DeviceError> {
-        if !self.batch.as_ref().is_some_and(|batch| batch.takes(shot, count)) {
-            self.total = self.device_use();
-            self.batch = None;
-            let mut room = shot.room(self.device, MEMORY).min(count as u64);
-            let batch = loop {
-                match DeviceBatch::new(self.device, shot, room) {
-                    Err(DeviceError::OutOfMemory { .. }) if room > 1 => room /= 2,
-                    made => break made?,
-                }
-            };
-            self.batch = Some(batch);
+        let batch = match self.batches.iter().position(|batch| batch.takes(shot, count)) {
+            Some(at) => self.batches.remove(at),
+            None => self.new_batch(shot, count)?,
+        };
+        self.batches.push(batch);
+        self.batches.last_mut().ok_or(DeviceError::NoAdapter)
+    }
+
+    fn new_batch(&mut self, shot: &PreparedShot, count: usize) -> Result<DeviceBatch<'a>, DeviceError> {
+        let bytes = |batches: &[DeviceBatch<'_>]| batches.iter().map(|batch| batch.device_use().bytes).sum::<u64>();
+        while self.batches.len() > KEPT.0 || bytes(&self.batches) > KEPT.1 {
+            self.drop_oldest();
         }
-        self.batch.as_mut().ok_or(DeviceError::NoAdapter)
+        let mut room = shot.room(self.device, MEMORY).min(count as u64);
+        loop {
+            match DeviceBatch::new(self.device, shot, room) {
+                Err(DeviceError::OutOfMemory { .. }) if !self.batches.is_empty() => self.drop_oldest(),
+                Err(DeviceError::OutOfMemory { .. }) if room > 1 => room /= 2,
+                made => return made,
+            }
+        }
+    }
+
+    fn drop_oldest(&mut self) {
+        let used = self.batches.remove(0).device_use();
+        self.total = self.total.with(used);
     }
 
     fn fire_together(
@@ -130,7 +147,7 @@ impl<'a> DeviceRunner<'a> {
         shots: &[PreparedShot],
         done: &mut Done<'_>,
     ) -> Result<(), BatchError> {
-        let Some(batch) = &mut self.batch else { return Ok(()) };
+        let Some(batch) = self.batches.last_mut() else { return Ok(()) };
         let mut refused = None;
         let mut ended = |at: usize, run: &Run| {
             let (number, order) = orders[at];

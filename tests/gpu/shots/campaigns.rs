@@ -25,6 +25,7 @@ use crate::kept::{files, same_files};
 
 pub(super) const TESTS: Tests = &[
     ("shots_of_thresholds_go_together_and_are_what_they_are_alone", thresholds),
+    ("searches_whose_shots_cannot_go_together_take_turns", turns),
     ("shots_of_a_design_are_what_they_are_alone", design),
     ("points_of_a_sweep_go_together_and_are_what_they_are_alone", points),
     ("another_backend_does_not_go_on", other_backend),
@@ -99,6 +100,16 @@ fn thresholds(device: &'static Device) -> Outcome {
     let again = limit(device, &case, &request, broken.path(), true);
     same_files(&files(broken.path()), &files(whole.path()));
     assert!((2..shots).contains(&again.device.shots), "{} of {shots} shots", again.device.shots);
+    Ok(())
+}
+
+/// Other moduli give another time step: each realisation has pipelines of its own, and its search comes back to them.
+fn turns(device: &'static Device) -> Outcome {
+    let (case, place) = (tiny(&[r#"/variability={"modulus": {"scatter": 0.05}}"#]), TempDir::new().unwrap());
+    let found = limit(device, &case, &request(Design::Thresholds, 2, 0), place.path(), false);
+    let shots = each_as_alone(device, &case, &place.path().join("v50.csv"));
+    assert!(shots > 8 && found.thresholds.iter().all(Result::is_ok), "{found:?}");
+    assert_eq!((found.device.shots, found.device.room), (shots, 1));
     Ok(())
 }
 
