@@ -7,15 +7,17 @@ use std::thread;
 use std::time::Instant;
 
 use ripstop::case::Case;
-use ripstop::output::number::{duration, short};
+use ripstop::output::number::{bytes, duration, short};
 use ripstop::run::Precision;
+use ripstop::run::graphics::DeviceUse;
 use ripstop::study::batch::{BatchError, BatchOptions};
 use ripstop::study::interval::Bounds;
 
+use super::backend::Chosen;
 use super::campaign_arguments::BatchArguments;
 use super::failure::CommandFailure;
-use super::input;
 use super::progress::Bar;
+use super::{backend, input, screen};
 
 /// Reads the case of a batch: the nominal one, whatever shot it names.
 pub(crate) fn case(path: &Path, arguments: &BatchArguments) -> Result<Case, CommandFailure> {
@@ -26,17 +28,50 @@ pub(crate) fn case(path: &Path, arguments: &BatchArguments) -> Result<Case, Comm
     Ok(case)
 }
 
-/// How shots are computed.
-pub(crate) fn options<'a>(arguments: &BatchArguments, case: &Case, interrupt: &'a AtomicBool) -> BatchOptions<'a> {
+/// What all draws come from.
+pub(crate) fn seed(arguments: &BatchArguments, case: &Case) -> u32 {
     let of_case = case.variability.as_ref().map_or(1, |variability| variability.seed);
+    arguments.seed.unwrap_or(of_case)
+}
+
+/// Opens what computes, and says what `auto` took.
+pub(crate) fn choose(arguments: &BatchArguments) -> Result<Chosen, CommandFailure> {
+    let chosen = backend::choose(&arguments.backend())?;
+    chosen.note.iter().filter(|_| !arguments.quiet).for_each(|note| screen::complain(note));
+    Ok(chosen)
+}
+
+/// How shots are computed.
+pub(crate) fn options<'a>(
+    arguments: &BatchArguments,
+    case: &Case,
+    chosen: &'a Chosen,
+    interrupt: &'a AtomicBool,
+) -> BatchOptions<'a> {
+    let device = chosen.device.as_ref();
     BatchOptions {
-        seed: arguments.seed.unwrap_or(of_case),
+        seed: seed(arguments, case),
         threads: self::threads(arguments.threads),
         threads_per_shot: 1,
-        precision: arguments.precision.unwrap_or(Precision::F64),
-        device: None,
+        precision: if device.is_some() { Precision::F32 } else { chosen.precision },
+        device,
         interrupt,
     }
+}
+
+/// What shots took of a device; nothing where there was none.
+pub(crate) fn device_text(used: DeviceUse) -> String {
+    if used.shots == 0 {
+        return String::new();
+    }
+    let each = |count: u64, of: u64| count as f64 / of as f64;
+    format!(
+        "GPU: {} shots, up to {} at a time; {} dispatches and {} a shot\n",
+        used.shots,
+        used.room,
+        short(each(used.dispatches, used.shots), 4),
+        bytes(each(used.bytes, used.room.max(1)))
+    )
 }
 
 /// As many threads as asked for, one for each core otherwise.

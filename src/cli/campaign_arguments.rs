@@ -9,7 +9,7 @@ use ripstop::study::fit::FitRequest;
 use ripstop::study::interval::Interval;
 use ripstop::study::v50::Design;
 
-use super::arguments::BackendChoice;
+use super::arguments::{BackendArguments, BackendChoice};
 use super::choice::{DESIGNS, PRECISIONS, one_of};
 use super::range::{Velocities, level, percent, speed};
 
@@ -25,6 +25,12 @@ pub(crate) struct BatchArguments {
     /// Shots at a time, a thread each [default: all cores]; results do not depend on it
     #[arg(long, value_name = "N", value_parser = RangedU64ValueParser::<usize>::new().range(1..=1024))]
     pub(crate) threads: Option<usize>,
+    /// What computes; a GPU computes many shots at a time
+    #[arg(long, value_enum, default_value = "cpu")]
+    pub(crate) backend: BackendChoice,
+    /// Graphics adapter, by part of its name or its number in `ripstop info` [default: the best]
+    #[arg(long, value_name = "NAME|INDEX")]
+    pub(crate) adapter: Option<String>,
     /// Number type [default: f64; f32 on a GPU, which has no other]
     #[arg(long, value_parser = one_of(PRECISIONS))]
     pub(crate) precision: Option<Precision>,
@@ -49,6 +55,11 @@ impl BatchArguments {
     /// How a limit is fitted to shots.
     pub(crate) fn fit(&self) -> FitRequest {
         FitRequest { link: Link::Probit, level: self.level, interval: Interval::Likelihood }
+    }
+
+    /// What computes.
+    pub(crate) fn backend(&self) -> BackendArguments {
+        BackendArguments { backend: self.backend, adapter: self.adapter.clone(), precision: self.precision }
     }
 }
 
@@ -75,12 +86,6 @@ pub(crate) struct ShotsArguments {
     /// Velocities spread evenly over a range [m/s] [default: that of the case]
     #[arg(long, value_name = "A..B")]
     pub(crate) velocity: Option<Velocities>,
-    /// What computes; a GPU computes many shots at a time
-    #[arg(long, value_enum, default_value = "cpu")]
-    pub(crate) backend: BackendChoice,
-    /// Graphics adapter, by part of its name or its number in `ripstop info` [default: the best]
-    #[arg(long, value_name = "NAME|INDEX")]
-    pub(crate) adapter: Option<String>,
     /// Run this shot alone, with everything that `ripstop run` writes, in DIR/shot-N
     #[arg(long, value_name = "N")]
     pub(crate) only: Option<u32>,
@@ -97,6 +102,7 @@ pub(crate) struct ShotsArguments {
   ripstop v50 cases/s720-1ply-155.json
   ripstop v50 cases/s720-1ply-scatter.json --until-width 3% -o out/limit
   ripstop v50 shot.json --design langlie --velocity 150..250 --count 20
+  ripstop v50 shot.json --backend gpu               # the next shot of each realisation in one batch
   ripstop v50 shot.json --json | jq .v50_m_s
 
 By default every realisation of the case (same fabric, same hit) is shot at other velocities until its own threshold is known. \

@@ -4,26 +4,25 @@ use std::path::Path;
 
 use ripstop::case::Case;
 use ripstop::output::Folder;
-use ripstop::output::number::{bytes, short};
-use ripstop::run::graphics::DeviceUse;
-use ripstop::study::batch::{BatchOptions, ShotOrder, order_case};
+use ripstop::output::number::short;
+use ripstop::study::batch::{ShotOrder, order_case};
 use ripstop::study::fit::{self, Fit};
 use ripstop::study::interval::Bounds;
 use ripstop::study::shots::{self, BatchProgress, ShotsRequest, ShotsResult};
 
-use super::arguments::{BackendArguments, RunArguments};
+use super::arguments::RunArguments;
 use super::batch::{self, ShotBar};
 use super::campaign_arguments::ShotsArguments;
 use super::failure::CommandFailure;
 use super::fit::text as fit_text;
 use super::run::{Print, shoot};
-use super::{backend, interrupt, paint, result, screen};
+use super::{interrupt, paint, result, screen};
 
 /// Fires, prints and writes.
 pub(crate) fn shots(arguments: &ShotsArguments) -> Result<(), CommandFailure> {
     let interrupted = interrupt::watch()?;
     let case = batch::case(&arguments.case, &arguments.batch)?;
-    let of_batch = batch::options(&arguments.batch, &case, &interrupted);
+    let seed = batch::seed(&arguments.batch, &case);
     let out = batch::out(arguments.out.as_deref(), &case, "shots");
     let request = ShotsRequest {
         count: arguments.count.unwrap_or(1),
@@ -32,13 +31,11 @@ pub(crate) fn shots(arguments: &ShotsArguments) -> Result<(), CommandFailure> {
         fit: arguments.batch.fit(),
     };
     if let Some(number) = arguments.only {
-        let order = shots::order(&request, of_batch.seed, number);
-        let shot = alone(&case, of_batch.seed, order)?;
+        let shot = alone(&case, seed, shots::order(&request, seed, number))?;
         return shoot(&run_arguments(arguments), &shot, &out.join(format!("shot-{number}")), &interrupted);
     }
-    let chosen = backend::choose(&backend_arguments(arguments))?;
-    chosen.note.iter().filter(|_| !arguments.batch.quiet).for_each(|note| screen::complain(note));
-    let options = BatchOptions { device: chosen.device.as_ref(), ..of_batch };
+    let chosen = batch::choose(&arguments.batch)?;
+    let options = batch::options(&arguments.batch, &case, &chosen, &interrupted);
     let folder = Folder::prepare_for(&out, shots::FILES, &[case.path.as_path()])?;
     let mut bar = ShotBar::new(!arguments.batch.quiet);
     let mut show = |at: BatchProgress<'_>| bar.show("shots", at.done, at.of, v50(at.fit));
@@ -63,17 +60,11 @@ fn alone(case: &Case, seed: u32, order: ShotOrder) -> Result<Case, CommandFailur
     Ok(shot)
 }
 
-/// What computes.
-fn backend_arguments(arguments: &ShotsArguments) -> BackendArguments {
-    let (backend, adapter) = (arguments.backend, arguments.adapter.clone());
-    BackendArguments { backend, adapter, precision: arguments.batch.precision }
-}
-
 /// What `ripstop run` would be told.
 fn run_arguments(arguments: &ShotsArguments) -> RunArguments {
     RunArguments {
         cases: vec![arguments.case.clone()],
-        backend: backend_arguments(arguments),
+        backend: arguments.batch.backend(),
         out: None,
         sets: Vec::new(),
         threads: arguments.batch.threads,
@@ -112,21 +103,6 @@ fn text(case: &Case, request: &ShotsRequest, done: &ShotsResult, folder: &Path) 
             first.order.shot
         );
     }
-    out += &device_text(&done.device);
+    out += &batch::device_text(done.device);
     out + &result::files(folder, shots::FILES)
-}
-
-/// What shots took of a device; nothing where there was none.
-fn device_text(used: &DeviceUse) -> String {
-    if used.shots == 0 {
-        return String::new();
-    }
-    let each = |count: u64, of: u64| count as f64 / of as f64;
-    format!(
-        "GPU: {} shots, up to {} at a time; {} dispatches and {} a shot\n",
-        used.shots,
-        used.room,
-        short(each(used.dispatches, used.shots), 4),
-        bytes(each(used.bytes, used.room.max(1)))
-    )
 }

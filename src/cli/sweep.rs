@@ -30,8 +30,9 @@ const MAX_ROWS: usize = 60;
 pub(crate) fn sweep(arguments: &SweepArguments) -> Result<(), CommandFailure> {
     let interrupted = interrupt::watch()?;
     let case = batch::case(&arguments.case, &arguments.batch)?;
-    let options = batch::options(&arguments.batch, &case, &interrupted);
     let request = request(arguments)?;
+    let chosen = batch::choose(&arguments.batch)?;
+    let options = batch::options(&arguments.batch, &case, &chosen, &interrupted);
     let out = batch::out(arguments.out.as_deref(), &case, "sweep");
     let folder = Folder::prepare_for(&out, sweep::FILES, &[case.path.as_path()])?;
     let bar = Bar::new(!arguments.batch.quiet);
@@ -99,8 +100,9 @@ fn text(title: &str, request: &SweepRequest, results: &SweepResult, folder: &Pat
     let more = results.points.len().saturating_sub(MAX_ROWS);
     let more = if more > 0 { format!("… and {more} more\n") } else { String::new() };
     format!(
-        "{title}\n\n{table}{more}{}\n{}  {}\n  {}, points/\n",
+        "{title}\n\n{table}{more}{}{}\n{}  {}\n  {}, points/\n",
         variance(request, &results.effects),
+        batch::device_text(results.device),
         paint::heading("files"),
         folder.display(),
         sweep::FILES.join(", ")

@@ -30,7 +30,8 @@ const SIGMA: f64 = 0.1;
 pub(crate) fn v50(arguments: &V50Arguments) -> Result<(), CommandFailure> {
     let interrupted = interrupt::watch()?;
     let case = batch::case(&arguments.case, &arguments.batch)?;
-    let options = batch::options(&arguments.batch, &case, &interrupted);
+    let chosen = batch::choose(&arguments.batch)?;
+    let options = batch::options(&arguments.batch, &case, &chosen, &interrupted);
     let out = batch::out(arguments.out.as_deref(), &case, "v50");
     let request = request(arguments, &case);
     let folder = Folder::prepare_for(&out, v50::FILES, &[case.path.as_path()])?;
@@ -77,6 +78,7 @@ fn text(case: &Case, request: &V50Request, found: &V50Result, folder: &Path) -> 
         out += &part("residual velocity", &residual_table(&found.residual));
     }
     let files: Vec<&str> = v50::FILES.iter().copied().filter(|name| folder.join(name).exists()).collect();
+    out += &batch::device_text(found.device);
     out + &result::files(folder, &files)
 }
 

@@ -87,11 +87,28 @@ pub(super) fn drawn_columns(case: &Case, seed: u32, orders: impl Iterator<Item =
 /// The plan of a batch.
 pub fn plan(case: &Case, request: &ShotsRequest, options: &BatchOptions<'_>) -> BatchPlan {
     // A longer batch may go on where a shorter one ended: the count is no part of what a row is.
-    let mut options_json = json!({ "velocity_m_s": request.velocity, "precision": options.precision.name() });
-    if let Some(device) = options.device {
-        options_json["adapter"] = json!(device.name());
-    }
-    BatchPlan::new("shots", case, options.seed, options_json)
+    BatchPlan::new("shots", case, options, json!({ "velocity_m_s": request.velocity }))
+}
+
+/// Begins a batch, or goes on with the one that is there.
+///
+/// # Errors
+/// When the disk refuses, or another batch lies in the folder.
+pub(super) fn begin(
+    case: &Case,
+    request: &ShotsRequest,
+    options: &BatchOptions<'_>,
+    folder: &Folder,
+    resume: bool,
+) -> Result<ShotLog, BatchError> {
+    let drawn = drawn_columns(case, options.seed, (0..request.count).map(|shot| order(request, options.seed, shot)));
+    plan(case, request, options).begin(folder, FILES, resume)?;
+    ShotLog::open(folder, TABLE, drawn, resume)
+}
+
+/// Which of the first shots have no row yet.
+pub(super) fn missing(log: &ShotLog, request: &ShotsRequest, seed: u32, count: u32) -> Vec<ShotOrder> {
+    (0..count).map(|shot| order(request, seed, shot)).filter(|order| log.find(*order).is_none()).collect()
 }
 
 /// Fires the shots that are not there yet and writes the table and the page.
@@ -106,18 +123,14 @@ pub fn run(
     resume: bool,
     progress: &mut dyn FnMut(BatchProgress<'_>),
 ) -> Result<ShotsResult, BatchError> {
-    let order = |shot: u32| order(request, options.seed, shot);
-    let drawn = drawn_columns(case, options.seed, (0..request.count).map(order));
-    let plan = plan(case, request, options);
-    plan.begin(folder, FILES, resume)?;
-    let mut log = ShotLog::open(folder, TABLE, drawn, resume)?;
+    let mut log = begin(case, request, options, folder, resume)?;
     let step = if request.until_width.is_some() { BETWEEN_LOOKS } else { request.count };
     let mut wanted = 0;
     let mut early = false;
     let mut device = DeviceUse::default();
     while wanted < request.count && !early {
         wanted = (wanted + step).min(request.count);
-        let missing: Vec<ShotOrder> = (0..wanted).map(order).filter(|order| log.find(*order).is_none()).collect();
+        let missing = missing(&log, request, options.seed, wanted);
         let mut done = wanted - missing.len() as u32;
         let mut last = None;
         let used = fire(case, &missing, options, &mut |row| {

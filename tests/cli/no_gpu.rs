@@ -6,12 +6,14 @@ use super::*;
 #[test]
 fn what_needs_an_adapter_is_3_and_nothing_is_written() {
     let bench = Bench::new(&small());
-    let refused: [&[&str]; 6] = [
+    let refused: [&[&str]; 8] = [
         &["run", "shot.json", "--backend", "gpu"],
         &["run", "shot.json", "--backend", "gpu", "--precision", "f32", "--adapter", "0"],
         &["run", "shot.json", "--adapter", "0"],
         &["verify", "--backend", "gpu"],
         &["bench", "shot.json", "--backend", "gpu"],
+        &["v50", "shot.json", "--backend", "gpu"],
+        &["sweep", "shot.json", "--over", "/pack/plies=1,2", "--backend", "gpu"],
         &["compare", "shot.json"],
     ];
     for arguments in refused {

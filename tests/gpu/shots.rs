@@ -6,6 +6,7 @@
 //! Red when: a kernel, the ledger, the order of stages or the host loop of the GPU backend differs from the processor's.
 
 mod batches;
+mod campaigns;
 mod endings;
 mod frames;
 mod graded;
@@ -47,6 +48,7 @@ pub(crate) fn tests() -> Vec<Trial> {
         ("frames", frames::TESTS),
         ("program", program::TESTS),
         ("together", together::TESTS),
+        ("campaigns", campaigns::TESTS),
     ];
     let named = |(module, tests): (&'static str, Tests)| {
         tests.iter().map(move |(name, test)| trial(format!("shots::{module}::{name}"), *test))

@@ -5,7 +5,7 @@ use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::mpsc;
 use std::thread;
 
-use super::{BatchError, BatchOptions, ShotOrder, ShotRow, on_device};
+use super::{BatchError, BatchOptions, DeviceRunner, ShotOrder, ShotRow};
 use crate::case::{self, Case, CaseError, Drawn};
 use crate::run::graphics::DeviceUse;
 use crate::run::{self, Options};
@@ -28,8 +28,9 @@ pub fn fire(
     options: &BatchOptions<'_>,
     done: &mut dyn FnMut(ShotRow) -> Result<(), BatchError>,
 ) -> Result<DeviceUse, BatchError> {
-    if let Some(device) = options.device {
-        return on_device::fire(case, orders, device, options, done);
+    if let Some(mut runner) = DeviceRunner::new(options) {
+        runner.fire(orders.iter().map(|order| (case, *order)), &mut |_, row| done(row))?;
+        return Ok(runner.device_use());
     }
     in_parallel(case, orders, options, done).map(|()| DeviceUse::default())
 }

@@ -18,6 +18,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 pub use fire::{fire, order_case};
 pub use log::ShotLog;
+pub(in crate::study) use on_device::DeviceRunner;
 pub use page::html;
 pub use plan::BatchPlan;
 pub use row::{ShotRow, columns};

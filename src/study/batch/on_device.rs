@@ -11,85 +11,95 @@ use crate::run::graphics::{DeviceBatch, DeviceUse, PreparedShot};
 
 /// Memory of the device that a batch may take [bytes].
 const MEMORY: u64 = 4 << 30;
+/// Earlier batches that are kept when another is made, and the memory that they may take [bytes]: searches of eight realisations take turns.
+const KEPT: (usize, u64) = (7, 512 << 20);
 /// Shots that wait for others to go with, at most: they lie in the memory of the host.
 const WAITING: usize = 2048;
 
+/// A shot that waits: its number among those to fire, and what was asked for.
+type Waiting = (usize, ShotOrder);
+
 /// Shots that go together.
-type Group = Vec<(ShotOrder, PreparedShot)>;
+type Group = Vec<(Waiting, PreparedShot)>;
 
-/// Computes shots on a device and hands their rows over as they end, in any order; tells what they took of it.
-///
-/// # Errors
-/// What `done` refuses, the end that the user has asked for, or that the device was lost. Shots under way are given up then.
-pub(super) fn fire(
-    case: &Case,
-    orders: &[ShotOrder],
-    device: &Device,
-    options: &BatchOptions<'_>,
-    done: &mut dyn FnMut(ShotRow) -> Result<(), BatchError>,
-) -> Result<DeviceUse, BatchError> {
-    let mut range = Range { device, options, batch: None, total: DeviceUse::default() };
-    let mut groups: Vec<Group> = Vec::new();
-    for order in orders {
-        if options.stopped() {
-            return Err(BatchError::Interrupted);
-        }
-        let shot = match ready(case, *order, options) {
-            Ok(shot) => shot,
-            Err(row) => {
-                done(*row)?;
-                continue;
-            }
-        };
-        let Ready { case, velocity, drawn } = shot;
-        let shot = match PreparedShot::new(case) {
-            Ok(shot) => shot,
-            Err(error) => {
-                done(ShotRow::of_failure(*order, velocity, drawn, &error.to_string()))?;
-                continue;
-            }
-        };
-        let at = groups.iter().position(|group| group[0].1.goes_with(&shot)).unwrap_or(groups.len());
-        if at == groups.len() {
-            groups.push(Vec::new());
-        }
-        groups[at].push((*order, shot));
-        let full = groups[at].len() as u64 >= groups[at][0].1.room(device, MEMORY);
-        if full || groups.iter().map(Vec::len).sum::<usize>() >= WAITING {
-            let largest = (0..groups.len()).rev().max_by_key(|at| groups[*at].len()).unwrap_or(at);
-            range.fire(groups.swap_remove(if full { at } else { largest }), done)?;
-        }
-    }
-    for group in groups {
-        range.fire(group, done)?;
-    }
-    range.add_use();
-    Ok(range.total)
-}
+/// What takes rows with their numbers among the shots to fire.
+type Done<'d> = dyn FnMut(usize, ShotRow) -> Result<(), BatchError> + 'd;
 
-/// A device with the pipelines of the last batch.
-struct Range<'a> {
+/// Computes shots on a device, with pipelines and buffers of earlier batches where they serve again.
+pub(in crate::study) struct DeviceRunner<'a> {
     device: &'a Device,
-    options: &'a BatchOptions<'a>,
-    batch: Option<DeviceBatch<'a>>,
+    options: BatchOptions<'a>,
+    /// The one that was used last at the end.
+    batches: Vec<DeviceBatch<'a>>,
+    /// Of batches that are gone.
     total: DeviceUse,
 }
 
-impl<'a> Range<'a> {
-    fn fire(
+impl<'a> DeviceRunner<'a> {
+    /// On the device of these options; `None` where they ask for none.
+    pub(in crate::study) fn new(options: &BatchOptions<'a>) -> Option<Self> {
+        Some(Self { device: options.device?, options: *options, batches: Vec::new(), total: DeviceUse::default() })
+    }
+
+    /// Computes shots and hands their rows over as they end, in any order, each with its number among `shots`.
+    ///
+    /// # Errors
+    /// What `done` refuses, the end that the user has asked for, or that the device was lost. Shots under way are given up then.
+    pub(in crate::study) fn fire<'c>(
         &mut self,
-        group: Group,
-        done: &mut dyn FnMut(ShotRow) -> Result<(), BatchError>,
+        shots: impl Iterator<Item = (&'c Case, ShotOrder)>,
+        done: &mut Done<'_>,
     ) -> Result<(), BatchError> {
-        let (mut orders, mut shots): (Vec<ShotOrder>, Vec<PreparedShot>) = group.into_iter().unzip();
+        let mut groups: Vec<Group> = Vec::new();
+        for (number, (case, order)) in shots.enumerate() {
+            if self.options.stopped() {
+                return Err(BatchError::Interrupted);
+            }
+            let shot = match ready(case, order, &self.options) {
+                Ok(shot) => shot,
+                Err(row) => {
+                    done(number, *row)?;
+                    continue;
+                }
+            };
+            let Ready { case, velocity, drawn } = shot;
+            let shot = match PreparedShot::new(case) {
+                Ok(shot) => shot,
+                Err(error) => {
+                    done(number, ShotRow::of_failure(order, velocity, drawn, &error.to_string()))?;
+                    continue;
+                }
+            };
+            let at = groups.iter().position(|group| group[0].1.goes_with(&shot)).unwrap_or(groups.len());
+            if at == groups.len() {
+                groups.push(Vec::new());
+            }
+            groups[at].push(((number, order), shot));
+            let full = groups[at].len() as u64 >= groups[at][0].1.room(self.device, MEMORY);
+            if full || groups.iter().map(Vec::len).sum::<usize>() >= WAITING {
+                let largest = (0..groups.len()).rev().max_by_key(|at| groups[*at].len()).unwrap_or(at);
+                self.fire_group(groups.swap_remove(if full { at } else { largest }), done)?;
+            }
+        }
+        groups.into_iter().try_for_each(|group| self.fire_group(group, done))
+    }
+
+    /// What shots have taken of the device so far.
+    pub(in crate::study) fn device_use(&self) -> DeviceUse {
+        self.batches.iter().map(DeviceBatch::device_use).fold(self.total, DeviceUse::with)
+    }
+
+    fn fire_group(&mut self, group: Group, done: &mut Done<'_>) -> Result<(), BatchError> {
+        let (mut orders, mut shots): (Vec<Waiting>, Vec<PreparedShot>) = group.into_iter().unzip();
         while let Some(first) = shots.first() {
             let taken = match self.batch_for(first, shots.len()) {
                 Ok(batch) => shots.len().min(batch.device_use().room as usize),
                 Err(lost @ DeviceError::Lost { .. }) => return Err(BatchError::Device(lost)),
                 Err(error) => {
-                    for (order, shot) in orders.iter().zip(&shots) {
+                    for ((number, order), shot) in orders.iter().zip(&shots) {
                         let velocity = shot.case.projectile.as_ref().map_or(0.0, |projectile| projectile.velocity);
-                        done(ShotRow::of_failure(*order, velocity, shot.case.drawn.clone(), &error.to_string()))?;
+                        let drawn = shot.case.drawn.clone();
+                        done(*number, ShotRow::of_failure(*order, velocity, drawn, &error.to_string()))?;
                     }
                     return Ok(());
                 }
@@ -103,30 +113,45 @@ impl<'a> Range<'a> {
 
     /// The batch that takes so many shots like this one, or as many of them as there is memory for.
     fn batch_for(&mut self, shot: &PreparedShot, count: usize) -> Result<&mut DeviceBatch<'a>, DeviceError> {
-        if !self.batch.as_ref().is_some_and(|batch| batch.takes(shot, count)) {
-            self.add_use();
-            let mut room = shot.room(self.device, MEMORY).min(count as u64);
-            let batch = loop {
-                match DeviceBatch::new(self.device, shot, room) {
-                    Err(DeviceError::OutOfMemory { .. }) if room > 1 => room /= 2,
-                    made => break made?,
-                }
-            };
-            self.batch = Some(batch);
+        let batch = match self.batches.iter().position(|batch| batch.takes(shot, count)) {
+            Some(at) => self.batches.remove(at),
+            None => self.new_batch(shot, count)?,
+        };
+        self.batches.push(batch);
+        self.batches.last_mut().ok_or(DeviceError::NoAdapter)
+    }
+
+    fn new_batch(&mut self, shot: &PreparedShot, count: usize) -> Result<DeviceBatch<'a>, DeviceError> {
+        let bytes = |batches: &[DeviceBatch<'_>]| batches.iter().map(|batch| batch.device_use().bytes).sum::<u64>();
+        while self.batches.len() > KEPT.0 || bytes(&self.batches) > KEPT.1 {
+            self.drop_oldest();
         }
-        self.batch.as_mut().ok_or(DeviceError::NoAdapter)
+        let mut room = shot.room(self.device, MEMORY).min(count as u64);
+        loop {
+            match DeviceBatch::new(self.device, shot, room) {
+                Err(DeviceError::OutOfMemory { .. }) if !self.batches.is_empty() => self.drop_oldest(),
+                Err(DeviceError::OutOfMemory { .. }) if room > 1 => room /= 2,
+                made => return made,
+            }
+        }
+    }
+
+    fn drop_oldest(&mut self) {
+        let used = self.batches.remove(0).device_use();
+        self.total = self.total.with(used);
     }
 
     fn fire_together(
         &mut self,
-        orders: &[ShotOrder],
+        orders: &[Waiting],
         shots: &[PreparedShot],
-        done: &mut dyn FnMut(ShotRow) -> Result<(), BatchError>,
+        done: &mut Done<'_>,
     ) -> Result<(), BatchError> {
-        let Some(batch) = &mut self.batch else { return Ok(()) };
+        let Some(batch) = self.batches.last_mut() else { return Ok(()) };
         let mut refused = None;
-        let mut ended = |number: usize, run: &Run| {
-            refused = done(ShotRow::of_run(orders[number], &shots[number].case, run)).err();
+        let mut ended = |at: usize, run: &Run| {
+            let (number, order) = orders[at];
+            refused = done(number, ShotRow::of_run(order, &shots[at].case, run)).err();
             refused.is_none()
         };
         debug!(shots = shots.len(), "batch of shots on the device");
@@ -136,11 +161,5 @@ impl<'a> Range<'a> {
             None if !all => Err(BatchError::Interrupted),
             None => Ok(()),
         }
-    }
-
-    /// Counts what the last batch took, which comes to its end.
-    fn add_use(&mut self) {
-        let Some(batch) = self.batch.take() else { return };
-        self.total = self.total.with(batch.device_use());
     }
 }

@@ -8,7 +8,7 @@ use serde_json::{Value, json};
 use crate::case::{Case, case_hash};
 use crate::output::Folder;
 use crate::study::StudyError;
-use crate::study::batch::BatchError;
+use crate::study::batch::{BatchError, BatchOptions};
 
 /// Name of the file.
 const FILE: &str = "plan.json";
@@ -18,15 +18,20 @@ const FILE: &str = "plan.json";
 pub struct BatchPlan(Value);
 
 impl BatchPlan {
-    /// The plan of a command for a case; `options`: what else decides the rows.
-    pub fn new(command: &str, case: &Case, seed: u32, options: Value) -> Self {
+    /// The plan of a command for a case; `parts`: what else decides the rows.
+    pub fn new(command: &str, case: &Case, options: &BatchOptions<'_>, mut parts: Value) -> Self {
+        parts["precision"] = json!(options.precision.name());
+        parts["backend"] = json!(if options.device.is_some() { "gpu" } else { "cpu" });
+        if let Some(device) = options.device {
+            parts["adapter"] = json!(device.name());
+        }
         Self(json!({
             "command": command,
             "version": env!("CARGO_PKG_VERSION"),
             "case": case.as_run,
             "case_hash": case_hash(&case.as_run),
-            "seed": seed,
-            "options": options,
+            "seed": options.seed,
+            "options": parts,
         }))
     }
 
@@ -68,15 +73,24 @@ impl BatchPlan {
             .map_err(|error| StudyError::new(&place, "the plan of a batch", error.to_string(), help))?;
         for name in ["version", "command", "seed", "options", "case"] {
             if found[name] != self.0[name] {
-                let shown = |value: &Value| if name == "case" { "another case".to_owned() } else { value.to_string() };
-                let expected = if name == "case" {
-                    "the case of this batch".to_owned()
-                } else {
-                    format!("{name} {}", self.0[name])
+                let [expected, found] = match name {
+                    "case" => ["the case of this batch", "another case"].map(str::to_owned),
+                    _ => [(&self.0, &found), (&found, &self.0)]
+                        .map(|(one, other)| format!("{name} {}", differing(&one[name], &other[name]))),
                 };
-                return Err(StudyError::new(&place, expected, shown(&found[name]), help));
+                return Err(StudyError::new(&place, expected, found, help));
             }
         }
         Ok(())
     }
+}
+
+/// A value, or of an object the members that another has not or has otherwise.
+fn differing(one: &Value, other: &Value) -> Value {
+    let Value::Object(members) = one else { return one.clone() };
+    members
+        .iter()
+        .filter(|(name, value)| other.get(name.as_str()) != Some(*value))
+        .map(|(n, v)| (n.clone(), v.clone()))
+        .collect()
 }

@@ -1,6 +1,6 @@
 //! The points of a sweep, each a batch in a folder of its own: what has ended there is read, not computed again.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use super::design::SweepDesign;
@@ -9,10 +9,14 @@ use super::{KeyEffect, html, json, key_effects};
 use crate::case::Case;
 use crate::output::Folder;
 use crate::output::csv::{header, number, quoted, row};
-use crate::study::batch::{BatchError, BatchOptions, BatchPlan, ShotRow};
+use crate::run::graphics::DeviceUse;
+use crate::study::batch::{BatchError, BatchOptions, BatchPlan, DeviceRunner, ShotRow};
 use crate::study::shots::{self, ShotsRequest};
 use crate::study::threads::in_threads;
 use crate::study::v50::{self, V50Request};
+
+/// Points whose shots go on a device together: their tables are open meanwhile.
+const AHEAD: usize = 64;
 
 /// What is computed at each point.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -61,6 +65,8 @@ pub struct SweepResult {
     pub points: Vec<PointResult>,
     /// By key.
     pub effects: Vec<KeyEffect>,
+    /// What was taken of a device.
+    pub device: DeviceUse,
 }
 
 impl SweepOf {
@@ -88,16 +94,16 @@ pub fn run(
     let Some((first, of)) = request.cases.first() else { return Ok(SweepResult::default()) };
     let factors: Vec<&str> = request.factors.iter().map(|factor| factor.pointer.as_str()).collect();
     let parts = serde_json::json!({
-        "over": factors, "points": request.points, "of": format!("{of:?}"), "precision": options.precision.name(),
+        "over": factors, "points": request.points, "of": format!("{of:?}"),
     });
-    let plan = BatchPlan::new("sweep", first, options.seed, parts);
+    let plan = BatchPlan::new("sweep", first, options, parts);
     let points = folder.path().join("points");
     if !resume && points.exists() {
         std::fs::remove_dir_all(&points).map_err(|error| crate::output::OutputError::unwritten(&points, &error))?;
     }
     plan.begin(folder, super::FILES, resume)?;
-    let points = all(request, options, folder.path(), progress)?;
-    let results = SweepResult { effects: key_effects(request, &points), points };
+    let (points, device) = all(request, options, &folder.path().join("points"), progress)?;
+    let results = SweepResult { effects: key_effects(request, &points), points, device };
     let table = table(request, &results.points);
     #[cfg(feature = "parquet")]
     crate::output::parquet::put(folder, super::PARQUET, &table)?;
@@ -110,35 +116,87 @@ pub fn run(
     Ok(results)
 }
 
+/// Every point; `folder`: where theirs are.
 fn all(
     request: &SweepRequest,
     options: &BatchOptions<'_>,
     folder: &Path,
     progress: &(dyn Fn(usize) + Sync),
-) -> Result<Vec<PointResult>, BatchError> {
+) -> Result<(Vec<PointResult>, DeviceUse), BatchError> {
     let count = request.cases.len();
-    let workers = options.threads.min(count).max(1);
-    // Points beside each other, and shots of a point where there are fewer points than threads.
+    let place = |number: usize| folder.join(format!("{number:04}"));
+    let mut runner = DeviceRunner::new(options);
+    let at_a_time = if runner.is_some() { AHEAD } else { count };
+    // On a device one point after another. Else points beside each other, and shots of a point where there are fewer points than threads.
+    let workers = if runner.is_some() { 1 } else { options.threads.min(count).max(1) };
     let inner = BatchOptions { threads: options.threads.div_ceil(workers), ..*options };
-    let done = AtomicUsize::new(0);
-    in_threads(workers, 0..count, |number, _| {
-        let (case, of) = &request.cases[number];
-        let result = point(case, of, &inner, &folder.join("points").join(format!("{number:04}")))?;
-        progress(done.fetch_add(1, Ordering::Relaxed) + 1);
-        Ok(result)
+    let (ended, told) = (AtomicUsize::new(0), AtomicUsize::new(0));
+    let tell = |points: usize| progress(told.fetch_max(points, Ordering::Relaxed).max(points));
+    let mut results = Vec::with_capacity(count);
+    for first in (0..count).step_by(at_a_time) {
+        let numbers = first..(first + at_a_time).min(count);
+        if let Some(runner) = &mut runner {
+            fire_ahead(request, numbers.clone(), options, runner, &place, &tell)?;
+        }
+        results.extend(in_threads(workers, numbers, |number, _| {
+            let (case, of) = &request.cases[number];
+            point(case, of, &inner, &place(number)).inspect(|_| tell(ended.fetch_add(1, Ordering::Relaxed) + 1))
+        })?);
+    }
+    let ahead = runner.map(|runner| runner.device_use()).unwrap_or_default();
+    let (points, used): (Vec<_>, Vec<_>) = results.into_iter().unzip();
+    Ok((points, used.into_iter().fold(ahead, DeviceUse::with)))
+}
+
+/// Fires the shots of points on a device, in one batch where they go together: their rows are there once their points are looked at.
+fn fire_ahead(
+    request: &SweepRequest,
+    numbers: std::ops::Range<usize>,
+    options: &BatchOptions<'_>,
+    runner: &mut DeviceRunner<'_>,
+    place: &dyn Fn(usize) -> PathBuf,
+    tell: &dyn Fn(usize),
+) -> Result<(), BatchError> {
+    let (first, mut tables, mut wanted) = (numbers.start, Vec::new(), Vec::new());
+    for number in numbers {
+        let (case, SweepOf::Shots(of)) = &request.cases[number] else { continue };
+        // Where shots end early, each batch of them hangs on those before.
+        if of.until_width.is_some() {
+            continue;
+        }
+        let (path, at) = (place(number), tables.len());
+        let folder = Folder::prepare_for(&path, shots::FILES, &[])?;
+        let log = shots::begin(case, of, options, &folder, BatchPlan::is_in(&path))?;
+        wanted.extend(shots::missing(&log, of, options.seed, of.count).into_iter().map(|order| (at, case, order)));
+        tables.push((log, folder));
+    }
+    let shots = wanted.iter().map(|(_, case, order)| (*case, *order));
+    let (points, mut fired) = (tables.len(), 0);
+    runner.fire(shots, &mut |shot, row| {
+        fired += 1;
+        tell(first + points * fired / wanted.len());
+        tables[wanted[shot].0].0.add(row)
     })
 }
 
-fn point(case: &Case, of: &SweepOf, options: &BatchOptions<'_>, path: &Path) -> Result<PointResult, BatchError> {
+/// What a point gave, and what it took of a device.
+fn point(
+    case: &Case,
+    of: &SweepOf,
+    options: &BatchOptions<'_>,
+    path: &Path,
+) -> Result<(PointResult, DeviceUse), BatchError> {
     let resume = BatchPlan::is_in(path);
     match of {
         SweepOf::Shots(request) => {
             let folder = Folder::prepare_for(path, shots::FILES, &[])?;
-            Ok(of_shots(&shots::run(case, request, options, &folder, resume, &mut |_| {})?))
+            let found = shots::run(case, request, options, &folder, resume, &mut |_| {})?;
+            Ok((of_shots(&found), found.device))
         }
         SweepOf::V50(request) => {
             let folder = Folder::prepare_for(path, v50::FILES, &[])?;
-            Ok(of_v50(&v50::run(case, request, options, &folder, resume, &mut |_| {})?))
+            let found = v50::run(case, request, options, &folder, resume, &mut |_| {})?;
+            Ok((of_v50(&found), found.device))
         }
     }
 }

@@ -1,20 +1,23 @@
-//! The shots of a V50: thresholds in blocks, realisations of a block in parallel; or a design, shot after shot.
+//! The shots of a V50: thresholds in blocks, realisations of a block in parallel, on a device in rounds of a shot of each; or a design, shot
+//! after shot.
 //!
 //! What is asked next depends on outcomes alone, never on the order in which shots ended: a campaign that was broken off asks the same
 //! again, and finds the rows that are there.
 
 use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
-use std::sync::{Mutex, PoisonError};
+use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use serde_json::json;
 
 use super::estimate::{V50Result, estimate};
-use super::threshold::{FurtherShots, Rungs, ThresholdSearch, Wanted, middle};
+use super::realisation::{FoundThreshold, RealisationSearch, Start};
+use super::threshold::{Rungs, middle};
 use super::{Design, FILES, REFINED_TABLE, TABLE, V50Request, html, json};
 use crate::case::{self, Case};
 use crate::output::Folder;
+use crate::run::graphics::DeviceUse;
 use crate::study::batch::fire::shoot;
-use crate::study::batch::{BatchError, BatchOptions, BatchPlan, ShotLog, ShotOrder};
+use crate::study::batch::{BatchError, BatchOptions, BatchPlan, DeviceRunner, ShotLog, ShotOrder};
 use crate::study::designs::{Langlie, Neyer, ThreePod, UpDown};
 use crate::study::outcomes::Shot;
 use crate::study::shots::drawn_columns;
@@ -26,11 +29,6 @@ const BLOCKS: [u32; 3] = [2, 6, 8];
 const FIRST_STEP: f64 = 0.1;
 /// Thresholds without which no interval is narrow.
 const LEAST: usize = 8;
-/// First step of a search on the finer mesh, over the threshold on the coarser one.
-const REFINED_STEP: f64 = 0.02;
-/// Realisations that are shot further above their thresholds too, for the residual velocities, and where.
-const FURTHER: (u32, &[f64]) = (8, &[1.15, 1.4]);
-
 /// What a campaign is at.
 #[derive(Clone, Copy, Debug)]
 pub struct V50Progress<'a> {
@@ -40,16 +38,6 @@ pub struct V50Progress<'a> {
     pub of: u32,
     /// The last estimate.
     pub last: Option<&'a V50Result>,
-}
-
-/// What is known of the threshold of a realisation.
-#[derive(Clone, Debug, PartialEq)]
-pub(super) struct FoundThreshold {
-    /// Highest stop below it and lowest perforation above it [m/s]; or why there is none.
-    pub(super) bracket: Result<[f64; 2], String>,
-    pub(super) monotone: bool,
-    /// The bracket on the finer mesh [m/s], where it was looked for and found.
-    pub(super) refined: Option<[f64; 2]>,
 }
 
 /// The case whose impact velocity is the one asked for: its scatter moves shots, not the limit.
@@ -73,9 +61,9 @@ fn plan(case: &Case, request: &V50Request, options: &BatchOptions<'_>) -> BatchP
     };
     let parts = json!({
         "design": request.design.word(), "parameters": design, "count": request.count, "until_width": request.until_width,
-        "level": request.fit.level, "precision": options.precision.name(), "refined": request.refined,
+        "level": request.fit.level, "refined": request.refined,
     });
-    BatchPlan::new("v50", case, options.seed, parts)
+    BatchPlan::new("v50", case, options, parts)
 }
 
 /// Fires what is not there yet, estimates, and writes table, JSON and page.
@@ -96,7 +84,8 @@ pub fn run(
     let orders = || (0..request.count).map(|shot| ShotOrder { shot, velocity: Some(request.velocity[0]) });
     let open = |case: Case, table: &'static str| {
         let drawn = drawn_columns(&case, options.seed, orders());
-        ShotLog::open(folder, table, drawn, resume).map(|log| MeshShots { case, log: Mutex::new(log) })
+        let device = DeviceRunner::new(options).map(Mutex::new);
+        ShotLog::open(folder, table, drawn, resume).map(|log| MeshShots { case, log: Mutex::new(log), device })
     };
     let is_refined = request.design == Design::Thresholds && request.refined > 0;
     let finer = if is_refined { case::converged(&nominal) } else { None };
@@ -104,70 +93,81 @@ pub fn run(
     let one_by_one = request.design != Design::Thresholds || !nominal.varies();
     let threads_per_shot = if one_by_one { options.threads } else { 1 };
     let options = &BatchOptions { threads_per_shot, ..*options };
-    let finer = finer.map(|case| open(case, REFINED_TABLE)).transpose()?;
     // Without variability all realisations are one.
     let of = if request.design == Design::Thresholds && !nominal.varies() { 1 } else { request.count };
-    let (mesh, progress, done) = (open(nominal, TABLE)?, Mutex::new(progress), AtomicU32::new(0));
-    let campaign = Campaign { mesh, finer, request, options, of, done, progress };
+    let (progress, done) = (Mutex::new(progress), AtomicU32::new(0));
+    let cases = [Some((nominal, TABLE)), finer.map(|case| (case, REFINED_TABLE))];
+    let meshes = cases.into_iter().flatten().map(|(case, table)| open(case, table)).collect::<Result<_, _>>()?;
+    let campaign = Campaign { meshes, request, options, of, done, progress };
     let found = match request.design {
         Design::Thresholds => campaign.thresholds()?,
         _ => campaign.design()?,
     };
-    let result = campaign.estimate(&found);
-    let Campaign { mesh: MeshShots { case, log }, finer, .. } = campaign;
-    let case = &case;
-    let log = log.into_inner().unwrap_or_else(PoisonError::into_inner);
-    let finer = finer.map(|shots| shots.log.into_inner().unwrap_or_else(PoisonError::into_inner));
-    let table = log.table(|_| true);
+    let used = campaign.meshes.iter().map(MeshShots::device_use).fold(DeviceUse::default(), DeviceUse::with);
+    let result = V50Result { device: used, ..campaign.estimate(&found) };
+    let case = &campaign.meshes[0].case;
+    let tables: Vec<String> = campaign.meshes.iter().map(|mesh| locked(&mesh.log).table(|_| true)).collect();
     #[cfg(feature = "parquet")]
-    crate::output::parquet::put(folder, super::PARQUET, &table)?;
+    crate::output::parquet::put(folder, super::PARQUET, &tables[0])?;
     let mut texts = vec![
         ("v50.json", format!("{:#}\n", json(case, request, options.seed, &result))),
         ("v50.html", html(case, request, options.seed, &result)),
-        (TABLE, table),
     ];
-    texts.extend(finer.as_ref().map(|log| (REFINED_TABLE, log.table(|_| true))));
+    texts.extend([TABLE, REFINED_TABLE].into_iter().zip(tables));
     folder.put(&texts, &[])?;
-    log.close()?;
-    finer.map_or(Ok(()), ShotLog::close)?;
+    let mut logs = campaign.meshes.into_iter().map(|mesh| mesh.log.into_inner());
+    logs.try_for_each(|log| log.unwrap_or_else(PoisonError::into_inner).close())?;
     Ok(result)
 }
 
 /// The case on one mesh, and its shots.
-struct MeshShots {
+struct MeshShots<'a> {
     case: Case,
     log: Mutex<ShotLog>,
+    /// What fires them; `None`: the processor.
+    device: Option<Mutex<DeviceRunner<'a>>>,
 }
 
-impl MeshShots {
-    fn rows(&self) -> std::sync::MutexGuard<'_, ShotLog> {
-        self.log.lock().unwrap_or_else(PoisonError::into_inner)
+fn locked<T>(inside: &Mutex<T>) -> MutexGuard<'_, T> {
+    inside.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+impl MeshShots<'_> {
+    /// The outcome of a shot that has a row, or why it has none.
+    fn outcome(&self, order: ShotOrder) -> Option<Result<Shot, String>> {
+        locked(&self.log).find(order).map(|row| row.as_shot().ok_or_else(|| row.reason.clone()))
     }
 
-    /// The outcome of a shot: of its row, or of a shot that is fired now. `None`: it has none, and why.
-    fn outcome(
+    /// Fires shots that have no row yet, on a device those together that go together.
+    fn fire(
         &self,
-        order: ShotOrder,
+        orders: &[ShotOrder],
         options: &BatchOptions<'_>,
         given_up: &AtomicBool,
-    ) -> Result<Result<Shot, String>, BatchError> {
-        let known = self.rows().find(order).cloned();
-        let row = match known {
-            Some(row) => row,
-            None => {
-                let row = shoot(&self.case, order, options, given_up).ok_or(BatchError::Interrupted)?;
-                self.rows().add(row.clone())?;
-                row
-            }
+        fired: &dyn Fn(),
+    ) -> Result<(), BatchError> {
+        let add = |row| {
+            locked(&self.log).add(row)?;
+            fired();
+            Ok(())
         };
-        Ok(row.as_shot().ok_or(row.reason))
+        if let Some(device) = &self.device {
+            let shots = orders.iter().map(|order| (&self.case, *order));
+            return locked(device).fire(shots, &mut |_, row| add(row));
+        }
+        orders
+            .iter()
+            .try_for_each(|order| add(shoot(&self.case, *order, options, given_up).ok_or(BatchError::Interrupted)?))
+    }
+
+    fn device_use(&self) -> DeviceUse {
+        self.device.as_ref().map(|device| locked(device).device_use()).unwrap_or_default()
     }
 }
 
 struct Campaign<'a, 'p> {
-    mesh: MeshShots,
-    /// On the converged mesh, where that is another one.
-    finer: Option<MeshShots>,
+    /// Of the case, and the converged one, where that is another and was asked for.
+    meshes: Vec<MeshShots<'a>>,
     request: &'a V50Request,
     options: &'a BatchOptions<'a>,
     /// Realisations, or shots of a design, at most, and those that are done.
@@ -176,22 +176,16 @@ struct Campaign<'a, 'p> {
     progress: Mutex<&'p mut (dyn FnMut(V50Progress<'_>) + Send)>,
 }
 
-/// Where a search begins [m/s] and its first step, in rungs.
-#[derive(Clone, Copy)]
-struct Start {
-    velocity: f64,
-    step: i32,
-}
-
 impl Campaign<'_, '_> {
     fn estimate(&self, found: &[FoundThreshold]) -> V50Result {
-        let refined_shots = self.finer.as_ref().map_or(0, |finer| finer.rows().rows().count());
-        estimate(&self.mesh.case, self.request, found, self.mesh.rows().rows(), refined_shots)
+        let refined_shots = self.meshes.get(1).map_or(0, |finer| locked(&finer.log).rows().count());
+        let mesh = &self.meshes[0];
+        estimate(&mesh.case, self.request, found, locked(&mesh.log).rows(), refined_shots)
     }
 
     /// Tells how far the campaign is.
     fn tell(&self, last: Option<&V50Result>) {
-        let mut tell = self.progress.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut tell = locked(&self.progress);
         tell(V50Progress { done: self.done.load(Ordering::Relaxed), of: self.of, last });
     }
 
@@ -224,8 +218,8 @@ impl Campaign<'_, '_> {
             found.iter().filter_map(|found| found.bracket.as_ref().ok()).copied().map(middle).collect();
         middles.sort_by(f64::total_cmp);
         if middles.is_empty() {
-            let velocity =
-                self.mesh.case.projectile.as_ref().map_or(self.request.velocity[0], |projectile| projectile.velocity);
+            let projectile = self.meshes[0].case.projectile.as_ref();
+            let velocity = projectile.map_or(self.request.velocity[0], |projectile| projectile.velocity);
             return Start { velocity, step: (FIRST_STEP / rungs.width).round() as i32 };
         }
         let velocity = middles[middles.len() / 2];
@@ -234,65 +228,60 @@ impl Campaign<'_, '_> {
         Start { velocity, step: (square.sqrt() / (rungs.width * mean)).round() as i32 }
     }
 
-    /// Thresholds of some realisations, each on a thread.
+    /// Thresholds of some realisations: each on a thread, or all together on a device.
     fn block(&self, block: std::ops::Range<u32>, start: Start) -> Result<Vec<FoundThreshold>, BatchError> {
-        in_threads(self.options.threads, block.start as usize..block.end as usize, |number, given_up| {
-            let found = self.search(number as u32, start, given_up)?;
-            self.done.fetch_add(1, Ordering::Relaxed);
-            Ok(found)
-        })
+        let realisations: Vec<u32> = block.collect();
+        let at_a_time = if self.options.device.is_some() { realisations.len() } else { 1 };
+        let groups: Vec<&[u32]> = realisations.chunks(at_a_time).collect();
+        let found = in_threads(self.options.threads, 0..groups.len(), |group, given_up| {
+            self.thresholds_of(groups[group], start, given_up)
+        })?;
+        Ok(found.into_iter().flatten().collect())
     }
 
-    fn search(&self, realisation: u32, start: Start, given_up: &AtomicBool) -> Result<FoundThreshold, BatchError> {
-        let beyond = if realisation < FURTHER.0 { FURTHER.1 } else { &[] };
-        let further = FurtherShots { beside: true, beyond };
-        let found = self.search_on(&self.mesh, realisation, start, further, given_up)?;
-        let (Ok(bracket), Some(finer)) = (&found.bracket, &self.finer) else { return Ok(found) };
-        if realisation >= self.request.refined {
-            return Ok(found);
-        }
-        let start = Start { velocity: middle(*bracket), step: (REFINED_STEP / self.request.bracket).round() as i32 };
-        let refined = self.search_on(finer, realisation, start, FurtherShots::NONE, given_up)?.bracket.ok();
-        Ok(FoundThreshold { refined, ..found })
-    }
-
-    /// The threshold of a realisation on one mesh.
-    fn search_on(
+    /// Fires what the searches for these thresholds want, round after round, until none wants any more.
+    fn thresholds_of(
         &self,
-        mesh: &MeshShots,
-        realisation: u32,
+        realisations: &[u32],
         start: Start,
-        further: FurtherShots,
         given_up: &AtomicBool,
-    ) -> Result<FoundThreshold, BatchError> {
-        let none = |reason| Ok(FoundThreshold { bracket: Err(reason), monotone: true, refined: None });
+    ) -> Result<Vec<FoundThreshold>, BatchError> {
         let rungs = Rungs { width: self.request.bracket };
-        let mut search = ThresholdSearch::new(rungs, start.velocity, start.step, further);
+        let meshes = |realisation| if realisation < self.request.refined { self.meshes.len() } else { 1 };
+        let search = |realisation: &u32| RealisationSearch::new(*realisation, rungs, start, meshes(*realisation));
+        let mut searches: Vec<RealisationSearch> = realisations.iter().map(search).collect();
+        let mut wanted = vec![Vec::new(); self.meshes.len()];
         loop {
-            match search.wanted() {
-                Wanted::Shot(rung) => {
-                    let order = ShotOrder { shot: realisation, velocity: Some(rungs.velocity(rung)) };
-                    match mesh.outcome(order, self.options, given_up)? {
-                        Ok(shot) => search.see(rung, shot.perforated),
-                        Err(reason) => return none(reason),
-                    }
-                    self.tell(None);
+            for search in &mut searches {
+                while let Some((number, order)) = search.wanted() {
+                    let Some(outcome) = self.meshes[number].outcome(order) else {
+                        wanted[number].push(order);
+                        break;
+                    };
+                    search.see(outcome);
                 }
-                Wanted::Nothing => break,
-                Wanted::NoThreshold => return none("no velocity from 2 to 4900 m/s changes the outcome".to_owned()),
+            }
+            if wanted.iter().all(Vec::is_empty) {
+                self.done.fetch_add(realisations.len() as u32, Ordering::Relaxed);
+                return Ok(searches.into_iter().map(RealisationSearch::found).collect());
+            }
+            for (mesh, orders) in self.meshes.iter().zip(&mut wanted) {
+                mesh.fire(orders, self.options, given_up, &|| self.tell(None))?;
+                orders.clear();
             }
         }
-        let bracket = search.bracket().ok_or_else(|| "no bracket".to_owned());
-        Ok(FoundThreshold { bracket, monotone: search.is_monotone(), refined: None })
     }
 
     /// Shots of a design, one after the other. A shot without an outcome tells a design nothing.
     fn design(&self) -> Result<Vec<FoundThreshold>, BatchError> {
-        let given_up = AtomicBool::new(false);
+        let (given_up, mesh) = (AtomicBool::new(false), &self.meshes[0]);
         let mut shots: Vec<Shot> = Vec::new();
         for shot in 0..self.of {
             let order = ShotOrder { shot, velocity: Some(next_velocity(self.request, &shots)) };
-            shots.extend(self.mesh.outcome(order, self.options, &given_up)?.ok());
+            if mesh.outcome(order).is_none() {
+                mesh.fire(&[order], self.options, &given_up, &|| ())?;
+            }
+            shots.extend(mesh.outcome(order).and_then(Result::ok));
             self.done.fetch_add(1, Ordering::Relaxed);
             let result = self.estimate(&[]);
             self.tell(Some(&result));

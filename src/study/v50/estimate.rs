@@ -1,11 +1,12 @@
 //! From thresholds or shots to V50, its interval, and what the interval is made of.
 
-use super::campaign::FoundThreshold;
+use super::realisation::FoundThreshold;
 use super::refinement::Refinement;
 use super::sample::ThresholdSample;
 use super::threshold::middle;
 use super::{Design, V50Request};
 use crate::case::{Accuracy, Case, Numerics};
+use crate::run::graphics::DeviceUse;
 use crate::study::arithmetic_v50::{Arithmetic, RULES, Refusal, Rule, arithmetic_v50};
 use crate::study::batch::ShotRow;
 use crate::study::designs::{Staircase, UpDown};
@@ -91,6 +92,8 @@ pub struct V50Result {
     pub shots: usize,
     /// See `shots`.
     pub failed: usize,
+    /// What was taken of a device.
+    pub device: DeviceUse,
 }
 
 impl V50Result {
@@ -149,6 +152,7 @@ pub(super) fn estimate<'a>(
         passed,
         shots: rows.len(),
         failed: rows.len() - fit_rows.len(),
+        device: DeviceUse::default(),
         thresholds,
     };
     match request.design {

@@ -4,7 +4,7 @@
 //! case ──► thresholds of realisations, or a design ──► estimate ──► json, page
 //! ```
 //!
-//! - [`threshold`] finds the threshold of one realisation, `campaign` those of many, and the shots of a design.
+//! - [`threshold`] finds one threshold, `realisation` those of a realisation on both meshes, `campaign` those of many, and the shots of a design.
 //! - [`refinement`] is what the converged mesh moves thresholds by.
 //! - [`sample`] is the estimate from thresholds; shots of a design are fitted as those of a range.
 //! - `report` is `v50.json` and what is said in words, `page` is `v50.html`.
@@ -12,6 +12,7 @@
 mod campaign;
 mod estimate;
 mod page;
+mod realisation;
 pub mod refinement;
 mod report;
 pub mod sample;

@@ -16,7 +16,7 @@ pub(super) const TESTS: Tests = &[
     ("info_lists_the_adapter", info),
 ];
 
-const CASE: &str = "cases/verify/mirror.json";
+pub(super) const CASE: &str = "cases/verify/mirror.json";
 /// Short and violent, with profiles.
 const SETS: [&str; 8] = [
     "--set",
@@ -29,12 +29,12 @@ const SETS: [&str; 8] = [
     "/projectile/velocity_m_s=600",
 ];
 
-fn ripstop(arguments: &[&str]) -> Output {
+pub(super) fn ripstop(arguments: &[&str]) -> Output {
     let mut command = Command::new(env!("CARGO_BIN_EXE_ripstop"));
     command.current_dir(env!("CARGO_MANIFEST_DIR")).args(arguments).env("NODEVICE_SELECT", "1").output().unwrap()
 }
 
-fn text(bytes: &[u8]) -> String {
+pub(super) fn text(bytes: &[u8]) -> String {
     String::from_utf8(bytes.to_vec()).unwrap()
 }
 

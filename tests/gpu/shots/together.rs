@@ -89,7 +89,7 @@ fn one_goes_bad(device: &'static Device) -> Outcome {
     Ok(())
 }
 
-fn options<'a>(device: &'a Device, interrupt: &'a AtomicBool) -> BatchOptions<'a> {
+pub(super) fn options<'a>(device: &'a Device, interrupt: &'a AtomicBool) -> BatchOptions<'a> {
     let (seed, precision) = (3, Precision::F32);
     BatchOptions { seed, threads: 1, threads_per_shot: 1, precision, device: Some(device), interrupt }
 }
