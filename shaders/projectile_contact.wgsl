@@ -236,10 +236,7 @@ fn solve(local: u32) {
             solved = true;
             shared_out = true;
         } else if (change_set(change < SET_CHANGES / 2u, local)) {
-            if (change == SET_CHANGES && local == 0u) {
-                atomicStore(&status[counter(NOT_CONVERGED)], 1u);
-                atomicMin(&status[counter(BAD_STEP)], step.index);
-            }
+            // What still pulled is let go: the next step finds what enters.
             solved = change >= SET_CHANGES;
             change++;
         } else {

@@ -178,7 +178,7 @@ struct Step {
 }
 
 // Words of `status`, shot by shot.
-/// First step that produced a number that is not finite, or did not settle; nothing happens after it.
+/// First step that produced a number that is not finite; nothing happens after it.
 const BAD_STEP: u32 = 0u;
 const EVENTS: u32 = 1u;
 const FAILED: u32 = 2u; // warp, weft
@@ -194,12 +194,10 @@ const COMPUTED: u32 = 8u;
 const PLY_DEPTH: u32 = 10u;
 /// Set when more points of the rim meet a ply than there is room for.
 const OVERFLOW_EDGES: u32 = 11u;
-/// Set when the set of points that push had not settled at the end of the bad step.
-const NOT_CONVERGED: u32 = 12u;
 /// Nodes that may have moved: first and one past the last row, then column, of each ply.
-const REACH: u32 = 13u;
+const REACH: u32 = 12u;
 /// Words before that.
-const STATUS_WORDS: u32 = 13u;
+const STATUS_WORDS: u32 = 12u;
 
 @group(0) @binding(0) var<uniform> scene: Scene;
 @group(0) @binding(1) var<uniform> step: Step;

@@ -170,6 +170,7 @@ fn solve_normal(start: &RigidBody, body: &mut RigidBody, points: &mut [ContactPo
         }
     }
     common_velocity(start, body, points, rim, dt);
+    // What still pulls is let go: the next step finds what enters.
     for p in points.iter_mut().filter(|p| p.normal_impulse < 0.0) {
         p.release();
     }

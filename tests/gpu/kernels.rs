@@ -76,6 +76,6 @@ pub(crate) fn tests() -> Vec<Trial> {
     out.push(trial("kernels::no_line_of_the_table_is_idle_or_blind", whole_table));
     out.push(trial("kernels::nothing_happens_after_a_bad_step", compare::bad_step));
     out.push(trial("kernels::a_rim_without_room_is_told_and_not_heeded", compare::crowded));
-    out.push(trial("kernels::contact_without_rest_ends_its_step", compare::restless));
+    out.push(trial("kernels::contact_without_rest_lets_go_what_pulls", compare::restless));
     out
 }

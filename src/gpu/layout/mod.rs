@@ -48,7 +48,7 @@ pub const POINT_WORDS: u64 = 32;
 /// Words of a place where the projectile may touch. Before the first of a shot there is one more.
 pub const TOUCH_WORDS: u64 = 32;
 /// Words of the counters.
-pub const STATUS_WORDS: usize = 13;
+pub const STATUS_WORDS: usize = 12;
 /// Words of the projectile.
 pub const BODY_WORDS: usize = 60;
 /// Sums of a workgroup of the ledger.
@@ -60,7 +60,7 @@ pub(crate) const STEP_STRIDE: u64 = 256;
 
 /// Words of `status`.
 pub mod status {
-    /// First step that produced a number that is not finite, or did not settle.
+    /// First step that produced a number that is not finite.
     pub const BAD_STEP: usize = 0;
     /// Failure events so far.
     pub const EVENTS: usize = 1;
@@ -80,10 +80,8 @@ pub mod status {
     pub const PLY_DEPTH: usize = 10;
     /// Points of the rim that met a ply when there was no room for them.
     pub const OVERFLOW_EDGES: usize = 11;
-    /// 1 where the set of points that push had not settled at the end of the bad step.
-    pub const NOT_CONVERGED: usize = 12;
     /// What may have moved of each ply begins here.
-    pub const REACH: usize = 13;
+    pub const REACH: usize = 12;
 }
 
 /// Sums of the ledger.

@@ -9,14 +9,13 @@ use crate::gpu::DeviceError;
 use crate::gpu::layout::{self, BODY_WORDS, BodyRecord, STATUS_WORDS, StepInfo, WorkgroupSums, status, sum};
 use crate::gpu::stepper::DeviceStepper;
 use crate::gpu::submission::BatchResult;
-use crate::kernels::projectile_contact::SET_CHANGES;
 use crate::model::Model;
 use crate::run::record::{RunRecord, SampleInput};
 use crate::run::{Observer, View, outcome, pieces, profile};
 use crate::solver;
+use crate::solver::Given;
 use crate::solver::energy_balance::{EnergyBalance, PlyMoment};
 use crate::solver::state::State;
-use crate::solver::{Divergence, Given};
 
 /// A shot in progress.
 pub(crate) struct DeviceShot {
@@ -115,11 +114,7 @@ impl DeviceShot {
         check_room(stepper, &result.status)?;
         if bad < u64::from(layout::NONE) {
             self.download(stepper, state, bad)?;
-            if result.status[status::NOT_CONVERGED] > 0 {
-                self.record.divergence = Some(self.unsettled(state));
-            } else {
-                self.diagnose(state, ("kinetic energy", f64::NAN));
-            }
+            self.diagnose(state, ("kinetic energy", f64::NAN));
         }
         Ok(())
     }
@@ -129,19 +124,6 @@ impl DeviceShot {
         stepper.download_shot(self.number, &self.model, state)?;
         state.step = steps;
         Ok(())
-    }
-
-    /// Contact that finds no set of points that push, in the element of the struck ply that the projectile is over.
-    fn unsettled(&self, state: &State<f32>) -> Divergence {
-        let mesh = &self.model.ply_type(0).mesh;
-        let [x, y, _] = mesh.to_ply(state.body.as_ref().map_or([0.0; 3], |body| body.position.into()));
-        let [row, column] = mesh.element_at([x, y]);
-        Divergence {
-            step: state.step,
-            kernel: "projectile_contact",
-            quantity: format!("the set of points that push still changes after {SET_CHANGES} solves"),
-            place: self.model.place_in_whole([0, row, column]),
-        }
     }
 
     fn diagnose(&mut self, state: &State<f32>, excess: (&str, f64)) {

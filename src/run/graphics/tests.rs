@@ -22,7 +22,7 @@ fn counters(changes: &[(usize, u32)]) -> BatchResult {
 }
 
 #[test]
-fn a_rim_without_room_or_rest_ends_the_run_by_name() -> Result<(), Box<dyn std::error::Error>> {
+fn a_rim_without_room_ends_the_run_by_name() -> Result<(), Box<dyn std::error::Error>> {
     let (case, device) = (small()?, Device::noop());
     let mut run = DeviceSimulation::new(&case, &device)?;
     let DeviceLoop { stepper, shots, state, .. } = &mut run.device_loop;
@@ -32,9 +32,5 @@ fn a_rim_without_room_or_rest_ends_the_run_by_name() -> Result<(), Box<dyn std::
     let room = stepper.sizes().ties;
     assert!(room > 20);
     assert_eq!(crowded, Err(DeviceError::CrowdedRim { adapter: "noop".into(), found: 999, room }));
-    take(&counters(&[(status::BAD_STEP, 7), (status::NOT_CONVERGED, 1)]))?;
-    let trouble = run.shot().record.divergence.as_ref().ok_or("no trouble")?;
-    assert_eq!((trouble.step, trouble.kernel), (7, "projectile_contact"));
-    assert!(trouble.quantity.contains("still changes after 40 solves"), "{trouble:?}");
     Ok(())
 }
