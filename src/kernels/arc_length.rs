@@ -155,6 +155,22 @@ mod tests {
     }
 
     #[test]
+    fn no_term_is_left_out_that_matters_and_none_is_taken_that_does_not() {
+        for i in 1..=60 {
+            let k = 0.05 * f64::from(i);
+            // λ of the ellipse with semi-axes 1 and √(1 + k²): ((a − 1)/(a + 1))².
+            let secant = k.hypot(1.0);
+            let lambda = ((secant - 1.0) / (secant + 1.0)).powi(2);
+            for digits in 4..18 {
+                let error = 10.0_f64.powi(-digits);
+                let small = |n: usize| SERIES[n] * lambda.powi(n as i32 + 1) < error;
+                let expected = (1..MAX_TERMS).find(|n| small(*n)).unwrap_or(MAX_TERMS);
+                assert_eq!(terms_for(k, error), expected, "k = {k}, {error}");
+            }
+        }
+    }
+
+    #[test]
     fn derivatives_match_differences() {
         for k in [0.02, 0.3, 0.9, 1.4, -0.4] {
             let at = |k| arc_length(k, MAX_TERMS);

@@ -20,6 +20,9 @@ pub use crate::kernels::yarn_law::{
 /// Newton steps allowed; bisection alone needs about 55 in double precision.
 pub const MAX_ITERATIONS: u32 = 80;
 
+/// More than any residual, before there is one [N].
+const UNKNOWN: f64 = 1e30;
+
 /// Steps allowed where the height of the other yarn alone meets the force.
 pub const REFINEMENTS: u32 = 8;
 
@@ -176,7 +179,7 @@ fn safeguarded<R: Real, L: LawKernel>(
     let (mut low, mut high) = (zero, top);
     // Ends of the bracket are known signs, not evaluated points, until the iteration goes there.
     let (mut low_seen, mut high_seen) = (n.never(), n.never());
-    let mut last = n.splat_like(f64::MAX.min(1e30));
+    let mut last = n.splat_like(UNKNOWN);
     best = CellPoint::select(*active, CellPoint::at::<L>(cell, span, x), best);
     *iterations = *iterations + R::select(*active, n.one(), zero);
     for _ in 0..MAX_ITERATIONS {
@@ -300,3 +303,7 @@ impl<R: Real> CellPoint<R> {
         }
     }
 }
+
+#[cfg(test)]
+#[path = "crossover_tests.rs"]
+mod tests;

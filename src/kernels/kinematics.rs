@@ -24,6 +24,9 @@ pub(crate) struct Kinematics<R> {
     pub(crate) sine: R,
 }
 
+/// Keeps quotients finite where an element has shrunk to nothing: least Λ, or Λ² [-].
+pub(super) const TINY: f64 = 1e-12;
+
 pub(super) type Vector<R> = [R; 3];
 
 #[inline(always)]
@@ -53,7 +56,7 @@ pub(crate) fn kinematics<R: Real>(c: &ElementGeometry<R>, u: [&Vector<R>; 3]) ->
     let (q1, q2) = (apart * c.gradient[0].squared(), apart * c.gradient[1].squared());
     let f1 = [one + g1[0], g1[1], g1[2]];
     let f2 = [g2[0], one + g2[1], g2[2]];
-    let tiny = n.splat_like(1e-12);
+    let tiny = n.splat_like(TINY);
     let l1 = (dot(&f1, &f1) + q1).sqrt().max(tiny);
     let l2 = (dot(&f2, &f2) + q2).sqrt().max(tiny);
     // Λ − 1 from the displacement gradient: no cancellation at small strain.

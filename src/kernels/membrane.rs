@@ -2,7 +2,7 @@
 
 use super::element_force::{ElementConstants, FOLDED_STRETCH};
 use crate::kernels::element_geometry::ElementGeometry;
-use crate::kernels::kinematics::{Growth, Kinematics, Vector, dot};
+use crate::kernels::kinematics::{Growth, Kinematics, TINY, Vector, dot};
 use crate::kernels::shear::{self, ShearConstants};
 use crate::math::scalar::{Mask, Real, each};
 
@@ -122,7 +122,7 @@ pub(super) fn viscous<R: Real>(
         // The same rate along the direction of the last step, from Λ² there.
         let now = dt.one() + k.extension[i];
         let last = now * now - dt.splat_like(2.0) * now * grown.whole[i] + grown.whole_square[i];
-        let last = last.max(dt.splat_like(1e-12)).sqrt();
+        let last = last.max(dt.splat_like(TINY)).sqrt();
         (force, force * grown.along[i] + before[i] * ((now * grown.along[i] - grown.square[i]) / last))
     });
     Viscous { force: [parts[0].0, parts[1].0], work: [parts[0].1, parts[1].1] }
@@ -162,5 +162,34 @@ mod tests {
         assert_eq!(of([1e9, 0.0], 1.0).force[1], 0.0);
         // It takes no more than the yarn's own pull.
         assert_eq!(of([0.25 * full[0], 1e9], -1.0).force, [-0.25 * full[0], -full[1]]);
+    }
+
+    #[test]
+    fn viscous_forces_work_on_the_stretch_of_their_own_step() {
+        let case = case::read(Path::new("cases/s720-1ply-155.json"), &["/expect=[]".to_owned()]);
+        let model = Model::<f64>::new(&case.unwrap_or_else(|error| unreachable!("{error}")));
+        let c = model.unwrap_or_else(|error| unreachable!("{error}")).ply_types[0].constants::<f64, PublishedTension>();
+        let size = ElementGeometry::of_row(&c, 1.0);
+        let (dt, before) = (2e-6, [7.0, -3.0]);
+        // By component: along warp and weft, and of opposite edges.
+        let u = [[3e-4, 4e-4, -2e-4], [-2e-4, 1e-4, 3e-4], [5e-4, -6e-4, 4e-4]];
+        let v = [[30.0, -20.0, 25.0], [14.0, 35.0, -31.0], [-25.0, 40.0, 18.0]];
+        let k = kinematics(&size, u.each_ref());
+        let got = viscous(&c, &size, &k, &v, &[1e9; 2], before, dt);
+        for i in 0..2 {
+            // What a yarn spans at its centre, now and a step ago, over the mean stretch that it has as a whole.
+            let of = |time: f64| {
+                let at = |a: usize, which: usize| size.gradient[i] * (u[a][which] - time * v[a][which]);
+                let centre = [0, 1, 2].map(|a: usize| f64::from(u8::from(a == i)) + at(a, i));
+                let mode: f64 = (0..3).map(|a| at(a, 2).powi(2)).sum();
+                let length = (dot(&centre, &centre) + size.mode_share * mode).sqrt();
+                centre.map(|x| x / length)
+            };
+            let step = [0, 1, 2].map(|a: usize| size.gradient[i] * dt * v[a][i]);
+            let force = c.cell.yarn[i].stiffness * size.viscosity[i] * dot(&of(0.0), &step) / dt;
+            assert!((got.force[i] / force - 1.0).abs() < 1e-12, "{i}: {:?} {force}", got.force);
+            let work = force * dot(&of(0.0), &step) + before[i] * dot(&of(dt), &step);
+            assert!((got.work[i] / work - 1.0).abs() < 1e-9, "{i}: {:?} {work}", got.work);
+        }
     }
 }

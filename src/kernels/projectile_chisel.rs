@@ -5,7 +5,7 @@
 //! gap. Where it has passed several, the nearest point lies on an edge or on a face that a move past another one reaches:
 //! the nearest of a few candidates, all of them points of the body. By symmetry everything happens where x, y ≥ 0.
 
-use super::projectile_shape::{Outline, RESOLVED, SignedDistance};
+use super::projectile_shape::{FAR, Outline, RESOLVED, SignedDistance, TINY};
 use crate::math::scalar::Scalar;
 
 /// Newton steps for the nearest point of the ellipse in which a flat meets the wall; four reach double precision.
@@ -49,7 +49,7 @@ impl<R: Scalar> Chisel<R> {
     /// that Newton's iteration from below converges without leaving the side it begins on.
     #[inline(always)]
     fn nearest_on_ellipse(&self, radius: R, point: [R; 3]) -> [R; 2] {
-        let (one, tiny) = (R::splat(1.0), R::splat(1e-30));
+        let (one, tiny) = (R::splat(1.0), R::splat(TINY));
         let bend = self.slope.squared();
         let size = radius.max(R::splat(RESOLVED));
         let [x, y] = [point[0] / size, (point[1] - self.slope * (point[2] - self.half * self.slope)) / size];
@@ -94,7 +94,7 @@ pub fn gap<R: Scalar>(profile: &Outline<R>, chisel: &Chisel<R>, point: [R; 3]) -
     // z from the strip.
     let [x, y, z] = [point[0].abs(), point[1].abs(), point[2] - front];
     let rho = (x.squared() + y.squared()).sqrt();
-    let on_axis = rho.le(R::splat(1e-30));
+    let on_axis = rho.le(R::splat(TINY));
     let safe = R::select(on_axis, one, rho);
     let radial = [R::select(on_axis, one, x / safe), y / safe, zero];
     let flat = [zero, chisel.sine, chisel.cosine];
@@ -102,8 +102,8 @@ pub fn gap<R: Scalar>(profile: &Outline<R>, chisel: &Chisel<R>, point: [R; 3]) -
     let surfaces =
         [(z, [zero, zero, one]), (over_flat, flat), (rho - radius, radial), (back - point[2], [zero, zero, -one])];
     // The two largest heights over the surfaces.
-    let mut deepest = R::splat(-1e30);
-    let mut second = R::splat(-1e30);
+    let mut deepest = R::splat(-FAR);
+    let mut second = R::splat(-FAR);
     let mut normal = [zero, zero, one];
     for (height, n) in surfaces {
         let deeper = deepest.lt(height);
@@ -133,7 +133,7 @@ fn outside<R: Scalar>(chisel: &Chisel<R>, size: [R; 2], point: [R; 3], rho: R, o
     let (zero, one) = (R::splat(0.0), R::splat(1.0));
     let [radius, back] = size;
     let [x, y, z] = point;
-    let mut best = Nearest { square: R::splat(1e30), offset: [zero, zero, one] };
+    let mut best = Nearest { square: R::splat(FAR), offset: [zero, zero, one] };
     // Inwards to the wall, then along it or across the strip or the back.
     let shrink = R::select(radius.lt(rho), radius / R::select(radius.lt(rho), rho, one), one);
     let at = [x * shrink, y * shrink, z];

@@ -298,38 +298,5 @@ fn account(start: &RigidBody, body: &RigidBody, points: &[ContactPoint], nodes: 
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-
-    fn point(normal: [f64; 3], inverse: [f64; 3]) -> ContactPoint {
-        let zero = Vector3::zeros();
-        ContactPoint {
-            ply: 0,
-            row: 0,
-            column: 0,
-            signed_distance: 0.0,
-            normal: normal.into(),
-            arm: zero,
-            before: zero,
-            free: zero,
-            inverse: inverse.into(),
-            mass: 1.0,
-            part: 1.0,
-            friction: 0.0,
-            effective_mass: 1.0,
-            normal_impulse: 0.0,
-            friction_impulse: zero,
-            edge_impulse: zero,
-            active: true,
-            shared: false,
-        }
-    }
-
-    #[test]
-    fn a_node_is_free_where_it_can_move_along_the_normal() {
-        assert!(point([0.0, 0.0, 1.0], [0.0, 0.0, 2.0]).is_free());
-        assert!(point([0.0, 0.6, -0.8], [1.0, 1.0, 0.0]).is_free());
-        assert!(!point([0.0, 0.0, 1.0], [1.0, 1.0, 0.0]).is_free());
-        assert!(!point([0.6, 0.0, 0.8], [0.0; 3]).is_free());
-    }
-}
+#[path = "projectile_contact_tests.rs"]
+mod tests;

@@ -13,6 +13,10 @@ use crate::math::scalar::Scalar;
 pub const CORNERS: usize = 5;
 /// Nearer to a corner than this the direction to it is noise, in single precision [m].
 pub const RESOLVED: f64 = 1e-9;
+/// Farther than any point, also squared: where there is nothing yet [m].
+pub(crate) const FAR: f64 = 1e30;
+/// Keeps quotients of nothing finite, lengths and their squares [m].
+pub(crate) const TINY: f64 = 1e-30;
 
 /// A convex profile; corners run from the nose on the axis to the tail on the axis.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -58,7 +62,7 @@ struct Side<R: Scalar> {
 #[inline(always)]
 fn straight_side<R: Scalar>(normal: [R; 2], edge: [R; 2], from: [R; 2]) -> Side<R> {
     let (zero, one) = (R::splat(0.0), R::splat(1.0));
-    let length = (edge[0].squared() + edge[1].squared()).max(R::splat(1e-30));
+    let length = (edge[0].squared() + edge[1].squared()).max(R::splat(TINY));
     let along = ((from[0] * edge[0] + from[1] * edge[1]) / length).max(zero).min(one);
     let away = [from[0] - along * edge[0], from[1] - along * edge[1]];
     let height = from[0] * normal[0] + from[1] * normal[1];
@@ -72,7 +76,7 @@ fn arc_side<R: Scalar>(normal: [R; 2], arc: R, edge: [R; 2], from: [R; 2]) -> Si
     // From the arc's centre to the point and to the arc's end.
     let centre = [from[0] + arc * normal[0], from[1] + arc * normal[1]];
     let end = [edge[0] + arc * normal[0], edge[1] + arc * normal[1]];
-    let size = (centre[0].squared() + centre[1].squared()).sqrt().max(R::splat(1e-30));
+    let size = (centre[0].squared() + centre[1].squared()).sqrt().max(R::splat(TINY));
     let out = [centre[0] / size, centre[1] / size];
     // |centre| − arc by its square: an arc is longer than the body, and its radius would drown the gap in rounding.
     let past = two * arc * (normal[0] * from[0] + normal[1] * from[1]) + from[0].squared() + from[1].squared();
@@ -98,16 +102,16 @@ pub fn gap<R: Scalar>(profile: &Outline<R>, point: [R; 3]) -> SignedDistance<R> 
     }
     let zero = R::splat(0.0);
     let one = R::splat(1.0);
-    let tiny = R::splat(1e-30);
+    let tiny = R::splat(TINY);
     let across = if profile.bar { point[0].squared() } else { point[0].squared() + point[1].squared() };
     let rho = across.sqrt();
     let s = point[2];
     // Nearest point over the sides; inside is where no side is crossed.
-    let mut best = R::splat(1e30);
+    let mut best = R::splat(FAR);
     let mut normal = [zero, one];
     let mut offset = [zero, zero];
     let mut beside = false;
-    let mut deepest = R::splat(-1e30);
+    let mut deepest = R::splat(-FAR);
     let mut deepest_normal = [zero, one];
     let sides = profile.count.saturating_sub(1).max(1);
     for i in 0..sides {
@@ -176,7 +180,7 @@ pub(crate) fn contact_distance<R: Scalar>(profile: &Outline<R>, point: [R; 3], r
     let inside = g.distance.lt(zero);
     let face = profile.chisel.as_ref().map_or([zero, zero, R::splat(1.0)], |chisel| chisel.face(point));
     SignedDistance {
-        distance: R::select(zone & !inside, R::splat(1e30), g.distance),
+        distance: R::select(zone & !inside, R::splat(FAR), g.distance),
         normal: [
             R::select(zone, face[0], g.normal[0]),
             R::select(zone, face[1], g.normal[1]),

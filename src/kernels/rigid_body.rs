@@ -188,3 +188,7 @@ impl RigidBody {
         self.orientation.renormalize();
     }
 }
+
+#[cfg(test)]
+#[path = "rigid_body_tests.rs"]
+mod tests;

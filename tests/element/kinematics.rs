@@ -136,3 +136,16 @@ fn internal_forces_have_no_resultant_and_no_moment() {
         assert!(sum.iter().all(|s| s.abs() < 1e-12 * largest), "{law:?}: {sum:?} of {largest}");
     }
 }
+
+#[test]
+fn the_largest_deflection_is_that_of_any_corner_to_either_side() {
+    let mut patch = Patch::<f64>::new(&unbreakable(case(1, 1)));
+    for corner in 0..4 {
+        for side in [1e-4, -1e-4] {
+            let mut u = vec![[0.0, 0.0, 2e-5]; 4];
+            u[corner][2] = side;
+            patch.set_displacements(&u);
+            assert_eq!(patch.evaluate(0.0).max_deflection, 1e-4, "{corner} {side}");
+        }
+    }
+}

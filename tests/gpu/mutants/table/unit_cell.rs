@@ -32,6 +32,19 @@ pub(super) const MUTANTS: &[Mutant] = &[
         "if (false) {",
     ),
     mutant(
+        "force never refined",
+        "soft at first touch",
+        "Found(x, refine(stretch, x, best), iterations",
+        "Found(x, best, iterations",
+    ),
+    mutant(
+        "refined height beyond that without compression",
+        "soft at first touch",
+        "min(trial.other_height + trial.residual / trial.other.stiffness, scene.height_sum - x)",
+        "trial.other_height + trial.residual / trial.other.stiffness",
+    ),
+    mutant("refined once", "soft at first touch", "i < REFINEMENTS", "i < 1u"),
+    mutant(
         "compression missing",
         "Variational, compressible",
         "scene.compression_a - scene.compression_b * q, 0.0",
