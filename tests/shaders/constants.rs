@@ -59,7 +59,6 @@ fn of_the_layout() -> Vec<Constant> {
         count("RESIDUAL", status::RESIDUAL),
         count("OVERFLOW", status::OVERFLOW),
         count("OVERFLOW_EDGES", status::OVERFLOW_EDGES),
-        count("NOT_CONVERGED", status::NOT_CONVERGED),
         count("WORK", sum::WORK),
         count("RELEASED", sum::RELEASED),
         count("RELEASED_HOURGLASS", sum::RELEASED_HOURGLASS),
