@@ -13,11 +13,12 @@ const BY_COMMAND: [&str; 3] =
 /// Made here, by the library.
 const TOLERANCES: &str = "tolerances of GPU against CPU";
 /// Made in other tests, which compute the same anyway, and call [`hold`].
-const BY_OTHERS: [&str; 5] = [
+const BY_OTHERS: [&str; 6] = [
     "coverage of intervals from thresholds, 10 000 synthetic campaigns",
     "coverage of intervals, 10 000 synthetic ranges",
     "ripstop validate --backend cpu --markdown",
     "ripstop bench --objectivity --markdown, from benches/objectivity.json",
+    "ripstop bench --objectivity --markdown, from benches/objectivity-converged.json",
     "ripstop bench --objectivity --markdown, from benches/objectivity-paper.json",
 ];
 
