@@ -13,13 +13,17 @@ use super::screen;
 pub(crate) struct Chosen {
     /// The graphics processor; none for the processor.
     pub(crate) device: Option<Device>,
-    /// Number type on the processor.
+    /// Number type: f32 on a device, which has no other.
     pub(crate) precision: Precision,
     /// What `auto` took and why.
     pub(crate) note: Option<String>,
 }
 
 impl Chosen {
+    fn on(device: Device, note: Option<String>) -> Self {
+        Self { device: Some(device), precision: Precision::F32, note }
+    }
+
     /// To run on what was chosen, all that may be left out left out.
     pub(crate) fn options(&self, threads: Option<usize>) -> run::Options<'_> {
         run::Options::default().threads(threads).precision(self.precision).device(self.device.as_ref())
@@ -56,7 +60,7 @@ fn open(arguments: &BackendArguments) -> Result<Chosen, CommandFailure> {
             Err(failure.help("leave it out, or take --backend cpu"))
         }
         BackendChoice::Cpu => cpu(None),
-        BackendChoice::Gpu => Ok(Chosen { device: Some(named(arguments.adapter.as_deref())?), precision, note: None }),
+        BackendChoice::Gpu => Ok(Chosen::on(named(arguments.adapter.as_deref())?, None)),
         BackendChoice::Auto if asked_f64 => {
             cpu(Some("note: --backend auto takes the CPU: f64 was asked for".to_owned()))
         }
@@ -72,7 +76,7 @@ fn open(arguments: &BackendArguments) -> Result<Chosen, CommandFailure> {
                     Ok(device) => {
                         let note =
                             format!("note: --backend auto takes the GPU: {} ({})", adapter.name(), adapter.kind());
-                        Ok(Chosen { device: Some(device), precision, note: Some(note) })
+                        Ok(Chosen::on(device, Some(note)))
                     }
                     Err(error) => cpu(Some(took_cpu(&error))),
                 },
@@ -96,7 +100,7 @@ pub(crate) fn again(backend: &checkpoint::BackendId) -> Result<Chosen, CommandFa
             // The one of this very name, not just the first that has it as a part.
             let index = gpu::adapters().iter().position(|adapter| adapter.name() == name).map(|at| at.to_string());
             let device = named(Some(index.as_ref().unwrap_or(name)))?;
-            Ok(Chosen { device: Some(device), precision: Precision::F32, note: None })
+            Ok(Chosen::on(device, None))
         }
     }
 }

@@ -8,7 +8,6 @@ use std::time::Instant;
 
 use ripstop::case::Case;
 use ripstop::output::number::{bytes, duration, short};
-use ripstop::run::Precision;
 use ripstop::run::graphics::DeviceUse;
 use ripstop::study::batch::{BatchError, BatchOptions};
 use ripstop::study::interval::Bounds;
@@ -48,13 +47,12 @@ pub(crate) fn options<'a>(
     chosen: &'a Chosen,
     interrupt: &'a AtomicBool,
 ) -> BatchOptions<'a> {
-    let device = chosen.device.as_ref();
     BatchOptions {
         seed: seed(arguments, case),
         threads: self::threads(arguments.threads),
         threads_per_shot: 1,
-        precision: if device.is_some() { Precision::F32 } else { chosen.precision },
-        device,
+        precision: chosen.precision,
+        device: chosen.device.as_ref(),
         interrupt,
     }
 }

@@ -1,5 +1,7 @@
 //! Shots on a device: those that go together in one batch, each as if it were alone.
 
+use std::sync::atomic::AtomicBool;
+
 use tracing::debug;
 
 use super::fire::{Ready, ready};
@@ -92,8 +94,14 @@ impl<'a> DeviceRunner<'a> {
     fn fire_group(&mut self, group: Group, done: &mut Done<'_>) -> Result<(), BatchError> {
         let (mut orders, mut shots): (Vec<Waiting>, Vec<PreparedShot>) = group.into_iter().unzip();
         while let Some(first) = shots.first() {
-            let taken = match self.batch_for(first, shots.len()) {
-                Ok(batch) => shots.len().min(batch.device_use().room as usize),
+            let interrupt = self.options.interrupt;
+            match self.batch_for(first, shots.len()) {
+                Ok(batch) => {
+                    let taken = shots.len().min(batch.device_use().room as usize);
+                    let later = (orders.split_off(taken), shots.split_off(taken));
+                    fire_together(batch, interrupt, &orders, &shots, done)?;
+                    (orders, shots) = later;
+                }
                 Err(lost @ DeviceError::Lost { .. }) => return Err(BatchError::Device(lost)),
                 Err(error) => {
                     for ((number, order), shot) in orders.iter().zip(&shots) {
@@ -103,10 +111,7 @@ impl<'a> DeviceRunner<'a> {
                     }
                     return Ok(());
                 }
-            };
-            let (later_orders, later_shots) = (orders.split_off(taken), shots.split_off(taken));
-            self.fire_together(&orders, &shots, done)?;
-            (orders, shots) = (later_orders, later_shots);
+            }
         }
         Ok(())
     }
@@ -140,26 +145,27 @@ impl<'a> DeviceRunner<'a> {
         let used = self.batches.remove(0).device_use();
         self.total = self.total.with(used);
     }
+}
 
-    fn fire_together(
-        &mut self,
-        orders: &[Waiting],
-        shots: &[PreparedShot],
-        done: &mut Done<'_>,
-    ) -> Result<(), BatchError> {
-        let Some(batch) = self.batches.last_mut() else { return Ok(()) };
-        let mut refused = None;
-        let mut ended = |at: usize, run: &Run| {
-            let (number, order) = orders[at];
-            refused = done(number, ShotRow::of_run(order, &shots[at].case, run)).err();
-            refused.is_none()
-        };
-        debug!(shots = shots.len(), "batch of shots on the device");
-        let all = batch.fire(shots, self.options.interrupt, &mut ended).map_err(BatchError::Device)?;
-        match refused {
-            Some(error) => Err(error),
-            None if !all => Err(BatchError::Interrupted),
-            None => Ok(()),
-        }
+/// Fires shots that a batch takes.
+fn fire_together(
+    batch: &mut DeviceBatch<'_>,
+    interrupt: &AtomicBool,
+    orders: &[Waiting],
+    shots: &[PreparedShot],
+    done: &mut Done<'_>,
+) -> Result<(), BatchError> {
+    let mut refused = None;
+    let mut ended = |at: usize, run: &Run| {
+        let (number, order) = orders[at];
+        refused = done(number, ShotRow::of_run(order, &shots[at].case, run)).err();
+        refused.is_none()
+    };
+    debug!(shots = shots.len(), "batch of shots on the device");
+    let all = batch.fire(shots, interrupt, &mut ended).map_err(BatchError::Device)?;
+    match refused {
+        Some(error) => Err(error),
+        None if !all => Err(BatchError::Interrupted),
+        None => Ok(()),
     }
 }
