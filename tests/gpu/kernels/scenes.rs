@@ -215,10 +215,11 @@ fn swap_yarns(case: &mut Case) {
     std::mem::swap(&mut case.fabric.warp.linear_density, &mut case.fabric.weft.linear_density);
 }
 
-/// The one scene of elements whose yarns have no shock viscosity.
+/// A scene of elements whose yarns have no shock viscosity, and no fields for it.
 const WITHOUT_VISCOSITY: &str = "no shock viscosity";
 
-/// The one scene of cells whose crossover hardly resists at first touch: there a rounding of a strain is a height.
+/// The one scene of cells whose crossover hardly resists at first touch: there a rounding of a strain is a height. It decides whether a yarn
+/// is taut, and only a taut yarn has shock viscosity: here none has.
 const SOFT: &str = "soft at first touch";
 
 /// Its only deformation: strains of up to a hundred thousandth.

@@ -13,20 +13,15 @@ use crate::gpu::kernels::scenes::{self, Scene};
 const IMPULSE_WORD: usize = 11;
 const END_WORD: usize = 21;
 
-/// A buffer after a step with another source, and with the kernels as they are.
-fn after_step(
-    device: &Device,
-    scene: &Scene,
-    [find, put]: [&str; 2],
-    buffer: BufferId,
-) -> Result<[Vec<u32>; 2], String> {
-    let run = |put: &str| {
+/// Counters and touches after a step with another source, and with the kernels as they are.
+fn after_step(device: &Device, scene: &Scene, [find, put]: [&str; 2]) -> Result<[[Vec<u32>; 2]; 2], String> {
+    let run = |put: &str| -> Result<_, String> {
         let source = |kernel: &Kernel| kernel.source().replace(find, put);
         let mut pair = Pair::new(device, scene, &source)?;
         pair.begin();
         let info = pair.gpu.whole_step(scene.state.step, None, 1);
         pair.gpu.run_stages(&info, &[Stage::Nodes, Stage::Projectile]).map_err(|e| e.to_string())?;
-        pair.read(buffer)
+        Ok([pair.read(BufferId::Status)?, pair.read(BufferId::Touches)?])
     };
     assert!(ripstop::gpu::shader::KERNELS.iter().any(|kernel| kernel.source().contains(find)), "no {find}");
     Ok([run(put)?, run(find)?])
@@ -35,7 +30,7 @@ fn after_step(
 /// More points of the rim than there is room for are counted, and none is heeded.
 pub(crate) fn crowded(device: &Device) -> Outcome {
     let scene = scenes::struck::rim_scenes().swap_remove(0);
-    let [small, enough] = after_step(device, &scene, ["found > scene.ties", "found > 5u"], BufferId::Status)?;
+    let [[small, _], [enough, _]] = after_step(device, &scene, ["found > scene.ties", "found > 5u"])?;
     if small[status::OVERFLOW_EDGES] <= 5 || enough[status::OVERFLOW_EDGES] != 0 {
         return Err(format!("{} points where there is room for 5", small[status::OVERFLOW_EDGES]));
     }
@@ -48,9 +43,8 @@ pub(crate) fn restless(device: &Device) -> Outcome {
         scenes::contact_scenes().into_iter().find(|scene| scene.name == "light cylinder, one side of the face");
     for scene in [scenes::struck::rim_scenes().swap_remove(0), at_nodes.ok_or("no such scene")?] {
         let replace = ["const SET_CHANGES: u32 = 40u;", "const SET_CHANGES: u32 = 0u;"];
-        let [counters, _] = after_step(device, &scene, replace, BufferId::Status)?;
-        let impulses = after_step(device, &scene, replace, BufferId::Touches)?.map(|words| normal_impulses(&words));
-        let [restless, settled] = impulses;
+        let [[counters, touches], [_, settled]] = after_step(device, &scene, replace)?;
+        let [restless, settled] = [touches, settled].map(|touches| normal_impulses(&touches));
         if counters[status::BAD_STEP] != u32::MAX || restless.iter().any(|impulse| *impulse < 0.0) {
             return Err(format!("{}: {restless:?} where no change is allowed", scene.name));
         }
