@@ -68,6 +68,13 @@ pub(crate) use variability::RANGE_STREAM;
 pub use variability::{Distribution, Drawn, HitPlace, Scattered, Variability, YarnStrength};
 pub(crate) use words::Word;
 
+/// The README's shot with some keys set, for unit tests.
+#[cfg(test)]
+pub(crate) fn shipped(sets: &[&str]) -> Case {
+    let sets: Vec<String> = sets.iter().map(|set| (*set).to_owned()).collect();
+    read(std::path::Path::new("cases/s720-1ply-155.json"), &sets).unwrap_or_else(|error| unreachable!("{error}"))
+}
+
 /// A complete, validated case in SI units.
 #[derive(Clone, Debug)]
 #[non_exhaustive]

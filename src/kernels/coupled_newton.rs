@@ -161,21 +161,17 @@ fn other_height<R: Real>(cell: &UnitCellParameters<R>, x: R, q: R) -> R {
 
 #[cfg(test)]
 mod tests {
-    use std::path::Path;
-
     use super::*;
     use crate::case;
     use crate::kernels::yarn_law::{PublishedTension, Variational};
 
-    fn cell(more: &[&str]) -> UnitCellParameters<f64> {
-        let sets: Vec<String> = more.iter().map(|set| (*set).to_owned()).collect();
-        let case = case::read(Path::new("cases/s720-1ply-155.json"), &sets);
-        UnitCellParameters::new(&case.unwrap_or_else(|error| unreachable!("{error}")).fabric)
+    fn cell() -> UnitCellParameters<f64> {
+        UnitCellParameters::new(&case::shipped(&[]).fabric)
     }
 
     #[test]
     fn heights_that_miss_their_sum_by_four_roundings_compress_nothing() {
-        let cell = cell(&[]);
+        let cell = cell();
         let [a, b, _] = cell.compression;
         for steps in 0..12 {
             let sum = cell.height_sum * (1.0 - f64::from(steps) * 0.5 * f64::EPSILON);
@@ -199,7 +195,7 @@ mod tests {
 
     #[test]
     fn tangents_meet_in_one_force() {
-        let cell = cell(&[]);
+        let cell = cell();
         let top = cell.height_sum;
         let yarn = |force: f64, stiffness: f64| YarnResponse { strain: 0.01, force, stiffness, growth: 1.0 };
         for [first, second, force, give] in
@@ -231,7 +227,7 @@ mod tests {
 
     #[test]
     fn what_is_slack_is_met_at_once_and_needs_no_more_than_one_look() {
-        let cell = cell(&[]);
+        let cell = cell();
         let span = [0, 1].map(|i: usize| PublishedTension::span(&cell.yarn[i], -0.05));
         let joint = iterate::<f64, PublishedTension>(&cell, &span, [0.5 * cell.height_sum; 2], true);
         assert!(joint.met && joint.iterations == 1.0 && joint.bound == 0.0);

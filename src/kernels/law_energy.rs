@@ -109,9 +109,7 @@ mod tests {
     use crate::kernels::crossover::{PublishedTension, Variational};
 
     fn cell() -> UnitCellParameters<f64> {
-        let case = crate::case::read(std::path::Path::new("cases/s720-1ply-155.json"), &[]);
-        let case = case.unwrap_or_else(|error| unreachable!("{error}"));
-        UnitCellParameters::new(&case.fabric)
+        UnitCellParameters::new(&crate::case::shipped(&[]).fabric)
     }
 
     #[test]

@@ -130,19 +130,20 @@ pub(super) fn viscous<R: Real>(
 
 #[cfg(test)]
 mod tests {
-    use std::path::Path;
-
     use super::*;
     use crate::case;
     use crate::kernels::kinematics::kinematics;
     use crate::kernels::yarn_law::PublishedTension;
     use crate::model::Model;
 
+    fn constants() -> ElementConstants<f64> {
+        let model = Model::<f64>::new(&case::shipped(&["/expect=[]"]));
+        model.unwrap_or_else(|error| unreachable!("{error}")).ply_types[0].constants::<f64, PublishedTension>()
+    }
+
     #[test]
     fn viscosity_works_on_the_rate_of_its_own_yarn_and_on_none_that_is_slack() {
-        let case = case::read(Path::new("cases/s720-1ply-155.json"), &["/expect=[]".to_owned()]);
-        let model = Model::<f64>::new(&case.unwrap_or_else(|error| unreachable!("{error}")));
-        let c = model.unwrap_or_else(|error| unreachable!("{error}")).ply_types[0].constants::<f64, PublishedTension>();
+        let c = constants();
         let size = ElementGeometry::of_row(&c, 1.0);
         let k = kinematics(&size, [&[0.0; 3]; 3]);
         let dt = 1e-8;
@@ -166,9 +167,7 @@ mod tests {
 
     #[test]
     fn viscous_forces_work_on_the_stretch_of_their_own_step() {
-        let case = case::read(Path::new("cases/s720-1ply-155.json"), &["/expect=[]".to_owned()]);
-        let model = Model::<f64>::new(&case.unwrap_or_else(|error| unreachable!("{error}")));
-        let c = model.unwrap_or_else(|error| unreachable!("{error}")).ply_types[0].constants::<f64, PublishedTension>();
+        let c = constants();
         let size = ElementGeometry::of_row(&c, 1.0);
         let (dt, before) = (2e-6, [7.0, -3.0]);
         // By component: along warp and weft, and of opposite edges.

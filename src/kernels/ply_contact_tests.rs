@@ -1,4 +1,5 @@
 use super::*;
+use crate::kernels::projectile_shape::tests::Numbers;
 
 fn cell(twist: f64) -> [Vector3<f64>; 4] {
     // A sheared, tilted cell; its last corner may be lifted out of the plane.
@@ -135,15 +136,15 @@ fn a_point_is_apart_above_a_flat_cell_alone() {
 }
 
 /// Numbers between −1 and 1.
-struct Random(crate::kernels::projectile_shape::tests::Numbers);
+struct Random(Numbers);
 
 impl Random {
     fn new(seed: u32) -> Self {
-        Self(crate::kernels::projectile_shape::tests::Numbers(seed))
+        Self(Numbers(seed))
     }
 
     fn next(&mut self) -> f64 {
-        self.0.next() / 8.0
+        self.0.unit()
     }
 
     fn vector(&mut self, size: f64) -> Vector3<f64> {

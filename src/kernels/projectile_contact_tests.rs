@@ -50,15 +50,10 @@ struct Scene {
     totals: ContactTotals,
 }
 
-/// Between −1 and 1.
-fn random(numbers: &mut Numbers) -> f64 {
-    numbers.next() / 8.0
-}
-
 fn random_body(numbers: &mut Numbers, kind: usize) -> RigidBody {
     let mut p = projectile(Shape::Cylinder { diameter: 6e-3, length: 9e-3 }, 0.0);
-    p.angular_velocity = [0, 1, 2].map(|_| 4e3 * random(numbers));
-    (p.obliquity, p.azimuth, p.yaw) = (0.4 * random(numbers), random(numbers), 0.3 * random(numbers));
+    p.angular_velocity = [0, 1, 2].map(|_| 4e3 * numbers.unit());
+    (p.obliquity, p.azimuth, p.yaw) = (0.4 * numbers.unit(), numbers.unit(), 0.3 * numbers.unit());
     match kind {
         1 => p.rotation = Rotation::Locked,
         2 => p.motion = Motion::Prescribed,
@@ -75,17 +70,16 @@ fn random_body(numbers: &mut Numbers, kind: usize) -> RigidBody {
 }
 
 fn random_point(numbers: &mut Numbers, body: &RigidBody, friction: f64, may_be_held: bool) -> ContactPoint {
-    let normal = Vector3::new(0.3 * random(numbers), 0.3 * random(numbers), 1.0).normalize();
+    let normal = Vector3::new(0.3 * numbers.unit(), 0.3 * numbers.unit(), 1.0).normalize();
     // Nodes of 1 to 7 µg; one in four is held, or can move along one or two axes alone.
-    let mass = (4.0 + 3.0 * random(numbers)) * 1e-6;
-    let held =
-        if may_be_held && random(numbers) > 0.5 { [0, 1, 2].map(|_| random(numbers) > -0.3) } else { [false; 3] };
+    let mass = (4.0 + 3.0 * numbers.unit()) * 1e-6;
+    let held = if may_be_held && numbers.unit() > 0.5 { [0, 1, 2].map(|_| numbers.unit() > -0.3) } else { [false; 3] };
     let inverse = held.map(|held| if held { 0.0 } else { 1.0 / mass });
-    let free = Vector3::from([0, 1, 2].map(|a| if held[a] { 0.0 } else { 60.0 * random(numbers) }));
+    let free = Vector3::from([0, 1, 2].map(|a| if held[a] { 0.0 } else { 60.0 * numbers.unit() }));
     let mut p = point([0.0; 3], inverse);
     (p.normal, p.free, p.before, p.mass, p.friction, p.active) = (normal, free, free, mass, friction, false);
-    p.arm = Vector3::new(3e-3 * random(numbers), 3e-3 * random(numbers), 5e-3);
-    p.signed_distance = 1e-6 * random(numbers);
+    p.arm = Vector3::new(3e-3 * numbers.unit(), 3e-3 * numbers.unit(), 5e-3);
+    p.signed_distance = 1e-6 * numbers.unit();
     p.free.z += if held[2] { 0.0 } else { body.velocity.z };
     p.before = p.free;
     p.set_kappa(body.mass);
@@ -100,7 +94,7 @@ impl Scene {
         let mut rim = Rim::default();
         // The second and the third share a node, the last lies on another ply's edge.
         for nodes in if ties { vec![[0, 1], [1, 2], [3, 4]] } else { Vec::new() } {
-            let weight = 0.5 + 0.45 * random(numbers);
+            let weight = 0.5 + 0.45 * numbers.unit();
             rim.ties.push(EdgeConstraint { nodes, weights: [weight, 1.0 - weight] });
             let mut p = random_point(numbers, &body, friction, held);
             p.ply = usize::from(nodes[0] == 3);

@@ -50,6 +50,11 @@ impl Numbers {
         f64::from(self.0 >> 8) / f64::from(1 << 24) * 16.0 - 8.0
     }
 
+    /// Between −1 and 1.
+    pub(crate) fn unit(&mut self) -> f64 {
+        self.next() / 8.0
+    }
+
     pub(crate) fn point(&mut self) -> [f64; 3] {
         [self.next(), self.next(), self.next()]
     }

@@ -1,8 +1,6 @@
-use std::path::Path;
-
 use super::*;
 use crate::case;
-use crate::kernels::arc_length::SERIES;
+use crate::kernels::arc_length::tests::terms_by_hand;
 use crate::kernels::yarn_law::{Kawabata, PublishedTension, Variational};
 
 #[test]
@@ -10,8 +8,7 @@ fn the_least_stiffness_is_a_millionth_of_the_stiffer_yarn_over_half_a_warp_span(
     for moduli in [[50.0, 100.0], [100.0, 50.0]] {
         let sets =
             [format!("/fabric/warp/modulus_gpa={}", moduli[0]), format!("/fabric/weft/modulus_gpa={}", moduli[1])];
-        let case = case::read(Path::new("cases/s720-1ply-155.json"), &sets);
-        let fabric = case.unwrap_or_else(|error| unreachable!("{error}")).fabric;
+        let fabric = case::shipped(&sets.each_ref().map(String::as_str)).fabric;
         let cell = UnitCellParameters::new(&fabric);
         let stiffer = 100e9 * fabric.warp.area(fabric.fibre_density);
         let expected = 1e-6 * stiffer / fabric.warp.half_span();
@@ -23,19 +20,14 @@ fn the_least_stiffness_is_a_millionth_of_the_stiffer_yarn_over_half_a_warp_span(
 #[test]
 fn a_yarn_that_breaks_at_twice_its_length_never_does() {
     for (strain, expected) in [(0.999, 0.999), (1.0, NEVER)] {
-        let sets = [format!("/fabric/warp/failure_strain={strain}")];
-        let case = case::read(Path::new("cases/s720-1ply-155.json"), &sets);
-        let fabric = case.unwrap_or_else(|error| unreachable!("{error}")).fabric;
+        let fabric = case::shipped(&[&format!("/fabric/warp/failure_strain={strain}")]).fabric;
         assert_eq!(UnitCellParameters::new(&fabric).yarn[0].failure_strain, expected);
     }
 }
 
 #[test]
 fn what_a_fabric_lacks_leaves_no_trace_in_its_constants() {
-    let of = |set: &str| {
-        let case = case::read(Path::new("cases/s720-1ply-155.json"), &[set.to_owned()]);
-        UnitCellParameters::new(&case.unwrap_or_else(|error| unreachable!("{error}")).fabric)
-    };
+    let of = |set: &str| UnitCellParameters::new(&case::shipped(&[set]).fabric);
     // Without one of the yarns nothing crosses.
     let absent = r#"{"absent": true, "count_per_inch": 20}"#;
     for yarn in ["warp", "weft"] {
@@ -47,8 +39,7 @@ fn what_a_fabric_lacks_leaves_no_trace_in_its_constants() {
 
 #[test]
 fn the_steepest_taut_yarn_is_just_as_long_as_it_is() {
-    let case = case::read(Path::new("cases/s720-1ply-155.json"), &[]);
-    let cell = UnitCellParameters::new(&case.unwrap_or_else(|error| unreachable!("{error}")).fabric);
+    let cell = UnitCellParameters::new(&case::shipped(&[]).fabric);
     for yarn in &cell.yarn {
         let steepest = steepest_taut(yarn, cell.height_sum);
         // Its span over the one at rest, from the slope.
@@ -68,9 +59,7 @@ fn uneven(more: &[&str]) -> Fabric {
         "/fabric/crossover/gap_mm=0.02",
         "/fabric/crossover/compression={\"a_mm\": 0.05, \"b_mm_n13\": 0.08}",
     ];
-    let sets: Vec<String> = sets.iter().chain(more).map(|set| (*set).to_owned()).collect();
-    let case = case::read(Path::new("cases/s720-1ply-155.json"), &sets);
-    case.unwrap_or_else(|error| unreachable!("{error}")).fabric
+    case::shipped(&[&sets, more].concat()).fabric
 }
 
 fn assert_close(got: f64, expected: f64) {
@@ -124,13 +113,6 @@ fn a_saw_tooth_is_as_long_as_its_legs() {
     for yarn in &cell.yarn {
         assert_close(yarn.height.hypot(yarn.half_span), yarn.half_span * (1.0 + yarn.crimp));
     }
-}
-
-/// Terms of the arc length without which a yarn of this slope is too short by more than `error`.
-fn terms_by_hand(slope: f64, error: f64) -> usize {
-    let secant = slope.hypot(1.0);
-    let lambda = ((secant - 1.0) / (secant + 1.0)).powi(2);
-    (1..MAX_TERMS).find(|n| SERIES[*n] * lambda.powi(*n as i32 + 1) < error).unwrap_or(MAX_TERMS)
 }
 
 #[test]

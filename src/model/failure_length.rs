@@ -97,17 +97,13 @@ impl StencilRadius {
 
 #[cfg(test)]
 mod tests {
-    use std::path::Path;
-
     use super::*;
     use crate::case;
     use crate::model::{Model, PlyType};
 
     /// The ply type of a case with changes, all of it or what mirror planes leave of it.
     fn ply_type(part: bool, sets: &[&str]) -> PlyType<f64> {
-        let sets: Vec<String> = ["/expect=[]"].iter().chain(sets).map(|set| (*set).to_owned()).collect();
-        let case = case::read(Path::new("cases/s720-1ply-155.json"), &sets);
-        let case = case.unwrap_or_else(|error| unreachable!("{error}"));
+        let case = case::shipped(&[&["/expect=[]"], sets].concat());
         let model = if part { Model::<f64>::part(&case) } else { Model::<f64>::new(&case) };
         model.unwrap_or_else(|error| unreachable!("{error}")).ply_types.swap_remove(0)
     }

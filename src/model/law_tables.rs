@@ -40,15 +40,12 @@ pub(super) fn law_energy(law: Variant, cell: &UnitCellParameters<f64>) -> Option
 
 #[cfg(test)]
 mod tests {
-    use std::path::Path;
-
     use super::*;
     use crate::case;
     use crate::kernels::crossover::PublishedTension;
 
     fn cell(set: &str) -> UnitCellParameters<f64> {
-        let case = case::read(Path::new("cases/s720-1ply-155.json"), &[set.to_owned()]);
-        UnitCellParameters::new(&case.unwrap_or_else(|error| unreachable!("{error}")).fabric)
+        UnitCellParameters::new(&case::shipped(&[set]).fabric)
     }
 
     #[test]

@@ -228,16 +228,13 @@ fn row_masses<S: Scalar>(mesh: &Mesh, areal_density: f64, edges: &Edges, row: us
 
 #[cfg(test)]
 mod tests {
-    use std::path::Path;
-
     use crate::case;
     use crate::model::Model;
 
     #[test]
     fn a_ply_at_rest_rounds_by_one_unit_of_stretch_and_compression_of_each_crossover() {
         let sets = ["/expect=[]", "/pack/width_mm=12.7", "/pack/height_mm=25.4", "/solver/numerics=paper"];
-        let case = case::read(Path::new("cases/s720-1ply-155.json"), &sets.map(str::to_owned));
-        let case = case.unwrap_or_else(|error| unreachable!("{error}"));
+        let case = case::shipped(&sets);
         let model = Model::<f32>::new(&case).unwrap_or_else(|error| unreachable!("{error}"));
         let fabric = &case.fabric;
         // 10 by 20 crossovers; half a span of 0.635 mm, in newtons times metres a yarn.

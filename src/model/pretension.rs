@@ -71,19 +71,12 @@ fn bisect(below: impl Fn(f64) -> bool) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use std::path::Path;
-
     use super::*;
     use crate::case::{self, Case};
     use crate::kernels::crossover::PublishedTension;
 
     fn case(more: &[&str]) -> Case {
-        let sets: Vec<String> = ["/fabric/weft/count_per_inch=15", "/fabric/weft/modulus_gpa=60"]
-            .iter()
-            .chain(more)
-            .map(|s| (*s).to_owned())
-            .collect();
-        case::read(Path::new("cases/s720-1ply-155.json"), &sets).unwrap_or_else(|error| unreachable!("{error}"))
+        case::shipped(&[&["/fabric/weft/count_per_inch=15", "/fabric/weft/modulus_gpa=60"], more].concat())
     }
 
     fn solved(case: &Case, asked: [Option<f64>; 2]) -> Result<InitialStretch, ModelError> {

@@ -150,20 +150,12 @@ impl Draws {
 
 #[cfg(test)]
 mod tests {
-    use std::path::Path;
-
     use super::*;
     use crate::case;
     use crate::model::Model;
 
     fn model(sets: &[&str]) -> Model<f64> {
-        let sets: Vec<String> = ["/expect=[]", "/pack/width_mm=60", "/pack/height_mm=60"]
-            .iter()
-            .chain(sets)
-            .map(|set| (*set).to_owned())
-            .collect();
-        let case = case::read(Path::new("cases/s720-1ply-155.json"), &sets);
-        let case = case.unwrap_or_else(|error| unreachable!("{error}"));
+        let case = case::shipped(&[&["/expect=[]", "/pack/width_mm=60", "/pack/height_mm=60"], sets].concat());
         Model::part(&case).unwrap_or_else(|error| unreachable!("{error}"))
     }
 

@@ -86,7 +86,7 @@ pub fn let_go(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::case::{self, Fabric, Shear, ShearModulus};
+    use crate::case::{self, Shear, ShearModulus};
     use crate::kernels::crossover::UnitCellParameters;
     use crate::kernels::shear::ShearConstants;
 
@@ -97,9 +97,7 @@ mod tests {
     /// The bound of a fabric whose yarns have these stiffnesses over the width of a yarn [N/m] and break at these strains, with this shear
     /// modulus times thickness and these hourglass stiffnesses [N/m].
     fn bound(c: [f64; 2], strain: [f64; 2], shear: f64, hourglass: [f64; 2], viscosity: f64) -> StepBound {
-        let case = case::read(std::path::Path::new("cases/s720-1ply-155.json"), &[]);
-        let fabric: Fabric = case.unwrap_or_else(|error| unreachable!("{error}")).fabric;
-        let mut cell = UnitCellParameters::new(&fabric);
+        let mut cell = UnitCellParameters::new(&case::shipped(&[]).fabric);
         let half_span = [0.6e-3, 0.8e-3];
         for i in 0..2 {
             cell.yarn[i].half_span = half_span[i];

@@ -98,7 +98,7 @@ mod tests {
 
     #[test]
     fn a_look_is_due_once_in_every_eightieth_of_the_run() {
-        let case = case::read(std::path::Path::new("cases/s720-1ply-155.json"), &[]).unwrap();
+        let case = case::shipped(&[]);
         let (apart, dt) = (case.solver.end_time / LOOKS, 1e-9);
         let mut deflections = Deflections::new(1);
         let hanging = |_| Hanging { deflection: 2e-3, loose: false };
@@ -115,7 +115,7 @@ mod tests {
 
     #[test]
     fn debris_counts_until_a_piece_is_found_loose_and_what_hangs_counts_always() {
-        let case = case::read(std::path::Path::new("cases/s720-1ply-155.json"), &[]).unwrap();
+        let case = case::shipped(&[]);
         let mut deflections = Deflections::new(1);
         deflections.sample(&ply(3e-3));
         deflections.sample(&ply(1e-3));

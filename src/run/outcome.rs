@@ -228,16 +228,12 @@ fn patch<S: Scalar>(model: &Model<S>, state: &State<S>, ply: usize, cell: [usize
 
 #[cfg(test)]
 mod tests {
-    use std::path::Path;
-
     use super::*;
     use crate::case;
 
     /// The projectile of the README's shot, with another velocity [m/s].
     fn body(velocity: [f64; 3]) -> RigidBody {
-        let case =
-            case::read(Path::new("cases/s720-1ply-155.json"), &[]).unwrap_or_else(|error| unreachable!("{error}"));
-        let model = Model::<f64>::new(&case).unwrap_or_else(|error| unreachable!("{error}"));
+        let model = Model::<f64>::new(&case::shipped(&[])).unwrap_or_else(|error| unreachable!("{error}"));
         let Some(body) = model.projectile.clone() else { unreachable!("there is one") };
         RigidBody { velocity: velocity.into(), ..body }
     }

@@ -137,8 +137,6 @@ impl Mean {
 
 #[cfg(test)]
 mod tests {
-    use std::path::Path;
-
     use super::*;
     use crate::case;
     use crate::model::Strength;
@@ -156,9 +154,7 @@ mod tests {
         strength: impl Fn(&Model<f64>) -> Option<Strength>,
     ) -> (Vec<[usize; 2]>, f64) {
         let size = ["/pack/width_mm=11.43", "/pack/height_mm=11.43", "/solver/numerics=paper", "/expect=[]"];
-        let sets: Vec<String> = size.iter().chain(sets).map(|set| (*set).to_owned()).collect();
-        let case = case::read(Path::new("cases/s720-1ply-155.json"), &sets);
-        let case = case.unwrap_or_else(|error| unreachable!("{error}"));
+        let case = case::shipped(&[&size, sets].concat());
         let mut model = Model::<f64>::new(&case).unwrap_or_else(|error| unreachable!("{error}"));
         model.strength = strength(&model);
         let mut state = State::new(&case, &model);
@@ -277,9 +273,7 @@ mod tests {
     #[test]
     fn a_part_of_a_ply_judges_as_the_whole() {
         let windows = |cut: bool| {
-            let sets = ["/solver/failure_length_mm=3", "/expect=[]"].map(str::to_owned);
-            let case = case::read(Path::new("cases/s720-1ply-155.json"), &sets);
-            let case = case.unwrap_or_else(|error| unreachable!("{error}"));
+            let case = case::shipped(&["/solver/failure_length_mm=3", "/expect=[]"]);
             let model = if cut { Model::<f64>::part(&case) } else { Model::<f64>::new(&case) };
             model.unwrap_or_else(|error| unreachable!("{error}")).ply_types.swap_remove(0)
         };

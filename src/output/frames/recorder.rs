@@ -235,8 +235,7 @@ mod tests {
             "/output/frames=9",
             "/expect=[]",
         ];
-        let case = case::read(Path::new("cases/s720-1ply-155.json"), &sets.map(str::to_owned));
-        let case = case.unwrap_or_else(|error| unreachable!("{error}"));
+        let case = case::shipped(&sets);
         let folder = tempfile::tempdir().unwrap_or_else(|error| unreachable!("{error}"));
         let mut recorder = Recorder::new(folder.path(), &case, &Options::default(), false, None);
         recorder.room = room.unwrap_or(recorder.room);
