@@ -191,4 +191,5 @@ impl Backend for DeviceSimulation<'_> {
 }
 
 #[cfg(test)]
+#[path = "graphics_tests.rs"]
 mod tests;

@@ -148,20 +148,5 @@ fn free_place(taken: &[[f64; 4]], [px, py]: [f64; 2], width: f64) -> [f64; 4] {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn labels_make_room_for_each_other() {
-        let mut taken = Vec::new();
-        for _ in 0..12 {
-            let place = free_place(&taken, [400.0, 200.0], 80.0);
-            assert!(
-                taken
-                    .iter()
-                    .all(|t: &[f64; 4]| place[1] < t[0] || t[1] < place[0] || place[3] <= t[2] || t[3] <= place[2])
-            );
-            taken.push(place);
-        }
-    }
-}
+#[path = "plot_tests.rs"]
+mod tests;

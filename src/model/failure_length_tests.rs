@@ -1,0 +1,60 @@
+use super::*;
+use crate::case;
+use crate::model::{Model, PlyType};
+
+/// The ply type of a case with changes, all of it or what mirror planes leave of it.
+fn ply_type(part: bool, sets: &[&str]) -> PlyType<f64> {
+    let case = case::shipped(&[&["/expect=[]"], sets].concat());
+    let model = if part { Model::<f64>::part(&case) } else { Model::<f64>::new(&case) };
+    model.unwrap_or_else(|error| unreachable!("{error}")).ply_types.swap_remove(0)
+}
+
+/// Its windows.
+fn windows(part: bool, sets: &[&str]) -> [Windows; 2] {
+    ply_type(part, sets).windows.unwrap_or_else(|| unreachable!("there are windows"))
+}
+
+#[test]
+fn yarns_are_counted_from_the_hit_wherever_it_is() {
+    let aimed = windows(false, &[]);
+    for offset in ["[0.3, 0]", "[0.635, 0]", "[1.0, 0]"] {
+        let offset = format!("/projectile/offset_mm={offset}");
+        let shifted = windows(false, &[&offset]);
+        // Around the hit the wefts, beside each other along warp, have the same elements.
+        let of = |windows: &[Windows; 2]| {
+            let wefts = &windows[1];
+            let narrow = wefts.yarns().filter(|yarn| yarn.length.iter().all(|width| (width - 1.0).abs() < 1e-6));
+            narrow.map(|yarn| yarn.length.len()).collect::<Vec<_>>()
+        };
+        let (aimed, shifted) = (of(&aimed), of(&shifted));
+        assert!(aimed.len() > 10 && aimed.iter().all(|elements| *elements == 2), "{aimed:?}");
+        assert!(shifted.len() > 10 && shifted.iter().all(|elements| *elements == 2), "{offset}: {shifted:?}");
+    }
+}
+
+#[test]
+fn a_yarn_is_as_broad_as_crossovers_across_it_are_apart() {
+    let ply_type = ply_type(false, &["/fabric/warp/count_per_inch=20", "/fabric/weft/count_per_inch=10"]);
+    let breadth = breadth(&ply_type.mesh, &ply_type.cell);
+    // Warp yarns lie beside each other along weft, where the weft crosses them.
+    let found = [breadth[0] * ply_type.mesh.length[1], breadth[1] * ply_type.mesh.length[0]];
+    for (found, spacing) in found.into_iter().zip([25.4e-3 / 10.0, 25.4e-3 / 20.0]) {
+        assert!((found / spacing - 1.0).abs() < 1e-12, "{found} instead of {spacing}");
+    }
+}
+
+#[test]
+fn a_part_of_a_ply_has_the_yarns_of_the_whole() {
+    for sets in
+        [&[][..], &["/pack/elements_per_crossover=3"], &["/pack/mesh_grading=none", "/pack/elements_per_crossover=2"]]
+    {
+        let (whole, part) = (windows(false, sets), windows(true, sets));
+        for axis in 0..2 {
+            let middle = part[axis].across.len();
+            assert_eq!(whole[axis].across.len(), 2 * middle);
+            for (half, all) in part[axis].across.iter().zip(&whole[axis].across[middle..]) {
+                assert_eq!((half.first + middle, half.length.len()), (all.first, all.length.len()), "{sets:?}");
+            }
+        }
+    }
+}

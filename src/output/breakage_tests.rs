@@ -1,0 +1,32 @@
+#![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
+use super::*;
+
+/// A 20 × 20 mm ply of S-720 (1.27 mm a crossover: 16 × 16) with so many elements a crossover.
+fn ply(mesh: &str) -> PlyLayout {
+    let text = format!(
+        r#"{{"title": "t", "fabric": {{"file": "fabrics/s-720.json"}}, "solver": {{"end_time_us": 1}},
+            "pack": {{"width_mm": 20.32, "height_mm": 20.32, {mesh}}}}}"#
+    );
+    let case = crate::case::from_str("t", &text, &[]).unwrap();
+    PlyLayout::new(&case, &case.layers()[0])
+}
+
+#[test]
+fn elements_of_a_crossover_are_one_yarn_and_an_element_of_several_has_several() {
+    let fine = ply(r#""elements_per_crossover": 2"#);
+    assert_eq!((fine.yarns(1, 0), fine.yarns(1, 1), fine.yarns(1, 2)), (0..1, 0..1, 1..2));
+    // Lines of a mesh around a hit lie anywhere in a yarn.
+    let shifted = PlyLayout { lines: [vec![0.0, 0.7, 1.2, 1.7], vec![0.0]], ..fine };
+    assert_eq!((shifted.yarns(0, 0), shifted.yarns(0, 1), shifted.yarns(0, 2)), (0..1, 0..1, 1..2));
+    let coarse = ply(r#""crossovers_per_element": 4"#);
+    assert_eq!((coarse.yarns(0, 0), coarse.yarns(0, 3)), (0..4, 12..16));
+}
+
+#[test]
+fn places_are_at_the_edge_or_so_far_from_the_hit() {
+    let even = ply(r#""elements_per_crossover": 1"#);
+    assert!(even.is_at_edge([0, 8]) && even.is_at_edge([1, 8]) && even.is_at_edge([8, 15]));
+    assert!(!even.is_at_edge([2, 8]) && !even.is_at_edge([8, 13]));
+    // The middle of the element beside the centre is half a crossover off both ways.
+    assert!((even.distance([8, 8], [0.0, 0.0]) - 0.635e-3 * 2.0_f64.sqrt()).abs() < 1e-9);
+}

@@ -1,0 +1,153 @@
+use super::*;
+use crate::case;
+use crate::model::Strength;
+
+/// A ply type of 9 × 9 elements with these strains of its warp (row, column) over the failure strain, judged: where its warp is marked, and
+/// the largest load. `sets` change the case; elements are as long as a crossover, 1.27 mm, unless they do.
+fn judged(strain: impl Fn(usize, usize) -> f64, sets: &[&str]) -> (Vec<[usize; 2]>, f64) {
+    judged_with(strain, sets, |_| None)
+}
+
+/// The same with a strength of each element.
+fn judged_with(
+    strain: impl Fn(usize, usize) -> f64,
+    sets: &[&str],
+    strength: impl Fn(&Model<f64>) -> Option<Strength>,
+) -> (Vec<[usize; 2]>, f64) {
+    let size = ["/pack/width_mm=11.43", "/pack/height_mm=11.43", "/solver/numerics=paper", "/expect=[]"];
+    let case = case::shipped(&[&size, sets].concat());
+    let mut model = Model::<f64>::new(&case).unwrap_or_else(|error| unreachable!("{error}"));
+    model.strength = strength(&model);
+    let mut state = State::new(&case, &model);
+    let mesh = &model.ply_type(0).mesh;
+    let limit = model.ply_type(0).cell.yarn[0].failure_strain;
+    let mut totals = vec![ElementTotals::default(); mesh.rows];
+    for (row, totals) in totals.iter_mut().enumerate() {
+        for column in 0..mesh.columns {
+            let strain = limit * strain(row, column);
+            state.elements.set(row, field::COUNT, column + 1, strain);
+            totals.largest_strain[0] = totals.largest_strain[0].max(strain);
+        }
+    }
+    let mut again = state.clone();
+    let load = evaluate_failure(&model, &mut state, Some(&totals));
+    let marked = |state: &State<f64>| {
+        let places = (0..mesh.rows).flat_map(|row| (0..mesh.columns).map(move |column| [row, column]));
+        places
+            .filter(|[row, column]| state.elements.get(*row, field::ALIVE, column + 1) == MARKED_FOR_FAILURE)
+            .collect::<Vec<_>>()
+    };
+    // What the last step says only saves looking.
+    assert_eq!(evaluate_failure(&model, &mut again, None), load);
+    assert_eq!(marked(&again), marked(&state));
+    (marked(&state), load)
+}
+
+/// Three elements.
+const THREE: &str = "/solver/failure_length_mm=3.81";
+const NOTHING: [[usize; 2]; 0] = [];
+
+#[test]
+fn a_peak_breaks_nothing_that_a_plateau_breaks() {
+    let peak = |height: f64| move |row, column| if (row, column) == (4, 4) { height } else { 0.9 };
+    assert_eq!(judged(peak(1.19), &[THREE]).0, NOTHING);
+    let (marked, load) = judged(peak(1.21), &[THREE]);
+    assert_eq!(marked, [[4, 4]]);
+    assert!((load - (0.9 + 0.31 / 3.0)).abs() < 1e-12, "{load}");
+    assert_eq!(judged(|_, _| 1.001, &[THREE]).0.len(), 81);
+    assert_eq!(judged(|_, _| 0.999, &[THREE]), (NOTHING.to_vec(), 0.0));
+    // The mean is along the yarn: its neighbours do not help.
+    let row: Vec<[usize; 2]> = (0..9).map(|column| [4, column]).collect();
+    assert_eq!(judged(|row, _| if row == 4 { 1.001 } else { 0.1 }, &[THREE]).0, row);
+}
+
+#[test]
+fn a_yarn_whose_elements_are_as_long_as_the_failure_length_is_judged_by_them() {
+    // Elements along weft are shorter.
+    let peak = |row, column| if (row, column) == (4, 4) { 1.001 } else { 0.1 };
+    let sets = ["/solver/failure_length_mm=1.2", "/fabric/weft/count_per_inch=30"];
+    assert_eq!(judged(peak, &sets).0, [[4, 4]]);
+}
+
+#[test]
+fn an_element_breaks_at_its_own_strength() {
+    let one = |factor: f64| {
+        move |model: &Model<f64>| Some(Strength::of_one(model.grid.element_rows(), model.grid.columns, [4, 4], factor))
+    };
+    // A weak one among whole ones, far below what breaks the others.
+    let even = |height: f64| move |_: usize, _: usize| height;
+    assert_eq!(judged_with(even(0.61), &[THREE], one(0.6)).0, [[4, 4]]);
+    assert_eq!(judged_with(even(0.59), &[THREE], one(0.6)).0, NOTHING);
+    // A strong one holds where all others break; the load is over its own strength.
+    assert_eq!(judged_with(even(1.1), &[THREE], one(1.2)).0.len(), 80);
+    let (_, load) = judged_with(even(0.61), &[THREE], one(0.6));
+    assert!((load - 0.61 / 0.6).abs() < 1e-12, "{load}");
+}
+
+#[test]
+fn half_an_element_more_counts_half() {
+    // Four elements: the three in the middle and half of the ones beside them.
+    let outer = |height: f64| move |_, column: usize| [0.0, 0.0, height, 0.0, 1.0, 0.0, height, 0.0, 0.0][column];
+    let four = "/solver/failure_length_mm=5.08";
+    let column: Vec<_> = (0..9).map(|row| [row, 4]).collect();
+    assert_eq!(judged(outer(3.01), &[four]).0, column);
+    assert_eq!(judged(outer(2.99), &[four]).0, NOTHING);
+    // Elements half as long.
+    let strip = |height: f64| move |_, column: usize| if column.abs_diff(9) <= 1 { height } else { 0.0 };
+    let fine = [four, "/pack/elements_per_crossover=2"];
+    assert!(judged(strip(2.68), &fine).0.contains(&[9, 9]));
+    assert_eq!(judged(strip(2.65), &fine).0, NOTHING);
+}
+
+#[test]
+fn a_broken_piece_says_nothing_of_the_others() {
+    let broken = |beside: f64| {
+        move |row: usize, column: usize| match (row, column) {
+            (4, 3) => -1.0 / 0.035,
+            (4, 4) => 1.2,
+            (4, 5) => beside,
+            _ => 0.1,
+        }
+    };
+    assert_eq!(judged(broken(0.81), &[THREE]), (vec![[4, 4]], 0.0));
+    assert_eq!(judged(broken(0.79), &[THREE]).0, NOTHING);
+}
+
+#[test]
+fn a_yarn_of_several_elements_across_breaks_as_one() {
+    // Two elements across a yarn; the middle of the ply, after row 8, lies between two. Both break, the one that carries less too.
+    let fine = ["/solver/failure_length_mm=1.27", "/pack/elements_per_crossover=2"];
+    let rows = |own: f64| move |row: usize, _| if row == 10 { own } else { 0.8 };
+    let yarn: Vec<[usize; 2]> = [9, 10].iter().flat_map(|row| (0..18).map(|column| [*row, column])).collect();
+    assert_eq!(judged(rows(1.21), &fine).0, yarn);
+    assert_eq!(judged(rows(1.19), &fine).0, NOTHING);
+    // The yarns beside it do not help.
+    let beside = |row: usize, _| if row == 9 || row == 10 { 1.01 } else { 0.1 };
+    assert_eq!(judged(beside, &fine).0, yarn);
+    // Beside a broken one the other is judged by itself, and the broken one stays as it is.
+    let torn = |row: usize, _| if row == 9 { 1.01 } else { -1.0 / 0.035 };
+    assert_eq!(judged(torn, &fine).0, yarn[..18]);
+}
+
+#[test]
+fn a_part_of_a_ply_judges_as_the_whole() {
+    let windows = |cut: bool| {
+        let case = case::shipped(&["/solver/failure_length_mm=3", "/expect=[]"]);
+        let model = if cut { Model::<f64>::part(&case) } else { Model::<f64>::new(&case) };
+        model.unwrap_or_else(|error| unreachable!("{error}")).ply_types.swap_remove(0)
+    };
+    let (whole, part) = (windows(false), windows(true));
+    let (Some(all), Some(half)) = (&whole.windows, &part.windows) else { unreachable!("there are windows") };
+    for axis in 0..2 {
+        let middle = half[axis].along.len();
+        assert_eq!(all[axis].along.len(), 2 * middle);
+        for (at, window) in half[axis].along.iter().enumerate() {
+            // A symmetric field, over the whole and over the half.
+            let field = |place: usize| ((place.max(2 * middle - 1 - place) - middle) as f64).sqrt();
+            let one = Window { first: 0, length: vec![1.0] };
+            let over_whole = Mean::over(&all[axis].along[middle + at], &one, |place, _| field(place)).strain;
+            let over_half = Mean::over(window, &one, |place, _| field(middle + place)).strain;
+            assert!((over_whole - over_half).abs() < 1e-12, "{axis} {at}");
+        }
+    }
+}
