@@ -15,9 +15,11 @@ use ripstop::kernels::projectile_contact::{self, ContactPoint, ContactTotals};
 use ripstop::kernels::projectile_rim::Rim;
 use ripstop::kernels::projectile_shape::Body;
 use ripstop::kernels::rigid_body::RigidBody;
+use ripstop::output;
+use ripstop::output::trust::{self, Level};
 use ripstop::run::{Precision, Run};
 
-use crate::scene::{builtin, run, run_as};
+use crate::scene::{builtin, run, run_as, shipped};
 
 /// Mass of the body [kg].
 const BODY: f64 = 3e-3;
@@ -176,7 +178,7 @@ fn nothing_passes_into_the_projectile() {
     let shapes = [
         ("/projectile={\"shape\":\"sphere\",\"diameter_mm\":8,\"mass_g\":2,\"velocity_m_s\":250}", 1e-9),
         (
-            "/projectile={\"shape\":\"cone\",\"diameter_mm\":9,\"length_mm\":12,\"nose_length_mm\":8,\"mass_g\":2,\"velocity_m_s\":250}",
+            "/projectile={\"shape\":\"cone\",\"diameter_mm\":9,\"length_mm\":12,\"nose_length_mm\":8,\"edge_radius_mm\":0,\"mass_g\":2,\"velocity_m_s\":250}",
             1e-6,
         ),
         (
@@ -235,6 +237,28 @@ fn mirrored_and_swapped_shots_are_the_same_shot() {
         end,
     ];
     assert!(difference(&base, &run(&builtin("cases/verify/mirror.json", &swapped))) < 1e-6);
+}
+
+/// A node on a sharp tip stays there or slips off it: the place of the hit to the last bit decides. On a rounded one it stays.
+#[test]
+fn a_point_that_says_nothing_does_not_hang_on_the_last_bit() {
+    let shoot = |sets: &[&str]| {
+        let common = ["/expect=[]", "/pack/width_mm=80", "/pack/height_mm=80", "/output/profile_times_us=[]"];
+        let sets: Vec<&str> = common.into_iter().chain(sets.iter().copied()).collect();
+        let case = shipped("cases/s720-1ply-155.json", &sets);
+        let run = run(&case);
+        let sign = trust::signs(&case, &run).into_iter().find(|sign| sign.name.contains("mesh under the hit")).unwrap();
+        (output::residual_velocity(&case, &run).unwrap(), sign.level)
+    };
+    const CONE: &str = r#"/projectile={"shape":"cone","diameter_mm":5.5,"length_mm":42.1,"nose_length_mm":6,"mass_g":3,"velocity_m_s":150}"#;
+    let off = "/projectile/offset_mm=[1e-6,7e-7]";
+    let [(centred, level), (moved, _)] = [shoot(&[CONE]), shoot(&[CONE, off])];
+    assert!((centred - moved).abs() < 1e-6, "{centred} and {moved} m/s");
+    assert_eq!(level, Level::Look);
+    let sharp = "/projectile/edge_radius_mm=0";
+    let [(centred, level), (moved, _)] = [shoot(&[CONE, sharp]), shoot(&[CONE, sharp, off])];
+    assert!((centred - moved).abs() > 1.0, "this would be seen: {centred} and {moved} m/s");
+    assert_eq!(level, Level::Bad);
 }
 
 #[test]

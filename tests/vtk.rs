@@ -124,12 +124,12 @@ fn bodies() -> Vec<(&'static str, &'static str, Solid)> {
         ("a_sphere", r#""shape": "sphere", "diameter_mm": 6"#, solid(4.0 / 3.0 * disc * r, 0.0, 0.0)),
         (
             "a_cone",
-            r#""shape": "cone", "diameter_mm": 6, "length_mm": 14, "nose_length_mm": 8"#,
+            r#""shape": "cone", "diameter_mm": 6, "length_mm": 14, "nose_length_mm": 8, "edge_radius_mm": 0"#,
             solid(disc * (8.0 / 3.0 + 6.0), 0.0, r),
         ),
         (
             "an_ogive",
-            r#""shape": "ogive", "diameter_mm": 6, "length_mm": 14, "nose_length_mm": 8"#,
+            r#""shape": "ogive", "diameter_mm": 6, "length_mm": 14, "nose_length_mm": 8, "edge_radius_mm": 0"#,
             solid(ogive + disc * 6.0, 0.0, r),
         ),
         (

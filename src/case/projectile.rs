@@ -6,6 +6,12 @@ use super::value::{millimetres, short_number_text};
 use super::words::ShapeWord;
 use super::{Projectile, Rotation, Shape};
 
+/// Rounding of a point that says nothing [m]. Under a sharp one a node stands on the tip or slips off it, which is a matter of the last bit:
+/// the limit of a cone is 93 or 76 m/s. From 0.15 to 0.5 mm it is 95 to 99 m/s (`benches/NOTES.md`).
+const TIP_RADIUS: f64 = 0.5e-3;
+/// The most of it, over the diameter [-].
+const TIP_PART: f64 = 0.1;
+
 /// Reads the projectile in the order of the table.
 pub(super) fn read(scope: &ObjectReader<'_>) -> Result<Projectile, CaseError> {
     let word: ShapeWord = scope.word("shape")?;
@@ -113,7 +119,6 @@ fn fragment(scope: &ObjectReader<'_>, diameter: f64, length: f64) -> Result<Shap
 
 /// The rounding must leave room for itself: a ball of its radius fits into the body, and each face is left in part.
 fn edge_radius(scope: &ObjectReader<'_>, shape: &Shape) -> Result<f64, CaseError> {
-    let radius = scope.number("edge_radius_mm")?;
     let largest = match *shape {
         Shape::Cylinder { diameter, length } => (0.5 * diameter).min(0.5 * length),
         Shape::Cone { diameter, length, nose_length } => {
@@ -133,6 +138,14 @@ fn edge_radius(scope: &ObjectReader<'_>, shape: &Shape) -> Result<f64, CaseError
             (0.5 * diameter).min(0.5 * length).min(0.5 * nose_flat / turn).min(room)
         }
         Shape::Sphere { .. } | Shape::Bar { .. } => 0.0,
+    };
+    let radius = match (scope.number_if_given("edge_radius_mm")?, shape.is_pointed()) {
+        (Some(given), _) => given,
+        (None, true) => {
+            let how = "assumed: 0.5 mm, at most a tenth of diameter_mm and what the shape has room for";
+            scope.derive_as("edge_radius_mm", TIP_RADIUS.min(TIP_PART * shape.diameter()).min(largest), how, true)?
+        }
+        (None, false) => scope.derive_as("edge_radius_mm", 0.0, "sharp edges", false)?,
     };
     if radius > largest {
         let expected = format!("at most {}, the largest that this shape has room for", millimetres(largest));

@@ -120,6 +120,11 @@ impl Shape {
 }
 
 impl Shape {
+    /// Whether the nose ends in a tip.
+    pub(crate) fn is_pointed(&self) -> bool {
+        matches!(self, Self::Cone { .. } | Self::Ogive { .. })
+    }
+
     /// Largest diameter [m].
     pub fn diameter(&self) -> f64 {
         match *self {

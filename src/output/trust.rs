@@ -269,8 +269,7 @@ fn mesh_under_hit(case: &Case, run: &Run) -> QualityCheck {
     let body = case.projectile.as_ref().and_then(|projectile| Body::new(projectile).ok());
     let has_rim = body.is_some_and(|body| body.profile.has_round_rim());
     let is_sphere = case.projectile.as_ref().is_some_and(|p| matches!(p.shape, Shape::Sphere { .. }));
-    let is_pointed =
-        case.projectile.as_ref().is_some_and(|p| matches!(p.shape, Shape::Cone { .. } | Shape::Ogive { .. }));
+    let tip = case.projectile.as_ref().filter(|p| p.shape.is_pointed()).map(|p| p.edge_radius);
     let at_rim = case.solver.contact_sampling == ContactSampling::Edges;
     let (level, reason) = match broken {
         0 if has_rim && highest_load(run) > NEAR_BREAKING => {
@@ -278,9 +277,13 @@ fn mesh_under_hit(case: &Case, run: &Run) -> QualityCheck {
         }
         0 => (Level::Fine, "no yarn broke: another mesh changes what is lost by a few per cent"),
         _ if is_sphere => (Level::Fine, "a sphere: finer elements move a ballistic limit by about 1 %"),
-        _ if is_pointed => (
+        _ if tip == Some(0.0) => (
+            Level::Bad,
+            "a sharp point: fabric stands on it or slips off, which no mesh decides; give it its edge_radius_mm",
+        ),
+        _ if tip.is_some() => (
             Level::Look,
-            "a point: the ballistic limit falls with a finer mesh; round it (edge_radius_mm) and compare with \"accuracy\": \"converged\"",
+            "a point: what a perforation takes depends on the mesh; compare with \"accuracy\": \"converged\"",
         ),
         _ if !has_rim || at_rim => (
             Level::Look,

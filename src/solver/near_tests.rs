@@ -24,8 +24,8 @@ fn all_nodes_near_the_body_are_listed() {
         r#""shape": "cylinder", "diameter_mm": 5.5, "length_mm": 20, "yaw_deg": 20"#,
         r#""shape": "cylinder", "diameter_mm": 9, "length_mm": 3, "edge_radius_mm": 0.4, "yaw_deg": -25"#,
         r#""shape": "sphere", "diameter_mm": 8"#,
-        r#""shape": "cone", "diameter_mm": 6, "length_mm": 30, "nose_length_mm": 30"#,
-        r#""shape": "ogive", "diameter_mm": 6, "length_mm": 14, "nose_length_mm": 9"#,
+        r#""shape": "cone", "diameter_mm": 6, "length_mm": 30, "nose_length_mm": 30, "edge_radius_mm": 0"#,
+        r#""shape": "ogive", "diameter_mm": 6, "length_mm": 14, "nose_length_mm": 9, "edge_radius_mm": 0"#,
         r#""shape": "fragment", "diameter_mm": 7, "length_mm": 8, "roll_deg": 30"#,
     ];
     for shape in shapes {

@@ -278,6 +278,25 @@ fn an_ogive_is_at_least_half_a_ball_and_at_most_its_length() {
 }
 
 #[test]
+fn a_point_is_rounded_unless_it_says_otherwise() {
+    let edge = |shape: &str, keys: Value| {
+        let case = struck_by(shape, keys).unwrap();
+        let field = case.fields.iter().find(|field| field.pointer == "/projectile/edge_radius_mm").unwrap();
+        assert_eq!(field.assumed, field.source.contains("assumed"), "{field:?}");
+        ((case.projectile.unwrap().edge_radius * 1e9).round() / 1e6, field.assumed)
+    };
+    for shape in ["cone", "ogive"] {
+        assert_eq!(edge(shape, json!({})), (0.5, true));
+        assert_eq!(edge(shape, json!({"diameter_mm": 3})), (0.3, true));
+        assert_eq!(edge(shape, json!({"edge_radius_mm": 0})), (0.0, false));
+    }
+    // A flat cone has room for less: 3 · 0.2 / (3 + √(3² + 0.2²)).
+    assert_eq!(edge("cone", json!({"length_mm": 0.2, "nose_length_mm": 0.2})), (0.099_889, true));
+    assert_eq!(edge("cylinder", json!({})), (0.0, false));
+    assert_eq!(edge("fragment", json!({})), (0.0, false));
+}
+
+#[test]
 fn a_fragment_has_room_for_its_nose_and_its_edges() {
     let case = struck_by("fragment", json!({})).unwrap();
     let Shape::Fragment { nose_flat, nose_angle, roll, .. } = case.projectile.unwrap().shape else { panic!() };

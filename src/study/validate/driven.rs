@@ -140,7 +140,7 @@ const CONE: Driven = Driven {
         "/pack/crossovers_per_element=1",
         r#"/pack/pretension={"warp_n_per_m":50000,"weft_n_per_m":50000}"#,
         "/pack/initial_deflection=null",
-        r#"/projectile={"shape":"cone","diameter_mm":80,"length_mm":1,"nose_length_mm":0.2,"velocity_m_s":1.18268,"friction":0,
+        r#"/projectile={"shape":"cone","diameter_mm":80,"length_mm":1,"nose_length_mm":0.2,"edge_radius_mm":0,"velocity_m_s":1.18268,"friction":0,
             "motion":"prescribed","rotation":"locked"}"#,
         "/solver/end_time_us=200",
         "/output/history_interval_us=1",

@@ -171,11 +171,11 @@ fn shape() -> impl Strategy<Value = Change> {
         let [nose, edge] = [nose.min(l), edge].map(short);
         whole(json!({"shape": "cone", "diameter_mm": d, "length_mm": l, "nose_length_mm": nose.min(l), "edge_radius_mm": edge}))
     });
-    let ogive = size().prop_map(move |(d, l, nose, _)| {
+    let ogive = size().prop_map(move |(d, l, nose, edge)| {
         let l = l.max(0.6 * d);
         let nose = (0.51 * d + nose * (l - 0.51 * d)).min(l);
-        let [l, nose] = [l, nose].map(short);
-        whole(json!({"shape": "ogive", "diameter_mm": d, "length_mm": l, "nose_length_mm": nose.min(l)}))
+        let [l, nose, edge] = [l, nose, 0.1 * edge * d].map(short);
+        whole(json!({"shape": "ogive", "diameter_mm": d, "length_mm": l, "nose_length_mm": nose.min(l), "edge_radius_mm": edge}))
     });
     let fragment =
         (size(), number(5.0..75.0), number(-180.0..180.0)).prop_map(move |((d, l, flat, _), angle, roll)| {
