@@ -26,7 +26,7 @@ struct Point {
     left: u32,
     below: u32,
     /// Whether a point of the rim lies on an edge that ends here: 1 or 0.
-    tied: u32,
+    constrained: u32,
     pad0: u32,
 }
 

@@ -48,8 +48,8 @@ fn part_of_touch(t: u32) -> f32 {
 }
 
 /// Whether a point of the rim lies on an edge that ends at the node of a point.
-fn is_tied(p: u32) -> bool {
-    return RIM && points[point_number(p)].tied != 0u;
+fn is_constrained(p: u32) -> bool {
+    return RIM && points[point_number(p)].constrained != 0u;
 }
 
 fn through_edges(p: u32) -> Through {
@@ -83,10 +83,10 @@ fn propagate(local: u32) {
     let linear = vec3<f32>(motion[0], motion[1], motion[2]);
     let angular = vec3<f32>(motion[3], motion[4], motion[5]);
     for (var p = local; p < extent.x; p += WIDTH) {
-        let tied = is_tied(p);
-        if (tied || touches[touch_number(p)].state != AWAY) {
+        let constrained = is_constrained(p);
+        if (constrained || touches[touch_number(p)].state != AWAY) {
             var through: Through;
-            if (tied) {
+            if (constrained) {
                 through = through_edges(p);
             }
             let drag = touches[touch_number(p)].friction_impulse;
@@ -262,7 +262,7 @@ fn account(local: u32) {
     for (var p = local; p < extent.x; p += WIDTH) {
         let drag = touches[touch_number(p)].friction_impulse;
         let carried = points[point_number(p)].edge_impulse.xyz;
-        if (drag.w <= 0.0 && !is_tied(p)) {
+        if (drag.w <= 0.0 && !is_constrained(p)) {
             continue;
         }
         let node = points[point_number(p)].node;

@@ -84,60 +84,60 @@ fn is_free(p: u32, normal: vec3<f32>) -> bool {
 /// One of the two points of the rim on an edge that begins at a node: 0 and 1 along the row, 2 and 3 along the column. `AWAY` where there
 /// is none that may touch.
 fn constraint_at(p: u32, slot: u32, count: u32) -> Touch {
-    var tie: Touch;
+    var constraint: Touch;
     let node = points[point_number(p)].node;
     let ply = node_ply(node);
     let place = node_place(node);
     let up = slot >= 2u;
     let next = place + select(vec2<u32>(0u, 1u), vec2<u32>(1u, 0u), up);
     if (!is_node(ply, next) || !edge_is_intact(node, place, up)) {
-        return tie;
+        return constraint;
     }
     let q = point_of(node_at(ply, next), count);
     if (q == NONE) {
-        return tie;
+        return constraint;
     }
     let crossings = rim_crossings(points[point_number(p)].pressed.xy, points[point_number(q)].pressed.xy);
     let at = select(crossings.x, crossings.y, (slot & 1u) != 0u);
     if (!(0.0 < at && at < 1.0)) {
-        return tie;
+        return constraint;
     }
     let height = mix(points[point_number(p)].pressed.z, points[point_number(q)].pressed.z, at);
     let gap = height - (scene.profile[1].y + scene.profile_radius);
     let normal = rotate(body.orientation, vec3<f32>(0.0, 0.0, 1.0));
     let approach = dot(mix(points[point_number(p)].relative.xyz, points[point_number(q)].relative.xyz, at), normal);
     if (gap < -scene.rim_depth || stays_away(gap, approach)) {
-        return tie;
+        return constraint;
     }
     if (scene.body_prescribed != 0u && !is_free(p, normal) && !is_free(q, normal)) {
-        return tie; // both are held: neither can give way
+        return constraint; // both are held: neither can give way
     }
-    tie.normal = vec4<f32>(normal, gap);
-    tie.arm = vec4<f32>(mix(touches[touch_number(p)].arm.xyz, touches[touch_number(q)].arm.xyz, at), 0.0);
-    tie.ends = vec2<u32>(p, q);
-    tie.weight = at;
-    tie.friction = friction_through(max(points[point_number(p)].pressed.w, points[point_number(q)].pressed.w));
-    tie.member = NONE;
-    tie.state = select(NEAR, PUSHING, approach < closing_limit(gap));
-    return tie;
+    constraint.normal = vec4<f32>(normal, gap);
+    constraint.arm = vec4<f32>(mix(touches[touch_number(p)].arm.xyz, touches[touch_number(q)].arm.xyz, at), 0.0);
+    constraint.ends = vec2<u32>(p, q);
+    constraint.weight = at;
+    constraint.friction = friction_through(max(points[point_number(p)].pressed.w, points[point_number(q)].pressed.w));
+    constraint.member = NONE;
+    constraint.state = select(NEAR, PUSHING, approach < closing_limit(gap));
+    return constraint;
 }
 
 /// Lists the points of the rim, by the first of their nodes; gives their number.
 fn find_constraints(count: u32, local: u32) -> u32 {
-    let room = scene.ties * scene.plies;
+    let room = scene.constraints * scene.plies;
     atomicStore(&of_ply[local], 0u);
     workgroupBarrier();
     var total = 0u;
     for (var base = 0u; base < 4u * count; base += WIDTH) {
         let p = (base + local) / 4u;
-        var tie: Touch;
+        var constraint: Touch;
         if (p < count) {
-            tie = constraint_at(p, local & 3u, count);
+            constraint = constraint_at(p, local & 3u, count);
         }
-        let there = u32(tie.state != AWAY);
+        let there = u32(constraint.state != AWAY);
         let at = total + sum_up_to(there, local) - there;
         if (there != 0u && at < room) {
-            touches[touch_number(count + at)] = tie;
+            touches[touch_number(count + at)] = constraint;
         }
         if (p < count && (local & 3u) == 0u) {
             let to_right = scan[local + 1u] + there - scan[local];
@@ -152,7 +152,7 @@ fn find_constraints(count: u32, local: u32) -> u32 {
     }
     // Where there is no room for those of a ply none is heeded: the run ends by its counter.
     let found = atomicLoad(&of_ply[min(local, scene.plies - 1u)]);
-    if (!vote(found > scene.ties, local)) {
+    if (!vote(found > scene.constraints, local)) {
         return total;
     }
     atomicMax(&status[counter(OVERFLOW_EDGES)], found);
@@ -183,7 +183,7 @@ fn link(p: u32, count: u32) {
     }
     points[point_number(p)].left = left;
     points[point_number(p)].below = below;
-    points[point_number(p)].tied = u32(points[point_number(p)].to_right + points[point_number(p)].to_above > 0u || left != NONE || below != NONE);
+    points[point_number(p)].constrained = u32(points[point_number(p)].to_right + points[point_number(p)].to_above > 0u || left != NONE || below != NONE);
 }
 
 @compute @workgroup_size(64)

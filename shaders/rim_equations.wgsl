@@ -31,7 +31,7 @@ fn gather_members(local: u32) -> u32 {
         if (p < count) {
             first = points[point_number(p)].first;
             past = first + points[point_number(p)].to_right + points[point_number(p)].to_above;
-            itself = points[point_number(p)].tied != 0u && touches[touch_number(p)].state == PUSHING;
+            itself = points[point_number(p)].constrained != 0u && touches[touch_number(p)].state == PUSHING;
             own = u32(itself);
             for (var t = first; t < past; t++) {
                 own += u32(touches[touch_number(t)].state == PUSHING);
@@ -105,7 +105,7 @@ fn fill(t: u32) {
         begin = atomicLoad(&begins[ply]);
         own = member - begin;
         // Every ply has a triangle of its own, with room for as many as there may be.
-        let most = 3u * scene.ties;
+        let most = 3u * scene.constraints;
         touches[touch_number(t)].begin = begin;
         touches[touch_number(t)].end = atomicLoad(&stops[ply]);
         touches[touch_number(t)].row = ply_number(ply) * (most * (most + 1u) / 2u) + own * (own + 1u) / 2u;

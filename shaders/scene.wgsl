@@ -153,7 +153,7 @@ struct Scene {
     /// Mirror planes that the scene has, cut there or not: 1 x = 0, 2 y = 0.
     mirror: u32,
     /// Room for points of the rim on each ply.
-    ties: u32,
+    constraints: u32,
     pad0: u32,
     pad1: u32,
     pad2: u32,

@@ -62,7 +62,7 @@ fn point_number(point: u32) -> u32 {
 
 /// Place in `touches` of what says how many the shot has; they follow.
 fn touch_head() -> u32 {
-    return shot.number * (scene.points + scene.plies * scene.ties + 1u);
+    return shot.number * (scene.points + scene.plies * scene.constraints + 1u);
 }
 
 /// Place of a touch of the shot in `touches`.
@@ -72,5 +72,5 @@ fn touch_number(at: u32) -> u32 {
 
 /// Place of a member of the shot in `members`: three for each point of the rim that a ply has room for.
 fn member_number(member: u32) -> u32 {
-    return shot.number * (scene.plies * 3u * scene.ties) + member;
+    return shot.number * (scene.plies * 3u * scene.constraints) + member;
 }

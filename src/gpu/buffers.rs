@@ -18,7 +18,7 @@ pub(crate) const EVENT_WINDOW: u64 = 256;
 const POINTS: u64 = 1 << 16;
 /// Points of the rim on a ply there is room for: over those of a flat ply, and more for small ones. Crumpled fabric has more edges
 /// under a rim.
-const TIES: [f64; 2] = [4.0, 64.0];
+const CONSTRAINTS: [f64; 2] = [4.0, 64.0];
 /// Nodes and points of the rim that may push together, per point of the rim: it and the two ends of its edge.
 const MEMBERS: u64 = 3;
 /// Elements a workgroup of the ledger adds up before another one helps.
@@ -142,7 +142,7 @@ pub struct Sizes {
     /// Room for nodes near the projectile, none without one.
     pub points: u64,
     /// Room for points of the projectile's rim on each ply, none where it is not sampled.
-    pub ties: u64,
+    pub constraints: u64,
     /// Workgroups of the ledger, as many for each ply.
     pub groups: u64,
 }
@@ -168,14 +168,14 @@ impl Sizes {
             nodes,
             rim: (grid.plies * 2 * (grid.columns + grid.rows + 2)) as u64,
             points: if model.projectile.is_some() { nodes.min(POINTS) } else { 0 },
-            ties: if model.edges { ties(model) } else { 0 },
+            constraints: if model.edges { constraints(model) } else { 0 },
             groups: (grid.plies * per_ply.div_ceil(LEDGER_SHARE).clamp(1, most)) as u64,
         }
     }
 
     /// Points that may push and share nodes on each ply.
     fn members(&self) -> u64 {
-        MEMBERS * self.ties
+        MEMBERS * self.constraints
     }
 
     /// Nodes for which there is contact between plies.
@@ -209,7 +209,7 @@ impl Sizes {
             BufferId::Candidates => mask_words + mask_words.div_ceil(32),
             BufferId::Points => (POINT_WORDS * self.points).max(1),
             BufferId::Samples => u64::from(SLOTS) * self.sample_words() as u64,
-            BufferId::Touches => TOUCH_WORDS * (self.points + self.plies * self.ties + 1),
+            BufferId::Touches => TOUCH_WORDS * (self.points + self.plies * self.constraints + 1),
             BufferId::Members => (self.plies * self.members()).max(1),
             BufferId::Matrix => (self.plies * self.members() * (self.members() + 1) / 2).max(1),
             _ => {
@@ -291,12 +291,12 @@ fn largest_binding(limits: &wgpu::Limits) -> u64 {
 }
 
 /// Room for points of the rim on a ply: no more than every edge meets it twice.
-fn ties(model: &Model<f32>) -> u64 {
+fn constraints(model: &Model<f32>) -> u64 {
     let radius = model.projectile.as_ref().map_or(0.0, |projectile| projectile.body.radius);
     let shortest = model.ply_types.iter().map(|ply_type| ply_type.mesh.shortest()).fold(f64::INFINITY, f64::min);
     // As many lines of each direction as the face is wide, and twice each.
     let flat = 8.0 * radius / shortest;
-    ((TIES[0] * flat + TIES[1]).ceil() as u64).min(4 * model.nodes_per_ply() as u64)
+    ((CONSTRAINTS[0] * flat + CONSTRAINTS[1]).ceil() as u64).min(4 * model.nodes_per_ply() as u64)
 }
 
 /// Workgroups of `count` invocations as a two-dimensional dispatch within `most` per dimension.

@@ -124,7 +124,7 @@ pub struct ContactTotals {
 }
 
 /// Finds the impulses of one step and applies them to the body; the caller applies them to the nodes. The last points are
-/// those of the rim, as many as it has ties.
+/// those of the rim, as many as it has constraints.
 pub fn resolve(body: &mut RigidBody, points: &mut [ContactPoint], rim: &mut Rim, dt: f64) -> ContactTotals {
     let start = body.clone();
     rim.share_masses(points, body.mass);
@@ -141,7 +141,7 @@ pub fn resolve(body: &mut RigidBody, points: &mut [ContactPoint], rim: &mut Rim,
         }
         break;
     }
-    account(&start, body, points, points.len() - rim.ties.len())
+    account(&start, body, points, points.len() - rim.constraints.len())
 }
 
 /// Relative normal velocity below which a node enters the body within the step: what closes its gap exactly.

@@ -87,19 +87,19 @@ fn random_point(numbers: &mut Numbers, body: &RigidBody, friction: f64, may_be_h
 }
 
 impl Scene {
-    fn new(numbers: &mut Numbers, kind: usize, friction: f64, ties: bool, held: bool) -> Self {
+    fn new(numbers: &mut Numbers, kind: usize, friction: f64, constraints: bool, held: bool) -> Self {
         let body = random_body(numbers, kind);
         let mut points: Vec<_> = (0..7).map(|_| random_point(numbers, &body, friction, held)).collect();
         points[6].ply = 1;
         let mut rim = Rim::default();
         // The second and the third share a node, the last lies on another ply's edge.
-        for nodes in if ties { vec![[0, 1], [1, 2], [3, 4]] } else { Vec::new() } {
+        for nodes in if constraints { vec![[0, 1], [1, 2], [3, 4]] } else { Vec::new() } {
             let weight = 0.5 + 0.45 * numbers.unit();
-            rim.ties.push(EdgeConstraint { nodes, weights: [weight, 1.0 - weight] });
+            rim.constraints.push(EdgeConstraint { nodes, weights: [weight, 1.0 - weight] });
             let mut p = random_point(numbers, &body, friction, held);
             p.ply = usize::from(nodes[0] == 3);
             p.shared = true;
-            p.before = rim.ties[rim.ties.len() - 1].between(|node| points[node].free);
+            p.before = rim.constraints[rim.constraints.len() - 1].between(|node| points[node].free);
             for node in nodes {
                 points[node].shared = true;
                 points[node].ply = p.ply;
@@ -112,7 +112,7 @@ impl Scene {
     }
 
     fn nodes(&self) -> &[ContactPoint] {
-        &self.points[..self.points.len() - self.rim.ties.len()]
+        &self.points[..self.points.len() - self.rim.constraints.len()]
     }
 
     /// What a unit impulse along its normal moves a point along it by [1/kg], and that compliance which shared nodes add.
@@ -122,7 +122,7 @@ impl Scene {
             p.inverse.component_mul(&self.points[at].normal).dot(&self.points[at].normal)
         };
         let parts = match at.checked_sub(self.nodes().len()) {
-            Some(tie) => self.rim.ties[tie].ends().collect(),
+            Some(constraint) => self.rim.constraints[constraint].ends().collect(),
             None => vec![(at, 1.0)],
         };
         let along = parts.iter().map(|(node, weight)| weight * weight * of_node(*node)).sum();
@@ -133,7 +133,7 @@ impl Scene {
     fn approach(&self, at: usize) -> f64 {
         let p = &self.points[at];
         let velocity = match at.checked_sub(self.nodes().len()) {
-            Some(tie) => self.rim.ties[tie].between(|node| self.points[node].velocity()),
+            Some(constraint) => self.rim.constraints[constraint].between(|node| self.points[node].velocity()),
             None => p.velocity(),
         };
         (velocity - self.body.velocity_at(&p.arm)).dot(&p.normal)
@@ -154,8 +154,8 @@ impl Scene {
 fn scenes(seed: u32, count: usize, mut see: impl FnMut(Scene, usize)) {
     let mut numbers = Numbers(seed);
     for at in 0..count {
-        let (kind, friction, ties) = (at % 5, [0.0, 0.3][at / 5 % 2], at / 10 % 2 == 1);
-        see(Scene::new(&mut numbers, kind, friction, ties, true), kind);
+        let (kind, friction, constraints) = (at % 5, [0.0, 0.3][at / 5 % 2], at / 10 % 2 == 1);
+        see(Scene::new(&mut numbers, kind, friction, constraints, true), kind);
     }
 }
 
@@ -255,7 +255,7 @@ fn points_that_ask_the_same_of_a_node_share_its_mass() {
         (p.mass, p.inverse) = (mass, Vector3::repeat(1.0 / mass));
     }
     let mut rim = Rim::default();
-    rim.ties.push(EdgeConstraint { nodes: [0, 1], weights: [0.75, 0.25] });
+    rim.constraints.push(EdgeConstraint { nodes: [0, 1], weights: [0.75, 0.25] });
     let mut alone = points.clone();
     alone.push(point([0.0, 0.0, 1.0], [0.0; 3]));
     rim.share_masses(&mut alone, body.mass);
@@ -266,7 +266,7 @@ fn points_that_ask_the_same_of_a_node_share_its_mass() {
     assert!((alone[3].mass * alone[3].inverse.x - 1.0).abs() < 1e-15);
     assert!((alone[3].effective_mass * alone[3].inverse.x - 1.0).abs() < 1e-15);
     // A second point there has as much, and each half of it; of a third node it has none.
-    rim.ties.push(rim.ties[0]);
+    rim.constraints.push(rim.constraints[0]);
     let mut two = points.clone();
     two.extend([point([0.0, 0.0, 1.0], [0.0; 3]), point([0.0, 0.0, 1.0], [0.0; 3])]);
     rim.share_masses(&mut two, body.mass);
@@ -274,7 +274,7 @@ fn points_that_ask_the_same_of_a_node_share_its_mass() {
         assert!((two[at].inverse.x - 2.0 * alone[3].inverse.x).abs() < 1e-15, "{:?}", two[at]);
     }
     // In half a scene a point that is whole has an image beside a node of which a half is there.
-    rim.ties[1] = EdgeConstraint { nodes: [1, 2], weights: [0.5, 0.5] };
+    rim.constraints[1] = EdgeConstraint { nodes: [1, 2], weights: [0.5, 0.5] };
     two[3].part = 0.5;
     rim.share_masses(&mut two, body.mass);
     let first = 0.75 * (0.75 * 0.5) / 0.5 / 2.0 + 0.25 * (0.25 * 0.5 + 0.5) / 0.5 / 4.0;

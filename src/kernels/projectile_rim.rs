@@ -47,7 +47,7 @@ impl EdgeConstraint {
 #[derive(Clone, Debug, Default)]
 pub struct Rim {
     /// Of the last points of contact, one each.
-    pub ties: Vec<EdgeConstraint>,
+    pub constraints: Vec<EdgeConstraint>,
     /// Those that push and share nodes.
     members: Vec<usize>,
     /// K, then its Cholesky factor: lower triangle by rows [1/kg].
@@ -61,13 +61,15 @@ pub struct Rim {
 impl Rim {
     /// Forgets every point.
     pub fn clear(&mut self) {
-        self.ties.clear();
+        self.constraints.clear();
     }
 
     /// Nodes that a point moves, with weights.
     fn parts(&self, points: usize, at: usize) -> [(usize, f64); 2] {
-        match (at + self.ties.len()).checked_sub(points) {
-            Some(tie) => [0, 1].map(|end| (self.ties[tie].nodes[end], self.ties[tie].weights[end])),
+        match (at + self.constraints.len()).checked_sub(points) {
+            Some(constraint) => {
+                [0, 1].map(|end| (self.constraints[constraint].nodes[end], self.constraints[constraint].weights[end]))
+            }
             None => [(at, 1.0), (at, 0.0)],
         }
     }
@@ -75,14 +77,15 @@ impl Rim {
     /// Gives every point of the rim its share of the masses of its nodes, by its weight among the points there: what
     /// friction meets.
     pub(crate) fn share_masses(&self, points: &mut [ContactPoint], body_mass: f64) {
-        let nodes = points.len() - self.ties.len();
-        for at in 0..self.ties.len() {
+        let nodes = points.len() - self.constraints.len();
+        for at in 0..self.constraints.len() {
             let mut inverse = Vector3::zeros();
             let mut unheld = 0.0;
-            for (node, weight) in self.ties[at].ends() {
+            for (node, weight) in self.constraints[at].ends() {
                 // In the whole scene: a point has images at a node on a mirror plane.
-                let all = self.ties.iter().zip(&points[nodes..]);
-                let others = all.flat_map(|(tie, p)| tie.ends().map(|(other, weight)| (other, weight * p.part)));
+                let all = self.constraints.iter().zip(&points[nodes..]);
+                let others =
+                    all.flat_map(|(constraint, p)| constraint.ends().map(|(other, weight)| (other, weight * p.part)));
                 let of_node = others.filter(|(other, _)| *other == node).map(|(_, weight)| weight).sum::<f64>();
                 let share = weight * of_node / points[nodes + at].part;
                 inverse += points[node].inverse * share;
@@ -98,19 +101,19 @@ impl Rim {
 
     /// Tells nodes what the rim gives them, and the rim how its nodes move.
     pub(crate) fn propagate(&self, points: &mut [ContactPoint]) {
-        let (nodes, rim) = points.split_at_mut(points.len() - self.ties.len());
-        for tie in &self.ties {
-            for node in tie.nodes {
+        let (nodes, rim) = points.split_at_mut(points.len() - self.constraints.len());
+        for constraint in &self.constraints {
+            for node in constraint.nodes {
                 nodes[node].edge_impulse = Vector3::zeros();
             }
         }
-        for (p, tie) in rim.iter().zip(&self.ties) {
-            for (node, weight) in tie.ends() {
+        for (p, constraint) in rim.iter().zip(&self.constraints) {
+            for (node, weight) in constraint.ends() {
                 nodes[node].edge_impulse += p.impulse() * weight;
             }
         }
-        for (p, tie) in rim.iter_mut().zip(&self.ties) {
-            p.free = tie.between(|node| nodes[node].velocity()) - p.inverse.component_mul(&p.impulse());
+        for (p, constraint) in rim.iter_mut().zip(&self.constraints) {
+            p.free = constraint.between(|node| nodes[node].velocity()) - p.inverse.component_mul(&p.impulse());
         }
     }
 
@@ -161,11 +164,11 @@ impl Rim {
 
     /// Velocities of the nodes with friction alone: the normal impulses of the points beside one are unknown like its own.
     fn free_of_pushes(&mut self, points: &[ContactPoint]) {
-        let (nodes, rim) = points.split_at(points.len() - self.ties.len());
+        let (nodes, rim) = points.split_at(points.len() - self.constraints.len());
         self.free.clear();
         self.free.extend(nodes.iter().map(|p| p.free + p.inverse.component_mul(&p.friction_impulse)));
-        for (p, tie) in rim.iter().zip(&self.ties) {
-            for (node, weight) in tie.ends() {
+        for (p, constraint) in rim.iter().zip(&self.constraints) {
+            for (node, weight) in constraint.ends() {
                 self.free[node] += nodes[node].inverse.component_mul(&p.friction_impulse) * weight;
             }
         }

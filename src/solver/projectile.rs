@@ -66,7 +66,7 @@ impl ProjectileContact {
             return;
         }
         context.balance.add_contact(&projectile_contact::resolve(body, &mut self.points, &mut self.rim, model.dt));
-        let nodes = self.points.len() - self.rim.ties.len();
+        let nodes = self.points.len() - self.rim.constraints.len();
         let kick = context.kick();
         for p in self.points[..nodes].iter().filter(|p| p.touched()) {
             let velocity = p.velocity();
@@ -165,16 +165,16 @@ impl ProjectileContact {
                             self.points.len() - 1
                         })
                     });
-                    let tie = EdgeConstraint { nodes, weights };
+                    let constraint = EdgeConstraint { nodes, weights };
                     for node in nodes {
                         self.points[node].shared = true;
                     }
                     let mut point = contact_point(context, body, nothing, ends[0], &crossing);
-                    point.before = tie.between(|node| self.points[node].before);
+                    point.before = constraint.between(|node| self.points[node].before);
                     point.part = nodes.map(|node| self.points[node].part).into_iter().fold(0.0, f64::max);
                     point.shared = true;
                     self.crossings.push(point);
-                    self.rim.ties.push(tie);
+                    self.rim.constraints.push(constraint);
                 }
             }
         }

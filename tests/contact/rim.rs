@@ -34,7 +34,7 @@ fn a_point_on_an_edge_moves_both_nodes_and_conserves_both_momenta() {
     let mut points = vec![at(0.002), at(0.003), point([0.00225, 0.001, nose], [0.0, 0.0, 1.0], [0.0; 3], 1.0, 0.0)];
     points.iter_mut().for_each(|p| p.shared = true);
     let mut rim = Rim::default();
-    rim.ties.push(EdgeConstraint { nodes: [0, 1], weights: [0.75, 0.25] });
+    rim.constraints.push(EdgeConstraint { nodes: [0, 1], weights: [0.75, 0.25] });
     let before = momentum(&body, &points[..2]);
     points.iter_mut().for_each(|p| p.friction = 0.1);
     let totals = projectile_contact::resolve(&mut body, &mut points, &mut rim, 1e-7);

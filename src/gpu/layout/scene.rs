@@ -32,7 +32,7 @@ pub fn scene(model: &Model<f32>, ply_type: usize, sizes: &Sizes) -> Block {
     block.count("groups", sizes.groups as usize);
     block.count("body_held", model.projectile.as_ref().map_or(0, body_held));
     block.count("mirror", model.mirror.0.into_iter().enumerate().map(|(axis, plane)| usize::from(plane) << axis).sum());
-    block.count("ties", sizes.ties as usize);
+    block.count("constraints", sizes.constraints as usize);
     // The array begins at a multiple of sixteen bytes.
     while !block.0.len().is_multiple_of(4) {
         let pads = ["pad0", "pad1", "pad2"];

@@ -251,7 +251,7 @@ fn check_room(stepper: &DeviceStepper<'_>, counters: &[u32; STATUS_WORDS]) -> Re
     let (adapter, sizes) = (stepper.device.name().to_owned(), stepper.sizes());
     match [status::OVERFLOW, status::OVERFLOW_EDGES].map(|at| counters[at]) {
         [0, 0] => Ok(()),
-        [0, found] => Err(DeviceError::CrowdedRim { adapter, found, room: sizes.ties }),
+        [0, found] => Err(DeviceError::CrowdedRim { adapter, found, room: sizes.constraints }),
         [found, _] => Err(DeviceError::Crowded { adapter, found, room: sizes.points }),
     }
 }

@@ -30,7 +30,7 @@ fn after_step(device: &Device, scene: &Scene, [find, put]: [&str; 2]) -> Result<
 /// More points of the rim than there is room for are counted, and none is heeded.
 pub(crate) fn crowded(device: &Device) -> Outcome {
     let scene = scenes::struck::rim_scenes().swap_remove(0);
-    let [[small, _], [enough, _]] = after_step(device, &scene, ["found > scene.ties", "found > 5u"])?;
+    let [[small, _], [enough, _]] = after_step(device, &scene, ["found > scene.constraints", "found > 5u"])?;
     if small[status::OVERFLOW_EDGES] <= 5 || enough[status::OVERFLOW_EDGES] != 0 {
         return Err(format!("{} points where there is room for 5", small[status::OVERFLOW_EDGES]));
     }
