@@ -290,6 +290,17 @@ fn a_point_is_rounded_unless_it_says_otherwise() {
         assert_eq!(edge(shape, json!({"diameter_mm": 3})), (0.3, true));
         assert_eq!(edge(shape, json!({"edge_radius_mm": 0})), (0.0, false));
     }
+    let elements = |keys: Value| {
+        let mut document = with(
+            "/projectile",
+            json!({"shape": "cone", "diameter_mm": 6, "length_mm": 12, "mass_g": 1, "velocity_m_s": 1}),
+        );
+        put(&mut document, "/solver", keys);
+        read(&document).unwrap().pack.elements_per_crossover
+    };
+    assert_eq!(elements(json!({"end_time_us": 10})), 4);
+    assert_eq!(elements(json!({"end_time_us": 10, "accuracy": "converged"})), 8);
+    assert_eq!(elements(json!({"end_time_us": 10, "numerics": "paper"})), 1);
     // A flat cone has room for less: 3 · 0.2 / (3 + √(3² + 0.2²)).
     assert_eq!(edge("cone", json!({"length_mm": 0.2, "nose_length_mm": 0.2})), (0.099_889, true));
     assert_eq!(edge("cylinder", json!({})), (0.0, false));
