@@ -36,7 +36,7 @@ pub(super) static PROJECTILE: &[CaseKey] = &[
         .default(0.0, "strip along warp at normal incidence")
         .only("shape", &["fragment"]),
     number("edge_radius_mm", MM, within(0.0, 500.0), "Radius of the rounding of every edge.")
-        .derived("0, sharp edges; a cone and an ogive: assumed, 0.5 mm, at most a tenth of diameter_mm and what the shape has room for")
+        .derived("0, sharp edges; a point (cone, ogive): assumed, 0.5 mm, at most a tenth of diameter_mm and what the shape has room for")
         .only("shape", LONG),
     word("along", Along::WORDS, "The yarn direction a bar lies along.")
         .default_word("weft", "across the warp")

@@ -120,9 +120,13 @@ impl Shape {
 }
 
 impl Shape {
-    /// Whether the nose ends in a tip.
+    /// Whether the nose ends in a tip, as that of an ogive does unless it is half a ball.
     pub(crate) fn is_pointed(&self) -> bool {
-        matches!(self, Self::Cone { .. } | Self::Ogive { .. })
+        match *self {
+            Self::Cone { .. } => true,
+            Self::Ogive { diameter, nose_length, .. } => nose_length > 0.5 * diameter * (1.0 + 1e-9),
+            _ => false,
+        }
     }
 
     /// Largest diameter [m].

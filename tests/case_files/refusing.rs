@@ -303,6 +303,8 @@ fn a_point_is_rounded_unless_it_says_otherwise() {
     assert_eq!(elements(json!({"end_time_us": 10, "numerics": "paper"})), 1);
     // A flat cone has room for less: 3 · 0.2 / (3 + √(3² + 0.2²)).
     assert_eq!(edge("cone", json!({"length_mm": 0.2, "nose_length_mm": 0.2})), (0.099_889, true));
+    // Half a ball has no tip.
+    assert_eq!(edge("ogive", json!({"nose_length_mm": 3})), (0.0, false));
     assert_eq!(edge("cylinder", json!({})), (0.0, false));
     assert_eq!(edge("fragment", json!({})), (0.0, false));
 }
