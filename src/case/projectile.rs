@@ -139,13 +139,13 @@ fn edge_radius(scope: &ObjectReader<'_>, shape: &Shape) -> Result<f64, CaseError
         }
         Shape::Sphere { .. } | Shape::Bar { .. } => 0.0,
     };
-    let radius = match (scope.number_if_given("edge_radius_mm")?, shape.is_pointed()) {
-        (Some(given), _) => given,
-        (None, true) => {
+    let radius = match scope.number_if_given("edge_radius_mm")? {
+        Some(given) => given,
+        None if shape.is_pointed() => {
             let how = "assumed: 0.5 mm, at most a tenth of diameter_mm and what the shape has room for";
             scope.derive_as("edge_radius_mm", TIP_RADIUS.min(TIP_PART * shape.diameter()).min(largest), how, true)?
         }
-        (None, false) => scope.derive_as("edge_radius_mm", 0.0, "sharp edges", false)?,
+        None => scope.derive_as("edge_radius_mm", 0.0, "sharp edges", false)?,
     };
     if radius > largest {
         let expected = format!("at most {}, the largest that this shape has room for", millimetres(largest));
