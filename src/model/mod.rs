@@ -89,7 +89,7 @@ pub struct Model<S> {
     pub ply_types: Vec<PlyType<S>>,
     /// The plies, the struck one first.
     pub plies: Vec<Ply>,
-    /// CommandFailure strains of the elements over the fabric's; `None`: they are the fabric's.
+    /// Failure strains of the elements over the fabric's; `None`: they are the fabric's.
     pub strength: Option<Strength>,
     /// Critical step and what sets it.
     pub bound: StepBound,

@@ -97,7 +97,7 @@ fn residual_velocities_and_the_rules_of_standards_are_looked_at() {
     let rules = found["arithmetic"].as_array().unwrap();
     near(&rules[0]["value"], (299.0 + 306.0 + 305.0 + 310.0) / 4.0, 1e-9);
     near(&rules[1]["value"], (295.0 + 299.0 + 306.0 + 305.0 + 310.0 + 320.0) / 6.0, 1e-9);
-    assert_eq!(rules[2]["refused"], "there are 5 perforations and 4 stops");
+    assert_eq!(rules[2]["refused"], "perforations: 5, stops: 4");
     let text = stdout(&fit(&bench, &["shots.csv"]));
     for part in ["V50 ", "perforated   ", "STANAG 2920", "Recht-Ipson", "Vr = a"] {
         assert!(text.contains(part), "{part} in\n{text}");

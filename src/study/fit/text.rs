@@ -85,7 +85,7 @@ pub fn rule(rule: &Rule) -> String {
 pub fn refusal(why: &Refusal) -> String {
     match why {
         Refusal::TooFew { counts: [perforated, stopped] } => {
-            format!("there are {perforated} perforations and {stopped} stops")
+            format!("perforations: {perforated}, stops: {stopped}")
         }
         Refusal::TooWide(found) => {
             format!("spread {} m/s, mean {} m/s", short(found.spread, 4), short(found.mean, 4))
