@@ -111,7 +111,7 @@ struct YarnsLeft {
     /// Strains [-] and tensions [N] of yarns that none presses on.
     free_strain: vec2<f32>,
     free: vec2<f32>,
-    /// Where failure is judged over a length: mean strain over failure strain of pieces that are whole [-].
+    /// Where failure is judged over a length: strain over failure strain of pieces that are whole [-].
     load: vec2<f32>,
 }
 

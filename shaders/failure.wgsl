@@ -38,17 +38,17 @@ fn width_along(ply: u32, axis: u32, at: u32) -> f32 {
 }
 
 /// What breaks a yarn.
-struct Mean {
-    /// Mean strain over the elements of the piece of yarn that are whole.
+struct Piece {
+    /// Strain of the piece: root mean square over its rows of the means along them, over the elements that are whole.
     strain: f32,
     /// 1 where none of them is broken, else 0.
     whole: f32,
 }
 
-/// Sums over elements of a piece of yarn: strain times area and area of those that are whole, and 1 where none is broken.
+/// Sums over a row of elements along a yarn: strain times length and length of those that are whole, and 1 where none is broken.
 struct Sums {
     strain: f32,
-    area: f32,
+    length: f32,
     whole: f32,
 }
 
@@ -75,23 +75,24 @@ fn element_along(a: Axis, at: i32) -> i32 {
 }
 
 /// Adds an element of the last step. A broken one, slack beside its break, says nothing of the others.
-fn add_strain(sums: ptr<function, Sums>, element: u32, which: u32, area: f32) {
+fn add_strain(sums: ptr<function, Sums>, element: u32, which: u32, length: f32) {
     let strain = last_strain(element, which);
     if (strain >= 0.0) {
-        (*sums).strain += area * strain;
-        (*sums).area += area;
+        (*sums).strain += length * strain;
+        (*sums).length += length;
     } else {
         (*sums).whole = 0.0;
     }
 }
 
-/// Adds the elements along a yarn that lie within the failure length of the middle of one at a place (row, column).
-fn add_along(sums: ptr<function, Sums>, ply: u32, place: vec2<u32>, which: u32, breadth: f32) {
+/// The elements along a yarn that lie within the failure length of the middle of one at a place (row, column).
+fn row_of(ply: u32, place: vec2<u32>, which: u32) -> Sums {
+    var sums = Sums(0.0, 0.0, 1.0);
     let reach = select(scene.failure_reach_weft, scene.failure_reach_warp, which == 0u);
     let own = place[1u - which];
     let axis = axis_of(ply, which);
     let half = 0.5 * width_along(ply, which, own);
-    add_strain(sums, element_at(ply, place), which, 2.0 * min(half, reach) * breadth);
+    add_strain(&sums, element_at(ply, place), which, 2.0 * min(half, reach));
     for (var side = 0u; side < 2u; side++) {
         var begin = half;
         for (var along = 1; begin < reach; along++) {
@@ -101,10 +102,11 @@ fn add_along(sums: ptr<function, Sums>, ply: u32, place: vec2<u32>, which: u32, 
             }
             let width = width_along(ply, which, u32(at));
             let next = select(vec2<u32>(u32(at), place.y), vec2<u32>(place.x, u32(at)), which == 0u);
-            add_strain(sums, element_at(ply, next), which, min(width, reach - begin) * breadth);
+            add_strain(&sums, element_at(ply, next), which, min(width, reach - begin));
             begin += width;
         }
     }
+    return sums;
 }
 
 /// The elements side by side in a yarn with one at a place (row, column): the first, and one past the last.
@@ -118,9 +120,9 @@ fn place_across(place: vec2<u32>, which: u32, at: u32) -> vec2<u32> {
     return select(vec2<u32>(place.x, at), vec2<u32>(at, place.y), which == 0u);
 }
 
-/// Of a yarn around an element in the last step, over the failure length along it and all of it across; zeros unless one of the elements side
+/// The piece of a yarn around an element in the last step, of the failure length and all its breadth; zeros unless one of the elements side
 /// by side reached the failure strain, which they share. They all get the same, so that they break together.
-fn mean_strain(element: u32, which: u32, limit: f32) -> Mean {
+fn piece_of(element: u32, which: u32, limit: f32) -> Piece {
     let ply = element_ply(element);
     let place = element_place(element);
     let across = side_by_side(ply, place, which);
@@ -129,13 +131,21 @@ fn mean_strain(element: u32, which: u32, limit: f32) -> Mean {
         largest = max(largest, last_strain(element_at(ply, place_across(place, which, at)), which));
     }
     if (largest < limit) {
-        return Mean();
+        return Piece();
     }
-    var sums = Sums(0.0, 0.0, 1.0);
+    var squares = 0.0;
+    var area = 0.0;
+    var whole = 1.0;
     for (var at = across.x; at < across.y; at++) {
-        add_along(&sums, ply, place_across(place, which, at), which, width_along(ply, 1u - which, at));
+        let row = row_of(ply, place_across(place, which, at), which);
+        let breadth = width_along(ply, 1u - which, at);
+        whole = min(whole, row.whole);
+        if (row.length > 0.0) {
+            squares += breadth * row.strain * row.strain / row.length;
+            area += breadth * row.length;
+        }
     }
-    return Mean(sums.strain / sums.area, sums.whole);
+    return Piece(sqrt(squares / area), whole);
 }
 
 /// Warp and weft of an element in the last step where their piece reached the failure strain; elsewhere zeros.
@@ -145,7 +155,7 @@ struct Judged {
 }
 
 fn judged(element: u32, limit: vec2<f32>) -> Judged {
-    let warp = mean_strain(element, 0u, limit.x);
-    let weft = mean_strain(element, 1u, limit.y);
+    let warp = piece_of(element, 0u, limit.x);
+    let weft = piece_of(element, 1u, limit.y);
     return Judged(vec2<f32>(warp.strain, weft.strain), vec2<f32>(warp.whole, weft.whole));
 }

@@ -85,12 +85,13 @@ fn filmed(case: &Case, skips: Skips) -> (Run, f64, bool) {
 
 #[test]
 fn debris_does_not_count_and_what_hangs_does() {
-    for velocity in [260.0, 340.0, 420.0] {
+    // At 260 m/s what the projectile pushes out still hangs on a yarn.
+    for (velocity, debris) in [(260.0, false), (280.0, true), (340.0, true), (420.0, true)] {
         let case = shot(velocity);
         let (part, expected, loose) = filmed(&case, Skips::default());
         let largest = part.deflections[0];
         let with_debris = part.history.iter().map(|row| row.deflection).fold(0.0, f64::max);
-        assert!(loose && largest < 0.97 * with_debris, "{velocity} m/s: no debris: {largest} {with_debris}");
+        assert_eq!(loose && largest < 0.97 * with_debris, debris, "{velocity} m/s: {largest} {with_debris}");
         assert!((largest / expected - 1.0).abs() < 1e-6, "{velocity} m/s: {largest}, expected {expected}");
         let (whole, ..) = filmed(&case, Skips::NONE);
         assert!(

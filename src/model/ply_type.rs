@@ -43,7 +43,7 @@ pub struct PlyType<S> {
     pub law_energy: Option<Arc<LawEnergy>>,
     /// Whether yarns have shock viscosity.
     pub viscous: bool,
-    /// Elements whose mean strain breaks a yarn, of warp and weft; `None`: every element breaks at its own.
+    /// Elements whose strains break a yarn together, of warp and weft; `None`: every element breaks at its own.
     pub windows: Option<[Windows; 2]>,
     /// Size of the piece of yarn that they make up.
     pub failure_reach: StencilRadius,

@@ -124,7 +124,7 @@ pub struct Balance {
     pub momentum_error: f64,
     /// Largest yarn tension [N].
     pub max_tension: f64,
-    /// Largest yarn tension over the yarn's breaking load [-].
+    /// Largest strain of a piece of yarn over its failure strain, as failure judges it [-].
     pub max_load: f64,
 }
 
@@ -206,7 +206,7 @@ impl EnergyBalance {
         self.max_tension = max_tension;
     }
 
-    /// Sums over the unit cells now: energy that their law has made [J], largest tension over breaking load [-].
+    /// Sums over the unit cells now: energy that their law has made [J], largest strain over failure strain [-].
     pub(crate) fn cells_are(&mut self, law_energy: f64, max_load: f64) {
         self.law_energy = law_energy;
         self.max_load = max_load;

@@ -1,4 +1,8 @@
 //! Failure judged over a piece of yarn: a length along it, its whole breadth across it.
+//!
+//! Along each row of elements strains are averaged, for the peak under a rim grows as the mesh is refined. Over the breadth the root mean square
+//! counts: the elastic energy of the piece over that of one that breaks. With the mean instead, one side of a yarn carries far more than breaks
+//! it, the more the finer the mesh, and results do not converge (benches/NOTES.md).
 
 use crate::kernels::element_force::{ElementTotals, MARKED_FOR_FAILURE, field};
 use crate::math::scalar::Scalar;
@@ -6,11 +10,11 @@ use crate::model::Model;
 use crate::model::failure_length::{Window, Windows};
 use crate::solver::state::State;
 
-/// Marks the yarns of which an element's strain and the mean strain over the piece around it reached the failure strain in the last step: they
-/// break in this one, over their whole breadth. Where strength varies, each piece has a failure strain of its own. `last`: sums of that step,
-/// which say where nothing has to be looked at; `None`: everything is.
+/// Marks the yarns of which an element's strain and the strain of the piece around it reached the failure strain in the last step: they break
+/// in this one, over their whole breadth. Where strength varies, each piece has a failure strain of its own. `last`: sums of that step, which
+/// say where nothing has to be looked at; `None`: everything is.
 ///
-/// Gives the largest of those means over the failure strain where all pieces are whole: what a yarn carries over its breaking load.
+/// Gives the largest strain of a whole piece over its failure strain.
 pub(super) fn evaluate_failure<S: Scalar>(
     model: &Model<S>,
     state: &mut State<S>,
@@ -46,7 +50,7 @@ pub(super) fn evaluate_failure<S: Scalar>(
 struct Found {
     /// Row of the pack, yarn (0 warp, 1 weft), column.
     breaking: Vec<[usize; 3]>,
-    /// Mean strain of a whole piece over its failure strain.
+    /// Strain of a whole piece over its failure strain.
     largest: f64,
 }
 
@@ -91,47 +95,53 @@ impl<S: Scalar> YarnsOfPly<'_, S> {
         if !elements().any(|(row, column)| self.strain(row, column) >= self.failure_strain(row, column)) {
             return;
         }
-        let mean = Mean::over(&self.windows.along[along], across, |along, across| {
+        let piece = Piece::over(&self.windows.along[along], across, |along, across| {
             let (row, column) = self.place(along, across);
             self.strain(row, column)
         });
         // Elements side by side share their yarn's strength.
         let (row, column) = self.place(along, across.first);
         let limit = self.failure_strain(row, column);
-        if mean.whole {
-            found.largest = found.largest.max(mean.strain / limit);
+        if piece.whole {
+            found.largest = found.largest.max(piece.strain / limit);
         }
-        if mean.strain >= limit {
+        if piece.strain >= limit {
             let whole = elements().filter(|(row, column)| self.strain(*row, *column) >= 0.0);
             found.breaking.extend(whole.map(|(row, column)| [self.first + row, self.yarn, column]));
         }
     }
 }
 
-/// Mean strain over the elements of a piece of yarn that are whole, of which there is one at least. A broken one, slack beside its break,
-/// says nothing of the others.
-struct Mean {
+/// Strain over the elements of a piece of yarn that are whole, of which there is one at least. A broken one, slack beside its break, says
+/// nothing of the others.
+struct Piece {
+    /// Root mean square over its rows of the means along them.
     strain: f64,
     /// No element of it is broken.
     whole: bool,
 }
 
-impl Mean {
+impl Piece {
     /// `strain`: of an element, by its places along and across the yarn.
     fn over(along: &Window, across: &Window, strain: impl Fn(usize, usize) -> f64) -> Self {
-        let (mut sum, mut total, mut whole) = (0.0, 0.0, true);
+        let (mut squares, mut area, mut whole) = (0.0, 0.0, true);
         for (beside, breadth) in across.elements() {
+            let (mut sum, mut total) = (0.0, 0.0);
             for (at, length) in along.elements() {
-                let (strain, area) = (strain(at, beside), length * breadth);
+                let strain = strain(at, beside);
                 if strain >= 0.0 {
-                    sum += area * strain;
-                    total += area;
+                    sum += length * strain;
+                    total += length;
                 } else {
                     whole = false;
                 }
             }
+            if total > 0.0 {
+                squares += breadth * sum * sum / total;
+                area += breadth * total;
+            }
         }
-        Self { strain: sum / total, whole }
+        Self { strain: (squares / area).sqrt(), whole }
     }
 }
 

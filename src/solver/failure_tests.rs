@@ -118,15 +118,43 @@ fn a_yarn_of_several_elements_across_breaks_as_one() {
     // Two elements across a yarn; the middle of the ply, after row 8, lies between two. Both break, the one that carries less too.
     let fine = ["/solver/failure_length_mm=1.27", "/pack/elements_per_crossover=2"];
     let rows = |own: f64| move |row: usize, _| if row == 10 { own } else { 0.8 };
+    let breaks = (2.0_f64 - 0.8 * 0.8).sqrt();
     let yarn: Vec<[usize; 2]> = [9, 10].iter().flat_map(|row| (0..18).map(|column| [*row, column])).collect();
-    assert_eq!(judged(rows(1.21), &fine).0, yarn);
-    assert_eq!(judged(rows(1.19), &fine).0, NOTHING);
+    assert_eq!(judged(rows(breaks + 0.01), &fine).0, yarn);
+    assert_eq!(judged(rows(breaks - 0.01), &fine).0, NOTHING);
     // The yarns beside it do not help.
     let beside = |row: usize, _| if row == 9 || row == 10 { 1.01 } else { 0.1 };
     assert_eq!(judged(beside, &fine).0, yarn);
     // Beside a broken one the other is judged by itself, and the broken one stays as it is.
     let torn = |row: usize, _| if row == 9 { 1.01 } else { -1.0 / 0.035 };
     assert_eq!(judged(torn, &fine).0, yarn[..18]);
+}
+
+#[test]
+fn a_yarn_breaks_by_the_elastic_energy_of_its_breadth() {
+    // Four elements across a yarn, four along it within the failure length; rows 18 to 21 are one yarn.
+    let fine = ["/solver/failure_length_mm=1.27", "/pack/elements_per_crossover=4"];
+    let row = |strain: f64| move |row: usize, _: usize| if row == 19 { strain } else { 0.6 };
+    let breaks = (4.0_f64 - 3.0 * 0.6 * 0.6).sqrt();
+    let yarn: Vec<[usize; 2]> = (18..22).flat_map(|row| (0..36).map(move |column| [row, column])).collect();
+    assert_eq!(judged(row(breaks + 1e-6), &fine).0, yarn);
+    let (marked, load) = judged(row(breaks - 1e-6), &fine);
+    assert_eq!(marked, NOTHING);
+    assert!((load - 1.0).abs() < 1e-6, "{load}");
+    // One side alone carries no more than twice what it could bear as a yarn of its own.
+    let alone = |strain: f64| move |row: usize, _: usize| if row == 19 { strain } else { 0.0 };
+    assert_eq!(judged(alone(1.999), &fine).0, NOTHING);
+    assert_eq!(judged(alone(2.001), &fine).0, yarn);
+    // Along a row the mean counts, no single element of it.
+    let peak = |row: usize, column: usize| if (row, column) == (19, 18) { 6.0 } else { 0.1 };
+    assert_eq!(judged(peak, &fine).0, NOTHING);
+    // What is broken in a row does not count.
+    let torn = |row: usize, column: usize| match (row, column) {
+        (19, 17) => -1.0 / 0.035,
+        (19, 16..=20) => 2.3,
+        _ => 0.1,
+    };
+    assert!(judged(torn, &fine).0.contains(&[21, 18]));
 }
 
 #[test]
@@ -145,8 +173,8 @@ fn a_part_of_a_ply_judges_as_the_whole() {
             // A symmetric field, over the whole and over the half.
             let field = |place: usize| ((place.max(2 * middle - 1 - place) - middle) as f64).sqrt();
             let one = Window { first: 0, length: vec![1.0] };
-            let over_whole = Mean::over(&all[axis].along[middle + at], &one, |place, _| field(place)).strain;
-            let over_half = Mean::over(window, &one, |place, _| field(middle + place)).strain;
+            let over_whole = Piece::over(&all[axis].along[middle + at], &one, |place, _| field(place)).strain;
+            let over_half = Piece::over(window, &one, |place, _| field(middle + place)).strain;
             assert!((over_whole - over_half).abs() < 1e-12, "{axis} {at}");
         }
     }

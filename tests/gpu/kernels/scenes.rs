@@ -149,6 +149,12 @@ fn special_scenes() -> Vec<Scene> {
             narrow(case);
             case.solver.failure_length = 3.3e-3;
         }),
+        one_sided(special("a yarn strained on one side", 17, 13, &|case| {
+            case.pack.plies = plies;
+            case.pack.element_length_x *= 0.25;
+            case.pack.element_length_y *= 0.2;
+            case.solver.failure_length = 0.7e-3;
+        })),
         special("failure over a length, graded", 13, 26, &|case| {
             case.pack.plies = plies;
             narrow(case);
@@ -271,6 +277,22 @@ fn deformed(name: String, mut case: Case, step: u64, seed: u64) -> Scene {
         state.active.fill(ActiveRegion { rows: 2..4, columns: 1..5 });
     }
     Scene { name, model, state, elements: true, pack: false, held: false, speed }
+}
+
+/// One row of elements of each yarn strained to about twice what breaks it, the others hardly.
+fn one_sided(mut scene: Scene) -> Scene {
+    let (model, mut random) = (&scene.model, Random(79));
+    let first = scene.state.elements.fields - element::STRAIN;
+    for [ply, row, column] in element_places(model) {
+        for (yarn, across) in [row - model.grid.first_element_row(ply), column].into_iter().enumerate() {
+            let over = if across % 4 == 1 { random.between(1.5, 2.8) } else { random.between(0.0, 0.6) };
+            if scene.state.alive(row, column, yarn) {
+                let strain = model.ply_type(ply).cell.yarn[yarn].failure_strain * over;
+                scene.state.elements.set(row, first + yarn, column + 1, strain as f32);
+            }
+        }
+    }
+    scene
 }
 
 /// Ply, row of the storage and column of every element.

@@ -205,8 +205,8 @@ pub(super) const MUTANTS: &[Mutant] = &[
     mutant(
         "whole elements in the mean",
         "failure over a length",
-        "add_strain(sums, element_at(ply, next), which, min(width, reach - begin) * breadth);",
-        "add_strain(sums, element_at(ply, next), which, width * breadth);",
+        "add_strain(&sums, element_at(ply, next), which, min(width, reach - begin));",
+        "add_strain(&sums, element_at(ply, next), which, width);",
     ),
     mutant(
         "all elements alike in the mean",
@@ -236,8 +236,15 @@ pub(super) const MUTANTS: &[Mutant] = &[
     mutant(
         "elements beside each other alike in the mean",
         "failure over a length, graded",
-        "which, width_along(ply, 1u - which, at));",
-        "which, 1.0);",
+        "let breadth = width_along(ply, 1u - which, at);",
+        "let breadth = 1.0;",
+    ),
+    mutant("squares without their root", "a yarn strained on one side", "sqrt(squares / area)", "(squares / area)"),
+    mutant(
+        "squares of elements for those of rows",
+        "a yarn strained on one side",
+        "breadth * row.strain * row.strain / row.length",
+        "breadth * row.strain * row.strain",
     ),
     mutant("last element of a yarn forgotten", "failure over a length", "yarn.x, yarn.y,", "yarn.x, yarn.y - 1.0,"),
     mutant(
