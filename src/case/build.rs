@@ -21,7 +21,7 @@ const FAILURE_LENGTH: f64 = 0.9e-3;
 /// Elements along a side of a crossover around the hit, and where the result is to be converged.
 const FINE: u32 = 2;
 const CONVERGED: u32 = 4;
-/// Times as many under a point, which meets few nodes: with two elements the limit of an oblique cone is 20 % off, with four 6 %
+/// Times as many under a point, which meets few nodes: with two elements the limit of an oblique cone is 65, with four 84 m/s
 /// (`benches/NOTES.md`).
 const UNDER_POINT: u32 = 2;
 

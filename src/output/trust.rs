@@ -282,7 +282,7 @@ fn mesh_under_hit(case: &Case, run: &Run) -> QualityCheck {
         }
         0 => (Level::Fine, "no yarn broke: another mesh changes what is lost by a few per cent"),
         _ if is_ball => {
-            (Level::Fine, "a ball: finer elements move a ballistic limit by 1 to 3 % on one ply, by 8 % on four")
+            (Level::Fine, "a ball: finer elements move a ballistic limit by 1 to 3 % on one ply, by 6 % on four")
         }
         _ if tip == Some(0.0) => (
             Level::Bad,
