@@ -155,6 +155,26 @@ fn a_piece_hangs_on_the_sides_that_are_held() {
 }
 
 #[test]
+fn beside_a_break_only_what_lies_ahead_can_hold() {
+    let right = r#"{"left": "free", "right": "clamped", "bottom": "free", "top": "free"}"#;
+    for (ahead_of_the_break, held) in [(true, false), (false, true)] {
+        let mut ply = Ply::new(right, false);
+        // Warps are cut in the second column beside the middle: what is left of it hangs on nothing, and the wefts in it run on.
+        ply.cut(|_, c, yarn| yarn == 0 && c == 1);
+        let column_0 = ply.model.ply_type(0).mesh.centre[0] as usize;
+        for row in 0..=ply.model.ply_type(0).mesh.rows {
+            for column in 0..=ply.model.ply_type(0).mesh.columns {
+                let lies_ahead = (column <= column_0 + 1) == ahead_of_the_break;
+                let z = if lies_ahead { 80e-3 } else { -20e-3 };
+                ply.state.nodes.set(row, node::DISPLACEMENT + 2, column, z);
+            }
+        }
+        assert!(ply.covered());
+        assert_eq!(ply.held(), held, "debris ahead {ahead_of_the_break}");
+    }
+}
+
+#[test]
 fn a_free_ply_holds_as_long_as_it_is_the_ply_and_is_pushed() {
     for quarter in [false, true] {
         let mut ply = Ply::new("free", quarter);

@@ -14,8 +14,8 @@
 //! Fabric covers the projectile where an element lies ahead of it within its cross-section, with a yarn that runs on unbroken
 //! for one and a half diameters on both sides: plugs and flaps do not ([`covered`]).
 //!
-//! It can hold the projectile where the piece of fabric that the element belongs to hangs on something ([`is_held`]). A piece is
-//! what unbroken yarns link, node by node. It hangs on a clamped or roller edge of its ply that it reaches. Of a ply that is
+//! It can hold the projectile where the piece of fabric that lies ahead hangs on something ([`is_held`]). A piece is
+//! what unbroken yarns link, node by node; beside a break an element reaches from one to another. It hangs on a clamped or roller edge of its ply that it reaches. Of a ply that is
 //! free all round, it is its own inertia that holds: the piece must be at least half of the ply, and not be faster than the
 //! projectile. So debris does not hold, however far ahead it flies, and a free ply does as long as it is pushed along.
 
@@ -152,23 +152,26 @@ impl Tracker {
 /// Whether a yarn of a ply lies ahead of the body's widest section, or of the faces of its chisel nose, and within its
 /// shadow, and runs on from there unbroken on both sides: what has been cut out, and a flap, covers nothing.
 pub fn covered<S: Scalar>(model: &Model<S>, state: &State<S>, body: &RigidBody, ply: usize) -> bool {
-    covered_by(model, state, body, ply, |_| true)
+    covered_by(model, state, body, ply, |_, _| true)
 }
 
 /// Whether fabric of a ply covers the body and can still hold it: what covers hangs on an edge that is held, or is most of a
 /// ply that is free all round.
 pub fn is_held<S: Scalar>(model: &Model<S>, state: &State<S>, body: &RigidBody, ply: usize) -> bool {
     let hold = pieces::that_hold(model, state, ply, body.velocity.z);
-    covered_by(model, state, body, ply, |cell| corners(cell).into_iter().any(|(row, column)| hold(row, column)))
+    covered_by(model, state, body, ply, |cell, ahead| {
+        let held = corners(cell).map(|(row, column)| hold(row, column));
+        held.iter().zip(ahead).any(|(held, ahead)| *held && ahead) || (ahead[4] && held == [true; 4])
+    })
 }
 
-/// Whether an element that `counts` covers the body.
+/// Whether an element covers the body that `counts`: told are its row and column, and which of its corners, and its centre, lie ahead.
 fn covered_by<S: Scalar>(
     model: &Model<S>,
     state: &State<S>,
     body: &RigidBody,
     ply: usize,
-    counts: impl Fn([usize; 2]) -> bool,
+    counts: impl Fn([usize; 2], [bool; 5]) -> bool,
 ) -> bool {
     let shoulder = shoulder(body);
     let place = |point: Vector3<f64>| {
@@ -194,11 +197,15 @@ fn covered_by<S: Scalar>(
     (beside..mesh.rows).chain(0..beside).any(|row| {
         (0..mesh.columns).zip(row_positions(model, state, ply, row)).any(|(column, [x, y, z])| {
             let across = sides.map(|([a, b, c], at)| (a * x + b * y + c * z + at).powi(2));
-            across[0] + across[1] < far(row, column).powi(2)
-                && state.is_intact(model.grid.first_element_row(ply) + row, column)
-                && patch(model, state, ply, [row, column]).into_iter().any(ahead)
+            if across[0] + across[1] >= far(row, column).powi(2)
+                || !state.is_intact(model.grid.first_element_row(ply) + row, column)
+            {
+                return false;
+            }
+            let ahead = patch(model, state, ply, [row, column]).map(ahead);
+            ahead.contains(&true)
                 && (0..2).any(|yarn| runs_on(model, state, ply, [row, column], yarn, span))
-                && counts([row, column])
+                && counts([row, column], ahead)
         })
     })
 }
