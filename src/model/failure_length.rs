@@ -1,8 +1,9 @@
 //! The piece of yarn over which failure is judged: the failure length along it, its own spacing across it.
 //!
 //! The strain of a single element under a sharp rim or a point grows as the mesh is refined; its mean along the yarn over a fixed length
-//! converges. Over the breadth the root mean square of those means counts ([`failure`](crate::solver)). Elements narrower than a yarn are no yarns of their own: those side by side in a yarn are judged together and break together.
-//! Where they broke one by one, a yarn tore from side to side, and a finer mesh took up more energy (benches/NOTES.md).
+//! converges. Elements narrower than a yarn are no yarns of their own: those side by side in a yarn are judged together, by the root mean
+//! square of these means, and break together. Where they broke one by one, a yarn tore from side to side, and a finer mesh took up more
+//! energy (benches/NOTES.md).
 
 use std::ops::Range;
 

@@ -15,9 +15,10 @@
 //! for one and a half diameters on both sides: plugs and flaps do not ([`covered`]).
 //!
 //! It can hold the projectile where the piece of fabric that lies ahead hangs on something ([`is_held`]). A piece is
-//! what unbroken yarns link, node by node; beside a break an element reaches from one to another. It hangs on a clamped or roller edge of its ply that it reaches. Of a ply that is
-//! free all round, it is its own inertia that holds: the piece must be at least half of the ply, and not be faster than the
-//! projectile. So debris does not hold, however far ahead it flies, and a free ply does as long as it is pushed along.
+//! what unbroken yarns link, node by node; beside a break an element reaches from one to another. It hangs on a clamped
+//! or roller edge of its ply that it reaches. Of a ply that is free all round, it is its own inertia that holds: the
+//! piece must be at least half of the ply, and not be faster than the projectile. So debris does not hold, however far
+//! ahead it flies, and a free ply does as long as it is pushed along.
 
 use std::collections::VecDeque;
 
