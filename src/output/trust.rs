@@ -281,9 +281,10 @@ fn mesh_under_hit(case: &Case, run: &Run) -> QualityCheck {
             (Level::Look, "no yarn broke, but one came near to it: with another mesh the projectile may pass")
         }
         0 => (Level::Fine, "no yarn broke: another mesh changes what is lost by a few per cent"),
-        _ if is_ball => {
-            (Level::Fine, "a ball: finer elements move a ballistic limit by 1 to 3 % on one ply, by 6 % on four")
-        }
+        _ if is_ball => (
+            Level::Fine,
+            "a ball: finer elements move a ballistic limit by 1 to 4 % on one or two plies, by up to 10 % on four",
+        ),
         _ if tip == Some(0.0) => (
             Level::Bad,
             "a sharp point: fabric stands on it or slips off, which no mesh decides; give it its edge_radius_mm",
