@@ -1,6 +1,9 @@
 // kinematics: gradients, stretches and directions of an element. Needs `nodes`.
 // Twin: src/kernels/kinematics.rs
 
+/// Keeps quotients finite where an element has shrunk to nothing: least stretch, or its square.
+const TINY: f32 = 1e-12;
+
 struct Kinematics {
     /// Λ − 1.
     stretch: vec2<f32>,
@@ -43,8 +46,8 @@ fn kinematics(size: ElementGeometry, u: Differences) -> Kinematics {
     let f1 = vec3<f32>(1.0 + g1.x, g1.y, g1.z);
     let f2 = vec3<f32>(g2.x, 1.0 + g2.y, g2.z);
     let q = vec2<f32>(size.gradient_x * size.gradient_x, size.gradient_y * size.gradient_y) * (scene.mode_share * dot(u.mode, u.mode));
-    let l1 = max(sqrt(dot(f1, f1) + q.x), 1e-12);
-    let l2 = max(sqrt(dot(f2, f2) + q.y), 1e-12);
+    let l1 = max(sqrt(dot(f1, f1) + q.x), TINY);
+    let l2 = max(sqrt(dot(f2, f2) + q.y), TINY);
     // Λ − 1 from the displacement gradient: no cancellation at small strain.
     let s1 = (2.0 * g1.x + (dot(g1, g1) + q.x)) / (1.0 + l1);
     let s2 = (2.0 * g2.y + (dot(g2, g2) + q.y)) / (1.0 + l2);

@@ -76,9 +76,13 @@ fn shock_viscosity(size: ElementGeometry, k: Kinematics, v: Differences, grown: 
     let stiffness = vec2<f32>(scene.warp_stiffness * size.viscosity_warp, scene.weft_stiffness * size.viscosity_weft);
     let zero = vec2<f32>(0.0);
     let force = select(max(stiffness * rate, -elastic), zero, elastic <= zero);
-    // The same rate along the directions of the last step, from Λ² there.
+    // The same rate along the directions of the last step, from Λ² - 1 there.
     let now = 1.0 + k.stretch;
-    let square = now * now - 2.0 * now * grown.whole + grown.whole_square;
-    let last = sqrt(max(square, vec2<f32>(1e-12)));
-    return Viscous(force, force * grown.along + before * ((now * grown.along - grown.square) / last));
+    let more = k.stretch * (now + 1.0) - 2.0 * now * grown.whole + grown.whole_square;
+    let last = sqrt(max(1.0 + more, vec2<f32>(TINY)));
+    // A yarn that went slack since dissipates on its way to slack, and no further: more than it stored would be booked.
+    let stretch = more / (1.0 + last);
+    let share = min(stretch / max(stretch - k.stretch, vec2<f32>(TINY)), vec2<f32>(1.0));
+    let taut = select(vec2<f32>(1.0), share, (elastic <= zero) & (stretch > zero));
+    return Viscous(force, force * grown.along + taut * before * ((now * grown.along - grown.square) / last));
 }

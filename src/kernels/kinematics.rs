@@ -25,7 +25,7 @@ pub(crate) struct Kinematics<R> {
 }
 
 /// Keeps quotients finite where an element has shrunk to nothing: least Λ, or Λ² [-].
-pub(super) const TINY: f64 = 1e-12;
+pub const TINY: f64 = 1e-12;
 
 pub(super) type Vector<R> = [R; 3];
 

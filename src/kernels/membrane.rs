@@ -119,11 +119,16 @@ pub(super) fn viscous<R: Real>(
         let rate = dot(&k.direction[i], &each!(a in 3 => v[a][i])) * size.gradient[i];
         let force = c.cell.yarn[i].stiffness * size.viscosity[i] * rate;
         let force = R::select(elastic[i].le(zero), zero, force.max(-elastic[i]));
-        // The same rate along the direction of the last step, from Λ² there.
+        // The same rate along the direction of the last step, from Λ² − 1 there.
         let now = dt.one() + k.extension[i];
-        let last = now * now - dt.splat_like(2.0) * now * grown.whole[i] + grown.whole_square[i];
-        let last = last.max(dt.splat_like(TINY)).sqrt();
-        (force, force * grown.along[i] + before[i] * ((now * grown.along[i] - grown.square[i]) / last))
+        let more = k.extension[i] * (now + dt.one()) - dt.splat_like(2.0) * now * grown.whole[i] + grown.whole_square[i];
+        let last = (dt.one() + more).max(dt.splat_like(TINY)).sqrt();
+        // A yarn that went slack since dissipates on its way to slack, and no further: more than it stored would be booked.
+        let extension = more / (dt.one() + last);
+        let taut = (extension / (extension - k.extension[i]).max(dt.splat_like(TINY))).min(dt.one());
+        let taut = R::select(elastic[i].le(zero), R::select(extension.le(zero), dt.one(), taut), dt.one());
+        let before = taut * before[i] * ((now * grown.along[i] - grown.square[i]) / last);
+        (force, force * grown.along[i] + before)
     });
     Viscous { force: [parts[0].0, parts[1].0], work: [parts[0].1, parts[1].1] }
 }

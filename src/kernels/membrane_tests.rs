@@ -34,6 +34,32 @@ fn viscosity_works_on_the_rate_of_its_own_yarn_and_on_none_that_is_slack() {
 }
 
 #[test]
+fn a_yarn_that_goes_slack_dissipates_on_its_way_to_slack() {
+    let c = constants();
+    let size = ElementGeometry::of_row(&c, 1.0);
+    let (dt, before) = (1e-8, [-7.0, -5.0]);
+    // By components along warp and weft: each yarn shortens along itself, from a stretch to another.
+    let work = |from: [f64; 2], to: [f64; 2], elastic: f64| {
+        let along =
+            |by: [f64; 2]| [[by[0] / size.gradient[0], 0.0, 0.0], [0.0, by[1] / size.gradient[1], 0.0], [0.0; 3]];
+        let v = along([0, 1].map(|i: usize| (to[i] - from[i]) / dt));
+        let k = kinematics(&size, along(to).each_ref());
+        viscous(&c, &size, &k, &v, &[elastic; 2], before, dt).work
+    };
+    // Slack at a stretch of 0: the warp a third of the way, the weft three quarters of it.
+    let slack = work([0.001, 0.003], [-0.002, -0.001], 0.0);
+    for (got, wanted) in slack.into_iter().zip([7.0 * 0.001, 5.0 * 0.003]) {
+        assert!((got / wanted - 1.0).abs() < 1e-9, "{got} instead of {wanted}");
+    }
+    // One that broke while it was stretched, and one whose crossing yarn held it taut below: all of the way.
+    for (from, to) in [([0.004; 2], [0.001; 2]), ([-0.001; 2], [-0.004; 2])] {
+        for (got, before) in work(from, to, 0.0).into_iter().zip(before) {
+            assert!((got / (-0.003 * before) - 1.0).abs() < 1e-9, "{got}");
+        }
+    }
+}
+
+#[test]
 fn viscous_forces_work_on_the_stretch_of_their_own_step() {
     let c = constants();
     let size = ElementGeometry::of_row(&c, 1.0);

@@ -121,6 +121,7 @@ fn of_the_kernels() -> Vec<Constant> {
         count("LAW_COUNT", law_energy::COUNT),
         number("BROKEN", element_force::BROKEN),
         number("FOLDED_STRETCH", element_force::FOLDED_STRETCH),
+        number("TINY", element_force::TINY),
         number("STEEPEST", shear::STEEPEST),
         number("SHORTEST", yarn_law::SHORTEST),
         number("LEAST_STRAIN", predictor::LEAST_STRAIN),

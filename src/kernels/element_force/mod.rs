@@ -17,6 +17,7 @@ use std::ops::Range;
 
 use crate::kernels::crossover::{LawKernel, UnitCellParameters};
 use crate::kernels::element_geometry::ElementGeometry;
+pub use crate::kernels::kinematics::TINY;
 use crate::kernels::membrane::{membrane, mode_force, trellis_shear};
 use crate::kernels::prefetch;
 use crate::kernels::shear::ShearConstants;
