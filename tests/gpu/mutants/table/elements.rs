@@ -262,8 +262,15 @@ pub(super) const MUTANTS: &[Mutant] = &[
     mutant(
         "last drag forgotten",
         "Variational, compressible",
-        "force * grown.along + before",
+        "force * grown.along + taut * before",
         "force * grown.along + 0.0 * before",
+    ),
+    mutant("last drag of a yarn beyond slack", "Variational, compressible", "+ taut * before", "+ before"),
+    mutant(
+        "last drag of a yarn that was pressed taut gone",
+        "Variational, compressible",
+        "(elastic <= zero) & (stretch > zero)",
+        "elastic <= zero",
     ),
     mutant("drag released with a yarn", "Variational, compressible", "elastic + acting.drag, was)", "elastic, was)"),
     mutant(
