@@ -4,7 +4,7 @@ use std::fs::File;
 use std::io::{self, Read as _};
 use std::path::Path;
 
-use ripstop::case::{self, Case};
+use ripstop::case::{self, Case, CaseError};
 
 use super::failure::CommandFailure;
 
@@ -13,7 +13,21 @@ const MAX_BYTES: u64 = 1 << 20;
 
 /// Reads a case, named after what was changed in it; of one from standard input, files of fabrics lie in the current folder.
 pub(crate) fn read(path: &Path, sets: &[String]) -> Result<Case, CommandFailure> {
-    let mut case = if path == Path::new("-") { piped(sets)? } else { case::read(path, sets)? };
+    read_with(path, sets, |error| error)
+}
+
+/// Likewise, with errors put in other words.
+pub(crate) fn read_with(
+    path: &Path,
+    sets: &[String],
+    words: impl Fn(CaseError) -> CaseError,
+) -> Result<Case, CommandFailure> {
+    let text = if path == Path::new("-") { Some(piped()?) } else { None };
+    let case = match text {
+        Some(text) => case::from_text("stdin", &text, Path::new("."), sets),
+        None => case::read(path, sets),
+    };
+    let mut case = case.map_err(words)?;
     case.name_changes(sets);
     Ok(case)
 }
@@ -30,13 +44,13 @@ pub(crate) fn text(path: &str) -> io::Result<String> {
     if text.len() as u64 > MAX_BYTES { Err(io::Error::other("more than 1 MiB")) } else { Ok(text) }
 }
 
-/// The case on standard input.
-fn piped(sets: &[String]) -> Result<Case, CommandFailure> {
+/// The text of the case on standard input.
+fn piped() -> Result<String, CommandFailure> {
     let failed = |error: io::Error| CommandFailure::expected("standard input", "a case", error);
     let mut text = String::new();
     io::stdin().take(MAX_BYTES + 1).read_to_string(&mut text).map_err(failed)?;
     if text.len() as u64 > MAX_BYTES {
         return Err(CommandFailure::expected("standard input", "at most 1 MiB", "more"));
     }
-    Ok(case::from_text("stdin", &text, Path::new("."), sets)?)
+    Ok(text)
 }

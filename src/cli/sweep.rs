@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use ripstop::case::CaseError;
 use ripstop::output::Folder;
 use ripstop::output::number::short;
 use ripstop::study::StudyError;
@@ -58,7 +59,7 @@ fn request(arguments: &SweepArguments) -> Result<SweepRequest, CommandFailure> {
     for point in &points {
         let over = factors.iter().zip(point).map(|(factor, value)| format!("{}={value}", factor.pointer));
         let sets: Vec<String> = arguments.batch.sets.iter().cloned().chain(over).collect();
-        let case = input::read(&arguments.case, &sets)?;
+        let case = input::read_with(&arguments.case, &sets, |error| of_over(error, &factors))?;
         let fit = arguments.batch.fit();
         let velocity = case.projectile.as_ref().map_or(100.0, |projectile| projectile.velocity);
         let of = match arguments.run {
@@ -83,6 +84,20 @@ fn request(arguments: &SweepArguments) -> Result<SweepRequest, CommandFailure> {
         cases.push((case, of));
     }
     Ok(SweepRequest { factors, design, level: arguments.batch.level, points, cases })
+}
+
+/// An error of a value of `--over`, which is a change of the case like those of `--set`.
+fn of_over(mut error: CaseError, factors: &[Factor]) -> CaseError {
+    let pointer = error.location.strip_prefix("--set ").unwrap_or_default().to_owned();
+    if factors.iter().any(|factor| factor.pointer == pointer) {
+        error.location = format!("--over {pointer}");
+        if error.found.starts_with("a list") {
+            let help = format!("values stand without brackets: --over {pointer}=1,2");
+            error.help.get_or_insert(help);
+        }
+    }
+    error.next = error.next.map(|next| Box::new(of_over(*next, factors)));
+    error
 }
 
 /// The whole text.

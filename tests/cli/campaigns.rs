@@ -190,7 +190,8 @@ fn bad_input_is_one_error_and_nothing_is_written() {
         (&["shots", "shot.json", "--count", "3", "--resume"], "the plan of a batch that was begun here"),
         (&["sweep", "shot.json", "--over", "/pack/plies=1..4"], "a range without a step"),
         (&["sweep", "shot.json", "--over", "/pack/plys=1,2"], "did you mean"),
-        (&["sweep", "shot.json", "--over", "/pack/plies=1,0"], "/pack/plies"),
+        (&["sweep", "shot.json", "--over", "/pack/plies=1,0"], "--over /pack/plies\n"),
+        (&["sweep", "shot.json", "--over", "/pack/plies=[1,2]"], "without brackets: --over /pack/plies=1,2"),
         (&["v50", "shot.json", "--sigma", "-3"], "expected a speed above 0"),
     ] {
         let output = bench.ripstop(arguments);
