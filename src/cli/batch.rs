@@ -15,14 +15,15 @@ use ripstop::study::interval::Bounds;
 use super::backend::Chosen;
 use super::campaign_arguments::BatchArguments;
 use super::failure::CommandFailure;
+use super::input::Source;
 use super::progress::Bar;
-use super::{backend, input, screen};
+use super::{backend, screen};
 
 /// Reads the case of a batch: the nominal one, whatever shot it names.
-pub(crate) fn case(path: &Path, arguments: &BatchArguments) -> Result<Case, CommandFailure> {
-    let case = input::read(path, &arguments.sets)?;
+pub(crate) fn case(source: &Source<'_>, arguments: &BatchArguments) -> Result<Case, CommandFailure> {
+    let case = source.case(&arguments.sets)?;
     if case.projectile.is_none() {
-        return Err(CommandFailure::expected(path.display(), "a projectile, to be shot", "none in the case"));
+        return Err(CommandFailure::expected(source.name(), "a projectile, to be shot", "none in the case"));
     }
     Ok(case)
 }

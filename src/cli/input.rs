@@ -13,23 +13,40 @@ const MAX_BYTES: u64 = 1 << 20;
 
 /// Reads a case, named after what was changed in it; of one from standard input, files of fabrics lie in the current folder.
 pub(crate) fn read(path: &Path, sets: &[String]) -> Result<Case, CommandFailure> {
-    read_with(path, sets, |error| error)
+    Ok(Source::open(path)?.case(sets)?)
 }
 
-/// Likewise, with errors put in other words.
-pub(crate) fn read_with(
-    path: &Path,
-    sets: &[String],
-    words: impl Fn(CaseError) -> CaseError,
-) -> Result<Case, CommandFailure> {
-    let text = if path == Path::new("-") { Some(piped()?) } else { None };
-    let case = match text {
-        Some(text) => case::from_text("stdin", &text, Path::new("."), sets),
-        None => case::read(path, sets),
-    };
-    let mut case = case.map_err(words)?;
-    case.name_changes(sets);
-    Ok(case)
+/// Where cases with different changes come from. Standard input can be read once alone.
+pub(crate) enum Source<'a> {
+    /// A file.
+    File(&'a Path),
+    /// Text from standard input.
+    Piped(String),
+}
+
+impl<'a> Source<'a> {
+    /// The source that the command line names.
+    pub(crate) fn open(path: &'a Path) -> Result<Self, CommandFailure> {
+        if path == Path::new("-") { piped().map(Self::Piped) } else { Ok(Self::File(path)) }
+    }
+
+    /// As the user named it.
+    pub(crate) fn name(&self) -> String {
+        match self {
+            Self::File(path) => path.display().to_string(),
+            Self::Piped(_) => "-".to_owned(),
+        }
+    }
+
+    /// The case with changes, named after them.
+    pub(crate) fn case(&self, sets: &[String]) -> Result<Case, CaseError> {
+        let mut case = match self {
+            Self::File(path) => case::read(path, sets),
+            Self::Piped(text) => case::from_text("stdin", text, Path::new("."), sets),
+        }?;
+        case.name_changes(sets);
+        Ok(case)
+    }
 }
 
 /// The folder of a file.

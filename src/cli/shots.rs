@@ -14,6 +14,7 @@ use super::arguments::RunArguments;
 use super::batch::{self, ShotBar};
 use super::campaign_arguments::ShotsArguments;
 use super::failure::CommandFailure;
+use super::input::Source;
 use super::fit::text as fit_text;
 use super::run::{Print, shoot};
 use super::{interrupt, paint, result, screen};
@@ -21,7 +22,7 @@ use super::{interrupt, paint, result, screen};
 /// Fires, prints and writes.
 pub(crate) fn shots(arguments: &ShotsArguments) -> Result<(), CommandFailure> {
     let interrupted = interrupt::watch()?;
-    let case = batch::case(&arguments.case, &arguments.batch)?;
+    let case = batch::case(&Source::open(&arguments.case)?, &arguments.batch)?;
     let seed = batch::seed(&arguments.batch, &case);
     let out = batch::out(arguments.out.as_deref(), &case, "shots");
     let request = ShotsRequest {

@@ -15,11 +15,12 @@ use ripstop::study::v50::{Design, V50Request};
 use super::batch;
 use super::campaign_arguments::{SweepArguments, SweepKind};
 use super::failure::CommandFailure;
+use super::input::Source;
 use super::progress::Bar;
 use super::result::part;
 use super::run::Print;
 use super::table::{Align, TextTable};
-use super::{input, interrupt, paint};
+use super::{interrupt, paint};
 
 /// Realisations, and half the width of an interval over V50, where nothing is asked for.
 const COUNT: u32 = 64;
@@ -30,8 +31,9 @@ const MAX_ROWS: usize = 60;
 /// Runs, prints and writes.
 pub(crate) fn sweep(arguments: &SweepArguments) -> Result<(), CommandFailure> {
     let interrupted = interrupt::watch()?;
-    let case = batch::case(&arguments.case, &arguments.batch)?;
-    let request = request(arguments)?;
+    let source = Source::open(&arguments.case)?;
+    let case = batch::case(&source, &arguments.batch)?;
+    let request = request(arguments, &source)?;
     let chosen = batch::choose(&arguments.batch)?;
     let options = batch::options(&arguments.batch, &case, &chosen, &interrupted);
     let out = batch::out(arguments.out.as_deref(), &case, "sweep");
@@ -47,7 +49,7 @@ pub(crate) fn sweep(arguments: &SweepArguments) -> Result<(), CommandFailure> {
 }
 
 /// The points, each with its case.
-fn request(arguments: &SweepArguments) -> Result<SweepRequest, CommandFailure> {
+fn request(arguments: &SweepArguments, source: &Source<'_>) -> Result<SweepRequest, CommandFailure> {
     let factors = arguments.over.iter().map(|text| Factor::parse(text)).collect::<Result<Vec<_>, StudyError>>()?;
     let design = match (arguments.sobol, arguments.total) {
         (Some(count), true) => SweepDesign::Total(count),
@@ -59,7 +61,7 @@ fn request(arguments: &SweepArguments) -> Result<SweepRequest, CommandFailure> {
     for point in &points {
         let over = factors.iter().zip(point).map(|(factor, value)| format!("{}={value}", factor.pointer));
         let sets: Vec<String> = arguments.batch.sets.iter().cloned().chain(over).collect();
-        let case = input::read_with(&arguments.case, &sets, |error| of_over(error, &factors))?;
+        let case = source.case(&sets).map_err(|error| of_over(error, &factors))?;
         let fit = arguments.batch.fit();
         let velocity = case.projectile.as_ref().map_or(100.0, |projectile| projectile.velocity);
         let of = match arguments.run {

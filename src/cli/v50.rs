@@ -10,6 +10,7 @@ use ripstop::study::v50::{self, Design, V50Progress, V50Request, V50Result};
 use super::batch::{self, ShotBar};
 use super::campaign_arguments::V50Arguments;
 use super::failure::CommandFailure;
+use super::input::Source;
 use super::fit::{arithmetic_table, ends, plot, quantile_cells, residual_table};
 use super::result::{self, part, remarks};
 use super::run::Print;
@@ -29,7 +30,7 @@ const SIGMA: f64 = 0.1;
 /// Fires, prints and writes.
 pub(crate) fn v50(arguments: &V50Arguments) -> Result<(), CommandFailure> {
     let interrupted = interrupt::watch()?;
-    let case = batch::case(&arguments.case, &arguments.batch)?;
+    let case = batch::case(&Source::open(&arguments.case)?, &arguments.batch)?;
     let chosen = batch::choose(&arguments.batch)?;
     let options = batch::options(&arguments.batch, &case, &chosen, &interrupted);
     let out = batch::out(arguments.out.as_deref(), &case, "v50");

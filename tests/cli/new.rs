@@ -155,16 +155,20 @@ fn several_cases_run_one_after_the_other_each_in_its_folder() {
 #[test]
 fn a_case_comes_on_standard_input() {
     let bench = Bench::new(&small_with("/solver/end_time_us", json!(2)));
-    let piped = |text: &str| {
-        let mut command = bench.command(&["run", "-", "--backend", "cpu", "--set", "/projectile/velocity_m_s=50"]);
+    let piped = |arguments: &[&str], text: &str| {
+        let mut command = bench.command(&[arguments, &["--backend", "cpu"]].concat());
         let mut child = command.stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
         child.stdin.take().unwrap().write_all(text.as_bytes()).unwrap();
         child.wait_with_output().unwrap()
     };
-    let output = piped(&bench.text("shot.json"));
+    let run = ["run", "-", "--set", "/projectile/velocity_m_s=50"];
+    let output = piped(&run, &bench.text("shot.json"));
     assert_eq!(code(&output), 0, "{}", stderr(&output));
     assert!(bench.path("out/stdin+velocity_m_s=50/summary.json").exists());
-    let bad = piped("{");
+    // Every point of a sweep reads what came once.
+    let output = piped(&["sweep", "-", "--over", "/projectile/velocity_m_s=40,50"], &bench.text("shot.json"));
+    assert_eq!(code(&output), 0, "{}", stderr(&output));
+    let bad = piped(&run, "{");
     assert!(code(&bad) == 2 && stderr(&bad).starts_with("error: stdin: line 1"), "{}", stderr(&bad));
 }
 
