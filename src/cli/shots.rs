@@ -14,8 +14,8 @@ use super::arguments::RunArguments;
 use super::batch::{self, ShotBar};
 use super::campaign_arguments::ShotsArguments;
 use super::failure::CommandFailure;
-use super::input::Source;
 use super::fit::text as fit_text;
+use super::input::Source;
 use super::run::{Print, shoot};
 use super::{interrupt, paint, result, screen};
 

@@ -4,6 +4,7 @@ use std::collections::BTreeSet;
 
 use crate::case::{Case, Layer};
 use crate::run::Run;
+use crate::run::outcome::Outcome;
 
 /// Pieces of yarn this near to the line of flight broke at the hit [diameters].
 const HIT: f64 = 2.0;
@@ -22,6 +23,8 @@ pub struct Breakage {
     pub at_edges: usize,
     /// The rest.
     pub elsewhere: usize,
+    /// Of those at edges, the ones that decide: in a perforation those that broke before the last piece at the hit, else all.
+    pub torn_off: usize,
 }
 
 impl Breakage {
@@ -38,6 +41,7 @@ impl Breakage {
         let hit = case.projectile.as_ref().map(|p| (p.offset, HIT * p.shape.diameter()));
         let mut broken: [BTreeSet<(u32, usize)>; 2] = Default::default();
         let mut found = Self::default();
+        let (mut last_at_hit, mut at_edges) = (0, Vec::new());
         for event in &run.events {
             let Some(ply) = plies.get(event.ply as usize) else { continue };
             let element = [event.i as usize, event.j as usize];
@@ -46,13 +50,18 @@ impl Breakage {
             let across = 1 - yarn;
             broken[yarn].extend(ply.yarns(across, element[across]).map(|number| (event.ply, number)));
             let near_hit = hit.is_some_and(|(aim, reach)| ply.distance(element, aim) <= reach);
-            let place = match (near_hit, ply.is_at_edge(element)) {
-                (true, _) => &mut found.at_hit,
-                (false, true) => &mut found.at_edges,
-                (false, false) => &mut found.elsewhere,
-            };
-            *place += 1;
+            if near_hit {
+                found.at_hit += 1;
+                last_at_hit = last_at_hit.max(event.step);
+            } else if ply.is_at_edge(element) {
+                at_edges.push(event.step);
+            } else {
+                found.elsewhere += 1;
+            }
         }
+        found.at_edges = at_edges.len();
+        let decides = |step: &&u64| run.outcome != Outcome::Perforated || **step < last_at_hit;
+        found.torn_off = at_edges.iter().filter(decides).count();
         found.yarns = broken.map(|yarns| yarns.len());
         found
     }

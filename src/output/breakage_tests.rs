@@ -1,5 +1,11 @@
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
+use std::sync::atomic::AtomicBool;
+
 use super::*;
+use crate::output::trust::{self, Level};
+use crate::output::warnings;
+use crate::run::{self, Options};
+use crate::solver::FailureEvent;
 
 /// A 20 × 20 mm ply of S-720 (1.27 mm a crossover: 16 × 16) with so many elements a crossover.
 fn ply(mesh: &str) -> PlyLayout {
@@ -29,4 +35,29 @@ fn places_are_at_the_edge_or_so_far_from_the_hit() {
     assert!(!even.is_at_edge([2, 8]) && !even.is_at_edge([8, 13]));
     // The middle of the element beside the centre is half a crossover off both ways.
     assert!((even.distance([8, 8], [0.0, 0.0]) - 0.635e-3 * 2.0_f64.sqrt()).abs() < 1e-9);
+}
+
+#[test]
+fn fabric_that_tears_off_its_frame_before_it_breaks_at_the_hit_is_warned_of() {
+    let sets =
+        ["/pack/width_mm=30", "/pack/height_mm=30", "/solver/end_time_us=1", "/solver/numerics=paper", "/expect=[]"];
+    let case = crate::case::shipped(&sets);
+    let run = run::run(&case, Options::default(), &AtomicBool::new(false), &mut ()).unwrap();
+    let middle = [case.pack.columns as u32 / 2, case.pack.rows as u32 / 2];
+    let hit = |step| FailureEvent { step, ply: 0, i: middle[0], j: middle[1], yarn: 0, strain: 0.04 };
+    let edge = |step| FailureEvent { i: 0, ..hit(step) };
+    let with = |outcome: Outcome, events: &[FailureEvent]| {
+        let mut run = run.clone();
+        (run.outcome, run.events) = (outcome, events.to_vec());
+        let sign = trust::signs(&case, &run).into_iter().find(|sign| sign.name == "broken at the edges").unwrap();
+        let warned = warnings::of_run(&case, &run).iter().any(|warning| warning.kind.code == "W8");
+        assert_eq!(sign.level, if warned { Level::Look } else { Level::Fine });
+        (warned, sign.value)
+    };
+    assert_eq!(with(Outcome::Stopped, &[]), (false, "0".to_owned()));
+    assert_eq!(with(Outcome::Stopped, &[hit(1), edge(2)]), (false, "1".to_owned()));
+    assert_eq!(with(Outcome::Stopped, &[hit(1), edge(2), edge(3)]), (true, "2".to_owned()));
+    // What breaks behind a projectile that is through decides nothing.
+    assert_eq!(with(Outcome::Perforated, &[hit(1), edge(2), edge(3)]), (false, "0".to_owned()));
+    assert_eq!(with(Outcome::Perforated, &[edge(2), edge(3), hit(4), edge(5)]), (true, "2".to_owned()));
 }

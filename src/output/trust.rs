@@ -1,6 +1,7 @@
 //! Whether a run is to be trusted: each sign with its number, what it is held against, and what that means. A sign to be looked
 //! at is one that [`warnings`] speak of, or one that they do not count.
 
+use super::breakage::Breakage;
 use super::number::{fraction, grouped, short};
 use super::summary::residual_velocity;
 use super::verdict::verdict;
@@ -75,6 +76,7 @@ pub fn signs(case: &Case, run: &Run) -> Vec<QualityCheck> {
         all.push(penetration(run, warnings::longest_diagonal(case)));
         all.extend(warnings::cells_across(case).map(width));
         all.push(mesh_under_hit(case, run));
+        all.push(frame(case, run));
     }
     if run.plies > 1 {
         all.push(ply_penetration(case, run));
@@ -310,6 +312,22 @@ fn mesh_under_hit(case: &Case, run: &Run) -> QualityCheck {
         None => "not measured".to_owned(),
     };
     QualityCheck { name: "sensitivity to the mesh under the hit", value, level, reason: reason.to_owned() }
+}
+
+/// Whether the fabric held in its frame until the outcome was decided.
+fn frame(case: &Case, run: &Run) -> QualityCheck {
+    let broken = Breakage::of(case, run);
+    let level = if broken.torn_off > broken.at_hit { Level::Look } else { Level::Fine };
+    let reason = by_level(
+        level,
+        [
+            "no more pieces of yarn than at the hit, so far as they decide",
+            "more than at the hit: the fabric tore off its frame and flew with the projectile; a slower shot may pass where this one is \
+             stopped, and in a test fabric slips in its clamps",
+            "",
+        ],
+    );
+    QualityCheck { name: "broken at the edges", value: grouped(broken.torn_off as u64), level, reason }
 }
 
 fn newton(run: &Run) -> QualityCheck {

@@ -6,7 +6,8 @@
 use serde_json::{Value, json};
 
 use crate::case::{Case, Field, Motion, Shape};
-use crate::output::number::short;
+use crate::output::breakage::Breakage;
+use crate::output::number::{grouped, short};
 use crate::run::Run;
 
 /// What practitioners accept of the energy error, over the initial energy [-].
@@ -49,7 +50,7 @@ pub struct WarningKind {
 }
 
 /// Every warning there is, in order of its code.
-pub static KINDS: [WarningKind; 7] = [
+pub static KINDS: [WarningKind; 8] = [
     WarningKind {
         code: "W1",
         name: "assumed-parameters",
@@ -120,6 +121,14 @@ pub static KINDS: [WarningKind; 7] = [
         help: "Look at /projectile: lengths in mm, mass in g. Give density_kg_m3 alone and the mass follows; of a hollow body \
                give mass_g alone.",
     },
+    WarningKind {
+        code: "W8",
+        name: "torn-off",
+        measured: "Pieces of yarn that broke at the edges of a ply (`failures_at`); of a perforation, those before the last one at the hit.",
+        given: "for more than broke at the hit",
+        means: "The fabric tore off its frame, where a wave of tension doubles, before it broke at the hit. From then on it flies with                 the projectile: a fast shot may be stopped where a slower one passes. In a test fabric slips in its clamps, which is                 not computed.",
+        help: "Take a larger pack (/pack/width_mm, /pack/height_mm), from whose edges the wave comes back later, or free edges, and                compare. A ballistic limit from such shots is one of the frame.",
+    },
 ];
 
 /// A warning that a case or a run calls for.
@@ -156,7 +165,7 @@ pub fn of_case(case: &Case) -> Vec<Warning> {
 
 /// What is to be said after a run, in order of code.
 pub fn of_run(case: &Case, run: &Run) -> Vec<Warning> {
-    let found = [energy(run), hourglass(run), penetration(case, run), ply_penetration(case, run)];
+    let found = [energy(run), hourglass(run), penetration(case, run), ply_penetration(case, run), torn_off(case, run)];
     let mut all = of_case(case);
     all.extend(found.into_iter().flatten());
     all.sort_by_key(|warning| warning.kind.code);
@@ -208,6 +217,14 @@ fn penetration(case: &Case, run: &Run) -> Option<Warning> {
 fn ply_penetration(case: &Case, run: &Run) -> Option<Warning> {
     let thinnest = thinnest(case);
     depth("a neighbouring ply", run.max_ply_penetration, PLY_PENETRATION_LIMIT * thinnest, "the thinnest ply is thick")
+}
+
+fn torn_off(case: &Case, run: &Run) -> Option<Warning> {
+    let broken = Breakage::of(case, run);
+    let [found, limit] = [broken.torn_off, broken.at_hit];
+    let message =
+        || format!("{} pieces of yarn broke at the edges, {} at the hit", grouped(found as u64), grouped(limit as u64));
+    (found > limit).then(|| warning(8, found as f64, limit as f64, message()))
 }
 
 /// A depth [m] into something against what it may be [m]: so much of what.

@@ -27,6 +27,7 @@ fn codes_and_names_stay_what_they_are() {
         ("W5", "coarse-mesh"),
         ("W6", "small-projectile"),
         ("W7", "mass"),
+        ("W8", "torn-off"),
     ];
     assert_eq!(kinds, given);
 }
@@ -117,10 +118,10 @@ fn explain_knows_every_code_by_number_and_name_and_names_them_to_who_asks_for_an
         assert!(text.starts_with(&format!("exit code {exit}: ")) && text.contains(part), "{text}");
         assert!(text.contains("means") && text.contains("to do"), "{text}");
     }
-    for unknown in ["W8", "4", "", "0130"] {
+    for unknown in ["W9", "4", "", "0130"] {
         let output = explain(unknown);
         assert_eq!((code(&output), stdout(&output)), (2, String::new()));
-        assert!(stderr(&output).contains("0, 1, 2, 3, 130, W1, W2, W3, W4, W5, W6"), "{}", stderr(&output));
+        assert!(stderr(&output).contains("0, 1, 2, 3, 130, W1, W2, W3, W4, W5, W6, W7, W8"), "{}", stderr(&output));
     }
 }
 
