@@ -196,8 +196,29 @@ fn change_set(joining: bool, local: u32) -> bool {
     return vote(changed, local);
 }
 
+/// Share of what would stop each sliding touch alone. All are stopped at once: where they are heavier than the body at their places, the body would
+/// be thrown beyond rest, the more so the more it turns, and gain energy.
+fn friction_share(local: u32) -> f32 {
+    let axis = rotate(body.orientation, vec3<f32>(0.0, 0.0, 1.0));
+    var load = 0.0;
+    for (var t = local; t < extent.y; t += WIDTH) {
+        if (touches[touch_number(t)].state == PUSHING && touches[touch_number(t)].friction_impulse.w > 0.0) {
+            let arm = touches[touch_number(t)].arm;
+            let square = dot(arm.xyz, arm.xyz);
+            // At most, in any direction across the normal.
+            let turned = square / min(scene.body_inertia_x, scene.body_inertia_y)
+                + (square - squared(dot(arm.xyz, axis))) / scene.body_inertia_z;
+            load += arm.w * (1.0 / scene.body_mass + select(0.0, turned, ROTATION));
+        }
+    }
+    sums[local] = select(load, 0.0, scene.body_prescribed != 0u);
+    reduce(1u, local);
+    return 1.0 / max(result[0], 1.0);
+}
+
 /// Friction impulses that stop the sliding, cut to μ times the normal impulse. True if any changed.
 fn update_friction(local: u32) -> bool {
+    let share = friction_share(local);
     var changed = false;
     for (var t = local; t < extent.y; t += WIDTH) {
         let old = touches[touch_number(t)].friction_impulse;
@@ -207,7 +228,7 @@ fn update_friction(local: u32) -> bool {
         let normal = touches[touch_number(t)].normal.xyz;
         let slip = slip_of(t);
         let slide = slip - normal * dot(slip, normal);
-        let wanted = old.xyz - slide * touches[touch_number(t)].arm.w;
+        let wanted = old.xyz - slide * (touches[touch_number(t)].arm.w * share);
         let limit = touches[touch_number(t)].friction * old.w;
         let size = sqrt(dot(wanted, wanted));
         let drag = select(wanted, wanted * (limit / max(size, 1e-30)), size > limit);

@@ -249,11 +249,12 @@ fn apply(start: &RigidBody, body: &mut RigidBody, points: &[ContactPoint]) {
 
 /// Friction impulses that stop the sliding, cut to μ times the normal impulse. True if any changed.
 fn update_friction(body: &RigidBody, points: &mut [ContactPoint]) -> bool {
+    let share = friction_share(body, points);
     let mut changed = false;
     for p in points.iter_mut() {
         let slide = p.velocity() - body.velocity_at(&p.arm);
         let slide = slide - p.normal * slide.dot(&p.normal);
-        let wanted = p.friction_impulse - slide * p.mass;
+        let wanted = p.friction_impulse - slide * (p.mass * share);
         let limit = p.friction * p.normal_impulse;
         let size = wanted.norm();
         let drag = if size > limit { wanted * (limit / size) } else { wanted };
@@ -263,6 +264,24 @@ fn update_friction(body: &RigidBody, points: &mut [ContactPoint]) -> bool {
         p.friction_impulse = drag;
     }
     changed
+}
+
+/// Share of what would stop each sliding node alone [-]. All are stopped at once: where they are heavier than the body at their places, the body would be
+/// thrown beyond rest, the more so the more it turns, and gain energy.
+fn friction_share(body: &RigidBody, points: &[ContactPoint]) -> f64 {
+    if body.prescribed {
+        return 1.0;
+    }
+    let [x, y, z] = body.body.inertia;
+    let axis = body.orientation * Vector3::z();
+    // At most, in any direction across the normal.
+    let turned = |arm: &Vector3<f64>| {
+        let square = arm.norm_squared();
+        if body.locked { 0.0 } else { square / x.min(y) + (square - arm.dot(&axis).powi(2)) / z }
+    };
+    let pushing = points.iter().filter(|p| p.active && p.normal_impulse > 0.0);
+    let load: f64 = pushing.map(|p| p.mass * (1.0 / body.mass + turned(&p.arm))).sum();
+    1.0 / load.max(1.0)
 }
 
 /// Energy, work and momentum of the impulses found; the first points are `nodes` nodes.

@@ -248,6 +248,29 @@ fn friction_stops_a_node_or_drags_it_with_all_that_it_has() {
 }
 
 #[test]
+fn friction_of_heavy_nodes_throws_no_light_body() {
+    let mut numbers = Numbers(29);
+    for at in 0..1000 {
+        let mut scene = Scene::new(&mut numbers, 0, 2.0, false, false);
+        // The body's lengths and speeds, and a thousandth of its mass or more.
+        let share = 10_f64.powi(at % 4 - 3);
+        let body = &mut scene.start;
+        body.mass *= share;
+        body.body.inertia = body.body.inertia.map(|moment| moment * share);
+        body.angular_momentum *= share;
+        for p in &mut scene.points {
+            p.release();
+            p.set_kappa(body.mass);
+        }
+        scene.body = scene.start.clone();
+        scene.totals = resolve(&mut scene.body, &mut scene.points, &mut scene.rim, DT);
+        let [before, after] = [false, true].map(|after| scene.energy(after));
+        assert!(after <= before * (1.0 + 1e-12), "{share}: {before} J became {after} J");
+        assert!(scene.totals.friction >= -1e-12 * before, "{share}: {:?} of {before} J", scene.totals);
+    }
+}
+
+#[test]
 fn points_that_ask_the_same_of_a_node_share_its_mass() {
     let body = random_body(&mut Numbers(5), 0);
     let mut points: Vec<_> = (0..3).map(|_| random_point(&mut Numbers(1), &body, 0.0, false)).collect();
