@@ -77,12 +77,24 @@ pub(super) const MUTANTS: &[Mutant] = &[
     ),
     of_contact(
         "released nodes are dragged",
-        "light cylinder, one side of the face",
+        "edges of a fragment",
         "            touches[touch_number(t)].friction_impulse = vec4<f32>(0.0);\n",
         "",
     ),
     of_contact("no node joins", "light cylinder, one side of the face", "change < SET_CHANGES / 2u", "change < 0u"),
     of_contact("no friction", "cone, oblique, friction", "if (!FRICTION ||", "if (true ||"),
+    of_contact(
+        "friction that throws a light body",
+        "light cylinder, one side of the face",
+        "touches[touch_number(t)].arm.w * share)",
+        "touches[touch_number(t)].arm.w)",
+    ),
+    of_contact(
+        "friction that turns a light body too far",
+        "light cylinder, one side of the face",
+        "select(0.0, turned, ROTATION)",
+        "0.0",
+    ),
     of_contact(
         "friction without its limit",
         "cone, oblique, friction",
