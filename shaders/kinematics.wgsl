@@ -1,7 +1,7 @@
 // kinematics: gradients, stretches and directions of an element. Needs `nodes`.
 // Twin: src/kernels/kinematics.rs
 
-/// Keeps quotients finite where an element has shrunk to nothing: least stretch, or its square.
+/// Keeps quotients finite where an element has shrunk to nothing: least stretch, its square or its change.
 const TINY: f32 = 1e-12;
 
 struct Kinematics {

@@ -196,8 +196,8 @@ fn change_set(joining: bool, local: u32) -> bool {
     return vote(changed, local);
 }
 
-/// Share of what would stop each sliding touch alone. All are stopped at once: where they are heavier than the body at their places, the body would
-/// be thrown beyond rest, the more so the more it turns, and gain energy.
+/// Share of what would stop each sliding touch alone. All are stopped at once: where they are heavier than the body at their places,
+/// the body would be thrown beyond rest, the more so the more it turns, and gain energy.
 fn friction_share(local: u32) -> f32 {
     let axis = rotate(body.orientation, vec3<f32>(0.0, 0.0, 1.0));
     var load = 0.0;

@@ -6,7 +6,7 @@ use serde_json::{Map, Value, json};
 
 use super::fabric_file::FabricSource;
 use super::fields::json_number;
-use super::set::{self, Set};
+use super::set::Set;
 use super::words::Word;
 use super::{BuiltInFabric, Case, CaseError, Edge, read};
 
@@ -183,8 +183,8 @@ impl CaseBuilder {
 
 /// An error without the name of the option that makes such changes on the command line.
 fn without_flag(mut error: CaseError) -> CaseError {
-    if let Some(pointer) = error.location.strip_prefix(set::FLAG) {
-        error.location = pointer.trim_start().to_owned();
+    if let Some(pointer) = error.of_set() {
+        error.location = pointer.to_owned();
     }
     error
 }

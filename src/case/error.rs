@@ -4,6 +4,7 @@ use std::{fmt, iter};
 
 use serde_json::Value;
 
+use super::set;
 use super::value::number_text;
 
 /// What a case is refused with.
@@ -45,6 +46,11 @@ impl fmt::Display for CaseError {
 }
 
 impl CaseError {
+    /// The pointer of the change by `--set` that caused it.
+    pub fn of_set(&self) -> Option<&str> {
+        self.location.strip_prefix(set::FLAG).map(str::trim_start)
+    }
+
     /// An error in a file, at a JSON pointer of it.
     pub fn new(
         file: &str,

@@ -90,8 +90,8 @@ fn request(arguments: &SweepArguments, source: &Source<'_>) -> Result<SweepReque
 
 /// An error of a value of `--over`, which is a change of the case like those of `--set`.
 fn of_over(mut error: CaseError, factors: &[Factor]) -> CaseError {
-    let pointer = error.location.strip_prefix("--set ").unwrap_or_default().to_owned();
-    if factors.iter().any(|factor| factor.pointer == pointer) {
+    let of_set = error.of_set();
+    if let Some(Factor { pointer, .. }) = factors.iter().find(|factor| of_set == Some(&factor.pointer)) {
         error.location = format!("--over {pointer}");
         if error.found.starts_with("a list") {
             let help = format!("values stand without brackets: --over {pointer}=1,2");

@@ -24,7 +24,7 @@ pub(crate) struct Kinematics<R> {
     pub(crate) sine: R,
 }
 
-/// Keeps quotients finite where an element has shrunk to nothing: least Λ, or Λ² [-].
+/// Keeps quotients finite where an element has shrunk to nothing: least Λ, Λ² or change of Λ [-].
 pub const TINY: f64 = 1e-12;
 
 pub(super) type Vector<R> = [R; 3];

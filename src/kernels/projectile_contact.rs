@@ -266,8 +266,8 @@ fn update_friction(body: &RigidBody, points: &mut [ContactPoint]) -> bool {
     changed
 }
 
-/// Share of what would stop each sliding node alone [-]. All are stopped at once: where they are heavier than the body at their places, the body would be
-/// thrown beyond rest, the more so the more it turns, and gain energy.
+/// Share of what would stop each sliding node alone [-]. All are stopped at once: where they are heavier than the body at their places,
+/// the body would be thrown beyond rest, the more so the more it turns, and gain energy.
 fn friction_share(body: &RigidBody, points: &[ContactPoint]) -> f64 {
     if body.prescribed {
         return 1.0;

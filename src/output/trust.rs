@@ -317,7 +317,7 @@ fn mesh_under_hit(case: &Case, run: &Run) -> QualityCheck {
 /// Whether the fabric held in its frame until the outcome was decided.
 fn frame(case: &Case, run: &Run) -> QualityCheck {
     let broken = Breakage::of(case, run);
-    let level = if broken.torn_off > broken.at_hit { Level::Look } else { Level::Fine };
+    let level = if broken.tore_off() { Level::Look } else { Level::Fine };
     let reason = by_level(
         level,
         [

@@ -126,8 +126,11 @@ pub static KINDS: [WarningKind; 8] = [
         name: "torn-off",
         measured: "Pieces of yarn that broke at the edges of a ply (`failures_at`); of a perforation, those before the last one at the hit.",
         given: "for more than broke at the hit",
-        means: "The fabric tore off its frame, where a wave of tension doubles, before it broke at the hit. From then on it flies with                 the projectile: a fast shot may be stopped where a slower one passes. In a test fabric slips in its clamps, which is                 not computed.",
-        help: "Take a larger pack (/pack/width_mm, /pack/height_mm), from whose edges the wave comes back later, or free edges, and                compare. A ballistic limit from such shots is one of the frame.",
+        means: "The fabric tore off its frame, where a wave of tension doubles, before it broke at the hit. From then on it flies with \
+                the projectile: a fast shot may be stopped where a slower one passes. In a test fabric slips in its clamps, which is \
+                not computed.",
+        help: "Take a larger pack (/pack/width_mm, /pack/height_mm), from whose edges the wave comes back later, or free edges, and \
+               compare. A ballistic limit from such shots is one of the frame.",
     },
 ];
 
@@ -224,7 +227,7 @@ fn torn_off(case: &Case, run: &Run) -> Option<Warning> {
     let [found, limit] = [broken.torn_off, broken.at_hit];
     let message =
         || format!("{} pieces of yarn broke at the edges, {} at the hit", grouped(found as u64), grouped(limit as u64));
-    (found > limit).then(|| warning(8, found as f64, limit as f64, message()))
+    broken.tore_off().then(|| warning(8, found as f64, limit as f64, message()))
 }
 
 /// A depth [m] into something against what it may be [m]: so much of what.
