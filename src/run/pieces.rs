@@ -88,9 +88,15 @@ pub(crate) struct Hanging {
 
 /// What of a ply hangs on an edge that is held; of a ply free all round, what is at least half of it.
 pub(crate) fn hanging<S: Scalar>(model: &Model<S>, state: &State<S>, ply: usize) -> Hanging {
-    let hangs = that_hold(model, state, ply, f64::INFINITY);
     let (mesh, grid) = (&model.ply_type(ply).mesh, &model.grid);
     let (nodes, elements) = (grid.first_node_row(ply), grid.first_element_row(ply));
+    // Almost always the ply is one piece.
+    if is_unbroken(model, state, ply) {
+        let all = (0..=mesh.rows).flat_map(|row| (0..=mesh.columns).map(move |column| (row, column)));
+        let deflections = all.map(|(row, column)| state.displacement(nodes + row, column)[2].abs());
+        return Hanging { deflection: deflections.fold(0.0, f64::max), loose: false };
+    }
+    let hangs = that_hold(model, state, ply, f64::INFINITY);
     let mut found = Hanging { deflection: 0.0, loose: false };
     for row in 0..mesh.rows {
         for column in (0..mesh.columns).filter(|column| state.is_intact(elements + row, *column)) {
@@ -105,6 +111,13 @@ pub(crate) fn hanging<S: Scalar>(model: &Model<S>, state: &State<S>, ply: usize)
         }
     }
     found
+}
+
+/// Whether no yarn of a ply is broken anywhere.
+fn is_unbroken<S: Scalar>(model: &Model<S>, state: &State<S>, ply: usize) -> bool {
+    let (mesh, first) = (&model.ply_type(ply).mesh, model.grid.first_element_row(ply));
+    let is_whole = |row: usize, yarn| (0..mesh.columns).all(|column| state.alive(row, column, yarn));
+    (first..first + mesh.rows).all(|row| is_whole(row, 0) && is_whole(row, 1))
 }
 
 /// Left, right, bottom and top of a mesh: whether something holds the ply there. A mirror plane does not: behind it the image of a piece reaches
