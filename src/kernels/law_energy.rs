@@ -5,6 +5,8 @@
 //! Other ways differ by 0.05 to 0.3 % of what is stored. The ledger takes share times U as a state of its own, so that the energy which
 //! nothing accounts for is that of the arithmetic alone.
 
+use rayon::prelude::*;
+
 use crate::kernels::crossover::{LawKernel, UnitCellParameters, Variant, cell_energy, solve};
 use crate::math::scalar::{Real, Scalar};
 
@@ -48,7 +50,7 @@ impl LawEnergy {
         let per_stretch = range.map(|[low, high]| steps / (high - low));
         let at = |axis: usize, index: usize| low[axis] + index as f64 / per_stretch[axis];
         let value = |index: usize| law_share::<L>(cell, [at(0, index / COUNT), at(1, index % COUNT)]);
-        Some(Self { low, per_stretch, values: (0..COUNT * COUNT).map(value).collect() })
+        Some(Self { low, per_stretch, values: (0..COUNT * COUNT).into_par_iter().map(value).collect() })
     }
 
     /// The share at the stretches Λ − 1 of warp and weft [-], bilinear between the places.
