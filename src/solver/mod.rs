@@ -11,6 +11,7 @@
 //! columns that nothing has reached are left out.
 
 pub mod active_region;
+mod awake;
 mod divergence;
 pub mod energy_balance;
 mod failure;
@@ -270,7 +271,7 @@ impl<S: KernelScalar> Stepper<S> {
     /// The fourth part: contact with the projectile, and its motion.
     pub fn projectile(&mut self, context: &mut Context<'_, S>) {
         if let Some(mut body) = context.state.body.take() {
-            self.projectile.resolve(context, &mut body, &self.nothing);
+            awake::beside_others(|| self.projectile.resolve(context, &mut body, &self.nothing));
             if context.sample {
                 context.balance.sample_body(&body);
             }
