@@ -93,7 +93,7 @@ fn a_set_of_nodes_shares_the_normal_velocity_and_conserves_both_momenta() {
     assert!((before.0 - after.0).norm() < 1e-15, "{before:?} {after:?}");
     assert!((before.1 - after.1).norm() < 1e-17, "{before:?} {after:?}");
     for p in &points[..3] {
-        let relative = (p.velocity() - body.velocity_at(&p.arm)).dot(&p.normal);
+        let relative = (p.velocity() - body.twist().at(&p.arm)).dot(&p.normal);
         assert!(p.normal_impulse > 0.0 && relative.abs() < 1e-9, "{relative}");
         assert!(p.friction_impulse.norm() <= 0.3 * p.normal_impulse * (1.0 + 1e-6), "friction beyond μN");
     }

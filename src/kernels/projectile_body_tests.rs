@@ -126,7 +126,7 @@ fn no_point_of_a_body_is_faster_than_its_bound() {
     projectile.angular_velocity = [0.0, 2e4, 0.0];
     let body = RigidBody::new(&projectile, Body::new(&projectile).unwrap(), 0.0);
     let furthest = nalgebra::Vector3::new(0.0, 0.0, body.body.bounding_radius);
-    let turning = body.velocity_at(&furthest).norm_squared() - body.velocity.norm_squared();
+    let turning = body.twist().at(&furthest).norm_squared() - body.velocity.norm_squared();
     assert!((turning.sqrt() + body.velocity.norm() - body.speed_bound()).abs() < 1e-9, "{}", body.speed_bound());
 }
 

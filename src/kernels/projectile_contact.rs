@@ -72,6 +72,16 @@ impl ContactPoint {
         self.free + self.inverse.component_mul(&(self.impulse() + self.edge_impulse))
     }
 
+    /// Whether friction acts on it.
+    fn rubs(&self) -> bool {
+        self.friction_impulse != Vector3::zeros()
+    }
+
+    /// Whether anything acts on it here.
+    fn pushes(&self) -> bool {
+        self.normal_impulse != 0.0 || self.rubs()
+    }
+
     /// Whether contact changed the node's velocity.
     pub fn touched(&self) -> bool {
         self.normal_impulse > 0.0 || self.edge_impulse != Vector3::zeros()
@@ -129,8 +139,9 @@ pub fn resolve(body: &mut RigidBody, points: &mut [ContactPoint], rim: &mut Rim,
     let start = body.clone();
     rim.share_masses(points, body.mass);
     rim.propagate(points);
+    let twist = start.twist();
     for p in points.iter_mut() {
-        p.active = p.free.dot(&p.normal) - start.velocity_at(&p.arm).dot(&p.normal) < closing_limit(p, dt);
+        p.active = p.free.dot(&p.normal) - twist.at(&p.arm).dot(&p.normal) < closing_limit(p, dt);
     }
     let sweeps = if points.iter().any(|p| p.friction > 0.0) { FRICTION_SWEEPS } else { 1 };
     for sweep in 0..sweeps {
@@ -154,9 +165,10 @@ fn solve_normal(start: &RigidBody, body: &mut RigidBody, points: &mut [ContactPo
     let tolerance = NOISE * (start.speed_bound() + 1e-3);
     for change in 0..SET_CHANGES {
         common_velocity(start, body, points, rim, dt);
+        let twist = body.twist();
         let mut changed = false;
         for p in points.iter_mut() {
-            let approach = (p.velocity() - body.velocity_at(&p.arm)).dot(&p.normal);
+            let approach = (p.velocity() - twist.at(&p.arm)).dot(&p.normal);
             if p.active && p.normal_impulse < 0.0 {
                 p.release();
                 changed = true;
@@ -198,7 +210,9 @@ fn common_velocity(start: &RigidBody, body: &mut RigidBody, points: &mut [Contac
         }
         right = stack(&(start.velocity * start.mass), &start.angular_momentum);
         for p in points.iter() {
-            right -= act(p, &p.friction_impulse);
+            if p.rubs() {
+                right -= act(p, &p.friction_impulse);
+            }
             if p.active && !p.shared {
                 let g = direction(p);
                 right += g * (p.effective_mass * (p.speed() - closing_limit(p, dt)));
@@ -235,7 +249,7 @@ fn apply(start: &RigidBody, body: &mut RigidBody, points: &[ContactPoint]) {
     }
     let mut momentum = Vector3::zeros();
     let mut angular = Vector3::zeros();
-    for p in points {
+    for p in points.iter().filter(|p| p.pushes()) {
         let impulse = p.impulse();
         momentum -= impulse;
         angular -= p.arm.cross(&impulse);
@@ -250,9 +264,10 @@ fn apply(start: &RigidBody, body: &mut RigidBody, points: &[ContactPoint]) {
 /// Friction impulses that stop the sliding, cut to μ times the normal impulse. True if any changed.
 fn update_friction(body: &RigidBody, points: &mut [ContactPoint]) -> bool {
     let share = friction_share(body, points);
+    let twist = body.twist();
     let mut changed = false;
-    for p in points.iter_mut() {
-        let slide = p.velocity() - body.velocity_at(&p.arm);
+    for p in points.iter_mut().filter(|p| p.pushes()) {
+        let slide = p.velocity() - twist.at(&p.arm);
         let slide = slide - p.normal * slide.dot(&p.normal);
         let wanted = p.friction_impulse - slide * (p.mass * share);
         let limit = p.friction * p.normal_impulse;
@@ -287,8 +302,9 @@ fn friction_share(body: &RigidBody, points: &[ContactPoint]) -> f64 {
 /// Energy, work and momentum of the impulses found; the first points are `nodes` nodes.
 fn account(start: &RigidBody, body: &RigidBody, points: &[ContactPoint], nodes: usize) -> ContactTotals {
     let mut totals = ContactTotals::default();
+    let [before, after] = [start, body].map(RigidBody::twist);
     for p in points.iter().filter(|p| p.normal_impulse > 0.0) {
-        let surface = start.velocity_at(&p.arm) + body.velocity_at(&p.arm);
+        let surface = before.at(&p.arm) + after.at(&p.arm);
         let mean = (p.before + p.velocity() - surface) * 0.5;
         totals.dissipation -= p.normal_impulse * p.normal.dot(&mean);
         totals.friction -= p.friction_impulse.dot(&mean);

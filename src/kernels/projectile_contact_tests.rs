@@ -136,7 +136,7 @@ impl Scene {
             Some(constraint) => self.rim.constraints[constraint].between(|node| self.points[node].velocity()),
             None => p.velocity(),
         };
-        (velocity - self.body.velocity_at(&p.arm)).dot(&p.normal)
+        (velocity - self.body.twist().at(&p.arm)).dot(&p.normal)
     }
 
     /// Kinetic energy of nodes and body [J]; `after` the step.
@@ -230,7 +230,7 @@ fn friction_stops_a_node_or_drags_it_with_all_that_it_has() {
         let friction = [0.3, 3.0][at % 2];
         let scene = Scene::new(&mut numbers, kind, friction, false, false);
         for p in scene.points.iter().filter(|p| p.active && p.normal_impulse > 1e-6) {
-            let slide = p.velocity() - scene.body.velocity_at(&p.arm);
+            let slide = p.velocity() - scene.body.twist().at(&p.arm);
             let slide = slide - p.normal * slide.dot(&p.normal);
             let most = friction * p.normal_impulse;
             let drag = p.friction_impulse;

@@ -50,18 +50,23 @@ pub struct Rim {
     pub constraints: Vec<EdgeConstraint>,
     /// Those that push and share nodes.
     members: Vec<usize>,
-    /// K, then its Cholesky factor: lower triangle by rows [1/kg].
-    matrix: Vec<f64>,
+    /// Those of which `factors` and `motions` are.
+    factored: Vec<usize>,
+    /// Ply by ply K, then its Cholesky factor: lower triangle by rows [1/kg].
+    factors: Vec<f64>,
     /// Of the nodes, without normal impulses [m/s].
     free: Vec<Vector3<f64>>,
-    /// K⁻¹ [G | n·v − target] by rows.
-    solved: Vec<[f64; 7]>,
+    /// K⁻¹ G by rows.
+    motions: Vec<[f64; 6]>,
+    /// K⁻¹ (n·v − target).
+    excesses: Vec<[f64; 1]>,
 }
 
 impl Rim {
     /// Forgets every point.
     pub fn clear(&mut self) {
         self.constraints.clear();
+        self.factored.clear();
     }
 
     /// Nodes that a point moves, with weights.
@@ -131,34 +136,50 @@ impl Rim {
         self.members.extend((0..count).filter(|at| points[*at].active && points[*at].shared));
         // Points of different plies move no common node: each ply has equations of its own.
         self.members.sort_by_key(|at| points[*at].ply);
+        // Friction changes what is asked of them, not what they are.
+        if self.members != self.factored {
+            self.factor(points, body_mass, &direction);
+        }
         self.free_of_pushes(points);
-        self.solved.clear();
+        self.excesses.clear();
         for &at in &self.members {
-            let g = direction(&points[at]);
             let free: Vector3<f64> =
                 self.parts(count, at).into_iter().map(|(node, weight)| self.free[node] * weight).sum();
-            let excess = free.dot(&points[at].normal) - target(&points[at]);
-            self.solved.push([g[0], g[1], g[2], g[3], g[4], g[5], excess]);
+            self.excesses.push([free.dot(&points[at].normal) - target(&points[at])]);
         }
-        let mut first = 0;
-        while first < self.members.len() {
-            let ply = points[self.members[first]].ply;
-            let of_ply = self.members[first..].iter().take_while(|at| points[**at].ply == ply).count();
-            self.fill(points, body_mass, first..first + of_ply);
-            factor_and_solve(&mut self.matrix, &mut self.solved[first..first + of_ply]);
-            first += of_ply;
+        let mut factors = &self.factors[..];
+        for of in plies(points, &self.members) {
+            let (factor, others) = factors.split_at(start(of.len()));
+            substitute(factor, &mut self.excesses[of]);
+            factors = others;
         }
-        for (&at, row) in self.members.iter().zip(&self.solved) {
+        for ((&at, motion), [excess]) in self.members.iter().zip(&self.motions).zip(&self.excesses) {
             let g = direction(&points[at]);
-            *matrix += g * Vector6::from_row_slice(&row[..6]).transpose();
-            *right += g * row[6];
+            *matrix += g * Vector6::from_row_slice(motion).transpose();
+            *right += g * *excess;
         }
+    }
+
+    /// Fills `factors` and `motions` in.
+    fn factor(&mut self, points: &[ContactPoint], body_mass: f64, direction: impl Fn(&ContactPoint) -> Vector6<f64>) {
+        self.motions.clear();
+        self.motions.extend(self.members.iter().map(|at| <[f64; 6]>::from(direction(&points[*at]))));
+        let mut factors = std::mem::take(&mut self.factors);
+        factors.clear();
+        for of in plies(points, &self.members) {
+            let first = factors.len();
+            self.fill(points, body_mass, &self.members[of.clone()], &mut factors);
+            factorize(&mut factors[first..], of.len());
+            substitute(&factors[first..], &mut self.motions[of]);
+        }
+        self.factors = factors;
+        self.factored.clone_from(&self.members);
     }
 
     /// Normal impulses for a motion of the body, after [`Self::eliminate`].
     pub fn push(&self, points: &mut [ContactPoint], motion: &Vector6<f64>) {
-        for (&at, row) in self.members.iter().zip(&self.solved) {
-            points[at].normal_impulse = Vector6::from_row_slice(&row[..6]).dot(motion) - row[6];
+        for ((&at, row), [excess]) in self.members.iter().zip(&self.motions).zip(&self.excesses) {
+            points[at].normal_impulse = Vector6::from_row_slice(row).dot(motion) - excess;
         }
     }
 
@@ -185,13 +206,11 @@ impl Rim {
         SHARED * self.parts(points.len(), at).into_iter().map(of_node).sum::<f64>()
     }
 
-    /// K of some members.
-    fn fill(&mut self, points: &[ContactPoint], body_mass: f64, of: Range<usize>) {
+    /// Adds K of some members to `matrix`.
+    fn fill(&self, points: &[ContactPoint], body_mass: f64, members: &[usize], matrix: &mut Vec<f64>) {
         let count = points.len();
-        self.matrix.clear();
-        for row in of.clone() {
-            let a = self.members[row];
-            for &b in &self.members[of.start..=row] {
+        for (row, &a) in members.iter().enumerate() {
+            for &b in &members[..=row] {
                 let mut sum = 0.0;
                 for (of_a, weight_a) in self.parts(count, a) {
                     for (of_b, weight_b) in self.parts(count, b) {
@@ -201,20 +220,32 @@ impl Rim {
                         }
                     }
                 }
-                self.matrix.push(sum);
+                matrix.push(sum);
             }
             let compliance = self.compliance(points, a);
-            if let Some(last) = self.matrix.last_mut() {
+            if let Some(last) = matrix.last_mut() {
                 *last = 1.0 / inertia_along(*last, points[a].mass, body_mass) + compliance;
             }
         }
     }
 }
 
-/// Cholesky factor of K in its place, and both substitutions on every column.
-fn factor_and_solve(a: &mut [f64], x: &mut [[f64; 7]]) {
-    let count = x.len();
-    let start = |row: usize| row * (row + 1) / 2;
+/// Members that are of one ply, ply by ply.
+fn plies(points: &[ContactPoint], members: &[usize]) -> impl Iterator<Item = Range<usize>> {
+    let mut first = 0;
+    members.chunk_by(|a, b| points[*a].ply == points[*b].ply).map(move |of| {
+        first += of.len();
+        first - of.len()..first
+    })
+}
+
+/// Where a row of a lower triangle begins.
+fn start(row: usize) -> usize {
+    row * (row + 1) / 2
+}
+
+/// Cholesky factor of K in its place.
+fn factorize(a: &mut [f64], count: usize) {
     for i in 0..count {
         for j in 0..=i {
             let sum: f64 = (0..j).map(|k| a[start(i) + k] * a[start(j) + k]).sum();
@@ -222,16 +253,37 @@ fn factor_and_solve(a: &mut [f64], x: &mut [[f64; 7]]) {
             let floor = FLOOR * a[start(i) + i].abs();
             a[start(i) + j] = if i == j { left.max(floor).sqrt() } else { left / a[start(j) + j] };
         }
-        for column in 0..7 {
-            let sum: f64 = (0..i).map(|k| a[start(i) + k] * x[k][column]).sum();
-            x[i][column] = (x[i][column] - sum) / a[start(i) + i];
-        }
+    }
+}
+
+/// Both substitutions with a factor, on every column.
+fn substitute<const COLUMNS: usize>(a: &[f64], x: &mut [[f64; COLUMNS]]) {
+    let count = x.len();
+    for i in 0..count {
+        eliminate(x, i, 0..i, a[start(i) + i], |k| a[start(i) + k]);
     }
     for i in (0..count).rev() {
-        for column in 0..7 {
-            let sum: f64 = (i + 1..count).map(|k| a[start(k) + i] * x[k][column]).sum();
-            x[i][column] = (x[i][column] - sum) / a[start(i) + i];
+        eliminate(x, i, i + 1..count, a[start(i) + i], |k| a[start(k) + i]);
+    }
+}
+
+/// A row of a substitution, of the rows that are known.
+#[inline(always)]
+fn eliminate<const COLUMNS: usize>(
+    x: &mut [[f64; COLUMNS]],
+    row: usize,
+    known: Range<usize>,
+    pivot: f64,
+    factor: impl Fn(usize) -> f64,
+) {
+    let mut sums = [0.0; COLUMNS];
+    for k in known {
+        for (sum, x) in sums.iter_mut().zip(&x[k]) {
+            *sum += factor(k) * x;
         }
+    }
+    for (x, sum) in x[row].iter_mut().zip(sums) {
+        *x = (*x - sum) / pivot;
     }
 }
 

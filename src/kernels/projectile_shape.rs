@@ -195,6 +195,16 @@ impl Outline<f64> {
         self.is_flat() && self.chisel.is_none() && !self.bar
     }
 
+    /// Whether a straight line surely crosses the cylinder through the rim of a flat face nowhere between its ends, which are inside or on one
+    /// side of it: cheaper than [`Self::rim_crossings`].
+    #[inline]
+    pub(crate) fn is_off_rim(&self, from: [f64; 3], to: [f64; 3]) -> bool {
+        let radius = self.corner[1][0];
+        let is_inside = |at: [f64; 3]| at[0] * at[0] + at[1] * at[1] < radius * radius;
+        let is_beside = |axis: usize| from[axis].min(to[axis]) > radius || from[axis].max(to[axis]) < -radius;
+        (is_inside(from) && is_inside(to)) || is_beside(0) || is_beside(1)
+    }
+
     /// Where a straight line crosses the cylinder through the rim of a flat face, as fractions of the way, ascending; NaN
     /// where it does not between its ends. Points in the body's frame [m].
     pub(crate) fn rim_crossings(&self, from: [f64; 3], to: [f64; 3]) -> [f64; 2] {

@@ -39,6 +39,22 @@ pub struct RigidBody {
     pub freedom: [Vector3<f64>; 2],
 }
 
+/// Velocities of a body's material at one time.
+#[derive(Clone, Copy, Debug)]
+pub struct Twist {
+    /// Of the centre of mass [m/s].
+    pub velocity: Vector3<f64>,
+    /// World frame [rad/s].
+    pub spin: Vector3<f64>,
+}
+
+impl Twist {
+    /// At a point given from the centre of mass [m/s].
+    pub fn at(&self, arm: &Vector3<f64>) -> Vector3<f64> {
+        self.velocity + self.spin.cross(arm)
+    }
+}
+
 impl RigidBody {
     /// Places a projectile so that its surface is `standoff` away from the plane Z = 0 and its line of flight meets
     /// that plane at the point asked for.
@@ -142,23 +158,28 @@ impl RigidBody {
         0.5 * self.mass * self.velocity.norm_squared()
     }
 
-    /// Velocity of the body's material at a point given from the centre of mass [m/s].
-    pub fn velocity_at(&self, arm: &Vector3<f64>) -> Vector3<f64> {
-        self.velocity + self.angular_velocity().cross(arm)
+    /// How the body moves now.
+    pub fn twist(&self) -> Twist {
+        Twist { velocity: self.velocity, spin: self.angular_velocity() }
     }
 
     /// Gap and outward normal (world frame) at a point [m].
     pub fn gap(&self, point: &Vector3<f64>) -> (f64, Vector3<f64>) {
-        let local = self.orientation.inverse_transform_vector(&(point - self.position));
+        let local = self.to_body(point);
         let SignedDistance { distance, normal } = projectile_shape::gap(&self.body.profile, local.into());
         (distance, self.orientation.transform_vector(&Vector3::from(normal)))
     }
 
-    /// The gap and normal that contact acts on at a point; see [`projectile_shape::contact_distance`].
-    pub(crate) fn contact_distance(&self, point: &Vector3<f64>) -> (f64, Vector3<f64>) {
-        let local = self.orientation.inverse_transform_vector(&(point - self.position));
+    /// A point in the body's frame [m].
+    pub(crate) fn to_body(&self, point: &Vector3<f64>) -> Vector3<f64> {
+        self.orientation.inverse_transform_vector(&(point - self.position))
+    }
+
+    /// The gap and normal (world frame) that contact acts on at a point of the body's frame [m]; see
+    /// [`projectile_shape::contact_distance`].
+    pub(crate) fn contact_distance(&self, local: &Vector3<f64>) -> (f64, Vector3<f64>) {
         let SignedDistance { distance, normal } =
-            projectile_shape::contact_distance(&self.body.profile, local.into(), self.rim_depth);
+            projectile_shape::contact_distance(&self.body.profile, (*local).into(), self.rim_depth);
         (distance, self.orientation.transform_vector(&Vector3::from(normal)))
     }
 

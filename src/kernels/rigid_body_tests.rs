@@ -54,7 +54,7 @@ fn velocities_energies_and_bounds_are_those_of_every_point() {
         later.position + later.orientation * body.orientation.inverse_transform_vector(&arm)
     };
     let velocity = (moved(1e-9) - moved(-1e-9)) / 2e-9;
-    assert!((body.velocity_at(&arm) - velocity).norm() < 1e-3, "{velocity}");
+    assert!((body.twist().at(&arm) - velocity).norm() < 1e-3, "{velocity}");
     assert!((body.speed_bound() - (155.0 + 38e6_f64.sqrt() * body.body.bounding_radius)).abs() < 1e-9);
     let translation = 0.5 * 3e-3 * 155.0_f64.powi(2);
     let turning = 0.5 * body.angular_velocity().dot(&(body.inertia() * body.angular_velocity()));

@@ -11,7 +11,7 @@ use super::{Context, neighbours};
 use crate::kernels::node_update::{self, field as node};
 use crate::kernels::projectile_contact::{self, ContactPoint};
 use crate::kernels::projectile_rim::{EdgeConstraint, Rim};
-use crate::kernels::rigid_body::RigidBody;
+use crate::kernels::rigid_body::{RigidBody, Twist};
 use crate::math::scalar::Scalar;
 use crate::model::{Model, over, over::SIDES};
 use crate::solver::state::{State, split};
@@ -26,10 +26,45 @@ pub(super) struct ProjectileContact {
     pub(super) near: Vec<[u32; 3]>,
     /// How far nodes and body may still approach each other before `near` is stale [m].
     pub(super) reserve: f64,
+    edges: Edges,
+    /// By place of `edges`, in this step.
+    seen: Vec<SeenNode>,
     points: Vec<ContactPoint>,
     /// Where the rim crosses edges of elements.
     crossings: Vec<ContactPoint>,
     rim: Rim,
+}
+
+/// Edges from near nodes along rows and columns. They stay the same as long as `near` does.
+#[derive(Default)]
+struct Edges {
+    /// Ply, row and column of the near nodes, then of what else is at an end of an edge.
+    places: Vec<[usize; 3]>,
+    /// By near node: the next along its row, along its column; `None` at the edge of the ply.
+    next: Vec<[Option<usize>; 2]>,
+}
+
+impl Edges {
+    /// Of nodes in storage order.
+    fn of<S: Scalar>(model: &Model<S>, near: &[[u32; 3]]) -> Self {
+        let mut places: Vec<_> = near.iter().map(|place| place.map(|at| at as usize)).collect();
+        let mut next = Vec::with_capacity(near.len());
+        for at in 0..near.len() {
+            let [ply, row, column] = places[at];
+            let mesh = &model.ply_type(ply).mesh;
+            next.push([[ply, row, column + 1], [ply, row + 1, column]].map(|place| {
+                let found = places[..near.len()].binary_search(&place).ok();
+                let is_there = place[1] <= mesh.rows && place[2] <= mesh.columns;
+                found.or_else(|| {
+                    is_there.then(|| {
+                        places.push(place);
+                        places.len() - 1
+                    })
+                })
+            }));
+        }
+        Self { places, next }
+    }
 }
 
 /// A node, or a point between two, as the body sees it.
@@ -42,6 +77,15 @@ struct Seen {
     free: Vector3<f64>,
     /// Thickness of the fabric between it and the struck side [m].
     between: f64,
+}
+
+/// A node in one step.
+struct SeenNode {
+    seen: Seen,
+    /// Without the fabric between, in the body's frame [m].
+    pressed: Vector3<f64>,
+    /// Place among the points of contact.
+    point: Option<usize>,
 }
 
 impl ProjectileContact {
@@ -57,7 +101,12 @@ impl ProjectileContact {
             self.reserve = NEAR_STEPS * travel;
             let edge = if model.edges { body.rim_depth } else { 0.0 };
             self.near = near_nodes(model, context.state, body, self.reserve + travel + edge);
+            self.edges = Edges::default();
         }
+        if self.edges.next.len() != self.near.len() {
+            self.edges = Edges::of(model, &self.near);
+        }
+        self.look_around(context, body);
         self.gather_points(context, body, nothing);
         if model.edges {
             self.gather_rim(context, body, nothing);
@@ -92,26 +141,39 @@ impl ProjectileContact {
         }
     }
 
+    /// Looks at the near nodes, and at the other ends of their edges where these matter.
+    fn look_around<S: Scalar>(&mut self, context: &Context<'_, S>, body: &RigidBody) {
+        let (model, state) = (context.model, &*context.state);
+        let count = if model.edges { self.edges.places.len() } else { self.near.len() };
+        self.seen.clear();
+        self.seen.extend(self.edges.places[..count].iter().map(|place| {
+            let seen = look(model, state, *place);
+            let pressed = seen.position - Vector3::new(0.0, 0.0, seen.between);
+            SeenNode { pressed: body.to_body(&pressed), seen, point: None }
+        }));
+    }
+
     /// The nodes that may touch the body in this step.
     fn gather_points<S: Scalar>(&mut self, context: &mut Context<'_, S>, body: &RigidBody, nothing: &[S]) {
         let (model, state) = (context.model, &*context.state);
+        let approach = Approach::of(body, model.dt);
         self.points.clear();
-        for place in &self.near {
-            let [ply, row, column] = place.map(|at| at as usize);
+        for (place, node) in self.edges.places[..self.near.len()].iter().zip(&mut self.seen) {
+            let [ply, row, column] = *place;
             if !node_stands(model, state, ply, row, column) {
                 continue;
             }
-            let mut seen = look(model, state, [ply, row, column]);
-            let pressed = seen.position - Vector3::new(0.0, 0.0, seen.between);
-            (seen.gap, seen.normal) = body.contact_distance(&pressed);
-            context.totals.penetration = context.totals.penetration.max(-seen.gap);
-            if stays_away(&seen, body, model.dt) {
+            let (gap, normal) = body.contact_distance(&node.pressed);
+            context.totals.penetration = context.totals.penetration.max(-gap);
+            let seen = Seen { gap, normal, ..node.seen };
+            if approach.misses(&seen) {
                 continue;
             }
-            let point = contact_point(context, body, nothing, [ply, row, column], &seen);
+            let point = contact_point(context, body, nothing, *place, &seen);
             if body.prescribed && !point.is_free() {
                 continue; // both are held, and no finite impulse would change that
             }
+            node.point = Some(self.points.len());
             self.points.push(point);
         }
     }
@@ -120,66 +182,65 @@ impl ProjectileContact {
     /// ends of the edges join the others, far away where they do not touch the body themselves.
     fn gather_rim<S: Scalar>(&mut self, context: &Context<'_, S>, body: &RigidBody, nothing: &[S]) {
         let (model, state) = (context.model, &*context.state);
-        self.crossings.clear();
-        self.rim.clear();
-        let places = std::mem::take(&mut self.near);
-        for &[ply, row, column] in &places {
-            let mesh = &model.ply_type(ply as usize).mesh;
-            for next in [[ply, row, column + 1], [ply, row + 1, column]] {
-                let ends = [[ply, row, column], next].map(|place| place.map(|at| at as usize));
-                let [_, r, c] = ends[1];
-                if r > mesh.rows || c > mesh.columns || !edge_stands(model, state, ends) {
+        let Self { edges, seen, points, crossings, rim, .. } = self;
+        crossings.clear();
+        rim.clear();
+        let (profile, axis) = (&body.body.profile, body.orientation.transform_vector(&Vector3::z()));
+        let approach = Approach::of(body, model.dt);
+        let all = edges.next.iter().enumerate();
+        for ends in all.flat_map(|(from, next)| next.iter().flatten().map(move |to| [from, *to])) {
+            let [from, to] = ends.map(|end| seen[end].pressed);
+            if profile.is_off_rim(from.into(), to.into()) {
+                continue;
+            }
+            let places = ends.map(|end| edges.places[end]);
+            for at in profile.rim_crossings(from.into(), to.into()).into_iter().filter(|at| !at.is_nan()) {
+                if !edge_stands(model, state, places) {
+                    break;
+                }
+                let both = ends.map(|end| &seen[end].seen);
+                let mix = |read: fn(&Seen) -> Vector3<f64>| read(both[0]) * (1.0 - at) + read(both[1]) * at;
+                let crossing = Seen {
+                    gap: profile.height_over_face((from * (1.0 - at) + to * at).into()),
+                    normal: axis,
+                    position: mix(|end| end.position),
+                    free: mix(|end| end.free),
+                    between: both[0].between.max(both[1].between),
+                };
+                if crossing.gap < -body.rim_depth || approach.misses(&crossing) {
                     continue;
                 }
-                let seen = ends.map(|place| look(model, state, place));
-                let pressed = |end: &Seen| {
-                    let place = end.position - Vector3::new(0.0, 0.0, end.between);
-                    body.orientation.inverse_transform_vector(&(place - body.position))
+                let weights = [1.0 - at, at];
+                let as_met = |end: usize| contact_point(context, body, nothing, edges.places[end], &seen[end].seen);
+                let gives_way = |k: usize| {
+                    weights[k] > 0.0 && ContactPoint { normal: crossing.normal, ..as_met(ends[k]) }.is_free()
                 };
-                let [from, to] = [pressed(&seen[0]), pressed(&seen[1])];
-                let profile = &body.body.profile;
-                for at in profile.rim_crossings(from.into(), to.into()).into_iter().filter(|at| !at.is_nan()) {
-                    let mix = |read: fn(&Seen) -> Vector3<f64>| read(&seen[0]) * (1.0 - at) + read(&seen[1]) * at;
-                    let crossing = Seen {
-                        gap: profile.height_over_face((from * (1.0 - at) + to * at).into()),
-                        normal: body.orientation.transform_vector(&Vector3::z()),
-                        position: mix(|end| end.position),
-                        free: mix(|end| end.free),
-                        between: seen[0].between.max(seen[1].between),
-                    };
-                    if crossing.gap < -body.rim_depth || stays_away(&crossing, body, model.dt) {
-                        continue;
-                    }
-                    let weights = [1.0 - at, at];
-                    let gives_way = |end: usize| {
-                        let point = contact_point(context, body, nothing, ends[end], &seen[end]);
-                        weights[end] > 0.0 && ContactPoint { normal: crossing.normal, ..point }.is_free()
-                    };
-                    if body.prescribed && !gives_way(0) && !gives_way(1) {
-                        continue; // as above
-                    }
-                    let nodes = [0, 1].map(|end| {
-                        let known = self.points.iter().position(|p| [p.ply, p.row, p.column] == ends[end]);
-                        known.unwrap_or_else(|| {
-                            self.points.push(contact_point(context, body, nothing, ends[end], &seen[end]));
-                            self.points.len() - 1
-                        })
-                    });
-                    let constraint = EdgeConstraint { nodes, weights };
-                    for node in nodes {
-                        self.points[node].shared = true;
-                    }
-                    let mut point = contact_point(context, body, nothing, ends[0], &crossing);
-                    point.before = constraint.between(|node| self.points[node].before);
-                    point.part = nodes.map(|node| self.points[node].part).into_iter().fold(0.0, f64::max);
-                    point.shared = true;
-                    self.crossings.push(point);
-                    self.rim.constraints.push(constraint);
+                if body.prescribed && !gives_way(0) && !gives_way(1) {
+                    continue; // as above
                 }
+                let nodes = ends.map(|end| match seen[end].point {
+                    Some(point) => point,
+                    None => {
+                        let point = as_met(end);
+                        points.push(point);
+                        points.len() - 1
+                    }
+                });
+                for (end, node) in ends.into_iter().zip(nodes) {
+                    seen[end].point = Some(node);
+                    points[node].shared = true;
+                }
+                let constraint = EdgeConstraint { nodes, weights };
+                let point = ContactPoint {
+                    before: constraint.between(|node| points[node].before),
+                    part: nodes.map(|node| points[node].part).into_iter().fold(0.0, f64::max),
+                    ..at_place(points[nodes[0]].clone(), model, body, &crossing)
+                };
+                crossings.push(point);
+                rim.constraints.push(constraint);
             }
         }
-        self.points.append(&mut self.crossings);
-        self.near = places;
+        points.append(crossings);
     }
 }
 
@@ -196,11 +257,26 @@ fn look<S: Scalar>(model: &Model<S>, state: &State<S>, [ply, row, column]: [usiz
     }
 }
 
-/// Whether a point cannot touch the body within the step.
-fn stays_away(seen: &Seen, body: &RigidBody, dt: f64) -> bool {
-    let approach = (seen.free - body.velocity_at(&(seen.position - body.position))).dot(&seen.normal);
-    // A body that turns under impulses may reach a little further than its velocity now tells.
-    seen.gap + dt * (approach - 0.1 * body.speed_bound()) > 0.0
+/// How a body moves in a step.
+struct Approach {
+    position: Vector3<f64>,
+    twist: Twist,
+    /// What the body may gain at any place under impulses [m/s].
+    gain: f64,
+    dt: f64,
+}
+
+impl Approach {
+    fn of(body: &RigidBody, dt: f64) -> Self {
+        // A body that turns under impulses may reach a little further than its velocity now tells.
+        Self { position: body.position, twist: body.twist(), gain: 0.1 * body.speed_bound(), dt }
+    }
+
+    /// Whether it cannot touch a point within the step.
+    fn misses(&self, seen: &Seen) -> bool {
+        let approach = (seen.free - self.twist.at(&(seen.position - self.position))).dot(&seen.normal);
+        seen.gap + self.dt * (approach - self.gain) > 0.0
+    }
 }
 
 /// A node as contact sees it.
@@ -219,26 +295,39 @@ fn contact_point<S: Scalar>(
     let around = neighbours(model, &state.elements, nothing, ply, row);
     let force = node_update::gather(S::splat(0.0), &around, column).map(Scalar::to_f64);
     let force = Vector3::from(ply_type.mesh.to_pack(force));
-    let mut point = ContactPoint {
+    let point = ContactPoint {
         ply,
         row,
         column,
-        signed_distance: seen.gap,
-        normal: seen.normal,
-        arm: seen.position - body.position,
+        signed_distance: 0.0,
+        normal: Vector3::zeros(),
+        arm: Vector3::zeros(),
         before: seen.free - inverse.component_mul(&force) * context.kick(),
-        free: seen.free,
+        free: Vector3::zeros(),
         inverse,
         mass: m.mass[column].to_f64(),
         part: ply_type.mesh.part_of(row, column),
-        // What the projectile rubs against is the fabric it touches; further plies rub against each other.
-        friction: if seen.between > 0.0 { model.friction.min(model.ply_friction) } else { model.friction },
+        friction: 0.0,
         effective_mass: 0.0,
         normal_impulse: 0.0,
         friction_impulse: Vector3::zeros(),
         edge_impulse: Vector3::zeros(),
         active: false,
         shared: false,
+    };
+    at_place(point, model, body, seen)
+}
+
+/// A point with the masses of a node, at what is seen.
+fn at_place<S: Scalar>(node: ContactPoint, model: &Model<S>, body: &RigidBody, seen: &Seen) -> ContactPoint {
+    let mut point = ContactPoint {
+        signed_distance: seen.gap,
+        normal: seen.normal,
+        arm: seen.position - body.position,
+        free: seen.free,
+        // What the projectile rubs against is the fabric it touches; further plies rub against each other.
+        friction: if seen.between > 0.0 { model.friction.min(model.ply_friction) } else { model.friction },
+        ..node
     };
     point.set_kappa(body.mass);
     point

@@ -45,7 +45,7 @@ fn a_point_on_an_edge_moves_both_nodes_and_conserves_both_momenta() {
     assert!(((far.z / near.z) - 1.0 / 3.0).abs() < 1e-9, "{near} {far}");
     let between = near * 0.75 + far * 0.25;
     let lag = SHARED * (0.75 * 0.75 + 0.25 * 0.25) / 4e-5 * points[2].normal_impulse;
-    assert!((between.z - body.velocity_at(&points[2].arm).z + lag).abs() < 1e-9, "{between} {lag}");
+    assert!((between.z - body.twist().at(&points[2].arm).z + lag).abs() < 1e-9, "{between} {lag}");
     assert!(between.x < 1.0 && totals.friction > 0.0 && totals.dissipation > 0.0, "{totals:?}");
     assert_eq!(totals.touching, 1);
 }
