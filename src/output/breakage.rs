@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use crate::case::{Case, Layer};
+use crate::case::{Case, Edge, Layer};
 use crate::run::Run;
 use crate::run::outcome::Outcome;
 
@@ -23,7 +23,7 @@ pub struct Breakage {
     pub at_edges: usize,
     /// The rest.
     pub elsewhere: usize,
-    /// Of those at edges, the ones that decide: in a perforation those that broke before the last piece at the hit, else all.
+    /// Of those at edges that are held, the ones that decide: in a perforation those that broke before the last piece at the hit, else all.
     pub torn_off: usize,
 }
 
@@ -46,7 +46,7 @@ impl Breakage {
         let hit = case.projectile.as_ref().map(|p| (p.offset, HIT * p.shape.diameter()));
         let mut broken: [BTreeSet<(u32, usize)>; 2] = Default::default();
         let mut found = Self::default();
-        let (mut last_at_hit, mut at_edges) = (0, Vec::new());
+        let (mut last_at_hit, mut at_held) = (0, Vec::new());
         for event in &run.events {
             let Some(ply) = plies.get(event.ply as usize) else { continue };
             let element = [event.i as usize, event.j as usize];
@@ -58,15 +58,17 @@ impl Breakage {
             if near_hit {
                 found.at_hit += 1;
                 last_at_hit = last_at_hit.max(event.step);
-            } else if ply.is_at_edge(element) {
-                at_edges.push(event.step);
+            } else if ply.is_at_edge(element, |_| true) {
+                found.at_edges += 1;
+                if ply.is_at_edge(element, |edge| edge != Edge::Free) {
+                    at_held.push(event.step);
+                }
             } else {
                 found.elsewhere += 1;
             }
         }
-        found.at_edges = at_edges.len();
         let decides = |step: &&u64| run.outcome != Outcome::Perforated || **step < last_at_hit;
-        found.torn_off = at_edges.iter().filter(decides).count();
+        found.torn_off = at_held.iter().filter(decides).count();
         found.yarns = broken.map(|yarns| yarns.len());
         found
     }
@@ -81,6 +83,8 @@ struct PlyLayout {
     middles: [Vec<f64>; 2],
     /// Cosine and sine of the warp's angle.
     turn: [f64; 2],
+    /// Left and right, bottom and top.
+    sides: [[Edge; 2]; 2],
 }
 
 impl PlyLayout {
@@ -88,7 +92,9 @@ impl PlyLayout {
         let side = case.pack.crossovers_along_element();
         let lines = layer.node_lines().map(|lines| lines.into_iter().map(|line| line * side).collect());
         let (s, c) = layer.orientation.sin_cos();
-        Self { lines, middles: layer.middles(), turn: [c, s] }
+        let edges = layer.edges;
+        let sides = [[edges.left, edges.right], [edges.bottom, edges.top]];
+        Self { lines, middles: layer.middles(), turn: [c, s], sides }
     }
 
     /// Numbers of the yarns that cross an element of this column or row. An element no wider than a yarn has the one at its middle.
@@ -109,11 +115,13 @@ impl PlyLayout {
         (c * x - s * y - place[0]).hypot(s * x + c * y - place[1])
     }
 
-    fn is_at_edge(&self, element: [usize; 2]) -> bool {
+    /// Whether an element begins near a side of the ply that `counts`. The outermost always does, however long it is.
+    fn is_at_edge(&self, element: [usize; 2], counts: impl Fn(Edge) -> bool) -> bool {
         [0, 1].into_iter().any(|axis: usize| {
-            let lines = &self.lines[axis];
+            let (lines, [low, high]) = (&self.lines[axis], self.sides[axis]);
             let (first, last) = (lines[0], lines[lines.len() - 1]);
-            lines[element[axis] + 1] <= first + EDGE + 1e-6 || lines[element[axis]] >= last - EDGE - 1e-6
+            (counts(low) && lines[element[axis]] < first + EDGE - 1e-6)
+                || (counts(high) && lines[element[axis] + 1] > last - EDGE + 1e-6)
         })
     }
 }

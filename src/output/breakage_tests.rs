@@ -31,8 +31,12 @@ fn elements_of_a_crossover_are_one_yarn_and_an_element_of_several_has_several() 
 #[test]
 fn places_are_at_the_edge_or_so_far_from_the_hit() {
     let even = ply(r#""elements_per_crossover": 1"#);
-    assert!(even.is_at_edge([0, 8]) && even.is_at_edge([1, 8]) && even.is_at_edge([8, 15]));
-    assert!(!even.is_at_edge([2, 8]) && !even.is_at_edge([8, 13]));
+    let at_edge = |ply: &PlyLayout, element| ply.is_at_edge(element, |_| true);
+    assert!(at_edge(&even, [0, 8]) && at_edge(&even, [1, 8]) && at_edge(&even, [8, 15]));
+    assert!(!at_edge(&even, [2, 8]) && !at_edge(&even, [8, 13]));
+    // An element of four crossovers lies at the edge too.
+    let coarse = ply(r#""crossovers_per_element": 4"#);
+    assert!(at_edge(&coarse, [0, 1]) && at_edge(&coarse, [2, 3]) && !at_edge(&coarse, [1, 2]));
     // The middle of the element beside the centre is half a crossover off both ways.
     assert!((even.distance([8, 8], [0.0, 0.0]) - 0.635e-3 * 2.0_f64.sqrt()).abs() < 1e-9);
 }
@@ -60,4 +64,8 @@ fn fabric_that_tears_off_its_frame_before_it_breaks_at_the_hit_is_warned_of() {
     // What breaks behind a projectile that is through decides nothing.
     assert_eq!(with(Outcome::Perforated, &[hit(1), edge(2), edge(3)]), (false, "0".to_owned()));
     assert_eq!(with(Outcome::Perforated, &[edge(2), edge(3), hit(4), edge(5)]), (true, "2".to_owned()));
+    // No frame is there to tear off where a side is free.
+    let free = crate::case::shipped(&[&sets[..], &[r#"/pack/edges={"left": "free"}"#]].concat());
+    let broken = Breakage::of(&free, &Run { events: vec![hit(1), edge(2), edge(3)], ..run.clone() });
+    assert_eq!((broken.at_edges, broken.torn_off), (2, 0));
 }
