@@ -1,6 +1,9 @@
 // element_geometry: what of the element kernel's constants depends on the size of an element.
 // Twin: src/kernels/element_geometry.rs
 
+/// Length of an element above which its shock viscosity grows no more, over that of the finest.
+const VISCOUS_LENGTH: f32 = 8.0;
+
 /// The constants of an element's own size; otherwise as in `Scene`.
 struct ElementGeometry {
     gradient_x: f32,
@@ -43,9 +46,9 @@ fn geometry_of(element: u32) -> ElementGeometry {
         finest.membrane_weft * x.width,
         finest.half_length_warp * y.width,
         finest.half_length_weft * x.width,
-        scene.hourglass_warp * y.width * x.per_width + scene.hourglass_weft * y.per_width * x.width,
-        finest.viscosity_warp * x.width,
-        finest.viscosity_weft * y.width,
+        scene.hourglass_warp * x.per_width * x.per_width + scene.hourglass_weft * y.per_width * y.per_width,
+        finest.viscosity_warp * min(x.width, VISCOUS_LENGTH),
+        finest.viscosity_weft * min(y.width, VISCOUS_LENGTH),
         finest.cells * y.width * x.width,
         finest.area * y.width * x.width);
 }

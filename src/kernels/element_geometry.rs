@@ -3,6 +3,10 @@
 use crate::kernels::element_force::ElementConstants;
 use crate::math::scalar::Real;
 
+/// Length of an element above which its shock viscosity grows no more, over that of the finest [-]. Viscosity in proportion to the length takes
+/// energy from smooth waves too: with elements of 24 times the finest 5 of 154 J of a shot at four plies (benches/NOTES.md).
+pub const VISCOUS_LENGTH: f64 = 8.0;
+
 /// The constants of an element's own size, otherwise as in [`ElementConstants`].
 #[derive(Clone, Copy)]
 pub(crate) struct ElementGeometry<R> {
@@ -25,8 +29,10 @@ impl<R: Real> ElementGeometry<R> {
             gradient: [c.gradient[0], c.gradient[1] * per_size],
             membrane: [c.membrane[0] * size, c.membrane[1]],
             half_length: [c.half_length[0] * size, c.half_length[1]],
-            hourglass: [c.hourglass[0] * size, c.hourglass[1] * per_size],
-            viscosity: [c.viscosity[0], c.viscosity[1] * size],
+            // A surface twisted alike has a mode in proportion to the area: with a stiffness in proportion to its inverse coarse elements
+            // hold no more hourglass energy than fine ones.
+            hourglass: [c.hourglass[0], c.hourglass[1] * per_size * per_size],
+            viscosity: [c.viscosity[0], c.viscosity[1] * c.area.splat_like(height.min(VISCOUS_LENGTH))],
             mode_share: c.mode_share,
             cells: c.cells * size,
             area: c.area * size,
@@ -40,8 +46,8 @@ impl<R: Real> ElementGeometry<R> {
             gradient: [self.gradient[0] * per_width, self.gradient[1]],
             membrane: [self.membrane[0], self.membrane[1] * width],
             half_length: [self.half_length[0], self.half_length[1] * width],
-            hourglass: [self.hourglass[0] * per_width, self.hourglass[1] * width],
-            viscosity: [self.viscosity[0] * width, self.viscosity[1]],
+            hourglass: [self.hourglass[0] * per_width * per_width, self.hourglass[1]],
+            viscosity: [self.viscosity[0] * width.min(width.splat_like(VISCOUS_LENGTH)), self.viscosity[1]],
             mode_share: self.mode_share,
             cells: self.cells * width,
             area: self.area * width,
