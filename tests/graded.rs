@@ -270,5 +270,5 @@ fn what_cannot_be_graded_is_refused_by_name() {
     // The yawed, oblique and the off-centre shot keep their elements fine where the projectile goes.
     let fields = case::from_str("t", &text(&json!({"mesh_grading": "graded"}), true), &[]).unwrap().fields;
     let radius = fields.iter().find(|field| field.pointer == "/pack/mesh_grading/fine_radius_mm").unwrap();
-    assert_eq!(radius.value, "12");
+    assert_eq!(radius.value, "6");
 }

@@ -19,11 +19,8 @@ const LONGEST: f64 = 1e-3;
 /// Length along a yarn over which its failure is judged [m]; assumed. Measured in benches/NOTES.md.
 const FAILURE_LENGTH: f64 = 0.9e-3;
 /// Elements along a side of a crossover around the hit, and where the result is to be converged.
-const FINE: u32 = 2;
-const CONVERGED: u32 = 4;
-/// Times as many under a point, which meets few nodes: with two elements the limit of an oblique cone is 65, with four 84 m/s
-/// (`benches/NOTES.md`).
-const UNDER_POINT: u32 = 2;
+const FINE: u32 = 4;
+const CONVERGED: u32 = 8;
 
 /// A case from its document, fabric inlined and changes applied; `as_run` and the names are the caller's.
 pub(super) fn case(map: &Map<String, Value>) -> Result<Case, CaseError> {
@@ -203,11 +200,10 @@ fn pack(
     let elements_per_crossover = match scope.given("elements_per_crossover") {
         Some(_) => scope.whole("elements_per_crossover")?,
         None => {
-            let times = if projectile.is_some_and(|p| p.shape.is_pointed()) { UNDER_POINT } else { 1 };
             let count = match (refined, solver.accuracy) {
                 (false, _) => 1,
-                (true, Accuracy::Default) => times * FINE,
-                (true, Accuracy::Converged) => times * CONVERGED,
+                (true, Accuracy::Default) => FINE,
+                (true, Accuracy::Converged) => CONVERGED,
             };
             scope.derive_value("elements_per_crossover", count.to_string(), false)?;
             count

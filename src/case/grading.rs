@@ -6,7 +6,7 @@ use super::value::millimetres;
 use super::{Layer, LinesFrom, Projectile, Shape};
 
 /// Fine elements reach this far from the projectile's wall by default, over its radius [-].
-const FINE_RADII: f64 = 3.0;
+const FINE_RADII: f64 = 1.0;
 /// Places closer than this to a line of nodes are on it, over the element length [-].
 const ON_LINE: f64 = 1e-6;
 

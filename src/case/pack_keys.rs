@@ -9,8 +9,8 @@ use super::{Edge, LinesFrom};
 /// Plies of a pack at most.
 pub(super) const MAX_PLIES: u32 = 64;
 /// Where the mesh comes from.
-const MESH: &str = "numerics and accuracy: around a free projectile's hit two elements per crossover (converged: four; a cone or an \
-    ogive: twice as many), graded beyond; one even element for the paper's numerics, a bar, no projectile, or several crossovers per element";
+const MESH: &str = "numerics and accuracy: around a free projectile's hit four elements per crossover (converged: eight), \
+    graded beyond; one even element for the paper's numerics, a bar, no projectile, or several crossovers per element";
 
 pub(super) static PACK: &[CaseKey] = &[
     key(
@@ -72,11 +72,11 @@ static GRADING: &[CaseKey] = &[
         "Up to this distance from the projectile's way through the pack, along warp and weft, elements have \
         crossovers_per_element.",
     )
-    .derived("four radii of the projectile, and as far as a yawed tail swings out"),
+    .derived("two radii of the projectile, and as far as a yawed tail swings out"),
     number("growth_ratio", NONE, within(1.0, 2.0), "Largest ratio of the lengths of neighbouring elements.")
-        .default(1.15, "measured: smaller ones keep the outcome no better"),
+        .default(1.2, "measured: smaller ones keep the outcome no better"),
     key("max_crossovers", KeyType::Whole(1, 64), "Crossovers along a side of the largest elements.")
-        .default(2.0, "measured: larger ones tangle with what is torn"),
+        .default(6.0, "measured: smaller ones keep the outcome no better"),
     word(
         "lines_from",
         LinesFrom::WORDS,

@@ -177,8 +177,7 @@ fn the_report_names_every_field_with_its_source() {
     let case = case::read(Path::new("cases/s720-1ply-155.json"), &[]).unwrap();
     let report = case::report(&case);
     assert!(
-        report
-            .starts_with("Kevlar 129 S-720, 1 ply, RCC at 155 m/s\n1 ply, 116 × 116 elements from 0.6350 × 0.6350 mm"),
+        report.starts_with("Kevlar 129 S-720, 1 ply, RCC at 155 m/s\n1 ply, 86 × 86 elements from 0.3175 × 0.3175 mm"),
         "{report}"
     );
     for field in &case.fields {

@@ -55,7 +55,7 @@ fn limit(device: &Device, case: &Case, request: &V50Request, path: &Path, resume
 }
 
 fn request(design: Design, count: u32, refined: u32) -> V50Request {
-    let (bracket, velocity, sigma) = (0.08, [100.0, 300.0], 20.0);
+    let (bracket, velocity, sigma) = (0.04, [100.0, 300.0], 20.0);
     V50Request { design, count, until_width: None, bracket, velocity, sigma, refined, fit: FIT }
 }
 
