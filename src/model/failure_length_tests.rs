@@ -16,10 +16,11 @@ fn windows(part: bool, sets: &[&str]) -> [Windows; 2] {
 
 #[test]
 fn yarns_are_counted_from_the_hit_wherever_it_is() {
-    let aimed = windows(false, &[]);
+    let mesh = ["/pack/elements_per_crossover=2", "/pack/mesh_grading={\"fine_radius_mm\": 11}"];
+    let aimed = windows(false, &mesh);
     for offset in ["[0.3, 0]", "[0.635, 0]", "[1.0, 0]"] {
         let offset = format!("/projectile/offset_mm={offset}");
-        let shifted = windows(false, &[&offset]);
+        let shifted = windows(false, &[&mesh[..], &[&offset]].concat());
         // Around the hit the wefts, beside each other along warp, have the same elements.
         let of = |windows: &[Windows; 2]| {
             let wefts = &windows[1];

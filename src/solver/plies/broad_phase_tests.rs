@@ -14,7 +14,8 @@ fn pack(angles: [f64; 3], more: &[&str]) -> case::Case {
     let text = format!(
         r#"{{"title": "t", "fabric": {{"file": "fabrics/s-720.json"}}, "solver": {{"end_time_us": 1}},
         "projectile": {{"shape": "cylinder", "diameter_mm": 5.5, "length_mm": 10, "mass_g": 1, "velocity_m_s": 100}},
-        "pack": {{"width_mm": 41, "height_mm": 41, "layup": [{{"plies": 1, "orientation_deg": {a}}},
+        "pack": {{"width_mm": 41, "height_mm": 41, "elements_per_crossover": 2,
+        "mesh_grading": {{"fine_radius_mm": 11, "growth_ratio": 1.15, "max_crossovers": 2}}, "layup": [{{"plies": 1, "orientation_deg": {a}}},
         {{"plies": 1, "orientation_deg": {b}}}, {{"plies": 1, "orientation_deg": {c}}}]}}}}"#
     );
     let sets: Vec<String> = more.iter().map(|set| (*set).to_owned()).collect();
@@ -147,9 +148,7 @@ fn part<S: solver::KernelScalar>(case: &case::Case, symmetry: bool) -> f64 {
 fn what_is_kept_would_be_left_alone() {
     let layups = [[0.0; 3], [0.0, 90.0, 0.0], [90.0, 0.0, -90.0], [90.0; 3]];
     for angles in layups {
-        for (more, symmetry) in
-            [(&[][..], false), (&[], true), (&["/pack/mesh_grading={\"fine_radius_mm\": 5}"], false)]
-        {
+        for (more, symmetry) in [(&[][..], false), (&[], true), (&["/pack/mesh_grading/fine_radius_mm=5"], false)] {
             let case = pack(angles, more);
             let parts = [part::<f64>(&case, symmetry), part::<f32>(&case, symmetry)];
             assert!(parts.iter().all(|part| (0.02..0.3).contains(part)), "{angles:?} {more:?} {symmetry} {parts:?}");

@@ -7,8 +7,8 @@ use crate::{case, model::Model};
 fn scene(symmetry: bool) -> (Model<f64>, State<f64>) {
     let text = r#"{"title": "t", "fabric": {"file": "fabrics/s-720.json"}, "solver": {"end_time_us": 1},
         "projectile": {"shape": "cylinder", "diameter_mm": 5.5, "length_mm": 10, "mass_g": 1, "velocity_m_s": 100},
-        "pack": {"width_mm": 25.4, "height_mm": 25.4, "layup": [{"plies": 1, "orientation_deg": 0},
-        {"plies": 1, "orientation_deg": 90}],
+        "pack": {"width_mm": 25.4, "height_mm": 25.4, "elements_per_crossover": 2, "mesh_grading": "none",
+        "layup": [{"plies": 1, "orientation_deg": 0}, {"plies": 1, "orientation_deg": 90}],
         "edges": {"left": "roller", "right": "roller", "bottom": "clamped", "top": "clamped"}}}"#;
     let case = case::from_str("pack", text, &[]).unwrap_or_else(|error| unreachable!("{error}"));
     solver::set_up::<f64>(&case, symmetry).unwrap_or_else(|error| unreachable!("{error}"))
