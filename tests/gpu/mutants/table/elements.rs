@@ -309,6 +309,18 @@ pub(super) const MUTANTS: &[Mutant] = &[
         "finest.viscosity_weft * min(y.width, VISCOUS_LENGTH)",
         "finest.viscosity_weft",
     ),
+    mutant(
+        "viscosity of any length along warp",
+        "graded to elements too long for their viscosity",
+        "min(x.width, VISCOUS_LENGTH)",
+        "x.width",
+    ),
+    mutant(
+        "viscosity of any length along weft",
+        "graded to elements too long for their viscosity",
+        "min(y.width, VISCOUS_LENGTH)",
+        "y.width",
+    ),
     mutant("warp strain of the finest", "graded", "finest.gradient_x * x.per_width", "finest.gradient_x"),
     mutant("weft strain of the finest", "graded", "finest.gradient_y * y.per_width", "finest.gradient_y"),
     mutant("warp force of the finest", "graded", "finest.membrane_warp * y.width", "finest.membrane_warp"),
