@@ -137,8 +137,7 @@ pub struct ContactTotals {
 /// those of the rim, as many as it has constraints.
 pub fn resolve(body: &mut RigidBody, points: &mut [ContactPoint], rim: &mut Rim, dt: f64) -> ContactTotals {
     let start = body.clone();
-    rim.share_masses(points, body.mass);
-    rim.propagate(points);
+    rim.begin(points, body.mass);
     let twist = start.twist();
     for p in points.iter_mut() {
         p.active = p.free.dot(&p.normal) - twist.at(&p.arm).dot(&p.normal) < closing_limit(p, dt);

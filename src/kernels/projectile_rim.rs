@@ -50,7 +50,7 @@ pub struct Rim {
     pub constraints: Vec<EdgeConstraint>,
     /// Those that push and share nodes.
     members: Vec<usize>,
-    /// Those of which `factors` and `motions` are.
+    /// Those of which `factors` and `motions` are, in this step.
     factored: Vec<usize>,
     /// Ply by ply K, then its Cholesky factor: lower triangle by rows [1/kg].
     factors: Vec<f64>,
@@ -66,7 +66,13 @@ impl Rim {
     /// Forgets every point.
     pub fn clear(&mut self) {
         self.constraints.clear();
+    }
+
+    /// Begins a step: nothing is known of its equations yet.
+    pub(crate) fn begin(&mut self, points: &mut [ContactPoint], body_mass: f64) {
         self.factored.clear();
+        self.share_masses(points, body_mass);
+        self.propagate(points);
     }
 
     /// Nodes that a point moves, with weights.

@@ -195,22 +195,19 @@ impl Outline<f64> {
         self.is_flat() && self.chisel.is_none() && !self.bar
     }
 
-    /// Whether a straight line surely crosses the cylinder through the rim of a flat face nowhere between its ends, which are inside or on one
-    /// side of it: cheaper than [`Self::rim_crossings`].
-    #[inline]
-    pub(crate) fn is_off_rim(&self, from: [f64; 3], to: [f64; 3]) -> bool {
-        let radius = self.corner[1][0];
-        let is_inside = |at: [f64; 3]| at[0] * at[0] + at[1] * at[1] < radius * radius;
-        let is_beside = |axis: usize| from[axis].min(to[axis]) > radius || from[axis].max(to[axis]) < -radius;
-        (is_inside(from) && is_inside(to)) || is_beside(0) || is_beside(1)
-    }
-
     /// Where a straight line crosses the cylinder through the rim of a flat face, as fractions of the way, ascending; NaN
     /// where it does not between its ends. Points in the body's frame [m].
     pub(crate) fn rim_crossings(&self, from: [f64; 3], to: [f64; 3]) -> [f64; 2] {
+        let radius = self.corner[1][0];
+        // Most edges near a rim lie inside, or on one side of it.
+        let is_inside = |at: [f64; 3]| at[0] * at[0] + at[1] * at[1] < radius * radius;
+        let is_beside = |axis: usize| from[axis].min(to[axis]) > radius || from[axis].max(to[axis]) < -radius;
+        if (is_inside(from) && is_inside(to)) || is_beside(0) || is_beside(1) {
+            return [f64::NAN; 2];
+        }
         let way = [to[0] - from[0], to[1] - from[1]];
         let dot = |a: [f64; 2], b: [f64; 2]| a[0] * b[0] + a[1] * b[1];
-        let (from, radius) = ([from[0], from[1]], self.corner[1][0]);
+        let from = [from[0], from[1]];
         let (square, half) = (dot(way, way), dot(from, way));
         let root = (half * half - square * (dot(from, from) - radius * radius)).sqrt();
         [-half - root, -half + root].map(|at| at / square).map(|at| if 0.0 < at && at < 1.0 { at } else { f64::NAN })

@@ -176,7 +176,7 @@ fn covered_by<S: Scalar>(
 ) -> bool {
     let shoulder = shoulder(body);
     let place = |point: Vector3<f64>| {
-        let local = body.orientation.inverse_transform_vector(&(point - body.position));
+        let local = body.to_body(&point);
         (local, if body.body.profile.bar { local.x.abs() } else { local.xy().norm() })
     };
     let ahead = |point: Vector3<f64>| {

@@ -113,7 +113,7 @@ pub(crate) fn hanging<S: Scalar>(model: &Model<S>, state: &State<S>, ply: usize)
     found
 }
 
-/// Whether no yarn of a ply is broken anywhere.
+/// Whether no yarn of a ply is broken anywhere. One that the fabric does not have links nothing, and counts as broken.
 fn is_unbroken<S: Scalar>(model: &Model<S>, state: &State<S>, ply: usize) -> bool {
     let (mesh, first) = (&model.ply_type(ply).mesh, model.grid.first_element_row(ply));
     let is_whole = |row: usize, yarn| (0..mesh.columns).all(|column| state.alive(row, column, yarn));

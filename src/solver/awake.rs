@@ -5,12 +5,11 @@
 
 use std::sync::atomic::{AtomicBool, Ordering};
 
-/// Threads that are kept awake at most: no more have a part in the sweep over a small ply.
-const AWAKE: usize = 3;
+use super::sweep::BANDS;
 
-/// Does the work on this thread, while others that are awake stay so.
+/// Does the work on this thread, while others that are awake stay so: one for each further band of a ply.
 pub(super) fn beside_others<T: Send>(work: impl FnOnce() -> T + Send) -> T {
-    let others = (rayon::current_num_threads() - 1).min(AWAKE);
+    let others = (rayon::current_num_threads() - 1).min(BANDS - 1);
     if others == 0 {
         return work();
     }

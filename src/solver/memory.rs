@@ -31,13 +31,13 @@ impl StepperState {
 impl<S: Scalar> Stepper<S> {
     /// What the next steps depend on.
     pub(crate) fn memory(&self) -> StepperState {
-        StepperState { travel: self.plies.travel, near: self.projectile.near.clone(), reserve: self.projectile.reserve }
+        let (near, reserve) = self.projectile.memory();
+        StepperState { travel: self.plies.travel, near: near.to_vec(), reserve }
     }
 
     /// Goes on with the memory of another stepper of the same model.
-    pub(crate) fn remember(&mut self, memory: StepperState) {
+    pub(crate) fn remember(&mut self, model: &Model<S>, memory: StepperState) {
         self.plies.travel = memory.travel;
-        self.projectile.near = memory.near;
-        self.projectile.reserve = memory.reserve;
+        self.projectile.remember(model, memory.near, memory.reserve);
     }
 }

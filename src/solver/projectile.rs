@@ -22,11 +22,12 @@ const NEAR_STEPS: f64 = 24.0;
 /// The nodes near the projectile.
 #[derive(Default)]
 pub(super) struct ProjectileContact {
-    /// Ply, row, column.
-    pub(super) near: Vec<[u32; 3]>,
+    /// Ply, row, column, in storage order.
+    near: Vec<[u32; 3]>,
     /// How far nodes and body may still approach each other before `near` is stale [m].
-    pub(super) reserve: f64,
-    edges: Edges,
+    reserve: f64,
+    /// Of `near`.
+    edges: NearEdges,
     /// By place of `edges`, in this step.
     seen: Vec<SeenNode>,
     points: Vec<ContactPoint>,
@@ -35,21 +36,22 @@ pub(super) struct ProjectileContact {
     rim: Rim,
 }
 
-/// Edges from near nodes along rows and columns. They stay the same as long as `near` does.
+/// Edges from near nodes along rows and columns.
 #[derive(Default)]
-struct Edges {
+struct NearEdges {
     /// Ply, row and column of the near nodes, then of what else is at an end of an edge.
     places: Vec<[usize; 3]>,
     /// By near node: the next along its row, along its column; `None` at the edge of the ply.
     next: Vec<[Option<usize>; 2]>,
 }
 
-impl Edges {
-    /// Of nodes in storage order.
+impl NearEdges {
+    /// Of nodes in storage order; no edges where contact is not sampled on them.
     fn of<S: Scalar>(model: &Model<S>, near: &[[u32; 3]]) -> Self {
         let mut places: Vec<_> = near.iter().map(|place| place.map(|at| at as usize)).collect();
-        let mut next = Vec::with_capacity(near.len());
-        for at in 0..near.len() {
+        let edges = if model.edges { near.len() } else { 0 };
+        let mut next = Vec::with_capacity(edges);
+        for at in 0..edges {
             let [ply, row, column] = places[at];
             let mesh = &model.ply_type(ply).mesh;
             next.push([[ply, row, column + 1], [ply, row + 1, column]].map(|place| {
@@ -89,6 +91,17 @@ struct SeenNode {
 }
 
 impl ProjectileContact {
+    /// The nodes near the body, and how far they may still approach each other before that is stale [m].
+    pub(super) fn memory(&self) -> (&[[u32; 3]], f64) {
+        (&self.near, self.reserve)
+    }
+
+    /// Takes what [`Self::memory`] gives.
+    pub(super) fn remember<S: Scalar>(&mut self, model: &Model<S>, near: Vec<[u32; 3]>, reserve: f64) {
+        self.edges = NearEdges::of(model, &near);
+        (self.near, self.reserve) = (near, reserve);
+    }
+
     /// Finds and applies the impulses of a step.
     pub(super) fn resolve<S: Scalar>(&mut self, context: &mut Context<'_, S>, body: &mut RigidBody, nothing: &[S]) {
         let model = context.model;
@@ -98,13 +111,9 @@ impl ProjectileContact {
         }
         self.reserve -= travel;
         if self.reserve < 0.0 {
-            self.reserve = NEAR_STEPS * travel;
+            let reserve = NEAR_STEPS * travel;
             let edge = if model.edges { body.rim_depth } else { 0.0 };
-            self.near = near_nodes(model, context.state, body, self.reserve + travel + edge);
-            self.edges = Edges::default();
-        }
-        if self.edges.next.len() != self.near.len() {
-            self.edges = Edges::of(model, &self.near);
+            self.remember(model, near_nodes(model, context.state, body, reserve + travel + edge), reserve);
         }
         self.look_around(context, body);
         self.gather_points(context, body, nothing);
@@ -141,12 +150,11 @@ impl ProjectileContact {
         }
     }
 
-    /// Looks at the near nodes, and at the other ends of their edges where these matter.
+    /// Looks at the near nodes, and at the other ends of their edges.
     fn look_around<S: Scalar>(&mut self, context: &Context<'_, S>, body: &RigidBody) {
         let (model, state) = (context.model, &*context.state);
-        let count = if model.edges { self.edges.places.len() } else { self.near.len() };
         self.seen.clear();
-        self.seen.extend(self.edges.places[..count].iter().map(|place| {
+        self.seen.extend(self.edges.places.iter().map(|place| {
             let seen = look(model, state, *place);
             let pressed = seen.position - Vector3::new(0.0, 0.0, seen.between);
             SeenNode { pressed: body.to_body(&pressed), seen, point: None }
@@ -190,9 +198,6 @@ impl ProjectileContact {
         let all = edges.next.iter().enumerate();
         for ends in all.flat_map(|(from, next)| next.iter().flatten().map(move |to| [from, *to])) {
             let [from, to] = ends.map(|end| seen[end].pressed);
-            if profile.is_off_rim(from.into(), to.into()) {
-                continue;
-            }
             let places = ends.map(|end| edges.places[end]);
             for at in profile.rim_crossings(from.into(), to.into()).into_iter().filter(|at| !at.is_nan()) {
                 if !edge_stands(model, state, places) {

@@ -19,7 +19,7 @@ use crate::solver::state::{split, split_mut};
 /// Rows of elements of a block.
 const BLOCK: usize = 8;
 /// Bands a ply is cut into at most. More threads share bands.
-const BANDS: usize = 4;
+pub(super) const BANDS: usize = 4;
 /// Plies whose rows between bands one thread moves: a few rows take no longer than sharing them out.
 const TOGETHER: usize = 16;
 

@@ -44,7 +44,7 @@ impl<S: RunScalar> Simulation<S> {
             if !memory.fits(model) {
                 return Err(CheckpointFault::Contents("nodes near the projectile"));
             }
-            stepper.remember(memory);
+            stepper.remember(model, memory);
             stepper.stopwatch = contents.value("time that each kernel took")?;
             state.step = checkpoint.head().step;
             read_state(model, state, contents)?;
