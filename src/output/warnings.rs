@@ -124,7 +124,8 @@ pub static KINDS: [WarningKind; 8] = [
     WarningKind {
         code: "W8",
         name: "torn-off",
-        measured: "Pieces of yarn that broke at the edges of a ply (`failures_at`); of a perforation, those before the last one at the hit.",
+        measured: "Pieces of yarn that broke at sides of a ply that are held (`failures_at` counts free ones too); of a \
+                   perforation, those before the last one at the hit.",
         given: "for more than broke at the hit",
         means: "The fabric tore off its frame, where a wave of tension doubles, before it broke at the hit. From then on it flies with \
                 the projectile: a fast shot may be stopped where a slower one passes. In a test fabric slips in its clamps, which is \
