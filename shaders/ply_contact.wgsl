@@ -1,8 +1,10 @@
 // ply_contact: where a node stands over a cell of the neighbouring ply, and the impulse between them.
 // Twin: src/kernels/ply_contact.rs
 
-/// Fraction of a penetration that is driven out in a step.
+/// Most of a penetration that is driven out in a step.
 const POSITION_CORRECTION: f32 = 0.05;
+/// Time in which a penetration is driven out, were it left alone [s].
+const RECOVERY_TIME: f32 = 3.5e-6;
 /// Fraction of what is deeper than `DEEP` that is driven out besides.
 const DEEP_RECOVERY: f32 = 0.15;
 /// Over the thickness.
@@ -209,7 +211,8 @@ fn recovery_speed(gap: f32, thickness: f32, along: f32) -> f32 {
     let deep = max(depth - DEEP * thickness, 0.0);
     let rising = RECOVERY_SPEED * (1.0 + DEEP_SPEED * max(depth / thickness - NEAR_MIDDLE, 0.0));
     let fastest = select(PASSED_SPEED, rising, depth < PASSED * thickness);
-    return max(min((POSITION_CORRECTION * depth + DEEP_RECOVERY * deep) / scene.dt, fastest) - max(along, 0.0), 0.0);
+    let speed = depth * min(POSITION_CORRECTION / scene.dt, 1.0 / RECOVERY_TIME) + DEEP_RECOVERY * deep / scene.dt;
+    return max(min(speed, fastest) - max(along, 0.0), 0.0);
 }
 
 /// Impulse of one contact on its node [N·s].

@@ -12,9 +12,12 @@ use nalgebra::Vector3;
 use crate::kernels::mirror_planes::Cut;
 use crate::math::scalar::{Real, each};
 
-/// Fraction of a penetration that is driven out in a step. Plies pressed on each other for long are driven apart in every step, each
+/// Most of a penetration that is driven out in a step [-]. Plies pressed on each other for long are driven apart in every step, each
 /// of which stretches yarns by ½ k x² that nobody accounts for: a fifth made 1.6 % of the energy of a corner hit.
 pub const POSITION_CORRECTION: f64 = 0.05;
+/// Time in which a penetration is driven out, were it left alone [s]. Yarns of plies held close to the hit pull nodes back at once, and each
+/// step's work against them is lost in contact: with short steps and no such time a corner hit gained 6.6 % of its energy (benches/NOTES.md).
+pub const RECOVERY_TIME: f64 = 3.5e-6;
 /// Fraction of what is deeper than [`DEEP`] that is driven out besides: a node so deep must not get to the other side.
 pub const DEEP_RECOVERY: f64 = 0.15;
 /// See [`DEEP_RECOVERY`]; over the thickness.
@@ -364,7 +367,7 @@ pub fn recovery(gap: f64, thickness: f64, along: f64, dt: f64) -> f64 {
     } else {
         PASSED_SPEED
     };
-    (((POSITION_CORRECTION * depth + DEEP_RECOVERY * deep) / dt).min(fastest) - along.max(0.0)).max(0.0)
+    ((depth * (POSITION_CORRECTION / dt).min(1.0 / RECOVERY_TIME) + DEEP_RECOVERY * deep / dt).min(fastest) - along.max(0.0)).max(0.0)
 }
 
 /// Impulse of one contact on its node [N·s]: along the push and across it.

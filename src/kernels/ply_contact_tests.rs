@@ -114,6 +114,10 @@ fn an_impulse_stops_the_approach_and_rubs_at_most_by_coulomb() {
     assert!((recovery(-1.0, 1.0, -1.0, 0.5) - full).abs() < 1e-15);
     assert!((recovery(-1.0, 1.0, 0.1, 0.5) - (full - 0.1)).abs() < 1e-15);
     assert_eq!(recovery(-3.0, 1.0, 2.0, 1e-6), PASSED_SPEED - 2.0);
+    // Short steps take a time, not a number of steps; of half a thickness of 1e-4 m here.
+    let slow = 1e-4 * (DEEP - SLOP) / RECOVERY_TIME;
+    assert!((recovery(-1e-4 * DEEP, 1e-4, 0.0, 1e-9) / slow - 1.0).abs() < 1e-12);
+    assert!((recovery(-1e-4 * DEEP, 1e-4, 0.0, RECOVERY_TIME) / (slow * POSITION_CORRECTION) - 1.0).abs() < 1e-12);
     let near = recovery(-PASSED + 1e-9, 1.0, -1.0, 1e-6);
     assert!(near < FASTEST && (near / FASTEST - 1.0).abs() < 1e-3, "{near}");
     assert_eq!(recovery(-0.4, 1.0, 2.0, 1e-6), RECOVERY_SPEED - 2.0);

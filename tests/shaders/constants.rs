@@ -97,6 +97,7 @@ fn of_the_kernels() -> Vec<Constant> {
         count("WALK", ply_contact::WALK),
         count("PENETRATING", over::PENETRATING as usize),
         number("POSITION_CORRECTION", ply_contact::POSITION_CORRECTION),
+        number("RECOVERY_TIME", ply_contact::RECOVERY_TIME),
         number("DEEP_RECOVERY", ply_contact::DEEP_RECOVERY),
         number("DEEP", ply_contact::DEEP),
         number("RECOVERY_SPEED", ply_contact::RECOVERY_SPEED),
