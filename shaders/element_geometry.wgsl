@@ -1,9 +1,6 @@
 // element_geometry: what of the element kernel's constants depends on the size of an element.
 // Twin: src/kernels/element_geometry.rs
 
-/// Length of an element above which its shock viscosity grows no more, over that of the finest.
-const VISCOUS_LENGTH: f32 = 8.0;
-
 /// The constants of an element's own size; otherwise as in `Scene`.
 struct ElementGeometry {
     gradient_x: f32,
@@ -16,6 +13,9 @@ struct ElementGeometry {
     hourglass: f32,
     viscosity_warp: f32,
     viscosity_weft: f32,
+    /// In proportion to the whole length, at steep fronts.
+    steep_viscosity_warp: f32,
+    steep_viscosity_weft: f32,
     cells: f32,
     area: f32,
 }
@@ -29,6 +29,8 @@ fn geometry_of(element: u32) -> ElementGeometry {
         scene.half_length_warp,
         scene.half_length_weft,
         scene.hourglass_warp + scene.hourglass_weft,
+        scene.viscosity_warp,
+        scene.viscosity_weft,
         scene.viscosity_warp,
         scene.viscosity_weft,
         scene.cells,
@@ -47,8 +49,10 @@ fn geometry_of(element: u32) -> ElementGeometry {
         finest.half_length_warp * y.width,
         finest.half_length_weft * x.width,
         scene.hourglass_warp * x.per_width * x.per_width + scene.hourglass_weft * y.per_width * y.per_width,
-        finest.viscosity_warp * min(x.width, VISCOUS_LENGTH),
-        finest.viscosity_weft * min(y.width, VISCOUS_LENGTH),
+        finest.viscosity_warp * min(x.width, scene.viscous_length_x),
+        finest.viscosity_weft * min(y.width, scene.viscous_length_y),
+        finest.steep_viscosity_warp * x.width,
+        finest.steep_viscosity_weft * y.width,
         finest.cells * y.width * x.width,
         finest.area * y.width * x.width);
 }

@@ -69,13 +69,17 @@ struct Viscous {
     work: vec2<f32>,
 }
 
-/// Viscous forces of warp and weft: stiffness times viscosity times the rate of stretch, so large at a shock and small elsewhere. A slack
-/// yarn has none, and a yarn never pushes. `elastic`: in-plane forces of the yarns; `before`: viscous forces at the last step.
+/// Viscous forces of warp and weft: stiffness times viscosity times the rate of stretch, so large at a shock and small elsewhere. In coarse
+/// elements the viscosity grows with the steepness of the front. A slack yarn has none, and a yarn never pushes. `elastic`: in-plane forces of the yarns; `before`: viscous forces at the last step.
 fn shock_viscosity(size: ElementGeometry, k: Kinematics, v: Differences, grown: Growth, elastic: vec2<f32>, before: vec2<f32>) -> Viscous {
     let rate = vec2<f32>(dot(k.warp, v.x) * size.gradient_x, dot(k.weft, v.y) * size.gradient_y);
-    let stiffness = vec2<f32>(scene.warp_stiffness * size.viscosity_warp, scene.weft_stiffness * size.viscosity_weft);
+    let smooth_waves = vec2<f32>(size.viscosity_warp, size.viscosity_weft);
+    let fronts = vec2<f32>(size.steep_viscosity_warp, size.steep_viscosity_weft);
+    let steepness = min(abs(rate) * fronts * scene.per_steep, vec2<f32>(1.0));
+    let viscosity = smooth_waves + (fronts - smooth_waves) * steepness;
     let zero = vec2<f32>(0.0);
-    let force = select(max(stiffness * rate, -elastic), zero, elastic <= zero);
+    let stiffness = vec2<f32>(scene.warp_stiffness, scene.weft_stiffness);
+    let force = select(max(stiffness * viscosity * rate, -elastic), zero, elastic <= zero);
     // The same rate along the directions of the last step, from Λ² - 1 there.
     let now = 1.0 + k.stretch;
     let more = k.stretch * (now + 1.0) - 2.0 * now * grown.whole + grown.whole_square;

@@ -107,6 +107,12 @@ struct Scene {
     /// Shock viscosity over the stiffness [s].
     viscosity_warp: f32,
     viscosity_weft: f32,
+    /// Length of an element above which the shock viscosity of smooth waves grows no more, over that of the finest.
+    viscous_length_x: f32,
+    viscous_length_y: f32,
+    /// 1 over the stretch that a front adds while it crosses an element, and from which the viscosity of the whole length acts, over
+    /// the coefficient of the viscosity.
+    per_steep: f32,
     /// What the square of half the difference of opposite edges has in the square of a stretch.
     mode_share: f32,
     /// Half the failure length along warp and weft, in lengths of the finest element.

@@ -3,10 +3,6 @@
 use crate::kernels::element_force::ElementConstants;
 use crate::math::scalar::Real;
 
-/// Length of an element above which its shock viscosity grows no more, over that of the finest [-]. Viscosity in proportion to the length takes
-/// energy from smooth waves too: with elements of 24 times the finest 5 of 154 J of a shot at four plies (benches/NOTES.md).
-pub const VISCOUS_LENGTH: f64 = 8.0;
-
 /// The constants of an element's own size, otherwise as in [`ElementConstants`].
 #[derive(Clone, Copy)]
 pub(crate) struct ElementGeometry<R> {
@@ -15,6 +11,10 @@ pub(crate) struct ElementGeometry<R> {
     pub(crate) half_length: [R; 2],
     pub(crate) hourglass: [R; 2],
     pub(crate) viscosity: [R; 2],
+    /// That in proportion to the whole length, which acts at steep fronts.
+    pub(crate) steep_viscosity: [R; 2],
+    /// Along the row.
+    pub(crate) viscous_length: R,
     pub(crate) mode_share: R,
     pub(crate) cells: R,
     pub(crate) area: R,
@@ -32,7 +32,9 @@ impl<R: Real> ElementGeometry<R> {
             // A surface twisted alike has a mode in proportion to the area: with a stiffness in proportion to its inverse coarse elements
             // hold no more hourglass energy than fine ones.
             hourglass: [c.hourglass[0], c.hourglass[1] * per_size * per_size],
-            viscosity: [c.viscosity[0], c.viscosity[1] * c.area.splat_like(height.min(VISCOUS_LENGTH))],
+            viscosity: [c.viscosity[0], c.viscosity[1] * size.min(c.viscous_length[1])],
+            steep_viscosity: [c.viscosity[0], c.viscosity[1] * size],
+            viscous_length: c.viscous_length[0],
             mode_share: c.mode_share,
             cells: c.cells * size,
             area: c.area * size,
@@ -47,7 +49,9 @@ impl<R: Real> ElementGeometry<R> {
             membrane: [self.membrane[0], self.membrane[1] * width],
             half_length: [self.half_length[0], self.half_length[1] * width],
             hourglass: [self.hourglass[0] * per_width * per_width, self.hourglass[1]],
-            viscosity: [self.viscosity[0] * width.min(width.splat_like(VISCOUS_LENGTH)), self.viscosity[1]],
+            viscosity: [self.viscosity[0] * width.min(self.viscous_length), self.viscosity[1]],
+            steep_viscosity: [self.steep_viscosity[0] * width, self.steep_viscosity[1]],
+            viscous_length: self.viscous_length,
             mode_share: self.mode_share,
             cells: self.cells * width,
             area: self.area * width,

@@ -13,6 +13,7 @@ fn a_larger_element_has_the_constants_of_its_own_lengths() {
         half_length: [11.0, 13.0],
         hourglass: [17.0, 19.0],
         viscosity: [23.0, 29.0],
+        viscous_length: [8.0, 6.0],
         mode_share: 41.0,
         cells: 31.0,
         area: 37.0,
@@ -26,7 +27,8 @@ fn a_larger_element_has_the_constants_of_its_own_lengths() {
     assert_eq!(size.hourglass, [17.0 / 64.0, 19.0 / 16.0]);
     assert_eq!(size.viscosity, [23.0 * 8.0, 29.0 * 4.0]);
     let larger = ElementGeometry::of_row(&c, 16.0).of_columns(32.0, 0.03125);
-    assert_eq!(larger.viscosity, [23.0 * 8.0, 29.0 * 8.0]);
+    assert_eq!(larger.viscosity, [23.0 * 8.0, 29.0 * 6.0]);
+    assert_eq!(larger.steep_viscosity, [23.0 * 32.0, 29.0 * 16.0]);
     assert_eq!(size.mode_share, 41.0);
     assert_eq!([size.cells, size.area], [31.0 * 32.0, 37.0 * 32.0]);
 }

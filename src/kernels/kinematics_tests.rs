@@ -7,6 +7,8 @@ const SIZE: ElementGeometry<f64> = ElementGeometry {
     half_length: [1.0; 2],
     hourglass: [0.0; 2],
     viscosity: [0.0; 2],
+    steep_viscosity: [0.0; 2],
+    viscous_length: 1.0,
     mode_share: 1.0 / 3.0,
     cells: 1.0,
     area: 3e-6,

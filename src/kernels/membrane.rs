@@ -99,8 +99,8 @@ pub(super) struct Viscous<R> {
     pub(super) work: [R; 2],
 }
 
-/// Viscous forces of warp and weft [N]: stiffness times `viscosity` [s] times the rate of stretch, so large at a shock and small
-/// elsewhere. A slack yarn has none, and a yarn never pushes. `elastic`: in-plane forces of the yarns [N]; `before`: viscous forces at
+/// Viscous forces of warp and weft [N]: stiffness times viscosity [s] times the rate of stretch, so large at a shock and small
+/// elsewhere. In coarse elements the viscosity grows with the steepness of the front. A slack yarn has none, and a yarn never pushes. `elastic`: in-plane forces of the yarns [N]; `before`: viscous forces at
 /// the last step [N]; `v`: differences of velocities over the element; `dt` [s].
 #[inline(always)]
 pub(super) fn viscous<R: Real>(
@@ -117,7 +117,9 @@ pub(super) fn viscous<R: Real>(
     let parts = each!(i in 2 => {
         let zero = dt.zero();
         let rate = dot(&k.direction[i], &each!(a in 3 => v[a][i])) * size.gradient[i];
-        let force = c.cell.yarn[i].stiffness * size.viscosity[i] * rate;
+        let steepness = (rate.abs() * size.steep_viscosity[i] * c.per_steep).min(dt.one());
+        let viscosity = size.viscosity[i] + (size.steep_viscosity[i] - size.viscosity[i]) * steepness;
+        let force = c.cell.yarn[i].stiffness * viscosity * rate;
         let force = R::select(elastic[i].le(zero), zero, force.max(-elastic[i]));
         // The same rate along the direction of the last step, from Λ² − 1 there.
         let now = dt.one() + k.extension[i];

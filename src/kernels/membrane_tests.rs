@@ -34,6 +34,28 @@ fn viscosity_works_on_the_rate_of_its_own_yarn_and_on_none_that_is_slack() {
 }
 
 #[test]
+fn viscosity_of_a_coarse_element_grows_with_the_steepness_of_the_front() {
+    let c = constants();
+    let (size, dt) = (ElementGeometry::of_row(&c, 16.0).of_columns(8.0, 0.125), 1e-8);
+    let k = kinematics(&size, [&[0.0; 3]; 3]);
+    // Four elements per crossover: elements of two crossovers along warp and four along weft. q = 0.3, in proportion to the length of the
+    // finest; a front that adds 3.5 % while it crosses an element at the speed of its wave has all of the length.
+    for (added, share) in [(0.0035, 0.1), (0.0175, 0.5), (0.035, 1.0), (0.35, 1.0)] {
+        let period = [c.viscosity[0] * 8.0 / 0.3, c.viscosity[1] * 16.0 / 0.3];
+        let rate = period.map(|period| added / period);
+        let v = [[rate[0] / size.gradient[0], 0.0, 0.0], [0.0, rate[1] / size.gradient[1], 0.0], [0.0; 3]];
+        for sign in [1.0, -1.0] {
+            let got = viscous(&c, &size, &k, &v.map(|v| v.map(|v| sign * v)), &[1e9; 2], [0.0; 2], dt).force;
+            for (i, length) in [8.0, 16.0].into_iter().enumerate() {
+                let wanted =
+                    sign * c.cell.yarn[i].stiffness * c.viscosity[i] * (4.0 + (length - 4.0) * share) * rate[i];
+                assert!((got[i] / wanted - 1.0).abs() < 1e-9, "{added} {i}: {} instead of {wanted}", got[i]);
+            }
+        }
+    }
+}
+
+#[test]
 fn a_yarn_that_goes_slack_dissipates_on_its_way_to_slack() {
     let c = constants();
     let size = ElementGeometry::of_row(&c, 1.0);

@@ -8,7 +8,7 @@ pub mod arc_length;
 pub mod coupled_newton;
 pub mod crossover;
 pub mod element_force;
-pub mod element_geometry;
+pub(crate) mod element_geometry;
 pub(crate) mod kinematics;
 pub mod law_energy;
 mod membrane;

@@ -367,7 +367,9 @@ pub fn recovery(gap: f64, thickness: f64, along: f64, dt: f64) -> f64 {
     } else {
         PASSED_SPEED
     };
-    ((depth * (POSITION_CORRECTION / dt).min(1.0 / RECOVERY_TIME) + DEEP_RECOVERY * deep / dt).min(fastest) - along.max(0.0)).max(0.0)
+    ((depth * (POSITION_CORRECTION / dt).min(1.0 / RECOVERY_TIME) + DEEP_RECOVERY * deep / dt).min(fastest)
+        - along.max(0.0))
+    .max(0.0)
 }
 
 /// Impulse of one contact on its node [N·s]: along the push and across it.

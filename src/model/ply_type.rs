@@ -141,12 +141,23 @@ impl<S: Scalar> PlyType<S> {
             half_length: e.half_length.map(T::splat),
             hourglass: e.hourglass.map(T::splat),
             viscosity: e.viscosity.map(T::splat),
+            viscous_length: e.viscous_length.map(T::splat),
+            per_steep: T::splat(e.per_steep),
             mode_share: T::splat(e.mode_share),
             cells: T::splat(e.cells),
             area: T::splat(e.area),
         }
     }
 }
+
+/// Length of an element above which the shock viscosity of smooth waves grows no more [crossovers]. In proportion to the length of coarse
+/// elements it takes 5 of 154 J of a shot at four plies; without more than this, fronts ring there and break yarns at the frame. So
+/// the viscosity of the whole length comes in with the steepness of the front. In crossovers, so that finer elements around the hit
+/// change nothing beyond them (benches/NOTES.md).
+const VISCOUS_LENGTH: f64 = 1.0;
+/// Stretch that a front adds while it crosses an element, and from which the viscosity of the whole length acts [-]: about what breaks an
+/// aramid, so that it goes with the square of the rate up to failure. One number for all, for elastic waves know of no failure.
+const STEEP_FRONT: f64 = 0.035;
 
 /// Constants of the element kernel.
 fn element_constants(
@@ -177,6 +188,8 @@ fn element_constants(
         half_length: [0.5 * ly, 0.5 * lx],
         hourglass,
         viscosity,
+        viscous_length: [VISCOUS_LENGTH * 2.0 * w1 / lx, VISCOUS_LENGTH * 2.0 * w2 / ly].map(|length| length.max(1.0)),
+        per_steep: if solver.shock_viscosity > 0.0 { 1.0 / (solver.shock_viscosity * STEEP_FRONT) } else { 0.0 },
         mode_share: match solver.stretch_sampling {
             StretchSampling::Centre => 0.0,
             StretchSampling::Mean => 1.0 / 3.0,

@@ -27,6 +27,8 @@ fn bound(c: [f64; 2], strain: [f64; 2], shear: f64, hourglass: [f64; 2], viscosi
         half_length: [0.5 * LY, 0.5 * LX],
         hourglass,
         viscosity: [0.0; 2],
+        viscous_length: [1.0; 2],
+        per_steep: 0.0,
         mode_share: 0.0,
         cells: 1.0,
         area: LX * LY,

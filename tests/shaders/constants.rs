@@ -5,8 +5,8 @@ use std::collections::{BTreeMap, BTreeSet};
 use naga::Module;
 use ripstop::gpu::{layout, shader};
 use ripstop::kernels::{
-    arc_length, coupled_newton, crossover, element_force, element_geometry, law_energy, ply_contact, predictor,
-    projectile_chisel, projectile_contact, projectile_rim, projectile_shape, shear, yarn_law,
+    arc_length, coupled_newton, crossover, element_force, law_energy, ply_contact, predictor, projectile_chisel,
+    projectile_contact, projectile_rim, projectile_shape, shear, yarn_law,
 };
 use ripstop::model::{Model, over};
 use wgpu::naga;
@@ -119,7 +119,6 @@ fn of_the_kernels() -> Vec<Constant> {
         count("FRICTION_SWEEPS", projectile_contact::FRICTION_SWEEPS),
         count("ELLIPSE_STEPS", projectile_chisel::ELLIPSE_STEPS),
         number("RESOLVED", projectile_shape::RESOLVED),
-        number("VISCOUS_LENGTH", element_geometry::VISCOUS_LENGTH),
         count("LAW_COUNT", law_energy::COUNT),
         number("BROKEN", element_force::BROKEN),
         number("FOLDED_STRETCH", element_force::FOLDED_STRETCH),

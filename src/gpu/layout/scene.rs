@@ -84,6 +84,9 @@ fn element(block: &mut Block, ply_type: &PlyType<f32>) {
     block.number("hourglass_weft", c.hourglass[1]);
     block.number("viscosity_warp", c.viscosity[0]);
     block.number("viscosity_weft", c.viscosity[1]);
+    block.number("viscous_length_x", c.viscous_length[0]);
+    block.number("viscous_length_y", c.viscous_length[1]);
+    block.number("per_steep", c.per_steep);
     block.number("mode_share", c.mode_share);
     let reach = &ply_type.failure_reach;
     block.double("failure_reach_warp", reach.along[0]);

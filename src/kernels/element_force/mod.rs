@@ -57,6 +57,11 @@ pub struct ElementConstants<R> {
     pub hourglass: [R; 2],
     /// Shock viscosity of warp and weft over the stiffness, q1·L/c with c the wave speed of the straight yarn in the fabric [s].
     pub viscosity: [R; 2],
+    /// Length of an element along x and y above which the shock viscosity of smooth waves grows no more, over that of the finest [-].
+    pub viscous_length: [R; 2],
+    /// 1 over the stretch that a front adds while it crosses an element, and from which the viscosity of the whole length acts, over the
+    /// coefficient of the viscosity [-].
+    pub per_steep: R,
     /// What |q|² has in Λ² [-]: ⅓ where stretches are means over the element, 0 where they are those at its centre.
     pub mode_share: R,
     /// Crossovers per element, and element area [m²], for energies.
@@ -77,6 +82,8 @@ impl<S: Scalar> ElementConstants<S> {
             half_length: self.half_length.map(all),
             hourglass: self.hourglass.map(all),
             viscosity: self.viscosity.map(all),
+            viscous_length: self.viscous_length.map(all),
+            per_steep: all(self.per_steep),
             mode_share: all(self.mode_share),
             cells: all(self.cells),
             area: all(self.area),

@@ -142,10 +142,6 @@ fn special_scenes() -> Vec<Scene> {
             case.pack.edges.left = Edge::Roller;
             case.pack.edges.top = Edge::Clamped;
         }),
-        special("graded to elements too long for their viscosity", 43, 39, &|case| {
-            case.pack.plies = plies;
-            grade(case, [24e-3, -22e-3], 16.0);
-        }),
         special("graded, more lines than fit into a row of their table", 2600, 1, &|case| grade(case, [0.0; 2], 1.2)),
         deformed("graded plies of two fabrics".to_owned(), graded_pack([20, 17], &groups), 3, 202),
         special("failure over a length", 13, 9, &|case| {
