@@ -160,9 +160,6 @@ struct Scene {
     mirror: u32,
     /// Room for points of the rim on each ply.
     constraints: u32,
-    pad0: u32,
-    pad1: u32,
-    pad2: u32,
     /// Corner (ρ, s) and outward normal (ρ, s) of the side that begins there.
     profile: array<vec4<f32>, 5>,
 }

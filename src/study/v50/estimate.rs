@@ -15,8 +15,8 @@ use crate::study::interval::Bounds;
 use crate::study::outcomes::{Outcomes, Shot};
 use crate::study::residual_fit::{Passed, ResidualFit, ResidualModel, TooFew, residual_fit};
 
-/// What mesh and time step may make of a limit, over the limit \[-\]: twice the spread over half as long elements of benches/objectivity.json,
-/// measured on S-720. With an error of first order, half as long elements take half of it away.
+/// What mesh and time step may make of a limit, over the limit \[-\]. Of the README's ply half as long elements move it by half a bracket
+/// (benches/objectivity.json); of cylinders, spheres and fragments on two fabrics by up to 1.6 % (docs/src/objectivity.md).
 const NUMERICAL: f64 = 0.0175;
 /// The same of the converged mesh, twice a bracket: no difference is seen (benches/NOTES.md).
 const NUMERICAL_CONVERGED: f64 = 0.01;
