@@ -180,13 +180,18 @@ pub(super) const MUTANTS: &[Mutant] = &[
         "0.0 * (rise * fade.yx)",
     ),
     mutant("fade of the other yarn", "Variational, compressible", "rise * fade.yx", "rise * fade"),
-    mutant("drag that pushes", "Variational, compressible", "max(stiffness * rate, -elastic)", "stiffness * rate"),
+    mutant(
+        "drag that pushes",
+        "Variational, compressible",
+        "max(stiffness * viscosity * rate, -elastic)",
+        "stiffness * viscosity * rate",
+    ),
     mutant("drag of slack yarns", "Variational, compressible", "zero, elastic <= zero)", "zero, elastic < zero)"),
     mutant(
         "viscosity of the warp for the weft",
         "plies of two fabrics",
-        "* size.viscosity_weft",
-        "* size.viscosity_warp",
+        "vec2<f32>(size.viscosity_warp, size.viscosity_weft)",
+        "vec2<f32>(size.viscosity_warp, size.viscosity_warp)",
     ),
     mutant(
         "viscous forces exchanged",
