@@ -141,7 +141,7 @@ fn a_finer_mesh_corrects_the_limit_by_what_it_moves_single_thresholds() {
     // A case on that mesh has nothing to be corrected by.
     let third = TempDir::new().unwrap();
     let found = limit(&small(&["/solver/accuracy=converged"]), &request, 2, third.path(), false);
-    assert!(found.refinement.is_none() && (found.width.numerical / found.v50.unwrap() - 0.01).abs() < 1e-12);
+    assert!(found.refinement.is_none() && (found.width.numerical / found.v50.unwrap() - 0.0125).abs() < 1e-12);
 }
 
 #[test]
