@@ -136,6 +136,8 @@ struct Kind {
     friction: f64,
     hourglass: f64,
     viscosity: f64,
+    /// Time step over the critical one.
+    courant: f64,
     /// Nodes lie over nodes and move along Z alone, as where a shot begins.
     aligned: bool,
     /// Length of the largest elements over the finest, where they differ.
@@ -157,6 +159,7 @@ const PLAIN: Kind = Kind {
     friction: 0.3,
     hourglass: 0.05,
     viscosity: 0.0,
+    courant: 0.9,
     aligned: false,
     coarsest: None,
     start: SPEED,
@@ -176,6 +179,8 @@ pub(crate) fn scenes() -> Vec<Scene> {
     let small = Some([3, 6, 4, 7]);
     vec![
         pack("two free plies", &[turned(0), turned(0)], Kind { holes: 0.1, ..PLAIN }),
+        // So short that penetrations are driven out in a time, not in a number of steps.
+        pack("two free plies, short steps", &[turned(0), turned(0)], Kind { holes: 0.1, courant: 0.1, ..PLAIN }),
         pack(
             "quarter turns, rollers",
             &[turned(0).with(rollers), turned(90).with(rollers), turned(-90).with(others)],
@@ -248,6 +253,7 @@ fn pack(name: &str, groups: &[Group], kind: Kind) -> Scene {
     case.pack.friction = kind.friction;
     case.solver.hourglass = kind.hourglass;
     case.solver.shock_viscosity = kind.viscosity;
+    case.solver.courant = kind.courant;
     if let Some(coarsest) = kind.coarsest {
         super::grade(&mut case, [2e-3, -3e-3], coarsest);
     }

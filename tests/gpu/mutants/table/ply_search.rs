@@ -14,10 +14,10 @@ pub(super) const MUTANTS: &[Mutant] = &[
         "const POSITION_CORRECTION: f32 = 0.1;",
     ),
     mutant(
-        "a penetration driven out later",
-        "two free plies",
+        "a penetration driven out sooner",
+        "two free plies, short steps",
         "const RECOVERY_TIME: f32 = 3.5e-6;",
-        "const RECOVERY_TIME: f32 = 3.5e-5;",
+        "const RECOVERY_TIME: f32 = 1e-6;",
     ),
     mutant("more of a penetration let be", "two free plies", "const SLOP: f32 = 1e-4;", "const SLOP: f32 = 1e-2;"),
     mutant("no walk", "two free plies", "walk <= WALK; walk++", "walk <= 0u; walk++"),
