@@ -70,7 +70,8 @@ struct Viscous {
 }
 
 /// Viscous forces of warp and weft: stiffness times viscosity times the rate of stretch, so large at a shock and small elsewhere. In coarse
-/// elements the viscosity grows with the steepness of the front. A slack yarn has none, and a yarn never pushes. `elastic`: in-plane forces of the yarns; `before`: viscous forces at the last step.
+/// elements the viscosity grows with the steepness of the front. A slack yarn has none, and a yarn never pushes. `elastic`: in-plane
+/// forces of the yarns; `before`: viscous forces at the last step.
 fn shock_viscosity(size: ElementGeometry, k: Kinematics, v: Differences, grown: Growth, elastic: vec2<f32>, before: vec2<f32>) -> Viscous {
     let rate = vec2<f32>(dot(k.warp, v.x) * size.gradient_x, dot(k.weft, v.y) * size.gradient_y);
     let smooth_waves = vec2<f32>(size.viscosity_warp, size.viscosity_weft);

@@ -86,7 +86,8 @@ fn filmed(case: &Case, skips: Skips) -> (Run, f64, bool) {
 
 #[test]
 fn debris_does_not_count_and_what_hangs_does() {
-    // At 220 m/s what the projectile pushes out still hangs on a yarn.
+    // At 220 m/s what the projectile pushes out still hangs on a yarn. (At 340 and 350 m/s what is torn folds, and the quarter and the whole
+    // differ by 7e-6 and 2e-6.)
     for (velocity, debris) in [(220.0, false), (260.0, true), (280.0, true), (345.0, true), (420.0, true)] {
         let case = shot(velocity);
         let (part, expected, loose) = filmed(&case, Skips::default());

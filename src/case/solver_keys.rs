@@ -38,7 +38,7 @@ pub(super) static SOLVER: &[CaseKey] = &[
         "shock_viscosity",
         NONE,
         within(0.0, 1.0),
-        "Linear viscosity along the yarns over the stiffness, times length of an element over wave speed; 0: none, as in the paper.",
+        "Viscosity along the yarns over the stiffness, times length of an element over wave speed, for smooth waves one crossover at most; 0: none, as in the paper.",
     )
     .derived("0.3, measured: tension behind a shock peaks at most a third above its plateau; 0 with \"numerics\": \"paper\""),
     number(

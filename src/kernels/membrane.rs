@@ -100,8 +100,9 @@ pub(super) struct Viscous<R> {
 }
 
 /// Viscous forces of warp and weft [N]: stiffness times viscosity [s] times the rate of stretch, so large at a shock and small
-/// elsewhere. In coarse elements the viscosity grows with the steepness of the front. A slack yarn has none, and a yarn never pushes. `elastic`: in-plane forces of the yarns [N]; `before`: viscous forces at
-/// the last step [N]; `v`: differences of velocities over the element; `dt` [s].
+/// elsewhere. In coarse elements the viscosity grows with the steepness of the front. A slack yarn has none, and a yarn never pushes.
+/// `elastic`: in-plane forces of the yarns [N]; `before`: viscous forces at the last step [N]; `v`: differences of velocities over the
+/// element; `dt` [s].
 #[inline(always)]
 pub(super) fn viscous<R: Real>(
     c: &ElementConstants<R>,

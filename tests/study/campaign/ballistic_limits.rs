@@ -69,11 +69,11 @@ fn thresholds_are_where_the_outcome_of_their_realisation_turns() {
         (half - parts.sampling.unwrap().hypot(parts.numerical.hypot(parts.bracket))).abs() < 1e-6,
         "{half} {parts:?}"
     );
-    // What mesh and time step make of a limit: at least twice what half as long elements did to the README's ply, as errors of first order
-    // have it, and what they did to other projectiles and fabrics (docs/src/objectivity.md).
+    // What mesh and time step make of a limit is twice what half as long elements did to the README's ply, as errors of first order have
+    // it, but no less than what is kept for other projectiles and fabrics, which they moved by up to 1.6 % (docs/src/objectivity.md).
     let largest = largest_spread(&["half as long elements"]);
     let numerical = 100.0 * parts.numerical / found.v50.unwrap();
-    assert!(numerical >= 2.0 * largest && (1.6..2.0).contains(&numerical), "{numerical} {largest} %");
+    assert!((numerical - (2.0 * largest).max(1.75)).abs() < 0.01, "{numerical} {largest} %");
     // Threads change nothing, nor does an end in between.
     limit(&case, &request, 1, other.path(), false);
     let expected = files(one.path());
