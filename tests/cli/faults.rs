@@ -160,7 +160,7 @@ fn a_disk_that_is_full_on_the_way_costs_checkpoints_and_is_told_once() {
     let bench = Bench::new(&long());
     let run = "\"$RIPSTOP\" run shot.json --backend cpu --quiet --no-report --checkpoint-every 3";
     let (output, word) =
-        on_a_small_disk(&bench, 64, &format!("full {run}; code=$?; ls -A out/shot >after; exit $code"));
+        on_a_small_disk(&bench, 24, &format!("full {run}; code=$?; ls -A out/shot >after; exit $code"));
     let message = stderr(&output);
     assert_eq!(message.matches("warning: no checkpoint at").count(), 1, "{message}");
     refused(&output, &[word, "there is none so far"]);
