@@ -16,8 +16,8 @@ use crate::study::outcomes::{Outcomes, Shot};
 use crate::study::residual_fit::{Passed, ResidualFit, ResidualModel, TooFew, residual_fit};
 
 /// What mesh and time step may make of a limit, over the limit \[-\]: twice what half as long elements do to the README's ply
-/// (benches/objectivity.json), and no less than this, for they move limits of other projectiles and fabrics by up to 1.6 %
-/// (docs/src/objectivity.md).
+/// (benches/objectivity.json), and no less than this, for they move limits of cylinders, spheres and fragments on two fabrics by up to
+/// this (docs/src/objectivity.md).
 const NUMERICAL: f64 = 0.0175;
 /// The same of the converged mesh: what half as long elements did in benches/objectivity-converged.json.
 const NUMERICAL_CONVERGED: f64 = 0.0125;

@@ -19,6 +19,12 @@ pub(super) const MUTANTS: &[Mutant] = &[
         "const RECOVERY_TIME: f32 = 3.5e-6;",
         "const RECOVERY_TIME: f32 = 1e-6;",
     ),
+    mutant(
+        "a penetration driven out later",
+        "two free plies",
+        "const RECOVERY_TIME: f32 = 3.5e-6;",
+        "const RECOVERY_TIME: f32 = 3.5e-5;",
+    ),
     mutant("more of a penetration let be", "two free plies", "const SLOP: f32 = 1e-4;", "const SLOP: f32 = 1e-2;"),
     mutant("no walk", "two free plies", "walk <= WALK; walk++", "walk <= 0u; walk++"),
     mutant("shorter walk", "two free plies", "const WALK: u32 = 4u;", "const WALK: u32 = 1u;"),
