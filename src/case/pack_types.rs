@@ -97,6 +97,13 @@ pub struct Edges {
     pub top: Edge,
 }
 
+impl Edges {
+    /// Whether any side is clamped. Nothing else holds a ply across it.
+    pub fn is_clamped(&self) -> bool {
+        [self.left, self.right, self.bottom, self.top].contains(&Edge::Clamped)
+    }
+}
+
 /// Boundary condition of one side.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]

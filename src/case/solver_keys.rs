@@ -15,7 +15,7 @@ pub(super) static SOLVER: &[CaseKey] = &[
         within(1e-6, 1e9),
         "End of the run. Needed where nothing flies freely into the pack, or run_until is \"end_time\".",
     )
-    .derived("when the outcome is known, after 1000 µs at the latest"),
+    .derived("when the outcome is known, after 1000 µs at the latest, 8000 µs where no edge is clamped"),
     word(
         "numerics",
         Numerics::WORDS,
@@ -69,7 +69,7 @@ pub(super) static SOLVER: &[CaseKey] = &[
     word(
         "run_until",
         RunUntil::WORDS,
-        "When the run ends: with the outcome, when a projectile that stopped has flown back free of the fabric too, or at \
+        "When the run ends: with the outcome, when nothing touches a projectile that stopped any more too, or at \
         end_time_us.",
     )
         .default_word("outcome", "nothing asked for happens after it"),

@@ -78,6 +78,7 @@ fn result(case: &Case, run: &Run) -> Map<String, Value> {
         "residual_velocity_m_s": residual_velocity(case, run),
         "residual_velocity_scatter_m_s": trust::scatter(case, run),
         "rebound_velocity_m_s": run.rebound_velocity,
+        "carried_velocity_m_s": run.carried_velocity,
         "stop_time_us": run.stop_time.map(|t| t * 1e6),
         "absorbed_energy_j": absorbed_energy(run),
         "max_deflection_mm": run.deflection() * 1e3,

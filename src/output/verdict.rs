@@ -58,9 +58,14 @@ pub fn verdict(case: &Case, run: &Run) -> Verdict {
                 Some(scatter) => format!("{} m/s ± {} by the mesh", short(left, 3), short(scatter, 2)),
                 None => format!("{velocity} m/s"),
             };
-            ended("perforated", format!("leaves at {leaves}, {struck}"))
+            let unbroken = run.history.last().is_some_and(|row| row.failed == [0; 2]);
+            let past = if unbroken { ", past fabric of which no yarn broke" } else { "" };
+            ended("perforated", format!("leaves at {leaves}{past}, {struck}"))
         }
-        Outcome::Stopped => ended("stopped", format!("{stop}{struck}, {deflected}")),
+        Outcome::Stopped => {
+            let carried = run.carried_velocity.map(|speed| format!("carried along at {} m/s, ", short(speed, 3)));
+            ended("stopped", format!("{stop}{}{struck}, {deflected}", carried.unwrap_or_default()))
+        }
         Outcome::Rebounded => {
             let flies = match run.rebound_velocity {
                 Some(rebound) => format!("flies back at {} m/s", short(rebound, 4)),

@@ -1,4 +1,4 @@
-//! Largest deflection of each ply: of fabric that hangs on an edge, or is most of a ply that is free all round.
+//! Largest deflection of each ply: of fabric that hangs on an edge, or is most of a ply without a clamped edge.
 //!
 //! Debris flies ahead of the fabric that it came from, and must not count. What a piece of fabric hangs on is told by the whole state
 //! ([`hanging`](crate::run::pieces::hanging)), which is too much for every sample. Before anything has come loose every sample counts; so the state is

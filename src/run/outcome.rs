@@ -1,11 +1,12 @@
 //! What became of the projectile, by a written rule.
 //!
-//! - **stopped**: its velocity along the pack's normal has come to zero (to a billionth of the impact speed), and what speed is
-//!   left across it is below a tenth of the impact speed.
+//! - **stopped**: its velocity along the pack's normal has come to that of what holds it, and what speed is left across it is below a
+//!   tenth of the impact speed. That velocity is zero (to a billionth of the impact speed) where an edge is clamped. A pack that nothing
+//!   holds flies on with the projectile: there it is the common velocity of both, while fabric covers the projectile.
 //! - **rebounded**: the same with more speed left (a ricochet); or, in a run that is carried on from there, it flies back at more
 //!   than a hundredth of the impact speed and the pack is quiet.
-//! - **perforated**: at least one yarn has failed, the projectile still flies forward, the pack is quiet, and no fabric of any
-//!   ply covers the projectile that can still hold it.
+//! - **perforated**: it has touched the fabric or a yarn has failed, it still flies forward, the pack is quiet, and no fabric of any ply
+//!   covers the projectile that can still hold it. No yarn need be broken: it may have pushed a free edge aside.
 //! - **running**: none of these by the end.
 //!
 //! The pack is quiet where for 20 µs it has taken less than a thousandth of the momentum that projectile, or the fabric within
@@ -16,9 +17,10 @@
 //!
 //! It can hold the projectile where the piece of fabric that lies ahead hangs on something ([`is_held`]). A piece is
 //! what unbroken yarns link, node by node; beside a break an element reaches from one to another. It hangs on a clamped
-//! or roller edge of its ply that it reaches. Of a ply that is free all round, it is its own inertia that holds: the
+//! edge of its ply that it reaches. Of a ply without one, it is its own inertia that holds: the
 //! piece must be at least half of the ply, and not be faster than the projectile. So debris does not hold, however far
-//! ahead it flies, and a free ply does as long as it is pushed along.
+//! ahead it flies, and a free ply does as long as it is pushed along. Where all that would hold is faster, the projectile has not
+//! come through it and never will: it is stopped.
 
 use std::collections::VecDeque;
 
@@ -75,10 +77,14 @@ pub struct Tracker {
     impact_speed: f64,
     /// Momentum below which the fabric's pull over [`QUIET`] is nothing [N·s].
     quiet_impulse: f64,
+    /// Velocity along the normal that the projectile and a pack that nothing holds have in common in the end; zero of others [m/s].
+    common: f64,
     window: VecDeque<(f64, f64)>,
     last: Option<(f64, f64)>,
-    /// When the velocity along the normal came to zero [s].
+    /// When the velocity along the normal came to that of what holds [s].
     pub stop_time: Option<f64>,
+    /// What has stopped it flies on, with it.
+    pub carried: bool,
     /// Speed away from the pack, along its normal, of a projectile that flies back [m/s].
     pub rebound_velocity: Option<f64>,
     /// It flies back, and nothing has touched it for 20 µs.
@@ -91,8 +97,9 @@ pub struct Tracker {
 }
 
 impl Tracker {
-    /// A tracker for a projectile of this mass [kg] striking fabric of the given areal density [kg/m²].
-    pub fn new(body: &RigidBody, mass: f64, areal_density: f64) -> Self {
+    /// A tracker for a projectile of this mass [kg] striking fabric of the given areal density [kg/m²]. `free`: mass of the pack [kg] and its
+    /// momentum along the normal [N·s], if nothing holds it.
+    pub fn new(body: &RigidBody, mass: f64, areal_density: f64, free: Option<[f64; 2]>) -> Self {
         let patch = areal_density * std::f64::consts::PI * (20.0 * body.body.radius).powi(2);
         let impact_speed = body.velocity.norm();
         // What is driven has no outcome: the pack is never quiet.
@@ -100,9 +107,11 @@ impl Tracker {
         Self {
             impact_speed,
             quiet_impulse,
+            common: free.map_or(0.0, |[pack, momentum]| (body.velocity.z * mass + momentum) / (mass + pack)),
             window: VecDeque::new(),
             last: None,
             stop_time: None,
+            carried: false,
             rebound_velocity: None,
             separated: false,
             in_doubt: false,
@@ -110,9 +119,9 @@ impl Tracker {
         }
     }
 
-    /// Takes a sample: `time` [s], impulse on the fabric since the last one [N·s], yarns failed so far, and a closure
-    /// that tells whether fabric covers the projectile.
-    pub fn update(&mut self, time: f64, body: &RigidBody, impulse: f64, failed: u64, covered: impl FnOnce() -> bool) {
+    /// Takes a sample: `time` [s], impulse on the fabric since the last one [N·s], whether the projectile has touched the fabric or a
+    /// yarn has failed, and a closure that tells whether fabric covers the projectile.
+    pub fn update(&mut self, time: f64, body: &RigidBody, impulse: f64, met: bool, covered: impl Fn() -> bool) {
         if body.prescribed {
             return;
         }
@@ -121,26 +130,57 @@ impl Tracker {
             self.window.pop_front();
         }
         let normal = body.velocity.z;
-        let rest = REST * self.impact_speed;
         let goes_on = self.stop_time.is_some();
-        if let Some((t0, v0)) = self.last.filter(|last| !goes_on && last.1 > rest && normal <= rest) {
-            self.stop_time = Some(t0 + (time - t0) * (v0 / (v0 - normal)).min(1.0));
-            let left = body.velocity.xy().norm();
-            self.outcome = if left > 0.1 * self.impact_speed { Outcome::Rebounded } else { Outcome::Stopped };
+        if let Some((t0, v0)) = self.last.filter(|_| !goes_on) {
+            let passes = |bar: f64| v0 > bar && normal <= bar;
+            let carried = self.common > 0.0 && passes(self.common) && covered();
+            if carried || passes(REST * self.impact_speed) {
+                let bar = if carried { self.common } else { 0.0 };
+                self.stop(t0 + (time - t0) * ((v0 - bar) / (v0 - normal)).min(1.0), body, carried);
+            }
         }
         self.last = Some((time, normal));
         let taken: f64 = self.window.iter().map(|w| w.1).sum();
         let quiet = time >= QUIET && taken < self.quiet_impulse;
-        let open = self.outcome == Outcome::Running && failed > 0 && normal > 0.0 && quiet;
+        let open = self.outcome == Outcome::Running && met && normal > 0.0 && quiet;
         self.in_doubt = open && covered();
         if open && !self.in_doubt {
             self.outcome = Outcome::Perforated;
         }
-        if goes_on && normal < -0.01 * self.impact_speed && quiet {
-            self.outcome = Outcome::Rebounded;
-            self.rebound_velocity = Some(-normal);
-            self.separated = taken == 0.0;
+        if goes_on && quiet {
+            let flies_back = normal < -0.01 * self.impact_speed;
+            if flies_back {
+                self.outcome = Outcome::Rebounded;
+                self.rebound_velocity = Some(-normal);
+            }
+            self.separated = (flies_back || self.carried) && taken == 0.0;
         }
+    }
+
+    /// Takes note that fabric has stopped the projectile at `time` [s]; `carried`: fabric that flies on.
+    fn stop(&mut self, time: f64, body: &RigidBody, carried: bool) {
+        self.stop_time = Some(time);
+        self.carried = carried;
+        let left = body.velocity.xy().norm();
+        self.outcome = if left > 0.1 * self.impact_speed { Outcome::Rebounded } else { Outcome::Stopped };
+    }
+
+    /// Decides what is in doubt, if it can be now. `held` tells whether fabric that is no faster than a speed [m/s] covers the
+    /// projectile and can hold it. Where none does, the projectile has passed; where only faster fabric does, it is stopped.
+    pub fn look(&mut self, time: f64, body: &RigidBody, held: impl Fn(f64) -> bool) {
+        if held(body.velocity.z) {
+            return;
+        }
+        if held(f64::INFINITY) {
+            self.stop(time, body, true);
+        } else {
+            self.outcome = Outcome::Perforated;
+        }
+    }
+
+    /// Velocity along the normal of a projectile that is stopped by fabric that carries it along [m/s].
+    pub fn carried_velocity(&self) -> Option<f64> {
+        self.last.filter(|_| self.carried && self.outcome == Outcome::Stopped).map(|last| last.1)
     }
 
     /// Whether the pack may be quiet at `time` [s], as far as samples are known.
@@ -157,9 +197,9 @@ pub fn covered<S: Scalar>(model: &Model<S>, state: &State<S>, body: &RigidBody, 
 }
 
 /// Whether fabric of a ply covers the body and can still hold it: what covers hangs on an edge that is held, or is most of a
-/// ply that is free all round.
-pub fn is_held<S: Scalar>(model: &Model<S>, state: &State<S>, body: &RigidBody, ply: usize) -> bool {
-    let hold = pieces::that_hold(model, state, ply, body.velocity.z);
+/// ply that nothing holds and no faster than `speed` along the normal [m/s].
+pub fn is_held<S: Scalar>(model: &Model<S>, state: &State<S>, body: &RigidBody, ply: usize, speed: f64) -> bool {
+    let hold = pieces::that_hold(model, state, ply, speed);
     covered_by(model, state, body, ply, |cell, ahead| {
         let held = corners(cell).map(|(row, column)| hold(row, column));
         held.iter().zip(ahead).any(|(held, ahead)| *held && ahead) || (ahead[4] && held == [true; 4])

@@ -8,7 +8,7 @@ use crate::math::scalar::Scalar;
 use crate::model::{Mesh, Model};
 use crate::solver::state::State;
 
-/// Least share of a ply free all round that is still the ply, and no debris of it [-].
+/// Least share of a ply that nothing holds that is still the ply, and no debris of it [-].
 const SUBSTANTIAL: f64 = 0.5;
 
 /// Nodes of a ply that are linked, as a forest: each points to another of its piece, the last to itself.
@@ -86,7 +86,7 @@ pub(crate) struct Hanging {
     pub(crate) loose: bool,
 }
 
-/// What of a ply hangs on an edge that is held; of a ply free all round, what is at least half of it.
+/// What of a ply hangs on an edge that is held; of one without such an edge, what is at least half of it.
 pub(crate) fn hanging<S: Scalar>(model: &Model<S>, state: &State<S>, ply: usize) -> Hanging {
     let (mesh, grid) = (&model.ply_type(ply).mesh, &model.grid);
     let (nodes, elements) = (grid.first_node_row(ply), grid.first_element_row(ply));
@@ -120,8 +120,8 @@ fn is_unbroken<S: Scalar>(model: &Model<S>, state: &State<S>, ply: usize) -> boo
     (first..first + mesh.rows).all(|row| is_whole(row, 0) && is_whole(row, 1))
 }
 
-/// Left, right, bottom and top of a mesh: whether something holds the ply there. A mirror plane does not: behind it the image of a piece reaches
-/// the images of the edges that the piece itself reaches.
+/// Left, right, bottom and top of a mesh: whether something holds the ply there, across it. A mirror plane does not, nor does the symmetry
+/// plane of a roller: behind it the image of a piece reaches the images of the edges that the piece itself reaches.
 fn held_sides(mesh: &Mesh, edges: Edges) -> [bool; 4] {
     let [x, y] = mesh.cut;
     let sides = [
@@ -130,7 +130,20 @@ fn held_sides(mesh: &Mesh, edges: Edges) -> [bool; 4] {
         (y == Cut::First, edges.bottom),
         (y == Cut::Last, edges.top),
     ];
-    sides.map(|(cut, edge)| !cut && edge != Edge::Free)
+    sides.map(|(cut, edge)| !cut && edge == Edge::Clamped)
+}
+
+/// Mass of the whole pack [kg] and its momentum along the normal at the start [N·s], if no side of any of its plies is held.
+pub(crate) fn free_pack<S: Scalar>(model: &Model<S>) -> Option<[f64; 2]> {
+    let copies = model.planes.copies() as f64;
+    (0..model.plies.len()).try_fold([0.0; 2], |[mass, momentum], ply| {
+        let ply_type = model.ply_type(ply);
+        let mesh = &ply_type.mesh;
+        let row = |row| ply_type.row_mass(row).mass[..=mesh.columns].iter().map(|mass| mass.to_f64()).sum::<f64>();
+        let more = copies * (0..=mesh.rows).map(row).sum::<f64>();
+        let held = held_sides(mesh, ply_type.edges).contains(&true);
+        (!held).then_some([mass + more, momentum + more * ply_type.initial_velocity[2]])
+    })
 }
 
 /// By the node that stands for a piece: whether the piece reaches a side that is held.
@@ -147,7 +160,7 @@ fn reach_a_held_edge(mesh: &Mesh, edges: Edges, roots: &[usize]) -> Vec<bool> {
     reach
 }
 
-/// By the node that stands for a piece of a ply free all round: whether the piece with its mirror images has at least half of the ply's
+/// By the node that stands for a piece of a ply that nothing holds: whether the piece with its mirror images has at least half of the ply's
 /// mass, and is not faster than `speed` along the normal [m/s].
 fn are_the_ply<S: Scalar>(model: &Model<S>, state: &State<S>, ply: usize, roots: &[usize], speed: f64) -> Vec<bool> {
     let ply_type = model.ply_type(ply);

@@ -110,7 +110,7 @@ impl<S: RunScalar> Simulation<S> {
             let (model, state) = (&self.model, &self.state);
             let in_doubt = self.record.sample(case, &moment, |body, ply| outcome::covered(model, state, body, ply));
             if let Some(body) = state.body.as_ref().filter(|_| in_doubt) {
-                self.record.look(case, |ply| outcome::is_held(model, state, body, ply));
+                self.record.look(case, body, |ply, speed| outcome::is_held(model, state, body, ply, speed));
             }
         }
         self.sampled = sample;

@@ -85,8 +85,10 @@ pub struct NewtonStatistics {
 pub struct Run {
     /// Verdict.
     pub outcome: Outcome,
-    /// When the projectile came to rest [s].
+    /// When the projectile came to rest, or to the velocity of the pack that carries it along [s].
     pub stop_time: Option<f64>,
+    /// Velocity along the normal with which a projectile that a pack without a clamped edge has stopped flies on with it, at the end [m/s].
+    pub carried_velocity: Option<f64>,
     /// Speed away from the pack, along its normal, of a projectile that flew back in a run that went on after it stopped [m/s].
     pub rebound_velocity: Option<f64>,
     /// History, ascending in time; the last row is the last state.

@@ -2,7 +2,7 @@
 
 use super::*;
 
-const SUMMARY: [&str; 58] = [
+const SUMMARY: [&str; 59] = [
     "trust",
     "notes",
     "residual_velocity_scatter_m_s",
@@ -11,6 +11,7 @@ const SUMMARY: [&str; 58] = [
     "outcome",
     "residual_velocity_m_s",
     "rebound_velocity_m_s",
+    "carried_velocity_m_s",
     "stop_time_us",
     "absorbed_energy_j",
     "max_deflection_mm",

@@ -54,12 +54,18 @@ fn story(case: &Case, run: &Run) -> String {
     let (speed, before) = (short(left, 3), short(struck, 4));
     let pack = if run.plies == 1 { "the ply".to_owned() } else { format!("all {} plies", run.plies) };
     let stop = run.stop_time.map_or(String::new(), |time| format!(" {} µs after impact", short(time * 1e6, 3)));
+    let unbroken = run.history.last().is_some_and(|row| row.failed == [0; 2]);
+    let went = if unbroken { "passed, without breaking a yarn," } else { "went through" };
     match run.outcome {
         Outcome::Perforated => format!(
-            "The projectile went through {pack} and leaves at {speed} m/s, {} % of the {before} m/s it struck with.",
+            "The projectile {went} {pack} and leaves at {speed} m/s, {} % of the {before} m/s it struck with.",
             fixed(100.0 * left / struck, 0)
         ),
-        Outcome::Stopped => format!("The fabric stopped the projectile, which struck at {before} m/s,{stop}."),
+        Outcome::Stopped => {
+            let carried = run.carried_velocity.map(|speed| format!(" It flies on with it, at {} m/s.", short(speed, 3)));
+            let carried = carried.unwrap_or_default();
+            format!("The fabric stopped the projectile, which struck at {before} m/s,{stop}.{carried}")
+        }
         Outcome::Rebounded => {
             let flies = match run.rebound_velocity {
                 Some(rebound) => format!("flies back at {}", short(rebound, 3)),
@@ -83,7 +89,10 @@ fn figures(case: &Case, run: &Run) -> Vec<(&'static str, String, String)> {
         let struck = format!("of {} m/s", short(projectile.velocity, 4));
         all.push((name, format!("{} m/s", short(left, 3)), struck.clone()));
         if let Some(rebound) = run.rebound_velocity {
-            all.push(("rebound velocity", format!("{} m/s", short(rebound, 3)), struck));
+            all.push(("rebound velocity", format!("{} m/s", short(rebound, 3)), struck.clone()));
+        }
+        if let Some(carried) = run.carried_velocity {
+            all.push(("carried along at", format!("{} m/s", short(carried, 3)), struck));
         }
     }
     if run.impact_energy > 0.0 {

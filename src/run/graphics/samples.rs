@@ -240,7 +240,7 @@ impl DeviceShot {
     ) -> Result<(), DeviceError> {
         self.download(stepper, state, step + 1)?;
         if let Some(body) = &state.body {
-            self.record.look(case, |ply| outcome::is_held(&self.model, state, body, ply));
+            self.record.look(case, body, |ply, speed| outcome::is_held(&self.model, state, body, ply, speed));
         }
         Ok(())
     }

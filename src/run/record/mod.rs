@@ -16,7 +16,7 @@ use crate::model::{MirrorPlanes, Model};
 use crate::run::deflection::Deflections;
 use crate::run::due::sample_due;
 use crate::run::outcome::Tracker;
-use crate::run::pieces::Hanging;
+use crate::run::pieces::{Hanging, free_pack};
 use crate::run::profile::DeflectionProfile;
 use crate::run::{PlySample, Progress, Sample, Skips};
 use crate::solver::{Divergence, FailureEvent, StepTotals};
@@ -84,7 +84,7 @@ impl RunRecord {
             skips: Skips::default(),
             divergence: None,
             lost: None,
-            tracker: body.map(|b| Tracker::new(b, b.mass * copies, areal_density)),
+            tracker: body.map(|b| Tracker::new(b, b.mass * copies, areal_density, free_pack(model))),
             momentum_error: 0.0,
             energy_error: 0.0,
             energy_gained: 0.0,

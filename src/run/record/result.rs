@@ -40,6 +40,7 @@ impl RunRecord {
         Run {
             outcome: self.tracker.as_ref().map_or(Outcome::Running, |t| t.outcome),
             stop_time: self.tracker.as_ref().and_then(|t| t.stop_time),
+            carried_velocity: self.tracker.as_ref().and_then(|t| t.carried_velocity()),
             rebound_velocity: self.tracker.as_ref().and_then(|t| t.rebound_velocity),
             impact_energy: self.impact_energy,
             max_penetration: self.max_penetration[0],

@@ -36,17 +36,13 @@ impl RunRecord {
         look_due(case, last, time, dt) && self.tracker.as_ref().is_some_and(|tracker| tracker.may_be_quiet(time))
     }
 
-    /// Takes note of a closer look: `held` tells whether fabric of a ply covers the projectile and can hold it. Where none
-    /// does, the last sample is of a perforation.
-    pub(crate) fn look(&mut self, case: &Case, held: impl Fn(usize) -> bool) {
-        let Some(tracker) = &mut self.tracker else { return };
-        if (0..self.failed.len()).any(held) {
-            return;
-        }
-        tracker.outcome = Outcome::Perforated;
-        let torn = self.failed.iter().filter(|failed| **failed != [0; 2]).count();
-        if let Some(row) = self.history.last_mut() {
-            row.perforated_plies = torn as u32;
+    /// Takes note of a closer look at the last sample: `held` tells whether fabric of a ply that is no faster than a speed [m/s] covers
+    /// the projectile and can hold it.
+    pub(crate) fn look(&mut self, case: &Case, body: &RigidBody, held: impl Fn(usize, f64) -> bool) {
+        let (Some(tracker), Some(row)) = (&mut self.tracker, self.history.last_mut()) else { return };
+        tracker.look(row.time, body, |speed| (0..self.failed.len()).any(|ply| held(ply, speed)));
+        if tracker.outcome == Outcome::Perforated {
+            row.perforated_plies = self.failed.iter().filter(|failed| **failed != [0; 2]).count() as u32;
         }
         self.decide(case);
     }
@@ -115,7 +111,7 @@ impl RunRecord {
         let mut in_doubt = false;
         if let (Some(tracker), Some((body, _))) = (&mut self.tracker, at.body) {
             let all = || (0..at.plies.len()).any(|ply| covered(body, ply));
-            tracker.update(at.time, body, impulse.norm(), failed[0] + failed[1], all);
+            tracker.update(at.time, body, impulse.norm(), self.touched || failed[0] + failed[1] > 0, all);
             in_doubt = tracker.in_doubt;
             self.decide(case);
         }

@@ -37,11 +37,12 @@ const fn end(name: &'static str) -> SummaryQuantity {
 }
 
 /// What is shown, in order.
-const ROWS: [SummaryQuantity; 39] = [
+const ROWS: [SummaryQuantity; 40] = [
     judged("outcome"),
     judged("residual_velocity_m_s"),
     row("residual_velocity_scatter_m_s"),
     judged("rebound_velocity_m_s"),
+    judged("carried_velocity_m_s"),
     judged("stop_time_us"),
     judged("absorbed_energy_j"),
     end("kinetic_energy_j"),

@@ -18,6 +18,7 @@ pub(super) const TESTS: Tests = &[
     ("a_run_that_is_decided_ends_there", decided),
     ("debris_ahead_does_not_keep_a_shot_undecided", debris),
     ("a_shot_that_stopped_flies_back", separated),
+    ("a_pack_that_nothing_holds_stops_a_shot_and_carries_it", carried),
 ];
 
 /// The last row is of the positions that the last step began with.
@@ -130,6 +131,28 @@ fn separated(device: &'static Device) -> Outcome {
     let [c, g] = [&cpu, &gpu].map(|run| run.rebound_velocity.unwrap());
     assert!((c - g).abs() < 0.02 * c, "flies back at {g} for {c} m/s");
     assert!(gpu.history.last().unwrap().time < 1400e-6);
+    ends_with_a_row(&case, &gpu);
+    Ok(())
+}
+
+fn carried(device: &'static Device) -> Outcome {
+    let sets = [
+        "/pack/width_mm=40",
+        "/pack/height_mm=40",
+        "/pack/edges=free",
+        "/pack/elements_per_crossover=1",
+        "/projectile/velocity_m_s=60",
+        "/output/profile_times_us=[]",
+        "/expect=[]",
+        "/solver/end_time_us=1500",
+    ];
+    let case = builtin("cases/s720-1ply-155.json", &sets);
+    let (cpu, gpu) = (run(&case), run_on(device, &case));
+    assert_eq!((gpu.outcome, cpu.outcome), (outcome::Outcome::Stopped, outcome::Outcome::Stopped));
+    for of in [|run: &Run| run.stop_time, |run: &Run| run.carried_velocity] {
+        let [c, g] = [&cpu, &gpu].map(|run| of(run).unwrap());
+        assert!((c - g).abs() < 0.01 * c, "{g} for {c}");
+    }
     ends_with_a_row(&case, &gpu);
     Ok(())
 }
