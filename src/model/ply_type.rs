@@ -79,6 +79,13 @@ impl<S: Scalar> PlyType<S> {
         let law = Variant::of(&fabric.crossover);
         let edges = super::symmetry::cut_edges(&mesh, layer.edges);
         let bound = StepBound::new(length, fabric.areal_density, &element, case.solver.shock_viscosity);
+        let viscous = case.solver.shock_viscosity > 0.0;
+        let bound = match let_go(pack.pretension, pack.initial_deflection, layer.edges, mesh.whole_size()) {
+            Some(set_by) => bound.of_let_go(set_by),
+            // The paper's scheme keeps its own step.
+            None if viscous && pack.pretension.is_some() => bound.of_tension_in(mesh.whole_counts().iter().product()),
+            None => bound,
+        };
         let mut failure_reach =
             StencilRadius::new(&mesh, case.solver.failure_length, failure_length::breadth(&mesh, &cell));
         let mut windows = failure_reach.windows(&mesh);
@@ -87,8 +94,7 @@ impl<S: Scalar> PlyType<S> {
             windows = Some(StencilRadius::ELEMENT.overlaps(&mesh));
         }
         Ok(Self {
-            bound: let_go(pack.pretension, pack.initial_deflection, layer.edges, mesh.whole_size())
-                .map_or(bound, |set_by| bound.of_let_go(set_by)),
+            bound,
             initial: crate::with_law!(law, L => pretension::solve::<L>(pack, &cell)?),
             mass: row_kinds(&mesh)
                 .into_iter()
@@ -96,7 +102,7 @@ impl<S: Scalar> PlyType<S> {
                 .collect(),
             law_energy: law_tables::law_energy(law, &cell),
             columns: Columns::new(&mesh),
-            viscous: case.solver.shock_viscosity > 0.0,
+            viscous,
             windows,
             failure_reach,
             initial_velocity: mesh.to_ply(layer.initial_velocity),

@@ -133,7 +133,7 @@ fn what_is_not_the_checkpoint_of_this_run_is_2_and_says_why() {
     assert!(changed != shot && renamed != shot);
     let cases: [(&[u8], &str, [&str; 2]); 7] = [
         (b"something else", &shot, ["expected: a checkpoint of ripstop", "another kind of file"]),
-        (&flipped(8, 1), &shot, ["expected: a checkpoint of format 9", "format 8"]),
+        (&flipped(8, 1), &shot, ["expected: a checkpoint of format 10", "format 11"]),
         (&flipped(whole.len() / 2, 1), &shot, ["whose checksum holds", "damaged or cut short"]),
         (&whole[..whole.len() - 20], &shot, ["whose checksum holds", "damaged or cut short"]),
         (&whole, &changed, ["the case that the run began with", "help: undo the change"]),

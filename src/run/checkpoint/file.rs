@@ -17,7 +17,7 @@ use crate::run::Options;
 /// What the file begins with.
 const MAGIC: [u8; 8] = *b"ripstop\x1a";
 /// Number of the format: a new one for every change of what is in the file, or in which order.
-pub const FORMAT: u32 = 9;
+pub const FORMAT: u32 = 10;
 /// Bytes of a head at most.
 const HEAD: u32 = 1 << 16;
 /// Bytes of the checksum.

@@ -40,6 +40,6 @@ fn what_is_written_is_that_of_the_format() -> Result<(), Box<dyn std::error::Err
         bytes(&point),
         Animation::new(&case).to_bytes().len(),
     ];
-    assert_eq!((FORMAT, sizes), (9, [204, 133, 17, 12, 105, 4, 188, 35, 24, 13, 40, 6]));
+    assert_eq!((FORMAT, sizes), (10, [204, 142, 17, 12, 105, 4, 188, 35, 24, 13, 40, 6]));
     Ok(())
 }
