@@ -268,7 +268,8 @@ fn a_shot_that_stopped_is_carried_on_until_it_flies_back() {
 
 /// A ply of 60 mm or so that nothing holds, struck in the middle.
 fn free_ply(sets: &[&str]) -> Case {
-    let free = ["/pack/width_mm=60", "/pack/height_mm=60", "/pack/edges=free", "/expect=[]", "/output/profile_times_us=[]"];
+    let free =
+        ["/pack/width_mm=60", "/pack/height_mm=60", "/pack/edges=free", "/expect=[]", "/output/profile_times_us=[]"];
     let coarse = ["/pack/elements_per_crossover=1", "/solver/end_time_us=2000", "/projectile/velocity_m_s=60"];
     builtin("cases/s720-1ply-155.json", &[&free[..], &coarse[..], sets].concat())
 }
@@ -288,19 +289,28 @@ fn a_pack_that_nothing_holds_stops_a_shot_at_their_common_velocity() {
         let run = run_case(&case);
         let place = format!("{edges} {moving} m/s {symmetry}");
         // Momentum alone: of the projectile, and of as much fabric as the pack is large.
-        let (mass, fabric) = (3.0e-3, case.fabric.areal_density * case.pack.columns as f64 * case.pack.element_length_x);
+        let (mass, fabric) =
+            (3.0e-3, case.fabric.areal_density * case.pack.columns as f64 * case.pack.element_length_x);
         let fabric = fabric * case.pack.rows as f64 * case.pack.element_length_y;
         let common = (mass * 60.0 + fabric * moving) / (mass + fabric);
         assert!(common < 50.0, "the pack takes part: {common} m/s");
         assert_eq!((run.outcome, run.rebound_velocity), (Outcome::Stopped, None), "{place}");
         let [before, after] = [run.history.len() - 2, run.history.len() - 1].map(|at| &run.history[at]);
         let stop = run.stop_time.unwrap();
-        assert!(before.time - 1e-6 < stop && stop <= after.time, "{place}: {stop} in {} to {} s", before.time, after.time);
+        assert!(
+            before.time - 1e-6 < stop && stop <= after.time,
+            "{place}: {stop} in {} to {} s",
+            before.time,
+            after.time
+        );
         let carried = run.carried_velocity.unwrap();
         assert!((carried / common - 1.0).abs() < 0.01, "{place}: {carried} for {common} m/s");
         assert_eq!(after.failed, [0; 2]);
         let summary = output::summary(&case, &run, 0.0);
-        assert_eq!((summary["carried_velocity_m_s"].as_f64(), summary["residual_velocity_m_s"].as_f64()), (Some(carried), Some(0.0)));
+        assert_eq!(
+            (summary["carried_velocity_m_s"].as_f64(), summary["residual_velocity_m_s"].as_f64()),
+            (Some(carried), Some(0.0))
+        );
         let verdict = output::verdict(&case, &run);
         assert!(verdict.detail.contains("carried along at "), "{verdict:?}");
     }

@@ -98,9 +98,9 @@ pub struct Edges {
 }
 
 impl Edges {
-    /// Whether any side is clamped. Nothing else holds a ply across it.
-    pub fn is_clamped(&self) -> bool {
-        [self.left, self.right, self.bottom, self.top].contains(&Edge::Clamped)
+    /// Whether two opposite sides are clamped, so that the ply spans between them. A roller lets it move along its normal.
+    pub fn span(&self) -> bool {
+        [[self.left, self.right], [self.bottom, self.top]].contains(&[Edge::Clamped; 2])
     }
 }
 

@@ -15,7 +15,7 @@ pub(super) static SOLVER: &[CaseKey] = &[
         within(1e-6, 1e9),
         "End of the run. Needed where nothing flies freely into the pack, or run_until is \"end_time\".",
     )
-    .derived("when the outcome is known, after 1000 µs at the latest, 8000 µs where no edge is clamped"),
+    .derived("when the outcome is known, after 1000 µs at the latest, 8000 µs where no two opposite sides are clamped"),
     word(
         "numerics",
         Numerics::WORDS,

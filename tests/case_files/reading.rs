@@ -216,6 +216,26 @@ fn a_shot_needs_no_solver_and_ends_with_its_outcome() {
 }
 
 #[test]
+fn a_pack_that_does_not_span_may_take_longer_to_an_outcome() {
+    let edges =
+        |[left, right, bottom, top]: [&str; 4]| json!({"left": left, "right": right, "bottom": bottom, "top": top});
+    for (sides, end) in [
+        (["clamped", "clamped", "free", "free"], 1e-3),
+        (["free", "roller", "clamped", "clamped"], 1e-3),
+        (["clamped", "free", "clamped", "free"], 8e-3),
+        (["clamped", "roller", "free", "free"], 8e-3),
+        (["roller"; 4], 8e-3),
+    ] {
+        let mut document = plain();
+        put(&mut document, "/pack/edges", edges(sides));
+        close(read(&document).unwrap().solver.end_time, end, 1e-15);
+        // One group that spans is enough.
+        put(&mut document, "/pack/layup", json!([{"plies": 1}, {"plies": 1, "edges": "clamped"}]));
+        close(read(&document).unwrap().solver.end_time, 1e-3, 1e-15);
+    }
+}
+
+#[test]
 fn what_comes_after_the_end_is_left_out_and_noted() {
     let mut document = good();
     put(&mut document, "/output/profile_times_us", json!([0, 50, 500]));

@@ -62,7 +62,8 @@ fn story(case: &Case, run: &Run) -> String {
             fixed(100.0 * left / struck, 0)
         ),
         Outcome::Stopped => {
-            let carried = run.carried_velocity.map(|speed| format!(" It flies on with it, at {} m/s.", short(speed, 3)));
+            let carried =
+                run.carried_velocity.map(|speed| format!(" It flies on with it, at {} m/s.", short(speed, 3)));
             let carried = carried.unwrap_or_default();
             format!("The fabric stopped the projectile, which struck at {before} m/s,{stop}.{carried}")
         }
