@@ -87,7 +87,7 @@ pub struct Tracker {
     pub carried: bool,
     /// Speed away from the pack, along its normal, of a projectile that flies back [m/s].
     pub rebound_velocity: Option<f64>,
-    /// It flies back, and nothing has touched it for 20 µs.
+    /// It flies back, or is carried along, and nothing has touched it for 20 µs.
     pub separated: bool,
     /// Nothing but fabric that covers speaks against a perforation.
     #[serde(skip)] // of one sample
