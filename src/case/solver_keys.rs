@@ -69,8 +69,7 @@ pub(super) static SOLVER: &[CaseKey] = &[
     word(
         "run_until",
         RunUntil::WORDS,
-        "When the run ends: with the outcome, when nothing touches a projectile that stopped any more too, or at \
-        end_time_us.",
+        "When the run ends: with the outcome, when a projectile that stopped is free of the fabric too, or at end_time_us.",
     )
         .default_word("outcome", "nothing asked for happens after it"),
 ];

@@ -58,8 +58,7 @@ pub fn verdict(case: &Case, run: &Run) -> Verdict {
                 Some(scatter) => format!("{} m/s ± {} by the mesh", short(left, 3), short(scatter, 2)),
                 None => format!("{velocity} m/s"),
             };
-            let unbroken = run.history.last().is_some_and(|row| row.failed == [0; 2]);
-            let past = if unbroken { ", past fabric of which no yarn broke" } else { "" };
+            let past = if run.is_unbroken() { ", past fabric of which no yarn broke" } else { "" };
             ended("perforated", format!("leaves at {leaves}{past}, {struck}"))
         }
         Outcome::Stopped => {

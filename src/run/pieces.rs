@@ -135,13 +135,10 @@ fn held_sides(mesh: &Mesh, edges: Edges) -> [bool; 4] {
 
 /// Mass of the whole pack [kg] and its momentum along the normal at the start [N·s], if no side of any of its plies is held.
 pub(crate) fn free_pack<S: Scalar>(model: &Model<S>) -> Option<[f64; 2]> {
-    let copies = model.planes.copies() as f64;
     (0..model.plies.len()).try_fold([0.0; 2], |[mass, momentum], ply| {
         let ply_type = model.ply_type(ply);
-        let mesh = &ply_type.mesh;
-        let row = |row| ply_type.row_mass(row).mass[..=mesh.columns].iter().map(|mass| mass.to_f64()).sum::<f64>();
-        let more = copies * (0..=mesh.rows).map(row).sum::<f64>();
-        let held = held_sides(mesh, ply_type.edges).contains(&true);
+        let more = ply_type.areal_density * ply_type.mesh.whole_size().iter().product::<f64>();
+        let held = held_sides(&ply_type.mesh, ply_type.edges).contains(&true);
         (!held).then_some([mass + more, momentum + more * ply_type.initial_velocity[2]])
     })
 }

@@ -54,8 +54,11 @@ fn story(case: &Case, run: &Run) -> String {
     let (speed, before) = (short(left, 3), short(struck, 4));
     let pack = if run.plies == 1 { "the ply".to_owned() } else { format!("all {} plies", run.plies) };
     let stop = run.stop_time.map_or(String::new(), |time| format!(" {} µs after impact", short(time * 1e6, 3)));
-    let unbroken = run.history.last().is_some_and(|row| row.failed == [0; 2]);
-    let went = if unbroken { format!("passed {pack} without breaking a yarn") } else { format!("went through {pack}") };
+    let went = if run.is_unbroken() {
+        format!("passed {pack} without breaking a yarn")
+    } else {
+        format!("went through {pack}")
+    };
     match run.outcome {
         Outcome::Perforated => format!(
             "The projectile {went} and leaves at {speed} m/s, {} % of the {before} m/s it struck with.",
