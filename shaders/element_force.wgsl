@@ -122,9 +122,12 @@ fn judge(element: u32, stretch: vec2<f32>, cell: Equilibrium, was_alive: vec2<bo
     var load = zero;
     if (WINDOWS) {
         let limit = failure_strain(element);
-        let over_length = judged(element, limit);
-        failed = was_alive & (over_length.strain >= limit);
-        load = over_length.whole * over_length.strain / limit;
+        let warp = piece_of(element, 0u, limit.x);
+        let weft = piece_of(element, 1u, limit.y);
+        failed = vec2<bool>(
+            was_alive.x && (limit.x <= warp.strain || breaks_with_another(element, 0u)),
+            was_alive.y && (limit.y <= weft.strain || breaks_with_another(element, 1u)));
+        load = vec2<f32>(warp.whole * warp.strain, weft.whole * weft.strain) / limit;
         keep_strains(element, select(vec2<f32>(BROKEN), max(cell.strain, zero), was_alive & !failed));
     } else if (FAILURE) {
         failed = was_alive & (nominal_failure_strain() <= cell.strain);

@@ -3,6 +3,10 @@
 
 /// Stands for the strain of a piece of yarn that is broken or absent.
 const BROKEN: f32 = -1.0;
+/// What lies in a piece by half does not break with it. Share of half the failure length that rounding does not reach [-].
+const HALF_WITHIN: f32 = 1e-4;
+/// Row of a place that is not there.
+const NOWHERE: u32 = 0xffffffffu;
 
 fn keep_strains(element: u32, strain: vec2<f32>) {
     let slot = 2u + 2u * (step.index & 1u);
@@ -74,6 +78,20 @@ fn element_along(a: Axis, at: i32) -> i32 {
     return at;
 }
 
+/// The place (row, column) so many elements on along a yarn from another; its row is `NOWHERE` where there is none.
+fn place_along(ply: u32, place: vec2<u32>, which: u32, on: i32) -> vec2<u32> {
+    let at = element_along(axis_of(ply, which), i32(place[1u - which]) + on);
+    if (at < 0) {
+        return vec2<u32>(NOWHERE);
+    }
+    return select(vec2<u32>(u32(at), place.y), vec2<u32>(place.x, u32(at)), which == 0u);
+}
+
+/// Half of the failure length, in lengths of the finest element along a yarn.
+fn failure_reach(which: u32) -> f32 {
+    return select(scene.failure_reach_weft, scene.failure_reach_warp, which == 0u);
+}
+
 /// Adds an element of the last step. A broken one, slack beside its break, says nothing of the others.
 fn add_strain(sums: ptr<function, Sums>, element: u32, which: u32, length: f32) {
     let strain = last_strain(element, which);
@@ -88,20 +106,17 @@ fn add_strain(sums: ptr<function, Sums>, element: u32, which: u32, length: f32) 
 /// The elements along a yarn that lie within the failure length of the middle of one at a place (row, column).
 fn row_of(ply: u32, place: vec2<u32>, which: u32) -> Sums {
     var sums = Sums(0.0, 0.0, 1.0);
-    let reach = select(scene.failure_reach_weft, scene.failure_reach_warp, which == 0u);
-    let own = place[1u - which];
-    let axis = axis_of(ply, which);
-    let half = 0.5 * width_along(ply, which, own);
+    let reach = failure_reach(which);
+    let half = 0.5 * width_along(ply, which, place[1u - which]);
     add_strain(&sums, element_at(ply, place), which, 2.0 * min(half, reach));
     for (var side = 0u; side < 2u; side++) {
         var begin = half;
         for (var along = 1; begin < reach; along++) {
-            let at = element_along(axis, i32(own) + select(along, -along, side == 0u));
-            if (at < 0) {
+            let next = place_along(ply, place, which, select(along, -along, side == 0u));
+            if (next.x == NOWHERE) {
                 break;
             }
-            let width = width_along(ply, which, u32(at));
-            let next = select(vec2<u32>(u32(at), place.y), vec2<u32>(place.x, u32(at)), which == 0u);
+            let width = width_along(ply, which, next[1u - which]);
             add_strain(&sums, element_at(ply, next), which, min(width, reach - begin));
             begin += width;
         }
@@ -148,14 +163,30 @@ fn piece_of(element: u32, which: u32, limit: f32) -> Piece {
     return Piece(sqrt(squares / area), whole);
 }
 
-/// Warp and weft of an element in the last step where their piece reached the failure strain; elsewhere zeros.
-struct Judged {
-    strain: vec2<f32>,
-    whole: vec2<f32>,
-}
-
-fn judged(element: u32, limit: vec2<f32>) -> Judged {
-    let warp = piece_of(element, 0u, limit.x);
-    let weft = piece_of(element, 1u, limit.y);
-    return Judged(vec2<f32>(warp.strain, weft.strain), vec2<f32>(warp.whole, weft.whole));
+/// Whether an element lies by more than half in the piece around another one of its yarn that reached the failure strain in the last step:
+/// their middles are no further apart than half the failure length.
+fn breaks_with_another(element: u32, which: u32) -> bool {
+    let ply = element_ply(element);
+    let place = element_place(element);
+    let reach = failure_reach(which);
+    let half = 0.5 * width_along(ply, which, place[1u - which]);
+    for (var side = 0u; side < 2u; side++) {
+        var begin = half;
+        for (var along = 1; begin < reach; along++) {
+            let next = place_along(ply, place, which, select(along, -along, side == 0u));
+            if (next.x == NOWHERE) {
+                break;
+            }
+            let width = width_along(ply, which, next[1u - which]);
+            if (begin + 0.5 * width < (1.0 - HALF_WITHIN) * reach) {
+                let other = element_at(ply, next);
+                let limit = failure_strain(other)[which];
+                if (limit <= piece_of(other, which, limit).strain) {
+                    return true;
+                }
+            }
+            begin += width;
+        }
+    }
+    return false;
 }

@@ -45,8 +45,8 @@ pub(super) static SOLVER: &[CaseKey] = &[
         "failure_length_mm",
         MM,
         within(0.0, 100.0),
-        "Length along a yarn over which the strain that breaks it is averaged; over its width the root mean square counts. 0: that of \
-        an element, as in the paper.",
+        "Length along a yarn over which the strain that breaks it is averaged, and which breaks; over its width the root mean square \
+        counts. 0: that of an element, as in the paper.",
     )
     .derived("0.9, assumed: the order of a yarn's width; 0 with \"numerics\": \"paper\""),
     word("symmetry", Symmetry::WORDS, "Whether mirror symmetry may be used.")

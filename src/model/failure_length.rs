@@ -1,15 +1,21 @@
-//! The piece of yarn over which failure is judged: the failure length along it, its own spacing across it.
+//! The piece of yarn over which failure is judged, and which breaks: the failure length along it, its own spacing across it.
 //!
 //! The strain of a single element under a sharp rim or a point grows as the mesh is refined; its mean along the yarn over a fixed length
 //! converges. Elements narrower than a yarn are no yarns of their own: those side by side in a yarn are judged together, by the root mean
 //! square of these means, and break together. Where they broke one by one, a yarn tore from side to side, and a finer mesh took up more
 //! energy (benches/NOTES.md).
+//!
+//! Along the yarn what lies in the piece breaks with it. Where one row of elements broke alone, yarns side by side that broke a row apart stayed
+//! tied to each other by the node between them, and held on to a projectile or not by chance (benches/NOTES.md).
 
 use std::ops::Range;
 
 use super::Mesh;
 use super::lines::SAME;
 use crate::kernels::crossover::UnitCellParameters;
+
+/// What lies in a piece by half does not break with it. Share of half the failure length that rounding in single precision does not reach [-].
+const HALF_WITHIN: f64 = 1e-4;
 
 /// Elements within a length around the middle of one, or side by side in a yarn.
 #[derive(Clone, Debug, PartialEq)]
@@ -32,6 +38,8 @@ impl Window {
 pub struct Windows {
     /// Along the yarn, by column for warp, by row for weft.
     pub along: Vec<Window>,
+    /// Of those along the yarn the elements that break with the one in the middle: they lie in the piece by more than half.
+    pub breaking: Vec<Range<usize>>,
     /// Across the yarn, by row for warp, by column for weft: the whole yarn, the same for each of its elements.
     pub across: Vec<Window>,
 }
@@ -81,18 +89,27 @@ impl StencilRadius {
 
     /// Windows of warp and weft, whatever their size.
     pub(super) fn overlaps(&self, mesh: &Mesh) -> [Windows; 2] {
+        let width = |axis: usize, at: usize| mesh.widths(at * axis, at * (1 - axis))[axis];
         let along = |axis: usize, reach: f64| {
             let overlaps = mesh.overlaps(axis, reach).into_iter();
             overlaps.map(|(first, length)| Window { first, length }).collect()
         };
         let across = |axis: usize, breadth: f64| {
-            let width = |at: usize| mesh.widths(at * axis, at * (1 - axis))[axis];
             let count = [mesh.columns, mesh.rows][axis];
             let yarns = (0..count).map(|element| mesh.side_by_side(axis, element, breadth));
-            yarns.map(|yarn| Window { first: yarn.start, length: yarn.map(width).collect() }).collect()
+            yarns.map(|yarn| Window { first: yarn.start, length: yarn.map(|at| width(axis, at)).collect() }).collect()
         };
-        [0, 1]
-            .map(|yarn| Windows { along: along(yarn, self.along[yarn]), across: across(1 - yarn, self.breadth[yarn]) })
+        [0, 1].map(|yarn| {
+            let along: Vec<Window> = along(yarn, self.along[yarn]);
+            let breaking = |(own, window): (usize, &Window)| {
+                let is_within = |at: usize, length: f64| length - 0.5 * width(yarn, at) > HALF_WITHIN * self.along[yarn];
+                let within = window.elements().filter(|&(at, length)| is_within(at, length)).map(|(at, _)| at);
+                let (first, last) = within.fold((own, own), |(first, last), at| (first.min(at), last.max(at)));
+                first..last + 1
+            };
+            let breaking = along.iter().enumerate().map(breaking).collect();
+            Windows { along, breaking, across: across(1 - yarn, self.breadth[yarn]) }
+        })
     }
 }
 

@@ -45,6 +45,30 @@ fn a_yarn_is_as_broad_as_crossovers_across_it_are_apart() {
 }
 
 #[test]
+fn what_breaks_together_lies_within_half_the_failure_length() {
+    let mesh = ["/pack/elements_per_crossover=4", "/pack/mesh_grading={\"fine_radius_mm\": 3}", "/solver/failure_length_mm=2"];
+    let ply_type = ply_type(false, &mesh);
+    let windows = ply_type.windows.as_ref().unwrap_or_else(|| unreachable!("there are windows"));
+    for axis in 0..2 {
+        let places = |at: usize| {
+            let [row, column] = if axis == 0 { [0, at] } else { [at, 0] };
+            let from = ply_type.mesh.reference(row, column)[axis];
+            from + 0.5 * ply_type.mesh.size(row, column)[axis]
+        };
+        let breaking = &windows[axis].breaking;
+        let mut several = 0;
+        for (own, together) in breaking.iter().enumerate() {
+            let near = |at: &usize| (places(*at) - places(own)).abs() < 0.9999e-3;
+            let expected: Vec<_> = (0..breaking.len()).filter(near).collect();
+            assert_eq!(together.clone().collect::<Vec<_>>(), expected, "{axis} {own}");
+            several += usize::from(together.len() == 7);
+        }
+        // In coarse elements only the one in the middle does.
+        assert!(several > 10 && breaking.iter().any(|together| together.len() == 1), "{several}");
+    }
+}
+
+#[test]
 fn a_part_of_a_ply_has_the_yarns_of_the_whole() {
     for sets in
         [&[][..], &["/pack/elements_per_crossover=3"], &["/pack/mesh_grading=none", "/pack/elements_per_crossover=2"]]
@@ -53,6 +77,11 @@ fn a_part_of_a_ply_has_the_yarns_of_the_whole() {
         for axis in 0..2 {
             let middle = part[axis].across.len();
             assert_eq!(whole[axis].across.len(), 2 * middle);
+            // Past the mirror plane lie the images of those on this side of it.
+            for (half, all) in part[axis].breaking.iter().zip(&whole[axis].breaking[middle..]) {
+                let behind = all.start.max(middle) - middle..all.end - middle;
+                assert_eq!(*half, behind, "{sets:?}");
+            }
             for (half, all) in part[axis].across.iter().zip(&whole[axis].across[middle..]) {
                 assert_eq!((half.first + middle, half.length.len()), (all.first, all.length.len()), "{sets:?}");
             }

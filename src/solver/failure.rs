@@ -10,8 +10,8 @@ use crate::model::Model;
 use crate::model::failure_length::{Window, Windows};
 use crate::solver::state::State;
 
-/// Marks the yarns of which an element's strain and the strain of the piece around it reached the failure strain in the last step: they break
-/// in this one, over their whole breadth. Where strength varies, each piece has a failure strain of its own. `last`: sums of that step, which
+/// Marks the yarns of which an element's strain and the strain of the piece around it reached the failure strain in the last step: that piece
+/// breaks in this one, over its whole breadth. Where strength varies, each piece has a failure strain of its own. `last`: sums of that step, which
 /// say where nothing has to be looked at; `None`: everything is.
 ///
 /// Gives the largest strain of a whole piece over its failure strain.
@@ -106,7 +106,9 @@ impl<S: Scalar> YarnsOfPly<'_, S> {
             found.largest = found.largest.max(piece.strain / limit);
         }
         if piece.strain >= limit {
-            let whole = elements().filter(|(row, column)| self.strain(*row, *column) >= 0.0);
+            let along = self.windows.breaking[along].clone();
+            let piece = along.flat_map(|at| across.elements().map(move |(beside, _)| self.place(at, beside)));
+            let whole = piece.filter(|(row, column)| self.strain(*row, *column) >= 0.0);
             found.breaking.extend(whole.map(|(row, column)| [self.first + row, self.yarn, column]));
         }
     }

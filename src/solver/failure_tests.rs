@@ -52,7 +52,7 @@ fn a_peak_breaks_nothing_that_a_plateau_breaks() {
     let peak = |height: f64| move |row, column| if (row, column) == (4, 4) { height } else { 0.9 };
     assert_eq!(judged(peak(1.19), &[THREE]).0, NOTHING);
     let (marked, load) = judged(peak(1.21), &[THREE]);
-    assert_eq!(marked, [[4, 4]]);
+    assert_eq!(marked, [[4, 3], [4, 4], [4, 5]]);
     assert!((load - (0.9 + 0.31 / 3.0)).abs() < 1e-12, "{load}");
     assert_eq!(judged(|_, _| 1.001, &[THREE]).0.len(), 81);
     assert_eq!(judged(|_, _| 0.999, &[THREE]), (NOTHING.to_vec(), 0.0));
@@ -76,10 +76,13 @@ fn an_element_breaks_at_its_own_strength() {
     };
     // A weak one among whole ones, far below what breaks the others.
     let even = |height: f64| move |_: usize, _: usize| height;
-    assert_eq!(judged_with(even(0.61), &[THREE], one(0.6)).0, [[4, 4]]);
+    assert_eq!(judged_with(even(0.61), &[THREE], one(0.6)).0, [[4, 3], [4, 4], [4, 5]]);
     assert_eq!(judged_with(even(0.59), &[THREE], one(0.6)).0, NOTHING);
-    // A strong one holds where all others break; the load is over its own strength.
-    assert_eq!(judged_with(even(1.1), &[THREE], one(1.2)).0.len(), 80);
+    // A strong one holds, unless it lies in a piece that breaks; the load is over its own strength.
+    let peak = |height: f64| move |row, column| if (row, column) == (4, 4) { height } else { 0.9 };
+    assert_eq!(judged_with(peak(1.79), &[THREE], one(1.2)).0, NOTHING);
+    assert_eq!(judged_with(peak(1.81), &[THREE], one(1.2)).0.len(), 3);
+    assert_eq!(judged_with(even(1.1), &[THREE], one(1.2)).0.len(), 81);
     let (_, load) = judged_with(even(0.61), &[THREE], one(0.6));
     assert!((load - 0.61 / 0.6).abs() < 1e-12, "{load}");
 }
@@ -89,8 +92,9 @@ fn half_an_element_more_counts_half() {
     // Four elements: the three in the middle and half of the ones beside them.
     let outer = |height: f64| move |_, column: usize| [0.0, 0.0, height, 0.0, 1.0, 0.0, height, 0.0, 0.0][column];
     let four = "/solver/failure_length_mm=5.08";
-    let column: Vec<_> = (0..9).map(|row| [row, 4]).collect();
-    assert_eq!(judged(outer(3.01), &[four]).0, column);
+    // What lies in the piece by half does not break with it.
+    let columns: Vec<_> = (0..9).flat_map(|row| (3..=5).map(move |column| [row, column])).collect();
+    assert_eq!(judged(outer(3.01), &[four]).0, columns);
     assert_eq!(judged(outer(2.99), &[four]).0, NOTHING);
     // Elements half as long.
     let strip = |height: f64| move |_, column: usize| if column.abs_diff(9) <= 1 { height } else { 0.0 };
@@ -109,7 +113,7 @@ fn a_broken_piece_says_nothing_of_the_others() {
             _ => 0.1,
         }
     };
-    assert_eq!(judged(broken(0.81), &[THREE]), (vec![[4, 4]], 0.0));
+    assert_eq!(judged(broken(0.81), &[THREE]), (vec![[4, 4], [4, 5]], 0.0));
     assert_eq!(judged(broken(0.79), &[THREE]).0, NOTHING);
 }
 
@@ -155,6 +159,21 @@ fn a_yarn_breaks_by_the_elastic_energy_of_its_breadth() {
         _ => 0.1,
     };
     assert!(judged(torn, &fine).0.contains(&[21, 18]));
+}
+
+#[test]
+fn a_piece_of_the_failure_length_breaks_whatever_the_mesh() {
+    // Elements of 1.27, 0.635 and 0.3175 mm, one of which carries the load of a piece of 3.81 mm.
+    for (elements, loaded, breaking) in [(1, 4, 3..=5), (2, 9, 7..=11), (4, 18, 13..=23)] {
+        let fine = [THREE, &format!("/pack/elements_per_crossover={elements}")];
+        let peak = |height: f64| move |_: usize, column: usize| if column == loaded { height } else { 0.0 };
+        let columns = |height: f64| {
+            let marked = judged(peak(height * 3.0 * f64::from(elements)), &fine).0;
+            marked.into_iter().filter(|[row, _]| *row == 0).map(|[_, column]| column).collect::<Vec<_>>()
+        };
+        assert_eq!(columns(1.001), breaking.collect::<Vec<_>>(), "{elements}");
+        assert_eq!(columns(0.999), Vec::<usize>::new(), "{elements}");
+    }
 }
 
 #[test]
