@@ -5,8 +5,6 @@
 const BROKEN: f32 = -1.0;
 /// What lies in a piece by half does not break with it. Share of half the failure length that rounding does not reach [-].
 const HALF_WITHIN: f32 = 1e-4;
-/// Row of a place that is not there.
-const NOWHERE: u32 = 0xffffffffu;
 
 fn keep_strains(element: u32, strain: vec2<f32>) {
     let slot = 2u + 2u * (step.index & 1u);
@@ -78,13 +76,14 @@ fn element_along(a: Axis, at: i32) -> i32 {
     return at;
 }
 
-/// The place (row, column) so many elements on along a yarn from another; its row is `NOWHERE` where there is none.
-fn place_along(ply: u32, place: vec2<u32>, which: u32, on: i32) -> vec2<u32> {
-    let at = element_along(axis_of(ply, which), i32(place[1u - which]) + on);
-    if (at < 0) {
-        return vec2<u32>(NOWHERE);
-    }
-    return select(vec2<u32>(u32(at), place.y), vec2<u32>(place.x, u32(at)), which == 0u);
+/// The place (row, column) so far along the yarn.
+fn place_along(place: vec2<u32>, which: u32, at: u32) -> vec2<u32> {
+    return place_across(place, 1u - which, at);
+}
+
+/// Where along a yarn the element lies that is so many on from one at a place; negative: there is none.
+fn on_along(ply: u32, place: vec2<u32>, which: u32, on: i32) -> i32 {
+    return element_along(axis_of(ply, which), i32(place[1u - which]) + on);
 }
 
 /// Half of the failure length, in lengths of the finest element along a yarn.
@@ -112,11 +111,12 @@ fn row_of(ply: u32, place: vec2<u32>, which: u32) -> Sums {
     for (var side = 0u; side < 2u; side++) {
         var begin = half;
         for (var along = 1; begin < reach; along++) {
-            let next = place_along(ply, place, which, select(along, -along, side == 0u));
-            if (next.x == NOWHERE) {
+            let at = on_along(ply, place, which, select(along, -along, side == 0u));
+            if (at < 0) {
                 break;
             }
-            let width = width_along(ply, which, next[1u - which]);
+            let next = place_along(place, which, u32(at));
+            let width = width_along(ply, which, u32(at));
             add_strain(&sums, element_at(ply, next), which, min(width, reach - begin));
             begin += width;
         }
@@ -173,11 +173,12 @@ fn breaks_with_another(element: u32, which: u32) -> bool {
     for (var side = 0u; side < 2u; side++) {
         var begin = half;
         for (var along = 1; begin < reach; along++) {
-            let next = place_along(ply, place, which, select(along, -along, side == 0u));
-            if (next.x == NOWHERE) {
+            let at = on_along(ply, place, which, select(along, -along, side == 0u));
+            if (at < 0) {
                 break;
             }
-            let width = width_along(ply, which, next[1u - which]);
+            let next = place_along(place, which, u32(at));
+            let width = width_along(ply, which, u32(at));
             if (begin + 0.5 * width < (1.0 - HALF_WITHIN) * reach) {
                 let other = element_at(ply, next);
                 let limit = failure_strain(other)[which];

@@ -15,7 +15,7 @@ use super::lines::SAME;
 use crate::kernels::crossover::UnitCellParameters;
 
 /// What lies in a piece by half does not break with it. Share of half the failure length that rounding in single precision does not reach [-].
-const HALF_WITHIN: f64 = 1e-4;
+pub const HALF_WITHIN: f64 = 1e-4;
 
 /// Elements within a length around the middle of one, or side by side in a yarn.
 #[derive(Clone, Debug, PartialEq)]
@@ -102,7 +102,8 @@ impl StencilRadius {
         [0, 1].map(|yarn| {
             let along: Vec<Window> = along(yarn, self.along[yarn]);
             let breaking = |(own, window): (usize, &Window)| {
-                let is_within = |at: usize, length: f64| length - 0.5 * width(yarn, at) > HALF_WITHIN * self.along[yarn];
+                let is_within =
+                    |at: usize, length: f64| length - 0.5 * width(yarn, at) > HALF_WITHIN * self.along[yarn];
                 let within = window.elements().filter(|&(at, length)| is_within(at, length)).map(|(at, _)| at);
                 let (first, last) = within.fold((own, own), |(first, last), at| (first.min(at), last.max(at)));
                 first..last + 1

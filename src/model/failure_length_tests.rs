@@ -46,7 +46,8 @@ fn a_yarn_is_as_broad_as_crossovers_across_it_are_apart() {
 
 #[test]
 fn what_breaks_together_lies_within_half_the_failure_length() {
-    let mesh = ["/pack/elements_per_crossover=4", "/pack/mesh_grading={\"fine_radius_mm\": 3}", "/solver/failure_length_mm=2"];
+    let mesh =
+        ["/pack/elements_per_crossover=4", "/pack/mesh_grading={\"fine_radius_mm\": 3}", "/solver/failure_length_mm=2"];
     let ply_type = ply_type(false, &mesh);
     let windows = ply_type.windows.as_ref().unwrap_or_else(|| unreachable!("there are windows"));
     for axis in 0..2 {
