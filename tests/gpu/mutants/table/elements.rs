@@ -239,6 +239,18 @@ pub(super) const MUTANTS: &[Mutant] = &[
         "last_strain(element, which) < limit",
     ),
     mutant(
+        "one row of a piece breaks alone",
+        "failure over a length",
+        "limit.x <= warp.strain || breaks_with_another(element, 0u)",
+        "limit.x <= warp.strain",
+    ),
+    mutant(
+        "elements break that touch the piece",
+        "failure over a length, graded",
+        "if (begin + 0.5 * width < ",
+        "if (begin < ",
+    ),
+    mutant(
         "elements beside each other alike in the mean",
         "failure over a length, graded",
         "let breadth = width_along(ply, 1u - which, at);",
