@@ -204,8 +204,8 @@ pub(super) const MUTANTS: &[Mutant] = &[
     mutant(
         "mean along the other yarn",
         "failure over a length",
-        "vec2<u32>(u32(at), place.y), vec2<u32>(place.x, u32(at)), which == 0u",
-        "vec2<u32>(u32(at), place.y), vec2<u32>(place.x, u32(at)), which == 1u",
+        "return place_across(place, 1u - which, at);",
+        "return place_across(place, which, at);",
     ),
     mutant(
         "whole elements in the mean",
