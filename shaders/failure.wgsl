@@ -3,8 +3,6 @@
 
 /// Stands for the strain of a piece of yarn that is broken or absent.
 const BROKEN: f32 = -1.0;
-/// What lies in a piece by half does not break with it. Share of half the failure length that rounding does not reach [-].
-const HALF_WITHIN: f32 = 1e-4;
 
 fn keep_strains(element: u32, strain: vec2<f32>) {
     let slot = 2u + 2u * (step.index & 1u);
@@ -76,21 +74,6 @@ fn element_along(a: Axis, at: i32) -> i32 {
     return at;
 }
 
-/// The place (row, column) so far along the yarn.
-fn place_along(place: vec2<u32>, which: u32, at: u32) -> vec2<u32> {
-    return place_across(place, 1u - which, at);
-}
-
-/// Where along a yarn the element lies that is so many on from one at a place; negative: there is none.
-fn on_along(ply: u32, place: vec2<u32>, which: u32, on: i32) -> i32 {
-    return element_along(axis_of(ply, which), i32(place[1u - which]) + on);
-}
-
-/// Half of the failure length, in lengths of the finest element along a yarn.
-fn failure_reach(which: u32) -> f32 {
-    return select(scene.failure_reach_weft, scene.failure_reach_warp, which == 0u);
-}
-
 /// Adds an element of the last step. A broken one, slack beside its break, says nothing of the others.
 fn add_strain(sums: ptr<function, Sums>, element: u32, which: u32, length: f32) {
     let strain = last_strain(element, which);
@@ -105,18 +88,20 @@ fn add_strain(sums: ptr<function, Sums>, element: u32, which: u32, length: f32) 
 /// The elements along a yarn that lie within the failure length of the middle of one at a place (row, column).
 fn row_of(ply: u32, place: vec2<u32>, which: u32) -> Sums {
     var sums = Sums(0.0, 0.0, 1.0);
-    let reach = failure_reach(which);
-    let half = 0.5 * width_along(ply, which, place[1u - which]);
+    let reach = select(scene.failure_reach_weft, scene.failure_reach_warp, which == 0u);
+    let own = place[1u - which];
+    let axis = axis_of(ply, which);
+    let half = 0.5 * width_along(ply, which, own);
     add_strain(&sums, element_at(ply, place), which, 2.0 * min(half, reach));
     for (var side = 0u; side < 2u; side++) {
         var begin = half;
         for (var along = 1; begin < reach; along++) {
-            let at = on_along(ply, place, which, select(along, -along, side == 0u));
+            let at = element_along(axis, i32(own) + select(along, -along, side == 0u));
             if (at < 0) {
                 break;
             }
-            let next = place_along(place, which, u32(at));
             let width = width_along(ply, which, u32(at));
+            let next = select(vec2<u32>(u32(at), place.y), vec2<u32>(place.x, u32(at)), which == 0u);
             add_strain(&sums, element_at(ply, next), which, min(width, reach - begin));
             begin += width;
         }
@@ -163,30 +148,16 @@ fn piece_of(element: u32, which: u32, limit: f32) -> Piece {
     return Piece(sqrt(squares / area), whole);
 }
 
-/// Whether an element lies by more than half in the piece around another one of its yarn that reached the failure strain in the last step:
-/// their middles are no further apart than half the failure length.
+/// Whether an element lies in the piece around another one of its yarn that reached the failure strain in the last step.
 fn breaks_with_another(element: u32, which: u32) -> bool {
     let ply = element_ply(element);
     let place = element_place(element);
-    let reach = failure_reach(which);
-    let half = 0.5 * width_along(ply, which, place[1u - which]);
-    for (var side = 0u; side < 2u; side++) {
-        var begin = half;
-        for (var along = 1; begin < reach; along++) {
-            let at = on_along(ply, place, which, select(along, -along, side == 0u));
-            if (at < 0) {
-                break;
-            }
-            let next = place_along(place, which, u32(at));
-            let width = width_along(ply, which, u32(at));
-            if (begin + 0.5 * width < (1.0 - HALF_WITHIN) * reach) {
-                let other = element_at(ply, next);
-                let limit = failure_strain(other)[which];
-                if (limit <= piece_of(other, which, limit).strain) {
-                    return true;
-                }
-            }
-            begin += width;
+    let line = line_at(ply, which, place[1u - which]);
+    for (var at = u32(line.breaking_first); at < u32(line.breaking_end); at++) {
+        let other = element_at(ply, place_across(place, 1u - which, at));
+        let limit = failure_strain(other)[which];
+        if (other != element && limit <= piece_of(other, which, limit).strain) {
+            return true;
         }
     }
     return false;

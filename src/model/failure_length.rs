@@ -14,8 +14,8 @@ use super::Mesh;
 use super::lines::SAME;
 use crate::kernels::crossover::UnitCellParameters;
 
-/// What lies in a piece by half does not break with it. Share of half the failure length that rounding in single precision does not reach [-].
-pub const HALF_WITHIN: f64 = 1e-4;
+/// What lies in a piece by half does not break with it. Share of half the failure length that rounding does not reach [-].
+const HALF_WITHIN: f64 = 1e-4;
 
 /// Elements within a length around the middle of one, or side by side in a yarn.
 #[derive(Clone, Debug, PartialEq)]

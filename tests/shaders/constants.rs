@@ -8,7 +8,7 @@ use ripstop::kernels::{
     arc_length, coupled_newton, crossover, element_force, law_energy, ply_contact, predictor, projectile_chisel,
     projectile_contact, projectile_rim, projectile_shape, shear, yarn_law,
 };
-use ripstop::model::{Model, failure_length, over};
+use ripstop::model::{Model, over};
 use wgpu::naga;
 
 use super::modules;
@@ -121,7 +121,6 @@ fn of_the_kernels() -> Vec<Constant> {
         number("RESOLVED", projectile_shape::RESOLVED),
         count("LAW_COUNT", law_energy::COUNT),
         number("BROKEN", element_force::BROKEN),
-        number("HALF_WITHIN", failure_length::HALF_WITHIN),
         number("FOLDED_STRETCH", element_force::FOLDED_STRETCH),
         number("TINY", element_force::TINY),
         number("STEEPEST", shear::STEEPEST),

@@ -25,9 +25,10 @@ pub fn line(ply_type: &PlyType<f32>, axis: usize, line: usize) -> Block {
     block.double("share", if line > last { 0.0 } else { mesh.share(axis, line) });
     block.double("yarn_first", yarn.start as f64);
     block.double("yarn_end", yarn.end as f64);
-    for pad in ["pad0", "pad1"] {
-        block.double(pad, 0.0);
-    }
+    let breaking =
+        ply_type.windows.as_ref().map_or(element..element + 1, |windows| windows[axis].breaking[element].clone());
+    block.double("breaking_first", breaking.start as f64);
+    block.double("breaking_end", breaking.end as f64);
     block
 }
 

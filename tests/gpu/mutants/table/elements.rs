@@ -204,8 +204,8 @@ pub(super) const MUTANTS: &[Mutant] = &[
     mutant(
         "mean along the other yarn",
         "failure over a length",
-        "return place_across(place, 1u - which, at);",
-        "return place_across(place, which, at);",
+        "vec2<u32>(u32(at), place.y), vec2<u32>(place.x, u32(at)), which == 0u",
+        "vec2<u32>(u32(at), place.y), vec2<u32>(place.x, u32(at)), which == 1u",
     ),
     mutant(
         "whole elements in the mean",
@@ -245,10 +245,10 @@ pub(super) const MUTANTS: &[Mutant] = &[
         "limit.x <= warp.strain",
     ),
     mutant(
-        "elements break that touch the piece",
+        "last element of a piece holds",
         "failure over a length, graded",
-        "if (begin + 0.5 * width < ",
-        "if (begin < ",
+        "at < u32(line.breaking_end)",
+        "at + 1u < u32(line.breaking_end)",
     ),
     mutant(
         "elements beside each other alike in the mean",
