@@ -45,6 +45,44 @@ fn tension_of_a_struck_strip_hardly_exceeds_its_plateau() {
     }
 }
 
+/// Neither mesh nor step may move the break further from the closed form than 15 %: the first elements overshoot the plateau.
+#[test]
+fn a_struck_strip_breaks_near_the_exact_velocity() {
+    let s728 = [
+        "/fabric/areal_density_g_m2=231.1",
+        r#"/fabric/warp={"linear_density_denier":1500,"modulus_gpa":96,"failure_strain":0.035,"count_per_inch":17,"crimp":0.0176}"#,
+        r#"/fabric/weft={"linear_density_denier":1500,"modulus_gpa":96,"failure_strain":0.035,"count_per_inch":17,"crimp":0.0094}"#,
+        "/pack/height_mm=1.494",
+    ];
+    let compressible = r#"/fabric/crossover/compression={"a_mm":0.1,"b_mm_n13":0.1}"#;
+    let broken = |sets: &[&str]| {
+        let short = ["/pack/width_mm=101.6", "/projectile/offset_mm=[-50.8,0]", "/solver/end_time_us=10"];
+        let silent = ["/expect=[]", "/output/profile_times_us=[]"];
+        let case = shipped("cases/verify/strip-crimped-155.json", &[sets, &short, &silent].concat());
+        run(&case).events.len()
+    };
+    // Velocities at which yarns reach their failure strain [m/s]: verification.md, from the same closed form.
+    let fabrics: [(&[&str], f64); 4] = [
+        (&[], 682.0),
+        (&[compressible], 701.0),
+        (&s728, 673.0),
+        (&[&s728[..], &[compressible]].concat(), 686.0),
+    ];
+    for (fabric, critical) in fabrics {
+        for (count, courant) in [(2, "0.2"), (2, "1"), (4, "0.2"), (4, "1")] {
+            let [below, above] = [0.85, 1.15].map(|part| {
+                let own = [
+                    format!("/projectile/velocity_m_s={}", part * critical),
+                    format!("/solver/courant={courant}"),
+                    format!("/pack/elements_per_crossover={count}"),
+                ];
+                broken(&[fabric, &own.each_ref().map(String::as_str)].concat())
+            });
+            assert!(below == 0 && above > 0, "{critical} m/s, {count} elements, Courant {courant}: {below}, {above}");
+        }
+    }
+}
+
 #[test]
 fn without_viscosity_the_same_strip_rings() {
     let sets = ["/solver/shock_viscosity=0", "/expect=[]"];

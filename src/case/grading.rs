@@ -28,17 +28,17 @@ pub struct Grading {
 }
 
 /// Reads the grading of a pack of which each element of the finest size has `side` crossovers along a side.
-/// `refined`: it is graded where nothing is said.
+/// `graded`: what it is where nothing is said.
 pub(super) fn read(
     pack: &ObjectReader<'_>,
     projectile: Option<&Projectile>,
     side: f64,
-    refined: bool,
+    graded: bool,
 ) -> Result<Option<Grading>, CaseError> {
     let choice = match pack.given("mesh_grading") {
         Some(_) => pack.choice("mesh_grading")?,
         None => {
-            let word = if refined { "graded" } else { "none" };
+            let word = if graded { "graded" } else { "none" };
             pack.derive_value("mesh_grading", word.to_owned(), false)?;
             WordOrObject::Word(word.to_owned())
         }

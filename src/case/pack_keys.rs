@@ -9,8 +9,9 @@ use super::{Edge, LinesFrom};
 /// Plies of a pack at most.
 pub(super) const MAX_PLIES: u32 = 64;
 /// Where the mesh comes from.
-const MESH: &str = "numerics and accuracy: around a free projectile's hit four elements per crossover (converged: eight), \
-    graded beyond; one even element for the paper's numerics, a bar, no projectile, or several crossovers per element";
+const MESH: &str = "numerics and accuracy: around a projectile's hit four elements per crossover (converged: eight), graded \
+    beyond; where a bar strikes two (eight), even; one even element for the paper's numerics, no projectile, or several \
+    crossovers per element";
 
 pub(super) static PACK: &[CaseKey] = &[
     key(
