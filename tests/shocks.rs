@@ -24,22 +24,28 @@ fn failures(case: &Case, run: &Run, far: f64) -> [usize; 2] {
     [run.events.len(), run.events.iter().filter(is_far).count()]
 }
 
+const COMPRESSIBLE: &str = r#"/fabric/crossover/compression={"a_mm":0.1,"b_mm_n13":0.1}"#;
+
+/// The default mesh, and one of half as long elements.
+const MESHES: [&[&str]; 2] = [&[], &["/pack/elements_per_crossover=4"]];
+
+/// A strip of S-720 with rigid crossovers, struck by a bar [m/s].
+fn strip(velocity: f64, courant: &str, sets: &[&str]) -> Run {
+    let own = [format!("/projectile/velocity_m_s={velocity}"), format!("/solver/courant={courant}")];
+    let own = own.each_ref().map(String::as_str);
+    let silent = ["/expect=[]", "/output/profile_times_us=[]"];
+    run(&shipped("cases/verify/strip-crimped-155.json", &[&own, &silent, sets].concat()))
+}
+
 #[test]
 fn tension_of_a_struck_strip_hardly_exceeds_its_plateau() {
     // Exact plateaus [N]: verification.md, V² = (N/Ad)(2√(ε(1+ε)) − ε) with the tension of the crimped cell.
-    let compressible = r#"/fabric/crossover/compression={"a_mm":0.1,"b_mm_n13":0.1}"#;
     for (velocity, sets, plateau) in
-        [(155, &[][..], 43.26), (250, &[], 85.70), (155, &[compressible], 29.95), (250, &[compressible], 68.75)]
+        [(155.0, &[][..], 43.26), (250.0, &[], 85.70), (155.0, &[COMPRESSIBLE], 29.95), (250.0, &[COMPRESSIBLE], 68.75)]
     {
         for courant in ["0.2", "0.9", "1"] {
-            let own = [format!("/projectile/velocity_m_s={velocity}"), format!("/solver/courant={courant}")];
-            let sets: Vec<&str> = own.iter().map(String::as_str).chain(sets.iter().copied()).collect();
-            let more = ["/expect=[]", "/pack/width_mm=508", "/projectile/offset_mm=[-254,0]", "/solver/end_time_us=80"];
-            let case = shipped(
-                "cases/verify/strip-crimped-155.json",
-                &[&sets[..], &more, &["/output/profile_times_us=[]"]].concat(),
-            );
-            let over = peak(&run(&case)) / plateau;
+            let size = ["/pack/width_mm=508", "/projectile/offset_mm=[-254,0]", "/solver/end_time_us=80"];
+            let over = peak(&strip(velocity, courant, &[sets, &size].concat())) / plateau;
             assert!((1.0..1.35).contains(&over), "{velocity} m/s, Courant {courant}, {plateau} N: {over}");
         }
     }
@@ -54,27 +60,15 @@ fn a_struck_strip_breaks_near_the_exact_velocity() {
         r#"/fabric/weft={"linear_density_denier":1500,"modulus_gpa":96,"failure_strain":0.035,"count_per_inch":17,"crimp":0.0094}"#,
         "/pack/height_mm=1.494",
     ];
-    let compressible = r#"/fabric/crossover/compression={"a_mm":0.1,"b_mm_n13":0.1}"#;
-    let broken = |sets: &[&str]| {
-        let short = ["/pack/width_mm=101.6", "/projectile/offset_mm=[-50.8,0]", "/solver/end_time_us=10"];
-        let silent = ["/expect=[]", "/output/profile_times_us=[]"];
-        let case = shipped("cases/verify/strip-crimped-155.json", &[sets, &short, &silent].concat());
-        run(&case).events.len()
-    };
     // Velocities at which yarns reach their failure strain [m/s]: verification.md, from the same closed form.
     let fabrics: [(&[&str], f64); 4] =
-        [(&[], 682.0), (&[compressible], 701.0), (&s728, 673.0), (&[&s728[..], &[compressible]].concat(), 686.0)];
+        [(&[], 682.0), (&[COMPRESSIBLE], 701.0), (&s728, 673.0), (&[&s728[..], &[COMPRESSIBLE]].concat(), 686.0)];
     for (fabric, critical) in fabrics {
-        for (count, courant) in [(2, "0.2"), (2, "1"), (4, "0.2"), (4, "1")] {
-            let [below, above] = [0.85, 1.15].map(|part| {
-                let own = [
-                    format!("/projectile/velocity_m_s={}", part * critical),
-                    format!("/solver/courant={courant}"),
-                    format!("/pack/elements_per_crossover={count}"),
-                ];
-                broken(&[fabric, &own.each_ref().map(String::as_str)].concat())
-            });
-            assert!(below == 0 && above > 0, "{critical} m/s, {count} elements, Courant {courant}: {below}, {above}");
+        for (mesh, courant) in MESHES.into_iter().flat_map(|mesh| ["0.2", "1"].map(|courant| (mesh, courant))) {
+            let size = ["/pack/width_mm=101.6", "/projectile/offset_mm=[-50.8,0]", "/solver/end_time_us=10"];
+            let sets = [fabric, mesh, &size].concat();
+            let [below, above] = [0.85, 1.15].map(|part| strip(part * critical, courant, &sets).events.len());
+            assert!(below == 0 && above > 0, "{critical} m/s, {mesh:?}, Courant {courant}: {below}, {above}");
         }
     }
 }
@@ -83,21 +77,15 @@ fn a_struck_strip_breaks_near_the_exact_velocity() {
 #[test]
 fn tension_of_a_rigid_strip_keeps_within_15_percent_from_the_fourth_element_on() {
     let times: Vec<String> = (1..60).map(|half| (0.5 * f64::from(half)).to_string()).collect();
-    for (velocity, plateau) in [(155, 43.26), (250, 85.70)] {
-        for (count, courant) in [(2, "0.2"), (2, "1"), (4, "1")] {
-            let own = [
-                format!("/projectile/velocity_m_s={velocity}"),
-                format!("/solver/courant={courant}"),
-                format!("/pack/elements_per_crossover={count}"),
-                format!("/output/profile_times_us=[{}]", times.join(",")),
-            ];
-            let more = ["/expect=[]", "/pack/width_mm=254", "/projectile/offset_mm=[-127,0]", "/solver/end_time_us=30"];
-            let sets: Vec<&str> = own.iter().map(String::as_str).chain(more).collect();
-            let run = run(&shipped("cases/verify/strip-crimped-155.json", &sets));
+    let profiles = format!("/output/profile_times_us=[{}]", times.join(","));
+    let size = ["/pack/width_mm=254", "/projectile/offset_mm=[-127,0]", "/solver/end_time_us=30"];
+    for (velocity, plateau) in [(155.0, 43.26), (250.0, 85.70)] {
+        for (mesh, courant) in [(MESHES[0], "0.2"), (MESHES[0], "1"), (MESHES[1], "1")] {
+            let run = strip(velocity, courant, &[mesh, &size, &[&profiles]].concat());
             assert_eq!(run.profiles.len(), times.len());
             let forces = run.profiles.iter().flat_map(|profile| profile.points[3..].iter().map(|point| point.force));
             let over = forces.fold(0.0, f64::max) * 1.27e-3 / plateau;
-            assert!((1.0..1.15).contains(&over), "{velocity} m/s, {count} elements, Courant {courant}: {over}");
+            assert!((1.0..1.15).contains(&over), "{velocity} m/s, {mesh:?}, Courant {courant}: {over}");
         }
     }
 }

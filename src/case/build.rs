@@ -24,7 +24,7 @@ const FAILURE_LENGTH: f64 = 0.9e-3;
 /// Elements along a side of a crossover around the hit, and where the result is to be converged.
 const FINE: u32 = 4;
 const CONVERGED: u32 = 8;
-/// The same, on an even mesh, where a bar strikes: its first elements overshoot least for the cost. Measured in benches/NOTES.md.
+/// The same, on an even mesh, where a bar strikes: the fewest with which strips break within 15 % of the closed form (benches/NOTES.md).
 const ALONG_A_BAR: u32 = 2;
 
 /// A case from its document, fabric inlined and changes applied; `as_run` and the names are the caller's.
