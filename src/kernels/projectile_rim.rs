@@ -6,7 +6,11 @@
 //!
 //! Such a point pushes both nodes by its place between them, so points that share a node are no longer independent: with
 //! K = N M⁻¹ Nᵀ of those that push, K p = G V′ + target − n·v takes the place of p = κ(…) in
-//! [`projectile_contact`](super::projectile_contact). K is small: the points of the rim and the nodes at their edges.
+//! [`projectile_contact`](super::projectile_contact).
+//!
+//! K is small, the points of the rim and the nodes at their edges, and falls into blocks: where the rim crosses two opposite edges of an
+//! element one after the other, these share no node. Most blocks have two or three members, the longest lie where the rim runs
+//! along a diagonal of the elements.
 
 use std::ops::Range;
 
@@ -48,18 +52,26 @@ impl EdgeConstraint {
 pub struct Rim {
     /// Of the last points of contact, one each.
     pub constraints: Vec<EdgeConstraint>,
-    /// Those that push and share nodes.
+    /// By node: the sum of weights there, then the node that stands for its block.
+    weights: Vec<f64>,
+    blocks: Vec<usize>,
+    /// Those that push and share nodes, ply by ply.
     members: Vec<usize>,
     /// Those of which `factors` and `motions` are, in this step.
     factored: Vec<usize>,
-    /// Ply by ply K, then its Cholesky factor: lower triangle by rows [1/kg].
+    /// Places of `factored` block by block, and the ends of the blocks among these.
+    order: Vec<usize>,
+    ends: Vec<usize>,
+    /// Block by block K, then its Cholesky factor: lower triangle by rows [1/kg].
     factors: Vec<f64>,
     /// Of the nodes, without normal impulses [m/s].
     free: Vec<Vector3<f64>>,
-    /// K⁻¹ G by rows.
+    /// K⁻¹ G by rows, block by block.
     motions: Vec<[f64; 6]>,
-    /// K⁻¹ (n·v − target).
+    /// K⁻¹ (n·v − target), block by block.
     excesses: Vec<[f64; 1]>,
+    /// Where a member lies among these, by its place in `factored`.
+    places: Vec<usize>,
 }
 
 impl Rim {
@@ -70,7 +82,9 @@ impl Rim {
 
     /// Begins a step: nothing is known of its equations yet.
     pub(crate) fn begin(&mut self, points: &mut [ContactPoint], body_mass: f64) {
-        self.factored.clear();
+        for list in [&mut self.factored, &mut self.order, &mut self.ends, &mut self.places] {
+            list.clear();
+        }
         self.share_masses(points, body_mass);
         self.propagate(points);
     }
@@ -87,22 +101,24 @@ impl Rim {
 
     /// Gives every point of the rim its share of the masses of its nodes, by its weight among the points there: what
     /// friction meets.
-    pub(crate) fn share_masses(&self, points: &mut [ContactPoint], body_mass: f64) {
-        let nodes = points.len() - self.constraints.len();
-        for at in 0..self.constraints.len() {
+    pub(crate) fn share_masses(&mut self, points: &mut [ContactPoint], body_mass: f64) {
+        let (nodes, rim) = points.split_at_mut(points.len() - self.constraints.len());
+        self.weights.clear();
+        self.weights.resize(nodes.len(), 0.0);
+        for (p, constraint) in rim.iter().zip(&self.constraints) {
+            for (node, weight) in constraint.ends() {
+                // In the whole scene: a point has images at a node on a mirror plane.
+                self.weights[node] += weight * p.part;
+            }
+        }
+        for (p, constraint) in rim.iter_mut().zip(&self.constraints) {
             let mut inverse = Vector3::zeros();
             let mut unheld = 0.0;
-            for (node, weight) in self.constraints[at].ends() {
-                // In the whole scene: a point has images at a node on a mirror plane.
-                let all = self.constraints.iter().zip(&points[nodes..]);
-                let others =
-                    all.flat_map(|(constraint, p)| constraint.ends().map(|(other, weight)| (other, weight * p.part)));
-                let of_node = others.filter(|(other, _)| *other == node).map(|(_, weight)| weight).sum::<f64>();
-                let share = weight * of_node / points[nodes + at].part;
-                inverse += points[node].inverse * share;
-                unheld += share / points[node].mass;
+            for (node, weight) in constraint.ends() {
+                let share = weight * self.weights[node] / p.part;
+                inverse += nodes[node].inverse * share;
+                unheld += share / nodes[node].mass;
             }
-            let p = &mut points[nodes + at];
             p.inverse = inverse;
             // Between two held nodes it has a mass like they have, though nothing moves it.
             p.mass = if inverse.amax() > 0.0 { inverse.amax() } else { unheld }.recip();
@@ -140,7 +156,6 @@ impl Rim {
         let count = points.len();
         self.members.clear();
         self.members.extend((0..count).filter(|at| points[*at].active && points[*at].shared));
-        // Points of different plies move no common node: each ply has equations of its own.
         self.members.sort_by_key(|at| points[*at].ply);
         // Friction changes what is asked of them, not what they are.
         if self.members != self.factored {
@@ -148,33 +163,35 @@ impl Rim {
         }
         self.free_of_pushes(points);
         self.excesses.clear();
-        for &at in &self.members {
+        for &place in &self.order {
+            let at = self.members[place];
             let free: Vector3<f64> =
                 self.parts(count, at).into_iter().map(|(node, weight)| self.free[node] * weight).sum();
             self.excesses.push([free.dot(&points[at].normal) - target(&points[at])]);
         }
         let mut factors = &self.factors[..];
-        for of in plies(points, &self.members) {
+        for of in ranges(&self.ends) {
             let (factor, others) = factors.split_at(start(of.len()));
             substitute(factor, &mut self.excesses[of]);
             factors = others;
         }
-        for ((&at, motion), [excess]) in self.members.iter().zip(&self.motions).zip(&self.excesses) {
+        for (&at, &place) in self.members.iter().zip(&self.places) {
             let g = direction(&points[at]);
-            *matrix += g * Vector6::from_row_slice(motion).transpose();
-            *right += g * *excess;
+            *matrix += g * Vector6::from_row_slice(&self.motions[place]).transpose();
+            *right += g * self.excesses[place][0];
         }
     }
 
     /// Fills `factors` and `motions` in.
     fn factor(&mut self, points: &[ContactPoint], body_mass: f64, direction: impl Fn(&ContactPoint) -> Vector6<f64>) {
+        self.find_blocks(points.len() - self.constraints.len());
         self.motions.clear();
-        self.motions.extend(self.members.iter().map(|at| <[f64; 6]>::from(direction(&points[*at]))));
+        self.motions.extend(self.order.iter().map(|place| <[f64; 6]>::from(direction(&points[self.members[*place]]))));
         let mut factors = std::mem::take(&mut self.factors);
         factors.clear();
-        for of in plies(points, &self.members) {
+        for of in ranges(&self.ends) {
             let first = factors.len();
-            self.fill(points, body_mass, &self.members[of.clone()], &mut factors);
+            self.fill(points, body_mass, &self.order[of.clone()], &mut factors);
             factorize(&mut factors[first..], of.len());
             substitute(&factors[first..], &mut self.motions[of]);
         }
@@ -182,10 +199,38 @@ impl Rim {
         self.factored.clone_from(&self.members);
     }
 
+    /// Sorts the members by block; `nodes`: how many points are of nodes.
+    fn find_blocks(&mut self, nodes: usize) {
+        self.blocks.clear();
+        self.blocks.extend(0..nodes);
+        for &at in self.members.iter().filter(|at| **at >= nodes) {
+            let [one, other] = self.constraints[at - nodes].nodes.map(|node| root(&mut self.blocks, node));
+            self.blocks[one.max(other)] = one.min(other);
+        }
+        let mut block = |at: usize| {
+            let node = at.checked_sub(nodes).map_or(at, |constraint| self.constraints[constraint].nodes[0]);
+            root(&mut self.blocks, node)
+        };
+        self.order.clear();
+        self.order.extend(0..self.members.len());
+        self.order.sort_unstable_by_key(|place| (block(self.members[*place]), *place));
+        self.ends.clear();
+        let mut end = 0;
+        for of in self.order.chunk_by(|one, other| block(self.members[*one]) == block(self.members[*other])) {
+            end += of.len();
+            self.ends.push(end);
+        }
+        self.places.clear();
+        self.places.resize(self.order.len(), 0);
+        for (at, place) in self.order.iter().enumerate() {
+            self.places[*place] = at;
+        }
+    }
+
     /// Normal impulses for a motion of the body, after [`Self::eliminate`].
     pub fn push(&self, points: &mut [ContactPoint], motion: &Vector6<f64>) {
-        for ((&at, row), [excess]) in self.members.iter().zip(&self.motions).zip(&self.excesses) {
-            points[at].normal_impulse = Vector6::from_row_slice(row).dot(motion) - excess;
+        for ((&place, row), [excess]) in self.order.iter().zip(&self.motions).zip(&self.excesses) {
+            points[self.members[place]].normal_impulse = Vector6::from_row_slice(row).dot(motion) - excess;
         }
     }
 
@@ -212,11 +257,12 @@ impl Rim {
         SHARED * self.parts(points.len(), at).into_iter().map(of_node).sum::<f64>()
     }
 
-    /// Adds K of some members to `matrix`.
-    fn fill(&self, points: &[ContactPoint], body_mass: f64, members: &[usize], matrix: &mut Vec<f64>) {
+    /// Adds K of a block to `matrix`.
+    fn fill(&self, points: &[ContactPoint], body_mass: f64, block: &[usize], matrix: &mut Vec<f64>) {
         let count = points.len();
-        for (row, &a) in members.iter().enumerate() {
-            for &b in &members[..=row] {
+        let members = || block.iter().map(|place| self.members[*place]);
+        for (row, a) in members().enumerate() {
+            for b in members().take(row + 1) {
                 let mut sum = 0.0;
                 for (of_a, weight_a) in self.parts(count, a) {
                     for (of_b, weight_b) in self.parts(count, b) {
@@ -236,13 +282,19 @@ impl Rim {
     }
 }
 
-/// Members that are of one ply, ply by ply.
-fn plies(points: &[ContactPoint], members: &[usize]) -> impl Iterator<Item = Range<usize>> {
-    let mut first = 0;
-    members.chunk_by(|a, b| points[*a].ply == points[*b].ply).map(move |of| {
-        first += of.len();
-        first - of.len()..first
-    })
+/// The node that stands for the block of a node; shortens the way there.
+fn root(blocks: &mut [usize], node: usize) -> usize {
+    let mut at = node;
+    while blocks[at] != at {
+        blocks[at] = blocks[blocks[at]];
+        at = blocks[at];
+    }
+    at
+}
+
+/// From end to end.
+fn ranges(ends: &[usize]) -> impl Iterator<Item = Range<usize>> {
+    std::iter::once(&0).chain(ends).zip(ends).map(|(first, end)| *first..*end)
 }
 
 /// Where a row of a lower triangle begins.

@@ -29,3 +29,19 @@ fn a_factor_solves_what_it_was_made_of() {
         assert!((got - expected).abs() < 1e-12, "{got} for {expected}");
     }
 }
+
+#[test]
+fn members_are_sorted_into_blocks_that_share_no_node() {
+    let edge = |from, to| EdgeConstraint { nodes: [from, to], weights: [0.5; 2] };
+    // Two chains, with the edges in no order; nodes 2, 5 and 7 push, too, 7 alone.
+    let mut rim = Rim {
+        constraints: vec![edge(4, 5), edge(0, 1), edge(2, 6), edge(3, 4), edge(1, 2)],
+        members: vec![2, 5, 7, 8, 9, 10, 11, 12],
+        ..Rim::default()
+    };
+    rim.find_blocks(8);
+    let blocks: Vec<Vec<_>> =
+        ranges(&rim.ends).map(|of| rim.order[of].iter().map(|place| rim.members[*place]).collect()).collect();
+    assert_eq!(blocks, [vec![2, 9, 10, 12], vec![5, 8, 11], vec![7]]);
+    assert!(rim.order.iter().enumerate().all(|(at, place)| rim.places[*place] == at));
+}
