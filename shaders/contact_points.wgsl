@@ -27,7 +27,8 @@ struct Point {
     below: u32,
     /// Whether a point of the rim lies on an edge that ends here: 1 or 0.
     constrained: u32,
-    pad0: u32,
+    /// The first of the points that it is tied to by points of the rim, over any number of edges.
+    block: u32,
 }
 
 /// Where the body may touch: a node, or a point of the rim on an edge. Those of the nodes come first; before them is one whose `ends` tell
@@ -50,15 +51,15 @@ struct Touch {
     friction: f32,
     state: u32,
     // Of those that push.
-    /// What the rows before leave of the diagonal of K, and the least that is taken for it [1/kg].
-    pivot: f32,
-    least: f32,
+    /// On the diagonal of K [1/kg], of L.
+    diagonal: f32,
+    root: f32,
     /// On the way to the normal impulse.
     normal_impulse: f32,
-    /// Its place among those that share nodes, or `NONE`; the first of its ply, and one past the last.
+    /// Its place among those that share nodes, or `NONE`; the first of its block; the first that its row has an entry for.
     member: u32,
     begin: u32,
-    end: u32,
+    entry: u32,
     /// Where its row of the matrix begins.
     row: u32,
 }

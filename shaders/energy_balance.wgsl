@@ -22,8 +22,6 @@
 @group(1) @binding(6) var<storage, read_write> status: array<atomic<u32>>;
 @group(1) @binding(7) var<storage, read_write> samples: array<u32>;
 
-/// Invocations.
-const WIDTH: u32 = 64u;
 /// Numbers a workgroup adds up.
 const SUMS: u32 = 25u;
 /// Words of the body.
@@ -236,8 +234,8 @@ fn energy_balance(
     // Each ply has as many workgroups, so that their sums are those of a ply.
     let share = scene.groups / scene.plies;
     let ply = group.x / share;
-    let begin = (group.x % share) * WIDTH + local;
-    let stride = share * WIDTH;
+    let begin = (group.x % share) * GROUP + local;
+    let stride = share * GROUP;
     let first = (step.slot * groups.z + group.z) * (scene.groups * SUMS + BODY_WORDS + STATUS_WORDS);
     let ply_elements = scene.rows * scene.columns;
     for (var i = begin; i < ply_elements; i += stride) {
@@ -267,7 +265,7 @@ fn energy_balance(
     if (local < SUMS) {
         let largest = local == TENSION || local == DEFLECTION || local == FASTEST || local == LOAD;
         var sum = 0.0;
-        for (var i = 0u; i < WIDTH; i++) {
+        for (var i = 0u; i < GROUP; i++) {
             let x = sums[local * 65u + i];
             sum = select(sum + x, max(sum, x), largest);
         }

@@ -1,14 +1,14 @@
 // projectile_contact: kinematic, perfectly inelastic contact with Coulomb friction, then the motion of the body, after `projectile_points`.
 // One workgroup: touches are few, and all of them meet in one 6 × 6 solve. Touches of the rim share nodes and depend on each other: with
-// K = N M⁻¹ Nᵀ of those that push, K p = G V′ + target − n·v takes the place of p = κ(…), ply by ply. With K = L Lᵀ the body's equations
-// need L⁻¹G alone. Without a rim no touch shares a node, and nothing of K is computed.
+// K = N M⁻¹ Nᵀ of those that push, K p = G V′ + target − n·v takes the place of p = κ(…), block by block. With K = L Lᵀ the body's
+// equations need L⁻¹G alone. Without a rim no touch shares a node, and nothing of K is computed.
 //   in/out  nodes    array<f32>    (6, N)       displacement [m], velocity [m/s]
 //   in      forces   array<f32>    (9, E)       P1·Ly/2, P2·Lx/2, force on the difference of opposite edges [N]
 //   in/out  status   array<u32>                 counters
 //   in/out  bodies   array<Body>                the projectiles
 //   in/out  points   array<Point>               nodes near it
 //   in/out  touches  array<Touch>               how many, in the first; where it may touch
-//   scratch members  array<u32>                 touches that push and share nodes, ply by ply
+//   scratch members  array<u32>                 touches that share nodes, block by block
 //   scratch matrix   array<f32>    (plies, …)   K, then L: lower triangles by rows [1/kg]
 // Twin: src/kernels/projectile_contact.rs and src/kernels/projectile_rim.rs
 
@@ -23,8 +23,6 @@
 
 /// Points, and touches.
 var<workgroup> extent: vec2<u32>;
-/// `longest`, once it is known.
-var<workgroup> height: u32;
 
 /// What the points of the rim on its edges add up to at a node.
 struct Through {
@@ -121,25 +119,29 @@ fn slip_of(t: u32) -> vec3<f32> {
     return mix(points[point_number(ends.x)].slip.xyz, points[point_number(ends.y)].slip.xyz, touches[touch_number(t)].weight);
 }
 
-/// One solve for the body's motion with what pushes attached, and the impulses.
-fn common_velocity(local: u32) {
-    var count = 0u;
-    var columns = 0u;
+/// One solve for the body's motion with what pushes attached, and the impulses. `count`: touches that share nodes; `same`: whether those
+/// that push are those of the last solve, so that friction alone has changed.
+fn common_velocity(count: u32, same: bool, local: u32) {
     if (RIM) {
-        count = gather_members(local);
-        if (local == 0u) {
-            height = atomicLoad(&longest);
-        }
-        columns = workgroupUniformLoad(&height);
+        // Masses of points are those of all.
+        storageBarrier();
     }
     for (var t = local; t < extent.y; t += WIDTH) {
         if (touches[touch_number(t)].state == PUSHING) {
-            fill(t);
+            if (!same) {
+                fill(t);
+            }
+            ask(t);
         }
     }
     if (RIM) {
         storageBarrier();
-        factor(count, columns, local);
+        for (var m = local; m < count; m += WIDTH) {
+            if (leads(m)) {
+                eliminate(m, end_of(m, count), same);
+            }
+        }
+        storageBarrier();
     }
     var part: array<f32, 27>;
     for (var t = local; t < extent.y; t += WIDTH) {
@@ -152,7 +154,7 @@ fn common_velocity(local: u32) {
         part[25] -= turn.y;
         part[26] -= turn.z;
         if (touches[touch_number(t)].state == PUSHING) {
-            let weight = 1.0 / squared(root_of(t));
+            let weight = 1.0 / squared(touches[touch_number(t)].root);
             let moved = touches[touch_number(t)].moved;
             let turned = touches[touch_number(t)].turned;
             let g = array<f32, 6>(moved.x, moved.y, moved.z, turned.x, turned.y, turned.z);
@@ -164,15 +166,12 @@ fn common_velocity(local: u32) {
             }
         }
     }
-    for (var i = 0u; i < 27u; i++) {
-        sums[i * 65u + local] = part[i];
-    }
-    reduce(27u, local);
+    reduce(&part, 27u, local);
     if (local == 0u && scene.body_prescribed == 0u) {
         solve_motion();
     }
     workgroupBarrier();
-    push_back(count, columns, local);
+    push_back(count, local);
 }
 
 /// Ends the contact of what pulls, which is not dragged either, and lets push what would enter. True if anything changed.
@@ -211,8 +210,9 @@ fn friction_share(local: u32) -> f32 {
             load += arm.w * (1.0 / scene.body_mass + select(0.0, turned, ROTATION));
         }
     }
-    sums[local] = select(load, 0.0, scene.body_prescribed != 0u);
-    reduce(1u, local);
+    var part: array<f32, 27>;
+    part[0] = select(load, 0.0, scene.body_prescribed != 0u);
+    reduce(&part, 1u, local);
     return 1.0 / max(result[0], 1.0);
 }
 
@@ -245,6 +245,11 @@ fn solve(local: u32) {
     var sweep = 1u;
     var solved = false;
     var shared_out = false;
+    var same = false;
+    var count = 0u;
+    if (RIM) {
+        count = list_members(local);
+    }
     loop {
         propagate(local);
         if (!solved) {
@@ -253,12 +258,14 @@ fn solve(local: u32) {
                     share_mass(t);
                 }
             }
-            common_velocity(local);
+            common_velocity(count, same, local);
             solved = true;
             shared_out = true;
+            same = true;
         } else if (change_set(change < SET_CHANGES / 2u, local)) {
             // What still pulled is let go: the next step finds what enters.
             solved = change >= SET_CHANGES;
+            same = false;
             change++;
         } else {
             if (!FRICTION || sweep >= FRICTION_SWEEPS) {
@@ -279,7 +286,7 @@ fn solve(local: u32) {
 fn account(local: u32) {
     let n = scene.nodes;
     let prescribed = scene.body_prescribed != 0u;
-    var part: array<f32, 12>;
+    var part: array<f32, 27>;
     for (var p = local; p < extent.x; p += WIDTH) {
         let drag = touches[touch_number(p)].friction_impulse;
         let carried = points[point_number(p)].edge_impulse.xyz;
@@ -333,13 +340,10 @@ fn account(local: u32) {
         part[7] -= dot(drag.xyz, mean);
         part[8] += select(0.0, dot(impulse, surface), prescribed);
     }
-    for (var i = 0u; i < 12u; i++) {
-        sums[i * 65u + local] = part[i];
-    }
-    reduce(12u, local);
+    reduce(&part, 12u, local);
 }
 
-@compute @workgroup_size(64)
+@compute @workgroup_size(256)
 fn projectile_contact(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index) local: u32) {
     shot = shots[group.z];
     body = bodies[shot.number];

@@ -125,7 +125,9 @@ fn constraint_at(p: u32, slot: u32, count: u32) -> Touch {
 /// Lists the points of the rim, by the first of their nodes; gives their number.
 fn find_constraints(count: u32, local: u32) -> u32 {
     let room = scene.constraints * scene.plies;
-    atomicStore(&of_ply[local], 0u);
+    if (local < 64u) {
+        atomicStore(&of_ply[local], 0u);
+    }
     workgroupBarrier();
     var total = 0u;
     for (var base = 0u; base < 4u * count; base += WIDTH) {
@@ -186,7 +188,44 @@ fn link(p: u32, count: u32) {
     points[point_number(p)].constrained = u32(points[point_number(p)].to_right + points[point_number(p)].to_above > 0u || left != NONE || below != NONE);
 }
 
-@compute @workgroup_size(64)
+/// Tells every node the first of those that it is tied to.
+fn find_blocks(count: u32, local: u32) {
+    for (var p = local; p < count; p += WIDTH) {
+        points[point_number(p)].block = p;
+    }
+    storageBarrier();
+    loop {
+        for (var p = local; p < count; p += WIDTH) {
+            // From one block known so far to the next: chains are twice as long each time.
+            var first = points[point_number(points[point_number(p)].block)].block;
+            let left = points[point_number(p)].left;
+            let below = points[point_number(p)].below;
+            let right = points[point_number(p)].first;
+            let above = right + points[point_number(p)].to_right;
+            if (left != NONE) { first = min(first, points[point_number(left)].block); }
+            if (below != NONE) { first = min(first, points[point_number(below)].block); }
+            if (points[point_number(p)].to_right > 0u) {
+                first = min(first, points[point_number(touches[touch_number(right)].ends.y)].block);
+            }
+            if (points[point_number(p)].to_above > 0u) {
+                first = min(first, points[point_number(touches[touch_number(above)].ends.y)].block);
+            }
+            touches[touch_number(p)].row = first;
+        }
+        storageBarrier();
+        var changed = false;
+        for (var p = local; p < count; p += WIDTH) {
+            changed = changed || touches[touch_number(p)].row != points[point_number(p)].block;
+            points[point_number(p)].block = touches[touch_number(p)].row;
+        }
+        storageBarrier();
+        if (!vote(changed, local)) {
+            break;
+        }
+    }
+}
+
+@compute @workgroup_size(256)
 fn projectile_points(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index) local: u32) {
     shot = shots[group.z];
     body = bodies[shot.number];
@@ -212,6 +251,8 @@ fn projectile_points(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_inv
         for (var p = local; p < count; p += WIDTH) {
             link(p, count);
         }
+        storageBarrier();
+        find_blocks(count, local);
     }
     sums[local] = deepest;
     workgroupBarrier();

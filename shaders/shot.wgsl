@@ -72,5 +72,10 @@ fn touch_number(at: u32) -> u32 {
 
 /// Place of a member of the shot in `members`: three for each point of the rim that a ply has room for.
 fn member_number(member: u32) -> u32 {
-    return shot.number * (scene.plies * 3u * scene.constraints) + member;
+    return shot.number * (2u * scene.plies * 3u * scene.constraints) + member;
+}
+
+/// Place of the block of a member there, while members are sorted.
+fn block_number(member: u32) -> u32 {
+    return member_number(scene.plies * 3u * scene.constraints + member);
 }

@@ -210,7 +210,7 @@ impl Sizes {
             BufferId::Points => (POINT_WORDS * self.points).max(1),
             BufferId::Samples => u64::from(SLOTS) * self.sample_words() as u64,
             BufferId::Touches => TOUCH_WORDS * (self.points + self.plies * self.constraints + 1),
-            BufferId::Members => (self.plies * self.members()).max(1),
+            BufferId::Members => (2 * self.plies * self.members()).max(1),
             BufferId::Matrix => (self.plies * self.members() * (self.members() + 1) / 2).max(1),
             _ => {
                 let [fields, count] = self.shape(name);

@@ -47,7 +47,8 @@ fn of_the_layout() -> Vec<Constant> {
     use layout::{status, sum};
     vec![
         count("GROUP", layout::GROUP as usize),
-        count("WIDTH", layout::GROUP as usize),
+        count("WIDTH", layout::CONTACT_GROUP as usize),
+        count("LANES", layout::CONTACT_LANES as usize),
         count("BODY_WORDS", layout::BODY_WORDS),
         count("STATUS_WORDS", layout::STATUS_WORDS),
         count("SUMS", layout::SUMS),

@@ -17,6 +17,10 @@ pub use shot::*;
 
 /// Invocations per workgroup of the kernels over elements and nodes.
 pub const GROUP: u32 = 64;
+/// Invocations of the kernels of contact with the projectile, which are a single workgroup.
+pub const CONTACT_GROUP: u32 = 256;
+/// Parts of their sums that lie side by side in the memory of the workgroup: for all at once there is no room.
+pub const CONTACT_LANES: u32 = 64;
 /// A number for none: no step that went bad, no place, no ply.
 pub const NONE: u32 = u32::MAX;
 /// Fields of a node: displacement, velocity.

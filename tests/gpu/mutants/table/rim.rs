@@ -62,8 +62,8 @@ pub(super) const MUTANTS: &[Mutant] = &[
     of_contact(
         "touches independent",
         "between nodes, yawed, friction",
-        "diagonal = coupling(t, other);",
-        "diagonal = select(0.0, coupling(t, other), t == other);",
+        "select(0.0, coupling(t, other), pushes)",
+        "0.0",
     ),
     of_contact(
         "weights of the other end",
@@ -80,8 +80,34 @@ pub(super) const MUTANTS: &[Mutant] = &[
     of_contact(
         "one triangle for all plies",
         "between nodes on turned plies, friction",
-        "ply_number(ply) * (most * (most + 1u) / 2u) + own",
-        "own",
+        "ply_number(ply) * (most * (most + 1u) / 2u) + row",
+        "row",
+    ),
+    of_points(
+        "blocks end at edges along a row",
+        "between nodes on turned plies, friction",
+        "if (left != NONE) { first = min(first, points[point_number(left)].block); }",
+        "",
+    ),
+    of_points(
+        "blocks end at edges along a column",
+        "between nodes, yawed, friction",
+        "if (below != NONE) { first = min(first, points[point_number(below)].block); }",
+        "",
+    ),
+    of_contact("entries left of the last not known", "between nodes on graded plies, friction", "min(entry, m)", "m"),
+    of_contact(
+        "members that were let go stay",
+        "between nodes, yawed, friction",
+        "same = false;\n            change++;",
+        "change++;",
+    ),
+    of_contact("friction asks nothing new", "between nodes, yawed, friction", "ask(t);", "if (!same) { ask(t); }"),
+    of_contact(
+        "no way back through a block",
+        "between nodes, yawed, friction",
+        "substitute_back(m, end_of(m, count));",
+        "",
     ),
     Mutant {
         name: "edges around the rim not marked",
