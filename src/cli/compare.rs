@@ -43,7 +43,7 @@ fn first(d: &BackendDifference) -> String {
         d.cpu,
         d.gpu,
         d.relative,
-        line.limit(),
+        d.limit,
         line.roundings,
         line.condition,
         line.reason,
@@ -74,7 +74,7 @@ fn text(found: &Comparison, adapter: &str) -> String {
             line.kernel,
             line.quantity,
             &number(worst.relative),
-            &number(line.limit()),
+            &number(worst.limit),
             &number(found.rounding[i]),
             &place,
         ]);
@@ -92,7 +92,7 @@ fn to_json(found: &Comparison, adapter: &str) -> Value {
             "step": d.step, "kernel": line.kernel, "buffer": line.quantity,
             "ply": d.place[0], "row": d.place[1], "column": d.place[2], "component": d.component,
             "cpu": d.cpu, "gpu": d.gpu, "cpu_f64": d.wide,
-            "difference": d.relative, "tolerance": line.limit(), "pass": !d.is_over(),
+            "difference": d.relative, "tolerance": d.limit, "pass": !d.is_over(),
             "roundings": line.roundings, "condition": line.condition, "scale": line.scale, "reason": line.reason,
         })
     };

@@ -92,6 +92,7 @@ pub struct Device {
     pub(crate) inner: wgpu::Device,
     pub(crate) queue: wgpu::Queue,
     name: String,
+    hardware: bool,
     fault: Arc<Mutex<Option<String>>>,
 }
 
@@ -136,17 +137,17 @@ impl Device {
         };
         let (inner, queue) = pollster::block_on(adapter.inner.request_device(&descriptor))
             .map_err(|e| DeviceError::Refused { adapter: adapter.name().to_owned(), reason: e.to_string() })?;
-        Ok(Self::new(inner, queue, adapter.name().to_owned()))
+        Ok(Self::new(inner, queue, adapter.name().to_owned(), adapter.is_hardware()))
     }
 
     /// A device that accepts everything and computes nothing: it checks pipelines and bindings where there is no driver.
     #[doc(hidden)]
     pub fn noop() -> Self {
         let (inner, queue) = wgpu::Device::noop(&wgpu::DeviceDescriptor::default());
-        Self::new(inner, queue, "noop".to_owned())
+        Self::new(inner, queue, "noop".to_owned(), false)
     }
 
-    fn new(inner: wgpu::Device, queue: wgpu::Queue, name: String) -> Self {
+    fn new(inner: wgpu::Device, queue: wgpu::Queue, name: String, hardware: bool) -> Self {
         let fault = Arc::new(Mutex::new(None));
         let keep = |fault: &Arc<Mutex<Option<String>>>, text: String| {
             // The first fault is the cause; what follows are its consequences.
@@ -158,12 +159,17 @@ impl Device {
         inner.set_device_lost_callback(move |reason, message| {
             keep(&seen, format!("device lost ({reason:?}): {message}"))
         });
-        Self { inner, queue, name, fault }
+        Self { inner, queue, name, hardware, fault }
     }
 
     /// Name of the adapter.
     pub fn name(&self) -> &str {
         &self.name
+    }
+
+    /// Whether it is hardware, which need not round every operation to the nearest.
+    pub fn is_hardware(&self) -> bool {
+        self.hardware
     }
 
     /// Whether it has a clock that can be read between kernels.

@@ -66,7 +66,7 @@ impl<'a> Lockstep<'a> {
             gpu: leader.state.clone(),
             follower: Twin::new((wide, widen(&leader.state))),
             leader,
-            comparison: Comparison::new(),
+            comparison: Comparison::new(device.is_hardware()),
         })
     }
 
@@ -253,7 +253,7 @@ fn difference(
 ) -> BackendDifference {
     let relative = (gpu - cpu).abs() / scale;
     let rounding = (cpu - wide).abs() / scale;
-    BackendDifference { step, what, place, component, cpu, gpu, wide, relative, rounding }
+    BackendDifference { step, what, place, component, cpu, gpu, wide, relative, rounding, limit: 0.0 }
 }
 
 /// The same state in double precision.

@@ -40,19 +40,23 @@ pub struct BackendDifference {
     pub relative: f64,
     /// |cpu − wide| over the scale [-].
     pub rounding: f64,
+    /// What `relative` may be on the device [-]: nothing, until a comparison has taken it in.
+    pub limit: f64,
 }
 
 impl BackendDifference {
     /// Whether the device differs more than it may.
     pub fn is_over(&self) -> bool {
         // A NaN is over, whatever the tolerance.
-        self.relative.is_nan() || self.relative > TOLERANCES[self.what].limit()
+        self.relative.is_nan() || self.relative > self.limit
     }
 }
 
 /// A whole comparison.
 #[derive(Clone, Debug)]
 pub struct Comparison {
+    /// Whether the device is a card.
+    hardware: bool,
     /// Steps followed.
     pub steps: u64,
     /// Steps compared.
@@ -68,12 +72,21 @@ pub struct Comparison {
 }
 
 impl Comparison {
-    fn new() -> Self {
+    fn new(hardware: bool) -> Self {
         let count = TOLERANCES.len();
-        Self { steps: 0, compared: 0, numbers: 0, worst: vec![None; count], rounding: vec![0.0; count], first: None }
+        Self {
+            hardware,
+            steps: 0,
+            compared: 0,
+            numbers: 0,
+            worst: vec![None; count],
+            rounding: vec![0.0; count],
+            first: None,
+        }
     }
 
-    fn see(&mut self, d: BackendDifference) {
+    fn see(&mut self, mut d: BackendDifference) {
+        d.limit = TOLERANCES[d.what].limit(self.hardware);
         self.numbers += 1;
         let what = d.what;
         self.rounding[what] = self.rounding[what].max(d.rounding);

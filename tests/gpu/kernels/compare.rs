@@ -282,7 +282,7 @@ pub(crate) fn differences(
     };
     let sources = |kernel: &Kernel| if runs(kernel) { source(kernel) } else { idle(kernel) };
     let mut pair = Pair::new(device, scene, &sources)?;
-    let mut seen = Seen::default();
+    let mut seen = Seen::on(device);
     for part in parts {
         let compare: fn(&mut Pair<'_>, &mut Seen) -> Outcome = match part {
             Part::Elements => elements::compare,

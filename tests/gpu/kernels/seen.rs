@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use ripstop::gpu::Device;
 use ripstop::study::compare::{TOLERANCES, line};
 
 use crate::gpu::harness::Outcome;
@@ -20,10 +21,22 @@ struct Worst {
 }
 
 /// The largest differences seen, by line of the table.
-#[derive(Default)]
-pub(crate) struct Seen(BTreeMap<usize, Worst>);
+pub(crate) struct Seen {
+    worst: BTreeMap<usize, Worst>,
+    /// Whether they are of a card.
+    hardware: bool,
+}
 
 impl Seen {
+    /// Nothing yet, of a device.
+    pub(crate) fn on(device: &Device) -> Self {
+        Self { worst: BTreeMap::new(), hardware: device.is_hardware() }
+    }
+
+    fn limit(&self, what: usize) -> f64 {
+        TOLERANCES[what].limit(self.hardware)
+    }
+
     /// Takes note of a pair of numbers of a kernel and a quantity. `scale`: size of which an error is a fraction.
     pub(crate) fn see(
         &mut self,
@@ -38,9 +51,9 @@ impl Seen {
             let error = if got == expected { 0.0 } else { (got - expected).abs() / scale };
             if error.is_nan() { f64::INFINITY } else { error }
         };
-        let limit = TOLERANCES[what].limit();
+        let limit = self.limit(what);
         let twice = if limit > 0.0 { 2.0 * limit * scale } else { 1.0 };
-        let worst = self.0.entry(what).or_default();
+        let worst = self.worst.entry(what).or_default();
         worst.moved = worst.moved.max(error(got + twice));
         if error(got) > worst.error {
             worst.error = error(got);
@@ -50,12 +63,12 @@ impl Seen {
 
     /// Lines of the table of which something was compared.
     pub(crate) fn lines(&self) -> impl Iterator<Item = usize> + '_ {
-        self.0.keys().copied()
+        self.worst.keys().copied()
     }
 
     /// Lines whose numbers could be off by twice the tolerance unseen.
     pub(crate) fn blind(&self) -> Vec<&'static str> {
-        let blind = self.0.iter().filter(|(what, worst)| worst.moved <= TOLERANCES[**what].limit());
+        let blind = self.worst.iter().filter(|(what, worst)| worst.moved <= self.limit(**what));
         blind.map(|(what, _)| TOLERANCES[*what].quantity).collect()
     }
 
@@ -63,16 +76,16 @@ impl Seen {
     pub(crate) fn verdict(&self) -> Outcome {
         let show = std::env::var(SHOW).is_ok_and(|value| value == "1");
         let lines: Vec<String> = self
-            .0
+            .worst
             .iter()
-            .map(|(what, worst)| (&TOLERANCES[*what], worst))
-            .filter(|(line, worst)| show || worst.error > line.limit())
-            .map(|(line, Worst { error, place, .. })| {
+            .filter(|(what, worst)| show || worst.error > self.limit(**what))
+            .map(|(what, Worst { error, place, .. })| {
+                let line = &TOLERANCES[*what];
                 format!(
                     "{}, {}: {error:.2e} > {:.1e} ({}; {}) at {place}",
                     line.kernel,
                     line.quantity,
-                    line.limit(),
+                    self.limit(*what),
                     line.scale,
                     line.reason
                 )
