@@ -1,6 +1,6 @@
 // rim_equations: the normal impulses of touches that share nodes: K = N M⁻¹ Nᵀ of those that push, its factor L and both substitutions.
-// K falls into
-// blocks that share no node. Needs `points`, `touches`, their `extent`, `members` and `matrix`.
+// K falls into blocks that share no node.
+// Needs `points`, `touches`, their `extent`, `members` and `matrix`.
 // Twin: src/kernels/projectile_rim.rs
 
 /// What is added to the diagonal of K, over itself in the whole scene: two points that ask the same of a node share its impulse.
