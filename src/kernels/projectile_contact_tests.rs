@@ -311,3 +311,17 @@ fn points_that_ask_the_same_of_a_node_share_its_mass() {
     assert!(two[3].inverse == Vector3::zeros() && (two[3].mass * first - 1.0).abs() < 1e-14, "{:?}", two[3]);
     assert_eq!(two[4].effective_mass, 1e3 * two[4].mass.max(body.mass));
 }
+
+#[test]
+fn nothing_of_a_step_stays_for_the_next_in_which_nothing_pushes() {
+    let mut scene = Scene::new(&mut Numbers(7), 0, 0.0, true, false);
+    assert!(scene.points.iter().any(|p| p.active && p.shared), "nothing of the rim pushes");
+    for p in &mut scene.points {
+        p.release();
+        (p.signed_distance, p.edge_impulse) = (1.0, Vector3::zeros());
+    }
+    let before = scene.body.clone();
+    let totals = resolve(&mut scene.body, &mut scene.points, &mut scene.rim, DT);
+    assert!(totals.touching == 0 && scene.points.iter().all(|p| p.impulse() == Vector3::zeros()), "{totals:?}");
+    assert_eq!(scene.body.velocity, before.velocity);
+}

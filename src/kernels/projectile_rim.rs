@@ -52,8 +52,9 @@ impl EdgeConstraint {
 pub struct Rim {
     /// Of the last points of contact, one each.
     pub constraints: Vec<EdgeConstraint>,
-    /// By node: the sum of weights there, then the node that stands for its block.
+    /// By node: the sum of weights there [-].
     weights: Vec<f64>,
+    /// By node: one that stands for its block, or leads there; itself at the end of the way.
     blocks: Vec<usize>,
     /// Those that push and share nodes, ply by ply.
     members: Vec<usize>,
@@ -82,6 +83,7 @@ impl Rim {
 
     /// Begins a step: nothing is known of its equations yet.
     pub(crate) fn begin(&mut self, points: &mut [ContactPoint], body_mass: f64) {
+        // What belongs to `factored` goes with it: where nothing pushes, nothing is factored that would take its place.
         for list in [&mut self.factored, &mut self.order, &mut self.ends, &mut self.places] {
             list.clear();
         }
@@ -156,6 +158,7 @@ impl Rim {
         let count = points.len();
         self.members.clear();
         self.members.extend((0..count).filter(|at| points[*at].active && points[*at].shared));
+        // The order in which they add to the equations of the body.
         self.members.sort_by_key(|at| points[*at].ply);
         // Friction changes what is asked of them, not what they are.
         if self.members != self.factored {
