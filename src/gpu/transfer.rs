@@ -85,7 +85,7 @@ impl DeviceStepper<'_> {
             self.write_shot(BufferId::Over, shot, &by_side(&state.over, model.nodes_per_ply()));
         }
         if let (Some(body), Some(start)) = (&state.body, &model.projectile) {
-            self.write_shot(BufferId::Body, shot, &layout::body(body, &start.velocity));
+            self.write_shot(BufferId::Body, shot, &layout::body(body, &start.velocity, &layout::device_origin(model)));
         }
         self.constants[shot] = layout::shot(model, shot).words();
         self.events_read[shot] = 0;
@@ -176,7 +176,8 @@ impl DeviceStepper<'_> {
                 BufferId::Over => state.over = by_ply(&words, model.nodes_per_ply()),
                 _ => {
                     let start = model.projectile.as_ref();
-                    state.body = start.map(|start| layout::read_body(&words, start).body);
+                    state.body =
+                        start.map(|start| layout::read_body(&words, start, &layout::device_origin(model)).body);
                 }
             }
         }

@@ -132,8 +132,9 @@ fn the_plies_are_laid_out_as_the_host_fills_them() {
 fn the_grid_lines_are_laid_out_as_the_host_fills_them() {
     let model = Model::<f32>::part(&graded()).unwrap();
     let second = &model.ply_types[1];
-    assert_block("Line", &[layout::line(second, 0, 3), layout::line(second, 1, 4)]);
-    assert_eq!(layout::line(second, 0, 3).words().len(), layout::LINE_WORDS);
+    let from = layout::device_origin(&model);
+    assert_block("Line", &[layout::line(second, &from, 0, 3), layout::line(second, &from, 1, 4)]);
+    assert_eq!(layout::line(second, &from, 0, 3).words().len(), layout::LINE_WORDS);
     assert_eq!(layout::LINE_WORDS, 4 * layout::LINE_TEXELS);
     // By ply type, by axis; `line_at` finds them in a texture.
     let words = layout::lines(&model);
@@ -209,9 +210,10 @@ fn odd_body() -> (RigidBody, RigidBody) {
 #[test]
 fn the_projectile_is_laid_out_as_the_host_reads_and_writes_it() {
     let (start, body) = odd_body();
+    let from = Vector3::new(0.5, -0.25, 0.0);
     let profile = &body.body.profile;
     let nose = profile.corner[..profile.count].iter().map(|c| c[1]).fold(f64::MIN, f64::max) + profile.radius;
-    let mut filled = layout::body(&body, &start.velocity);
+    let mut filled = layout::body(&body, &start.velocity, &from);
     for (_, module) in modules() {
         let Some(first) = module.types.iter().find(|(_, t)| t.name.as_deref() == Some("Body")) else { continue };
         let TypeInner::Struct { members, span } = &first.1.inner else { panic!("Body is a struct") };
@@ -233,9 +235,9 @@ fn the_projectile_is_laid_out_as_the_host_reads_and_writes_it() {
                 let [large, small] = [at(coarse), at(fine)].map(|at| f64::from(filled[at + a] as i32));
                 large / 1024.0 + small / layout::FIXED_POINT_SCALE
             });
-            assert_eq!(Vector3::from(place), body.position);
+            assert_eq!(Vector3::from(place) + from, body.position);
         }
-        let tip = body.position + body.orientation.transform_vector(&Vector3::new(0.0, 0.0, nose));
+        let tip = body.position - from + body.orientation.transform_vector(&Vector3::new(0.0, 0.0, nose));
         for a in 0..3 {
             let [large, small] = [at("nose_coarse"), at("nose_fine")].map(|at| f64::from(filled[at + a] as i32));
             assert!(
@@ -250,7 +252,7 @@ fn the_projectile_is_laid_out_as_the_host_reads_and_writes_it() {
         }
         filled[at("change_before")] = 9.0_f32.to_bits();
         filled[at("coarse_before")] = 0;
-        let record = layout::read_body(&filled, &start);
+        let record = layout::read_body(&filled, &start, &from);
         assert_eq!(record.impulse, [0.0, 1.0, 2.0]);
         assert_eq!(record.support, [10.0, 11.0, 12.0]);
         assert_eq!((record.energy, record.penetration), ([20.0, 21.0, 22.0], 23.0));
@@ -258,8 +260,8 @@ fn the_projectile_is_laid_out_as_the_host_reads_and_writes_it() {
         assert_eq!(record.body.position, body.position);
         assert!(record.body.orientation.angle_to(&body.orientation) < 1e-6);
         assert_eq!(record.before.0.x, start.velocity.x + 9.0);
-        assert!((record.before.1.x - 0.0).abs() < 0.001 && record.before.1.y == -2.5);
-        filled = layout::body(&body, &start.velocity);
+        assert!((record.before.1.x - from.x).abs() < 0.001 && record.before.1.y == -2.5);
+        filled = layout::body(&body, &start.velocity, &from);
     }
 }
 

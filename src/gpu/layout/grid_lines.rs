@@ -1,6 +1,8 @@
 //! The grid lines of plies.
 
-use super::Block;
+use nalgebra::Vector3;
+
+use super::{Block, device_origin};
 use crate::model::{Model, PlyType};
 
 /// Numbers of a grid line.
@@ -10,12 +12,14 @@ pub const LINE_TEXELS: usize = 2;
 /// Grid lines in a row of their texture.
 pub const LINES_ACROSS: usize = 1024;
 
-/// A grid line across the X (0) or Y (1) of a ply of a ply type, with one more behind the last.
-pub fn line(ply_type: &PlyType<f32>, axis: usize, line: usize) -> Block {
+/// A grid line across the X (0) or Y (1) of a ply of a ply type, with one more behind the last. `from`: where the device counts places from,
+/// in the axes of the pack [m].
+pub fn line(ply_type: &PlyType<f32>, from: &Vector3<f64>, axis: usize, line: usize) -> Block {
     let mesh = &ply_type.mesh;
     let last = [mesh.columns, mesh.rows][axis];
     let element = line.min(last - 1);
-    let place = |line: usize| mesh.reference(line * axis, line * (1 - axis))[axis];
+    let from = mesh.to_ply((*from).into())[axis];
+    let place = |line: usize| mesh.reference(line * axis, line * (1 - axis))[axis] - from;
     let width = mesh.widths(element * axis, element * (1 - axis))[axis];
     let yarn = ply_type.failure_reach.side_by_side(mesh, axis, element);
     let mut block = Block::default();
@@ -40,10 +44,11 @@ pub fn lines(model: &Model<f32>) -> Vec<u32> {
     }
     let room = model.grid.columns.max(model.grid.rows) + 2;
     let mut out = Vec::new();
+    let from = device_origin(model);
     for ply_type in &model.ply_types {
         for (axis, elements) in [ply_type.mesh.columns, ply_type.mesh.rows].into_iter().enumerate() {
             let end = out.len() + room * LINE_WORDS;
-            (0..elements + 2).for_each(|at| out.extend(line(ply_type, axis, at).words()));
+            (0..elements + 2).for_each(|at| out.extend(line(ply_type, &from, axis, at).words()));
             out.resize(end, 0);
         }
     }

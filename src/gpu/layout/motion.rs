@@ -46,8 +46,8 @@ fn metres(coarse: u32, fine: u32) -> f64 {
     ((i64::from(coarse as i32) << 24) + i64::from(fine as i32)) as f64 / FIXED_POINT_SCALE
 }
 
-/// The projectile as the shaders hold it. `impact`: its velocity at the start [m/s].
-pub fn body(body: &RigidBody, impact: &Vector3<f64>) -> [u32; BODY_WORDS] {
+/// The projectile as the shaders hold it. `impact`: its velocity at the start [m/s]; `from`: where the device counts places from [m].
+pub fn body(body: &RigidBody, impact: &Vector3<f64>, from: &Vector3<f64>) -> [u32; BODY_WORDS] {
     let mut words = [0; BODY_WORDS];
     let mut put = |at: usize, values: [f64; 4]| {
         for (i, value) in values.into_iter().enumerate() {
@@ -63,9 +63,10 @@ pub fn body(body: &RigidBody, impact: &Vector3<f64>) -> [u32; BODY_WORDS] {
     put(20, vector(&body.velocity, body.speed_bound()));
     put(24, vector(&body.angular_velocity(), 0.0));
     put(36, vector(&change, 0.0));
-    let tip = body.position + body.orientation.transform_vector(&Vector3::new(0.0, 0.0, nose(body)));
+    let place = body.position - from;
+    let tip = place + body.orientation.transform_vector(&Vector3::new(0.0, 0.0, nose(body)));
     for a in 0..3 {
-        let [coarse, fine] = fixed(body.position[a]).map(|x| x as u32);
+        let [coarse, fine] = fixed(place[a]).map(|x| x as u32);
         (words[a], words[4 + a], words[28 + a], words[32 + a]) = (coarse, fine, coarse, fine);
         [words[52 + a], words[56 + a]] = fixed(tip[a]).map(|x| x as u32);
     }
@@ -89,12 +90,13 @@ pub struct BodyRecord {
     pub penetration: f64,
 }
 
-/// Reads the projectile back; what never changes comes from `start`, the projectile before its first step.
-pub fn read_body(words: &[u32], start: &RigidBody) -> BodyRecord {
+/// Reads the projectile back; what never changes comes from `start`, the projectile before its first step. `from`: where the device counts
+/// places from [m].
+pub fn read_body(words: &[u32], start: &RigidBody, from: &Vector3<f64>) -> BodyRecord {
     let float = |at: usize| f64::from(f32::from_bits(words[at]));
     let vector = |at: usize| Vector3::new(float(at), float(at + 1), float(at + 2));
     let position = |coarse: usize, fine: usize| {
-        Vector3::from(std::array::from_fn::<f64, 3, _>(|a| metres(words[coarse + a], words[fine + a])))
+        from + Vector3::from(std::array::from_fn::<f64, 3, _>(|a| metres(words[coarse + a], words[fine + a])))
     };
     let mut body = start.clone();
     body.position = position(0, 4);

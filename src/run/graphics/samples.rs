@@ -143,7 +143,8 @@ impl DeviceShot {
         let (sums, rest) = words.split_at(stepper.body_at());
         let (body, counters) = rest.split_at(BODY_WORDS);
         let sums = WorkgroupSums::new(sums);
-        let body = self.model.projectile.as_ref().map(|p| layout::read_body(body, p));
+        let body =
+            self.model.projectile.as_ref().map(|p| layout::read_body(body, p, &layout::device_origin(&self.model)));
         self.take_counts(info.index, &sums, counters);
         self.take_energies(&sums, body.as_ref());
         let (record, ledger) = (&mut self.record, &mut self.balance);

@@ -2,6 +2,8 @@
 
 use std::ops::Range;
 
+use nalgebra::Vector3;
+
 use crate::case::Case;
 use crate::gpu::layout::{self, WorkgroupSums, sum};
 use crate::gpu::stepper::{DeviceStepper, Stage};
@@ -174,8 +176,8 @@ impl<'a> Lockstep<'a> {
             let (quantity, scale) = match field {
                 node::VELOCITY.. if kernel == "node_update" => ("velocity", scales.speed),
                 node::VELOCITY.. => ("velocity", scales.pushed()),
-                _ if kernel.starts_with("projectile") => ("displacement", scales.closing * scales.time_step),
-                _ => ("displacement", scales.length),
+                _ if kernel == "node_update" => ("displacement", scales.length),
+                _ => ("displacement", scales.closed()),
             };
             let what = line(kernel, quantity);
             for row in 0..model.grid.node_rows() {
@@ -232,7 +234,7 @@ impl<'a> Lockstep<'a> {
             .projectile
             .as_ref()
             .filter(|p| !p.prescribed)
-            .map(|p| layout::read_body(rest, p).body.velocity * p.mass);
+            .map(|p| layout::read_body(rest, p, &Vector3::zeros()).body.velocity * p.mass);
         for a in 0..3 {
             let flying = body.map_or(0.0, |b| b[a]);
             let gpu = sums.add(sum::MOMENTUM + a) + flying;

@@ -12,6 +12,9 @@ const LARGEST_STRAIN: f64 = 0.05;
 /// Some nine nodes of a ply lie under a face. Roundings of their impulses add as the root of their number.
 const TOGETHER: f64 = 3.0;
 
+/// Steepest slope that makes a gap of a place [-]: beyond it the gap is measured across.
+const STEEPEST: f64 = 1.0;
+
 /// Sizes whose roundings a difference is counted in.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Scales {
@@ -35,6 +38,9 @@ pub struct Scales {
     pub speed: f64,
     /// Velocity that closes a gap of `length` in a step, and `speed` [m/s]: a gap rounds like a displacement, and a contact closes it.
     pub closing: f64,
+    /// What places round like, as a gap [m]: the depth of the pack, and where the rim of the projectile is sampled its radius by the largest
+    /// slope of a ply.
+    pub place: f64,
     /// Time step [s].
     pub time_step: f64,
     /// Mass of the heaviest node [kg].
@@ -66,6 +72,7 @@ impl Scales {
         let length = motion.farthest.max(shortest);
         let body_mass = body.map_or(0.0, |body| body.mass);
         let closing = speed + length / model.dt;
+        let depth = model.plies.last().map_or(0.0, |ply| ply.z);
         let reach = body.map_or(0.0, |body| body.body.bounding_radius);
         Self {
             force: of_types(&|of| (0..2).map(|i| tension(of, i) * of.element.membrane[i]).fold(0.0, f64::max)),
@@ -85,6 +92,7 @@ impl Scales {
             length,
             speed,
             closing,
+            place: depth + if model.features().edges { STEEPEST.min(motion.steepest) * reach } else { 0.0 },
             time_step: model.dt,
             node_mass: motion.heaviest,
             body_mass,
@@ -103,9 +111,14 @@ impl Scales {
     }
 
     /// Velocity that contact gives a node of a whole run [m/s]: what closes a gap, and no more than 69.9 times the largest speed or a hundredth of
-    /// what closes a gap of the largest displacement.
+    /// what closes a gap of the largest displacement; and what closes a gap that places round like.
     pub fn pushed(&self) -> f64 {
-        self.closing.min(69.9 * self.speed.max(0.01 * self.length / self.time_step))
+        self.closing.min(69.9 * self.speed.max(0.01 * self.length / self.time_step)) + self.place / self.time_step
+    }
+
+    /// Way of what closes a gap of a whole run in a step [m].
+    pub fn closed(&self) -> f64 {
+        self.closing * self.time_step + self.place
     }
 
     /// Impulse of a node that closes a gap [kg·m/s].
@@ -130,6 +143,8 @@ struct Motion {
     fastest: f64,
     farthest: f64,
     heaviest: f64,
+    /// Slope between neighbouring nodes, against the ply at rest [-].
+    steepest: f64,
     momentum: f64,
 }
 
@@ -147,6 +162,16 @@ impl Motion {
                 out.farthest = out.farthest.max(Vector3::from(moved).norm());
                 out.heaviest = out.heaviest.max(mass);
                 out.momentum += mass * speed;
+                let rise =
+                    |row: usize, column: usize| f64::from(state.displacement(first + row, column)[2] - moved[2]).abs();
+                let [width, height] =
+                    ply_type.mesh.widths(row.min(ply_type.mesh.rows - 1), column.min(ply_type.mesh.columns - 1));
+                if column < ply_type.mesh.columns {
+                    out.steepest = out.steepest.max(rise(row, column + 1) / (width * ply_type.mesh.length[0]));
+                }
+                if row < ply_type.mesh.rows {
+                    out.steepest = out.steepest.max(rise(row + 1, column) / (height * ply_type.mesh.length[1]));
+                }
             }
         }
         out

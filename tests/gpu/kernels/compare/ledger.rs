@@ -73,7 +73,7 @@ pub(super) fn compare(pair: &mut Pair<'_>, seen: &mut Seen) -> Outcome {
         see_energies(pair, seen, lost, "ledger");
     }
     if let Some(start) = body {
-        let record = layout::read_body(&rest[..BODY_WORDS], start);
+        let record = layout::read_body(&rest[..BODY_WORDS], start, &layout::device_origin(&pair.scene.model));
         compare_body(pair, seen, sums, &record)?;
     } else {
         let (row, scale) = if pair.scene.pack {
@@ -163,7 +163,7 @@ fn anew(pair: &mut Pair<'_>, seen: &mut Seen) -> Outcome {
         seen.see(["step", "cleared"], left, 0.0, 1.0, || format!("sum {which}"));
     }
     if let Some(start) = &pair.scene.model.projectile {
-        let record = layout::read_body(&body[..BODY_WORDS], start);
+        let record = layout::read_body(&body[..BODY_WORDS], start, &layout::device_origin(&pair.scene.model));
         let left: f64 = record.impulse.iter().chain(&record.support).chain(&record.energy).map(|x| x.abs()).sum();
         seen.see(["step", "cleared"], left, 0.0, 1.0, || "body".into());
         let length = pair.scales.length;

@@ -31,7 +31,7 @@ pub(super) fn compare(pair: &mut Pair<'_>, seen: &mut Seen) -> Outcome {
     });
     let words = pair.read(BufferId::Body)?;
     let start = pair.scene.model.projectile.as_ref().ok_or("no projectile")?;
-    let record = layout::read_body(&words, start);
+    let record = layout::read_body(&words, start, &layout::device_origin(&pair.scene.model));
     let before = before.ok_or("no projectile")?;
     for a in 0..3 {
         let (velocity, position) = record.before;
