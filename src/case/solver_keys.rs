@@ -40,7 +40,7 @@ pub(super) static SOLVER: &[CaseKey] = &[
         within(0.0, 1.0),
         "Viscosity along the yarns over the stiffness, times length of an element over wave speed, for smooth waves one crossover at most; 0: none, as in the paper.",
     )
-    .derived("0.3, measured: tension behind a shock peaks at most a third above its plateau; 0 with \"numerics\": \"paper\""),
+    .derived("0.3, where a bar strikes 0.8, measured: tension behind a shock peaks at most a third above its plateau; 0 with \"numerics\": \"paper\""),
     number(
         "failure_length_mm",
         MM,

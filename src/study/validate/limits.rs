@@ -88,7 +88,7 @@ fn strip(table: &mut PredictionRun<'_>) {
     let expected = Expected::number("701", 0.01 * 701.0, "as the speeds of its waves");
     let name = "velocity at which its yarns break [m/s]";
     let source = "closed form: the strip's relation at a yarn strain of 3.5 %";
-    let why = "tension overshoots behind the first elements of a shock, in spite of the shock viscosity";
+    let why = "the bar starts at once: its kink sends a pulse that overshoots in the first elements, in spite of the shock viscosity";
     let found = limit.find(table);
     let row = |found| Prediction::judged(GROUP, name, expected, json!(found), source).known(why);
     table.take(GROUP, found.map(|found: Option<f64>| vec![row(found)]));
