@@ -34,7 +34,7 @@ pub fn device_origin(model: &Model<f32>) -> Vector3<f64> {
             };
             let mut finest = (0..[mesh.columns, mesh.rows][axis]).filter(is_finest);
             let first = finest.next().unwrap_or(0);
-            let [column, row] = at((first + finest.next_back().unwrap_or(first) + 1) / 2);
+            let [column, row] = at((first + finest.next_back().unwrap_or(first)).div_ceil(2));
             mesh.reference(row, column)[axis]
         }
     });

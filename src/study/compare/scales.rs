@@ -162,8 +162,7 @@ impl Motion {
                 out.farthest = out.farthest.max(Vector3::from(moved).norm());
                 out.heaviest = out.heaviest.max(mass);
                 out.momentum += mass * speed;
-                let rise =
-                    |row: usize, column: usize| f64::from(state.displacement(first + row, column)[2] - moved[2]).abs();
+                let rise = |row: usize, column: usize| (state.displacement(first + row, column)[2] - moved[2]).abs();
                 let [width, height] =
                     ply_type.mesh.widths(row.min(ply_type.mesh.rows - 1), column.min(ply_type.mesh.columns - 1));
                 if column < ply_type.mesh.columns {
