@@ -57,6 +57,13 @@ impl Lines {
         (0..self.elements()).map(|element| self.width(element)).fold(0.0, f64::max)
     }
 
+    /// The line in the middle of the elements of the finest length, the later of two.
+    pub(super) fn middle_of_finest(&self) -> usize {
+        let mut finest = (0..self.elements()).filter(|element| self.width(*element) < 1.0 + SAME);
+        let first = finest.next().unwrap_or(0);
+        (first + finest.next_back().unwrap_or(first)).div_ceil(2)
+    }
+
     /// Half of each element beside a line.
     pub(super) fn share(&self, line: usize) -> f64 {
         let before = if line > 0 { self.width(line - 1) } else { 0.0 };

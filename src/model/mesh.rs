@@ -199,6 +199,13 @@ impl Mesh {
         self.extent().into_iter().product()
     }
 
+    /// Where the lines in the middle of the finest elements cross, in the ply's axes, or the mirror planes through there [m].
+    pub(crate) fn middle_of_finest(&self) -> [f64; 2] {
+        let [column, row] = [0, 1].map(|axis| self.lines[axis].middle_of_finest());
+        let place = self.reference(row, column);
+        [0, 1].map(|axis| if self.cut[axis] == Cut::Nowhere { place[axis] } else { 0.0 })
+    }
+
     /// Longest side of any element [m].
     pub fn longest(&self) -> f64 {
         (self.length[0] * self.lines[0].widest()).max(self.length[1] * self.lines[1].widest())

@@ -10,8 +10,6 @@ use crate::model::{Mesh, Model, PlyType};
 
 /// Most plies there are.
 pub(crate) const PLIES: usize = 64;
-/// Elements whose lengths differ by less are alike [-].
-const SAME: f64 = 1e-6;
 /// Words of a ply.
 pub const PLY_WORDS: usize = 24;
 
@@ -23,21 +21,7 @@ pub fn device_origin(model: &Model<f32>) -> Vector3<f64> {
     if !mesh.is_graded() {
         return Vector3::zeros();
     }
-    let [x, y] = [0, 1].map(|axis| match mesh.cut[axis] {
-        // A mirror plane lies at zero.
-        Cut::First | Cut::Last => 0.0,
-        Cut::Nowhere => {
-            let at = |index: usize| [index * (1 - axis), index * axis];
-            let is_finest = |index: &usize| {
-                let [column, row] = at(*index);
-                mesh.widths(row, column)[axis] < 1.0 + SAME
-            };
-            let mut finest = (0..[mesh.columns, mesh.rows][axis]).filter(is_finest);
-            let first = finest.next().unwrap_or(0);
-            let [column, row] = at((first + finest.next_back().unwrap_or(first)).div_ceil(2));
-            mesh.reference(row, column)[axis]
-        }
-    });
+    let [x, y] = mesh.middle_of_finest();
     mesh.to_pack([x, y, 0.0]).into()
 }
 

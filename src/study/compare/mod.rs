@@ -52,7 +52,7 @@ impl BackendDifference {
     }
 
     fn is_larger(&self, other: &Self) -> bool {
-        self.relative.is_nan() || self.relative > other.relative
+        !other.relative.is_nan() && (self.relative.is_nan() || self.relative > other.relative)
     }
 }
 
@@ -73,7 +73,8 @@ pub struct Comparison {
     pub rounding: Vec<f64>,
     /// The first difference over its tolerance.
     pub first: Option<BackendDifference>,
-    /// Differences over the line of the table that they belong to, the largest of each step and line.
+    /// Differences over the line of the table that they belong to, each larger than those of its line before: the first one over whatever is
+    /// allowed in the end is among them.
     over: Vec<BackendDifference>,
 }
 
@@ -97,14 +98,10 @@ impl Comparison {
         self.numbers += 1;
         let what = d.what;
         self.rounding[what] = self.rounding[what].max(d.rounding);
-        if d.is_over() {
-            match self.over.iter_mut().rev().take_while(|over| over.step == d.step).find(|over| over.what == what) {
-                Some(over) if !d.is_larger(over) => {}
-                Some(over) => *over = d.clone(),
-                None => self.over.push(d.clone()),
-            }
-        }
         if self.worst[what].as_ref().is_none_or(|worst| d.is_larger(worst)) {
+            if d.is_over() {
+                self.over.push(d.clone());
+            }
             self.worst[what] = Some(d);
         }
     }
