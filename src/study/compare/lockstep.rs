@@ -2,8 +2,6 @@
 
 use std::ops::Range;
 
-use nalgebra::Vector3;
-
 use crate::case::Case;
 use crate::gpu::layout::{self, WorkgroupSums, sum};
 use crate::gpu::stepper::{DeviceStepper, Stage};
@@ -176,8 +174,8 @@ impl<'a> Lockstep<'a> {
             let (quantity, scale) = match field {
                 node::VELOCITY.. if kernel == "node_update" => ("velocity", scales.speed),
                 node::VELOCITY.. => ("velocity", scales.pushed()),
-                _ if kernel == "node_update" => ("displacement", scales.length),
-                _ => ("displacement", scales.closed()),
+                _ if kernel.starts_with("projectile") => ("displacement", scales.closed()),
+                _ => ("displacement", scales.length),
             };
             let what = line(kernel, quantity);
             for row in 0..model.grid.node_rows() {
@@ -234,7 +232,7 @@ impl<'a> Lockstep<'a> {
             .projectile
             .as_ref()
             .filter(|p| !p.prescribed)
-            .map(|p| layout::read_body(rest, p, &Vector3::zeros()).body.velocity * p.mass);
+            .map(|p| layout::read_body(rest, p, &layout::device_origin(&self.leader.model)).body.velocity * p.mass);
         for a in 0..3 {
             let flying = body.map_or(0.0, |b| b[a]);
             let gpu = sums.add(sum::MOMENTUM + a) + flying;

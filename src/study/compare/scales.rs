@@ -15,6 +15,9 @@ const TOGETHER: f64 = 3.0;
 /// Steepest slope that makes a gap of a place [-]: beyond it the gap is measured across.
 const STEEPEST: f64 = 1.0;
 
+/// Roundings of places in a gap, 2 of a node and 2 of the body, over all that a velocity by contact may have [-].
+const OF_PLACES: f64 = 4.0 / 12.0;
+
 /// Sizes whose roundings a difference is counted in.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Scales {
@@ -39,7 +42,7 @@ pub struct Scales {
     /// Velocity that closes a gap of `length` in a step, and `speed` [m/s]: a gap rounds like a displacement, and a contact closes it.
     pub closing: f64,
     /// What places round like, as a gap [m]: the depth of the pack, and where the rim of the projectile is sampled its radius by the largest
-    /// slope of a ply.
+    /// slope of a ply; [`OF_PLACES`] of them.
     pub place: f64,
     /// Time step [s].
     pub time_step: f64,
@@ -92,7 +95,8 @@ impl Scales {
             length,
             speed,
             closing,
-            place: depth + if model.features().edges { STEEPEST.min(motion.steepest) * reach } else { 0.0 },
+            place: OF_PLACES
+                * (depth + if model.features().edges { STEEPEST.min(motion.steepest) * reach } else { 0.0 }),
             time_step: model.dt,
             node_mass: motion.heaviest,
             body_mass,
@@ -153,23 +157,19 @@ impl Motion {
         let mut out = Self::default();
         for ply in 0..model.grid.plies {
             let (ply_type, first) = (model.ply_type(ply), model.grid.first_node_row(ply));
-            for (row, column) in
-                (0..=ply_type.mesh.rows).flat_map(|row| (0..=ply_type.mesh.columns).map(move |column| (row, column)))
-            {
+            let mesh = &ply_type.mesh;
+            for (row, column) in (0..=mesh.rows).flat_map(|row| (0..=mesh.columns).map(move |column| (row, column))) {
                 let [moved, velocity] = [state.displacement(first + row, column), state.velocity(first + row, column)];
                 let (mass, speed) = (f64::from(ply_type.row_mass(row).mass[column]), Vector3::from(velocity).norm());
                 out.fastest = out.fastest.max(speed);
                 out.farthest = out.farthest.max(Vector3::from(moved).norm());
                 out.heaviest = out.heaviest.max(mass);
                 out.momentum += mass * speed;
-                let rise = |row: usize, column: usize| (state.displacement(first + row, column)[2] - moved[2]).abs();
-                let [width, height] =
-                    ply_type.mesh.widths(row.min(ply_type.mesh.rows - 1), column.min(ply_type.mesh.columns - 1));
-                if column < ply_type.mesh.columns {
-                    out.steepest = out.steepest.max(rise(row, column + 1) / (width * ply_type.mesh.length[0]));
-                }
-                if row < ply_type.mesh.rows {
-                    out.steepest = out.steepest.max(rise(row + 1, column) / (height * ply_type.mesh.length[1]));
+                let neighbours = [(row, column + 1), (row + 1, column)];
+                for (r, c) in neighbours.into_iter().filter(|&(r, c)| r <= mesh.rows && c <= mesh.columns) {
+                    let [[x, y], [further_x, further_y]] = [mesh.reference(row, column), mesh.reference(r, c)];
+                    let rise = (state.displacement(first + r, c)[2] - moved[2]).abs();
+                    out.steepest = out.steepest.max(rise / (further_x - x + further_y - y));
                 }
             }
         }

@@ -58,7 +58,7 @@ const BREAKING_ENERGY: &str = "energy of an element that is about to break, and 
 const BREAKING_IMPULSE: &str = "impulse that breaks an element in a step, and its own";
 const STRAIN_SCALE: &str = "failure strain, and its own";
 const LENGTH: &str = "largest displacement, an element's length at least";
-const CLOSING: &str = "velocity that closes a gap of the largest displacement in a step, and the largest speed; of a whole run also of the depth of the pack and the radius of a rim";
+const CLOSING: &str = "velocity that closes a gap of the largest displacement in a step, and the largest speed; of a whole run also of a third of the depth of the pack and of the radius of a rim by a slope";
 const CLOSED: &str = "way of such a velocity in a step";
 const PUSHED: &str = "impulse of a node at that velocity over the body's mass, and the body's speed";
 const CELL: &str = "an element's length, or the way of such a velocity in a step";
@@ -157,7 +157,7 @@ pub const TOLERANCES: [Tolerance; 48] = [
     allow(
         ["ply_contact", "displacement"],
         [16.0, 1.0],
-        CLOSED,
+        LENGTH,
         "a gap as of the projectile: positions of a node and four corners, over and along a normal, closed in counts",
     ),
     allow(["ply_contact", "velocity"], [12.0, 1.0], CLOSING, "as the displacement"),
