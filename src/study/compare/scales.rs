@@ -42,7 +42,7 @@ pub struct Scales {
     /// Velocity that closes a gap of `length` in a step, and `speed` [m/s]: a gap rounds like a displacement, and a contact closes it.
     pub closing: f64,
     /// What places round like, as a gap [m]: the depth of the pack, and where the rim of the projectile is sampled its radius by the largest
-    /// slope of a ply; [`OF_PLACES`] of them.
+    /// slope of a ply; `OF_PLACES` of them.
     pub place: f64,
     /// Time step [s].
     pub time_step: f64,
