@@ -238,6 +238,47 @@ fn the_largest_elements_are_as_many_crossovers_wide_as_asked_for() {
 }
 
 #[test]
+fn elements_are_fine_where_an_oblique_point_slides() {
+    /// From where to where elements are the finest along X and Y, from the hit [m].
+    fn fine(sets: &[&str]) -> [[f64; 2]; 2] {
+        let case = small(&[&["/solver/numerics=default", "/projectile/azimuth_deg=30"], sets].concat());
+        let mesh = &Model::<f64>::new(&case).unwrap().ply_types[0].mesh;
+        let size = |axis: usize, at: usize| if axis == 0 { mesh.size(0, at)[0] } else { mesh.size(at, 0)[1] };
+        [mesh.columns, mesh.rows]
+            .into_iter()
+            .enumerate()
+            .map(|(axis, count)| {
+                let sizes: Vec<f64> = (0..count).map(|at| size(axis, at)).collect();
+                let (whole, finest) = (sizes.iter().sum::<f64>(), sizes.iter().copied().fold(f64::INFINITY, f64::min));
+                let is_fine = |at: &usize| sizes[*at] < 1.001 * finest;
+                let (first, last) = ((0..count).find(is_fine).unwrap(), (0..count).rfind(is_fine).unwrap());
+                [sizes[..first].iter().sum::<f64>() - 0.5 * whole, sizes[..=last].iter().sum::<f64>() - 0.5 * whole]
+            })
+            .collect::<Vec<_>>()
+            .try_into()
+            .unwrap()
+    }
+    const CONE: &str = "/projectile/shape=cone";
+    const OBLIQUE: &str = "/projectile/obliquity_deg=40";
+    let [across, along] = fine(&[CONE, "/projectile/nose_length_mm=6"]);
+    assert!(
+        [across, along].as_flattened().iter().all(|at| (at.abs() - 5.5e-3).abs() < 0.25e-3),
+        "{across:?}, {along:?}"
+    );
+    // An eighth of the smaller side, by the tangent of the obliquity: 4.3 mm, of which 3.7 along X and 2.1 along Y.
+    let way = 0.125 * 40.64e-3 * 40_f64.to_radians().tan();
+    let [x, y] = fine(&[CONE, "/projectile/nose_length_mm=6", OBLIQUE]);
+    for (oblique, square, share) in [(x, across, 0.75_f64.sqrt()), (y, along, 0.5)] {
+        assert!((oblique[0] - square[0]).abs() < 1e-9, "{oblique:?} for {square:?}");
+        let longer = oblique[1] - square[1] - way * share;
+        assert!(longer.abs() < 0.25e-3, "{oblique:?} for {square:?}: {longer}");
+    }
+    // A rim breaks yarns early, or holds them.
+    let flat = [&[][..], &[OBLIQUE]].map(fine);
+    assert_eq!(flat[0], flat[1]);
+}
+
+#[test]
 fn what_cannot_be_graded_is_refused_by_name() {
     let text = |pack: &serde_json::Value, projectile: bool| {
         let shot = json!({"shape": "sphere", "diameter_mm": 6, "mass_g": 1, "velocity_m_s": 50});

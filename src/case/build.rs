@@ -27,6 +27,9 @@ const FAILURE_LENGTH: f64 = 0.9e-3;
 /// Elements along a side of a crossover around the hit, and where the result is to be converged.
 const FINE: u32 = 4;
 const CONVERGED: u32 = 8;
+/// The same where a point strikes. A tip is held late where no node is under it; with four, oblique cones have limits 6 % below those with eight,
+/// with six 1 % (benches/NOTES.md).
+const UNDER_A_POINT: u32 = 6;
 /// The same, on an even mesh, where a bar strikes: the fewest with which strips break within 15 % of the closed form (benches/NOTES.md).
 const ALONG_A_BAR: u32 = 2;
 
@@ -214,6 +217,7 @@ fn pack(
             let count = match (finer, solver.accuracy) {
                 (false, _) => 1,
                 (true, Accuracy::Default) if bar => ALONG_A_BAR,
+                (true, Accuracy::Default) if projectile.is_some_and(|p| p.shape.is_pointed()) => UNDER_A_POINT,
                 (true, Accuracy::Default) => FINE,
                 (true, Accuracy::Converged) => CONVERGED,
             };
@@ -239,7 +243,7 @@ fn pack(
         None => layup::derive_spacing(scope, &layup, record)?,
     }
     let depth = f64::from(plies - 1) * spacing.unwrap_or_else(|| layup::thickest(&layup, fabric));
-    let grading = grading::read(scope, projectile, side, graded)?.map(|g| g.through(depth, projectile));
+    let grading = grading::read(scope, projectile, side, graded)?.map(|g| g.through(depth, size, projectile));
     for layer in &mut layup {
         layer.grading = grading;
     }

@@ -7,6 +7,8 @@ use super::{Layer, LinesFrom, Projectile, Shape};
 
 /// Fine elements reach this far from the projectile's wall by default, over its radius [-].
 const FINE_RADII: f64 = 1.0;
+/// How deep a point pushes a ply in before a yarn under it breaks, over the ply's smaller side [-]: slopes of a quarter stretch yarns by 3 %.
+const PUSHED_IN: f64 = 0.125;
 /// Places closer than this to a line of nodes are on it, over the element length [-].
 const ON_LINE: f64 = 1e-6;
 
@@ -15,7 +17,7 @@ const ON_LINE: f64 = 1e-6;
 pub struct Grading {
     /// Where the projectile meets the pack's plane, in the pack's axes [m].
     pub hit: [f64; 2],
-    /// How far it moves along X and Y on its way through the pack [m].
+    /// How far it moves along X and Y while it is in the pack, or may slide over it [m].
     pub way: [f64; 2],
     /// Around that way elements are of the finest size, up to this distance along X and Y [m].
     pub fine: [f64; 2],
@@ -93,11 +95,13 @@ fn fine_radius(projectile: &Projectile) -> f64 {
 }
 
 impl Grading {
-    /// Takes the projectile's way through a pack of this depth [m] in.
+    /// Takes the projectile's way through a pack of this depth and size [m] in. A point slides over the fabric as far as it moves sideways
+    /// until the first yarn breaks; a rim breaks yarns early, or holds them.
     #[must_use]
-    pub(super) fn through(mut self, depth: f64, projectile: Option<&Projectile>) -> Self {
+    pub(super) fn through(mut self, depth: f64, size: [f64; 2], projectile: Option<&Projectile>) -> Self {
         if let Some(p) = projectile {
-            let across = depth * p.obliquity.tan();
+            let pushed_in = if p.shape.is_pointed() { PUSHED_IN * size[0].min(size[1]) } else { 0.0 };
+            let across = (depth + pushed_in) * p.obliquity.tan();
             self.way = [across * p.azimuth.cos(), across * p.azimuth.sin()];
         }
         self

@@ -9,8 +9,8 @@ use super::{Edge, LinesFrom};
 /// Plies of a pack at most.
 pub(super) const MAX_PLIES: u32 = 64;
 /// Where the mesh comes from.
-const MESH: &str = "numerics and accuracy: around a projectile's hit four elements per crossover (converged: eight), graded \
-    beyond; where a bar strikes two (eight), even; one even element for the paper's numerics, no projectile, or several \
+const MESH: &str = "numerics and accuracy: around a projectile's hit four elements per crossover (under a point six; converged: eight), \
+    graded beyond; where a bar strikes two (eight), even; one even element for the paper's numerics, no projectile, or several \
     crossovers per element";
 
 pub(super) static PACK: &[CaseKey] = &[
@@ -71,7 +71,8 @@ static GRADING: &[CaseKey] = &[
         MM,
         within(0.0, 1e5),
         "Up to this distance from the projectile's way through the pack, along warp and weft, elements have \
-        crossovers_per_element.",
+        crossovers_per_element. The way of a point that strikes obliquely goes on while it pushes the ply in, by an eighth of \
+        the smaller side.",
     )
     .derived("two radii of the projectile, and as far as a yawed tail swings out"),
     number("growth_ratio", NONE, within(1.0, 2.0), "Largest ratio of the lengths of neighbouring elements.")

@@ -298,7 +298,7 @@ fn a_point_is_rounded_unless_it_says_otherwise() {
         put(&mut document, "/solver", keys);
         read(&document).unwrap().pack.elements_per_crossover
     };
-    assert_eq!(elements(json!({"end_time_us": 10})), 4);
+    assert_eq!(elements(json!({"end_time_us": 10})), 6);
     assert_eq!(elements(json!({"end_time_us": 10, "accuracy": "converged"})), 8);
     assert_eq!(elements(json!({"end_time_us": 10, "numerics": "paper"})), 1);
     // A flat cone has room for less: 3 · 0.2 / (3 + √(3² + 0.2²)).
