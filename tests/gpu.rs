@@ -19,5 +19,5 @@ mod support;
 
 fn main() -> std::process::ExitCode {
     use gpu::{harness, kernels, limits, mutants, shots};
-    harness::run([kernels::tests(), mutants::tests(), shots::tests(), limits::tests()])
+    harness::run([shots::tests(), kernels::tests(), mutants::tests(), limits::tests()])
 }

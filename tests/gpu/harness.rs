@@ -1,7 +1,6 @@
-//! One device for all tests, and what becomes of them where there is none.
+//! A device for every thread of tests, and what becomes of them where there is none.
 
 use std::process::ExitCode;
-use std::sync::OnceLock;
 
 use libtest_mimic::{Arguments, Completion, Trial};
 use ripstop::gpu::{Device, adapters, device};
@@ -14,15 +13,20 @@ const MISSING: &str = "no graphics adapter";
 /// What a test found: nothing wrong, or what is.
 pub(crate) type Outcome = Result<(), String>;
 
-/// The device of all tests, opened by the first; `None` without an adapter.
+/// The device of this thread's tests, opened by its first; `None` without an adapter. One of all threads would be waited for: software
+/// Vulkan compiles shaders and runs them in one thread of the device, and most of these tests' time is that.
 fn device() -> Result<Option<&'static Device>, String> {
-    static DEVICE: OnceLock<Result<Option<Device>, String>> = OnceLock::new();
-    let opened = DEVICE.get_or_init(|| {
-        let adapters = adapters();
-        let Ok(adapter) = device::choose(&adapters, None) else { return Ok(None) };
-        Device::open(&adapter).map(Some).map_err(|e| e.to_string())
-    });
-    opened.as_ref().map(Option::as_ref).map_err(Clone::clone)
+    thread_local! {
+        static DEVICE: Result<Option<&'static Device>, String> = open();
+    }
+    DEVICE.with(Clone::clone)
+}
+
+/// A device that stays open.
+fn open() -> Result<Option<&'static Device>, String> {
+    let adapters = adapters();
+    let Ok(adapter) = device::choose(&adapters, None) else { return Ok(None) };
+    Device::open(&adapter).map(|device| Some(&*Box::leak(Box::new(device)))).map_err(|e| e.to_string())
 }
 
 /// A test on the device; it may also panic.

@@ -34,7 +34,9 @@ use super::harness::{Outcome, trial};
 
 /// The tests.
 pub(crate) fn tests() -> Vec<Trial> {
+    // The longest first, so that no thread is left alone with it.
     let modules = [
+        ("campaigns", campaigns::TESTS),
         ("whole", whole::TESTS),
         ("scenes", scenes::TESTS),
         ("symmetry", symmetry::TESTS),
@@ -48,7 +50,6 @@ pub(crate) fn tests() -> Vec<Trial> {
         ("frames", frames::TESTS),
         ("program", program::TESTS),
         ("together", together::TESTS),
-        ("campaigns", campaigns::TESTS),
     ];
     let named = |(module, tests): (&'static str, Tests)| {
         tests.iter().map(move |(name, test)| trial(format!("shots::{module}::{name}"), *test))
