@@ -273,6 +273,10 @@ fn elements_are_fine_where_an_oblique_point_slides() {
         let longer = oblique[1] - square[1] - way * share;
         assert!(longer.abs() < 0.25e-3, "{oblique:?} for {square:?}: {longer}");
     }
+    // Beyond 45° it goes no further.
+    let steep =
+        [45, 80].map(|at| fine(&[CONE, "/projectile/nose_length_mm=6", &format!("/projectile/obliquity_deg={at}")]));
+    assert_eq!(steep[0], steep[1]);
     // A rim breaks yarns early, or holds them.
     let flat = [&[][..], &[OBLIQUE]].map(fine);
     assert_eq!(flat[0], flat[1]);

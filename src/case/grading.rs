@@ -96,12 +96,13 @@ fn fine_radius(projectile: &Projectile) -> f64 {
 
 impl Grading {
     /// Takes the projectile's way through a pack of this depth and size [m] in. A point slides over the fabric as far as it moves sideways
-    /// until the first yarn breaks; a rim breaks yarns early, or holds them.
+    /// until the first yarn breaks, beyond 45° at most as far as it is pushed in; a rim breaks yarns early, or holds them.
     #[must_use]
     pub(super) fn through(mut self, depth: f64, size: [f64; 2], projectile: Option<&Projectile>) -> Self {
         if let Some(p) = projectile {
             let pushed_in = if p.shape.is_pointed() { PUSHED_IN * size[0].min(size[1]) } else { 0.0 };
-            let across = (depth + pushed_in) * p.obliquity.tan();
+            let slope = p.obliquity.tan();
+            let across = depth * slope + pushed_in * slope.min(1.0);
             self.way = [across * p.azimuth.cos(), across * p.azimuth.sin()];
         }
         self
@@ -256,8 +257,10 @@ fn growing(room: f64, growth: f64, coarsest: f64) -> Vec<f64> {
 /// The grading in words: how far it is fine.
 pub(super) fn words(grading: &Grading) -> String {
     let fine = grading.fine.into_iter().fold(f64::INFINITY, f64::min);
+    let way = grading.way[0].hypot(grading.way[1]);
+    let on = if way > 0.0 { format!(", {} further along the way", millimetres(way)) } else { String::new() };
     format!(
-        "fine up to {} from the hit, growing by {} to {}",
+        "fine up to {} from the hit{on}, growing by {} to {}",
         millimetres(fine),
         grading.growth_ratio,
         grading.max_size

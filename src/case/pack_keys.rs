@@ -72,7 +72,7 @@ static GRADING: &[CaseKey] = &[
         within(0.0, 1e5),
         "Up to this distance from the projectile's way through the pack, along warp and weft, elements have \
         crossovers_per_element. The way of a point that strikes obliquely goes on while it pushes the ply in, by an eighth of \
-        the smaller side.",
+        the smaller side, at most that far.",
     )
     .derived("two radii of the projectile, and as far as a yawed tail swings out"),
     number("growth_ratio", NONE, within(1.0, 2.0), "Largest ratio of the lengths of neighbouring elements.")
