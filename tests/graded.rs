@@ -243,39 +243,32 @@ fn elements_are_fine_where_an_oblique_point_slides() {
     fn fine(sets: &[&str]) -> [[f64; 2]; 2] {
         let case = small(&[&["/solver/numerics=default", "/projectile/azimuth_deg=30"], sets].concat());
         let mesh = &Model::<f64>::new(&case).unwrap().ply_types[0].mesh;
-        let size = |axis: usize, at: usize| if axis == 0 { mesh.size(0, at)[0] } else { mesh.size(at, 0)[1] };
-        [mesh.columns, mesh.rows]
-            .into_iter()
-            .enumerate()
-            .map(|(axis, count)| {
-                let sizes: Vec<f64> = (0..count).map(|at| size(axis, at)).collect();
-                let (whole, finest) = (sizes.iter().sum::<f64>(), sizes.iter().copied().fold(f64::INFINITY, f64::min));
-                let is_fine = |at: &usize| sizes[*at] < 1.001 * finest;
-                let (first, last) = ((0..count).find(is_fine).unwrap(), (0..count).rfind(is_fine).unwrap());
-                [sizes[..first].iter().sum::<f64>() - 0.5 * whole, sizes[..=last].iter().sum::<f64>() - 0.5 * whole]
-            })
-            .collect::<Vec<_>>()
-            .try_into()
-            .unwrap()
+        [0, 1].map(|axis| {
+            let line = |at: usize| mesh.reference(at * axis, at * (1 - axis))[axis];
+            let is_fine = |at: &usize| line(at + 1) - line(*at) < 1.001 * mesh.length[axis];
+            let count = [mesh.columns, mesh.rows][axis];
+            [line((0..count).find(is_fine).unwrap()), line((0..count).rfind(is_fine).unwrap() + 1)]
+        })
     }
-    const CONE: &str = "/projectile/shape=cone";
+    // Six elements a crossover; the fine part ends on a line of nodes.
+    const ELEMENT: f64 = 1.27e-3 / 6.0;
+    const CONE: &[&str] = &["/projectile/shape=cone", "/projectile/nose_length_mm=6"];
     const OBLIQUE: &str = "/projectile/obliquity_deg=40";
-    let [across, along] = fine(&[CONE, "/projectile/nose_length_mm=6"]);
+    let [across, along] = fine(CONE);
     assert!(
-        [across, along].as_flattened().iter().all(|at| (at.abs() - 5.5e-3).abs() < 0.25e-3),
+        [across, along].as_flattened().iter().all(|at| (at.abs() - 5.5e-3).abs() < ELEMENT),
         "{across:?}, {along:?}"
     );
     // An eighth of the smaller side, by the tangent of the obliquity: 4.3 mm, of which 3.7 along X and 2.1 along Y.
     let way = 0.125 * 40.64e-3 * 40_f64.to_radians().tan();
-    let [x, y] = fine(&[CONE, "/projectile/nose_length_mm=6", OBLIQUE]);
+    let [x, y] = fine(&[CONE, &[OBLIQUE]].concat());
     for (oblique, square, share) in [(x, across, 0.75_f64.sqrt()), (y, along, 0.5)] {
         assert!((oblique[0] - square[0]).abs() < 1e-9, "{oblique:?} for {square:?}");
         let longer = oblique[1] - square[1] - way * share;
-        assert!(longer.abs() < 0.25e-3, "{oblique:?} for {square:?}: {longer}");
+        assert!(longer.abs() < ELEMENT, "{oblique:?} for {square:?}: {longer}");
     }
     // Beyond 45° it goes no further.
-    let steep =
-        [45, 80].map(|at| fine(&[CONE, "/projectile/nose_length_mm=6", &format!("/projectile/obliquity_deg={at}")]));
+    let steep = [45, 80].map(|at| fine(&[CONE, &[&format!("/projectile/obliquity_deg={at}")]].concat()));
     assert_eq!(steep[0], steep[1]);
     // A rim breaks yarns early, or holds them.
     let flat = [&[][..], &[OBLIQUE]].map(fine);
