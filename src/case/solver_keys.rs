@@ -28,7 +28,7 @@ pub(super) static SOLVER: &[CaseKey] = &[
         Accuracy::WORDS,
         "How far the mesh around the hit is refined, where elements_per_crossover is left out.",
     )
-    .default_word("default", "measured: a ballistic limit within 5 % of the converged one, of a cone at 30° of obliquity within 12 %"),
+    .default_word("default", "measured: a ballistic limit within 5 % of the converged one"),
     number("courant", NONE, above(0.0, 1.0), "Time step over the critical one.")
         .default(0.9, "model: margin for contact, shear and hourglass stiffness")
         .help("above 1 the time step exceeds the critical step and leapfrog integration is unstable"),
