@@ -27,7 +27,7 @@ use ballistic_limits::{limit, v50_request};
 
 /// A small ply that is shot in tens of milliseconds.
 pub(super) const SMALL: &str = r#"{"title": "small ply", "fabric": {"file": "fabrics/s-720.json"},
-    "pack": {"width_mm": 25, "height_mm": 25},
+    "pack": {"width_mm": 25, "height_mm": 25, "elements_per_crossover": 2},
     "projectile": {"shape": "sphere", "diameter_mm": 5, "mass_g": 0.5, "velocity_m_s": 70}}"#;
 const VARIES: &str =
     r#"/variability={"hit": "unit_cell", "velocity": {"scatter_m_s": 3}, "modulus": {"scatter": 0.05}}"#;
@@ -36,8 +36,12 @@ static QUIET: AtomicBool = AtomicBool::new(false);
 
 /// That case with changes.
 pub(super) fn small(sets: &[&str]) -> Case {
+    case_of(SMALL, sets)
+}
+
+fn case_of(text: &str, sets: &[&str]) -> Case {
     let sets: Vec<String> = sets.iter().map(|set| (*set).to_owned()).collect();
-    case::from_str("small", SMALL, &sets).unwrap()
+    case::from_str("small", text, &sets).unwrap()
 }
 
 fn options(threads: usize) -> BatchOptions<'static> {

@@ -55,15 +55,15 @@ fn limit(device: &Device, case: &Case, request: &V50Request, path: &Path, resume
 }
 
 fn request(design: Design, count: u32, refined: u32) -> V50Request {
-    let (bracket, velocity, sigma) = (0.04, [100.0, 300.0], 20.0);
+    let (bracket, velocity, sigma) = (0.1, [100.0, 300.0], 20.0);
     V50Request { design, count, until_width: None, bracket, velocity, sigma, refined, fit: FIT }
 }
 
-/// Every other row of a table is what the device makes of that shot of the case alone; how many rows there are.
+/// Every third row of a table is what the device makes of that shot of the case alone; how many rows there are.
 fn each_as_alone(device: &Device, case: &Case, table: &Path) -> u64 {
     let mut reader = csv::Reader::from_path(table).unwrap();
     let rows: Vec<BTreeMap<String, String>> = reader.deserialize().map(Result::unwrap).collect();
-    for row in rows.iter().step_by(2) {
+    for row in rows.iter().step_by(3) {
         let velocity = row["asked_velocity_m_s"].parse().unwrap();
         let order = ShotOrder { shot: row["shot"].parse().unwrap(), velocity: Some(velocity) };
         let shot = order_case(case, 3, order).unwrap();
@@ -92,7 +92,7 @@ fn thresholds(device: &'static Device) -> Outcome {
     assert_eq!((found.device.shots, found.device.room), (shots + refined, 2), "realisations together");
     // An end among the shots of both meshes changes nothing; what is there is not fired again.
     fs::copy(whole.path().join("plan.json"), broken.path().join("plan.json")).unwrap();
-    for (table, part) in tables.iter().zip([2, 3]) {
+    for (table, part) in tables.iter().zip([4, 4]) {
         let text = fs::read_to_string(table).unwrap();
         let partial = broken.path().join(format!("{}.partial", table.file_name().unwrap().display()));
         fs::write(partial, &text[..(part - 1) * text.len() / part]).unwrap();

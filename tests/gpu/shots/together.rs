@@ -111,7 +111,8 @@ fn fired(device: &Device, case: &Case, orders: &[ShotOrder]) -> (Vec<ShotRow>, u
 
 /// A small ply whose yarns differ in strength from shot to shot.
 fn varied(sets: &[&str]) -> Case {
-    let small = ["/pack/width_mm=25.4", "/pack/height_mm=25.4", "/solver/end_time_us=40", "/expect=[]"];
+    let elements = "/pack/elements_per_crossover=2";
+    let small = ["/pack/width_mm=25.4", "/pack/height_mm=25.4", elements, "/solver/end_time_us=40", "/expect=[]"];
     shipped("cases/s720-1ply-155.json", &[&small[..], sets].concat())
 }
 

@@ -12,8 +12,14 @@ use ripstop::study::v50::{self, Design, V50Request};
 use serde_json::Value;
 use tempfile::TempDir;
 
-use super::{FIT, VARIES, files, folder, options, small};
+use super::{FIT, SMALL, VARIES, case_of, files, folder, options, small};
 use crate::scene;
+
+/// A smaller ply on the mesh that its accuracy asks for.
+fn of_its_accuracy(sets: &[&str]) -> Case {
+    let smaller = ["/pack/width_mm=13", "/pack/height_mm=13", "/projectile/diameter_mm=3", "/projectile/mass_g=0.15"];
+    case_of(&SMALL.replace(r#", "elements_per_crossover": 2"#, ""), &[&smaller[..], sets].concat())
+}
 
 pub(super) fn v50_request(design: Design, count: u32) -> V50Request {
     V50Request {
@@ -90,7 +96,7 @@ fn thresholds_are_where_the_outcome_of_their_realisation_turns() {
 
 #[test]
 fn a_finer_mesh_corrects_the_limit_by_what_it_moves_single_thresholds() {
-    let case = small(&[VARIES]);
+    let case = of_its_accuracy(&[VARIES]);
     let place = TempDir::new().unwrap();
     let request = V50Request { refined: 2, ..v50_request(Design::Thresholds, 3) };
     let found = limit(&case, &request, 2, place.path(), false);
@@ -102,11 +108,11 @@ fn a_finer_mesh_corrects_the_limit_by_what_it_moves_single_thresholds() {
     assert_eq!(found.refined_shots, shots.len());
     let velocity = |row: &BTreeMap<String, String>| row["asked_velocity_m_s"].parse::<f64>().unwrap();
     let fine = |number: &str| {
-        let of = |outcome: &str| -> Vec<f64> {
-            shots.iter().filter(|row| row["shot"] == number && row["outcome"] == outcome).map(velocity).collect()
+        let of = |perforated: &str| -> Vec<f64> {
+            shots.iter().filter(|row| row["shot"] == number && row["perforated"] == perforated).map(velocity).collect()
         };
-        let low = of("stopped").into_iter().fold(0.0, f64::max);
-        middle([low, of("perforated").into_iter().fold(f64::INFINITY, f64::min)])
+        let low = of("0").into_iter().fold(0.0, f64::max);
+        middle([low, of("1").into_iter().fold(f64::INFINITY, f64::min)])
     };
     let ratios = [fine("0") / coarse[0], fine("1") / coarse[1]];
     assert!(ratios.iter().all(|ratio| (0.9..1.1).contains(ratio)), "{ratios:?}");
@@ -121,7 +127,7 @@ fn a_finer_mesh_corrects_the_limit_by_what_it_moves_single_thresholds() {
     let largest = largest_spread(&["position of the hit in a cell", "Courant number"]);
     assert!((100.0 * rest.sqrt() - largest).abs() < 0.01, "{} {largest} %", 100.0 * rest.sqrt());
     // They are shots of the same realisation with the mesh of the other accuracy.
-    let finer = small(&[VARIES, "/variability/velocity=null", "/solver/accuracy=converged"]);
+    let finer = of_its_accuracy(&[VARIES, "/variability/velocity=null", "/solver/accuracy=converged"]);
     let order = ShotOrder { shot: 0, velocity: Some(velocity(&shots[0])) };
     let run = scene::run(&order_case(&finer, 3, order).unwrap());
     assert_eq!((run.outcome.word(), run.steps.to_string()), (shots[0]["outcome"].as_str(), shots[0]["steps"].clone()));
@@ -140,7 +146,7 @@ fn a_finer_mesh_corrects_the_limit_by_what_it_moves_single_thresholds() {
     assert!(files(broken.path()) == expected);
     // A case on that mesh has nothing to be corrected by.
     let third = TempDir::new().unwrap();
-    let found = limit(&small(&["/solver/accuracy=converged"]), &request, 2, third.path(), false);
+    let found = limit(&of_its_accuracy(&["/solver/accuracy=converged"]), &request, 2, third.path(), false);
     assert!(found.refinement.is_none() && (found.width.numerical / found.v50.unwrap() - 0.0125).abs() < 1e-12);
 }
 
