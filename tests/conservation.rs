@@ -5,6 +5,7 @@
 //! rest; hard scenes stay bounded or are diagnosed. Red when: a force misses in the gather, work and force disagree,
 //! a failure or contact loses energy unbooked, a sum depends on threads, rest is not rest.
 
+use ripstop::case;
 use ripstop::kernels::node_update::field;
 use ripstop::run::{Precision, Run, Sample, Simulation};
 
@@ -27,6 +28,22 @@ fn ledger_and_momentum_close_over_a_perforating_shot() {
                 .iter()
                 .all(|s| s.balance.internal > -0.01 * s.balance.kinetic - 1e-9 && s.balance.hourglass >= 0.0)
         );
+    }
+}
+
+/// The rim crosses two edges that end at one node, farther away than what is looked at.
+#[test]
+fn a_rim_over_long_elements_loses_no_momentum() {
+    let text = r#"{"title": "long elements", "fabric": {"file": "fabrics/s-728.json"},
+        "pack": {"width_mm": 20.32, "height_mm": 17.93, "edges": "free",
+            "mesh_grading": {"fine_radius_mm": 0.3756, "growth_ratio": 1.612, "max_crossovers": 4}},
+        "projectile": {"shape": "cylinder", "mass_g": 1, "diameter_mm": 5.5, "length_mm": 10, "velocity_m_s": 200},
+        "solver": {"end_time_us": 1, "run_until": "end_time", "courant": 0.3}}"#;
+    for symmetry in ["auto", "none"] {
+        let sets = [format!("/solver/symmetry={symmetry}")];
+        let run = run(&case::from_str("long", text, &sets).unwrap());
+        assert!(run.events.is_empty() && run.history.iter().any(|row| row.balance.contact > 0.1));
+        assert!(run.momentum_error < 1e-12 && run.energy_error < 1e-12, "{} {}", run.momentum_error, run.energy_error);
     }
 }
 

@@ -4,6 +4,8 @@
 //! the struck side by the thickness of the fabric that lies between, hole by hole. So the projectile meets a stack of plies
 //! in one solve, with the mass of all of them, and contact between plies has only their differences to deal with.
 
+use std::collections::BTreeMap;
+
 use nalgebra::Vector3;
 
 use super::near::near_nodes;
@@ -50,6 +52,8 @@ impl NearEdges {
     fn of<S: Scalar>(model: &Model<S>, near: &[[u32; 3]]) -> Self {
         let mut places: Vec<_> = near.iter().map(|place| place.map(|at| at as usize)).collect();
         let edges = if model.edges { near.len() } else { 0 };
+        // Two edges may end at one node beyond: two of it would each be given a part of its impulse, and one be lost.
+        let mut beyond = BTreeMap::new();
         let mut next = Vec::with_capacity(edges);
         for at in 0..edges {
             let [ply, row, column] = places[at];
@@ -59,8 +63,10 @@ impl NearEdges {
                 let is_there = place[1] <= mesh.rows && place[2] <= mesh.columns;
                 found.or_else(|| {
                     is_there.then(|| {
-                        places.push(place);
-                        places.len() - 1
+                        *beyond.entry(place).or_insert_with(|| {
+                            places.push(place);
+                            places.len() - 1
+                        })
                     })
                 })
             }));
