@@ -12,13 +12,13 @@ use ripstop::study::v50::{self, Design, V50Request};
 use serde_json::Value;
 use tempfile::TempDir;
 
-use super::{FIT, SMALL, VARIES, case_of, files, folder, options, small};
+use super::{FIT, VARIES, files, folder, of_its_accuracy, options, small};
 use crate::scene;
 
-/// A smaller ply on the mesh that its accuracy asks for.
-fn of_its_accuracy(sets: &[&str]) -> Case {
+/// A smaller ply, that a finer mesh is asked of.
+fn smaller(sets: &[&str]) -> Case {
     let smaller = ["/pack/width_mm=13", "/pack/height_mm=13", "/projectile/diameter_mm=3", "/projectile/mass_g=0.15"];
-    case_of(&SMALL.replace(r#", "elements_per_crossover": 2"#, ""), &[&smaller[..], sets].concat())
+    of_its_accuracy(&[&smaller[..], sets].concat())
 }
 
 pub(super) fn v50_request(design: Design, count: u32) -> V50Request {
@@ -96,7 +96,7 @@ fn thresholds_are_where_the_outcome_of_their_realisation_turns() {
 
 #[test]
 fn a_finer_mesh_corrects_the_limit_by_what_it_moves_single_thresholds() {
-    let case = of_its_accuracy(&[VARIES]);
+    let case = smaller(&[VARIES]);
     let place = TempDir::new().unwrap();
     let request = V50Request { refined: 2, ..v50_request(Design::Thresholds, 3) };
     let found = limit(&case, &request, 2, place.path(), false);
@@ -127,7 +127,7 @@ fn a_finer_mesh_corrects_the_limit_by_what_it_moves_single_thresholds() {
     let largest = largest_spread(&["position of the hit in a cell", "Courant number"]);
     assert!((100.0 * rest.sqrt() - largest).abs() < 0.01, "{} {largest} %", 100.0 * rest.sqrt());
     // They are shots of the same realisation with the mesh of the other accuracy.
-    let finer = of_its_accuracy(&[VARIES, "/variability/velocity=null", "/solver/accuracy=converged"]);
+    let finer = smaller(&[VARIES, "/variability/velocity=null", "/solver/accuracy=converged"]);
     let order = ShotOrder { shot: 0, velocity: Some(velocity(&shots[0])) };
     let run = scene::run(&order_case(&finer, 3, order).unwrap());
     assert_eq!((run.outcome.word(), run.steps.to_string()), (shots[0]["outcome"].as_str(), shots[0]["steps"].clone()));
@@ -146,7 +146,7 @@ fn a_finer_mesh_corrects_the_limit_by_what_it_moves_single_thresholds() {
     assert!(files(broken.path()) == expected);
     // A case on that mesh has nothing to be corrected by.
     let third = TempDir::new().unwrap();
-    let found = limit(&of_its_accuracy(&["/solver/accuracy=converged"]), &request, 2, third.path(), false);
+    let found = limit(&smaller(&["/solver/accuracy=converged"]), &request, 2, third.path(), false);
     assert!(found.refinement.is_none() && (found.width.numerical / found.v50.unwrap() - 0.0125).abs() < 1e-12);
 }
 
