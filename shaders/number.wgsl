@@ -1,5 +1,5 @@
 // number: what every kernel may do with a number.
-// Twin: src/math/scalar.rs
+// Twin: src/num/scalar.rs
 
 /// Distance from 1 to the next larger number.
 const EPSILON: f32 = 1.1920929e-7;

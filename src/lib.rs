@@ -55,7 +55,7 @@
 //! Ten rooms. Each uses those above it, never one below; a test holds that.
 //!
 //! ```text
-//! math      numbers, several at once, sums in fixed order, random numbers, distributions
+//! num       numbers, several at once, sums in fixed order, random numbers, distributions
 //! case      JSON, checked, in SI: what the user asks
 //! kernels   the arithmetic of a step, each with its twin in shaders/
 //! model     what stays constant: plies, mesh, unit-cell constants, masses, critical step
@@ -68,7 +68,7 @@
 //! ```
 //!
 //! - Only [`case`] knows keys and textile units.
-//! - `kernels` are generic over `math::scalar::Real`, one kernel or piece of point physics per file, by name and by binding order
+//! - `kernels` are generic over `num::scalar::Real`, one kernel or piece of point physics per file, by name and by binding order
 //!   like the shaders; tests hold the twins together.
 //! - `solver` is the only place that knows the order of the kernels on the CPU, `gpu` on a graphics processor.
 //!   State lies in rows (ply, row, column), each ply in its own axes; `solver::active_region` is what may have moved.
@@ -117,9 +117,9 @@ pub mod kernels;
 #[doc(hidden)]
 pub mod markdown;
 #[doc(hidden)]
-pub mod math;
-#[doc(hidden)]
 pub mod model;
+#[doc(hidden)]
+pub mod num;
 #[doc(hidden)]
 pub mod solver;
 #[cfg(feature = "cli")]

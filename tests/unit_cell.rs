@@ -22,7 +22,7 @@ use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
 use ripstop::case::Compression;
 use ripstop::kernels::crossover::{self, Variant};
-use ripstop::math::scalar::Scalar;
+use ripstop::num::scalar::Scalar;
 
 use crate::support::{
     CROSSOVERS, Cell, FAILURE_STRAIN, LAWS, Random, S720_CRIMP, S720_HALF_SPAN, S720_STIFFNESS, Solved, Worst, fabric,

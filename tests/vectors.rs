@@ -5,9 +5,9 @@
 //! own instruction differs from what one number does.
 
 use ripstop::case::{Case, UnitCell};
-use ripstop::math::scalar::{Real, Scalar};
-use ripstop::math::simd::{Pair, Vectors};
 use ripstop::model::Model;
+use ripstop::num::scalar::{Real, Scalar};
+use ripstop::num::simd::{Pair, Vectors};
 use ripstop::run::RunScalar;
 use ripstop::solver::energy_balance::{Balance, EnergyBalance};
 use ripstop::solver::state::State;

@@ -1,6 +1,6 @@
 //! What strikes the pack, in SI units.
 
-use crate::math::solid::Solid;
+use crate::num::solid::Solid;
 
 /// A rigid projectile. Flight is along +Z at normal incidence; the pack lies in Z = 0 around the origin.
 #[derive(Clone, Debug, PartialEq)]

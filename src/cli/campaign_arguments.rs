@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use clap::{Args, ValueEnum, builder::RangedU64ValueParser};
-use ripstop::math::link::Link;
+use ripstop::num::link::Link;
 use ripstop::run::Precision;
 use ripstop::study::fit::FitRequest;
 use ripstop::study::interval::Interval;

@@ -2,7 +2,7 @@
 
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use ripstop::case::Law;
-use ripstop::math::link::Link;
+use ripstop::num::link::Link;
 use ripstop::run::Precision;
 use ripstop::study::interval::Interval;
 use ripstop::study::v50::Design;

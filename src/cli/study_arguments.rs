@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use clap::{Args, builder::RangedU64ValueParser};
-use ripstop::math::link::Link;
+use ripstop::num::link::Link;
 use ripstop::study::interval::Interval;
 
 use super::arguments::{BackendArguments, BackendChoice};

@@ -5,7 +5,7 @@
 //! ellipse's perimeter converges like λ^2n with λ = k²/(a+1)², which is 0.02 at the crimp of a Kevlar fabric, and
 //! s − 1 comes out without cancellation.
 
-use crate::math::scalar::{Real, each, is_double};
+use crate::num::scalar::{Real, each, is_double};
 
 /// Squares of the binomial coefficients C(1/2, n), n = 1…12: the Gauss–Kummer series in λ².
 pub const SERIES: [f64; 12] = [

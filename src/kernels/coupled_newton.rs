@@ -12,7 +12,7 @@
 use crate::kernels::predictor::Predictor;
 use crate::kernels::unit_cell_parameters::UnitCellParameters;
 use crate::kernels::yarn_law::{LawKernel, StretchResponse, YarnResponse};
-use crate::math::scalar::{Mask, Real, each};
+use crate::num::scalar::{Mask, Real, each};
 
 /// Evaluations allowed before the bracketed iteration takes over.
 pub const NEWTON_ITERATIONS: u32 = 7;

@@ -9,7 +9,7 @@
 
 use crate::kernels::coupled_newton;
 use crate::kernels::predictor::Predictor;
-use crate::math::scalar::{Mask, Real, each};
+use crate::num::scalar::{Mask, Real, each};
 
 pub use crate::kernels::unit_cell_parameters::UnitCellParameters;
 pub use crate::kernels::yarn_law::{

@@ -1,7 +1,7 @@
 //! What of the element kernel's constants depends on the size of an element: in a graded mesh each has its own.
 
 use crate::kernels::element_force::ElementConstants;
-use crate::math::scalar::Real;
+use crate::num::scalar::Real;
 
 /// The constants of an element's own size, otherwise as in [`ElementConstants`].
 #[derive(Clone, Copy)]

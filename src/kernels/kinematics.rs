@@ -6,7 +6,7 @@
 //! at the rim of a projectile and at the front of the transverse wave: then limits are lower and converge slowly (benches/NOTES.md).
 
 use crate::kernels::element_geometry::ElementGeometry;
-use crate::math::scalar::{Real, each};
+use crate::num::scalar::{Real, each};
 
 /// What one element is before forces: gradients, stretches and directions.
 pub(crate) struct Kinematics<R> {

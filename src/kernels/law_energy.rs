@@ -8,7 +8,7 @@
 use rayon::prelude::*;
 
 use crate::kernels::crossover::{LawKernel, UnitCellParameters, Variant, cell_energy, solve};
-use crate::math::scalar::{Real, Scalar};
+use crate::num::scalar::{Real, Scalar};
 
 /// Places along each axis of the table.
 pub const COUNT: usize = 40;

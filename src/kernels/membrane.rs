@@ -4,7 +4,7 @@ use super::element_force::{ElementConstants, FOLDED_STRETCH};
 use crate::kernels::element_geometry::ElementGeometry;
 use crate::kernels::kinematics::{Growth, Kinematics, TINY, Vector, dot};
 use crate::kernels::shear::{self, ShearConstants};
-use crate::math::scalar::{Mask, Real, each};
+use crate::num::scalar::{Mask, Real, each};
 
 /// Trellis shear of an element as its membrane feels it, fading where a yarn is folded: the energy per reference area is
 /// fade(Λ1) fade(Λ2) W(sin γ).

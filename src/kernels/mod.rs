@@ -1,6 +1,6 @@
 //! The solver's arithmetic, one kernel or one piece of point physics per file.
 //!
-//! Kernels are generic over [`Real`](crate::math::scalar::Real), see slices of numbers and constants, and never files,
+//! Kernels are generic over [`Real`](crate::num::scalar::Real), see slices of numbers and constants, and never files,
 //! threads or devices. Point physics (`arc_length`, `yarn_law`, `crossover`, `shear`, `projectile_shape`, `projectile_chisel`) knows no mesh;
 //! element and node kernels know no material law beyond calling it.
 

@@ -6,8 +6,8 @@
 use std::ops::Range;
 
 use crate::kernels::element_force::field as element;
-use crate::math::scalar::{Real, each};
-use crate::math::sum::OrderedSum;
+use crate::num::scalar::{Real, each};
+use crate::num::sum::OrderedSum;
 
 /// Fields of a node row, in storage order.
 pub mod field {

@@ -10,7 +10,7 @@
 use nalgebra::Vector3;
 
 use crate::kernels::mirror_planes::Cut;
-use crate::math::scalar::{Real, each};
+use crate::num::scalar::{Real, each};
 
 /// Most of a penetration that is driven out in a step [-]. Plies pressed on each other for long are driven apart in every step, each
 /// of which stretches yarns by ½ k x² that nobody accounts for: a fifth made 1.6 % of the energy of a corner hit.

@@ -9,7 +9,7 @@
 //! A start to first order spares Newton's iteration most of an evaluation; what is accepted in the end is the same.
 
 use crate::kernels::yarn_law::YarnResponse;
-use crate::math::scalar::{Real, each};
+use crate::num::scalar::{Real, each};
 
 /// Strain below which a yarn is not followed: F/ε is of two numbers that vanish.
 pub const LEAST_STRAIN: f64 = 1e-6;

@@ -7,7 +7,7 @@ use std::ops::Range;
 
 use prefetch_index::prefetch_index;
 
-use crate::math::aligned::CACHE_LINE;
+use crate::num::aligned::CACHE_LINE;
 
 /// Asks for what lies `ahead` numbers after `at` in every field, which may be beyond its end.
 #[inline(always)]

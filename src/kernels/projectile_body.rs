@@ -3,7 +3,7 @@
 use super::projectile_chisel::Chisel;
 use super::projectile_shape::{CORNERS, Outline};
 use crate::case::{Projectile, Shape};
-use crate::math::solid::ogive_arc;
+use crate::num::solid::ogive_arc;
 
 /// Body geometry and mass properties.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -6,7 +6,7 @@
 //! the nearest of a few candidates, all of them points of the body. By symmetry everything happens where x, y ≥ 0.
 
 use super::projectile_shape::{FAR, Outline, RESOLVED, SignedDistance, TINY};
-use crate::math::scalar::Scalar;
+use crate::num::scalar::Scalar;
 
 /// Newton steps for the nearest point of the ellipse in which a flat meets the wall; four reach double precision.
 pub const ELLIPSE_STEPS: usize = 5;

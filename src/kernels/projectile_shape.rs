@@ -7,7 +7,7 @@
 
 pub use super::projectile_body::{Body, EdgeRadiusTooLarge};
 use super::projectile_chisel::{self, Chisel};
-use crate::math::scalar::Scalar;
+use crate::num::scalar::Scalar;
 
 /// Most corners a profile has.
 pub const CORNERS: usize = 5;

@@ -3,7 +3,7 @@
 //! G is the tangent modulus by default, so the shear resultant is q = t·∫G dγ: odd in γ and continuous where
 //! locking begins and ends. With the secant modulus q = t·G(γ)·γ.
 
-use crate::math::scalar::{Mask, Real, Scalar, is_double};
+use crate::num::scalar::{Mask, Real, Scalar, is_double};
 
 /// asin(x)/x as a polynomial in x² on |x| ≤ ½, highest power first: Chebyshev fit, error 2e-17.
 pub(crate) const ARC_SINE: [f64; 13] = [

@@ -3,7 +3,7 @@
 use crate::case::{Fabric, Law};
 use crate::kernels::arc_length::{MAX_TERMS, arc_length, terms_for};
 use crate::kernels::yarn_law::{LawKernel, YarnConstants};
-use crate::math::scalar::{Real, Scalar, each, is_double};
+use crate::num::scalar::{Real, Scalar, each, is_double};
 
 /// Stands for the failure strain of a yarn that does not break.
 pub(crate) const NEVER: f64 = 1e30;

@@ -4,7 +4,7 @@
 
 use crate::case::{Crossover, Law, MembraneForce};
 use crate::kernels::arc_length::{ArcLength, arc_length};
-use crate::math::scalar::Real;
+use crate::num::scalar::Real;
 
 /// Span or leg over its rest length below which a collapsed cell is not followed: slack, but finite.
 pub const SHORTEST: f64 = 1e-9;

@@ -1,7 +1,7 @@
 //! What changes along a row of a mesh, as kernels load it.
 
 use super::{Grid, Mesh};
-use crate::math::scalar::Scalar;
+use crate::num::scalar::Scalar;
 
 /// Shapes (node stride,), beyond the last element as of the finest; all but the places are empty for an even mesh.
 #[derive(Clone, Debug)]

@@ -24,7 +24,7 @@ use crate::kernels::element_force::field;
 pub use crate::kernels::mirror_planes::MirrorPlanes;
 use crate::kernels::projectile_shape::Body;
 use crate::kernels::rigid_body::RigidBody;
-use crate::math::scalar::Scalar;
+use crate::num::scalar::Scalar;
 pub use columns::Columns;
 pub use grid::Grid;
 pub use mesh::Mesh;

@@ -10,7 +10,7 @@ use crate::kernels::crossover::{LawKernel, UnitCellParameters, Variant, compress
 use crate::kernels::element_force::ElementConstants;
 use crate::kernels::law_energy::LawEnergy;
 use crate::kernels::shear::ShearConstants;
-use crate::math::scalar::Scalar;
+use crate::num::scalar::Scalar;
 
 /// Constants of alike plies in the number type of the state.
 #[derive(Clone, Debug)]

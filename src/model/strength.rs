@@ -7,8 +7,8 @@
 use super::{Mesh, Ply, PlyType, failure_length};
 use crate::case::{Case, Variability, YarnStrength};
 use crate::kernels::unit_cell_parameters::NEVER;
-use crate::math::counter_random::DrawKey;
-use crate::math::weibull::Weibull;
+use crate::num::counter_random::DrawKey;
+use crate::num::weibull::Weibull;
 
 /// CommandFailure strains of elements over the fabric's, of the whole pack.
 #[derive(Clone, Debug, PartialEq)]

@@ -6,8 +6,8 @@ use serde::{Deserialize, Serialize};
 
 use crate::case::Case;
 use crate::gpu::{self, DeviceError};
-use crate::math::scalar::Scalar;
 use crate::model::ModelError;
+use crate::num::scalar::Scalar;
 use crate::run::checkpoint::{Checkpoint, CheckpointError};
 use crate::run::{Observer, Run, run};
 

@@ -29,12 +29,12 @@ use serde::{Deserialize, Serialize};
 
 use crate::kernels::projectile_shape::recess;
 use crate::kernels::rigid_body::RigidBody;
-use crate::math::scalar::Scalar;
 use crate::model::{
     Model,
     cover::{shoulder, unbroken_cells},
     mesh::corners,
 };
+use crate::num::scalar::Scalar;
 use crate::run::pieces;
 use crate::solver::state::State;
 use crate::solver::{node_position, row_positions};

@@ -4,8 +4,8 @@ use crate::case::{Edge, Edges};
 use crate::kernels::mirror_planes::Cut;
 use crate::model::mesh::corners;
 
-use crate::math::scalar::Scalar;
 use crate::model::{Mesh, Model};
+use crate::num::scalar::Scalar;
 use crate::solver::state::State;
 
 /// Least share of a ply that nothing holds that is still the ply, and no debris of it [-].

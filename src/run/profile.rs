@@ -5,8 +5,8 @@ use serde::{Deserialize, Serialize};
 use crate::case::{Along, Case};
 use crate::kernels::element_force::field as element;
 use crate::kernels::mirror_planes::Cut;
-use crate::math::scalar::Scalar;
 use crate::model::Model;
+use crate::num::scalar::Scalar;
 use crate::solver::node_position;
 use crate::solver::state::State;
 

@@ -6,8 +6,8 @@ use super::Divergence;
 use crate::kernels::element_force::field as element;
 use crate::kernels::node_update::field as node;
 use crate::kernels::rigid_body::RigidBody;
-use crate::math::scalar::Scalar;
 use crate::model::{Mesh, Model};
+use crate::num::scalar::Scalar;
 use crate::solver::energy_balance::EnergyBalance;
 use crate::solver::state::State;
 

@@ -5,9 +5,9 @@
 //! it, the more the finer the mesh, and results do not converge (benches/NOTES.md).
 
 use crate::kernels::element_force::{ElementTotals, MARKED_FOR_FAILURE, field};
-use crate::math::scalar::Scalar;
 use crate::model::Model;
 use crate::model::failure_length::{Window, Windows};
+use crate::num::scalar::Scalar;
 use crate::solver::state::State;
 
 /// Marks the yarns of which an element's strain and the strain of the piece around it reached the failure strain in the last step: that piece

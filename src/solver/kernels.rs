@@ -7,11 +7,11 @@ use super::plies::{BroadPhase, CompiledBroadPhase};
 use crate::kernels::crossover::LawKernel;
 use crate::kernels::element_force::{ElementConstants, ElementRow, ElementTotals, Extent, element_force};
 use crate::kernels::node_update::{Neighbours, NodeRange, NodeRow, NodeTotals, RowMass, node_update};
-use crate::math::scalar::{Real, Scalar};
-#[cfg(not(feature = "quick-build"))]
-use crate::math::simd::Pair;
-use crate::math::simd::Vectors;
 use crate::model::PlyType;
+use crate::num::scalar::{Real, Scalar};
+#[cfg(not(feature = "quick-build"))]
+use crate::num::simd::Pair;
+use crate::num::simd::Vectors;
 
 /// The kernels, row by row.
 pub trait RowKernels<S>: Send + Sync {

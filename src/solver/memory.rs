@@ -3,8 +3,8 @@
 use serde::{Deserialize, Serialize};
 
 use super::Stepper;
-use crate::math::scalar::Scalar;
 use crate::model::Model;
+use crate::num::scalar::Scalar;
 
 /// Everything in a stepper that later steps depend on.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

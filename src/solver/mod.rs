@@ -29,9 +29,9 @@ use serde::{Deserialize, Serialize};
 
 use crate::kernels::element_force::{ElementTotals, field as element};
 use crate::kernels::node_update::{Neighbours, NodeTotals};
-use crate::math::scalar::Scalar;
-use crate::math::simd::Vectors;
 use crate::model::Model;
+use crate::num::scalar::Scalar;
+use crate::num::simd::Vectors;
 use crate::solver::active_region::ActiveRegion;
 use crate::solver::energy_balance::EnergyBalance;
 use crate::solver::state::{Rows, State, split};

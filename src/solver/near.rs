@@ -7,8 +7,8 @@ use rayon::prelude::*;
 
 use super::projectile::{node_position, row_positions};
 use crate::kernels::rigid_body::RigidBody;
-use crate::math::scalar::Scalar;
 use crate::model::{Mesh, Model};
+use crate::num::scalar::Scalar;
 use crate::solver::state::State;
 
 /// Where nodes of a ply are near a body.

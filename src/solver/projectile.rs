@@ -14,8 +14,8 @@ use crate::kernels::node_update::{self, field as node};
 use crate::kernels::projectile_contact::{self, ContactPoint};
 use crate::kernels::projectile_rim::{EdgeConstraint, Rim};
 use crate::kernels::rigid_body::{RigidBody, Twist};
-use crate::math::scalar::Scalar;
 use crate::model::{Model, over, over::SIDES};
+use crate::num::scalar::Scalar;
 use crate::solver::state::{State, split};
 
 /// Steps a list of nearby nodes is meant to last.

@@ -5,8 +5,8 @@ use tracing::info;
 
 use crate::case::Case;
 use crate::kernels::rigid_body::RigidBody;
-use crate::math::scalar::Scalar;
 use crate::model::{Model, ModelError};
+use crate::num::scalar::Scalar;
 use crate::solver;
 use crate::solver::state::State;
 

@@ -4,9 +4,9 @@ use crate::case::Case;
 use crate::kernels::element_force::field as element;
 use crate::kernels::node_update::field as node;
 use crate::kernels::rigid_body::RigidBody;
-use crate::math::aligned::Aligned;
-use crate::math::scalar::Scalar;
 use crate::model::{Mesh, Model, PlyType, over};
+use crate::num::aligned::Aligned;
+use crate::num::scalar::Scalar;
 use crate::solver::active_region::ActiveRegion;
 
 /// Rows of numbers: all fields of a row lie together, so that a row is one mutable slice for one thread.

@@ -11,8 +11,8 @@ use rayon::prelude::*;
 use super::{Context, RowKernels};
 use crate::kernels::element_force::{ElementRow, ElementTotals, field as element};
 use crate::kernels::node_update::{Neighbours, NodeRange, NodeTotals, RowMass};
-use crate::math::scalar::Scalar;
 use crate::model::Model;
+use crate::num::scalar::Scalar;
 use crate::solver::active_region::ActiveRegion;
 use crate::solver::state::{split, split_mut};
 

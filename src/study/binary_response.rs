@@ -6,7 +6,7 @@
 
 use super::outcomes::{Group, Outcomes};
 use super::search::root;
-use crate::math::link::Link;
+use crate::num::link::Link;
 
 /// Steps of a fit at most. From these starts 5 to 20 are needed.
 const STEPS: usize = 500;

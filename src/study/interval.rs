@@ -8,7 +8,7 @@
 use super::binary_response::{Estimate, LinearPredictor, Method, Problem};
 use super::outcomes::Outcomes;
 use super::search::{highest, outer_end, peak};
-use crate::math::link::Link;
+use crate::num::link::Link;
 use crate::output::number::short;
 
 /// Newton steps at most.

@@ -1,10 +1,10 @@
 //! Studies: a ballistic limit from many shots, fired at a range or computed.
 //!
-//! - [`outcomes`] counts what became of shots; [`link`](crate::math::link) is how the chance of a perforation grows with velocity.
+//! - [`outcomes`] counts what became of shots; [`link`](crate::num::link) is how the chance of a perforation grows with velocity.
 //! - [`binary_response`] fits V50 and scatter, [`interval`] says how sure they are, [`arithmetic_v50`] is what standards ask for.
 //! - [`residual_fit`] finds the limit from residual velocities.
 //! - [`designs`] choose the velocity of the next shot.
-//! - [`weibull`](crate::math::weibull) is for what varies between shots.
+//! - [`weibull`](crate::num::weibull) is for what varies between shots.
 //! - [`batch`] computes many shots of a case; [`shots`] is `ripstop shots`, [`v50`] is `ripstop v50`, [`sweep`] runs either at many points.
 //! - [`fit`] is `ripstop fit`: a table of shots in, all of that out.
 //!

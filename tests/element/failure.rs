@@ -205,7 +205,7 @@ fn hourglass_release(patch: &Patch<f64>, from: &[Vector], to: &[Vector]) -> f64 
 }
 
 /// `sizes`: how far the nodes fly [m]; `speed`: at most how fast [m/s].
-fn assert_dead<S: ripstop::math::scalar::Scalar>(sizes: &[f64], speed: f64) {
+fn assert_dead<S: ripstop::num::scalar::Scalar>(sizes: &[f64], speed: f64) {
     let mut random = Random(13);
     for law in LAWS {
         let mut patch = Patch::<S>::new(&with_law(case(3, 3), law));

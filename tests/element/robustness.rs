@@ -5,7 +5,7 @@ use ripstop::kernels::element_force::{FOLDED_STRETCH, LONGEST_LEVER};
 use super::*;
 
 /// Collapsed to a line or a point, folded over, warp along weft: forces stay finite, shear keeps a lever.
-fn assert_finite<S: ripstop::math::scalar::Scalar>() {
+fn assert_finite<S: ripstop::num::scalar::Scalar>() {
     for law in LAWS {
         for shape in [
             ([1.0, 0.0, 0.0], [1.0, 0.0, 0.0]),

@@ -9,7 +9,7 @@ use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use ripstop::case::{self, Case};
-use ripstop::math::link::Link;
+use ripstop::num::link::Link;
 use ripstop::output::{Folder, residual_velocity};
 use ripstop::run::Precision;
 use ripstop::study::batch::{BatchError, BatchOptions, order_case};

@@ -1,8 +1,8 @@
 //! How often intervals hold the truth: 10 000 synthetic ranges, and the table that the book shows.
 
 use rayon::prelude::*;
-use ripstop::math::counter_random::DrawKey;
-use ripstop::math::link::Link;
+use ripstop::num::counter_random::DrawKey;
+use ripstop::num::link::Link;
 use ripstop::study::binary_response::fit;
 use ripstop::study::designs::{Langlie, Neyer, ThreePod, UpDown};
 use ripstop::study::interval::{Interval, interval};

@@ -1,6 +1,6 @@
 //! Designs replay published paths.
 
-use ripstop::math::link::Link;
+use ripstop::num::link::Link;
 use ripstop::study::binary_response::fit;
 use ripstop::study::designs::{Langlie, Neyer, RobbinsMonro, ThreePod, UpDown, d_optimal};
 use ripstop::study::outcomes::Shot;

@@ -1,6 +1,6 @@
 //! Maximum likelihood, Firth's penalty, refusals.
 
-use ripstop::math::link::Link;
+use ripstop::num::link::Link;
 use ripstop::study::binary_response::{Estimate, Method, NoEstimate, fit, location};
 use ripstop::study::outcomes::{Group, Outcomes};
 

@@ -1,6 +1,6 @@
 //! Ends of intervals.
 
-use ripstop::math::link::Link;
+use ripstop::num::link::Link;
 use ripstop::study::binary_response::fit;
 use ripstop::study::interval::{Bounds, Interval, interval};
 

@@ -2,8 +2,8 @@
 
 use std::collections::HashSet;
 
-use ripstop::math::counter_random::{DrawKey, philox, uniform};
-use ripstop::math::weibull::Weibull;
+use ripstop::num::counter_random::{DrawKey, philox, uniform};
+use ripstop::num::weibull::Weibull;
 
 use super::near;
 

@@ -1,7 +1,7 @@
 //! What varies: shots are functions of seed and number, have the distributions they name, and a nominal case has none of it.
 
 use ripstop::case::{self, Case};
-use ripstop::math::link::Link;
+use ripstop::num::link::Link;
 use ripstop::run::outcome::Outcome;
 use ripstop::study::batch::{ShotOrder, order_case};
 

@@ -9,7 +9,7 @@ pub(crate) mod torn;
 
 use ripstop::case::{Compression, Crossover, Fabric, Law, MembraneForce, Yarn};
 use ripstop::kernels::crossover::{self, Equilibrium, UnitCellParameters, Variant};
-use ripstop::math::scalar::Scalar;
+use ripstop::num::scalar::Scalar;
 use ripstop::with_law;
 
 /// Every law kernel there is.

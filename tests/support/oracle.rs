@@ -71,7 +71,7 @@ pub(crate) struct Misfit {
 }
 
 /// Puts an answer for two living yarns back into (13)–(22).
-pub(crate) fn misfit<R: ripstop::math::scalar::Scalar>(cell: &Cell<R>, stretch: [f64; 2], got: &Solved) -> Misfit {
+pub(crate) fn misfit<R: ripstop::num::scalar::Scalar>(cell: &Cell<R>, stretch: [f64; 2], got: &Solved) -> Misfit {
     let exact = &cell.exact;
     let breaking = cell.breaking();
     let softer = cell.softer_breaking();

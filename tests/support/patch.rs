@@ -3,8 +3,8 @@
 use ripstop::case::{self, Case};
 use ripstop::kernels::element_force::{ElementRow, ElementTotals, Extent, element_force, field as element};
 use ripstop::kernels::node_update::{Neighbours, field as node, gather};
-use ripstop::math::scalar::Scalar;
 use ripstop::model::Model;
+use ripstop::num::scalar::Scalar;
 use ripstop::solver::state::{State, split, split_mut};
 use ripstop::with_law;
 use serde_json::json;

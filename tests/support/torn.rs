@@ -3,8 +3,8 @@
 use ripstop::case::Case;
 use ripstop::kernels::element_force::field as element;
 use ripstop::kernels::node_update::field as node;
-use ripstop::math::scalar::Scalar;
 use ripstop::model::Model;
+use ripstop::num::scalar::Scalar;
 use ripstop::solver::state::State;
 
 use crate::scene::builtin;

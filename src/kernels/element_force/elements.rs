@@ -7,7 +7,7 @@ use crate::kernels::element_geometry::ElementGeometry;
 use crate::kernels::kinematics::{Growth, Kinematics, Vector, differences, kinematics};
 use crate::kernels::membrane::{FadedShear, viscous};
 use crate::kernels::predictor::Predictor;
-use crate::math::scalar::{Real, each};
+use crate::num::scalar::{Real, each};
 
 /// All that failures and energies ask for.
 pub(super) struct Elements<R: Real> {

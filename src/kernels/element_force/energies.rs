@@ -6,7 +6,7 @@ use super::row::{ElementRow, corners};
 use super::totals::{RowLanes, RowSums};
 use crate::kernels::crossover;
 use crate::kernels::kinematics::dot;
-use crate::math::scalar::{Real, each};
+use crate::num::scalar::{Real, each};
 
 /// Adds those of a ledger step.
 #[inline(always)]

@@ -21,7 +21,7 @@ pub use crate::kernels::kinematics::TINY;
 use crate::kernels::membrane::{membrane, mode_force, trellis_shear};
 use crate::kernels::prefetch;
 use crate::kernels::shear::ShearConstants;
-use crate::math::scalar::{Mask, Real, Scalar, each};
+use crate::num::scalar::{Mask, Real, Scalar, each};
 use elements::{Elements, Forces, Motion, YarnsLeft, drag, equilibrium};
 use energies::energies;
 use release::release;

@@ -6,7 +6,7 @@ use super::row::{ElementRow, field};
 use super::totals::{ElementTotals, RowSums, YarnFailure};
 use crate::kernels::crossover;
 use crate::kernels::membrane::{membrane, mode_force};
-use crate::math::scalar::{Mask, Real, Scalar, each};
+use crate::num::scalar::{Mask, Real, Scalar, each};
 
 /// Books what the yarns release that fail in this step, and takes them out.
 #[inline(always)]

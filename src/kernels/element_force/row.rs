@@ -1,7 +1,7 @@
 //! A row of elements and the rows of nodes around it.
 
 use crate::kernels::law_energy::LawEnergy;
-use crate::math::scalar::Real;
+use crate::num::scalar::Real;
 
 /// Fields of an element row, in storage order.
 pub mod field {

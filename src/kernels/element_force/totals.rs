@@ -1,7 +1,7 @@
 //! What a row of elements adds up to in one step.
 
-use crate::math::scalar::{Real, Scalar, each};
-use crate::math::sum::OrderedSum;
+use crate::num::scalar::{Real, Scalar, each};
+use crate::num::sum::OrderedSum;
 
 /// A yarn that failed in this step.
 #[derive(Clone, Copy, Debug, PartialEq)]

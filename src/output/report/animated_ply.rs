@@ -4,8 +4,8 @@ use serde::{Deserialize, Serialize};
 
 use crate::kernels::element_force::field as element;
 use crate::kernels::node_update::field as node;
-use crate::math::scalar::Scalar;
 use crate::model::Model;
+use crate::num::scalar::Scalar;
 use crate::solver::state::State;
 
 /// Squared force of a yarn that is broken.

@@ -5,7 +5,7 @@ use crate::kernels::element_force::ElementConstants;
 use crate::kernels::element_geometry::ElementGeometry;
 use crate::kernels::kinematics::{differences, kinematics};
 use crate::kernels::shear;
-use crate::math::scalar::{Scalar, each};
+use crate::num::scalar::{Scalar, each};
 
 /// One element, rounded to what files hold.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

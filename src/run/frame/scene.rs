@@ -2,8 +2,8 @@
 
 use crate::case::Case;
 use crate::kernels::projectile_shape::Body;
-use crate::math::scalar::Scalar;
 use crate::model::{Model, ModelError};
+use crate::num::scalar::Scalar;
 
 /// What stays the same from frame to frame: the whole pack at rest, and the shape of the projectile.
 #[derive(Clone, Debug)]

@@ -11,8 +11,8 @@ use crate::kernels::element_force::{ElementConstants, field as element_field};
 use crate::kernels::mirror_planes::Cut;
 use crate::kernels::node_update::field as node_field;
 use crate::kernels::rigid_body::RigidBody;
-use crate::math::scalar::Scalar;
 use crate::model::{Mesh, Model};
+use crate::num::scalar::Scalar;
 use crate::run::View;
 use crate::solver::state::{Rows, State};
 

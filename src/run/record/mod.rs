@@ -11,8 +11,8 @@ use tracing::info;
 
 use crate::case::Case;
 use crate::kernels::rigid_body::RigidBody;
-use crate::math::scalar::Scalar;
 use crate::model::{MirrorPlanes, Model};
+use crate::num::scalar::Scalar;
 use crate::run::deflection::Deflections;
 use crate::run::due::sample_due;
 use crate::run::outcome::Tracker;

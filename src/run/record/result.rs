@@ -3,8 +3,8 @@
 use tracing::info;
 
 use super::RunRecord;
-use crate::math::scalar::Scalar;
 use crate::model::{MirrorPlanes, Model};
+use crate::num::scalar::Scalar;
 use crate::run::outcome::Outcome;
 use crate::run::{NewtonStatistics, Run};
 use crate::solver::FailureEvent;

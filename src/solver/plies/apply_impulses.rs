@@ -4,8 +4,8 @@ use nalgebra::Vector3;
 
 use crate::kernels::element_force::field as element;
 use crate::kernels::node_update::{self, field as node};
-use crate::math::scalar::Scalar;
 use crate::model::Model;
+use crate::num::scalar::Scalar;
 use crate::solver::active_region::ActiveRegion;
 use crate::solver::energy_balance::EnergyBalance;
 use crate::solver::neighbours;

@@ -10,8 +10,8 @@ use std::ops::Range;
 use super::narrow_phase::{PlySearch, ROWS};
 use super::node_strip::{self, NodeStrip, StripColumn};
 use crate::kernels::ply_contact::{Clearance, SLOP, is_certainly_apart, stands_clear};
-use crate::math::scalar::{Mask, Real, Scalar, each};
 use crate::model::over::PENETRATING;
+use crate::num::scalar::{Mask, Real, Scalar, each};
 
 /// The broad phase, compiled for the vectors of this processor.
 pub trait BroadPhase<S: Scalar>: Send + Sync {

@@ -2,8 +2,8 @@
 
 use super::*;
 use crate::kernels::node_update::field as node;
-use crate::math::simd::Vectors;
 use crate::model::over::{self, SIDES, neighbour};
+use crate::num::simd::Vectors;
 use crate::solver;
 use crate::solver::state::State;
 use crate::{case, model::Model};

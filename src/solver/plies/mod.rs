@@ -14,9 +14,9 @@ use rayon::prelude::*;
 
 use super::{Context, KernelScalar};
 use crate::kernels::ply_contact;
-use crate::math::scalar::Scalar;
-use crate::math::simd::Vectors;
 use crate::model::{Model, mesh::corners, over::SIDES, over::neighbour};
+use crate::num::scalar::Scalar;
+use crate::num::simd::Vectors;
 use crate::solver::state::State;
 use apply_impulses::{ImpulseAccumulator, ImpulseApplier};
 pub(super) use broad_phase::Compiled as CompiledBroadPhase;

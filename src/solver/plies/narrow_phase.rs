@@ -5,8 +5,8 @@ use std::ops::Range;
 use nalgebra::Vector3;
 
 use crate::kernels::ply_contact::{self, MAX_INITIAL_PENETRATION, NO_PLANES, Planes, SLOP, WALK};
-use crate::math::scalar::Scalar;
 use crate::model::{Model, mesh::corners, over, over::PENETRATING};
+use crate::num::scalar::Scalar;
 use crate::solver::active_region::ActiveRegion;
 use crate::solver::node_stands;
 use crate::solver::state::State;

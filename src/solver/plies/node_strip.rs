@@ -7,7 +7,7 @@ use std::ops::Range;
 
 use super::narrow_phase::{PlySearch, ROWS};
 use crate::kernels::ply_contact::Planes;
-use crate::math::scalar::{Scalar, each};
+use crate::num::scalar::{Scalar, each};
 
 /// Room for the nodes of a column within a part, and for the longest register from the last of them on.
 const LENGTH: usize = 4 * ROWS;

@@ -3,8 +3,8 @@
 use nalgebra::Vector3;
 
 use crate::kernels::node_update::field as node;
-use crate::math::scalar::Scalar;
 use crate::model::{Mesh, Model, PlyType};
+use crate::num::scalar::Scalar;
 use crate::solver::state::{State, split};
 
 /// A ply and the state of its nodes.

@@ -4,7 +4,7 @@ use serde_json::{Value, json};
 
 use super::{BenchPlan, BenchResult, BenchRow, Errors, REFERENCE};
 use crate::case::{Case, Word, case_hash};
-use crate::math::simd::Vectors;
+use crate::num::simd::Vectors;
 use crate::output;
 use crate::run::Run;
 

@@ -1,6 +1,6 @@
 //! The velocity that adds most to the information's determinant.
 
-use crate::math::link::Link;
+use crate::num::link::Link;
 use crate::study::binary_response::{fit, information};
 use crate::study::outcomes::Outcomes;
 use crate::study::search::highest;

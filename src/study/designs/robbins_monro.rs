@@ -1,6 +1,6 @@
 //! Robbins's and Monro's search for one quantile, with Joseph's steps for binary outcomes (2004), as 3POD ends with it.
 
-use crate::math::link::{Link, normal_density};
+use crate::num::link::{Link, normal_density};
 
 /// Bounds of the first τ²: (3/z)² and (5/z)² with the 97.5 % quantile z, as published.
 const FIRST: [f64; 2] = [2.3429, 6.5079];

@@ -3,7 +3,7 @@
 use super::d_optimal::{clipped, d_optimal};
 use super::replay::{Asked, Replay};
 use super::robbins_monro::RobbinsMonro;
-use crate::math::link::Link;
+use crate::num::link::Link;
 use crate::study::binary_response::{fit, location};
 use crate::study::outcomes::Shot;
 

@@ -6,7 +6,7 @@ use std::path::Path;
 use serde_json::Value;
 
 use super::Fit;
-use crate::math::link::Link;
+use crate::num::link::Link;
 use crate::output::number::short;
 use crate::study::StudyError;
 use crate::study::interval::Bounds;

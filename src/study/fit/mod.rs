@@ -24,7 +24,7 @@ use super::binary_response::{self, Estimate, NoEstimate};
 use super::interval::{Bounds, Interval, interval};
 use super::outcomes::Outcomes;
 use super::residual_fit::{Passed, ResidualFit, ResidualModel, TooFew, residual_fit};
-use crate::math::link::Link;
+use crate::num::link::Link;
 
 /// Chances of a perforation at which velocities are given.
 pub const QUANTILES: [f64; 5] = [0.1, 0.25, 0.5, 0.75, 0.9];

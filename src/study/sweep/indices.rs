@@ -11,7 +11,7 @@
 //! Intervals are those of the percentile bootstrap over groups. They take the groups as drawn by chance: Sobol's are more even, and the
 //! intervals rather too wide.
 
-use crate::math::counter_random::DrawKey;
+use crate::num::counter_random::DrawKey;
 
 /// Groups without which there is no interval.
 const LEAST: usize = 8;

@@ -3,7 +3,7 @@
 //! Thresholds are taken as normal. The interval of a quantile q is that of the likelihood ratio, with σ chosen best at each q; what it may
 //! fall by is ½ n ln\[1 + t²/(n − 1)\] with Student's t, so that the interval of the mean is exact for normal thresholds, whatever their number.
 
-use crate::math::link::Link;
+use crate::num::link::Link;
 use crate::study::interval::Bounds;
 use crate::study::search::{outer_end, peak};
 use crate::study::student_t;

@@ -7,7 +7,7 @@ use std::sync::atomic::AtomicBool;
 
 use ripstop::case::{self, Case};
 use ripstop::gpu::Device;
-use ripstop::math::link::Link;
+use ripstop::num::link::Link;
 use ripstop::output::{Folder, residual_velocity};
 use ripstop::study::batch::{ShotOrder, order_case};
 use ripstop::study::fit::FitRequest;

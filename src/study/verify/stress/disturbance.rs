@@ -2,8 +2,8 @@
 
 use crate::kernels::element_force::field as element;
 use crate::kernels::node_update::field as node;
-use crate::math::scalar::Scalar;
 use crate::model::Model;
+use crate::num::scalar::Scalar;
 use crate::solver;
 use crate::solver::state::State;
 

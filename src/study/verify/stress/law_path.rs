@@ -8,8 +8,8 @@ use crate::kernels::crossover::{Equilibrium, LawKernel, UnitCellParameters, cell
 use crate::kernels::element_geometry::ElementGeometry;
 use crate::kernels::kinematics::{differences, kinematics};
 use crate::kernels::node_update::field as node;
-use crate::math::scalar::Scalar;
 use crate::model::{Model, PlyType};
+use crate::num::scalar::Scalar;
 use crate::solver;
 use crate::solver::state::State;
 use crate::with_law;

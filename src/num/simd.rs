@@ -8,7 +8,7 @@ use std::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Not, Range, Sub};
 
 use fearless_simd::{ExtractToken, Select, Simd, SimdBase, SimdFloat, SimdFrom, SimdMask};
 
-use crate::math::scalar::{F32_BIAS, F32_THIRD, F64_BIAS, F64_THIRD, Mask, Real, is_double};
+use crate::num::scalar::{F32_BIAS, F32_THIRD, F64_BIAS, F64_THIRD, Mask, Real, is_double};
 
 /// The registers the kernels use. They decide how fast a run is, never what it finds.
 #[derive(Clone, Copy, Debug)]

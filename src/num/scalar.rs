@@ -1,7 +1,7 @@
 //! The number type the kernels are generic over.
 //!
 //! Kernels are written once, branch-free, with masks and [`Real::select`] as in WGSL. `f64` is the reference,
-//! `f32` the twin of the shaders; [`crate::math::simd`] has vectors of both. Every operation used is correctly
+//! `f32` the twin of the shaders; [`crate::num::simd`] has vectors of both. Every operation used is correctly
 //! rounded (`+ − × ÷ √`, in double precision × and + in one) or built from such operations, so results do not depend on the
 //! machine.
 //!
@@ -11,7 +11,7 @@
 use bytemuck::Pod;
 use fearless_simd::Simd;
 
-use crate::math::simd::{F32s, F64s, Pair};
+use crate::num::simd::{F32s, F64s, Pair};
 use std::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Not, Range, Sub};
 
 /// An array of an expression for every component: `each!(a in 3 => force[a])`.

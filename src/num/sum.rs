@@ -1,6 +1,6 @@
 //! Sums whose result does not depend on how many numbers are processed at once.
 
-use crate::math::scalar::Real;
+use crate::num::scalar::Real;
 
 /// Partial sums by column modulo 32, so that one number at a time and 32 lanes at once add up the same
 /// way, in double precision whatever the number type.
