@@ -1,6 +1,6 @@
 //! What fuzzers have found, and what they began with, once more.
 //!
-//! Promise: any case, changes of it, fabric file, checkpoint, frame beside a checkpoint, run or curve to compare is taken or refused
+//! Promise: any case, changes of it, fabric file, checkpoint, run or curve to compare is taken or refused
 //! in words. Nothing panics, and nothing goes on for ever.
 //! Red when: one of the inputs under `tests/fuzz/corpora` panics, or the program ends with it in another way than by an exit code of
 //! its own. Every finding is one of them; what mended it has a test of its own where it belongs.
@@ -90,11 +90,6 @@ fn cases_are_read_or_refused() {
 #[test]
 fn checkpoints_are_gone_on_from_or_refused() {
     replay("checkpoint", targets::checkpoint, 5);
-}
-
-#[test]
-fn frames_beside_a_checkpoint_are_read_or_refused() {
-    replay("frames", targets::frames, 5);
 }
 
 #[test]

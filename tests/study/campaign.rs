@@ -254,37 +254,3 @@ fn a_sweep_has_a_row_for_every_point_and_goes_on() {
     run(broken.path(), true);
     assert_eq!(files(broken.path()), files(whole.path()));
 }
-
-/// The Parquet twins hold what the tables hold; `files` has compared their bytes after every resumption above.
-#[cfg(feature = "parquet")]
-#[test]
-fn parquet_holds_what_the_table_holds() {
-    use parquet::file::reader::{FileReader as _, SerializedFileReader};
-    use parquet::record::Field;
-    let place = TempDir::new().unwrap();
-    fire(&small(&[VARIES]), 6, 2, place.path(), false).unwrap();
-    let mut table = csv::Reader::from_path(place.path().join("shots.csv")).unwrap();
-    let names = table.headers().unwrap().clone();
-    let file = fs::File::open(place.path().join("shots.parquet")).unwrap();
-    let reader = SerializedFileReader::new(file).unwrap();
-    let rows: Vec<_> = reader.get_row_iter(None).unwrap().map(Result::unwrap).collect();
-    let records: Vec<_> = table.records().map(Result::unwrap).collect();
-    assert_eq!((rows.len(), records.len()), (6, 6));
-    for (row, record) in rows.iter().zip(&records) {
-        let fields: Vec<_> = row.get_column_iter().collect();
-        assert_eq!(fields.len(), names.len());
-        for (((name, field), cell), head) in fields.into_iter().zip(record).zip(&names) {
-            assert_eq!(name, head);
-            match field {
-                Field::Null => assert_eq!(cell, "", "{head}"),
-                Field::Long(value) => assert_eq!(value.to_string(), cell, "{head}"),
-                Field::Double(value) => assert_eq!(Ok(*value), cell.parse(), "{head}"),
-                Field::Str(text) => assert_eq!(text, cell, "{head}"),
-                other => panic!("{head}: {other:?}"),
-            }
-        }
-    }
-    let units = reader.metadata().file_metadata().key_value_metadata().unwrap()[0].value.clone().unwrap();
-    let units: serde_json::Value = serde_json::from_str(&units).unwrap();
-    assert_eq!((&units["velocity_m_s"], &units["absorbed_energy_j"]), (&"m/s".into(), &"J".into()));
-}

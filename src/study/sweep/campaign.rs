@@ -105,8 +105,6 @@ pub fn run(
     let (points, device) = all(request, options, &folder.path().join("points"), progress)?;
     let results = SweepResult { effects: key_effects(request, &points), points, device };
     let table = table(request, &results.points);
-    #[cfg(feature = "parquet")]
-    crate::output::parquet::put(folder, super::PARQUET, &table)?;
     let texts = [
         ("sweep.json", format!("{:#}\n", json(request, &results))),
         ("sweep.html", html(request, &results, title)),

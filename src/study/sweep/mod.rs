@@ -25,14 +25,4 @@ pub use places::KeyEffect;
 pub(crate) use places::key_effects;
 
 /// Every file that is written; batches lie in `points`.
-pub const FILES: &[&str] = &[
-    "plan.json",
-    "sweep.csv",
-    "sweep.html",
-    "sweep.json",
-    #[cfg(feature = "parquet")]
-    PARQUET,
-];
-/// The table again, for those who read thousands of points.
-#[cfg(feature = "parquet")]
-const PARQUET: &str = "sweep.parquet";
+pub const FILES: &[&str] = &["plan.json", "sweep.csv", "sweep.html", "sweep.json"];

@@ -107,8 +107,6 @@ pub fn run(
     let result = V50Result { device: used, ..campaign.estimate(&found) };
     let case = &campaign.meshes[0].case;
     let tables: Vec<String> = campaign.meshes.iter().map(|mesh| locked(&mesh.log).table(|_| true)).collect();
-    #[cfg(feature = "parquet")]
-    crate::output::parquet::put(folder, super::PARQUET, &tables[0])?;
     let mut texts = vec![
         ("v50.json", format!("{:#}\n", json(case, request, options.seed, &result))),
         ("v50.html", html(case, request, options.seed, &result)),

@@ -31,18 +31,7 @@ pub(super) const TABLE: &str = "v50.csv";
 /// Name of the table of shots on the converged mesh.
 pub(super) const REFINED_TABLE: &str = "v50-refined.csv";
 /// Every file that is written.
-pub const FILES: &[&str] = &[
-    "plan.json",
-    TABLE,
-    REFINED_TABLE,
-    "v50.html",
-    "v50.json",
-    #[cfg(feature = "parquet")]
-    PARQUET,
-];
-/// The table again, for those who read thousands of shots.
-#[cfg(feature = "parquet")]
-pub(super) const PARQUET: &str = "v50.parquet";
+pub const FILES: &[&str] = &["plan.json", TABLE, REFINED_TABLE, "v50.html", "v50.json"];
 
 /// How velocities are chosen.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

@@ -6,9 +6,8 @@ use std::sync::OnceLock;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
 use ripstop::case::{self, Case};
-use ripstop::output::frames::Staged;
 use ripstop::output::report::{self, Animation};
-use ripstop::output::{self, Folder};
+use ripstop::output::{self, Folder, StagedFrames};
 use ripstop::run::RunScalar;
 use ripstop::run::checkpoint::{BackendId, Checkpoint, Checkpointable as _, Header};
 use ripstop::run::{self, Observer, Options, Precision, Simulation, Skips, View};
@@ -119,5 +118,5 @@ fn go_on(case: &Case, checkpoint: &Checkpoint, path: Option<&Path>) {
     let Some(path) = path else { return };
     let page = report::report(case, &run, &summary, &follower.animation);
     let folder = Folder::prepare(&path.join("out"), case).expect("a folder");
-    folder.write(case, &run, &summary, Some(page), Staged::default()).expect("results");
+    folder.write(case, &run, &summary, Some(page), StagedFrames::default()).expect("results");
 }

@@ -5,7 +5,6 @@
 mod case;
 mod checkpoint;
 mod diff;
-mod frames;
 mod sealed;
 
 use std::fs;
@@ -16,7 +15,6 @@ use tempfile::TempDir;
 pub(crate) use case::case;
 pub(crate) use checkpoint::checkpoint;
 pub(crate) use diff::{diff, lay_out as lay_out_diff};
-pub(crate) use frames::frames;
 pub(crate) use sealed::Plain;
 
 /// What separates the files in one input.
