@@ -5,10 +5,10 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
 use ripstop::case::Case;
+use ripstop::output::checks::case_warnings;
 use ripstop::output::expectation::{Judgement, judgement};
 use ripstop::output::frames::Recorder;
 use ripstop::output::report::{self, Animation};
-use ripstop::output::warnings;
 use ripstop::output::{self, CheckpointWriter, Folder, StagedFrames};
 use ripstop::run::checkpoint::{Extras, Header};
 use ripstop::run::{self, Options, Run, RunError};
@@ -54,7 +54,7 @@ pub(crate) fn shoot(
 ) -> Result<(), CommandFailure> {
     let start = Instant::now();
     info!(file = file(case), fields = case.fields.len(), changes = arguments.sets.len(), "case read");
-    for warning in warnings::of_case(case) {
+    for warning in case_warnings(case) {
         warn!(code = warning.kind.code, "{}", warning.message);
     }
     let chosen = backend::choose(&arguments.backend)?;

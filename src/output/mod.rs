@@ -7,6 +7,7 @@
 mod breakage;
 pub(crate) mod chart;
 mod checkpoint;
+pub mod checks;
 pub(crate) mod csv;
 mod energies;
 pub mod expect;
@@ -24,7 +25,6 @@ mod picture;
 pub mod report;
 mod summary;
 mod surface;
-pub mod trust;
 mod verdict;
 #[cfg(feature = "frames")]
 mod vtu;

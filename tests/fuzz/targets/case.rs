@@ -2,7 +2,7 @@
 
 use ripstop::case::{self, Case, CaseError};
 use ripstop::model::Model;
-use ripstop::output::warnings;
+use ripstop::output::checks::case_warnings;
 use ripstop::run::Simulation;
 
 use super::{assert_told, folder, parts, write};
@@ -52,7 +52,7 @@ fn checked(mut case: Case, sets: &[String]) {
     case.name_changes(sets);
     assert!(!case.name.contains(['/', '\\', '\0']) && case.name.len() < 200, "{}", case.name);
     assert!(!case::report(&case).is_empty());
-    drop(warnings::of_case(&case));
+    drop(case_warnings(&case));
     let elements: usize =
         case.layers().iter().map(|layer| layer.plies as usize * layer.counts().into_iter().product::<usize>()).sum();
     assert!(elements > 0 && case.elements() > 0, "{elements} of {}", case.elements());
