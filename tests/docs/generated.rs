@@ -11,7 +11,7 @@ const END: &str = "<!-- /generated -->";
 const BY_COMMAND: [&str; 2] = ["ripstop schema --markdown", "ripstop explain --markdown"];
 /// Made in other tests, which compute the same anyway, and call [`hold`].
 const BY_OTHERS: [&str; 2] =
-    ["coverage of intervals from thresholds, 10 000 synthetic campaigns", "coverage of intervals, 10 000 synthetic ranges"];
+    ["coverage of intervals from thresholds, 10 000 synthetic campaigns", "coverage of intervals, 6000 synthetic ranges"];
 
 /// Whether pages are to be written anew.
 pub(super) fn is_update() -> bool {
