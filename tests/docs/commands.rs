@@ -13,11 +13,7 @@ use super::page::{self, Block, Page};
 use crate::cli::DRIVER_FILES;
 
 /// What else may stand in a block: not the program's.
-const OTHERS: [&str; 3] = [
-    "cargo install --path .",
-    "cargo test --release",
-    "mdbook serve docs",
-];
+const OTHERS: [&str; 3] = ["cargo install --path .", "cargo test --release", "mdbook serve docs"];
 /// Lines that differ from run to run, up to here.
 const VARYING: [&str; 2] = ["  wall time  ", "  on  "];
 /// Comment before a dialogue: what a terminal shows and what is typed there.

@@ -10,8 +10,10 @@ const END: &str = "<!-- /generated -->";
 /// Made here, by the command that is their name.
 const BY_COMMAND: [&str; 2] = ["ripstop schema --markdown", "ripstop explain --markdown"];
 /// Made in other tests, which compute the same anyway, and call [`hold`].
-const BY_OTHERS: [&str; 2] =
-    ["coverage of intervals from thresholds, 10 000 synthetic campaigns", "coverage of intervals, 6000 synthetic ranges"];
+const BY_OTHERS: [&str; 2] = [
+    "coverage of intervals from thresholds, 10 000 synthetic campaigns",
+    "coverage of intervals, 6000 synthetic ranges",
+];
 
 /// Whether pages are to be written anew.
 pub(super) fn is_update() -> bool {
