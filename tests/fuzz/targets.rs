@@ -78,7 +78,7 @@ fn checked(case: &Case) {
     assert!(elements > 0, "{elements}");
     if elements <= COMPUTED {
         if let Ok(mut simulation) = Simulation::<f64>::new(case) {
-            (0..2).for_each(|_| drop(simulation.advance(case)));
+            (0..2).for_each(|_| simulation.advance(case));
         }
     } else if elements <= MODELLED {
         Model::<f32>::part(case).ok();
@@ -88,7 +88,8 @@ fn checked(case: &Case) {
 /// Checkpoint of a run. The first byte chooses: changes of one of a ply or of a pack, or the file itself.
 pub(crate) fn checkpoint(bytes: &[u8]) {
     static SCENES: OnceLock<[(Case, Plain); 2]> = OnceLock::new();
-    let scenes = SCENES.get_or_init(|| [saved::<f64>(1, "clamped", Precision::F64), saved::<f32>(2, "free", Precision::F32)]);
+    let scenes =
+        SCENES.get_or_init(|| [saved::<f64>(1, "clamped", Precision::F64), saved::<f32>(2, "free", Precision::F32)]);
     let Some((first, rest)) = bytes.split_first() else { return };
     let (case, plain) = &scenes[usize::from(first & 1)];
     let file = if first & 2 == 0 { plain.clone().edited(rest).seal() } else { rest.to_vec() };
