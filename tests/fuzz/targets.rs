@@ -78,7 +78,9 @@ fn checked(case: &Case) {
     assert!(elements > 0, "{elements}");
     if elements <= COMPUTED {
         if let Ok(mut simulation) = Simulation::<f64>::new(case) {
-            (0..2).for_each(|_| simulation.advance(case));
+            (0..2).for_each(|_| {
+                simulation.advance(case);
+            });
         }
     } else if elements <= MODELLED {
         Model::<f32>::part(case).ok();
