@@ -108,6 +108,21 @@ fn commands_of_the_program() {
 }
 
 #[test]
+fn codes_of_the_program() {
+    let output = program("ripstop explain").output().unwrap();
+    let text = String::from_utf8(output.stdout).unwrap();
+    let (exits, warnings) = text.split_once("\nwarnings\n").unwrap();
+    let codes = |text: &str, is_code: fn(&str) -> bool| -> Vec<String> {
+        let words = text.lines().filter_map(|line| line.split_whitespace().next());
+        words.filter(|word| is_code(word)).map(ToString::to_string).collect()
+    };
+    let is_exit = |word: &str| word.bytes().all(|byte| byte.is_ascii_digit());
+    let is_warning = |word: &str| word.len() == 2 && word.starts_with('W');
+    assert_eq!(page("codes.md").first_cells("Exit codes"), codes(exits, is_exit));
+    assert_eq!(page("codes.md").first_cells("Warnings"), codes(warnings, is_warning));
+}
+
+#[test]
 fn cases_in_pages_are_cases() {
     let mut count = 0;
     for page in super::page::all() {

@@ -1,4 +1,4 @@
-//! Batches, thresholds, designs and sweeps: what a shot gives does not depend on its company, and what was broken off ends as if it had not been.
+//! Batches, thresholds and sweeps: what a shot gives does not depend on its company, and what was broken off ends as if it had not been.
 
 mod ballistic_limits;
 
@@ -16,10 +16,8 @@ use ripstop::study::batch::{BatchError, BatchOptions, order_case};
 use ripstop::study::fit::FitRequest;
 use ripstop::study::interval::Interval;
 use ripstop::study::shots::{self, ShotsRequest};
-use ripstop::study::sweep::design::SweepDesign;
-use ripstop::study::sweep::factor::Factor;
+use ripstop::study::sweep::factor::{Factor, grid};
 use ripstop::study::sweep::{self, SweepOf, SweepRequest};
-use ripstop::study::v50::Design;
 use tempfile::TempDir;
 
 use crate::scene;
@@ -182,14 +180,11 @@ fn shots_without_any_outcome_end_in_rows_with_a_reason() {
     let case = small(&["/solver/end_time_us=2"]);
     let shots = fire(&case, 3, 2, TempDir::new().unwrap().path(), false).unwrap();
     assert!(shots.rows.len() == 3 && shots.rows.iter().all(|row| row.reason.contains("undecided")), "{:?}", shots.rows);
-    for design in [Design::Thresholds, Design::Langlie] {
-        let found = limit(&case, &v50_request(design, 2), 2, TempDir::new().unwrap().path(), false);
-        assert!(found.v50.is_none() && found.failed > 0, "{design:?}: {found:?}");
-    }
+    let found = limit(&case, &v50_request(2), 2, TempDir::new().unwrap().path(), false);
+    assert!(found.v50.is_none() && found.failed > 0, "{found:?}");
     let of = SweepOf::Shots(ShotsRequest { count: 1, velocity: None, until_width: None, fit: FIT });
     let request = SweepRequest {
         factors: vec![Factor::parse("/pack/plies=1,2").unwrap()],
-        design: SweepDesign::Grid,
         level: 0.9,
         points: vec![vec!["1".to_owned()], vec!["2".to_owned()]],
         cases: vec![(case.clone(), of), (small(&["/solver/end_time_us=2", "/pack/plies=2"]), of)],
@@ -222,7 +217,7 @@ fn a_sweep_has_a_row_for_every_point_and_goes_on() {
         .iter()
         .map(|text| Factor::parse(text).unwrap())
         .collect();
-    let points = SweepDesign::Grid.points(&factors).unwrap();
+    let points = grid(&factors).unwrap();
     let of = |values: &Vec<String>| {
         let sets: Vec<String> =
             factors.iter().zip(values).map(|(factor, value)| format!("{}={value}", factor.pointer)).collect();
@@ -230,7 +225,7 @@ fn a_sweep_has_a_row_for_every_point_and_goes_on() {
         (case, SweepOf::Shots(ShotsRequest { count: 1, velocity: None, until_width: None, fit: FIT }))
     };
     let cases = points.iter().map(of).collect();
-    let request = SweepRequest { factors: factors.clone(), design: SweepDesign::Grid, level: 0.9, points, cases };
+    let request = SweepRequest { factors: factors.clone(), level: 0.9, points, cases };
     let seen = Mutex::new(0);
     let run = |path: &Path, resume: bool| {
         let count = |done: usize| *seen.lock().unwrap() = done;
