@@ -8,7 +8,7 @@ use serde_json::Value;
 use tempfile::{NamedTempFile, TempDir};
 
 use super::lock::Lock;
-use super::{csv, history, picture};
+use super::{csv, figures, history};
 use crate::case::Case;
 use crate::run::Run;
 
@@ -222,7 +222,7 @@ impl Folder {
         if !case.output.profile_times.is_empty() {
             texts.push((PROFILES, csv::profiles(&run.profiles)));
         }
-        texts.push(("shot.svg", picture::picture(case, run)));
+        texts.push(("shot.svg", figures::shot(case, run)));
         texts.extend(report.map(|page| (REPORT, page)));
         // Last, so that a summary speaks of the files around it.
         texts.push((SUMMARY, pretty(summary)));

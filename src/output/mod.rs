@@ -4,8 +4,8 @@
 //! Every file is written beside its place, flushed to the disk and renamed, and nothing is renamed before all files
 //! are complete: a folder holds the whole result of one run, never half of one.
 
+mod animation;
 mod breakage;
-pub(crate) mod chart;
 mod checkpoint;
 pub mod checks;
 pub(crate) mod csv;
@@ -13,14 +13,24 @@ mod energies;
 pub mod expect;
 #[doc(hidden)]
 pub mod expectation;
+mod figures;
 mod folder;
 #[cfg(feature = "frames")]
 pub mod frames;
 pub mod history;
 mod lock;
+#[cfg(feature = "report")]
+mod maps;
 #[doc(hidden)]
 pub mod number;
-mod picture;
+#[cfg(feature = "report")]
+pub(crate) mod page;
+#[cfg(feature = "report")]
+mod playback;
+pub(crate) mod plot;
+pub(crate) mod chart {
+    pub(crate) use super::plot::{Axis as ChartAxis, *};
+}
 #[cfg(feature = "report")]
 pub mod report;
 mod summary;
@@ -37,7 +47,6 @@ pub use expect::{Checked, check};
 #[doc(hidden)]
 pub use folder::temporary;
 pub use folder::{CHECKPOINT, Folder, OutputError, StagedFrames};
-pub use picture::picture;
 pub(crate) use summary::velocity_left;
 pub use summary::{absorbed_energy, flies_freely, residual_velocity, summary};
 pub use verdict::{Verdict, verdict};

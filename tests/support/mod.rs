@@ -2,7 +2,6 @@
 //!
 //! No physics of the solver is repeated here except in [`oracle`], which gets it by other means.
 
-pub(crate) mod filmed;
 pub(crate) mod oracle;
 pub(crate) mod patch;
 pub(crate) mod torn;

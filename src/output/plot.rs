@@ -1,17 +1,22 @@
-//! What every drawing shares: axes, lines and words as SVG. Shapes carry classes; colours are the drawing's own affair.
+//! Plots as SVG: axes, lines, areas and words. Shapes carry classes; their colours are those of the page, or of [`STYLE`] in a file of
+//! its own.
 
-use std::fmt::Write;
+/// Style of plots on white.
+pub(crate) const STYLE: &str = ".grid { stroke: #222; stroke-opacity: 0.1; } .frame { fill: none; stroke: #888; } text { fill: #222; } \
+    .curve { fill: none; stroke-width: 2; } .k0 { stroke: #1f5fae; } .k1 { stroke: #cc5a0a; } .t0 { stroke: #a9c9ea; } \
+    .t1 { stroke: #7fb0de; } .t2 { stroke: #5593cd; } .t3 { stroke: #3075b5; } .t4 { stroke: #185795; } .t5 { stroke: #07345f; }";
 
-/// Frame, grid, words of drawings on white.
-pub(crate) const STYLE: &str =
-    ".grid { stroke: #222; stroke-opacity: 0.1; } .frame { fill: none; stroke: #888; } text { fill: #222; }";
+/// Size of a plot; on a phone a unit is a little less than a pixel.
+pub(crate) const SIZE: [f64; 2] = [440.0, 300.0];
+/// Points of a line at most.
+const POINTS: usize = 600;
 
 /// Width of a letter at the size of tick labels.
 const LETTER: f64 = 6.4;
 
 /// An axis over a length on the paper.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct ChartAxis {
+pub(crate) struct Axis {
     /// Values at the ends; decimal logarithms of them on a logarithmic axis.
     range: [f64; 2],
     /// Where they lie on the paper.
@@ -19,7 +24,7 @@ pub(crate) struct ChartAxis {
     logarithmic: bool,
 }
 
-impl ChartAxis {
+impl Axis {
     /// An axis whose ticks lie evenly. A range that is none becomes one.
     pub(crate) fn linear(range: [f64; 2], paper: [f64; 2]) -> Self {
         let [low, high] = if range[0].is_finite() { range } else { [0.0, range[1]] };
@@ -83,7 +88,7 @@ pub(crate) fn rounded_up([low, high]: [f64; 2]) -> [f64; 2] {
     [low, (high / step).ceil() * step]
 }
 
-/// A number as an axis shows it.
+/// A tick's label.
 pub(crate) fn label(tick: f64) -> String {
     if tick != 0.0 && !(1e-4..1e6).contains(&tick.abs()) {
         return format!("{tick:.0e}").replace('-', "−");
@@ -93,23 +98,78 @@ pub(crate) fn label(tick: f64) -> String {
     if text == "-0" { "0".into() } else { text.replace('-', "−") }
 }
 
-/// Escapes text for XML and HTML, between tags and inside quotes.
+/// Text escaped for XML and HTML, between tags and inside quotes.
 pub(crate) fn escape(text: &str) -> String {
-    let mut out = String::with_capacity(text.len());
-    for c in text.chars() {
-        match c {
-            '&' => out += "&amp;",
-            '<' => out += "&lt;",
-            '>' => out += "&gt;",
-            '"' => out += "&quot;",
-            '\'' => out += "&#39;",
-            c => out.push(c),
-        }
-    }
-    out
+    let entities = [('&', "&amp;"), ('<', "&lt;"), ('>', "&gt;"), ('"', "&quot;"), ('\'', "&#39;")];
+    entities.into_iter().fold(text.to_owned(), |text, (letter, entity)| text.replace(letter, entity))
 }
 
-/// A picture on white. `attributes`: more of what holds for all of it.
+/// A plot: two axes, and what lies between them.
+#[derive(Clone, Debug)]
+pub(crate) struct Plot {
+    pub(crate) x: Axis,
+    pub(crate) y: Axis,
+    titles: [String; 2],
+    shapes: String,
+    /// The grid lies over areas, and under all else.
+    has_areas: bool,
+    /// Class and words of each line or area.
+    pub(crate) legend: Vec<(String, String)>,
+    /// Time runs along x: the page marks the playback's time there.
+    pub(crate) over_time: bool,
+}
+
+impl Plot {
+    /// An empty plot with these ranges, the upright one widened to its next tick.
+    pub(crate) fn new(x: [f64; 2], y: [f64; 2], titles: [&str; 2]) -> Self {
+        let x = Axis::linear(x, [64.0, SIZE[0] - 14.0]);
+        let y = Axis::linear(rounded_up(y), [SIZE[1] - 46.0, 12.0]);
+        let titles = titles.map(str::to_owned);
+        Self { x, y, titles, shapes: String::new(), has_areas: false, legend: Vec::new(), over_time: false }
+    }
+
+    /// Adds a line; a name puts it into the legend.
+    pub(crate) fn line(&mut self, class: &str, name: &str, points: &[[f64; 2]]) {
+        let points = thinned(points, POINTS).into_iter();
+        self.shapes += &line(&self.x, &self.y, points, &format!("class=\"curve {class}\""));
+        if !name.is_empty() {
+            self.legend.push((format!("line {class}"), name.to_owned()));
+        }
+    }
+
+    /// Adds an area between two lines.
+    pub(crate) fn area(&mut self, class: &str, points: impl Iterator<Item = [f64; 2]>) {
+        self.has_areas = true;
+        let places = places(&self.x, &self.y, points);
+        self.shapes += &format!("<polygon class=\"area {class}\" points=\"{places}\"/>\n");
+    }
+
+    /// Everything inside the drawing.
+    pub(crate) fn drawing(&self) -> String {
+        let axes = axes(&self.x, &self.y, self.titles.each_ref().map(String::as_str));
+        if self.has_areas { self.shapes.clone() + &axes } else { axes + &self.shapes }
+    }
+}
+
+/// A file of plots beside each other, under a title and a line of words.
+pub(crate) fn file(title: &str, words: &str, plots: &[Plot]) -> String {
+    let mut out = text(24.0, 28.0, "font-size=\"16\" font-weight=\"bold\"", title) + &text(24.0, 48.0, "", words);
+    for (n, plot) in plots.iter().enumerate() {
+        let across = SIZE[0] * n as f64;
+        out += &format!("<g transform=\"translate({across} 64)\">\n{}", plot.drawing());
+        for (line, (class, name)) in plot.legend.iter().enumerate() {
+            let (at, class) = (26.0 + 15.0 * line as f64, class.rsplit(' ').next().unwrap_or_default());
+            out += &format!(
+                "<line class=\"{class}\" x1=\"350\" x2=\"368\" y1=\"{at}\" y2=\"{at}\" stroke-width=\"3\"/>\n"
+            );
+            out += &text(374.0, at + 4.0, "", name);
+        }
+        out += "</g>\n";
+    }
+    svg([SIZE[0] * plots.len().max(1) as f64, SIZE[1] + 72.0], "", STYLE, &out)
+}
+
+/// A drawing on white. `attributes`: more of what holds for all of it.
 pub(crate) fn svg([width, height]: [f64; 2], attributes: &str, style: &str, body: &str) -> String {
     format!(
         "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {width} {height}\" width=\"{width}\" height=\"{height}\" \
@@ -131,16 +191,15 @@ pub(crate) fn text(x: f64, y: f64, attributes: &str, words: &str) -> String {
 }
 
 /// A line through points, those left out that are no numbers.
-pub(crate) fn line(x: &ChartAxis, y: &ChartAxis, points: impl Iterator<Item = [f64; 2]>, attributes: &str) -> String {
+pub(crate) fn line(x: &Axis, y: &Axis, points: impl Iterator<Item = [f64; 2]>, attributes: &str) -> String {
     format!("<polyline points=\"{}\" fill=\"none\" {attributes}/>\n", places(x, y, points))
 }
 
 /// Places on the paper, as SVG writes them.
-pub(crate) fn places(x: &ChartAxis, y: &ChartAxis, points: impl Iterator<Item = [f64; 2]>) -> String {
+pub(crate) fn places(x: &Axis, y: &Axis, points: impl Iterator<Item = [f64; 2]>) -> String {
     let mut path = String::new();
     for [px, py] in points.map(|p| [x.at(p[0]), y.at(p[1])]).filter(|p| p[0].is_finite() && p[1].is_finite()) {
-        // Writing to a string cannot fail.
-        let _ = write!(path, "{px:.1},{py:.1} ");
+        path += &format!("{px:.1},{py:.1} ");
     }
     path.trim_end().to_owned()
 }
@@ -170,23 +229,23 @@ pub(crate) fn thinned(points: &[[f64; 2]], most: usize) -> Vec<[f64; 2]> {
 }
 
 /// Frame, grid, tick labels and titles.
-pub(crate) fn axes(x: &ChartAxis, y: &ChartAxis, [x_title, y_title]: [&str; 2]) -> String {
+pub(crate) fn axes(x: &Axis, y: &Axis, [x_title, y_title]: [&str; 2]) -> String {
     let [left, right] = x.paper;
     let [bottom, top] = y.paper;
     let mut out = String::new();
     for tick in x.ticks() {
         let at = x.at(tick);
-        let _ = writeln!(out, "<line class=\"grid\" x1=\"{at:.1}\" x2=\"{at:.1}\" y1=\"{top}\" y2=\"{bottom}\"/>");
+        out += &format!("<line class=\"grid\" x1=\"{at:.1}\" x2=\"{at:.1}\" y1=\"{top}\" y2=\"{bottom}\"/>\n");
         out += &text(at, bottom + 16.0, "class=\"tick\" text-anchor=\"middle\"", &label(tick));
     }
     let ticks = y.ticks();
     for tick in &ticks {
         let at = y.at(*tick);
-        let _ = writeln!(out, "<line class=\"grid\" x1=\"{left}\" x2=\"{right}\" y1=\"{at:.1}\" y2=\"{at:.1}\"/>");
+        out += &format!("<line class=\"grid\" x1=\"{left}\" x2=\"{right}\" y1=\"{at:.1}\" y2=\"{at:.1}\"/>\n");
         out += &text(left - 6.0, at + 4.0, "class=\"tick\" text-anchor=\"end\"", &label(*tick));
     }
     let (width, height) = (right - left, bottom - top);
-    let _ = writeln!(out, "<rect class=\"frame\" x=\"{left}\" y=\"{top}\" width=\"{width}\" height=\"{height}\"/>");
+    out += &format!("<rect class=\"frame\" x=\"{left}\" y=\"{top}\" width=\"{width}\" height=\"{height}\"/>\n");
     out += &text(0.5 * (left + right), bottom + 34.0, "class=\"title\" text-anchor=\"middle\"", x_title);
     let widest = ticks.iter().map(|tick| label(*tick).chars().count()).max().unwrap_or(0) as f64;
     out + &upright(left - 16.0 - LETTER * widest, 0.5 * (top + bottom), "title", y_title)
@@ -199,5 +258,5 @@ pub(crate) fn upright(x: f64, y: f64, class: &str, words: &str) -> String {
 }
 
 #[cfg(test)]
-#[path = "chart_tests.rs"]
+#[path = "plot_tests.rs"]
 mod tests;
