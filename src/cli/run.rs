@@ -6,7 +6,7 @@ use std::time::Instant;
 
 use ripstop::case::Case;
 use ripstop::output::checks::case_warnings;
-use ripstop::output::expectation::{Judgement, judgement};
+use ripstop::output::expect::{Judgement, judgement};
 use ripstop::output::frames::Recorder;
 use ripstop::output::report::{self, Animation};
 use ripstop::output::{self, CheckpointWriter, Folder, StagedFrames};

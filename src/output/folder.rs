@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use serde_json::Value;
 use tempfile::{NamedTempFile, TempDir};
 
-use super::lock::Lock;
+use super::disk::{self, Lock, temporary};
 use super::{csv, figures, history};
 use crate::case::Case;
 use crate::run::Run;
@@ -111,7 +111,7 @@ impl Folder {
         let help = "wait for the end of a run that writes to it, or see to it that it can be written";
         let folder = Self::prepare_for(path, &FILES, &[]).map_err(|error| OutputError { help, ..error })?;
         // A run that was killed had no time to do that.
-        sweep(path).map_err(|error| folder.refused("", &error))?;
+        disk::remove_unfinished(path).map_err(|error| folder.refused("", &error))?;
         Ok(folder)
     }
 
@@ -244,7 +244,7 @@ impl Folder {
 
     /// Gives frames their names, where those of an earlier run go first; returns the names.
     fn place_frames(&self, frames: StagedFrames) -> io::Result<Vec<&'static str>> {
-        self.remove(PVD)?;
+        disk::remove(&self.path.join(PVD))?;
         self.clear_series(FRAMES)?;
         let Some(staged) = frames.0 else { return Ok(Vec::new()) };
         fs::create_dir_all(self.path.join(FRAMES))?;
@@ -278,7 +278,7 @@ impl Folder {
     /// A folder of its own under a temporary name.
     pub(super) fn temporary_folder(&self) -> io::Result<TempDir> {
         self.check_identity().map_err(|error| io::Error::other(error.found))?;
-        tempfile::Builder::new().prefix(UNFINISHED[0]).suffix(UNFINISHED[1]).tempdir_in(&self.path)
+        disk::temporary_folder(&self.path)
     }
 
     /// Writes a file piece by piece; it takes the place of an older one once it is complete. What a run that was killed
@@ -288,17 +288,7 @@ impl Folder {
     /// When the disk refuses, or `write` does; the older one is then still there.
     pub(crate) fn replace(&self, name: &str, write: impl FnOnce(&mut File) -> io::Result<()>) -> io::Result<()> {
         self.check_identity().map_err(|error| io::Error::other(error.found))?;
-        let staged = self.path.join(staged(name));
-        let written = File::create(&staged).and_then(|mut file| {
-            write(&mut file)?;
-            file.sync_all()
-        });
-        let replaced = written.and_then(|()| fs::rename(&staged, self.path.join(name))).and_then(|()| self.flush());
-        if replaced.is_err() {
-            // Room for what comes; where even that fails, the first reason is the one to tell.
-            fs::remove_file(&staged).ok();
-        }
-        replaced
+        disk::replace(&self.path.join(name), &self.path.join(staged(name)), write).and_then(|()| self.flush())
     }
 
     /// Removes the checkpoint of a run that has ended, or of one whose results are no longer here.
@@ -307,8 +297,8 @@ impl Folder {
     /// When the disk refuses.
     pub fn forget(&self) -> Result<(), OutputError> {
         let remove = |name: &str| {
-            let failed = |error| OutputError::new(&self.path.join(name), "a file that can be removed", error);
-            self.remove(name).map_err(failed)
+            let path = self.path.join(name);
+            disk::remove(&path).map_err(|error| OutputError::new(&path, "a file that can be removed", error))
         };
         remove(&staged(CHECKPOINT)).and_then(|()| remove(CHECKPOINT))?;
         self.clear_series(SPOOL).map_err(|error| self.refused(SPOOL, &error))
@@ -337,7 +327,7 @@ impl Folder {
     /// Gives files their names, after `stale` ones of an earlier time are gone.
     fn place<'a>(&self, files: Vec<(&'a str, NamedTempFile)>, stale: &[&str]) -> Result<Vec<&'a str>, OutputError> {
         for name in stale {
-            self.remove(name).map_err(|error| self.refused(name, &error))?;
+            disk::remove(&self.path.join(name)).map_err(|error| self.refused(name, &error))?;
         }
         let mut names = Vec::new();
         for (name, file) in files {
@@ -360,14 +350,6 @@ impl Folder {
         Ok(file)
     }
 
-    /// Removes what an earlier run left.
-    fn remove(&self, name: &str) -> io::Result<()> {
-        match fs::remove_file(self.path.join(name)) {
-            Err(error) if error.kind() != io::ErrorKind::NotFound => Err(error),
-            _ => Ok(()),
-        }
-    }
-
     /// Flushes the renames.
     fn flush(&self) -> io::Result<()> {
         if cfg!(unix) { File::open(&self.path)?.sync_all() } else { Ok(()) }
@@ -381,33 +363,4 @@ fn pretty(value: &Value) -> String {
 /// Name of a file that is being written.
 fn staged(name: &str) -> String {
     format!(".{name}.tmp")
-}
-
-/// What names of unfinished files and folders begin and end with.
-const UNFINISHED: [&str; 2] = [".ripstop-", ".tmp"];
-
-/// Removes what an earlier run has not finished.
-fn sweep(folder: &Path) -> io::Result<()> {
-    for entry in fs::read_dir(folder)? {
-        let entry = entry?;
-        let name = entry.file_name();
-        let name = name.to_string_lossy();
-        if name.starts_with(UNFINISHED[0]) && name.ends_with(UNFINISHED[1]) {
-            let is_folder = entry.file_type()?.is_dir();
-            if is_folder { fs::remove_dir_all(entry.path())? } else { fs::remove_file(entry.path())? }
-        }
-    }
-    Ok(())
-}
-
-/// An empty file in `folder` with the rights of any new file, to be renamed when it is whole.
-///
-/// # Errors
-/// Where the folder cannot be written.
-pub fn temporary(folder: &Path) -> io::Result<NamedTempFile> {
-    let mut builder = tempfile::Builder::new();
-    builder.prefix(UNFINISHED[0]).suffix(UNFINISHED[1]);
-    #[cfg(unix)]
-    builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
-    builder.tempfile_in(folder)
 }

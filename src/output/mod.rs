@@ -9,16 +9,13 @@ mod breakage;
 mod checkpoint;
 pub mod checks;
 pub(crate) mod csv;
-mod energies;
+mod disk;
 pub mod expect;
-#[doc(hidden)]
-pub mod expectation;
 mod figures;
 mod folder;
 #[cfg(feature = "frames")]
 pub mod frames;
 pub mod history;
-mod lock;
 #[cfg(feature = "report")]
 mod maps;
 #[doc(hidden)]
@@ -42,13 +39,12 @@ pub mod warnings;
 
 pub use breakage::Breakage;
 pub use checkpoint::{CheckpointWriteError, CheckpointWriter};
-pub use energies::Energies;
-pub use expect::{Checked, check};
 #[doc(hidden)]
-pub use folder::temporary;
+pub use disk::temporary;
+pub use expect::{Checked, check};
 pub use folder::{CHECKPOINT, Folder, OutputError, StagedFrames};
 pub(crate) use summary::velocity_left;
-pub use summary::{absorbed_energy, flies_freely, residual_velocity, summary};
+pub use summary::{Energies, absorbed_energy, flies_freely, residual_velocity, summary};
 pub use verdict::{Verdict, verdict};
 #[doc(hidden)]
 pub use verdict::{place, reached, symmetry};

@@ -6,14 +6,14 @@ use serde_json::Value;
 
 pub use super::animation::{Animation, Keyframe};
 use super::breakage::Breakage;
-use super::checks::{self, Check, Level, assumed_fields, checks};
-use super::energies::{self, Energies};
-use super::expectation::{Judgement, expected, got, judgement, note, quantity};
+use super::checks::{self, Check, Level, checks};
+use super::expect::{Judgement, expected, got, judgement, note, quantity};
 use super::figures::{self, Figure};
 use super::number::{fixed, grouped, short};
 use super::page::{figure, page, table};
-use super::summary::{absorbed_energy, flies_freely, residual_velocity};
-use super::verdict::{reached, symmetry, verdict};
+use super::summary::{Energies, absorbed_energy, residual_velocity};
+use super::verdict::{symmetry, verdict};
+use super::warnings::assumed_fields;
 use super::{maps, playback};
 use crate::case::{self, Case};
 use crate::run::Run;
@@ -66,7 +66,7 @@ fn header(case: &Case, run: &Run, checks: &[Check]) -> Markup {
         header {
             p class="over" { (case.title) }
             h1 class={ "verdict " (class) } { (verdict.word) }
-            p class="story" { (story(case, run)) }
+            p class="story" { (capital(&verdict.detail)) "." }
             dl class="figures" {
                 @for (name, number, more) in numbers(case, run) { div { dt { (name) } dd { (number) " " small { (more) } } } }
             }
@@ -89,49 +89,6 @@ fn header(case: &Case, run: &Run, checks: &[Check]) -> Markup {
 fn capital(word: &str) -> String {
     let (first, rest) = word.split_at(1);
     first.to_uppercase() + rest
-}
-
-/// What happened, in a sentence or two.
-fn story(case: &Case, run: &Run) -> String {
-    let verdict = verdict(case, run);
-    if !verdict.complete {
-        return format!("The run broke off and did not reach its end: {} {}.", verdict.word, verdict.detail);
-    }
-    if !flies_freely(case) {
-        return format!("{} computed. No projectile flies freely here, so there is no verdict.", reached(run));
-    }
-    let struck = case.projectile.as_ref().map_or(0.0, |p| p.velocity);
-    let left = residual_velocity(case, run).unwrap_or(0.0);
-    let (speed, before) = (short(left, 3), short(struck, 4));
-    let pack = if run.plies == 1 { "the ply".to_owned() } else { format!("all {} plies", run.plies) };
-    let stop = run.stop_time.map_or(String::new(), |time| format!(" {} µs after impact", short(time * 1e6, 3)));
-    match run.outcome {
-        Outcome::Perforated => {
-            let went = match run.is_unbroken() {
-                true => format!("passed {pack} without breaking a yarn"),
-                false => format!("went through {pack}"),
-            };
-            let share = fixed(100.0 * left / struck, 0);
-            format!("The projectile {went} and leaves at {speed} m/s, {share} % of the {before} m/s it struck with.")
-        }
-        Outcome::Stopped => {
-            let carried = run.carried_velocity.map(|v| format!(" It flies on with it, at {} m/s.", short(v, 3)));
-            let carried = carried.unwrap_or_default();
-            format!("The fabric stopped the projectile, which struck at {before} m/s,{stop}.{carried}")
-        }
-        Outcome::Rebounded => {
-            let flies = match run.rebound_velocity {
-                Some(rebound) => format!("flies back at {}", short(rebound, 3)),
-                None => format!("flies off at {}", short(left.abs(), 3)),
-            };
-            format!("The fabric turned the projectile{stop}: it struck at {before} m/s and {flies} m/s.")
-        }
-        Outcome::Running => format!(
-            "Not decided: the computation ended at {}, the projectile still flying at {speed} of {before} m/s. \
-             Raise /solver/end_time_us for a verdict.",
-            reached(run)
-        ),
-    }
 }
 
 /// Name and number, and more on it.
@@ -208,14 +165,12 @@ fn trust(checks: &[Check], summary: &Value) -> Markup {
 /// Where the energy went.
 fn energy(run: &Run) -> Markup {
     let Some(energies) = Energies::of(run) else { return Markup::default() };
-    let row = |(name, energy): &(&str, f64)| {
-        let meaning = html! { span class="meaning" { (energies::meaning(name)) } };
-        vec![cell(name), cell(energies.text(*energy)), cell(energies.percent(*energy)), meaning]
-    };
+    let row =
+        |(name, energy): &(&str, f64)| vec![cell(name), cell(energies.text(*energy)), cell(energies.percent(*energy))];
     html! {
         section id="spent" {
             h2 { "Where the energy went" }
-            (table("signs", &["given to the fabric", &energies.text(energies.given), "", ""], energies.shares.iter().map(row)))
+            (table("signs", &["given to the fabric", &energies.text(energies.given), ""], energies.shares.iter().map(row)))
         }
     }
 }

@@ -2,7 +2,7 @@
 
 use super::{Expected, Prediction, PredictionRun};
 use crate::case::{self, Bound, Case};
-use crate::output::{self, Checked, expectation};
+use crate::output::{self, Checked, expect as expectation};
 use crate::run::Run;
 
 /// Name and text of every case with a published shot.
