@@ -83,7 +83,7 @@ impl<'a> Lockstep<'a> {
         self.leader.run(solver::Stepper::elements);
         self.follower.run(solver::Stepper::elements);
         self.device.run_stages(&info, &[Stage::Elements])?;
-        self.device.download(&self.leader.model, &mut self.gpu)?;
+        self.device.download(0, &self.leader.model, &mut self.gpu)?;
         let scales = self.scales();
         self.elements(&scales);
 
@@ -95,7 +95,7 @@ impl<'a> Lockstep<'a> {
         self.leader.run(solver::Stepper::nodes);
         self.follower.run(solver::Stepper::nodes);
         self.device.run_stages(&info, &[Stage::Nodes])?;
-        self.device.download(&self.leader.model, &mut self.gpu)?;
+        self.device.download(0, &self.leader.model, &mut self.gpu)?;
         let scales = self.scales();
         self.nodes("node_update", &scales);
 
@@ -103,14 +103,14 @@ impl<'a> Lockstep<'a> {
             self.leader.run(solver::Stepper::plies);
             self.follower.run(solver::Stepper::plies);
             self.device.run_stages(&info, &[Stage::Plies])?;
-            self.device.download(&self.leader.model, &mut self.gpu)?;
+            self.device.download(0, &self.leader.model, &mut self.gpu)?;
             self.nodes("ply_contact", &scales);
         }
 
         self.leader.run(solver::Stepper::projectile);
         self.follower.run(solver::Stepper::projectile);
-        self.device.run_stages(&info, &[Stage::Projectile, Stage::Ledger])?;
-        self.device.download(&self.leader.model, &mut self.gpu)?;
+        self.device.run_stages(&info, &[Stage::Projectile, Stage::EnergyBalance])?;
+        self.device.download(0, &self.leader.model, &mut self.gpu)?;
         if self.leader.state.body.is_some() {
             self.nodes("projectile_contact", &scales);
             self.body("projectile_contact", &scales);
@@ -218,7 +218,7 @@ impl<'a> Lockstep<'a> {
     /// Sums of the ledger: fabric only.
     fn sums(&mut self, scales: &Scales, step: u64, sample: &[u32], [work, wide_work]: [f64; 2]) {
         let (sums, rest) = sample.split_at(self.device.body_at());
-        let sums = WorkgroupSums::new(sums);
+        let sums = WorkgroupSums(sums);
         let (cpu, wide) = (self.leader.ledger.fabric(), self.follower.ledger.fabric());
         let mut see = |quantity: &str, component: usize, values: [f64; 3], scale: f64| {
             self.comparison.see(difference(step, line("ledger", quantity), [0; 3], component, values, scale));
