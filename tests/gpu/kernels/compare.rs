@@ -22,7 +22,7 @@ use ripstop::solver::active_region::ActiveRegion;
 use ripstop::solver::energy_balance::EnergyBalance;
 use ripstop::solver::state::State;
 use ripstop::solver::{self, Context, FailureEvent, StepTotals};
-use ripstop::study::compare::Scales;
+use super::scales::Scales;
 
 use super::scenes::Scene;
 use super::seen::Seen;

@@ -2,9 +2,9 @@
 
 use nalgebra::Vector3;
 
-use crate::kernels::projectile_contact::HELD;
-use crate::model::{Model, PlyType};
-use crate::solver::state::State;
+use ripstop::kernels::projectile_contact::HELD;
+use ripstop::model::{Model, PlyType};
+use ripstop::solver::state::State;
 
 /// A yarn that does not break at that strain counts as if it did.
 const LARGEST_STRAIN: f64 = 0.05;
@@ -20,49 +20,49 @@ const OF_PLACES: f64 = 4.0 / 12.0;
 
 /// Sizes whose roundings a difference is counted in.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Scales {
+pub(super) struct Scales {
     /// Force of an element whose stronger yarn is about to break [N].
-    pub force: f64,
+    pub(super) force: f64,
     /// The same as shock viscosity stores it, per weight of the element [N].
-    pub viscous_force: f64,
+    pub(super) viscous_force: f64,
     /// Energy of an element whose yarns are about to break [J].
-    pub energy: f64,
+    pub(super) energy: f64,
     /// Half a span of a yarn, or the sum of heights if that is more [m].
-    pub height: f64,
+    pub(super) height: f64,
     /// Smallest failure strain [-].
-    pub failure_strain: f64,
+    pub(super) failure_strain: f64,
     /// Length of the shortest element [m].
-    pub shortest: f64,
+    pub(super) shortest: f64,
     /// What places of the projectile are counted over: the same [m].
-    pub cell: f64,
+    pub(super) cell: f64,
     /// Largest displacement of a node, an element's length at least [m].
-    pub length: f64,
+    pub(super) length: f64,
     /// Largest speed of a node or the projectile [m/s].
-    pub speed: f64,
+    pub(super) speed: f64,
     /// Velocity that closes a gap of `length` in a step, and `speed` [m/s]: a gap rounds like a displacement, and a contact closes it.
-    pub closing: f64,
+    pub(super) closing: f64,
     /// What places round like, as a gap [m]: the depth of the pack, and where the rim of the projectile is sampled its radius by the largest
     /// slope of a ply; `OF_PLACES` of them.
-    pub place: f64,
+    pub(super) place: f64,
     /// Time step [s].
-    pub time_step: f64,
+    pub(super) time_step: f64,
     /// Mass of the heaviest node [kg].
-    pub node_mass: f64,
+    pub(super) node_mass: f64,
     /// Mass of the projectile [kg]; 0 without one.
-    pub body_mass: f64,
+    pub(super) body_mass: f64,
     /// Radius of the projectile about its centre [m].
-    pub reach: f64,
+    pub(super) reach: f64,
     /// Angular momentum that impulses of nodes give the projectile [kg·m²/s].
-    pub spin: f64,
+    pub(super) spin: f64,
     /// Energy that impulses of nodes take at the largest speed: half of their product [J].
-    pub contact_energy: f64,
+    pub(super) contact_energy: f64,
     /// Σ m|v| of nodes and projectile [kg·m/s].
-    pub momentum: f64,
+    pub(super) momentum: f64,
 }
 
 impl Scales {
     /// Scales of a state. `least_speed`: speeds are at least that [m/s].
-    pub fn of(model: &Model<f32>, state: &State<f32>, least_speed: f64) -> Self {
+    pub(super) fn of(model: &Model<f32>, state: &State<f32>, least_speed: f64) -> Self {
         let of_types = |of: &dyn Fn(&PlyType<f32>) -> f64| model.ply_types.iter().map(of).fold(0.0, f64::max);
         let strain = |ply_type: &PlyType<f32>, yarn: usize| ply_type.cell.yarn[yarn].failure_strain.min(LARGEST_STRAIN);
         let tension =
@@ -109,34 +109,34 @@ impl Scales {
 
     /// The same where a free projectile meets held nodes, whose mass counts as that of [`HELD`] bodies. They bring it from its speed to
     /// rest: about a third of that speed in the mean.
-    pub fn held(self) -> Self {
+    pub(super) fn held(self) -> Self {
         let (closing, node_mass) = (self.closing.max(0.35 * HELD * self.speed), self.node_mass.max(self.body_mass));
         Self { closing, node_mass, contact_energy: 0.5 * node_mass * closing * self.speed, ..self }
     }
 
     /// Velocity that contact gives a node of a whole run [m/s]: what closes a gap, and no more than 69.9 times the largest speed or a hundredth of
     /// what closes a gap of the largest displacement; and what closes a gap that places round like.
-    pub fn pushed(&self) -> f64 {
+    pub(super) fn pushed(&self) -> f64 {
         self.closing.min(69.9 * self.speed.max(0.01 * self.length / self.time_step)) + self.place / self.time_step
     }
 
     /// Way of what closes a gap of a whole run in a step [m].
-    pub fn closed(&self) -> f64 {
+    pub(super) fn closed(&self) -> f64 {
         self.closing * self.time_step + self.place
     }
 
     /// Impulse of a node that closes a gap [kg·m/s].
-    pub fn impulse(&self) -> f64 {
+    pub(super) fn impulse(&self) -> f64 {
         self.node_mass * self.closing
     }
 
     /// Velocity that such an impulse gives the projectile, and its own [m/s].
-    pub fn body_velocity(&self) -> f64 {
+    pub(super) fn body_velocity(&self) -> f64 {
         self.speed + self.impulse() / self.body_mass.max(f64::MIN_POSITIVE)
     }
 
     /// Way of such a velocity in a step, an element's length at least [m].
-    pub fn body_position(&self) -> f64 {
+    pub(super) fn body_position(&self) -> f64 {
         self.cell.max(self.time_step * self.impulse() / self.body_mass.max(f64::MIN_POSITIVE))
     }
 }

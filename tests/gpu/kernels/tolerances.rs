@@ -1,33 +1,33 @@
-//! How far the backends may differ, kernel by kernel, and why: the one table that `ripstop compare` and the tests of the kernels use.
+//! How far the backends may differ, kernel by kernel, and why.
 
 /// Largest relative error of a rounding to single precision [-].
-pub const ROUNDING: f64 = 0.5 * f32::EPSILON as f64;
+pub(super) const ROUNDING: f64 = 0.5 * f32::EPSILON as f64;
 /// Roundings of a card for each of a device that rounds to the nearest: a division may be off by five of them, a root by four, and a
 /// product and a sum may be one rounding or two (WGSL, accuracy of expressions).
 const CARD: f64 = 5.0;
 
 /// How far a quantity may differ.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Tolerance {
+pub(super) struct Tolerance {
     /// Kernel.
-    pub kernel: &'static str,
+    pub(super) kernel: &'static str,
     /// Quantity.
-    pub quantity: &'static str,
+    pub(super) quantity: &'static str,
     /// Roundings of either backend that add up; 0: no difference is allowed.
-    pub roundings: f64,
+    pub(super) roundings: f64,
     /// How much each of them grows on the way to the quantity.
-    pub condition: f64,
+    pub(super) condition: f64,
     /// How many times as much is allowed on a card.
-    pub card: f64,
+    pub(super) card: f64,
     /// What the difference is measured by.
-    pub scale: &'static str,
+    pub(super) scale: &'static str,
     /// Which roundings they are, and why they grow.
-    pub reason: &'static str,
+    pub(super) reason: &'static str,
 }
 
 impl Tolerance {
     /// Allowed difference over the scale [-]. `hardware`: whether the device is a card; software rounds every operation to the nearest.
-    pub fn limit(&self, hardware: bool) -> f64 {
+    pub(super) fn limit(&self, hardware: bool) -> f64 {
         self.roundings * self.condition * ROUNDING * if hardware { self.card } else { 1.0 }
     }
 
@@ -77,7 +77,7 @@ const BODY: &str = "sums of impulses as below, of either sign, that are rounded 
 const DEPTH: &str = "a gap as above, read off the deepest node";
 
 /// The table, in the order of a step.
-pub const TOLERANCES: [Tolerance; 48] = [
+pub(super) const TOLERANCES: [Tolerance; 48] = [
     exact(["element_force", "yarn alive"], "the same yarns fail"),
     exact(["element_force", "failures"], "the same events are reported"),
     allow(
@@ -228,35 +228,11 @@ pub const TOLERANCES: [Tolerance; 48] = [
     ),
 ];
 
-/// The table in Markdown.
-pub fn markdown() -> String {
-    let row = |line: &Tolerance| {
-        let [limit, on_card] = [false, true].map(|hardware| match line.limit(hardware) {
-            0.0 => "0".to_owned(),
-            limit => format!("{limit:.1e}"),
-        });
-        let [kernel, quantity, scale, reason] =
-            [line.kernel, line.quantity, line.scale, line.reason].map(str::to_owned);
-        vec![
-            kernel,
-            quantity,
-            line.roundings.to_string(),
-            format!("{:.0}", line.condition),
-            limit,
-            on_card,
-            scale,
-            reason,
-        ]
-    };
-    let head = ["kernel", "quantity", "roundings", "each grown", "allowed", "on a card", "of", "because"];
-    crate::markdown::table(&head, TOLERANCES.iter().map(row))
-}
-
 /// The line of the table for a quantity of a kernel.
 ///
 /// # Panics
 /// For names that are in no line.
-pub fn line(kernel: &str, quantity: &str) -> usize {
+pub(super) fn line(kernel: &str, quantity: &str) -> usize {
     let found = TOLERANCES.iter().position(|line| line.kernel == kernel && line.quantity == quantity);
     found.unwrap_or_else(|| unreachable!("{quantity} of {kernel} is in no table"))
 }
