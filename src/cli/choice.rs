@@ -5,7 +5,6 @@ use ripstop::case::Law;
 use ripstop::num::link::Link;
 use ripstop::run::Precision;
 use ripstop::study::interval::Interval;
-use ripstop::study::v50::Design;
 
 /// Word, help, meaning.
 pub(crate) type Choice<T> = (&'static str, &'static str, T);
@@ -19,15 +18,6 @@ pub(crate) const LAWS: &[Choice<Law>] = &[
     ("published", "The paper's (13)-(24)", Law::Published),
     ("variational", "Sinusoidal yarns, forces conjugate to the arc length", Law::Variational),
     ("kawabata", "Saw-tooth cell", Law::Kawabata),
-];
-
-/// How velocities are chosen.
-pub(crate) const DESIGNS: &[Choice<Design>] = &[
-    ("thresholds", "Every realisation's own threshold", Design::Thresholds),
-    ("langlie", "Langlie's one-shot design", Design::Langlie),
-    ("updown", "Up and down", Design::UpDown),
-    ("neyer", "Neyer's D-optimal design", Design::Neyer),
-    ("3pod", "Three-phase optimal design", Design::ThreePod),
 ];
 
 /// Distribution of the thresholds.
