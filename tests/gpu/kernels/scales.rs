@@ -114,17 +114,6 @@ impl Scales {
         Self { closing, node_mass, contact_energy: 0.5 * node_mass * closing * self.speed, ..self }
     }
 
-    /// Velocity that contact gives a node of a whole run [m/s]: what closes a gap, and no more than 69.9 times the largest speed or a hundredth of
-    /// what closes a gap of the largest displacement; and what closes a gap that places round like.
-    pub(super) fn pushed(&self) -> f64 {
-        self.closing.min(69.9 * self.speed.max(0.01 * self.length / self.time_step)) + self.place / self.time_step
-    }
-
-    /// Way of what closes a gap of a whole run in a step [m].
-    pub(super) fn closed(&self) -> f64 {
-        self.closing * self.time_step + self.place
-    }
-
     /// Impulse of a node that closes a gap [kg·m/s].
     pub(super) fn impulse(&self) -> f64 {
         self.node_mass * self.closing

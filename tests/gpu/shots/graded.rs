@@ -1,13 +1,12 @@
 //! Shots at graded meshes: elements that grow away from the hit.
 
-
 use ripstop::case::Case;
 use ripstop::gpu::Device;
 use ripstop::model::Model;
 use ripstop::run::{Precision, Skips};
 
 use super::batches::equal_rows;
-use super::{Outcome, Tests, places, run_in_batches, run_on, same_until_failure, simulated, within_tolerances};
+use super::{Outcome, Tests, places, run_in_batches, run_on, same_until_failure, simulated};
 use crate::scene::{builtin, run_as};
 
 pub(super) const TESTS: Tests = &[

@@ -1,12 +1,11 @@
 //! Packs of plies end to end: on the device as on the processor, whatever the batches and whatever is left out.
 
-
 use ripstop::case::Case;
 use ripstop::gpu::Device;
 use ripstop::run::{Precision, Run, Skips};
 
 use super::batches::equal_rows;
-use super::{Outcome, Tests, run_in_batches, run_on, simulated, within_tolerances};
+use super::{Outcome, Tests, run_in_batches, run_on, simulated};
 use crate::scene::{builtin, run_as};
 
 pub(super) const TESTS: Tests = &[

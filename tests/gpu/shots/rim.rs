@@ -1,14 +1,11 @@
 //! Shots whose contact is sampled at the rim of the projectile's face too.
 
-
 use ripstop::case::{Case, ContactSampling};
 use ripstop::gpu::Device;
 use ripstop::run::{Precision, Skips};
 
 use super::batches::equal_rows;
-use super::{
-    Outcome, Tests, first_failure, places, run_in_batches, run_on, same_until_failure, simulated, within_tolerances,
-};
+use super::{Outcome, Tests, first_failure, places, run_in_batches, run_on, same_until_failure, simulated};
 use crate::kept;
 use crate::scene::{builtin, run_as};
 
