@@ -8,7 +8,7 @@ use super::page::{self, Page};
 const END: &str = "<!-- /generated -->";
 
 /// Made here, by the command that is their name.
-const BY_COMMAND: [&str; 2] = ["ripstop schema --markdown", "ripstop explain --markdown"];
+const BY_COMMAND: [&str; 1] = ["ripstop schema --markdown"];
 /// Made in other tests, which compute the same anyway, and call [`hold`].
 const BY_OTHERS: [&str; 2] = [
     "coverage of intervals from thresholds, 10 000 synthetic campaigns",

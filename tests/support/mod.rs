@@ -16,6 +16,9 @@ use ripstop::with_law;
 pub(crate) const LAWS: [Variant; 4] =
     [Variant::PublishedTension, Variant::PublishedProjected, Variant::Variational, Variant::Kawabata];
 
+/// Laws of the solver.
+pub(crate) const SOLVER_LAWS: [Variant; 2] = [Variant::PublishedTension, Variant::Variational];
+
 /// Compression of the crossover: rigid, and the project's assumed constants (a in m, b in m·N^(1/3)).
 pub(crate) const CROSSOVERS: [Option<Compression>; 2] = [None, Some(Compression { a: 1e-4, b: 1e-4 })];
 
@@ -135,13 +138,8 @@ pub(crate) struct Solved {
 
 impl<R: Scalar> Cell<R> {
     pub(crate) fn new(fabric: &Fabric) -> Self {
-        Self::with(fabric, true)
-    }
-
-    /// A cell whose joint iteration comes first, or not.
-    pub(crate) fn with(fabric: &Fabric, joint: bool) -> Self {
         let law = Variant::of(&fabric.crossover);
-        let exact = UnitCellParameters { newton: joint, ..UnitCellParameters::new(fabric) };
+        let exact = UnitCellParameters::new(fabric);
         let constants = with_law!(law, L => UnitCellParameters::cast::<L>(&exact));
         Self { law, exact, constants }
     }
