@@ -17,9 +17,15 @@ use crate::solver::state::{Rows, State};
 /// Wait for the driver to report a finished mapping.
 const SOON: Duration = Duration::from_secs(10);
 
-/// Buffers that begin at zero with a state, besides the energy accumulators.
-const CLEARED: [BufferId; 5] =
-    [BufferId::Supports, BufferId::Candidates, BufferId::Contacts, BufferId::Shares, BufferId::Impulses];
+/// Buffers that begin at zero with a state.
+const CLEARED: [BufferId; 6] = [
+    BufferId::Supports,
+    BufferId::Candidates,
+    BufferId::Contacts,
+    BufferId::Shares,
+    BufferId::Impulses,
+    BufferId::Accounts,
+];
 
 impl DeviceStepper<'_> {
     pub(crate) fn buffer(&self, name: BufferId) -> &wgpu::Buffer {
@@ -51,17 +57,11 @@ impl DeviceStepper<'_> {
         self.set_running(vec![0]);
     }
 
-    /// Puts the state of a single shot on the device, and keeps the energy accumulators of the elements.
-    pub fn upload_but_accounts(&mut self, model: &Model<f32>, state: &State<f32>) {
-        self.clear(&CLEARED);
-        self.upload_shot(0, model, state);
-        self.set_running(vec![0]);
-    }
-
     /// Clears of all shots what [`Self::upload_shot`] does not write.
     pub(crate) fn clear_shots(&mut self) {
-        self.clear(&CLEARED);
-        self.clear(&[BufferId::Accounts]);
+        let mut encoder = self.device.inner.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+        CLEARED.iter().for_each(|id| encoder.clear_buffer(self.buffer(*id), 0, None));
+        self.device.queue.submit([encoder.finish()]);
     }
 
     /// Puts the state of a shot on cleared buffers of the device.
@@ -121,14 +121,6 @@ impl DeviceStepper<'_> {
             }
         }
         yarns
-    }
-
-    fn clear(&self, names: &[BufferId]) {
-        let mut encoder = self.device.inner.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
-        for name in names {
-            encoder.clear_buffer(self.buffer(*name), 0, None);
-        }
-        self.device.queue.submit([encoder.finish()]);
     }
 
     /// Reads the state of a shot back, without the strains that failure is judged by; of the projectile what moves.
@@ -194,14 +186,6 @@ impl DeviceStepper<'_> {
     /// When the device was lost.
     pub fn read(&self, name: BufferId) -> Result<Vec<u32>, DeviceError> {
         self.read_part(name, 0, self.sizes.bytes(name))
-    }
-
-    /// Words of the first sample.
-    ///
-    /// # Errors
-    /// When the device was lost.
-    pub fn read_sample(&self) -> Result<Vec<u32>, DeviceError> {
-        self.read_part(BufferId::Samples, 0, 4 * self.sizes.sample_words() as u64)
     }
 
     pub(crate) fn read_part(&self, name: BufferId, offset: u64, size: u64) -> Result<Vec<u32>, DeviceError> {
