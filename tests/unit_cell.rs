@@ -21,10 +21,11 @@ mod reference;
 use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
 use ripstop::case::Compression;
-use ripstop::kernels::crossover::{self, Variant};
+use ripstop::kernels::crossover;
+use ripstop::model::unit_cell_curve::CurveLaw;
 use ripstop::num::scalar::Scalar;
 
 use crate::support::{
-    CROSSOVERS, Cell, FAILURE_STRAIN, LAWS, Random, S720_CRIMP, S720_HALF_SPAN, S720_STIFFNESS, Solved, Worst, fabric,
-    oracle, s720, yarn,
+    CROSSOVERS, Cell, FAILURE_STRAIN, LAWS, Random, S720_CRIMP, S720_HALF_SPAN, S720_STIFFNESS, Solved, Worst, Woven,
+    fabric, oracle, s720, yarn,
 };

@@ -158,7 +158,7 @@ fn what_failure_releases_is_the_energy_before_less_that_after() {
 #[test]
 fn the_books_close_over_the_step_of_a_failure() {
     let mut random = Random(12);
-    for law in [Variant::Variational, Variant::Kawabata] {
+    for law in [Law::Variational] {
         for limits in [[0.02, 1.0], [1.0, 0.01], [0.02, 0.01]] {
             let mut case = with_law(unbreakable(case(3, 2)), law);
             case.solver.hourglass = 0.3;
@@ -284,6 +284,10 @@ fn a_step_reports_ply_place_yarn_and_strain_of_a_failure_and_the_erosion_of_its_
             }
         }
         let mut stepper = Stepper::<f64>::new(&patch.model);
+        // The strains of one step break in the next: of the same positions here.
+        let mut first = patch.state.clone();
+        stepper.step(&patch.model, &mut first, &mut EnergyBalance::default(), true);
+        patch.state.elements = first.elements;
         let totals = stepper.step(&patch.model, &mut patch.state, &mut EnergyBalance::default(), true);
         let found: Vec<_> = stepper.failures.iter().map(|f| (f.step, f.ply, f.i, f.j, f.yarn)).collect();
         let expected: Vec<_> = yarns.iter().map(|yarn| (0, 1, 2, 1, *yarn)).collect();

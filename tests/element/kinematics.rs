@@ -52,7 +52,7 @@ fn a_pure_trellis_stretches_nothing_and_resists_by_the_shear_resultant_alone() {
     }
     for law in LAWS {
         let crimped = with_law(case(3, 2), law);
-        let shear = ShearConstants::<f64>::new(crimped.fabric.shear.as_ref().unwrap(), crimped.fabric.thickness);
+        let shear = ShearConstants::<f64>::new(crimped.fabric.shear.as_ref(), crimped.fabric.thickness);
         let mut patch = Patch::<f64>::new(&crimped);
         let area = crimped.pack.element_length_x * crimped.pack.element_length_y * 6.0;
         for gamma in [-1.2, -0.5, -0.01, 0.001, 0.2, 0.4, 0.7, 1.3] {

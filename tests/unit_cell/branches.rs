@@ -5,7 +5,7 @@ use super::*;
 const S720: [(f64, f64, f64); 2] =
     [(S720_STIFFNESS, S720_HALF_SPAN, S720_CRIMP[0]), (S720_STIFFNESS, S720_HALF_SPAN, S720_CRIMP[1])];
 
-fn cell<R: Scalar>(yarns: [(f64, f64, f64); 2], law: Variant, gap: f64, compression: Option<Compression>) -> Cell<R> {
+fn cell<R: Scalar>(yarns: [(f64, f64, f64); 2], law: CurveLaw, gap: f64, compression: Option<Compression>) -> Cell<R> {
     Cell::new(&fabric(yarns.map(|(ea, w, c)| yarn(ea, w, c)), law, gap, compression))
 }
 
@@ -193,7 +193,7 @@ fn roundings_do_not_let_the_iteration_creep() {
         (31_686.735_122_676_78, 5e-4, 0.208_536_406_515_824_3),
         (216.314_161_433_585_35, 4.466_083_533_542_356e-4, 3.572_300_402_113_822e-5),
     ];
-    let c = cell::<f32>(nearly_straight, Variant::Kawabata, 0.0, None);
+    let c = cell::<f32>(nearly_straight, CurveLaw::Kawabata, 0.0, None);
     let start = [3.185_016_678_025_338e-4, -5.815_455_311_736_267e-5];
     let got = c.solve([0.996_408_302_935_984_3, 1.008_075_040_568_850_1], start, true);
     assert!(got.converged, "{got:?}");

@@ -15,7 +15,7 @@ struct Sweep<R> {
 }
 
 impl<R: Scalar> Sweep<R> {
-    fn new(law: Variant, compression: Option<Compression>) -> Self {
+    fn new(law: CurveLaw, compression: Option<Compression>) -> Self {
         let ripple = RIPPLE[usize::from(R::EPSILON > 1e-10)];
         let cell = Cell::new(&s720(law, compression));
         Self { cell, ripple, rising: Worst::default(), misfit: Default::default() }
@@ -95,7 +95,7 @@ fn grid_of_the_whole_domain() {
 /// A fabric and where to look at it.
 #[derive(Clone, Debug)]
 struct Probe {
-    fabric: ripstop::case::Fabric,
+    fabric: Woven,
     stretch: [f64; 2],
     /// Where the iteration starts, over the sum of heights.
     warm: [f64; 2],
@@ -112,7 +112,7 @@ fn compressions() -> impl Strategy<Value = Option<Compression>> {
     prop_oneof![1 => Just(None), 2 => soft]
 }
 
-fn any_fabric() -> impl Strategy<Value = ripstop::case::Fabric> {
+fn any_fabric() -> impl Strategy<Value = Woven> {
     let stiffness = (3.0..5.0_f64, -3.0..3.0_f64).prop_map(|(e, r)| [10_f64.powf(e), 10_f64.powf(e + r)]);
     let span = (3e-4..1e-3, -1.0..1.0_f64).prop_map(|(w, r)| [w, w * 3_f64.powf(r)]);
     let gap = prop_oneof![1 => Just(0.0), 1 => 0.0..5e-5];

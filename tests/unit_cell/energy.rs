@@ -18,7 +18,7 @@ fn conjugate(cell: &Cell<f64>, got: &Solved) -> [f64; 2] {
     [0, 1].map(|i| got.in_plane[i] * 2.0 * cell.exact.yarn[i].half_span)
 }
 
-fn cells(law: Variant) -> Vec<Cell<f64>> {
+fn cells(law: CurveLaw) -> Vec<Cell<f64>> {
     let unequal = [yarn(2e4, 6e-4, 0.05), yarn(5e3, 9e-4, 0.02)];
     CROSSOVERS
         .into_iter()
@@ -30,7 +30,7 @@ fn cells(law: Variant) -> Vec<Cell<f64>> {
 #[test]
 fn in_plane_forces_of_the_conservative_laws_are_derivatives_of_the_energy() {
     let mut random = Random(5);
-    for law in [Variant::Variational, Variant::Kawabata] {
+    for law in [CurveLaw::Variational, CurveLaw::Kawabata] {
         let mut worst = Worst::default();
         for cell in cells(law) {
             let at = |stretch: [f64; 2]| cell.solve_from_rest(stretch);
@@ -86,7 +86,7 @@ fn loop_work(cell: &Cell<f64>) -> f64 {
 
 #[test]
 fn a_closed_strain_path_returns_all_work_for_the_conservative_laws() {
-    for law in [Variant::Variational, Variant::Kawabata] {
+    for law in [CurveLaw::Variational, CurveLaw::Kawabata] {
         for cell in cells(law) {
             let lost = loop_work(&cell);
             assert!(lost.abs() < 1e-9, "{law:?}: {lost:e}");
@@ -99,7 +99,7 @@ fn a_closed_strain_path_returns_all_work_for_the_conservative_laws() {
 #[test]
 fn the_published_law_does_not_return_all_work() {
     // Tension as in-plane force: 0.05–0.3 %. Its projection loses a hundredth of that.
-    for (law, least, most) in [(Variant::PublishedTension, 5e-4, 3e-3), (Variant::PublishedProjected, 5e-6, 5e-4)] {
+    for (law, least, most) in [(CurveLaw::Published, 5e-4, 3e-3), (CurveLaw::Projected, 5e-6, 5e-4)] {
         for compression in CROSSOVERS {
             let lost = loop_work(&Cell::new(&s720(law, compression))).abs();
             eprintln!("{law:?}, compression {}: {:.4} % of the stored energy", compression.is_some(), 100.0 * lost);
@@ -113,11 +113,11 @@ fn work_from_rest_is_the_stored_energy_for_the_conservative_laws_only() {
     let far = [1.035, 1.03];
     let gap = |cell: &Cell<f64>| work(cell, [1.0; 2], far) / stored(cell, &cell.solve_from_rest(far)) - 1.0;
     for compression in CROSSOVERS {
-        for law in [Variant::Variational, Variant::Kawabata] {
+        for law in [CurveLaw::Variational, CurveLaw::Kawabata] {
             let gap = gap(&Cell::new(&s720(law, compression)));
             assert!(gap.abs() < 1e-9, "{law:?}: {gap:e}");
         }
-        let gap = gap(&Cell::new(&s720(Variant::PublishedTension, compression)));
+        let gap = gap(&Cell::new(&s720(CurveLaw::Published, compression)));
         assert!((1e-3..5e-2).contains(&gap.abs()), "{gap:e}");
     }
 }

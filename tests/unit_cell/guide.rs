@@ -52,7 +52,7 @@ fn heights_are_foretold_to_first_order_in_every_law() {
 
 #[test]
 fn a_guided_step_takes_an_evaluation_less_and_finds_the_same() {
-    let cell = Cell::<f64>::new(&s720(Variant::PublishedTension, CROSSOVERS[1]));
+    let cell = Cell::<f64>::new(&s720(CurveLaw::Published, CROSSOVERS[1]));
     let mut random = Random(7);
     let (mut guided, mut cold) = (0.0, 0.0);
     for _ in 0..1000 {

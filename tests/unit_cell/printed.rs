@@ -26,10 +26,10 @@ fn row(got: &Solved, heights: Option<[&str; 2]>, tensions: [&str; 2], force: &st
 
 #[test]
 fn derived_values_of_both_fabrics() {
-    let s720 = Cell::<f64>::new(&s720(Variant::PublishedTension, None)).exact;
+    let s720 = Cell::<f64>::new(&s720(CurveLaw::Published, None)).exact;
     let y = [1500.0, 1500.0].map(|denier: f64| 96e9 * (denier / 9e6) / 1440.0);
     let yarns = [yarn(y[0], 0.0254 / 34.0, 0.0176), yarn(y[1], 0.0254 / 34.0, 0.0094)];
-    let s728 = Cell::<f64>::new(&fabric(yarns, Variant::PublishedTension, 0.0, None)).exact;
+    let s728 = Cell::<f64>::new(&fabric(yarns, CurveLaw::Published, 0.0, None)).exact;
     for (cell, [ea, w0, h1, h2]) in
         [(s720, ["10518.5", "0.63500", "0.120343", "0.095816"]), (s728, ["11111.1", "0.74706", "0.127017", "0.092545"])]
     {
@@ -43,15 +43,15 @@ fn derived_values_of_both_fabrics() {
 #[test]
 fn biaxial_rows() {
     let at = |law, compression, warp| Cell::<f64>::new(&s720(law, compression)).solve_from_rest([warp, 1.0]);
-    let published = at(Variant::PublishedTension, None, 1.010);
+    let published = at(CurveLaw::Published, None, 1.010);
     row(&published, Some(["0.105521", "0.110638"]), ["50.0251", "47.4183"], "25.0347");
-    let published = at(Variant::PublishedTension, None, 1.040);
+    let published = at(CurveLaw::Published, None, 1.040);
     row(&published, Some(["0.077421", "0.138739"]), ["277.5448", "154.8446"], "100.5288");
-    row(&at(Variant::Variational, None, 1.010), None, ["50.0444", "47.3978"], "19.8285");
-    let kawabata = at(Variant::Kawabata, None, 1.010);
+    row(&at(CurveLaw::Variational, None, 1.010), None, ["50.0444", "47.3978"], "19.8285");
+    let kawabata = at(CurveLaw::Kawabata, None, 1.010);
     row(&kawabata, Some(["0.116967", "0.122588"]), ["50.0246", "47.3498"], "17.9505");
     let soft = Some(Compression { a: 1e-4, b: 0.192_585_679e-3 });
-    let compressible = at(Variant::PublishedTension, soft, 1.010);
+    let compressible = at(CurveLaw::Published, soft, 1.010);
     row(&compressible, Some(["0.0944415", "0.1007695"]), ["16.2322", "15.1238"], "7.3160");
 }
 
@@ -67,7 +67,7 @@ fn free_weft(cell: &Cell<f64>, warp: f64) -> f64 {
 
 #[test]
 fn uniaxial_extension_with_a_free_weft() {
-    for law in [Variant::PublishedTension, Variant::Variational] {
+    for law in [CurveLaw::Published, CurveLaw::Variational] {
         let cell = Cell::<f64>::new(&s720(law, None));
         // Crimp interchange: the warp takes nothing while the weft can follow.
         digits(free_weft(&cell, 1.010), "0.989216");
@@ -92,7 +92,7 @@ fn uniaxial_extension_with_a_free_weft() {
 
 #[test]
 fn the_resting_rigid_cell_is_softer_than_the_straight_yarn() {
-    let cell = Cell::<f64>::new(&s720(Variant::PublishedTension, None));
+    let cell = Cell::<f64>::new(&s720(CurveLaw::Published, None));
     // Small-strain wave along one yarn over the straight-yarn wave, √(dN/dε/EA).
     let stretch = 1e-6;
     let slope = cell.solve_from_rest([1.0 + stretch, 1.0]).tension[0] / stretch;

@@ -5,7 +5,7 @@ use serde_json::Value;
 
 struct Record {
     place: String,
-    fabric: ripstop::case::Fabric,
+    fabric: Woven,
     stretch: [f64; 2],
     tension: [f64; 2],
     in_plane: [f64; 2],
@@ -24,10 +24,10 @@ fn records() -> Vec<Record> {
 fn record(index: usize, value: &Value) -> Vec<Record> {
     let number = |key: &str| value[key].as_f64().unwrap();
     let pair = |suffix: &str| ["warp", "weft"].map(|y| number(&format!("{y}_{suffix}")));
-    let laws: &[(Variant, &str)] = match value["law"].as_str().unwrap() {
-        "published" => &[(Variant::PublishedTension, "in_plane_n"), (Variant::PublishedProjected, "projected_n")],
-        "variational" => &[(Variant::Variational, "in_plane_n")],
-        "kawabata" => &[(Variant::Kawabata, "in_plane_n")],
+    let laws: &[(CurveLaw, &str)] = match value["law"].as_str().unwrap() {
+        "published" => &[(CurveLaw::Published, "in_plane_n"), (CurveLaw::Projected, "projected_n")],
+        "variational" => &[(CurveLaw::Variational, "in_plane_n")],
+        "kawabata" => &[(CurveLaw::Kawabata, "in_plane_n")],
         other => panic!("record {index}: law {other}"),
     };
     let yarns = ["warp", "weft"].map(|y| {
@@ -37,7 +37,7 @@ fn record(index: usize, value: &Value) -> Vec<Record> {
     let rigid = value["rigid"].as_bool().unwrap();
     let compression = (!rigid).then(|| Compression { a: number("a_mm") * 1e-3, b: number("b_mm_n13") * 1e-3 });
     let slack = value["warp_height_mm"].is_null();
-    let build = |&(law, in_plane): &(Variant, &str)| Record {
+    let build = |&(law, in_plane): &(CurveLaw, &str)| Record {
         place: format!("record {index}: {law:?} {} {:?} rigid {rigid}", value["fabric"], pair("stretch")),
         fabric: fabric(yarns.clone(), law, number("gap_mm") * 1e-3, compression),
         stretch: pair("stretch"),

@@ -30,7 +30,7 @@ pub(super) fn scenes() -> impl Strategy<Value = Option<Value>> {
 
 /// A fabric file that comes with the program, or a data ply type.
 fn fabric() -> impl Strategy<Value = Value> {
-    let law = select(vec!["published", "variational", "kawabata"]);
+    let law = select(vec!["published", "variational"]);
     let yarn = || [number(0.003..0.03), number(10.0..40.0)];
     let ply_type = (log(200.0..3000.0), number(60.0..180.0), number(0.02..0.045), yarn(), yarn(), law);
     let ply_type = ply_type.prop_map(|(denier, modulus, strain, warp, weft, law)| {

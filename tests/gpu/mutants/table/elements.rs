@@ -64,7 +64,7 @@ pub(super) const MUTANTS: &[Mutant] = &[
     mutant("bit of the warp for the weft", "Variational, compressible", "(word & 2u) != 0u", "(word & 1u) != 0u"),
     mutant(
         "kick instead of span at the first step",
-        "PublishedProjected, rigid",
+        "Variational, rigid",
         "0.5 * step.span * power",
         "0.5 * step.kick * power",
     ),
@@ -292,22 +292,12 @@ pub(super) const MUTANTS: &[Mutant] = &[
     mutant("drag released with a yarn", "Variational, compressible", "elastic + acting.drag, was)", "elastic, was)"),
     mutant(
         "law's energy of the other yarn",
-        "PublishedTension, compressible",
+        "Published, compressible",
         "let at = i * LAW_COUNT + j;",
         "let at = j * LAW_COUNT + i;",
     ),
-    mutant(
-        "law's energy of the next place",
-        "PublishedTension, compressible",
-        "let x = place.x - f32(i);",
-        "let x = 1.0;",
-    ),
-    mutant(
-        "law's energy of broken cells gone",
-        "PublishedTension, compressible",
-        "if (LAW_ENERGY && both) {",
-        "if (false) {",
-    ),
+    mutant("law's energy of the next place", "Published, compressible", "let x = place.x - f32(i);", "let x = 1.0;"),
+    mutant("law's energy of broken cells gone", "Published, compressible", "if (LAW_ENERGY && both) {", "if (false) {"),
     mutant(
         "load of broken yarns",
         "Variational, compressible",
