@@ -33,7 +33,7 @@
 //!
 //! # Features
 //!
-//! All are on by default, but the last two.
+//! All are on by default, but the last.
 //!
 //! | feature | what it adds | without it |
 //! |---|---|---|
@@ -41,7 +41,6 @@
 //! | `frames` | files of frames for ParaView: `output::frames::Recorder` | frames in memory stay |
 //! | `report` | the page `report.html`: `output::report` | `shot.svg` stays |
 //! | `cli` | the program `ripstop`, with its studies; needs the three above | a library alone |
-//! | `parquet` | tables of shots and sweeps as Parquet too | CSV |
 //! | `quick-build` | nothing: kernels are compiled for fewer processors | |
 //!
 //! ```toml

@@ -24,7 +24,6 @@ fn main() -> ExitCode {
         Command::Verify(arguments) => cli::verify::verify(&arguments),
         Command::Validate(arguments) => cli::validate::validate(&arguments),
         Command::Compare(arguments) => cli::compare::compare(&arguments),
-        Command::Diff(arguments) => cli::diff::diff(&arguments),
         Command::Fit(arguments) => cli::fit::fit(&arguments),
         Command::Shots(arguments) => cli::shots::shots(&arguments),
         Command::V50(arguments) => cli::v50::v50(&arguments),

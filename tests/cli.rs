@@ -9,7 +9,6 @@ mod campaigns;
 mod colours;
 mod completions;
 mod crossover;
-mod diff;
 mod exit_codes;
 mod expectations;
 mod faults;

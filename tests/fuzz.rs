@@ -1,6 +1,6 @@
 //! What fuzzers have found, and what they began with, once more.
 //!
-//! Promise: any case, changes of it, fabric file, checkpoint, frame beside a checkpoint, run or curve to compare is taken or refused
+//! Promise: any case, changes of it, fabric file, checkpoint, or frame beside a checkpoint is taken or refused
 //! in words. Nothing panics, and nothing goes on for ever.
 //! Red when: one of the inputs under `tests/fuzz/corpora` panics, or the program ends with it in another way than by an exit code of
 //! its own. Every finding is one of them; what mended it has a test of its own where it belongs.
@@ -9,7 +9,7 @@
 pub(crate) mod targets;
 
 use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::{Command, Output, Stdio};
 
 use crate::support::Random;
@@ -97,11 +97,6 @@ fn frames_beside_a_checkpoint_are_read_or_refused() {
     replay("frames", targets::frames, 5);
 }
 
-#[test]
-fn runs_and_curves_are_compared_or_refused() {
-    replay("diff", targets::diff, 20);
-}
-
 /// Runs the program in a folder; it ends by itself, with an exit code that is documented.
 fn program(folder: &Path, arguments: &[&str]) -> Output {
     let mut command = Command::new(env!("CARGO_BIN_EXE_ripstop"));
@@ -114,7 +109,7 @@ fn program(folder: &Path, arguments: &[&str]) -> Output {
 
 /// What is printed is not in the library.
 #[test]
-fn the_program_takes_every_case_and_every_comparison_or_says_why_not() {
+fn the_program_takes_every_case_or_says_why_not() {
     for (name, bytes) in corpus("case") {
         let folder = targets::folder();
         let parts = targets::parts(&bytes);
@@ -129,19 +124,6 @@ fn the_program_takes_every_case_and_every_comparison_or_says_why_not() {
         let sets: Vec<String> =
             sets.lines().filter(|set| !set.contains('\0')).take(6).map(|set| format!("--set={set}")).collect();
         let arguments: Vec<&str> = ["check", "shot.json"].into_iter().chain(sets.iter().map(String::as_str)).collect();
-        let _told = Told { target: "program", name, bytes };
-        program(folder.path(), &arguments);
-    }
-    for (name, bytes) in corpus("diff") {
-        let folder = targets::folder();
-        let Some(((options, columns), [a, b])) = targets::lay_out_diff(folder.path(), &bytes) else { continue };
-        let mut arguments: Vec<String> = vec!["diff".to_owned()];
-        arguments.extend([a, b].map(|path: PathBuf| path.to_string_lossy().into_owned()));
-        arguments.extend(["-o", "out"].map(str::to_owned));
-        arguments.push(format!("--shift={}", options.shift_us));
-        arguments.extend(options.within.map(|within| format!("--within={}", 100.0 * within)));
-        arguments.extend(columns.iter().filter(|c| !c.contains('\0')).map(|column| format!("--column={column}")));
-        let arguments: Vec<&str> = arguments.iter().map(String::as_str).collect();
         let _told = Told { target: "program", name, bytes };
         program(folder.path(), &arguments);
     }

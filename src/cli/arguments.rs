@@ -11,9 +11,7 @@ use ripstop::run::{Precision, Skips};
 use super::campaign_arguments::{ShotsArguments, SweepArguments, V50Arguments};
 use super::choice::{LAWS, PRECISIONS, one_of};
 use super::range::{StretchRange, interval};
-use super::study_arguments::{
-    BenchArguments, CompareArguments, DiffArguments, FitArguments, ValidateArguments, VerifyArguments,
-};
+use super::study_arguments::{BenchArguments, CompareArguments, FitArguments, ValidateArguments, VerifyArguments};
 
 /// The whole command line.
 #[derive(Debug, Parser)]
@@ -54,15 +52,13 @@ pub(crate) enum Command {
     Validate(ValidateArguments),
     /// CPU and GPU from the same state, kernel by kernel: the first difference
     Compare(CompareArguments),
-    /// Runs and measured curves against the first of them: results, keys of the case, curves over each other
-    Diff(DiffArguments),
     /// Shots that perforated or were stopped: V50, scatter, intervals
     Fit(FitArguments),
     /// Many shots of a case: one table, one page
     Shots(ShotsArguments),
     /// The velocity at which half of all shots perforate, with its interval, from a case
     V50(V50Arguments),
-    /// Shots or a V50 at every point of a grid, or at Sobol's points, of any keys of a case
+    /// Shots or a V50 at every point of a grid over any keys of a case
     Sweep(SweepArguments),
     /// What this machine offers and what `--backend auto` would choose
     Info(InfoArguments),

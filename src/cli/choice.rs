@@ -5,7 +5,6 @@ use ripstop::model::unit_cell_curve::CurveLaw;
 use ripstop::num::link::Link;
 use ripstop::run::Precision;
 use ripstop::study::interval::Interval;
-use ripstop::study::v50::Design;
 
 /// Word, help, meaning.
 pub(crate) type Choice<T> = (&'static str, &'static str, T);
@@ -20,15 +19,6 @@ pub(crate) const LAWS: &[Choice<CurveLaw>] = &[
     ("projected", "The paper's with T cos α in the plane", CurveLaw::Projected),
     ("variational", "Sinusoidal yarns, forces conjugate to the arc length", CurveLaw::Variational),
     ("kawabata", "Saw-tooth cell", CurveLaw::Kawabata),
-];
-
-/// How velocities are chosen.
-pub(crate) const DESIGNS: &[Choice<Design>] = &[
-    ("thresholds", "Every realisation's own threshold", Design::Thresholds),
-    ("langlie", "Langlie's one-shot design", Design::Langlie),
-    ("updown", "Up and down", Design::UpDown),
-    ("neyer", "Neyer's D-optimal design", Design::Neyer),
-    ("3pod", "Three-phase optimal design", Design::ThreePod),
 ];
 
 /// Distribution of the thresholds.

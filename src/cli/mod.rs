@@ -10,7 +10,6 @@ pub(crate) mod choice;
 pub(crate) mod compare;
 pub(crate) mod completions;
 pub(crate) mod crossover;
-pub(crate) mod diff;
 pub(crate) mod explain;
 pub(crate) mod failure;
 pub(crate) mod fit;

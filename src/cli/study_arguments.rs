@@ -8,7 +8,7 @@ use ripstop::study::interval::Interval;
 
 use super::arguments::{BackendArguments, BackendChoice};
 use super::choice::{INTERVALS, LINKS, one_of};
-use super::range::{level, percent, shift};
+use super::range::level;
 
 /// `ripstop bench`
 #[derive(Args, Debug)]
@@ -181,48 +181,6 @@ pub(crate) struct CompareArguments {
     /// Change of the case, checked like the file; may be given again
     #[arg(long = "set", value_name = "/POINTER=VALUE")]
     pub(crate) sets: Vec<String>,
-    /// Print JSON
-    #[arg(long)]
-    pub(crate) json: bool,
-}
-
-/// `ripstop diff`
-#[derive(Args, Debug)]
-#[command(after_help = "Examples:
-  ripstop diff out/shot out/shot-f32
-  ripstop diff out/shot camera.csv -o out/against-camera
-  ripstop diff out/shot camera.csv --column 'Ch 1=velocity_km_s' --shift -12.5
-  ripstop diff out/shot out/new --within 2 --json | jq .pass
-
-A table is CSV with a heading and a column of times: time_us, time_ms, time_s. Headings are columns of history.csv, in its \
-unit or another (velocity_m_s, velocity_ft_s, deflection_mm, force_kn); others are compared where both have them.
-
-Curves are compared where both are known, straight between their rows, never extrapolated. The first contact \
-force of a run, an impulse over one step, is left out. --within judges outcome, residual and \
-rebound velocity, stop time, absorbed energy, largest deflection, and of the curves velocity, displacement and deflection (all \
-common ones where there is none of these), by their largest difference over the largest magnitude of A. With --column NAME it \
-judges the curves named and nothing else. The exit code is 1 if one differs by more.
-
-DIR gets diff.csv (all curves at all times), diff.svg (curves over each other) and diff.html (tables and figures).")]
-pub(crate) struct DiffArguments {
-    /// Folder of a run, its history.csv, or a CSV of a measured curve; the first is what the others are held against
-    #[arg(value_name = "RUN|CSV", required = true, num_args = 2..=ripstop::study::diff::MAX_INPUTS)]
-    pub(crate) inputs: Vec<PathBuf>,
-    /// Compare this column only; HEADING=NAME says what a heading of a table stands for; may be given again
-    #[arg(long = "column", value_name = "NAME|HEADING=NAME")]
-    pub(crate) columns: Vec<String>,
-    /// Exit with 1 where something judged differs by more
-    #[arg(long, value_name = "PERCENT", value_parser = percent, allow_hyphen_values = true)]
-    pub(crate) within: Option<f64>,
-    /// Add to the times of all but the first [µs], for a camera whose clock starts elsewhere
-    #[arg(long, value_name = "US", value_parser = shift, default_value = "0", hide_default_value = true, allow_hyphen_values = true)]
-    pub(crate) shift: f64,
-    /// Folder for diff.csv, diff.svg and diff.html [default: none is written]
-    #[arg(long, short, value_name = "DIR")]
-    pub(crate) out: Option<PathBuf>,
-    /// Print nothing but errors
-    #[arg(long, short)]
-    pub(crate) quiet: bool,
     /// Print JSON
     #[arg(long)]
     pub(crate) json: bool,

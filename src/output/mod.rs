@@ -22,8 +22,6 @@ pub mod history;
 mod lock;
 #[doc(hidden)]
 pub mod number;
-#[cfg(feature = "parquet")]
-pub(crate) mod parquet;
 mod picture;
 #[cfg(feature = "report")]
 pub mod report;

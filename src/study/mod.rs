@@ -3,7 +3,6 @@
 //! - [`outcomes`] counts what became of shots; [`link`](crate::num::link) is how the chance of a perforation grows with velocity.
 //! - [`binary_response`] fits V50 and scatter, [`interval`] says how sure they are, [`arithmetic_v50`] is what standards ask for.
 //! - [`residual_fit`] finds the limit from residual velocities.
-//! - [`designs`] choose the velocity of the next shot.
 //! - [`weibull`](crate::num::weibull) is for what varies between shots.
 //! - [`batch`] computes many shots of a case; [`shots`] is `ripstop shots`, [`v50`] is `ripstop v50`, [`sweep`] runs either at many points.
 //! - [`fit`] is `ripstop fit`: a table of shots in, all of that out.
@@ -15,8 +14,6 @@ pub mod batch;
 pub mod bench;
 pub mod binary_response;
 pub mod compare;
-pub mod designs;
-pub mod diff;
 mod error;
 pub mod fit;
 pub mod interval;

@@ -15,7 +15,7 @@ const TOLERANCES: &str = "tolerances of GPU against CPU";
 /// Made in other tests, which compute the same anyway, and call [`hold`].
 const BY_OTHERS: [&str; 6] = [
     "coverage of intervals from thresholds, 10 000 synthetic campaigns",
-    "coverage of intervals, 10 000 synthetic ranges",
+    "coverage of intervals, 6000 synthetic ranges",
     "ripstop validate --backend cpu --markdown",
     "ripstop bench --objectivity --markdown, from benches/objectivity.json",
     "ripstop bench --objectivity --markdown, from benches/objectivity-converged.json",

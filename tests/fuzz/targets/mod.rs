@@ -4,7 +4,6 @@
 
 mod case;
 mod checkpoint;
-mod diff;
 mod frames;
 mod sealed;
 
@@ -15,7 +14,6 @@ use tempfile::TempDir;
 
 pub(crate) use case::case;
 pub(crate) use checkpoint::checkpoint;
-pub(crate) use diff::{diff, lay_out as lay_out_diff};
 pub(crate) use frames::frames;
 pub(crate) use sealed::Plain;
 
