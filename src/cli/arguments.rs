@@ -83,7 +83,7 @@ pub(crate) enum Command {
 
 DIR gets report.html (open it in a browser: verdict, trust, figures, playback), summary.json, \
 history.csv, events.csv, case.json (the case as run), shot.svg (a picture), plies.csv of a pack, \
-profiles.csv where the case asks for profiles, and frames.vtkhdf where there are frames. \
+profiles.csv where the case asks for profiles, and frames.pvd where there are frames. \
 The first Ctrl-C writes them up to that moment, the second ends at once.")]
 pub(crate) struct RunArguments {
     /// Case files, run one after the other; - is standard input
@@ -115,12 +115,9 @@ pub(crate) struct RunArguments {
     /// Write no report.html
     #[arg(long)]
     pub(crate) no_report: bool,
-    /// Frames for ParaView, evenly from impact to the end of the run, in frames.vtkhdf [default: /output/frames of the case]
+    /// Frames for ParaView, evenly from impact to the end of the run, in frames.pvd [default: /output/frames of the case]
     #[arg(long, value_name = "N")]
     pub(crate) frames: Option<u32>,
-    /// Frames also as frames.pvd with a series of .vtu files
-    #[arg(long)]
-    pub(crate) vtu: bool,
     /// Leave a checkpoint in DIR every so many simulated µs, and at Ctrl-C, for `ripstop resume DIR`; it goes when the run ends
     #[arg(long, value_name = "US", value_parser = interval)]
     pub(crate) checkpoint_every: Option<f64>,
@@ -197,9 +194,6 @@ pub(crate) struct ResumeArguments {
     /// Write no report.html
     #[arg(long)]
     pub(crate) no_report: bool,
-    /// Frames also as frames.pvd with a series of .vtu files, whatever the run began with
-    #[arg(long)]
-    pub(crate) vtu: bool,
     /// Print nothing but errors
     #[arg(long, short)]
     pub(crate) quiet: bool,

@@ -12,7 +12,7 @@ use ripstop::model::{Model, over};
 use wgpu::naga;
 
 use super::modules;
-use crate::support::{RUN_LAWS, patch};
+use crate::support::{SOLVER_LAWS, patch};
 
 /// The numbers of a constant expression.
 fn numbers(module: &Module, at: naga::Handle<naga::Expression>) -> Vec<f64> {
@@ -177,7 +177,7 @@ fn states_of_a_contact_differ_and_a_fresh_one_is_away() {
 
 #[test]
 fn the_variational_law_is_the_one_of_the_case() {
-    let variational = RUN_LAWS.map(|law| {
+    let variational = SOLVER_LAWS.map(|law| {
         let mut case = patch::case(1, 1);
         case.fabric.crossover.law = law;
         let terms = Model::<f32>::new(&case).unwrap().features();

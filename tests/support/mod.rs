@@ -13,11 +13,12 @@ use ripstop::model::unit_cell_curve::{CurveLaw, parameters};
 use ripstop::num::scalar::Scalar;
 use ripstop::with_curve_law;
 
-/// Every law of a unit cell.
+/// Every law kernel there is.
 pub(crate) const LAWS: [CurveLaw; 4] =
     [CurveLaw::Published, CurveLaw::Projected, CurveLaw::Variational, CurveLaw::Kawabata];
-/// Laws of a run.
-pub(crate) const RUN_LAWS: [Law; 2] = [Law::Published, Law::Variational];
+
+/// Laws of the solver.
+pub(crate) const SOLVER_LAWS: [Law; 2] = [Law::Published, Law::Variational];
 
 /// Compression of the crossover: rigid, and the project's assumed constants (a in m, b in m·N^(1/3)).
 pub(crate) const CROSSOVERS: [Option<Compression>; 2] = [None, Some(Compression { a: 1e-4, b: 1e-4 })];
@@ -122,8 +123,6 @@ pub(crate) fn s720(law: CurveLaw, compression: Option<Compression>) -> Woven {
 /// The unit cell of a fabric as one number type sees it.
 pub(crate) struct Cell<R> {
     pub(crate) law: CurveLaw,
-    /// Whether the fast iteration comes first.
-    fast: bool,
     /// In double precision.
     pub(crate) exact: UnitCellParameters<f64>,
     pub(crate) constants: UnitCellParameters<R>,
@@ -144,15 +143,10 @@ pub(crate) struct Solved {
 
 impl<R: Scalar> Cell<R> {
     pub(crate) fn new(woven: &Woven) -> Self {
-        Self::with(woven, true)
-    }
-
-    /// A cell whose joint iteration comes first, or not.
-    pub(crate) fn with(woven: &Woven, fast: bool) -> Self {
         let law = woven.law;
         let exact = parameters(&woven.fabric, law);
         let constants = with_curve_law!(law, L => UnitCellParameters::cast::<L>(&exact));
-        Self { law, fast, exact, constants }
+        Self { law, exact, constants }
     }
 
     /// Solves for stretches Λ from heights [m]; `both`: both yarns are alive and present.
@@ -180,10 +174,7 @@ impl<R: Scalar> Cell<R> {
     fn equilibrium(&self, stretch: [f64; 2], warm: [f64; 2], both: bool) -> Equilibrium<R> {
         let excess = stretch.map(|s| R::splat(s - 1.0));
         let warm = warm.map(R::splat);
-        with_curve_law!(self.law, L => {
-            let solve = if self.fast { crossover::solve::<R, L> } else { crossover::solve_safeguarded::<R, L> };
-            solve(&self.constants, excess, warm, both)
-        })
+        with_curve_law!(self.law, L => crossover::solve::<R, L>(&self.constants, excess, warm, both))
     }
 
     /// Solves with both yarns alive from the heights at rest.

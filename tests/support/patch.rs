@@ -105,10 +105,6 @@ impl<S: Scalar> Patch<S> {
         }
     }
 
-    pub(crate) fn displacements(&self) -> Vec<Vector> {
-        self.nodes().into_iter().map(|(row, column)| self.state.displacement(row, column)).collect()
-    }
-
     /// Marks a yarn (0 warp, 1 weft) of an element as failed.
     pub(crate) fn kill(&mut self, row: usize, column: usize, yarn: usize) {
         self.state.elements.set(row, element::ALIVE + yarn, column + 1, S::splat(0.0));

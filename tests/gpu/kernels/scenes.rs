@@ -13,7 +13,7 @@ use ripstop::solver::state::State;
 use packs::Group;
 
 use crate::support::patch::{self, affine};
-use crate::support::{CROSSOVERS, RUN_LAWS, Random};
+use crate::support::{CROSSOVERS, Random, SOLVER_LAWS};
 
 /// A state, and which kernels have something to do in it.
 pub(crate) struct Scene {
@@ -51,7 +51,7 @@ const DEFORMATIONS: [([f64; 3], [f64; 3], f64); 8] = [
 /// Every law, rigid and compressible, with the other terms in turn.
 pub(crate) fn element_scenes() -> Vec<Scene> {
     let mut out = Vec::new();
-    for (n, law) in RUN_LAWS.into_iter().chain(RUN_LAWS).enumerate() {
+    for (n, law) in SOLVER_LAWS.into_iter().chain(SOLVER_LAWS).enumerate() {
         for (c, compression) in CROSSOVERS.into_iter().enumerate() {
             let at = 2 * n + c;
             let mut case = patch::case(7, 5);
