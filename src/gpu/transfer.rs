@@ -205,11 +205,6 @@ impl DeviceStepper<'_> {
         self.read_part(name, 0, self.sizes.bytes(name))
     }
 
-    /// The words of the first sample.
-    pub(crate) fn read_sample(&self) -> Result<Vec<u32>, DeviceError> {
-        self.read_part(BufferId::Samples, 0, 4 * self.sizes.sample_words() as u64)
-    }
-
     pub(crate) fn read_part(&self, name: BufferId, offset: u64, size: u64) -> Result<Vec<u32>, DeviceError> {
         self.read_copies(&[(name, [offset, size])])
     }

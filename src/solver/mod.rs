@@ -35,7 +35,7 @@ use crate::num::simd::Vectors;
 use crate::solver::active_region::ActiveRegion;
 use crate::solver::energy_balance::EnergyBalance;
 use crate::solver::state::{Rows, State, split};
-pub(crate) use divergence::{diagnose, excess, find_divergence, flying};
+pub(crate) use divergence::{diagnose, excess, flying};
 pub use divergence::{elements, nodes};
 pub use failure::evaluate_failure;
 pub use kernels::{KernelScalar, RowKernels};
@@ -46,7 +46,7 @@ use projectile::ProjectileContact;
 pub(crate) use projectile::row_positions;
 pub use projectile::{fabric_between, node_position, node_stands};
 pub use start::Given;
-pub(crate) use start::{MEASURABLE, given, rounding, set_up};
+pub(crate) use start::{given, set_up};
 pub use stopwatch::{Phase, Stopwatch};
 use sweep::{Passes, Sweep};
 

@@ -9,7 +9,6 @@
 
 pub mod choice;
 pub mod error;
-pub mod objectivity;
 pub mod plot;
 pub mod report;
 

@@ -10,6 +10,7 @@ mod projectile;
 mod reach;
 mod rim;
 
+use super::scales::Scales;
 use nalgebra::Vector3;
 use ripstop::gpu::Device;
 use ripstop::gpu::buffers::BufferId;
@@ -22,7 +23,6 @@ use ripstop::solver::active_region::ActiveRegion;
 use ripstop::solver::energy_balance::EnergyBalance;
 use ripstop::solver::state::State;
 use ripstop::solver::{self, Context, FailureEvent, StepTotals};
-use ripstop::study::compare::Scales;
 
 use super::scenes::Scene;
 use super::seen::Seen;
