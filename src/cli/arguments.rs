@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::{ArgAction, Args, Parser, Subcommand, ValueEnum, builder::RangedU64ValueParser};
 
 use clap_complete::Shell;
-use ripstop::case::Law;
+use ripstop::model::unit_cell_curve::CurveLaw;
 use ripstop::run::{Precision, Skips};
 
 use super::campaign_arguments::{ShotsArguments, SweepArguments, V50Arguments};
@@ -310,7 +310,7 @@ pub(crate) struct CrossoverArguments {
     pub(crate) weft_stretch: StretchRange,
     /// Unit-cell law [default: the case's]
     #[arg(long, value_parser = one_of(LAWS))]
-    pub(crate) law: Option<Law>,
+    pub(crate) law: Option<CurveLaw>,
     /// Change of the case, checked like the file; may be given again
     #[arg(long = "set", value_name = "/POINTER=VALUE")]
     pub(crate) sets: Vec<String>,

@@ -110,9 +110,7 @@ impl DeviceStepper<'_> {
             true => fields(element::COUNT, element::VISCOUS),
             false => vec![0.0; 2 * self.sizes.elements as usize],
         };
-        if self.features.windows {
-            (0..2).for_each(|_| yarns.extend(fields(strains, element::STRAIN)));
-        }
+        (0..2).for_each(|_| yarns.extend(fields(strains, element::STRAIN)));
         if let Some(strength) = &model.strength {
             for yarn in 0..2 {
                 let places = (0..self.grid.element_rows())

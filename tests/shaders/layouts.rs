@@ -139,8 +139,6 @@ fn grid_lines_add_up_to_mass_and_extent() {
             assert_eq!(lines[elements - 1].width, lines[elements].width, "what follows is as wide as the last element");
         }
     }
-    let even = Model::<f32>::new(&builtin("cases/s720-1ply-155.json", &[])).unwrap();
-    assert_eq!(layout::lines(&even).len(), 1, "no kernel reads it");
 }
 
 /// Coordinates begin at the hit, or at the mirror planes through it, so that lines there keep their digits.

@@ -315,8 +315,7 @@ pub fn line(ply_type: &PlyType<f32>, from: &Vector3<f64>, axis: usize, line: usi
     let place = |line: usize| mesh.reference(line * axis, line * (1 - axis))[axis] - from;
     let width = mesh.widths(element * axis, element * (1 - axis))[axis];
     let yarn = ply_type.failure_reach.side_by_side(mesh, axis, element);
-    let breaking =
-        ply_type.windows.as_ref().map_or(element..element + 1, |windows| windows[axis].breaking[element].clone());
+    let breaking = &ply_type.windows[axis].breaking[element];
     Line {
         place: (if line > last { place(last) + width * mesh.length[axis] } else { place(line) }) as f32,
         width: width as f32,
@@ -329,12 +328,8 @@ pub fn line(ply_type: &PlyType<f32>, from: &Vector3<f64>, axis: usize, line: usi
     }
 }
 
-/// Grid lines of graded meshes, or of elements narrower than a yarn, shape (ply types, axes, room for the longest axis), in whole rows of the
-/// texture; else one line that no kernel reads.
+/// Grid lines, shape (ply types, axes, room for the longest axis), in whole rows of the texture.
 pub fn lines(model: &Model<f32>) -> Vec<Line> {
-    if !(model.features().graded || model.features().windows) {
-        return vec![Line::default()];
-    }
     let room = model.grid.columns.max(model.grid.rows) + 2;
     let (mut out, from) = (Vec::new(), device_origin(model));
     for ply_type in &model.ply_types {

@@ -232,9 +232,7 @@ impl<'a> Pair<'a> {
     fn download(&self) -> Result<State<f32>, String> {
         let mut got = self.scene.state.clone();
         self.gpu.download(0, &self.scene.model, &mut got).map_err(|e| e.to_string())?;
-        if self.scene.model.features().windows {
-            self.download_strains(&mut got)?;
-        }
+        self.download_strains(&mut got)?;
         Ok(got)
     }
 
