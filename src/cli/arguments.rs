@@ -5,13 +5,13 @@ use std::path::PathBuf;
 use clap::{ArgAction, Args, Parser, Subcommand, ValueEnum, builder::RangedU64ValueParser};
 
 use clap_complete::Shell;
-use ripstop::case::Law;
+use ripstop::model::unit_cell_curve::CurveLaw;
 use ripstop::run::{Precision, Skips};
 
 use super::campaign_arguments::{ShotsArguments, SweepArguments, V50Arguments};
 use super::choice::{LAWS, PRECISIONS, one_of};
 use super::range::{StretchRange, interval};
-use super::study_arguments::{BenchArguments, CompareArguments, FitArguments, ValidateArguments, VerifyArguments};
+use super::study_arguments::{BenchArguments, FitArguments, VerifyArguments};
 
 /// The whole command line.
 #[derive(Debug, Parser)]
@@ -46,12 +46,8 @@ pub(crate) enum Command {
     Crossover(CrossoverArguments),
     /// Run time against error of what a user can choose: precision, time step, mesh, unit cell, GPU
     Bench(BenchArguments),
-    /// Run the built-in verification table: unit cell, waves, conservation, the paper's shot, hard scenes
+    /// Run the shipped cases and check what they state: closed forms, conservation, hard scenes
     Verify(VerifyArguments),
-    /// Predictions against closed forms and the paper's two shots
-    Validate(ValidateArguments),
-    /// CPU and GPU from the same state, kernel by kernel: the first difference
-    Compare(CompareArguments),
     /// Shots that perforated or were stopped: V50, scatter, intervals
     Fit(FitArguments),
     /// Many shots of a case: one table, one page
@@ -314,7 +310,7 @@ pub(crate) struct CrossoverArguments {
     pub(crate) weft_stretch: StretchRange,
     /// Unit-cell law [default: the case's]
     #[arg(long, value_parser = one_of(LAWS))]
-    pub(crate) law: Option<Law>,
+    pub(crate) law: Option<CurveLaw>,
     /// Change of the case, checked like the file; may be given again
     #[arg(long = "set", value_name = "/POINTER=VALUE")]
     pub(crate) sets: Vec<String>,
