@@ -3,7 +3,7 @@
 use super::animation::{self, AnimatedPly, Animation, Keyframe};
 use super::breakage::Breakage;
 use super::number::short;
-use super::plot::{self, Plot};
+use super::plot::{self, Figure, Plot};
 use super::summary::residual_velocity;
 use crate::case::{Along, Case, Word};
 use crate::model::unit_cell_curve::{self, CurvePoint};
@@ -20,16 +20,6 @@ const PROFILES: usize = 6;
 const POINTS: usize = 121;
 /// Stretch up to which a cell is drawn whose yarns do not break [-].
 const FAR: f64 = 1.1;
-
-/// A figure.
-pub(super) struct Figure {
-    pub(super) id: &'static str,
-    pub(super) title: &'static str,
-    /// One or two sentences: what is to be seen.
-    pub(super) caption: String,
-    /// `None` where there is nothing to show, and the caption says so in a line.
-    pub(super) plot: Option<Plot>,
-}
 
 /// A line under its name.
 type Line = (String, Vec<[f64; 2]>);
@@ -58,7 +48,7 @@ pub(super) fn velocity(run: &Run) -> Figure {
     let [first, last] = [run.history.first(), run.history.last()].map(|row| row.map_or(0.0, of));
     let caption = format!("From {} to {} m/s along the line of flight.", short(first, 4), short(last, 3));
     let plot = over_time(0.0, "velocity [m/s]", &[line("velocity", &run.history, of)]);
-    Figure { id: "velocity", title: "Projectile velocity", caption: caption.replace('-', "−"), plot: Some(plot) }
+    Figure::new("velocity", "Projectile velocity", caption.replace('-', "−"), Some(plot))
 }
 
 /// Contact force.
@@ -72,7 +62,7 @@ pub(super) fn force(run: &Run) -> Figure {
         format!("Of the fabric on the projectile, mean between rows of the history; at most {force} N, at {time} µs.")
     });
     let plot = peak.map(|_| over_time(0.0, "force [N]", &[line("force", rows, |row| row.contact_force)]));
-    Figure { id: "force", title: "Contact force", caption, plot }
+    Figure::new("force", "Contact force", caption, plot)
 }
 
 /// Failures of yarns.
@@ -89,7 +79,7 @@ pub(super) fn failures(case: &Case, run: &Run) -> Figure {
         let lines: Vec<Line> = lines.map(|(n, name)| line(name, &run.history, |row| row.failed[n] as f64)).collect();
         plot = Some(over_time(5.0, "failures [-]", &lines));
     }
-    Figure { id: "failures", title: "Failed yarns", caption, plot }
+    Figure::new("failures", "Failed yarns", caption, plot)
 }
 
 /// Deflection of the first and the last ply.
@@ -101,7 +91,7 @@ pub(super) fn deflection(animation: &Animation) -> Option<Figure> {
     let lines = plies.iter().map(|ply| (format!("ply {}", animation.plies[*ply].ply + 1), points(*ply)));
     let plot = over_time(0.0, "deflection [mm]", &lines.collect::<Vec<_>>());
     let caption = "Of fabric that hangs on an edge; debris does not count.".to_owned();
-    Some(Figure { id: "deflection", title: "Deflection", caption, plot: Some(plot) })
+    Some(Figure::new("deflection", "Deflection", caption, Some(plot)))
 }
 
 /// Factor and unit in which energies up to this [J] are shown.
@@ -123,7 +113,7 @@ pub(super) fn plies(run: &Run) -> Option<Figure> {
     };
     let lines: Vec<Line> = shown.iter().map(|ply| (format!("ply {}", ply + 1), points(*ply))).collect();
     let caption = "Kinetic and elastic energy of a ply; ply 1 is struck.".to_owned();
-    Some(Figure { id: "plies", title: "Energy of the plies", caption, plot: Some(over_time(0.0, unit, &lines)) })
+    Some(Figure::new("plies", "Energy of the plies", caption, Some(over_time(0.0, unit, &lines))))
 }
 
 /// Every energy, one on the other: together they are what was there.
@@ -174,7 +164,7 @@ pub(super) fn energy(run: &Run) -> Figure {
     } else {
         "One on the other. That the upper edge stays level means that no energy is made or lost."
     };
-    Figure { id: "energy", title: "Where the energy is", caption: caption.to_owned(), plot: Some(plot) }
+    Figure::new("energy", "Where the energy is", caption, Some(plot))
 }
 
 /// Deflection profiles: those the case asks for, else some of the animation's.
@@ -206,7 +196,7 @@ pub(super) fn profiles(case: &Case, run: &Run, animation: Option<&Animation>) ->
         plot.line(&format!("t{n}"), time, points);
     }
     let caption = format!("The struck ply along the {along} through the point of impact, from light to dark in time.");
-    Some(Figure { id: "profile", title: "Deflection profile", caption, plot: Some(plot) })
+    Some(Figure::new("profile", "Deflection profile", caption, Some(plot)))
 }
 
 /// Row of nodes of the struck ply through the point of impact, and its mirror image where half of it is kept: position and deflection [mm].
@@ -256,7 +246,7 @@ pub(super) fn unit_cell(case: &Case) -> Option<Figure> {
          stretch of {FAR}; as Figure 4 of Shahkarami & Vaziri (2006) shows it.",
         fabric.name
     );
-    Some(Figure { id: "unit-cell", title: "One crossing of two yarns, pulled", caption, plot: Some(plot) })
+    Some(Figure::new("unit-cell", "One crossing of two yarns, pulled", caption, Some(plot)))
 }
 
 /// `shot.svg`: the shot at a glance.

@@ -25,9 +25,6 @@ pub(crate) mod page;
 #[cfg(feature = "report")]
 mod playback;
 pub(crate) mod plot;
-pub(crate) mod chart {
-    pub(crate) use super::plot::{Axis as ChartAxis, *};
-}
 #[cfg(feature = "report")]
 pub mod report;
 mod summary;

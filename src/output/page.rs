@@ -6,9 +6,8 @@ use base64::prelude::BASE64_STANDARD;
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 use sha2::{Digest, Sha256};
 
-use super::figures::Figure;
 use super::maps;
-use super::plot::{Axis, SIZE};
+use super::plot::{Axis, Figure, SIZE};
 
 const STYLE: &str = include_str!("page.css");
 
@@ -58,7 +57,7 @@ pub(crate) fn table(class: &str, heads: &[&str], rows: impl IntoIterator<Item = 
 }
 
 /// A figure with its words for those who do not see it, the axes from which the script reads values, and its legend.
-pub(super) fn figure(figure: &Figure) -> Markup {
+pub(crate) fn figure(figure: &Figure) -> Markup {
     let Figure { id, title, caption, plot } = figure;
     let Some(plot) = plot else {
         return html! { p class="plot nothing" id=(id) { b { (title) ":" } " " (caption) } };

@@ -1,10 +1,12 @@
 //! Plots as SVG: axes, lines, areas and words. Shapes carry classes; their colours are those of the page, or of [`STYLE`] in a file of
 //! its own.
 
-/// Style of plots on white.
+/// Style of plots on white, for files of their own.
 pub(crate) const STYLE: &str = ".grid { stroke: #222; stroke-opacity: 0.1; } .frame { fill: none; stroke: #888; } text { fill: #222; } \
-    .curve { fill: none; stroke-width: 2; } .k0 { stroke: #1f5fae; } .k1 { stroke: #cc5a0a; } .t0 { stroke: #a9c9ea; } \
-    .t1 { stroke: #7fb0de; } .t2 { stroke: #5593cd; } .t3 { stroke: #3075b5; } .t4 { stroke: #185795; } .t5 { stroke: #07345f; }";
+    .curve { fill: none; stroke: currentColor; stroke-width: 2; } .dashed { stroke-dasharray: 7 4; } .interval { stroke-opacity: 0.45; } \
+    .dot { fill: currentColor; fill-opacity: 0.35; stroke: currentColor; } .bar { fill: currentColor; fill-opacity: 0.6; } \
+    .ink { color: #222; } .k0 { color: #1f5fae; } .k1 { color: #cc5a0a; } .k2 { color: #2a8f7f; } .t0 { color: #a9c9ea; } \
+    .t1 { color: #7fb0de; } .t2 { color: #5593cd; } .t3 { color: #3075b5; } .t4 { color: #185795; } .t5 { color: #07345f; }";
 
 /// Size of a plot; on a phone a unit is a little less than a pixel.
 pub(crate) const SIZE: [f64; 2] = [440.0, 300.0];
@@ -104,6 +106,22 @@ pub(crate) fn escape(text: &str) -> String {
     entities.into_iter().fold(text.to_owned(), |text, (letter, entity)| text.replace(letter, entity))
 }
 
+/// A figure of a page: a plot with its words.
+pub(crate) struct Figure {
+    pub(crate) id: String,
+    pub(crate) title: String,
+    /// One or two sentences: what is to be seen.
+    pub(crate) caption: String,
+    /// `None` where there is nothing to show, and the caption says so in a line.
+    pub(crate) plot: Option<Plot>,
+}
+
+impl Figure {
+    pub(crate) fn new(id: &str, title: &str, caption: impl Into<String>, plot: Option<Plot>) -> Self {
+        Self { id: id.to_owned(), title: title.to_owned(), caption: caption.into(), plot }
+    }
+}
+
 /// A plot: two axes, and what lies between them.
 #[derive(Clone, Debug)]
 pub(crate) struct Plot {
@@ -144,6 +162,24 @@ impl Plot {
         self.shapes += &format!("<polygon class=\"area {class}\" points=\"{places}\"/>\n");
     }
 
+    /// Adds a dot, with words for the pointer.
+    pub(crate) fn dot(&mut self, class: &str, [x, y]: [f64; 2], radius: f64, words: &str) {
+        let ([x, y], words) = ([self.x.at(x), self.y.at(y)], escape(words));
+        let circle = format!("<circle class=\"dot {class}\" cx=\"{x:.1}\" cy=\"{y:.1}\" r=\"{radius:.1}\">");
+        self.shapes += &(circle + &format!("<title>{words}</title></circle>\n"));
+    }
+
+    /// Adds a rectangle, with words for the pointer. `paint`: its attributes.
+    pub(crate) fn bar(&mut self, paint: &str, x: [f64; 2], [low, high]: [f64; 2], words: &str) {
+        let (sides, ends) = (x.map(|x| self.x.at(x)), [high, low].map(|y| self.y.at(y)));
+        self.shapes += &area(sides, ends, paint, &format!("<title>{}</title>", escape(words)));
+    }
+
+    /// Adds words to the legend.
+    pub(crate) fn name(&mut self, class: &str, words: &str) {
+        self.legend.push((class.to_owned(), words.to_owned()));
+    }
+
     /// Everything inside the drawing.
     pub(crate) fn drawing(&self) -> String {
         let axes = axes(&self.x, &self.y, self.titles.each_ref().map(String::as_str));
@@ -158,28 +194,27 @@ pub(crate) fn file(title: &str, words: &str, plots: &[Plot]) -> String {
         let across = SIZE[0] * n as f64;
         out += &format!("<g transform=\"translate({across} 64)\">\n{}", plot.drawing());
         for (line, (class, name)) in plot.legend.iter().enumerate() {
-            let (at, class) = (26.0 + 15.0 * line as f64, class.rsplit(' ').next().unwrap_or_default());
-            out += &format!(
-                "<line class=\"{class}\" x1=\"350\" x2=\"368\" y1=\"{at}\" y2=\"{at}\" stroke-width=\"3\"/>\n"
-            );
-            out += &text(374.0, at + 4.0, "", name);
+            let at = 26.0 + 15.0 * line as f64;
+            let class = class.split_once(' ').map_or("", |(_, class)| class);
+            out += &format!("<line class=\"curve {class}\" x1=\"330\" x2=\"350\" y1=\"{at}\" y2=\"{at}\"/>\n");
+            out += &text(356.0, at + 4.0, "", name);
         }
         out += "</g>\n";
     }
-    svg([SIZE[0] * plots.len().max(1) as f64, SIZE[1] + 72.0], "", STYLE, &out)
+    svg([SIZE[0] * plots.len().max(1) as f64, SIZE[1] + 72.0], STYLE, &out)
 }
 
-/// A drawing on white. `attributes`: more of what holds for all of it.
-pub(crate) fn svg([width, height]: [f64; 2], attributes: &str, style: &str, body: &str) -> String {
+/// A drawing on white.
+pub(crate) fn svg([width, height]: [f64; 2], style: &str, body: &str) -> String {
     format!(
         "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {width} {height}\" width=\"{width}\" height=\"{height}\" \
-         font-family=\"sans-serif\" font-size=\"12\"{attributes}>\n<rect width=\"100%\" height=\"100%\" fill=\"white\"/>\n\
+         font-family=\"sans-serif\" font-size=\"12\">\n<rect width=\"100%\" height=\"100%\" fill=\"white\"/>\n\
          <style>{style}</style>\n{body}</svg>\n"
     )
 }
 
 /// A rectangle on the paper, with what lies inside its element.
-pub(crate) fn area([left, right]: [f64; 2], [top, bottom]: [f64; 2], attributes: &str, inside: &str) -> String {
+fn area([left, right]: [f64; 2], [top, bottom]: [f64; 2], attributes: &str, inside: &str) -> String {
     let [width, height] = [right - left, bottom - top];
     let end = if inside.is_empty() { "/>".to_owned() } else { format!(">{inside}</rect>") };
     format!("<rect x=\"{left:.1}\" y=\"{top:.1}\" width=\"{width:.1}\" height=\"{height:.1}\" {attributes}{end}\n")

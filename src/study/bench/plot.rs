@@ -5,7 +5,7 @@
 use std::fmt::Write;
 
 use super::{BenchResult, BenchRow};
-use crate::output::chart::{self, ChartAxis, escape, label};
+use crate::output::plot::{self, Axis, escape, label};
 
 const WIDTH: f64 = 960.0;
 /// Of one panel.
@@ -63,13 +63,13 @@ fn panel(measured: &BenchResult, tolerance: f64) -> String {
     rows.sort_by(|a, b| a.1[0].total_cmp(&b.1[0]));
     let limit = tolerance * 100.0;
     let values = |of: usize| rows.iter().map(move |(_, point)| point[of]);
-    let x = ChartAxis::logarithmic(&values(0).collect::<Vec<_>>(), [LEFT, RIGHT]);
-    let y = ChartAxis::logarithmic(&values(1).chain([limit]).collect::<Vec<_>>(), [BOTTOM, TOP]);
+    let x = Axis::logarithmic(&values(0).collect::<Vec<_>>(), [LEFT, RIGHT]);
+    let y = Axis::logarithmic(&values(1).chain([limit]).collect::<Vec<_>>(), [BOTTOM, TOP]);
     let mut out = String::new();
     let title = format!("{}: run time against error", measured.case.title);
-    out += &chart::text(24.0, 28.0, "font-size=\"16\" font-weight=\"bold\"", &title);
-    out += &chart::text(24.0, 48.0, "font-size=\"13\"", &caption(measured));
-    out += &chart::axes(&x, &y, ["time in the loop [s]", "error of the velocity history [%]"]);
+    out += &plot::text(24.0, 28.0, "font-size=\"16\" font-weight=\"bold\"", &title);
+    out += &plot::text(24.0, 48.0, "font-size=\"13\"", &caption(measured));
+    out += &plot::axes(&x, &y, ["time in the loop [s]", "error of the velocity history [%]"]);
     let at = y.at(limit);
     let _ = writeln!(out, "<line class=\"limit\" x1=\"{LEFT}\" x2=\"{RIGHT}\" y1=\"{at:.1}\" y2=\"{at:.1}\"/>");
     let _ = writeln!(
@@ -108,7 +108,7 @@ fn caption(measured: &BenchResult) -> String {
 }
 
 /// Points with their labels, each where none was put before.
-fn points(rows: &[(&BenchRow, [f64; 2])], x: &ChartAxis, y: &ChartAxis) -> String {
+fn points(rows: &[(&BenchRow, [f64; 2])], x: &Axis, y: &Axis) -> String {
     let mut out = String::new();
     let dots: Vec<[f64; 2]> = rows.iter().map(|(_, point)| [x.at(point[0]), y.at(point[1])]).collect();
     let mut taken: Vec<[f64; 4]> = dots.iter().map(|[px, py]| [px - 5.0, px + 5.0, py - 5.0, py + 5.0]).collect();

@@ -1,59 +1,32 @@
-//! `fit.svg`: chance of a perforation over velocity, with the shots and the intervals; beside it residual velocities.
-
-use std::fmt::Write as _;
+//! Figures of a fit: chance of a perforation over velocity, with the shots and the intervals; residual velocities.
 
 use super::Fit;
-use crate::output::chart::{self, ChartAxis};
 use crate::output::number::short;
+use crate::output::plot::{self, Figure, Plot};
 use crate::study::residual_fit::{Passed, ResidualFit, ResidualModel, TooFew};
 
-/// Size of a panel.
-pub(in crate::study) const PANEL: [f64; 2] = [520.0, 340.0];
 /// Points of a curve.
 const POINTS: usize = 240;
-/// Colours of Okabe and Ito, which colour-blind people tell apart: perforations, stops, curves.
-pub(in crate::study) const PERFORATED: &str = "#d55e00";
-pub(in crate::study) const STOPPED: &str = "#0072b2";
-pub(in crate::study) const CURVE: &str = "#222";
-const COMPUTED: &str = "#009e73";
-/// Dashes of the second curve.
-const DASHES: &str = "7 4";
+/// Classes of what perforated, and of what was stopped.
+pub(in crate::study) const PERFORATED: &str = "k1";
+pub(in crate::study) const STOPPED: &str = "k0";
 
-/// The picture.
+/// `fit.svg`.
 pub fn svg(fit: &Fit, title: &str) -> String {
-    let panels = panels(fit);
-    let (width, height) = (PANEL[0] * panels.len() as f64, PANEL[1] + 40.0);
-    let mut out = chart::text(24.0, 26.0, "font-size=\"14\" font-weight=\"bold\"", title);
-    for (n, (_, drawing)) in panels.iter().enumerate() {
-        // Writing to a string cannot fail.
-        let _ = writeln!(out, "<g transform=\"translate({} 40)\">\n{drawing}</g>", PANEL[0] * n as f64);
-    }
-    chart::svg([width, height], "", chart::STYLE, &out)
+    let plots: Vec<Plot> = plots(fit).into_iter().filter_map(|figure| figure.plot).collect();
+    plot::file(title, "", &plots)
 }
 
-/// A panel with these ranges: its axes, and their drawing. `left`: room for the labels of the upright one.
-pub(in crate::study) fn plane(left: f64, ranges: [[f64; 2]; 2], titles: [&str; 2]) -> (ChartAxis, ChartAxis, String) {
-    let x = ChartAxis::linear(ranges[0], [left, PANEL[0] - 18.0]);
-    let y = ChartAxis::linear(ranges[1], [PANEL[1] - 58.0, 22.0]);
-    let drawing = chart::axes(&x, &y, titles);
-    (x, y, drawing)
-}
-
-/// Words under the axes of a panel.
-pub(in crate::study) fn below(x: &ChartAxis, words: &str) -> String {
-    chart::text(x.paper[0], PANEL[1] - 8.0, "font-size=\"11\"", words)
-}
-
-/// What each panel shows, and what lies inside; nothing of shots without an outcome.
-pub(in crate::study) fn panels(fit: &Fit) -> Vec<(&'static str, String)> {
-    let mut panels = Vec::new();
+/// The figures; none of shots without an outcome.
+pub(in crate::study) fn plots(fit: &Fit) -> Vec<Figure> {
+    let mut figures = Vec::new();
     if !fit.outcomes.groups().is_empty() {
-        panels.push(("chance of a perforation over impact velocity", chance(fit)));
+        let level = short(100.0 * fit.request.level, 3);
+        let caption = format!("Bars: {level} % intervals.");
+        figures.push(Figure::new("chance", "Chance of a perforation", caption, Some(chance(fit))));
     }
-    if !fit.passed.is_empty() {
-        panels.push(("residual over impact velocity", residual_panel(&fit.passed, &fit.residual)));
-    }
-    panels
+    figures.extend(residual_figure(&fit.passed, &fit.residual));
+    figures
 }
 
 /// Velocities shown: those of the shots and of the quantiles, and of intervals what lies near them.
@@ -68,83 +41,66 @@ fn velocities(fit: &Fit) -> [f64; 2] {
     [low - room, high + room]
 }
 
+/// Values that lie evenly in a range.
 pub(in crate::study) fn evenly([low, high]: [f64; 2]) -> impl Iterator<Item = f64> {
     (0..=POINTS).map(move |n| low + (high - low) * n as f64 / POINTS as f64)
 }
 
-/// A dot for shots of one kind; larger where they are many.
-pub(in crate::study) fn dot(at: [f64; 2], count: u64, colour: &str) -> String {
-    let (radius, words) = (
-        3.5 * (count as f64).powf(0.25),
-        if count > 1 { format!("<title>{count} shots</title>") } else { String::new() },
-    );
-    format!(
-        "<circle cx=\"{:.1}\" cy=\"{:.1}\" r=\"{radius:.1}\" fill=\"{colour}\" fill-opacity=\"0.35\" stroke=\"{colour}\">{words}</circle>\n",
-        at[0], at[1]
-    )
+/// Adds a dot for shots of one kind; larger where they are many.
+pub(in crate::study) fn shots(plot: &mut Plot, class: &str, at: [f64; 2], count: u64) {
+    let words = if count == 1 { "1 shot".to_owned() } else { format!("{count} shots") };
+    plot.dot(class, at, 3.5 * (count as f64).powf(0.25), &words);
 }
 
-fn chance(fit: &Fit) -> String {
+fn chance(fit: &Fit) -> Plot {
     let range = velocities(fit);
-    let titles = ["impact velocity [m/s]", "chance of a perforation"];
-    let (x, y, mut out) = plane(64.0, [range, [0.0, 1.0]], titles);
-    for quantile in &fit.quantiles {
+    let mut plot = Plot::new(range, [0.0, 1.0], ["impact velocity [m/s]", "chance of a perforation"]);
+    for quantile in fit.quantiles.iter().filter(|quantile| quantile.value.is_some()) {
         let ends = [quantile.bounds.low.unwrap_or(range[0]), quantile.bounds.high.unwrap_or(range[1])];
-        let [from, to] = ends.map(|end| x.at(end.clamp(range[0], range[1])));
-        let at = y.at(quantile.p);
-        if quantile.value.is_some() {
-            let style = format!("stroke=\"{CURVE}\" stroke-opacity=\"0.45\" stroke-width=\"3\"");
-            let _ = writeln!(out, "<line x1=\"{from:.1}\" x2=\"{to:.1}\" y1=\"{at:.1}\" y2=\"{at:.1}\" {style}/>");
-        }
+        plot.line("ink interval", "", &ends.map(|end| [end.clamp(range[0], range[1]), quantile.p]));
     }
     if let Ok(found) = &fit.estimate {
-        let points = evenly(range).map(|velocity| [velocity, found.probability(velocity)]);
-        out += &chart::line(&x, &y, points, &format!("stroke=\"{CURVE}\" stroke-width=\"2\""));
+        let points: Vec<[f64; 2]> = evenly(range).map(|velocity| [velocity, found.probability(velocity)]).collect();
+        plot.line("ink", fit.request.link.word(), &points);
     }
     if let Some(computed) = &fit.computed {
-        let points = evenly(range).map(|velocity| [velocity, computed.probability(velocity)]);
-        let style = format!("stroke=\"{COMPUTED}\" stroke-width=\"2\" stroke-dasharray=\"{DASHES}\"");
-        out += &chart::line(&x, &y, points, &style);
+        let points: Vec<[f64; 2]> = evenly(range).map(|velocity| [velocity, computed.probability(velocity)]).collect();
+        plot.line("k2 dashed", "computed", &points);
     }
     for group in fit.outcomes.groups() {
-        let at = |height: f64| [x.at(group.velocity), y.at(height)];
-        if group.perforated > 0 {
-            out += &dot(at(1.0), group.perforated, PERFORATED);
-        }
-        if group.stopped > 0 {
-            out += &dot(at(0.0), group.stopped, STOPPED);
+        for (count, height, class) in [(group.perforated, 1.0, PERFORATED), (group.stopped, 0.0, STOPPED)] {
+            if count > 0 {
+                shots(&mut plot, class, [group.velocity, height], count);
+            }
         }
     }
-    let computed = if fit.computed.is_some() { "; dashed green: computed" } else { "" };
-    let level = short(100.0 * fit.request.level, 3);
-    let legend = format!("orange: perforated, blue: stopped; bars: {level} % intervals{computed}");
-    out + &below(&x, &legend)
+    plot.name("dot k1", "perforated");
+    plot.name("dot k0", "stopped");
+    plot
 }
 
-/// Residual over impact velocity, with the curves fitted to it.
-pub(in crate::study) fn residual_panel(
+/// Residual over impact velocity, with the curves fitted to it; none where nothing passed.
+pub(in crate::study) fn residual_figure(
     passed: &[Passed],
     curves: &[(ResidualModel, Result<ResidualFit, TooFew>)],
-) -> String {
+) -> Option<Figure> {
     let fits = || curves.iter().filter_map(|(_, found)| found.as_ref().ok());
-    let fastest = passed.iter().map(|shot| shot.impact).fold(0.0, f64::max);
+    let fastest = passed.iter().map(|shot| shot.impact).reduce(f64::max)?;
     let slowest = passed.iter().map(|shot| shot.impact).chain(fits().map(|found| found.limit)).fold(fastest, f64::min);
     let room = 0.05 * (fastest - slowest).max(1e-3 * fastest).max(1e-9);
     let range = [slowest - room, fastest + room];
     let highest =
         passed.iter().map(|shot| shot.residual).chain(fits().map(|found| found.residual(range[1]))).fold(0.0, f64::max);
-    let titles = ["impact velocity [m/s]", "residual velocity [m/s]"];
-    let (x, y, mut out) = plane(78.0, [range, chart::rounded_up([0.0, highest])], titles);
+    let mut plot = Plot::new(range, [0.0, highest], ["impact velocity [m/s]", "residual velocity [m/s]"]);
     for found in fits() {
         // The curve rises from the limit with an infinite slope: its points are dense there.
         let squared = evenly([0.0, 1.0]).map(|share| found.limit + (range[1] - found.limit) * share * share);
         let points = squared.filter(|impact| *impact >= range[0]).map(|impact| [impact, found.residual(impact)]);
-        let dashes = if found.curve == ResidualModel::RechtIpson { "none" } else { DASHES };
-        let style = format!("stroke=\"{CURVE}\" stroke-width=\"2\" stroke-dasharray=\"{dashes}\"");
-        out += &chart::line(&x, &y, points, &style);
+        let class = if found.curve == ResidualModel::RechtIpson { "ink" } else { "ink dashed" };
+        plot.line(class, found.curve.words(), &points.collect::<Vec<_>>());
     }
     for shot in passed {
-        out += &dot([x.at(shot.impact), y.at(shot.residual)], shot.count, PERFORATED);
+        shots(&mut plot, PERFORATED, [shot.impact, shot.residual], shot.count);
     }
-    out + &below(&x, "line: Recht-Ipson; dashed: Lambert-Jonas")
+    Some(Figure::new("residual", "Residual velocity", "Of the shots that perforated.", Some(plot)))
 }

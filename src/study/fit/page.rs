@@ -1,9 +1,10 @@
-//! `fit.html`: tables and figures in one file that asks nothing of a network.
+//! `fit.html`: tables and figures.
+
+use maud::{Markup, html};
 
 use super::Fit;
-use super::draw::panels;
+use super::draw::plots;
 use super::text::notes;
-use crate::output::chart::escape;
 use crate::output::number::short;
 use crate::study::page::{arithmetic_table, document, figures, quantile_row, remarks, residual_table, table};
 
@@ -12,17 +13,19 @@ pub fn html(fit: &Fit, title: &str) -> String {
     document(&format!("Ballistic limit: {title}"), &sections(fit), "fit.json")
 }
 
-/// What the fit says, without a page around it.
-pub(in crate::study) fn sections(fit: &Fit) -> String {
-    let mut body = format!("<p class=\"answer\">{}</p>\n", escape(&answer(fit)));
-    body += &remarks(&notes(fit));
-    body += &figures(panels(fit));
-    body += &quantiles(fit);
-    body += &arithmetic_table("Arithmetic V50", &fit.arithmetic);
-    if !fit.residual.is_empty() {
-        body += &residual_table("Residual velocity, Vr = a (Vs^p − V₀^p)^(1/p)", "V₀ [m/s]", &fit.residual);
+/// Sections of the fit, without a page around them.
+pub(in crate::study) fn sections(fit: &Fit) -> Markup {
+    let rows = fit.quantiles.iter().map(|of| quantile_row(format!("{} %", short(100.0 * of.p, 3)), of));
+    let title = format!("Velocities by chance, {}, {} intervals", fit.request.link.word(), fit.request.interval.word());
+    let heads = ["chance of a perforation", "velocity [m/s]", "low [m/s]", "high [m/s]"];
+    html! {
+        p class="answer" { (answer(fit)) }
+        (remarks(&notes(fit)))
+        (figures(&plots(fit)))
+        (table(&title, &heads, rows))
+        (arithmetic_table("Arithmetic V50", &fit.arithmetic))
+        (residual_table("Residual velocity, Vr = a (Vs^p − V₀^p)^(1/p)", "V₀ [m/s]", &fit.residual))
     }
-    body
 }
 
 /// V50 and σ in one sentence.
@@ -38,11 +41,4 @@ fn answer(fit: &Fit) -> String {
         }
         _ => shots,
     }
-}
-
-fn quantiles(fit: &Fit) -> String {
-    let rows = fit.quantiles.iter().map(|of| quantile_row(format!("{} %", short(100.0 * of.p, 3)), of));
-    let title = format!("Velocities by chance, {}, {} intervals", fit.request.link.word(), fit.request.interval.word());
-    let heads = ["chance of a perforation", "velocity [m/s]", "low [m/s]", "high [m/s]"];
-    table(&title, &heads, &rows.collect::<String>())
 }
