@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use same_file::Handle;
 use tempfile::{NamedTempFile, TempDir};
 
-/// The file that is locked. A process that was killed leaves it, unlocked, which keeps nobody away.
+/// Name of the lock file. A process that was killed leaves it, unlocked, and it has no effect.
 pub(super) const LOCK: &str = ".ripstop.lock";
 /// Attempts to lock a file that others lock and remove at the same time.
 const ATTEMPTS: usize = 10;
@@ -17,7 +17,7 @@ const ATTEMPTS: usize = 10;
 pub(super) struct Lock {
     path: PathBuf,
     file: Handle,
-    /// The folder, which somebody may remove or replace meanwhile.
+    /// The folder, which may be removed or replaced meanwhile.
     folder: Handle,
 }
 
@@ -36,7 +36,7 @@ impl Lock {
                 Ok(()) | Err(TryLockError::Error(_)) => {}
             }
             let lock = Self { path: path.clone(), file: Handle::from_file(file)?, folder: Handle::from_path(folder)? };
-            // Whoever held it before may have removed the file between its opening and its locking.
+            // The holder before may have removed the file between its opening and its locking.
             if lock.has_file() {
                 return Ok(Some(lock));
             }
@@ -56,10 +56,10 @@ impl Lock {
 }
 
 impl Drop for Lock {
-    /// Removes the file while it is locked, so that nobody else's is removed.
+    /// Removes the file while it is locked, so that no other run's is removed.
     fn drop(&mut self) {
         if self.has_file() {
-            // Where that fails, the file stays, which keeps nobody away.
+            // A file that stays has no effect.
             fs::remove_file(&self.path).ok();
         }
     }

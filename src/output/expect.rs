@@ -1,4 +1,4 @@
-//! Expectations: what a case says about its result, against the run.
+//! Expectations of a case against its run.
 //!
 //! A quantity is, in this order: a wave quantity measured on deflection profiles (`plateau_strain`,
 //! `shock_speed_m_s`, `kink_speed_m_s`) or on the history (`frequency_hz`); with `at_us`, a column of `history.csv`
@@ -17,18 +17,18 @@ use crate::run::{Run, Sample};
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Checked {
-    /// What the case states.
+    /// Expectation of the case.
     pub expect: Expect,
     /// Number, word or flag found; null where there is none.
     pub got: Value,
     /// Whether it holds.
     pub pass: bool,
-    /// Why there is nothing to compare, or how the number was read.
+    /// Reason why there is nothing to compare, or how the number was read.
     pub note: Option<String>,
 }
 
 impl Checked {
-    /// As it stands in `summary.json`; times in µs.
+    /// Result as it stands in `summary.json`; times in µs.
     pub fn to_json(&self) -> Value {
         let expect = &self.expect;
         let mut out = json!({
@@ -95,7 +95,7 @@ pub fn check(case: &Case, run: &Run, summary: &Value) -> Vec<Checked> {
         .collect()
 }
 
-/// What was found, and how it was read where that is not as asked for.
+/// Value found, and how it was read where that is not as asked for.
 type FoundValue = (Value, Option<String>);
 
 fn holds(bound: &Bound, got: &Value) -> bool {
@@ -161,7 +161,7 @@ fn nearest(profiles: &[DeflectionProfile], time: f64) -> Result<&DeflectionProfi
         .ok_or_else(|| "no profile was taken; list its time in /output/profile_times_us".to_owned())
 }
 
-/// Says which profiles were used where they are not the ones asked for.
+/// Note on the profiles used where they are not the ones asked for.
 fn other_times(used: &[&DeflectionProfile], asked: &[f64], time_step: f64) -> Option<String> {
     let off = used.iter().zip(asked).any(|(profile, time)| (profile.time - time).abs() > time_step);
     let times: Vec<String> = used.iter().map(|profile| format!("{:.3}", profile.time * 1e6)).collect();

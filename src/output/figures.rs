@@ -116,7 +116,7 @@ pub(super) fn plies(run: &Run) -> Option<Figure> {
     Some(Figure::new("plies", "Energy of the plies", caption, Some(over_time(0.0, unit, &lines))))
 }
 
-/// Every energy, one on the other: together they are what was there.
+/// Energies, stacked.
 pub(super) fn energy(run: &Run) -> Figure {
     let mut curves: Vec<(&str, fn(&Sample) -> f64)> = vec![
         ("projectile", |row| row.balance.projectile),

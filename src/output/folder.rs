@@ -16,11 +16,11 @@ use crate::run::Run;
 const PROFILES: &str = "profiles.csv";
 /// The file that is only there for packs of several plies.
 const PLIES: &str = "plies.csv";
-/// The file that is not there where nobody wants it.
+/// The file that is only there where it is asked for.
 const REPORT: &str = "report.html";
 /// The case as run.
 const CASE: &str = "case.json";
-/// The file that says what became of a run.
+/// The results in one object.
 const SUMMARY: &str = "summary.json";
 /// The last checkpoint of a run that has not ended.
 pub const CHECKPOINT: &str = "checkpoint.bin";
@@ -29,9 +29,9 @@ pub(super) const PVD: &str = "frames.pvd";
 pub(super) const FRAMES: &str = "frames";
 /// Folder of frames that a run which goes on from the checkpoint needs.
 pub(super) const SPOOL: &str = "checkpoint.frames";
-/// What a folder has to be.
+/// Expectation of a folder.
 const WRITABLE: &str = "a folder that can be written";
-/// Every file this module may write.
+/// All files this module may write.
 const FILES: [&str; 10] =
     [CASE, "history.csv", "events.csv", PLIES, PROFILES, PVD, "shot.svg", REPORT, SUMMARY, CHECKPOINT];
 
@@ -39,18 +39,18 @@ const FILES: [&str; 10] =
 #[derive(Debug, Default)]
 pub struct StagedFrames(pub(super) Option<TempDir>);
 
-/// Why the results could not be written.
+/// Reason why results could not be written.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("error: {path}\n  expected: {expected}\n  found: {found}\n  help: {help}")]
 #[non_exhaustive]
 pub struct OutputError {
     /// File or folder.
     pub path: String,
-    /// What it should be.
+    /// Expectation.
     pub expected: &'static str,
-    /// What the system said.
+    /// Words of the system.
     pub found: String,
-    /// What to do.
+    /// Advice.
     pub help: &'static str,
 }
 
@@ -60,7 +60,7 @@ impl OutputError {
         Self { path: path.display().to_string(), expected, found: found.to_string(), help }
     }
 
-    /// A file of results that the disk refuses.
+    /// Error of a file of results that the disk refuses.
     pub(crate) fn unwritten(path: &Path, error: &io::Error) -> Self {
         Self {
             help: "make room there, then go on with --resume",
@@ -68,14 +68,14 @@ impl OutputError {
         }
     }
 
-    /// Another run writes there.
+    /// Error of a folder that another run writes to.
     fn taken(path: &Path) -> Self {
         let help = "wait for its end, or choose another folder with --out DIR";
         let expected = "a folder that no other run writes to";
         Self { help, ..Self::new(path, expected, "another run, which is still going on") }
     }
 
-    /// Somebody has removed it.
+    /// Error of a folder that was removed.
     fn gone(path: &Path) -> Self {
         let expected = "the folder that the run began with";
         let found = if path.exists() { "another one of this name" } else { "none: it was removed meanwhile" };
@@ -87,15 +87,14 @@ impl OutputError {
 #[derive(Debug)]
 pub struct Folder {
     path: PathBuf,
-    /// The folders made for it, outermost first.
+    /// Folders made for it, outermost first.
     made: Vec<PathBuf>,
-    /// Keeps other runs away; `None` of a folder that is shared.
+    /// Lock against other runs; `None` of a folder that is shared.
     lock: Option<Lock>,
 }
 
 impl Folder {
-    /// Makes the folder where it is missing and tries to write there, so that a run does not end in vain. Until it is dropped no other
-    /// run gets it.
+    /// Folder of a run, made where it is missing and tried, so that the run does not end in vain. Until it is dropped no other run gets it.
     ///
     /// # Errors
     /// When it is a file, cannot be made or written, another run has it, or when results would replace the case file itself.
@@ -103,7 +102,7 @@ impl Folder {
         Self::prepare_for(path, &FILES, &[case.path.as_path()])
     }
 
-    /// The folder of a run that goes on; its case lies there.
+    /// Folder of a run that goes on; its case lies there.
     ///
     /// # Errors
     /// As [`Folder::prepare`].
@@ -115,7 +114,7 @@ impl Folder {
         Ok(folder)
     }
 
-    /// The same for these files, none of which may replace one of those that were read.
+    /// Folder of these files, none of which may replace one of those that were read.
     ///
     /// # Errors
     /// As [`Folder::prepare`].
@@ -132,10 +131,10 @@ impl Folder {
         Ok(folder)
     }
 
-    /// The same of a folder that others may write to at the same time: for files that are made in a moment.
+    /// Folder that others may write to at the same time: for files that are made in a moment.
     ///
     /// # Errors
-    /// As [`Folder::prepare`], but that nobody can have it.
+    /// As [`Folder::prepare`], but that no other run can have it.
     pub fn share(path: &Path, files: &[&str], read: &[&Path]) -> Result<Self, OutputError> {
         let expected = "a folder for the results";
         if path.exists() && !path.is_dir() {
@@ -178,7 +177,7 @@ impl Folder {
         Ok(())
     }
 
-    /// Where it is.
+    /// Path.
     pub fn path(&self) -> &Path {
         &self.path
     }
@@ -260,7 +259,9 @@ impl Folder {
     fn clear_series(&self, name: &str) -> io::Result<()> {
         let Ok(entries) = fs::read_dir(self.path.join(name)) else { return Ok(()) };
         let is_frame = |name: &str| {
-            let number = name.strip_suffix(".vtu").and_then(|name| name.split_once('_'));
+            // Killed while it wrote, a run leaves a file without its ending.
+            let name = name.strip_suffix(".vtu").or_else(|| name.strip_suffix(".tmp"));
+            let number = name.and_then(|name| name.split_once('_'));
             number
                 .is_some_and(|(part, number)| ["fabric", "projectile"].contains(&part) && number.parse::<u64>().is_ok())
         };

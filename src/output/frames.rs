@@ -40,7 +40,7 @@ pub struct Recorder<'a> {
     temporary: Option<TempDir>,
     /// The disk refuses frames beside the checkpoint, and the user knows.
     refused: bool,
-    /// Why frames are lost.
+    /// Reason why frames are lost.
     error: Option<OutputError>,
     /// Threads of the solver; `None`: one for each core.
     threads: Option<usize>,

@@ -1,5 +1,5 @@
-//! What a run leaves behind: `summary.json`, `history.csv`, `events.csv`, `profiles.csv`, the picture
-//! `shot.svg`, the case as run and, on request, frames for ParaView.
+//! Files of a run: `summary.json`, `history.csv`, `events.csv`, `profiles.csv`, `shot.svg`, `report.html`, the case as run and, on
+//! request, frames for ParaView.
 //!
 //! Every file is written beside its place, flushed to the disk and renamed, and nothing is renamed before all files
 //! are complete: a folder holds the whole result of one run, never half of one.

@@ -21,7 +21,7 @@ const LETTER: f64 = 6.4;
 pub(crate) struct Axis {
     /// Values at the ends; decimal logarithms of them on a logarithmic axis.
     range: [f64; 2],
-    /// Where they lie on the paper.
+    /// Their places on the paper.
     pub(crate) paper: [f64; 2],
     logarithmic: bool,
 }
@@ -48,7 +48,7 @@ impl Axis {
         if self.logarithmic { self.range.map(|log| 10.0_f64.powf(log)) } else { self.range }
     }
 
-    /// Where a value lies; on a logarithmic axis zero and below on the lower end.
+    /// Place of a value; on a logarithmic axis zero and below on the lower end.
     pub(crate) fn at(&self, value: f64) -> f64 {
         let value = match self.logarithmic {
             true if value > 0.0 => value.log10().clamp(self.range[0], self.range[1]),
@@ -59,7 +59,7 @@ impl Axis {
         self.paper[0] + share * (self.paper[1] - self.paper[0])
     }
 
-    /// Round numbers on it: about five, or one, two and five times the powers of ten (powers alone where it is long).
+    /// Round numbers on the axis: about five, or one, two and five times the powers of ten (powers alone where it is long).
     pub(crate) fn ticks(&self) -> Vec<f64> {
         let [low, high] = self.range;
         if !self.logarithmic {
@@ -80,7 +80,7 @@ fn round_step(least: f64) -> f64 {
     [1.0, 2.0, 5.0, 10.0].map(|m| m * power).into_iter().find(|step| *step >= least).unwrap_or(least)
 }
 
-/// A range widened at its upper end to where a tick lies.
+/// Range widened at its upper end to where a tick lies.
 pub(crate) fn rounded_up([low, high]: [f64; 2]) -> [f64; 2] {
     let span = high - low;
     if !(span > 0.0 && span.is_finite()) {
@@ -180,7 +180,7 @@ impl Plot {
         self.legend.push((class.to_owned(), words.to_owned()));
     }
 
-    /// Everything inside the drawing.
+    /// Contents of the drawing.
     pub(crate) fn drawing(&self) -> String {
         let axes = axes(&self.x, &self.y, self.titles.each_ref().map(String::as_str));
         if self.has_areas { self.shapes.clone() + &axes } else { axes + &self.shapes }

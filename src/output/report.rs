@@ -1,4 +1,4 @@
-//! `report.html`: what happened in a run, whether to trust it, and the shot moving. But for machine and timing, the same run gives the
+//! `report.html`: verdict of a run, checks, figures and playback. But for machine and timing, the same run gives the
 //! same bytes.
 
 use maud::{Markup, html};
@@ -57,7 +57,7 @@ pub fn report(case: &Case, run: &Run, summary: &Value, animation: &Animation) ->
     page(&case.title, SCRIPT, &body)
 }
 
-/// The verdict, told to somebody who has never seen one, with its numbers and whether to trust it.
+/// Verdict, its numbers, and whether to trust it.
 fn header(case: &Case, run: &Run, checks: &[Check]) -> Markup {
     let verdict = verdict(case, run);
     let class = if verdict.complete { run.outcome.word() } else { "broken-off" };
@@ -134,7 +134,7 @@ fn cell(text: impl AsRef<str>) -> Markup {
     html! { (text.as_ref()) }
 }
 
-/// Every check with its reason, and what the case expects.
+/// Checks with their reasons, and expectations of the case.
 fn trust(checks: &[Check], summary: &Value) -> Markup {
     let row = |check: &Check| {
         let level = level(check.level.word(), check.level.advice());
@@ -163,7 +163,7 @@ fn trust(checks: &[Check], summary: &Value) -> Markup {
     }
 }
 
-/// Where the energy went.
+/// Energies at the end.
 fn energy(run: &Run) -> Markup {
     let Some(energies) = Energies::of(run) else { return Markup::default() };
     let row =
@@ -176,7 +176,7 @@ fn energy(run: &Run) -> Markup {
     }
 }
 
-/// Every field of the case, as `ripstop check` lists it, those that are assumed marked.
+/// Fields of the case, as `ripstop check` lists them, those that are assumed marked.
 fn fields(case: &Case) -> Markup {
     let mesh = case::mesh(case);
     // A narrow column may break a pointer between its words.
@@ -206,7 +206,7 @@ fn fields(case: &Case) -> Markup {
     }
 }
 
-/// What computed it and how long it took.
+/// Machine and timing.
 fn machine(run: &Run, summary: &Value) -> Markup {
     let text = |key: &str| summary[key].as_str().unwrap_or_default();
     let element_steps = run.elements as u64 * run.steps;

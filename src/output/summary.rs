@@ -45,7 +45,7 @@ pub fn residual_velocity(case: &Case, run: &Run) -> Option<f64> {
     case.projectile.as_ref().and_then(|_| velocity_left(run))
 }
 
-/// The same of a run with a projectile; `None` without a history.
+/// Velocity left of a run with a projectile [m/s]; `None` without a history.
 pub(crate) fn velocity_left(run: &Run) -> Option<f64> {
     match run.outcome {
         Outcome::Stopped => Some(0.0),
@@ -69,7 +69,7 @@ fn object(value: Value) -> Map<String, Value> {
     }
 }
 
-/// What happened, and how far it can be trusted.
+/// Results.
 fn result(case: &Case, run: &Run) -> Map<String, Value> {
     let last = run.history.last().copied().unwrap_or_default();
     let broken = Breakage::of(case, run);
@@ -127,7 +127,7 @@ fn unstable(trouble: &Divergence) -> Value {
     })
 }
 
-/// Every ply of a pack at the end of the run, and its largest deflection; empty for a single ply.
+/// Plies of a pack at the end of the run, and their largest deflections; empty for a single ply.
 fn plies(run: &Run) -> Vec<Value> {
     let end = run.ply_history.len().saturating_sub(run.plies);
     let ply = |last: &PlySample| {
@@ -142,7 +142,7 @@ fn plies(run: &Run) -> Vec<Value> {
     run.ply_history[end..].iter().map(ply).collect()
 }
 
-/// What it took.
+/// Costs.
 fn cost(run: &Run, wall_seconds: f64) -> Map<String, Value> {
     let element_steps = (run.elements as u64).saturating_mul(run.steps);
     let part = element_steps / run.planes.copies();
@@ -178,7 +178,7 @@ fn timings(run: &Run) -> Map<String, Value> {
     all.map(|(name, seconds)| ((*name).to_owned(), entry(*seconds))).collect()
 }
 
-/// What produced it from what.
+/// Origin: backend, version, case, assumptions, warnings.
 fn origin(case: &Case, run: &Run, checks: &[Check]) -> Map<String, Value> {
     let assumed: Vec<&str> = warnings::assumed_fields(case).map(|field| field.pointer.as_str()).collect();
     object(json!({
