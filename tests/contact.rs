@@ -11,13 +11,14 @@ mod rotation;
 
 use nalgebra::Vector3;
 use ripstop::case;
-use ripstop::kernels::projectile_contact::{self, ContactPoint, ContactTotals};
-use ripstop::kernels::projectile_rim::Rim;
-use ripstop::kernels::projectile_shape::Body;
-use ripstop::kernels::rigid_body::RigidBody;
 use ripstop::output;
 use ripstop::output::checks::{Level, checks};
+use ripstop::physics::projectile_body::Body;
+use ripstop::physics::rigid_body::RigidBody;
 use ripstop::run::{Precision, Run};
+use ripstop::solver::edge_contact::Rim;
+use ripstop::solver::projectile_contact;
+use ripstop::solver::projectile_contact::{ContactPoint, ContactTotals};
 
 use crate::scene::{builtin, run, run_as, shipped};
 

@@ -1,7 +1,8 @@
 //! `ripstop crossover`: the unit cell alone, over a grid of stretches.
 
 use ripstop::case::{self, Fabric};
-use ripstop::model::unit_cell_curve::{self, CurveLaw, CurvePoint};
+use ripstop::model::unit_cell_curve;
+use ripstop::model::unit_cell_curve::{CurveLaw, CurvePoint};
 use ripstop::output::number::short;
 use serde_json::{Map, Value, json};
 

@@ -1,9 +1,9 @@
 //! Contact that is sampled at the rim of a flat face too, on edges between nodes.
 
 use nalgebra::Vector3;
-use ripstop::kernels::projectile_contact;
-use ripstop::kernels::projectile_rim::{EdgeConstraint, Rim, SHARED};
 use ripstop::run::{Precision, Run};
+use ripstop::solver::edge_contact::{EdgeConstraint, Rim, SHARED};
+use ripstop::solver::projectile_contact;
 
 use super::{cylinder, difference, momentum, point};
 use crate::scene::{builtin, run, run_as};

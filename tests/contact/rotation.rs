@@ -1,7 +1,7 @@
 //! A body in free flight turns as it must, whatever its moments of inertia and the step.
 
 use nalgebra::{UnitQuaternion, Vector3};
-use ripstop::kernels::rigid_body::RigidBody;
+use ripstop::physics::rigid_body::RigidBody;
 
 use super::cylinder;
 

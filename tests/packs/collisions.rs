@@ -1,9 +1,9 @@
 //! Plies that meet, slide, and are pressed together, without yarns having much to say.
 
 use ripstop::case::Case;
-use ripstop::kernels::element_force::field as element;
-use ripstop::model::over;
+use ripstop::model::layup;
 use ripstop::run::{Precision, Simulation};
+use ripstop::solver::element_totals::field as element;
 
 use super::{advance, motion, pack};
 use crate::scene::run_as;
@@ -153,7 +153,7 @@ fn a_ply_slides_over_many_cells_of_another_and_never_through_it() {
     // 4.8 mm and 1.8 mm are 3.8 and 1.4 cells.
     let (row, column) = (2, 2);
     let behind = model.nodes_per_ply() + row * (model.grid.columns + 1) + column;
-    let over = over::element(simulation.state.over[behind]);
+    let over = layup::element(simulation.state.over[behind]);
     let [r, c] = [over / mesh.columns, over % mesh.columns];
     assert!((r, c) == (3, 5), "{r} {c}");
     let run = simulation.into_run(1.0);

@@ -3,11 +3,12 @@
 use std::sync::atomic::AtomicBool;
 
 use ripstop::case::Case;
-use ripstop::kernels::ply_contact;
-use ripstop::model::{mesh::corners, over};
+use ripstop::model::layup;
+use ripstop::model::mesh::corners;
+use ripstop::physics::ply_contact;
 use ripstop::run::outcome::Outcome;
 use ripstop::run::{Options, Precision, Run, Simulation, Skips};
-use ripstop::solver::node_position;
+use ripstop::solver::state::node_position;
 
 use super::{advance, pack};
 use crate::scene::run_as;
@@ -113,12 +114,12 @@ fn inside(simulation: &Simulation<f64>) -> [usize; 2] {
     let mut count = [0; 2];
     for (at, part) in state.over.chunks(model.nodes_per_ply()).enumerate() {
         let (ply, side) = (at / 2, at % 2);
-        let Some(other) = over::neighbour(ply, side, grid.plies) else { continue };
+        let Some(other) = layup::neighbour(ply, side, grid.plies) else { continue };
         let (mesh, theirs) = (&model.ply_type(ply).mesh, &model.ply_type(other).mesh);
         for (row, column) in (0..=mesh.rows).flat_map(|row| (0..=mesh.columns).map(move |column| (row, column))) {
             let over = part[row * (grid.columns + 1) + column];
-            let cell = [over::element(over) / theirs.columns, over::element(over) % theirs.columns];
-            if over & over::PENETRATING == 0 || !whole(other, cell) || !mesh.around(row, column).all(|c| whole(ply, c))
+            let cell = [layup::element(over) / theirs.columns, layup::element(over) % theirs.columns];
+            if over & layup::PENETRATING == 0 || !whole(other, cell) || !mesh.around(row, column).all(|c| whole(ply, c))
             {
                 continue;
             }

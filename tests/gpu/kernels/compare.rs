@@ -16,13 +16,14 @@ use ripstop::gpu::Device;
 use ripstop::gpu::buffers::BufferId;
 use ripstop::gpu::shader::Kernel;
 use ripstop::gpu::stepper::{DeviceStepper, Stage};
-use ripstop::kernels::element_force::field as element;
 use ripstop::model::Model;
 use ripstop::num::simd::Vectors;
+use ripstop::solver;
 use ripstop::solver::active_region::ActiveRegion;
+use ripstop::solver::element_totals::field as element;
 use ripstop::solver::energy_balance::EnergyBalance;
 use ripstop::solver::state::State;
-use ripstop::solver::{self, Context, FailureEvent, StepTotals};
+use ripstop::solver::{Context, FailureEvent, StepTotals};
 
 use super::scenes::Scene;
 use super::seen::Seen;

@@ -2,8 +2,9 @@
 
 use nalgebra::Vector3;
 
-use ripstop::kernels::projectile_contact::HELD;
-use ripstop::model::{Model, PlyType};
+use ripstop::model::Model;
+use ripstop::model::ply_type::PlyType;
+use ripstop::solver::projectile_contact::HELD;
 use ripstop::solver::state::State;
 
 /// A yarn that does not break at that strain counts as if it did.

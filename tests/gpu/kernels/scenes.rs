@@ -4,10 +4,11 @@ pub(crate) mod packs;
 pub(crate) mod struck;
 
 use ripstop::case::{Case, Compression, Crossover, Edge, Grading, HitPlace, LinesFrom, Variability, YarnStrength};
-use ripstop::kernels::element_force::{BROKEN, field as element};
-use ripstop::kernels::node_update::field as node;
 use ripstop::model::Model;
 use ripstop::solver::active_region::ActiveRegion;
+use ripstop::solver::element_force::BROKEN;
+use ripstop::solver::element_totals::field as element;
+use ripstop::solver::node_update::field as node;
 use ripstop::solver::state::State;
 
 use packs::Group;

@@ -5,7 +5,7 @@ use ripstop::gpu::buffers::BufferId;
 use ripstop::gpu::layout::{StepInfo, status};
 use ripstop::gpu::shader::Kernel;
 use ripstop::gpu::stepper::Stage;
-use ripstop::kernels::node_update::field as node;
+use ripstop::solver::node_update::field as node;
 
 use super::{Outcome, Pair};
 use crate::gpu::kernels::scenes::{self, Scene};

@@ -4,8 +4,8 @@ use nalgebra::Vector3;
 use ripstop::gpu::buffers::BufferId;
 use ripstop::gpu::layout::status;
 use ripstop::gpu::stepper::Stage;
-use ripstop::kernels::element_force::field as element;
 use ripstop::solver::FailureEvent;
+use ripstop::solver::element_totals::field as element;
 use ripstop::solver::state::State;
 
 use super::{Outcome, Pair, Scales, Seen};

@@ -2,8 +2,8 @@
 
 use ripstop::gpu::buffers::BufferId;
 use ripstop::gpu::stepper::Stage;
-use ripstop::kernels::node_update::field as node;
 use ripstop::solver;
+use ripstop::solver::node_update::field as node;
 use ripstop::solver::state::State;
 
 use super::{Outcome, Pair, STEPS, Seen, places};
@@ -33,7 +33,7 @@ pub(super) fn compare(pair: &mut Pair<'_>, seen: &mut Seen) -> Outcome {
 fn held_directions(pair: &Pair<'_>) -> usize {
     let (model, state) = (&pair.scene.model, &pair.scene.state);
     let held = |[ply, row, column]: [usize; 3]| {
-        let standing = solver::node_stands(model, state, ply, row, column);
+        let standing = solver::state::node_stands(model, state, ply, row, column);
         let inverse = &model.ply_type(ply).row_mass(row).inverse;
         if standing { inverse.iter().filter(|of| of[column] == 0.0).count() } else { 0 }
     };

@@ -1,10 +1,11 @@
 //! What may have moved: the device's rectangles, and everything outside them, which must keep every bit.
 
 use ripstop::gpu::stepper::Stage;
-use ripstop::kernels::node_update::field as node;
 use ripstop::model::Model;
-use ripstop::model::over::{self, PENETRATING, SIDES, neighbour};
+use ripstop::model::layup;
+use ripstop::model::layup::{PENETRATING, SIDES, neighbour};
 use ripstop::solver::active_region::ActiveRegion;
+use ripstop::solver::node_update::field as node;
 use ripstop::solver::state::State;
 
 use super::{Outcome, Pair, Seen, places};
@@ -52,7 +53,7 @@ pub(super) fn compare(pair: &Pair<'_>, seen: &mut Seen, kernel: &'static str) ->
         let (ply, side) = (at / model.nodes_per_ply() / SIDES, at / model.nodes_per_ply() % SIDES);
         let Some(other) = neighbour(ply, side, model.plies.len()) else { continue };
         let columns = model.ply_type(other).mesh.columns;
-        let cell = |over: u32| [over::element(over) / columns, over::element(over) % columns];
+        let cell = |over: u32| [layup::element(over) / columns, layup::element(over) % columns];
         let apart = [0, 1].map(|i| cell(*got)[i].abs_diff(cell(*expected)[i]));
         if got & PENETRATING == expected & PENETRATING && apart.iter().all(|steps| *steps <= 1) {
             beside += usize::from(got != expected);

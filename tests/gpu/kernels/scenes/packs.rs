@@ -2,11 +2,12 @@
 
 use nalgebra::Vector3;
 use ripstop::case::{self, Case, Edge};
-use ripstop::kernels::element_force::field as element;
-use ripstop::kernels::node_update::field as node;
-use ripstop::model::over::{PENETRATING, SIDES, neighbour};
-use ripstop::model::{Mesh, Model};
+use ripstop::model::Model;
+use ripstop::model::layup::{PENETRATING, SIDES, neighbour};
+use ripstop::model::mesh::Mesh;
 use ripstop::solver::active_region::ActiveRegion;
+use ripstop::solver::element_totals::field as element;
+use ripstop::solver::node_update::field as node;
 use ripstop::solver::state::State;
 use serde_json::{Value, json};
 

@@ -1,8 +1,8 @@
 //! What is torn of the fabric that a projectile strikes.
 
-use ripstop::kernels::element_force::field as element;
-use ripstop::kernels::rigid_body::RigidBody;
 use ripstop::model::Model;
+use ripstop::physics::rigid_body::RigidBody;
+use ripstop::solver::element_totals::field as element;
 use ripstop::solver::state::State;
 
 use super::super::element_places;
