@@ -4,7 +4,7 @@ use clap::{ArgAction, Args, Parser, Subcommand, ValueEnum};
 use ripstop::run::Precision;
 
 use super::bench::BenchArguments;
-use super::campaign_arguments::{ShotsArguments, SweepArguments, V50Arguments};
+use super::campaign_arguments::{FitArguments, ShotsArguments, SweepArguments, V50Arguments};
 use super::check::{CheckArguments, CompletionsArguments, InfoArguments, SchemaArguments};
 use super::choice::{PRECISIONS, one_of};
 use super::crossover::CrossoverArguments;
@@ -12,7 +12,7 @@ use super::explain::ExplainArguments;
 use super::new::NewArguments;
 use super::resume::ResumeArguments;
 use super::run::RunArguments;
-use super::study_arguments::FitArguments;
+
 use super::verify::VerifyArguments;
 
 /// The whole command line.

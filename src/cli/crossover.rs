@@ -3,8 +3,8 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use ripstop::case::{self, Case, Law};
-use ripstop::model::unit_cell_curve::{self, CurvePoint};
+use ripstop::case::{self, Fabric};
+use ripstop::model::unit_cell_curve::{self, CurveLaw, CurvePoint};
 use ripstop::output::number::short;
 use serde_json::{Map, Value, json};
 
@@ -33,7 +33,7 @@ pub(crate) struct CrossoverArguments {
     weft_stretch: StretchRange,
     /// Unit-cell law [default: the case's]
     #[arg(long, value_parser = one_of(LAWS))]
-    law: Option<Law>,
+    law: Option<CurveLaw>,
     /// Change of the case, checked like the file; may be given again
     #[arg(long = "set", value_name = "/POINTER=VALUE")]
     sets: Vec<String>,
@@ -47,35 +47,34 @@ pub(crate) struct CrossoverArguments {
 
 /// Solves and prints the grid.
 pub(crate) fn crossover(arguments: &CrossoverArguments) -> Result<(), CommandFailure> {
-    let mut sets = arguments.sets.clone();
-    sets.extend(arguments.law.map(|law| format!("/fabric/crossover/law={:?}", word(law))));
-    let case = case::read(&arguments.case, &sets)?;
+    let fabric = case::read(&arguments.case, &arguments.sets)?.fabric;
+    let law = arguments.law.unwrap_or_else(|| fabric.crossover.law.into());
     let (warp, weft) = (arguments.warp_stretch.values(), arguments.weft_stretch.values());
     if warp.len() * weft.len() > MAX_POINTS {
         let [expected, found] = [format!("at most {MAX_POINTS} points"), format!("{} × {}", warp.len(), weft.len())];
         return Err(CommandFailure::expected("--warp-stretch, --weft-stretch", expected, found));
     }
-    let points = unit_cell_curve::solve(&case.fabric, &warp, &weft);
+    let points = unit_cell_curve::solve_with(&fabric, law, &warp, &weft);
     terminal::print(&match (arguments.json, arguments.csv) {
-        (true, _) => json_text(&case, &points),
+        (true, _) => json_text(law, &points),
         (_, true) => csv_text(&points),
-        _ => table_text(&case, &points),
+        _ => table_text(&fabric, law, &points),
     })
 }
 
 /// Word of a law on the command line.
-fn word(law: Law) -> &'static str {
+fn word(law: CurveLaw) -> &'static str {
     LAWS.iter().find(|choice| choice.2 == law).map_or("", |choice| choice.0)
 }
 
-fn json_text(case: &Case, points: &[CurvePoint]) -> String {
+fn json_text(law: CurveLaw, points: &[CurvePoint]) -> String {
     let object = |point: &CurvePoint| {
         let mut object = Map::from_iter(point.numbers().map(|(name, number)| (name.to_owned(), json!(number))));
         object.insert("iterations".to_owned(), json!(point.cell.iterations as u64));
         Value::Object(object)
     };
     let points: Vec<Value> = points.iter().map(object).collect();
-    format!("{:#}\n", json!({ "law": word(case.fabric.crossover.law), "points": points }))
+    format!("{:#}\n", json!({ "law": word(law), "points": points }))
 }
 
 fn csv_text(points: &[CurvePoint]) -> String {
@@ -84,12 +83,12 @@ fn csv_text(points: &[CurvePoint]) -> String {
     heading.into_iter().chain(rows).map(|line| line + "\n").collect()
 }
 
-fn table_text(case: &Case, points: &[CurvePoint]) -> String {
+fn table_text(fabric: &Fabric, law: CurveLaw, points: &[CurvePoint]) -> String {
     let heads = ["Λ warp", "Λ weft", "T warp N", "T weft N", "F N", "h warp mm", "h weft mm", "ε warp", "ε weft"];
     let columns: Vec<_> = heads.map(|head| (head, Align::Right)).into_iter().chain([("", Align::Left)]).collect();
     let mut table = TextTable::new(&columns);
     for point in points {
-        let broken = [0, 1].map(|yarn| point.is_broken(&case.fabric, yarn));
+        let broken = [0, 1].map(|yarn| point.is_broken(fabric, yarn));
         let note = match broken {
             [true, true] => "beyond failure of both",
             [true, false] => "beyond failure of the warp",
@@ -99,5 +98,5 @@ fn table_text(case: &Case, points: &[CurvePoint]) -> String {
         let numbers = point.numbers().map(|(_, number)| short(number, 6));
         table.row(numbers.into_iter().take(heads.len()).chain([note.to_owned()]));
     }
-    format!("{}, {} law\n\n{table}", case.fabric.name, word(case.fabric.crossover.law))
+    format!("{}, {} law\n\n{table}", fabric.name, word(law))
 }

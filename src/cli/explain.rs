@@ -108,7 +108,7 @@ fn entries(title: String, parts: &[(&str, &str)]) -> String {
     for (name, text) in parts {
         let mut name = *name;
         for line in terminal::wrapped(text, indent) {
-            lines.push(format!("  {:0$}{line}", indent - 2, std::mem::take(&mut name)));
+            lines.push(format!("  {:1$}{line}", std::mem::take(&mut name), indent - 2));
         }
     }
     lines.join("\n") + "\n"

@@ -78,13 +78,13 @@ pub(crate) fn resume(arguments: &ResumeArguments) -> Result<(), CommandFailure> 
     let recorder = recorder_again(&case, &folder, &options, &head, say);
     let animation = if extras.report { Some(animation_again(&case, &checkpoint, say)?) } else { None };
     let checkpoint_writer = Some(CheckpointWriter::new(&folder, &case, head, start));
-    let mut follower = RunObserver { bar: &bar, animation, recorder, checkpoint_writer, told: false };
-    let run = run::run(&case, options, &interrupted, &mut follower);
+    let mut observer = RunObserver { bar: &bar, animation, recorder, checkpoint_writer, complained: false };
+    let run = run::run(&case, options, &interrupted, &mut observer);
     bar.clear();
     let run = run.map_err(|error| CommandFailure::start(&file(&case), &error))?;
-    let wall = follower.checkpoint_writer.as_ref().map_or(0.0, |writer| writer.spent(run.loop_seconds).wall);
+    let wall = observer.checkpoint_writer.as_ref().map_or(0.0, |writer| writer.spent(run.loop_seconds).wall);
     let print = Print::of(arguments.json, arguments.quiet);
-    conclude(&case, run, &folder, follower, wall, print)
+    conclude(&case, run, &folder, observer, wall, print)
 }
 
 /// A run that has ended is no mistake; a folder without a run is.
@@ -118,11 +118,7 @@ fn recorder_again<'a>(
 }
 
 /// The animation of a run that goes on; `say` hears of one that is lost.
-fn animation_again(
-    case: &Case,
-    checkpoint: &Checkpoint,
-    say: impl Fn(&str),
-) -> Result<Animation, CommandFailure> {
+fn animation_again(case: &Case, checkpoint: &Checkpoint, say: impl Fn(&str)) -> Result<Animation, CommandFailure> {
     let head = checkpoint.head();
     Ok(Animation::resume(case, &checkpoint.observer_state()?, head.step, head.time_step).unwrap_or_else(|| {
         let from = us(head.time);

@@ -155,33 +155,33 @@ pub(crate) fn shoot(
     chosen.note.iter().chain(&waiting(&folder)).for_each(|note| say(note));
     let bar = Bar::new(!arguments.quiet);
     let options = chosen.options(arguments.threads).skips(arguments.skips());
-    let attempt = |options: Options<'_>| -> Result<(Result<Run, RunError>, RunObserver<'_>), CommandFailure> {
+    let attempt = |options: Options<'_>| {
         let head = arguments.checkpoint_every.map(|every| Header {
             extras: Extras { report: !arguments.no_report },
             ..Header::new(case, &options, every)
         });
-        let recorder = recorder(case, &folder, &options, head.is_some());
+        let recorder = (case.output.frames > 0).then(|| Recorder::new(&folder, case, &options, head.is_some()));
         let animation = (!arguments.no_report).then(|| Animation::new(case));
         let checkpoint_writer = head.map(|head| CheckpointWriter::new(&folder, case, head, start));
-        let mut follower = RunObserver { bar: &bar, animation, recorder, checkpoint_writer, told: false };
-        Ok((run::run(case, options, interrupted, &mut follower), follower))
+        let mut observer = RunObserver { bar: &bar, animation, recorder, checkpoint_writer, complained: false };
+        (run::run(case, options, interrupted, &mut observer), observer)
     };
-    let mut shot = attempt(options);
-    if let (Ok((Err(RunError::Device(error)), _)), BackendChoice::Auto) = (&shot, arguments.backend.backend) {
+    let (mut run, mut observer) = attempt(options);
+    if let (Err(RunError::Device(error)), BackendChoice::Auto) = (&run, arguments.backend.backend) {
         say(&backend::took_cpu(error));
-        shot = attempt(options.device(None::<&ripstop::Device>));
+        (run, observer) = attempt(options.device(None::<&ripstop::Device>));
     }
     bar.clear();
-    let refused = match shot {
-        Ok((Ok(run), follower)) => {
+    match run {
+        Ok(run) => {
             let wall = start.elapsed().as_secs_f64();
-            return conclude(case, run, &folder, follower, wall, Print::of(arguments.json, arguments.quiet));
+            conclude(case, run, &folder, observer, wall, Print::of(arguments.json, arguments.quiet))
         }
-        Ok((Err(error), _)) => CommandFailure::start(&file(case), &error),
-        Err(failure) => failure,
-    };
-    folder.abandon();
-    Err(refused)
+        Err(error) => {
+            folder.abandon();
+            Err(CommandFailure::start(&file(case), &error))
+        }
+    }
 }
 
 /// What is printed of a result.
@@ -224,11 +224,11 @@ pub(crate) fn conclude(
     case: &Case,
     mut run: Run,
     folder: &Folder,
-    follower: RunObserver<'_>,
+    observer: RunObserver<'_>,
     wall_seconds: f64,
     print: Print,
 ) -> Result<(), CommandFailure> {
-    let RunObserver { animation, recorder, checkpoint_writer, .. } = follower;
+    let RunObserver { animation, recorder, checkpoint_writer, .. } = observer;
     let frames = recorder.map_or_else(|| Ok(StagedFrames::default()), Recorder::finish);
     run.checkpoint_error = checkpoint_writer.as_ref().and_then(CheckpointWriter::failed).map(str::to_owned);
     let summary = output::summary(case, &run, wall_seconds);
@@ -268,12 +268,12 @@ pub(crate) fn file(case: &Case) -> String {
 fn verdict(case: &Case, run: &Run, summary: &Value, folder: &Path, goes_on: bool) -> Result<(), CommandFailure> {
     let folder = folder.display();
     let resume = if goes_on { format!("\n  help: `ripstop resume {folder}` goes on") } else { String::new() };
-    if let Some(trouble) = &run.divergence {
+    if let Some(divergence) = &run.divergence {
         return Err(CommandFailure::check(format!(
             "error: {}: the run became unstable\n  where: {}\n  found: {}\n  help: lower /solver/courant",
             file(case),
-            output::place(trouble),
-            trouble.quantity
+            output::place(divergence),
+            divergence.quantity
         )));
     }
     if let Some(reason) = &run.lost {
@@ -316,8 +316,8 @@ pub(crate) struct RunObserver<'a> {
     pub(crate) recorder: Option<Recorder<'a>>,
     /// Where checkpoints are asked for.
     pub(crate) checkpoint_writer: Option<CheckpointWriter<'a>>,
-    /// The user knows that checkpoints cannot be written.
-    pub(crate) told: bool,
+    /// Whether the user knows that checkpoints cannot be written.
+    pub(crate) complained: bool,
 }
 
 impl Observer for RunObserver<'_> {
@@ -363,10 +363,10 @@ impl Observer for RunObserver<'_> {
         if let Some(recorder) = self.recorder.as_mut().filter(|_| unkept.is_none()) {
             recorder.discard();
         }
-        // A disk that is full for long is told once.
-        let news = unkept.iter().filter(|_| !self.told);
+        // A disk that is full for long is reported once.
+        let news = unkept.iter().filter(|_| !self.complained);
         unspooled.iter().chain(news).for_each(|complaint| terminal::complain(&format!("warning: {complaint}")));
-        self.told = unkept.is_some();
+        self.complained = unkept.is_some();
     }
 }
 

@@ -34,7 +34,8 @@ fn every_configuration_has_its_name_and_none_is_the_default_again() -> Result<()
 
 #[test]
 fn a_mesh_must_divide_the_crossovers() -> Result<(), CaseError> {
-    let size = ["/expect=[]", "/pack/width_mm=17.8", "/pack/height_mm=20.3", "/solver/numerics=paper"].map(str::to_owned);
+    let size =
+        ["/expect=[]", "/pack/width_mm=17.8", "/pack/height_mm=20.3", "/solver/numerics=paper"].map(str::to_owned);
     let mesh = |mesh: u32| paper(&[&size[..], &[format!("/pack/crossovers_per_element={mesh}")]].concat());
     let base = mesh(1)?;
     assert_eq!((base.pack.columns, base.pack.rows), (14, 16));

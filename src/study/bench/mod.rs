@@ -284,7 +284,10 @@ pub fn covers_the_same(base: &Case, case: &Case) -> Result<(), String> {
     let crossovers = |case: &Case| {
         let each = [case.pack.crossovers_per_element, case.pack.elements_per_crossover].map(|count| count as usize);
         let layers = case.layers();
-        layers.iter().map(|layer| [layer.columns, layer.rows].map(|count| count * each[0] / each[1])).collect::<Vec<_>>()
+        layers
+            .iter()
+            .map(|layer| [layer.columns, layer.rows].map(|count| count * each[0] / each[1]))
+            .collect::<Vec<_>>()
     };
     for (had, has) in crossovers(base).into_iter().zip(crossovers(case)) {
         for (yarn, along) in ["warp", "weft"].into_iter().enumerate().filter(|(yarn, _)| had[*yarn] != has[*yarn]) {

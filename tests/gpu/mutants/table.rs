@@ -73,7 +73,7 @@ pub(super) const DEFECTS: &[Defect] = &[
     defect(
         "element_force",
         "law's energy of the other yarn",
-        "PublishedTension, compressible",
+        "Published, compressible",
         "let at = i * LAW_COUNT + j;",
         "let at = j * LAW_COUNT + i;",
     ),
