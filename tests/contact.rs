@@ -12,7 +12,7 @@ use ripstop::kernels::projectile_rim::{EdgeConstraint, Rim, SHARED};
 use ripstop::kernels::projectile_shape::Body;
 use ripstop::kernels::rigid_body::RigidBody;
 use ripstop::output;
-use ripstop::output::trust::{self, Level};
+use ripstop::output::checks::{Level, checks};
 use ripstop::run::{Precision, Run};
 
 use crate::scene::{builtin, run, run_as, shipped};
@@ -319,8 +319,8 @@ fn a_point_that_says_nothing_does_not_hang_on_the_last_bit() {
         let common = ["/expect=[]", "/pack/width_mm=80", "/pack/height_mm=80", "/output/profile_times_us=[]", CONE];
         let case = shipped("cases/s720-1ply-155.json", &[&common[..], &[offset, radius]].concat());
         let run = run(&case);
-        let sign = trust::signs(&case, &run).into_iter().find(|sign| sign.name.contains("mesh under the hit")).unwrap();
-        (output::residual_velocity(&case, &run).unwrap(), sign.level)
+        let check = checks(&case, &run).into_iter().find(|check| check.name.contains("mesh under the hit")).unwrap();
+        (output::residual_velocity(&case, &run).unwrap(), check.level)
     };
     for (radius, level) in [("/expect=[]", Level::Look), ("/projectile/edge_radius_mm=0", Level::Bad)] {
         let [(centred, seen), (moved, _)] =

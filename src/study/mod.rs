@@ -13,7 +13,6 @@ pub mod arithmetic_v50;
 pub mod batch;
 pub mod bench;
 pub mod binary_response;
-pub mod compare;
 mod error;
 pub mod fit;
 pub mod interval;
@@ -26,7 +25,6 @@ mod student_t;
 pub mod sweep;
 mod threads;
 pub mod v50;
-pub mod validate;
 pub mod verify;
 
 pub use error::StudyError;

@@ -215,16 +215,13 @@ impl<'a> Pair<'a> {
     fn download(&self) -> Result<State<f32>, String> {
         let mut got = self.scene.state.clone();
         self.gpu.download(&self.scene.model, &mut got).map_err(|e| e.to_string())?;
-        if self.scene.model.features().windows {
-            // Strains of the last step, which a run never needs.
-            let (yarns, columns) = (self.read(BufferId::Yarns)?, self.scene.model.grid.columns);
-            let elements = self.gpu.sizes().elements as usize;
-            let (first, slot) =
-                (got.elements.fields - element::STRAIN, 2 + 2 * ((self.expected.step as usize + 1) % 2));
-            for (at, yarn) in (0..elements).flat_map(|at| [(at, 0), (at, 1)]) {
-                let strain = f32::from_bits(yarns[(slot + yarn) * elements + at]);
-                got.elements.set(at / columns, first + yarn, at % columns + 1, strain);
-            }
+        // Strains of the last step, which a run never needs.
+        let (yarns, columns) = (self.read(BufferId::Yarns)?, self.scene.model.grid.columns);
+        let elements = self.gpu.sizes().elements as usize;
+        let (first, slot) = (got.elements.fields - element::STRAIN, 2 + 2 * ((self.expected.step as usize + 1) % 2));
+        for (at, yarn) in (0..elements).flat_map(|at| [(at, 0), (at, 1)]) {
+            let strain = f32::from_bits(yarns[(slot + yarn) * elements + at]);
+            got.elements.set(at / columns, first + yarn, at % columns + 1, strain);
         }
         Ok(got)
     }
@@ -265,7 +262,7 @@ impl<'a> Pair<'a> {
                     // From one state: half of what whole runs may differ by.
                     element::HEIGHT..element::ALIVE => ("yarn height", 0.5 * height),
                     element::ALIVE..element::COUNT => ("yarn alive", 1.0),
-                    _ if model.features().windows && field >= expected.elements.fields - element::STRAIN => {
+                    _ if field >= expected.elements.fields - element::STRAIN => {
                         ("strain", failure_strain + number(&expected, field).abs())
                     }
                     _ => ("viscous force", viscous_force),

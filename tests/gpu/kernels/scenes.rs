@@ -9,7 +9,7 @@ use ripstop::solver::state::State;
 
 use super::packs::{self, Group};
 use crate::support::patch::{self, affine};
-use crate::support::{CROSSOVERS, Random, SOLVER_LAWS, s720};
+use crate::support::{CROSSOVERS, Random, SOLVER_LAWS};
 
 /// A state, and the kernels that have something to do in it.
 pub(crate) struct Scene {
@@ -69,14 +69,12 @@ const WITHOUT_VISCOSITY: &str = "no shock viscosity";
 
 /// Every law, rigid and compressible; then one law with something unusual about the mesh or the fabric.
 pub(super) fn element_scenes() -> Vec<Scene> {
-    let names = [
-        ["PublishedTension, rigid", "PublishedTension, compressible"],
-        ["Variational, rigid", "Variational, compressible"],
-    ];
+    let names = [["published, rigid", "published, compressible"], ["variational, rigid", "variational, compressible"]];
     let mut out = Vec::new();
     for (n, c) in [(0, 0), (0, 1), (1, 0), (1, 1)] {
         let (at, mut case) = (4 * n + c, patch::case(7, 5));
-        case.fabric.crossover = s720(SOLVER_LAWS[n], CROSSOVERS[c]).crossover;
+        let crossover = &mut case.fabric.crossover;
+        (crossover.law, crossover.compression, crossover.gap) = (SOLVER_LAWS[n], CROSSOVERS[c], 0.0);
         if at % 3 == 1 {
             case.fabric.shear = None;
         }
@@ -255,13 +253,11 @@ pub(super) fn random_elements(model: &Model<f32>, state: &mut State<f32>, random
             state.elements.set(row, element::COUNT + viscous, at, (drags.between(-1.0, 1.0) * force) as f32);
         }
         for yarn in 0..2 {
-            if model.features().windows {
-                // From slack to as far beyond failure as a step strains a yarn.
-                let limit = model.ply_type(ply).cell.yarn[yarn].failure_strain;
-                let whole = reached && state.alive(row, column, yarn);
-                let strain = if whole { limit * strains.between(0.5, 1.4) } else { BROKEN };
-                state.elements.set(row, state.elements.fields - element::STRAIN + yarn, at, strain as f32);
-            }
+            // From slack to as far beyond failure as a step strains a yarn.
+            let limit = model.ply_type(ply).cell.yarn[yarn].failure_strain;
+            let whole = reached && state.alive(row, column, yarn);
+            let strain = if whole { limit * strains.between(0.5, 1.4) } else { BROKEN };
+            state.elements.set(row, state.elements.fields - element::STRAIN + yarn, at, strain as f32);
             let height = ply_type.cell.height_sum * random.between(-0.2, 1.2);
             state.elements.set(row, element::HEIGHT + yarn, at, (stands * height) as f32);
         }
