@@ -66,7 +66,7 @@ impl Part {
             (Stage::Nodes, self != Self::Elements),
             (Stage::Plies, self == Self::Plies || self == Self::Ledger && scene.pack),
             (Stage::Projectile, self == Self::Contact || self == Self::Ledger && body),
-            (Stage::Ledger, self == Self::Ledger),
+            (Stage::EnergyBalance, self == Self::Ledger),
         ];
         all.into_iter().filter_map(|(stage, has)| has.then_some(stage)).collect()
     }
@@ -79,7 +79,7 @@ impl Part {
             "node_update" => Stage::Nodes,
             name if name.starts_with("ply_") => Stage::Plies,
             name if name.starts_with("projectile_") => Stage::Projectile,
-            _ => Stage::Ledger,
+            _ => Stage::EnergyBalance,
         })
     }
 }
@@ -128,7 +128,7 @@ impl<'a> Pair<'a> {
     fn new(device: &'a Device, scene: &'a Scene, source: &dyn Fn(&Kernel) -> String) -> Result<Self, String> {
         Ok(Self {
             scene,
-            gpu: DeviceStepper::with_sources(device, &scene.model, source).map_err(|e| e.to_string())?,
+            gpu: DeviceStepper::with_sources(device, &scene.model, 1, source).map_err(|e| e.to_string())?,
             cpu: solver::Stepper::with_vectors(&scene.model, Vectors::None),
             balance: EnergyBalance::default(),
             totals: StepTotals::default(),
@@ -174,7 +174,7 @@ impl<'a> Pair<'a> {
                 Stage::Nodes => self.cpu.nodes(&mut context),
                 Stage::Plies => self.cpu.plies(&mut context),
                 Stage::Projectile => self.cpu.projectile(&mut context),
-                Stage::Ledger => {}
+                Stage::EnergyBalance => {}
             }
             // The device lets its rectangles grow by a ring at the end of a step, in the projectile's kernel; the processor does
             // so where the nodes move. Contact takes in whatever it changed.
@@ -214,7 +214,7 @@ impl<'a> Pair<'a> {
 
     fn download(&self) -> Result<State<f32>, String> {
         let mut got = self.scene.state.clone();
-        self.gpu.download(&self.scene.model, &mut got).map_err(|e| e.to_string())?;
+        self.gpu.download(0, &self.scene.model, &mut got).map_err(|e| e.to_string())?;
         // Strains of the last step, which a run never needs.
         let (yarns, columns) = (self.read(BufferId::Yarns)?, self.scene.model.grid.columns);
         let elements = self.gpu.sizes().elements as usize;

@@ -73,7 +73,7 @@ impl Pair<'_> {
         let status = self.read(BufferId::Status)?;
         self.count("counters", u8::from(rest[BODY_WORDS..] != status[..STATUS_WORDS]), 0.0, "copy");
         let info = self.gpu.whole_step(self.expected.step, Some(0), 0);
-        self.gpu.run_stages(&info, &[Stage::Ledger]).map_err(|e| e.to_string())?;
+        self.gpu.run_stages(&info, &[Stage::EnergyBalance]).map_err(|e| e.to_string())?;
         let (sums, rest) = self.sample(0)?;
         for which in ANEW {
             let left: f64 = sums.chunks_exact(SUMS).map(|s| f64::from(f32::from_bits(s[which])).abs()).sum();
