@@ -27,13 +27,13 @@
 //!
 //! - [`Case::builder`] writes a case in Rust, [`case::read`] reads a file, [`case::from_str`] takes JSON. All go through the same checks.
 //! - [`Case::run`] runs it. [`Options`] choose threads, precision and device; [`run::run`] also takes a flag that ends the run.
-//! - [`Run`] has the history, the failures and the outcome. [`output::summary`] sums it up, [`output::trust`] judges it.
+//! - [`Run`] has the history, the failures and the outcome. [`output::summary`] sums it up, [`output::checks`] judges it.
 //! - Whoever wants to follow a run implements [`Observer`]. [`FrameCollector`] is one that keeps frames.
 //! - [`output::Folder`] writes the files that the program writes.
 //!
 //! # Features
 //!
-//! All are on by default, but the last two.
+//! All are on by default, but the last.
 //!
 //! | feature | what it adds | without it |
 //! |---|---|---|
@@ -41,7 +41,6 @@
 //! | `frames` | files of frames for ParaView: `output::frames::Recorder` | frames in memory stay |
 //! | `report` | the page `report.html`: `output::report` | `shot.svg` stays |
 //! | `cli` | the program `ripstop`, with its studies; needs the three above | a library alone |
-//! | `parquet` | tables of shots and sweeps as Parquet too | CSV |
 //! | `quick-build` | nothing: kernels are compiled for fewer processors | |
 //!
 //! ```toml
@@ -74,7 +73,7 @@
 //!   State lies in rows (ply, row, column), each ply in its own axes; `solver::active_region` is what may have moved.
 //! - [`run::run`] is the host loop. Whoever wants to follow a run implements [`run::Observer`] and gets progress and [`run::frame`]s.
 //!   `run::outcome` decides what became of the projectile.
-//! - [`output::trust`] and [`output::warnings`] say what makes a result less certain than it looks.
+//! - [`output::checks`] say what makes a result less certain than it looks.
 //!
 //! # What always holds
 //!
@@ -104,12 +103,7 @@ pub use run::{Observer, Options, Outcome, Run, RunError, Sample};
 
 // Public for the program, the tests and the benchmarks of this crate alone, which are crates of their own. Not covered by
 // semantic versioning: any of it may change or go with any release.
-#[cfg(feature = "gpu")]
 #[doc(hidden)]
-pub mod gpu;
-#[cfg(not(feature = "gpu"))]
-#[doc(hidden)]
-#[path = "gpu/absent.rs"]
 pub mod gpu;
 #[doc(hidden)]
 pub mod kernels;

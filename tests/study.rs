@@ -1,12 +1,11 @@
 //! Ballistic limits from shots.
 //!
-//! Promises: estimates, intervals and designs are those of published sets, digit by digit as far as they were printed; how often intervals
+//! Promises: estimates and intervals are those of published sets, digit by digit as far as they were printed; how often intervals
 //! hold the truth is measured on synthetic ranges and stands in the book; random numbers are the published generator's.
 
 mod arithmetic;
 mod campaign;
 mod coverage;
-mod designs;
 mod estimation;
 mod intervals;
 mod random;

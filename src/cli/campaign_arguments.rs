@@ -7,11 +7,10 @@ use ripstop::num::link::Link;
 use ripstop::run::Precision;
 use ripstop::study::fit::FitRequest;
 use ripstop::study::interval::Interval;
-use ripstop::study::v50::Design;
 
 use super::arguments::{BackendArguments, BackendChoice};
-use super::choice::{DESIGNS, PRECISIONS, one_of};
-use super::range::{Velocities, level, percent, speed};
+use super::choice::{PRECISIONS, one_of};
+use super::range::{Velocities, level, percent};
 
 /// What commands that compute many shots have in common.
 #[derive(Args, Debug)]
@@ -101,23 +100,18 @@ pub(crate) struct ShotsArguments {
 #[command(after_help = "Examples:
   ripstop v50 cases/s720-1ply-155.json
   ripstop v50 cases/s720-1ply-scatter.json --until-width 3% -o out/limit
-  ripstop v50 shot.json --design langlie --velocity 150..250 --count 20
   ripstop v50 shot.json --backend gpu               # the next shot of each realisation in one batch
   ripstop v50 shot.json --json | jq .v50_m_s
 
-By default every realisation of the case (same fabric, same hit) is shot at other velocities until its own threshold is known. \
-A design (langlie, updown, neyer, 3pod) fires each realisation once, as a range would. What varies stands in /variability; in a \
-case without it there is one threshold. The interval holds sampling, mesh and time step, and says what part each has.
+Every realisation of the case (same fabric, same hit) is shot at other velocities until its own threshold is known. What varies \
+stands in /variability; in a case without it there is one threshold. The interval holds sampling, mesh and time step, and says what part each has.
 
 DIR gets v50.json, v50.csv (a row for each shot), v50-refined.csv (those on the converged mesh), v50.html and plan.json.")]
 pub(crate) struct V50Arguments {
     /// Case file; - is standard input
     #[arg(value_name = "CASE.json")]
     pub(crate) case: PathBuf,
-    /// How velocities are chosen
-    #[arg(long, value_parser = one_of(DESIGNS), default_value = "thresholds")]
-    pub(crate) design: Design,
-    /// Realisations, or shots of a design, at most [default: 64 realisations or 20 shots]
+    /// Realisations at most [default: 64]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
     pub(crate) count: Option<u32>,
     /// Width of the bracket of a threshold
@@ -127,12 +121,6 @@ pub(crate) struct V50Arguments {
     /// [default: 1 where nothing varies, 4 otherwise]
     #[arg(long, value_name = "N")]
     pub(crate) refined: Option<u32>,
-    /// Where a design expects V50 [m/s] [default: 0.6 to 1.4 times the case's velocity]
-    #[arg(long, value_name = "A..B")]
-    pub(crate) velocity: Option<Velocities>,
-    /// Scatter that a design expects, and the step of updown [m/s] [default: a tenth of the range]
-    #[arg(long, value_name = "M_S", value_parser = speed, allow_hyphen_values = true)]
-    pub(crate) sigma: Option<f64>,
     #[command(flatten)]
     pub(crate) batch: BatchArguments,
     /// Folder for the results [default: out/<case name>-v50]
@@ -145,13 +133,11 @@ pub(crate) struct V50Arguments {
 #[command(after_help = "Examples:
   ripstop sweep shot.json --over /pack/plies=1,2,4,8 --over /projectile/velocity_m_s=100..300:20
   ripstop sweep shot.json --over /pack/plies=1,2,4,8 --run v50 -o out/limits
-  ripstop sweep shot.json --over /fabric/crossover/gap_mm=0..0.1 --over /projectile/friction=0..0.4 --sobol 64
-  ripstop sweep shot.json --over /fabric/crossover/gap_mm=0..0.1 --over /projectile/friction=0..0.4 --sobol 64 --total
 
-Values are a list, a range with a step (A..B:STEP), or for Sobol's points a range (A..B). Every case is read and checked before \
+Values are a list or a range with a step (A..B:STEP). Every case is read and checked before \
 the first is computed.
 
-DIR gets sweep.csv (a row for each point), sweep.html (lines, a heat map of two keys, main effects), sweep.json, plan.json, and in points/ what \
+DIR gets sweep.csv (a row for each point), sweep.html (lines, a heat map of two keys), sweep.json, plan.json, and in points/ what \
 `ripstop shots` or `ripstop v50` writes.")]
 pub(crate) struct SweepArguments {
     /// Case file
@@ -160,12 +146,6 @@ pub(crate) struct SweepArguments {
     /// A key and its values; may be given again
     #[arg(long, value_name = "/POINTER=VALUES", required = true)]
     pub(crate) over: Vec<String>,
-    /// So many of Sobol's points instead of a grid
-    #[arg(long, value_name = "N", value_parser = RangedU64ValueParser::<usize>::new().range(1..=10_000))]
-    pub(crate) sobol: Option<usize>,
-    /// Sobol's total indices too: each of the N points becomes a group of as many points as there are keys, and two more
-    #[arg(long, requires = "sobol")]
-    pub(crate) total: bool,
     /// What is computed at each point
     #[arg(long, value_enum, default_value = "shots")]
     pub(crate) run: SweepKind,

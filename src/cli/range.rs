@@ -96,22 +96,6 @@ pub(crate) fn level(text: &str) -> Result<f64, String> {
     }
 }
 
-/// A speed above 0 [m/s].
-pub(crate) fn speed(text: &str) -> Result<f64, String> {
-    match text.trim().parse::<f64>() {
-        Ok(speed) if speed > 0.0 && speed <= 5000.0 => Ok(speed),
-        _ => Err(format!("expected a speed above 0 and at most 5000 m/s, found {text:?}")),
-    }
-}
-
-/// A time of either sign [µs].
-pub(crate) fn shift(text: &str) -> Result<f64, String> {
-    match text.trim().parse::<f64>() {
-        Ok(shift) if shift.abs() <= 1e12 => Ok(shift),
-        _ => Err(format!("expected a time in µs, such as 12.5 or -40, found {text:?}")),
-    }
-}
-
 fn count(text: &str) -> Result<usize, String> {
     match text.trim().parse() {
         Ok(count) if (2..=MAX_COUNT).contains(&count) => Ok(count),

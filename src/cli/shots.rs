@@ -72,7 +72,6 @@ fn run_arguments(arguments: &ShotsArguments) -> RunArguments {
         no_skip: Vec::new(),
         no_report: false,
         frames: None,
-        vtu: false,
         checkpoint_every: None,
         quiet: arguments.batch.quiet,
         json: arguments.batch.json,

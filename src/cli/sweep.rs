@@ -7,17 +7,15 @@ use ripstop::output::Folder;
 use ripstop::output::number::short;
 use ripstop::study::StudyError;
 use ripstop::study::shots::ShotsRequest;
-use ripstop::study::sweep::design::SweepDesign;
-use ripstop::study::sweep::factor::Factor;
-use ripstop::study::sweep::{self, KeyEffect, SweepOf, SweepRequest, SweepResult};
-use ripstop::study::v50::{Design, V50Request};
+use ripstop::study::sweep::factor::{Factor, grid};
+use ripstop::study::sweep::{self, SweepOf, SweepRequest, SweepResult};
+use ripstop::study::v50::V50Request;
 
 use super::batch;
 use super::campaign_arguments::{SweepArguments, SweepKind};
 use super::failure::CommandFailure;
 use super::input::Source;
 use super::progress::Bar;
-use super::result::part;
 use super::run::Print;
 use super::table::{Align, TextTable};
 use super::{interrupt, paint};
@@ -51,41 +49,31 @@ pub(crate) fn sweep(arguments: &SweepArguments) -> Result<(), CommandFailure> {
 /// The points, each with its case.
 fn request(arguments: &SweepArguments, source: &Source<'_>) -> Result<SweepRequest, CommandFailure> {
     let factors = arguments.over.iter().map(|text| Factor::parse(text)).collect::<Result<Vec<_>, StudyError>>()?;
-    let design = match (arguments.sobol, arguments.total) {
-        (Some(count), true) => SweepDesign::Total(count),
-        (Some(count), false) => SweepDesign::Sobol(count),
-        (None, _) => SweepDesign::Grid,
-    };
-    let points = design.points(&factors)?;
+    let points = grid(&factors)?;
     let mut cases = Vec::new();
     for point in &points {
         let over = factors.iter().zip(point).map(|(factor, value)| format!("{}={value}", factor.pointer));
         let sets: Vec<String> = arguments.batch.sets.iter().cloned().chain(over).collect();
         let case = source.case(&sets).map_err(|error| of_over(error, &factors))?;
-        let fit = arguments.batch.fit();
-        let velocity = case.projectile.as_ref().map_or(100.0, |projectile| projectile.velocity);
         let of = match arguments.run {
             SweepKind::Shots => SweepOf::Shots(ShotsRequest {
                 count: arguments.count.unwrap_or(1),
                 velocity: None,
                 until_width: arguments.batch.until_width,
-                fit,
+                fit: arguments.batch.fit(),
             }),
             SweepKind::V50 => SweepOf::V50(V50Request {
-                design: Design::Thresholds,
                 count: arguments.count.unwrap_or(COUNT),
                 until_width: arguments.batch.until_width.or(arguments.count.is_none().then_some(WIDTH)),
                 bracket: arguments.bracket,
-                velocity: [0.6 * velocity, 1.4 * velocity],
-                sigma: 0.08 * velocity,
                 // Points are compared with each other, all on the mesh of their case.
                 refined: 0,
-                fit,
+                level: arguments.batch.level,
             }),
         };
         cases.push((case, of));
     }
-    Ok(SweepRequest { factors, design, level: arguments.batch.level, points, cases })
+    Ok(SweepRequest { factors, level: arguments.batch.level, points, cases })
 }
 
 /// An error of a value of `--over`, which is a change of the case like those of `--set`.
@@ -117,25 +105,10 @@ fn text(title: &str, request: &SweepRequest, results: &SweepResult, folder: &Pat
     let more = results.points.len().saturating_sub(MAX_ROWS);
     let more = if more > 0 { format!("… and {more} more\n") } else { String::new() };
     format!(
-        "{title}\n\n{table}{more}{}{}\n{}  {}\n  {}, points/\n",
-        variance(request, &results.effects),
+        "{title}\n\n{table}{more}{}\n{}  {}\n  {}, points/\n",
         batch::device_text(results.device),
         paint::heading("files"),
         folder.display(),
         sweep::FILES.join(", ")
     )
-}
-
-/// What part of the variance of the response each key explains.
-fn variance(request: &SweepRequest, effects: &[KeyEffect]) -> String {
-    let (heads, rows) = sweep::variance_parts(request, effects);
-    if rows.is_empty() {
-        return String::new();
-    }
-    let heads: Vec<(&str, Align)> =
-        heads.iter().enumerate().map(|(n, head)| (*head, if n == 0 { Align::Left } else { Align::Right })).collect();
-    let mut table = TextTable::new(&heads);
-    rows.into_iter().for_each(|cells| table.row(cells));
-    let response = request.columns().first().copied().unwrap_or_default();
-    part(&format!("part of the variance of {response}"), &table.to_string())
 }

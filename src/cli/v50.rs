@@ -5,7 +5,7 @@ use std::path::Path;
 use ripstop::case::Case;
 use ripstop::output::Folder;
 use ripstop::output::number::short;
-use ripstop::study::v50::{self, Design, V50Progress, V50Request, V50Result};
+use ripstop::study::v50::{self, V50Progress, V50Request, V50Result};
 
 use super::batch::{self, ShotBar};
 use super::campaign_arguments::V50Arguments;
@@ -19,13 +19,10 @@ use super::{interrupt, paint};
 
 /// Half the width of the interval over V50 at which thresholds end where nothing else is asked for.
 const WIDTH: f64 = 0.02;
-/// Realisations, and shots of a design, where no count is asked for.
-const COUNTS: [u32; 2] = [64, 20];
+/// Realisations where no count is asked for.
+const COUNT: u32 = 64;
 /// Realisations that are shot on the converged mesh too: of a case in which nothing varies, and of others.
 const REFINED: [u32; 2] = [1, 4];
-/// Range in which a design expects V50, over the velocity of the case, and the scatter it expects, over the range.
-const RANGE: [f64; 2] = [0.6, 1.4];
-const SIGMA: f64 = 0.1;
 
 /// Fires, prints and writes.
 pub(crate) fn v50(arguments: &V50Arguments) -> Result<(), CommandFailure> {
@@ -51,30 +48,23 @@ pub(crate) fn v50(arguments: &V50Arguments) -> Result<(), CommandFailure> {
 
 /// What the command line asks for.
 pub(super) fn request(arguments: &V50Arguments, case: &Case) -> V50Request {
-    let of_case = case.projectile.as_ref().map_or(100.0, |projectile| projectile.velocity);
-    let velocity = arguments.velocity.map_or_else(|| RANGE.map(|part| part * of_case), |velocities| velocities.0);
-    let is_thresholds = arguments.design == Design::Thresholds;
-    let open = is_thresholds && arguments.count.is_none();
     V50Request {
         refined: arguments.refined.unwrap_or(REFINED[usize::from(case.varies())]),
-        design: arguments.design,
-        count: arguments.count.unwrap_or(COUNTS[usize::from(!is_thresholds)]),
-        until_width: arguments.batch.until_width.or(open.then_some(WIDTH)),
+        count: arguments.count.unwrap_or(COUNT),
+        until_width: arguments.batch.until_width.or(arguments.count.is_none().then_some(WIDTH)),
         bracket: arguments.bracket,
-        velocity,
-        sigma: arguments.sigma.unwrap_or(SIGMA * (velocity[1] - velocity[0])),
-        fit: arguments.batch.fit(),
+        level: arguments.batch.level,
     }
 }
 
 /// The whole text.
 fn text(case: &Case, request: &V50Request, found: &V50Result, folder: &Path) -> String {
-    let mut out = format!("{}\n{}\n", case.title, counts(request, found));
+    let mut out = format!("{}\n{}\n", case.title, counts(found));
     out += &answer(request, found);
-    out += &remarks("look", &v50::notes(case, request, found));
+    out += &remarks("look", &v50::notes(case, found));
     out += &part("velocity by chance of a perforation", &quantiles(request, found));
-    out += &part("chance of a perforation", &curve(request, found)).replace("\n  \n", "\n\n");
-    out += &part("arithmetic V50", &arithmetic(request, found));
+    out += &part("chance of a perforation", &curve(found)).replace("\n  \n", "\n\n");
+    out += &part("arithmetic V50", &arithmetic(found));
     if !found.passed.is_empty() {
         out += &part("residual velocity", &residual_table(&found.residual));
     }
@@ -84,28 +74,22 @@ fn text(case: &Case, request: &V50Request, found: &V50Result, folder: &Path) -> 
 }
 
 /// How much was shot.
-fn counts(request: &V50Request, found: &V50Result) -> String {
-    let shots = found.shots;
-    match request.design {
-        Design::Thresholds => {
-            let known = found.thresholds.iter().filter(|found| found.is_ok()).count();
-            let of = found.thresholds.len();
-            let [thresholds, realisations] = [(known, "threshold"), (of, "realisation")]
-                .map(|(count, name)| format!("{count} {name}{}", if count == 1 { "" } else { "s" }));
-            let finer = match found.refined_shots {
-                0 => String::new(),
-                count => format!(", {count} on the converged mesh"),
-            };
-            format!("{thresholds} of {realisations}, {shots} shots{finer}")
-        }
-        design => format!("{shots} shots, design {}", design.word()),
-    }
+fn counts(found: &V50Result) -> String {
+    let known = found.thresholds.iter().filter(|found| found.is_ok()).count();
+    let of = found.thresholds.len();
+    let [thresholds, realisations] = [(known, "threshold"), (of, "realisation")]
+        .map(|(count, name)| format!("{count} {name}{}", if count == 1 { "" } else { "s" }));
+    let finer = match found.refined_shots {
+        0 => String::new(),
+        count => format!(", {count} on the converged mesh"),
+    };
+    format!("{thresholds} of {realisations}, {} shots{finer}", found.shots)
 }
 
 /// V50 and σ, and what the interval is made of.
 fn answer(request: &V50Request, found: &V50Result) -> String {
     let Some(v50) = found.v50 else { return format!("\n{}\n", paint::heading("no V50")) };
-    let level = short(100.0 * request.fit.level, 3);
+    let level = short(100.0 * request.level, 3);
     let [low, high] = ends(found.bounds);
     let mut out = format!(
         "\n{}, {level} % interval {low} to {high} m/s\n",
@@ -140,19 +124,12 @@ fn quantiles(request: &V50Request, found: &V50Result) -> String {
         table.row(quantile_cells(format!("V{}", short(100.0 * quantile.p, 3)), quantile));
     }
     seen("V100, fastest seen", range.map(|range| range[1]), &mut table);
-    format!("{table}{} % intervals of the sampling alone, likelihood ratio\n", short(100.0 * request.fit.level, 3))
+    format!("{table}{} % intervals of the sampling alone, likelihood ratio\n", short(100.0 * request.level, 3))
 }
 
-/// The curve, with the thresholds or the shots.
-fn curve(request: &V50Request, found: &V50Result) -> String {
-    let is_thresholds = request.design == Design::Thresholds;
-    let of = |perforated: bool| -> Vec<f64> {
-        found.ranged.iter().filter(|shot| shot.perforated == perforated).map(|shot| shot.velocity).collect()
-    };
-    let marks = match is_thresholds {
-        true => [("", Vec::new()), ("thresholds", found.middles())],
-        false => [("perforated", of(true)), ("stopped", of(false))],
-    };
+/// The curve, with the thresholds.
+fn curve(found: &V50Result) -> String {
+    let marks = [("", Vec::new()), ("thresholds", found.middles())];
     let all = || marks.iter().flat_map(|(_, at)| at.iter().copied());
     let range = [all().fold(f64::INFINITY, f64::min), all().fold(f64::NEG_INFINITY, f64::max)];
     let is_range = range[1] > range[0];
@@ -162,18 +139,13 @@ fn curve(request: &V50Request, found: &V50Result) -> String {
     plot(range, |velocity| found.probability(velocity).unwrap_or(0.5), marks)
 }
 
-fn arithmetic(request: &V50Request, found: &V50Result) -> String {
+fn arithmetic(found: &V50Result) -> String {
     if found.ranged.len() < 2 {
         return String::new();
     }
-    let of = match request.design {
-        Design::Thresholds => "of an up-and-down of one shot at each realisation\n",
-        _ => "",
-    };
-    let mut out = format!("{}{of}", arithmetic_table(&found.arithmetic));
-    if let Some(staircase) = &found.staircase {
-        let holds = if staircase.scattered { "" } else { " (its formula does not hold: too few levels)" };
-        out += &format!("Dixon and Mood: {} m/s, σ {} m/s{holds}\n", short(staircase.mu, 4), short(staircase.sigma, 3));
-    }
-    out
+    format!(
+        "{}of an up-and-down of one shot at each realisation
+",
+        arithmetic_table(&found.arithmetic)
+    )
 }

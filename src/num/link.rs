@@ -111,11 +111,6 @@ fn normal_quantile(p: f64) -> f64 {
     if p < 0.5 { z } else { -z }
 }
 
-/// Density of the standard normal distribution.
-pub(crate) fn normal_density(z: f64) -> f64 {
-    ln_density(z).exp()
-}
-
 #[cfg(test)]
 #[path = "link_tests.rs"]
 mod tests;

@@ -5,7 +5,6 @@
 //! gives a finite estimate there (Kosmidis & Firth 2021).
 
 use super::outcomes::{Group, Outcomes};
-use super::search::root;
 use crate::num::link::Link;
 
 /// Steps of a fit at most. From these starts 5 to 20 are needed.
@@ -121,27 +120,6 @@ pub fn fit(link: Link, outcomes: &Outcomes) -> Result<Estimate, NoEstimate> {
     Ok(Estimate { link, mu, sigma, log_likelihood: problem.log_likelihood(line), covariance, method })
 }
 
-/// Fits μ alone, σ given. NaN without both outcomes: it is then beyond all shots.
-pub fn location(link: Link, outcomes: &Outcomes, sigma: f64) -> f64 {
-    let [low, high] = outcomes.range();
-    let slope = |mu: f64| {
-        let term = |group: &Group| {
-            let z = (group.velocity - mu) / sigma;
-            group.perforated as f64 * link.slope(z) - group.stopped as f64 * link.slope(-z)
-        };
-        outcomes.groups().iter().map(term).sum::<f64>()
-    };
-    if outcomes.gap().is_none() {
-        return f64::NAN;
-    }
-    // Far below all shots they should all have been stopped, far above all have perforated.
-    let mut reach = sigma;
-    while !(slope(low - reach) < 0.0 && slope(high + reach) > 0.0) && reach.is_finite() {
-        reach *= 2.0;
-    }
-    root(slope, low - reach, high + reach, 1e-12 * sigma)
-}
-
 /// What no method can mend.
 fn refuse(outcomes: &Outcomes) -> Result<(), NoEstimate> {
     let [perforations, stops] = outcomes.means();
@@ -157,7 +135,7 @@ fn refuse(outcomes: &Outcomes) -> Result<(), NoEstimate> {
 }
 
 /// Expected information on (μ, σ) times σ²: Σ w \[1 z; z z²\].
-pub fn information(link: Link, outcomes: &Outcomes, mu: f64, sigma: f64) -> [[f64; 2]; 2] {
+fn information(link: Link, outcomes: &Outcomes, mu: f64, sigma: f64) -> [[f64; 2]; 2] {
     let mut sum = [[0.0; 2]; 2];
     for group in outcomes.groups() {
         let z = (group.velocity - mu) / sigma;

@@ -12,17 +12,7 @@ use crate::run::graphics::DeviceUse;
 /// Name of the table.
 const TABLE: &str = "shots.csv";
 /// Every file that is written.
-pub const FILES: &[&str] = &[
-    "plan.json",
-    TABLE,
-    "shots.html",
-    "shots.json",
-    #[cfg(feature = "parquet")]
-    PARQUET,
-];
-/// The table again, for those who read thousands of shots.
-#[cfg(feature = "parquet")]
-const PARQUET: &str = "shots.parquet";
+pub const FILES: &[&str] = &["plan.json", TABLE, "shots.html", "shots.json"];
 /// Fraction by which the place in the range moves on from shot to shot: the golden ratio fills a range evenly, whatever the count.
 const GOLDEN: f64 = 0.618_033_988_749_894_9;
 /// Shots after each of which it is looked whether the interval is narrow enough.
@@ -182,8 +172,6 @@ fn finish(
     let page = batch::html(&case.title, &rows, &fit, &notes(case));
     let json = format!("{:#}\n", fit::json(&fit));
     let rows = rows.into_iter().cloned().collect();
-    #[cfg(feature = "parquet")]
-    crate::output::parquet::put(folder, PARQUET, &table)?;
     // The table last: what is beside it is of it.
     folder.put(&[("shots.json", json), ("shots.html", page), (TABLE, table)], &[])?;
     log.close()?;

@@ -101,24 +101,9 @@ fn a_limit_has_its_agreed_names_and_lies_over_measured_shots() {
     let json: Value = serde_json::from_str(&fs::read_to_string(bench.path("limit/v50.json")).unwrap()).unwrap();
     let v50 = json["v50_m_s"].as_f64().unwrap();
     assert!((50.0..90.0).contains(&v50), "{v50}");
-    assert_eq!((&json["design"], &json["realisations"]), (&json!("thresholds"), &json!(4)));
+    assert_eq!(json["realisations"], json!(4));
     assert!(fs::read_to_string(bench.path("limit/v50.html")).unwrap().contains("Thresholds"));
-    let design = bench.ripstop(&[
-        "v50",
-        "shot.json",
-        "--design",
-        "updown",
-        "--velocity",
-        "50..80",
-        "--count",
-        "6",
-        "-o",
-        "range",
-        "--json",
-    ]);
-    let found: Value = serde_json::from_str(&stdout(&design)).unwrap();
-    assert_eq!((&found["design"], &found["shots"]), (&json!("updown"), &json!(6)));
-    assert!(found["dixon_mood"]["mu"].is_number() && found["arithmetic"].as_array().unwrap().len() == 4);
+    assert_eq!(json["arithmetic"].as_array().unwrap().len(), 4);
     let measured =
         format!("velocity_m_s,perforated\n{},0\n{},1\n{},0\n{},1\n", v50 - 9.0, v50 - 1.0, v50 + 1.0, v50 + 9.0);
     fs::write(bench.path("range.csv"), measured).unwrap();
@@ -147,33 +132,7 @@ fn a_sweep_prints_and_writes_its_points() {
     assert!(stdout(&output).contains("residual_velocity_m_s"));
     assert_eq!(fs::read_to_string(bench.path("out/sweep.csv")).unwrap().lines().count(), 5);
     let page = fs::read_to_string(bench.path("out/sweep.html")).unwrap();
-    assert!(
-        page.contains("main effect of plies") && page.contains("part of the variance")
-            || page.contains("Part of the variance")
-    );
-}
-
-#[test]
-fn total_indices_are_printed_and_written() {
-    let bench = bench();
-    let over = ["--over", "/projectile/velocity_m_s=40..140", "--over", "/projectile/friction=0..0.4"];
-    let arguments = [&["sweep", "shot.json", "--sobol", "8", "--total", "-o", "out"][..], &over[..]].concat();
-    let output = bench.ripstop(&arguments);
-    assert_eq!(code(&output), 0, "{}", stderr(&output));
-    assert!(stdout(&output).contains("part of the variance of residual_velocity_m_s"), "{}", stdout(&output));
-    assert_eq!(fs::read_to_string(bench.path("out/sweep.csv")).unwrap().lines().count(), 1 + 8 * 4);
-    let found: Value = serde_json::from_slice(&fs::read(bench.path("out/sweep.json")).unwrap()).unwrap();
-    let [velocity, friction] = [0, 1].map(|key| &found["effects"][key]);
-    assert_eq!((&velocity["key"], &found["level"]), (&json!("/projectile/velocity_m_s"), &json!(0.9)));
-    let of = |key: &Value, name: &str| key[name].as_f64().unwrap();
-    assert!(of(velocity, "total_index") > 0.6 && of(friction, "total_index") < 0.4, "{velocity} {friction}");
-    for name in ["first_index", "total_index"] {
-        let [low, high] = ["low", "high"].map(|end| of(velocity, &format!("{name}_{end}")));
-        assert!(low < high && (low..=high).contains(&of(velocity, name)), "{velocity}");
-    }
-    assert!(fs::read_to_string(bench.path("out/sweep.html")).unwrap().contains("total: Jansen 1999"));
-    let alone = bench.ripstop(&[&["sweep", "shot.json", "--total"][..], &over[..]].concat());
-    assert!(code(&alone) == 2 && stderr(&alone).contains("--sobol"), "{}", stderr(&alone));
+    assert!(page.contains("residual_velocity_m_s over plies and velocity_m_s"));
 }
 
 #[test]
@@ -201,7 +160,6 @@ fn bad_input_is_one_error_and_nothing_is_written() {
         (&["sweep", "shot.json", "--over", "/pack/plys=1,2"], "did you mean"),
         (&["sweep", "shot.json", "--over", "/pack/plies=1,0"], "--over /pack/plies\n"),
         (&["sweep", "shot.json", "--over", "/pack/plies=[1,2]"], "without brackets: --over /pack/plies=1,2"),
-        (&["v50", "shot.json", "--sigma", "-3"], "expected a speed above 0"),
     ] {
         let output = bench.ripstop(arguments);
         assert_eq!(code(&output), 2, "{arguments:?}");

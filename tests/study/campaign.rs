@@ -1,4 +1,4 @@
-//! Batches, thresholds, designs and sweeps: what a shot gives does not depend on its company, and what was broken off ends as if it had not been.
+//! Batches, thresholds and sweeps: what a shot gives does not depend on its company, and what was broken off ends as if it had not been.
 
 mod ballistic_limits;
 
@@ -16,10 +16,8 @@ use ripstop::study::batch::{BatchError, BatchOptions, order_case};
 use ripstop::study::fit::FitRequest;
 use ripstop::study::interval::Interval;
 use ripstop::study::shots::{self, ShotsRequest};
-use ripstop::study::sweep::design::SweepDesign;
-use ripstop::study::sweep::factor::Factor;
+use ripstop::study::sweep::factor::{Factor, grid};
 use ripstop::study::sweep::{self, SweepOf, SweepRequest};
-use ripstop::study::v50::Design;
 use tempfile::TempDir;
 
 use crate::scene;
@@ -182,14 +180,11 @@ fn shots_without_any_outcome_end_in_rows_with_a_reason() {
     let case = small(&["/solver/end_time_us=2"]);
     let shots = fire(&case, 3, 2, TempDir::new().unwrap().path(), false).unwrap();
     assert!(shots.rows.len() == 3 && shots.rows.iter().all(|row| row.reason.contains("undecided")), "{:?}", shots.rows);
-    for design in [Design::Thresholds, Design::Langlie] {
-        let found = limit(&case, &v50_request(design, 2), 2, TempDir::new().unwrap().path(), false);
-        assert!(found.v50.is_none() && found.failed > 0, "{design:?}: {found:?}");
-    }
+    let found = limit(&case, &v50_request(2), 2, TempDir::new().unwrap().path(), false);
+    assert!(found.v50.is_none() && found.failed > 0, "{found:?}");
     let of = SweepOf::Shots(ShotsRequest { count: 1, velocity: None, until_width: None, fit: FIT });
     let request = SweepRequest {
         factors: vec![Factor::parse("/pack/plies=1,2").unwrap()],
-        design: SweepDesign::Grid,
         level: 0.9,
         points: vec![vec!["1".to_owned()], vec!["2".to_owned()]],
         cases: vec![(case.clone(), of), (small(&["/solver/end_time_us=2", "/pack/plies=2"]), of)],
@@ -222,7 +217,7 @@ fn a_sweep_has_a_row_for_every_point_and_goes_on() {
         .iter()
         .map(|text| Factor::parse(text).unwrap())
         .collect();
-    let points = SweepDesign::Grid.points(&factors).unwrap();
+    let points = grid(&factors).unwrap();
     let of = |values: &Vec<String>| {
         let sets: Vec<String> =
             factors.iter().zip(values).map(|(factor, value)| format!("{}={value}", factor.pointer)).collect();
@@ -230,7 +225,7 @@ fn a_sweep_has_a_row_for_every_point_and_goes_on() {
         (case, SweepOf::Shots(ShotsRequest { count: 1, velocity: None, until_width: None, fit: FIT }))
     };
     let cases = points.iter().map(of).collect();
-    let request = SweepRequest { factors: factors.clone(), design: SweepDesign::Grid, level: 0.9, points, cases };
+    let request = SweepRequest { factors: factors.clone(), level: 0.9, points, cases };
     let seen = Mutex::new(0);
     let run = |path: &Path, resume: bool| {
         let count = |done: usize| *seen.lock().unwrap() = done;
@@ -253,38 +248,4 @@ fn a_sweep_has_a_row_for_every_point_and_goes_on() {
     }
     run(broken.path(), true);
     assert_eq!(files(broken.path()), files(whole.path()));
-}
-
-/// The Parquet twins hold what the tables hold; `files` has compared their bytes after every resumption above.
-#[cfg(feature = "parquet")]
-#[test]
-fn parquet_holds_what_the_table_holds() {
-    use parquet::file::reader::{FileReader as _, SerializedFileReader};
-    use parquet::record::Field;
-    let place = TempDir::new().unwrap();
-    fire(&small(&[VARIES]), 6, 2, place.path(), false).unwrap();
-    let mut table = csv::Reader::from_path(place.path().join("shots.csv")).unwrap();
-    let names = table.headers().unwrap().clone();
-    let file = fs::File::open(place.path().join("shots.parquet")).unwrap();
-    let reader = SerializedFileReader::new(file).unwrap();
-    let rows: Vec<_> = reader.get_row_iter(None).unwrap().map(Result::unwrap).collect();
-    let records: Vec<_> = table.records().map(Result::unwrap).collect();
-    assert_eq!((rows.len(), records.len()), (6, 6));
-    for (row, record) in rows.iter().zip(&records) {
-        let fields: Vec<_> = row.get_column_iter().collect();
-        assert_eq!(fields.len(), names.len());
-        for (((name, field), cell), head) in fields.into_iter().zip(record).zip(&names) {
-            assert_eq!(name, head);
-            match field {
-                Field::Null => assert_eq!(cell, "", "{head}"),
-                Field::Long(value) => assert_eq!(value.to_string(), cell, "{head}"),
-                Field::Double(value) => assert_eq!(Ok(*value), cell.parse(), "{head}"),
-                Field::Str(text) => assert_eq!(text, cell, "{head}"),
-                other => panic!("{head}: {other:?}"),
-            }
-        }
-    }
-    let units = reader.metadata().file_metadata().key_value_metadata().unwrap()[0].value.clone().unwrap();
-    let units: serde_json::Value = serde_json::from_str(&units).unwrap();
-    assert_eq!((&units["velocity_m_s"], &units["absorbed_energy_j"]), (&"m/s".into(), &"J".into()));
 }

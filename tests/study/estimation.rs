@@ -1,7 +1,7 @@
 //! Maximum likelihood, Firth's penalty, refusals.
 
 use ripstop::num::link::Link;
-use ripstop::study::binary_response::{Estimate, Method, NoEstimate, fit, location};
+use ripstop::study::binary_response::{Estimate, Method, NoEstimate, fit};
 use ripstop::study::outcomes::{Group, Outcomes};
 
 use super::{GONOGO, NEYER, WU_TIAN, near, outcomes};
@@ -168,13 +168,4 @@ fn units_and_counts_do_not_matter() {
     near(same.sigma, 100.0 * found.sigma, 1e-6);
     near(same.deviance(), 7.0 * found.deviance(), 1e-8);
     near(same.standard_error(0.9), 100.0 * found.standard_error(0.9) / 7.0_f64.sqrt(), 1e-6);
-}
-
-/// With σ given, three shots that lie evenly around their middle have it as their estimate.
-#[test]
-fn the_place_alone_is_found_where_the_scatter_is_given() {
-    near(location(Link::Probit, &outcomes("5.5/0 16.5/1"), 3.0), 11.0, 1e-9);
-    // Wu & Tian's fourth level, fired at 13.8.
-    near(location(Link::Probit, &outcomes("5.5/0 16.5/1 11/0"), 3.0), 13.8, 0.05);
-    assert!(location(Link::Probit, &outcomes("5.5/0 16.5/0"), 3.0).is_nan());
 }

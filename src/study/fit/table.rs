@@ -2,11 +2,12 @@
 //!
 //! Columns are separated by commas, semicolons or tabs; lines that begin with `#` are comments.
 
+use std::fs::File;
+use std::io::{self, Read as _};
 use std::path::Path;
 
 use ::csv::{ReaderBuilder, StringRecord, Trim};
 
-use crate::study::diff::{bounded, few, one_line, plain_text, quoted, separator};
 use crate::study::error::StudyError;
 use crate::study::outcomes::{Group, Outcomes};
 use crate::study::residual_fit::Passed;
@@ -60,8 +61,80 @@ pub fn passed(rows: &[FitRow]) -> Vec<Passed> {
 /// Where it cannot be read, is too large, or holds something else.
 pub fn read(path: &Path) -> Result<Vec<FitRow>, StudyError> {
     let help = format!("name a CSV with {EXAMPLE}");
-    let bytes = bounded(path, MAX_BYTES, &help)?;
+    let bytes = bounded(path, &help)?;
     parse(&bytes).map_err(|error| error.in_file(&path.display().to_string()))
+}
+
+/// Bytes of a file of bounded size; the size of a pipe is not known beforehand.
+fn bounded(path: &Path, help: &str) -> Result<Vec<u8>, StudyError> {
+    let place = path.display().to_string();
+    let failed = |error: io::Error| StudyError::new(&place, "a file that can be read", error.to_string(), help);
+    let large = || {
+        let expected = format!("a file of at most {} MiB", MAX_BYTES >> 20);
+        StudyError::new(&place, expected, "a larger one", "keep fewer lines, or fewer columns")
+    };
+    let file = File::open(path).map_err(failed)?;
+    if file.metadata().map_err(failed)?.len() > MAX_BYTES {
+        return Err(large());
+    }
+    let mut bytes = Vec::new();
+    file.take(MAX_BYTES + 1).read_to_end(&mut bytes).map_err(failed)?;
+    if bytes.len() as u64 > MAX_BYTES { Err(large()) } else { Ok(bytes) }
+}
+
+/// Text in UTF-8; every line ends with a line feed.
+fn plain_text(bytes: &[u8]) -> Result<String, StudyError> {
+    let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
+    let line = |at: usize| format!("line {}", bytes[..at].iter().filter(|byte| **byte == b'\n').count() + 1);
+    let no_text = |at: usize, byte: u8| {
+        let help = "save the table as CSV (UTF-8); a spreadsheet's own file is none";
+        StudyError::new(line(at), "text in UTF-8", format!("the byte 0x{byte:02X}"), help)
+    };
+    if let Some(at) = bytes.iter().position(|byte| *byte == 0) {
+        return Err(no_text(at, 0));
+    }
+    let text = std::str::from_utf8(bytes).map_err(|error| {
+        let at = error.valid_up_to();
+        no_text(at, bytes.get(at).copied().unwrap_or_default())
+    })?;
+    let mut text = text.replace("\r\n", "\n").replace('\r', "\n");
+    text.push('\n');
+    Ok(text)
+}
+
+/// Separator of the names of the heading: the most frequent of three, outside quotes.
+fn separator(text: &str) -> u8 {
+    let heading = text.lines().find(|line| !line.trim().is_empty() && !line.starts_with('#')).unwrap_or_default();
+    let outside: Vec<u8> = heading.split('"').step_by(2).flat_map(str::bytes).collect();
+    let count = |sign: u8| outside.iter().filter(|byte| **byte == sign).count();
+    // The last of equals wins: a comma where there is none at all.
+    [b'\t', b';', b','].into_iter().max_by_key(|sign| count(*sign)).unwrap_or(b',')
+}
+
+/// Heading on one line, without control characters.
+fn one_line(heading: &str) -> String {
+    let parts = heading.split(|c: char| c.is_control() || c.is_whitespace());
+    parts.filter(|part| !part.is_empty()).collect::<Vec<_>>().join(" ")
+}
+
+/// First eight of some names, quoted.
+fn few<'a>(names: impl IntoIterator<Item = &'a str>) -> String {
+    const SHOWN: usize = 8;
+    let names: Vec<&str> = names.into_iter().collect();
+    let more = names.len().saturating_sub(SHOWN);
+    let shown = names[..names.len() - more].iter().map(|name| quoted(name)).collect::<Vec<_>>().join(", ");
+    match (names.is_empty(), more) {
+        (true, _) => "none".to_owned(),
+        (_, 0) => shown,
+        _ => format!("{shown} and {more} more"),
+    }
+}
+
+/// Word of a file in quotes, control characters escaped, cut at 40 characters.
+fn quoted(text: &str) -> String {
+    let short: String = text.chars().take(40).collect();
+    let rest = if short.len() < text.len() { "…" } else { "" };
+    format!("{:?}", short + rest)
 }
 
 /// Reads a table.

@@ -3,9 +3,8 @@
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-use super::design::SweepDesign;
 use super::factor::Factor;
-use super::{KeyEffect, html, json, key_effects};
+use super::{html, json};
 use crate::case::Case;
 use crate::output::Folder;
 use crate::output::csv::{header, number, quoted, row};
@@ -32,8 +31,6 @@ pub enum SweepOf {
 pub struct SweepRequest {
     /// What is varied.
     pub factors: Vec<Factor>,
-    /// Which points.
-    pub design: SweepDesign,
     /// Confidence of the intervals.
     pub level: f64,
     /// The values at each point, as the case file would have them.
@@ -63,8 +60,6 @@ pub struct PointResult {
 pub struct SweepResult {
     /// By point.
     pub points: Vec<PointResult>,
-    /// By key.
-    pub effects: Vec<KeyEffect>,
     /// What was taken of a device.
     pub device: DeviceUse,
 }
@@ -103,10 +98,8 @@ pub fn run(
     }
     plan.begin(folder, super::FILES, resume)?;
     let (points, device) = all(request, options, &folder.path().join("points"), progress)?;
-    let results = SweepResult { effects: key_effects(request, &points), points, device };
+    let results = SweepResult { points, device };
     let table = table(request, &results.points);
-    #[cfg(feature = "parquet")]
-    crate::output::parquet::put(folder, super::PARQUET, &table)?;
     let texts = [
         ("sweep.json", format!("{:#}\n", json(request, &results))),
         ("sweep.html", html(request, &results, title)),

@@ -1,25 +1,18 @@
-//! What a sweep varies: `/pointer=1,2,4,8`, `/pointer=100..300:20` (from, to, step) or, for Sobol's points, `/pointer=100..300`.
+//! Factors of a sweep: `/pointer=1,2,4,8` or `/pointer=100..300:20` (from, to, step).
 
-use super::design::MAX_POINTS;
 use crate::output::csv::number;
 use crate::study::StudyError;
 
-/// The values of one key.
-#[derive(Clone, Debug, PartialEq)]
-pub enum Values {
-    /// These, as the case file would have them.
-    List(Vec<String>),
-    /// Anything between two numbers.
-    Between([f64; 2]),
-}
+/// Points of a sweep at most.
+const MAX_POINTS: usize = 10_000;
 
 /// A key and its values.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Factor {
     /// JSON pointer.
     pub pointer: String,
-    /// Values.
-    pub values: Values,
+    /// Values, as the case file would have them.
+    pub values: Vec<String>,
 }
 
 impl Factor {
@@ -41,7 +34,7 @@ impl Factor {
             if values.is_empty() {
                 return Err(wrong("values after =", ""));
             }
-            return Ok(Self { pointer, values: Values::List(values) });
+            return Ok(Self { pointer, values });
         };
         let (high, step) = rest.split_once(':').map_or((rest, None), |(high, step)| (high, Some(step)));
         let parse = |text: &str| {
@@ -52,7 +45,11 @@ impl Factor {
         if high <= low {
             return Err(wrong("a range from a lower to a higher number", values));
         }
-        let Some(step) = step else { return Ok(Self { pointer, values: Values::Between([low, high]) }) };
+        let Some(step) = step else {
+            let help = "write /pointer=A..B:STEP";
+            let place = format!("--over {pointer}");
+            return Err(StudyError::new(place, "values, or a range with a step", "a range without a step", help));
+        };
         let step = parse(step)?;
         let count = ((high - low) / step + 1e-9).floor();
         if !(step > 0.0 && count < MAX_POINTS as f64) {
@@ -60,13 +57,36 @@ impl Factor {
         }
         // Rounding of a sum of steps has no place in a case.
         let at = |n: usize| format!("{:.12e}", low + step * n as f64).parse().map(number).unwrap_or_default();
-        Ok(Self { pointer, values: Values::List((0..=count as usize).map(at).collect()) })
+        Ok(Self { pointer, values: (0..=count as usize).map(at).collect() })
     }
 
     /// The last part of the pointer.
     pub fn name(&self) -> &str {
         self.pointer.rsplit('/').next().unwrap_or_default()
     }
+}
+
+/// All combinations of the values, the last factor fastest; each point has a value of every factor, as the case file would have it.
+///
+/// # Errors
+/// When there are too many.
+pub fn grid(factors: &[Factor]) -> Result<Vec<Vec<String>>, StudyError> {
+    let mut points = vec![Vec::new()];
+    for Factor { pointer, values } in factors {
+        let count = points.len() * values.len();
+        if count > MAX_POINTS {
+            let expected = format!("at most {MAX_POINTS} points");
+            return Err(StudyError::new(
+                "--over",
+                expected,
+                format!("{count} of them at {pointer}"),
+                "take longer steps",
+            ));
+        }
+        let with = |point: Vec<String>| values.iter().map(move |value| [point.clone(), vec![value.clone()]].concat());
+        points = points.into_iter().flat_map(with).collect();
+    }
+    Ok(points)
 }
 
 /// Values apart at commas, but for those inside brackets and quotes.

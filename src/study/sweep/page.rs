@@ -1,10 +1,9 @@
-//! `sweep.html`: lines over the first factor, a heat map of two, main effects, the table.
+//! `sweep.html`: lines over the first factor, a heat map of two, the table.
 
-use super::indices::{Index, KeyIndices};
-use super::places::{Place, groups, places};
-use super::{KeyEffect, PointResult, SweepRequest, SweepResult};
+use super::places::{Place, places};
+use super::{PointResult, SweepRequest, SweepResult};
 use crate::output::chart;
-use crate::output::number::{fraction, short};
+use crate::output::number::short;
 use crate::study::fit::draw::{CURVE, PANEL, below, plane};
 use crate::study::page::{document, figures, row, table};
 
@@ -27,45 +26,9 @@ pub fn html(request: &SweepRequest, results: &SweepResult, title: &str) -> Strin
                 .push((format!("{response} over {} and {}", names[0], names[1]), heat_map(&names, &places, response)));
         }
     }
-    for (name, effect) in names.iter().zip(&results.effects) {
-        let Some(main) = &effect.main else { continue };
-        let levels = main.levels.iter().map(|level| [level.value, level.mean]).collect::<Vec<_>>();
-        panels.push((format!("main effect of {name}"), effect_panel(name, &levels, response)));
-    }
     let mut body = figures(panels.iter().map(|(name, drawing)| (name.as_str(), drawing.clone())));
-    let (heads, rows) = variance_parts(request, &results.effects);
-    if !rows.is_empty() {
-        let rows: String = rows.iter().map(|cells| row(cells)).collect();
-        body += &table(&format!("Part of the variance of {response} that each key explains"), &heads, &rows);
-        let groups = groups(request, &results.points).len();
-        if groups > 0 {
-            let level = short(100.0 * request.level, 3);
-            body += &format!(
-                "<p class=\"note\">Sobol’s indices of {groups} groups of points (total: Jansen 1999), {level} % intervals of the bootstrap. \
-                 Total: by itself and together with other keys.</p>\n"
-            );
-        }
-    }
     body += &all(request, &results.points, columns);
     document(&format!("Sweep: {title}"), &body, "sweep.json")
-}
-
-/// What part of the variance of the response each key explains: headings and rows of a table, none where there is nothing to say.
-pub fn variance_parts(request: &SweepRequest, effects: &[KeyEffect]) -> (Vec<&'static str>, Vec<Vec<String>>) {
-    let interval = |index: Index| match index.bounds {
-        Some(ends) => ends.map(|end| short(end, 2)).join(" to "),
-        None => "-".to_owned(),
-    };
-    let named = request.factors.iter().map(|factor| factor.name().to_owned()).zip(effects);
-    if effects.iter().any(|effect| effect.indices.is_some()) {
-        let row = |(name, effect): (String, &KeyEffect)| {
-            let KeyIndices { first, total } = effect.indices?;
-            Some(vec![name, short(first.value, 2), interval(first), short(total.value, 2), interval(total)])
-        };
-        return (vec!["key", "by itself", "interval", "total", "interval"], named.filter_map(row).collect());
-    }
-    let row = |(name, effect): (String, &KeyEffect)| Some(vec![name, fraction(effect.main.as_ref()?.part)]);
-    (vec!["key", "by itself"], named.filter_map(row).collect())
 }
 
 fn span(values: impl Iterator<Item = f64> + Clone) -> [f64; 2] {
@@ -177,17 +140,6 @@ fn cells(values: &[f64]) -> [f64; 2] {
         (Some(first), Some(last)) => [edges(values, *first)[0], edges(values, *last)[1]],
         _ => [0.0, 1.0],
     }
-}
-
-fn effect_panel(name: &str, levels: &[[f64; 2]], response: &str) -> String {
-    let label = format!("mean {response}");
-    let ranges = [0, 1].map(|of| span(levels.iter().map(move |level| level[of])));
-    let (x, y, mut out) = plane(LEFT, ranges, [name, &label]);
-    out += &chart::line(&x, &y, levels.iter().copied(), &format!("stroke=\"{CURVE}\" stroke-width=\"2\""));
-    for [value, mean] in levels {
-        out += &format!("<circle cx=\"{:.1}\" cy=\"{:.1}\" r=\"3\" fill=\"{CURVE}\"/>\n", x.at(*value), y.at(*mean));
-    }
-    out
 }
 
 fn all(request: &SweepRequest, results: &[PointResult], columns: &[&str]) -> String {

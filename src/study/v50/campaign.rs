@@ -1,5 +1,4 @@
-//! The shots of a V50: thresholds in blocks, realisations of a block in parallel, on a device in rounds of a shot of each; or a design, shot
-//! after shot.
+//! The shots of a V50: thresholds in blocks, realisations of a block in parallel, on a device in rounds of a shot of each.
 //!
 //! What is asked next depends on outcomes alone, never on the order in which shots ended: a campaign that was broken off asks the same
 //! again, and finds the rows that are there.
@@ -12,13 +11,12 @@ use serde_json::json;
 use super::estimate::{V50Result, estimate};
 use super::realisation::{FoundThreshold, RealisationSearch, Start};
 use super::threshold::{Rungs, middle};
-use super::{Design, FILES, REFINED_TABLE, TABLE, V50Request, html, json};
+use super::{FILES, REFINED_TABLE, TABLE, V50Request, html, json};
 use crate::case::{self, Case};
 use crate::output::Folder;
 use crate::run::graphics::DeviceUse;
 use crate::study::batch::fire::shoot;
 use crate::study::batch::{BatchError, BatchOptions, BatchPlan, DeviceRunner, ShotLog, ShotOrder};
-use crate::study::designs::{Langlie, Neyer, ThreePod, UpDown};
 use crate::study::outcomes::Shot;
 use crate::study::shots::drawn_columns;
 use crate::study::threads::in_threads;
@@ -27,12 +25,14 @@ use crate::study::threads::in_threads;
 const BLOCKS: [u32; 3] = [2, 6, 8];
 /// First step of the first searches, over the width of a rung; later ones step by the scatter of those before.
 const FIRST_STEP: f64 = 0.1;
+/// Velocity at which the first searches begin in a case without a projectile [m/s].
+const FALLBACK_VELOCITY: f64 = 100.0;
 /// Thresholds without which no interval is narrow.
 const LEAST: usize = 8;
 /// What a campaign is at.
 #[derive(Clone, Copy, Debug)]
 pub struct V50Progress<'a> {
-    /// Realisations, or shots of a design, that are done.
+    /// Realisations that are done.
     pub done: u32,
     /// Wanted at most.
     pub of: u32,
@@ -41,27 +41,21 @@ pub struct V50Progress<'a> {
 }
 
 /// The case whose impact velocity is the one asked for: its scatter moves shots, not the limit.
-fn nominal(case: &Case, design: Design) -> Case {
+fn nominal(case: &Case) -> Case {
     let mut case = case.clone();
-    if design == Design::Thresholds {
-        if let Some(variability) = case.as_run.get_mut("variability").and_then(serde_json::Value::as_object_mut) {
-            variability.remove("velocity");
-        }
-        if let Some(variability) = &mut case.variability {
-            variability.velocity = None;
-        }
+    if let Some(variability) = case.as_run.get_mut("variability").and_then(serde_json::Value::as_object_mut) {
+        variability.remove("velocity");
+    }
+    if let Some(variability) = &mut case.variability {
+        variability.velocity = None;
     }
     case
 }
 
 fn plan(case: &Case, request: &V50Request, options: &BatchOptions<'_>) -> BatchPlan {
-    let design = match request.design {
-        Design::Thresholds => json!({ "bracket": request.bracket }),
-        _ => json!({ "velocity_m_s": request.velocity, "sigma_m_s": request.sigma }),
-    };
     let parts = json!({
-        "design": request.design.word(), "parameters": design, "count": request.count, "until_width": request.until_width,
-        "level": request.fit.level, "refined": request.refined,
+        "bracket": request.bracket, "count": request.count, "until_width": request.until_width, "level": request.level,
+        "refined": request.refined,
     });
     BatchPlan::new("v50", case, options, parts)
 }
@@ -80,35 +74,28 @@ pub fn run(
 ) -> Result<V50Result, BatchError> {
     let plan = plan(case, request, options);
     plan.begin(folder, FILES, resume)?;
-    let nominal = nominal(case, request.design);
-    let orders = || (0..request.count).map(|shot| ShotOrder { shot, velocity: Some(request.velocity[0]) });
+    let nominal = nominal(case);
+    let orders = || (0..request.count).map(|shot| ShotOrder { shot, velocity: None });
     let open = |case: Case, table: &'static str| {
         let drawn = drawn_columns(&case, options.seed, orders());
         let device = DeviceRunner::new(options).map(Mutex::new);
         ShotLog::open(folder, table, drawn, resume).map(|log| MeshShots { case, log: Mutex::new(log), device })
     };
-    let is_refined = request.design == Design::Thresholds && request.refined > 0;
-    let finer = if is_refined { case::converged(&nominal) } else { None };
+    let finer = if request.refined > 0 { case::converged(&nominal) } else { None };
     // Shots that wait for each other have all threads.
-    let one_by_one = request.design != Design::Thresholds || !nominal.varies();
-    let threads_per_shot = if one_by_one { options.threads } else { 1 };
+    let threads_per_shot = if nominal.varies() { 1 } else { options.threads };
     let options = &BatchOptions { threads_per_shot, ..*options };
     // Without variability all realisations are one.
-    let of = if request.design == Design::Thresholds && !nominal.varies() { 1 } else { request.count };
+    let of = if nominal.varies() { request.count } else { 1 };
     let (progress, done) = (Mutex::new(progress), AtomicU32::new(0));
     let cases = [Some((nominal, TABLE)), finer.map(|case| (case, REFINED_TABLE))];
     let meshes = cases.into_iter().flatten().map(|(case, table)| open(case, table)).collect::<Result<_, _>>()?;
     let campaign = Campaign { meshes, request, options, of, done, progress };
-    let found = match request.design {
-        Design::Thresholds => campaign.thresholds()?,
-        _ => campaign.design()?,
-    };
+    let found = campaign.thresholds()?;
     let used = campaign.meshes.iter().map(MeshShots::device_use).fold(DeviceUse::default(), DeviceUse::with);
     let result = V50Result { device: used, ..campaign.estimate(&found) };
     let case = &campaign.meshes[0].case;
     let tables: Vec<String> = campaign.meshes.iter().map(|mesh| locked(&mesh.log).table(|_| true)).collect();
-    #[cfg(feature = "parquet")]
-    crate::output::parquet::put(folder, super::PARQUET, &tables[0])?;
     let mut texts = vec![
         ("v50.json", format!("{:#}\n", json(case, request, options.seed, &result))),
         ("v50.html", html(case, request, options.seed, &result)),
@@ -170,7 +157,7 @@ struct Campaign<'a, 'p> {
     meshes: Vec<MeshShots<'a>>,
     request: &'a V50Request,
     options: &'a BatchOptions<'a>,
-    /// Realisations, or shots of a design, at most, and those that are done.
+    /// Realisations at most, and those that are done.
     of: u32,
     done: AtomicU32,
     progress: Mutex<&'p mut (dyn FnMut(V50Progress<'_>) + Send)>,
@@ -189,7 +176,7 @@ impl Campaign<'_, '_> {
         tell(V50Progress { done: self.done.load(Ordering::Relaxed), of: self.of, last });
     }
 
-    /// Whether so many thresholds or shots have made the interval narrow enough.
+    /// Whether so many thresholds have made the interval narrow enough.
     fn is_narrow(&self, count: usize, result: &V50Result) -> bool {
         count >= LEAST && self.request.until_width.is_some_and(|width| result.is_within(width))
     }
@@ -219,7 +206,7 @@ impl Campaign<'_, '_> {
         middles.sort_by(f64::total_cmp);
         if middles.is_empty() {
             let projectile = self.meshes[0].case.projectile.as_ref();
-            let velocity = projectile.map_or(self.request.velocity[0], |projectile| projectile.velocity);
+            let velocity = projectile.map_or(FALLBACK_VELOCITY, |projectile| projectile.velocity);
             return Start { velocity, step: (FIRST_STEP / rungs.width).round() as i32 };
         }
         let velocity = middles[middles.len() / 2];
@@ -271,36 +258,4 @@ impl Campaign<'_, '_> {
             }
         }
     }
-
-    /// Shots of a design, one after the other. A shot without an outcome tells a design nothing.
-    fn design(&self) -> Result<Vec<FoundThreshold>, BatchError> {
-        let (given_up, mesh) = (AtomicBool::new(false), &self.meshes[0]);
-        let mut shots: Vec<Shot> = Vec::new();
-        for shot in 0..self.of {
-            let order = ShotOrder { shot, velocity: Some(next_velocity(self.request, &shots)) };
-            if mesh.outcome(order).is_none() {
-                mesh.fire(&[order], self.options, &given_up, &|| ())?;
-            }
-            shots.extend(mesh.outcome(order).and_then(Result::ok));
-            self.done.fetch_add(1, Ordering::Relaxed);
-            let result = self.estimate(&[]);
-            self.tell(Some(&result));
-            if self.is_narrow(shots.len(), &result) {
-                break;
-            }
-        }
-        Ok(Vec::new())
-    }
-}
-
-/// Velocity that a design wants next, of those that can be shot [m/s].
-fn next_velocity(request: &V50Request, shots: &[Shot]) -> f64 {
-    let V50Request { velocity: [low, high], sigma, .. } = *request;
-    let next = match request.design {
-        Design::Langlie => Langlie { low, high }.next(shots),
-        Design::Neyer => Neyer { low, high, sigma }.next(shots),
-        Design::ThreePod => ThreePod { low, high, sigma, d_optimal: usize::MAX, quantile: None }.next(shots),
-        Design::UpDown | Design::Thresholds => UpDown { start: 0.5 * (low + high), step: sigma }.next(shots),
-    };
-    next.clamp(1.0, 4999.0)
 }

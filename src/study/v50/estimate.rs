@@ -1,29 +1,28 @@
-//! From thresholds or shots to V50, its interval, and what the interval is made of.
+//! From thresholds to V50, its interval, and what the interval is made of.
 
+use super::V50Request;
 use super::realisation::FoundThreshold;
 use super::refinement::Refinement;
 use super::sample::ThresholdSample;
 use super::threshold::middle;
-use super::{Design, V50Request};
 use crate::case::{Accuracy, Case, Numerics};
 use crate::run::graphics::DeviceUse;
 use crate::study::arithmetic_v50::{Arithmetic, RULES, Refusal, Rule, arithmetic_v50};
 use crate::study::batch::ShotRow;
-use crate::study::designs::{Staircase, UpDown};
-use crate::study::fit::{self, Fit, FitRow, QUANTILES, Quantile};
+use crate::study::fit::{self, FitRow, QUANTILES, Quantile};
 use crate::study::interval::Bounds;
 use crate::study::outcomes::{Outcomes, Shot};
 use crate::study::residual_fit::{Passed, ResidualFit, ResidualModel, TooFew, residual_fit};
 
 /// What mesh and time step may make of a limit, over the limit \[-\]: twice what half as long elements do to the README's ply
-/// (benches/objectivity.json), and no less than this, for they move limits of cylinders, spheres and fragments on two fabrics by up to
+/// (0.25 %), and no less than this, for they move limits of cylinders, spheres and fragments on two fabrics by up to
 /// this (docs/src/objectivity.md).
 const NUMERICAL: f64 = 0.0175;
-/// The same of the converged mesh: what half as long elements did in benches/objectivity-converged.json.
+/// The same of the converged mesh: what half as long elements did (docs/src/objectivity.md).
 const NUMERICAL_CONVERGED: f64 = 0.0125;
-/// The same with the paper's numerics: benches/objectivity-paper.json.
+/// The same with the paper's numerics.
 const NUMERICAL_PAPER: f64 = 0.115;
-/// What is left once a finer mesh has corrected a limit: place of the mesh and time step, the largest spread of benches/objectivity.json.
+/// What is left once a finer mesh has corrected a limit: place of the mesh and time step, the largest spread (docs/src/objectivity.md).
 const NUMERICAL_REST: f64 = 0.005;
 /// Bands of impact velocity for which residual velocities are summed up.
 const BANDS: usize = 5;
@@ -31,7 +30,7 @@ const BANDS: usize = 5;
 /// Half the width of the interval of V50 by where it comes from [m/s].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct V50Width {
-    /// Realisations, or shots, are few; `None` where the interval has no end.
+    /// Realisations are few; `None` where the interval has no end.
     pub sampling: Option<f64>,
     /// Mesh and time step.
     pub numerical: f64,
@@ -65,7 +64,7 @@ pub struct V50Result {
     pub sigma: Option<f64>,
     /// Velocities by chance; their intervals are of the sampling alone.
     pub quantiles: Vec<Quantile>,
-    /// Thresholds, where those were sought, and their brackets or why there is none.
+    /// Brackets of thresholds [m/s], or why there is none.
     pub thresholds: Vec<Result<[f64; 2], String>>,
     /// What the converged mesh moves them by, where it was asked; it is in [`V50Result::middles`] and all that follows.
     pub refinement: Option<Refinement>,
@@ -75,10 +74,6 @@ pub struct V50Result {
     pub sample: Option<ThresholdSample>,
     /// Realisations whose outcome turned more than once.
     pub non_monotone: Vec<usize>,
-    /// Shots of a design as those of a range.
-    pub fit: Option<Fit>,
-    /// Dixon's and Mood's estimate of up and down.
-    pub staircase: Option<Staircase>,
     /// Shots that the arithmetic V50 is of.
     pub ranged: Vec<Shot>,
     /// The arithmetic V50 of each rule.
@@ -111,11 +106,7 @@ impl V50Result {
 
     /// Chance of a perforation at a velocity.
     pub fn probability(&self, velocity: f64) -> Option<f64> {
-        match (&self.sample, &self.fit) {
-            (Some(sample), _) => Some(sample.probability(velocity)),
-            (None, Some(fit)) => fit.estimate.as_ref().ok().map(|found| found.probability(velocity)),
-            (None, None) => None,
-        }
+        self.sample.map(|sample| sample.probability(velocity))
     }
 }
 
@@ -130,7 +121,7 @@ pub(super) fn estimate<'a>(
     let rows: Vec<&ShotRow> = rows.collect();
     let fit_rows: Vec<FitRow> = rows.iter().filter_map(|row| row.as_fit_row()).collect();
     let passed = fit::passed(&fit_rows);
-    let level = request.fit.level;
+    let level = request.level;
     let thresholds: Vec<_> = found.iter().map(|found| found.bracket.clone()).collect();
     let mut result = V50Result {
         v50: None,
@@ -142,8 +133,6 @@ pub(super) fn estimate<'a>(
         refined_shots,
         sample: None,
         non_monotone: found.iter().enumerate().filter(|(_, found)| !found.monotone).map(|(n, _)| n).collect(),
-        fit: None,
-        staircase: None,
         ranged: Vec::new(),
         arithmetic: Vec::new(),
         residual: [ResidualModel::RechtIpson, ResidualModel::LambertJonas]
@@ -156,10 +145,7 @@ pub(super) fn estimate<'a>(
         device: DeviceUse::default(),
         thresholds,
     };
-    match request.design {
-        Design::Thresholds => of_thresholds(&mut result, request),
-        _ => of_shots(&mut result, request, &fit_rows),
-    }
+    of_thresholds(&mut result, request);
     let ranged: Outcomes = result.ranged.iter().collect();
     result.arithmetic = RULES.map(|rule| (rule, arithmetic_v50(&ranged, &rule))).to_vec();
     combine(&mut result, case, level);
@@ -184,7 +170,7 @@ fn of_thresholds(result: &mut V50Result, request: &V50Request) {
     // The middle of a bracket is off by half of it at most; the mean of many by less.
     let refined = result.refinement.map_or(0.0, |refinement| 1.0 / refinement.count as f64);
     result.width.bracket = 0.5 * width * (1.0 / count + refined).sqrt();
-    let level = request.fit.level;
+    let level = request.level;
     result.quantiles =
         QUANTILES.map(|p| Quantile { p, value: Some(sample.quantile(p)), bounds: sample.interval(p, level) }).to_vec();
     // A single threshold of a case in which nothing varies is no sample.
@@ -196,27 +182,15 @@ fn of_thresholds(result: &mut V50Result, request: &V50Request) {
 
 /// What an up-and-down of one shot at each realisation would see: with known thresholds no shot is needed for it.
 fn up_and_down(thresholds: &[f64], start: f64, step: f64) -> Vec<Shot> {
-    let design = UpDown { start, step };
-    thresholds.iter().fold(Vec::new(), |mut shots, threshold| {
-        let velocity = design.next(&shots);
+    thresholds.iter().fold(Vec::new(), |mut shots: Vec<Shot>, threshold| {
+        let velocity = match shots.last() {
+            None => start,
+            Some(shot) if shot.perforated => shot.velocity - step,
+            Some(shot) => shot.velocity + step,
+        };
         shots.push(Shot { velocity, perforated: velocity > *threshold });
         shots
     })
-}
-
-fn of_shots(result: &mut V50Result, request: &V50Request, rows: &[FitRow]) {
-    let fit = fit::fit(rows, request.fit);
-    result.ranged = rows.iter().map(|row| Shot { velocity: row.velocity, perforated: row.perforated }).collect();
-    if request.design == Design::UpDown {
-        let [low, high] = request.velocity;
-        result.staircase = UpDown { start: 0.5 * (low + high), step: request.sigma }.estimate(&result.ranged);
-    }
-    if let Ok(found) = &fit.estimate {
-        result.v50 = Some(found.mu);
-        result.sigma = Some(found.sigma);
-    }
-    result.quantiles.clone_from(&fit.quantiles);
-    result.fit = Some(fit);
 }
 
 /// What mesh and time step may make of a limit, over the limit \[-\].

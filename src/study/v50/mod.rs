@@ -1,12 +1,12 @@
 //! `ripstop v50`: the velocity at which half of all shots perforate, from a case.
 //!
 //! ```text
-//! case ──► thresholds of realisations, or a design ──► estimate ──► json, page
+//! case ──► thresholds of realisations ──► estimate ──► json, page
 //! ```
 //!
-//! - [`threshold`] finds one threshold, `realisation` those of a realisation on both meshes, `campaign` those of many, and the shots of a design.
+//! - [`threshold`] finds one threshold, `realisation` those of a realisation on both meshes, `campaign` those of many.
 //! - [`refinement`] is what the converged mesh moves thresholds by.
-//! - [`sample`] is the estimate from thresholds; shots of a design are fitted as those of a range.
+//! - [`sample`] is the estimate from thresholds.
 //! - `report` is `v50.json` and what is said in words, `page` is `v50.html`.
 
 mod campaign;
@@ -24,72 +24,23 @@ pub use page::html;
 pub use refinement::Refinement;
 pub use report::{json, notes};
 
-use super::fit::FitRequest;
-
 /// Name of the table.
 pub(super) const TABLE: &str = "v50.csv";
 /// Name of the table of shots on the converged mesh.
 pub(super) const REFINED_TABLE: &str = "v50-refined.csv";
 /// Every file that is written.
-pub const FILES: &[&str] = &[
-    "plan.json",
-    TABLE,
-    REFINED_TABLE,
-    "v50.html",
-    "v50.json",
-    #[cfg(feature = "parquet")]
-    PARQUET,
-];
-/// The table again, for those who read thousands of shots.
-#[cfg(feature = "parquet")]
-pub(super) const PARQUET: &str = "v50.parquet";
-
-/// How velocities are chosen.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Design {
-    /// Every realisation's own threshold.
-    #[default]
-    Thresholds,
-    /// Langlie's.
-    Langlie,
-    /// Up and down.
-    UpDown,
-    /// Neyer's.
-    Neyer,
-    /// Three-phase optimal design.
-    ThreePod,
-}
-
-impl Design {
-    /// The word on the command line and in JSON.
-    pub fn word(self) -> &'static str {
-        match self {
-            Self::Thresholds => "thresholds",
-            Self::Langlie => "langlie",
-            Self::UpDown => "updown",
-            Self::Neyer => "neyer",
-            Self::ThreePod => "3pod",
-        }
-    }
-}
-
+pub const FILES: &[&str] = &["plan.json", TABLE, REFINED_TABLE, "v50.html", "v50.json"];
 /// What is wanted.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct V50Request {
-    /// How velocities are chosen.
-    pub design: Design,
-    /// Realisations, or shots of a design, at most.
+    /// Realisations at most.
     pub count: u32,
     /// Half the width of the interval over V50 at which to stop early.
     pub until_width: Option<f64>,
     /// Width of the bracket of a threshold, over its lower end.
     pub bracket: f64,
-    /// Velocities between which a design expects V50 [m/s].
-    pub velocity: [f64; 2],
-    /// Scatter that a design expects, and the step of up and down [m/s].
-    pub sigma: f64,
     /// Realisations whose threshold is looked for on the converged mesh too, by which V50 is corrected.
     pub refined: u32,
-    /// How shots of a design are fitted, and the confidence of all intervals.
-    pub fit: FitRequest,
+    /// Two-sided confidence of all intervals.
+    pub level: f64,
 }

@@ -1,11 +1,11 @@
 //! `v50.html`: the answer, the curve of V0 to V100 with the thresholds, residual velocities, tables.
 
-use super::report::{arithmetic_of, notes};
-use super::{Design, V50Request, V50Result};
+use super::report::{ARITHMETIC_OF, notes};
+use super::{V50Request, V50Result};
 use crate::case::Case;
 use crate::output::chart::{self, escape};
 use crate::output::number::short;
-use crate::study::fit::draw::{CURVE, PERFORATED, STOPPED, below, dot, evenly, plane, residual_panel};
+use crate::study::fit::draw::{CURVE, STOPPED, below, dot, evenly, plane, residual_panel};
 use crate::study::page::{
     arithmetic_table, document, figures, filled_table, quantile_row, remarks, residual_table, row, table,
 };
@@ -14,21 +14,21 @@ use crate::study::page::{
 pub fn html(case: &Case, request: &V50Request, seed: u32, result: &V50Result) -> String {
     let mut body = format!("<p class=\"answer\">{}</p>\n", escape(&answer(request, result)));
     body += &format!("<p>{}</p>\n", escape(&parts(result)));
-    body += &remarks(&notes(case, request, result));
+    body += &remarks(&notes(case, result));
     let mut panels = Vec::new();
-    if !(sorted(result).is_empty() && result.ranged.is_empty()) {
-        panels.push(("chance of a perforation over impact velocity", chance(request, result)));
+    if !sorted(result).is_empty() {
+        panels.push(("chance of a perforation over impact velocity", chance(result)));
     }
     if !result.passed.is_empty() {
         panels.push(("residual over impact velocity", residual_panel(&result.passed, &result.residual)));
     }
     body += &figures(panels);
     body += &quantiles(result);
-    body += &arithmetic_table(&format!("Arithmetic V50 of {}", arithmetic_of(request.design)), &result.arithmetic);
+    body += &arithmetic_table(&format!("Arithmetic V50 of {}", ARITHMETIC_OF), &result.arithmetic);
     body += &residual_table("Residual velocity: Vr = a (Vs^p − V0^p)^(1/p)", "limit [m/s]", &result.residual);
     body += &bands(result);
     body += &thresholds(result);
-    body += &format!("<p class=\"note\">Seed {seed}; design: {}.</p>\n", request.design.word());
+    body += &format!("<p class=\"note\">Seed {seed}.</p>\n");
     document(&format!("V50: {}", case.title), &body, "v50.json and v50.csv")
 }
 
@@ -36,7 +36,7 @@ fn answer(request: &V50Request, result: &V50Result) -> String {
     let Some(v50) = result.v50 else { return format!("{} shots give no V50.", result.shots) };
     let [low, high] = result.bounds.words();
     let sigma = result.sigma.map_or_else(String::new, |sigma| format!("; σ {} m/s", short(sigma, 3)));
-    let level = short(100.0 * request.fit.level, 3);
+    let level = short(100.0 * request.level, 3);
     format!("V50 {} m/s, {level} % interval {low} to {high} m/s{sigma}.", short(v50, 4))
 }
 
@@ -51,13 +51,11 @@ fn parts(result: &V50Result) -> String {
     )
 }
 
-/// Thresholds as a staircase of their distribution, or shots, and the curve fitted to them.
-fn chance(request: &V50Request, result: &V50Result) -> String {
+/// Thresholds as a staircase of their distribution, and the curve fitted to them.
+fn chance(result: &V50Result) -> String {
     let middles: Vec<f64> = sorted(result);
-    let of_shots = result.ranged.iter().map(|shot| shot.velocity);
-    let seen: Vec<f64> = if middles.is_empty() { of_shots.collect() } else { middles.clone() };
     let ends = [result.bounds.low, result.bounds.high].into_iter().flatten();
-    let all = || seen.iter().copied().chain(ends.clone());
+    let all = || middles.iter().copied().chain(ends.clone());
     let (low, high) = (all().fold(f64::INFINITY, f64::min), all().fold(f64::NEG_INFINITY, f64::max));
     let room = (0.15 * (high - low)).max(2e-3 * high.abs()).max(1e-9);
     let range = [low - room, high + room];
@@ -74,16 +72,7 @@ fn chance(request: &V50Request, result: &V50Result) -> String {
     for (rank, threshold) in middles.iter().enumerate() {
         out += &dot([x.at(*threshold), y.at((rank as f64 + 0.5) / n)], 1, STOPPED);
     }
-    if request.design != Design::Thresholds {
-        for shot in &result.ranged {
-            let (height, colour) = if shot.perforated { (1.0, PERFORATED) } else { (0.0, STOPPED) };
-            out += &dot([x.at(shot.velocity), y.at(height)], 1, colour);
-        }
-    }
-    let legend = match request.design {
-        Design::Thresholds => "dots: thresholds of realisations; line: normal; band: interval of V50",
-        _ => "orange: perforated, blue: stopped; line: fit; band: interval of V50",
-    };
+    let legend = "dots: thresholds of realisations; line: normal; band: interval of V50";
     out + &below(&x, legend)
 }
 

@@ -2,7 +2,7 @@
 
 use serde_json::{Value, json};
 
-use super::{Design, V50Request, V50Result};
+use super::{V50Request, V50Result};
 use crate::case::Case;
 use crate::case::case_hash;
 use crate::output::number::short;
@@ -25,7 +25,7 @@ pub fn json(case: &Case, request: &V50Request, seed: u32, result: &V50Result) ->
         "v50_m_s": result.v50,
         "low_m_s": result.bounds.low,
         "high_m_s": result.bounds.high,
-        "level": request.fit.level,
+        "level": request.level,
         "sigma_m_s": result.sigma,
         "v10_m_s": quantile(0.1),
         "v90_m_s": quantile(0.9),
@@ -35,8 +35,7 @@ pub fn json(case: &Case, request: &V50Request, seed: u32, result: &V50Result) ->
         "refinement": result.refinement.map(|found| json!({
             "realisations": found.count, "ratio": found.ratio, "factor": found.factor(), "sigma": found.sigma, "shots": result.refined_shots,
         })),
-        "design": request.design.word(),
-        "realisations": if request.design == Design::Thresholds { result.thresholds.len() } else { result.shots },
+        "realisations": result.thresholds.len(),
         "shots": result.shots,
         "failed": result.failed,
         "non_monotone": result.non_monotone.len(),
@@ -44,35 +43,29 @@ pub fn json(case: &Case, request: &V50Request, seed: u32, result: &V50Result) ->
         "slowest_threshold_m_s": range.map(|range| range[0]),
         "fastest_threshold_m_s": range.map(|range| range[1]),
         "quantiles": result.quantiles.iter().map(fit::quantile_json).collect::<Vec<_>>(),
-        "arithmetic_of": arithmetic_of(request.design),
+        "arithmetic_of": ARITHMETIC_OF,
         "arithmetic": result.arithmetic.iter().map(fit::arithmetic_json).collect::<Vec<_>>(),
-        "dixon_mood": result.staircase.map(|found| json!({ "mu": found.mu, "sigma": found.sigma, "sigma_holds": found.scattered })),
         "residual": result.residual.iter().map(fit::residual_json).collect::<Vec<_>>(),
         "residual_by_impact": result.bands.iter().map(|band| json!({
             "impact_m_s": band.impact, "shots": band.count, "mean_m_s": band.mean, "range_m_s": band.range,
         })).collect::<Vec<_>>(),
         "thresholds": result.thresholds.iter().enumerate().map(threshold).collect::<Vec<_>>(),
-        "fit": result.fit.as_ref().map(fit::json),
         "bracket": request.bracket,
         "seed": seed,
         "version": env!("CARGO_PKG_VERSION"),
         "case": case.name,
         "case_hash": case_hash(&case.as_run),
         "assumed": assumed,
-        "notes": notes(case, request, result),
+        "notes": notes(case, result),
     })
 }
 
-/// The shots that the arithmetic V50 is of.
-pub(super) fn arithmetic_of(design: Design) -> &'static str {
-    match design {
-        Design::Thresholds => "an up-and-down of one shot at each realisation, its outcome known from the threshold",
-        _ => "the shots of the design",
-    }
-}
+/// Shots that the arithmetic V50 is of.
+pub(super) const ARITHMETIC_OF: &str =
+    "an up-and-down of one shot at each realisation, its outcome known from the threshold";
 
 /// What a reader should know before the numbers are used.
-pub fn notes(case: &Case, request: &V50Request, result: &V50Result) -> Vec<String> {
+pub fn notes(case: &Case, result: &V50Result) -> Vec<String> {
     let mut notes = Vec::new();
     if case.varies() {
         notes.extend(shots::notes(case));
@@ -85,15 +78,10 @@ pub fn notes(case: &Case, request: &V50Request, result: &V50Result) -> Vec<Strin
                 "the mesh follows the hit: its place in a cell changes which yarns are struck, not the mesh".to_owned(),
             );
         }
-    } else if request.design == Design::Thresholds {
+    } else {
         notes.push(
             "nothing varies from shot to shot: this is one threshold, and its interval holds mesh, time step and bracket alone. \
              Give the case a variability for V10, V90 and an interval of many shots"
-                .to_owned(),
-        );
-    } else {
-        notes.push(
-            "nothing varies from shot to shot: a design sees one sharp threshold, and its σ is that of the method"
                 .to_owned(),
         );
     }
@@ -107,15 +95,6 @@ pub fn notes(case: &Case, request: &V50Request, result: &V50Result) -> Vec<Strin
         ),
         None => "the part of mesh and time step was measured on S-720 and is assumed for other fabrics".to_owned(),
     });
-    if request.design != Design::Thresholds {
-        notes.push(
-            "the likelihood-ratio interval of 20 to 40 shots holds V50 a little less often than its level says; docs: From a case to a V50"
-                .to_owned(),
-        );
-        if let Some(fit) = &result.fit {
-            notes.extend(fit::notes(fit));
-        }
-    }
     if !result.non_monotone.is_empty() {
         let numbers: Vec<String> = result.non_monotone.iter().map(ToString::to_string).collect();
         notes.push(format!(

@@ -10,6 +10,7 @@ mod projectile;
 mod reach;
 mod rim;
 
+use super::scales::Scales;
 use nalgebra::Vector3;
 use ripstop::gpu::Device;
 use ripstop::gpu::buffers::BufferId;
@@ -22,7 +23,6 @@ use ripstop::solver::active_region::ActiveRegion;
 use ripstop::solver::energy_balance::EnergyBalance;
 use ripstop::solver::state::State;
 use ripstop::solver::{self, Context, FailureEvent, StepTotals};
-use ripstop::study::compare::Scales;
 
 use super::scenes::Scene;
 use super::seen::Seen;
@@ -160,7 +160,7 @@ impl<'a> Pair<'a> {
     }
 
     fn new(device: &'a Device, scene: &'a Scene, source: &dyn Fn(&Kernel) -> String) -> Result<Self, String> {
-        let gpu = DeviceStepper::with_sources(device, &scene.model, source).map_err(|e| e.to_string())?;
+        let gpu = DeviceStepper::with_sources(device, &scene.model, 1, source).map_err(|e| e.to_string())?;
         let whole = Scales::of(&scene.model, &scene.state, scene.speed);
         let inner = f64::from(scene.model.ply_types[0].row_mass(1).mass[1]);
         let free = bounded(whole, inner, scene.speed);
@@ -210,7 +210,7 @@ impl<'a> Pair<'a> {
                 Stage::Nodes => self.cpu.nodes(&mut context),
                 Stage::Plies => self.cpu.plies(&mut context),
                 Stage::Projectile => self.cpu.projectile(&mut context),
-                Stage::Ledger => {}
+                Stage::EnergyBalance => {}
             }
             reach::follow(&mut self.reach, model, *stage, &before, context.state);
         }
@@ -231,10 +231,8 @@ impl<'a> Pair<'a> {
 
     fn download(&self) -> Result<State<f32>, String> {
         let mut got = self.scene.state.clone();
-        self.gpu.download(&self.scene.model, &mut got).map_err(|e| e.to_string())?;
-        if self.scene.model.features().windows {
-            self.download_strains(&mut got)?;
-        }
+        self.gpu.download(0, &self.scene.model, &mut got).map_err(|e| e.to_string())?;
+        self.download_strains(&mut got)?;
         Ok(got)
     }
 

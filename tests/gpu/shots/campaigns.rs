@@ -13,10 +13,9 @@ use ripstop::study::batch::{ShotOrder, order_case};
 use ripstop::study::fit::FitRequest;
 use ripstop::study::interval::Interval;
 use ripstop::study::shots::ShotsRequest;
-use ripstop::study::sweep::design::SweepDesign;
-use ripstop::study::sweep::factor::Factor;
+use ripstop::study::sweep::factor::{Factor, grid};
 use ripstop::study::sweep::{self, SweepOf, SweepRequest};
-use ripstop::study::v50::{self, Design, V50Request};
+use ripstop::study::v50::{self, V50Request};
 use tempfile::TempDir;
 
 use super::together::options;
@@ -26,7 +25,6 @@ use crate::kept::{files, same_files};
 pub(super) const TESTS: Tests = &[
     ("shots_of_thresholds_go_together_and_are_what_they_are_alone", thresholds),
     ("searches_whose_shots_cannot_go_together_take_turns", turns),
-    ("shots_of_a_design_are_what_they_are_alone", design),
     ("points_of_a_sweep_go_together_and_are_what_they_are_alone", points),
     ("another_backend_does_not_go_on", other_backend),
 ];
@@ -54,9 +52,8 @@ fn limit(device: &Device, case: &Case, request: &V50Request, path: &Path, resume
     found.unwrap_or_else(|e| panic!("{e}"))
 }
 
-fn request(design: Design, count: u32, refined: u32) -> V50Request {
-    let (bracket, velocity, sigma) = (0.1, [100.0, 300.0], 20.0);
-    V50Request { design, count, until_width: None, bracket, velocity, sigma, refined, fit: FIT }
+fn request(count: u32, refined: u32) -> V50Request {
+    V50Request { count, until_width: None, bracket: 0.1, refined, level: 0.9 }
 }
 
 /// Every third row of a table is what the device makes of that shot of the case alone; how many rows there are.
@@ -81,7 +78,7 @@ fn each_as_alone(device: &Device, case: &Case, table: &Path) -> u64 {
 fn thresholds(device: &'static Device) -> Outcome {
     let case = tiny(&[VARIES]);
     let [whole, broken] = [TempDir::new().unwrap(), TempDir::new().unwrap()];
-    let request = request(Design::Thresholds, 2, 1);
+    let request = request(2, 1);
     let found = limit(device, &case, &request, whole.path(), false);
     assert!(found.thresholds.iter().all(Result::is_ok) && found.refinement.is_some(), "{found:?}");
     let tables = ["v50.csv", "v50-refined.csv"].map(|name| whole.path().join(name));
@@ -106,27 +103,19 @@ fn thresholds(device: &'static Device) -> Outcome {
 /// Other moduli give another time step: each realisation has pipelines of its own, and its search comes back to them.
 fn turns(device: &'static Device) -> Outcome {
     let (case, place) = (tiny(&[r#"/variability={"modulus": {"scatter": 0.05}}"#]), TempDir::new().unwrap());
-    let found = limit(device, &case, &request(Design::Thresholds, 2, 0), place.path(), false);
+    let found = limit(device, &case, &request(2, 0), place.path(), false);
     let shots = each_as_alone(device, &case, &place.path().join("v50.csv"));
     assert!(shots > 8 && found.thresholds.iter().all(Result::is_ok), "{found:?}");
     assert_eq!((found.device.shots, found.device.room), (shots, 1));
     Ok(())
 }
 
-fn design(device: &'static Device) -> Outcome {
-    let (case, place) = (tiny(&[VARIES]), TempDir::new().unwrap());
-    let found = limit(device, &case, &request(Design::Langlie, 3, 0), place.path(), false);
-    assert_eq!(each_as_alone(device, &case, &place.path().join("v50.csv")), 3);
-    assert_eq!((found.device.shots, found.device.room), (3, 1));
-    Ok(())
-}
-
 fn points(device: &'static Device) -> Outcome {
     let factors = vec![Factor::parse("/projectile/velocity_m_s=100,200,300").map_err(|e| e.to_string())?];
-    let points = SweepDesign::Grid.points(&factors).map_err(|e| e.to_string())?;
+    let points = grid(&factors).map_err(|e| e.to_string())?;
     let of = SweepOf::Shots(ShotsRequest { count: 1, velocity: None, until_width: None, fit: FIT });
     let cases = points.iter().map(|at| (tiny(&[&format!("/projectile/velocity_m_s={}", at[0])]), of)).collect();
-    let request = SweepRequest { factors, design: SweepDesign::Grid, level: 0.9, points, cases };
+    let request = SweepRequest { factors, level: 0.9, points, cases };
     let quiet = AtomicBool::new(false);
     let run = |path: &Path, resume: bool| {
         let swept = sweep::run(&request, &options(device, &quiet), &folder(path), resume, "tiny ply", &|_| {});
@@ -154,7 +143,7 @@ fn points(device: &'static Device) -> Outcome {
 fn other_backend(device: &'static Device) -> Outcome {
     let out = TempDir::new().unwrap();
     let sets = ["--set", "/solver/end_time_us=4", "--set", "/expect=[]"];
-    let v50 = ["v50", program::CASE, "--design", "langlie", "--count", "1"];
+    let v50 = ["v50", program::CASE, "--count", "1", "--refined", "0"];
     let sweep = ["sweep", program::CASE, "--over", "/projectile/velocity_m_s=300"];
     for (name, command) in [("v50", &v50[..]), ("sweep", &sweep[..])] {
         let path = out.path().join(name);

@@ -54,7 +54,7 @@ fn units(model: &Model<f32>) -> Vec<i64> {
     let mut units = vec![1; model.plies.len() * model.nodes_per_ply()];
     let from = layout::device_origin(model);
     for [ply, row, column] in places(model) {
-        let share = |axis, line| f32::from_bits(layout::line(model.ply_type(ply), &from, axis, line).words()[3]);
+        let share = |axis, line| layout::line(model.ply_type(ply), &from, axis, line).share;
         let mass = share(0, column) * share(1, row);
         let at = (model.grid.first_node_row(ply) + row) * (model.grid.columns + 1) + column;
         units[at] = (mass.ceil() as u64).next_power_of_two() as i64;

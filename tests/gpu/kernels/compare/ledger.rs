@@ -36,7 +36,7 @@ pub(super) fn compare(pair: &mut Pair<'_>, seen: &mut Seen) -> Outcome {
         (Stage::Nodes, true),
         (Stage::Plies, pair.scene.pack),
         (Stage::Projectile, body.is_some()),
-        (Stage::Ledger, true),
+        (Stage::EnergyBalance, true),
     ];
     let stages: Vec<Stage> = asked.into_iter().filter_map(|(stage, asked)| asked.then_some(stage)).collect();
     pair.advance(&stages, None)?;
@@ -154,7 +154,7 @@ fn compare_counts(pair: &Pair<'_>, seen: &mut Seen, add: impl Fn(usize) -> f64) 
 /// A second ledger straight after the first finds that everything that adds up began anew.
 fn anew(pair: &mut Pair<'_>, seen: &mut Seen) -> Outcome {
     let info = pair.gpu.whole_step(pair.expected.step, Some(0), 0);
-    pair.gpu.run_stages(&info, &[Stage::Ledger]).map_err(|e| e.to_string())?;
+    pair.gpu.run_stages(&info, &[Stage::EnergyBalance]).map_err(|e| e.to_string())?;
     let words = pair.read(BufferId::Samples)?;
     let per_sample = pair.gpu.sizes().sample_words();
     let (sums, body) = words[..per_sample].split_at(per_sample - BODY_WORDS - STATUS_WORDS);
