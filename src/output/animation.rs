@@ -11,14 +11,15 @@ use serde::{Deserialize, Serialize};
 
 use super::surface::SurfaceMesh;
 use crate::case::Case;
-use crate::kernels::element_force::field as element;
-use crate::kernels::node_update::field as node;
-use crate::kernels::rigid_body::RigidBody;
-use crate::model::{MirrorPlanes, Model};
+use crate::model::Model;
 use crate::num::scalar::Scalar;
+use crate::physics::mirror_planes::MirrorPlanes;
+use crate::physics::rigid_body::RigidBody;
 use crate::run::frame::{Schedule, even};
 use crate::run::pieces;
 use crate::run::{Observer, View};
+use crate::solver::element_totals::field as element;
+use crate::solver::node_update::field as node;
 use crate::solver::state::State;
 
 /// Keyframes shown at most, the first and the last among them.

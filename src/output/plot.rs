@@ -214,7 +214,7 @@ pub(crate) fn svg([width, height]: [f64; 2], style: &str, body: &str) -> String 
 }
 
 /// A rectangle on the paper, with what lies inside its element.
-fn area([left, right]: [f64; 2], [top, bottom]: [f64; 2], attributes: &str, inside: &str) -> String {
+pub(crate) fn area([left, right]: [f64; 2], [top, bottom]: [f64; 2], attributes: &str, inside: &str) -> String {
     let [width, height] = [right - left, bottom - top];
     let end = if inside.is_empty() { "/>".to_owned() } else { format!(">{inside}</rect>") };
     format!("<rect x=\"{left:.1}\" y=\"{top:.1}\" width=\"{width:.1}\" height=\"{height:.1}\" {attributes}{end}\n")
