@@ -16,7 +16,7 @@ use std::path::Path;
 
 use proptest::prelude::*;
 use ripstop::case::{self, Bound, Case, CaseError, Edge, Fabric, Field, Layer, Origin, Shape};
-use ripstop::kernels::projectile_shape::Body;
+use ripstop::physics::projectile_body::Body;
 use serde_json::{Map, Value, json};
 
 /// A case that gives every key that a free cylinder and a pack of two kinds of plies can have.
@@ -28,11 +28,11 @@ fn good() -> Value {
     let fabric = json!({
         "name": "S-720", "fibre_density_kg_m3": 1440, "areal_density_g_m2": 255.2,
         "warp": yarn(0.0218), "weft": yarn(0.0139),
-        "crossover": {"law": "published", "membrane_force": "projected", "gap_mm": 0.01,
+        "crossover": {"law": "published", "membrane_force": "tension", "gap_mm": 0.01,
             "compression": {"a_mm": 0.10, "b_mm_n13": 0.12}},
         "thickness_mm": 0.25,
         "shear": {"thickness_mm": 0.25, "g1_mpa": 10, "g2_mpa": 1000, "gamma1": 0.35, "gamma2": 0.6,
-            "modulus": "secant"},
+            "modulus": "tangent"},
     });
     json!({
         "title": "every key",
@@ -61,6 +61,38 @@ fn good() -> Value {
         "sources": {"/fabric/warp": "paper, Table I", "/fabric/crossover/compression": "assumed", "/pack": "a frame"},
         "notes": "none",
     })
+}
+
+/// A shot with as few keys as can be.
+fn plain() -> Value {
+    json!({
+        "title": "plain",
+        "fabric": {"file": "fabrics/s-720.json"},
+        "pack": {"width_mm": 50, "height_mm": 50},
+        "projectile": {"shape": "sphere", "diameter_mm": 6, "mass_g": 1, "velocity_m_s": 100},
+    })
+}
+
+/// A case of 3 mm by 2 mm elements: 30 mm along warp are 10 elements, 8 mm along weft 4.
+fn laid(groups: Value) -> Value {
+    let mut document = good();
+    let yarn = |count: f64| {
+        json!({"linear_density_denier": 1420, "modulus_gpa": 96, "failure_strain": 0.035, "count_per_cm": count,
+            "crimp": 0.01})
+    };
+    put(&mut document, "/fabric/warp", yarn(10.0 / 3.0));
+    put(&mut document, "/fabric/weft", yarn(5.0));
+    put(&mut document, "/pack", json!({"width_mm": 30, "height_mm": 8, "layup": groups}));
+    remove(&mut document, "/sources");
+    document
+}
+
+/// The fabric of [`laid`] with other yarns: half as many along the warp.
+fn coarse() -> Value {
+    let mut fabric = laid(json!([]))["fabric"].clone();
+    fabric["name"] = json!("coarse");
+    fabric["warp"]["count_per_cm"] = json!(10.0 / 6.0);
+    fabric
 }
 
 fn read(value: &Value) -> Result<Case, CaseError> {

@@ -9,16 +9,16 @@
 mod failure;
 
 use ripstop::case::{Case, Law, StretchSampling};
-use ripstop::kernels::crossover::Variant;
-use ripstop::kernels::element_force::{FOLDED_STRETCH, LONGEST_LEVER, field as element};
 use ripstop::num::scalar::Scalar;
+use ripstop::physics::membrane::{FOLDED_STRETCH, LONGEST_LEVER};
+use ripstop::solver::element_totals::field as element;
 
 use crate::support::patch::{Patch, Sums, Vector, affine, bare, case, difference, dot, length, swapped};
 use crate::support::{Random, SOLVER_LAWS, Worst};
 
 /// The case with another law.
-fn with_law(mut case: Case, law: Variant) -> Case {
-    case.fabric.crossover.law = if law == Variant::Variational { Law::Variational } else { Law::Published };
+fn with_law(mut case: Case, law: Law) -> Case {
+    case.fabric.crossover.law = law;
     case
 }
 
@@ -359,7 +359,7 @@ fn forces_are_the_slope_of_the_stored_energy() {
     }
     worst.assert_at_most(5e-7);
     // Forces of the published law are close to that slope, not equal.
-    let mut patch = Patch::<f64>::new(&with_law(soft, Variant::PublishedTension));
+    let mut patch = Patch::<f64>::new(&with_law(soft, Law::Published));
     let u = rough(&patch, STATES[0].0, STATES[0].1, 2e-3 * CELL, &mut random);
     let error = gradient_error(&mut patch, &u);
     assert!((1e-4..1e-1).contains(&error), "{error:e}");

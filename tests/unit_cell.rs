@@ -9,14 +9,15 @@
 
 mod domain;
 
-use ripstop::case::{self, Compression};
-use ripstop::kernels::crossover::{self, Variant};
+use ripstop::case::Compression;
+use ripstop::model::unit_cell_curve::CurveLaw;
 use ripstop::num::scalar::Scalar;
+use ripstop::physics::crossover;
 use serde_json::Value;
 
 use crate::support::{
-    CROSSOVERS, Cell, FAILURE_STRAIN, LAWS, Random, S720_CRIMP, S720_HALF_SPAN, S720_STIFFNESS, Solved, Worst, fabric,
-    oracle, s720, yarn,
+    CROSSOVERS, Cell, FAILURE_STRAIN, LAWS, Random, S720_CRIMP, S720_HALF_SPAN, S720_STIFFNESS, Solved, Worst, Woven,
+    fabric, oracle, s720, yarn,
 };
 
 /// Axial stiffness [N], half-span [m] and crimp [-] of a yarn.
@@ -25,12 +26,12 @@ type YarnNumbers = (f64, f64, f64);
 const S720: [YarnNumbers; 2] =
     [(S720_STIFFNESS, S720_HALF_SPAN, S720_CRIMP[0]), (S720_STIFFNESS, S720_HALF_SPAN, S720_CRIMP[1])];
 
-fn cell<R: Scalar>(yarns: [YarnNumbers; 2], law: Variant, gap: f64, compression: Option<Compression>) -> Cell<R> {
+fn cell<R: Scalar>(yarns: [YarnNumbers; 2], law: CurveLaw, gap: f64, compression: Option<Compression>) -> Cell<R> {
     Cell::new(&fabric(yarns.map(|(ea, w, c)| yarn(ea, w, c)), law, gap, compression))
 }
 
 /// Every law with every kind of crossover.
-fn kinds() -> impl Iterator<Item = (Variant, Option<Compression>)> {
+fn kinds() -> impl Iterator<Item = (CurveLaw, Option<Compression>)> {
     LAWS.into_iter().flat_map(|law| CROSSOVERS.map(|compression| (law, compression)))
 }
 
@@ -59,7 +60,7 @@ fn derived_values_of_both_fabrics() {
         (S720, ["10518.5", "0.63500", "0.120343", "0.095816"]),
         ([(s728.0, s728.1, 0.0176), (s728.0, s728.1, 0.0094)], ["11111.1", "0.74706", "0.127017", "0.092545"]),
     ] {
-        let yarn = cell::<f64>(yarns, Variant::PublishedTension, 0.0, None).exact.yarn;
+        let yarn = cell::<f64>(yarns, CurveLaw::Published, 0.0, None).exact.yarn;
         let got = [yarn[0].stiffness, 1e3 * yarn[0].half_span, 1e3 * yarn[0].height, 1e3 * yarn[1].height];
         got.into_iter().zip(printed).for_each(|(got, printed)| digits(got, printed));
     }
@@ -70,11 +71,11 @@ fn derived_values_of_both_fabrics() {
 fn biaxial_rows() {
     let soft = Some(Compression { a: 1e-4, b: 0.192_585_679e-3 });
     let rows = [
-        (Variant::PublishedTension, None, 1.010, ["0.105521", "0.110638", "50.0251", "47.4183", "25.0347"]),
-        (Variant::PublishedTension, None, 1.040, ["0.077421", "0.138739", "277.5448", "154.8446", "100.5288"]),
-        (Variant::Variational, None, 1.010, ["", "", "50.0444", "47.3978", "19.8285"]),
-        (Variant::Kawabata, None, 1.010, ["0.116967", "0.122588", "50.0246", "47.3498", "17.9505"]),
-        (Variant::PublishedTension, soft, 1.010, ["0.0944415", "0.1007695", "16.2322", "15.1238", "7.3160"]),
+        (CurveLaw::Published, None, 1.010, ["0.105521", "0.110638", "50.0251", "47.4183", "25.0347"]),
+        (CurveLaw::Published, None, 1.040, ["0.077421", "0.138739", "277.5448", "154.8446", "100.5288"]),
+        (CurveLaw::Variational, None, 1.010, ["", "", "50.0444", "47.3978", "19.8285"]),
+        (CurveLaw::Kawabata, None, 1.010, ["0.116967", "0.122588", "50.0246", "47.3498", "17.9505"]),
+        (CurveLaw::Published, soft, 1.010, ["0.0944415", "0.1007695", "16.2322", "15.1238", "7.3160"]),
     ];
     for (law, compression, warp, printed) in rows {
         let got = Cell::<f64>::new(&s720(law, compression)).solve_from_rest([warp, 1.0]);
@@ -95,7 +96,7 @@ fn free_weft(cell: &Cell<f64>, warp: f64) -> f64 {
 
 #[test]
 fn uniaxial_extension_with_a_free_weft() {
-    for law in [Variant::PublishedTension, Variant::Variational] {
+    for law in [CurveLaw::Published, CurveLaw::Variational] {
         let cell = Cell::<f64>::new(&s720(law, None));
         // Crimp interchange: the warp takes nothing while the weft can follow.
         digits(free_weft(&cell, 1.010), "0.989216");
@@ -118,7 +119,7 @@ fn uniaxial_extension_with_a_free_weft() {
 
 #[test]
 fn the_resting_rigid_cell_is_softer_than_the_straight_yarn() {
-    let cell = Cell::<f64>::new(&s720(Variant::PublishedTension, None));
+    let cell = Cell::<f64>::new(&s720(CurveLaw::Published, None));
     // Small-strain wave along one yarn over the straight-yarn wave, √(dN/dε/EA).
     let slope = cell.solve_from_rest([1.0 + 1e-6, 1.0]).tension[0] / 1e-6;
     assert!(((slope / S720_STIFFNESS).sqrt() - 0.62).abs() < 0.005);
@@ -133,10 +134,10 @@ fn reference_errors<R: Scalar>() -> [Worst; 3] {
     for (index, value) in list.iter().enumerate() {
         let number = |key: &str| value[key].as_f64().unwrap();
         let pair = |suffix: &str| ["warp", "weft"].map(|y| number(&format!("{y}_{suffix}")));
-        let laws: &[(Variant, &str)] = match value["law"].as_str().unwrap() {
-            "published" => &[(Variant::PublishedTension, "in_plane_n"), (Variant::PublishedProjected, "projected_n")],
-            "variational" => &[(Variant::Variational, "in_plane_n")],
-            _ => &[(Variant::Kawabata, "in_plane_n")],
+        let laws: &[(CurveLaw, &str)] = match value["law"].as_str().unwrap() {
+            "published" => &[(CurveLaw::Published, "in_plane_n"), (CurveLaw::Projected, "projected_n")],
+            "variational" => &[(CurveLaw::Variational, "in_plane_n")],
+            _ => &[(CurveLaw::Kawabata, "in_plane_n")],
         };
         let yarns = ["warp", "weft"].map(|y| {
             let of = |key: &str| value[y][key].as_f64().unwrap();

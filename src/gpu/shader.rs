@@ -1,10 +1,10 @@
-//! The kernels: WGSL sources, what each binds, and the constants that compile out what a scene lacks.
+//! Kernels: WGSL sources, bindings, and the constants that compile out what a scene lacks.
 
 use super::buffers::BufferId;
-use crate::kernels::crossover::Variant;
-use crate::model::Features;
+use crate::case::Law;
+use crate::model::features::Features;
 
-/// How a kernel uses a buffer.
+/// Use of a buffer by a kernel.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Access {
     /// Read only.
@@ -15,11 +15,44 @@ pub enum Access {
 
 use Access::{Read, Write};
 
+/// Stage of a step.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Stage {
+    /// `element_force`
+    Elements,
+    /// `node_update`
+    Nodes,
+    /// `ply_search`, `ply_impulse`, `ply_move`
+    Plies,
+    /// `projectile_points`, and `projectile_contact` with the motion of the body.
+    Projectile,
+    /// `energy_balance`, of steps with a sample.
+    EnergyBalance,
+}
+
+impl Stage {
+    /// A whole step.
+    pub const ALL: [Self; 5] = [Self::Elements, Self::Nodes, Self::Plies, Self::Projectile, Self::EnergyBalance];
+
+    /// Key in `summary.json`.
+    pub(crate) fn name(self) -> &'static str {
+        match self {
+            Self::Elements => "element_force",
+            Self::Nodes => "node_update",
+            Self::Plies => "ply_contact",
+            Self::Projectile => "projectile_contact",
+            Self::EnergyBalance => "energy_balance",
+        }
+    }
+}
+
 /// One compute kernel.
 #[derive(Clone, Copy, Debug)]
 pub struct Kernel {
     /// Name of the file and of the entry point. The file says where its twin is.
     pub name: &'static str,
+    /// Stage of a step that it belongs to.
+    pub stage: Stage,
     /// The kernel, then what it shares with others: line numbers of the kernel stay right.
     pub sources: &'static [&'static str],
     /// Bindings of group 1 in order; group 0 is the scene, the step, the plies, their grid lines and the shots.
@@ -35,14 +68,15 @@ macro_rules! sources {
             include_str!("../../shaders/grid_lines.wgsl"),
             include_str!("../../shaders/shot.wgsl"),
             include_str!("../../shaders/scene.wgsl"),
-            include_str!("../../shaders/number.wgsl"),
+            include_str!("../../shaders/scalar.wgsl"),
         ]
     };
 }
 
-/// Stretches, unit cells, shear, failure and forces of the elements.
-pub(crate) const ELEMENT_FORCE: Kernel = Kernel {
+/// Extensions, unit cells, shear, failure and forces of the elements.
+const ELEMENT_FORCE: Kernel = Kernel {
     name: "element_force",
+    stage: Stage::Elements,
     sources: sources!(
         "element_force",
         "element_geometry",
@@ -52,7 +86,6 @@ pub(crate) const ELEMENT_FORCE: Kernel = Kernel {
         "law_energy",
         "crossover",
         "coupled_newton",
-        "predictor",
         "yarn_law",
         "arc_length",
         "shear",
@@ -71,18 +104,10 @@ pub(crate) const ELEMENT_FORCE: Kernel = Kernel {
 };
 
 /// Gather, kick and drift of the nodes.
-pub(crate) const NODE_UPDATE: Kernel = Kernel {
+const NODE_UPDATE: Kernel = Kernel {
     name: "node_update",
-    sources: sources!(
-        "node_update",
-        "gather",
-        "adjacent_elements",
-        "supports",
-        "projectile_shape",
-        "projectile_chisel",
-        "rigid_body",
-        "active_region"
-    ),
+    stage: Stage::Nodes,
+    sources: sources!("node_update", "gather", "supports", "projectile_shape", "rigid_body", "active_region"),
     bindings: &[
         (BufferId::Nodes, Write),
         (BufferId::Forces, Read),
@@ -93,19 +118,16 @@ pub(crate) const NODE_UPDATE: Kernel = Kernel {
     ],
 };
 
-/// Where the projectile may touch.
-pub(crate) const PROJECTILE_POINTS: Kernel = Kernel {
+/// Places where the projectile may touch.
+const PROJECTILE_POINTS: Kernel = Kernel {
     name: "projectile_points",
+    stage: Stage::Projectile,
     sources: sources!(
         "projectile_points",
-        "contact_points",
         "projectile_motion",
-        "projectile_near",
-        "workgroup",
-        "adjacent_elements",
+        "contact_candidates",
         "intact",
         "projectile_shape",
-        "projectile_chisel",
         "rigid_body",
         "active_region"
     ),
@@ -121,17 +143,15 @@ pub(crate) const PROJECTILE_POINTS: Kernel = Kernel {
     ],
 };
 
-/// Contact there, and the projectile's motion.
-pub(crate) const PROJECTILE_CONTACT: Kernel = Kernel {
+/// Contact at those places, and motion of the projectile.
+const PROJECTILE_CONTACT: Kernel = Kernel {
     name: "projectile_contact",
+    stage: Stage::Projectile,
     sources: sources!(
         "projectile_contact",
-        "rim_equations",
-        "contact_points",
+        "edge_contact",
         "projectile_motion",
-        "workgroup",
         "gather",
-        "adjacent_elements",
         "rigid_body",
         "active_region"
     ),
@@ -147,10 +167,11 @@ pub(crate) const PROJECTILE_CONTACT: Kernel = Kernel {
     ],
 };
 
-/// Contacts between plies, and how many each node takes part in.
-pub(crate) const PLY_SEARCH: Kernel = Kernel {
+/// Contacts between plies, and their number at each node.
+const PLY_SEARCH: Kernel = Kernel {
     name: "ply_search",
-    sources: sources!("ply_search", "ply_contact", "ply_views", "intact", "adjacent_elements", "active_region"),
+    stage: Stage::Plies,
+    sources: sources!("ply_search", "ply_contact", "ply_view", "intact", "active_region"),
     bindings: &[
         (BufferId::Nodes, Read),
         (BufferId::Flags, Read),
@@ -162,9 +183,10 @@ pub(crate) const PLY_SEARCH: Kernel = Kernel {
 };
 
 /// Impulses of the contacts between plies.
-pub(crate) const PLY_IMPULSE: Kernel = Kernel {
+const PLY_IMPULSE: Kernel = Kernel {
     name: "ply_impulse",
-    sources: sources!("ply_impulse", "ply_contact", "ply_views"),
+    stage: Stage::Plies,
+    sources: sources!("ply_impulse", "ply_contact", "ply_view"),
     bindings: &[
         (BufferId::Nodes, Read),
         (BufferId::Over, Read),
@@ -176,18 +198,11 @@ pub(crate) const PLY_IMPULSE: Kernel = Kernel {
     ],
 };
 
-/// The nodes take the impulses of contact between plies.
-pub(crate) const PLY_MOVE: Kernel = Kernel {
+/// Impulses of contact between plies, applied to the nodes.
+const PLY_MOVE: Kernel = Kernel {
     name: "ply_move",
-    sources: sources!(
-        "ply_move",
-        "ply_views",
-        "gather",
-        "adjacent_elements",
-        "element_geometry",
-        "supports",
-        "active_region"
-    ),
+    stage: Stage::Plies,
+    sources: sources!("ply_move", "ply_view", "gather", "element_geometry", "supports", "active_region"),
     bindings: &[
         (BufferId::Nodes, Write),
         (BufferId::Forces, Read),
@@ -201,16 +216,10 @@ pub(crate) const PLY_MOVE: Kernel = Kernel {
 };
 
 /// Sums of energy, momentum and counts.
-pub(crate) const LEDGER: Kernel = Kernel {
+const ENERGY_BALANCE: Kernel = Kernel {
     name: "energy_balance",
-    sources: sources!(
-        "energy_balance",
-        "gather",
-        "adjacent_elements",
-        "projectile_shape",
-        "projectile_chisel",
-        "rigid_body"
-    ),
+    stage: Stage::EnergyBalance,
+    sources: sources!("energy_balance", "gather", "projectile_shape", "rigid_body"),
     bindings: &[
         (BufferId::Nodes, Read),
         (BufferId::Forces, Read),
@@ -224,8 +233,16 @@ pub(crate) const LEDGER: Kernel = Kernel {
 };
 
 /// Every kernel, in the order of a step.
-pub const KERNELS: [Kernel; 8] =
-    [ELEMENT_FORCE, NODE_UPDATE, PLY_SEARCH, PLY_IMPULSE, PLY_MOVE, PROJECTILE_POINTS, PROJECTILE_CONTACT, LEDGER];
+pub const KERNELS: [Kernel; 8] = [
+    ELEMENT_FORCE,
+    NODE_UPDATE,
+    PLY_SEARCH,
+    PLY_IMPULSE,
+    PLY_MOVE,
+    PROJECTILE_POINTS,
+    PROJECTILE_CONTACT,
+    ENERGY_BALANCE,
+];
 
 impl Kernel {
     /// The whole source.
@@ -233,26 +250,18 @@ impl Kernel {
         self.sources.concat()
     }
 
-    /// Whether steps of a scene with these terms run it; the ledger runs in those that are sampled.
-    pub fn is_in(&self, terms: &Features) -> bool {
-        match self.name {
-            "ply_search" | "ply_impulse" | "ply_move" => terms.plies,
-            "projectile_points" | "projectile_contact" => terms.projectile,
+    /// Whether steps of a scene with these features run it.
+    pub fn is_in(&self, features: &Features) -> bool {
+        match self.stage {
+            Stage::Plies => features.plies,
+            Stage::Projectile => features.projectile,
             _ => true,
         }
     }
 }
 
-/// The laws of the unit cell, by the constants of the shaders that number them: a law's number is its place here.
-pub const LAWS: [(&str, Variant); 4] = [
-    ("PUBLISHED_TENSION", Variant::PublishedTension),
-    ("PUBLISHED_PROJECTED", Variant::PublishedProjected),
-    ("VARIATIONAL", Variant::Variational),
-    ("KAWABATA", Variant::Kawabata),
-];
-
 /// Rounding of relative velocities in single precision, over the largest speed of the body [-]; in double precision
-/// [`projectile_contact::NOISE`](crate::kernels::projectile_contact::NOISE).
+/// [`projectile_contact::NOISE`](crate::solver::projectile_contact::NOISE).
 const NOISE: f64 = 1e-6;
 /// Part of a finest cell by which a yarn may run on too short [-]: what a sum of widths rounds to in single precision.
 const WITHIN: f64 = 1e-3;
@@ -260,24 +269,19 @@ const WITHIN: f64 = 1e-3;
 const SHARE_UNIT: u32 = 1 << 20;
 
 /// Values of the pipeline-overridable constants, by name. `ledger`: the step fills in the energies of the state.
-pub fn constants(terms: &Features, ledger: bool) -> [(&'static str, f64); 24] {
-    let law = LAWS.iter().take_while(|(_, law)| *law != terms.law).count();
+pub fn constants(terms: &Features, ledger: bool) -> [(&'static str, f64); 20] {
     let flag = |yes: bool| f64::from(u8::from(yes));
     [
         ("ROUNDOFF_TOLERANCE", NOISE),
         ("WITHIN", WITHIN),
         ("SHARE_UNIT", f64::from(SHARE_UNIT)),
-        ("LAW", law as f64),
+        ("VARIATIONAL", flag(terms.law == Law::Variational)),
         ("PIVOT", terms.pivot as f64),
-        ("NEWTON", flag(terms.newton)),
         ("TERMS", terms.series as f64),
         ("COMPRESSION", flag(terms.compression)),
         ("SHEAR", flag(terms.shear)),
-        ("SECANT", flag(terms.secant)),
         ("HOURGLASS", flag(terms.hourglass || terms.mean_stretch)),
-        ("FAILURE", flag(terms.failure)),
         ("VISCOUS", flag(terms.viscous)),
-        ("WINDOWS", flag(terms.windows)),
         ("STRENGTH", flag(terms.strength)),
         ("LAW_ENERGY", flag(terms.law_energy)),
         ("PROJECTILE", flag(terms.projectile)),

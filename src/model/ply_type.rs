@@ -2,15 +2,19 @@
 
 use std::sync::Arc;
 
-use super::failure_length::{self, StencilRadius, Windows};
-use super::time_step::let_go;
-use super::{Columns, Grid, InitialStretch, Mesh, MirrorPlanes, ModelError, StepBound, law_tables, pretension};
-use crate::case::{Case, Edge, Edges, Fabric, Layer, Solver, StretchSampling, UnitCell, Variability};
-use crate::kernels::crossover::{LawKernel, UnitCellParameters, Variant, compression_energy};
-use crate::kernels::element_force::ElementConstants;
-use crate::kernels::law_energy::LawEnergy;
-use crate::kernels::shear::ShearConstants;
+use crate::case::{Case, Edge, Edges, Fabric, Law, Layer, Solver, StretchSampling};
+use crate::model::failure_criterion::{StencilRadius, Windows, breadth};
+use crate::model::law_energy::LawEnergy;
+use crate::model::mesh::{Grid, Mesh};
+use crate::model::time_step::{InitialStretch, StepBound, let_go, stretch_of_pretension};
+use crate::model::{ModelError, law_energy, layup};
 use crate::num::scalar::Scalar;
+use crate::physics::crossover::compression_energy;
+use crate::physics::element_geometry::ElementConstants;
+use crate::physics::mirror_planes::MirrorPlanes;
+use crate::physics::shear::ShearConstants;
+use crate::physics::unit_cell_parameters::UnitCellParameters;
+use crate::physics::yarn_law::LawKernel;
 
 /// Constants of alike plies in the number type of the state.
 #[derive(Clone, Debug)]
@@ -20,7 +24,7 @@ pub struct PlyType<S> {
     /// Unit cell, double precision.
     pub cell: UnitCellParameters<f64>,
     /// Which unit-cell kernel runs.
-    pub law: Variant,
+    pub law: Law,
     /// Element constants, double precision.
     pub element: ElementConstants<f64>,
     /// Whether the fabric has trellis shear.
@@ -43,8 +47,8 @@ pub struct PlyType<S> {
     pub law_energy: Option<Arc<LawEnergy>>,
     /// Whether yarns have shock viscosity.
     pub viscous: bool,
-    /// Elements whose strains break a yarn together, of warp and weft; `None`: every element breaks at its own.
-    pub windows: Option<[Windows; 2]>,
+    /// Elements whose strains break a yarn together, of warp and weft.
+    pub windows: [Windows; 2],
     /// Size of the piece of yarn that they make up.
     pub failure_reach: StencilRadius,
     /// Uniform initial stretch.
@@ -73,11 +77,10 @@ impl<S: Scalar> PlyType<S> {
         if !along_axes && [left, right, bottom, top].contains(&Edge::Roller) {
             return Err(ModelError::TurnedRoller { degrees: layer.orientation.to_degrees() });
         }
-        let cell =
-            UnitCellParameters { newton: case.solver.unit_cell == UnitCell::Newton, ..UnitCellParameters::new(fabric) };
+        let cell = UnitCellParameters::new(fabric);
         let element = element_constants(fabric, length, &case.solver, &cell);
-        let law = Variant::of(&fabric.crossover);
-        let edges = super::symmetry::cut_edges(&mesh, layer.edges);
+        let law = fabric.crossover.law;
+        let edges = layup::cut_edges(&mesh, layer.edges);
         let bound = StepBound::new(length, fabric.areal_density, &element, case.solver.shock_viscosity);
         let viscous = case.solver.shock_viscosity > 0.0;
         let bound = match let_go(pack.pretension, pack.initial_deflection, layer.edges, mesh.whole_size()) {
@@ -86,24 +89,18 @@ impl<S: Scalar> PlyType<S> {
             None if viscous && pack.pretension.is_some() => bound.of_tension_in(mesh.whole_counts().iter().product()),
             None => bound,
         };
-        let mut failure_reach =
-            StencilRadius::new(&mesh, case.solver.failure_length, failure_length::breadth(&mesh, &cell));
-        let mut windows = failure_reach.windows(&mesh);
-        if windows.is_none() && case.variability.as_ref().is_some_and(Variability::strength_varies) {
-            failure_reach = StencilRadius::ELEMENT;
-            windows = Some(StencilRadius::ELEMENT.overlaps(&mesh));
-        }
+        let failure_reach = StencilRadius::new(&mesh, case.solver.failure_length, breadth(&mesh, &cell));
         Ok(Self {
             bound,
-            initial: crate::with_law!(law, L => pretension::solve::<L>(pack, &cell)?),
+            initial: crate::with_law!(law, L => stretch_of_pretension::<L>(pack, &cell)?),
             mass: row_kinds(&mesh)
                 .into_iter()
                 .map(|row| row_masses(&mesh, fabric.areal_density, &edges, row))
                 .collect(),
-            law_energy: law_tables::law_energy(law, &cell),
+            law_energy: law_energy::table_of(law, &cell),
             columns: Columns::new(&mesh),
             viscous,
-            windows,
+            windows: failure_reach.windows(&mesh),
             failure_reach,
             initial_velocity: mesh.to_ply(layer.initial_velocity),
             has_shear: fabric.shear.is_some(),
@@ -184,11 +181,9 @@ fn element_constants(
         let period = if stiffness > 0.0 { [lx, ly][i] * (fabric.areal_density / stiffness).sqrt() } else { 0.0 };
         solver.shock_viscosity * period
     });
-    let none =
-        crate::case::Shear { g1: 0.0, g2: 0.0, gamma1: 0.0, gamma2: 0.0, modulus: crate::case::ShearModulus::Tangent };
     ElementConstants {
         cell: *cell,
-        shear: ShearConstants::new(fabric.shear.as_ref().unwrap_or(&none), fabric.thickness),
+        shear: ShearConstants::new(fabric.shear.as_ref(), fabric.thickness),
         gradient: [0.5 / lx, 0.5 / ly],
         membrane: [0.5 * ly / (2.0 * w2), 0.5 * lx / (2.0 * w1)],
         half_length: [0.5 * ly, 0.5 * lx],
@@ -243,6 +238,39 @@ fn row_masses<S: Scalar>(mesh: &Mesh, areal_density: f64, edges: &Edges, row: us
         out.mass[column] = S::splat(mass);
     }
     out
+}
+
+/// Shapes (node stride,), beyond the last element as of the finest; all but the places are empty for an even mesh.
+#[derive(Clone, Debug)]
+pub struct Columns<S> {
+    /// Reference places of the nodes along X of the ply [m]; zero beyond the last. And rounded to the precision of the state.
+    pub place: Vec<f64>,
+    /// See `place`.
+    pub rounded: Vec<S>,
+    /// Lengths of elements along X over the finest [-].
+    pub width: Vec<S>,
+    /// 1 over that [-].
+    pub per_width: Vec<S>,
+}
+
+impl<S: Scalar> Columns<S> {
+    pub(super) fn new(mesh: &Mesh) -> Self {
+        let mut place: Vec<f64> = (0..=mesh.columns).map(|column| mesh.reference(0, column)[0]).collect();
+        place.resize(Grid::node_stride(mesh.columns), 0.0);
+        let rounded = place.iter().map(|x| S::splat(*x)).collect();
+        let sizes = if mesh.is_graded() { place.len() } else { 0 };
+        let ones = || vec![S::splat(1.0); sizes];
+        let mut out = Self { place, rounded, width: ones(), per_width: ones() };
+        if !mesh.is_graded() {
+            return out;
+        }
+        for column in 0..mesh.columns {
+            let [x, _] = mesh.widths(0, column);
+            out.width[column] = S::splat(x);
+            out.per_width[column] = S::splat(1.0 / x);
+        }
+        out
+    }
 }
 
 #[cfg(test)]

@@ -4,7 +4,8 @@ use std::f64::consts::{FRAC_PI_2, TAU};
 
 use serde::{Deserialize, Serialize};
 
-use crate::kernels::projectile_shape::{Body, Outline};
+use crate::physics::projectile_body::Body;
+use crate::physics::projectile_shape::Outline;
 
 /// Points around the axis.
 const AROUND: usize = 48;
@@ -156,3 +157,7 @@ fn divide(points: &mut Vec<[f64; 2]>, from: [f64; 2], to: [f64; 2], flats: bool)
         points.push([0, 1].map(|a| from[a] + part * (to[a] - from[a])));
     }
 }
+
+#[cfg(test)]
+#[path = "surface_tests.rs"]
+mod tests;

@@ -5,9 +5,9 @@ use std::path::Path;
 use std::sync::OnceLock;
 
 use ripstop::case::{self, Case};
+use ripstop::output;
+use ripstop::output::checks::{self, GAINED_LIMIT, HOURGLASS_LIMIT};
 use ripstop::output::history::COLUMNS;
-use ripstop::output::warnings::{GAINED_LIMIT, HOURGLASS_LIMIT};
-use ripstop::output::{self, trust};
 use ripstop::run::Run;
 
 use super::commands::program;
@@ -74,10 +74,10 @@ fn checks_behind_the_line_of_trust_and_energies() {
     let (case, run) = shot();
     let results = page("results.md");
     let mut listed = results.first_cells("The line of trust");
-    let mut checks: Vec<&str> = trust::signs(case, run).iter().map(|sign| sign.name).collect();
+    let mut names: Vec<&str> = checks::checks(case, run).iter().map(|check| check.name).collect();
     listed.sort();
-    checks.sort_unstable();
-    assert_eq!(listed, checks);
+    names.sort_unstable();
+    assert_eq!(listed, names);
     // The first limits of those that have one in per cent.
     for (check, limit) in [
         ("energy gained", GAINED_LIMIT),

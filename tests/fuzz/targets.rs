@@ -11,7 +11,7 @@ use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use lz4_flex::frame::{FrameDecoder, FrameEncoder};
 use ripstop::case::{self, Case};
 use ripstop::model::Model;
-use ripstop::output::{self, report::Animation, warnings};
+use ripstop::output::{self, checks::case_warnings, report::Animation};
 use ripstop::run::checkpoint::{BackendId, Checkpoint, Checkpointable as _, Header};
 use ripstop::run::{self, Observer, Options, Precision, RunScalar, Simulation, Skips};
 use twox_hash::XxHash3_64;
@@ -67,7 +67,7 @@ pub(crate) fn case(bytes: &[u8]) {
 /// Report, warnings, model and two steps of a case that was taken.
 fn checked(case: &Case) {
     assert!(!case::report(case).is_empty());
-    drop(warnings::of_case(case));
+    drop(case_warnings(case));
     // The case as run is a case again, and the same one; memory alone may have become less.
     match case::from_str("again.json", &case.as_run.to_string(), &[]) {
         Ok(again) => assert_eq!(again.fields.len(), case.fields.len()),

@@ -4,15 +4,16 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use naga::Module;
 use ripstop::gpu::{layout, shader};
-use ripstop::kernels::{
-    arc_length, coupled_newton, crossover, element_force, law_energy, ply_contact, predictor, projectile_chisel,
-    projectile_contact, projectile_rim, projectile_shape, shear, yarn_law,
+use ripstop::model::law_energy;
+use ripstop::model::{Model, layup};
+use ripstop::physics::{
+    arc_length, coupled_newton, crossover, kinematics, membrane, ply_contact, projectile_shape, shear, yarn_law,
 };
-use ripstop::model::{Model, over};
+use ripstop::solver::{edge_contact, element_force, projectile_contact};
 use wgpu::naga;
 
 use super::modules;
-use crate::support::patch;
+use crate::support::{SOLVER_LAWS, patch};
 
 /// The numbers of a constant expression.
 fn numbers(module: &Module, at: naga::Handle<naga::Expression>) -> Vec<f64> {
@@ -96,7 +97,7 @@ fn of_the_layout() -> Vec<Constant> {
 fn of_the_kernels() -> Vec<Constant> {
     vec![
         count("WALK", ply_contact::WALK),
-        count("PENETRATING", over::PENETRATING as usize),
+        count("PENETRATING", layup::PENETRATING as usize),
         number("POSITION_CORRECTION", ply_contact::POSITION_CORRECTION),
         number("RECOVERY_TIME", ply_contact::RECOVERY_TIME),
         number("DEEP_RECOVERY", ply_contact::DEEP_RECOVERY),
@@ -118,23 +119,23 @@ fn of_the_kernels() -> Vec<Constant> {
         count("NEWTON_ITERATIONS", coupled_newton::NEWTON_ITERATIONS as usize),
         count("SET_CHANGES", projectile_contact::SET_CHANGES),
         count("FRICTION_SWEEPS", projectile_contact::FRICTION_SWEEPS),
-        count("ELLIPSE_STEPS", projectile_chisel::ELLIPSE_STEPS),
+        count("ELLIPSE_STEPS", projectile_shape::ELLIPSE_STEPS),
         number("RESOLVED", projectile_shape::RESOLVED),
         count("LAW_COUNT", law_energy::COUNT),
         number("BROKEN", element_force::BROKEN),
-        number("FOLDED_STRETCH", element_force::FOLDED_STRETCH),
-        number("TINY", element_force::TINY),
+        number("FOLDED_STRETCH", membrane::FOLDED_STRETCH),
+        number("TINY", kinematics::TINY),
         number("STEEPEST", shear::STEEPEST),
         number("SHORTEST", yarn_law::SHORTEST),
-        number("LEAST_STRAIN", predictor::LEAST_STRAIN),
+        number("LEAST_STRAIN", coupled_newton::LEAST_STRAIN),
         number("EPSILON", f64::from(f32::EPSILON)),
         number("PI", std::f64::consts::PI),
         number("HALF_PI", std::f64::consts::FRAC_PI_2),
         list("SERIES", &arc_length::SERIES),
         list("ARC_SINE_SINGLE", &shear::ARC_SINE_SINGLE),
         number("HELD", projectile_contact::HELD),
-        number("SHARED", projectile_rim::SHARED),
-        number("FLOOR", projectile_rim::FLOOR),
+        number("SHARED", edge_contact::SHARED),
+        number("FLOOR", edge_contact::FLOOR),
     ]
 }
 
@@ -143,8 +144,7 @@ const STATES: [&str; 3] = ["AWAY", "NEAR", "PUSHING"];
 
 #[test]
 fn constants_have_the_values_of_their_twins() {
-    let laws = shader::LAWS.iter().enumerate().map(|(at, (name, _))| (*name, vec![at as f64]));
-    let expected: BTreeMap<_, _> = of_the_layout().into_iter().chain(of_the_kernels()).chain(laws).collect();
+    let expected: BTreeMap<_, _> = of_the_layout().into_iter().chain(of_the_kernels()).collect();
     let mut seen = BTreeSet::new();
     for (kernel, module) in modules() {
         for (_, constant) in module.constants.iter() {
@@ -177,15 +177,14 @@ fn states_of_a_contact_differ_and_a_fresh_one_is_away() {
 }
 
 #[test]
-fn laws_are_numbered_alike() {
-    let laws = crate::support::LAWS.map(|law| {
-        let fabric = crate::support::s720(law, None);
+fn the_variational_law_is_the_one_of_the_case() {
+    let variational = SOLVER_LAWS.map(|law| {
         let mut case = patch::case(1, 1);
-        case.fabric.crossover = fabric.crossover;
+        case.fabric.crossover.law = law;
         let terms = Model::<f32>::new(&case).unwrap().features();
-        shader::constants(&terms, false).iter().find(|(name, _)| *name == "LAW").map(|(_, value)| *value)
+        shader::constants(&terms, false).iter().find(|(name, _)| *name == "VARIATIONAL").map(|(_, value)| *value)
     });
-    assert_eq!(laws, std::array::from_fn(|at| Some(at as f64)), "the order of `shader::LAWS`");
+    assert_eq!(variational, [Some(0.0), Some(1.0)]);
 }
 
 #[test]

@@ -2,7 +2,7 @@
 
 use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
-use ripstop::kernels::coupled_newton::COMPATIBILITY_TOLERANCE;
+use ripstop::physics::coupled_newton::COMPATIBILITY_TOLERANCE;
 
 use super::*;
 
@@ -15,7 +15,7 @@ fn sound(got: &Solved) -> bool {
 
 /// Grid of the domain in one precision, each point started from the solution beside it as in a run. `ripple`: what a tension may
 /// fall by where it should rise, over the breaking tension.
-fn grid<R: Scalar>(law: Variant, compression: Option<Compression>, ripple: f64) -> Vec<(Solved, oracle::Misfit)> {
+fn grid<R: Scalar>(law: CurveLaw, compression: Option<Compression>, ripple: f64) -> Vec<(Solved, oracle::Misfit)> {
     const POINTS: usize = 71;
     let cell = Cell::<R>::new(&s720(law, compression));
     let (mut rising, breaking) = (Worst::default(), cell.breaking());
@@ -60,7 +60,7 @@ fn grid_of_the_whole_domain() {
 /// A fabric and where to look at it.
 #[derive(Clone, Debug)]
 struct Probe {
-    fabric: case::Fabric,
+    fabric: Woven,
     stretch: [f64; 2],
     /// Start of the iteration, over the sum of heights.
     warm: [f64; 2],
@@ -68,7 +68,7 @@ struct Probe {
     more: f64,
 }
 
-fn any_fabric() -> impl Strategy<Value = case::Fabric> {
+fn any_fabric() -> impl Strategy<Value = Woven> {
     let crimp = || prop_oneof![1 => Just(0.0), 6 => 0.0..0.25, 2 => (-4.0..-0.6_f64).prop_map(|e| 10_f64.powf(e)), 1 => Just(0.25)];
     let stiffness = (3.0..5.0_f64, -3.0..3.0_f64).prop_map(|(e, r)| [10_f64.powf(e), 10_f64.powf(e + r)]);
     let span = (3e-4..1e-3, -1.0..1.0_f64).prop_map(|(w, r)| [w, w * 3_f64.powf(r)]);
@@ -138,7 +138,7 @@ fn roundings_do_not_let_the_iteration_creep() {
         (31_686.735_122_676_78, 5e-4, 0.208_536_406_515_824_3),
         (216.314_161_433_585_35, 4.466_083_533_542_356e-4, 3.572_300_402_113_822e-5),
     ];
-    let c = cell::<f32>(nearly_straight, Variant::Kawabata, 0.0, None);
+    let c = cell::<f32>(nearly_straight, CurveLaw::Kawabata, 0.0, None);
     let start = [3.185_016_678_025_338e-4, -5.815_455_311_736_267e-5];
     let got = c.solve([0.996_408_302_935_984_3, 1.008_075_040_568_850_1], start, true);
     assert!(got.converged, "{got:?}");
@@ -157,7 +157,7 @@ fn conjugate(cell: &Cell<f64>, got: &Solved) -> [f64; 2] {
 }
 
 /// S-720 and an unbalanced fabric with a gap.
-fn cells(law: Variant) -> Vec<Cell<f64>> {
+fn cells(law: CurveLaw) -> Vec<Cell<f64>> {
     let unequal = [yarn(2e4, 6e-4, 0.05), yarn(5e3, 9e-4, 0.02)];
     let fabrics = CROSSOVERS.into_iter().flat_map(|c| [s720(law, c), fabric(unequal.clone(), law, 4e-6, c)]);
     fabrics.map(|f| Cell::new(&f)).collect()
@@ -166,7 +166,7 @@ fn cells(law: Variant) -> Vec<Cell<f64>> {
 #[test]
 fn in_plane_forces_of_the_conservative_laws_are_derivatives_of_the_energy() {
     let (mut random, mut worst) = (Random(5), Worst::default());
-    for cell in [Variant::Variational, Variant::Kawabata].into_iter().flat_map(cells) {
+    for cell in [CurveLaw::Variational, CurveLaw::Kawabata].into_iter().flat_map(cells) {
         for _ in 0..100 {
             let stretch = [random.between(1.0, 1.06), random.between(1.0, 1.06)];
             let got = cell.solve_from_rest(stretch);
@@ -215,10 +215,10 @@ fn loop_work(cell: &Cell<f64>) -> f64 {
 #[test]
 fn a_closed_strain_path_returns_all_work_for_the_conservative_laws_only() {
     for (law, range) in [
-        (Variant::Variational, 0.0..1e-9),
-        (Variant::Kawabata, 0.0..1e-9),
-        (Variant::PublishedTension, 5e-4..3e-3),
-        (Variant::PublishedProjected, 5e-6..5e-4),
+        (CurveLaw::Variational, 0.0..1e-9),
+        (CurveLaw::Kawabata, 0.0..1e-9),
+        (CurveLaw::Published, 5e-4..3e-3),
+        (CurveLaw::Projected, 5e-6..5e-4),
     ] {
         // The unbalanced fabric is for the conservative laws: it has no measured loss.
         for cell in cells(law).into_iter().step_by(if range.start > 0.0 { 2 } else { 1 }) {
@@ -269,7 +269,7 @@ fn heights_are_predicted_to_first_order_in_every_law() {
 
 #[test]
 fn a_predicted_step_takes_an_evaluation_less() {
-    let cell = Cell::<f64>::new(&s720(Variant::PublishedTension, CROSSOVERS[1]));
+    let cell = Cell::<f64>::new(&s720(CurveLaw::Published, CROSSOVERS[1]));
     let (mut random, mut saved) = (Random(7), 0.0);
     for _ in 0..1000 {
         let stretch = [random.between(1.0, 1.03), random.between(1.0, 1.03)];

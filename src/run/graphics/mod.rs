@@ -60,7 +60,7 @@ impl<'a> DeviceSimulation<'a> {
     /// # Errors
     /// As [`DeviceSimulation::new`].
     pub fn with_skips(case: &Case, device: &'a Device, skips: Skips) -> Result<Self, RunError> {
-        let (model, mut state) = solver::set_up::<f32>(case, skips.symmetry)?;
+        let (model, mut state) = solver::state::set_up::<f32>(case, skips.symmetry)?;
         if !skips.wavefront {
             state.reach_everything(&model);
         }
@@ -161,7 +161,7 @@ impl Backend for DeviceSimulation<'_> {
             return;
         }
         let DeviceLoop { stepper, state, next, .. } = &mut self.device_loop;
-        match stepper.download(&self.model, state) {
+        match stepper.download(0, &self.model, state) {
             Ok(()) => {
                 state.step = *next;
                 watch.on_end(&View::Single(&self.model, state));

@@ -12,10 +12,10 @@ use crate::gpu::submission::BatchResult;
 use crate::model::Model;
 use crate::run::record::{RunRecord, SampleInput};
 use crate::run::{Observer, View, outcome, pieces, profile};
-use crate::solver;
-use crate::solver::Given;
 use crate::solver::energy_balance::{EnergyBalance, PlyMoment};
+use crate::solver::state::Given;
 use crate::solver::state::State;
+use crate::solver::{divergence, state as solver_state};
 
 /// A shot in progress.
 pub(crate) struct DeviceShot {
@@ -36,7 +36,7 @@ impl DeviceShot {
         Self {
             balance: EnergyBalance::of_part(model.planes),
             record: RunRecord::new(&model, state.body.as_ref()),
-            given: solver::given(&model, state),
+            given: solver_state::given(&model, state),
             number,
             step: 0,
             ended: false,
@@ -121,14 +121,14 @@ impl DeviceShot {
 
     /// Reads the state after so many steps.
     fn download(&self, stepper: &DeviceStepper<'_>, state: &mut State<f32>, steps: u64) -> Result<(), DeviceError> {
-        stepper.download_shot(self.number, &self.model, state)?;
+        stepper.download(self.number, &self.model, state)?;
         state.step = steps;
         Ok(())
     }
 
     fn diagnose(&mut self, state: &State<f32>, excess: (&str, f64)) {
         let available = self.balance.accounted_energy();
-        self.record.divergence = Some(solver::diagnose(&self.model, state, excess, available));
+        self.record.divergence = Some(divergence::diagnose(&self.model, state, excess, available));
     }
 
     /// One row of the history from one sample.
@@ -142,7 +142,7 @@ impl DeviceShot {
     ) -> Result<(), DeviceError> {
         let (sums, rest) = words.split_at(stepper.body_at());
         let (body, counters) = rest.split_at(BODY_WORDS);
-        let sums = WorkgroupSums::new(sums);
+        let sums = WorkgroupSums(sums);
         let body =
             self.model.projectile.as_ref().map(|p| layout::read_body(body, p, &layout::device_origin(&self.model)));
         self.take_counts(info.index, &sums, counters);
@@ -172,11 +172,11 @@ impl DeviceShot {
         if in_doubt {
             self.look(stepper, state, case, info.index)?;
         }
-        let kinetic = sums.add(sum::KINETIC) + solver::flying(body.as_ref().map(|b| &b.body));
-        if let Some(excess) = solver::excess(&self.balance, kinetic, true) {
+        let kinetic = sums.add(sum::KINETIC) + divergence::flying(body.as_ref().map(|b| &b.body));
+        if let Some(excess) = divergence::excess(&self.balance, kinetic, true) {
             // The place is looked for in the state as it is now, at most two batches later.
             state.step = info.index + 1;
-            if let Err(error) = stepper.download_shot(self.number, &self.model, state) {
+            if let Err(error) = stepper.download(self.number, &self.model, state) {
                 self.record.lost = Some(error.to_string());
             }
             self.diagnose(state, excess);
@@ -252,7 +252,7 @@ fn check_room(stepper: &DeviceStepper<'_>, counters: &[u32; STATUS_WORDS]) -> Re
     let (adapter, sizes) = (stepper.device.name().to_owned(), stepper.sizes());
     match [status::OVERFLOW, status::OVERFLOW_EDGES].map(|at| counters[at]) {
         [0, 0] => Ok(()),
-        [0, found] => Err(DeviceError::CrowdedRim { adapter, found, room: sizes.constraints }),
+        [0, found] => Err(DeviceError::CrowdedEdge { adapter, found, room: sizes.constraints }),
         [found, _] => Err(DeviceError::Crowded { adapter, found, room: sizes.points }),
     }
 }

@@ -4,8 +4,9 @@ use std::collections::HashMap;
 
 use super::ShotOrder;
 use crate::case::{Case, Drawn};
+use crate::output::checks::{Level, advice, checks};
 use crate::output::csv::{number, quoted};
-use crate::output::{absorbed_energy, residual_velocity, trust};
+use crate::output::{absorbed_energy, residual_velocity};
 use crate::run::Run;
 use crate::run::outcome::Outcome;
 use crate::study::fit::FitRow;
@@ -87,7 +88,7 @@ impl ShotRow {
                 last.failed[1] as f64,
                 run.steps as f64,
             ],
-            trust: trust::answer(&trust::signs(case, run)).0.advice().to_owned(),
+            trust: advice(&checks(case, run)).0.advice().to_owned(),
             reason,
         }
     }
@@ -95,7 +96,7 @@ impl ShotRow {
     /// A shot that did not run, and why.
     pub(super) fn of_failure(order: ShotOrder, velocity: f64, drawn: Vec<Drawn>, reason: &str) -> Self {
         let reason = reason.split_whitespace().collect::<Vec<_>>().join(" ");
-        let trust = trust::Level::Bad.advice().to_owned();
+        let trust = Level::Bad.advice().to_owned();
         Self { order, velocity, drawn, outcome: None, residual: None, numbers: Vec::new(), trust, reason }
     }
 

@@ -15,14 +15,14 @@ use crate::study::outcomes::{Outcomes, Shot};
 use crate::study::residual_fit::{Passed, ResidualFit, ResidualModel, TooFew, residual_fit};
 
 /// What mesh and time step may make of a limit, over the limit \[-\]: twice what half as long elements do to the README's ply
-/// (benches/objectivity.json), and no less than this, for they move limits of cylinders, spheres and fragments on two fabrics by up to
+/// (0.25 %), and no less than this, for they move limits of cylinders, spheres and fragments on two fabrics by up to
 /// this (docs/src/objectivity.md).
 const NUMERICAL: f64 = 0.0175;
-/// The same of the converged mesh: what half as long elements did in benches/objectivity-converged.json.
+/// The same of the converged mesh: what half as long elements did (docs/src/objectivity.md).
 const NUMERICAL_CONVERGED: f64 = 0.0125;
-/// The same with the paper's numerics: benches/objectivity-paper.json.
+/// The same with the paper's numerics.
 const NUMERICAL_PAPER: f64 = 0.115;
-/// What is left once a finer mesh has corrected a limit: place of the mesh and time step, the largest spread of benches/objectivity.json.
+/// What is left once a finer mesh has corrected a limit: place of the mesh and time step, the largest spread (docs/src/objectivity.md).
 const NUMERICAL_REST: f64 = 0.005;
 /// Bands of impact velocity for which residual velocities are summed up.
 const BANDS: usize = 5;
