@@ -8,10 +8,10 @@ use clap_complete::Shell;
 use ripstop::case::Law;
 use ripstop::run::{Precision, Skips};
 
-use super::campaign_arguments::{ShotsArguments, SweepArguments, V50Arguments};
+use super::campaign_arguments::{FitArguments, ShotsArguments, SweepArguments, V50Arguments};
 use super::choice::{LAWS, PRECISIONS, one_of};
 use super::range::{StretchRange, interval};
-use super::study_arguments::{BenchArguments, CompareArguments, FitArguments, ValidateArguments, VerifyArguments};
+use super::study_arguments::{BenchArguments, CompareArguments, ValidateArguments, VerifyArguments};
 
 /// The whole command line.
 #[derive(Debug, Parser)]

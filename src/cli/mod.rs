@@ -2,7 +2,6 @@
 
 pub(crate) mod arguments;
 pub(crate) mod backend;
-pub(crate) mod batch;
 pub(crate) mod bench;
 pub(crate) mod campaign_arguments;
 pub(crate) mod check;
@@ -12,7 +11,6 @@ pub(crate) mod completions;
 pub(crate) mod crossover;
 pub(crate) mod explain;
 pub(crate) mod failure;
-pub(crate) mod fit;
 pub(crate) mod follow;
 pub(crate) mod info;
 pub(crate) mod input;
@@ -28,11 +26,9 @@ pub(crate) mod result;
 pub(crate) mod resume;
 pub(crate) mod run;
 pub(crate) mod screen;
-pub(crate) mod shots;
+pub(crate) mod studies;
 pub(crate) mod study_arguments;
-pub(crate) mod sweep;
 pub(crate) mod table;
-pub(crate) mod v50;
 pub(crate) mod validate;
 pub(crate) mod verify;
 

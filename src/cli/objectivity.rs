@@ -13,7 +13,7 @@ use super::failure::CommandFailure;
 use super::progress::Bar;
 use super::study_arguments::BenchArguments;
 use super::table::{Align, TextTable};
-use super::{batch, bench, interrupt, screen};
+use super::{bench, interrupt, screen, studies};
 use ripstop::output::number::{fixed, short};
 
 /// What is written.
@@ -32,7 +32,7 @@ pub(crate) fn objectivity(arguments: &BenchArguments) -> Result<(), CommandFailu
     };
     let read: Vec<&Path> = arguments.cases.iter().map(|path| path.as_path()).collect();
     let folder = Folder::prepare_for(&arguments.out, &FILES, &read)?;
-    let threads = batch::threads(arguments.threads);
+    let threads = studies::threads(arguments.threads);
     let plan = ObjectivityPlan { threads, quick: arguments.quick, width: WIDTH };
     let bar = Bar::new(!arguments.quiet);
     let measured = objectivity::measure(subject, plan, &interrupted, &|done, of| bar.show_count("", done, of, "parts"));

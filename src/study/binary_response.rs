@@ -18,17 +18,17 @@ const DIFFERENCE: f64 = 1e-4;
 /// Share of a step that must lead upwards.
 const SHORTEST: f64 = 1e-9;
 
-/// How an estimate was made.
+/// Method of an estimate.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Method {
-    /// The maximum of the likelihood.
+    /// Maximum of the likelihood.
     MaximumLikelihood,
-    /// The maximum of the likelihood with Firth's penalty: there is no overlap.
+    /// Maximum of the likelihood with Firth's penalty: there is no overlap.
     Firth,
 }
 
 impl Method {
-    /// The words in JSON.
+    /// Words in JSON.
     pub fn words(self) -> &'static str {
         match self {
             Self::MaximumLikelihood => "maximum likelihood",
@@ -37,10 +37,10 @@ impl Method {
     }
 }
 
-/// Why shots give no estimate.
+/// Reason why shots give no estimate.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum NoEstimate {
-    /// There is no shot.
+    /// No shot.
     #[error("there are no shots")]
     NoShots,
     /// One outcome is missing.
@@ -49,13 +49,13 @@ pub enum NoEstimate {
     /// One outcome is missing.
     #[error("every shot was stopped: the limit lies higher, by how much is unknown")]
     AllStopped,
-    /// Velocity was not varied.
-    #[error("all shots have one velocity: nothing tells how the chance grows with velocity")]
+    /// One velocity alone.
+    #[error("all shots have one velocity: how the chance grows with velocity is unknown")]
     OneVelocity,
-    /// σ is infinite or negative.
+    /// Scatter that is infinite or negative.
     #[error("perforations are no faster than stops on the mean: velocity does not explain the outcomes")]
     Inverted,
-    /// The search did not end.
+    /// Search without an end.
     #[error("the fit did not converge")]
     Unsettled,
 }
@@ -73,7 +73,7 @@ pub struct Estimate {
     pub log_likelihood: f64,
     /// Covariance of (μ, σ): inverse of the expected information.
     pub covariance: [[f64; 2]; 2],
-    /// How it was made.
+    /// Method of the estimate.
     pub method: Method,
 }
 
@@ -101,7 +101,7 @@ impl Estimate {
     }
 }
 
-/// Fits μ and σ.
+/// Fit of μ and σ.
 ///
 /// # Errors
 /// Where the shots do not determine them.
@@ -120,7 +120,7 @@ pub fn fit(link: Link, outcomes: &Outcomes) -> Result<Estimate, NoEstimate> {
     Ok(Estimate { link, mu, sigma, log_likelihood: problem.log_likelihood(line), covariance, method })
 }
 
-/// What no method can mend.
+/// Refusal of shots that no method can mend.
 fn refuse(outcomes: &Outcomes) -> Result<(), NoEstimate> {
     let [perforations, stops] = outcomes.means();
     match (outcomes.counts(), outcomes.groups().len()) {
@@ -179,7 +179,7 @@ pub(super) struct StandardizedShots {
     pub(super) stopped: f64,
 }
 
-/// What is fitted, in velocities from their mean and over their spread.
+/// Shots to fit, in velocities from their mean and over their spread.
 #[derive(Clone, Debug)]
 pub(super) struct Problem {
     pub(super) link: Link,
