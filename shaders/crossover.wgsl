@@ -178,10 +178,7 @@ fn solve(stretch: vec2<f32>, warm: vec2<f32>, both: bool) -> Equilibrium {
         return Equilibrium(tension, tension, straight, vec2<f32>(0.0), Predictor(), 0.0, 0.0, 0u, true);
     }
     let start = min(max(vec2<f32>(0.0), vec2<f32>(warm[PIVOT], warm[1u - PIVOT])), vec2<f32>(top));
-    var found: Found;
-    if (NEWTON) {
-        found = coupled_newton(stretch, start);
-    }
+    var found = coupled_newton(stretch, start);
     if (!found.met) {
         found = safeguarded(stretch, start.x, found.iterations);
     }

@@ -7,8 +7,7 @@
 //   in/out  status    array<u32>           counters
 //   out     events    array<Event>         yarn failures
 //   in/out  yarns     array<f32>  (8, E)   viscous forces of warp and weft [N]; strains of warp and weft in steps of even number, of odd
-//                                          number [-], where failure is judged over a length; failure strains of warp
-//                                          and weft over the fabric's [-], where strength varies
+//                                          number [-]; failure strains of warp and weft over the fabric's [-], where strength varies
 // Twin: src/kernels/element_force/mod.rs
 
 @group(1) @binding(0) var<storage, read> nodes: array<f32>;
@@ -111,27 +110,21 @@ struct YarnsLeft {
     /// Strains [-] and tensions [N] of yarns that none presses on.
     free_strain: vec2<f32>,
     free: vec2<f32>,
-    /// Where failure is judged over a length: strain over failure strain of pieces that are whole [-].
+    /// Strain over failure strain of pieces that are whole [-].
     load: vec2<f32>,
 }
 
-/// Also keeps the strains that are judged over a length.
+/// Also keeps the strains that failure is judged by.
 fn judge(element: u32, stretch: vec2<f32>, cell: Equilibrium, was_alive: vec2<bool>) -> YarnsLeft {
     let zero = vec2<f32>(0.0);
-    var failed = vec2<bool>(false);
-    var load = zero;
-    if (WINDOWS) {
-        let limit = failure_strain(element);
-        let warp = piece_of(element, 0u, limit.x);
-        let weft = piece_of(element, 1u, limit.y);
-        failed = vec2<bool>(
-            was_alive.x && (limit.x <= warp.strain || breaks_with_another(element, 0u)),
-            was_alive.y && (limit.y <= weft.strain || breaks_with_another(element, 1u)));
-        load = vec2<f32>(warp.whole * warp.strain, weft.whole * weft.strain) / limit;
-        keep_strains(element, select(vec2<f32>(BROKEN), max(cell.strain, zero), was_alive & !failed));
-    } else if (FAILURE) {
-        failed = was_alive & (nominal_failure_strain() <= cell.strain);
-    }
+    let limit = failure_strain(element);
+    let warp = piece_of(element, 0u, limit.x);
+    let weft = piece_of(element, 1u, limit.y);
+    let failed = vec2<bool>(
+        was_alive.x && (limit.x <= warp.strain || breaks_with_another(element, 0u)),
+        was_alive.y && (limit.y <= weft.strain || breaks_with_another(element, 1u)));
+    let load = vec2<f32>(warp.whole * warp.strain, weft.whole * weft.strain) / limit;
+    keep_strains(element, select(vec2<f32>(BROKEN), max(cell.strain, zero), was_alive & !failed));
     let straight = vec2<f32>(straight_strain(yarn(0u), stretch.x), straight_strain(yarn(1u), stretch.y));
     return YarnsLeft(was_alive, failed, was_alive & !failed, max(straight, zero), tensions(straight), load);
 }
@@ -254,11 +247,9 @@ fn keep_state(element: u32, at: vec4<u32>, motion: Motion, cell: Equilibrium, ya
         accounts[8u * e + element] = law_share(motion.k.stretch) * cells;
     }
     // Tension over breaking load is strain over failure strain.
-    var load = select(zero, strain / nominal_failure_strain(), alive);
-    if (WINDOWS) {
-        // A mean over the failure length stands for what is beyond.
-        load = max(select(zero, load, load < vec2<f32>(1.0)), yarns_left.load);
-    }
+    let own = select(zero, strain / nominal_failure_strain(), alive);
+    // A mean over the failure length stands for what is beyond.
+    let load = max(select(zero, own, own < vec2<f32>(1.0)), yarns_left.load);
     accounts[9u * e + element] = max(load.x, load.y);
     let n = 2u * scene.nodes;
     let z = abs(vec4<f32>(nodes[n + at.x], nodes[n + at.y], nodes[n + at.z], nodes[n + at.w]));
@@ -276,9 +267,7 @@ fn keep_nothing(element: u32) {
         accounts[9u * e + element] = 0.0;
     }
     keep_heights(element, vec2<f32>(0.0), Predictor());
-    if (WINDOWS) {
-        keep_strains(element, vec2<f32>(BROKEN));
-    }
+    keep_strains(element, vec2<f32>(BROKEN));
 }
 
 /// One element; gives the bits of its residual, or all ones where the residual was not met.
@@ -300,7 +289,7 @@ fn element_step(element: u32) -> u32 {
     let acting = forces_of(element, motion, cell, yarns_left);
     keep_forces(element, motion, acting);
     keep_heights(element, cell.height, cell.predictor);
-    if (FAILURE && any_of(yarns_left.failed)) {
+    if (any_of(yarns_left.failed)) {
         release(element, motion, cell, yarns_left, acting);
     }
     let alive = yarns_left.alive;

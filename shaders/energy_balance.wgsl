@@ -168,12 +168,10 @@ fn add_element(ply: u32, element: u32) {
         part[VISCOUS_WORK] += accounts[7u * e + element];
         accounts[7u * e + element] = 0.0;
     }
-    if (FAILURE) {
-        part[RELEASED] += accounts[e + element];
-        part[RELEASED_HOURGLASS] += accounts[2u * e + element];
-        accounts[e + element] = 0.0;
-        accounts[2u * e + element] = 0.0;
-    }
+    part[RELEASED] += accounts[e + element];
+    part[RELEASED_HOURGLASS] += accounts[2u * e + element];
+    accounts[e + element] = 0.0;
+    accounts[2u * e + element] = 0.0;
     part[STORED] += accounts[3u * e + element];
     part[HOURGLASS_NOW] += accounts[4u * e + element];
     part[TENSION] = max(part[TENSION], accounts[5u * e + element]);

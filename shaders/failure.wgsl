@@ -1,4 +1,4 @@
-// failure: strains of yarns as failure judges them, element by element or over a length. Needs `yarns`.
+// failure: strains of yarns as failure judges them, over a piece of yarn. Needs `yarns`.
 // Twin: src/solver/failure.rs
 
 /// Stands for the strain of a piece of yarn that is broken or absent.

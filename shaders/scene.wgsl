@@ -10,25 +10,20 @@ override WITHIN: f32;
 override SHARE_UNIT: f32;
 
 // What a scene lacks is compiled out.
-/// 0 published with T in the plane, 1 published with T cos α, 2 variational, 3 Kawabata.
-override LAW: u32 = 0u;
+/// Whether the unit-cell law is the variational one; else it is the published one.
+override VARIATIONAL: bool = false;
 /// The yarn whose height is the unknown: 0 warp, 1 weft.
 override PIVOT: u32 = 0u;
 /// Terms of the arc length series.
 override TERMS: u32 = 12u;
 /// Whether yarns flatten where they cross.
-/// Whether the unit cell's joint iteration comes first.
-override NEWTON: bool = true;
 override COMPRESSION: bool = true;
+/// Whether the fabric resists trellis shear.
 override SHEAR: bool = true;
-/// Whether the shear modulus is a secant one.
-override SECANT: bool = true;
+/// Whether elements resist the hourglass mode, or stretches are means over the element.
 override HOURGLASS: bool = true;
-override FAILURE: bool = true;
 /// Whether yarns have shock viscosity.
 override VISCOUS: bool = true;
-/// Whether failure is judged over a length along the yarns.
-override WINDOWS: bool = true;
 /// Whether pieces of yarn differ in strength.
 override STRENGTH: bool = true;
 /// Whether the unit-cell law makes energy by itself.

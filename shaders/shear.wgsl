@@ -32,14 +32,8 @@ fn arc_sine(x: f32) -> f32 {
 fn shear_resultant(gamma: f32) -> f32 {
     let size = abs(gamma);
     let into = min(max(size - scene.shear_gamma1, 0.0), scene.shear_ramp);
-    var q: f32;
-    if (SECANT) {
-        let locked = scene.shear_gamma1 + scene.shear_ramp <= size;
-        q = size * (scene.shear_g1 + select(scene.shear_slope * into, scene.shear_rise, locked));
-    } else {
-        let past = max(size - scene.shear_gamma1 - scene.shear_ramp, 0.0);
-        q = scene.shear_g1 * size + 0.5 * scene.shear_slope * squared(into) + scene.shear_rise * past;
-    }
+    let past = max(size - scene.shear_gamma1 - scene.shear_ramp, 0.0);
+    let q = scene.shear_g1 * size + 0.5 * scene.shear_slope * squared(into) + scene.shear_rise * past;
     return select(q, -q, gamma < 0.0);
 }
 
@@ -50,12 +44,6 @@ fn shear_energy(gamma: f32) -> f32 {
     let into = min(max(size - scene.shear_gamma1, 0.0), scene.shear_ramp);
     let past = max(size - scene.shear_gamma1 - scene.shear_ramp, 0.0);
     let base = 0.5 * scene.shear_g1 * squared(size);
-    if (SECANT) {
-        let over_ramp = into * into * (third * into + 0.5 * scene.shear_gamma1);
-        let locked = scene.shear_gamma1 + scene.shear_ramp;
-        let past_ramp = 0.5 * scene.shear_rise * past * (past + 2.0 * locked);
-        return base + scene.shear_slope * over_ramp + past_ramp;
-    }
     let ramp = 0.5 * third * scene.shear_slope * into * into * into;
     return base + ramp + 0.5 * scene.shear_slope * squared(into) * past + 0.5 * scene.shear_rise * squared(past);
 }

@@ -5,11 +5,6 @@ const SHORTEST: f32 = 1e-9;
 const PI: f32 = 3.14159265358979;
 const HALF_PI: f32 = 1.5707963267948966;
 
-const PUBLISHED_TENSION: u32 = 0u;
-const PUBLISHED_PROJECTED: u32 = 1u;
-const VARIATIONAL: u32 = 2u;
-const KAWABATA: u32 = 3u;
-
 struct Yarn {
     /// EA [N].
     stiffness: f32,
@@ -78,43 +73,12 @@ fn sinusoid(y: Yarn, stretch: f32, h: f32) -> Sinusoid {
     return Sinusoid(arc, k, dk, strain, tension, dstrain);
 }
 
-/// Leg of the saw-tooth: l/w0 − 1 and l/w0.
-fn leg(y: Yarn, stretch: f32, h: f32) -> vec2<f32> {
-    let eta = h / y.half_span;
-    let square_minus_1 = stretch * (2.0 + stretch) + eta * eta;
-    let size = max(sqrt(max(0.0, 1.0 + square_minus_1)), SHORTEST);
-    return vec2<f32>(square_minus_1 / (size + 1.0), size);
-}
-
-fn saw_tooth(y: Yarn, stretch: f32, h: f32) -> YarnResponse {
-    let l = leg(y, stretch, h);
-    let per_length = 1.0 / (1.0 + y.crimp);
-    let strain = (l.x - y.crimp) * per_length;
-    let taut = 0.0 < strain;
-    let tension = tension_at(y, strain);
-    let eta = h / y.half_span;
-    let per_leg = 1.0 / l.y;
-    let sine = eta * per_leg;
-    let dstrain = per_length * sine / y.half_span;
-    let cosine = (1.0 + stretch) * per_leg;
-    let turning = tension * squared(cosine) * per_leg / y.half_span;
-    let stiffness = 2.0 * (y.stiffness * dstrain * sine + turning);
-    return YarnResponse(
-        strain,
-        select(y.slack * strain, 2.0 * tension * sine, taut),
-        select(y.slack * dstrain, stiffness, taut),
-        dstrain);
-}
-
 /// Tension, contact force and their derivatives at Λ = 1 + `stretch` and height `h`.
 fn yarn_response(y: Yarn, stretch: f32, h: f32) -> YarnResponse {
-    if (LAW == KAWABATA) {
-        return saw_tooth(y, stretch, h);
-    }
     let s = sinusoid(y, stretch, h);
     var force: f32;
     var stiffness: f32;
-    if (LAW == VARIATIONAL) {
+    if (VARIATIONAL) {
         force = PI * s.arc.slope * s.tension;
         let growth = y.stiffness * s.dstrain;
         stiffness = PI * (s.arc.curvature * s.dk * s.tension + s.arc.slope * growth);
@@ -135,15 +99,9 @@ fn yarn_response(y: Yarn, stretch: f32, h: f32) -> YarnResponse {
 
 /// In-plane force over tension.
 fn in_plane_factor(y: Yarn, stretch: f32, h: f32) -> f32 {
-    if (LAW == PUBLISHED_TENSION) {
+    if (!VARIATIONAL) {
         return 1.0;
     }
-    if (LAW == KAWABATA) {
-        return (1.0 + stretch) / leg(y, stretch, h).y;
-    }
     let s = sinusoid(y, stretch, h);
-    if (LAW == VARIATIONAL) {
-        return 1.0 + s.arc.excess - s.k * s.arc.slope;
-    }
-    return s.arc.cosine;
+    return 1.0 + s.arc.excess - s.k * s.arc.slope;
 }

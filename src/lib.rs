@@ -27,7 +27,7 @@
 //!
 //! - [`Case::builder`] writes a case in Rust, [`case::read`] reads a file, [`case::from_str`] takes JSON. All go through the same checks.
 //! - [`Case::run`] runs it. [`Options`] choose threads, precision and device; [`run::run`] also takes a flag that ends the run.
-//! - [`Run`] has the history, the failures and the outcome. [`output::summary`] sums it up, [`output::trust`] judges it.
+//! - [`Run`] has the history, the failures and the outcome. [`output::summary`] sums it up, [`output::checks`] judges it.
 //! - Whoever wants to follow a run implements [`Observer`]. [`FrameCollector`] is one that keeps frames.
 //! - [`output::Folder`] writes the files that the program writes.
 //!
@@ -73,7 +73,7 @@
 //!   State lies in rows (ply, row, column), each ply in its own axes; `solver::active_region` is what may have moved.
 //! - [`run::run`] is the host loop. Whoever wants to follow a run implements [`run::Observer`] and gets progress and [`run::frame`]s.
 //!   `run::outcome` decides what became of the projectile.
-//! - [`output::trust`] and [`output::warnings`] say what makes a result less certain than it looks.
+//! - [`output::checks`] say what makes a result less certain than it looks.
 //!
 //! # What always holds
 //!

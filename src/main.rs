@@ -22,8 +22,6 @@ fn main() -> ExitCode {
         Command::Crossover(arguments) => cli::crossover::crossover(&arguments),
         Command::Bench(arguments) => cli::bench::bench(&arguments),
         Command::Verify(arguments) => cli::verify::verify(&arguments),
-        Command::Validate(arguments) => cli::validate::validate(&arguments),
-        Command::Compare(arguments) => cli::compare::compare(&arguments),
         Command::Fit(arguments) => cli::studies::fit(&arguments),
         Command::Shots(arguments) => cli::studies::shots(&arguments),
         Command::V50(arguments) => cli::studies::v50(&arguments),

@@ -28,11 +28,11 @@ fn good() -> Value {
     let fabric = json!({
         "name": "S-720", "fibre_density_kg_m3": 1440, "areal_density_g_m2": 255.2,
         "warp": yarn(0.0218), "weft": yarn(0.0139),
-        "crossover": {"law": "published", "membrane_force": "projected", "gap_mm": 0.01,
+        "crossover": {"law": "published", "membrane_force": "tension", "gap_mm": 0.01,
             "compression": {"a_mm": 0.10, "b_mm_n13": 0.12}},
         "thickness_mm": 0.25,
         "shear": {"thickness_mm": 0.25, "g1_mpa": 10, "g2_mpa": 1000, "gamma1": 0.35, "gamma2": 0.6,
-            "modulus": "secant"},
+            "modulus": "tangent"},
     });
     json!({
         "title": "every key",

@@ -17,11 +17,10 @@ mod fit;
 mod logging;
 mod new;
 mod no_gpu;
-mod objectivity;
 mod printing;
 mod resume;
 mod skips;
-mod validate;
+mod verify;
 mod warnings;
 
 use std::fs;

@@ -16,7 +16,7 @@ use ripstop::kernels::projectile_rim::Rim;
 use ripstop::kernels::projectile_shape::Body;
 use ripstop::kernels::rigid_body::RigidBody;
 use ripstop::output;
-use ripstop::output::trust::{self, Level};
+use ripstop::output::checks::{Level, checks};
 use ripstop::run::{Precision, Run};
 
 use crate::scene::{builtin, run, run_as, shipped};
@@ -247,8 +247,8 @@ fn a_point_that_says_nothing_does_not_hang_on_the_last_bit() {
         let sets: Vec<&str> = common.into_iter().chain(sets.iter().copied()).collect();
         let case = shipped("cases/s720-1ply-155.json", &sets);
         let run = run(&case);
-        let sign = trust::signs(&case, &run).into_iter().find(|sign| sign.name.contains("mesh under the hit")).unwrap();
-        (output::residual_velocity(&case, &run).unwrap(), sign.level)
+        let check = checks(&case, &run).into_iter().find(|check| check.name.contains("mesh under the hit")).unwrap();
+        (output::residual_velocity(&case, &run).unwrap(), check.level)
     };
     const CONE: &str = r#"/projectile={"shape":"cone","diameter_mm":5.5,"length_mm":42.1,"nose_length_mm":6,"mass_g":3,"velocity_m_s":150}"#;
     let off = "/projectile/offset_mm=[1e-6,7e-7]";

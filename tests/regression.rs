@@ -65,8 +65,8 @@ macro_rules! scenes {
 }
 
 scenes! {
-    cylinder sphere_on_free_sides oblique_cone_three_plies turned_layup paper_numerics kawabata_pretension_ogive variational_free_plies bar_on_strip
-    drum rigid_crossovers_one_yarn_absent weak_yarns_safeguarded prescribed_rim coarse_far_field
+    cylinder sphere_on_free_sides oblique_cone_three_plies turned_layup paper_numerics pretension_ogive variational_free_plies bar_on_strip
+    drum rigid_crossovers_one_yarn_absent weak_yarns prescribed_rim coarse_far_field
 }
 
 fn read(name: &str) -> Value {

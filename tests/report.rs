@@ -11,8 +11,8 @@ use std::sync::atomic::AtomicBool;
 
 use ripstop::case::{self, Case};
 use ripstop::output;
+use ripstop::output::checks::{Level, checks};
 use ripstop::output::report::{Animation, report};
-use ripstop::output::trust::{self, Level};
 use ripstop::run::outcome::Outcome;
 use ripstop::run::{self, Options, Run};
 use ripstop::solver::Divergence;
@@ -82,8 +82,8 @@ impl Shot {
     }
 
     fn level(&self, name: &str) -> (Level, String) {
-        let sign = trust::signs(&self.case, &self.run).into_iter().find(|sign| sign.name == name).unwrap();
-        (sign.level, sign.reason)
+        let check = checks(&self.case, &self.run).into_iter().find(|check| check.name == name).unwrap();
+        (check.level, check.reason)
     }
 }
 

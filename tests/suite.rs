@@ -24,7 +24,6 @@ mod scene;
 mod shaders;
 mod shocks;
 mod shots;
-mod stress;
 mod study;
 mod support;
 mod symmetry;

@@ -7,8 +7,8 @@ use super::record::Provenance;
 use super::scope::{ObjectReader, WordOrObject};
 use super::words::Word;
 use super::{
-    Accuracy, Case, Compression, ContactSampling, Crossover, Edge, Edges, Fabric, InitialDeflection, MembraneForce,
-    Motion, Numerics, Output, Pack, Projectile, RunUntil, Shape, Shear, Solver, StretchSampling, Yarn,
+    Accuracy, Case, Compression, ContactSampling, Crossover, Edge, Edges, Fabric, InitialDeflection, Motion, Numerics,
+    Output, Pack, Projectile, RunUntil, Shape, Shear, Solver, StretchSampling, Yarn,
 };
 use super::{expect, grading, layup, limits, projectile, variability};
 
@@ -118,11 +118,6 @@ fn yarn(scope: &ObjectReader<'_>) -> Result<Yarn, CaseError> {
 fn crossover(scope: &ObjectReader<'_>) -> Result<Crossover, CaseError> {
     let law = scope.word("law")?;
     let membrane_force = scope.word("membrane_force")?;
-    if membrane_force != MembraneForce::Tension && law != super::Law::Published {
-        let expected = "\"tension\" where \"law\" is not \"published\"";
-        let error = CaseError::at(scope.at("membrane_force"), expected, "\"projected\"");
-        return Err(error.help("the other laws derive the membrane force from their geometry"));
-    }
     let gap = scope.number("gap_mm")?;
     let compression = match scope.choice("compression")? {
         WordOrObject::Word(_) => None,
@@ -358,7 +353,6 @@ fn solver(scope: &ObjectReader<'_>, bar: bool) -> Result<Solver, CaseError> {
             "stretch_sampling",
             if paper { StretchSampling::Centre } else { StretchSampling::Mean },
         )?,
-        unit_cell: scope.word("unit_cell")?,
         run_until,
     })
 }

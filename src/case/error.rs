@@ -134,13 +134,7 @@ pub(super) fn list<'a>(words: impl IntoIterator<Item = &'a str>) -> String {
 }
 
 /// Keys and words of earlier versions, and what they are called now.
-const RENAMED: [(&str, &str); 5] = [
-    ("growth", "growth_ratio"),
-    ("coarsest", "max_crossovers"),
-    ("rim", "edges"),
-    ("joint", "newton"),
-    ("bracketed", "safeguarded"),
-];
+const RENAMED: [(&str, &str); 3] = [("growth", "growth_ratio"), ("coarsest", "max_crossovers"), ("rim", "edges")];
 
 /// The candidate that `word` was called before, or the nearest to it: fewest edits, and among those the longest common beginning.
 pub(crate) fn nearest<'a>(word: &str, candidates: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {

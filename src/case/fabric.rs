@@ -58,8 +58,6 @@ pub enum Law {
     Published,
     /// Sinusoidal yarns, forces conjugate to the arc length: conserves energy to round-off.
     Variational,
-    /// Saw-tooth cell of Kawabata (1973).
-    Kawabata,
 }
 
 /// In-plane force of the published law.
@@ -68,8 +66,6 @@ pub enum Law {
 pub enum MembraneForce {
     /// The yarn tension T.
     Tension,
-    /// Its projection T cos α.
-    Projected,
 }
 
 /// Constants of the transverse compression law (21).
@@ -102,8 +98,6 @@ pub struct Shear {
 pub enum ShearModulus {
     /// dτ/dγ = G(γ).
     Tangent,
-    /// τ = G(γ)·γ.
-    Secant,
 }
 
 impl Yarn {

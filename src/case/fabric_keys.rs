@@ -43,7 +43,7 @@ static YARN: &[CaseKey] = &[
 
 static CROSSOVER: &[CaseKey] = &[
     word("law", Law::WORDS, "Unit-cell law.").default_word("published", "the paper's (11)-(24)"),
-    word("membrane_force", MembraneForce::WORDS, "In-plane force of the published law: T, or T cos α.")
+    word("membrane_force", MembraneForce::WORDS, "In-plane force of the published law: T.")
         .default_word("tension", "the paper's yarn tension"),
     number("gap_mm", MM, within(0.0, 1.0), "Initial gap between the yarns, (22).").default(0.0, NOT_PUBLISHED),
     key("compression", KeyType::WordOrObject(&["rigid"], COMPRESSION), "Transverse compression of the yarns, (21).")
@@ -64,6 +64,6 @@ static SHEAR: &[CaseKey] = &[
     number("gamma1", RAD, within(0.0, 1.5), "Shear angle where locking begins.").default(0.35, NOT_PUBLISHED),
     number("gamma2", RAD, within(0.0, 1.5), "Shear angle where locking is complete, at least gamma1.")
         .default(0.60, NOT_PUBLISHED),
-    word("modulus", ShearModulus::WORDS, "Tangent: dτ/dγ = G(γ); secant: τ = G(γ) γ.")
+    word("modulus", ShearModulus::WORDS, "Tangent: dτ/dγ = G(γ).")
         .default_word("tangent", "model: G of (25) as the slope of the stress"),
 ];

@@ -3,7 +3,7 @@
 use super::fields::{CaseKey, above, number, within, word};
 use super::units::{MM, NONE, US};
 use super::words::Word;
-use super::{Accuracy, ContactSampling, Numerics, RunUntil, StretchSampling, Symmetry, UnitCell};
+use super::{Accuracy, ContactSampling, Numerics, RunUntil, StretchSampling, Symmetry};
 
 /// Hourglass stiffness over the full-integration stiffness where the case gives none.
 const HOURGLASS: f64 = 0.001;
@@ -64,8 +64,6 @@ pub(super) static SOLVER: &[CaseKey] = &[
         "Where an element's stretches are taken: at its centre, or as the root of the mean of their squares over the element.",
     )
     .derived("mean, measured: the ballistic limit is within 1 % of the converged one, not 4 %; centre with \"numerics\": \"paper\""),
-    word("unit_cell", UnitCell::WORDS, "How the unit cell is solved: the result is the same to rounding.")
-        .default_word("newton", "the faster one"),
     word(
         "run_until",
         RunUntil::WORDS,

@@ -44,8 +44,6 @@ pub struct Solver {
     pub contact_sampling: ContactSampling,
     /// Where an element's stretches are taken.
     pub stretch_sampling: StretchSampling,
-    /// How the unit cell is solved.
-    pub unit_cell: UnitCell,
     /// When the run ends.
     pub run_until: RunUntil,
 }
@@ -88,16 +86,6 @@ pub enum StretchSampling {
     Centre,
     /// Over the element: the root of the mean of their squares.
     Mean,
-}
-
-/// How the unit cell is solved; to rounding the result is the same.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[non_exhaustive]
-pub enum UnitCell {
-    /// Newton on both heights and the compression together; bracketed where that fails.
-    Newton,
-    /// Bracketed Newton on one height: slower.
-    Safeguarded,
 }
 
 /// When the run ends.

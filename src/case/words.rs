@@ -4,7 +4,7 @@ use serde_json::{Map, Value};
 
 use super::{
     Accuracy, Along, ContactSampling, Distribution, Edge, HitPlace, Law, LinesFrom, MembraneForce, Motion, Numerics,
-    Rotation, RunUntil, ShearModulus, StretchSampling, Symmetry, UnitCell,
+    Rotation, RunUntil, ShearModulus, StretchSampling, Symmetry,
 };
 
 /// A choice that the case file names by a word.
@@ -38,9 +38,9 @@ macro_rules! words {
 }
 
 words! {
-    Law { "published" => Published, "variational" => Variational, "kawabata" => Kawabata }
-    MembraneForce { "tension" => Tension, "projected" => Projected }
-    ShearModulus { "tangent" => Tangent, "secant" => Secant }
+    Law { "published" => Published, "variational" => Variational }
+    MembraneForce { "tension" => Tension }
+    ShearModulus { "tangent" => Tangent }
     Edge { "clamped" => Clamped, "free" => Free, "roller" => Roller }
     Along { "warp" => Warp, "weft" => Weft }
     Motion { "free" => Free, "prescribed" => Prescribed }
@@ -51,7 +51,6 @@ words! {
     StretchSampling { "centre" => Centre, "mean" => Mean }
     Numerics { "default" => Default, "paper" => Paper }
     Accuracy { "default" => Default, "converged" => Converged }
-    UnitCell { "newton" => Newton, "safeguarded" => Safeguarded }
     Distribution { "normal" => Normal, "uniform" => Uniform }
     HitPlace { "aimed" => Aimed, "unit_cell" => UnitCell }
     RunUntil { "outcome" => Outcome, "separation" => Separation, "end_time" => EndTime }

@@ -5,13 +5,13 @@ use std::path::PathBuf;
 use clap::{ArgAction, Args, Parser, Subcommand, ValueEnum, builder::RangedU64ValueParser};
 
 use clap_complete::Shell;
-use ripstop::case::Law;
+use ripstop::model::unit_cell_curve::CurveLaw;
 use ripstop::run::{Precision, Skips};
 
 use super::campaign_arguments::{FitArguments, ShotsArguments, SweepArguments, V50Arguments};
 use super::choice::{LAWS, PRECISIONS, one_of};
 use super::range::{StretchRange, interval};
-use super::study_arguments::{BenchArguments, CompareArguments, ValidateArguments, VerifyArguments};
+use super::study_arguments::{BenchArguments, VerifyArguments};
 
 /// The whole command line.
 #[derive(Debug, Parser)]
@@ -46,12 +46,8 @@ pub(crate) enum Command {
     Crossover(CrossoverArguments),
     /// Run time against error of what a user can choose: precision, time step, mesh, unit cell, GPU
     Bench(BenchArguments),
-    /// Run the built-in verification table: unit cell, waves, conservation, the paper's shot, hard scenes
+    /// Run the shipped cases and check what they state: closed forms, conservation, hard scenes
     Verify(VerifyArguments),
-    /// Predictions against closed forms and the paper's two shots
-    Validate(ValidateArguments),
-    /// CPU and GPU from the same state, kernel by kernel: the first difference
-    Compare(CompareArguments),
     /// Shots that perforated or were stopped: V50, scatter, intervals
     Fit(FitArguments),
     /// Many shots of a case: one table, one page
@@ -83,7 +79,7 @@ pub(crate) enum Command {
 
 DIR gets report.html (open it in a browser: verdict, trust, figures, playback), summary.json, \
 history.csv, events.csv, case.json (the case as run), shot.svg (a picture), plies.csv of a pack, \
-profiles.csv where the case asks for profiles, and frames.vtkhdf where there are frames. \
+profiles.csv where the case asks for profiles, and frames.pvd where there are frames. \
 The first Ctrl-C writes them up to that moment, the second ends at once.")]
 pub(crate) struct RunArguments {
     /// Case files, run one after the other; - is standard input
@@ -115,12 +111,9 @@ pub(crate) struct RunArguments {
     /// Write no report.html
     #[arg(long)]
     pub(crate) no_report: bool,
-    /// Frames for ParaView, evenly from impact to the end of the run, in frames.vtkhdf [default: /output/frames of the case]
+    /// Frames for ParaView, evenly from impact to the end of the run, in frames.pvd [default: /output/frames of the case]
     #[arg(long, value_name = "N")]
     pub(crate) frames: Option<u32>,
-    /// Frames also as frames.pvd with a series of .vtu files
-    #[arg(long)]
-    pub(crate) vtu: bool,
     /// Leave a checkpoint in DIR every so many simulated µs, and at Ctrl-C, for `ripstop resume DIR`; it goes when the run ends
     #[arg(long, value_name = "US", value_parser = interval)]
     pub(crate) checkpoint_every: Option<f64>,
@@ -197,9 +190,6 @@ pub(crate) struct ResumeArguments {
     /// Write no report.html
     #[arg(long)]
     pub(crate) no_report: bool,
-    /// Frames also as frames.pvd with a series of .vtu files, whatever the run began with
-    #[arg(long)]
-    pub(crate) vtu: bool,
     /// Print nothing but errors
     #[arg(long, short)]
     pub(crate) quiet: bool,
@@ -320,7 +310,7 @@ pub(crate) struct CrossoverArguments {
     pub(crate) weft_stretch: StretchRange,
     /// Unit-cell law [default: the case's]
     #[arg(long, value_parser = one_of(LAWS))]
-    pub(crate) law: Option<Law>,
+    pub(crate) law: Option<CurveLaw>,
     /// Change of the case, checked like the file; may be given again
     #[arg(long = "set", value_name = "/POINTER=VALUE")]
     pub(crate) sets: Vec<String>,

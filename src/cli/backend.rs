@@ -7,7 +7,6 @@ use tracing::info;
 
 use super::arguments::{BackendArguments, BackendChoice};
 use super::failure::CommandFailure;
-use super::screen;
 
 /// What was chosen.
 pub(crate) struct Chosen {
@@ -103,18 +102,6 @@ pub(crate) fn again(backend: &checkpoint::BackendId) -> Result<Chosen, CommandFa
             Ok(Chosen::on(device, None))
         }
     }
-}
-
-/// Everything the arguments leave open: both number types of the processor, and a device where one is taken.
-pub(crate) fn every(arguments: &BackendArguments) -> Result<(Vec<Precision>, Option<Device>), CommandFailure> {
-    let chosen = choose(arguments)?;
-    chosen.note.iter().for_each(|note| screen::complain(note));
-    let on_cpu = match (arguments.backend, arguments.precision) {
-        (BackendChoice::Gpu, _) => Vec::new(),
-        (_, Some(precision)) => vec![precision],
-        (_, None) => vec![Precision::F64, Precision::F32],
-    };
-    Ok((on_cpu, chosen.device))
 }
 
 /// What is said when `auto` takes the processor because of the device.

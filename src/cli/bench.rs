@@ -15,16 +15,13 @@ use super::failure::CommandFailure;
 use super::progress::Bar;
 use super::study_arguments::BenchArguments;
 use super::table::{Align, TextTable};
-use super::{backend, interrupt, objectivity, screen};
+use super::{backend, interrupt, screen};
 
 /// What is written.
 const FILES: [&str; 2] = ["bench.json", "bench.svg"];
 
 /// Measures every case, writes `bench.json` and `bench.svg` and says which choice is the cheapest.
 pub(crate) fn bench(arguments: &BenchArguments) -> Result<(), CommandFailure> {
-    if arguments.objectivity {
-        return objectivity::objectivity(arguments);
-    }
     let start = Instant::now();
     let tolerance = tolerance(&arguments.tolerance)?;
     let interrupted = interrupt::watch()?;
@@ -77,7 +74,7 @@ pub(crate) fn bench(arguments: &BenchArguments) -> Result<(), CommandFailure> {
 }
 
 /// The cases, all of them read before anything is run.
-pub(crate) fn subjects(arguments: &BenchArguments) -> Result<Vec<CaseSource>, CommandFailure> {
+fn subjects(arguments: &BenchArguments) -> Result<Vec<CaseSource>, CommandFailure> {
     let sets = &arguments.sets;
     let files = arguments.cases.iter().map(|path| CaseSource::file(path.clone(), sets));
     let subjects: Vec<CaseSource> =
@@ -111,7 +108,7 @@ fn device(arguments: &BenchArguments) -> Result<(Option<Device>, Option<String>)
     })
 }
 
-pub(crate) fn failed(subject: &CaseSource, error: BenchError) -> CommandFailure {
+fn failed(subject: &CaseSource, error: BenchError) -> CommandFailure {
     match error {
         BenchError::Case(error) => error.into(),
         BenchError::Run(error) => CommandFailure::start(&subject.name(), &error),

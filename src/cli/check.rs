@@ -4,9 +4,9 @@ use std::fmt::Write;
 use std::path::Path;
 
 use ripstop::case::{self, Case};
+use ripstop::output::checks;
 use ripstop::output::number::{bytes, grouped, us};
 use ripstop::output::symmetry;
-use ripstop::output::warnings;
 use ripstop::run::{Sample, Simulation, Skips};
 
 use super::arguments::CheckArguments;
@@ -38,7 +38,7 @@ fn report(path: &Path, sets: &[String]) -> Result<String, CommandFailure> {
     write!(report, "\n{}\n{}", paint::heading("the run"), the_run(&case, &simulation))
         .map_err(|error| CommandFailure::input(error.to_string()))?;
     report += &result::part("notes", &case.notes.join("\n"));
-    report += &result::part("warnings", &result::warnings(&warnings::of_case(&case)));
+    report += &result::part("warnings", &result::warnings(&checks::case_warnings(&case)));
     Ok(report)
 }
 

@@ -1,7 +1,7 @@
 //! Options that take one of a few words: the words, what the help says of each, and what it stands for in the library.
 
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
-use ripstop::case::Law;
+use ripstop::model::unit_cell_curve::CurveLaw;
 use ripstop::num::link::Link;
 use ripstop::run::Precision;
 
@@ -13,10 +13,11 @@ pub(crate) const PRECISIONS: &[Choice<Precision>] =
     &[("f64", "Double, the reference", Precision::F64), ("f32", "Single", Precision::F32)];
 
 /// Unit-cell law.
-pub(crate) const LAWS: &[Choice<Law>] = &[
-    ("published", "The paper's (13)-(24)", Law::Published),
-    ("variational", "Sinusoidal yarns, forces conjugate to the arc length", Law::Variational),
-    ("kawabata", "Saw-tooth cell", Law::Kawabata),
+pub(crate) const LAWS: &[Choice<CurveLaw>] = &[
+    ("published", "The paper's (13)-(24)", CurveLaw::Published),
+    ("projected", "The paper's with T cos α in the plane", CurveLaw::Projected),
+    ("variational", "Sinusoidal yarns, forces conjugate to the arc length", CurveLaw::Variational),
+    ("kawabata", "Saw-tooth cell", CurveLaw::Kawabata),
 ];
 
 /// Distribution of the thresholds.

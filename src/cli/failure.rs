@@ -44,8 +44,7 @@ pub(crate) static EXITS: [Exit; 5] = [
     Exit {
         code: CHECK,
         name: "an expectation failed or the run became unstable",
-        means: "An `expect` of the case does not hold, a row of `verify` or `validate` fails, `compare` found a \
-                difference beyond what is allowed, or a run made numbers that cannot be: not finite, or energy that was never put in. The message \
+        means: "An `expect` of the case does not hold, a row of `verify` fails, or a run made numbers that cannot be: not finite, or energy that was never put in. The message \
                 says which, with step, kernel and place. Results up to there are written.",
         help: "Expectation: compare what was expected with what was got. Unstable: lower /solver/courant; if that does not \
                help, something in the case is extreme, and the place in the message shows where to look.",

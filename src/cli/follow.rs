@@ -18,7 +18,7 @@ pub(crate) struct RunObserver<'a> {
     /// For the report.
     pub(crate) animation: Option<Animation>,
     /// Where frames are asked for.
-    pub(crate) recorder: Option<Recorder>,
+    pub(crate) recorder: Option<Recorder<'a>>,
     /// Where checkpoints are asked for.
     pub(crate) checkpoint_writer: Option<CheckpointWriter<'a>>,
     /// The user knows that checkpoints cannot be written.
@@ -60,8 +60,9 @@ impl Observer for RunObserver<'_> {
 
     fn on_checkpoint(&mut self, run: &dyn Checkpointable, loop_seconds: f64) {
         let Some(checkpoint_writer) = &mut self.checkpoint_writer else { return };
-        // A checkpoint without the frames before it would be worth less.
-        let unspooled = self.recorder.as_mut().and_then(Recorder::settle);
+        // A checkpoint without the frames before it would be worth less. Where the folder refuses, so does the checkpoint.
+        let begun = checkpoint_writer.begin().is_ok();
+        let unspooled = self.recorder.as_mut().filter(|_| begun).and_then(Recorder::settle);
         let animation = self.animation.as_ref().map_or_else(Vec::new, Animation::to_bytes);
         let unkept = checkpoint_writer.write(run, &animation, loop_seconds).err().map(|error| error.to_string());
         if let Some(recorder) = self.recorder.as_mut().filter(|_| unkept.is_none()) {
@@ -85,44 +86,29 @@ pub(crate) fn waiting(folder: &Folder) -> Option<String> {
     })
 }
 
-/// Whether frames are asked for.
-fn frames(case: &Case, vtu: bool) -> Result<bool, CommandFailure> {
-    if case.output.frames == 0 && vtu {
-        let help = "add --frames 60, or set /output/frames";
-        return Err(CommandFailure::expected("--vtu", "a number of frames", "none").help(help));
-    }
-    Ok(case.output.frames > 0)
+/// Recorder of frames where some are asked for. `checkpoints`: the run leaves some.
+pub(crate) fn recorder<'a>(
+    case: &'a Case,
+    folder: &'a Folder,
+    options: &Options<'_>,
+    checkpoints: bool,
+) -> Option<Recorder<'a>> {
+    (case.output.frames > 0).then(|| Recorder::new(folder, case, options, checkpoints))
 }
 
-/// Writes frames where some are asked for. `head`: of a run that leaves checkpoints.
-pub(crate) fn recorder(
-    case: &Case,
-    folder: &Folder,
+/// Recorder of a run that goes on; `say` hears of frames that are lost.
+pub(crate) fn recorder_again<'a>(
+    case: &'a Case,
+    folder: &'a Folder,
     options: &Options<'_>,
-    vtu: bool,
-    head: Option<&Header>,
-) -> Result<Option<Recorder>, CommandFailure> {
-    if !frames(case, vtu)? {
-        return Ok(None);
-    }
-    Ok(Some(Recorder::new(folder.path(), case, options, vtu, head)))
-}
-
-/// The same of a run that goes on; `say` hears of frames that are lost.
-pub(crate) fn recorder_again(
-    case: &Case,
-    folder: &Folder,
-    options: &Options<'_>,
-    vtu: bool,
     head: &Header,
     say: impl Fn(&str),
-) -> Result<Option<Recorder>, CommandFailure> {
-    if !frames(case, vtu)? {
-        return Ok(None);
-    }
-    let (recorder, lost) = Recorder::resume(folder.path(), case, options, vtu, head);
-    lost.iter().for_each(|lost| say(&format!("warning: {lost}; the files of frames begin after that")));
-    Ok(Some(recorder))
+) -> Option<Recorder<'a>> {
+    (case.output.frames > 0).then(|| {
+        let (recorder, lost) = Recorder::resume(folder, case, options, head);
+        lost.iter().for_each(|lost| say(&format!("warning: {lost}; the files of frames begin after that")));
+        recorder
+    })
 }
 
 /// The animation of a run that goes on; `say` hears of one that is lost.

@@ -5,10 +5,10 @@ use std::path::Path;
 
 use ripstop::case::Case;
 use ripstop::model::MirrorPlanes;
+use ripstop::output::checks::{self, Check, Level};
 use ripstop::output::expectation::{Judgement, expected, got, judgement, note, quantity};
-use ripstop::output::number::{fixed, fraction, grouped, short, us};
-use ripstop::output::trust::{self, Level};
-use ripstop::output::warnings::{self, Warning};
+use ripstop::output::number::{fixed, grouped, us};
+use ripstop::output::warnings::Warning;
 use ripstop::output::{Breakage, Energies, symmetry, verdict};
 use ripstop::run::Run;
 use serde_json::Value;
@@ -22,10 +22,11 @@ pub(crate) fn text(case: &Case, run: &Run, summary: &Value, files: Option<(&Path
     let verdict = format!("{}{} {}", verdict.word.to_uppercase(), verdict.mark(), verdict.detail);
     let verdict: String =
         screen::wrapped(&verdict, 0).iter().map(|line| format!("\n{}", paint::heading(line))).collect();
+    let checks = checks::checks(case, run);
     let mut parts =
-        vec![case.title.clone(), verdict, advice(case, run), energy(run), damage(case, run), trust(run, summary)];
+        vec![case.title.clone(), verdict, advice(&checks), energy(run), damage(case, run), trust(&checks, summary)];
     parts.push(cost(case, run, summary));
-    parts.push(part("warnings", &warnings(&warnings::of_run(case, run))));
+    parts.push(part("warnings", &warnings(&checks::warnings(case, &checks))));
     parts.push(expectations(summary));
     if let Some((folder, names)) = files {
         let names = screen::wrapped(&names.join(", "), 2);
@@ -69,12 +70,11 @@ pub(crate) fn warnings(warnings: &[Warning]) -> String {
 }
 
 /// One line: what to do with the result, and why.
-fn advice(case: &Case, run: &Run) -> String {
-    let signs = trust::signs(case, run);
-    let (level, why) = trust::answer(&signs);
-    let why: Vec<String> = why.iter().map(|sign| format!("{}: {}", sign.name, sign.reason)).collect();
+fn advice(checks: &[Check]) -> String {
+    let (level, why) = checks::advice(checks);
+    let why: Vec<String> = why.iter().map(|check| format!("{}: {}", check.name, check.reason)).collect();
     let text = match level {
-        Level::Fine => format!("trust: all {} checks are fine", signs.len()),
+        Level::Fine => format!("trust: all {} checks are fine", checks.len()),
         _ => format!("{}: {}", level.advice(), why.join("; ")),
     };
     let mut lines = screen::wrapped(&text, 0);
@@ -130,19 +130,12 @@ fn energy(run: &Run) -> String {
     part("energy", &table.to_string())
 }
 
-fn trust(run: &Run, summary: &Value) -> String {
+/// Every check with its number, and what was assumed.
+fn trust(checks: &[Check], summary: &Value) -> String {
     let mut table = TextTable::plain(&[Align::Left, Align::Left]);
-    table.row(["energy gained".to_owned(), format!("{} by state functions", fraction(run.energy_gained))]);
-    table.row(["work balance".to_owned(), format!("{} of assembly, contact and failure", fraction(run.energy_error))]);
-    table.row(["momentum error".to_owned(), fraction(run.momentum_error)]);
-    table.row(["hourglass / internal".to_owned(), fraction(run.hourglass_fraction)]);
-    table.row(["fabric in projectile".to_owned(), format!("{} mm", short(run.max_penetration * 1e3, 2))]);
-    if run.plies > 1 {
-        table.row(["plies in each other".to_owned(), format!("{} mm", short(run.max_ply_penetration * 1e3, 3))]);
-    }
-    table.row(["unit cells unsolved".to_owned(), grouped(run.newton.unconverged)]);
+    checks.iter().for_each(|check| table.row([check.name, check.value.as_str()]));
     let assumed: Vec<&str> = summary["assumed"].as_array().into_iter().flatten().filter_map(Value::as_str).collect();
-    table.row(["assumed parameters".to_owned(), assumed.len().to_string()]);
+    table.row(["assumed parameters", assumed.len().to_string().as_str()]);
     let pointers: String = screen::wrapped(&assumed.join(", "), 4).iter().map(|line| format!("  {line}\n")).collect();
     part("trust", &format!("{table}{pointers}"))
 }

@@ -42,9 +42,9 @@ pub(crate) fn resume(arguments: &ResumeArguments) -> Result<(), CommandFailure> 
     say(&format!("note: goes on from {}", us(head.time)));
     let bar = Bar::new(!arguments.quiet);
     let options = chosen.options(arguments.threads.or(head.threads)).skips(head.skips).resume(&checkpoint);
-    let extras = Extras { report: head.extras.report && !arguments.no_report, vtu: head.extras.vtu || arguments.vtu };
+    let extras = Extras { report: head.extras.report && !arguments.no_report };
     let head = Header { every: arguments.checkpoint_every.unwrap_or(head.every), extras, ..head.clone() };
-    let recorder = recorder_again(&case, &folder, &options, extras.vtu, &head, say)?;
+    let recorder = recorder_again(&case, &folder, &options, &head, say);
     let animation = if extras.report { Some(film_again(&case, &checkpoint, say)?) } else { None };
     let checkpoint_writer = Some(CheckpointWriter::new(&folder, &case, head, start));
     let mut follower = RunObserver { bar: &bar, animation, recorder, checkpoint_writer, told: false };

@@ -5,11 +5,11 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
 use ripstop::case::Case;
+use ripstop::output::checks::case_warnings;
 use ripstop::output::expectation::{Judgement, judgement};
-use ripstop::output::frames::{Recorder, Staged};
+use ripstop::output::frames::Recorder;
 use ripstop::output::report::{self, Animation};
-use ripstop::output::warnings;
-use ripstop::output::{self, CheckpointWriter, Folder};
+use ripstop::output::{self, CheckpointWriter, Folder, StagedFrames};
 use ripstop::run::checkpoint::{Extras, Header};
 use ripstop::run::{self, Options, Run, RunError};
 use serde_json::Value;
@@ -54,7 +54,7 @@ pub(crate) fn shoot(
 ) -> Result<(), CommandFailure> {
     let start = Instant::now();
     info!(file = file(case), fields = case.fields.len(), changes = arguments.sets.len(), "case read");
-    for warning in warnings::of_case(case) {
+    for warning in case_warnings(case) {
         warn!(code = warning.kind.code, "{}", warning.message);
     }
     let chosen = backend::choose(&arguments.backend)?;
@@ -70,10 +70,10 @@ pub(crate) fn shoot(
     let options = chosen.options(arguments.threads).skips(arguments.skips());
     let attempt = |options: Options<'_>| -> Result<(Result<Run, RunError>, RunObserver<'_>), CommandFailure> {
         let head = arguments.checkpoint_every.map(|every| Header {
-            extras: Extras { report: !arguments.no_report, vtu: arguments.vtu },
+            extras: Extras { report: !arguments.no_report },
             ..Header::new(case, &options, every)
         });
-        let recorder = recorder(case, &folder, &options, arguments.vtu, head.as_ref())?;
+        let recorder = recorder(case, &folder, &options, head.is_some());
         let animation = (!arguments.no_report).then(|| Animation::new(case));
         let checkpoint_writer = head.map(|head| CheckpointWriter::new(&folder, case, head, start));
         let mut follower = RunObserver { bar: &bar, animation, recorder, checkpoint_writer, told: false };
@@ -142,13 +142,13 @@ pub(crate) fn conclude(
     print: Print,
 ) -> Result<(), CommandFailure> {
     let RunObserver { animation, recorder, checkpoint_writer, .. } = follower;
-    let frames = recorder.map_or_else(|| Ok(Staged::default()), Recorder::finish);
+    let frames = recorder.map_or_else(|| Ok(StagedFrames::default()), Recorder::finish);
     run.checkpoint_error = checkpoint_writer.as_ref().and_then(CheckpointWriter::failed).map(str::to_owned);
     let summary = output::summary(case, &run, wall_seconds);
     let page = animation.map(|animation| report::report(case, &run, &summary, &animation));
     let (frames, refused) = match frames {
         Ok(frames) => (frames, None),
-        Err(error) => (Staged::default(), Some(error)),
+        Err(error) => (StagedFrames::default(), Some(error)),
     };
     let written = folder.write(case, &run, &summary, page, frames);
     let files = written.as_ref().ok().map(|names| (folder.path(), names.as_slice()));

@@ -170,7 +170,6 @@ fn run_arguments(arguments: &BatchArguments) -> RunArguments {
         no_skip: Vec::new(),
         no_report: false,
         frames: None,
-        vtu: false,
         checkpoint_every: None,
         quiet: arguments.print.quiet,
         json: arguments.print.json,

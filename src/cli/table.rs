@@ -4,8 +4,6 @@ use std::fmt;
 
 use console::{Alignment, measure_text_width, pad_str};
 
-use super::paint;
-
 /// Side to which a column's cells stand.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Align {
@@ -33,12 +31,6 @@ impl TextTable {
         let mut table = Self::plain(&columns.iter().map(|(_, align)| *align).collect::<Vec<_>>());
         table.row(columns.iter().map(|(name, _)| *name));
         table
-    }
-
-    /// Adds a title above the rows that follow, in the second column.
-    pub(crate) fn group(&mut self, title: &str) {
-        self.row(["", ""]);
-        self.row(["", &paint::heading(title)]);
     }
 
     /// Adds a row; cells beyond the last column are left out.

@@ -159,12 +159,7 @@ impl Sizes {
             shots: 1,
             plies: grid.plies as u64,
             elements,
-            yarn_fields: match (model.features().windows, model.features().viscous) {
-                (true, _) if model.strength.is_some() => VISCOUS_FIELDS + STRAIN_FIELDS + STRENGTH_FIELDS,
-                (true, _) => VISCOUS_FIELDS + STRAIN_FIELDS,
-                (false, true) => VISCOUS_FIELDS,
-                (false, false) => 0,
-            },
+            yarn_fields: VISCOUS_FIELDS + STRAIN_FIELDS + if model.strength.is_some() { STRENGTH_FIELDS } else { 0 },
             nodes,
             rim: (grid.plies * 2 * (grid.columns + grid.rows + 2)) as u64,
             points: if model.projectile.is_some() { nodes.min(POINTS) } else { 0 },

@@ -1,7 +1,7 @@
 //! The kernels: WGSL sources, what each binds, and the constants that compile out what a scene lacks.
 
 use super::buffers::BufferId;
-use crate::kernels::crossover::Variant;
+use crate::case::Law;
 use crate::model::Features;
 
 /// How a kernel uses a buffer.
@@ -243,14 +243,6 @@ impl Kernel {
     }
 }
 
-/// The laws of the unit cell, by the constants of the shaders that number them: a law's number is its place here.
-pub const LAWS: [(&str, Variant); 4] = [
-    ("PUBLISHED_TENSION", Variant::PublishedTension),
-    ("PUBLISHED_PROJECTED", Variant::PublishedProjected),
-    ("VARIATIONAL", Variant::Variational),
-    ("KAWABATA", Variant::Kawabata),
-];
-
 /// Rounding of relative velocities in single precision, over the largest speed of the body [-]; in double precision
 /// [`projectile_contact::NOISE`](crate::kernels::projectile_contact::NOISE).
 const NOISE: f64 = 1e-6;
@@ -260,24 +252,19 @@ const WITHIN: f64 = 1e-3;
 const SHARE_UNIT: u32 = 1 << 20;
 
 /// Values of the pipeline-overridable constants, by name. `ledger`: the step fills in the energies of the state.
-pub fn constants(terms: &Features, ledger: bool) -> [(&'static str, f64); 24] {
-    let law = LAWS.iter().take_while(|(_, law)| *law != terms.law).count();
+pub fn constants(terms: &Features, ledger: bool) -> [(&'static str, f64); 20] {
     let flag = |yes: bool| f64::from(u8::from(yes));
     [
         ("ROUNDOFF_TOLERANCE", NOISE),
         ("WITHIN", WITHIN),
         ("SHARE_UNIT", f64::from(SHARE_UNIT)),
-        ("LAW", law as f64),
+        ("VARIATIONAL", flag(terms.law == Law::Variational)),
         ("PIVOT", terms.pivot as f64),
-        ("NEWTON", flag(terms.newton)),
         ("TERMS", terms.series as f64),
         ("COMPRESSION", flag(terms.compression)),
         ("SHEAR", flag(terms.shear)),
-        ("SECANT", flag(terms.secant)),
         ("HOURGLASS", flag(terms.hourglass || terms.mean_stretch)),
-        ("FAILURE", flag(terms.failure)),
         ("VISCOUS", flag(terms.viscous)),
-        ("WINDOWS", flag(terms.windows)),
         ("STRENGTH", flag(terms.strength)),
         ("LAW_ENERGY", flag(terms.law_energy)),
         ("PROJECTILE", flag(terms.projectile)),

@@ -108,9 +108,7 @@ impl DeviceStepper<'_> {
             true => fields(element::COUNT, element::VISCOUS),
             false => vec![0.0; 2 * self.sizes.elements as usize],
         };
-        if self.terms.windows {
-            (0..2).for_each(|_| yarns.extend(fields(strains, element::STRAIN)));
-        }
+        (0..2).for_each(|_| yarns.extend(fields(strains, element::STRAIN)));
         if let Some(strength) = &model.strength {
             for yarn in 0..2 {
                 let places = (0..self.grid.element_rows())
@@ -205,11 +203,6 @@ impl DeviceStepper<'_> {
     /// When the device was lost.
     pub fn read(&self, name: BufferId) -> Result<Vec<u32>, DeviceError> {
         self.read_part(name, 0, self.sizes.bytes(name))
-    }
-
-    /// The words of the first sample.
-    pub(crate) fn read_sample(&self) -> Result<Vec<u32>, DeviceError> {
-        self.read_part(BufferId::Samples, 0, 4 * self.sizes.sample_words() as u64)
     }
 
     pub(crate) fn read_part(&self, name: BufferId, offset: u64, size: u64) -> Result<Vec<u32>, DeviceError> {

@@ -39,6 +39,16 @@ pub(super) struct Joint<R: Real> {
     pub(super) met: R::Mask,
 }
 
+impl<R: Real> Joint<R> {
+    /// The end of an iteration that has not begun.
+    pub(super) fn unmet(height: [R; 2]) -> Self {
+        let zero = height[0].zero();
+        let yarn = YarnResponse { strain: zero, force: zero, stiffness: zero, growth: zero };
+        let guide = Predictor { dh_dstretch: [zero; 2], force_share: [zero; 2] };
+        Self { height, yarn: [yarn; 2], guide, iterations: zero, bound: zero, met: zero.never() }
+    }
+}
+
 /// Iterates the cells of `active` from the heights of the pivot and of the other yarn.
 #[inline(always)]
 pub(super) fn iterate<R: Real, L: LawKernel>(

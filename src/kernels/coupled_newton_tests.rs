@@ -1,6 +1,6 @@
 use super::*;
 use crate::case;
-use crate::kernels::yarn_law::{PublishedTension, Variational};
+use crate::kernels::yarn_law::{Published, Variational};
 
 fn cell() -> UnitCellParameters<f64> {
     UnitCellParameters::new(&case::shipped(&[]).fabric)
@@ -64,10 +64,10 @@ fn tangents_meet_in_one_force() {
 #[test]
 fn what_is_slack_is_met_at_once_and_needs_no_more_than_one_look() {
     let cell = cell();
-    let span = [0, 1].map(|i: usize| PublishedTension::span(&cell.yarn[i], -0.05));
-    let joint = iterate::<f64, PublishedTension>(&cell, &span, [0.5 * cell.height_sum; 2], true);
+    let span = [0, 1].map(|i: usize| Published::span(&cell.yarn[i], -0.05));
+    let joint = iterate::<f64, Published>(&cell, &span, [0.5 * cell.height_sum; 2], true);
     assert!(joint.met && joint.iterations == 1.0 && joint.bound == 0.0);
-    let idle = iterate::<f64, PublishedTension>(&cell, &span, [0.5 * cell.height_sum; 2], false);
+    let idle = iterate::<f64, Published>(&cell, &span, [0.5 * cell.height_sum; 2], false);
     assert!(!idle.met && idle.iterations == 0.0);
     // From the heights that it found, what it found is met as well, and is no tangent.
     let span = [0.02, 0.03].map(|s| Variational::span(&cell.yarn[0], s));

@@ -12,10 +12,7 @@ use crate::kernels::predictor::Predictor;
 use crate::num::scalar::{Mask, Real, each};
 
 pub use crate::kernels::unit_cell_parameters::UnitCellParameters;
-pub use crate::kernels::yarn_law::{
-    Kawabata, LawKernel, PublishedProjected, PublishedTension, StretchResponse, Variant, Variational, YarnConstants,
-    YarnResponse,
-};
+pub use crate::kernels::yarn_law::{LawKernel, Published, StretchResponse, Variational, YarnConstants, YarnResponse};
 
 /// Newton steps allowed; bisection alone needs about 55 in double precision.
 pub const MAX_ITERATIONS: u32 = 80;
@@ -102,6 +99,36 @@ pub fn solve<R: Real, L: LawKernel>(
     warm: [R; 2],
     both: R::Mask,
 ) -> Equilibrium<R> {
+    solve_from::<R, L>(
+        cell,
+        stretch,
+        warm,
+        both,
+        #[inline(always)]
+        |span, start, pressing| coupled_newton::iterate::<R, L>(cell, span, start, pressing),
+    )
+}
+
+/// Solves the cell by the safeguarded iteration alone, which [`solve`] takes where the fast one fails.
+#[doc(hidden)]
+pub fn solve_safeguarded<R: Real, L: LawKernel>(
+    cell: &UnitCellParameters<R>,
+    stretch: [R; 2],
+    warm: [R; 2],
+    both: R::Mask,
+) -> Equilibrium<R> {
+    solve_from::<R, L>(cell, stretch, warm, both, |_, start, _| coupled_newton::Joint::unmet(start))
+}
+
+/// Solves the cell from what a `fast` iteration finds.
+#[inline(always)]
+fn solve_from<R: Real, L: LawKernel>(
+    cell: &UnitCellParameters<R>,
+    stretch: [R; 2],
+    warm: [R; 2],
+    both: R::Mask,
+    fast: impl FnOnce(&[StretchResponse<R>; 2], [R; 2], R::Mask) -> coupled_newton::Joint<R>,
+) -> Equilibrium<R> {
     let n = cell.height_sum;
     let zero = n.zero();
     let (p, o) = (cell.pivot, 1 - cell.pivot);
@@ -110,34 +137,24 @@ pub fn solve<R: Real, L: LawKernel>(
     let pressing = both & zero.lt(top);
     let span = each!(i in 2 => L::span(&cell.yarn[i], stretch[i]));
     let start = [zero.max(warm[p]).min(top), zero.max(warm[o]).min(top)];
-    let mut active = pressing;
-    let mut x = start[0];
-    let (mut iterations, mut best);
-    let mut bound = zero;
+    let joint = fast(&span, start, pressing);
+    let met = pressing & joint.met;
+    let mut active = pressing & !joint.met;
+    let mut x = R::select(active, start[0], joint.height[0]);
+    let mut iterations = joint.iterations;
     let mut guide = Predictor { dh_dstretch: [zero; 2], force_share: [zero; 2] };
-    if cell.newton {
-        let joint = coupled_newton::iterate::<R, L>(cell, &span, start, pressing);
-        active = pressing & !joint.met;
-        x = R::select(active, start[0], joint.height[0]);
-        iterations = joint.iterations;
-        let met = pressing & joint.met;
-        for (at, i) in [p, o].into_iter().enumerate() {
-            guide.dh_dstretch[i] = R::select(met, joint.guide.dh_dstretch[at], zero);
-            guide.force_share[i] = R::select(met, joint.guide.force_share[at], zero);
-        }
-        let residual = joint.yarn[0].force - joint.yarn[1].force;
-        bound = joint.bound;
-        let [pivot, other] = joint.yarn;
-        best = CellPoint { pivot, other, other_height: joint.height[1], residual, slope: n.one() };
-    } else {
-        iterations = zero;
-        best = CellPoint::at::<L>(cell, &span, x);
+    for (at, i) in [p, o].into_iter().enumerate() {
+        guide.dh_dstretch[i] = R::select(met, joint.guide.dh_dstretch[at], zero);
+        guide.force_share[i] = R::select(met, joint.guide.force_share[at], zero);
     }
+    let residual = joint.yarn[0].force - joint.yarn[1].force;
+    let [pivot, other] = joint.yarn;
+    let mut best = CellPoint { pivot, other, other_height: joint.height[1], residual, slope: n.one() };
     if active.any() {
         (x, best) = safeguarded::<R, L>(cell, &span, x, best, &mut active, &mut iterations);
     }
     let force = best.pivot.real_force();
-    let residual = (force - best.other.real_force()).abs() + bound;
+    let residual = (force - best.other.real_force()).abs() + joint.bound;
     let straight = each!(i in 2 => cell.yarn[i].straight(stretch[i]));
     let mut out = Equilibrium {
         tension: [zero; 2],

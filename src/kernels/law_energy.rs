@@ -7,7 +7,8 @@
 
 use rayon::prelude::*;
 
-use crate::kernels::crossover::{LawKernel, UnitCellParameters, Variant, cell_energy, solve};
+use crate::case::Law;
+use crate::kernels::crossover::{LawKernel, Published, UnitCellParameters, cell_energy, solve};
 use crate::num::scalar::{Real, Scalar};
 
 /// Places along each axis of the table.
@@ -34,9 +35,8 @@ pub struct LawEnergy {
 
 impl LawEnergy {
     /// The table of a cell; `None` where the law is the slope of an energy, or a yarn is absent.
-    pub fn new<L: LawKernel>(law: Variant, cell: &UnitCellParameters<f64>) -> Option<Self> {
-        let published = matches!(law, Variant::PublishedTension | Variant::PublishedProjected);
-        if !published || cell.height_sum <= 0.0 || cell.yarn.iter().any(|yarn| yarn.stiffness <= 0.0) {
+    pub fn new(law: Law, cell: &UnitCellParameters<f64>) -> Option<Self> {
+        if law != Law::Published || cell.height_sum <= 0.0 || cell.yarn.iter().any(|yarn| yarn.stiffness <= 0.0) {
             return None;
         }
         let range = cell.yarn.map(|yarn| {
@@ -49,7 +49,7 @@ impl LawEnergy {
         let low = range.map(|[low, _]| low);
         let per_stretch = range.map(|[low, high]| steps / (high - low));
         let at = |axis: usize, index: usize| low[axis] + index as f64 / per_stretch[axis];
-        let value = |index: usize| law_share::<L>(cell, [at(0, index / COUNT), at(1, index % COUNT)]);
+        let value = |index: usize| law_share::<Published>(cell, [at(0, index / COUNT), at(1, index % COUNT)]);
         Some(Self { low, per_stretch, values: (0..COUNT * COUNT).into_par_iter().map(value).collect() })
     }
 

@@ -1,5 +1,5 @@
 use super::*;
-use crate::kernels::crossover::{PublishedTension, Variational};
+use crate::kernels::crossover::Variational;
 
 fn cell() -> UnitCellParameters<f64> {
     UnitCellParameters::new(&crate::case::shipped(&[]).fabric)
@@ -8,10 +8,10 @@ fn cell() -> UnitCellParameters<f64> {
 #[test]
 fn a_law_that_is_a_slope_has_none_and_the_published_one_has() {
     let cell = cell();
-    assert!(LawEnergy::new::<Variational>(Variant::Variational, &cell).is_none());
+    assert!(LawEnergy::new(Law::Variational, &cell).is_none());
     for stretch in [[0.01, 0.0], [0.02, 0.02], [0.04, 0.01]] {
         let conserved = law_share::<Variational>(&cell, stretch).abs();
-        let published = law_share::<PublishedTension>(&cell, stretch).abs();
+        let published = law_share::<Published>(&cell, stretch).abs();
         assert!(conserved < 0.05 * published && published < 0.3, "{stretch:?}: {conserved} {published}");
     }
 }
@@ -19,11 +19,9 @@ fn a_law_that_is_a_slope_has_none_and_the_published_one_has() {
 #[test]
 fn the_table_is_what_it_tabulates() {
     let cell = cell();
-    let Some(table) = LawEnergy::new::<PublishedTension>(Variant::PublishedTension, &cell) else {
-        unreachable!("the published law has a table")
-    };
+    let Some(table) = LawEnergy::new(Law::Published, &cell) else { unreachable!("the published law has a table") };
     for stretch in [[0.004, 0.003], [0.011, 0.002], [0.013, 0.017], [0.03, 0.012], [0.05, -0.01]] {
-        let exact = law_share::<PublishedTension>(&cell, stretch);
+        let exact = law_share::<Published>(&cell, stretch);
         assert!((table.at(stretch) - exact).abs() < 0.02, "{stretch:?}: {} {exact}", table.at(stretch));
     }
     // Slack, and beyond the table: what is nearest.
@@ -44,10 +42,10 @@ fn a_share_is_what_small_steps_on_the_way_miss() {
     for stretch in [[0.02, 0.02], [0.04, 0.01], [0.015, 0.035], [0.05, -0.01]] {
         let (mut warm, mut work) = (cell.yarn.map(|yarn| yarn.height), 0.0);
         let steps = 2000;
-        let mut end = solve::<f64, PublishedTension>(&cell, [0.0; 2], warm, true);
+        let mut end = solve::<f64, Published>(&cell, [0.0; 2], warm, true);
         for step in 1..=steps {
             let next = stretch.map(|s| s * f64::from(step) / f64::from(steps));
-            let there = solve::<f64, PublishedTension>(&cell, next, warm, true);
+            let there = solve::<f64, Published>(&cell, next, warm, true);
             for i in 0..2 {
                 let mean = 0.5 * (there.in_plane[i] + end.in_plane[i]);
                 work += mean * 2.0 * cell.yarn[i].half_span * stretch[i] / f64::from(steps);
@@ -55,10 +53,10 @@ fn a_share_is_what_small_steps_on_the_way_miss() {
             (warm, end) = (there.height, there);
         }
         let stored = cell_energy(&cell, &end.tension, &end.strain, end.force);
-        let share = law_share::<PublishedTension>(&cell, stretch);
+        let share = law_share::<Published>(&cell, stretch);
         assert!((share - (1.0 - work / stored)).abs() < 1e-3, "{stretch:?}: {share} {}", 1.0 - work / stored);
     }
-    assert_eq!(law_share::<PublishedTension>(&cell, [-0.01, 0.0]), 0.0);
+    assert_eq!(law_share::<Published>(&cell, [-0.01, 0.0]), 0.0);
 }
 
 #[test]
@@ -66,12 +64,10 @@ fn a_table_reaches_from_where_a_yarn_is_slack_at_any_height_to_where_it_breaks()
     for failure_strain in [0.035, 1e30] {
         let mut cell = cell();
         (cell.yarn[0].failure_strain, cell.yarn[1].stiffness) = (failure_strain, 3e3);
-        let Some(table) = LawEnergy::new::<PublishedTension>(Variant::PublishedTension, &cell) else {
-            unreachable!("the published law has a table")
-        };
+        let Some(table) = LawEnergy::new(Law::Published, &cell) else { unreachable!("the published law has a table") };
         for i in 0..2 {
             let yarn = &cell.yarn[i];
-            let slack = PublishedTension::yarn(yarn, table.low[i], cell.height_sum).strain;
+            let slack = Published::yarn(yarn, table.low[i], cell.height_sum).strain;
             assert!(slack.abs() < 5e-3, "{i}: {slack}");
             let high = table.low[i] + (COUNT - 1) as f64 / table.per_stretch[i];
             let limit = if yarn.failure_strain < 1.0 { yarn.failure_strain } else { NO_FAILURE };
@@ -80,12 +76,12 @@ fn a_table_reaches_from_where_a_yarn_is_slack_at_any_height_to_where_it_breaks()
         // A place of the table, by its row of the warp and its column of the weft.
         let at = [25.0, 31.0];
         let stretch = [0, 1].map(|i: usize| table.low[i] + at[i] / table.per_stretch[i]);
-        assert!((table.at(stretch) - law_share::<PublishedTension>(&cell, stretch)).abs() < 1e-9);
+        assert!((table.at(stretch) - law_share::<Published>(&cell, stretch)).abs() < 1e-9);
         assert!(table.at(stretch).abs() > 1e-4);
     }
     let mut absent = cell();
     absent.yarn[1].stiffness = 0.0;
-    assert!(LawEnergy::new::<PublishedTension>(Variant::PublishedTension, &absent).is_none());
+    assert!(LawEnergy::new(Law::Published, &absent).is_none());
     let apart = UnitCellParameters { height_sum: 0.0, ..cell() };
-    assert!(LawEnergy::new::<PublishedTension>(Variant::PublishedTension, &apart).is_none());
+    assert!(LawEnergy::new(Law::Published, &apart).is_none());
 }

@@ -1,12 +1,12 @@
 use super::*;
 use crate::case;
 use crate::kernels::kinematics::kinematics;
-use crate::kernels::yarn_law::PublishedTension;
+use crate::kernels::yarn_law::Published;
 use crate::model::Model;
 
 fn constants() -> ElementConstants<f64> {
     let model = Model::<f64>::new(&case::shipped(&["/expect=[]"]));
-    model.unwrap_or_else(|error| unreachable!("{error}")).ply_types[0].constants::<f64, PublishedTension>()
+    model.unwrap_or_else(|error| unreachable!("{error}")).ply_types[0].constants::<f64, Published>()
 }
 
 #[test]

@@ -1,7 +1,6 @@
 //! Trellis shear with locking, (25).
 //!
-//! G is the tangent modulus by default, so the shear resultant is q = t·∫G dγ: odd in γ and continuous where
-//! locking begins and ends. With the secant modulus q = t·G(γ)·γ.
+//! G is the tangent modulus, so the shear resultant is q = t·∫G dγ: odd in γ and continuous where locking begins and ends.
 
 use crate::num::scalar::{Mask, Real, Scalar, is_double};
 
@@ -46,23 +45,28 @@ pub struct ShearConstants<R> {
     pub ramp: R,
     /// rise/ramp, or 0 where the ramp has no width [N/m per rad].
     pub slope: R,
-    /// 1 with the secant modulus, 0 with the tangent one.
-    pub secant: R,
 }
 
 impl<S: Scalar> ShearConstants<S> {
-    /// Constants of `shear` for a fabric of the given thickness [m].
-    pub fn new(shear: &crate::case::Shear, thickness: f64) -> Self {
+    /// Constants of `shear` for a fabric of the given thickness [m]; without shear all zero.
+    pub fn new(shear: Option<&crate::case::Shear>, thickness: f64) -> Self {
+        let Some(shear) = shear else {
+            return Self {
+                g1: S::splat(0.0),
+                rise: S::splat(0.0),
+                gamma1: S::splat(0.0),
+                ramp: S::splat(0.0),
+                slope: S::splat(0.0),
+            };
+        };
         let rise = (shear.g2 - shear.g1) * thickness;
         let ramp = shear.gamma2 - shear.gamma1;
-        let secant = shear.modulus == crate::case::ShearModulus::Secant;
         Self {
             g1: S::splat(shear.g1 * thickness),
             rise: S::splat(rise),
             gamma1: S::splat(shear.gamma1),
             ramp: S::splat(ramp),
             slope: S::splat(if ramp > 0.0 { rise / ramp } else { 0.0 }),
-            secant: S::splat(f64::from(u8::from(secant))),
         }
     }
 }
@@ -85,7 +89,6 @@ impl<S: Scalar> ShearConstants<S> {
             gamma1: to(self.gamma1),
             ramp: to(self.ramp),
             slope: to(self.slope),
-            secant: to(self.secant),
         }
     }
 }
@@ -121,10 +124,7 @@ pub fn resultant<R: Real>(c: &ShearConstants<R>, gamma: R) -> R {
     let size = gamma.abs();
     let into = (size - c.gamma1).max(n.zero()).min(c.ramp);
     let past = (size - c.gamma1 - c.ramp).max(n.zero());
-    let tangent = c.g1 * size + n.splat_like(0.5) * c.slope * into.squared() + c.rise * past;
-    let locked = (c.gamma1 + c.ramp).le(size);
-    let secant = size * (c.g1 + R::select(locked, c.rise, c.slope * into));
-    let q = R::select(c.secant.le(n.zero()), tangent, secant);
+    let q = c.g1 * size + n.splat_like(0.5) * c.slope * into.squared() + c.rise * past;
     R::select(gamma.lt(n.zero()), -q, q)
 }
 
@@ -139,13 +139,7 @@ pub fn energy<R: Real>(c: &ShearConstants<R>, gamma: R) -> R {
     let past = (size - c.gamma1 - c.ramp).max(n.zero());
     let base = half * c.g1 * size.squared();
     let ramp = half * third * c.slope * into * into * into;
-    let tangent = base + ramp + half * c.slope * into.squared() * past + half * c.rise * past.squared();
-    // ∫(y − γ1) y dy over the ramp, and rise·∫y dy past it.
-    let over_ramp = into * into * (third * into + half * c.gamma1);
-    let locked = c.gamma1 + c.ramp;
-    let past_ramp = half * c.rise * past * (past + n.splat_like(2.0) * locked);
-    let secant = base + c.slope * over_ramp + past_ramp;
-    R::select(c.secant.le(n.zero()), tangent, secant)
+    base + ramp + half * c.slope * into.squared() * past + half * c.rise * past.squared()
 }
 
 /// Sine of the shear angle, 79°, up to which (25) is followed. Beyond it the energy goes on at a constant slope over the sine, so that
@@ -181,8 +175,7 @@ impl<R: Real> Trellis<R> {
 
 /// Largest tangent modulus dq/dγ of the law [N/m], for the step bound.
 pub(crate) fn largest_tangent(c: &ShearConstants<f64>) -> f64 {
-    let tangent = c.g1 + c.rise.max(0.0);
-    if c.secant > 0.0 { tangent + c.slope * (c.gamma1 + c.ramp) } else { tangent }
+    c.g1 + c.rise.max(0.0)
 }
 
 #[cfg(test)]

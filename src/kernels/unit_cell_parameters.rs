@@ -1,6 +1,6 @@
 //! Constants of the unit cell, from the fabric and for each number type: (12), (14), (15).
 
-use crate::case::{Fabric, Law};
+use crate::case::Fabric;
 use crate::kernels::arc_length::{MAX_TERMS, arc_length, terms_for};
 use crate::kernels::yarn_law::{LawKernel, YarnConstants};
 use crate::num::scalar::{Real, Scalar, each, is_double};
@@ -30,8 +30,6 @@ pub struct UnitCellParameters<R> {
     pub min_stiffness: R,
     /// What a contact force may round to [N]; nothing in double precision.
     pub roundoff_tolerance: R,
-    /// Whether the joint iteration comes first.
-    pub newton: bool,
     /// Index of the yarn whose height is the unknown: the softer one.
     pub pivot: usize,
     /// Residual accepted by the iteration [N].
@@ -41,12 +39,16 @@ pub struct UnitCellParameters<R> {
 impl UnitCellParameters<f64> {
     /// Constants of `fabric`'s cell in double precision. Heights at rest solve (15).
     pub fn new(fabric: &Fabric) -> Self {
-        let law = fabric.crossover.law;
+        Self::with_rest_height(fabric, rest_height)
+    }
+
+    /// Constants of `fabric`'s cell with heights at rest, over the half-span, by crimp.
+    pub(crate) fn with_rest_height(fabric: &Fabric, rest_height: fn(f64) -> f64) -> Self {
         let yarn = [&fabric.warp, &fabric.weft].map(|y| YarnConstants {
             stiffness: if y.present { y.modulus * y.area(fabric.fibre_density) } else { 0.0 },
             half_span: y.half_span(),
             crimp: y.crimp,
-            height: y.half_span() * rest_height(law, y.crimp),
+            height: y.half_span() * rest_height(y.crimp),
             failure_strain: if y.failure_strain < 1.0 { y.failure_strain } else { NEVER },
             slack_slope: 0.0,
             per_rest: 1.0 / (1.0 + y.crimp),
@@ -70,7 +72,6 @@ impl UnitCellParameters<f64> {
             per_b: if a > 0.0 { 1.0 / b } else { 0.0 },
             min_stiffness: 1e-6 * yarn[0].stiffness.max(yarn[1].stiffness) / yarn[0].half_span,
             roundoff_tolerance: 0.0,
-            newton: true,
             pivot: usize::from(yarn[1].stiffness < yarn[0].stiffness),
             tolerance: 1e-12 * softer,
         }
@@ -143,7 +144,6 @@ impl<S: Scalar> UnitCellParameters<S> {
             per_b: to(self.per_b),
             min_stiffness: to(self.min_stiffness),
             roundoff_tolerance: to(self.roundoff_tolerance),
-            newton: self.newton,
             pivot: self.pivot,
             tolerance: to(self.tolerance),
         }
@@ -176,13 +176,10 @@ fn steepest_taut(yarn: &YarnConstants<f64>, height_sum: f64) -> f64 {
     slope(taut)
 }
 
-/// Height over half-span at rest for a crimp (15): Newton on s(k) = 1 + crimp, or the saw-tooth's closed form.
-fn rest_height(law: Law, crimp: f64) -> f64 {
+/// Height over half-span at rest for a crimp (15): Newton on s(k) = 1 + crimp.
+fn rest_height(crimp: f64) -> f64 {
     if crimp <= 0.0 {
         return 0.0;
-    }
-    if law == Law::Kawabata {
-        return (crimp * (2.0 + crimp)).sqrt();
     }
     let mut k = 2.0 * crimp.sqrt();
     for _ in 0..50 {

@@ -1,7 +1,7 @@
 use super::*;
 use crate::case;
 use crate::kernels::arc_length::tests::terms_by_hand;
-use crate::kernels::yarn_law::{Kawabata, PublishedTension, Variational};
+use crate::kernels::yarn_law::{Published, Variational};
 
 #[test]
 fn the_least_stiffness_is_a_millionth_of_the_stiffer_yarn_over_half_a_warp_span() {
@@ -95,7 +95,7 @@ fn the_constants_of_a_cell_follow_from_its_fabric() {
     assert_close(cell.uncompressed_limit, a / b);
     assert_close(cell.per_b, 1.0 / b);
     assert_close(cell.tolerance, 1e-12 * cell.yarn[1].stiffness);
-    assert_eq!((cell.roundoff_tolerance, cell.newton, cell.pivot), (0.0, true, 1));
+    assert_eq!((cell.roundoff_tolerance, cell.pivot), (0.0, 1));
     // Where no force is left nothing but the smallest one counts; a larger one has its own last digits.
     assert_eq!(cell.accepted(0.0), cell.tolerance);
     for force in [-3.0, 5.0] {
@@ -105,14 +105,6 @@ fn the_constants_of_a_cell_follow_from_its_fabric() {
     let apart = UnitCellParameters::new(&uneven(&["/fabric/crossover/gap_mm=0.9", "/fabric/weft/crimp=0"]));
     assert_eq!((apart.height_sum, apart.yarn[1].height), (0.0, 0.0));
     assert_close(apart.yarn[1].slack_slope, 0.1 * apart.yarn[1].stiffness);
-}
-
-#[test]
-fn a_saw_tooth_is_as_long_as_its_legs() {
-    let cell = UnitCellParameters::new(&uneven(&["/fabric/crossover/law=kawabata"]));
-    for yarn in &cell.yarn {
-        assert_close(yarn.height.hypot(yarn.half_span), yarn.half_span * (1.0 + yarn.crimp));
-    }
 }
 
 #[test]
@@ -144,9 +136,9 @@ fn every_precision_has_its_own_crimp_tolerance_and_terms() {
         let sets = ["warp", "weft"].map(|yarn| format!("/fabric/{yarn}/modulus_gpa="));
         let sets = [format!("{}{}", sets[0], moduli[0]), format!("{}{}", sets[1], moduli[1])];
         let cell = UnitCellParameters::new(&uneven(&[&sets[0], &sets[1]]));
-        let double = of::<f64, PublishedTension>(&cell, f64::EPSILON, TRUNCATION);
+        let double = of::<f64, Published>(&cell, f64::EPSILON, TRUNCATION);
         assert_eq!((double.tolerance, double.roundoff_tolerance), (cell.tolerance, 0.0));
-        for single in [of::<f32, Variational>(&cell, unit, 1e-10), of::<f32, PublishedTension>(&cell, unit, 1e-10)] {
+        for single in [of::<f32, Variational>(&cell, unit, 1e-10), of::<f32, Published>(&cell, unit, 1e-10)] {
             let [softer, stiffer] = [f64::min, f64::max].map(|of| of(cell.yarn[0].stiffness, cell.yarn[1].stiffness));
             // A twentieth of a unit of the softer yarn's strain; a twenty-fifth of the stiffer's, unless 2e-8 of the softer is more.
             assert!((f64::from(single.roundoff_tolerance) / (0.05 * unit * softer) - 1.0).abs() < 1e-6);
@@ -154,6 +146,4 @@ fn every_precision_has_its_own_crimp_tolerance_and_terms() {
             assert!((f64::from(single.tolerance) / tolerance - 1.0).abs() < 1e-6, "{}", single.tolerance);
         }
     }
-    let cell = UnitCellParameters::new(&uneven(&["/fabric/crossover/law=kawabata"]));
-    of::<f32, Kawabata>(&cell, unit, 1e-10);
 }

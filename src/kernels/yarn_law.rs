@@ -2,7 +2,6 @@
 //!
 //! A law is a type, so that the choice is made once, outside the loops; [`with_law!`](crate::with_law) makes it.
 
-use crate::case::{Crossover, Law, MembraneForce};
 use crate::kernels::arc_length::{ArcLength, arc_length};
 use crate::num::scalar::Real;
 
@@ -89,13 +88,13 @@ impl<R: Real> YarnResponse<R> {
 #[derive(Clone, Copy, Debug)]
 pub struct StretchResponse<R> {
     /// Λ − 1 [-].
-    stretch: R,
+    pub(crate) stretch: R,
     /// Strain of the yarn were it straight [-].
     straight: R,
     /// Strain per excess of the arc's length over its span, Λ/(1 + crimp) and a little where the cell has collapsed [-].
     scale: R,
     /// End slope over height, π/(2 w0 Λ) [1/m].
-    rise: R,
+    pub(crate) rise: R,
 }
 
 impl<R: Real> StretchResponse<R> {
@@ -126,21 +125,13 @@ pub trait LawKernel: Copy + Send + Sync + 'static {
     }
 }
 
-/// The paper's law with the tension itself as in-plane force.
+/// The paper's law.
 #[derive(Clone, Copy, Debug)]
-pub struct PublishedTension;
-
-/// The paper's law with T cos α as in-plane force.
-#[derive(Clone, Copy, Debug)]
-pub struct PublishedProjected;
+pub struct Published;
 
 /// Forces conjugate to the arc length.
 #[derive(Clone, Copy, Debug)]
 pub struct Variational;
-
-/// Kawabata's saw-tooth cell.
-#[derive(Clone, Copy, Debug)]
-pub struct Kawabata;
 
 /// State of the sinusoidal yarn shared by the published and variational laws.
 struct Sinusoid<R: Real> {
@@ -177,37 +168,21 @@ impl<R: Real> Sinusoid<R> {
     }
 }
 
-#[inline(always)]
-fn published_yarn<R: Real>(yarn: &YarnConstants<R>, span: &StretchResponse<R>, h: R) -> YarnResponse<R> {
-    let s = sinusoid(yarn, span, h);
-    let cosine = s.arc.cosine;
-    let twice = h.splat_like(2.0) * cosine;
-    let sine = twice * s.k;
-    let force = s.tension * sine;
-    let turning = s.tension * (twice * cosine.squared() * span.rise);
-    let stiffness = (yarn.stiffness * s.dstrain).fused(sine, turning);
-    s.response(yarn, force, stiffness)
-}
-
-impl LawKernel for PublishedTension {
+impl LawKernel for Published {
     #[inline(always)]
     fn respond<R: Real>(yarn: &YarnConstants<R>, span: &StretchResponse<R>, h: R) -> YarnResponse<R> {
-        published_yarn(yarn, span, h)
+        let s = sinusoid(yarn, span, h);
+        let cosine = s.arc.cosine;
+        let twice = h.splat_like(2.0) * cosine;
+        let sine = twice * s.k;
+        let force = s.tension * sine;
+        let turning = s.tension * (twice * cosine.squared() * span.rise);
+        let stiffness = (yarn.stiffness * s.dstrain).fused(sine, turning);
+        s.response(yarn, force, stiffness)
     }
     #[inline(always)]
     fn in_plane_factor<R: Real>(_: &YarnConstants<R>, _: &StretchResponse<R>, h: R) -> R {
         h.one()
-    }
-}
-
-impl LawKernel for PublishedProjected {
-    #[inline(always)]
-    fn respond<R: Real>(yarn: &YarnConstants<R>, span: &StretchResponse<R>, h: R) -> YarnResponse<R> {
-        published_yarn(yarn, span, h)
-    }
-    #[inline(always)]
-    fn in_plane_factor<R: Real>(yarn: &YarnConstants<R>, span: &StretchResponse<R>, h: R) -> R {
-        sinusoid(yarn, span, h).arc.cosine
     }
 }
 
@@ -228,96 +203,20 @@ impl LawKernel for Variational {
     }
 }
 
-/// Leg length l/w0 − 1 and l/w0 of the saw-tooth.
-#[inline(always)]
-fn leg<R: Real>(yarn: &YarnConstants<R>, span: &StretchResponse<R>, h: R) -> (R, R) {
-    let one = h.one();
-    let stretch = span.stretch;
-    let eta = h / yarn.half_span;
-    let square_minus_1 = stretch * (h.splat_like(2.0) + stretch) + eta.squared();
-    let leg = h.zero().max(one + square_minus_1).sqrt().max(h.splat_like(SHORTEST));
-    (square_minus_1 / (leg + one), leg)
-}
-
-impl LawKernel for Kawabata {
-    #[inline(always)]
-    fn respond<R: Real>(yarn: &YarnConstants<R>, span: &StretchResponse<R>, h: R) -> YarnResponse<R> {
-        let n = h;
-        let one = n.one();
-        let (excess, leg) = leg(yarn, span, h);
-        let per_length = yarn.per_rest;
-        let strain = (excess - yarn.crimp) * per_length;
-        let taut = n.zero().lt(strain);
-        let tension = yarn.tension(strain);
-        let eta = h / yarn.half_span;
-        let per_leg = one / leg;
-        let sine = eta * per_leg;
-        let two = n.splat_like(2.0);
-        let dstrain = per_length * sine / yarn.half_span;
-        let cosine = (one + span.stretch) * per_leg;
-        let turning = tension * cosine.squared() * per_leg / yarn.half_span;
-        let stiffness = two * (yarn.stiffness * dstrain * sine + turning);
-        YarnResponse {
-            strain,
-            force: R::select(taut, two * tension * sine, yarn.slack_slope * strain),
-            stiffness: R::select(taut, stiffness, yarn.slack_slope * dstrain),
-            growth: dstrain,
-        }
-    }
-    #[inline(always)]
-    fn in_plane_factor<R: Real>(yarn: &YarnConstants<R>, span: &StretchResponse<R>, h: R) -> R {
-        (h.one() + span.stretch) / leg(yarn, span, h).1
-    }
-}
-
-/// Calls `$body` with `$law` bound to the kernel type of a [`Variant`]: the one place where the choice is made.
+/// Calls `$body` with `$law` bound to the kernel type of a [`Law`](crate::case::Law): the one place where the choice is made.
 #[doc(hidden)]
 #[macro_export]
 macro_rules! with_law {
-    ($variant:expr, $law:ident => $body:expr) => {{
-        use $crate::kernels::yarn_law as laws;
-        match $variant {
-            laws::Variant::PublishedTension => {
-                type $law = laws::PublishedTension;
+    ($which:expr, $law:ident => $body:expr) => {{
+        match $which {
+            $crate::case::Law::Published => {
+                type $law = $crate::kernels::yarn_law::Published;
                 $body
             }
-            laws::Variant::PublishedProjected => {
-                type $law = laws::PublishedProjected;
-                $body
-            }
-            laws::Variant::Variational => {
-                type $law = laws::Variational;
-                $body
-            }
-            laws::Variant::Kawabata => {
-                type $law = laws::Kawabata;
+            $crate::case::Law::Variational => {
+                type $law = $crate::kernels::yarn_law::Variational;
                 $body
             }
         }
     }};
-}
-
-/// The four kernels a case can choose.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Variant {
-    /// `published` with `"membrane_force": "tension"`.
-    PublishedTension,
-    /// `published` with `"membrane_force": "projected"`.
-    PublishedProjected,
-    /// `variational`.
-    Variational,
-    /// `kawabata`.
-    Kawabata,
-}
-
-impl Variant {
-    /// The kernel a crossover asks for.
-    pub fn of(crossover: &Crossover) -> Self {
-        match (crossover.law, crossover.membrane_force) {
-            (Law::Published, MembraneForce::Tension) => Self::PublishedTension,
-            (Law::Published, MembraneForce::Projected) => Self::PublishedProjected,
-            (Law::Variational, _) => Self::Variational,
-            (Law::Kawabata, _) => Self::Kawabata,
-        }
-    }
 }

@@ -66,12 +66,15 @@ pub struct StencilRadius {
 }
 
 impl StencilRadius {
-    /// The element itself: a strength of its own is judged where those over a length are.
-    pub(super) const ELEMENT: Self = Self { along: [0.5; 2], breadth: [1.0; 2] };
+    /// The element itself.
+    const ELEMENT: Self = Self { along: [0.5; 2], breadth: [1.0; 2] };
 
-    /// `length`: the failure length [m]. `breadth`: see [`breadth`].
+    /// The piece of the failure length [m] and the [`breadth`] of a yarn; the element itself where none is smaller than that, or no length
+    /// is given.
     pub(super) fn new(mesh: &Mesh, length: f64, breadth: [f64; 2]) -> Self {
-        Self { along: mesh.length.map(|finest| 0.5 * length / finest), breadth }
+        let along = mesh.length.map(|finest| 0.5 * length / finest);
+        let smaller = along.iter().any(|half| *half > 0.5) || breadth.iter().any(|breadth| *breadth > 1.0 + SAME);
+        if length > 0.0 && smaller { Self { along, breadth } } else { Self::ELEMENT }
     }
 
     /// The elements that lie side by side with one, along an axis, in the yarn across it.
@@ -79,16 +82,8 @@ impl StencilRadius {
         mesh.side_by_side(axis, element, self.breadth[1 - axis])
     }
 
-    /// Windows of warp and weft; `None`: no element is smaller than the piece, or no length is given, so that each is judged by its own
-    /// strain.
-    pub(super) fn windows(&self, mesh: &Mesh) -> Option<[Windows; 2]> {
-        let smaller =
-            self.along.iter().any(|half| *half > 0.5) || self.breadth.iter().any(|breadth| *breadth > 1.0 + SAME);
-        (self.along != [0.0; 2] && smaller).then(|| self.overlaps(mesh))
-    }
-
-    /// Windows of warp and weft, whatever their size.
-    pub(super) fn overlaps(&self, mesh: &Mesh) -> [Windows; 2] {
+    /// Windows of warp and weft.
+    pub(super) fn windows(&self, mesh: &Mesh) -> [Windows; 2] {
         let width = |axis: usize, at: usize| mesh.widths(at * axis, at * (1 - axis))[axis];
         let along = |axis: usize, reach: f64| {
             let overlaps = mesh.overlaps(axis, reach).into_iter();

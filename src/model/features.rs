@@ -1,8 +1,8 @@
 //! Which terms of the model a scene has. A backend leaves the others out.
 
 use super::{Model, PlyType};
+use crate::case::Law;
 use crate::kernels::arc_length::MAX_TERMS;
-use crate::kernels::crossover::Variant;
 use crate::kernels::unit_cell_parameters::NEVER;
 
 /// Terms of the model that a scene has.
@@ -10,19 +10,15 @@ use crate::kernels::unit_cell_parameters::NEVER;
 #[non_exhaustive]
 pub struct Features {
     /// Unit-cell law.
-    pub law: Variant,
+    pub law: Law,
     /// The yarn whose height is the unknown of the unit cell: 0 warp, 1 weft.
     pub pivot: usize,
-    /// The unit cell's joint iteration comes first.
-    pub newton: bool,
     /// Terms of the arc length series.
     pub series: usize,
     /// Yarns flatten where they cross.
     pub compression: bool,
     /// Trellis shear.
     pub shear: bool,
-    /// Its modulus is a secant one.
-    pub secant: bool,
     /// Elements have hourglass stiffness.
     pub hourglass: bool,
     /// Stretches are means over an element, so that its yarns act on the hourglass mode too.
@@ -31,10 +27,8 @@ pub struct Features {
     pub failure: bool,
     /// The unit-cell law makes energy by itself.
     pub law_energy: bool,
-    /// They have shock viscosity.
+    /// Yarns have shock viscosity.
     pub viscous: bool,
-    /// Failure is judged over a length along the yarns.
-    pub windows: bool,
     /// Pieces of yarn differ in strength.
     pub strength: bool,
     /// There is a projectile.
@@ -61,17 +55,14 @@ impl Features {
         Self {
             law: ply_type.law,
             pivot: ply_type.cell.pivot,
-            newton: ply_type.cell.newton,
             series: yarns.iter().map(|y| y.terms).max().unwrap_or(MAX_TERMS),
             compression: ply_type.cell.compression[0] > 0.0,
             shear: ply_type.has_shear,
-            secant: ply_type.has_shear && ply_type.element.shear.secant > 0.0,
             hourglass: ply_type.element.hourglass.iter().any(|k| *k > 0.0),
             mean_stretch: ply_type.element.mode_share > 0.0,
             failure: (0..2).any(|i| ply_type.present[i] && yarns[i].failure_strain < NEVER),
             law_energy: ply_type.law_energy.is_some(),
             viscous: ply_type.viscous,
-            windows: ply_type.windows.is_some(),
             strength: model.strength.is_some(),
             projectile: projectile.is_some(),
             friction: projectile.is_some() && model.friction > 0.0,
@@ -89,13 +80,11 @@ impl Features {
         model.ply_types[1..].iter().map(|ply_type| Self::new(model, ply_type)).fold(first, |all, ply_type| Self {
             compression: all.compression | ply_type.compression,
             shear: all.shear | ply_type.shear,
-            secant: all.secant | ply_type.secant,
             hourglass: all.hourglass | ply_type.hourglass,
             mean_stretch: all.mean_stretch | ply_type.mean_stretch,
             failure: all.failure | ply_type.failure,
             law_energy: all.law_energy | ply_type.law_energy,
             viscous: all.viscous | ply_type.viscous,
-            windows: all.windows | ply_type.windows,
             graded: all.graded | ply_type.graded,
             ..all
         })
@@ -104,21 +93,14 @@ impl Features {
     /// Name and value of each term, as in `summary.json`.
     pub fn list(&self) -> [(&'static str, String); 10] {
         let law = match self.law {
-            Variant::PublishedTension => "published, tension",
-            Variant::PublishedProjected => "published, projected",
-            Variant::Variational => "variational",
-            Variant::Kawabata => "kawabata",
-        };
-        let shear = match (self.shear, self.secant) {
-            (false, _) => "no",
-            (true, false) => "tangent",
-            (true, true) => "secant",
+            Law::Published => "published, tension",
+            Law::Variational => "variational",
         };
         let word = |yes: bool| if yes { "yes" } else { "no" };
         [
             ("law", law),
             ("compression", word(self.compression)),
-            ("shear", shear),
+            ("shear", if self.shear { "tangent" } else { "no" }),
             ("hourglass", word(self.hourglass)),
             ("failure", word(self.failure)),
             ("projectile", word(self.projectile)),

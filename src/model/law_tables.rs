@@ -6,7 +6,8 @@
 use std::collections::VecDeque;
 use std::sync::{Arc, Mutex, PoisonError};
 
-use crate::kernels::crossover::{UnitCellParameters, Variant};
+use crate::case::Law;
+use crate::kernels::crossover::UnitCellParameters;
 use crate::kernels::law_energy::LawEnergy;
 
 /// Tables that are kept, of 13 kB each: a layup of several fabrics has one for each.
@@ -15,7 +16,7 @@ const KEPT: usize = 16;
 /// A table, and what it is of.
 #[derive(Debug)]
 struct Entry {
-    law: Variant,
+    law: Law,
     cell: UnitCellParameters<f64>,
     table: Arc<LawEnergy>,
 }
@@ -24,14 +25,14 @@ struct Entry {
 static LAST: Mutex<VecDeque<Entry>> = Mutex::new(VecDeque::new());
 
 /// The table of a cell; `None` where the law is the slope of an energy, or a yarn is absent.
-pub(super) fn law_energy(law: Variant, cell: &UnitCellParameters<f64>) -> Option<Arc<LawEnergy>> {
+pub(super) fn law_energy(law: Law, cell: &UnitCellParameters<f64>) -> Option<Arc<LawEnergy>> {
     let entries = || LAST.lock().unwrap_or_else(PoisonError::into_inner);
     let known = entries().iter().find(|entry| entry.law == law && entry.cell == *cell).map(|entry| entry.table.clone());
     if known.is_some() {
         return known;
     }
     // Unlocked, for others to build theirs at the same time.
-    let table = Arc::new(crate::with_law!(law, L => LawEnergy::new::<L>(law, cell))?);
+    let table = Arc::new(LawEnergy::new(law, cell)?);
     let mut entries = entries();
     entries.truncate(KEPT - 1);
     entries.push_front(Entry { law, cell: *cell, table: table.clone() });

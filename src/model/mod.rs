@@ -190,9 +190,7 @@ impl<S: Scalar> Model<S> {
 
     /// Fields of an element: see [`field`].
     pub(crate) fn element_fields(&self) -> usize {
-        let terms = self.features();
-        let more = |wanted: bool, count: usize| if wanted { count } else { 0 };
-        field::COUNT + more(terms.viscous, field::VISCOUS) + more(terms.windows, field::STRAIN)
+        field::COUNT + if self.features().viscous { field::VISCOUS } else { 0 } + field::STRAIN
     }
 
     /// What rounding makes of the energy of a pack at rest [J].

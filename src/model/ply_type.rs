@@ -5,8 +5,8 @@ use std::sync::Arc;
 use super::failure_length::{self, StencilRadius, Windows};
 use super::time_step::let_go;
 use super::{Columns, Grid, InitialStretch, Mesh, MirrorPlanes, ModelError, StepBound, law_tables, pretension};
-use crate::case::{Case, Edge, Edges, Fabric, Layer, Solver, StretchSampling, UnitCell, Variability};
-use crate::kernels::crossover::{LawKernel, UnitCellParameters, Variant, compression_energy};
+use crate::case::{Case, Edge, Edges, Fabric, Law, Layer, Solver, StretchSampling};
+use crate::kernels::crossover::{LawKernel, UnitCellParameters, compression_energy};
 use crate::kernels::element_force::ElementConstants;
 use crate::kernels::law_energy::LawEnergy;
 use crate::kernels::shear::ShearConstants;
@@ -20,7 +20,7 @@ pub struct PlyType<S> {
     /// Unit cell, double precision.
     pub cell: UnitCellParameters<f64>,
     /// Which unit-cell kernel runs.
-    pub law: Variant,
+    pub law: Law,
     /// Element constants, double precision.
     pub element: ElementConstants<f64>,
     /// Whether the fabric has trellis shear.
@@ -43,8 +43,8 @@ pub struct PlyType<S> {
     pub law_energy: Option<Arc<LawEnergy>>,
     /// Whether yarns have shock viscosity.
     pub viscous: bool,
-    /// Elements whose strains break a yarn together, of warp and weft; `None`: every element breaks at its own.
-    pub windows: Option<[Windows; 2]>,
+    /// Elements whose strains break a yarn together, of warp and weft.
+    pub windows: [Windows; 2],
     /// Size of the piece of yarn that they make up.
     pub failure_reach: StencilRadius,
     /// Uniform initial stretch.
@@ -73,10 +73,9 @@ impl<S: Scalar> PlyType<S> {
         if !along_axes && [left, right, bottom, top].contains(&Edge::Roller) {
             return Err(ModelError::TurnedRoller { degrees: layer.orientation.to_degrees() });
         }
-        let cell =
-            UnitCellParameters { newton: case.solver.unit_cell == UnitCell::Newton, ..UnitCellParameters::new(fabric) };
+        let cell = UnitCellParameters::new(fabric);
         let element = element_constants(fabric, length, &case.solver, &cell);
-        let law = Variant::of(&fabric.crossover);
+        let law = fabric.crossover.law;
         let edges = super::symmetry::cut_edges(&mesh, layer.edges);
         let bound = StepBound::new(length, fabric.areal_density, &element, case.solver.shock_viscosity);
         let viscous = case.solver.shock_viscosity > 0.0;
@@ -86,13 +85,8 @@ impl<S: Scalar> PlyType<S> {
             None if viscous && pack.pretension.is_some() => bound.of_tension_in(mesh.whole_counts().iter().product()),
             None => bound,
         };
-        let mut failure_reach =
+        let failure_reach =
             StencilRadius::new(&mesh, case.solver.failure_length, failure_length::breadth(&mesh, &cell));
-        let mut windows = failure_reach.windows(&mesh);
-        if windows.is_none() && case.variability.as_ref().is_some_and(Variability::strength_varies) {
-            failure_reach = StencilRadius::ELEMENT;
-            windows = Some(StencilRadius::ELEMENT.overlaps(&mesh));
-        }
         Ok(Self {
             bound,
             initial: crate::with_law!(law, L => pretension::solve::<L>(pack, &cell)?),
@@ -103,7 +97,7 @@ impl<S: Scalar> PlyType<S> {
             law_energy: law_tables::law_energy(law, &cell),
             columns: Columns::new(&mesh),
             viscous,
-            windows,
+            windows: failure_reach.windows(&mesh),
             failure_reach,
             initial_velocity: mesh.to_ply(layer.initial_velocity),
             has_shear: fabric.shear.is_some(),
@@ -184,11 +178,9 @@ fn element_constants(
         let period = if stiffness > 0.0 { [lx, ly][i] * (fabric.areal_density / stiffness).sqrt() } else { 0.0 };
         solver.shock_viscosity * period
     });
-    let none =
-        crate::case::Shear { g1: 0.0, g2: 0.0, gamma1: 0.0, gamma2: 0.0, modulus: crate::case::ShearModulus::Tangent };
     ElementConstants {
         cell: *cell,
-        shear: ShearConstants::new(fabric.shear.as_ref().unwrap_or(&none), fabric.thickness),
+        shear: ShearConstants::new(fabric.shear.as_ref(), fabric.thickness),
         gradient: [0.5 / lx, 0.5 / ly],
         membrane: [0.5 * ly / (2.0 * w2), 0.5 * lx / (2.0 * w1)],
         half_length: [0.5 * ly, 0.5 * lx],

@@ -1,6 +1,6 @@
 use super::*;
 use crate::case::{self, Case};
-use crate::kernels::crossover::PublishedTension;
+use crate::kernels::crossover::Published;
 
 fn case(more: &[&str]) -> Case {
     case::shipped(&[&["/fabric/weft/count_per_inch=15", "/fabric/weft/modulus_gpa=60"], more].concat())
@@ -8,7 +8,7 @@ fn case(more: &[&str]) -> Case {
 
 fn solved(case: &Case, asked: [Option<f64>; 2]) -> Result<InitialStretch, ModelError> {
     let pack = Pack { pretension: Some(asked), ..case.pack.clone() };
-    solve::<PublishedTension>(&pack, &UnitCellParameters::new(&case.fabric))
+    solve::<Published>(&pack, &UnitCellParameters::new(&case.fabric))
 }
 
 #[test]
@@ -26,7 +26,7 @@ fn a_stretched_pack_carries_what_was_asked_and_keeps_its_length_elsewhere() {
             continue;
         }
         let found = solved(&case, asked).unwrap_or_else(|error| unreachable!("{error}"));
-        let cell_there = crossover::solve::<f64, PublishedTension>(&cell, found.stretch, found.height, both);
+        let cell_there = crossover::solve::<f64, Published>(&cell, found.stretch, found.height, both);
         // Yarns per length of the other direction's side.
         let counts = [case.fabric.weft.count, case.fabric.warp.count];
         for i in 0..2 {
@@ -67,7 +67,7 @@ fn no_yarn_is_stretched_to_where_it_breaks() {
 fn without_pretension_a_pack_rests() {
     let case = case(&[]);
     let cell = UnitCellParameters::new(&case.fabric);
-    let rest = solve::<PublishedTension>(&case.pack, &cell);
+    let rest = solve::<Published>(&case.pack, &cell);
     let heights = cell.yarn.map(|yarn| yarn.height);
     assert!(rest.is_ok_and(|rest| rest == InitialStretch { stretch: [0.0; 2], height: heights }));
 }

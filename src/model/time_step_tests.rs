@@ -21,7 +21,7 @@ fn bound(c: [f64; 2], strain: [f64; 2], shear: f64, hourglass: [f64; 2], viscosi
     let shear = Shear { g1: 0.25 * shear, g2: shear, gamma1: 0.3, gamma2: 0.6, modulus };
     let element = ElementConstants {
         cell,
-        shear: ShearConstants::new(&shear, 1.0),
+        shear: ShearConstants::new(Some(&shear), 1.0),
         gradient: [0.5 / LX, 0.5 / LY],
         membrane: [0.0; 2],
         half_length: [0.5 * LY, 0.5 * LX],

@@ -1,8 +1,34 @@
-//! The unit cell alone over a grid of stretches: the curves of the paper's Figure 4.
+//! The unit cell alone over a grid of stretches: the curves of the paper's Figure 4, with laws that no run uses beside the two that one may.
 
-use crate::case::Fabric;
-use crate::kernels::crossover::{self, Equilibrium, LawKernel, UnitCellParameters, Variant};
-use crate::with_law;
+use crate::case::{Fabric, Law};
+use crate::kernels::arc_length::arc_length;
+use crate::kernels::crossover::{
+    self, Equilibrium, LawKernel, Published, StretchResponse, UnitCellParameters, YarnConstants, YarnResponse,
+};
+use crate::kernels::yarn_law::SHORTEST;
+use crate::num::scalar::Real;
+
+/// Unit-cell law of a curve.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum CurveLaw {
+    /// The paper's, with the tension T in the plane.
+    Published,
+    /// The paper's, with T cos α in the plane.
+    Projected,
+    /// Sinusoidal yarns, forces conjugate to the arc length.
+    Variational,
+    /// Saw-tooth cell of Kawabata (1973).
+    Kawabata,
+}
+
+impl From<Law> for CurveLaw {
+    fn from(law: Law) -> Self {
+        match law {
+            Law::Published => Self::Published,
+            Law::Variational => Self::Variational,
+        }
+    }
+}
 
 /// One solved cell.
 #[derive(Clone, Copy, Debug)]
@@ -41,24 +67,108 @@ impl CurvePoint {
     }
 }
 
-/// Every pair of these stretches, each solved from the heights at rest, so that none depends on another.
+/// Every pair of these stretches with the fabric's own law, each solved from the heights at rest, so that none depends on another.
 pub fn solve(fabric: &Fabric, warp: &[f64], weft: &[f64]) -> Vec<CurvePoint> {
-    let constants = UnitCellParameters::new(fabric);
-    with_law!(Variant::of(&fabric.crossover), L => solve_as::<L>(fabric, &constants, warp, weft))
+    solve_with(fabric, fabric.crossover.law.into(), warp, weft)
 }
 
-fn solve_as<L: LawKernel>(
-    fabric: &Fabric,
-    constants: &UnitCellParameters<f64>,
-    warp: &[f64],
-    weft: &[f64],
-) -> Vec<CurvePoint> {
-    let cell = UnitCellParameters::<f64>::cast::<L>(constants);
-    let rest = [cell.yarn[0].height, cell.yarn[1].height];
+/// Every pair of these stretches with a law of choice.
+pub fn solve_with(fabric: &Fabric, law: CurveLaw, warp: &[f64], weft: &[f64]) -> Vec<CurvePoint> {
+    let exact = parameters(fabric, law);
     let both = fabric.warp.present && fabric.weft.present;
-    let at = |stretch: [f64; 2]| {
-        let excess = stretch.map(|stretch| stretch - 1.0);
-        CurvePoint { stretch, cell: crossover::solve::<f64, L>(&cell, excess, rest, both) }
-    };
-    warp.iter().flat_map(|&warp| weft.iter().map(move |&weft| at([warp, weft]))).collect()
+    crate::with_curve_law!(law, L => {
+        let cell = UnitCellParameters::<f64>::cast::<L>(&exact);
+        let rest = [cell.yarn[0].height, cell.yarn[1].height];
+        let at = |stretch: [f64; 2]| {
+            let excess = stretch.map(|stretch| stretch - 1.0);
+            CurvePoint { stretch, cell: crossover::solve::<f64, L>(&cell, excess, rest, both) }
+        };
+        warp.iter().flat_map(|&warp| weft.iter().map(move |&weft| [warp, weft])).map(at).collect()
+    })
+}
+
+/// Constants of a fabric's cell under a law.
+pub fn parameters(fabric: &Fabric, law: CurveLaw) -> UnitCellParameters<f64> {
+    match law {
+        CurveLaw::Kawabata => UnitCellParameters::with_rest_height(fabric, |crimp| (crimp * (2.0 + crimp)).sqrt()),
+        _ => UnitCellParameters::new(fabric),
+    }
+}
+
+/// Calls `$body` with `$law` bound to the kernel type of a [`CurveLaw`].
+#[doc(hidden)]
+#[macro_export]
+macro_rules! with_curve_law {
+    ($which:expr, $law:ident => $body:expr) => {{
+        use $crate::model::unit_cell_curve::CurveLaw;
+        match $which {
+            CurveLaw::Published => $crate::with_law!($crate::case::Law::Published, $law => $body),
+            CurveLaw::Variational => $crate::with_law!($crate::case::Law::Variational, $law => $body),
+            CurveLaw::Projected => {
+                type $law = $crate::model::unit_cell_curve::Projected;
+                $body
+            }
+            CurveLaw::Kawabata => {
+                type $law = $crate::model::unit_cell_curve::Kawabata;
+                $body
+            }
+        }
+    }};
+}
+
+/// The paper's law with T cos α as in-plane force.
+#[derive(Clone, Copy, Debug)]
+pub struct Projected;
+
+impl LawKernel for Projected {
+    fn respond<R: Real>(yarn: &YarnConstants<R>, span: &StretchResponse<R>, h: R) -> YarnResponse<R> {
+        Published::respond(yarn, span, h)
+    }
+
+    fn in_plane_factor<R: Real>(yarn: &YarnConstants<R>, span: &StretchResponse<R>, h: R) -> R {
+        arc_length(h * span.rise, yarn.terms).cosine
+    }
+}
+
+/// Kawabata's saw-tooth cell.
+#[derive(Clone, Copy, Debug)]
+pub struct Kawabata;
+
+/// Leg length l/w0 − 1 and l/w0 of the saw-tooth.
+fn leg<R: Real>(yarn: &YarnConstants<R>, span: &StretchResponse<R>, h: R) -> (R, R) {
+    let one = h.one();
+    let stretch = span.stretch;
+    let eta = h / yarn.half_span;
+    let square_minus_1 = stretch * (h.splat_like(2.0) + stretch) + eta.squared();
+    let leg = h.zero().max(one + square_minus_1).sqrt().max(h.splat_like(SHORTEST));
+    (square_minus_1 / (leg + one), leg)
+}
+
+impl LawKernel for Kawabata {
+    fn respond<R: Real>(yarn: &YarnConstants<R>, span: &StretchResponse<R>, h: R) -> YarnResponse<R> {
+        let (n, one) = (h, h.one());
+        let (excess, leg) = leg(yarn, span, h);
+        let per_length = yarn.per_rest;
+        let strain = (excess - yarn.crimp) * per_length;
+        let taut = n.zero().lt(strain);
+        let tension = yarn.tension(strain);
+        let eta = h / yarn.half_span;
+        let per_leg = one / leg;
+        let sine = eta * per_leg;
+        let two = n.splat_like(2.0);
+        let dstrain = per_length * sine / yarn.half_span;
+        let cosine = (one + span.stretch) * per_leg;
+        let turning = tension * cosine.squared() * per_leg / yarn.half_span;
+        let stiffness = two * (yarn.stiffness * dstrain * sine + turning);
+        YarnResponse {
+            strain,
+            force: R::select(taut, two * tension * sine, yarn.slack_slope * strain),
+            stiffness: R::select(taut, stiffness, yarn.slack_slope * dstrain),
+            growth: dstrain,
+        }
+    }
+
+    fn in_plane_factor<R: Real>(yarn: &YarnConstants<R>, span: &StretchResponse<R>, h: R) -> R {
+        (h.one() + span.stretch) / leg(yarn, span, h).1
+    }
 }

@@ -2,8 +2,7 @@
 use std::sync::atomic::AtomicBool;
 
 use super::*;
-use crate::output::trust::{self, Level};
-use crate::output::warnings;
+use crate::output::checks::{Level, checks};
 use crate::run::{self, Options};
 use crate::solver::FailureEvent;
 
@@ -53,10 +52,10 @@ fn fabric_that_tears_off_its_frame_before_it_breaks_at_the_hit_is_warned_of() {
     let with = |outcome: Outcome, events: &[FailureEvent]| {
         let mut run = run.clone();
         (run.outcome, run.events) = (outcome, events.to_vec());
-        let sign = trust::signs(&case, &run).into_iter().find(|sign| sign.name == "broken at the edges").unwrap();
-        let warned = warnings::of_run(&case, &run).iter().any(|warning| warning.kind.code == "W8");
-        assert_eq!(sign.level, if warned { Level::Look } else { Level::Fine });
-        (warned, sign.value)
+        let check = checks(&case, &run).into_iter().find(|check| check.name == "broken at the edges").unwrap();
+        let warned = check.warning.is_some_and(|warning| warning.kind.code == "W8");
+        assert_eq!(check.level, if warned { Level::Look } else { Level::Fine });
+        (warned, check.value)
     };
     assert_eq!(with(Outcome::Stopped, &[]), (false, "0".to_owned()));
     assert_eq!(with(Outcome::Stopped, &[hit(1), edge(2)]), (false, "1".to_owned()));

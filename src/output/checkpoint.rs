@@ -65,16 +65,26 @@ impl<'a> CheckpointWriter<'a> {
         let head = Header { spent: self.spent(loop_seconds), ..self.head.clone() };
         let (time, folder) = (run.time(), self.folder);
         self.tried = time;
-        let begun = if self.begun { Ok(()) } else { folder.begin(self.case).map_err(|error| error.found) };
-        self.begun |= begun.is_ok();
         let write =
             || folder.replace(CHECKPOINT, |file| run.save(&head, followed, file)).map_err(|error| error.to_string());
-        let result = begun.and_then(|()| write()).map_err(|reason| self.complaint(time, reason));
+        let result = self.begin().and_then(|()| write()).map_err(|reason| self.complaint(time, reason));
         match &result {
             Ok(()) => self.kept = Some(time),
             Err(error) => self.failed = Some(error.to_string()),
         }
         result
+    }
+
+    /// Makes the folder that of this run: what an earlier one has left goes.
+    ///
+    /// # Errors
+    /// When the disk refuses.
+    pub fn begin(&mut self) -> Result<(), String> {
+        if !self.begun {
+            self.folder.begin(self.case).map_err(|error| error.found)?;
+            self.begun = true;
+        }
+        Ok(())
     }
 
     fn complaint(&self, time: f64, reason: String) -> CheckpointWriteError {

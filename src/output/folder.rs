@@ -5,9 +5,8 @@ use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
 use serde_json::Value;
-use tempfile::NamedTempFile;
+use tempfile::{NamedTempFile, TempDir};
 
-use super::frames::{self, Staged};
 use super::lock::Lock;
 use super::{csv, history, picture};
 use crate::case::Case;
@@ -25,22 +24,20 @@ const CASE: &str = "case.json";
 const SUMMARY: &str = "summary.json";
 /// The last checkpoint of a run that has not ended.
 pub const CHECKPOINT: &str = "checkpoint.bin";
+/// List of the frames for ParaView, and the folder of its files.
+pub(super) const PVD: &str = "frames.pvd";
+pub(super) const FRAMES: &str = "frames";
+/// Folder of frames that a run which goes on from the checkpoint needs.
+pub(super) const SPOOL: &str = "checkpoint.frames";
 /// What a folder has to be.
 const WRITABLE: &str = "a folder that can be written";
 /// Every file this module may write.
-const FILES: [&str; 11] = [
-    CASE,
-    "history.csv",
-    "events.csv",
-    PLIES,
-    PROFILES,
-    frames::HDF,
-    frames::PVD,
-    "shot.svg",
-    REPORT,
-    SUMMARY,
-    CHECKPOINT,
-];
+const FILES: [&str; 10] =
+    [CASE, "history.csv", "events.csv", PLIES, PROFILES, PVD, "shot.svg", REPORT, SUMMARY, CHECKPOINT];
+
+/// Complete frames under a temporary name; none by default.
+#[derive(Debug, Default)]
+pub struct StagedFrames(pub(super) Option<TempDir>);
 
 /// Why the results could not be written.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -187,7 +184,7 @@ impl Folder {
     }
 
     /// Whether the folder is still the one that was prepared.
-    fn stands(&self) -> Result<(), OutputError> {
+    pub(super) fn check_identity(&self) -> Result<(), OutputError> {
         let stands = self.lock.as_ref().is_none_or(|lock| lock.has_folder(&self.path));
         if stands { Ok(()) } else { Err(OutputError::gone(&self.path)) }
     }
@@ -212,7 +209,7 @@ impl Folder {
         run: &Run,
         summary: &Value,
         report: Option<String>,
-        frames: Staged,
+        frames: StagedFrames,
     ) -> Result<Vec<&'static str>, OutputError> {
         let mut texts = vec![
             (CASE, pretty(&case.as_run)),
@@ -230,7 +227,7 @@ impl Folder {
         // Last, so that a summary speaks of the files around it.
         texts.push((SUMMARY, pretty(summary)));
         let complete = self.complete(&texts)?;
-        let frames = frames.place(&self.path).map_err(|error| self.refused("frames", &error))?;
+        let frames = self.place_frames(frames).map_err(|error| self.refused(FRAMES, &error))?;
         let mut names = self.place(complete, &[SUMMARY, PLIES, PROFILES, REPORT])?;
         names.extend(frames);
         Ok(names)
@@ -241,7 +238,47 @@ impl Folder {
     /// # Errors
     /// When the disk refuses.
     pub(crate) fn begin(&self, case: &Case) -> Result<(), OutputError> {
-        self.put(&[(CASE, pretty(&case.as_run))], &FILES).map(drop)
+        self.put(&[(CASE, pretty(&case.as_run))], &FILES)?;
+        self.clear_series(SPOOL).map_err(|error| self.refused(SPOOL, &error))
+    }
+
+    /// Gives frames their names, where those of an earlier run go first; returns the names.
+    fn place_frames(&self, frames: StagedFrames) -> io::Result<Vec<&'static str>> {
+        self.remove(PVD)?;
+        self.clear_series(FRAMES)?;
+        let Some(staged) = frames.0 else { return Ok(Vec::new()) };
+        fs::create_dir_all(self.path.join(FRAMES))?;
+        for entry in fs::read_dir(staged.path())? {
+            let name = entry?.file_name();
+            let to = if name == PVD { self.path.clone() } else { self.path.join(FRAMES) };
+            fs::rename(staged.path().join(&name), to.join(&name))?;
+        }
+        Ok(vec![PVD, "frames/*.vtu"])
+    }
+
+    /// Removes the frames in a folder of them, and the folder unless something else lies there.
+    fn clear_series(&self, name: &str) -> io::Result<()> {
+        let Ok(entries) = fs::read_dir(self.path.join(name)) else { return Ok(()) };
+        let is_frame = |name: &str| {
+            let number = name.strip_suffix(".vtu").and_then(|name| name.split_once('_'));
+            number
+                .is_some_and(|(part, number)| ["fabric", "projectile"].contains(&part) && number.parse::<u64>().is_ok())
+        };
+        for entry in entries {
+            let entry = entry?;
+            if is_frame(&entry.file_name().to_string_lossy()) {
+                fs::remove_file(entry.path())?;
+            }
+        }
+        // It stays where a user keeps something else there.
+        fs::remove_dir(self.path.join(name)).ok();
+        Ok(())
+    }
+
+    /// A folder of its own under a temporary name.
+    pub(super) fn temporary_folder(&self) -> io::Result<TempDir> {
+        self.check_identity().map_err(|error| io::Error::other(error.found))?;
+        tempfile::Builder::new().prefix(UNFINISHED[0]).suffix(UNFINISHED[1]).tempdir_in(&self.path)
     }
 
     /// Writes a file piece by piece; it takes the place of an older one once it is complete. What a run that was killed
@@ -250,7 +287,7 @@ impl Folder {
     /// # Errors
     /// When the disk refuses, or `write` does; the older one is then still there.
     pub(crate) fn replace(&self, name: &str, write: impl FnOnce(&mut File) -> io::Result<()>) -> io::Result<()> {
-        self.stands().map_err(|error| io::Error::other(error.found))?;
+        self.check_identity().map_err(|error| io::Error::other(error.found))?;
         let staged = self.path.join(staged(name));
         let written = File::create(&staged).and_then(|mut file| {
             write(&mut file)?;
@@ -274,7 +311,7 @@ impl Folder {
             self.remove(name).map_err(failed)
         };
         remove(&staged(CHECKPOINT)).and_then(|()| remove(CHECKPOINT))?;
-        frames::clear_spool(&self.path).map_err(|error| self.refused("frames", &error))
+        self.clear_series(SPOOL).map_err(|error| self.refused(SPOOL, &error))
     }
 
     /// Writes files, all complete before the first gets its name; `stale` ones of an earlier time go before that.
@@ -290,7 +327,7 @@ impl Folder {
         &self,
         files: &[(&'a str, T)],
     ) -> Result<Vec<(&'a str, NamedTempFile)>, OutputError> {
-        self.stands()?;
+        self.check_identity()?;
         let stage = |(name, content): &(&'a str, T)| {
             self.stage(content.as_ref()).map(|file| (*name, file)).map_err(|error| self.refused(name, &error))
         };
@@ -347,7 +384,7 @@ fn staged(name: &str) -> String {
 }
 
 /// What names of unfinished files and folders begin and end with.
-pub(super) const UNFINISHED: [&str; 2] = [".ripstop-", ".tmp"];
+const UNFINISHED: [&str; 2] = [".ripstop-", ".tmp"];
 
 /// Removes what an earlier run has not finished.
 fn sweep(folder: &Path) -> io::Result<()> {

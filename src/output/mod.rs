@@ -7,6 +7,7 @@
 mod breakage;
 pub(crate) mod chart;
 mod checkpoint;
+pub mod checks;
 pub(crate) mod csv;
 mod energies;
 pub mod expect;
@@ -14,9 +15,6 @@ pub mod expect;
 pub mod expectation;
 mod folder;
 #[cfg(feature = "frames")]
-pub mod frames;
-#[cfg(not(feature = "frames"))]
-#[path = "frames/absent.rs"]
 pub mod frames;
 pub mod history;
 mod lock;
@@ -27,8 +25,9 @@ mod picture;
 pub mod report;
 mod summary;
 mod surface;
-pub mod trust;
 mod verdict;
+#[cfg(feature = "frames")]
+mod vtu;
 pub mod warnings;
 
 pub use breakage::Breakage;
@@ -37,7 +36,7 @@ pub use energies::Energies;
 pub use expect::{Checked, check};
 #[doc(hidden)]
 pub use folder::temporary;
-pub use folder::{CHECKPOINT, Folder, OutputError};
+pub use folder::{CHECKPOINT, Folder, OutputError, StagedFrames};
 pub use picture::picture;
 pub(crate) use summary::velocity_left;
 pub use summary::{absorbed_energy, flies_freely, residual_velocity, summary};

@@ -3,10 +3,10 @@
 use serde_json::{Map, Value, json};
 
 use super::breakage::Breakage;
+use super::checks::{self, Check, checks};
 use super::expect::{self, Checked};
-use super::trust::{self, QualityCheck};
+use super::warnings::Warning;
 use crate::case::{Case, Motion, case_hash};
-use crate::output::warnings::{self, Warning};
 use crate::run::outcome::Outcome;
 use crate::run::{PlySample, Run, Sample};
 use crate::solver::Divergence;
@@ -17,20 +17,20 @@ use crate::solver::Divergence;
 pub fn summary(case: &Case, run: &Run, wall_seconds: f64) -> Value {
     let mut summary = result(case, run);
     summary.append(&mut cost(run, wall_seconds));
-    summary.append(&mut origin(case, run));
+    let checks = checks(case, run);
+    summary.append(&mut origin(case, run, &checks));
     let mut summary = Value::Object(summary);
     summary["notes"] = json!(case.notes);
     let checked = expect::check(case, run, &summary);
-    summary["trust"] = trust_of(case, run);
+    summary["trust"] = trust(&checks);
     summary["expect"] = checked.iter().map(Checked::to_json).collect();
     summary
 }
 
-/// One word on the result, and the signs that gave it.
-fn trust_of(case: &Case, run: &Run) -> Value {
-    let signs = trust::signs(case, run);
-    let (level, why) = trust::answer(&signs);
-    let reason = |sign: &&QualityCheck| json!({"sign": sign.name, "value": sign.value, "reason": sign.reason});
+/// Advice in a word or two, and the checks that gave it.
+fn trust(checks: &[Check]) -> Value {
+    let (level, why) = checks::advice(checks);
+    let reason = |check: &&Check| json!({"sign": check.name, "value": check.value, "reason": check.reason});
     json!({"advice": level.advice(), "why": why.iter().map(reason).collect::<Vec<_>>()})
 }
 
@@ -76,7 +76,7 @@ fn result(case: &Case, run: &Run) -> Map<String, Value> {
         "title": case.title,
         "outcome": run.outcome.word(),
         "residual_velocity_m_s": residual_velocity(case, run),
-        "residual_velocity_scatter_m_s": trust::scatter(case, run),
+        "residual_velocity_scatter_m_s": checks::scatter(case, run),
         "rebound_velocity_m_s": run.rebound_velocity,
         "carried_velocity_m_s": run.carried_velocity,
         "stop_time_us": run.stop_time.map(|t| t * 1e6),
@@ -178,8 +178,8 @@ fn timings(run: &Run) -> Map<String, Value> {
 }
 
 /// What produced it from what.
-fn origin(case: &Case, run: &Run) -> Map<String, Value> {
-    let assumed: Vec<&str> = warnings::assumed_fields(case).map(|field| field.pointer.as_str()).collect();
+fn origin(case: &Case, run: &Run, checks: &[Check]) -> Map<String, Value> {
+    let assumed: Vec<&str> = checks::assumed_fields(case).map(|field| field.pointer.as_str()).collect();
     object(json!({
         "backend": run.backend,
         "adapter": run.adapter,
@@ -190,6 +190,6 @@ fn origin(case: &Case, run: &Run) -> Map<String, Value> {
         "case": case.name,
         "case_hash": case_hash(&case.as_run),
         "assumed": assumed,
-        "warnings": warnings::of_run(case, run).iter().map(Warning::to_json).collect::<Vec<_>>(),
+        "warnings": checks::warnings(case, checks).iter().map(Warning::to_json).collect::<Vec<_>>(),
     }))
 }

@@ -156,3 +156,7 @@ fn divide(points: &mut Vec<[f64; 2]>, from: [f64; 2], to: [f64; 2], flats: bool)
         points.push([0, 1].map(|a| from[a] + part * (to[a] - from[a])));
     }
 }
+
+#[cfg(test)]
+#[path = "surface_tests.rs"]
+mod tests;

@@ -1,8 +1,8 @@
 //! What happened, in one line.
 
+use super::checks;
 use super::number::{short, us};
 use super::summary::{flies_freely, residual_velocity};
-use super::trust;
 use crate::case::Case;
 use crate::model::MirrorPlanes;
 use crate::run::Run;
@@ -54,7 +54,7 @@ pub fn verdict(case: &Case, run: &Run) -> Verdict {
     match run.outcome {
         Outcome::Perforated => {
             let left = residual_velocity(case, run).unwrap_or(0.0);
-            let leaves = match trust::scatter(case, run) {
+            let leaves = match checks::scatter(case, run) {
                 Some(scatter) => format!("{} m/s ± {} by the mesh", short(left, 3), short(scatter, 2)),
                 None => format!("{velocity} m/s"),
             };

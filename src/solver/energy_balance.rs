@@ -78,16 +78,6 @@ struct Initial {
     momentum_scale: f64,
 }
 
-/// Sums of one sample.
-pub(crate) struct SampleSums {
-    /// [J]
-    pub(crate) kinetic: f64,
-    /// [J]
-    pub(crate) stored: f64,
-    /// Fabric and free projectile [kg·m/s].
-    pub(crate) momentum: [f64; 3],
-}
-
 /// Energies at one time [J]; the columns of `history.csv`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
@@ -147,12 +137,6 @@ impl Balance {
             external: self.external * copies,
             ..self
         }
-    }
-
-    /// All the fabric holds and everything lost, by state functions: with the projectile's energy, and less the work put in, a
-    /// step that invents or forgets shows here [J].
-    pub(crate) fn without_projectile(&self) -> f64 {
-        self.kinetic + self.stored + self.hourglass + self.viscous + self.contact + self.friction + self.failure
     }
 }
 
@@ -354,11 +338,6 @@ impl EnergyBalance {
     /// Energy that was ever available to the fabric and the projectile [J].
     pub(crate) fn accounted_energy(&self) -> f64 {
         self.initial.map_or(f64::INFINITY, |i| i.scale) + self.external.max(0.0)
-    }
-
-    /// Sums of the last sample, for comparison: fabric kinetic and stored energy [J], momentum of fabric and projectile.
-    pub(crate) fn fabric(&self) -> SampleSums {
-        SampleSums { kinetic: self.kinetic, stored: self.stored, momentum: self.momentum }
     }
 
     /// Energy beyond which a run is out of hand [J].

@@ -15,15 +15,11 @@ use crate::solver::state::State;
 /// say where nothing has to be looked at; `None`: everything is.
 ///
 /// Gives the largest strain of a whole piece over its failure strain.
-pub(super) fn evaluate_failure<S: Scalar>(
-    model: &Model<S>,
-    state: &mut State<S>,
-    last: Option<&[ElementTotals]>,
-) -> f64 {
+pub fn evaluate_failure<S: Scalar>(model: &Model<S>, state: &mut State<S>, last: Option<&[ElementTotals]>) -> f64 {
     let mut found = Found::default();
     for ply in 0..model.grid.plies {
         let ply_type = model.ply_type(ply);
-        for (yarn, windows) in ply_type.windows.iter().flatten().enumerate() {
+        for (yarn, windows) in ply_type.windows.iter().enumerate() {
             let nominal = ply_type.cell.yarn[yarn].failure_strain;
             let yarns = YarnsOfPly { model, state, first: model.grid.first_element_row(ply), yarn, windows, nominal };
             // Almost always nothing has to be looked at.

@@ -1,6 +1,6 @@
 //! One time step: the only place that knows the order of the kernels.
 //!
-//! 0. where failure is judged over a length, the yarns that break in this step are marked;
+//! 0. the yarns that break in this step are marked;
 //! 1. `element_force` on every row of elements, from the positions, and
 //! 2. `node_update` on every row of nodes: gather, kick, drift; row by row in one sweep;
 //! 3. `ply_contact` between neighbouring plies, and
@@ -35,8 +35,9 @@ use crate::num::simd::Vectors;
 use crate::solver::active_region::ActiveRegion;
 use crate::solver::energy_balance::EnergyBalance;
 use crate::solver::state::{Rows, State, split};
-pub(crate) use divergence::{diagnose, excess, find_divergence, flying};
+pub(crate) use divergence::{diagnose, excess, flying};
 pub use divergence::{elements, nodes};
+pub use failure::evaluate_failure;
 pub use kernels::{KernelScalar, RowKernels};
 pub(crate) use memory::StepperState;
 use plies::PlyContact;
@@ -45,7 +46,7 @@ use projectile::ProjectileContact;
 pub(crate) use projectile::row_positions;
 pub use projectile::{fabric_between, node_position, node_stands};
 pub use start::Given;
-pub(crate) use start::{MEASURABLE, given, rounding, set_up};
+pub(crate) use start::{given, set_up};
 pub use stopwatch::{Phase, Stopwatch};
 use sweep::{Passes, Sweep};
 
@@ -224,9 +225,9 @@ impl<S: KernelScalar> Stepper<S> {
     }
 
     fn sweep(&mut self, context: &mut Context<'_, S>, passes: Passes) {
-        if passes != Passes::Nodes && context.model.features().windows {
+        if passes != Passes::Nodes {
             let last = self.stepped.then_some(&self.element_totals[..]);
-            self.load = failure::evaluate_failure(context.model, context.state, last);
+            self.load = evaluate_failure(context.model, context.state, last);
             self.stepped = true;
         }
         self.reached.clone_from(&context.state.active);

@@ -33,7 +33,7 @@ pub(crate) fn set_up<S: Scalar>(case: &Case, symmetry: bool) -> Result<(Model<S>
 }
 
 /// Least energy that an error is measured against, over what rounding makes of the energy of a scene at rest [-].
-pub(crate) const MEASURABLE: f64 = 1e3;
+const MEASURABLE: f64 = 1e3;
 
 /// What a scene starts with, for the scale of errors.
 #[derive(Clone, Copy, Debug, Default)]
@@ -69,7 +69,7 @@ pub(crate) fn given<S: Scalar>(model: &Model<S>, state: &State<S>) -> Given {
 }
 
 /// What rounding makes of the energy of a scene at rest [J].
-pub(crate) fn rounding<S: Scalar>(model: &Model<S>, body: Option<&RigidBody>) -> f64 {
+fn rounding<S: Scalar>(model: &Model<S>, body: Option<&RigidBody>) -> f64 {
     let body = body.map_or(0.0, |body| {
         let moves = if body.prescribed { 0.0 } else { body.translation() };
         f64::EPSILON * moves + S::EPSILON * body.rotational_energy()

@@ -316,7 +316,7 @@ impl<S: Scalar> PlyPass<'_, S> {
             above: split(above, grid.node_stride),
             element: split_mut(element, stride),
             viscous: ply_type.viscous.then(|| split_mut(viscous, stride)),
-            strain: ply_type.windows.is_some().then(|| split_mut(strain, stride)),
+            strain: split_mut(strain, stride),
             height: ply_type.mesh.widths(row, 0)[1],
             width: &ply_type.columns.width,
             per_width: &ply_type.columns.per_width,

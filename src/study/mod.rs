@@ -15,7 +15,6 @@
 pub mod batch;
 pub mod bench;
 pub mod binary_response;
-pub mod compare;
 pub mod fit;
 pub mod interval;
 pub mod limit;
@@ -27,11 +26,9 @@ pub mod residual_fit;
 pub mod shot_table;
 pub mod shots;
 pub mod sweep;
-mod threads;
 pub mod threshold;
 pub mod v50;
 pub mod v50_result;
-pub mod validate;
 pub mod verify;
 
 /// Table, curve or option that a study cannot be made with.

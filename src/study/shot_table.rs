@@ -11,8 +11,9 @@ use super::batch::{BatchError, ShotOrder};
 use super::fit::FitRow;
 use super::outcomes::Shot;
 use crate::case::{Case, Drawn};
+use crate::output::checks::{Level, advice, checks};
 use crate::output::csv::{number, quoted};
-use crate::output::{Folder, OutputError, absorbed_energy, residual_velocity, trust};
+use crate::output::{Folder, OutputError, absorbed_energy, residual_velocity};
 use crate::run::Run;
 use crate::run::outcome::Outcome;
 
@@ -85,14 +86,14 @@ impl ShotRow {
                 last.failed[1] as f64,
                 run.steps as f64,
             ],
-            trust: trust::answer(&trust::signs(case, run)).0.advice().to_owned(),
+            trust: advice(&checks(case, run)).0.advice().to_owned(),
             reason,
         }
     }
 
     /// Row of a shot that did not run, and why.
     pub(super) fn of_failure(order: ShotOrder, velocity: f64, drawn: Vec<Drawn>, reason: &str) -> Self {
-        let trust = trust::Level::Bad.advice().to_owned();
+        let trust = Level::Bad.advice().to_owned();
         let reason = one_line(reason);
         Self { order, velocity, drawn, outcome: None, residual: None, numbers: Vec::new(), trust, reason }
     }

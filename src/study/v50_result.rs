@@ -16,14 +16,14 @@ use crate::output::number::short;
 use crate::run::graphics::DeviceUse;
 
 /// Part of mesh and time step in a limit, over the limit \[-\]: twice what half as long elements do to the README's ply
-/// (benches/objectivity.json), and no less than this, for they move limits of cylinders, spheres and fragments on two fabrics by up to
+/// (0.25 %), and no less than this, for they move limits of cylinders, spheres and fragments on two fabrics by up to
 /// this (docs/src/objectivity.md).
 const NUMERICAL: f64 = 0.0175;
-/// Part of the converged mesh: what half as long elements did in benches/objectivity-converged.json.
+/// Part of the converged mesh: what half as long elements did (docs/src/objectivity.md).
 const NUMERICAL_CONVERGED: f64 = 0.0125;
-/// Part of the paper's numerics: benches/objectivity-paper.json.
+/// Part of the paper's numerics.
 const NUMERICAL_PAPER: f64 = 0.115;
-/// Part that is left once a finer mesh has corrected a limit: place of the mesh and time step, the largest spread of benches/objectivity.json.
+/// Part that is left once a finer mesh has corrected a limit: place of the mesh and time step, the largest spread (docs/src/objectivity.md).
 const NUMERICAL_REST: f64 = 0.005;
 
 /// Half the width of the interval of V50 by where it comes from [m/s].

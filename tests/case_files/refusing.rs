@@ -197,10 +197,6 @@ fn values_out_of_range_or_at_odds_with_others_are_refused() {
     }
     refused(read(&with("/output/profile_times_us", json!([0, 2, 1]))), "/output/profile_times_us/2", "ascending");
     refused(read(&without("/projectile/axial_inertia_g_mm2")), "/projectile/transverse_inertia_g_mm2", "together");
-    let mut document = with("/fabric/crossover/law", json!("kawabata"));
-    refused(read(&document), "/fabric/crossover/membrane_force", "tension");
-    put(&mut document, "/fabric/crossover/membrane_force", json!("tension"));
-    assert!(read(&document).is_ok());
     refused(read(&with("/fabric", json!([{}]))), "/fabric", "/pack/layup");
 }
 

@@ -58,3 +58,17 @@ fn a_run_that_ended_early_has_no_later_values() {
     let checked = output::check(&case, &run, &json!({}));
     assert!(!checked[0].pass && checked[0].note.as_ref().unwrap().contains("end_time"), "{checked:?}");
 }
+
+#[test]
+fn a_known_difference_is_shown_with_its_reason_and_is_no_failure() {
+    let why = "nothing is fast enough";
+    let published =
+        json!({"quantity": "outcome", "value": "stopped", "source": "published, Figure 9", "known_difference": why});
+    let bench = Bench::new(&small_with("/expect", json!([published])));
+    let output = bench.shoot(&["--out", "out"]);
+    assert_eq!(code(&output), 0, "{}", stderr(&output));
+    assert!(stdout(&output).contains("known  outcome") && stdout(&output).contains(why), "{}", stdout(&output));
+    let check = &bench.json("out/summary.json")["expect"][0];
+    assert_eq!((&check["pass"], &check["known_difference"]), (&json!(false), &json!(why)));
+    assert!(bench.text("out/report.html").contains("known difference"));
+}

@@ -81,7 +81,7 @@ fn a_run_that_was_killed_keeps_nobody_away() {
 #[test]
 fn a_folder_removed_while_running_is_told_and_not_made_again() {
     let bench = Bench::new(&long());
-    for frames in [&[][..], &["--frames", "20", "--vtu"]] {
+    for frames in [&[][..], &["--frames", "20"]] {
         let child = started(&bench, frames);
         fs::rename(bench.path("out/shot"), bench.path("away")).unwrap();
         fs::remove_dir_all(bench.path("away")).unwrap();
@@ -144,15 +144,13 @@ fn a_full_disk_leaves_the_results_of_the_earlier_run() {
 #[test]
 fn frames_that_find_no_room_are_told_and_the_rest_is_written() {
     let bench = Bench::new(&small());
-    for vtu in ["", "--vtu"] {
-        let run = format!("\"$RIPSTOP\" run shot.json --backend cpu --quiet --no-report --frames 60 {vtu}");
-        let script = format!("full {run}; code=$?; ls -A out/shot >after; cp out/shot/summary.json .; exit $code");
-        let (output, word) = on_a_small_disk(&bench, 64, &script);
-        refused(&output, &["error: out/shot/frames", "a disk that takes the frames", word]);
-        let names = ["case.json", "events.csv", "history.csv", "shot.svg", "summary.json"];
-        assert_eq!(bench.text("after").lines().collect::<Vec<_>>(), names);
-        assert_eq!(bench.json("summary.json")["interrupted"], false);
-    }
+    let run = "\"$RIPSTOP\" run shot.json --backend cpu --quiet --no-report --frames 60";
+    let script = format!("full {run}; code=$?; ls -A out/shot >after; cp out/shot/summary.json .; exit $code");
+    let (output, word) = on_a_small_disk(&bench, 64, &script);
+    refused(&output, &["error: out/shot/frames", "a disk that takes the frames", word]);
+    let names = ["case.json", "events.csv", "history.csv", "shot.svg", "summary.json"];
+    assert_eq!(bench.text("after").lines().collect::<Vec<_>>(), names);
+    assert_eq!(bench.json("summary.json")["interrupted"], false);
 }
 
 #[test]

@@ -32,7 +32,7 @@ fn every_name_gives_a_case_that_is_read_valid_and_without_a_warning_about_its_ma
             let case = case::read(&bench.path("x.json"), &[]).unwrap();
             assert_eq!((case.pack.plies, case.projectile.as_ref().unwrap().velocity), (2, 321.5));
             let warned: Vec<&str> =
-                ripstop::output::warnings::of_case(&case).iter().map(|warning| warning.kind.code).collect();
+                ripstop::output::checks::case_warnings(&case).iter().map(|warning| warning.kind.code).collect();
             assert!(!warned.contains(&"W7"), "{projectile}: {warned:?}");
             // A solid of steel, but for the paper's hollow cylinder.
             if projectile != "rcc-paper" {

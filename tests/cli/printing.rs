@@ -30,7 +30,7 @@ fn the_table_begins_with_the_verdict_and_holds_what_a_reader_asks_for() {
         "work balance",
         "momentum error",
         "hourglass / internal",
-        "fabric in projectile",
+        "fabric inside the projectile",
         "unit cells unsolved",
         "assumed parameters",
         "/fabric/crossover/gap_mm",
@@ -41,7 +41,8 @@ fn the_table_begins_with_the_verdict_and_holds_what_a_reader_asks_for() {
         "pass  elements",
         "out/shot",
         "history.csv",
-        "frames.vtkhdf",
+        "frames",
+        "frames.pvd",
     ];
     for part in parts {
         assert!(text.contains(part), "{part} in\n{text}");

@@ -1,6 +1,7 @@
 //! Warnings and `ripstop explain`: numbered, each with a threshold that a run is held against.
 
-use ripstop::output::warnings::{self, KINDS, Warning};
+use ripstop::output::checks::{self, checks};
+use ripstop::output::warnings::{KINDS, Warning};
 
 use super::*;
 
@@ -12,7 +13,7 @@ fn codes(warnings: &[Warning]) -> Vec<&'static str> {
 fn spotless() -> (case::Case, Run) {
     let (mut case, run) = run(&small_with("/solver/end_time_us", json!(2)));
     case.fields.clear();
-    assert_eq!(codes(&warnings::of_run(&case, &run)), [""; 0]);
+    assert_eq!(codes(&checks::warnings(&case, &checks(&case, &run))), [""; 0]);
     (case, run)
 }
 
@@ -47,7 +48,7 @@ fn a_run_is_warned_of_above_each_threshold_and_not_at_it() {
         let with = |value: f64| {
             let mut run = run.clone();
             set(&mut run, value);
-            warnings::of_run(&case, &run)
+            checks::warnings(&case, &checks(&case, &run))
         };
         assert_eq!(codes(&with(limit)), [""; 0], "{code} at its limit");
         let above = with(limit * 1.001);
@@ -62,7 +63,7 @@ fn a_run_is_warned_of_above_each_threshold_and_not_at_it() {
 #[test]
 fn what_a_case_shows_before_the_run_is_shown_by_check_and_by_the_run() {
     let bench = Bench::new(&small_with("/solver/end_time_us", json!(2)));
-    let assumed = warnings::assumed_fields(&run(&small()).0).count();
+    let assumed = checks::assumed_fields(&run(&small()).0).count();
     for (set, expected) in [
         ("/projectile/diameter_mm=3.9", &["W1"][..]),
         ("/projectile/diameter_mm=3.7", &["W1", "W6"]), // three elements are 3.81 mm
@@ -133,13 +134,13 @@ fn what_explain_says_of_a_threshold_is_the_threshold() {
             2,
             format!(
                 "{} gained or lost, or a ledger error {}",
-                percent(warnings::GAINED_LIMIT),
-                percent(warnings::ENERGY_LIMIT)
+                percent(checks::GAINED_LIMIT),
+                percent(checks::ENERGY_LIMIT)
             ),
         ),
-        (3, percent(warnings::HOURGLASS_LIMIT)),
-        (5, format!("above {}", warnings::CROSSOVERS_LIMIT)),
-        (6, format!("below {}", warnings::CELLS_LIMIT)),
+        (3, percent(checks::HOURGLASS_LIMIT)),
+        (5, format!("above {}", checks::CROSSOVERS_LIMIT)),
+        (6, format!("below {}", checks::CELLS_LIMIT)),
     ];
     for (number, text) in expected {
         assert!(KINDS[number - 1].given.starts_with(&text), "{} for {text}", KINDS[number - 1].given);

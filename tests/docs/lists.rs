@@ -5,9 +5,9 @@ use std::path::Path;
 use std::sync::OnceLock;
 
 use ripstop::case::{self, Case};
+use ripstop::output;
+use ripstop::output::checks::{self, GAINED_LIMIT, HOURGLASS_LIMIT};
 use ripstop::output::history::COLUMNS;
-use ripstop::output::warnings::{GAINED_LIMIT, HOURGLASS_LIMIT};
-use ripstop::output::{self, trust};
 use ripstop::run::Run;
 
 use super::commands::program;
@@ -74,10 +74,10 @@ fn checks_behind_the_line_of_trust_and_energies() {
     let (case, run) = shot();
     let results = page("results.md");
     let mut listed = results.first_cells("The line of trust");
-    let mut checks: Vec<&str> = trust::signs(case, run).iter().map(|sign| sign.name).collect();
+    let mut names: Vec<&str> = checks::checks(case, run).iter().map(|check| check.name).collect();
     listed.sort();
-    checks.sort_unstable();
-    assert_eq!(listed, checks);
+    names.sort_unstable();
+    assert_eq!(listed, names);
     // The first limits of those that have one in per cent.
     for (check, limit) in [
         ("energy gained", GAINED_LIMIT),
@@ -105,6 +105,21 @@ fn commands_of_the_program() {
     listed.sort();
     names.sort();
     assert_eq!(listed, names);
+}
+
+#[test]
+fn codes_of_the_program() {
+    let output = program("ripstop explain").output().unwrap();
+    let text = String::from_utf8(output.stdout).unwrap();
+    let (exits, warnings) = text.split_once("\nwarnings\n").unwrap();
+    let codes = |text: &str, is_code: fn(&str) -> bool| -> Vec<String> {
+        let words = text.lines().filter_map(|line| line.split_whitespace().next());
+        words.filter(|word| is_code(word)).map(ToString::to_string).collect()
+    };
+    let is_exit = |word: &str| word.bytes().all(|byte| byte.is_ascii_digit());
+    let is_warning = |word: &str| word.len() == 2 && word.starts_with('W');
+    assert_eq!(page("codes.md").first_cells("Exit codes"), codes(exits, is_exit));
+    assert_eq!(page("codes.md").first_cells("Warnings"), codes(warnings, is_warning));
 }
 
 #[test]

@@ -31,17 +31,7 @@ fn open() -> Result<Option<&'static Device>, String> {
 
 /// A test on the device; it may also panic.
 pub(crate) fn trial(name: impl Into<String>, test: impl FnOnce(&'static Device) -> Outcome + Send + 'static) -> Trial {
-    trial_unless(name, |_| None, test)
-}
-
-/// The same, unless there is a reason why the device cannot show what it is about.
-pub(crate) fn trial_unless(
-    name: impl Into<String>,
-    reason: impl FnOnce(&Device) -> Option<&'static str> + Send + 'static,
-    test: impl FnOnce(&'static Device) -> Outcome + Send + 'static,
-) -> Trial {
     Trial::ignorable_test(name, || match device()? {
-        Some(device) if let Some(reason) = reason(device) => Ok(Completion::ignored_with(reason)),
         Some(device) => test(device).map(|()| Completion::Completed).map_err(Into::into),
         None if std::env::var(REQUIRE).is_ok_and(|value| value == "1") => Err(MISSING.into()),
         None => Ok(Completion::ignored_with(MISSING)),

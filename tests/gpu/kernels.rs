@@ -4,19 +4,21 @@
 //! [mutants](super::mutants).
 
 pub(crate) mod compare;
+mod scales;
 pub(crate) mod scenes;
 pub(crate) mod seen;
+mod tolerances;
 
 use std::collections::BTreeSet;
 
 use libtest_mimic::Trial;
 use ripstop::gpu::Device;
 use ripstop::gpu::shader::Kernel;
-use ripstop::study::compare::TOLERANCES;
 
 use super::harness::{Outcome, trial};
 use compare::Part;
 use scenes::Scene;
+use tolerances::TOLERANCES;
 
 /// One scene, some parts of a step.
 pub(crate) fn check(device: &Device, scene: &Scene, parts: &[Part], source: &dyn Fn(&Kernel) -> String) -> Outcome {

@@ -8,43 +8,34 @@ use libtest_mimic::Trial;
 use ripstop::gpu::Device;
 use ripstop::gpu::shader::{KERNELS, Kernel};
 
-use super::harness::{Outcome, trial_unless};
+use super::harness::{Outcome, trial};
 use super::kernels::compare::Part;
 use super::kernels::scenes::Scene;
 use super::kernels::{all_scenes, check};
+use table::DEFECTS;
 
 mod table;
 
-/// Defects that a card may not show, for its roundings are larger: an H200 hid these.
-const WITHIN_ROUNDINGS: [&str; 4] = [
-    "last drag without the mode",
-    "refined height beyond that without compression",
-    "lighter held nodes",
-    "released nodes are dragged",
-];
-/// Why they are not looked for there.
-const UNSEEN: &str = "a card may differ by more than this defect makes";
-
-/// One defect: in a kernel, replaces a text by another.
-pub(crate) struct Mutant {
-    /// What is wrong.
-    pub(crate) name: &'static str,
+/// Text of a kernel, and the wrong one that takes its place.
+pub(crate) struct Defect {
     /// The kernel it is in.
-    pub(crate) kernel: &'static str,
+    kernel: &'static str,
+    /// Fault of the broken kernel.
+    name: &'static str,
     /// The scene it shows in.
-    pub(crate) scene: &'static str,
-    pub(crate) find: &'static str,
-    pub(crate) put: &'static str,
+    scene: &'static str,
+    find: &'static str,
+    put: &'static str,
 }
 
-impl Mutant {
-    /// The broken source; nothing else is changed.
+impl Defect {
+    /// The broken source; other kernels are as they are.
     fn source(&self, kernel: &Kernel) -> String {
         let source = kernel.source();
         if kernel.name == self.kernel { source.replace(self.find, self.put) } else { source }
     }
 
-    /// Where its kernel shows.
+    /// Comparisons that its kernel shows in.
     fn parts(&self) -> &'static [Part] {
         match self.kernel {
             "element_force" => &[Part::Elements],
@@ -56,11 +47,12 @@ impl Mutant {
     }
 
     fn caught(&self, device: &Device) -> Outcome {
+        static SCENES: OnceLock<Vec<Scene>> = OnceLock::new();
         let kernel = KERNELS.iter().find(|k| k.name == self.kernel).ok_or("no such kernel")?;
         if !kernel.source().contains(self.find) {
-            return Err(format!("the shader has no {:?}", self.find));
+            return Err(format!("the shader has no {:?}: the entry no longer applies", self.find));
         }
-        let scene = scenes().iter().find(|s| s.name == self.scene).ok_or("no such scene")?;
+        let scene = SCENES.get_or_init(all_scenes).iter().find(|s| s.name == self.scene).ok_or("no such scene")?;
         match check(device, scene, self.parts(), &|kernel| self.source(kernel)) {
             Ok(()) => Err(format!("nothing is wrong with {:?}", self.put)),
             // A shader that no longer compiles proves nothing.
@@ -70,17 +62,15 @@ impl Mutant {
     }
 }
 
-fn scenes() -> &'static [Scene] {
-    static SCENES: OnceLock<Vec<Scene>> = OnceLock::new();
-    SCENES.get_or_init(all_scenes)
+/// Every kernel has a defect.
+fn every_kernel(_: &Device) -> Outcome {
+    let without = KERNELS.iter().find(|kernel| DEFECTS.iter().all(|defect| defect.kernel != kernel.name));
+    without.map_or(Ok(()), |kernel| Err(format!("no defect of {}", kernel.name)))
 }
 
 /// The tests.
 pub(crate) fn tests() -> Vec<Trial> {
-    let name = |m: &Mutant| format!("mutants::{}::{}", m.kernel, m.name.replace(' ', "_"));
-    let unseen =
-        |m: &Mutant, device: &Device| (device.is_hardware() && WITHIN_ROUNDINGS.contains(&m.name)).then_some(UNSEEN);
-    let test =
-        |m: &'static Mutant| trial_unless(name(m), move |device| unseen(m, device), move |device| m.caught(device));
-    table::MUTANTS.into_iter().flatten().map(test).collect()
+    let name = |defect: &Defect| format!("mutants::{}::{}", defect.kernel, defect.name.replace(' ', "_"));
+    let of_defect = |defect: &'static Defect| trial(name(defect), move |device| defect.caught(device));
+    DEFECTS.iter().map(of_defect).chain([trial("mutants::every_kernel", every_kernel)]).collect()
 }

@@ -28,7 +28,6 @@ use ripstop::case::Case;
 use ripstop::gpu::Device;
 use ripstop::run::graphics::DeviceSimulation;
 use ripstop::run::{self, Options, Run, Skips};
-use ripstop::study::compare::{self, BackendDifference, Comparison, Tolerance};
 
 use super::harness::{Outcome, trial};
 
@@ -74,16 +73,6 @@ fn to_its_end(case: &Case, mut simulation: DeviceSimulation<'_>) -> Run {
         simulation.advance(case);
     }
     sound(case, simulation.into_run(1.0))
-}
-
-/// What kernels differ by, compared from the same state, is within their tolerances.
-fn within_tolerances(found: &Comparison) -> Outcome {
-    let over = |(line, worst): (&Tolerance, &Option<BackendDifference>)| {
-        let over = worst.as_ref().filter(|difference| difference.is_over())?;
-        Some(format!("{}, {}: {over:?}", line.kernel, line.quantity))
-    };
-    let wrong: Vec<String> = compare::TOLERANCES.iter().zip(&found.worst).filter_map(over).collect();
-    if wrong.is_empty() { Ok(()) } else { Err(wrong.join("\n")) }
 }
 
 /// Step, ply, row, column and yarn of each failure.

@@ -12,7 +12,7 @@ use ripstop::model::{Model, over};
 use wgpu::naga;
 
 use super::modules;
-use crate::support::patch;
+use crate::support::{SOLVER_LAWS, patch};
 
 /// The numbers of a constant expression.
 fn numbers(module: &Module, at: naga::Handle<naga::Expression>) -> Vec<f64> {
@@ -143,8 +143,7 @@ const STATES: [&str; 3] = ["AWAY", "NEAR", "PUSHING"];
 
 #[test]
 fn constants_have_the_values_of_their_twins() {
-    let laws = shader::LAWS.iter().enumerate().map(|(at, (name, _))| (*name, vec![at as f64]));
-    let expected: BTreeMap<_, _> = of_the_layout().into_iter().chain(of_the_kernels()).chain(laws).collect();
+    let expected: BTreeMap<_, _> = of_the_layout().into_iter().chain(of_the_kernels()).collect();
     let mut seen = BTreeSet::new();
     for (kernel, module) in modules() {
         for (_, constant) in module.constants.iter() {
@@ -177,15 +176,14 @@ fn states_of_a_contact_differ_and_a_fresh_one_is_away() {
 }
 
 #[test]
-fn laws_are_numbered_alike() {
-    let laws = crate::support::LAWS.map(|law| {
-        let fabric = crate::support::s720(law, None);
+fn the_variational_law_is_the_one_of_the_case() {
+    let variational = SOLVER_LAWS.map(|law| {
         let mut case = patch::case(1, 1);
-        case.fabric.crossover = fabric.crossover;
+        case.fabric.crossover.law = law;
         let terms = Model::<f32>::new(&case).unwrap().features();
-        shader::constants(&terms, false).iter().find(|(name, _)| *name == "LAW").map(|(_, value)| *value)
+        shader::constants(&terms, false).iter().find(|(name, _)| *name == "VARIATIONAL").map(|(_, value)| *value)
     });
-    assert_eq!(laws, std::array::from_fn(|at| Some(at as f64)), "the order of `shader::LAWS`");
+    assert_eq!(variational, [Some(0.0), Some(1.0)]);
 }
 
 #[test]

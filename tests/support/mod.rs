@@ -8,13 +8,17 @@ pub(crate) mod patch;
 pub(crate) mod torn;
 
 use ripstop::case::{Compression, Crossover, Fabric, Law, MembraneForce, Yarn};
-use ripstop::kernels::crossover::{self, Equilibrium, UnitCellParameters, Variant};
+use ripstop::kernels::crossover::{self, Equilibrium, UnitCellParameters};
+use ripstop::model::unit_cell_curve::{CurveLaw, parameters};
 use ripstop::num::scalar::Scalar;
-use ripstop::with_law;
+use ripstop::with_curve_law;
 
 /// Every law kernel there is.
-pub(crate) const LAWS: [Variant; 4] =
-    [Variant::PublishedTension, Variant::PublishedProjected, Variant::Variational, Variant::Kawabata];
+pub(crate) const LAWS: [CurveLaw; 4] =
+    [CurveLaw::Published, CurveLaw::Projected, CurveLaw::Variational, CurveLaw::Kawabata];
+
+/// Laws of the solver.
+pub(crate) const SOLVER_LAWS: [Law; 2] = [Law::Published, Law::Variational];
 
 /// Compression of the crossover: rigid, and the project's assumed constants (a in m, b in m·N^(1/3)).
 pub(crate) const CROSSOVERS: [Option<Compression>; 2] = [None, Some(Compression { a: 1e-4, b: 1e-4 })];
@@ -85,36 +89,40 @@ pub(crate) fn yarn(stiffness: f64, half_span: f64, crimp: f64) -> Yarn {
 
 const DENSITY: f64 = 1440.0;
 
+/// A fabric, and the law of its unit cell.
+#[derive(Clone, Debug)]
+pub(crate) struct Woven {
+    pub(crate) fabric: Fabric,
+    pub(crate) law: CurveLaw,
+}
+
 /// A fabric of two yarns.
-pub(crate) fn fabric(yarns: [Yarn; 2], law: Variant, gap: f64, compression: Option<Compression>) -> Fabric {
+pub(crate) fn fabric(yarns: [Yarn; 2], law: CurveLaw, gap: f64, compression: Option<Compression>) -> Woven {
     let [warp, weft] = yarns;
-    let (law, membrane_force) = match law {
-        Variant::PublishedTension => (Law::Published, MembraneForce::Tension),
-        Variant::PublishedProjected => (Law::Published, MembraneForce::Projected),
-        Variant::Variational => (Law::Variational, MembraneForce::Tension),
-        Variant::Kawabata => (Law::Kawabata, MembraneForce::Tension),
-    };
-    Fabric {
+    let own = if law == CurveLaw::Variational { Law::Variational } else { Law::Published };
+    let crossover = Crossover { law: own, membrane_force: MembraneForce::Tension, gap, compression };
+    let fabric = Fabric {
         name: "test".to_owned(),
         fibre_density: DENSITY,
         areal_density: 0.2552,
         warp,
         weft,
-        crossover: Crossover { law, membrane_force, gap, compression },
+        crossover,
         shear: None,
         thickness: 3e-4,
-    }
+    };
+    Woven { fabric, law }
 }
 
 /// S-720 without a gap.
-pub(crate) fn s720(law: Variant, compression: Option<Compression>) -> Fabric {
+pub(crate) fn s720(law: CurveLaw, compression: Option<Compression>) -> Woven {
     let yarns = S720_CRIMP.map(|crimp| yarn(S720_STIFFNESS, S720_HALF_SPAN, crimp));
     fabric(yarns, law, 0.0, compression)
 }
 
 /// The unit cell of a fabric as one number type sees it.
 pub(crate) struct Cell<R> {
-    pub(crate) law: Variant,
+    pub(crate) law: CurveLaw,
     /// In double precision.
     pub(crate) exact: UnitCellParameters<f64>,
     pub(crate) constants: UnitCellParameters<R>,
@@ -134,15 +142,10 @@ pub(crate) struct Solved {
 }
 
 impl<R: Scalar> Cell<R> {
-    pub(crate) fn new(fabric: &Fabric) -> Self {
-        Self::with(fabric, true)
-    }
-
-    /// A cell whose joint iteration comes first, or not.
-    pub(crate) fn with(fabric: &Fabric, joint: bool) -> Self {
-        let law = Variant::of(&fabric.crossover);
-        let exact = UnitCellParameters { newton: joint, ..UnitCellParameters::new(fabric) };
-        let constants = with_law!(law, L => UnitCellParameters::cast::<L>(&exact));
+    pub(crate) fn new(woven: &Woven) -> Self {
+        let law = woven.law;
+        let exact = parameters(&woven.fabric, law);
+        let constants = with_curve_law!(law, L => UnitCellParameters::cast::<L>(&exact));
         Self { law, exact, constants }
     }
 
@@ -171,7 +174,7 @@ impl<R: Scalar> Cell<R> {
     fn equilibrium(&self, stretch: [f64; 2], warm: [f64; 2], both: bool) -> Equilibrium<R> {
         let excess = stretch.map(|s| R::splat(s - 1.0));
         let warm = warm.map(R::splat);
-        with_law!(self.law, L => crossover::solve::<R, L>(&self.constants, excess, warm, both))
+        with_curve_law!(self.law, L => crossover::solve::<R, L>(&self.constants, excess, warm, both))
     }
 
     /// Solves with both yarns alive from the heights at rest.

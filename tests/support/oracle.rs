@@ -2,7 +2,7 @@
 //! arithmetic–geometric mean (the solver sums a Gauss–Kummer series), and an answer is judged by putting it back
 //! into (13)–(22) instead of solving again.
 
-use ripstop::kernels::crossover::Variant;
+use ripstop::model::unit_cell_curve::CurveLaw;
 
 use super::{Cell, Solved};
 
@@ -36,10 +36,10 @@ pub(crate) struct Yarn {
     pub(crate) pull: f64,
 }
 
-pub(crate) fn yarn(law: Variant, half_span: f64, crimp: f64, stretch: f64, height: f64) -> Yarn {
+pub(crate) fn yarn(law: CurveLaw, half_span: f64, crimp: f64, stretch: f64, height: f64) -> Yarn {
     let w = stretch * half_span;
     let rest = half_span * (1.0 + crimp);
-    if law == Variant::Kawabata {
+    if law == CurveLaw::Kawabata {
         let leg = w.hypot(height);
         return Yarn { strain: leg / rest - 1.0, press: 2.0 * height / leg, pull: w / leg };
     }
@@ -47,8 +47,8 @@ pub(crate) fn yarn(law: Variant, half_span: f64, crimp: f64, stretch: f64, heigh
     let s = sinusoid(k);
     let strain = w * s.length / rest - 1.0;
     let (press, pull) = match law {
-        Variant::PublishedTension => (2.0 * k / k.hypot(1.0), 1.0),
-        Variant::PublishedProjected => (2.0 * k / k.hypot(1.0), 1.0 / k.hypot(1.0)),
+        CurveLaw::Published => (2.0 * k / k.hypot(1.0), 1.0),
+        CurveLaw::Projected => (2.0 * k / k.hypot(1.0), 1.0 / k.hypot(1.0)),
         _ => (std::f64::consts::PI * s.slope, s.pull),
     };
     Yarn { strain, press, pull }

@@ -5,6 +5,7 @@ use ripstop::kernels::element_force::{ElementRow, ElementTotals, Extent, element
 use ripstop::kernels::node_update::{Neighbours, field as node, gather};
 use ripstop::model::Model;
 use ripstop::num::scalar::Scalar;
+use ripstop::solver;
 use ripstop::solver::state::{State, split, split_mut};
 use ripstop::with_law;
 use serde_json::json;
@@ -104,42 +105,29 @@ impl<S: Scalar> Patch<S> {
         }
     }
 
-    pub(crate) fn displacements(&self) -> Vec<Vector> {
-        self.nodes().into_iter().map(|(row, column)| self.state.displacement(row, column)).collect()
-    }
-
     /// Marks a yarn (0 warp, 1 weft) of an element as failed.
     pub(crate) fn kill(&mut self, row: usize, column: usize, yarn: usize) {
         self.state.elements.set(row, element::ALIVE + yarn, column + 1, S::splat(0.0));
     }
 
-    /// Evaluates every element, with energies, `dt` [s] after the last evaluation; one entry per row of elements.
+    /// Evaluates every element, with energies, `dt` [s] after the last evaluation; one entry per row of elements. What these positions strain
+    /// too much breaks.
     pub(crate) fn evaluate_rows(&mut self, dt: f64) -> Vec<ElementTotals> {
-        let model = &self.model;
-        let ply_type = model.ply_type(0);
-        let (nodes, elements) = (&self.state.nodes, &mut self.state.elements);
-        let (columns, stride) = (model.grid.columns, elements.stride);
-        let mut all = vec![ElementTotals::default(); model.grid.rows];
-        for (row, totals) in all.iter_mut().enumerate() {
-            let mut storage = ElementRow {
-                prefetch: [0; 2],
-                below: split(nodes.row(row), nodes.stride),
-                above: split(nodes.row(row + 1), nodes.stride),
-                element: split_mut(elements.row_mut(row), stride),
-                viscous: None,
-                strain: None,
-                law_energy: None,
-                height: ply_type.mesh.widths(row, 0)[1],
-                width: &ply_type.columns.width,
-                per_width: &ply_type.columns.per_width,
-            };
-            with_law!(ply_type.law, L => {
-                let c = ply_type.constants::<S, L>();
-                let extent = Extent { shear: ply_type.has_shear, ledger: true };
-                element_force::<S, L>(&c, &mut storage, 0..columns, dt, extent, totals);
-            });
+        let mut strained = self.state.clone();
+        rows(&self.model, &mut strained, dt);
+        solver::evaluate_failure(&self.model, &mut strained, None);
+        for (row, column, yarn) in self.yarns() {
+            let field = element::ALIVE + yarn;
+            self.state.elements.set(row, field, column + 1, strained.elements.get(row, field, column + 1));
         }
-        all
+        rows(&self.model, &mut self.state, dt)
+    }
+
+    /// Row, column and direction (0 warp, 1 weft) of the yarns of every element.
+    fn yarns(&self) -> Vec<(usize, usize, usize)> {
+        let grid = self.model.grid;
+        let places = (0..grid.rows).flat_map(|row| (0..grid.columns).map(move |column| (row, column)));
+        places.flat_map(|(row, column)| [(row, column, 0), (row, column, 1)]).collect()
     }
 
     /// The same, added up.
@@ -213,4 +201,34 @@ pub(crate) fn difference(got: &[Vector], expected: &[Vector]) -> f64 {
     assert!(largest > 0.0 && got.len() == expected.len());
     let apart = |(a, b): (&Vector, &Vector)| length([a[0] - b[0], a[1] - b[1], a[2] - b[2]]);
     got.iter().zip(expected).map(apart).fold(0.0, |m, d| if d > m || d.is_nan() { d } else { m }) / largest
+}
+
+/// Evaluates every row of elements of a patch.
+fn rows<S: Scalar>(model: &Model<S>, state: &mut State<S>, dt: f64) -> Vec<ElementTotals> {
+    let ply_type = model.ply_type(0);
+    let (nodes, elements) = (&state.nodes, &mut state.elements);
+    let (columns, stride) = (model.grid.columns, elements.stride);
+    let mut all = vec![ElementTotals::default(); model.grid.rows];
+    for (row, totals) in all.iter_mut().enumerate() {
+        let (element, strain) = elements.row_mut(row).split_at_mut(element::COUNT * stride);
+        let (element, strain) = (split_mut(element, stride), split_mut(strain, stride));
+        let mut storage = ElementRow {
+            prefetch: [0; 2],
+            below: split(nodes.row(row), nodes.stride),
+            above: split(nodes.row(row + 1), nodes.stride),
+            element,
+            viscous: None,
+            strain,
+            law_energy: None,
+            height: ply_type.mesh.widths(row, 0)[1],
+            width: &ply_type.columns.width,
+            per_width: &ply_type.columns.per_width,
+        };
+        with_law!(ply_type.law, L => {
+            let c = ply_type.constants::<S, L>();
+            let extent = Extent { shear: ply_type.has_shear, ledger: true };
+            element_force::<S, L>(&c, &mut storage, 0..columns, dt, extent, totals);
+        });
+    }
+    all
 }

@@ -1,48 +1,10 @@
-//! The whole domain Λ1, Λ2 ∈ [0.5, 1.2].
+//! The whole domain Λ1, Λ2 ∈ [0.5, 1.2]: residuals, growth, energy, and heights predicted for the next step.
 
-use super::*;
+use proptest::prelude::*;
+use proptest::test_runner::RngSeed;
 use ripstop::kernels::coupled_newton::COMPATIBILITY_TOLERANCE;
 
-/// What a tension may fall by where it should rise, over the breaking tension: the residual accepted, 1e-12 EA,
-/// over 2 sin α, for two solutions (double); the roundings of a strain near 1 (single).
-const RIPPLE: [f64; 2] = [3e-10, 1e-5];
-
-struct Sweep<R> {
-    cell: Cell<R>,
-    ripple: f64,
-    rising: Worst,
-    misfit: [Worst; 3],
-}
-
-impl<R: Scalar> Sweep<R> {
-    fn new(law: Variant, compression: Option<Compression>) -> Self {
-        let ripple = RIPPLE[usize::from(R::EPSILON > 1e-10)];
-        let cell = Cell::new(&s720(law, compression));
-        Self { cell, ripple, rising: Worst::default(), misfit: Default::default() }
-    }
-
-    /// Solves one point and checks it against the points left of and below it.
-    fn visit(&mut self, stretch: [f64; 2], warm: [f64; 2], before: [Option<&Solved>; 2]) -> Solved {
-        let got = self.cell.solve(stretch, warm, true);
-        let place = || format!("{:?} {stretch:?} {got:?}", self.cell.law);
-        assert!(sound(&got), "{}", place());
-        let breaking = self.cell.breaking();
-        for earlier in before.into_iter().flatten() {
-            for i in [0, 1] {
-                self.rising.see(((earlier.tension[i] - got.tension[i]) / breaking[i]).max(0.0), place);
-            }
-        }
-        let m = oracle::misfit(&self.cell, stretch, &got);
-        for (worst, error) in self.misfit.iter_mut().zip([m.tension, m.force, m.height]) {
-            worst.see(error, place);
-        }
-        got
-    }
-
-    fn assert_rising(&self) {
-        self.rising.assert_at_most(self.ripple);
-    }
-}
+use super::*;
 
 fn sound(got: &Solved) -> bool {
     let numbers = [got.tension, got.in_plane, got.strain, got.height, [got.force, got.residual]];
@@ -51,43 +13,46 @@ fn sound(got: &Solved) -> bool {
     finite && pulling && got.force >= 0.0 && got.converged
 }
 
-/// 141 × 141 points, each started from the solution beside it as in a run.
+/// Grid of the domain in one precision, each point started from the solution beside it as in a run. `ripple`: what a tension may
+/// fall by where it should rise, over the breaking tension.
+fn grid<R: Scalar>(law: CurveLaw, compression: Option<Compression>, ripple: f64) -> Vec<(Solved, oracle::Misfit)> {
+    const POINTS: usize = 71;
+    let cell = Cell::<R>::new(&s720(law, compression));
+    let (mut rising, breaking) = (Worst::default(), cell.breaking());
+    let mut all: Vec<(Solved, oracle::Misfit)> = Vec::new();
+    for (j, i) in (0..POINTS).flat_map(|j| (0..POINTS).map(move |i| (j, i))) {
+        let stretch = [i, j].map(|n| 0.5 + 0.7 * n as f64 / (POINTS - 1) as f64);
+        let left = (i > 0).then(|| all[all.len() - 1].0);
+        let below = (j > 0).then(|| all[all.len() - POINTS].0);
+        let got = cell.solve(stretch, left.map_or(cell.rest_heights(), |p| p.height), true);
+        let place = || format!("{} {law:?} {compression:?} {stretch:?} {got:?}", R::NAME);
+        assert!(sound(&got), "{}", place());
+        for earlier in [left, below].into_iter().flatten() {
+            (0..2).for_each(|y| rising.see(((earlier.tension[y] - got.tension[y]) / breaking[y]).max(0.0), place));
+        }
+        all.push((got, oracle::misfit(&cell, stretch, &got)));
+    }
+    rising.assert_at_most(ripple);
+    all
+}
+
 #[test]
 fn grid_of_the_whole_domain() {
-    const POINTS: usize = 141;
-    for law in LAWS {
-        for compression in CROSSOVERS {
-            let mut double = Sweep::<f64>::new(law, compression);
-            let mut single = Sweep::<f32>::new(law, compression);
-            let mut apart = Worst::default();
-            let breaking = double.cell.breaking();
-            let mut below: Vec<(Solved, Solved)> = Vec::new();
-            for j in 0..POINTS {
-                let mut row: Vec<(Solved, Solved)> = Vec::with_capacity(POINTS);
-                for i in 0..POINTS {
-                    let stretch = [i, j].map(|n| 0.5 + 0.7 * n as f64 / (POINTS - 1) as f64);
-                    let (left, under) = (row.last(), below.get(i));
-                    let warm = left.map_or(double.cell.rest_heights(), |p| p.0.height);
-                    let d = double.visit(stretch, warm, [left.map(|p| &p.0), under.map(|p| &p.0)]);
-                    let warm = left.map_or(single.cell.rest_heights(), |p| p.1.height);
-                    let s = single.visit(stretch, warm, [left.map(|p| &p.1), under.map(|p| &p.1)]);
-                    for y in [0, 1] {
-                        let place = || format!("{law:?} {compression:?} {stretch:?} {d:?} {s:?}");
-                        apart.see((d.tension[y] - s.tension[y]) / breaking[y], place);
-                        apart.see((d.in_plane[y] - s.in_plane[y]) / breaking[y], place);
-                    }
-                    row.push((d, s));
-                }
-                below = row;
+    for (law, compression) in kinds() {
+        // The residual accepted, 1e-12 EA, over 2 sin α, for two solutions (double); the roundings of a strain near 1 (single).
+        let double = grid::<f64>(law, compression, 3e-10);
+        let single = grid::<f32>(law, compression, 1e-5);
+        let breaking = S720_STIFFNESS * FAILURE_STRAIN;
+        for ((d, m), (s, _)) in double.iter().zip(&single) {
+            // Tensions follow from the heights to rounding; heights add up to the misfit accepted.
+            assert!(
+                m.tension <= 1e-13 && m.force <= 5e-11 && m.height <= COMPATIBILITY_TOLERANCE,
+                "{law:?} {d:?} {m:?}"
+            );
+            for y in [0, 1] {
+                let apart = (d.tension[y] - s.tension[y]).abs().max((d.in_plane[y] - s.in_plane[y]).abs());
+                assert!(apart <= 1e-5 * breaking, "{law:?} {compression:?} {d:?} {s:?}");
             }
-            double.assert_rising();
-            single.assert_rising();
-            // Residual of 1e-12 EA; tensions follow from the heights to rounding; heights add up to the misfit accepted.
-            double.misfit[0].assert_at_most(1e-13);
-            double.misfit[1].assert_at_most(5e-11);
-            double.misfit[2].assert_at_most(COMPATIBILITY_TOLERANCE);
-            // What single precision owes (the verification table).
-            apart.assert_at_most(1e-5);
         }
     }
 }
@@ -95,29 +60,23 @@ fn grid_of_the_whole_domain() {
 /// A fabric and where to look at it.
 #[derive(Clone, Debug)]
 struct Probe {
-    fabric: ripstop::case::Fabric,
+    fabric: Woven,
     stretch: [f64; 2],
-    /// Where the iteration starts, over the sum of heights.
+    /// Start of the iteration, over the sum of heights.
     warm: [f64; 2],
     /// Further stretch.
     more: f64,
 }
 
-fn crimp() -> impl Strategy<Value = f64> {
-    prop_oneof![1 => Just(0.0), 6 => 0.0..0.25, 2 => (-4.0..-0.6_f64).prop_map(|e| 10_f64.powf(e)), 1 => Just(0.25)]
-}
-
-fn compressions() -> impl Strategy<Value = Option<Compression>> {
-    let soft = (1e-5..2e-4, 0.5..3.0).prop_map(|(a, ratio): (f64, f64)| Some(Compression { a, b: ratio * a }));
-    prop_oneof![1 => Just(None), 2 => soft]
-}
-
-fn any_fabric() -> impl Strategy<Value = ripstop::case::Fabric> {
+fn any_fabric() -> impl Strategy<Value = Woven> {
+    let crimp = || prop_oneof![1 => Just(0.0), 6 => 0.0..0.25, 2 => (-4.0..-0.6_f64).prop_map(|e| 10_f64.powf(e)), 1 => Just(0.25)];
     let stiffness = (3.0..5.0_f64, -3.0..3.0_f64).prop_map(|(e, r)| [10_f64.powf(e), 10_f64.powf(e + r)]);
     let span = (3e-4..1e-3, -1.0..1.0_f64).prop_map(|(w, r)| [w, w * 3_f64.powf(r)]);
     let gap = prop_oneof![1 => Just(0.0), 1 => 0.0..5e-5];
+    let soft = (1e-5..2e-4, 0.5..3.0).prop_map(|(a, ratio): (f64, f64)| Some(Compression { a, b: ratio * a }));
+    let compression = prop_oneof![1 => Just(None), 2 => soft];
     let law = prop::sample::select(LAWS.to_vec());
-    (stiffness, span, [crimp(), crimp()], law, gap, compressions()).prop_map(|(ea, w, c, law, gap, compression)| {
+    (stiffness, span, [crimp(), crimp()], law, gap, compression).prop_map(|(ea, w, c, law, gap, compression)| {
         fabric([0, 1].map(|i| yarn(ea[i], w[i], c[i])), law, gap, compression)
     })
 }
@@ -135,14 +94,8 @@ fn any_probe() -> impl Strategy<Value = Probe> {
 
 /// Everything that must hold at one probe in one precision; the tensions there and further out.
 fn hold<R: Scalar>(probe: &Probe, ripple: f64) -> Result<Solved, TestCaseError> {
-    hold_by::<R>(probe, ripple, false)?;
-    hold_by::<R>(probe, ripple, true)
-}
-
-fn hold_by<R: Scalar>(probe: &Probe, ripple: f64, joint: bool) -> Result<Solved, TestCaseError> {
-    let cell = Cell::<R>::with(&probe.fabric, joint);
-    let warm = probe.warm.map(|w| w * cell.exact.height_sum);
-    let here = cell.solve(probe.stretch, warm, true);
+    let cell = Cell::<R>::new(&probe.fabric);
+    let here = cell.solve(probe.stretch, probe.warm.map(|w| w * cell.exact.height_sum), true);
     prop_assert!(sound(&here), "{} {here:?}", R::NAME);
     for grown in 0..2 {
         let mut stretch = probe.stretch;
@@ -157,20 +110,13 @@ fn hold_by<R: Scalar>(probe: &Probe, ripple: f64, joint: bool) -> Result<Solved,
     Ok(here)
 }
 
-fn config(cases: u32) -> ProptestConfig {
-    ProptestConfig {
-        cases,
-        failure_persistence: None,
-        rng_seed: RngSeed::Fixed(20_060_720),
-        ..ProptestConfig::default()
-    }
-}
-
 proptest! {
-    #![proptest_config(config(20_000))]
+    #![proptest_config(ProptestConfig {
+        cases: 5_000, failure_persistence: None, rng_seed: RngSeed::Fixed(20_060_720), ..ProptestConfig::default()
+    })]
 
     #[test]
-    fn any_fabric_in_double_precision(probe in any_probe()) {
+    fn any_fabric_in_either_precision(probe in any_probe()) {
         let got = hold::<f64>(&probe, 1e-8)?;
         let cell = Cell::<f64>::new(&probe.fabric);
         let m = oracle::misfit(&cell, probe.stretch, &got);
@@ -180,29 +126,158 @@ proptest! {
         let exact = steepest.iter().all(|k| std::f64::consts::FRAC_PI_2 * k.abs() <= 1.5);
         let limit = if exact { [1e-9, 1e-7] } else { [1e-5, 1e-5] };
         prop_assert!(m.tension <= limit[0] && m.force <= limit[1] && m.height <= 1e-11, "{m:?} {got:?}");
-    }
-
-    #[test]
-    fn any_fabric_in_single_precision(probe in any_probe()) {
         // Roundings of a strain, 6e-8, turn into height by the softness of the crossover and back into tension.
         hold::<f32>(&probe, 5e-4)?;
     }
+}
 
-    #[test]
-    fn any_s720_in_single_precision_agrees_with_double(
-        stretch in [0.5..1.2, 0.5..1.2],
-        law in prop::sample::select(LAWS.to_vec()),
-        compression in prop::sample::select(CROSSOVERS.to_vec()),
-        warm in [-0.5..1.5, -0.5..1.5],
-    ) {
-        let fabric = s720(law, compression);
-        let (double, single) = (Cell::<f64>::new(&fabric), Cell::<f32>::new(&fabric));
-        let warm = warm.map(|w| w * double.exact.height_sum);
-        let (d, s) = (double.solve(stretch, warm, true), single.solve(stretch, warm, true));
-        for i in [0, 1] {
-            let limit = 1e-5 * double.breaking()[i];
-            prop_assert!((d.tension[i] - s.tension[i]).abs() < limit, "{d:?} {s:?}");
-            prop_assert!((d.in_plane[i] - s.in_plane[i]).abs() < limit, "{d:?} {s:?}");
+/// Newton from one side of the root only, a rounding at a time, must not use up the iterations.
+#[test]
+fn roundings_do_not_let_the_iteration_creep() {
+    let nearly_straight = [
+        (31_686.735_122_676_78, 5e-4, 0.208_536_406_515_824_3),
+        (216.314_161_433_585_35, 4.466_083_533_542_356e-4, 3.572_300_402_113_822e-5),
+    ];
+    let c = cell::<f32>(nearly_straight, CurveLaw::Kawabata, 0.0, None);
+    let start = [3.185_016_678_025_338e-4, -5.815_455_311_736_267e-5];
+    let got = c.solve([0.996_408_302_935_984_3, 1.008_075_040_568_850_1], start, true);
+    assert!(got.converged, "{got:?}");
+}
+
+/// Energy stored in the cell [J].
+fn stored(cell: &Cell<f64>, got: &Solved) -> f64 {
+    let of_yarn =
+        |i: usize| got.tension[i] * got.strain[i] * cell.exact.yarn[i].half_span * (1.0 + cell.exact.yarn[i].crimp);
+    of_yarn(0) + of_yarn(1) + crossover::compression_energy(&cell.exact, got.force)
+}
+
+/// Forces conjugate to Λ, N·2w0 [J].
+fn conjugate(cell: &Cell<f64>, got: &Solved) -> [f64; 2] {
+    [0, 1].map(|i| got.in_plane[i] * 2.0 * cell.exact.yarn[i].half_span)
+}
+
+/// S-720 and an unbalanced fabric with a gap.
+fn cells(law: CurveLaw) -> Vec<Cell<f64>> {
+    let unequal = [yarn(2e4, 6e-4, 0.05), yarn(5e3, 9e-4, 0.02)];
+    let fabrics = CROSSOVERS.into_iter().flat_map(|c| [s720(law, c), fabric(unequal.clone(), law, 4e-6, c)]);
+    fabrics.map(|f| Cell::new(&f)).collect()
+}
+
+#[test]
+fn in_plane_forces_of_the_conservative_laws_are_derivatives_of_the_energy() {
+    let (mut random, mut worst) = (Random(5), Worst::default());
+    for cell in [CurveLaw::Variational, CurveLaw::Kawabata].into_iter().flat_map(cells) {
+        for _ in 0..100 {
+            let stretch = [random.between(1.0, 1.06), random.between(1.0, 1.06)];
+            let got = cell.solve_from_rest(stretch);
+            for i in [0, 1] {
+                // Five points: truncation 1e-13, rounding of U over the step 1e-12 of the energy scale.
+                let step = 1e-4;
+                let at = |n: f64| {
+                    let mut moved = stretch;
+                    moved[i] += n * step;
+                    cell.solve_from_rest(moved)
+                };
+                if [-2.0, 2.0].iter().any(|n| at(*n).tension.iter().any(|t| *t < 1.0)) {
+                    continue; // a yarn becomes slack in between
+                }
+                let u = |n: f64| stored(&cell, &at(n));
+                let slope = (8.0 * (u(1.0) - u(-1.0)) - (u(2.0) - u(-2.0))) / (12.0 * step);
+                let scale = cell.breaking()[i] * 2.0 * cell.exact.yarn[i].half_span;
+                worst.see((slope - conjugate(&cell, &got)[i]) / scale, || format!("{:?} {stretch:?}", cell.law));
+            }
         }
     }
+    worst.assert_at_most(1e-8);
+}
+
+/// Work of the in-plane forces over one round, over the largest energy: stretch the warp, then the weft, release the warp, then the
+/// weft. No yarn becomes slack: the integrand is smooth, and Simpson's rule over 2000 intervals is exact to 1e-11 of the energy.
+fn loop_work(cell: &Cell<f64>) -> f64 {
+    const STEPS: usize = 2000;
+    let corners = [[1.004, 1.004], [1.036, 1.004], [1.036, 1.034], [1.004, 1.034]];
+    let side = |n: usize| {
+        let (from, to) = (corners[n], corners[(n + 1) % 4]);
+        let along = [to[0] - from[0], to[1] - from[1]];
+        let term = |n: usize| {
+            let t = n as f64 / STEPS as f64;
+            let f = conjugate(cell, &cell.solve_from_rest([from[0] + along[0] * t, from[1] + along[1] * t]));
+            let weight = if n == 0 || n == STEPS { 1.0 } else { 2.0 + 2.0 * (n % 2) as f64 };
+            weight * (f[0] * along[0] + f[1] * along[1])
+        };
+        (0..=STEPS).map(term).sum::<f64>() / (3.0 * STEPS as f64)
+    };
+    (0..4).map(side).sum::<f64>() / stored(cell, &cell.solve_from_rest(corners[2]))
+}
+
+/// (18) is not conjugate to the sinusoid: the published law gains or loses a little on every closed path, 0.05–0.3 % with the tension
+/// as in-plane force and a hundredth of that with its projection. A change that removes it has changed the law.
+#[test]
+fn a_closed_strain_path_returns_all_work_for_the_conservative_laws_only() {
+    for (law, range) in [
+        (CurveLaw::Variational, 0.0..1e-9),
+        (CurveLaw::Kawabata, 0.0..1e-9),
+        (CurveLaw::Published, 5e-4..3e-3),
+        (CurveLaw::Projected, 5e-6..5e-4),
+    ] {
+        // The unbalanced fabric is for the conservative laws: it has no measured loss.
+        for cell in cells(law).into_iter().step_by(if range.start > 0.0 { 2 } else { 1 }) {
+            let lost = loop_work(&cell).abs();
+            assert!(range.contains(&lost), "{law:?}: {lost:e}");
+        }
+    }
+}
+
+#[test]
+fn heights_are_predicted_to_first_order_in_every_law() {
+    for (law, compression) in kinds() {
+        let cell = Cell::<f64>::new(&s720(law, compression));
+        for stretch in [[1.03, 1.01], [1.01, 1.03], [1.025, 1.025]] {
+            let before = cell.solve_from_rest(stretch);
+            assert!(before.tension.iter().any(|tension| *tension > 0.0), "{law:?} {stretch:?}");
+            if before.strain.iter().any(|strain| *strain < 1e-3) {
+                continue;
+            }
+            for direction in [[1.0, 0.0], [0.0, 1.0], [1.0, -1.0], [-0.5, 1.0]] {
+                // Distance of the prediction, and of the heights before, from the solution.
+                let miss = |size: f64| {
+                    let change = direction.map(|d| d * size);
+                    let predicted = cell.predict(stretch, before.height, change, true);
+                    let solved = cell.solve([0, 1].map(|i| stretch[i] + change[i]), predicted, true);
+                    let from = |at: [f64; 2]| (0..2).map(|i| (solved.height[i] - at[i]).abs()).fold(0.0, f64::max);
+                    [from(predicted), from(before.height)]
+                };
+                let [[coarse, far], [fine, near]] = [miss(1e-4), miss(1e-5)];
+                let place =
+                    format!("{law:?} {compression:?} {stretch:?} {direction:?}: {fine} {coarse} of {near} {far}");
+                assert!(near > 1e-11 && far > 8.0 * near && coarse < 0.1 * far, "{place}");
+                // A tenth of the way, a hundredth of the miss, but for what heights are solved to.
+                assert!(fine < 0.015 * coarse + 2e-15, "{place}");
+            }
+        }
+        let rest = cell.rest_heights();
+        for (stretch, both) in [([0.9, 0.9], true), ([1.0, 1.0], true), ([1.02, 1.02], false)] {
+            let warm = if both { cell.solve_from_rest(stretch).height } else { rest };
+            assert_eq!(
+                cell.predict(stretch, warm, [1e-3; 2], both),
+                warm,
+                "slack or broken: {law:?} {stretch:?} {both}"
+            );
+        }
+    }
+}
+
+#[test]
+fn a_predicted_step_takes_an_evaluation_less() {
+    let cell = Cell::<f64>::new(&s720(CurveLaw::Published, CROSSOVERS[1]));
+    let (mut random, mut saved) = (Random(7), 0.0);
+    for _ in 0..1000 {
+        let stretch = [random.between(1.0, 1.03), random.between(1.0, 1.03)];
+        let change = [random.between(-3e-4, 3e-4), random.between(-3e-4, 3e-4)];
+        let before = cell.solve_from_rest(stretch);
+        let after = [0, 1].map(|i| stretch[i] + change[i]);
+        let warm = cell.solve(after, cell.predict(stretch, before.height, change, true), true);
+        saved += cell.solve(after, before.height, true).iterations - warm.iterations;
+    }
+    assert!(saved > 700.0, "{saved}");
 }

@@ -29,19 +29,14 @@ pub fn line(ply_type: &PlyType<f32>, from: &Vector3<f64>, axis: usize, line: usi
     block.double("share", if line > last { 0.0 } else { mesh.share(axis, line) });
     block.double("yarn_first", yarn.start as f64);
     block.double("yarn_end", yarn.end as f64);
-    let breaking =
-        ply_type.windows.as_ref().map_or(element..element + 1, |windows| windows[axis].breaking[element].clone());
+    let breaking = &ply_type.windows[axis].breaking[element];
     block.double("breaking_first", breaking.start as f64);
     block.double("breaking_end", breaking.end as f64);
     block
 }
 
-/// The grid lines of graded meshes, or of elements narrower than a yarn, as the shaders see them, shape (ply types, axes, room for the longest
-/// axis), in whole rows of the texture; else a line that nobody reads.
+/// The grid lines as the shaders see them, shape (ply types, axes, room for the longest axis), in whole rows of the texture.
 pub fn lines(model: &Model<f32>) -> Vec<u32> {
-    if !(model.features().graded || model.features().windows) {
-        return vec![0; LINE_WORDS];
-    }
     let room = model.grid.columns.max(model.grid.rows) + 2;
     let mut out = Vec::new();
     let from = device_origin(model);

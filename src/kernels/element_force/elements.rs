@@ -114,21 +114,12 @@ pub(super) struct YarnsLeft<R: Real> {
 }
 
 impl<R: Real> YarnsLeft<R> {
-    /// `life`: as stored; `over_length`: failure is judged over a length, and known from there.
+    /// `life`: as stored.
     #[inline(always)]
-    pub(super) fn judge(
-        c: &ElementConstants<R>,
-        extension: &[R; 2],
-        cell: &Equilibrium<R>,
-        life: [R; 2],
-        over_length: bool,
-    ) -> Self {
+    pub(super) fn judge(c: &ElementConstants<R>, extension: &[R; 2], life: [R; 2]) -> Self {
         let n = c.area;
         let was_alive = Self::were_alive(life);
-        let failed = each!(i in 2 => {
-            let at_end = if over_length { life[i].le(n.splat_like(MARKED_FOR_FAILURE)) } else { c.cell.yarn[i].failure_strain.le(cell.strain[i]) };
-            was_alive[i] & at_end
-        });
+        let failed = each!(i in 2 => was_alive[i] & life[i].le(n.splat_like(MARKED_FOR_FAILURE)));
         let straight = each!(i in 2 => c.cell.yarn[i].straight(extension[i]));
         Self {
             was_alive,
@@ -175,7 +166,7 @@ impl<R: Real> YarnsLeft<R> {
         each!(i in 2 => R::select(self.alive[i], elastic[i], elastic[i].zero()))
     }
 
-    /// Keeps the strains that are judged over a length, those of broken yarns as [`BROKEN`], and gives them.
+    /// Keeps the strains that failure is judged by, those of broken yarns as [`BROKEN`], and gives them.
     #[inline(always)]
     pub(super) fn keep_strains(
         &self,

@@ -39,7 +39,7 @@ pub(super) fn energies<R: Real>(
     // Tension over breaking load is strain over failure strain.
     let part = each!(i in 2 => R::select(yarns.alive[i], strain[i] / c.cell.yarn[i].failure_strain, zero));
     // A mean over the failure length stands for what is beyond.
-    let part = if row.strain.is_some() { part.map(|part| R::select(part.lt(n.one()), part, zero)) } else { part };
+    let part = part.map(|part| R::select(part.lt(n.one()), part, zero));
     lanes.load = lanes.load.max(part[0].max(part[1]));
     let [p, q, r, s] = corners(n, row, 2, *column);
     lanes.deflection = lanes.deflection.max(R::select(any, p.abs().max(q.abs()).max(r.abs().max(s.abs())), zero));

@@ -119,11 +119,9 @@ pub fn element_force<R: Real, L: LawKernel>(
         let [warp, weft] = YarnsLeft::were_alive(life);
         let both = warp & weft;
         let cell = equilibrium::<R, L>(c, row, &motion, both, at, step);
-        let yarns = YarnsLeft::judge(c, &motion.k.extension, &cell, life, row.strain.is_some());
-        if let Some(strains) = &mut row.strain {
-            let strain = yarns.keep_strains(strains, &cell, at);
-            lanes.strain = each!(i in 2 => lanes.strain[i].max(strain[i]));
-        }
+        let yarns = YarnsLeft::judge(c, &motion.k.extension, life);
+        let strain = yarns.keep_strains(&mut row.strain, &cell, at);
+        lanes.strain = each!(i in 2 => lanes.strain[i].max(strain[i]));
         let elastic = yarns.elastic(&cell);
         let mut viscous = [n.zero(); 2];
         if let Some(fields) = &mut row.viscous {

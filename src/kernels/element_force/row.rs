@@ -24,7 +24,7 @@ pub mod field {
     pub const COUNT: usize = 17;
     /// Further fields where yarns have shock viscosity: viscous forces of warp and weft [N].
     pub const VISCOUS: usize = 2;
-    /// Further fields, behind those, where failure is judged over a length: strains of warp and weft [-], 0 where slack, broken ones [`BROKEN`](super::super::BROKEN).
+    /// Further fields, the last ones: strains of warp and weft that failure is judged by [-], 0 where slack, broken ones [`BROKEN`](super::super::BROKEN).
     pub const STRAIN: usize = 2;
 }
 
@@ -38,8 +38,8 @@ pub struct ElementRow<'a, S> {
     pub element: [&'a mut [S]; field::COUNT],
     /// Viscous forces of warp and weft [N], stored as the fields are; `None`: the yarns have no shock viscosity.
     pub viscous: Option<[&'a mut [S]; field::VISCOUS]>,
-    /// Where strains of warp and weft go that are judged over a length, stored as the fields are; `None`: elements break at their own.
-    pub strain: Option<[&'a mut [S]; field::STRAIN]>,
+    /// Strains of warp and weft that failure is judged by [-], stored as the fields are.
+    pub strain: [&'a mut [S]; field::STRAIN],
     /// Height of the row, over that of a row of the finest elements [-].
     pub height: f64,
     /// Lengths of the elements along X over the finest, and 1 over that [-].

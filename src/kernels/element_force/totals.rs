@@ -41,12 +41,11 @@ pub struct ElementTotals {
     pub max_residual: f64,
     /// Largest yarn tension now [N]; only in ledger steps.
     pub max_tension: f64,
-    /// Largest yarn tension over the yarn's breaking load now [-]; only in ledger steps. Where failure is judged over a length, of
-    /// pieces that carry less.
+    /// Largest yarn tension over the yarn's breaking load now [-], of those that carry less; only in ledger steps.
     pub max_load: f64,
     /// Largest |z displacement| of a corner of a standing element [m]; only in ledger steps.
     pub max_deflection: f64,
-    /// Largest strain of warp and weft now [-]; only where failure is judged over a length.
+    /// Largest strain of warp and weft now [-].
     pub largest_strain: [f64; 2],
     /// Elements computed.
     pub computed: usize,

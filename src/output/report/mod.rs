@@ -20,8 +20,8 @@ use serde_json::Value;
 use sha2::{Digest, Sha256};
 
 use super::chart::escape;
+use super::checks::checks;
 use super::number::short;
-use super::trust;
 use crate::case::Case;
 use crate::run::Run;
 pub use animation::Animation;
@@ -34,7 +34,7 @@ const SCRIPT: &str = concat!(include_str!("page.js"), include_str!("values.js"))
 pub fn report(case: &Case, run: &Run, summary: &Value, animation: &Animation) -> String {
     let animation = animation.shown();
     let animation = Some(&animation).filter(|animation| animation.keyframes.len() > 1);
-    let signs = trust::signs(case, run);
+    let signs = checks(case, run);
     let mut out = head(case);
     out += "<body>\n<main>\n";
     out += &sections::header(case, run, &signs);

@@ -6,19 +6,18 @@ use serde_json::Value;
 
 use super::super::breakage::Breakage;
 use super::super::chart::escape;
+use super::super::checks::{self, Check, Level, assumed_fields};
 use super::super::energies::{self, Energies};
 use super::super::expectation::{Judgement, expected, got, judgement, note, quantity};
 use super::super::number::{fixed, grouped, short};
 use super::super::summary::{absorbed_energy, flies_freely, residual_velocity};
-use super::super::trust::{self, Level, QualityCheck};
 use super::super::verdict::{reached, symmetry, verdict};
 use crate::case::{self, Case};
-use crate::output::warnings::assumed_fields;
 use crate::run::Run;
 use crate::run::outcome::Outcome;
 
 /// The verdict, told to somebody who has never seen one, with the numbers that go with it.
-pub(super) fn header(case: &Case, run: &Run, signs: &[QualityCheck]) -> String {
+pub(super) fn header(case: &Case, run: &Run, signs: &[Check]) -> String {
     let verdict = verdict(case, run);
     let class = if verdict.complete { run.outcome.word() } else { "broken-off" };
     let (word, title) = (escape(verdict.word), escape(&case.title));
@@ -123,8 +122,8 @@ fn figures(case: &Case, run: &Run) -> Vec<(&'static str, String, String)> {
 }
 
 /// Whether to trust it, in one box.
-fn answer(case: &Case, signs: &[QualityCheck]) -> String {
-    let (level, why) = trust::answer(signs);
+fn answer(case: &Case, signs: &[Check]) -> String {
+    let (level, why) = checks::advice(signs);
     let why = why.iter().map(|sign| sign.name).collect::<Vec<_>>().join(", ");
     let words = match level {
         Level::Fine => format!("all {} checks are fine.", signs.len()),
@@ -168,7 +167,7 @@ fn level(class: &str, word: &str) -> String {
 }
 
 /// Every sign with its reason, and what was assumed.
-pub(super) fn trust(case: &Case, signs: &[QualityCheck], summary: &Value) -> String {
+pub(super) fn trust(case: &Case, signs: &[Check], summary: &Value) -> String {
     let mut out = "<section id=\"trust\"><h2>Is this run to be trusted?</h2>\n<table class=\"signs\"><thead><tr>\
                    <th scope=\"col\">check</th><th scope=\"col\">found</th><th scope=\"col\">level</th>\
                    <th scope=\"col\">why</th></tr></thead><tbody>\n"

@@ -62,8 +62,6 @@ impl BackendId {
 pub struct Extras {
     /// `report.html`
     pub report: bool,
-    /// Frames also as a `.vtu` series.
-    pub vtu: bool,
 }
 
 /// Time that the parts of a run have taken so far [s].
@@ -117,12 +115,6 @@ impl Header {
             && self.step <= MAX_STEPS
             && (self.time - of_steps).abs() <= self.time_step
             && self.threads.is_none_or(|threads| threads <= MAX_THREADS)
-    }
-
-    /// Whether this is of the same run, to the last bit, at whatever time.
-    pub(crate) fn is_of_run(&self, other: &Self) -> bool {
-        let run = |head: &Self| (head.case_hash.clone(), head.backend.clone(), head.skips);
-        run(self) == run(other)
     }
 
     /// Whether the run had these options, as far as they matter.

@@ -5,7 +5,7 @@
 //! ```
 //!
 //! The contents begin with what whoever follows the run wants back: the animation of the report so far. Frames, which are many times
-//! larger, lie beside the checkpoint, each in a file of this same format (`output::frames`).
+//! larger, lie beside the checkpoint as the files that they will be (`output::frames`).
 //!
 //! The head can be read without a model. Of the contents, what has a size that only the run knows (records, lists) is
 //! encoded with its length; fields of nodes and elements have the size that the model gives them, and are read straight

@@ -28,8 +28,6 @@ pub(super) struct Before<S> {
     pub(super) height: [S; 2],
     /// Yarns that carry load.
     pub(super) alive: [bool; 2],
-    /// The strain of a piece of yarn decides what breaks, and that in the next step; else the element's own strain does, here.
-    pub(super) by_piece: bool,
 }
 
 /// Reads an element, so long and high over the finest, from the displacements of its corners [m], components of corners counter-clockwise.
@@ -49,7 +47,7 @@ pub(super) fn read<S: Scalar, L: LawKernel>(
     let k = kinematics(&size, [&ux, &uy, &uz]);
     let cell = crossover::solve::<S, L>(&constants.cell, k.extension, before.height, was_warp && was_weft);
     let yarn = &constants.cell.yarn;
-    let alive = [0, 1].map(|i| before.alive[i] && (before.by_piece || cell.strain[i] < yarn[i].failure_strain));
+    let alive = before.alive;
     let both = alive[0] && alive[1];
     let free = [0, 1].map(|i| yarn[i].straight(k.extension[i]).max(zero));
     let of_living = |i: usize, crossing: S, alone: S| match (alive[i], both) {

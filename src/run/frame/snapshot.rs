@@ -172,11 +172,11 @@ impl<S: Scalar> Patch<S> {
         [0, 1, 2].map(|a| nodes.map(|(row, column)| self.node(row, node_field::DISPLACEMENT + a, column)))
     }
 
-    /// What an element had at the last step. `by_piece`: the strain of a piece of yarn breaks it, not that of its element.
-    fn before(&self, row: usize, column: usize, by_piece: bool) -> Before<S> {
+    /// What an element had at the last step.
+    fn before(&self, row: usize, column: usize) -> Before<S> {
         let number = |field: usize| self.elements[(row * OF_ELEMENT + field) * self.columns.len() + column];
         let alive = [2, 3].map(|field| number(field).to_f64() > 0.5);
-        Before { height: [number(0), number(1)], alive, by_piece }
+        Before { height: [number(0), number(1)], alive }
     }
 }
 
@@ -204,16 +204,11 @@ impl<S: Scalar> Moved for Patches<S> {
             let whole = &scene.plies[ply];
             crate::with_law!(ply_type.law, L => {
                 let constants = ply_type.constants::<S, L>();
-                let by_piece = ply_type.windows.is_some();
-                let start = Before {
-                    height: ply_type.initial.height.map(S::splat),
-                    alive: ply_type.present,
-                    by_piece,
-                };
+                let start = Before { height: ply_type.initial.height.map(S::splat), alive: ply_type.present };
                 // What nothing has reached is flat; what started otherwise counts as reached.
                 let rest = element::read::<S, L>(&constants, [1.0; 2], &[[S::splat(0.0); 4]; 3], start);
                 (0..whole.elements()).for_each(|at| put(frame, whole.first_element + at, &rest, 1.0));
-                fill_elements::<S, L>(patch, &constants, by_piece, &ply_type.mesh, whole, frame);
+                fill_elements::<S, L>(patch, &constants, &ply_type.mesh, whole, frame);
             });
             fill_nodes(patch, &ply_type.mesh, whole, frame);
         }
@@ -223,7 +218,6 @@ impl<S: Scalar> Moved for Patches<S> {
 fn fill_elements<S: Scalar, L: LawKernel>(
     patch: &Patch<S>,
     constants: &ElementConstants<S>,
-    by_piece: bool,
     mesh: &Mesh,
     whole: &PlyMesh,
     frame: &mut Frame,
@@ -232,7 +226,7 @@ fn fill_elements<S: Scalar, L: LawKernel>(
     for row in 0..patch.rows.len() {
         for column in 0..patch.columns.len() {
             let size = mesh.widths(patch.rows.start + row, patch.columns.start + column);
-            let before = patch.before(row, column, by_piece);
+            let before = patch.before(row, column);
             let reading = element::read::<S, L>(constants, size, &patch.corners(row, column), before);
             for (row, row_sign) in up.of(patch.rows.start + row) {
                 for (column, column_sign) in across.of(patch.columns.start + column) {

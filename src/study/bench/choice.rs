@@ -1,6 +1,6 @@
 //! The ways to run a case that a user can choose from.
 
-use crate::case::{Case, UnitCell, Word};
+use crate::case::Case;
 use crate::run::{Precision, Skips};
 
 /// Courant numbers to choose from [-].
@@ -38,10 +38,9 @@ impl Configuration {
     /// The case as it is, on the processor in f64.
     pub(crate) fn default_of(case: &Case) -> Self {
         let (courant, mesh) = (case.solver.courant, case.pack.crossovers_per_element);
-        let cell = case.solver.unit_cell.word();
         let graded = if case.pack.grading.is_some() { " graded" } else { "" };
         Self {
-            name: format!("default: f64, Courant {courant}, mesh {mesh}{graded}, {cell}"),
+            name: format!("default: f64, Courant {courant}, mesh {mesh}{graded}"),
             processor: Processor::Cpu,
             precision: Precision::F64,
             skips: Skips::default(),
@@ -72,11 +71,6 @@ impl Configuration {
         self.sets.push(format!("/pack/mesh_grading={word}"));
         self
     }
-
-    fn unit_cell(mut self, cell: UnitCell) -> Self {
-        self.sets.push(format!("/solver/unit_cell={}", cell.word()));
-        self
-    }
 }
 
 /// Every choice for a case: one thing changed at a time, then what promises most together.
@@ -98,11 +92,6 @@ pub fn choices(case: &Case, gpu: bool) -> Vec<Configuration> {
     } else if case.pack.grading.is_some() {
         all.push(with().named("not graded").grading("none"));
     }
-    let other = match case.solver.unit_cell {
-        UnitCell::Newton => UnitCell::Safeguarded,
-        UnitCell::Safeguarded => UnitCell::Newton,
-    };
-    all.push(with().named(other.word()).unit_cell(other));
     all.push(Configuration { skips: Skips::WHOLE, ..with().named("no symmetry") });
     all.push(Configuration { skips: Skips::NONE, ..with().named("no skip") });
     let fast = COURANT[0];

@@ -8,7 +8,7 @@ fn every_choice_has_its_name_and_none_is_the_default_again() -> Result<(), CaseE
     let case = subject.case(&[])?;
     let names: Vec<String> = choices(&case, true).into_iter().map(|choice| choice.name).collect();
     let expected = [
-        "default: f64, Courant 0.8, mesh 2, newton",
+        "default: f64, Courant 0.8, mesh 2",
         "f32",
         "Courant 0.95",
         "Courant 0.9",
@@ -16,7 +16,6 @@ fn every_choice_has_its_name_and_none_is_the_default_again() -> Result<(), CaseE
         "mesh 1",
         "mesh 4",
         "graded",
-        "safeguarded",
         "no symmetry",
         "no skip",
         "f32, Courant 0.95",

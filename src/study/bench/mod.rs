@@ -1,6 +1,6 @@
 //! Run time against error: a case run in every way a user may choose, each against one reference.
 //!
-//! The reference is as good as this program can do: the processor in f64, Courant 0.25, safeguarded unit cell, one
+//! The reference is as good as this program can do: the processor in f64, Courant 0.25, one
 //! crossover per element (for which the published failure strain holds), history four times as fine. The choices change
 //! one thing at a time from the case as it is, and combine what promises most.
 //!
@@ -9,7 +9,6 @@
 
 pub mod choice;
 pub mod error;
-pub mod objectivity;
 pub mod plot;
 pub mod report;
 
@@ -25,7 +24,7 @@ pub use choice::{Configuration, Processor};
 pub use error::Errors;
 
 /// What the reference is, for people.
-pub const REFERENCE: &str = "CPU, f64, Courant 0.25, one crossover per element everywhere, safeguarded unit cell, history \
+pub const REFERENCE: &str = "CPU, f64, Courant 0.25, one crossover per element everywhere, history \
                              four times as fine, otherwise the case as it is";
 
 /// Courant number of the reference [-].
@@ -179,7 +178,6 @@ fn reference_sets(case: &Case, courant: f64) -> Vec<String> {
     let interval = case.output.history_interval * 1e6 / REFERENCE_ROWS;
     vec![
         format!("/solver/courant={courant}"),
-        "/solver/unit_cell=safeguarded".to_owned(),
         "/pack/crossovers_per_element=1".to_owned(),
         "/pack/mesh_grading=none".to_owned(),
         format!("/output/history_interval_us={interval:?}"),

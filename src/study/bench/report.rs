@@ -3,7 +3,7 @@
 use serde_json::{Value, json};
 
 use super::{BenchPlan, BenchResult, BenchRow, Errors, REFERENCE};
-use crate::case::{Case, Word, case_hash};
+use crate::case::{Case, case_hash};
 use crate::num::simd::Vectors;
 use crate::output;
 use crate::run::Run;
@@ -57,7 +57,6 @@ fn of_run(case: &Case, run: &Run) -> Value {
         "precision": run.precision,
         "courant": case.solver.courant,
         "crossovers_per_element": case.pack.crossovers_per_element,
-        "unit_cell": case.solver.unit_cell.word(),
         "history_interval_us": case.output.history_interval * 1e6,
         "switched_off": run.skips.switched_off(),
         "elements": run.elements,

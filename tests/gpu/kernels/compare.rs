@@ -10,6 +10,7 @@ mod projectile;
 mod reach;
 mod rim;
 
+use super::scales::Scales;
 use nalgebra::Vector3;
 use ripstop::gpu::Device;
 use ripstop::gpu::buffers::BufferId;
@@ -22,7 +23,6 @@ use ripstop::solver::active_region::ActiveRegion;
 use ripstop::solver::energy_balance::EnergyBalance;
 use ripstop::solver::state::State;
 use ripstop::solver::{self, Context, FailureEvent, StepTotals};
-use ripstop::study::compare::Scales;
 
 use super::scenes::Scene;
 use super::seen::Seen;
@@ -232,9 +232,7 @@ impl<'a> Pair<'a> {
     fn download(&self) -> Result<State<f32>, String> {
         let mut got = self.scene.state.clone();
         self.gpu.download(&self.scene.model, &mut got).map_err(|e| e.to_string())?;
-        if self.scene.model.features().windows {
-            self.download_strains(&mut got)?;
-        }
+        self.download_strains(&mut got)?;
         Ok(got)
     }
 

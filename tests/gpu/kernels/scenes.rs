@@ -3,9 +3,7 @@
 pub(crate) mod packs;
 pub(crate) mod struck;
 
-use ripstop::case::{
-    Case, Compression, Edge, Grading, HitPlace, LinesFrom, ShearModulus, UnitCell, Variability, YarnStrength,
-};
+use ripstop::case::{Case, Compression, Crossover, Edge, Grading, HitPlace, LinesFrom, Variability, YarnStrength};
 use ripstop::kernels::element_force::{BROKEN, field as element};
 use ripstop::kernels::node_update::field as node;
 use ripstop::model::Model;
@@ -15,7 +13,7 @@ use ripstop::solver::state::State;
 use packs::Group;
 
 use crate::support::patch::{self, affine};
-use crate::support::{CROSSOVERS, LAWS, Random, s720};
+use crate::support::{CROSSOVERS, Random, SOLVER_LAWS};
 
 /// A state, and which kernels have something to do in it.
 pub(crate) struct Scene {
@@ -53,15 +51,13 @@ const DEFORMATIONS: [([f64; 3], [f64; 3], f64); 8] = [
 /// Every law, rigid and compressible, with the other terms in turn.
 pub(crate) fn element_scenes() -> Vec<Scene> {
     let mut out = Vec::new();
-    for (n, law) in LAWS.into_iter().enumerate() {
+    for (n, law) in SOLVER_LAWS.into_iter().chain(SOLVER_LAWS).enumerate() {
         for (c, compression) in CROSSOVERS.into_iter().enumerate() {
             let at = 2 * n + c;
             let mut case = patch::case(7, 5);
-            case.fabric.crossover = s720(law, compression).crossover;
-            match at % 3 {
-                0 => secant(&mut case),
-                1 => case.fabric.shear = None,
-                _ => {}
+            case.fabric.crossover = Crossover { law, compression, gap: 0.0, ..case.fabric.crossover };
+            if at % 3 == 1 {
+                case.fabric.shear = None;
             }
             if n % 2 == 1 {
                 case.solver.hourglass = 0.0;
@@ -76,12 +72,8 @@ pub(crate) fn element_scenes() -> Vec<Scene> {
             case.pack.edges.top = edges[(at + at / 4) % 4];
             case.pack.plies = DEFORMATIONS.len() as u32;
             let step = if at == 2 || at == 4 { 0 } else { 17 };
-            let name = format!("{law:?}, {}", ["rigid", "compressible"][c]);
-            out.push(deformed(name.clone(), case.clone(), step, at as u64));
-            if at % 3 == 0 {
-                case.solver.unit_cell = UnitCell::Safeguarded;
-                out.push(deformed(format!("{name}, bracketed"), case, step, at as u64));
-            }
+            let name = format!("{law:?}, {}{}", ["rigid", "compressible"][c], ["", ", yarns exchanged"][n / 2]);
+            out.push(deformed(name, case, step, at as u64));
         }
     }
     out.extend(special_scenes());
@@ -191,7 +183,6 @@ fn special_scenes() -> Vec<Scene> {
             case.fabric.crossover.gap = 1e-3;
             case.fabric.warp.failure_strain = 1.0;
             case.fabric.weft.failure_strain = 1.0;
-            secant(case);
         }),
     ]
 }
@@ -207,12 +198,6 @@ fn grade_from(case: &mut Case, hit: [f64; 2], coarsest: f64, lines_from: LinesFr
         Some(Grading { hit, way: [0.0; 2], fine: [1e-3; 2], growth_ratio: 1.6, max_size: coarsest, lines_from });
     case.pack.grading = grading;
     case.pack.layup.iter_mut().for_each(|layer| layer.grading = grading);
-}
-
-fn secant(case: &mut Case) {
-    if let Some(shear) = &mut case.fabric.shear {
-        shear.modulus = ShearModulus::Secant;
-    }
 }
 
 /// Exchanges the fabric's yarns, so that the other one is the unknown of the unit cell.
@@ -231,10 +216,8 @@ const SOFT: &str = "soft at first touch";
 /// Its only deformation: strains of up to a hundred thousandth.
 const BARELY: ([f64; 3], [f64; 3], f64) = ([1.0, 0.0, 0.0], [0.0, 1.0, 0.0], 1e-5);
 
-/// A weft of much crimp, and a compression that stiffens from next to nothing. Whether Newton's steps end there a rounding decides: all
-/// cells go through the bracketed iteration.
+/// A weft of much crimp, and a compression that stiffens from next to nothing. Whether Newton's steps end there a rounding decides.
 fn soften(case: &mut Case) {
-    case.solver.unit_cell = UnitCell::Safeguarded;
     (case.fabric.warp.crimp, case.fabric.weft.crimp) = (0.06, 0.179);
     case.fabric.crossover.compression = Some(Compression { a: 2.262e-4, b: 2e-5 });
 }
@@ -337,17 +320,15 @@ fn random_elements(model: &Model<f32>, state: &mut State<f32>, random: &mut Rand
             let force = stands * 0.1 * most / model.ply_types[0].element.membrane[viscous];
             state.elements.set(row, element::COUNT + viscous, at, (drags.between(-1.0, 1.0) * force) as f32);
         }
-        if model.features().windows {
-            // From slack to as far beyond failure as a step strains a yarn.
-            for yarn in 0..2 {
-                let limit = model.ply_type(ply).cell.yarn[yarn].failure_strain;
-                let strain = match reached && state.alive(row, column, yarn) {
-                    true => limit * strains.between(0.5, 1.4),
-                    false => BROKEN,
-                };
-                let first = state.elements.fields - element::STRAIN;
-                state.elements.set(row, first + yarn, at, strain as f32);
-            }
+        // From slack to as far beyond failure as a step strains a yarn.
+        for yarn in 0..2 {
+            let limit = model.ply_type(ply).cell.yarn[yarn].failure_strain;
+            let strain = match reached && state.alive(row, column, yarn) {
+                true => limit * strains.between(0.5, 1.4),
+                false => BROKEN,
+            };
+            let first = state.elements.fields - element::STRAIN;
+            state.elements.set(row, first + yarn, at, strain as f32);
         }
         for yarn in 0..2 {
             let height = model.ply_types[0].cell.height_sum * random.between(-0.2, 1.2);

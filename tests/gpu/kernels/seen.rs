@@ -1,10 +1,10 @@
-//! The largest differences of a comparison, held against the program's table of tolerances.
+//! The largest differences of a comparison, held against the table of tolerances.
 
 use std::collections::BTreeMap;
 
 use ripstop::gpu::Device;
-use ripstop::study::compare::{TOLERANCES, line};
 
+use super::tolerances::{TOLERANCES, line};
 use crate::gpu::harness::Outcome;
 
 /// Set to 1 to see the differences of every comparison, which then fails.

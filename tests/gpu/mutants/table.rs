@@ -1,28 +1,296 @@
-//! The defects: what is wrong, the scene it shows in, a text of the kernel and what it becomes.
+//! Defects of shaders: kernel, fault, scene it shows in, a text of the kernel and the wrong one.
 
-mod elements;
-mod ledger;
-mod nodes;
-mod ply_impulse;
-mod ply_move;
-mod ply_search;
-mod projectile;
-mod projectile_shape;
-mod rim;
-mod unit_cell;
+use super::Defect;
 
-use super::Mutant;
+const fn defect(
+    kernel: &'static str,
+    name: &'static str,
+    scene: &'static str,
+    find: &'static str,
+    put: &'static str,
+) -> Defect {
+    Defect { kernel, name, scene, find, put }
+}
 
-/// By kernel, in the order of a step.
-pub(super) const MUTANTS: [&[Mutant]; 10] = [
-    elements::MUTANTS,
-    unit_cell::MUTANTS,
-    nodes::MUTANTS,
-    ply_search::MUTANTS,
-    ply_impulse::MUTANTS,
-    ply_move::MUTANTS,
-    projectile::MUTANTS,
-    projectile_shape::MUTANTS,
-    rim::MUTANTS,
-    ledger::MUTANTS,
+/// At least one defect of every kernel, and of nearly every file of `shaders`.
+pub(super) const DEFECTS: &[Defect] = &[
+    defect(
+        "element_force",
+        "hourglass mode of the wrong sign",
+        "Variational, compressible",
+        "let top = c - d;",
+        "let top = d - c;",
+    ),
+    defect(
+        "element_force",
+        "second order of the stretch missing",
+        "Variational, compressible",
+        "(dot(g1, g1) + q.x)",
+        "q.x",
+    ),
+    defect(
+        "element_force",
+        "shear force not square to the weft",
+        "Variational, compressible",
+        "(k.warp - k.sine * k.weft)",
+        "(k.warp + k.sine * k.weft)",
+    ),
+    defect(
+        "element_force",
+        "last drag forgotten",
+        "Variational, compressible",
+        "force * grown.along + taut * before",
+        "force * grown.along + 0.0 * before",
+    ),
+    defect(
+        "element_force",
+        "bit of the warp for the weft",
+        "Variational, compressible",
+        "(word & 2u) != 0u",
+        "(word & 1u) != 0u",
+    ),
+    defect(
+        "element_force",
+        "hourglass work of the first step",
+        "Variational, rigid",
+        "mode - step.span * v.mode",
+        "mode - step.kick * v.mode",
+    ),
+    defect(
+        "element_force",
+        "row of elements before the reach left out",
+        "only a part reached",
+        "let row = place.x + 1u >= reach.x && place.x < reach.y;",
+        "let row = place.x >= reach.x && place.x < reach.y;",
+    ),
+    defect(
+        "element_force",
+        "mean along the other yarn",
+        "failure over a length",
+        "vec2<u32>(u32(at), place.y), vec2<u32>(place.x, u32(at)), which == 0u",
+        "vec2<u32>(u32(at), place.y), vec2<u32>(place.x, u32(at)), which == 1u",
+    ),
+    defect(
+        "element_force",
+        "law's energy of the other yarn",
+        "Published, compressible",
+        "let at = i * LAW_COUNT + j;",
+        "let at = j * LAW_COUNT + i;",
+    ),
+    defect(
+        "element_force",
+        "weft force of the finest",
+        "graded",
+        "finest.membrane_weft * x.width",
+        "finest.membrane_weft",
+    ),
+    defect(
+        "element_force",
+        "lines of the first sheet",
+        "graded plies of two fabrics",
+        "(2u * plies[ply].ply_type + axis)",
+        "axis",
+    ),
+    defect(
+        "element_force",
+        "compression missing",
+        "Variational, compressible",
+        "scene.compression_a - scene.compression_b * q, 0.0",
+        "0.0, 0.0",
+    ),
+    defect(
+        "element_force",
+        "warm start not used",
+        "Variational, compressible",
+        "vec2<f32>(warm[PIVOT], warm[1u - PIVOT])",
+        "vec2<f32>(0.5 * top)",
+    ),
+    defect(
+        "element_force",
+        "contact force halved",
+        "Variational, compressible",
+        "force = PI * s.arc.slope",
+        "force = HALF_PI * s.arc.slope",
+    ),
+    defect(
+        "element_force",
+        "curvature of the arc",
+        "Variational, compressible",
+        "(1.0 + excess) * inverse_secant * inverse_secant - b",
+        "(1.0 + excess) * inverse_secant - b",
+    ),
+    defect(
+        "element_force",
+        "shares of the yarns exchanged",
+        "Variational, compressible",
+        "slope.yx * per_sum",
+        "slope * per_sum",
+    ),
+    defect(
+        "element_force",
+        "upper half of the arc sine",
+        "Variational, compressible",
+        "HALF_PI - 2.0 * angle",
+        "HALF_PI - angle",
+    ),
+    defect(
+        "node_update",
+        "hourglass of the wrong corner",
+        "Variational, compressible",
+        "corner_force(e, there.x, 1.0, 1.0, -1.0)",
+        "corner_force(e, there.x, 1.0, 1.0, 1.0)",
+    ),
+    defect(
+        "node_update",
+        "element beyond the edge",
+        "Variational, compressible",
+        "let left = place.y > 0u;",
+        "let left = place.y > 1u;",
+    ),
+    defect(
+        "node_update",
+        "half a drift at the first step",
+        "Variational, rigid",
+        "u + scene.dt * v",
+        "u + step.kick * v",
+    ),
+    defect(
+        "node_update",
+        "rows and columns of an edge",
+        "Variational, compressible",
+        "select(0u, sides, place.y == 0u)",
+        "select(0u, sides, place.x == 0u)",
+    ),
+    defect(
+        "node_update",
+        "supports in the axes of the ply",
+        "thirty degrees, clamped, smooth",
+        "let turned = to_pack(ply, impulse);",
+        "let turned = impulse;",
+    ),
+    defect(
+        "ply_search",
+        "one element around a node not asked",
+        "two fabrics, holes, no hourglass",
+        "if (there.w) { bits |= flags[e - scene.columns]; }",
+        "",
+    ),
+    defect("ply_search", "no ridges", "ridges", "direction * dot(edge.arm, f.normal) > 0.0;", "false;"),
+    defect("ply_search", "twist of the cell", "two free plies", "arm - s.twist * (place.x * place.y)", "arm"),
+    defect(
+        "ply_search",
+        "resting nodes not asked",
+        "resting plies",
+        "return all(lies.xy >= low) && all(lies.xy <= high);",
+        "return false;",
+    ),
+    defect(
+        "ply_search",
+        "velocity of a turned ply",
+        "thirty degrees, clamped, smooth",
+        "return to_pack(ply, ply_vector(3u, node));",
+        "return ply_vector(3u, node);",
+    ),
+    defect(
+        "ply_impulse",
+        "friction without its limit",
+        "two free plies",
+        "let most = scene.ply_friction * normal;",
+        "let most = normal;",
+    ),
+    defect("ply_impulse", "corners pushed along", "two free plies", "-part * each, -way", "part * each, -way"),
+    defect(
+        "ply_impulse",
+        "corners count in the largest unit",
+        "graded plies",
+        "let each = 1 << (largest - theirs[i]);",
+        "let each = 1;",
+    ),
+    defect("ply_move", "shares stay", "two free plies", "    shares[node] = 0u;\n", ""),
+    defect(
+        "ply_move",
+        "loss of the free velocity",
+        "two free plies",
+        "0.5 * dot(impulse, (free - pull) + now)",
+        "0.5 * dot(impulse, free + now)",
+    ),
+    defect(
+        "projectile_points",
+        "cell of the node in every ply",
+        "sphere on turned plies, friction",
+        "cell_over(ply, over[at])",
+        "cell_over(ply, over[node])",
+    ),
+    defect(
+        "projectile_points",
+        "rows do not spread",
+        "face of a cylinder exactly touching resting plies",
+        "min(reach.y + 1u, plies[local].rows + 1u)",
+        "min(reach.y, plies[local].rows + 1u)",
+    ),
+    defect(
+        "projectile_contact",
+        "nodes pull",
+        "sphere, spinning, oblique, friction",
+        "state == PUSHING && touches[touch_number(t)].friction_impulse.w < 0.0",
+        "state == PUSHING && touches[touch_number(t)].friction_impulse.w < -1e30",
+    ),
+    defect(
+        "projectile_contact",
+        "inertia off the diagonal",
+        "cylinder, yawed, friction",
+        "more_x * side.y * side.x + more_z * axis.y * axis.x,",
+        "0.0,",
+    ),
+    defect(
+        "projectile_contact",
+        "position without its carry",
+        "sphere",
+        "coarse + (moved >> vec3<u32>(24u))",
+        "coarse",
+    ),
+    defect(
+        "projectile_points",
+        "arc as its chord",
+        "ogive, oblique, friction",
+        "if (i == 0u && 0.0 < scene.profile_arc) {",
+        "if (false) {",
+    ),
+    defect(
+        "projectile_points",
+        "ellipse as a circle",
+        "edges of a fragment",
+        "let bend = squared(scene.chisel_slope);",
+        "let bend = 0.0;",
+    ),
+    defect(
+        "projectile_points",
+        "height of the first node",
+        "between nodes, yawed, friction",
+        "mix(points[point_number(p)].pressed.z, points[point_number(q)].pressed.z, at)",
+        "points[point_number(p)].pressed.z",
+    ),
+    defect(
+        "projectile_contact",
+        "touches independent",
+        "between nodes, yawed, friction",
+        "select(0.0, coupling(t, other), pushes)",
+        "0.0",
+    ),
+    defect("energy_balance", "largest tensions added", "Variational, compressible", "local == TENSION ||", ""),
+    defect(
+        "energy_balance",
+        "evaluations not counted anew",
+        "Variational, compressible",
+        "flags[element] = word & 3u;",
+        "",
+    ),
+    defect("energy_balance", "wefts do not cover", "sphere under a weft", "runs_on(ply, place, 2u)", "false"),
+    defect(
+        "energy_balance",
+        "elements before it count alike",
+        "graded yarns cut close and far away",
+        "left -= line_at(ply, axis, first).width)",
+        "left -= 1.0)",
+    ),
 ];

@@ -1,61 +1,38 @@
-//! Frames of a shot on the device, read back from the file.
+//! Frames of a shot on the device.
 
-use std::path::Path;
-
+use ripstop::FrameCollector;
 use ripstop::case::Case;
 use ripstop::gpu::Device;
-use ripstop::output::frames::Recorder;
-use ripstop::output::{self, Folder};
+use ripstop::run::frame::Frame;
 use ripstop::run::{self, Options, Precision};
-use rust_hdf5::H5File;
-use tempfile::TempDir;
 
 use super::{Outcome, Tests};
 use crate::scene::builtin;
 
 pub(super) const TESTS: Tests = &[("are_those_of_the_processor", are_those_of_the_processor)];
 
-/// Arrays of the fabric, and how far they may be off, over their largest number: rounding of 100 steps in single precision.
-/// Strains are small differences of stretches.
-const ARRAYS: [(&str, f64); 8] = [
-    ("Points", 1e-6),
-    ("PointData/displacement_mm", 1e-5),
-    ("PointData/velocity_m_s", 1e-4),
-    ("CellData/warp_tension_n", 1e-3),
-    ("CellData/weft_tension_n", 1e-3),
-    ("CellData/warp_strain", 1e-3),
-    ("CellData/weft_strain", 1e-3),
-    ("CellData/shear_angle_rad", 1e-3),
-];
-/// Arrays of the projectile.
-const SOLID: [(&str, f64); 2] = [("Points", 1e-6), ("PointData/velocity_m_s", 1e-5)];
-
-/// Times [µs] and arrays of a file of frames.
-struct Read {
-    times: Vec<f64>,
-    fabric: Vec<Vec<f32>>,
-    solid: Vec<Vec<f32>>,
-    alive: Vec<u8>,
+fn frames(case: &Case, options: Options<'_>) -> Vec<Frame> {
+    let mut collector = FrameCollector::new(case, case.output.frames as usize);
+    run::run(case, options, &false.into(), &mut collector).unwrap_or_else(|e| panic!("{e}"));
+    collector.frames()
 }
 
-fn written(folder: &Path, case: &Case, options: Options<'_>) -> Read {
-    let place = Folder::prepare(folder, case).unwrap_or_else(|e| panic!("{e}"));
-    let mut recorder = Recorder::new(folder, case, &options, false, None);
-    let run = run::run(case, options, &false.into(), &mut recorder).unwrap_or_else(|e| panic!("{e}"));
-    let staged = recorder.finish().unwrap_or_else(|e| panic!("{e}"));
-    place.write(case, &run, &output::summary(case, &run, 0.0), None, staged).unwrap_or_else(|e| panic!("{e}"));
-    let file = H5File::open(folder.join("frames.vtkhdf")).unwrap();
-    let floats = |part: &str, arrays: &[(&str, f64)]| {
-        let read =
-            |(name, _): &(&str, f64)| file.dataset(&format!("VTKHDF/{part}/{name}")).unwrap().read_raw().unwrap();
-        arrays.iter().map(read).collect()
-    };
-    Read {
-        times: file.dataset("VTKHDF/Steps/Values").unwrap().read_raw().unwrap(),
-        fabric: floats("fabric", &ARRAYS),
-        solid: floats("projectile", &SOLID),
-        alive: file.dataset("VTKHDF/fabric/CellData/warp_alive").unwrap().read_raw().unwrap(),
-    }
+/// Arrays of a frame, and how far they may be off, over their largest number: rounding of 100 steps in single precision.
+/// Strains are small differences of stretches.
+fn arrays(frame: &Frame) -> Vec<(&'static str, f64, Vec<f32>)> {
+    let pose = frame.projectile.unwrap();
+    let solid = |numbers: [f64; 3]| numbers.map(|number| number as f32).to_vec();
+    vec![
+        ("displacement", 1e-5, frame.displacement.concat()),
+        ("velocity", 1e-4, frame.velocity.concat()),
+        ("warp tension", 1e-3, frame.tension[0].clone()),
+        ("weft tension", 1e-3, frame.tension[1].clone()),
+        ("warp strain", 1e-3, frame.strain[0].clone()),
+        ("weft strain", 1e-3, frame.strain[1].clone()),
+        ("shear angle", 1e-3, frame.shear_angle.clone()),
+        ("projectile position", 1e-6, solid(pose.position)),
+        ("projectile velocity", 1e-5, solid(pose.velocity)),
+    ]
 }
 
 /// Struck off centre and aslant, 24 × 16 elements.
@@ -64,15 +41,16 @@ fn are_those_of_the_processor(device: &'static Device) -> Outcome {
         ["/pack/width_mm=30.48", "/pack/height_mm=20.32", "/expect=[]", "/solver/end_time_us=16", "/output/frames=9"];
     // So slow that no yarn breaks: the order of failures hangs on rounding.
     let case = builtin("cases/verify/mirror.json", &[&size[..], &["/projectile/velocity_m_s=100"]].concat());
-    let folders = [TempDir::new().unwrap(), TempDir::new().unwrap()];
-    let cpu = Options::default().threads(1).precision(Precision::F32);
-    let cpu = written(folders[0].path(), &case, cpu);
-    let gpu = written(folders[1].path(), &case, Options::default().threads(1).device(device));
-    assert_eq!(cpu.times.len(), 9);
-    assert_eq!(cpu.times, gpu.times);
-    assert!(cpu.alive == gpu.alive && !cpu.alive.contains(&0), "a yarn has broken: take a slower shot");
-    let all = |read: &Read| [read.fabric.clone(), read.solid.clone()].concat();
-    for (((name, allowed), cpu), gpu) in ARRAYS.iter().chain(&SOLID).zip(all(&cpu)).zip(all(&gpu)) {
+    let cpu = frames(&case, Options::default().threads(1).precision(Precision::F32));
+    let gpu = frames(&case, Options::default().threads(1).device(device));
+    let steps = |frames: &[Frame]| frames.iter().map(|frame| (frame.step, frame.time.to_bits())).collect::<Vec<_>>();
+    assert_eq!((cpu.len(), steps(&cpu)), (9, steps(&gpu)));
+    let alive = |frames: &[Frame]| frames.iter().flat_map(|frame| frame.alive.concat()).collect::<Vec<u8>>();
+    assert!(alive(&cpu) == alive(&gpu) && !alive(&cpu).contains(&0), "a yarn has broken: take a slower shot");
+    for (n, (name, allowed, _)) in arrays(&cpu[0]).into_iter().enumerate() {
+        let all =
+            |frames: &[Frame]| frames.iter().flat_map(|frame| arrays(frame).swap_remove(n).2).collect::<Vec<f32>>();
+        let (cpu, gpu) = (all(&cpu), all(&gpu));
         let largest = cpu.iter().fold(0.0, |most: f64, x| most.max(f64::from(x.abs())));
         let off = cpu.iter().zip(&gpu).map(|(c, g)| f64::from((c - g).abs())).fold(0.0, f64::max);
         assert!(largest > 0.0 && cpu.len() == gpu.len(), "{name}: {} and {} numbers", cpu.len(), gpu.len());

@@ -1,22 +1,18 @@
 //! Shots at graded meshes: elements that grow away from the hit.
 
-use std::sync::atomic::AtomicBool;
-
 use ripstop::case::Case;
 use ripstop::gpu::Device;
 use ripstop::model::Model;
 use ripstop::run::{Precision, Skips};
-use ripstop::study::compare;
 
 use super::batches::equal_rows;
-use super::{Outcome, Tests, places, run_in_batches, run_on, same_until_failure, simulated, within_tolerances};
+use super::{Outcome, Tests, places, run_in_batches, run_on, same_until_failure, simulated};
 use crate::scene::{builtin, run_as};
 
 pub(super) const TESTS: Tests = &[
     ("shots_follow_the_processor", shots),
     ("a_quarter_is_the_whole", quarter),
     ("neither_batches_nor_what_is_left_at_rest_change_a_bit", same_bits),
-    ("kernel_by_kernel_shots_are_within_tolerance", kernels),
     ("outcomes_are_the_processors", outcomes),
 ];
 
@@ -114,17 +110,6 @@ fn same_bits(device: &'static Device) -> Outcome {
         assert!(part.element_steps_computed < whole.element_steps_computed);
     }
     Ok(())
-}
-
-fn kernels(device: &'static Device) -> Outcome {
-    let mut wrong = Vec::new();
-    for (name, mut case) in all() {
-        // What is allowed of a contact is made for a shot like the paper's.
-        case.projectile.as_mut().unwrap().velocity = 200.0;
-        let found = compare::compare(&case, device, Some(60), 4, &AtomicBool::new(false)).map_err(|e| e.to_string())?;
-        wrong.extend(within_tolerances(&found).err().map(|over| format!("{name}, {over}")));
-    }
-    if wrong.is_empty() { Ok(()) } else { Err(wrong.join("\n")) }
 }
 
 /// Far above and far below the limit no chance decides.

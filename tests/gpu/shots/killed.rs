@@ -45,7 +45,7 @@ fn killed(_: &'static Device) -> Outcome {
     let shelf = TempDir::new().map_err(|e| e.to_string())?;
     let folder = shelf.path();
     fs::write(folder.join("shot.json"), shot().to_string()).map_err(|e| e.to_string())?;
-    let run = ["run", "shot.json", "--backend", "gpu", "--quiet", "--vtu"];
+    let run = ["run", "shot.json", "--backend", "gpu", "--quiet"];
     let whole = ripstop(folder, &[&run[..], &["--out", "whole"]].concat()).output().unwrap();
     assert!(whole.status.success(), "{}", String::from_utf8_lossy(&whole.stderr));
     let (path, mut random) = (folder.join("out/shot/checkpoint.bin"), Random(12));

@@ -1,21 +1,17 @@
 //! Packs of plies end to end: on the device as on the processor, whatever the batches and whatever is left out.
 
-use std::sync::atomic::AtomicBool;
-
 use ripstop::case::Case;
 use ripstop::gpu::Device;
 use ripstop::run::{Precision, Run, Skips};
-use ripstop::study::compare;
 
 use super::batches::equal_rows;
-use super::{Outcome, Tests, run_in_batches, run_on, simulated, within_tolerances};
+use super::{Outcome, Tests, run_in_batches, run_on, simulated};
 use crate::scene::{builtin, run_as};
 
 pub(super) const TESTS: Tests = &[
     ("up_to_the_first_failure_a_pack_is_the_references", references),
     ("the_batch_length_does_not_matter_to_a_pack", lengths),
     ("what_is_left_at_rest_changes_no_bit_of_a_pack", skips),
-    ("kernel_by_kernel_a_pack_is_within_tolerance", kernels),
 ];
 
 /// Plies in touch at rest, with gaps between them, of two fabrics and turned.
@@ -99,15 +95,4 @@ fn skips(device: &'static Device) -> Outcome {
         assert!(saved > 0.3, "{name}: {saved} left out");
     }
     Ok(())
-}
-
-fn kernels(device: &'static Device) -> Outcome {
-    let mut wrong = Vec::new();
-    for (name, pack) in PACKS {
-        let case = shot(pack, &[]);
-        let found = compare::compare(&case, device, Some(80), 4, &AtomicBool::new(false)).map_err(|e| e.to_string())?;
-        assert_eq!((found.steps, found.compared), (80, 20));
-        wrong.extend(within_tolerances(&found).err().map(|over| format!("{name}, {over}")));
-    }
-    if wrong.is_empty() { Ok(()) } else { Err(wrong.join("\n")) }
 }

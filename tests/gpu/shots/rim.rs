@@ -1,16 +1,11 @@
 //! Shots whose contact is sampled at the rim of the projectile's face too.
 
-use std::sync::atomic::AtomicBool;
-
 use ripstop::case::{Case, ContactSampling};
 use ripstop::gpu::Device;
 use ripstop::run::{Precision, Skips};
-use ripstop::study::compare;
 
 use super::batches::equal_rows;
-use super::{
-    Outcome, Tests, first_failure, places, run_in_batches, run_on, same_until_failure, simulated, within_tolerances,
-};
+use super::{Outcome, Tests, first_failure, places, run_in_batches, run_on, same_until_failure, simulated};
 use crate::kept;
 use crate::scene::{builtin, run_as};
 
@@ -20,7 +15,6 @@ pub(super) const TESTS: Tests = &[
     ("a_quarter_is_the_whole", quarter),
     ("a_rim_across_clamps_is_the_references", clamped),
     ("neither_batches_nor_what_is_left_at_rest_change_a_bit", same_bits),
-    ("kernel_by_kernel_a_shot_is_within_tolerance", kernels),
 ];
 
 const RIM: &str = "/solver/contact_sampling=edges";
@@ -123,19 +117,6 @@ fn same_bits(device: &'static Device) -> Outcome {
         let [part, whole] =
             [false, true].map(|whole| simulated(device, &case, Skips { wavefront: !whole, ..Skips::WHOLE }));
         equal_rows(&part, &whole, "the whole fabric");
-    }
-    Ok(())
-}
-
-fn kernels(device: &'static Device) -> Outcome {
-    for mut case in torn() {
-        // What is allowed of a contact is made for a shot like the paper's.
-        case.projectile.as_mut().unwrap().velocity = 200.0;
-        let found = compare::compare(&case, device, Some(60), 2, &AtomicBool::new(false));
-        let found = found.map_err(|e| e.to_string())?;
-        let lines = || compare::TOLERANCES.iter().zip(&found.worst);
-        assert!(lines().any(|(line, worst)| line.kernel == "projectile_contact" && worst.is_some()), "not compared");
-        within_tolerances(&found)?;
     }
     Ok(())
 }

@@ -76,7 +76,7 @@ pub(super) fn compare_elements(pair: &Pair<'_>, seen: &mut Seen) -> Outcome {
                     // From one state: half of what whole runs may differ by.
                     element::HEIGHT..element::ALIVE => ("yarn height", 0.5 * height),
                     element::ALIVE..element::COUNT => ("yarn alive", 1.0),
-                    _ if model.features().windows && field >= expected.elements.fields - element::STRAIN => {
+                    _ if field >= expected.elements.fields - element::STRAIN => {
                         ("strain", failure_strain + number(expected, field).abs())
                     }
                     _ => ("viscous force", viscous_force),

@@ -1,0 +1,488 @@
+//! Checks of a run: each number, its limits, and what that means for the result. One table for the terminal, `summary.json` and the report.
+//!
+//! A check that is not fine may be a numbered warning; `explain` has more words on those.
+
+use super::breakage::Breakage;
+use super::number::{fraction, grouped, short};
+use super::summary::residual_velocity;
+use super::verdict::verdict;
+use super::warnings::{KINDS, Warning};
+use crate::case::{Case, ContactSampling, Field, Motion, Numerics, Shape};
+use crate::kernels::projectile_shape::Body;
+use crate::run::Run;
+use crate::run::outcome::Outcome;
+use crate::solver::energy_balance::Balance;
+
+/// Energy error that practitioners accept, over the initial energy [-].
+pub const ENERGY_LIMIT: f64 = 0.02;
+/// Energy by state functions that nothing accounts for, over the initial energy, above which a run is to be looked at [-].
+pub const GAINED_LIMIT: f64 = 0.01;
+/// Hourglass energy that practitioners accept, over the internal energy [-].
+pub const HOURGLASS_LIMIT: f64 = 0.05;
+/// Depth of a node in the projectile, over the diagonal of the largest element [-]: no place of the fabric is farther from a node,
+/// so where its surface runs between them is not known any better.
+const PENETRATION_LIMIT: f64 = 0.5;
+/// Depth of whole fabric in a neighbouring ply, over the thinnest fabric's thickness [-]: beyond it, plies have changed places.
+const PLY_PENETRATION_LIMIT: f64 = 1.0;
+/// Crossovers along the side of an element that resolve the failure of single yarns.
+pub const CROSSOVERS_LIMIT: u32 = 1;
+/// Least diameter of a projectile over the longest element side [-]: contact is sampled at nodes.
+pub const CELLS_LIMIT: f64 = 3.0;
+/// Mean densities a projectile may have [kg/m³]: from light plastics to osmium.
+const DENSITY_LIMITS: [f64; 2] = [900.0, 22_600.0];
+/// Difference of a given mass from that of the given density, over the latter [-].
+const DENSITY_TOLERANCE: f64 = 0.05;
+/// Errors of energy and momentum that change no figure of a result [-].
+const NEGLIGIBLE: f64 = 1e-4;
+/// Energy from nowhere above which a result is not to be used, over what was put in or what the fabric holds [-].
+const UNUSABLE: f64 = 0.1;
+/// Share of unit cells without equilibrium that no longer is a matter of a few places [-].
+const UNCONVERGED_LIMIT: f64 = 1e-6;
+/// Energy that the law itself makes or loses, over what was put in, that is to be looked at [-].
+const LAW_LIMIT: f64 = 0.05;
+/// Half the spread of the absorbed energy over meshes, steps and places in a cell near the limit and up to three times it, over
+/// the energy at the limit [-]: largest of `docs/src/objectivity.md`, by default and with the paper's numerics.
+const ABSORBED_SCATTER: [f64; 2] = [0.1, 0.35];
+/// A load over the breaking load above which another mesh, or another place of the hit in a mesh whose lines are counted from the edges, may
+/// break a yarn [-]: the limit of S-720 differs by up to 12 % then, and tension grows with velocity to the power 4/3 (Smith).
+const NEAR_BREAKING: f64 = 0.85;
+
+/// Level of a check.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Level {
+    /// As it should be.
+    Fine,
+    /// To be looked at before the result is used.
+    Look,
+    /// The result is not to be used.
+    Bad,
+}
+
+impl Level {
+    /// Level as one word.
+    pub fn word(self) -> &'static str {
+        ["fine", "look", "bad"][self as usize]
+    }
+
+    /// Advice on a result whose worst check has this level.
+    pub fn advice(self) -> &'static str {
+        ["trust", "look", "do not use"][self as usize]
+    }
+}
+
+/// A check of a run.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct Check {
+    /// Quantity.
+    pub name: &'static str,
+    /// Value found, with its unit.
+    pub value: String,
+    /// Level.
+    pub level: Level,
+    /// Reason for the level.
+    pub reason: String,
+    /// Warning with its number, where the check calls for one.
+    pub warning: Option<Warning>,
+}
+
+/// All checks of a run, the same ones in the same order for alike cases.
+pub fn checks(case: &Case, run: &Run) -> Vec<Check> {
+    let gained = gained(run);
+    let energy = energy(run, gained.warning.is_some());
+    let mut all = vec![end(case, run), gained, stored(run), energy, momentum(run), hourglass(run)];
+    if case.projectile.is_some() {
+        all.push(penetration(case, run));
+        all.extend(width(case));
+        all.extend([mesh_under_hit(case, run), frame(case, run)]);
+    }
+    all.extend((run.plies > 1).then(|| ply_penetration(case, run)));
+    all.extend([newton(run), law(run)]);
+    all.extend((run.plies > 1).then(|| separation(run)));
+    all.push(mesh(case));
+    all
+}
+
+/// Warnings before a run, in order of code.
+pub fn case_warnings(case: &Case) -> Vec<Warning> {
+    let small = width(case).and_then(|check| check.warning);
+    [assumed(case), mesh(case).warning, small, mass(case)].into_iter().flatten().collect()
+}
+
+/// Warnings after a run, in order of code.
+pub fn warnings(case: &Case, checks: &[Check]) -> Vec<Warning> {
+    let found = checks.iter().filter_map(|check| check.warning.clone());
+    let mut all: Vec<Warning> = [assumed(case), mass(case)].into_iter().flatten().chain(found).collect();
+    all.sort_by_key(|warning| warning.kind.code);
+    all
+}
+
+/// Worst level of the checks, and those of this level unless all are fine.
+pub fn advice(checks: &[Check]) -> (Level, Vec<&Check>) {
+    let level = checks.iter().map(|check| check.level).max().unwrap_or(Level::Fine);
+    (level, checks.iter().filter(|check| check.level == level && level != Level::Fine).collect())
+}
+
+/// Fields without a published value.
+pub fn assumed_fields(case: &Case) -> impl Iterator<Item = &Field> {
+    case.fields.iter().filter(|field| field.assumed)
+}
+
+impl Check {
+    /// A check by level, with its reason when it is fine, to be looked at, bad.
+    fn new<T: Into<String>>(name: &'static str, value: String, level: Level, reasons: [T; 3]) -> Self {
+        let [fine, look, bad] = reasons;
+        let reason = [fine, look, bad].into_iter().nth(level as usize).map_or_else(String::new, Into::into);
+        Self { name, value, level, reason, warning: None }
+    }
+
+    /// A check of a share against two limits.
+    fn share(name: &'static str, share: f64, limits: [f64; 2], reasons: [&str; 3]) -> Self {
+        Self::new(name, fraction(share), level(share.abs(), limits), reasons)
+    }
+
+    /// The check with a warning where the value is above its limit, or no number at all.
+    fn warned(self, number: usize, value: f64, limit: f64, message: String) -> Self {
+        let warning = (!is_within(value, limit)).then(|| warning(number, value, limit, message));
+        Self { warning, ..self }
+    }
+
+    /// The check with a warning where a share is above its limit.
+    fn warned_share(self, number: usize, what: &str, share: f64, limit: f64) -> Self {
+        let [found, accepted] = [share, limit].map(|part| part * 100.0);
+        self.warned(number, share, limit, format!("{what} is {found:.1} %, above the {accepted:.0} % accepted"))
+    }
+
+    /// The check with a warning where a depth into something [m] is above its limit, which is so much of what.
+    fn warned_depth(self, into: &str, depth: f64, limit: f64, of: &str) -> Self {
+        let [found, allowed] = [depth, limit].map(|depth| depth * 1e3);
+        let message = format!("a node got {found:.3} mm into {into}, deeper than {of}, {allowed:.3} mm");
+        self.warned(4, found, allowed, message)
+    }
+}
+
+/// Level of a value: above the first limit it is to be looked at, above the second (or no number) it is bad.
+fn level(value: f64, [look, bad]: [f64; 2]) -> Level {
+    match value {
+        value if value <= look => Level::Fine,
+        value if value <= bad => Level::Look,
+        _ => Level::Bad,
+    }
+}
+
+/// [`Level::Look`] on a condition.
+fn look_if(condition: bool) -> Level {
+    if condition { Level::Look } else { Level::Fine }
+}
+
+/// Whether a value is a number and no larger than its limit.
+fn is_within(value: f64, limit: f64) -> bool {
+    value <= limit
+}
+
+fn warning(number: usize, value: f64, limit: f64, message: String) -> Warning {
+    Warning { kind: &KINDS[number - 1], message, value, limit }
+}
+
+fn assumed(case: &Case) -> Option<Warning> {
+    let count = assumed_fields(case).count();
+    let what = if count == 1 { "1 parameter is".to_owned() } else { format!("{count} parameters are") };
+    (count > 0).then(|| warning(1, count as f64, 0.0, format!("{what} assumed, not published")))
+}
+
+fn mass(case: &Case) -> Option<Warning> {
+    let projectile = case.projectile.as_ref()?;
+    if matches!(projectile.shape, Shape::Bar { .. }) || projectile.motion == Motion::Prescribed {
+        return None;
+    }
+    let volume = projectile.shape.volume();
+    let found = projectile.mass / volume;
+    let body = format!("{} g in {} cm³ are {found:.0} kg/m³", short(projectile.mass * 1e3, 3), short(volume * 1e6, 3));
+    let [lightest, densest] = DENSITY_LIMITS;
+    let (limit, words) = match projectile.density {
+        Some(given) if (found / given - 1.0).abs() > DENSITY_TOLERANCE => {
+            (given, format!(", not the {given:.0} of /projectile/density_kg_m3"))
+        }
+        _ if found > densest => (densest, ", more than the densest metal has".to_owned()),
+        _ if found < lightest => (lightest, ": hollow, or a slip of a unit".to_owned()),
+        _ => return None,
+    };
+    Some(warning(7, found, limit, body + &words))
+}
+
+fn end(case: &Case, run: &Run) -> Check {
+    let verdict = verdict(case, run);
+    let reason = match run.divergence {
+        Some(_) => "the numbers went out of hand; what came before is not to be used",
+        None => "the run was broken off; what is shown ends there",
+    };
+    let (value, level) = if verdict.complete { ("complete", Level::Fine) } else { (verdict.word, Level::Bad) };
+    Check::new("end of the run", value.to_owned(), level, ["the run came to its end", "", reason])
+}
+
+fn gained(run: &Run) -> Check {
+    let reasons = [
+        "by state functions, the shares of law and ply separation apart: the step neither made nor lost energy that counts",
+        "by state functions: the step made or lost energy; compare with a lower Courant number",
+        "by state functions: the step made or lost so much energy that the result is not to be used",
+    ];
+    Check::share("energy gained", run.energy_gained, [GAINED_LIMIT, 5.0 * GAINED_LIMIT], reasons).warned_share(
+        2,
+        "energy that nothing accounts for",
+        run.energy_gained.abs(),
+        GAINED_LIMIT,
+    )
+}
+
+/// `warned`: there is a warning of this number already.
+fn energy(run: &Run, warned: bool) -> Check {
+    let reasons = [
+        "next to nothing: assembly, contact and failure close; it closes by construction and does not see the step",
+        "more than 0.01 %, within the 2 % practitioners accept",
+        "above the 2 % practitioners accept: energy was made or lost",
+    ];
+    let check = Check::share("work balance", run.energy_error, [NEGLIGIBLE, ENERGY_LIMIT], reasons);
+    if warned { check } else { check.warned_share(2, "the energy error", run.energy_error, ENERGY_LIMIT) }
+}
+
+/// The fabric's elastic energy must lie between nothing and what there was to take it from.
+fn stored(run: &Run) -> Check {
+    let first = run.history.first().map(|row| row.balance).unwrap_or_default();
+    let made = |row: &Balance| row.external.max(0.0) + row.law.max(0.0) + row.separation.max(0.0);
+    let most = |row: &Balance| first.projectile + first.kinetic + first.internal.max(0.0) + made(row);
+    let peak = run.history.iter().map(|row| most(&row.balance)).fold(0.0, f64::max);
+    let slack = GAINED_LIMIT * peak;
+    let all = || run.history.iter().map(|row| &row.balance);
+    let fault = if all().any(|row| !row.internal.is_finite()) {
+        Some("not a number")
+    } else if all().any(|row| row.internal < -slack - row.law.abs()) {
+        Some("below zero: the fabric gave back energy that it never had")
+    } else if all().any(|row| row.internal > most(row) + slack) {
+        Some("more than there was to take it from: the arithmetic made energy")
+    } else {
+        None
+    };
+    let last = run.history.last().map_or(0.0, |row| row.balance.internal);
+    let level = if fault.is_some() { Level::Bad } else { Level::Fine };
+    let fine = "never below zero, never more than there was to take it from";
+    Check::new("elastic energy", format!("{} J", short(last, 3)), level, [fine, "", fault.unwrap_or_default()])
+}
+
+fn momentum(run: &Run) -> Check {
+    let reasons =
+        ["next to nothing: contact and supports balance", "more than 0.01 %", "above 2 %: forces do not balance"];
+    Check::share("momentum error", run.momentum_error, [NEGLIGIBLE, ENERGY_LIMIT], reasons)
+}
+
+fn hourglass(run: &Run) -> Check {
+    let reasons = [
+        "below 5 %: the elements' artificial stiffness carried next to nothing",
+        "above the 5 % practitioners accept: the fabric was stiffer than asked for",
+        "above 10 %: the artificial stiffness carried the load",
+    ];
+    let share = run.hourglass_fraction;
+    Check::share("hourglass / internal energy", share, [HOURGLASS_LIMIT, UNUSABLE], reasons).warned_share(
+        3,
+        "hourglass energy over internal energy",
+        share,
+        HOURGLASS_LIMIT,
+    )
+}
+
+fn penetration(case: &Case, run: &Run) -> Check {
+    let layers = case.layers();
+    let diagonals = layers.iter().map(|layer| layer.element_length_x.hypot(layer.element_length_y));
+    let diagonal = diagonals.fold(0.0, f64::max);
+    let limit = PENETRATION_LIMIT * diagonal;
+    let (depth, half) = (run.max_penetration, short(1e3 * limit, 2));
+    let reasons = [
+        format!("below half an element's diagonal ({half} mm)"),
+        format!(
+            "deeper than half an element's diagonal ({half} mm): single nodes behind a sharp rim or torn yarns change little"
+        ),
+        "deeper than two diagonals of an element: fabric slipped through the projectile".to_owned(),
+    ];
+    let value = format!("{} mm", short(depth * 1e3, 2));
+    Check::new("fabric inside the projectile", value, level(depth, [limit, 2.0 * diagonal]), reasons).warned_depth(
+        "the projectile",
+        depth,
+        limit,
+        "half an element's diagonal",
+    )
+}
+
+fn ply_penetration(case: &Case, run: &Run) -> Check {
+    let thinnest = case.layers().iter().map(|layer| layer.fabric.thickness).fold(f64::INFINITY, f64::min);
+    let (depth, thick) = (run.max_ply_penetration, short(thinnest * 1e3, 3));
+    let reasons = [
+        format!("less than a ply is thick ({thick} mm)"),
+        format!("more than a ply is thick ({thick} mm): single nodes of torn, crumpled fabric passed a neighbour"),
+        "more than twenty plies are thick: plies have changed places".to_owned(),
+    ];
+    let value = format!("{} mm", short(depth * 1e3, 3));
+    let limit = PLY_PENETRATION_LIMIT * thinnest;
+    Check::new("plies inside each other", value, level(depth, [limit, 20.0 * thinnest]), reasons).warned_depth(
+        "a neighbouring ply",
+        depth,
+        limit,
+        "the thinnest ply is thick",
+    )
+}
+
+/// Elements that a projectile is wide; of a bar, which meets whole rows of nodes, that says nothing.
+fn width(case: &Case) -> Option<Check> {
+    let shape = case.projectile.as_ref()?.shape;
+    if matches!(shape, Shape::Bar { .. }) {
+        return None;
+    }
+    let sides =
+        case.layers().iter().map(|layer| layer.element_length_x.max(layer.element_length_y)).fold(0.0, f64::max);
+    let cells = shape.diameter() / sides;
+    let level = look_if(cells < CELLS_LIMIT);
+    let reasons = ["at least three: it cannot slip between nodes", "fewer than three: it may slip between nodes", ""];
+    let message = format!("the projectile is {cells:.1} elements wide; below {CELLS_LIMIT} it may slip between nodes");
+    let warning = (level == Level::Look).then(|| warning(6, cells, CELLS_LIMIT, message));
+    let check = Check::new("projectile width", format!("{} elements", short(cells, 2)), level, reasons);
+    Some(Check { warning, ..check })
+}
+
+/// Difference of the velocity of a sharp-rimmed projectile that leaves with the mesh [m/s], and with the place of the hit where
+/// lines of nodes do not follow it, as measured on one fabric, S-720; `None` where that was not measured or nothing broke.
+pub fn scatter(case: &Case, run: &Run) -> Option<f64> {
+    let projectile = case.projectile.as_ref().filter(|p| p.motion == Motion::Free)?;
+    let has_rim = Body::new(projectile).ok()?.profile.has_round_rim() && projectile.edge_radius == 0.0;
+    let left = residual_velocity(case, run)?;
+    if run.outcome != Outcome::Perforated || !has_rim || run.events.is_empty() || left <= 0.0 {
+        return None;
+    }
+    let share = ABSORBED_SCATTER[usize::from(case.solver.numerics == Numerics::Paper)];
+    // The energy that a perforation takes is about that at the limit.
+    let taken = projectile.velocity.powi(2) - left.powi(2);
+    Some((0.5 * share * taken.max(0.0) / left).min(projectile.velocity))
+}
+
+/// Dependence of the outcome on how the mesh lies under the projectile; the figures are those of `docs/src/objectivity.md`.
+fn mesh_under_hit(case: &Case, run: &Run) -> Check {
+    let broken: u64 = run.history.last().map_or(0, |row| row.failed.iter().sum());
+    let load = run.history.iter().map(|row| row.balance.max_load).fold(0.0, f64::max);
+    let body = case.projectile.as_ref().and_then(|projectile| Body::new(projectile).ok());
+    let has_rim = body.is_some_and(|body| body.profile.has_round_rim());
+    // An ogive without a tip is half a ball.
+    let is_ball = case.projectile.as_ref().is_some_and(|p| match p.shape {
+        Shape::Sphere { .. } => true,
+        Shape::Ogive { .. } => !p.shape.is_pointed(),
+        _ => false,
+    });
+    let tip = case.projectile.as_ref().filter(|p| p.shape.is_pointed()).map(|p| p.edge_radius);
+    let at_rim = case.solver.contact_sampling == ContactSampling::Edges;
+    let (level, reason) = match broken {
+        0 if has_rim && load > NEAR_BREAKING => {
+            (Level::Look, "no yarn broke, but one came near to it: with another mesh the projectile may pass")
+        }
+        0 => (Level::Fine, "no yarn broke: another mesh changes what is lost by a few per cent"),
+        _ if is_ball => (
+            Level::Fine,
+            "a ball: finer elements move a ballistic limit by 1 to 4 % on one or two plies, by up to 10 % on four",
+        ),
+        _ if tip == Some(0.0) => (
+            Level::Bad,
+            "a sharp point: fabric stands on it or slips off, which no mesh decides; give it its edge_radius_mm",
+        ),
+        _ if tip.is_some() => (
+            Level::Look,
+            "a point: what a perforation takes depends on the mesh; compare with \"accuracy\": \"converged\"",
+        ),
+        _ if !has_rim || at_rim => (
+            Level::Look,
+            "a sharp rim: finer elements change the energy that a perforation takes; compare with \"accuracy\": \"converged\", or give \
+             the rim its edge_radius_mm",
+        ),
+        _ => (
+            Level::Look,
+            "contact was sampled at nodes: a ballistic limit hangs on where in a cell the hit is; compare with \
+             \"contact_sampling\": \"edges\"",
+        ),
+    };
+    let value = match scatter(case, run) {
+        Some(scatter) => format!("± {} m/s", short(scatter, 2)),
+        None if broken == 0 => format!("at most {} of a breaking load", fraction(load)),
+        None => "not measured".to_owned(),
+    };
+    Check::new("sensitivity to the mesh under the hit", value, level, [reason; 3])
+}
+
+/// Hold of the fabric in its frame until the outcome was decided.
+fn frame(case: &Case, run: &Run) -> Check {
+    let broken = Breakage::of(case, run);
+    let reasons = [
+        "no more pieces of yarn than at the hit, so far as they decide",
+        "more than at the hit: the fabric tore off its frame and flew with the projectile; a slower shot may pass where this one is \
+         stopped, and in a test fabric slips in its clamps",
+        "",
+    ];
+    let value = grouped(broken.torn_off as u64);
+    let message = format!("{value} pieces of yarn broke at the edges, {} at the hit", grouped(broken.at_hit as u64));
+    Check::new("broken at the edges", value, look_if(broken.tore_off()), reasons).warned(
+        8,
+        broken.torn_off as f64,
+        broken.at_hit as f64,
+        message,
+    )
+}
+
+fn newton(run: &Run) -> Check {
+    let share = run.newton.unconverged as f64 / run.element_steps_computed.max(1) as f64;
+    let reasons = [
+        format!("every unit cell found its equilibrium (residual {})", fraction(run.newton.max_residual)),
+        "a few unit cells missed their equilibrium".to_owned(),
+        "many unit cells missed their equilibrium".to_owned(),
+    ];
+    let value = grouped(run.newton.unconverged);
+    Check::new("unit cells unsolved", value, level(share, [0.0, UNCONVERGED_LIMIT]), reasons)
+}
+
+/// An energy at the end over the energy put in [-].
+fn of_given(run: &Run, energy: impl Fn(&Balance) -> f64) -> f64 {
+    let end = run.history.last().map(|row| row.balance).unwrap_or_default();
+    let start = run.history.first().map(|row| row.balance).unwrap_or_default();
+    // Pre-tension and a deflection are put in too; the first row comes after first contact.
+    let at_start = start.kinetic + start.stored + start.hourglass + start.projectile;
+    let given = run.impact_energy.max(at_start) + end.external.max(0.0);
+    match energy(&end) {
+        0.0 => 0.0,
+        energy => energy / given.max(f64::MIN_POSITIVE),
+    }
+}
+
+fn law(run: &Run) -> Check {
+    let reasons = [
+        "of the energy put in: the published law is not derived from an energy, a few per cent are its own",
+        "the unit-cell law gives back other energy than it takes; compare with \"law\": \"variational\"",
+        "the unit-cell law made or lost so much energy that the result is not to be used; take \"law\": \"variational\"",
+    ];
+    let share = of_given(run, |end| end.law).abs();
+    Check::share("energy of the unit-cell law", share, [LAW_LIMIT, UNUSABLE], reasons)
+}
+
+fn separation(run: &Run) -> Check {
+    let reasons = [
+        "of the energy put in: plies that are moved out of each other strain their yarns by no more than counts",
+        "moving plies out of each other gave the fabric energy that nothing put in",
+        "moving plies out of each other gave the fabric so much energy that the result is not to be used",
+    ];
+    let share = of_given(run, |end| end.separation);
+    Check::share("energy of ply separation", share, [GAINED_LIMIT, 5.0 * GAINED_LIMIT], reasons)
+}
+
+fn mesh(case: &Case) -> Check {
+    let [count, limit] = [case.pack.crossovers_per_element, CROSSOVERS_LIMIT];
+    let reasons =
+        ["single yarns fail, as in the fabric", "more than one: yarns fail in bundles, which delays failure", ""];
+    let message = format!("an element holds {count} × {count} crossovers; more than one delays failure");
+    Check::new("crossovers per element", format!("{count} × {count}"), look_if(count > limit), reasons).warned(
+        5,
+        count.into(),
+        limit.into(),
+        message,
+    )
+}

@@ -1,0 +1,233 @@
+//! Files of a frame for ParaView: fabric and projectile each as a `.vtu` file, XML with the numbers appended, compressed by zlib.
+//!
+//! <https://docs.vtk.org/en/latest/vtk_file_formats/vtkxml_file_format.html>. Lengths in mm, so that the axes of a view read like
+//! a drawing; every array ends in its unit.
+
+use std::io::{self, Write};
+
+use flate2::{Compression, write::ZlibEncoder};
+use nalgebra::{Quaternion, UnitQuaternion, Vector3};
+
+use super::surface::SurfaceMesh;
+use crate::case::Case;
+use crate::kernels::projectile_shape::Body;
+use crate::kernels::rigid_body::RigidBody;
+use crate::run::frame::{Frame, Pose, Scene};
+
+const BYTE_ORDER: &str = if cfg!(target_endian = "big") { "BigEndian" } else { "LittleEndian" };
+/// `VTK_QUAD` and `VTK_TRIANGLE`.
+const QUAD: u8 = 9;
+const TRIANGLE: u8 = 5;
+/// `vtkDataSetAttributes::HIDDENCELL`: not drawn, and left out by filters.
+const HIDDEN: u8 = 32;
+/// mm per m.
+const MM: f64 = 1e3;
+
+/// Names of the parts of a case.
+pub(super) fn parts(case: &Case) -> &'static [&'static str] {
+    if case.projectile.is_some() { &["fabric", "projectile"] } else { &["fabric"] }
+}
+
+/// Writer of the files of one scene.
+pub(super) struct VtuWriter {
+    /// Grids in the order of [`parts`].
+    grids: Vec<Grid>,
+    /// Surface and start of the projectile.
+    projectile: Option<(SurfaceMesh, RigidBody)>,
+}
+
+/// Points and cells of a part, which are the same in all frames.
+struct Grid {
+    points: usize,
+    cells: usize,
+    topology: Vec<Array>,
+    /// Arrays of cells.
+    fixed: Vec<Array>,
+}
+
+/// Named numbers, compressed.
+struct Array {
+    name: &'static str,
+    kind: &'static str,
+    /// Numbers per point or cell.
+    components: usize,
+    block: Vec<u8>,
+}
+
+impl Array {
+    fn new<T: bytemuck::NoUninit>(
+        name: &'static str,
+        kind: &'static str,
+        components: usize,
+        numbers: &[T],
+    ) -> io::Result<Self> {
+        Ok(Self { name, kind, components, block: compressed(bytemuck::cast_slice(numbers))? })
+    }
+
+    fn bytes(name: &'static str, numbers: &[u8]) -> io::Result<Self> {
+        Self::new(name, "UInt8", 1, numbers)
+    }
+
+    fn floats(name: &'static str, numbers: &[f32], unit: f64) -> io::Result<Self> {
+        let numbers: Vec<f32> = numbers.iter().map(|number| (f64::from(*number) * unit) as f32).collect();
+        Self::new(name, "Float32", 1, &numbers)
+    }
+
+    fn vectors(name: &'static str, vectors: impl Iterator<Item = [f64; 3]>) -> io::Result<Self> {
+        let numbers: Vec<f32> = vectors.flat_map(|vector| vector.map(|number| number as f32)).collect();
+        Self::new(name, "Float32", 3, &numbers)
+    }
+}
+
+/// Header and compressed bytes of an array, which is one block.
+fn compressed(bytes: &[u8]) -> io::Result<Vec<u8>> {
+    let mut encoder = ZlibEncoder::new(vec![0; 32], Compression::fast());
+    encoder.write_all(bytes)?;
+    let mut out = encoder.finish()?;
+    // Blocks, bytes of a block, of the last one if that is shorter, and compressed.
+    let header = [u64::from(!bytes.is_empty()), bytes.len() as u64, 0, (out.len() - 32) as u64];
+    out[..32].copy_from_slice(bytemuck::cast_slice(&header));
+    out.truncate(if bytes.is_empty() { 24 } else { out.len() });
+    Ok(out)
+}
+
+impl Grid {
+    fn new(points: usize, cells: impl Iterator<Item = impl AsRef<[usize]>>) -> io::Result<Self> {
+        let (mut corners, mut ends, mut kinds) = (Vec::new(), Vec::new(), Vec::new());
+        for cell in cells {
+            corners.extend(cell.as_ref().iter().map(|corner| *corner as i64));
+            ends.push(corners.len() as i64);
+            kinds.push(if cell.as_ref().len() == 3 { TRIANGLE } else { QUAD });
+        }
+        let topology = vec![
+            Array::new("connectivity", "Int64", 1, &corners)?,
+            Array::new("offsets", "Int64", 1, &ends)?,
+            Array::bytes("types", &kinds)?,
+        ];
+        Ok(Self { points, cells: kinds.len(), topology, fixed: Vec::new() })
+    }
+
+    /// The file of a part at a time [µs].
+    fn file(&self, time_us: f64, points: &Array, of_points: &[Array], of_cells: &[Array]) -> io::Result<Vec<u8>> {
+        let sections: [(&str, Vec<&Array>); 4] = [
+            ("Points", vec![points]),
+            ("Cells", self.topology.iter().collect()),
+            ("PointData", of_points.iter().collect()),
+            ("CellData", self.fixed.iter().chain(of_cells).collect()),
+        ];
+        let (mut xml, mut blocks) = (String::new(), Vec::new());
+        for (section, arrays) in sections {
+            xml += &format!("<{section}>\n");
+            for Array { name, kind, components, block } in arrays {
+                xml += &format!(
+                    "<DataArray type=\"{kind}\" Name=\"{name}\" NumberOfComponents=\"{components}\" format=\"appended\" offset=\"{}\"/>\n",
+                    blocks.len()
+                );
+                blocks.extend_from_slice(block);
+            }
+            xml += &format!("</{section}>\n");
+        }
+        let mut file = Vec::new();
+        write!(
+            file,
+            "<?xml version=\"1.0\"?>\n<VTKFile type=\"UnstructuredGrid\" version=\"1.0\" byte_order=\"{BYTE_ORDER}\" \
+             header_type=\"UInt64\" compressor=\"vtkZLibDataCompressor\">\n<UnstructuredGrid>\n<FieldData>\n\
+             <DataArray type=\"Float64\" Name=\"TimeValue\" NumberOfTuples=\"1\" format=\"ascii\">{time_us}</DataArray>\n\
+             </FieldData>\n<Piece NumberOfPoints=\"{}\" NumberOfCells=\"{}\">\n{xml}</Piece>\n</UnstructuredGrid>\n\
+             <AppendedData encoding=\"raw\">\n_",
+            self.points, self.cells
+        )?;
+        file.extend(blocks);
+        file.extend_from_slice(b"\n</AppendedData>\n</VTKFile>\n");
+        Ok(file)
+    }
+}
+
+impl VtuWriter {
+    /// The writer of a case, whose scene this is.
+    pub(super) fn new(case: &Case, scene: &Scene) -> io::Result<Self> {
+        let cells = scene.plies.iter().flat_map(|ply| {
+            (0..ply.rows).flat_map(move |row| (0..ply.columns).map(move |column| ply.corners(row, column)))
+        });
+        let mut fabric = Grid::new(scene.reference.len(), cells)?;
+        let plies = scene.plies.iter().enumerate().flat_map(|(n, ply)| std::iter::repeat_n(n as u8, ply.elements()));
+        fabric.fixed.push(Array::bytes("ply", &plies.collect::<Vec<_>>())?);
+        let mut grids = vec![fabric];
+        let projectile = case.projectile.as_ref().and_then(|projectile| {
+            let body = Body::new(projectile).ok()?;
+            let surface = SurfaceMesh::new(&body, scene.reference.iter());
+            Some((surface, RigidBody::new(projectile, body, 0.0)))
+        });
+        if let Some((surface, _)) = &projectile {
+            grids.push(Grid::new(surface.points.len(), surface.faces.iter())?);
+        }
+        Ok(Self { grids, projectile })
+    }
+
+    /// The files of a frame, in the order of [`parts`].
+    pub(super) fn files(&self, scene: &Scene, frame: &Frame) -> io::Result<Vec<Vec<u8>>> {
+        let mut files = vec![self.fabric(scene, frame)?];
+        if let (Some((surface, start)), Some(pose)) = (&self.projectile, &frame.projectile) {
+            files.push(self.projectile(surface, start, pose, frame.time * 1e6)?);
+        }
+        Ok(files)
+    }
+
+    fn fabric(&self, scene: &Scene, frame: &Frame) -> io::Result<Vec<u8>> {
+        let moved = scene.reference.iter().zip(&frame.displacement);
+        let moved = moved.map(|(x, u)| [0, 1, 2].map(|a| (f64::from(x[a]) + f64::from(u[a])) * MM));
+        let [warp, weft] = &frame.alive;
+        let hidden = warp.iter().zip(weft).map(|(warp, weft)| if warp | weft == 0 { HIDDEN } else { 0 });
+        let of_points = [
+            Array::vectors("displacement_mm", frame.displacement.iter().map(|u| u.map(|u| f64::from(u) * MM)))?,
+            Array::vectors("velocity_m_s", frame.velocity.iter().map(|v| v.map(f64::from)))?,
+        ];
+        let of_cells = [
+            Array::floats("warp_tension_n", &frame.tension[0], 1.0)?,
+            Array::floats("weft_tension_n", &frame.tension[1], 1.0)?,
+            Array::floats("warp_strain", &frame.strain[0], 1.0)?,
+            Array::floats("weft_strain", &frame.strain[1], 1.0)?,
+            Array::floats("warp_crimp_height_mm", &frame.height[0], MM)?,
+            Array::floats("weft_crimp_height_mm", &frame.height[1], MM)?,
+            Array::floats("shear_angle_rad", &frame.shear_angle, 1.0)?,
+            Array::bytes("warp_alive", warp)?,
+            Array::bytes("weft_alive", weft)?,
+            Array::bytes("vtkGhostType", &hidden.collect::<Vec<_>>())?,
+        ];
+        self.grids[0].file(frame.time * 1e6, &Array::vectors("Points", moved)?, &of_points, &of_cells)
+    }
+
+    fn projectile(&self, surface: &SurfaceMesh, start: &RigidBody, pose: &Pose, time_us: f64) -> io::Result<Vec<u8>> {
+        let [w, x, y, z] = pose.rotation;
+        let rotation = UnitQuaternion::new_unchecked(Quaternion::new(w, x, y, z));
+        let [centre, velocity, spin] = [pose.position, pose.velocity, pose.angular_velocity].map(Vector3::from);
+        let arms = || surface.points.iter().map(|point| Vector3::from(*point));
+        let at = |arm: Vector3<f64>| centre + rotation * arm;
+        let moved = |arm: Vector3<f64>| at(arm) - (start.position + start.orientation * arm);
+        let of_points = [
+            Array::vectors("displacement_mm", arms().map(|arm| (moved(arm) * MM).into()))?,
+            Array::vectors("velocity_m_s", arms().map(|arm| (velocity + spin.cross(&(rotation * arm))).into()))?,
+        ];
+        let points = Array::vectors("Points", arms().map(|arm| (at(arm) * MM).into()))?;
+        self.grids[1].file(time_us, &points, &of_points, &[])
+    }
+}
+
+/// The text of the `.pvd` file: the files of all parts at all times [µs].
+pub(super) fn collection(
+    parts: &[&str],
+    times: impl Iterator<Item = f64>,
+    file: impl Fn(&str, usize) -> String,
+) -> String {
+    let mut entries = String::new();
+    for (frame, time) in times.enumerate() {
+        for (number, part) in parts.iter().enumerate() {
+            let file = file(part, frame);
+            entries += &format!("<DataSet timestep=\"{time}\" part=\"{number}\" name=\"{part}\" file=\"{file}\"/>\n");
+        }
+    }
+    format!(
+        "<?xml version=\"1.0\"?>\n<VTKFile type=\"Collection\" version=\"1.0\" byte_order=\"{BYTE_ORDER}\">\n\
+         <!-- time in µs -->\n<Collection>\n{entries}</Collection>\n</VTKFile>\n"
+    )
+}
