@@ -138,7 +138,7 @@ pub(crate) struct V50Arguments {
 
 Values are a list or a range with a step (A..B:STEP). Every case is read and checked before the first is computed.
 
-DIR gets sweep.csv (a row for each point), sweep.html (lines, a heat map of two keys), sweep.json, plan.json, and in points/ what \
+DIR gets sweep.csv (a row for each point), sweep.html (lines over the first key), sweep.json, plan.json, and in points/ what \
 `ripstop shots` or `ripstop v50` writes.")]
 pub(crate) struct SweepArguments {
     /// A key and its values; may be given again
