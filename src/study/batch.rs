@@ -17,7 +17,7 @@ use super::StudyError;
 use super::interval::Bounds;
 use super::on_device::DeviceRunner;
 use super::shot_table::{ShotRow, ShotTable};
-use crate::case::{self, Case, CaseError, Drawn, case_hash};
+use crate::case::{self, Case, CaseError, case_hash};
 use crate::gpu::{Device, DeviceError};
 use crate::output::{Folder, OutputError};
 use crate::run::graphics::DeviceUse;
@@ -165,26 +165,19 @@ impl<'a> Batch<'a> {
     }
 }
 
-/// Shot that can be set up.
-pub(super) struct ReadyShot {
-    /// Its case without output that a row does not need.
-    pub(super) case: Case,
-    /// Velocity of its projectile [m/s].
-    pub(super) velocity: f64,
-    pub(super) drawn: Vec<Drawn>,
-}
-
-/// Shot of a case, ready to run; or the row of one that cannot be drawn.
-pub(super) fn ready(case: &Case, order: ShotOrder, seed: u32) -> Result<ReadyShot, Box<ShotRow>> {
-    let asked = order.velocity.or(case.projectile.as_ref().map(|projectile| projectile.velocity)).unwrap_or(0.0);
-    let mut shot = order_case(case, seed, order)
-        .map_err(|error| Box::new(ShotRow::of_failure(order, asked, Vec::new(), &error.to_string())))?;
+/// Case of a shot without output that a row does not need; or the row of one that cannot be drawn.
+pub(super) fn ready(case: &Case, order: ShotOrder, seed: u32) -> Result<Case, Box<ShotRow>> {
+    let mut shot = order_case(case, seed, order).map_err(|error| {
+        let mut row = ShotRow::of_failure(order, case, &error.to_string());
+        row.velocity = order.velocity.unwrap_or(row.velocity);
+        row.drawn.clear();
+        Box::new(row)
+    })?;
     // None of these changes the outcome.
     shot.output.frames = 0;
     shot.output.profile_times.clear();
     shot.expect.clear();
-    let velocity = shot.projectile.as_ref().map_or(asked, |projectile| projectile.velocity);
-    Ok(ReadyShot { velocity, drawn: shot.drawn.clone(), case: shot })
+    Ok(shot)
 }
 
 /// Row of a shot on the processor; `None` where it was given up.
@@ -192,11 +185,11 @@ fn shoot(case: &Case, order: ShotOrder, options: &BatchOptions<'_>, given_up: &A
     if options.stopped() {
         return None;
     }
-    let ReadyShot { case: shot, velocity, drawn } = match ready(case, order, options.seed) {
-        Ok(ready) => ready,
+    let shot = match ready(case, order, options.seed) {
+        Ok(shot) => shot,
         Err(row) => return Some(*row),
     };
-    let failure = |reason: &str| Some(ShotRow::of_failure(order, velocity, drawn, reason));
+    let failure = |reason: &str| Some(ShotRow::of_failure(order, &shot, reason));
     let run_options =
         Options { threads: Some(options.threads_per_shot), precision: options.precision, ..Options::default() };
     let run = || run::run(&shot, run_options, options.interrupt, &mut ());

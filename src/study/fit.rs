@@ -11,7 +11,7 @@ use ::csv::{ReaderBuilder, StringRecord, Trim};
 use serde_json::{Value, json};
 
 use super::StudyError;
-use super::binary_response::{self, Estimate, Method, NoEstimate};
+use super::binary_response::{self, Estimate};
 use super::interval::interval;
 use super::limit::{ComputedLimit, Limit, QUANTILES, Quantile, quantile_row};
 use super::outcomes::{Group, Outcomes};
@@ -233,7 +233,7 @@ pub struct Fit {
     /// Outcomes of the shots.
     pub outcomes: Outcomes,
     /// μ and σ, or why there are none.
-    pub estimate: Result<Estimate, NoEstimate>,
+    pub estimate: Result<Estimate, &'static str>,
     /// Limit by every method.
     pub limit: Limit,
     /// Computed limit beside it.
@@ -278,8 +278,8 @@ impl Fit {
             "deviance": estimate.map(Estimate::deviance),
             "quantiles": quantiles,
             "overlap": self.outcomes.overlap(),
-            "method": estimate.map(|found| found.method.words()),
-            "no_estimate": self.estimate.as_ref().err().map(ToString::to_string),
+            "method": estimate.map(|found| if found.firth { "Firth's penalised likelihood" } else { "maximum likelihood" }),
+            "no_estimate": self.estimate.err(),
             "standard_errors": estimate.map(errors),
             "link": self.request.link.word(),
             "level": self.request.level,
@@ -303,7 +303,7 @@ impl Fit {
         let mut notes: Vec<String> = self.computed.iter().map(|computed| computed.words(self.limit.v50())).collect();
         match &self.estimate {
             Err(why) => notes.push(format!("no estimate: {why}")),
-            Ok(found) if found.method == Method::Firth => notes.push(
+            Ok(found) if found.firth => notes.push(
                 "no overlap: no stop was faster than a perforation. The likelihood then has no maximum; the estimate is the one with \
                  Firth's penalty. Shoot where both outcomes are likely"
                     .to_owned(),
@@ -359,7 +359,7 @@ impl Fit {
     /// V50 and σ; nothing without an estimate.
     fn answer(&self) -> Vec<String> {
         let (Ok(found), Some((_, bounds))) = (&self.estimate, self.limit.v50()) else { return Vec::new() };
-        let by = if found.method == Method::Firth { ", with Firth's penalty" } else { "" };
+        let by = if found.firth { ", with Firth's penalty" } else { "" };
         let (sigma, link, deviance) = (short(found.sigma, 3), self.request.link.word(), short(found.deviance(), 4));
         vec![
             headline(found.mu, self.request.level, bounds.words()),

@@ -6,7 +6,7 @@
 
 use std::f64::consts::{FRAC_2_PI, FRAC_PI_2};
 
-use super::binary_response::{Estimate, LinearPredictor, Method, Problem, StandardizedShots};
+use super::binary_response::{Estimate, LinearPredictor, Problem, StandardizedShots};
 use super::outcomes::Outcomes;
 use crate::num::link::Link;
 use crate::output::number::short;
@@ -74,8 +74,8 @@ impl ProfileLikelihood {
         let profile = |problem: Problem, penalty, cut, inside, step| Self { problem, z, penalty, cut, inside, step };
         if let Some(estimate) = estimate {
             let (centre, scale) = (problem.centre, problem.scale);
-            let line = LinearPredictor { alpha: (centre - estimate.mu) / estimate.sigma, beta: scale / estimate.sigma };
-            let penalty = estimate.method == Method::Firth;
+            let line = LinearPredictor::new((centre - estimate.mu) / estimate.sigma, scale / estimate.sigma);
+            let penalty = estimate.firth;
             let height = if penalty { problem.penalised(line) } else { problem.log_likelihood(line) };
             let inside = (estimate.velocity(p) - centre) / scale;
             return Some(profile(problem, penalty, height - below, inside, estimate.standard_error(p) / scale));
@@ -102,7 +102,7 @@ impl ProfileLikelihood {
 
     /// Supremum far out on a side, where the chance no longer depends on velocity: it is then at most p above all shots, at least p below.
     fn flat(&self, side: f64) -> f64 {
-        let line = |alpha: f64| LinearPredictor { alpha, beta: 0.0 };
+        let line = |alpha: f64| LinearPredictor::new(alpha, 0.0);
         if self.penalty {
             let [low, high] = if side > 0.0 { [self.z - 20.0, self.z] } else { [self.z, self.z + 20.0] };
             return peak(|alpha| self.problem.penalised(line(alpha)), low, high, 1e-5).1;
@@ -120,7 +120,7 @@ impl ProfileLikelihood {
 
     /// η = z + β (u − t).
     fn line(&self, t: f64, beta: f64) -> LinearPredictor {
-        LinearPredictor { alpha: self.z - beta * t, beta }
+        LinearPredictor::new(self.z - beta * t, beta)
     }
 
     /// Largest log-likelihood at t.

@@ -4,7 +4,7 @@ use std::sync::atomic::AtomicBool;
 
 use tracing::debug;
 
-use super::batch::{BatchError, BatchOptions, ReadyShot, ShotOrder, ready};
+use super::batch::{BatchError, BatchOptions, ShotOrder, ready};
 use super::shot_table::ShotRow;
 use crate::case::Case;
 use crate::gpu::{Device, DeviceError};
@@ -57,30 +57,19 @@ impl<'a> DeviceRunner<'a> {
             if self.options.stopped() {
                 return Err(BatchError::Interrupted);
             }
-            let shot = match ready(case, order, self.options.seed) {
-                Ok(shot) => shot,
-                Err(row) => {
-                    done(number, *row)?;
-                    continue;
-                }
-            };
-            let ReadyShot { case, velocity, drawn } = shot;
-            let shot = match PreparedShot::new(case) {
-                Ok(shot) => shot,
-                Err(error) => {
-                    done(number, ShotRow::of_failure(order, velocity, drawn, &error.to_string()))?;
-                    continue;
-                }
-            };
-            let at = groups.iter().position(|group| group[0].1.goes_with(&shot)).unwrap_or(groups.len());
-            if at == groups.len() {
-                groups.push(Vec::new());
+            let prepared = ready(case, order, self.options.seed).and_then(|case| {
+                PreparedShot::new(case.clone())
+                    .map_err(|error| Box::new(ShotRow::of_failure(order, &case, &error.to_string())))
+            });
+            match prepared {
+                Err(row) => done(number, *row)?,
+                Ok(shot) => match groups.iter_mut().find(|group| group[0].1.goes_with(&shot)) {
+                    Some(group) => group.push(((number, order), shot)),
+                    None => groups.push(vec![((number, order), shot)]),
+                },
             }
-            groups[at].push(((number, order), shot));
-            let full = groups[at].len() as u64 >= groups[at][0].1.room(self.device, MEMORY);
-            if full || groups.iter().map(Vec::len).sum::<usize>() >= WAITING {
-                let largest = (0..groups.len()).rev().max_by_key(|at| groups[*at].len()).unwrap_or(at);
-                self.fire_group(groups.swap_remove(if full { at } else { largest }), done)?;
+            if groups.iter().map(Vec::len).sum::<usize>() >= WAITING {
+                groups.drain(..).try_for_each(|group| self.fire_group(group, done))?;
             }
         }
         groups.into_iter().try_for_each(|group| self.fire_group(group, done))
@@ -104,12 +93,10 @@ impl<'a> DeviceRunner<'a> {
                 }
                 Err(lost @ DeviceError::Lost { .. }) => return Err(BatchError::Device(lost)),
                 Err(error) => {
-                    for ((number, order), shot) in orders.iter().zip(&shots) {
-                        let velocity = shot.case.projectile.as_ref().map_or(0.0, |projectile| projectile.velocity);
-                        let drawn = shot.case.drawn.clone();
-                        done(*number, ShotRow::of_failure(*order, velocity, drawn, &error.to_string()))?;
-                    }
-                    return Ok(());
+                    let mut lost = orders.iter().zip(&shots);
+                    return lost.try_for_each(|((number, order), shot)| {
+                        done(*number, ShotRow::of_failure(*order, &shot.case, &error.to_string()))
+                    });
                 }
             }
         }

@@ -72,7 +72,7 @@ impl ShotRow {
         };
         Self {
             order,
-            velocity: case.projectile.as_ref().map_or(0.0, |projectile| projectile.velocity),
+            velocity: velocity(case),
             drawn: case.drawn.clone(),
             outcome: (run.divergence.is_none() && run.lost.is_none()).then_some(run.outcome),
             residual: residual_velocity(case, run).filter(|_| reason.is_empty()),
@@ -92,10 +92,17 @@ impl ShotRow {
     }
 
     /// Row of a shot that did not run, and why.
-    pub(super) fn of_failure(order: ShotOrder, velocity: f64, drawn: Vec<Drawn>, reason: &str) -> Self {
-        let trust = Level::Bad.advice().to_owned();
-        let reason = one_line(reason);
-        Self { order, velocity, drawn, outcome: None, residual: None, numbers: Vec::new(), trust, reason }
+    pub(super) fn of_failure(order: ShotOrder, case: &Case, reason: &str) -> Self {
+        Self {
+            order,
+            velocity: velocity(case),
+            drawn: case.drawn.clone(),
+            outcome: None,
+            residual: None,
+            numbers: Vec::new(),
+            trust: Level::Bad.advice().to_owned(),
+            reason: one_line(reason),
+        }
     }
 
     /// Whether the projectile passed; `None` without a decision.
@@ -164,6 +171,11 @@ impl ShotRow {
         }
         Some(row)
     }
+}
+
+/// Impact velocity of a case [m/s].
+fn velocity(case: &Case) -> f64 {
+    case.projectile.as_ref().map_or(0.0, |projectile| projectile.velocity)
 }
 
 /// Text on one line.
