@@ -1,5 +1,5 @@
 // scene: constants of a run, the step at hand, and where a node or an element lies.
-// Twin: src/gpu/layout/scene.rs and `step` of src/gpu/layout/motion.rs
+// Twin: src/gpu/layout/uniforms.rs and `status` of src/gpu/layout/mod.rs
 
 // What only the device rounds or counts; the host has the values.
 /// Rounding of relative velocities, over the largest speed of the body.

@@ -1,7 +1,7 @@
 // shot: the shot of a batch that a workgroup computes, what it has of its own, and where its part of storage begins. Fields of nodes and
 // elements hold those of all shots, one shot after another: number of a node and of an element say which shot they are of. All else a
 // shot has is in one piece.
-// Twin: src/gpu/layout/shot.rs
+// Twin: src/gpu/layout/uniforms.rs
 
 /// What a shot has of its own.
 struct Shot {

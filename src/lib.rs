@@ -103,12 +103,7 @@ pub use run::{Observer, Options, Outcome, Run, RunError, Sample};
 
 // Public for the program, the tests and the benchmarks of this crate alone, which are crates of their own. Not covered by
 // semantic versioning: any of it may change or go with any release.
-#[cfg(feature = "gpu")]
 #[doc(hidden)]
-pub mod gpu;
-#[cfg(not(feature = "gpu"))]
-#[doc(hidden)]
-#[path = "gpu/absent.rs"]
 pub mod gpu;
 #[doc(hidden)]
 pub mod kernels;

@@ -23,17 +23,15 @@ use ripstop::study::sweep::{self, Factor, SweepOf, SweepRequest, grid};
 use ripstop::study::v50::{self, V50Request};
 use serde_json::Value;
 
-use super::arguments::RunArguments;
+use super::backend;
 use super::campaign_arguments::{
     BatchArguments, FitArguments, ShotsArguments, SweepArguments, SweepKind, ThresholdArguments, V50Arguments,
 };
 use super::failure::CommandFailure;
 use super::input::Source;
-use super::progress::Bar;
 use super::result::{files, part, remarks};
-use super::run::{Print, shoot};
-use super::table::{Align, TextTable};
-use super::{backend, interrupt, paint, screen};
+use super::run::{Print, RunArguments, shoot};
+use super::terminal::{self, Align, Bar, TextTable};
 
 /// Half the width of the interval over V50 at which thresholds end, and realisations at most, where nothing is asked for.
 const WIDTH: f64 = 0.02;
@@ -208,7 +206,7 @@ impl<'a> Study<'a> {
         command: &'static str,
         files: &'static [&'static str],
     ) -> Result<Self, CommandFailure> {
-        let interrupted = interrupt::watch()?;
+        let interrupted = terminal::watch_interrupts()?;
         let source = Source::open(&arguments.case)?;
         let case = source.case(&arguments.sets)?;
         if case.projectile.is_none() {
@@ -236,7 +234,7 @@ impl<'a> Study<'a> {
     ) -> Result<(), CommandFailure> {
         let (arguments, out) = (self.arguments, self.out());
         let chosen = backend::choose(&arguments.backend())?;
-        chosen.note.iter().filter(|_| !arguments.print.quiet).for_each(|note| screen::complain(note));
+        chosen.note.iter().filter(|_| !arguments.print.quiet).for_each(|note| terminal::complain(note));
         let folder = Folder::prepare_for(&out, self.files, &[self.case.path.as_path()])?;
         let bar = StudyBar {
             name: self.command,
@@ -312,10 +310,10 @@ impl StudyBar<'_> {
 /// Report for the terminal.
 fn text(report: &Report) -> String {
     let mut out = if report.title.is_empty() { String::new() } else { format!("{}\n", report.title) };
-    report.counts.iter().for_each(|line| out += &format!("{}\n", screen::wrapped(line, 0).join("\n")));
+    report.counts.iter().for_each(|line| out += &format!("{}\n", terminal::wrapped(line, 0).join("\n")));
     for (n, line) in report.answer.iter().enumerate() {
         let at = if n == 0 { line.find(',').unwrap_or(line.len()) } else { 0 };
-        let heading = if n == 0 { format!("\n{}", paint::heading(&line[..at])) } else { String::new() };
+        let heading = if n == 0 { format!("\n{}", terminal::heading(&line[..at])) } else { String::new() };
         out += &format!("{heading}{}\n", &line[at..]);
     }
     out += &remarks("look", &report.notes);

@@ -1,15 +1,13 @@
-//! The graphics backend of a build without the feature `gpu`: there is no device, and to ask for one is an error.
+//! Device of a build without the feature `gpu`: there is none, and opening one is an error.
 
-mod error;
-
-pub use error::DeviceError;
+use super::DeviceError;
 
 /// A graphics processor: there is none.
 #[derive(Clone, Copy, Debug)]
 pub enum Adapter {}
 
 impl Adapter {
-    /// Its name.
+    /// Name.
     pub fn name(&self) -> &str {
         match *self {}
     }

@@ -1,4 +1,4 @@
-//! Adapters and devices: which graphics processors there are, and which one to take.
+//! Adapters and devices: the graphics processors of the machine, and the choice of one.
 
 use std::sync::{Arc, Mutex, PoisonError};
 
@@ -12,26 +12,30 @@ pub struct Adapter {
 }
 
 impl Adapter {
-    /// Its name.
+    /// Name.
     pub fn name(&self) -> &str {
         &self.info.name
     }
 
-    /// Whether it is hardware.
-    pub fn is_hardware(&self) -> bool {
-        use wgpu::DeviceType::{DiscreteGpu, IntegratedGpu, VirtualGpu};
-        matches!(self.info.device_type, DiscreteGpu | IntegratedGpu | VirtualGpu)
+    /// Rank and kind: hardware before software.
+    fn class(&self) -> (u32, &'static str) {
+        match self.info.device_type {
+            wgpu::DeviceType::DiscreteGpu => (0, "discrete GPU"),
+            wgpu::DeviceType::IntegratedGpu => (1, "integrated GPU"),
+            wgpu::DeviceType::VirtualGpu => (2, "virtual GPU"),
+            wgpu::DeviceType::Other => (3, "unknown"),
+            wgpu::DeviceType::Cpu => (4, "software"),
+        }
     }
 
-    /// What kind it is, in words.
+    /// Whether it is hardware.
+    pub fn is_hardware(&self) -> bool {
+        self.class().0 < 3
+    }
+
+    /// Kind, in words.
     pub fn kind(&self) -> &'static str {
-        match self.info.device_type {
-            wgpu::DeviceType::DiscreteGpu => "discrete GPU",
-            wgpu::DeviceType::IntegratedGpu => "integrated GPU",
-            wgpu::DeviceType::VirtualGpu => "virtual GPU",
-            wgpu::DeviceType::Cpu => "software",
-            wgpu::DeviceType::Other => "unknown",
-        }
+        self.class().1
     }
 
     /// Programming interface and driver.
@@ -44,17 +48,6 @@ impl Adapter {
         let limits = self.inner.limits();
         limits.max_storage_buffer_binding_size.min(limits.max_buffer_size)
     }
-
-    /// Lower is better: hardware before software.
-    fn rank(&self) -> u32 {
-        match self.info.device_type {
-            wgpu::DeviceType::DiscreteGpu => 0,
-            wgpu::DeviceType::IntegratedGpu => 1,
-            wgpu::DeviceType::VirtualGpu => 2,
-            wgpu::DeviceType::Other => 3,
-            wgpu::DeviceType::Cpu => 4,
-        }
-    }
 }
 
 /// Every adapter, the best first; their numbers on the command line follow this order.
@@ -66,7 +59,7 @@ pub fn adapters() -> Vec<Adapter> {
     let descriptor = wgpu::InstanceDescriptor { backends, ..wgpu::InstanceDescriptor::new_without_display_handle() };
     let found = pollster::block_on(wgpu::Instance::new(descriptor).enumerate_adapters(backends));
     let mut adapters: Vec<Adapter> = found.into_iter().map(|inner| Adapter { info: inner.get_info(), inner }).collect();
-    adapters.sort_by_key(Adapter::rank);
+    adapters.sort_by_key(|adapter| adapter.class().0);
     adapters
 }
 
@@ -113,7 +106,7 @@ impl Device {
         Self::open_narrow(adapter, wgpu::Limits::default().max_compute_workgroups_per_dimension)
     }
 
-    /// The same with at most `workgroups` per dimension of a dispatch: larger ones spread over two dimensions, which
+    /// Opens an adapter with at most `workgroups` per dimension of a dispatch: larger ones spread over two dimensions, which
     /// ordinary limits ask for only from four million elements on.
     ///
     /// # Errors
@@ -149,15 +142,15 @@ impl Device {
 
     fn new(inner: wgpu::Device, queue: wgpu::Queue, name: String, hardware: bool) -> Self {
         let fault = Arc::new(Mutex::new(None));
-        let keep = |fault: &Arc<Mutex<Option<String>>>, text: String| {
+        let note = |fault: &Arc<Mutex<Option<String>>>, text: String| {
             // The first fault is the cause; what follows are its consequences.
             fault.lock().unwrap_or_else(PoisonError::into_inner).get_or_insert(text);
         };
         let seen = Arc::clone(&fault);
-        inner.on_uncaptured_error(Arc::new(move |error: wgpu::Error| keep(&seen, error.to_string())));
+        inner.on_uncaptured_error(Arc::new(move |error: wgpu::Error| note(&seen, error.to_string())));
         let seen = Arc::clone(&fault);
         inner.set_device_lost_callback(move |reason, message| {
-            keep(&seen, format!("device lost ({reason:?}): {message}"))
+            note(&seen, format!("device lost ({reason:?}): {message}"))
         });
         Self { inner, queue, name, hardware, fault }
     }

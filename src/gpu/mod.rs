@@ -1,27 +1,111 @@
-//! The GPU backend: the same kernels in WGSL on wgpu, in single precision.
+//! GPU backend: the kernels in WGSL on wgpu, in single precision.
 //!
-//! - [`device`] chooses an adapter and opens it; [`buffers`] says what a run needs of it.
-//! - [`shader`] holds the kernels and what each binds, [`layout`] the words they share with the host.
-//! - [`stepper`] records the stages of a step, of many shots in one dispatch; [`submission`] sends steps off and reads back what they left;
-//!   [`timing`] asks the device how long kernels take; the host loop is in [`run`](crate::run).
+//! - [`device`] chooses an adapter and opens it; [`buffers`] has the sizes of a run on it.
+//! - [`shader`] lists the kernels and their bindings, [`layout`] the structs they share with the host.
+//! - [`stepper`] records the stages of a step, of many shots in one dispatch; [`submission`] sends steps off and reads their results back.
+//!   The host loop is in [`run`](crate::run).
 //!
-//! A step is four dispatches: `element_force` | `node_update` | `projectile_points` | `projectile_contact`, and `ledger` after those
-//! that the history takes note of. The barriers between them are needed because a node gathers the forces of elements
-//! that other workgroups wrote; because contact is one solve over all touched nodes, whose velocities must be final; and
-//! because elements read the positions contact has corrected. The search for points is a kernel of its own because one kernel may bind
-//! eight buffers. Within a batch nothing is read back.
+//! A step of one ply is four dispatches: `element_force` | `node_update` | `projectile_points` | `projectile_contact`, and `energy_balance`
+//! after those that are sampled. The barriers between them are needed because a node gathers the forces of elements that other workgroups
+//! wrote; because contact is one solve over all touched nodes, whose velocities must be final; and because elements read the positions that
+//! contact has corrected. The search for points is a kernel of its own because one kernel may bind eight buffers. Within a batch nothing is
+//! read back.
 
+#[cfg(feature = "gpu")]
 pub mod buffers;
-mod common;
+#[cfg_attr(not(feature = "gpu"), path = "absent.rs")]
 pub mod device;
-mod error;
+#[cfg(feature = "gpu")]
 pub mod layout;
-mod program;
+#[cfg(feature = "gpu")]
+mod pipeline;
+#[cfg(feature = "gpu")]
 pub mod shader;
+#[cfg(feature = "gpu")]
 pub mod stepper;
+#[cfg(feature = "gpu")]
 pub mod submission;
-pub mod timing;
+#[cfg(feature = "gpu")]
 mod transfer;
 
 pub use device::{Adapter, Device, adapters};
-pub use error::DeviceError;
+
+/// Reason why no device computes.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
+pub enum DeviceError {
+    /// This build has no graphics backend.
+    #[error("this build of ripstop has no graphics backend; its feature `gpu` is off")]
+    NotBuilt,
+    /// No adapter at all.
+    #[error("no graphics adapter was found")]
+    NoAdapter,
+    /// None of that name or number.
+    #[error("no adapter is called or numbered {wanted}")]
+    NoSuchAdapter {
+        /// Name or number asked for.
+        wanted: String,
+        /// Names found.
+        found: Vec<String>,
+    },
+    /// The adapter gave no device.
+    #[error("{adapter} cannot be opened: {reason}")]
+    Refused {
+        /// Name.
+        adapter: String,
+        /// Words of the driver.
+        reason: String,
+    },
+    /// The scene does not fit.
+    #[error("{adapter} cannot hold the case: {buffer} needs {needed} bytes")]
+    TooLarge {
+        /// Name.
+        adapter: String,
+        /// The first buffer that does not fit.
+        buffer: &'static str,
+        /// Size [bytes].
+        needed: u64,
+        /// Largest size of a buffer [bytes].
+        limit: u64,
+        /// All buffers together [bytes].
+        total: u64,
+    },
+    /// The device ran out of memory.
+    #[error("{adapter} has not the {total} bytes of memory the case needs")]
+    OutOfMemory {
+        /// Name.
+        adapter: String,
+        /// All buffers together [bytes].
+        total: u64,
+        /// Words of the driver.
+        reason: String,
+    },
+    /// More nodes met the projectile in one step than the device has room for.
+    #[error("{found} nodes meet the projectile in one step; {adapter} has room for {room}")]
+    Crowded {
+        /// Name.
+        adapter: String,
+        /// Nodes.
+        found: u32,
+        /// Room.
+        room: u64,
+    },
+    /// More points of the projectile's edge met a ply in one step than the device has room for.
+    #[error("{found} points of the projectile's edge meet a ply in one step; {adapter} has room for {room}")]
+    CrowdedEdge {
+        /// Name.
+        adapter: String,
+        /// Points of the edge.
+        found: u32,
+        /// Room.
+        room: u64,
+    },
+    /// The device was lost or a command failed.
+    #[error("{adapter} failed: {reason}")]
+    Lost {
+        /// Name.
+        adapter: String,
+        /// Words of the driver.
+        reason: String,
+    },
+}

@@ -1,10 +1,10 @@
-//! The kernels: WGSL sources, what each binds, and the constants that compile out what a scene lacks.
+//! Kernels: WGSL sources, bindings, and the constants that compile out what a scene lacks.
 
 use super::buffers::BufferId;
 use crate::case::Law;
 use crate::model::Features;
 
-/// How a kernel uses a buffer.
+/// Use of a buffer by a kernel.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Access {
     /// Read only.
@@ -15,11 +15,44 @@ pub enum Access {
 
 use Access::{Read, Write};
 
+/// Stage of a step.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Stage {
+    /// `element_force`
+    Elements,
+    /// `node_update`
+    Nodes,
+    /// `ply_search`, `ply_impulse`, `ply_move`
+    Plies,
+    /// `projectile_points`, and `projectile_contact` with the motion of the body.
+    Projectile,
+    /// `energy_balance`, of steps with a sample.
+    EnergyBalance,
+}
+
+impl Stage {
+    /// A whole step.
+    pub const ALL: [Self; 5] = [Self::Elements, Self::Nodes, Self::Plies, Self::Projectile, Self::EnergyBalance];
+
+    /// Key in `summary.json`.
+    pub(crate) fn name(self) -> &'static str {
+        match self {
+            Self::Elements => "element_force",
+            Self::Nodes => "node_update",
+            Self::Plies => "ply_contact",
+            Self::Projectile => "projectile_contact",
+            Self::EnergyBalance => "energy_balance",
+        }
+    }
+}
+
 /// One compute kernel.
 #[derive(Clone, Copy, Debug)]
 pub struct Kernel {
     /// Name of the file and of the entry point. The file says where its twin is.
     pub name: &'static str,
+    /// Stage of a step that it belongs to.
+    pub stage: Stage,
     /// The kernel, then what it shares with others: line numbers of the kernel stay right.
     pub sources: &'static [&'static str],
     /// Bindings of group 1 in order; group 0 is the scene, the step, the plies, their grid lines and the shots.
@@ -40,9 +73,10 @@ macro_rules! sources {
     };
 }
 
-/// Stretches, unit cells, shear, failure and forces of the elements.
-pub(crate) const ELEMENT_FORCE: Kernel = Kernel {
+/// Extensions, unit cells, shear, failure and forces of the elements.
+const ELEMENT_FORCE: Kernel = Kernel {
     name: "element_force",
+    stage: Stage::Elements,
     sources: sources!(
         "element_force",
         "element_geometry",
@@ -71,8 +105,9 @@ pub(crate) const ELEMENT_FORCE: Kernel = Kernel {
 };
 
 /// Gather, kick and drift of the nodes.
-pub(crate) const NODE_UPDATE: Kernel = Kernel {
+const NODE_UPDATE: Kernel = Kernel {
     name: "node_update",
+    stage: Stage::Nodes,
     sources: sources!(
         "node_update",
         "gather",
@@ -93,9 +128,10 @@ pub(crate) const NODE_UPDATE: Kernel = Kernel {
     ],
 };
 
-/// Where the projectile may touch.
-pub(crate) const PROJECTILE_POINTS: Kernel = Kernel {
+/// Places where the projectile may touch.
+const PROJECTILE_POINTS: Kernel = Kernel {
     name: "projectile_points",
+    stage: Stage::Projectile,
     sources: sources!(
         "projectile_points",
         "contact_points",
@@ -121,9 +157,10 @@ pub(crate) const PROJECTILE_POINTS: Kernel = Kernel {
     ],
 };
 
-/// Contact there, and the projectile's motion.
-pub(crate) const PROJECTILE_CONTACT: Kernel = Kernel {
+/// Contact at those places, and motion of the projectile.
+const PROJECTILE_CONTACT: Kernel = Kernel {
     name: "projectile_contact",
+    stage: Stage::Projectile,
     sources: sources!(
         "projectile_contact",
         "rim_equations",
@@ -147,9 +184,10 @@ pub(crate) const PROJECTILE_CONTACT: Kernel = Kernel {
     ],
 };
 
-/// Contacts between plies, and how many each node takes part in.
-pub(crate) const PLY_SEARCH: Kernel = Kernel {
+/// Contacts between plies, and their number at each node.
+const PLY_SEARCH: Kernel = Kernel {
     name: "ply_search",
+    stage: Stage::Plies,
     sources: sources!("ply_search", "ply_contact", "ply_views", "intact", "adjacent_elements", "active_region"),
     bindings: &[
         (BufferId::Nodes, Read),
@@ -162,8 +200,9 @@ pub(crate) const PLY_SEARCH: Kernel = Kernel {
 };
 
 /// Impulses of the contacts between plies.
-pub(crate) const PLY_IMPULSE: Kernel = Kernel {
+const PLY_IMPULSE: Kernel = Kernel {
     name: "ply_impulse",
+    stage: Stage::Plies,
     sources: sources!("ply_impulse", "ply_contact", "ply_views"),
     bindings: &[
         (BufferId::Nodes, Read),
@@ -176,9 +215,10 @@ pub(crate) const PLY_IMPULSE: Kernel = Kernel {
     ],
 };
 
-/// The nodes take the impulses of contact between plies.
-pub(crate) const PLY_MOVE: Kernel = Kernel {
+/// Impulses of contact between plies, applied to the nodes.
+const PLY_MOVE: Kernel = Kernel {
     name: "ply_move",
+    stage: Stage::Plies,
     sources: sources!(
         "ply_move",
         "ply_views",
@@ -201,8 +241,9 @@ pub(crate) const PLY_MOVE: Kernel = Kernel {
 };
 
 /// Sums of energy, momentum and counts.
-pub(crate) const LEDGER: Kernel = Kernel {
+const ENERGY_BALANCE: Kernel = Kernel {
     name: "energy_balance",
+    stage: Stage::EnergyBalance,
     sources: sources!(
         "energy_balance",
         "gather",
@@ -224,8 +265,16 @@ pub(crate) const LEDGER: Kernel = Kernel {
 };
 
 /// Every kernel, in the order of a step.
-pub const KERNELS: [Kernel; 8] =
-    [ELEMENT_FORCE, NODE_UPDATE, PLY_SEARCH, PLY_IMPULSE, PLY_MOVE, PROJECTILE_POINTS, PROJECTILE_CONTACT, LEDGER];
+pub const KERNELS: [Kernel; 8] = [
+    ELEMENT_FORCE,
+    NODE_UPDATE,
+    PLY_SEARCH,
+    PLY_IMPULSE,
+    PLY_MOVE,
+    PROJECTILE_POINTS,
+    PROJECTILE_CONTACT,
+    ENERGY_BALANCE,
+];
 
 impl Kernel {
     /// The whole source.
@@ -233,11 +282,11 @@ impl Kernel {
         self.sources.concat()
     }
 
-    /// Whether steps of a scene with these terms run it; the ledger runs in those that are sampled.
-    pub fn is_in(&self, terms: &Features) -> bool {
-        match self.name {
-            "ply_search" | "ply_impulse" | "ply_move" => terms.plies,
-            "projectile_points" | "projectile_contact" => terms.projectile,
+    /// Whether steps of a scene with these features run it.
+    pub fn is_in(&self, features: &Features) -> bool {
+        match self.stage {
+            Stage::Plies => features.plies,
+            Stage::Projectile => features.projectile,
             _ => true,
         }
     }

@@ -1,61 +1,39 @@
-//! Steps on the device: pipelines and buffers of shots that share a model, and the stages of a step.
+//! Steps on the device: buffers of shots that share a model, and the dispatches of a step.
 
 use std::time::Duration;
 
-use super::buffers::{BufferId, IN_FLIGHT, Sizes, spread};
-use super::common::Common;
-use super::layout::{self, BODY_WORDS, GROUP, LAW_STRIDE, SCENE_STRIDE, STATUS_WORDS, STEP_STRIDE, StepInfo};
-use super::program::{self, Program};
-use super::shader::{self, Kernel};
-use super::timing::{DeviceClock, Timed};
+use super::buffers::{BufferId, IN_FLIGHT, Sizes};
+use super::layout::{self, BODY_WORDS, GROUP, LAW_STRIDE, SCENE_STRIDE, STATUS_WORDS, STEP_STRIDE, Shot, StepInfo};
+use super::pipeline::{Common, Pipeline, strided};
+pub use super::shader::Stage;
+use super::shader::{self, KERNELS, Kernel};
+use super::submission::{DeviceClock, STAMP_BYTES, StageTimes};
 use super::{Device, DeviceError};
-use crate::model::{Features, Grid, Model, PlyType};
+use crate::model::{Features, Grid, Model};
 
 /// Steps in one submission at most.
 pub const BATCH: usize = 256;
 
-/// A part of a step.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Stage {
-    /// `element_force`
-    Elements,
-    /// `node_update`
-    Nodes,
-    /// `ply_search`, `ply_impulse`, `ply_move`
-    Plies,
-    /// `projectile_points`, and `projectile_contact` with the motion of the body.
-    Projectile,
-    /// `ledger`
-    Ledger,
+/// One dispatch of a step.
+struct Dispatch {
+    stage: Stage,
+    ply_type: usize,
+    /// Steps that it is part of: those with a sample, those without, or all.
+    sampled: Option<bool>,
+    workgroups: [u32; 2],
+    program: Pipeline,
 }
 
-impl Stage {
-    /// Its kernel, as scripts know it.
-    pub(crate) fn name(self) -> &'static str {
-        match self {
-            Self::Elements => "element_force",
-            Self::Nodes => "node_update",
-            Self::Plies => "ply_contact",
-            Self::Projectile => "projectile_contact",
-            Self::Ledger => "energy_balance",
-        }
-    }
-}
-
-/// A whole step, in parts that are timed one by one.
-pub(crate) const PARTS: [Stage; 5] = [Stage::Elements, Stage::Nodes, Stage::Plies, Stage::Projectile, Stage::Ledger];
 /// Advances the states of shots on a device, all by the same steps.
 pub struct DeviceStepper<'a> {
     pub(crate) device: &'a Device,
     pub(crate) sizes: Sizes,
     pub(crate) grid: Grid,
-    pub(crate) terms: Features,
+    pub(crate) features: Features,
     dt: f64,
-    /// Per dimension of a dispatch.
-    most_workgroups: u32,
-    pub(crate) buffers: Vec<wgpu::Buffer>,
+    pub(super) buffers: Vec<wgpu::Buffer>,
     /// Constants of every shot.
-    pub(super) constants: Vec<Vec<u32>>,
+    pub(super) constants: Vec<Shot>,
     /// Numbers of the shots that run.
     pub(crate) running: Vec<usize>,
     pub(super) staging: [wgpu::Buffer; IN_FLIGHT],
@@ -63,20 +41,15 @@ pub struct DeviceStepper<'a> {
     /// Dispatches sent off.
     pub(crate) dispatches: u64,
     common: Common,
-    /// By ply type: plain, and with the ledger.
-    element: Vec<[Program; 2]>,
-    node: Program,
-    plies: [Program; 3],
-    /// None without a projectile.
-    contact: Vec<Program>,
-    ledger: Program,
-    /// Of each shot.
+    /// In the order of a step.
+    step: Vec<Dispatch>,
+    /// Failure events read of each shot.
     pub(crate) events_read: Vec<u64>,
     /// Time spent waiting for the device.
     pub(crate) waited: Duration,
-    /// Where the device has one.
+    /// Clock of the device, where it has one.
     pub(super) clock: Option<DeviceClock>,
-    pub(crate) timed: Timed,
+    pub(crate) times: StageTimes,
 }
 
 impl<'a> DeviceStepper<'a> {
@@ -85,36 +58,21 @@ impl<'a> DeviceStepper<'a> {
     /// # Errors
     /// When the device cannot hold the case, or refuses a pipeline.
     pub fn new(device: &'a Device, model: &Model<f32>) -> Result<Self, DeviceError> {
-        Self::with_sources(device, model, &Kernel::source)
+        Self::with_sources(device, model, 1, &Kernel::source)
     }
 
-    /// The same with room for so many shots, whose models differ from this one by what [`layout::shot`] holds, and by the strength of their
-    /// yarns alone.
-    ///
-    /// # Errors
-    /// As [`Self::new`].
-    pub(crate) fn for_shots(device: &'a Device, model: &Model<f32>, shots: u64) -> Result<Self, DeviceError> {
-        Self::checked(device, model, Sizes::new(model).with_shots(shots), &Kernel::source)
-    }
-
-    /// As [`Self::new`] with other sources: for tests that break a shader on purpose.
+    /// Pipelines and buffers with room for `shots` shots, whose models differ from this one by what [`layout::shot`] holds and by the strength
+    /// of their yarns. `source`: of a kernel, which tests break on purpose.
     ///
     /// # Errors
     /// As [`Self::new`].
     pub fn with_sources(
         device: &'a Device,
         model: &Model<f32>,
+        shots: u64,
         source: &dyn Fn(&Kernel) -> String,
     ) -> Result<Self, DeviceError> {
-        Self::checked(device, model, Sizes::new(model), source)
-    }
-
-    fn checked(
-        device: &'a Device,
-        model: &Model<f32>,
-        sizes: Sizes,
-        source: &dyn Fn(&Kernel) -> String,
-    ) -> Result<Self, DeviceError> {
+        let sizes = Sizes::new(model).with_shots(shots);
         sizes.check(&device.limits(), device.name())?;
         let memory = device.inner.push_error_scope(wgpu::ErrorFilter::OutOfMemory);
         let validation = device.inner.push_error_scope(wgpu::ErrorFilter::Validation);
@@ -131,60 +89,60 @@ impl<'a> DeviceStepper<'a> {
     }
 
     fn build(device: &'a Device, model: &Model<f32>, sizes: Sizes, source: &dyn Fn(&Kernel) -> String) -> Self {
-        let gpu = &device.inner;
-        let terms = model.features();
+        let (gpu, features) = (&device.inner, model.features());
         let storage = wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_SRC;
-        let buffers = BufferId::ALL.map(|name| device.buffer(name.variable(), sizes.bytes(name), storage)).to_vec();
+        let buffers = BufferId::ALL.map(|id| device.buffer(id.variable(), sizes.bytes(id), storage)).to_vec();
         let common = Common::new(device, model, &sizes);
         let staging_size = sizes.staging() + STAMP_BYTES;
         let staging = [0; IN_FLIGHT].map(|_| device.buffer("staging", staging_size, wgpu::BufferUsages::MAP_READ));
-        let module = |kernel: &Kernel| {
-            gpu.create_shader_module(wgpu::ShaderModuleDescriptor {
+        let most = device.limits().max_compute_workgroups_per_dimension;
+        let mut step = Vec::new();
+        for kernel in KERNELS.iter().filter(|kernel| kernel.is_in(&features)) {
+            let module = gpu.create_shader_module(wgpu::ShaderModuleDescriptor {
                 label: Some(kernel.name),
                 source: wgpu::ShaderSource::Wgsl(source(kernel).into()),
-            })
-        };
-        let program = |kernel: &Kernel, module: &wgpu::ShaderModule, terms: &Features, ledger: bool| {
-            program::program(gpu, kernel, module, &common.layout, &buffers, &shader::constants(terms, ledger))
-        };
-        let single = |kernel: &Kernel, ledger: bool| program(kernel, &module(kernel), &terms, ledger);
-        let elements = module(&shader::ELEMENT_FORCE);
-        let element = |ply_type: &PlyType<f32>| {
-            let terms = Features::new(model, ply_type);
-            [false, true].map(|ledger| program(&shader::ELEMENT_FORCE, &elements, &terms, ledger))
-        };
-        let contact = [&shader::PROJECTILE_POINTS, &shader::PROJECTILE_CONTACT];
+            });
+            let mut add = |ply_type: usize, features: &Features, sampled: Option<bool>, workgroups: [u32; 2]| {
+                let constants = shader::constants(features, sampled == Some(true));
+                let program = Pipeline::new(gpu, kernel, &module, &common.layout, &buffers, &constants);
+                step.push(Dispatch { stage: kernel.stage, ply_type, sampled, workgroups, program });
+            };
+            match kernel.stage {
+                Stage::Elements => {
+                    for (at, ply_type) in model.ply_types.iter().enumerate() {
+                        let features = Features::new(model, ply_type);
+                        for sampled in [false, true] {
+                            add(at, &features, Some(sampled), workgroups(sizes.elements, most));
+                        }
+                    }
+                }
+                Stage::Nodes | Stage::Plies => add(0, &features, None, workgroups(sizes.nodes, most)),
+                Stage::Projectile => add(0, &features, None, [1, 1]),
+                Stage::EnergyBalance => add(0, &features, Some(true), [sizes.groups as u32, 1]),
+            }
+        }
         Self {
-            element: model.ply_types.iter().map(element).collect(),
-            plies: [&shader::PLY_SEARCH, &shader::PLY_IMPULSE, &shader::PLY_MOVE].map(|kernel| single(kernel, false)),
-            node: single(&shader::NODE_UPDATE, false),
-            contact: contact
-                .into_iter()
-                .filter(|kernel| kernel.is_in(&terms))
-                .map(|kernel| single(kernel, false))
-                .collect(),
-            ledger: single(&shader::LEDGER, true),
-            most_workgroups: device.limits().max_compute_workgroups_per_dimension,
             device,
             sizes,
             grid: model.grid,
-            terms,
+            features,
             dt: model.dt,
             buffers,
-            constants: vec![Vec::new(); sizes.shots as usize],
+            constants: vec![Shot::default(); sizes.shots as usize],
             running: Vec::new(),
             staging,
             submitted: 0,
             dispatches: 0,
             common,
+            step,
             events_read: vec![0; sizes.shots as usize],
             waited: Duration::ZERO,
-            clock: DeviceClock::new(device, PARTS.len()),
-            timed: Timed::default(),
+            clock: DeviceClock::new(device),
+            times: StageTimes::default(),
         }
     }
 
-    /// The sizes of its buffers.
+    /// Sizes of the buffers.
     pub fn sizes(&self) -> &Sizes {
         &self.sizes
     }
@@ -198,83 +156,66 @@ impl<'a> DeviceStepper<'a> {
         let mut encoder = self.device.inner.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
         {
             let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
-            self.record(&mut pass, 0, info, stages);
+            stages.iter().for_each(|stage| self.record(&mut pass, 0, info, *stage));
         }
         self.device.queue.submit([encoder.finish()]);
         self.device.wait(None)
     }
 
-    /// What each kernel took by the device's clock [s], from one step of every batch; empty where it has none.
+    /// Time that each kernel took by the device's clock [s], from one step of every batch; empty where it has none.
     pub fn kernel_seconds(&self) -> Vec<(&'static str, f64)> {
-        self.timed.seconds()
-    }
-
-    /// Time spent waiting for the device.
-    pub(crate) fn waited(&self) -> Duration {
-        self.waited
+        self.times.seconds()
     }
 
     pub(crate) fn write_steps(&self, steps: &[StepInfo]) {
-        let stride = STEP_STRIDE as usize / 4;
-        let mut words = vec![0; steps.len() * stride];
-        for (row, info) in words.chunks_mut(stride).zip(steps) {
-            let block = layout::step(info).words();
-            row[..block.len()].copy_from_slice(&block);
-        }
-        self.device.queue.write_buffer(&self.common.steps, 0, bytemuck::cast_slice(&words));
+        let bytes = strided(STEP_STRIDE, steps.iter().map(layout::step));
+        self.device.queue.write_buffer(&self.common.steps, 0, &bytes);
     }
 
-    /// Which shots run from now on, by number: one layer of every dispatch each.
+    /// Sets which shots run from now on, by number: one layer of every dispatch each.
     pub(crate) fn set_running(&mut self, numbers: Vec<usize>) {
-        let words: Vec<u32> = numbers.iter().flat_map(|number| self.constants[*number].iter().copied()).collect();
-        self.device.queue.write_buffer(&self.common.shots, 0, bytemuck::cast_slice(&words));
+        let constants: Vec<Shot> = numbers.iter().map(|number| self.constants[*number]).collect();
+        self.device.queue.write_buffer(&self.common.shots, 0, bytemuck::cast_slice(&constants));
         self.running = numbers;
     }
 
-    /// Dispatches of a step of this scene.
-    pub(crate) fn dispatches_of(&self, info: &StepInfo) -> u64 {
-        let plies = if self.terms.plies { self.plies.len() } else { 0 };
-        (self.element.len() + 1 + plies + self.contact.len() + usize::from(info.slot.is_some())) as u64
+    fn dispatches_of(&self, info: &StepInfo) -> impl Iterator<Item = &Dispatch> {
+        let sampled = info.slot.is_some();
+        self.step.iter().filter(move |dispatch| dispatch.sampled.is_none_or(|only| only == sampled))
     }
 
-    /// Records the stages that the scene and the step have.
-    pub(crate) fn record(&self, pass: &mut wgpu::ComputePass<'_>, at: usize, info: &StepInfo, stages: &[Stage]) {
-        let sampled = info.slot.is_some();
+    /// Number of dispatches of a step.
+    pub(crate) fn dispatch_count(&self, info: &StepInfo) -> u64 {
+        self.dispatches_of(info).count() as u64
+    }
+
+    /// Records a stage of the step at a place of the batch.
+    pub(crate) fn record(&self, pass: &mut wgpu::ComputePass<'_>, at: usize, info: &StepInfo, stage: Stage) {
         let step = at as u32 * STEP_STRIDE as u32;
-        let mut dispatch = |program: &Program, ply_type: usize, [x, y]: [u32; 2]| {
-            let [constants, law] = [SCENE_STRIDE, LAW_STRIDE].map(|stride| ply_type as u32 * stride as u32);
-            pass.set_bind_group(0, &self.common.group, &[constants, step, law]);
-            pass.set_pipeline(&program.pipeline);
-            pass.set_bind_group(1, &program.group, &[]);
+        for dispatch in self.dispatches_of(info).filter(|dispatch| dispatch.stage == stage) {
+            let [scene, law] = [SCENE_STRIDE, LAW_STRIDE].map(|stride| dispatch.ply_type as u32 * stride as u32);
+            let [x, y] = dispatch.workgroups;
+            pass.set_bind_group(0, &self.common.group, &[scene, step, law]);
+            pass.set_pipeline(&dispatch.program.pipeline);
+            pass.set_bind_group(1, &dispatch.program.group, &[]);
             pass.dispatch_workgroups(x, y, self.running.len() as u32);
-        };
-        let [elements, nodes] = [self.sizes.elements, self.sizes.nodes].map(|n| spread(n, GROUP, self.most_workgroups));
-        for stage in stages {
-            match stage {
-                Stage::Elements => {
-                    for (ply_type, programs) in self.element.iter().enumerate() {
-                        dispatch(&programs[usize::from(sampled)], ply_type, elements);
-                    }
-                }
-                Stage::Nodes => dispatch(&self.node, 0, nodes),
-                Stage::Plies if self.terms.plies => self.plies.iter().for_each(|program| dispatch(program, 0, nodes)),
-                Stage::Projectile => self.contact.iter().for_each(|program| dispatch(program, 0, [1, 1])),
-                Stage::Ledger if sampled => dispatch(&self.ledger, 0, [self.sizes.groups as u32, 1]),
-                Stage::Plies | Stage::Ledger => {}
-            }
         }
     }
 
-    /// One step. `slot`: where the ledger writes, if it runs; `since`: steps since it did.
+    /// One step. `slot`: of its sample; `since`: steps since the last one.
     pub fn whole_step(&self, index: u64, slot: Option<u32>, since: u32) -> StepInfo {
         StepInfo { index, slot, since, dt: self.dt }
     }
 
-    /// Words of the body in a sample begin here.
+    /// First word of the projectile in a sample.
     pub(crate) fn body_at(&self) -> usize {
         self.sizes.sample_words() - STATUS_WORDS - BODY_WORDS
     }
 }
 
-/// Bytes of the stamps around the parts of a step.
-pub(super) const STAMP_BYTES: u64 = DeviceClock::bytes(PARTS.len());
+/// Workgroups of `count` invocations as a two-dimensional dispatch within `most` per dimension.
+fn workgroups(count: u64, most: u32) -> [u32; 2] {
+    let groups = count.div_ceil(u64::from(GROUP)).max(1);
+    let rows = groups.div_ceil(u64::from(most));
+    [groups.div_ceil(rows) as u32, rows as u32]
+}

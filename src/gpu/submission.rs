@@ -1,17 +1,23 @@
-//! Steps sent off in one submission, and what is read back after it: samples, counters and failures of every shot that runs.
+//! Steps sent off in one submission, and the results read back after it: samples, counters and failures of every shot that runs, and the
+//! time that stages took by the device's clock.
 
 use std::time::Instant;
 
-use super::DeviceError;
+use serde::{Deserialize, Serialize};
+
 use super::buffers::{BufferId, EVENT_WINDOW, IN_FLIGHT};
-use super::layout::{EVENT_WORDS, STATUS_WORDS, StepInfo, status};
-use super::stepper::{DeviceStepper, PARTS, STAMP_BYTES};
+use super::layout::{EVENT_WORDS, Event, STATUS_WORDS, StepInfo, status};
+use super::shader::Stage;
+use super::stepper::DeviceStepper;
+use super::{Device, DeviceError};
 use crate::solver::FailureEvent;
 
 /// Bytes of an event.
 const EVENT_BYTES: u64 = 4 * EVENT_WORDS;
+/// Bytes of the stamps around the stages of a step.
+pub(super) const STAMP_BYTES: u64 = 8 * (Stage::ALL.len() as u64 + 1);
 
-/// What a submission leaves behind of one shot.
+/// Results of a submission for one shot.
 #[derive(Clone, Debug, Default)]
 pub struct BatchResult {
     /// Number of the shot.
@@ -27,14 +33,15 @@ pub struct BatchResult {
 /// Events of a shot that are copied with a submission.
 struct EventWindow {
     shot: usize,
-    /// Events before these were known when it was recorded, and how many are copied.
+    /// Events known when it was recorded.
     first: u64,
+    /// Events copied after those.
     count: u64,
 }
 
 /// Steps on their way.
 pub struct Pending {
-    /// Which staging buffer they fill.
+    /// Staging buffer that they fill.
     staging: usize,
     samples: usize,
     /// Of the shots that run, in order.
@@ -56,13 +63,19 @@ impl DeviceStepper<'_> {
         {
             let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
             for (at, info) in steps.iter().enumerate() {
-                match &self.clock {
-                    Some(clock) if at == timed => self.record_timed(&mut pass, at, info, &PARTS, clock),
-                    _ => self.record(&mut pass, at, info, &PARTS),
+                let clock = self.clock.as_ref().filter(|_| at == timed);
+                if let Some(clock) = clock {
+                    clock.stamp(&mut pass, 0);
+                }
+                for (number, stage) in (1..).zip(Stage::ALL) {
+                    self.record(&mut pass, at, info, stage);
+                    if let Some(clock) = clock {
+                        clock.stamp(&mut pass, number);
+                    }
                 }
             }
         }
-        self.dispatches += steps.iter().map(|info| self.dispatches_of(info)).sum::<u64>();
+        self.dispatches += steps.iter().map(|info| self.dispatch_count(info)).sum::<u64>();
         let window = |shot: &usize| {
             let first = self.events_read[*shot];
             EventWindow { shot: *shot, first, count: EVENT_WINDOW.min(2 * self.sizes.elements - first) }
@@ -73,7 +86,7 @@ impl DeviceStepper<'_> {
             clock.resolve(&mut encoder);
             encoder.copy_buffer_to_buffer(&clock.resolved, 0, &self.staging[staging], copied, STAMP_BYTES);
         }
-        self.timed.send(steps);
+        self.times.send(steps);
         let timed_sample = steps.get(timed).is_some_and(|step| step.slot.is_some());
         let submission = self.device.queue.submit([encoder.finish()]);
         self.submitted += 1;
@@ -90,10 +103,9 @@ impl DeviceStepper<'_> {
     ) -> u64 {
         let sampled = (BufferId::Samples, 0, self.sample_bytes(samples, windows.len()));
         let counters = (BufferId::Status, 0, self.sizes.bytes(BufferId::Status));
-        let events = windows.iter().map(|window| {
-            let from = window.shot as u64 * self.sizes.bytes_of_shot(BufferId::Events) + window.first * EVENT_BYTES;
-            (BufferId::Events, from, window.count * EVENT_BYTES)
-        });
+        let events = windows
+            .iter()
+            .map(|window| (BufferId::Events, self.event_offset(window.shot, window.first), window.count * EVENT_BYTES));
         let mut to = 0;
         for (name, from, size) in [sampled, counters].into_iter().chain(events) {
             encoder.copy_buffer_to_buffer(self.buffer(name), from, &self.staging[staging], to, size);
@@ -102,11 +114,15 @@ impl DeviceStepper<'_> {
         to
     }
 
+    fn event_offset(&self, shot: usize, event: u64) -> u64 {
+        shot as u64 * self.sizes.bytes_of_shot(BufferId::Events) + event * EVENT_BYTES
+    }
+
     fn sample_bytes(&self, samples: usize, shots: usize) -> u64 {
         4 * (samples * shots * self.sizes.sample_words()) as u64
     }
 
-    /// Waits for the oldest steps on their way and reads what the ledger and the kernels noted of every shot that ran.
+    /// Waits for the oldest steps on their way and reads the results of every shot that ran.
     ///
     /// # Errors
     /// When the device was lost.
@@ -121,7 +137,7 @@ impl DeviceStepper<'_> {
         let words = words?;
         let (words, stamps) = words.split_at(known as usize / 4);
         if let Some(clock) = &self.clock {
-            self.timed.add(batch.timed_sample, &clock.seconds(stamps));
+            self.times.add(batch.timed_sample, &clock.seconds(stamps));
         }
         let sample_words = self.sizes.sample_words();
         let (sampled, rest) = words.split_at(batch.samples * shots * sample_words);
@@ -136,31 +152,44 @@ impl DeviceStepper<'_> {
                 ..BatchResult::default()
             };
             result.status.copy_from_slice(&counters[window.shot * status_words..][..STATUS_WORDS]);
-            let (known, later) = events.split_at((window.count * EVENT_WORDS) as usize);
+            let (copied, later) = events.split_at((window.count * EVENT_WORDS) as usize);
             events = later;
-            result.events = self.new_events(window, known, u64::from(result.status[status::EVENTS]))?;
+            result.events = self.new_events(window, copied, u64::from(result.status[status::EVENTS]))?;
             results.push(result);
         }
         Ok(results)
     }
 
-    /// Events of a shot up to the `count`-th that nobody has seen, `known` of them copied.
+    /// Events of a shot up to the `count`-th that have not been read, in the order in which the processor finds them.
     fn new_events(
         &mut self,
         window: &EventWindow,
-        known: &[u32],
+        copied: &[u32],
         count: u64,
     ) -> Result<Vec<FailureEvent>, DeviceError> {
-        let read = self.events_read[window.shot];
+        let read = std::mem::replace(&mut self.events_read[window.shot], count);
         let words = if count <= window.first + window.count {
             let [from, to] = [read, count].map(|at| ((at - window.first) * EVENT_WORDS) as usize);
-            known[from..to].to_vec()
+            copied[from..to].to_vec()
         } else {
-            let from = window.shot as u64 * self.sizes.bytes_of_shot(BufferId::Events) + read * EVENT_BYTES;
-            self.read_part(BufferId::Events, from, (count - read) * EVENT_BYTES)?
+            self.read_part(BufferId::Events, self.event_offset(window.shot, read), (count - read) * EVENT_BYTES)?
         };
-        self.events_read[window.shot] = count;
-        Ok(self.sorted(window.shot, &words))
+        let mut events: Vec<Event> = bytemuck::pod_collect_to_vec(&words);
+        events.sort_by_key(|event| (event.step, event.element, event.yarn));
+        let first = window.shot * self.sizes.elements as usize;
+        let failure = |event: Event| {
+            let element = event.element as usize - first;
+            let (ply, row) = self.grid.element_row(element / self.grid.columns);
+            FailureEvent {
+                step: u64::from(event.step),
+                ply: ply as u32,
+                i: (element % self.grid.columns) as u32,
+                j: row as u32,
+                yarn: event.yarn as u8,
+                strain: f64::from(event.strain),
+            }
+        };
+        Ok(events.into_iter().map(failure).collect())
     }
 
     /// Runs steps of the first shot that runs in one submission and waits for them.
@@ -172,23 +201,103 @@ impl DeviceStepper<'_> {
         Ok(self.collect(&batch)?.into_iter().next().unwrap_or_default())
     }
 
-    /// Events of a shot in the order the processor would have found them.
-    fn sorted(&self, shot: usize, words: &[u32]) -> Vec<FailureEvent> {
-        let mut raw: Vec<&[u32]> = words.chunks_exact(EVENT_WORDS as usize).collect();
-        raw.sort_by_key(|w| (w[0], w[1], w[2]));
-        raw.into_iter()
-            .map(|w| {
-                let element = w[1] as usize - shot * self.sizes.elements as usize;
-                let (ply, j) = self.grid.element_row(element / self.grid.columns);
-                FailureEvent {
-                    step: u64::from(w[0]),
-                    ply: ply as u32,
-                    i: (element % self.grid.columns) as u32,
-                    j: j as u32,
-                    yarn: w[2] as u8,
-                    strain: f64::from(f32::from_bits(w[3])),
-                }
-            })
-            .collect()
+    /// Bandwidth of a copy between two buffers of `size` bytes [bytes/s], reads and writes counted: the device's measure.
+    ///
+    /// # Errors
+    /// When the device was lost.
+    pub fn copy_bandwidth(&self, size: u64, repeats: u32) -> Result<f64, DeviceError> {
+        let gpu = self.device;
+        let [from, to] = ["from", "to"].map(|label| gpu.buffer(label, size, wgpu::BufferUsages::COPY_SRC));
+        let run = |repeats: u32| {
+            let mut encoder = gpu.inner.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+            (0..repeats).for_each(|_| encoder.copy_buffer_to_buffer(&from, 0, &to, 0, size));
+            let start = Instant::now();
+            gpu.queue.submit([encoder.finish()]);
+            gpu.wait(None).map(|()| start.elapsed().as_secs_f64())
+        };
+        run(1)?;
+        Ok(2.0 * size as f64 * f64::from(repeats) / run(repeats)?)
+    }
+}
+
+/// Stamps of the device's clock before and after each stage of a step.
+pub(super) struct DeviceClock {
+    queries: wgpu::QuerySet,
+    /// Where the stamps lie once they are resolved.
+    resolved: wgpu::Buffer,
+    /// Period of a tick [s].
+    period: f64,
+}
+
+impl DeviceClock {
+    /// The clock; `None` where the device has none that can be read between stages.
+    pub(super) fn new(gpu: &Device) -> Option<Self> {
+        if !gpu.has_clock() {
+            return None;
+        }
+        let queries = gpu.inner.create_query_set(&wgpu::QuerySetDescriptor {
+            label: Some("stages"),
+            ty: wgpu::QueryType::Timestamp,
+            count: Stage::ALL.len() as u32 + 1,
+        });
+        let resolved = gpu.inner.create_buffer(&wgpu::BufferDescriptor {
+            label: Some("stamps"),
+            size: STAMP_BYTES,
+            usage: wgpu::BufferUsages::QUERY_RESOLVE | wgpu::BufferUsages::COPY_SRC,
+            mapped_at_creation: false,
+        });
+        Some(Self { queries, resolved, period: 1e-9 * f64::from(gpu.queue.get_timestamp_period()) })
+    }
+
+    /// Takes the time: 0 before the first stage, n after the n-th.
+    fn stamp(&self, pass: &mut wgpu::ComputePass<'_>, number: u32) {
+        pass.write_timestamp(&self.queries, number);
+    }
+
+    /// Puts the stamps where they can be copied from.
+    fn resolve(&self, encoder: &mut wgpu::CommandEncoder) {
+        encoder.resolve_query_set(&self.queries, 0..Stage::ALL.len() as u32 + 1, &self.resolved, 0);
+    }
+
+    /// Time between the stamps [s].
+    fn seconds(&self, words: &[u32]) -> Vec<f64> {
+        let stamps: Vec<u64> = bytemuck::pod_collect_to_vec(words);
+        stamps.windows(2).map(|pair| pair[1].saturating_sub(pair[0]) as f64 * self.period).collect()
+    }
+}
+
+/// Time that the stages of a step take, from one step of every batch.
+#[derive(Clone, Default, Serialize, Deserialize)]
+pub(crate) struct StageTimes {
+    /// By stage: sum [s], and steps in which it was timed.
+    sums: [(f64, u64); Stage::ALL.len()],
+    /// Steps sent off, and those of them that were sampled.
+    sent: [u64; 2],
+}
+
+impl StageTimes {
+    /// Counts the steps of a batch.
+    fn send(&mut self, steps: &[StepInfo]) {
+        self.sent[0] += steps.len() as u64;
+        self.sent[1] += steps.iter().filter(|step| step.slot.is_some()).count() as u64;
+    }
+
+    /// Adds the stages of one step [s].
+    fn add(&mut self, sampled: bool, seconds: &[f64]) {
+        for ((sum, stage), seconds) in self.sums.iter_mut().zip(Stage::ALL).zip(seconds) {
+            if sampled || stage != Stage::EnergyBalance {
+                *sum = (sum.0 + seconds, sum.1 + 1);
+            }
+        }
+    }
+
+    /// Stages by the name of their kernel, and their time in all steps [s] by the timed ones; empty where the device has no clock.
+    pub(super) fn seconds(&self) -> Vec<(&'static str, f64)> {
+        if self.sums[0].1 == 0 {
+            return Vec::new();
+        }
+        let all = |stage: Stage| self.sent[usize::from(stage == Stage::EnergyBalance)] as f64;
+        let stages = Stage::ALL.into_iter().zip(self.sums);
+        stages.map(|(stage, (sum, count))| (stage.name(), all(stage) * sum / count.max(1) as f64)).collect()
     }
 }

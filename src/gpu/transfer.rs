@@ -1,4 +1,4 @@
-//! State to the device and back.
+//! Transfer of states to the device and back.
 
 use std::ops::Range;
 use std::sync::mpsc;
@@ -14,12 +14,18 @@ use crate::model::{Model, over::SIDES};
 use crate::solver::active_region::ActiveRegion;
 use crate::solver::state::{Rows, State};
 
-/// A device that has done its work and does not say so in that time will not.
+/// Wait for the driver to report a finished mapping.
 const SOON: Duration = Duration::from_secs(10);
 
-/// What begins at zero with a state, but for energies and work.
-const CLEARED: [BufferId; 5] =
-    [BufferId::Supports, BufferId::Candidates, BufferId::Contacts, BufferId::Shares, BufferId::Impulses];
+/// Buffers that begin at zero with a state.
+const CLEARED: [BufferId; 6] = [
+    BufferId::Supports,
+    BufferId::Candidates,
+    BufferId::Contacts,
+    BufferId::Shares,
+    BufferId::Impulses,
+    BufferId::Accounts,
+];
 
 impl DeviceStepper<'_> {
     pub(crate) fn buffer(&self, name: BufferId) -> &wgpu::Buffer {
@@ -44,26 +50,21 @@ impl DeviceStepper<'_> {
         (0..fields).map(move |field| [4 * (field * shots + shot as u64) * count, 4 * count])
     }
 
-    /// Puts the state of a single shot on the device and forgets everything counted so far.
+    /// Puts the state of a single shot on the device, with sums and energy accumulators at zero.
     pub fn upload(&mut self, model: &Model<f32>, state: &State<f32>) {
-        self.upload_but_accounts(model, state);
-        self.clear(&[BufferId::Accounts]);
-    }
-
-    /// The same, but energies and work of the elements stay.
-    pub(crate) fn upload_but_accounts(&mut self, model: &Model<f32>, state: &State<f32>) {
-        self.clear(&CLEARED);
+        self.clear_shots();
         self.upload_shot(0, model, state);
         self.set_running(vec![0]);
     }
 
-    /// Forgets everything of all shots that [`Self::upload_shot`] does not put there.
+    /// Clears of all shots what [`Self::upload_shot`] does not write.
     pub(crate) fn clear_shots(&mut self) {
-        self.clear(&CLEARED);
-        self.clear(&[BufferId::Accounts]);
+        let mut encoder = self.device.inner.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+        CLEARED.iter().for_each(|id| encoder.clear_buffer(self.buffer(*id), 0, None));
+        self.device.queue.submit([encoder.finish()]);
     }
 
-    /// Puts the state of a shot on the device; of what it counts and looks up nothing may be left.
+    /// Puts the state of a shot on cleared buffers of the device.
     pub(crate) fn upload_shot(&mut self, shot: usize, model: &Model<f32>, state: &State<f32>) {
         let columns = self.grid.columns;
         let put = |name: BufferId, numbers: &[f32]| self.write_shot(name, shot, bytemuck::cast_slice(numbers));
@@ -85,9 +86,10 @@ impl DeviceStepper<'_> {
             self.write_shot(BufferId::Over, shot, &by_side(&state.over, model.nodes_per_ply()));
         }
         if let (Some(body), Some(start)) = (&state.body, &model.projectile) {
-            self.write_shot(BufferId::Body, shot, &layout::body(body, &start.velocity, &layout::device_origin(model)));
+            let body = layout::body(body, &start.velocity, &layout::device_origin(model));
+            self.write_shot(BufferId::Body, shot, bytemuck::cast_slice(bytemuck::bytes_of(&body)));
         }
-        self.constants[shot] = layout::shot(model, shot).words();
+        self.constants[shot] = layout::shot(model, shot);
         self.events_read[shot] = 0;
     }
 
@@ -104,7 +106,7 @@ impl DeviceStepper<'_> {
     fn yarns(&self, model: &Model<f32>, elements: &Rows<f32>) -> Vec<f32> {
         let fields = |first: usize, count: usize| planes(elements, first..first + count, 1, self.grid.columns);
         let strains = elements.fields - element::STRAIN;
-        let mut yarns = match self.terms.viscous {
+        let mut yarns = match self.features.viscous {
             true => fields(element::COUNT, element::VISCOUS),
             false => vec![0.0; 2 * self.sizes.elements as usize],
         };
@@ -119,35 +121,14 @@ impl DeviceStepper<'_> {
         yarns
     }
 
-    fn clear(&self, names: &[BufferId]) {
-        let mut encoder = self.device.inner.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
-        for name in names {
-            encoder.clear_buffer(self.buffer(*name), 0, None);
-        }
-        self.device.queue.submit([encoder.finish()]);
-    }
-
-    /// Reads the state of a single shot back, but the strains that failure is judged by; of the projectile what moves.
+    /// Reads the state of a shot back, without the strains that failure is judged by; of the projectile what moves.
     ///
     /// # Errors
     /// When the device was lost.
-    pub fn download(&self, model: &Model<f32>, state: &mut State<f32>) -> Result<(), DeviceError> {
-        self.download_shot(0, model, state)
-    }
-
-    /// The same of one shot of many.
-    ///
-    /// # Errors
-    /// When the device was lost.
-    pub(crate) fn download_shot(
-        &self,
-        shot: usize,
-        model: &Model<f32>,
-        state: &mut State<f32>,
-    ) -> Result<(), DeviceError> {
+    pub fn download(&self, shot: usize, model: &Model<f32>, state: &mut State<f32>) -> Result<(), DeviceError> {
         let columns = self.grid.columns;
         let names = [BufferId::Nodes, BufferId::Forces, BufferId::Heights, BufferId::Flags, BufferId::Status];
-        let more = [(BufferId::Yarns, self.terms.viscous), (BufferId::Over, !state.over.is_empty())];
+        let more = [(BufferId::Yarns, self.features.viscous), (BufferId::Over, !state.over.is_empty())];
         let more = more.into_iter().chain([(BufferId::Body, model.projectile.is_some())]);
         let names: Vec<BufferId> =
             names.into_iter().chain(more.filter_map(|(name, wanted)| wanted.then_some(name))).collect();
@@ -209,19 +190,14 @@ impl DeviceStepper<'_> {
         self.read_copies(&[(name, [offset, size])])
     }
 
-    /// Parts of buffers, where they begin and how long they are [bytes], one after another.
-    fn read_copies(&self, copies: &[(BufferId, [u64; 2])]) -> Result<Vec<u32>, DeviceError> {
-        let parts = copies.iter().map(|(name, place)| (self.buffer(*name), *place));
-        self.read_buffers(&parts.collect::<Vec<_>>())
-    }
-
-    pub(crate) fn read_buffers(&self, parts: &[(&wgpu::Buffer, [u64; 2])]) -> Result<Vec<u32>, DeviceError> {
+    /// Words of parts of buffers, by offset and size [bytes], one after another.
+    fn read_copies(&self, parts: &[(BufferId, [u64; 2])]) -> Result<Vec<u32>, DeviceError> {
         let size = parts.iter().map(|(_, [_, size])| size).sum();
         let staging = self.device.buffer("read", size, wgpu::BufferUsages::MAP_READ);
         let mut encoder = self.device.inner.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
         let mut to = 0;
-        for (from, [offset, size]) in parts {
-            encoder.copy_buffer_to_buffer(from, *offset, &staging, to, *size);
+        for (id, [offset, size]) in parts {
+            encoder.copy_buffer_to_buffer(self.buffer(*id), *offset, &staging, to, *size);
             to += size;
         }
         self.device.queue.submit([encoder.finish()]);
@@ -235,15 +211,15 @@ impl DeviceStepper<'_> {
         size: u64,
         after: Option<wgpu::SubmissionIndex>,
     ) -> Result<Vec<u32>, DeviceError> {
-        let (tell, told) = mpsc::channel();
+        let (sender, receiver) = mpsc::channel();
         staging.map_async(wgpu::MapMode::Read, 0..size, move |result| {
             // The receiver lives until the wait below is over.
-            tell.send(result).ok();
+            sender.send(result).ok();
         });
         self.device.wait(after)?;
         let failed = |reason: String| self.device.lost(reason);
-        // Another thread that waits for the same device may be the one that tells, a moment later.
-        told.recv_timeout(SOON).map_err(|e| failed(e.to_string()))?.map_err(|e| failed(e.to_string()))?;
+        // Another thread that waits for the same device may be the one that reports, a moment later.
+        receiver.recv_timeout(SOON).map_err(|e| failed(e.to_string()))?.map_err(|e| failed(e.to_string()))?;
         let words = {
             let view = staging.get_mapped_range(0..size).map_err(|e| failed(e.to_string()))?;
             bytemuck::pod_collect_to_vec::<u8, u32>(&view)
@@ -280,7 +256,7 @@ fn set_planes(rows: &mut Rows<f32>, fields: Range<usize>, first: usize, columns:
     }
 }
 
-/// What may have moved of a ply as the shaders hold it; of nothing, a first beyond every end.
+/// Active region of a ply for the shaders; an empty one has a first row beyond every end.
 fn reach_words(reach: &ActiveRegion) -> [u32; 4] {
     if reach.is_nothing() {
         return [layout::NONE, 0, layout::NONE, 0];

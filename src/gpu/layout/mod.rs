@@ -1,66 +1,105 @@
-//! What the shaders see: words of the uniforms, of the projectile and of the ledger, in the order of the WGSL structs.
+//! Layouts that the host and the shaders share: uniforms, the projectile, failures, counters and sums.
 //!
-//! Blocks are lists of named words, so that a test can hold every name and offset against the shaders' own structs.
+//! A struct here has the name, the fields and the offsets of a struct in the shaders, which documents the fields. A test compares both.
 
-mod grid_lines;
-mod motion;
-mod pack;
-mod projectile;
-mod scene;
-mod shot;
+mod uniforms;
 
-pub use grid_lines::*;
-pub use motion::*;
-pub use pack::*;
-pub use scene::*;
-pub use shot::*;
+use bytemuck::{Pod, Zeroable};
+use nalgebra::{Quaternion, UnitQuaternion, Vector3};
+
+use crate::kernels::rigid_body::RigidBody;
+pub use uniforms::*;
+
+/// Field of a struct that the shaders have too.
+#[derive(Clone, Copy, Debug)]
+pub struct Field {
+    /// Name in Rust. A field that is an array may be several fields in the shaders, such as `_x`, `_y`, `_z`.
+    pub name: &'static str,
+    /// Type in Rust.
+    pub kind: &'static str,
+    /// First byte.
+    pub offset: usize,
+    /// Size [bytes].
+    pub size: usize,
+}
+
+/// Structs as the shaders declare them, with a list of their fields.
+macro_rules! shared {
+    ($($(#[$doc:meta])* $name:ident { $($field:ident: $kind:ty),* $(,)? })*) => {$(
+        $(#[$doc])*
+        #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+        #[repr(C)]
+        #[allow(missing_docs, reason = "the shaders document the fields")]
+        pub struct $name {
+            $(pub $field: $kind),*
+        }
+
+        impl $name {
+            /// Fields in order.
+            pub const FIELDS: &'static [Field] = &[$(Field {
+                name: stringify!($field),
+                kind: stringify!($kind),
+                offset: std::mem::offset_of!($name, $field),
+                size: size_of::<$kind>(),
+            }),*];
+        }
+    )*};
+}
+pub(crate) use shared;
+
+/// Name, fields and size [bytes] of every shared struct.
+pub const LAYOUTS: [(&str, &[Field], usize); 7] = [
+    ("Scene", Scene::FIELDS, size_of::<Scene>()),
+    ("Step", Step::FIELDS, size_of::<Step>()),
+    ("Shot", Shot::FIELDS, size_of::<Shot>()),
+    ("Ply", Ply::FIELDS, size_of::<Ply>()),
+    ("Line", Line::FIELDS, size_of::<Line>()),
+    ("Body", Body::FIELDS, size_of::<Body>()),
+    ("Event", Event::FIELDS, size_of::<Event>()),
+];
 
 /// Invocations per workgroup of the kernels over elements and nodes.
 pub const GROUP: u32 = 64;
 /// Invocations of the kernels of contact with the projectile, which are a single workgroup.
 pub const CONTACT_GROUP: u32 = 256;
-/// Parts of their sums that lie side by side in the memory of the workgroup: for all at once there is no room.
+/// Partial sums that lie side by side in the memory of that workgroup, which has no room for all of them.
 pub const CONTACT_LANES: u32 = 64;
-/// A number for none: no step that went bad, no place, no ply.
+/// Number for none: no step with a number that is not finite, no place, no ply.
 pub const NONE: u32 = u32::MAX;
 /// Fields of a node: displacement, velocity.
 pub(crate) const NODE_FIELDS: u64 = 6;
 /// Fields of an element's forces.
 pub(crate) const FORCE_FIELDS: u64 = 9;
-/// Fields of an element's heights: what predicts them, and the two.
+/// Fields of an element's heights: predictor and heights of both yarns.
 pub(crate) const HEIGHT_FIELDS: u64 = 6;
-/// Fields of an element's accounts.
+/// Fields of an element's energy accumulators.
 pub const ACCOUNT_FIELDS: u64 = 10;
-/// Fields of a node's accounts of contact between plies.
+/// Fields of a node's energy accumulators of contact between plies.
 pub(crate) const PLY_ACCOUNT_FIELDS: u64 = 3;
 /// Fields of an element whose yarns have shock viscosity: viscous forces of warp and weft.
 pub(crate) const VISCOUS_FIELDS: u64 = 2;
-/// Fields of an element whose yarns are judged over a length: strains of warp and weft in the last two steps.
+/// Fields of an element whose failure is judged over a length: strains of warp and weft in the last two steps.
 pub(crate) const STRAIN_FIELDS: u64 = 4;
-/// Failure strains of warp and weft over the fabric's, behind those, where strength varies.
+/// Fields of an element whose strength varies: failure strains of warp and weft over the fabric's.
 pub(crate) const STRENGTH_FIELDS: u64 = 2;
 /// Words of a contact between plies.
 pub const CONTACT_WORDS: u64 = 8;
 /// Fields of the impulses of contact between plies.
 pub const IMPULSE_FIELDS: u64 = 6;
-/// Words of what may have moved of a ply.
+/// Words of the active region of a ply.
 pub(crate) const REACH_WORDS: u64 = 4;
-/// Words of a failure event.
-pub const EVENT_WORDS: u64 = 4;
 /// Words of a node near the projectile.
 pub const POINT_WORDS: u64 = 32;
-/// Words of a place where the projectile may touch. Before the first of a shot there is one more.
+/// Words of a place where the projectile may touch. One more such place precedes those of a shot.
 pub const TOUCH_WORDS: u64 = 32;
+/// Words of a failure event.
+pub const EVENT_WORDS: u64 = size_of::<Event>() as u64 / 4;
 /// Words of the counters.
 pub const STATUS_WORDS: usize = 12;
 /// Words of the projectile.
-pub const BODY_WORDS: usize = 60;
-/// Sums of a workgroup of the ledger.
+pub const BODY_WORDS: usize = size_of::<Body>() / 4;
+/// Sums of a workgroup of the energy balance.
 pub const SUMS: usize = 25;
-/// Bytes of a step's uniform.
-pub(crate) const STEP_BYTES: u64 = 32;
-/// Bytes between two steps' uniforms, the alignment every device grants.
-pub(crate) const STEP_STRIDE: u64 = 256;
 
 /// Words of `status`.
 pub mod status {
@@ -82,15 +121,15 @@ pub mod status {
     pub const COMPUTED: usize = 8;
     /// Bits of the largest depth of a node in a neighbouring ply.
     pub const PLY_DEPTH: usize = 10;
-    /// Points of the rim that met a ply when there was no room for them.
+    /// Points of the projectile's edge that met a ply when there was no room for them.
     pub const OVERFLOW_EDGES: usize = 11;
-    /// What may have moved of each ply begins here.
+    /// Active regions of the plies begin here.
     pub const REACH: usize = 12;
 }
 
-/// Sums of the ledger.
+/// Sums of the energy balance.
 pub mod sum {
-    /// Work on the elements since the last ledger [J].
+    /// Work on the elements since the last sample [J].
     pub const WORK: usize = 0;
     /// Released by failures since then [J].
     pub const RELEASED: usize = 1;
@@ -122,42 +161,133 @@ pub mod sum {
     pub const COVERED: usize = 18;
     /// Lost in contact between plies since then [J].
     pub const PLY_LOSS: usize = 19;
-    /// Of it to friction [J].
+    /// Part of it lost to friction [J].
     pub const PLY_RUBBED: usize = 20;
     /// Work of moving nodes out of other plies [J].
     pub const PLY_SEPARATION_WORK: usize = 21;
-    /// Dissipated by shock viscosity since the last ledger [J].
+    /// Dissipated by shock viscosity since the last sample [J].
     pub const VISCOUS: usize = 22;
-    /// Made by the unit-cell law itself since the start [J].
+    /// Energy made by the unit-cell law itself since the start [J].
     pub const LAW: usize = 23;
     /// Largest tension over breaking load [-].
     pub const LOAD: usize = 24;
 }
 
-/// Named words of a uniform, in order.
-#[derive(Clone, Debug, Default)]
-pub struct Block(Vec<(&'static str, u32)>);
+shared! {
+    /// Yarn failure.
+    Event { step: u32, element: u32, yarn: u32, strain: f32 }
 
-impl Block {
-    fn count(&mut self, name: &'static str, value: usize) {
-        self.0.push((name, value as u32));
+    /// Projectile.
+    Body {
+        coarse: [i32; 4], fine: [i32; 4], change: [f32; 4], orientation: [f32; 4], angular_momentum: [f32; 4],
+        velocity: [f32; 4], turning: [f32; 4], coarse_before: [i32; 4], fine_before: [i32; 4], change_before: [f32; 4],
+        impulse: [f32; 4], support: [f32; 4], energy: [f32; 4], nose_coarse: [i32; 4], nose_fine: [i32; 4],
+    }
+}
+
+/// Fine steps of a position per metre.
+pub const FIXED_POINT_SCALE: f64 = (1_u64 << 34) as f64;
+
+/// Coarse and fine part of a position [m].
+fn fixed(position: &Vector3<f64>) -> [[i32; 4]; 2] {
+    let mut parts = [[0; 4]; 2];
+    for a in 0..3 {
+        let steps = (position[a] * FIXED_POINT_SCALE).round() as i64;
+        (parts[0][a], parts[1][a]) = ((steps >> 24) as i32, (steps & 0xff_ffff) as i32);
+    }
+    parts
+}
+
+fn metres(coarse: [i32; 4], fine: [i32; 4]) -> Vector3<f64> {
+    let steps = |a: usize| (i64::from(coarse[a]) << 24) + i64::from(fine[a]);
+    Vector3::from([0, 1, 2].map(|a| steps(a) as f64 / FIXED_POINT_SCALE))
+}
+
+/// Projectile for the shaders. `impact`: its velocity at the start [m/s]; `origin`: of the device's coordinates [m].
+pub fn body(body: &RigidBody, impact: &Vector3<f64>, origin: &Vector3<f64>) -> Body {
+    let vector = |v: &Vector3<f64>, w: f64| [v.x, v.y, v.z, w].map(|x| x as f32);
+    let (q, position) = (body.orientation, body.position - origin);
+    let tip = position + q.transform_vector(&Vector3::new(0.0, 0.0, nose(body)));
+    let ([coarse, fine], [nose_coarse, nose_fine]) = (fixed(&position), fixed(&tip));
+    let change = vector(&(body.velocity - impact), 0.0);
+    Body {
+        coarse,
+        fine,
+        change,
+        orientation: [q.i, q.j, q.k, q.w].map(|x| x as f32),
+        angular_momentum: vector(&body.angular_momentum, 0.0),
+        velocity: vector(&body.velocity, body.speed_bound()),
+        turning: vector(&body.angular_velocity(), 0.0),
+        coarse_before: coarse,
+        fine_before: fine,
+        change_before: change,
+        nose_coarse,
+        nose_fine,
+        ..Body::default()
+    }
+}
+
+/// Projectile after a step, and its sums since the last sample.
+#[derive(Clone, Debug)]
+pub struct BodyRecord {
+    /// After the step.
+    pub body: RigidBody,
+    /// Velocity [m/s] and position [m] before.
+    pub before: (Vector3<f64>, Vector3<f64>),
+    /// Impulse on it since the last sample [N·s].
+    pub impulse: [f64; 3],
+    /// Impulse of supports and drive through contact since then [N·s].
+    pub support: [f64; 3],
+    /// Lost to contact, to friction, work of the drive since then [J].
+    pub energy: [f64; 3],
+    /// Deepest node so far [m].
+    pub penetration: f64,
+}
+
+/// Reads the words of a [`Body`]; what never changes comes from `start`, the projectile before its first step. `origin`: of the device's
+/// coordinates [m].
+pub fn read_body(words: &[u32], start: &RigidBody, origin: &Vector3<f64>) -> BodyRecord {
+    let own: &Body = bytemuck::from_bytes(bytemuck::cast_slice(&words[..BODY_WORDS]));
+    let vector = |v: [f32; 4]| Vector3::new(v[0], v[1], v[2]).cast::<f64>();
+    let [i, j, k, w] = own.orientation.map(f64::from);
+    BodyRecord {
+        body: RigidBody {
+            position: origin + metres(own.coarse, own.fine),
+            velocity: start.velocity + vector(own.change),
+            orientation: UnitQuaternion::from_quaternion(Quaternion::new(w, i, j, k)),
+            angular_momentum: vector(own.angular_momentum),
+            ..start.clone()
+        },
+        before: (start.velocity + vector(own.change_before), origin + metres(own.coarse_before, own.fine_before)),
+        impulse: vector(own.impulse).into(),
+        support: vector(own.support).into(),
+        energy: vector(own.energy).into(),
+        penetration: f64::from(own.energy[3]),
+    }
+}
+
+/// Sums of the workgroups of one sample, shape (plies, groups of a ply, [`SUMS`]).
+#[derive(Clone, Copy)]
+pub struct WorkgroupSums<'a>(pub &'a [u32]);
+
+impl WorkgroupSums<'_> {
+    /// Sums of one ply of `plies`.
+    pub fn ply(&self, ply: usize, plies: usize) -> Self {
+        let words = self.0.len() / plies;
+        Self(&self.0[ply * words..(ply + 1) * words])
     }
 
-    fn number(&mut self, name: &'static str, value: f32) {
-        self.0.push((name, value.to_bits()));
+    fn parts(&self, which: usize) -> impl Iterator<Item = f64> {
+        self.0.chunks_exact(SUMS).map(move |group| f64::from(f32::from_bits(group[which])))
     }
 
-    fn double(&mut self, name: &'static str, value: f64) {
-        self.number(name, value as f32);
+    /// Sum over the workgroups, in order.
+    pub fn add(&self, which: usize) -> f64 {
+        self.parts(which).sum()
     }
 
-    /// Names in order, arrays once per word.
-    pub fn names(&self) -> impl Iterator<Item = &'static str> {
-        self.0.iter().map(|(name, _)| *name)
-    }
-
-    /// The words.
-    pub fn words(&self) -> Vec<u32> {
-        self.0.iter().map(|(_, word)| *word).collect()
+    /// Largest over the workgroups.
+    pub fn largest(&self, which: usize) -> f64 {
+        self.parts(which).fold(0.0, f64::max)
     }
 }

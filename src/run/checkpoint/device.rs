@@ -43,12 +43,12 @@ impl Checkpointable for DeviceSimulation<'_> {
     fn save(&self, head: &Header, followed: &[u8], to: &mut dyn Write) -> io::Result<()> {
         let DeviceLoop { stepper, next, sampled, .. } = &self.device_loop;
         let mut head = Header { step: *next, time: self.time(), time_step: self.model.dt, ..head.clone() };
-        head.spent.waited = stepper.waited().as_secs_f64();
+        head.spent.waited = stepper.waited.as_secs_f64();
         write(to, &head, followed, |contents| {
             contents.value(&self.shot().balance)?;
             contents.value(&self.shot().record)?;
             contents.value(&(sampled, stepper.events_read[0]))?;
-            contents.value(&stepper.timed)?;
+            contents.value(&stepper.times)?;
             for name in stepper.kept() {
                 contents.numbers(&stepper.read(name).map_err(io::Error::other)?)?;
             }
@@ -76,7 +76,7 @@ impl<'a> DeviceSimulation<'a> {
             if stepper.events_read[0] > 2 * stepper.sizes.elements {
                 return Err(CheckpointFault::Contents("counts of the device"));
             }
-            stepper.timed = contents.value("time that each kernel took")?;
+            stepper.times = contents.value("time that each kernel took")?;
             for name in stepper.kept() {
                 let mut words = vec![0_u32; (stepper.sizes.bytes(name) / 4) as usize];
                 contents.numbers(&mut words, name.variable())?;

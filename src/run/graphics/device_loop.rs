@@ -217,7 +217,7 @@ impl<'a> DeviceLoop<'a> {
             threads: rayon::current_num_threads(),
             precision: "f32",
             loop_seconds,
-            host_seconds: Some((loop_seconds - self.stepper.waited().as_secs_f64()).max(0.0)),
+            host_seconds: Some((loop_seconds - self.stepper.waited.as_secs_f64()).max(0.0)),
             kernel_seconds,
         };
         let shot = &self.shots[number];

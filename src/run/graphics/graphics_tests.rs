@@ -31,6 +31,6 @@ fn a_rim_without_room_ends_the_run_by_name() -> Result<(), Box<dyn std::error::E
     let crowded = take(&counters(&[(status::OVERFLOW_EDGES, 999)]));
     let room = stepper.sizes().constraints;
     assert!(room > 20);
-    assert_eq!(crowded, Err(DeviceError::CrowdedRim { adapter: "noop".into(), found: 999, room }));
+    assert_eq!(crowded, Err(DeviceError::CrowdedEdge { adapter: "noop".into(), found: 999, room }));
     Ok(())
 }

@@ -161,7 +161,7 @@ impl Backend for DeviceSimulation<'_> {
             return;
         }
         let DeviceLoop { stepper, state, next, .. } = &mut self.device_loop;
-        match stepper.download(&self.model, state) {
+        match stepper.download(0, &self.model, state) {
             Ok(()) => {
                 state.step = *next;
                 watch.on_end(&View::Single(&self.model, state));

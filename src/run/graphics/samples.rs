@@ -121,7 +121,7 @@ impl DeviceShot {
 
     /// Reads the state after so many steps.
     fn download(&self, stepper: &DeviceStepper<'_>, state: &mut State<f32>, steps: u64) -> Result<(), DeviceError> {
-        stepper.download_shot(self.number, &self.model, state)?;
+        stepper.download(self.number, &self.model, state)?;
         state.step = steps;
         Ok(())
     }
@@ -142,7 +142,7 @@ impl DeviceShot {
     ) -> Result<(), DeviceError> {
         let (sums, rest) = words.split_at(stepper.body_at());
         let (body, counters) = rest.split_at(BODY_WORDS);
-        let sums = WorkgroupSums::new(sums);
+        let sums = WorkgroupSums(sums);
         let body =
             self.model.projectile.as_ref().map(|p| layout::read_body(body, p, &layout::device_origin(&self.model)));
         self.take_counts(info.index, &sums, counters);
@@ -176,7 +176,7 @@ impl DeviceShot {
         if let Some(excess) = solver::excess(&self.balance, kinetic, true) {
             // The place is looked for in the state as it is now, at most two batches later.
             state.step = info.index + 1;
-            if let Err(error) = stepper.download_shot(self.number, &self.model, state) {
+            if let Err(error) = stepper.download(self.number, &self.model, state) {
                 self.record.lost = Some(error.to_string());
             }
             self.diagnose(state, excess);
@@ -252,7 +252,7 @@ fn check_room(stepper: &DeviceStepper<'_>, counters: &[u32; STATUS_WORDS]) -> Re
     let (adapter, sizes) = (stepper.device.name().to_owned(), stepper.sizes());
     match [status::OVERFLOW, status::OVERFLOW_EDGES].map(|at| counters[at]) {
         [0, 0] => Ok(()),
-        [0, found] => Err(DeviceError::CrowdedRim { adapter, found, room: sizes.constraints }),
+        [0, found] => Err(DeviceError::CrowdedEdge { adapter, found, room: sizes.constraints }),
         [found, _] => Err(DeviceError::Crowded { adapter, found, room: sizes.points }),
     }
 }

@@ -9,6 +9,7 @@ use tracing::debug;
 use crate::case::Case;
 use crate::gpu::buffers::Sizes;
 use crate::gpu::layout;
+use crate::gpu::shader::Kernel;
 use crate::gpu::stepper::DeviceStepper;
 use crate::gpu::{Device, DeviceError};
 use crate::model::{Features, Grid, Model, ModelError};
@@ -27,7 +28,7 @@ struct Common {
     /// By ply type.
     terms: Vec<Features>,
     /// Constants of the ply types, the plies, the grid lines and the energy that laws make.
-    words: Vec<u32>,
+    uniforms: Vec<u8>,
     /// Time step, end of the run and interval of the history [s].
     times: [f64; 3],
 }
@@ -49,17 +50,17 @@ impl PreparedShot {
     pub fn new(case: Case) -> Result<Self, ModelError> {
         let (model, _) = solver::set_up::<f32>(&case, Skips::default().symmetry)?;
         let sizes = Sizes::new(&model);
-        let mut words: Vec<u32> = layout::plies(&model).iter().flat_map(layout::Block::words).collect();
-        words.extend(layout::lines(&model));
+        let mut uniforms: Vec<u8> = bytemuck::cast_slice(&layout::plies(&model)).to_vec();
+        uniforms.extend_from_slice(bytemuck::cast_slice(&layout::lines(&model)));
         for (at, ply_type) in model.ply_types.iter().enumerate() {
-            words.extend(layout::scene(&model, at, &sizes).words());
-            words.extend(layout::law_energy(ply_type));
+            uniforms.extend_from_slice(bytemuck::bytes_of(&layout::scene(&model, at, &sizes)));
+            uniforms.extend_from_slice(bytemuck::cast_slice(&layout::law_energy(ply_type)));
         }
         let common = Common {
             grid: model.grid,
             sizes,
             terms: model.ply_types.iter().map(|ply_type| Features::new(&model, ply_type)).collect(),
-            words,
+            uniforms,
             times: [model.dt, case.solver.end_time, case.output.history_interval],
         };
         Ok(Self { case, model: Arc::new(model), common })
@@ -111,7 +112,7 @@ impl<'a> DeviceBatch<'a> {
     /// # Errors
     /// When the device cannot hold them.
     pub fn new(device: &'a Device, shot: &PreparedShot, room: u64) -> Result<Self, DeviceError> {
-        let stepper = DeviceStepper::for_shots(device, &shot.model, room)?;
+        let stepper = DeviceStepper::with_sources(device, &shot.model, room, &Kernel::source)?;
         debug!(adapter = device.name(), shots = room, bytes = stepper.sizes().planned(), "room for a batch of shots");
         let state = State::new(&shot.case, &shot.model);
         let device_loop = DeviceLoop::new(stepper, Vec::new(), state);
