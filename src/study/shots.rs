@@ -10,7 +10,7 @@ use super::fit::{Fit, FitRequest, FitRow, fit};
 use super::report::{Report, ReportTable};
 use super::shot_table::{ShotRow, ShotTable};
 use crate::case::{Case, RANGE_STREAM, Variability};
-use crate::num::counter_random::DrawKey;
+use crate::num::random::DrawKey;
 use crate::output::Folder;
 use crate::output::number::short;
 use crate::run::graphics::DeviceUse;

@@ -1,8 +1,8 @@
 //! Frequency at which intervals hold the truth, in 6000 synthetic ranges and in 10 000 synthetic campaigns of thresholds: the tables of the book.
 
 use rayon::prelude::*;
-use ripstop::num::counter_random::DrawKey;
 use ripstop::num::link::Link;
+use ripstop::num::random::DrawKey;
 use ripstop::study::binary_response::fit;
 use ripstop::study::interval::interval;
 use ripstop::study::outcomes::{Outcomes, Shot};

@@ -1,7 +1,7 @@
 //! Maximum likelihood, Firth's penalty, intervals, arithmetic V50, residual velocities, refusals.
 
-use ripstop::num::counter_random::DrawKey;
 use ripstop::num::link::Link;
+use ripstop::num::random::DrawKey;
 use ripstop::study::binary_response::{self as binary, Estimate, fit};
 use ripstop::study::interval::{Bounds, interval};
 use ripstop::study::outcomes::{Group, Outcomes, arithmetic_v50};

@@ -3,9 +3,8 @@
 use std::collections::HashSet;
 
 use ripstop::case::{self, Case};
-use ripstop::num::counter_random::{DrawKey, philox, uniform};
 use ripstop::num::link::Link;
-use ripstop::num::weibull::Weibull;
+use ripstop::num::random::{DrawKey, Weibull, philox, uniform};
 use ripstop::run::outcome::Outcome;
 use ripstop::study::batch::{ShotOrder, order_case};
 
