@@ -1,17 +1,17 @@
-//! Shots on a device: those that go together in one batch, each as if it were alone.
+//! Shots on a device: those with one layout and time step in one batch, each as if it were alone.
 
 use std::sync::atomic::AtomicBool;
 
 use tracing::debug;
 
-use super::fire::{Ready, ready};
-use super::{BatchError, BatchOptions, ShotOrder, ShotRow};
+use super::batch::{BatchError, BatchOptions, ShotOrder, ready};
+use super::shot_table::ShotRow;
 use crate::case::Case;
 use crate::gpu::{Device, DeviceError};
 use crate::run::Run;
 use crate::run::graphics::{DeviceBatch, DeviceUse, PreparedShot};
 
-/// Memory of the device that a batch may take [bytes].
+/// Device memory of a batch at most [bytes].
 const MEMORY: u64 = 4 << 30;
 /// Earlier batches that are kept when another is made, and the memory that they may take [bytes]: searches of eight realisations take turns.
 const KEPT: (usize, u64) = (7, 512 << 20);
@@ -24,30 +24,30 @@ type Waiting = (usize, ShotOrder);
 /// Shots that go together.
 type Group = Vec<(Waiting, PreparedShot)>;
 
-/// What takes rows with their numbers among the shots to fire.
+/// Receiver of rows with their numbers among the shots to fire.
 type Done<'d> = dyn FnMut(usize, ShotRow) -> Result<(), BatchError> + 'd;
 
-/// Computes shots on a device, with pipelines and buffers of earlier batches where they serve again.
-pub(in crate::study) struct DeviceRunner<'a> {
+/// Runner of shots on a device, with pipelines and buffers of earlier batches where they serve again.
+pub(super) struct DeviceRunner<'a> {
     device: &'a Device,
     options: BatchOptions<'a>,
-    /// The one that was used last at the end.
+    /// Batches, that used last at the end.
     batches: Vec<DeviceBatch<'a>>,
-    /// Of batches that are gone.
+    /// Use of batches that are gone.
     total: DeviceUse,
 }
 
 impl<'a> DeviceRunner<'a> {
-    /// On the device of these options; `None` where they ask for none.
-    pub(in crate::study) fn new(options: &BatchOptions<'a>) -> Option<Self> {
+    /// Runner on the device of these options; `None` where they ask for none.
+    pub(super) fn new(options: &BatchOptions<'a>) -> Option<Self> {
         Some(Self { device: options.device?, options: *options, batches: Vec::new(), total: DeviceUse::default() })
     }
 
     /// Computes shots and hands their rows over as they end, in any order, each with its number among `shots`.
     ///
     /// # Errors
-    /// What `done` refuses, the end that the user has asked for, or that the device was lost. Shots under way are given up then.
-    pub(in crate::study) fn fire<'c>(
+    /// An error of `done`, the end that the user has asked for, or a lost device. Shots under way are given up then.
+    pub(super) fn fire<'c>(
         &mut self,
         shots: impl Iterator<Item = (&'c Case, ShotOrder)>,
         done: &mut Done<'_>,
@@ -57,37 +57,26 @@ impl<'a> DeviceRunner<'a> {
             if self.options.stopped() {
                 return Err(BatchError::Interrupted);
             }
-            let shot = match ready(case, order, &self.options) {
-                Ok(shot) => shot,
-                Err(row) => {
-                    done(number, *row)?;
-                    continue;
-                }
-            };
-            let Ready { case, velocity, drawn } = shot;
-            let shot = match PreparedShot::new(case) {
-                Ok(shot) => shot,
-                Err(error) => {
-                    done(number, ShotRow::of_failure(order, velocity, drawn, &error.to_string()))?;
-                    continue;
-                }
-            };
-            let at = groups.iter().position(|group| group[0].1.goes_with(&shot)).unwrap_or(groups.len());
-            if at == groups.len() {
-                groups.push(Vec::new());
+            let prepared = ready(case, order, self.options.seed).and_then(|case| {
+                PreparedShot::new(case.clone())
+                    .map_err(|error| Box::new(ShotRow::of_failure(order, &case, &error.to_string())))
+            });
+            match prepared {
+                Err(row) => done(number, *row)?,
+                Ok(shot) => match groups.iter_mut().find(|group| group[0].1.goes_with(&shot)) {
+                    Some(group) => group.push(((number, order), shot)),
+                    None => groups.push(vec![((number, order), shot)]),
+                },
             }
-            groups[at].push(((number, order), shot));
-            let full = groups[at].len() as u64 >= groups[at][0].1.room(self.device, MEMORY);
-            if full || groups.iter().map(Vec::len).sum::<usize>() >= WAITING {
-                let largest = (0..groups.len()).rev().max_by_key(|at| groups[*at].len()).unwrap_or(at);
-                self.fire_group(groups.swap_remove(if full { at } else { largest }), done)?;
+            if groups.iter().map(Vec::len).sum::<usize>() >= WAITING {
+                groups.drain(..).try_for_each(|group| self.fire_group(group, done))?;
             }
         }
         groups.into_iter().try_for_each(|group| self.fire_group(group, done))
     }
 
-    /// What shots have taken of the device so far.
-    pub(in crate::study) fn device_use(&self) -> DeviceUse {
+    /// Use of the device so far.
+    pub(super) fn device_use(&self) -> DeviceUse {
         self.batches.iter().map(DeviceBatch::device_use).fold(self.total, DeviceUse::with)
     }
 
@@ -104,19 +93,17 @@ impl<'a> DeviceRunner<'a> {
                 }
                 Err(lost @ DeviceError::Lost { .. }) => return Err(BatchError::Device(lost)),
                 Err(error) => {
-                    for ((number, order), shot) in orders.iter().zip(&shots) {
-                        let velocity = shot.case.projectile.as_ref().map_or(0.0, |projectile| projectile.velocity);
-                        let drawn = shot.case.drawn.clone();
-                        done(*number, ShotRow::of_failure(*order, velocity, drawn, &error.to_string()))?;
-                    }
-                    return Ok(());
+                    let mut lost = orders.iter().zip(&shots);
+                    return lost.try_for_each(|((number, order), shot)| {
+                        done(*number, ShotRow::of_failure(*order, &shot.case, &error.to_string()))
+                    });
                 }
             }
         }
         Ok(())
     }
 
-    /// The batch that takes so many shots like this one, or as many of them as there is memory for.
+    /// Batch that takes so many shots like this one, or as many of them as there is memory for.
     fn batch_for(&mut self, shot: &PreparedShot, count: usize) -> Result<&mut DeviceBatch<'a>, DeviceError> {
         let batch = match self.batches.iter().position(|batch| batch.takes(shot, count)) {
             Some(at) => self.batches.remove(at),
