@@ -40,9 +40,11 @@ fn main() -> ExitCode {
 
 fn draws() {
     let folder = tempfile::tempdir().unwrap();
-    let fabric: serde_json::Value = serde_json::from_str(include_str!("../cases/fabrics/s-720.json")).unwrap();
+    let fabric = include_str!("../cases/fabrics/s-720.json");
+    std::fs::create_dir(folder.path().join("fabrics")).unwrap();
+    std::fs::write(folder.path().join("fabrics/s-720.json"), fabric).unwrap();
     let case = json!({
-        "title": TITLE, "fabric": fabric, "pack": {"width_mm": 30, "height_mm": 30}, "solver": {"end_time_us": 20},
+        "title": TITLE, "fabric": {"file": "fabrics/s-720.json"}, "pack": {"width_mm": 30, "height_mm": 30}, "solver": {"end_time_us": 20},
         "projectile": {"shape": "cylinder", "diameter_mm": 5.5, "length_mm": 12, "mass_g": 3, "velocity_m_s": 600},
     });
     std::fs::write(folder.path().join("shot.json"), case.to_string()).unwrap();

@@ -107,6 +107,7 @@ pub(crate) fn escape(text: &str) -> String {
 }
 
 /// A figure of a page: a plot with its words.
+#[derive(Clone, Debug)]
 pub(crate) struct Figure {
     pub(crate) id: String,
     pub(crate) title: String,
