@@ -63,6 +63,38 @@ fn good() -> Value {
     })
 }
 
+/// A shot with as few keys as can be.
+fn plain() -> Value {
+    json!({
+        "title": "plain",
+        "fabric": {"file": "fabrics/s-720.json"},
+        "pack": {"width_mm": 50, "height_mm": 50},
+        "projectile": {"shape": "sphere", "diameter_mm": 6, "mass_g": 1, "velocity_m_s": 100},
+    })
+}
+
+/// A case of 3 mm by 2 mm elements: 30 mm along warp are 10 elements, 8 mm along weft 4.
+fn laid(groups: Value) -> Value {
+    let mut document = good();
+    let yarn = |count: f64| {
+        json!({"linear_density_denier": 1420, "modulus_gpa": 96, "failure_strain": 0.035, "count_per_cm": count,
+            "crimp": 0.01})
+    };
+    put(&mut document, "/fabric/warp", yarn(10.0 / 3.0));
+    put(&mut document, "/fabric/weft", yarn(5.0));
+    put(&mut document, "/pack", json!({"width_mm": 30, "height_mm": 8, "layup": groups}));
+    remove(&mut document, "/sources");
+    document
+}
+
+/// The fabric of [`laid`] with other yarns: half as many along the warp.
+fn coarse() -> Value {
+    let mut fabric = laid(json!([]))["fabric"].clone();
+    fabric["name"] = json!("coarse");
+    fabric["warp"]["count_per_cm"] = json!(10.0 / 6.0);
+    fabric
+}
+
 fn read(value: &Value) -> Result<Case, CaseError> {
     case::from_str("good.json", &value.to_string(), &[])
 }

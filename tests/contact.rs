@@ -1,18 +1,14 @@
-//! Projectile contact: what a strike must do whatever the mesh, step or shape.
+//! Projectile contact: the laws of a strike, whatever the mesh, step or shape.
 //!
 //! Promises: no node passes into the projectile (sideways behind a sharp rim, by less than is stated); the first drop
-//! is that of a perfectly inelastic impact; contact never pulls; friction stops sliding and never drives it; a driven
-//! body's work appears in the ledger; mirror and warp/weft swap symmetry hold for whole oblique shots; a
-//! spinning body keeps its angular momentum. Red when: a sign of an impulse is wrong, the target of the common
-//! velocity misses the gap, friction exceeds μN, impulses on the body differ from those on the nodes.
+//! is that of a perfectly inelastic impact; contact never pulls; friction stops sliding and never drives it; held nodes take the
+//! momentum; a spinning body keeps its angular momentum; the last bit of a place decides nothing unseen.
+//! Red when: a sign of an impulse is wrong, the target of the common velocity misses the gap, friction exceeds μN, impulses on the
+//! body differ from those on the nodes.
 
-mod rim;
-mod rotation;
-
-use nalgebra::Vector3;
-use ripstop::case;
+use nalgebra::{UnitQuaternion, Vector3};
 use ripstop::kernels::projectile_contact::{self, ContactPoint, ContactTotals};
-use ripstop::kernels::projectile_rim::Rim;
+use ripstop::kernels::projectile_rim::{EdgeConstraint, Rim, SHARED};
 use ripstop::kernels::projectile_shape::Body;
 use ripstop::kernels::rigid_body::RigidBody;
 use ripstop::output;
@@ -23,15 +19,17 @@ use crate::scene::{builtin, run, run_as, shipped};
 
 /// Mass of the body [kg].
 const BODY: f64 = 3e-3;
+/// Height of its face over its centre [m].
+const NOSE: f64 = 0.02105;
 
-fn point(position: [f64; 3], normal: [f64; 3], velocity: [f64; 3], mass: f64, gap: f64) -> ContactPoint {
+fn point([x, y]: [f64; 2], normal: [f64; 3], velocity: [f64; 3], mass: f64, gap: f64) -> ContactPoint {
     let mut p = ContactPoint {
         ply: 0,
         row: 0,
         column: 0,
         signed_distance: gap,
         normal: Vector3::from(normal).normalize(),
-        arm: Vector3::from(position),
+        arm: Vector3::new(x, y, NOSE),
         before: Vector3::from(velocity),
         free: Vector3::from(velocity),
         inverse: Vector3::repeat(1.0 / mass),
@@ -49,6 +47,11 @@ fn point(position: [f64; 3], normal: [f64; 3], velocity: [f64; 3], mass: f64, ga
     p
 }
 
+/// A node on the axis that nothing moves sideways.
+fn middle(velocity: [f64; 3], mass: f64, gap: f64) -> ContactPoint {
+    point([0.0; 2], [0.0, 0.0, 1.0], velocity, mass, gap)
+}
+
 /// Resolves contact with the same friction everywhere.
 fn resolve(body: &mut RigidBody, points: &mut [ContactPoint], friction: f64, dt: f64) -> ContactTotals {
     points.iter_mut().for_each(|p| p.friction = friction);
@@ -57,49 +60,47 @@ fn resolve(body: &mut RigidBody, points: &mut [ContactPoint], friction: f64, dt:
 
 /// A 3 g cylinder flying along Z at 100 m/s.
 fn cylinder(sets: &[&str]) -> RigidBody {
-    let case = builtin("cases/verify/first-drop.json", sets);
-    let projectile = case.projectile.unwrap();
-    let body = Body::new(&projectile).unwrap();
-    let mut out = RigidBody::new(&projectile, body, 1e-3);
+    let projectile = builtin("cases/verify/first-drop.json", sets).projectile.unwrap();
+    let mut out = RigidBody::new(&projectile, Body::new(&projectile).unwrap(), 1e-3);
     out.velocity = Vector3::new(0.0, 0.0, 100.0);
     out
 }
 
 fn momentum(body: &RigidBody, points: &[ContactPoint]) -> (Vector3<f64>, Vector3<f64>) {
-    let mut linear = body.velocity * body.mass;
-    let mut angular = body.angular_momentum;
+    let mut out = (body.velocity * body.mass, body.angular_momentum);
     for p in points {
-        linear += p.velocity() * p.mass;
-        angular += p.arm.cross(&(p.velocity() * p.mass));
+        out.0 += p.velocity() * p.mass;
+        out.1 += p.arm.cross(&(p.velocity() * p.mass));
     }
-    (linear, angular)
+    out
+}
+
+/// Both momenta to the round-off of sums of about 0.3 kg·m/s and 1e-4 kg·m²/s.
+#[track_caller]
+fn same_momentum(before: (Vector3<f64>, Vector3<f64>), after: (Vector3<f64>, Vector3<f64>)) {
+    assert!((before.0 - after.0).norm() < 1e-15 && (before.1 - after.1).norm() < 1e-17, "{before:?} {after:?}");
 }
 
 #[test]
 fn a_set_of_nodes_shares_the_normal_velocity_and_conserves_both_momenta() {
     let mut body = cylinder(&[]);
     body.angular_momentum = Vector3::new(1e-5, -2e-5, 3e-6);
-    let nose = 0.02105;
     let mut points = vec![
-        point([0.001, 0.002, nose], [0.0, 0.0, 1.0], [3.0, 1.0, -5.0], 4e-5, 0.0),
-        point([-0.002, 0.001, nose], [0.0, 0.1, 1.0], [0.0, 0.0, 20.0], 6e-5, 0.0),
-        point([0.0, -0.0015, nose], [0.05, 0.0, 1.0], [0.0, 2.0, 0.0], 5e-5, 0.0),
-        point([0.0, 0.0, nose], [0.0, 0.0, 1.0], [0.0, 0.0, 400.0], 5e-5, 0.0),
+        point([0.001, 0.002], [0.0, 0.0, 1.0], [3.0, 1.0, -5.0], 4e-5, 0.0),
+        point([-0.002, 0.001], [0.0, 0.1, 1.0], [0.0, 0.0, 20.0], 6e-5, 0.0),
+        point([0.0, -0.0015], [0.05, 0.0, 1.0], [0.0, 2.0, 0.0], 5e-5, 0.0),
+        middle([0.0, 0.0, 400.0], 5e-5, 0.0),
     ];
     let before = momentum(&body, &points);
     let totals = resolve(&mut body, &mut points, 0.3, 1e-7);
-    let after = momentum(&body, &points);
-    // Round-off of sums of about 0.3 kg·m/s and 1e-4 kg·m²/s.
-    assert!((before.0 - after.0).norm() < 1e-15, "{before:?} {after:?}");
-    assert!((before.1 - after.1).norm() < 1e-17, "{before:?} {after:?}");
+    same_momentum(before, momentum(&body, &points));
     for p in &points[..3] {
         let relative = (p.velocity() - body.twist().at(&p.arm)).dot(&p.normal);
         assert!(p.normal_impulse > 0.0 && relative.abs() < 1e-9, "{relative}");
         assert!(p.friction_impulse.norm() <= 0.3 * p.normal_impulse * (1.0 + 1e-6), "friction beyond μN");
     }
     assert!(points[3].normal_impulse == 0.0 && points[3].velocity().z == 400.0, "a faster node is let go");
-    assert_eq!(totals.touching, 3);
-    assert!(totals.dissipation > 0.0 && totals.friction > 0.0);
+    assert!(totals.touching == 3 && totals.dissipation > 0.0 && totals.friction > 0.0);
 }
 
 #[test]
@@ -107,8 +108,7 @@ fn energy_lost_is_that_of_an_inelastic_impact() {
     for (mass, speed) in [(3e-5, 100.0), (3e-3, 100.0), (1.0, 100.0), (3e-5, 1e-3)] {
         let mut body = cylinder(&[]);
         body.velocity.z = speed;
-        let mut points = vec![point([0.0, 0.0, 0.02105], [0.0, 0.0, 1.0], [0.0; 3], mass, 0.0)];
-        let totals = resolve(&mut body, &mut points, 0.0, 1e-7);
+        let totals = resolve(&mut body, &mut [middle([0.0; 3], mass, 0.0)], 0.0, 1e-7);
         let reduced = mass * body.mass / (mass + body.mass);
         assert!((totals.dissipation / (0.5 * reduced * speed * speed) - 1.0).abs() < 1e-12);
         assert!((body.velocity.z / (speed / (1.0 + mass / body.mass)) - 1.0).abs() < 1e-12);
@@ -119,15 +119,11 @@ fn energy_lost_is_that_of_an_inelastic_impact() {
 fn a_gap_is_closed_exactly_and_one_that_stays_open_is_left_alone() {
     let dt = 2e-7;
     for (gap, touches) in [(5e-6, true), (19.9e-6, true), (20.1e-6, false)] {
-        let mut body = cylinder(&[]);
-        let mut points = vec![point([0.0, 0.0, 0.02105], [0.0, 0.0, 1.0], [0.0; 3], 1e-7, gap)];
+        let (mut body, mut points) = (cylinder(&[]), [middle([0.0; 3], 1e-7, gap)]);
         resolve(&mut body, &mut points, 0.0, dt);
         let left = gap + dt * (points[0].velocity().z - body.velocity.z);
         assert_eq!(points[0].normal_impulse > 0.0, touches, "gap {gap}");
-        assert!(left > -1e-18, "gap {gap}: {left}");
-        if touches {
-            assert!(left.abs() < 1e-18, "gap {gap}: {left}");
-        }
+        assert!(left > -1e-18 && (!touches || left < 1e-18), "gap {gap}: {left}");
     }
 }
 
@@ -135,137 +131,203 @@ fn a_gap_is_closed_exactly_and_one_that_stays_open_is_left_alone() {
 fn friction_sticks_below_the_cone_and_slides_on_it() {
     for (friction, sticks) in [(0.6, true), (0.2, false)] {
         let mut body = cylinder(&["/projectile/rotation=locked"]);
-        let mut points = vec![point([0.0, 0.0, 0.02105], [0.0, 0.0, 1.0], [40.0, 0.0, 0.0], 1e-6, 0.0)];
+        let mut points = [middle([40.0, 0.0, 0.0], 1e-6, 0.0)];
         resolve(&mut body, &mut points, friction, 1e-7);
         let slide = points[0].velocity().x - body.velocity.x;
-        if sticks {
-            assert!(slide.abs() < 40.0 * 1e-3, "{slide}");
-        } else {
-            assert!((points[0].friction_impulse.norm() / points[0].normal_impulse - friction).abs() < 1e-9);
-            assert!(slide > 0.0, "friction must not reverse the sliding");
-        }
+        let cone = points[0].friction_impulse.norm() / points[0].normal_impulse;
+        assert!(
+            if sticks { slide.abs() < 0.04 } else { slide > 0.0 && (cone - friction).abs() < 1e-9 },
+            "{slide} {cone}"
+        );
     }
 }
 
 #[test]
 fn held_nodes_stop_the_body_and_their_supports_take_the_momentum() {
-    let mut body = cylinder(&[]);
-    let mut p = point([0.0, 0.0, 0.02105], [0.0, 0.0, 1.0], [0.0; 3], 4e-7, 0.0);
+    let (mut body, mut p) = (cylinder(&[]), middle([0.0; 3], 4e-7, 0.0));
     p.inverse = Vector3::zeros();
     p.set_kappa(BODY);
-    let mut points = vec![p];
     let start = body.velocity * body.mass;
-    let totals = resolve(&mut body, &mut points, 0.0, 1e-7);
+    let totals = resolve(&mut body, &mut [p], 0.0, 1e-7);
     assert!(body.velocity.z.abs() < 100.0 * 1e-3);
-    let change = body.velocity * body.mass - start;
-    assert!((change - Vector3::from(totals.support)).norm() < 1e-15);
+    assert!((body.velocity * body.mass - start - Vector3::from(totals.support)).norm() < 1e-15);
+}
+
+#[test]
+fn a_point_on_an_edge_moves_both_nodes_and_conserves_both_momenta() {
+    let mut body = cylinder(&[]);
+    body.angular_momentum = Vector3::new(1e-5, -2e-5, 3e-6);
+    let at = |x: f64| point([x, 0.001], [0.0, 0.0, 1.0], [1.0, 2.0, 0.0], 4e-5, f64::INFINITY);
+    let mut points = vec![at(0.002), at(0.003), point([0.00225, 0.001], [0.0, 0.0, 1.0], [0.0; 3], 1.0, 0.0)];
+    points.iter_mut().for_each(|p| (p.shared, p.friction) = (true, 0.1));
+    let mut rim = Rim::default();
+    rim.constraints.push(EdgeConstraint { nodes: [0, 1], weights: [0.75, 0.25] });
+    let before = momentum(&body, &points[..2]);
+    let totals = projectile_contact::resolve(&mut body, &mut points, &mut rim, 1e-7);
+    same_momentum(before, momentum(&body, &points[..2]));
+    let (near, far) = (points[0].velocity(), points[1].velocity());
+    // Impulses as the weights, and the point on the rim keeps up with it but for its compliance.
+    assert!(((far.z / near.z) - 1.0 / 3.0).abs() < 1e-9, "{near} {far}");
+    let between = near * 0.75 + far * 0.25;
+    let lag = SHARED * (0.75 * 0.75 + 0.25 * 0.25) / 4e-5 * points[2].normal_impulse;
+    assert!((between.z - body.twist().at(&points[2].arm).z + lag).abs() < 1e-9, "{between} {lag}");
+    assert!(between.x < 1.0 && totals.friction > 0.0 && totals.dissipation > 0.0 && totals.touching == 1, "{totals:?}");
+}
+
+/// The paper's shot on a small ply that never breaks, at 144 m/s.
+fn unbroken(more: &[&str], precision: Precision) -> Run {
+    let sets = [
+        "/projectile/velocity_m_s=144",
+        "/fabric/warp/failure_strain=1",
+        "/fabric/weft/failure_strain=1",
+        "/pack/width_mm=50.8",
+        "/pack/height_mm=50.8",
+        "/solver/end_time_us=30",
+        "/solver/run_until=end_time",
+        "/output/profile_times_us=[]",
+        "/expect=[]",
+    ];
+    run_as(&builtin("cases/s720-1ply-155.json", &[&sets[..], more].concat()), precision, 2)
+}
+
+#[test]
+fn a_hit_sampled_at_the_rim_depends_less_on_where_in_a_cell_it_is() {
+    let spread = |sampling: &str| {
+        let mut ends = [f64::INFINITY, 0.0, f64::INFINITY, 0.0];
+        for shift in ["[0, 0]", "[0.635, 0]", "[0, 0.635]", "[0.635, 0.635]", "[0.3175, 0.3175]"] {
+            let sets = [format!("/projectile/offset_mm={shift}"), format!("/solver/contact_sampling={sampling}")];
+            let run = unbroken(&[&sets[0], &sets[1]], Precision::F64);
+            let velocity = run.history.last().unwrap().projectile_velocity;
+            let tension = run.history.iter().map(|row| row.balance.max_tension).fold(0.0, f64::max);
+            ends = [ends[0].min(velocity), ends[1].max(velocity), ends[2].min(tension), ends[3].max(tension)];
+        }
+        [ends[1] - ends[0], ends[3] / ends[2] - 1.0]
+    };
+    let (nodes, rim) = (spread("nodes"), spread("edges"));
+    assert!(rim[0] < 0.75 * nodes[0] && rim[1] < 0.9 * nodes[1], "velocity, tension: {nodes:?} {rim:?}");
+}
+
+#[test]
+fn contact_at_the_rim_closes_the_ledger_and_meets_what_cannot_move() {
+    const RIM: &str = "/solver/contact_sampling=edges";
+    let closes = |run: &Run, error: f64| {
+        assert!(run.energy_error < error && run.momentum_error < error, "{} {}", run.energy_error, run.momentum_error);
+        run.history.last().unwrap().projectile_velocity
+    };
+    let [part, whole, oblique] = [
+        &[RIM][..],
+        &[RIM, "/solver/symmetry=\"none\""],
+        &[RIM, "/projectile/obliquity_deg=20", "/projectile/azimuth_deg=30"],
+    ]
+    .map(|sets| unbroken(sets, Precision::F64));
+    assert_eq!((part.planes.copies(), whole.planes.copies()), (4, 1));
+    let [quarter, all] = [&part, &whole].map(|run| closes(run, 1e-9));
+    assert!((quarter - all).abs() < 1e-9 * (144.0 - all), "{quarter} {all}");
+    closes(&oblique, 1e-9);
+    // It takes more from the projectile than nodes alone do: the face is as wide as it is.
+    assert!(all < closes(&unbroken(&[], Precision::F64), 1e-9) - 0.2);
+    // The face is wider than the ply: its rim crosses edges of elements between two held nodes, and between a held and a free one.
+    let small = [RIM, "/pack/width_mm=3.81", "/pack/height_mm=6.35", "/projectile/friction=0.3"];
+    for more in [&[][..], &["/projectile/offset_mm=[0.3,-2]", "/projectile/obliquity_deg=10"]] {
+        for (precision, error) in [(Precision::F64, 1e-9), (Precision::F32, 5e-3)] {
+            // It lands on the clamps, or turns about those that it meets.
+            let end = closes(&unbroken(&[&small[..], more].concat(), precision), error);
+            assert!(end.abs() < 15.0, "the clamps stop it: {end} m/s");
+        }
+    }
+    // A drive and the clamps hold both sides of such a point: neither gives way, and the fabric inside is pushed all the same.
+    let drive = ["/projectile/motion=prescribed", "/solver/end_time_us=3"];
+    let driven = unbroken(&[&small[..], &drive].concat(), Precision::F64);
+    let last = driven.history.last().unwrap();
+    assert!(driven.energy_error < 1e-9 && last.deflection > 0.99 * last.projectile_displacement, "{}", last.deflection);
+}
+
+#[test]
+fn a_free_body_keeps_angular_momentum_and_energy_whatever_the_step() {
+    let nose = |body: &RigidBody| body.orientation.transform_vector(&Vector3::z());
+    let spinning = |spin: [f64; 3]| {
+        let mut body = cylinder(&[]);
+        body.orientation = UnitQuaternion::from_euler_angles(0.3, -0.2, 0.5);
+        body.angular_momentum = body.inertia() * Vector3::from(spin);
+        body
+    };
+    // A symmetric top keeps its spin about its axis, to the rounding of 20 000 steps.
+    let mut body = spinning([3e3, -2e3, 8e3]);
+    let (energy, start, axis_spin) = (body.kinetic_energy(), nose(&body), body.angular_velocity().dot(&nose(&body)));
+    (0..20_000).for_each(|_| body.advance(1e-7));
+    assert!((body.kinetic_energy() / energy - 1.0).abs() < 1e-12);
+    assert!((body.angular_velocity().dot(&nose(&body)) / axis_spin - 1.0).abs() < 1e-12);
+    assert!(start.angle(&nose(&body)) > 0.01, "it does precess");
+    // 0.04 rad a step, where a midpoint rule loses 1e-6 of the energy in twenty.
+    let (mut coarse, mut fine) = (spinning([3e4, -2e4, 2e5]), spinning([3e4, -2e4, 2e5]));
+    let energy = coarse.kinetic_energy();
+    (0..100).for_each(|_| coarse.advance(2e-7));
+    (0..5000).for_each(|_| fine.advance(4e-9));
+    assert!((coarse.kinetic_energy() / energy - 1.0).abs() < 1e-13);
+    assert!(coarse.orientation.angle_to(&fine.orientation) < 1e-10);
+    // Spin about the middle of three axes is unstable: the body tumbles, and still no energy is made.
+    let mut body = cylinder(&[]);
+    body.body.inertia = [3e-7, 2e-7, 1e-7];
+    body.angular_momentum = body.inertia() * Vector3::new(20.0, 8e3, -10.0);
+    let (energy, start, mut turned) = (body.kinetic_energy(), nose(&body), 0.0_f64);
+    for _ in 0..40_000 {
+        body.advance(1e-7);
+        assert!((body.kinetic_energy() / energy - 1.0).abs() < 1e-5);
+        turned = turned.max(start.angle(&nose(&body)));
+    }
+    assert!(turned > 1.0, "it does tumble: {turned}");
 }
 
 #[test]
 fn initial_penetration_is_an_input_error() {
-    let sets =
-        vec!["/pack/initial_deflection={\"amplitude_mm\":-1,\"warp_half_waves\":1,\"weft_half_waves\":1}".into()];
-    let case = case::read(std::path::Path::new("cases/verify/first-drop.json"), &sets).unwrap();
+    let set = "/pack/initial_deflection={\"amplitude_mm\":-1,\"warp_half_waves\":1,\"weft_half_waves\":1}";
+    let case = shipped("cases/verify/first-drop.json", &[set]);
     let error = ripstop::run::Simulation::<f64>::new(&case).err().unwrap();
     assert!(error.to_string().contains("standoff_mm"), "{error}");
 }
 
 /// Sphere, cone and ogive: nothing gets in, but for the second-order turn of the body within a step (1 µm). Flat and
-/// chisel nose: half a
-/// thickness sideways behind its sharp rim before failure.
+/// chisel nose: half a thickness sideways behind its sharp rim before failure.
 #[test]
 fn nothing_passes_into_the_projectile() {
     let shapes = [
-        ("/projectile={\"shape\":\"sphere\",\"diameter_mm\":8,\"mass_g\":2,\"velocity_m_s\":250}", 1e-9),
+        (r#""shape":"sphere","diameter_mm":8,"mass_g":2,"velocity_m_s":250"#, 1e-9),
+        (r#""shape":"sphere","diameter_mm":8,"mass_g":0.01,"velocity_m_s":1000,"obliquity_deg":40"#, 1e-9),
         (
-            "/projectile={\"shape\":\"cone\",\"diameter_mm\":9,\"length_mm\":12,\"nose_length_mm\":8,\"edge_radius_mm\":0,\"mass_g\":2,\"velocity_m_s\":250}",
+            r#""shape":"cone","diameter_mm":9,"length_mm":12,"nose_length_mm":8,"edge_radius_mm":0,"mass_g":2,"velocity_m_s":250"#,
             1e-6,
         ),
-        (
-            "/projectile={\"shape\":\"ogive\",\"diameter_mm\":9,\"length_mm\":12,\"nose_length_mm\":8,\"mass_g\":2,\"velocity_m_s\":250}",
-            1e-6,
-        ),
-        (
-            "/projectile={\"shape\":\"fragment\",\"diameter_mm\":8,\"length_mm\":12,\"mass_g\":2,\"velocity_m_s\":150,\"roll_deg\":20}",
-            0.15e-3,
-        ),
-        (
-            "/projectile={\"shape\":\"sphere\",\"diameter_mm\":8,\"mass_g\":0.01,\"velocity_m_s\":1000,\"obliquity_deg\":40}",
-            1e-9,
-        ),
-        (
-            "/projectile={\"shape\":\"cylinder\",\"diameter_mm\":8,\"length_mm\":12,\"mass_g\":2,\"velocity_m_s\":150}",
-            0.15e-3,
-        ),
+        (r#""shape":"ogive","diameter_mm":9,"length_mm":12,"nose_length_mm":8,"mass_g":2,"velocity_m_s":250"#, 1e-6),
+        (r#""shape":"fragment","diameter_mm":8,"length_mm":12,"mass_g":2,"velocity_m_s":150,"roll_deg":20"#, 0.15e-3),
+        (r#""shape":"cylinder","diameter_mm":8,"length_mm":12,"mass_g":2,"velocity_m_s":150"#, 0.15e-3),
     ];
     for (shape, allowed) in shapes {
-        let case = builtin("cases/verify/mirror.json", &[shape, "/solver/end_time_us=30"]);
-        let run = run(&case);
+        let projectile = format!("/projectile={{{shape}}}");
+        let run = run(&builtin("cases/verify/mirror.json", &[&projectile, "/solver/end_time_us=30"]));
         assert!(run.max_penetration <= allowed, "{shape}: {} m", run.max_penetration);
         assert!(run.history.iter().any(|s| s.contact_force > 10.0), "{shape}: it never touched");
         assert!(run.energy_error < 1e-9 && run.momentum_error < 1e-9, "{shape}: {}", run.energy_error);
     }
 }
 
-fn velocities(run: &Run) -> Vec<f64> {
-    run.history.iter().map(|s| s.projectile_velocity).collect()
-}
-
-/// Largest difference of two velocity histories over what was lost.
-fn difference(a: &Run, b: &Run) -> f64 {
-    let (a, b) = (velocities(a), velocities(b));
-    assert_eq!(a.len(), b.len());
-    let lost = a[0] - a[a.len() - 1];
-    assert!(lost > 1.0, "the shot does something: {lost} m/s");
-    a.iter().zip(&b).map(|(x, y)| (x - y).abs()).fold(0.0, f64::max) / lost
-}
-
-#[test]
-fn mirrored_and_swapped_shots_are_the_same_shot() {
-    // Until rounding is amplified by the first failures (about 40 µs here) histories agree to solver tolerance.
-    let end = "/solver/end_time_us=25";
-    let base = run(&builtin("cases/verify/mirror.json", &[end]));
-    let mirrored = ["/projectile/offset_mm=[-4.4,-2.3]", "/projectile/azimuth_deg=145", end];
-    assert!(difference(&base, &run(&builtin("cases/verify/mirror.json", &mirrored))) < 1e-9);
-    let swapped = [
-        "/pack/width_mm=40.64",
-        "/pack/height_mm=50.8",
-        "/fabric/warp/crimp=0.0139",
-        "/fabric/weft/crimp=0.0218",
-        "/projectile/offset_mm=[-2.3,4.4]",
-        "/projectile/azimuth_deg=55",
-        end,
-    ];
-    assert!(difference(&base, &run(&builtin("cases/verify/mirror.json", &swapped))) < 1e-6);
-}
-
-/// A node on a sharp tip stays there or slips off it: the place of the hit to the last bit decides. On a rounded one it stays.
+/// A node on a sharp tip stays there or slips off it: the place of the hit to the last bit decides, and a run says so. On a rounded
+/// one it stays.
 #[test]
 fn a_point_that_says_nothing_does_not_hang_on_the_last_bit() {
-    let shoot = |sets: &[&str]| {
-        let common = ["/expect=[]", "/pack/width_mm=80", "/pack/height_mm=80", "/output/profile_times_us=[]"];
-        let sets: Vec<&str> = common.into_iter().chain(sets.iter().copied()).collect();
-        let case = shipped("cases/s720-1ply-155.json", &sets);
+    const CONE: &str = r#"/projectile={"shape":"cone","diameter_mm":5.5,"length_mm":42.1,"nose_length_mm":6,"mass_g":3,"velocity_m_s":90}"#;
+    let shoot = |offset: &str, radius: &str| {
+        let common = ["/expect=[]", "/pack/width_mm=80", "/pack/height_mm=80", "/output/profile_times_us=[]", CONE];
+        let case = shipped("cases/s720-1ply-155.json", &[&common[..], &[offset, radius]].concat());
         let run = run(&case);
         let check = checks(&case, &run).into_iter().find(|check| check.name.contains("mesh under the hit")).unwrap();
         (output::residual_velocity(&case, &run).unwrap(), check.level)
     };
-    const CONE: &str = r#"/projectile={"shape":"cone","diameter_mm":5.5,"length_mm":42.1,"nose_length_mm":6,"mass_g":3,"velocity_m_s":150}"#;
-    let off = "/projectile/offset_mm=[1e-6,7e-7]";
-    // The slower, the more a tip that slips off changes.
-    let [slower, slowest] = ["/projectile/velocity_m_s=120", "/projectile/velocity_m_s=90"];
-    for rounded in [&[CONE][..], &[CONE, slower]] {
-        let [(centred, level), (moved, _)] = [shoot(rounded), shoot(&[rounded, &[off]].concat())];
-        assert!((centred - moved).abs() < 0.01, "{centred} and {moved} m/s");
-        assert_eq!(level, Level::Look);
-    }
-    // The six elements of points show it at 90 m/s, four at 120.
-    for (velocity, elements) in [(slowest, 6), (slower, 4)] {
-        let elements = format!("/pack/elements_per_crossover={elements}");
-        let sharp = [CONE, velocity, "/projectile/edge_radius_mm=0", &elements];
-        let [(centred, level), (moved, _)] = [shoot(&sharp), shoot(&[&sharp[..], &[off]].concat())];
-        assert!((centred - moved).abs() > 1.0, "this would be seen: {centred} and {moved} m/s");
-        assert_eq!(level, Level::Bad);
+    for (radius, level) in [("/expect=[]", Level::Look), ("/projectile/edge_radius_mm=0", Level::Bad)] {
+        let [(centred, seen), (moved, _)] =
+            ["/projectile/offset_mm=[0,0]", "/projectile/offset_mm=[1e-6,7e-7]"].map(|offset| shoot(offset, radius));
+        let apart = (centred - moved).abs();
+        assert!(if level == Level::Bad { apart > 1.0 } else { apart < 0.01 }, "{centred} and {moved} m/s");
+        assert_eq!(seen, level);
     }
 }
 
@@ -274,7 +336,9 @@ fn single_precision_follows_double_until_failure() {
     let case = builtin("cases/verify/mirror.json", &["/solver/end_time_us=20", "/projectile/velocity_m_s=150"]);
     let (double, single) = (run(&case), run_as(&case, Precision::F32, 2));
     assert_eq!(double.events.len(), 0, "before the first failure");
-    let worst = velocities(&double).iter().zip(velocities(&single)).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
-    assert!(worst < 1e-4 * 150.0, "{worst} m/s");
+    for (a, b) in double.history.iter().zip(&single.history) {
+        let apart = (a.projectile_velocity - b.projectile_velocity).abs();
+        assert!(apart < 1e-4 * 150.0, "{apart} m/s at {} s", a.time);
+    }
     assert!(single.energy_error < 5e-3);
 }

@@ -12,12 +12,11 @@ use ripstop::run::graphics::DeviceUse;
 use ripstop::study::batch::{BatchError, BatchOptions};
 use ripstop::study::interval::Bounds;
 
-use super::backend::Chosen;
+use super::backend::{self, Chosen};
 use super::campaign_arguments::BatchArguments;
 use super::failure::CommandFailure;
 use super::input::Source;
-use super::progress::Bar;
-use super::{backend, screen};
+use super::terminal::{self, Bar};
 
 /// Reads the case of a batch: the nominal one, whatever shot it names.
 pub(crate) fn case(source: &Source<'_>, arguments: &BatchArguments) -> Result<Case, CommandFailure> {
@@ -37,7 +36,7 @@ pub(crate) fn seed(arguments: &BatchArguments, case: &Case) -> u32 {
 /// Opens what computes, and says what `auto` took.
 pub(crate) fn choose(arguments: &BatchArguments) -> Result<Chosen, CommandFailure> {
     let chosen = backend::choose(&arguments.backend())?;
-    chosen.note.iter().filter(|_| !arguments.quiet).for_each(|note| screen::complain(note));
+    chosen.note.iter().filter(|_| !arguments.quiet).for_each(|note| terminal::complain(note));
     Ok(chosen)
 }
 

@@ -9,7 +9,7 @@ use ripstop::study::fit::FitRequest;
 use ripstop::study::interval::Interval;
 
 use super::arguments::{BackendArguments, BackendChoice};
-use super::choice::{PRECISIONS, one_of};
+use super::choice::{INTERVALS, LINKS, PRECISIONS, one_of};
 use super::range::{Velocities, level, percent};
 
 /// What commands that compute many shots have in common.
@@ -169,4 +169,44 @@ pub(crate) enum SweepKind {
     Shots,
     /// Its V50
     V50,
+}
+
+/// `ripstop fit`
+#[derive(Args, Debug)]
+#[command(after_help = "Examples:
+  ripstop fit shots.csv
+  ripstop fit shots.csv --link logit --level 95% -o out/limit
+  ripstop fit range.csv --computed out/limit/v50.json -o out/beside    # measured beside computed
+  ripstop fit shots.csv --json | jq '.quantiles[] | select(.p == 0.5)'
+
+DATA.csv has a heading and the columns velocity_m_s and perforated (1 where the projectile passed, 0 where it was \
+stopped), and if wanted count (shots that were alike) and residual_velocity_m_s. Other columns are left alone.
+
+Without a stop that was faster than a perforation the likelihood has no maximum: the estimate is then the one with Firth's \
+penalty, and says so. DIR gets fit.json, fit.svg and fit.html.")]
+pub(crate) struct FitArguments {
+    /// CSV of shots
+    #[arg(value_name = "DATA.csv")]
+    pub(crate) data: PathBuf,
+    /// Distribution of the thresholds
+    #[arg(long, value_parser = one_of(LINKS), default_value = "probit")]
+    pub(crate) link: Link,
+    /// Two-sided confidence of the intervals, such as 0.9 or 95%
+    #[arg(long, value_name = "LEVEL", value_parser = level, default_value = "0.9", allow_hyphen_values = true)]
+    pub(crate) level: f64,
+    /// How intervals are made
+    #[arg(long, value_parser = one_of(INTERVALS), default_value = "likelihood")]
+    pub(crate) interval: Interval,
+    /// v50.json of a `ripstop v50`, to lay over the shots
+    #[arg(long, value_name = "V50.json")]
+    pub(crate) computed: Option<PathBuf>,
+    /// Folder for fit.json, fit.svg and fit.html [default: none is written]
+    #[arg(long, short, value_name = "DIR")]
+    pub(crate) out: Option<PathBuf>,
+    /// Print nothing but errors
+    #[arg(long, short)]
+    pub(crate) quiet: bool,
+    /// Print JSON
+    #[arg(long)]
+    pub(crate) json: bool,
 }

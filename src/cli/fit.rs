@@ -12,12 +12,11 @@ use ripstop::study::interval::{Bounds, Interval};
 use ripstop::study::outcomes::Group;
 use ripstop::study::residual_fit::{ResidualFit, ResidualModel, TooFew};
 
+use super::campaign_arguments::FitArguments;
 use super::failure::CommandFailure;
 use super::result::{files, part, remarks};
 use super::run::Print;
-use super::study_arguments::FitArguments;
-use super::table::{Align, TextTable};
-use super::{paint, screen};
+use super::terminal::{self, Align, TextTable};
 
 /// What is written.
 const FILES: [&str; 3] = ["fit.json", "fit.svg", "fit.html"];
@@ -56,7 +55,7 @@ pub(crate) fn text(data: &Path, found: &Fit, folder: Option<&Folder>) -> String 
     let [perforated, stopped] = found.outcomes.counts();
     let shots = perforated + stopped;
     let mut out = format!("{}: {shots} shots, {perforated} perforated, {stopped} stopped\n", data.display());
-    out += &format!("{}\n", screen::wrapped(&zone(found), 0).join("\n"));
+    out += &format!("{}\n", terminal::wrapped(&zone(found), 0).join("\n"));
     out += &answer(found);
     out += &remarks("look", &fit::notes(found));
     out += &part("velocity by chance of a perforation", &quantiles(found));
@@ -90,7 +89,7 @@ fn answer(found: &Fit) -> String {
         Method::MaximumLikelihood => "",
         Method::Firth => ", with Firth's penalty",
     };
-    let v50 = paint::heading(&format!("V50 {} m/s", short(estimate.mu, 4)));
+    let v50 = terminal::heading(&format!("V50 {} m/s", short(estimate.mu, 4)));
     let (sigma, link) = (short(estimate.sigma, 3), found.request.link.word());
     format!(
         "\n{v50}, {level} % interval {low} to {high} m/s\nσ {sigma} m/s, {link}{by}, deviance {}\n",

@@ -10,18 +10,17 @@ use ripstop::study::fit::{self, Fit};
 use ripstop::study::interval::Bounds;
 use ripstop::study::shots::{self, BatchProgress, ShotsRequest, ShotsResult};
 
-use super::arguments::RunArguments;
 use super::batch::{self, ShotBar};
 use super::campaign_arguments::ShotsArguments;
 use super::failure::CommandFailure;
 use super::fit::text as fit_text;
 use super::input::Source;
-use super::run::{Print, shoot};
-use super::{interrupt, paint, result, screen};
+use super::run::{Print, RunArguments, shoot};
+use super::{result, terminal};
 
 /// Fires, prints and writes.
 pub(crate) fn shots(arguments: &ShotsArguments) -> Result<(), CommandFailure> {
-    let interrupted = interrupt::watch()?;
+    let interrupted = terminal::watch_interrupts()?;
     let case = batch::case(&Source::open(&arguments.case)?, &arguments.batch)?;
     let seed = batch::seed(&arguments.batch, &case);
     let out = batch::out(arguments.out.as_deref(), &case, "shots");
@@ -95,10 +94,10 @@ fn text(case: &Case, request: &ShotsRequest, done: &ShotsResult, folder: &Path) 
     }
     out += &format!("trust: {trusted} of {} shots\n", done.rows.len());
     if let Some(first) = failed.first() {
-        let reason = screen::wrapped(&first.reason, 2).join("\n  ");
+        let reason = terminal::wrapped(&first.reason, 2).join("\n  ");
         out += &format!(
             "{}: {} shots without an outcome; shot {}:\n  {reason}\n",
-            paint::caution("look"),
+            terminal::caution("look"),
             failed.len(),
             first.order.shot
         );

@@ -15,10 +15,8 @@ use super::batch;
 use super::campaign_arguments::{SweepArguments, SweepKind};
 use super::failure::CommandFailure;
 use super::input::Source;
-use super::progress::Bar;
 use super::run::Print;
-use super::table::{Align, TextTable};
-use super::{interrupt, paint};
+use super::terminal::{self, Align, Bar, TextTable};
 
 /// Realisations, and half the width of an interval over V50, where nothing is asked for.
 const COUNT: u32 = 64;
@@ -28,7 +26,7 @@ const MAX_ROWS: usize = 60;
 
 /// Runs, prints and writes.
 pub(crate) fn sweep(arguments: &SweepArguments) -> Result<(), CommandFailure> {
-    let interrupted = interrupt::watch()?;
+    let interrupted = terminal::watch_interrupts()?;
     let source = Source::open(&arguments.case)?;
     let case = batch::case(&source, &arguments.batch)?;
     let request = request(arguments, &source)?;
@@ -107,7 +105,7 @@ fn text(title: &str, request: &SweepRequest, results: &SweepResult, folder: &Pat
     format!(
         "{title}\n\n{table}{more}{}\n{}  {}\n  {}, points/\n",
         batch::device_text(results.device),
-        paint::heading("files"),
+        terminal::heading("files"),
         folder.display(),
         sweep::FILES.join(", ")
     )

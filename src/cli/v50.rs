@@ -14,8 +14,7 @@ use super::fit::{arithmetic_table, ends, plot, quantile_cells, residual_table};
 use super::input::Source;
 use super::result::{self, part, remarks};
 use super::run::Print;
-use super::table::{Align, TextTable};
-use super::{interrupt, paint};
+use super::terminal::{self, Align, TextTable};
 
 /// Half the width of the interval over V50 at which thresholds end where nothing else is asked for.
 const WIDTH: f64 = 0.02;
@@ -26,7 +25,7 @@ const REFINED: [u32; 2] = [1, 4];
 
 /// Fires, prints and writes.
 pub(crate) fn v50(arguments: &V50Arguments) -> Result<(), CommandFailure> {
-    let interrupted = interrupt::watch()?;
+    let interrupted = terminal::watch_interrupts()?;
     let case = batch::case(&Source::open(&arguments.case)?, &arguments.batch)?;
     let chosen = batch::choose(&arguments.batch)?;
     let options = batch::options(&arguments.batch, &case, &chosen, &interrupted);
@@ -88,12 +87,12 @@ fn counts(found: &V50Result) -> String {
 
 /// V50 and σ, and what the interval is made of.
 fn answer(request: &V50Request, found: &V50Result) -> String {
-    let Some(v50) = found.v50 else { return format!("\n{}\n", paint::heading("no V50")) };
+    let Some(v50) = found.v50 else { return format!("\n{}\n", terminal::heading("no V50")) };
     let level = short(100.0 * request.level, 3);
     let [low, high] = ends(found.bounds);
     let mut out = format!(
         "\n{}, {level} % interval {low} to {high} m/s\n",
-        paint::heading(&format!("V50 {} m/s", short(v50, 4)))
+        terminal::heading(&format!("V50 {} m/s", short(v50, 4)))
     );
     if let Some(sigma) = found.sigma {
         out += &format!("σ {} m/s\n", short(sigma, 3));

@@ -2,20 +2,6 @@
 
 use super::*;
 
-/// A case of 3 mm by 2 mm elements: 30 mm along warp are 10 elements, 8 mm along weft 4.
-fn laid(groups: Value) -> Value {
-    let mut document = good();
-    let yarn = |count: f64| {
-        json!({"linear_density_denier": 1420, "modulus_gpa": 96, "failure_strain": 0.035, "count_per_cm": count,
-            "crimp": 0.01})
-    };
-    put(&mut document, "/fabric/warp", yarn(10.0 / 3.0));
-    put(&mut document, "/fabric/weft", yarn(5.0));
-    put(&mut document, "/pack", json!({"width_mm": 30, "height_mm": 8, "layup": groups}));
-    remove(&mut document, "/sources");
-    document
-}
-
 fn layup(groups: Value) -> Vec<Layer> {
     read(&laid(groups)).unwrap().pack.layup
 }
@@ -23,14 +9,6 @@ fn layup(groups: Value) -> Vec<Layer> {
 fn shown(case: &Case, pointer: &str) -> (String, Origin, String, bool) {
     let field = field(case, pointer);
     (field.value.clone(), field.origin, field.source.clone(), field.assumed)
-}
-
-/// The fabric of [`laid`] with other yarns: half as many along the warp.
-fn coarse() -> Value {
-    let mut fabric = laid(json!([]))["fabric"].clone();
-    fabric["name"] = json!("coarse");
-    fabric["warp"]["count_per_cm"] = json!(10.0 / 6.0);
-    fabric
 }
 
 fn file(name: &str) -> Value {

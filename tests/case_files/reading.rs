@@ -187,16 +187,6 @@ fn the_report_names_every_field_with_its_source() {
     }
 }
 
-/// A shot with as few keys as can be.
-fn plain() -> Value {
-    json!({
-        "title": "plain",
-        "fabric": {"file": "fabrics/s-720.json"},
-        "pack": {"width_mm": 50, "height_mm": 50},
-        "projectile": {"shape": "sphere", "diameter_mm": 6, "mass_g": 1, "velocity_m_s": 100},
-    })
-}
-
 #[test]
 fn a_shot_needs_no_solver_and_ends_with_its_outcome() {
     let case = read(&plain()).unwrap();

@@ -6,10 +6,7 @@ use ripstop::gpu::layout::{self, BODY_WORDS, BodyRecord, STATUS_WORDS, SUMS, sum
 use ripstop::gpu::stepper::Stage;
 use ripstop::run::outcome;
 
-use super::elements::compare_sums;
-use super::plies::see_energies;
-use super::projectile::CONTACT;
-use super::{Outcome, Pair, STEPS, Seen, motion, places};
+use super::{CONTACT, Outcome, Pair, STEPS, Scales, motion, node_places};
 
 /// Sums that begin anew after a sample.
 const ANEW: [usize; 12] = [
@@ -27,147 +24,133 @@ const ANEW: [usize; 12] = [
     sum::PLY_SEPARATION_WORK,
 ];
 
-pub(super) fn compare(pair: &mut Pair<'_>, seen: &mut Seen) -> Outcome {
-    pair.begin();
-    // In a pack both contacts would share the processor's sums of what is lost; the shots hold their sum.
-    let body = pair.scene.model.projectile.as_ref().filter(|_| !pair.scene.pack);
-    let asked = [
-        (Stage::Elements, pair.scene.elements),
-        (Stage::Nodes, true),
-        (Stage::Plies, pair.scene.pack),
-        (Stage::Projectile, body.is_some()),
-        (Stage::EnergyBalance, true),
-    ];
-    let stages: Vec<Stage> = asked.into_iter().filter_map(|(stage, asked)| asked.then_some(stage)).collect();
-    pair.advance(&stages, None)?;
-    pair.advance(&stages, Some(1))?;
-    let (words, per_sample) = (pair.read(BufferId::Samples)?, pair.gpu.sizes().sample_words());
-    let (sums, rest) = words[per_sample..2 * per_sample].split_at(per_sample - BODY_WORDS - STATUS_WORDS);
-    let add = |which: usize| sum_of(sums, which);
-    let most = |which: usize| sums.chunks_exact(SUMS).map(|s| f64::from(f32::from_bits(s[which]))).fold(0.0, f64::max);
-    let same = [sum::WORK, sum::RELEASED, sum::RELEASED_HOURGLASS, sum::STORED, sum::HOURGLASS_NOW].map(add);
-    let got = [
-        same[0],
-        same[1],
-        same[2],
-        same[3],
-        same[4],
-        most(sum::TENSION),
-        most(sum::DEFLECTION),
-        add(sum::VISCOUS),
-        add(sum::LAW),
-        most(sum::LOAD),
-    ];
-    compare_sums(pair, seen, got, "ledger");
-    seen.see(
-        ["element_force", "evaluations"],
-        add(sum::EVALUATIONS),
-        pair.evaluations,
-        pair.evaluations.max(1.0),
-        || "ledger".into(),
-    );
-    compare_motion(pair, seen, add, most(sum::FASTEST));
-    compare_counts(pair, seen, add);
-    if pair.scene.pack {
-        let lost = [sum::PLY_LOSS, sum::PLY_RUBBED, sum::PLY_SEPARATION_WORK].map(add);
-        see_energies(pair, seen, lost, "ledger");
-    }
-    if let Some(start) = body {
-        let record = layout::read_body(&rest[..BODY_WORDS], start, &layout::device_origin(&pair.scene.model));
-        compare_body(pair, seen, sums, &record)?;
-    } else {
-        let (row, scale) = if pair.scene.pack {
-            (["ply_contact", "support"], pair.node_momentum())
-        } else {
-            (["ledger", "support"], pair.scales.force * pair.scene.model.dt)
-        };
-        for a in 0..3 {
-            let expected = pair.ledger.support[a];
-            seen.see(row, add(sum::SUPPORT + a), expected, scale + expected.abs(), || format!("ledger {a}"));
-        }
-    }
-    let status = pair.read(BufferId::Status)?;
-    seen.see(["step", "counters"], f64::from(u8::from(rest[BODY_WORDS..] != status[..STATUS_WORDS])), 0.0, 1.0, || {
-        "copy".into()
-    });
-    anew(pair, seen)
-}
-
 /// One of the sums, over the workgroups.
-fn sum_of(sums: &[u32], which: usize) -> f64 {
+fn add(sums: &[u32], which: usize) -> f64 {
     sums.chunks_exact(SUMS).map(|s| f64::from(f32::from_bits(s[which]))).sum()
 }
 
-/// The projectile's supports, and what fabric lies ahead of it.
-fn compare_body(pair: &Pair<'_>, seen: &mut Seen, sums: &[u32], record: &BodyRecord) -> Outcome {
-    // The supports of the fabric are sums of the ledger now.
-    for a in 0..3 {
-        let got = record.support[a] + sum_of(sums, sum::SUPPORT + a);
-        let expected = pair.ledger.support[a];
-        seen.see([CONTACT, "impulse"], got, expected, pair.scales.impulse() + expected.abs(), || format!("ledger {a}"));
+impl Pair<'_> {
+    /// Sums and body of a sample.
+    fn sample(&self, slot: usize) -> Result<(Vec<u32>, Vec<u32>), String> {
+        let (mut words, size) = (self.read(BufferId::Samples)?, self.gpu.sizes().sample_words());
+        words.drain(..slot * size);
+        words.truncate(size);
+        let rest = words.split_off(size - BODY_WORDS - STATUS_WORDS);
+        Ok((words, rest))
     }
-    let body = pair.expected.body.as_ref().ok_or("no projectile")?;
-    // Each ply has as many workgroups, one after the other.
-    let count = pair.scene.model.plies.len();
-    for (ply, sums) in sums.chunks_exact(sums.len() / count).enumerate() {
-        let got = sum_of(sums, sum::COVERED);
-        let covered = outcome::covered(&pair.scene.model, &pair.expected, body, ply);
-        seen.see(["ledger", "covered"], (got > 0.5).into(), covered.into(), 1.0, || format!("ply {ply}"));
-    }
-    Ok(())
-}
 
-/// Kinetic energies, momentum and largest speed from the processor's state after the step.
-fn compare_motion(pair: &Pair<'_>, seen: &mut Seen, add: impl Fn(usize) -> f64, fastest: f64) {
-    let (model, state) = (&pair.scene.model, &pair.expected);
-    let (mut kinetic, mut momentum, mut scale, mut square) = (0.0, Vector3::zeros(), 0.0, 0.0_f64);
-    for place in places(model) {
-        let (m, v) = motion(model, state, place);
-        kinetic += 0.5 * m * v.norm_squared();
-        momentum += m * v;
-        scale += m * v.norm();
-        square = square.max(v.norm_squared());
+    fn body(&self, rest: &[u32]) -> Option<BodyRecord> {
+        let start = self.scene.model.projectile.as_ref()?;
+        Some(layout::read_body(&rest[..BODY_WORDS], start, &layout::device_origin(&self.scene.model)))
     }
-    let balance = pair.ledger.balance();
-    let energy = kinetic + pair.free.contact_energy;
-    seen.see(["ledger", "kinetic energy"], add(sum::KINETIC), kinetic, energy, String::new);
-    seen.see(["ledger", "kinetic energy now"], add(sum::KINETIC_NOW), balance.kinetic, energy, String::new);
-    seen.see(["ledger", "largest square of speed"], fastest, square, square, String::new);
-    for a in 0..3 {
-        seen.see(["ledger", "momentum"], add(sum::MOMENTUM + a), momentum[a], scale, || format!("direction {a}"));
-    }
-}
 
-/// Cells with both yarns left, once for every step since the last ledger.
-fn compare_counts(pair: &Pair<'_>, seen: &mut Seen, add: impl Fn(usize) -> f64) {
-    let (model, state) = (&pair.scene.model, &pair.expected);
-    let whole = |ply: usize| {
-        let mesh = &model.ply_type(ply).mesh;
-        let first = model.grid.first_element_row(ply);
-        let all = (0..mesh.rows).flat_map(move |row| (0..mesh.columns).map(move |column| (first + row, column)));
-        all.filter(|(row, column)| (0..2).all(|yarn| state.alive(*row, *column, yarn))).count()
-    };
-    let left = (0..model.grid.plies).map(whole).sum::<usize>();
-    seen.see(["step", "counters"], add(sum::SOLVED), (STEPS as usize * left) as f64, 1.0, || "solved".into());
-}
+    /// Everything that the second step leaves in its sample, and what a second ledger straight after it begins anew.
+    pub(super) fn ledger(&mut self) -> Outcome {
+        let (sums, rest) = self.sample(1)?;
+        self.compare_energies(&sums);
+        self.compare_motion(&sums);
+        let body = self.body(&rest).filter(|_| !self.scene.pack);
+        let (kernel, quantity, scale) = match (&body, self.scene.pack) {
+            (Some(_), _) => (CONTACT, "impulse", self.scales.impulse),
+            (None, true) => ("ply_contact", "support", self.scales.node_momentum),
+            (None, false) => ("ledger", "support", self.scales.force * self.scene.model.dt),
+        };
+        for a in 0..3 {
+            let got = add(&sums, sum::SUPPORT + a) + body.as_ref().map_or(0.0, |body| body.support[a]);
+            let expected = self.balance.support[a];
+            self.see(kernel, quantity, [got, expected, scale + expected.abs()], || format!("ledger {a}"));
+        }
+        if body.is_some() {
+            let body = self.expected.body.clone().ok_or("no projectile")?;
+            // Each ply has as many workgroups, one after the other.
+            let count = self.scene.model.plies.len();
+            for (ply, sums) in sums.chunks_exact(sums.len() / count).enumerate() {
+                let covered = outcome::covered(&self.scene.model, &self.expected, &body, ply);
+                let numbers = [(add(sums, sum::COVERED) > 0.5).into(), covered.into(), 1.0];
+                self.see("ledger", "covered", numbers, || format!("ply {ply}"));
+            }
+        }
+        let status = self.read(BufferId::Status)?;
+        self.count("counters", u8::from(rest[BODY_WORDS..] != status[..STATUS_WORDS]), 0.0, "copy");
+        let info = self.gpu.whole_step(self.expected.step, Some(0), 0);
+        self.gpu.run_stages(&info, &[Stage::EnergyBalance]).map_err(|e| e.to_string())?;
+        let (sums, rest) = self.sample(0)?;
+        for which in ANEW {
+            let left: f64 = sums.chunks_exact(SUMS).map(|s| f64::from(f32::from_bits(s[which])).abs()).sum();
+            self.count("cleared", left, 0.0, &format!("sum {which}"));
+        }
+        if let Some(body) = self.body(&rest) {
+            let left: f64 = body.impulse.iter().chain(&body.support).chain(&body.energy).map(|x| x.abs()).sum();
+            self.count("cleared", left, 0.0, "body");
+            let numbers = [body.penetration, self.penetration[0], self.scales.length[0]];
+            self.see(CONTACT, "penetration", numbers, || "kept".into());
+        }
+        Ok(())
+    }
 
-/// A second ledger straight after the first finds that everything that adds up began anew.
-fn anew(pair: &mut Pair<'_>, seen: &mut Seen) -> Outcome {
-    let info = pair.gpu.whole_step(pair.expected.step, Some(0), 0);
-    pair.gpu.run_stages(&info, &[Stage::EnergyBalance]).map_err(|e| e.to_string())?;
-    let words = pair.read(BufferId::Samples)?;
-    let per_sample = pair.gpu.sizes().sample_words();
-    let (sums, body) = words[..per_sample].split_at(per_sample - BODY_WORDS - STATUS_WORDS);
-    for which in ANEW {
-        let left = sums.chunks_exact(SUMS).map(|s| f64::from(f32::from_bits(s[which])).abs()).sum();
-        seen.see(["step", "cleared"], left, 0.0, 1.0, || format!("sum {which}"));
+    /// Work, released and stored energies, largest numbers, evaluations and losses between plies.
+    fn compare_energies(&mut self, sums: &[u32]) {
+        let most =
+            |which: usize| sums.chunks_exact(SUMS).map(|s| f64::from(f32::from_bits(s[which]))).fold(0.0, f64::max);
+        let (ledger, balance) = (&self.balance, self.balance.balance());
+        let deflection = ledger.plies().iter().map(|ply| ply.deflection).fold(0.0, f64::max);
+        // The work that contact between plies adds to that of the membrane has its own sum on the device.
+        let work = if self.scene.elements { ledger.work } else { 0.0 };
+        let Scales { energy, force, length, node_momentum, speed, .. } = self.scales;
+        let of_plies = node_momentum * speed;
+        let lost = add(sums, sum::PLY_LOSS) - add(sums, sum::PLY_RUBBED);
+        let all = [
+            ("ledger", "work", add(sums, sum::WORK), work, energy),
+            ("ledger", "released energy", add(sums, sum::RELEASED), ledger.released[0], energy),
+            ("ledger", "released energy", add(sums, sum::RELEASED_HOURGLASS), ledger.released[1], energy),
+            ("ledger", "stored energy", add(sums, sum::STORED), balance.stored, energy),
+            ("ledger", "stored energy", add(sums, sum::HOURGLASS_NOW), balance.hourglass, energy),
+            ("ledger", "work", add(sums, sum::VISCOUS), ledger.viscous, energy),
+            ("ledger", "law energy", add(sums, sum::LAW), balance.law, energy),
+            ("ledger", "tension", most(sum::TENSION), balance.max_tension, force),
+            ("ledger", "deflection", most(sum::DEFLECTION), deflection, length[0]),
+            ("ledger", "load", most(sum::LOAD), balance.max_load, 1.0),
+            ("ply_contact", "energy", lost, ledger.contact, of_plies),
+            ("ply_contact", "energy", add(sums, sum::PLY_SEPARATION_WORK), ledger.separation, of_plies),
+            ("ply_contact", "energy", add(sums, sum::PLY_RUBBED), ledger.friction, of_plies),
+        ];
+        for (n, (kernel, quantity, got, expected, scale)) in all.into_iter().enumerate() {
+            if self.scene.pack || kernel != "ply_contact" {
+                self.see(kernel, quantity, [got, expected, scale + expected.abs()], || format!("ledger {n}"));
+            }
+        }
     }
-    if let Some(start) = &pair.scene.model.projectile {
-        let record = layout::read_body(&body[..BODY_WORDS], start, &layout::device_origin(&pair.scene.model));
-        let left: f64 = record.impulse.iter().chain(&record.support).chain(&record.energy).map(|x| x.abs()).sum();
-        seen.see(["step", "cleared"], left, 0.0, 1.0, || "body".into());
-        let length = pair.scales.length;
-        seen.see([CONTACT, "penetration"], record.penetration, pair.penetration[0], length, || "kept".into());
+
+    /// Kinetic energies, momentum and largest speed from the processor's state after the step; evaluations; cells with both yarns left,
+    /// once for every step since the last ledger.
+    fn compare_motion(&mut self, sums: &[u32]) {
+        let (model, state) = (&self.scene.model, &self.expected);
+        let (mut kinetic, mut momentum, mut scale, mut square) = (0.0, Vector3::zeros(), 0.0, 0.0_f64);
+        for place in node_places(model) {
+            let (m, v) = motion(model, state, place);
+            kinetic += 0.5 * m * v.norm_squared();
+            momentum += m * v;
+            scale += m * v.norm();
+            square = square.max(v.norm_squared());
+        }
+        let whole = |ply: usize| {
+            let mesh = &model.ply_type(ply).mesh;
+            let first = model.grid.first_element_row(ply);
+            let all = (0..mesh.rows).flat_map(move |row| (0..mesh.columns).map(move |column| (first + row, column)));
+            all.filter(|(row, column)| (0..2).all(|yarn| state.alive(*row, *column, yarn))).count()
+        };
+        let left = (0..model.grid.plies).map(whole).sum::<usize>();
+        let fastest = sums.chunks_exact(SUMS).map(|s| f64::from(f32::from_bits(s[sum::FASTEST]))).fold(0.0, f64::max);
+        let (now, energy) = (self.balance.balance().kinetic, kinetic + self.scales.kinetic);
+        self.see("ledger", "kinetic energy", [add(sums, sum::KINETIC), kinetic, energy], String::new);
+        self.see("ledger", "kinetic energy", [add(sums, sum::KINETIC_NOW), now, energy], || "now".into());
+        self.see("ledger", "largest square of speed", [fastest, square, square], String::new);
+        for a in 0..3 {
+            let numbers = [add(sums, sum::MOMENTUM + a), momentum[a], scale];
+            self.see("ledger", "momentum", numbers, || format!("direction {a}"));
+        }
+        let evaluations = [add(sums, sum::EVALUATIONS), self.counts[0], self.counts[0].max(1.0)];
+        self.see("element_force", "evaluations", evaluations, || "ledger".into());
+        self.count("counters", add(sums, sum::SOLVED), (STEPS as usize * left) as f64, "solved");
     }
-    Ok(())
 }

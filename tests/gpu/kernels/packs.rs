@@ -2,15 +2,14 @@
 
 use nalgebra::Vector3;
 use ripstop::case::{self, Case, Edge};
-use ripstop::kernels::element_force::field as element;
 use ripstop::kernels::node_update::field as node;
+use ripstop::model::Model;
 use ripstop::model::over::{PENETRATING, SIDES, neighbour};
-use ripstop::model::{Mesh, Model};
 use ripstop::solver::active_region::ActiveRegion;
 use ripstop::solver::state::State;
 use serde_json::{Value, json};
 
-use super::{Scene, kill, random_elements};
+use super::scenes::{Scene, grade, kill, node_places, random_elements};
 use crate::support::Random;
 
 /// Largest component of the velocity of a node [m/s].
@@ -20,44 +19,33 @@ const SLOPE: [f64; 2] = [0.3, -0.2];
 
 /// A ply of a pack.
 #[derive(Clone, Copy)]
-pub(crate) struct Group {
-    /// Of the warp, in degrees.
+pub(super) struct Group {
+    /// Direction of the warp [deg].
     angle: i32,
     /// Whether it is of the other fabric, with fewer yarns.
     coarse: bool,
+    /// Left, right, bottom, top.
     edges: [&'static str; 4],
 }
 
 impl Group {
     /// A free ply of the fabric of the patches.
-    pub(crate) const fn turned(angle: i32) -> Self {
+    pub(super) const fn turned(angle: i32) -> Self {
         Self { angle, coarse: false, edges: ["free"; 4] }
     }
 
     /// A free ply of another fabric.
-    pub(crate) const fn coarse(angle: i32) -> Self {
+    pub(super) const fn coarse(angle: i32) -> Self {
         Self { coarse: true, ..Self::turned(angle) }
     }
 
-    /// Held at two sides.
-    pub(crate) const fn held(self) -> Self {
-        self.with(["clamped", "free", "clamped", "free"])
-    }
-
-    /// Rolling along two sides.
-    pub(crate) const fn rolling(self) -> Self {
-        self.with(["roller", "free", "roller", "free"])
-    }
-
-    /// Left, right, bottom, top.
-    const fn with(self, edges: [&'static str; 4]) -> Self {
+    pub(super) const fn with(self, edges: [&'static str; 4]) -> Self {
         Self { edges, ..self }
     }
 
     fn json(self) -> Value {
-        let names = ["left", "right", "bottom", "top"];
-        let edges: serde_json::Map<_, _> =
-            names.into_iter().zip(self.edges).map(|(side, edge)| (side.to_owned(), json!(edge))).collect();
+        let [left, right, bottom, top] = self.edges;
+        let edges = json!({"left": left, "right": right, "bottom": bottom, "top": top});
         let mut group = json!({"plies": 1, "orientation_deg": self.angle, "edges": edges});
         if self.coarse {
             group["fabric"] = fabric("coarse", [15, 12], 0.2, 190.0);
@@ -80,7 +68,7 @@ fn fabric(name: &str, counts: [u32; 2], thickness: f64, areal_density: f64) -> V
     })
 }
 
-/// A pack of the fabric of the patches, of so many columns and rows of it, flying at the speed of the scenes.
+/// A pack of the fabric of the patches, sized in its columns and rows, flying at the speed of the scenes.
 pub(super) fn case([columns, rows]: [usize; 2], groups: &[Group]) -> Case {
     let document = json!({
         "title": "pack",
@@ -95,11 +83,10 @@ pub(super) fn case([columns, rows]: [usize; 2], groups: &[Group]) -> Case {
     case::from_str("pack.json", &document.to_string(), &[]).unwrap()
 }
 
-/// Moves what nodes are over by a cell or two: which cell it is says the state, not the reference place.
+/// Moves the cells that nodes are over by one or two: which cell it is says the state, not the reference place.
 pub(super) fn astray(model: &Model<f32>, state: &mut State<f32>, random: &mut Random) {
     let across = model.grid.columns + 1;
-    let per_side = model.nodes_per_ply();
-    for (at, part) in state.over.chunks_mut(per_side).enumerate() {
+    for (at, part) in state.over.chunks_mut(model.nodes_per_ply()).enumerate() {
         let (ply, side) = (at / SIDES, at % SIDES);
         let Some(other) = neighbour(ply, side, model.plies.len()) else { continue };
         let (own, theirs) = (&model.ply_type(ply).mesh, &model.ply_type(other).mesh);
@@ -114,36 +101,28 @@ pub(super) fn astray(model: &Model<f32>, state: &mut State<f32>, random: &mut Ra
     }
 }
 
-/// What is unusual about a scene.
+/// Properties of a scene that differ from the plain one.
 #[derive(Clone, Copy)]
 struct Kind {
     /// Columns and rows of the fabric of the patches.
     size: [usize; 2],
     step: u64,
-    /// Cells that plies are apart sideways, at most.
+    /// Distance of plies sideways, at most [cells].
     cells: f64,
     /// Part of the yarns that are broken.
     holes: f64,
-    /// A strip of the second ply is folded flat.
+    /// Whether a strip of the second ply is folded flat.
     folded: bool,
     /// Rises of the second ply between its even rows and columns, which are ridges [m].
     pleats: f64,
-    /// The ply that is torn where a node of the first is deep in the second.
-    torn: Option<usize>,
-    /// Nodes of the first ply that may have moved; all of every ply where none are given.
+    /// Nodes of the first ply that may have moved (rows, columns); all of every ply where none are given.
     reach: Option<[usize; 4]>,
     spacing: Option<f64>,
     friction: f64,
     hourglass: f64,
     viscosity: f64,
-    /// Time step over the critical one.
-    courant: f64,
-    /// Nodes lie over nodes and move along Z alone, as where a shot begins.
-    aligned: bool,
     /// Length of the largest elements over the finest, where they differ.
     coarsest: Option<f64>,
-    /// Speed at the start, and largest speed of a node [m/s].
-    start: f64,
 }
 
 const PLAIN: Kind = Kind {
@@ -153,34 +132,21 @@ const PLAIN: Kind = Kind {
     holes: 0.0,
     folded: false,
     pleats: 0.0,
-    torn: None,
     reach: None,
     spacing: None,
     friction: 0.3,
     hourglass: 0.05,
     viscosity: 0.0,
-    courant: 0.9,
-    aligned: false,
     coarsest: None,
-    start: SPEED,
 };
 
-/// With ridges.
-const PLEATED: Kind = Kind { cells: 0.0, pleats: 3e-4, holes: 0.3, ..PLAIN };
-
-/// A gap of two micrometres keeps rounding from deciding what touches where the motion dies out.
-const APART: Kind = Kind { spacing: Some(0.302e-3), ..PLAIN };
-
 /// Every angle, fabric, edge and kind of contact.
-pub(crate) fn scenes() -> Vec<Scene> {
+pub(super) fn scenes() -> Vec<Scene> {
     let (turned, coarse) = (Group::turned, Group::coarse);
-    let rollers = ["roller", "free", "clamped", "roller"];
-    let others = ["free", "clamped", "roller", "free"];
-    let small = Some([3, 6, 4, 7]);
+    let (rollers, others) = (["roller", "free", "clamped", "roller"], ["free", "clamped", "roller", "free"]);
+    let (sides, one) = (["clamped", "free", "clamped", "free"], ["free", "clamped", "free", "free"]);
     vec![
         pack("two free plies", &[turned(0), turned(0)], Kind { holes: 0.1, ..PLAIN }),
-        // So short that penetrations are driven out in a time, not in a number of steps.
-        pack("two free plies, short steps", &[turned(0), turned(0)], Kind { holes: 0.1, courant: 0.1, ..PLAIN }),
         pack(
             "quarter turns, rollers",
             &[turned(0).with(rollers), turned(90).with(rollers), turned(-90).with(others)],
@@ -188,7 +154,7 @@ pub(crate) fn scenes() -> Vec<Scene> {
         ),
         pack(
             "thirty degrees, clamped, smooth",
-            &[turned(0).held(), turned(30).held(), turned(-30).with(["free", "clamped", "free", "free"])],
+            &[turned(0).with(sides), turned(30).with(sides), turned(-30).with(one)],
             Kind { friction: 0.0, holes: 0.1, ..PLAIN },
         ),
         pack(
@@ -196,68 +162,36 @@ pub(crate) fn scenes() -> Vec<Scene> {
             &[turned(0), coarse(0), coarse(30), turned(90)],
             Kind { hourglass: 0.0, holes: 0.4, spacing: Some(0.4e-3), ..PLAIN },
         ),
-        pack("the first step", &[coarse(90), turned(0).held()], Kind { step: 0, friction: 1.2, ..PLAIN }),
-        pack("a torn cell", &[turned(0), turned(0)], Kind { cells: 0.0, torn: Some(1), ..PLAIN }),
-        pack("a torn node", &[turned(0), turned(0)], Kind { cells: 0.0, torn: Some(0), ..PLAIN }),
-        pack("ridges", &[turned(0), turned(0)], Kind { size: [24, 20], ..PLEATED }),
+        pack("the first step", &[coarse(90), turned(0).with(sides)], Kind { step: 0, friction: 1.2, ..PLAIN }),
+        pack("ridges", &[turned(0), turned(0)], Kind { size: [24, 20], cells: 0.0, pleats: 3e-4, holes: 0.3, ..PLAIN }),
         pack("folded cells", &[turned(0), turned(0), coarse(0)], Kind { folded: true, cells: 0.7, ..PLAIN }),
         pack(
             "resting plies",
             &[turned(0), turned(90), turned(0), coarse(30)],
-            Kind { reach: small, cells: 0.0, ..PLAIN },
+            Kind { reach: Some([3, 6, 4, 7]), cells: 0.0, ..PLAIN },
         ),
-        // Far from the centre, and early: what sees what is decided by places, not by the room for travel.
+        // Far from the centre, and early: what sees what is decided by places, not by the room for travel. A gap of two
+        // micrometres keeps rounding from deciding what touches where the motion dies out.
         pack(
             "resting plies, a corner",
             &[turned(0), turned(90), turned(0)],
-            Kind { size: [16, 14], step: 1, reach: Some([1, 4, 11, 14]), ..APART },
+            Kind { size: [16, 14], step: 1, reach: Some([1, 4, 11, 14]), spacing: Some(0.302e-3), ..PLAIN },
         ),
         pack(
             "graded plies",
             &[turned(0), turned(90), coarse(30), turned(0)],
             Kind { size: [30, 26], coarsest: Some(8.0), cells: 1.0, holes: 0.1, viscosity: 0.3, ..PLAIN },
         ),
-        pack(
-            "graded folded cells",
-            &[turned(0), turned(0)],
-            Kind { size: [30, 26], coarsest: Some(8.0), folded: true, cells: 0.7, ..PLAIN },
-        ),
-        pack(
-            "ridges of graded plies",
-            &[turned(0), turned(0)],
-            Kind { size: [40, 36], coarsest: Some(2.0), ..PLEATED },
-        ),
-        pack(
-            "graded resting plies",
-            &[turned(0), turned(90), turned(0)],
-            Kind { size: [30, 26], step: 1, coarsest: Some(4.0), reach: Some([1, 4, 9, 12]), ..APART },
-        ),
-        pack("resting plies of two fabrics", &[coarse(0), turned(0)], Kind { reach: small, cells: 0.0, ..PLAIN }),
     ]
 }
 
-/// Alike plies in line: the feet of nodes lie on edges of cells, and far corners have next to no weight.
-pub(crate) fn aligned() -> Scene {
-    let groups = [Group::turned(0); 3];
-    pack("alike plies in line", &groups, Kind { cells: 0.0, aligned: true, ..PLAIN })
-}
-
-/// Plies that began slowly and are deep inside each other: what drives them out is faster than anything was.
-pub(crate) fn slow() -> Scene {
-    pack("deep plies of a slow start", &[Group::turned(0), Group::turned(90)], Kind { start: 5.0, ..PLAIN })
-}
-
-fn pack(name: &str, groups: &[Group], kind: Kind) -> Scene {
+fn pack(name: &'static str, groups: &[Group], kind: Kind) -> Scene {
     let mut case = case(kind.size, groups);
-    case.pack.spacing = kind.spacing;
-    case.pack.friction = kind.friction;
-    case.solver.hourglass = kind.hourglass;
-    case.solver.shock_viscosity = kind.viscosity;
-    case.solver.courant = kind.courant;
+    (case.pack.spacing, case.pack.friction) = (kind.spacing, kind.friction);
+    (case.solver.hourglass, case.solver.shock_viscosity) = (kind.hourglass, kind.viscosity);
     if let Some(coarsest) = kind.coarsest {
-        super::grade(&mut case, [2e-3, -3e-3], coarsest);
+        grade(&mut case, [2e-3, -3e-3], coarsest);
     }
-    case.pack.layup.iter_mut().for_each(|layer| layer.initial_velocity[2] = kind.start);
     let model = Model::<f32>::new(&case).unwrap();
     let mut state = State::new(&case, &model);
     state.step = kind.step;
@@ -268,11 +202,8 @@ fn pack(name: &str, groups: &[Group], kind: Kind) -> Scene {
     }
     kill(&model, &mut state, &mut random, kind.holes);
     were_inside(&model, &mut state, &mut random);
-    if let Some(ply) = kind.torn {
-        tear_around_a_deep_node(&model, &mut state, ply);
-    }
-    random_elements(&model, &mut state, &mut random, if kind.aligned { 0.0 } else { 1.0 });
-    Scene { name: name.to_owned(), model, state, elements: false, pack: true, held: false, speed: kind.start }
+    random_elements(&model, &mut state, &mut random, 1.0);
+    Scene { name, model, state, elements: false, pack: true, held: false, speed: SPEED }
 }
 
 /// Half of the nodes that may have moved were inside their neighbours before, wherever they are now.
@@ -310,16 +241,14 @@ fn put(
 /// there a node is deep inside its neighbour, or through it.
 fn scatter(model: &Model<f32>, state: &mut State<f32>, random: &mut Random, kind: &Kind) {
     state.reach_everything(model);
-    let slopes = if kind.aligned { [0.0; 2] } else { SLOPE };
-    let slope = slopes[0].hypot(slopes[1]).hypot(1.0);
-    let sideways = if kind.aligned { 0.0 } else { 1.0 };
+    let slope = SLOPE[0].hypot(SLOPE[1]).hypot(1.0);
     let mut depth = 0.0;
     for ply in 0..model.grid.plies {
-        let mesh: &Mesh = &model.ply_type(ply).mesh;
+        let mesh = &model.ply_type(ply).mesh;
         let [sx, sy] = [0, 1].map(|a| kind.cells * mesh.length[a] * random.between(-1.0, 1.0));
         for (row, column) in (0..=mesh.rows).flat_map(|row| (0..=mesh.columns).map(move |column| (row, column))) {
             let reference = Vector3::from(model.reference(ply, row, column));
-            let noise = Vector3::from(random.vector(0.1 * sideways * mesh.shortest()));
+            let noise = Vector3::from(random.vector(0.1 * mesh.shortest()));
             let folds = if kind.folded && ply == 1 && column == 4 { -0.98 * mesh.size(0, column - 1)[0] } else { 0.0 };
             let [fx, fy, _] = mesh.to_pack([folds, 0.0, 0.0]);
             let [x, y] = [reference.x + sx + noise.x + fx, reference.y + sy + noise.y + fy];
@@ -337,37 +266,20 @@ fn scatter(model: &Model<f32>, state: &mut State<f32>, random: &mut Random, kind
                 _ if kind.pleats > 0.0 && far == 2.0 => 2.0 * kind.pleats + 1.6 * model.plies[0].touching,
                 _ => 0.0,
             };
-            let z = slopes[0] * x + slopes[1] * y + (depth + near + deep + pleat) * slope;
-            let [u, v, w] = random.vector(kind.start / 3.0_f64.sqrt());
-            let speed = [sideways * u, sideways * v, w];
+            let z = SLOPE[0] * x + SLOPE[1] * y + (depth + near + deep + pleat) * slope;
+            let speed = random.vector(SPEED / 3.0_f64.sqrt());
             put(model, state, [ply, row, column], &(Vector3::new(x, y, z) - reference), speed);
         }
         depth += model.plies[ply].touching;
     }
 }
 
-/// Pushes a node of the first ply deep into the second, and takes one yarn of each cell of a ply around there.
-fn tear_around_a_deep_node(model: &Model<f32>, state: &mut State<f32>, ply: usize) {
-    let (row, column) = (4, 4);
-    for (r, c) in [(0, 0), (0, 1), (1, 0), (1, 1)] {
-        let first = model.grid.first_element_row(ply);
-        state.elements.set(first + row - 1 + r, element::ALIVE + c, column + c, 0.0);
-    }
-    let z = node::DISPLACEMENT + 2;
-    state.nodes.set(row, z, column, state.nodes.get(row, z, column) + 2e-3);
-    let behind = model.nodes_per_ply() + row * (model.grid.columns + 1) + column;
-    state.over[behind] |= PENETRATING;
-}
-
 /// Plies at rest and in touch, but for a few nodes of the first, which move about.
 fn rest(model: &Model<f32>, state: &mut State<f32>, random: &mut Random, [top, bottom, left, right]: [usize; 4]) {
-    for ply in 0..model.grid.plies {
-        let mesh = &model.ply_type(ply).mesh;
-        for (row, column) in (0..=mesh.rows).flat_map(|row| (0..=mesh.columns).map(move |column| (row, column))) {
-            put(model, state, [ply, row, column], &Vector3::zeros(), [0.0; 3]);
-        }
-        state.active[ply] = ActiveRegion::nothing();
+    for place in node_places(model) {
+        put(model, state, place, &Vector3::zeros(), [0.0; 3]);
     }
+    state.active.fill(ActiveRegion::nothing());
     state.active[0] = ActiveRegion { rows: top..bottom, columns: left..right };
     for (row, column) in (top..bottom).flat_map(|row| (left..right).map(move |column| (row, column))) {
         let moved = Vector3::from(random.vector(1e-5));
@@ -377,7 +289,7 @@ fn rest(model: &Model<f32>, state: &mut State<f32>, random: &mut Random, [top, b
 }
 
 /// Whether every node of every ply is free.
-pub(crate) fn is_free(scene: &Scene) -> bool {
+pub(super) fn is_free(scene: &Scene) -> bool {
     let edges = scene.model.ply_types.iter().map(|ply_type| &ply_type.edges);
     edges.flat_map(|e| [e.left, e.right, e.bottom, e.top]).all(|edge| edge == Edge::Free)
 }
