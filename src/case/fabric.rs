@@ -52,9 +52,10 @@ pub struct Crossover {
 }
 
 /// Unit-cell law.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum Law {
     /// The paper's (13)–(24): sinusoidal yarns, F = 2 T sin α.
+    #[default]
     Published,
     /// Sinusoidal yarns, forces conjugate to the arc length: conserves energy to round-off.
     Variational,

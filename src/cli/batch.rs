@@ -8,7 +8,7 @@ use std::time::Instant;
 
 use ripstop::case::Case;
 use ripstop::output::number::{bytes, duration, short};
-use ripstop::run::graphics::DeviceUse;
+use ripstop::run::batch::DeviceUse;
 use ripstop::study::batch::{BatchError, BatchOptions};
 use ripstop::study::interval::Bounds;
 

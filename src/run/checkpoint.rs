@@ -153,13 +153,17 @@ pub enum CheckpointReason {
     #[error("  expected: a checkpoint of format {own}\n  found: format {0}\n  help: resume with the version of ripstop that wrote it, or run the case again", own = FORMAT)]
     Format(u32),
     /// Its checksum does not hold: bits have changed, or the end is missing.
-    #[error("  expected: a checkpoint whose checksum holds\n  found: one that is damaged or cut short\n  help: run the case again")]
+    #[error(
+        "  expected: a checkpoint whose checksum holds\n  found: one that is damaged or cut short\n  help: run the case again"
+    )]
     Damaged,
     /// It was written by this version of the program.
     #[error("  expected: a checkpoint of ripstop {own}\n  found: one of ripstop {0}\n  help: resume with ripstop {0}, or run the case again", own = env!("CARGO_PKG_VERSION"))]
     Version(String),
     /// It belongs to a case of another hash.
-    #[error("  expected: the case that the run began with (case_hash {checkpoint})\n  found: one that computes something else (case_hash {case})\n  help: undo the change of the case, or run it anew with `ripstop run`")]
+    #[error(
+        "  expected: the case that the run began with (case_hash {checkpoint})\n  found: one that computes something else (case_hash {case})\n  help: undo the change of the case, or run it anew with `ripstop run`"
+    )]
     Case {
         /// Hash of the checkpoint.
         checkpoint: String,
@@ -167,10 +171,14 @@ pub enum CheckpointReason {
         case: String,
     },
     /// It is of a run on another backend or in another precision than this one.
-    #[error("  expected: the backend and precision that the run began with\n  found: {0}\n  help: let `ripstop resume` choose it")]
+    #[error(
+        "  expected: the backend and precision that the run began with\n  found: {0}\n  help: let `ripstop resume` choose it"
+    )]
     Backend(String),
     /// This part of its contents does not fit the model of the case.
-    #[error("  expected: contents that fit the model of the case\n  found: {0} that do not\n  help: run the case again")]
+    #[error(
+        "  expected: contents that fit the model of the case\n  found: {0} that do not\n  help: run the case again"
+    )]
     Contents(&'static str),
 }
 
@@ -213,7 +221,8 @@ impl Checkpoint {
     /// When it cannot be read, is something else, is damaged, or of another version.
     pub fn open(path: &Path) -> Result<Self, CheckpointError> {
         let opened = File::open(path).map_err(unreadable).and_then(read);
-        let (header, contents) = opened.map_err(|reason| CheckpointError { path: path.display().to_string(), reason })?;
+        let (header, contents) =
+            opened.map_err(|reason| CheckpointError { path: path.display().to_string(), reason })?;
         Ok(Self { path: path.to_owned(), header, contents })
     }
 

@@ -93,7 +93,12 @@ impl DeviceShot {
     }
 
     /// Reads the state after so many steps.
-    pub(super) fn download(&self, stepper: &DeviceStepper<'_>, state: &mut State<f32>, steps: u64) -> Result<(), DeviceError> {
+    pub(super) fn download(
+        &self,
+        stepper: &DeviceStepper<'_>,
+        state: &mut State<f32>,
+        steps: u64,
+    ) -> Result<(), DeviceError> {
         state.step = steps;
         stepper.download(self.number, &self.model, state)
     }

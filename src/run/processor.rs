@@ -183,12 +183,7 @@ impl<S: RunScalar> Checkpointable for Simulation<S> {
     fn save(&self, header: &Header, observer: &[u8], to: &mut dyn Write) -> io::Result<()> {
         let header = Header { step: self.state.step, time: self.time(), time_step: self.model.dt, ..header.clone() };
         let motion = self.state.body.as_ref().map(|body| {
-            (
-                body.position.into(),
-                body.orientation.coords.into(),
-                body.velocity.into(),
-                body.angular_momentum.into(),
-            )
+            (body.position.into(), body.orientation.coords.into(), body.velocity.into(), body.angular_momentum.into())
         });
         let state = SimulationState {
             record: Cow::Borrowed(&self.record),

@@ -256,7 +256,8 @@ impl RunRecord {
                 deflection: moment.deflection,
             };
             let rows = plies.iter().zip(&self.failed).enumerate();
-            let row = rows.map(|(ply, (moment, failed))| PlySample { time, ply, moment: whole(moment), failed: *failed });
+            let row =
+                rows.map(|(ply, (moment, failed))| PlySample { time, ply, moment: whole(moment), failed: *failed });
             run.ply_history.extend(row);
         }
         run.history.push(row);
@@ -277,7 +278,8 @@ impl RunRecord {
 
     /// Takes a closer look at the fabric that covers the projectile, in the state after the last sample.
     pub(crate) fn look<S: Scalar>(&mut self, case: &Case, model: &Model<S>, state: &State<S>) {
-        let (Some(tracker), Some(row), Some(body)) = (&mut self.tracker, self.run.history.last_mut(), &state.body) else {
+        let (Some(tracker), Some(row), Some(body)) = (&mut self.tracker, self.run.history.last_mut(), &state.body)
+        else {
             return;
         };
         let held = |speed: f64| (0..self.failed.len()).any(|ply| outcome::is_held(model, state, body, ply, speed));

@@ -7,7 +7,7 @@ use super::fit::{self, Fit, FitRequest};
 use crate::case::{Case, RANGE_STREAM};
 use crate::num::counter_random::DrawKey;
 use crate::output::Folder;
-use crate::run::graphics::DeviceUse;
+use crate::run::batch::DeviceUse;
 
 /// Name of the table.
 const TABLE: &str = "shots.csv";

@@ -10,7 +10,7 @@ use libtest_mimic::Trial;
 use ripstop::gpu::buffers::{BufferId, Sizes};
 use ripstop::gpu::{Device, DeviceError, adapters, device};
 use ripstop::model::{Grid, Model};
-use ripstop::run::graphics::DeviceSimulation;
+use ripstop::run::device::DeviceSimulation;
 use ripstop::run::{self, Options, RunError};
 
 use super::harness::{Outcome, trial};

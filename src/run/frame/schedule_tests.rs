@@ -60,11 +60,7 @@ fn a_schedule_that_goes_on_keeps_what_the_whole_run_keeps() {
         let whole = on(Schedule::new(frames, end_time), 0);
         assert_eq!(whole[0], 0);
         for step in 0..100 {
-            assert_eq!(
-                on(Schedule::resume(frames, end_time, step, dt), step),
-                whole,
-                "{frames} frames, step {step}"
-            );
+            assert_eq!(on(Schedule::resume(frames, end_time, step, dt), step), whole, "{frames} frames, step {step}");
         }
     }
 }

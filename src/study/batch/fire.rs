@@ -7,7 +7,7 @@ use std::thread;
 
 use super::{BatchError, BatchOptions, DeviceRunner, ShotOrder, ShotRow};
 use crate::case::{self, Case, CaseError, Drawn};
-use crate::run::graphics::DeviceUse;
+use crate::run::batch::DeviceUse;
 use crate::run::{self, Options};
 
 /// The case of a shot, as `ripstop run` would run it.

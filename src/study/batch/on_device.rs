@@ -9,7 +9,7 @@ use super::{BatchError, BatchOptions, ShotOrder, ShotRow};
 use crate::case::Case;
 use crate::gpu::{Device, DeviceError};
 use crate::run::Run;
-use crate::run::graphics::{DeviceBatch, DeviceUse, PreparedShot};
+use crate::run::batch::{DeviceBatch, DeviceUse, PreparedShot};
 
 /// Memory of the device that a batch may take [bytes].
 const MEMORY: u64 = 4 << 30;
@@ -72,7 +72,7 @@ impl<'a> DeviceRunner<'a> {
                     continue;
                 }
             };
-            let at = groups.iter().position(|group| group[0].1.goes_with(&shot)).unwrap_or(groups.len());
+            let at = groups.iter().position(|group| group[0].1.fits(&shot)).unwrap_or(groups.len());
             if at == groups.len() {
                 groups.push(Vec::new());
             }

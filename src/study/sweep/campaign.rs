@@ -8,7 +8,7 @@ use super::{html, json};
 use crate::case::Case;
 use crate::output::Folder;
 use crate::output::csv::{header, number, quoted, row};
-use crate::run::graphics::DeviceUse;
+use crate::run::batch::DeviceUse;
 use crate::study::batch::{BatchError, BatchOptions, BatchPlan, DeviceRunner, ShotRow};
 use crate::study::shots::{self, ShotsRequest};
 use crate::study::threads::in_threads;

@@ -14,7 +14,7 @@ use super::threshold::{Rungs, middle};
 use super::{FILES, REFINED_TABLE, TABLE, V50Request, html, json};
 use crate::case::{self, Case};
 use crate::output::Folder;
-use crate::run::graphics::DeviceUse;
+use crate::run::batch::DeviceUse;
 use crate::study::batch::fire::shoot;
 use crate::study::batch::{BatchError, BatchOptions, BatchPlan, DeviceRunner, ShotLog, ShotOrder};
 use crate::study::outcomes::Shot;

@@ -6,7 +6,7 @@ use super::refinement::Refinement;
 use super::sample::ThresholdSample;
 use super::threshold::middle;
 use crate::case::{Accuracy, Case, Numerics};
-use crate::run::graphics::DeviceUse;
+use crate::run::batch::DeviceUse;
 use crate::study::arithmetic_v50::{Arithmetic, RULES, Refusal, Rule, arithmetic_v50};
 use crate::study::batch::ShotRow;
 use crate::study::fit::{self, FitRow, QUANTILES, Quantile};

@@ -4,7 +4,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use ripstop::case::Case;
 use ripstop::gpu::Device;
-use ripstop::run::graphics::{DeviceBatch, PreparedShot};
+use ripstop::run::batch::{DeviceBatch, PreparedShot};
 use ripstop::run::{Precision, Run};
 use ripstop::study::batch::{BatchError, BatchOptions, ShotOrder, ShotRow, fire};
 
