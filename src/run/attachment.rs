@@ -8,10 +8,11 @@
 use serde::{Deserialize, Serialize};
 
 use crate::case::{Case, Edge, Edges};
-use crate::kernels::mirror_planes::Cut;
+use crate::model::Model;
+use crate::model::mesh::Mesh;
 use crate::model::mesh::corners;
-use crate::model::{Mesh, Model};
 use crate::num::scalar::Scalar;
+use crate::physics::mirror_planes::Cut;
 use crate::solver::energy_balance::PlyMoment;
 use crate::solver::state::State;
 

@@ -9,8 +9,8 @@ use crate::gpu::DeviceError;
 use crate::gpu::layout::{self, BODY_WORDS, BodyRecord, STATUS_WORDS, StepInfo, WorkgroupSums, status, sum};
 use crate::gpu::stepper::DeviceStepper;
 use crate::gpu::submission::BatchResult;
-use crate::kernels::rigid_body::RigidBody;
 use crate::model::Model;
+use crate::physics::rigid_body::RigidBody;
 use crate::solver;
 use crate::solver::energy_balance::PlyMoment;
 use crate::solver::state::State;
@@ -28,7 +28,7 @@ impl DeviceShot {
     /// A shot that begins from a state, at a place on the device.
     pub(super) fn new(number: usize, model: Arc<Model<f32>>, state: &State<f32>, skips: Skips) -> Self {
         let mut record = RunRecord::new(&model, state.body.as_ref(), skips);
-        record.given = solver::given(&model, state);
+        record.given = solver::state::given(&model, state);
         Self { model, record, number, ended: false }
     }
 
@@ -131,8 +131,8 @@ impl DeviceShot {
             self.download(stepper, state, info.index + 1)?;
             self.record.look(case, &self.model, state);
         }
-        let kinetic = sums.add(sum::KINETIC) + solver::flying(body.as_ref().map(|record| &record.body));
-        if let Some(excess) = solver::excess(&self.record.balance, kinetic, true) {
+        let kinetic = sums.add(sum::KINETIC) + solver::divergence::flying(body.as_ref().map(|record| &record.body));
+        if let Some(excess) = solver::divergence::excess(&self.record.balance, kinetic, true) {
             // The place is looked for in the state as it is now, at most two batches later.
             if let Err(error) = self.download(stepper, state, info.index + 1) {
                 self.record.run.lost = Some(error.to_string());

@@ -11,7 +11,7 @@ fn an_edge_without_room_ends_the_run_by_name() -> Result<(), Box<dyn std::error:
         "pack": {"width_mm": 12.7, "height_mm": 12.7}, "solver": {"end_time_us": 1, "contact_sampling": "edges"},
         "projectile": {"shape": "cylinder", "diameter_mm": 5.5, "length_mm": 6, "mass_g": 1, "velocity_m_s": 50}}"#;
     let (case, device) = (case::from_str("edge", text, &[])?, Device::noop());
-    let (model, mut state) = solver::set_up::<f32>(&case, false)?;
+    let (model, mut state) = solver::state::set_up::<f32>(&case, false)?;
     let stepper = DeviceStepper::new(&device, &model)?;
     let mut shot = DeviceShot::new(0, Arc::new(model), &state, Skips::WHOLE);
     // Counters of a batch in which nothing went wrong but one.

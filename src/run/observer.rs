@@ -6,7 +6,7 @@ use serde::{Serialize, de::DeserializeOwned};
 
 use crate::model::Model;
 use crate::run::checkpoint::Checkpointable;
-use crate::solver::KernelScalar;
+use crate::solver::row_kernels::KernelScalar;
 use crate::solver::state::State;
 
 /// Progress of a run.

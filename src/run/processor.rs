@@ -11,12 +11,14 @@ use super::checkpoint::{self, Checkpoint, Checkpointable, Header};
 use super::record::RunRecord;
 use super::{Backend, Observer, Options, Progress, Run, RunError, RunScalar, Skips, View, outcome};
 use crate::case::Case;
-use crate::kernels::rigid_body::RigidBody;
-use crate::model::{Model, ModelError, over};
+use crate::model::{Model, ModelError, layup};
 use crate::num::scalar::Scalar;
+use crate::physics::rigid_body::RigidBody;
 use crate::solver::active_region::ActiveRegion;
 use crate::solver::state::State;
-use crate::solver::{self, Phase, StepTotals, Stepper, StepperState, Stopwatch};
+use crate::solver::state::StepperState;
+use crate::solver::stopwatch::{Phase, Stopwatch};
+use crate::solver::{self, StepTotals, Stepper};
 
 /// A run in progress on the processor.
 pub struct Simulation<S: RunScalar> {
@@ -44,7 +46,7 @@ impl<S: RunScalar> Simulation<S> {
     /// # Errors
     /// As [`Simulation::new`].
     pub fn with_skips(case: &Case, skips: Skips) -> Result<Self, ModelError> {
-        let (model, mut state) = solver::set_up::<S>(case, skips.symmetry)?;
+        let (model, mut state) = solver::state::set_up::<S>(case, skips.symmetry)?;
         if !skips.wavefront {
             state.reach_everything(&model);
         }
@@ -84,8 +86,8 @@ impl<S: RunScalar> Simulation<S> {
     /// Ends a run whose numbers are no longer finite, or whose energy was never put in: kinetic, or at a sample of all kinds.
     fn check_energy(&mut self, totals: &StepTotals, sample: bool) {
         if self.record.run.divergence.is_none() {
-            let kinetic = totals.kinetic + solver::flying(self.state.body.as_ref());
-            if let Some(excess) = solver::excess(&self.record.balance, kinetic, sample) {
+            let kinetic = totals.kinetic + solver::divergence::flying(self.state.body.as_ref());
+            if let Some(excess) = solver::divergence::excess(&self.record.balance, kinetic, sample) {
                 self.record.diagnose(&self.model, &self.state, excess);
             }
         }
@@ -122,7 +124,7 @@ impl<S: RunScalar> Backend for Simulation<S> {
         let sample = self.record.sample_due(case, time);
         let before = self.state.body.as_ref().map(|b| (b.velocity, b.position));
         if self.state.step == 0 {
-            self.record.given = solver::given(&self.model, &self.state);
+            self.record.given = solver::state::given(&self.model, &self.state);
         }
         let totals = self.stepper.step(&self.model, &mut self.state, &mut self.record.balance, sample);
         self.record.add_step(&totals, &self.stepper.failures);
@@ -251,10 +253,10 @@ impl<S: RunScalar> Simulation<S> {
 /// Whether every node faces an element that the neighbouring ply has.
 fn is_over_elements<S: Scalar>(model: &Model<S>, all: &[u32]) -> bool {
     all.chunks(model.nodes_per_ply()).enumerate().all(|(at, part)| {
-        let count = over::neighbour(at / over::SIDES, at % over::SIDES, model.plies.len()).map_or(1, |other| {
+        let count = layup::neighbour(at / layup::SIDES, at % layup::SIDES, model.plies.len()).map_or(1, |other| {
             let mesh = &model.ply_type(other).mesh;
             mesh.rows * mesh.columns
         });
-        part.iter().all(|over| over::element(*over) < count)
+        part.iter().all(|over| layup::element(*over) < count)
     })
 }

@@ -13,12 +13,14 @@ use super::attachment::{self, Deflections};
 use super::outcome::{self, Outcome, Tracker};
 use super::{Observer, PlySample, Progress, Run, RunScalar, Sample, Skips, profile};
 use crate::case::{Case, RunUntil};
-use crate::kernels::rigid_body::RigidBody;
-use crate::model::{MirrorPlanes, Model};
+use crate::model::Model;
 use crate::num::scalar::Scalar;
+use crate::physics::mirror_planes::MirrorPlanes;
+use crate::physics::rigid_body::RigidBody;
 use crate::solver::energy_balance::{EnergyBalance, PlyMoment};
+use crate::solver::state::Given;
 use crate::solver::state::State;
-use crate::solver::{self, FailureEvent, Given, StepTotals};
+use crate::solver::{self, FailureEvent, StepTotals};
 
 /// Rounding allowed in comparing times, in steps.
 const SLACK: f64 = 1e-6;
@@ -309,7 +311,7 @@ impl RunRecord {
     /// Takes note of where and how the run diverged.
     pub(crate) fn diagnose<S: Scalar>(&mut self, model: &Model<S>, state: &State<S>, excess: (&str, f64)) {
         let available = self.balance.accounted_energy();
-        self.run.divergence = Some(solver::diagnose(model, state, excess, available));
+        self.run.divergence = Some(solver::divergence::diagnose(model, state, excess, available));
     }
 
     /// Results after `steps` steps; what computed them is left to the backend.

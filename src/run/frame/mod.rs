@@ -13,9 +13,9 @@ mod snapshot;
 use serde::{Deserialize, Serialize};
 
 use crate::case::Case;
-use crate::kernels::projectile_shape::Body;
 use crate::model::{Model, ModelError};
 use crate::num::scalar::Scalar;
+use crate::physics::projectile_body::Body;
 use crate::run::{Observer, View};
 pub(crate) use schedule::Schedule;
 pub use schedule::even;
