@@ -307,21 +307,6 @@ fn a_pack_that_nothing_holds_stops_a_shot_at_their_common_velocity() {
 }
 
 #[test]
-fn a_shot_carried_along_goes_on_until_nothing_touches_it() {
-    let case = free_ply(&["/solver/run_until=separation", "/projectile/friction=0"]);
-    let run = run_case(&case);
-    let last = run.history.last().unwrap();
-    assert_eq!((run.outcome, run.rebound_velocity), (Outcome::Stopped, None));
-    assert!(run.stop_time.unwrap() + 20e-6 < last.time && last.time < 1900e-6, "{} s", last.time);
-    assert!(run.history.iter().filter(|row| row.time > last.time - 19e-6).all(|row| row.contact_force == 0.0));
-    // It flies on behind the fabric, slower than both together would.
-    let carried = run.carried_velocity.unwrap();
-    assert!((carried / last.projectile_velocity - 1.0).abs() < 1e-9 && carried > 0.0);
-    let common = run.history.iter().find(|row| row.time >= run.stop_time.unwrap()).unwrap().projectile_velocity;
-    assert!(carried < common, "{carried} m/s, then {common} m/s");
-}
-
-#[test]
 fn a_torn_ply_that_outruns_the_projectile_has_stopped_it() {
     let case = torn::case(&["/pack/edges=free"]);
     let shot = |share: f64| {
@@ -362,12 +347,4 @@ fn what_slips_past_a_free_edge_has_passed_without_breaking_a_yarn() {
     // What has not met the fabric yet, or never does, has not passed it.
     let case = free_ply(&["/projectile/standoff_mm=8", "/solver/end_time_us=100"]);
     assert_eq!(run_case(&case).outcome, Outcome::Running);
-}
-
-#[test]
-fn a_perforation_ends_a_run_until_separation() {
-    let sets = ["/solver/run_until=separation", "/projectile/velocity_m_s=250"];
-    let run = run_case(&builtin("cases/s720-1ply-155.json", &sets));
-    assert_eq!((run.outcome, run.rebound_velocity), (Outcome::Perforated, None));
-    assert!(run.history.last().unwrap().time < 395e-6);
 }
