@@ -11,7 +11,7 @@ use cli::failure::CommandFailure;
 
 fn main() -> ExitCode {
     let arguments = Arguments::parse();
-    if let Err(failure) = cli::logging::start(arguments.verbose) {
+    if let Err(failure) = cli::terminal::start_log(arguments.verbose) {
         return failure.report();
     }
     let done = match arguments.command {
@@ -22,14 +22,14 @@ fn main() -> ExitCode {
         Command::Crossover(arguments) => cli::crossover::crossover(&arguments),
         Command::Bench(arguments) => cli::bench::bench(&arguments),
         Command::Verify(arguments) => cli::verify::verify(&arguments),
-        Command::Fit(arguments) => cli::fit::fit(&arguments),
-        Command::Shots(arguments) => cli::shots::shots(&arguments),
-        Command::V50(arguments) => cli::v50::v50(&arguments),
-        Command::Sweep(arguments) => cli::sweep::sweep(&arguments),
-        Command::Info(arguments) => cli::info::info(&arguments),
-        Command::Schema(arguments) => cli::schema(&arguments),
+        Command::Fit(arguments) => cli::studies::fit(&arguments),
+        Command::Shots(arguments) => cli::studies::shots(&arguments),
+        Command::V50(arguments) => cli::studies::v50(&arguments),
+        Command::Sweep(arguments) => cli::studies::sweep(&arguments),
+        Command::Info(arguments) => cli::check::info(&arguments),
+        Command::Schema(arguments) => cli::check::schema(&arguments),
         Command::Explain(arguments) => cli::explain::explain(&arguments),
-        Command::Completions(arguments) => cli::completions::completions(&arguments),
+        Command::Completions(arguments) => cli::check::completions(&arguments),
     };
     done.map_or_else(CommandFailure::report, |()| ExitCode::SUCCESS)
 }

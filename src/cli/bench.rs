@@ -1,118 +1,158 @@
 //! `ripstop bench`: run time against error.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::time::Instant;
 
+use clap::{Args, builder::RangedU64ValueParser};
+use ripstop::case;
 use ripstop::gpu::{self, Device};
 use ripstop::output::number::{fixed, fraction, short};
 use ripstop::output::{self, Folder};
 use ripstop::run::Progress;
 use ripstop::run::outcome::Outcome;
-use ripstop::study::bench::{self, BenchError, BenchPlan, BenchResult, BenchRow, CaseSource};
+use ripstop::study::bench::{self, BenchError, BenchPlan, BenchResult, BenchRow};
 
 use super::arguments::{BackendArguments, BackendChoice};
+use super::backend;
 use super::failure::CommandFailure;
-use super::progress::Bar;
-use super::study_arguments::BenchArguments;
-use super::table::{Align, TextTable};
-use super::{backend, interrupt, screen};
+use super::run::Print;
+use super::terminal::{self, Align, Bar, TextTable};
 
-/// What is written.
+/// Names of the files written.
 const FILES: [&str; 2] = ["bench.json", "bench.svg"];
+/// The case that is built in: name and text.
+const PAPER: (&str, &str) = ("s720-1ply-155", include_str!("../../cases/s720-1ply-155.json"));
+/// Changes of every case: parts that take time or are checked but say nothing here, and would refuse a shorter run.
+const LEFT_OUT: [&str; 2] = ["/expect=[]", "/output/profile_times_us=[]"];
+
+/// `ripstop bench`
+#[derive(Args, Debug)]
+#[command(
+    after_help = "Every case is run once as a reference (CPU, f64, Courant 0.25, one crossover per element), then as a user may
+choose to run it: precision, Courant number, mesh, skips, GPU. The error is that of the velocity history against the
+reference, over the velocity the projectile loses.
+
+Examples:
+  ripstop bench
+  ripstop bench shot.json --tolerance 0.5% --repeat 3 --json | jq '.cases[].cheapest_within_tolerance'
+
+DIR gets bench.json and bench.svg."
+)]
+pub(crate) struct BenchArguments {
+    /// Case files [default: the paper's shot, cases/s720-1ply-155.json, built in]
+    #[arg(value_name = "CASE.json")]
+    cases: Vec<PathBuf>,
+    /// Largest error of the velocity history, and of what is left or the stop time, that is good enough: 1% or 0.01
+    #[arg(long, value_name = "ERROR", default_value = "1%", allow_hyphen_values = true)]
+    tolerance: String,
+    /// Change of every case, checked like the file; may be given again
+    #[arg(long = "set", value_name = "/POINTER=VALUE")]
+    sets: Vec<String>,
+    /// Whether the GPU is among the choices: auto takes real ones only
+    #[arg(long, value_enum, default_value = "auto")]
+    backend: BackendChoice,
+    /// Graphics adapter, by part of its name or its number in `ripstop info` [default: the best]
+    #[arg(long, value_name = "NAME|INDEX")]
+    adapter: Option<String>,
+    /// Worker threads [default: all cores]
+    #[arg(long, value_name = "N", value_parser = RangedU64ValueParser::<usize>::new().range(1..=1024))]
+    threads: Option<usize>,
+    /// Run every choice so many times and take the shortest
+    #[arg(long, value_name = "N", default_value = "1", value_parser = RangedU64ValueParser::<usize>::new().range(1..=1000))]
+    repeat: usize,
+    /// Folder for the results
+    #[arg(long, value_name = "DIR", default_value = "out/bench")]
+    out: PathBuf,
+    /// Print nothing but errors
+    #[arg(long, short)]
+    quiet: bool,
+    /// Print bench.json instead of the tables
+    #[arg(long)]
+    json: bool,
+}
 
 /// Measures every case, writes `bench.json` and `bench.svg` and says which choice is the cheapest.
 pub(crate) fn bench(arguments: &BenchArguments) -> Result<(), CommandFailure> {
     let start = Instant::now();
     let tolerance = tolerance(&arguments.tolerance)?;
-    let interrupted = interrupt::watch()?;
-    let subjects = subjects(arguments)?;
-    let (device, note) = device(arguments)?;
-    let read: Vec<&Path> = arguments.cases.iter().map(|path| path.as_path()).collect();
-    let folder = Folder::prepare_for(&arguments.out, &FILES, &read)?;
-    if let Some(note) = note.filter(|_| !arguments.quiet) {
-        screen::complain(&note);
+    let interrupted = terminal::watch_interrupts()?;
+    let paths: Vec<Option<&Path>> = match &arguments.cases[..] {
+        [] => vec![None],
+        cases => cases.iter().map(|path| Some(path.as_path())).collect(),
+    };
+    let read = |path: Option<&Path>, changes: &[String]| {
+        let sets = LEFT_OUT.iter().map(ToString::to_string).chain([&arguments.sets, changes].concat());
+        let sets: Vec<String> = sets.collect();
+        path.map_or_else(|| case::from_str(PAPER.0, PAPER.1, &sets), |path| case::read(path, &sets))
+    };
+    for path in &paths {
+        measurable(&read(*path, &[])?)?;
     }
+    let (device, note) = device(arguments)?;
+    let folder = Folder::prepare_for(&arguments.out, &FILES, &paths.iter().flatten().copied().collect::<Vec<_>>())?;
+    note.iter().filter(|_| !arguments.quiet).for_each(|note| terminal::complain(note));
     let plan = BenchPlan { threads: arguments.threads, device: device.as_ref(), repeat: arguments.repeat, tolerance };
     let mut measured: Vec<BenchResult> = Vec::new();
     let mut failure = None;
-    for subject in &subjects {
-        if measured.iter().any(|one| one.interrupted) {
-            break;
-        }
+    for path in paths {
         let bar = Bar::new(!arguments.quiet);
         let mut show = |name: &str, at: &Progress| bar.show_named(name, at);
-        let one = bench::measure(subject, plan, &interrupted, &mut show);
+        let one = bench::measure(&|changes| read(path, changes), plan, &interrupted, &mut show);
         bar.clear();
         match one {
             Ok(one) => measured.push(one),
-            Err(error) => {
-                failure = Some(failed(subject, error));
-                break;
+            Err(BenchError::Case(error)) => failure = Some(error.into()),
+            Err(BenchError::Run(error)) => {
+                let name = path.map_or(PAPER.0.to_owned(), |path| path.display().to_string());
+                failure = Some(CommandFailure::start(&name, &error));
             }
         }
+        if failure.is_some() || measured.iter().any(|one| one.interrupted) {
+            break;
+        }
     }
-    // What was measured before is worth keeping.
+    // Cases measured before are worth keeping.
     if let Some(failure) = failure.take_if(|_| measured.is_empty()) {
         folder.abandon();
         return Err(failure);
     }
     let report = bench::report::json(&measured, plan, start.elapsed().as_secs_f64());
-    let texts = [(FILES[0], format!("{report:#}\n")), (FILES[1], bench::plot::plot(&measured, tolerance))];
+    let texts = [(FILES[0], format!("{report:#}\n")), (FILES[1], bench::report::plot(&measured, tolerance))];
     let written = folder.put(&texts, &FILES);
-    if arguments.json {
-        screen::print(&format!("{report:#}\n"))?;
-    } else if !arguments.quiet {
-        for one in &measured {
-            screen::print(&text(one, tolerance))?;
-        }
-        if let Ok(names) = &written {
-            screen::print(&format!("files  {}: {}\n", folder.path().display(), names.join(", ")))?;
-        }
-    }
+    let files = || match &written {
+        Ok(names) => format!("files  {}: {}\n", folder.path().display(), names.join(", ")),
+        Err(_) => String::new(),
+    };
+    let text = || measured.iter().map(|one| text(one, tolerance)).collect::<String>() + &files();
+    Print::of(arguments.json, arguments.quiet).show(|| report.clone(), text)?;
     written?;
     failure.map_or_else(|| verdict(&measured, folder.path()), Err)
 }
 
-/// The cases, all of them read before anything is run.
-fn subjects(arguments: &BenchArguments) -> Result<Vec<CaseSource>, CommandFailure> {
-    let sets = &arguments.sets;
-    let files = arguments.cases.iter().map(|path| CaseSource::file(path.clone(), sets));
-    let subjects: Vec<CaseSource> =
-        if arguments.cases.is_empty() { vec![CaseSource::paper(sets)] } else { files.collect() };
-    for subject in &subjects {
-        let case = subject.case(&[])?;
-        if !bench::is_measurable(&case) {
-            let place = format!("{}: /projectile", subject.name());
-            let expected = "a projectile that flies freely, whose velocity can be compared";
-            let found = if case.projectile.is_some() { "one that is driven" } else { "none" };
-            let help = "take a case with \"motion\": \"free\"";
-            return Err(CommandFailure::expected(place, expected, found).help(help));
-        }
+/// Refuses a case whose velocity history says nothing.
+fn measurable(case: &case::Case) -> Result<(), CommandFailure> {
+    if output::flies_freely(case) {
+        return Ok(());
     }
-    Ok(subjects)
+    let place = format!("{}: /projectile", case.path.display());
+    let expected = "a projectile that flies freely, whose velocity can be compared";
+    let found = if case.projectile.is_some() { "one that is driven" } else { "none" };
+    Err(CommandFailure::expected(place, expected, found).help("take a case with \"motion\": \"free\""))
 }
 
 /// The graphics processor among the choices, and why there is none where one might be expected.
 fn device(arguments: &BenchArguments) -> Result<(Option<Device>, Option<String>), CommandFailure> {
-    if arguments.backend != BackendChoice::Auto || arguments.adapter.is_some() {
-        let asked =
-            BackendArguments { backend: arguments.backend, adapter: arguments.adapter.clone(), precision: None };
+    let BenchArguments { backend, adapter, .. } = arguments;
+    if *backend != BackendChoice::Auto || adapter.is_some() {
+        let asked = BackendArguments { backend: *backend, adapter: adapter.clone(), precision: None };
         return Ok((backend::choose(&asked)?.device, None));
     }
     let adapters = gpu::adapters();
     let opened = backend::automatic(&adapters).map_err(str::to_owned);
-    let opened = opened.and_then(|adapter| Device::open(adapter).map_err(|error| error.to_string()));
-    Ok(match opened {
+    Ok(match opened.and_then(|adapter| Device::open(adapter).map_err(|error| error.to_string())) {
         Ok(device) => (Some(device), None),
         Err(why) => (None, Some(format!("note: the GPU is not among the choices: {why}"))),
     })
-}
-
-fn failed(subject: &CaseSource, error: BenchError) -> CommandFailure {
-    match error {
-        BenchError::Case(error) => error.into(),
-        BenchError::Run(error) => CommandFailure::start(&subject.name(), &error),
-    }
 }
 
 /// `1%` or `0.01`, as a fraction.
@@ -133,26 +173,27 @@ fn percent(error: Option<f64>) -> String {
     error.map_or_else(|| "-".to_owned(), |error| format!("{} %", short(error * 100.0, 3)))
 }
 
-/// The table of one case and what follows from it.
+fn seconds(time: f64) -> String {
+    format!("{} s", short(time, 3))
+}
+
+/// A number with its sign, zero without.
+fn signed(value: f64) -> String {
+    let sign = if value > 0.0 { "+" } else { "" };
+    format!("{sign}{}", short(value, 3))
+}
+
+/// The table of one case, how far its errors can be told apart, what was not run, and the choice to take.
 fn text(measured: &BenchResult, tolerance: f64) -> String {
-    use Align::{Left, Right};
-    let end = if measured.reference.stop_time.is_some() { "stop time" } else { "velocity left" };
-    let mut table = TextTable::new(&[
-        ("", Left),
-        ("choice", Left),
-        ("loop s", Right),
-        ("M el.-steps/s", Right),
-        ("velocity", Right),
-        (end, Right),
-        ("deflection", Right),
-        ("tension", Right),
-        ("energy error", Right),
-        ("outcome", Left),
-    ]);
+    let run = &measured.reference;
+    let end = if run.stop_time.is_some() { "stop time" } else { "velocity left" };
+    let columns =
+        ["", "choice", "loop s", "M el.-steps/s", "velocity", end, "deflection", "tension", "energy error", "outcome"];
+    let align = |name: &str| if ["", "choice", "outcome"].contains(&name) { Align::Left } else { Align::Right };
+    let mut table = TextTable::new(&columns.map(|name| (name, align(name))));
     for row in &measured.rows {
         table.row(cells(row));
     }
-    let run = &measured.reference;
     let reached = match (run.outcome, run.stop_time) {
         (Outcome::Stopped | Outcome::Rebounded, Some(time)) => format!("at {} µs", fixed(time * 1e6, 1)),
         _ => format!("{} m/s left", short(output::residual_velocity(&measured.case, run).unwrap_or(0.0), 6)),
@@ -165,61 +206,42 @@ fn text(measured: &BenchResult, tolerance: f64) -> String {
         run.outcome.word(),
         seconds(run.loop_seconds),
     );
-    out += &conclusion(measured, tolerance);
-    out
-}
-
-/// How far the errors can be told apart, what was not run, and the choice to take.
-fn conclusion(measured: &BenchResult, tolerance: f64) -> String {
-    let mut out = String::new();
-    if let Some(scatter) = measured.scatter() {
-        let meaning = if scatter > tolerance {
-            "more than asked for: below it the shot itself scatters, and errors rank nothing"
-        } else {
-            "errors below it rank nothing"
+    if let Some(scatter) = measured.scatter {
+        let meaning = match scatter > tolerance {
+            true => "more than asked for: below it the shot itself scatters, and errors rank nothing",
+            false => "errors below it rank nothing",
         };
         let scatter = percent(Some(scatter));
         out += &format!("a second reference, with a time step a fifth longer, differs by {scatter}: {meaning}\n");
     }
-    for skipped in &measured.skipped {
-        out += &format!("left out: {}: {}\n", skipped.name, skipped.reason);
+    for (name, reason) in &measured.skipped {
+        out += &format!("left out: {name}: {reason}\n");
     }
     let asked = format!("velocities and end within {} %", short(tolerance * 100.0, 3));
     match measured.cheapest.map(|at| &measured.rows[at]) {
         Some(row) => {
-            let (name, time, error) = (&row.choice.name, seconds(row.time()), percent(row.velocity_error()));
-            out += &format!("cheapest with {asked}: {name} ({time}, {error})\n");
-            out.push('\n');
+            let (name, time, error) = (&row.configuration.name, seconds(row.time()), percent(row.velocity_error()));
+            out + &format!("cheapest with {asked}: {name} ({time}, {error})\n\n")
         }
-        None => out += &format!("no choice has the reference's outcome and {asked}\n\n"),
+        None => out + &format!("no choice has the reference's outcome and {asked}\n\n"),
     }
-    out
-}
-
-fn seconds(time: f64) -> String {
-    format!("{} s", short(time, 3))
 }
 
 fn cells(row: &BenchRow) -> [String; 10] {
     let errors = row.errors.as_ref();
-    let end = match errors.and_then(|errors| errors.stop_time) {
-        Some(time) => format!("{} µs", signed(time * 1e6)),
-        None => errors.map_or_else(|| "-".to_owned(), |errors| format!("{} m/s", signed(errors.residual_velocity))),
+    let end = match errors.map(|errors| (errors.stop_time, errors.residual_velocity)) {
+        Some((Some(time), _)) => format!("{} µs", signed(time * 1e6)),
+        Some((None, velocity)) => format!("{} m/s", signed(velocity)),
+        None => "-".to_owned(),
     };
     let outcome = match (&row.run.divergence, &row.run.lost) {
         (Some(_), _) => "unstable",
         (_, Some(_)) => "device lost",
         _ => row.run.outcome.word(),
     };
-    let mark = match (row.on_front, row.same_outcome) {
-        (true, true) => "*",
-        (true, false) => "*!",
-        (false, true) => "",
-        (false, false) => "!",
-    };
     [
-        mark.to_owned(),
-        row.choice.name.clone(),
+        [if row.on_front { "*" } else { "" }, if row.same_outcome { "" } else { "!" }].concat(),
+        row.configuration.name.clone(),
         short(row.time(), 3),
         fixed(row.rate() / 1e6, 1),
         percent(row.velocity_error()),
@@ -231,27 +253,19 @@ fn cells(row: &BenchRow) -> [String; 10] {
     ]
 }
 
-/// With its sign, zero without.
-fn signed(value: f64) -> String {
-    let sign = if value > 0.0 { "+" } else { "" };
-    format!("{sign}{}", short(value, 3))
-}
-
-/// What the exit code says.
+/// Exit code of what was measured.
 fn verdict(measured: &[BenchResult], folder: &Path) -> Result<(), CommandFailure> {
     if measured.iter().any(|one| one.interrupted) {
-        return Err(CommandFailure::interrupted(format!(
-            "interrupted; what was measured until then: {}",
-            folder.display()
-        )));
+        let folder = folder.display();
+        return Err(CommandFailure::interrupted(format!("interrupted; what was measured until then: {folder}")));
     }
-    match measured.iter().find_map(|one| Some((one, one.reference.divergence.as_ref()?))) {
-        Some((one, trouble)) => Err(CommandFailure::check(format!(
+    let unstable = measured.iter().find_map(|one| Some((one, one.reference.divergence.as_ref()?)));
+    unstable.map_or(Ok(()), |(one, divergence)| {
+        Err(CommandFailure::check(format!(
             "error: {}: the reference became unstable\n  where: {}\n  found: {}",
             one.case.name,
-            output::place(trouble),
-            trouble.quantity
-        ))),
-        None => Ok(()),
-    }
+            output::place(divergence),
+            divergence.quantity
+        )))
+    })
 }

@@ -1,4 +1,4 @@
-//! Exit codes, and the one message that goes with each.
+//! Exit codes, and the message that comes with each.
 
 use std::fmt::Display;
 use std::process::ExitCode;
@@ -11,67 +11,18 @@ use ripstop::output::number::bytes;
 use ripstop::run::RunError;
 use ripstop::run::checkpoint::CheckpointError;
 
-use super::screen;
+use super::terminal;
 
 /// A check failed or the run became unstable.
-const CHECK: u8 = 1;
+pub(crate) const CHECK: u8 = 1;
 /// Bad input or usage, or results that cannot be written.
-const INPUT: u8 = 2;
+pub(crate) const INPUT: u8 = 2;
 /// No device for what was asked.
-const DEVICE: u8 = 3;
+pub(crate) const DEVICE: u8 = 3;
 /// Stopped by the user.
 pub(crate) const INTERRUPTED: u8 = 130;
 
-/// What an exit code tells.
-#[derive(Debug)]
-pub(crate) struct Exit {
-    pub(crate) code: u8,
-    /// In a few words.
-    pub(crate) name: &'static str,
-    pub(crate) means: &'static str,
-    /// What to do.
-    pub(crate) help: &'static str,
-}
-
-/// Every exit code there is.
-pub(crate) static EXITS: [Exit; 5] = [
-    Exit {
-        code: 0,
-        name: "done",
-        means: "The command did what was asked; of a run, every expectation of the case holds. Warnings do not change the code.",
-        help: "Nothing. `summary.json` lists the warnings.",
-    },
-    Exit {
-        code: CHECK,
-        name: "an expectation failed or the run became unstable",
-        means: "An `expect` of the case does not hold, a row of `verify` fails, or a run made numbers that cannot be: not finite, or energy that was never put in. The message \
-                says which, with step, kernel and place. Results up to there are written.",
-        help: "Expectation: compare what was expected with what was got. Unstable: lower /solver/courant; if that does not \
-               help, something in the case is extreme, and the place in the message shows where to look.",
-    },
-    Exit {
-        code: INPUT,
-        name: "bad input or usage",
-        means: "The command line, the case or one of its files cannot be used, or results cannot be written. Nothing was computed, \
-                or nothing could be kept.",
-        help: "Do what the `help:` line of the message says. `ripstop check CASE` shows every field, `ripstop schema` every key.",
-    },
-    Exit {
-        code: DEVICE,
-        name: "no device for what was asked, or one that failed",
-        means: "No graphics adapter suits, the case does not fit its memory, or the device was lost on the way; then results up \
-                to there are written.",
-        help: "Take --backend cpu. `ripstop info CASE` lists adapters and what the case needs.",
-    },
-    Exit {
-        code: INTERRUPTED,
-        name: "interrupted",
-        means: "Ctrl-C, or a request to terminate, ended the command. After the first one results up to there are written.",
-        help: "Run it again; an interrupted result is marked `interrupted` in `summary.json`.",
-    },
-];
-
-/// Why a command ends with another code than 0.
+/// Reason why a command ends with another code than 0.
 #[derive(Clone, Debug)]
 pub(crate) struct CommandFailure {
     code: u8,
@@ -79,7 +30,7 @@ pub(crate) struct CommandFailure {
 }
 
 impl CommandFailure {
-    /// What is said of it on standard error.
+    /// Text for standard error.
     pub(crate) fn message(&self) -> &str {
         &self.message
     }
@@ -94,50 +45,15 @@ impl CommandFailure {
         Self { code: INPUT, message: message.into() }
     }
 
-    /// Exit code 2, with what may stand at a place and what stands there.
+    /// Exit code 2, with the place, what may stand there and what stands there.
     pub(crate) fn expected(place: impl Display, expected: impl Display, found: impl Display) -> Self {
         Self::input(format!("error: {place}\n  expected: {expected}\n  found: {found}"))
     }
 
-    /// The same, with what to do.
+    /// This failure, with advice.
     pub(crate) fn help(mut self, help: impl Display) -> Self {
         self.message += &format!("\n  help: {help}");
         self
-    }
-
-    /// Exit code 3: no device, or one that cannot hold the case or was lost.
-    pub(crate) fn device(error: &DeviceError) -> Self {
-        let (expected, found, help) = match error {
-            DeviceError::NoAdapter => (
-                "a graphics adapter with Vulkan, Metal or DirectX 12".to_owned(),
-                "none".to_owned(),
-                "take --backend cpu, or install a Vulkan driver (mesa-vulkan-drivers has one in software)",
-            ),
-            DeviceError::NoSuchAdapter { wanted, found } => {
-                (format!("an adapter called or numbered {wanted}"), found.join(", "), "`ripstop info` lists them")
-            }
-            DeviceError::Refused { adapter, reason } => (
-                "a device with the limits every WebGPU implementation grants".to_owned(),
-                format!("{adapter}: {reason}"),
-                "take --backend cpu or another --adapter",
-            ),
-            DeviceError::TooLarge { adapter, buffer, needed, limit, total } => {
-                let [needed, limit, total] = [needed, limit, total].map(|size| bytes(*size as f64));
-                (
-                    format!("a buffer `{buffer}` of {needed}; the case needs {total} in all"),
-                    format!("{adapter}, which holds {limit} in one buffer"),
-                    "take --backend cpu or a smaller pack",
-                )
-            }
-            DeviceError::OutOfMemory { adapter, total, reason } => (
-                format!("{} of device memory", bytes(*total as f64)),
-                format!("{adapter}: {reason}"),
-                "take --backend cpu or a smaller pack",
-            ),
-            // A batch that the device has no room for, and whatever fails on the way.
-            _ => ("a device that stays".to_owned(), error.to_string(), "take --backend cpu"),
-        };
-        Self { code: DEVICE, ..Self::expected("--backend gpu", expected, found).help(help) }
     }
 
     /// Exit code 3: a device that was lost on the way; results up to there are written.
@@ -158,17 +74,17 @@ impl CommandFailure {
     /// Prints the message and gives the exit code.
     pub(crate) fn report(self) -> ExitCode {
         if !self.message.is_empty() {
-            screen::complain(&self.message);
+            terminal::complain(&self.message);
         }
         ExitCode::from(self.code)
     }
 
-    /// A case that cannot become a model.
+    /// Failure of a case that cannot become a model.
     pub(crate) fn model(file: &str, error: &ModelError) -> Self {
-        in_case(file, error).into()
+        case_error(file, error).into()
     }
 
-    /// A run that did not start.
+    /// Failure of a run that did not start.
     pub(crate) fn start(file: &str, error: &RunError) -> Self {
         match error {
             RunError::Model(error) => Self::model(file, error),
@@ -177,6 +93,38 @@ impl CommandFailure {
             RunError::Threads { .. } => Self::input(format!("error: {error}\n  help: ask for fewer with --threads N")),
             other => Self::input(format!("error: {other}")),
         }
+    }
+
+    /// Exit code 3: no device, or one that cannot hold the case or was lost.
+    pub(crate) fn device(error: &DeviceError) -> Self {
+        let size = |count: &u64| bytes(*count as f64);
+        let smaller = "take --backend cpu or a smaller pack";
+        let (expected, found, help) = match error {
+            DeviceError::NoAdapter => (
+                "a graphics adapter with Vulkan, Metal or DirectX 12".to_owned(),
+                "none".to_owned(),
+                "take --backend cpu, or install a Vulkan driver (mesa-vulkan-drivers has one in software)",
+            ),
+            DeviceError::NoSuchAdapter { wanted, found } => {
+                (format!("an adapter called or numbered {wanted}"), found.join(", "), "`ripstop info` lists them")
+            }
+            DeviceError::Refused { adapter, reason } => (
+                "a device with the limits every WebGPU implementation grants".to_owned(),
+                format!("{adapter}: {reason}"),
+                "take --backend cpu or another --adapter",
+            ),
+            DeviceError::TooLarge { adapter, buffer, needed, limit, total } => (
+                format!("a buffer `{buffer}` of {}; the case needs {} in all", size(needed), size(total)),
+                format!("{adapter}, which holds {} in one buffer", size(limit)),
+                smaller,
+            ),
+            DeviceError::OutOfMemory { adapter, total, reason } => {
+                (format!("{} of device memory", size(total)), format!("{adapter}: {reason}"), smaller)
+            }
+            // A batch that the device has no room for, and failures on the way.
+            _ => ("a device that stays".to_owned(), error.to_string(), "take --backend cpu"),
+        };
+        Self { code: DEVICE, ..Self::expected("--backend gpu", expected, found).help(help) }
     }
 }
 
@@ -198,8 +146,8 @@ impl From<OutputError> for CommandFailure {
     }
 }
 
-/// What only geometry and equilibrium can judge, said like any other error of the case.
-fn in_case(file: &str, error: &ModelError) -> CaseError {
+/// Refusal that only geometry and equilibrium can decide, in the words of any other error of the case.
+fn case_error(file: &str, error: &ModelError) -> CaseError {
     let (location, expected, found, help): (&str, String, String, &str) = match error {
         ModelError::EdgeRadius => (
             "/projectile/edge_radius_mm",

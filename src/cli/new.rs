@@ -1,100 +1,122 @@
-//! `ripstop new`: a case to start from.
+//! `ripstop new`: a case to start from. Known fabrics and projectiles stand in `presets.json`.
 
 use std::io::{self, BufRead as _, IsTerminal as _, Write as _};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
+use clap::Args;
 use ripstop::{case, output};
 use serde_json::{Map, Number, Value, json};
 
-use super::arguments::NewArguments;
 use super::failure::CommandFailure;
-use super::presets::{self, FABRICS, Preset};
-use super::{input, screen};
+use super::{input, terminal};
 
-/// Beside every new case, for editors.
+/// File beside every new case, for editors.
 const SCHEMA: &str = "ripstop.schema.json";
 /// Side of the pack [mm]: the paper's frame.
 const SIDE: u32 = 203;
-
-/// Writes the case and its schema, and says what to do next.
-pub(crate) fn new(arguments: &NewArguments) -> Result<(), CommandFailure> {
-    let file = &arguments.file;
-    if file.exists() && !arguments.force {
-        let failure = CommandFailure::expected(file.display(), "a file that is not there yet", "one that is");
-        return Err(failure.help("--force writes over it"));
-    }
-    let (name, fabric, mut sources) =
-        answer(arguments.fabric.as_deref(), "fabric", "s-720", &menu(&FABRICS), read_fabric)?;
-    let plies = answer(arguments.plies.as_deref(), "plies", "1", "", |typed| {
-        number("--plies", "pack/properties/plies", typed)
-    })?;
-    let projectile = answer(
-        arguments.projectile.as_deref(),
-        "projectile",
-        "rcc-paper",
-        &menu(&presets::projectiles()),
-        read_projectile,
-    )?;
-    let velocity = answer(arguments.velocity.as_deref(), "velocity [m/s]", "200", "", |typed| {
-        number("--velocity", "projectile/properties/velocity_m_s", typed)
-    })?;
-    let Preset { what, mut keys, sources: of_projectile } = projectile;
-    keys.insert("velocity_m_s".to_owned(), json!(velocity));
-    keys.insert("friction".to_owned(), json!(0.2));
-    let chosen = "chosen with `ripstop new`";
-    sources.insert("/pack".to_owned(), json!(chosen));
-    for (key, text) in of_projectile {
-        let place = if key.is_empty() { "/projectile".to_owned() } else { format!("/projectile/{key}") };
-        sources.insert(place, json!(text));
-    }
-    sources.insert("/projectile/velocity_m_s".to_owned(), json!(chosen));
-    sources.insert("/projectile/friction".to_owned(), json!("assumed: not published"));
-    let count = if plies == Number::from(1) { "1 ply".to_owned() } else { format!("{plies} plies") };
-    let document = json!({
-        "$schema": SCHEMA,
-        "title": format!("{name}, {count}, {what} at {velocity} m/s"),
-        "notes": NOTES,
-        "fabric": fabric,
-        "pack": { "plies": plies, "width_mm": SIDE, "height_mm": SIDE, "edges": "clamped", "friction": 0.2 },
-        "projectile": keys,
-        "output": { "history_interval_us": 0.5, "profile_times_us": [20, 40, 60, 80, 100] },
-        "sources": sources,
-    });
-    let text = format!("{document:#}\n");
-    let name = file.display().to_string();
-    let folder = input::folder(file);
-    case::from_text(&name, &text, folder, &[])?;
-    write(&folder.join(SCHEMA), &format!("{:#}\n", case::schema()))?;
-    write(file, &text)?;
-    screen::print(&format!(
-        "{name}: {}\n  ripstop check {name}   every value, with its source; assumed ones marked\n  \
-         ripstop run {name}     the shot, until its outcome is known\n",
-        document["title"].as_str().unwrap_or_default(),
-    ))
-}
-
-/// What stands in the new case under `notes`.
+/// Density of steel [kg/m³].
+const STEEL: f64 = 7850.0;
+/// Text under `notes` of the new case.
 const NOTES: &str = "Lengths in mm, masses in g, times in us; every key ends in its unit. `ripstop check` shows what each value is and \
     where it comes from. What has the source `assumed` was not published for this fabric or projectile: put your own value and say \
     under `sources` where you have it from. Keys left out have defaults; `ripstop schema` describes every key, and an editor that \
     knows JSON Schema shows it as you type. The run ends when its outcome is known, or at /solver/end_time_us.";
 
-/// What `read` makes of a flag's value, or of what is typed, asked for until it can be read, or of the default where nobody can
-/// be asked.
+/// `ripstop new`
+#[derive(Args, Debug)]
+#[command(after_help = "Examples:
+  ripstop new shot.json                          # asks for what is not given, on a terminal
+  ripstop new shot.json --fabric twaron-ct709 --plies 4 --projectile fsp-22 --velocity 350
+  ripstop new shot.json --fabric my-fabric.json --projectile sphere:6.35 --velocity 300
+
+FILE holds every value with its source, and names ripstop.schema.json, written beside it: editors that know JSON Schema complete \
+and check as you type. --fabric and --projectile without a known name list what there is.")]
+pub(crate) struct NewArguments {
+    /// Case file to write
+    #[arg(value_name = "FILE")]
+    file: PathBuf,
+    /// Fabric: a name, or a file with the keys of a fabric [default: s-720]
+    #[arg(long, value_name = "NAME|FILE")]
+    fabric: Option<String>,
+    /// Plies [default: 1]
+    #[arg(long, value_name = "N")]
+    plies: Option<String>,
+    /// Projectile: a name, or sphere:D, ball:D, rcc:D, cylinder:DxL with sizes in mm, of solid steel [default: rcc-paper]
+    #[arg(long, value_name = "NAME")]
+    projectile: Option<String>,
+    /// Velocity [m/s] [default: 200]
+    #[arg(long, value_name = "M_S", allow_negative_numbers = true)]
+    velocity: Option<String>,
+    /// Write over FILE where there is one
+    #[arg(long)]
+    force: bool,
+}
+
+/// Writes the case and its schema, and says what to do next.
+pub(crate) fn new(arguments: &NewArguments) -> Result<(), CommandFailure> {
+    let NewArguments { file, fabric, plies, projectile, velocity, force } = arguments;
+    if file.exists() && !force {
+        let failure = CommandFailure::expected(file.display(), "a file that is not there yet", "one that is");
+        return Err(failure.help("--force writes over it"));
+    }
+    let number = |flag: &'static str, place: &'static str| move |typed: &str| number(flag, place, typed);
+    let (fabric_name, fabric, mut sources) = answer(fabric, "fabric", "s-720", &menu("fabrics"), read_fabric)?;
+    let plies = answer(plies, "plies", "1", "", number("--plies", "pack/properties/plies"))?;
+    let known = menu("projectiles");
+    let (what, mut projectile, its_sources) = answer(projectile, "projectile", "rcc-paper", &known, read_projectile)?;
+    let speed = number("--velocity", "projectile/properties/velocity_m_s");
+    let velocity = answer(velocity, "velocity [m/s]", "200", "", speed)?;
+    projectile["velocity_m_s"] = json!(velocity);
+    projectile["friction"] = json!(0.2);
+    let chosen = json!("chosen with `ripstop new`");
+    sources.insert("/pack".to_owned(), chosen.clone());
+    sources.extend(its_sources.into_iter().map(|(pointer, text)| (format!("/projectile{pointer}"), text)));
+    sources.insert("/projectile/velocity_m_s".to_owned(), chosen);
+    sources.insert("/projectile/friction".to_owned(), json!("assumed: not published"));
+    let count = if plies == Number::from(1) { "1 ply".to_owned() } else { format!("{plies} plies") };
+    let title = format!("{fabric_name}, {count}, {what} at {velocity} m/s");
+    let document = json!({
+        "$schema": SCHEMA,
+        "title": title,
+        "notes": NOTES,
+        "fabric": fabric,
+        "pack": { "plies": plies, "width_mm": SIDE, "height_mm": SIDE, "edges": "clamped", "friction": 0.2 },
+        "projectile": projectile,
+        "output": { "history_interval_us": 0.5, "profile_times_us": [20, 40, 60, 80, 100] },
+        "sources": sources,
+    });
+    let text = format!("{document:#}\n");
+    let (name, folder) = (file.display().to_string(), input::folder(file));
+    case::from_text(&name, &text, folder, &[])?;
+    write(&folder.join(SCHEMA), &format!("{:#}\n", case::schema()))?;
+    write(file, &text)?;
+    terminal::print(&format!(
+        "{name}: {title}\n  ripstop check {name}   every value, with its source; assumed ones marked\n  \
+         ripstop run {name}     the shot, until its outcome is known\n",
+    ))
+}
+
+/// Value that `read` makes of a flag; else of what is typed, asked for until it can be read; else, without a terminal, of the default.
 fn answer<T>(
-    given: Option<&str>,
+    given: &Option<String>,
     what: &str,
     default: &str,
     menu: &str,
     read: impl Fn(&str) -> Result<T, CommandFailure>,
 ) -> Result<T, CommandFailure> {
-    if given.is_some() || !asks() {
-        return read(given.unwrap_or(default));
+    if given.is_some() || !(io::stdin().is_terminal() && io::stdout().is_terminal()) {
+        return read(given.as_deref().unwrap_or(default));
     }
-    screen::print(menu)?;
+    terminal::print(menu)?;
+    let failed = |error: io::Error| CommandFailure::input(format!("error: cannot ask for the {what}: {error}"));
     loop {
-        match read(&ask(what, default)?) {
-            Err(failure) => screen::complain(failure.message()),
+        terminal::print(&format!("{what} [{default}]: "))?;
+        let mut line = String::new();
+        if io::stdin().lock().read_line(&mut line).map_err(failed)? == 0 {
+            return Err(failed(io::ErrorKind::UnexpectedEof.into()));
+        }
+        match read(Some(line.trim()).filter(|typed| !typed.is_empty()).unwrap_or(default)) {
+            Err(failure) => terminal::complain(failure.message()),
             read => return read,
         }
     }
@@ -105,75 +127,92 @@ fn number(flag: &str, place: &str, typed: &str) -> Result<Number, CommandFailure
     let schema = case::schema();
     let key = &schema.pointer(&format!("/properties/{place}")).unwrap_or(&Value::Null);
     let bound = |name: &str| key[name].as_f64();
+    let is_whole = key["type"] == "integer";
     let fits = |number: &Number| {
         let value = number.as_f64().unwrap_or(f64::NAN);
         bound("minimum").is_none_or(|least| value >= least)
             && bound("exclusiveMinimum").is_none_or(|least| value > least)
             && bound("maximum").is_none_or(|most| value <= most)
-            && (key["type"] != "integer" || number.is_u64())
+            && (!is_whole || number.is_u64())
     };
     typed.parse().ok().filter(fits).ok_or_else(|| {
-        let kind = if key["type"] == "integer" { "a whole number" } else { "a number" };
+        let kind = if is_whole { "a whole number" } else { "a number" };
         let least = bound("minimum").map_or("above 0".to_owned(), |least| format!("from {least}"));
         let most = bound("maximum").unwrap_or(f64::INFINITY);
         CommandFailure::expected(flag, format!("{kind} {least}, at most {most}"), format!("{typed:?}"))
     })
 }
 
-/// Whether somebody sits at the terminal.
-fn asks() -> bool {
-    io::stdin().is_terminal() && io::stdout().is_terminal()
+/// Known fabrics or projectiles by name.
+fn presets(kind: &str) -> Map<String, Value> {
+    let all: Value = serde_json::from_str(include_str!("presets.json")).unwrap_or_default();
+    all[kind].as_object().cloned().unwrap_or_default()
 }
 
-fn ask(what: &str, default: &str) -> Result<String, CommandFailure> {
-    let failed = |error: io::Error| CommandFailure::input(format!("error: cannot ask for the {what}: {error}"));
-    let mut out = io::stdout().lock();
-    write!(out, "{what} [{default}]: ").and_then(|()| out.flush()).map_err(failed)?;
-    let mut line = String::new();
-    if io::stdin().lock().read_line(&mut line).map_err(failed)? == 0 {
-        return Err(failed(io::ErrorKind::UnexpectedEof.into()));
-    }
-    let typed = line.trim();
-    Ok(if typed.is_empty() { default } else { typed }.to_owned())
+/// Names, and what they stand for.
+fn menu(kind: &str) -> String {
+    let what = |preset: &Value| preset.as_str().or(preset["what"].as_str()).unwrap_or_default().to_owned();
+    presets(kind).iter().map(|(name, preset)| format!("  {name:14} {}\n", what(preset))).collect()
 }
 
-fn menu(known: &[(&str, &str)]) -> String {
-    known.iter().map(|(name, what)| format!("  {name:14} {what}\n")).collect()
-}
-
-fn unknown(flag: &str, found: &str, known: &[(&str, &str)], more: &str) -> CommandFailure {
-    let names: Vec<&str> = known.iter().map(|(name, _)| *name).collect();
+fn unknown(flag: &str, found: &str, more: &str) -> CommandFailure {
+    let names: Vec<String> = presets(&format!("{}s", &flag[2..])).keys().cloned().collect();
     CommandFailure::expected(flag, format!("{}, {more}", names.join(", ")), format!("{found:?}"))
 }
 
-fn read_projectile(given: &str) -> Result<Preset, CommandFailure> {
-    let more = "or sphere:D, rcc:D, cylinder:DxL [mm]";
-    presets::projectile(given).ok_or_else(|| unknown("--projectile", given, &presets::projectiles(), more))
+/// A projectile: its name in the title, keys, and sources by pointer within it.
+type Projectile = (String, Value, Map<String, Value>);
+
+/// A projectile by its name, or by shape and size [mm]: `sphere:6.35`, `rcc:5.5`, `cylinder:5.5x8`.
+fn read_projectile(given: &str) -> Result<Projectile, CommandFailure> {
+    if let Some(known) = presets("projectiles").get(given) {
+        let sources = known["sources"].as_object().cloned().unwrap_or_default();
+        return Ok((known["title"].as_str().unwrap_or(given).to_owned(), known["projectile"].clone(), sources));
+    }
+    solid(given).ok_or_else(|| unknown("--projectile", given, "or sphere:D, rcc:D, cylinder:DxL [mm]"))
+}
+
+/// A solid body of steel: its mass follows from its size.
+fn solid(given: &str) -> Option<Projectile> {
+    let (shape, size) = given.split_once(':')?;
+    let sizes = size.split('x').map(|part| part.parse().ok().filter(|size: &f64| *size > 0.0));
+    let (what, shape, length) = match (shape, &sizes.collect::<Option<Vec<f64>>>()?[..]) {
+        ("sphere" | "ball", [d]) => (format!("{d} mm steel ball"), json!({"shape": "sphere", "diameter_mm": d}), None),
+        ("rcc", [d]) => (format!("{d} mm steel RCC"), json!({"shape": "cylinder", "diameter_mm": d}), Some(*d)),
+        ("cylinder", [d, length]) => {
+            (format!("{d} × {length} mm steel cylinder"), json!({"shape": "cylinder", "diameter_mm": d}), Some(*length))
+        }
+        _ => return None,
+    };
+    let mut projectile = shape;
+    if let Some(length) = length {
+        projectile["length_mm"] = json!(length);
+    }
+    projectile["density_kg_m3"] = json!(STEEL);
+    let sources = [("", "size of the name"), ("/density_kg_m3", "handbooks: steel")];
+    Some((what, projectile, sources.into_iter().map(|(place, text)| (place.to_owned(), json!(text))).collect()))
 }
 
 /// A fabric by name or from a file: its name, its keys, and its sources as pointers of a case.
-fn read_fabric(given: &str) -> Result<(String, Value, Map<String, Value>), CommandFailure> {
-    let text = match presets::fabric(given) {
+fn read_fabric(given: &str) -> Result<Projectile, CommandFailure> {
+    let text = match case::builtin_fabric(&format!("fabrics/{given}.json")) {
         Some(text) => text.to_owned(),
-        None => input::text(given).map_err(|error| {
-            let more = format!("or a file with the keys of a fabric ({error})");
-            unknown("--fabric", given, &FABRICS, &more)
-        })?,
+        None => input::text(given)
+            .map_err(|error| unknown("--fabric", given, &format!("or a file with the keys of a fabric ({error})")))?,
     };
     let wrong = |found: String| CommandFailure::expected(given, "an object with the keys of a fabric", found);
     let mut fabric: Value = serde_json::from_str(&text).map_err(|error| wrong(error.to_string()))?;
     let Value::Object(keys) = &mut fabric else { return Err(wrong("something else".to_owned())) };
     let name = keys.get("name").and_then(Value::as_str).unwrap_or("fabric").to_owned();
     let own = keys.shift_remove("sources");
-    let mut sources = Map::new();
-    sources.insert("/fabric".to_owned(), json!(given));
+    let mut sources = Map::from_iter([("/fabric".to_owned(), json!(given))]);
     for (pointer, text) in own.as_ref().and_then(Value::as_object).into_iter().flatten() {
         sources.insert(format!("/fabric{pointer}"), text.clone());
     }
     Ok((name, fabric, sources))
 }
 
-/// Whole or not at all.
+/// Writes a file whole or not at all.
 fn write(path: &Path, text: &str) -> Result<(), CommandFailure> {
     let staged = output::temporary(input::folder(path)).and_then(|mut file| {
         file.write_all(text.as_bytes())?;

@@ -4,24 +4,23 @@
 use std::path::Path;
 
 use ripstop::case::Case;
-use ripstop::model::MirrorPlanes;
 use ripstop::output::checks::{self, Check, Level};
 use ripstop::output::expectation::{Judgement, expected, got, judgement, note, quantity};
 use ripstop::output::number::{fixed, grouped, us};
 use ripstop::output::warnings::Warning;
 use ripstop::output::{Breakage, Energies, symmetry, verdict};
+use ripstop::physics::mirror_planes::MirrorPlanes;
 use ripstop::run::Run;
 use serde_json::Value;
 
-use super::table::{Align, TextTable};
-use super::{paint, screen};
+use super::terminal::{self, Align, TextTable};
 
 /// The whole text. `files`: folder and names, where they were written.
 pub(crate) fn text(case: &Case, run: &Run, summary: &Value, files: Option<(&Path, &[&str])>) -> String {
     let verdict = verdict(case, run);
     let verdict = format!("{}{} {}", verdict.word.to_uppercase(), verdict.mark(), verdict.detail);
     let verdict: String =
-        screen::wrapped(&verdict, 0).iter().map(|line| format!("\n{}", paint::heading(line))).collect();
+        terminal::wrapped(&verdict, 0).iter().map(|line| format!("\n{}", terminal::heading(line))).collect();
     let checks = checks::checks(case, run);
     let mut parts =
         vec![case.title.clone(), verdict, advice(&checks), energy(run), damage(case, run), trust(&checks, summary)];
@@ -29,12 +28,12 @@ pub(crate) fn text(case: &Case, run: &Run, summary: &Value, files: Option<(&Path
     parts.push(part("warnings", &warnings(&checks::warnings(case, &checks))));
     parts.push(expectations(summary));
     if let Some((folder, names)) = files {
-        let names = screen::wrapped(&names.join(", "), 2);
+        let names = terminal::wrapped(&names.join(", "), 2);
         parts.push(format!(
             "\n{}  {}\n{}",
-            paint::heading("files"),
+            terminal::heading("files"),
             folder.display(),
-            screen::indent(&names.join("\n"))
+            terminal::indent(&names.join("\n"))
         ));
     }
     parts.retain(|part| !part.is_empty());
@@ -43,25 +42,25 @@ pub(crate) fn text(case: &Case, run: &Run, summary: &Value, files: Option<(&Path
 
 /// A part of the text under its title; nothing where there is nothing to say.
 pub(crate) fn part(title: &str, text: &str) -> String {
-    if text.is_empty() { String::new() } else { format!("\n{}\n{}", paint::heading(title), screen::indent(text)) }
+    if text.is_empty() { String::new() } else { format!("\n{}\n{}", terminal::heading(title), terminal::indent(text)) }
 }
 
 /// Sentences a reader should look at, under a word.
 pub(crate) fn remarks(word: &str, sentences: &[String]) -> String {
-    let one = |text: &String| format!("{}  {}\n", paint::caution(word), screen::wrapped(text, 6).join("\n      "));
+    let one = |text: &String| format!("{}  {}\n", terminal::caution(word), terminal::wrapped(text, 6).join("\n      "));
     sentences.iter().map(one).collect()
 }
 
 /// Where files were written, and their names.
 pub(crate) fn files(folder: &Path, names: &[&str]) -> String {
-    format!("\n{}  {}\n  {}\n", paint::heading("files"), folder.display(), names.join(", "))
+    format!("\n{}  {}\n  {}\n", terminal::heading("files"), folder.display(), names.join(", "))
 }
 
 /// One line each, with its code.
 pub(crate) fn warnings(warnings: &[Warning]) -> String {
     let mut table = TextTable::plain(&[Align::Left, Align::Left]);
     for warning in warnings {
-        table.row([paint::caution(warning.kind.code), warning.message.clone()]);
+        table.row([terminal::caution(warning.kind.code), warning.message.clone()]);
     }
     match warnings.first() {
         Some(first) => format!("{table}`ripstop explain {}` says what it means and what to do\n", first.kind.code),
@@ -77,13 +76,13 @@ fn advice(checks: &[Check]) -> String {
         Level::Fine => format!("trust: all {} checks are fine", checks.len()),
         _ => format!("{}: {}", level.advice(), why.join("; ")),
     };
-    let mut lines = screen::wrapped(&text, 0);
+    let mut lines = terminal::wrapped(&text, 0);
     if let Some(first) = lines.first_mut() {
         let word = level.advice();
         let painted = match level {
-            Level::Fine => paint::good(word),
-            Level::Look => paint::caution(word),
-            Level::Bad => paint::bad(word),
+            Level::Fine => terminal::good(word),
+            Level::Look => terminal::caution(word),
+            Level::Bad => terminal::bad(word),
         };
         *first = first.replacen(word, &painted, 1);
     }
@@ -136,7 +135,7 @@ fn trust(checks: &[Check], summary: &Value) -> String {
     checks.iter().for_each(|check| table.row([check.name, check.value.as_str()]));
     let assumed: Vec<&str> = summary["assumed"].as_array().into_iter().flatten().filter_map(Value::as_str).collect();
     table.row(["assumed parameters", assumed.len().to_string().as_str()]);
-    let pointers: String = screen::wrapped(&assumed.join(", "), 4).iter().map(|line| format!("  {line}\n")).collect();
+    let pointers: String = terminal::wrapped(&assumed.join(", "), 4).iter().map(|line| format!("  {line}\n")).collect();
     part("trust", &format!("{table}{pointers}"))
 }
 
@@ -181,14 +180,14 @@ fn expectations(summary: &Value) -> String {
     let mut text = String::new();
     for check in checks {
         let pass = match judgement(check) {
-            Judgement::Known => paint::caution("known"),
-            other => paint::mark(other == Judgement::Holds),
+            Judgement::Known => terminal::caution("known"),
+            other => terminal::mark(other == Judgement::Holds),
         };
         let got = format!("got {}", got(check));
         text += &format!("{pass}  {} {}, {got}\n", quantity(check), expected(check));
         let source = check["source"].as_str().unwrap_or_default();
         for line in [source, &note(check)].into_iter().filter(|line| !line.is_empty()) {
-            text.extend(screen::wrapped(line, 8).iter().map(|line| format!("      {line}\n")));
+            text.extend(terminal::wrapped(line, 8).iter().map(|line| format!("      {line}\n")));
         }
     }
     part("expected", &text)

@@ -1,27 +1,58 @@
 //! `ripstop resume`.
 
 use std::fs;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-use ripstop::case;
+use clap::{Args, builder::RangedU64ValueParser};
+use ripstop::case::{self, Case};
+use ripstop::output::frames::Recorder;
 use ripstop::output::number::us;
+use ripstop::output::report::Animation;
 use ripstop::output::{CHECKPOINT, CheckpointWriter, Folder};
-use ripstop::run;
 use ripstop::run::checkpoint::{Checkpoint, Extras, Header};
+use ripstop::run::{self, Options};
 use serde_json::Value;
 
-use super::arguments::ResumeArguments;
+use super::backend;
 use super::failure::CommandFailure;
-use super::follow::{RunObserver, film_again, recorder_again};
-use super::progress::Bar;
-use super::run::{Print, conclude, file};
-use super::{backend, interrupt, screen};
+use super::range::interval;
+use super::run::{Print, RunObserver, conclude, file};
+use super::terminal::{self, Bar};
+
+/// `ripstop resume`
+#[derive(Args, Debug)]
+#[command(after_help = "Example:
+  ripstop run shot.json --checkpoint-every 10
+  ripstop resume out/shot
+
+The case, what computes, its number type and what is left out are those of the run; so are all files, to the last bit, but
+for the time it took. Frames of the run so far lie in DIR/checkpoint.frames until it ends. The case in DIR must be the one that the run began with. A run that has ended is left as it is.")]
+pub(crate) struct ResumeArguments {
+    /// Folder of the run
+    #[arg(value_name = "DIR")]
+    folder: PathBuf,
+    /// Simulated µs between further checkpoints [default: as the run began]
+    #[arg(long, value_name = "US", value_parser = interval)]
+    checkpoint_every: Option<f64>,
+    /// Worker threads [default: as the run began]; results do not depend on it
+    #[arg(long, value_name = "N", value_parser = RangedU64ValueParser::<usize>::new().range(1..=1024))]
+    threads: Option<usize>,
+    /// Write no report.html
+    #[arg(long)]
+    no_report: bool,
+    /// Print nothing but errors
+    #[arg(long, short)]
+    quiet: bool,
+    /// Print summary.json instead of the table
+    #[arg(long)]
+    json: bool,
+}
 
 /// Goes on with a run from its last checkpoint.
 pub(crate) fn resume(arguments: &ResumeArguments) -> Result<(), CommandFailure> {
     let start = Instant::now();
-    let interrupted = interrupt::watch()?;
+    let interrupted = terminal::watch_interrupts()?;
     let path = arguments.folder.join(CHECKPOINT);
     if !path.exists() {
         return nothing_to_resume(&arguments.folder, arguments.quiet);
@@ -36,7 +67,7 @@ pub(crate) fn resume(arguments: &ResumeArguments) -> Result<(), CommandFailure> 
     let chosen = backend::again(&head.backend)?;
     let say = |note: &str| {
         if !arguments.quiet {
-            screen::complain(note);
+            terminal::complain(note);
         }
     };
     say(&format!("note: goes on from {}", us(head.time)));
@@ -45,15 +76,15 @@ pub(crate) fn resume(arguments: &ResumeArguments) -> Result<(), CommandFailure> 
     let extras = Extras { report: head.extras.report && !arguments.no_report };
     let head = Header { every: arguments.checkpoint_every.unwrap_or(head.every), extras, ..head.clone() };
     let recorder = recorder_again(&case, &folder, &options, &head, say);
-    let animation = if extras.report { Some(film_again(&case, &checkpoint, say)?) } else { None };
+    let animation = if extras.report { Some(animation_again(&case, &checkpoint, say)?) } else { None };
     let checkpoint_writer = Some(CheckpointWriter::new(&folder, &case, head, start));
-    let mut follower = RunObserver { bar: &bar, animation, recorder, checkpoint_writer, told: false };
-    let run = run::run(&case, options, &interrupted, &mut follower);
+    let mut observer = RunObserver { bar: &bar, animation, recorder, checkpoint_writer, complained: false };
+    let run = run::run(&case, options, &interrupted, &mut observer);
     bar.clear();
     let run = run.map_err(|error| CommandFailure::start(&file(&case), &error))?;
-    let wall = follower.checkpoint_writer.as_ref().map_or(0.0, |writer| writer.spent(run.loop_seconds).wall);
+    let wall = observer.checkpoint_writer.as_ref().map_or(0.0, |writer| writer.spent(run.loop_seconds).wall);
     let print = Print::of(arguments.json, arguments.quiet);
-    conclude(&case, run, &folder, follower, wall, print)
+    conclude(&case, run, &folder, observer, wall, print)
 }
 
 /// A run that has ended is no mistake; a folder without a run is.
@@ -62,11 +93,36 @@ fn nothing_to_resume(folder: &Path, quiet: bool) -> Result<(), CommandFailure> {
     let summary: Value = serde_json::from_str(&summary).unwrap_or_default();
     if summary["interrupted"] == false && summary["device_lost"].is_null() {
         if !quiet {
-            screen::complain(&format!("note: {}: the run has ended; there is nothing to resume", folder.display()));
+            terminal::complain(&format!("note: {}: the run has ended; there is nothing to resume", folder.display()));
         }
         return Ok(());
     }
     let expected = format!("a folder with a checkpoint, {CHECKPOINT}");
     let help = "`ripstop run CASE.json --checkpoint-every US` leaves them";
     Err(CommandFailure::expected(folder.display(), expected, "none").help(help))
+}
+
+/// Recorder of a run that goes on; `say` hears of frames that are lost.
+fn recorder_again<'a>(
+    case: &'a Case,
+    folder: &'a Folder,
+    options: &Options<'_>,
+    head: &Header,
+    say: impl Fn(&str),
+) -> Option<Recorder<'a>> {
+    (case.output.frames > 0).then(|| {
+        let (recorder, lost) = Recorder::resume(folder, case, options, head);
+        lost.iter().for_each(|lost| say(&format!("warning: {lost}; the files of frames begin after that")));
+        recorder
+    })
+}
+
+/// The animation of a run that goes on; `say` hears of one that is lost.
+fn animation_again(case: &Case, checkpoint: &Checkpoint, say: impl Fn(&str)) -> Result<Animation, CommandFailure> {
+    let head = checkpoint.head();
+    Ok(Animation::resume(case, &checkpoint.observer_state()?, head.step, head.time_step).unwrap_or_else(|| {
+        let from = us(head.time);
+        say(&format!("warning: the pictures before {from} are lost; the report's playback begins there"));
+        Animation::new(case)
+    }))
 }

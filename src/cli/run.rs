@@ -1,29 +1,116 @@
-//! `ripstop run`.
+//! `ripstop run`, and what follows every run: its observer, its files, what is printed, the exit code.
 
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
+use clap::{Args, ValueEnum, builder::RangedU64ValueParser};
 use ripstop::case::Case;
 use ripstop::output::checks::case_warnings;
 use ripstop::output::expectation::{Judgement, judgement};
 use ripstop::output::frames::Recorder;
 use ripstop::output::report::{self, Animation};
-use ripstop::output::{self, CheckpointWriter, Folder, StagedFrames};
-use ripstop::run::checkpoint::{Extras, Header};
-use ripstop::run::{self, Options, Run, RunError};
+use ripstop::output::{self, CHECKPOINT, CheckpointWriter, Folder, StagedFrames};
+use ripstop::run::checkpoint::{Checkpointable, Extras, Header};
+use ripstop::run::{self, Observer, Options, Progress, Run, RunError, Skips, View};
 use serde_json::Value;
 use tracing::{info, warn};
 
-use super::arguments::{BackendChoice, RunArguments};
+use super::arguments::{BackendArguments, BackendChoice};
 use super::failure::CommandFailure;
-use super::follow::{RunObserver, recorder, waiting};
-use super::progress::Bar;
-use super::{backend, input, interrupt, result, screen};
+use super::range::interval;
+use super::terminal::{self, Bar};
+use super::{backend, input, result};
+
+/// `ripstop run`
+#[derive(Args, Debug)]
+#[command(after_help = "Examples:
+  ripstop run cases/s720-1ply-155.json
+  ripstop run shot.json --set /projectile/velocity_m_s=200 -o out/shot-200
+  ripstop run cases/s728-*.json
+  jq '.pack.plies = 2' shot.json | ripstop run -
+  ripstop run shot.json --frames 60
+  ripstop run shot.json --checkpoint-every 10     # then, after a crash: ripstop resume out/shot
+  ripstop run shot.json --set '/pack/edges={\"left\":\"free\"}' --json | jq .residual_velocity_m_s
+
+DIR gets report.html (open it in a browser: verdict, trust, figures, playback), summary.json, \
+history.csv, events.csv, case.json (the case as run), shot.svg (a picture), plies.csv of a pack, \
+profiles.csv where the case asks for profiles, and frames.pvd where there are frames. \
+The first Ctrl-C writes them up to that moment, the second ends at once.")]
+pub(crate) struct RunArguments {
+    /// Case files, run one after the other; - is standard input
+    #[arg(value_name = "CASE.json", required = true)]
+    pub(crate) cases: Vec<PathBuf>,
+    #[command(flatten)]
+    pub(crate) backend: BackendArguments,
+    /// Folder for the results; of several cases each gets a folder in it [default: out/<case name>, with what --set changed]
+    #[arg(long, short, value_name = "DIR")]
+    pub(crate) out: Option<PathBuf>,
+    /// Change of the case, checked like the file; may be given again
+    #[arg(long = "set", value_name = "/POINTER=VALUE")]
+    pub(crate) sets: Vec<String>,
+    /// Worker threads [default: all cores]; results do not depend on it
+    #[arg(long, value_name = "N", value_parser = RangedU64ValueParser::<usize>::new().range(1..=1024))]
+    pub(crate) threads: Option<usize>,
+    /// Compute also what cannot change the result: what nothing has reached, what comes after the outcome, mirror images
+    /// [default: all]
+    #[arg(
+        long,
+        value_enum,
+        value_name = "KIND,…",
+        num_args = 0..,
+        require_equals = true,
+        value_delimiter = ',',
+        default_missing_value = "all"
+    )]
+    pub(crate) no_skip: Vec<Skip>,
+    /// Write no report.html
+    #[arg(long)]
+    pub(crate) no_report: bool,
+    /// Frames for ParaView, evenly from impact to the end of the run, in frames.pvd [default: /output/frames of the case]
+    #[arg(long, value_name = "N")]
+    pub(crate) frames: Option<u32>,
+    /// Leave a checkpoint in DIR every so many simulated µs, and at Ctrl-C, for `ripstop resume DIR`; it goes when the run ends
+    #[arg(long, value_name = "US", value_parser = interval)]
+    pub(crate) checkpoint_every: Option<f64>,
+    /// Print nothing but errors
+    #[arg(long, short)]
+    pub(crate) quiet: bool,
+    /// Print summary.json instead of the table
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+impl RunArguments {
+    /// Changes of the case.
+    pub(crate) fn sets(&self) -> Vec<String> {
+        let frames = self.frames.map(|count| format!("/output/frames={count}"));
+        self.sets.iter().cloned().chain(frames).collect()
+    }
+
+    /// What is left out.
+    pub(crate) fn skips(&self) -> Skips {
+        let on = |kind: Skip| !self.no_skip.iter().any(|off| [kind, Skip::All].contains(off));
+        Skips { wavefront: on(Skip::Wavefront), outcome: on(Skip::Outcome), symmetry: on(Skip::Symmetry) }
+    }
+}
+
+/// What is left out unless asked for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Skip {
+    /// What nothing has reached
+    Wavefront,
+    /// What comes after the outcome
+    Outcome,
+    /// What is a mirror image of something else
+    Symmetry,
+    /// Every one
+    All,
+}
 
 /// Runs cases one after the other; one that fails does not keep the others from being run.
 pub(crate) fn run(arguments: &RunArguments) -> Result<(), CommandFailure> {
-    let interrupted = interrupt::watch()?;
+    let interrupted = terminal::watch_interrupts()?;
     let sets = arguments.sets();
     let mut folders: Vec<PathBuf> = Vec::new();
     let mut failures = Vec::new();
@@ -61,40 +148,40 @@ pub(crate) fn shoot(
     let folder = Folder::prepare(out, case)?;
     let say = |note: &str| {
         if !arguments.quiet {
-            screen::complain(note)
+            terminal::complain(note)
         }
     };
     case.notes.iter().for_each(|note| say(&format!("note: {note}")));
     chosen.note.iter().chain(&waiting(&folder)).for_each(|note| say(note));
     let bar = Bar::new(!arguments.quiet);
     let options = chosen.options(arguments.threads).skips(arguments.skips());
-    let attempt = |options: Options<'_>| -> Result<(Result<Run, RunError>, RunObserver<'_>), CommandFailure> {
+    let attempt = |options: Options<'_>| {
         let head = arguments.checkpoint_every.map(|every| Header {
             extras: Extras { report: !arguments.no_report },
             ..Header::new(case, &options, every)
         });
-        let recorder = recorder(case, &folder, &options, head.is_some());
+        let recorder = (case.output.frames > 0).then(|| Recorder::new(&folder, case, &options, head.is_some()));
         let animation = (!arguments.no_report).then(|| Animation::new(case));
         let checkpoint_writer = head.map(|head| CheckpointWriter::new(&folder, case, head, start));
-        let mut follower = RunObserver { bar: &bar, animation, recorder, checkpoint_writer, told: false };
-        Ok((run::run(case, options, interrupted, &mut follower), follower))
+        let mut observer = RunObserver { bar: &bar, animation, recorder, checkpoint_writer, complained: false };
+        (run::run(case, options, interrupted, &mut observer), observer)
     };
-    let mut shot = attempt(options);
-    if let (Ok((Err(RunError::Device(error)), _)), BackendChoice::Auto) = (&shot, arguments.backend.backend) {
+    let (mut run, mut observer) = attempt(options);
+    if let (Err(RunError::Device(error)), BackendChoice::Auto) = (&run, arguments.backend.backend) {
         say(&backend::took_cpu(error));
-        shot = attempt(options.device(None::<&ripstop::Device>));
+        (run, observer) = attempt(options.device(None::<&ripstop::Device>));
     }
     bar.clear();
-    let refused = match shot {
-        Ok((Ok(run), follower)) => {
+    match run {
+        Ok(run) => {
             let wall = start.elapsed().as_secs_f64();
-            return conclude(case, run, &folder, follower, wall, Print::of(arguments.json, arguments.quiet));
+            conclude(case, run, &folder, observer, wall, Print::of(arguments.json, arguments.quiet))
         }
-        Ok((Err(error), _)) => CommandFailure::start(&file(case), &error),
-        Err(failure) => failure,
-    };
-    folder.abandon();
-    Err(refused)
+        Err(error) => {
+            folder.abandon();
+            Err(CommandFailure::start(&file(case), &error))
+        }
+    }
 }
 
 /// What is printed of a result.
@@ -125,8 +212,8 @@ impl Print {
         text: impl FnOnce() -> String,
     ) -> Result<(), CommandFailure> {
         match self {
-            Self::Json => screen::print(&format!("{:#}\n", json())),
-            Self::Table => screen::print(&text()),
+            Self::Json => terminal::print(&format!("{:#}\n", json())),
+            Self::Table => terminal::print(&text()),
             Self::Nothing => Ok(()),
         }
     }
@@ -137,11 +224,11 @@ pub(crate) fn conclude(
     case: &Case,
     mut run: Run,
     folder: &Folder,
-    follower: RunObserver<'_>,
+    observer: RunObserver<'_>,
     wall_seconds: f64,
     print: Print,
 ) -> Result<(), CommandFailure> {
-    let RunObserver { animation, recorder, checkpoint_writer, .. } = follower;
+    let RunObserver { animation, recorder, checkpoint_writer, .. } = observer;
     let frames = recorder.map_or_else(|| Ok(StagedFrames::default()), Recorder::finish);
     run.checkpoint_error = checkpoint_writer.as_ref().and_then(CheckpointWriter::failed).map(str::to_owned);
     let summary = output::summary(case, &run, wall_seconds);
@@ -181,12 +268,12 @@ pub(crate) fn file(case: &Case) -> String {
 fn verdict(case: &Case, run: &Run, summary: &Value, folder: &Path, goes_on: bool) -> Result<(), CommandFailure> {
     let folder = folder.display();
     let resume = if goes_on { format!("\n  help: `ripstop resume {folder}` goes on") } else { String::new() };
-    if let Some(trouble) = &run.divergence {
+    if let Some(divergence) = &run.divergence {
         return Err(CommandFailure::check(format!(
             "error: {}: the run became unstable\n  where: {}\n  found: {}\n  help: lower /solver/courant",
             file(case),
-            output::place(trouble),
-            trouble.quantity
+            output::place(divergence),
+            divergence.quantity
         )));
     }
     if let Some(reason) = &run.lost {
@@ -217,4 +304,79 @@ fn verdict(case: &Case, run: &Run, summary: &Value, folder: &Path, goes_on: bool
         file(case),
         failed.concat()
     )))
+}
+
+/// Shows progress, films, writes frames and keeps checkpoints.
+pub(crate) struct RunObserver<'a> {
+    /// On standard error.
+    pub(crate) bar: &'a Bar,
+    /// For the report.
+    pub(crate) animation: Option<Animation>,
+    /// Where frames are asked for.
+    pub(crate) recorder: Option<Recorder<'a>>,
+    /// Where checkpoints are asked for.
+    pub(crate) checkpoint_writer: Option<CheckpointWriter<'a>>,
+    /// Whether the user knows that checkpoints cannot be written.
+    pub(crate) complained: bool,
+}
+
+impl Observer for RunObserver<'_> {
+    fn on_progress(&mut self, at: &Progress) {
+        self.bar.show(at);
+    }
+
+    fn snapshot_due(&self, time: f64, dt: f64) -> bool {
+        self.animation.as_ref().is_some_and(|animation| animation.snapshot_due(time, dt))
+            || self.recorder.as_ref().is_some_and(|recorder| recorder.snapshot_due(time, dt))
+    }
+
+    fn on_snapshot(&mut self, view: &View<'_>) {
+        let [time, dt] = view.clock();
+        if let Some(animation) = self.animation.as_mut().filter(|animation| animation.snapshot_due(time, dt)) {
+            animation.on_snapshot(view);
+        }
+        if let Some(recorder) = self.recorder.as_mut().filter(|recorder| recorder.snapshot_due(time, dt)) {
+            recorder.on_snapshot(view);
+        }
+    }
+
+    fn on_end(&mut self, view: &View<'_>) {
+        if let Some(animation) = &mut self.animation {
+            animation.on_end(view);
+        }
+        if let Some(recorder) = &mut self.recorder {
+            recorder.on_end(view);
+        }
+    }
+
+    fn checkpoint_due(&self, time: f64, dt: f64) -> bool {
+        self.checkpoint_writer.as_ref().is_some_and(|checkpoint_writer| checkpoint_writer.is_due(time, dt))
+    }
+
+    fn on_checkpoint(&mut self, run: &dyn Checkpointable, loop_seconds: f64) {
+        let Some(checkpoint_writer) = &mut self.checkpoint_writer else { return };
+        // A checkpoint without the frames before it would be worth less. Where the folder refuses, so does the checkpoint.
+        let begun = checkpoint_writer.begin().is_ok();
+        let unspooled = self.recorder.as_mut().filter(|_| begun).and_then(Recorder::settle);
+        let animation = self.animation.as_ref().map_or_else(Vec::new, Animation::to_bytes);
+        let unkept = checkpoint_writer.write(run, &animation, loop_seconds).err().map(|error| error.to_string());
+        if let Some(recorder) = self.recorder.as_mut().filter(|_| unkept.is_none()) {
+            recorder.discard();
+        }
+        // A disk that is full for long is reported once.
+        let news = unkept.iter().filter(|_| !self.complained);
+        unspooled.iter().chain(news).for_each(|complaint| terminal::complain(&format!("warning: {complaint}")));
+        self.complained = unkept.is_some();
+    }
+}
+
+/// Says that a run, which will replace it, could be resumed.
+pub(crate) fn waiting(folder: &Folder) -> Option<String> {
+    let path = folder.path();
+    path.join(CHECKPOINT).exists().then(|| {
+        format!(
+            "note: {0} holds a checkpoint, which this run replaces; `ripstop resume {0}` would go on from it",
+            path.display()
+        )
+    })
 }

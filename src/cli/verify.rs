@@ -2,22 +2,41 @@
 
 use std::sync::atomic::Ordering;
 
+use clap::{Args, builder::RangedU64ValueParser};
 use ripstop::output::expectation::{expected, got, quantity};
 use ripstop::run::Progress;
 use ripstop::study::verify::{self, CASES};
 use serde_json::{Value, json};
 
+use super::arguments::BackendArguments;
+use super::backend;
 use super::failure::CommandFailure;
-use super::progress::Bar;
-use super::study_arguments::VerifyArguments;
-use super::table::{Align, TextTable};
-use super::{backend, interrupt, paint, screen};
+use super::terminal::{self, Align, Bar, TextTable};
+
+/// `ripstop verify`
+#[derive(Args, Debug)]
+#[command(after_help = "Examples:
+  ripstop verify
+  ripstop verify --backend gpu --json | jq '.rows[] | select(.pass | not)'
+
+The cases are those of cases/verify (closed forms, an independent prototype) and cases/stress (hard scenes), built in. \
+The exit code is 1 if an expectation fails.")]
+pub(crate) struct VerifyArguments {
+    #[command(flatten)]
+    backend: BackendArguments,
+    /// Worker threads [default: all cores]
+    #[arg(long, value_name = "N", value_parser = RangedU64ValueParser::<usize>::new().range(1..=1024))]
+    threads: Option<usize>,
+    /// Print JSON instead of the table
+    #[arg(long)]
+    json: bool,
+}
 
 /// Runs every case and prints a line for each expectation; exit code 1 if one fails.
 pub(crate) fn verify(arguments: &VerifyArguments) -> Result<(), CommandFailure> {
-    let interrupted = interrupt::watch()?;
+    let interrupted = terminal::watch_interrupts()?;
     let chosen = backend::choose(&arguments.backend)?;
-    chosen.note.iter().for_each(|note| screen::complain(note));
+    chosen.note.iter().for_each(|note| terminal::complain(note));
     let bar = Bar::new(!arguments.json);
     let mut rows: Vec<Value> = Vec::new();
     for case in CASES {
@@ -38,8 +57,8 @@ pub(crate) fn verify(arguments: &VerifyArguments) -> Result<(), CommandFailure> 
     let failed = rows.iter().filter(|row| row["pass"] != true).count();
     let counts = format!("{} of {} rows pass", rows.len() - failed, rows.len());
     match arguments.json {
-        true => screen::print(&format!("{:#}\n", json!({ "pass": failed == 0, "rows": rows })))?,
-        false => screen::print(&format!("{}\n{counts}\n", table(&rows)))?,
+        true => terminal::print(&format!("{:#}\n", json!({ "pass": failed == 0, "rows": rows })))?,
+        false => terminal::print(&format!("{}\n{counts}\n", table(&rows)))?,
     }
     if interrupted.load(Ordering::Relaxed) {
         return Err(CommandFailure::interrupted("interrupted; rows after this are missing"));
@@ -53,7 +72,7 @@ fn table(rows: &[Value]) -> TextTable {
         TextTable::new(&[("", Left), ("case", Left), ("quantity", Left), ("expected", Right), ("got", Right)]);
     for row in rows {
         let name = row["name"].as_str().unwrap_or_default().to_owned();
-        table.row([paint::mark(row["pass"] == true), name, quantity(row), expected(row), got(row)]);
+        table.row([terminal::mark(row["pass"] == true), name, quantity(row), expected(row), got(row)]);
     }
     table
 }

@@ -4,11 +4,12 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use naga::Module;
 use ripstop::gpu::{layout, shader};
-use ripstop::kernels::{
-    arc_length, coupled_newton, crossover, element_force, law_energy, ply_contact, predictor, projectile_chisel,
-    projectile_contact, projectile_rim, projectile_shape, shear, yarn_law,
+use ripstop::model::law_energy;
+use ripstop::model::{Model, layup};
+use ripstop::physics::{
+    arc_length, coupled_newton, crossover, kinematics, membrane, ply_contact, projectile_shape, shear, yarn_law,
 };
-use ripstop::model::{Model, over};
+use ripstop::solver::{edge_contact, element_force, projectile_contact};
 use wgpu::naga;
 
 use super::modules;
@@ -74,17 +75,17 @@ fn expected() -> BTreeMap<&'static str, Vec<f64>> {
         ply_contact: WALK, POSITION_CORRECTION, RECOVERY_TIME, DEEP_RECOVERY, DEEP, RECOVERY_SPEED, DEEP_SPEED, NEAR_MIDDLE,
             PASSED, PASSED_SPEED, SLOP, EDGE, MAX_INITIAL_PENETRATION, MIN_AREA_RATIO, SEGMENT_EXTENSION, EDGE_TOLERANCE,
             FLATNESS_TOLERANCE;
-        over: PENETRATING;
+        layup: PENETRATING;
         crossover: MAX_ITERATIONS, REFINEMENTS;
-        coupled_newton: NEWTON_ITERATIONS;
+        coupled_newton: NEWTON_ITERATIONS, LEAST_STRAIN;
         projectile_contact: SET_CHANGES, FRICTION_SWEEPS, HELD;
-        projectile_rim: SHARED, FLOOR;
-        projectile_chisel: ELLIPSE_STEPS;
-        projectile_shape: RESOLVED;
-        element_force: BROKEN, FOLDED_STRETCH, TINY;
+        edge_contact: SHARED, FLOOR;
+        projectile_shape: RESOLVED, ELLIPSE_STEPS;
+        element_force: BROKEN;
+        membrane: FOLDED_STRETCH;
+        kinematics: TINY;
         shear: STEEPEST, ARC_SINE_SINGLE;
         yarn_law: SHORTEST;
-        predictor: LEAST_STRAIN;
         arc_length: SERIES;
     };
     let others = [

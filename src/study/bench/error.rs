@@ -26,7 +26,7 @@ pub struct Errors {
 }
 
 /// The velocity along the line of flight at a time [s], where the history covers it [m/s].
-pub(super) fn velocity_at(history: &[Sample], time: f64) -> Option<f64> {
+fn velocity_at(history: &[Sample], time: f64) -> Option<f64> {
     history::between(history, time, |row| row.time, |row| row.projectile_velocity)
 }
 

@@ -1,4 +1,4 @@
-//! `bench.json`: everything measured, units at the end of the keys.
+//! `bench.json` with everything measured, and `bench.svg`: run time against error, both logarithmic, one panel per case.
 
 use serde_json::{Value, json};
 
@@ -6,9 +6,10 @@ use super::{BenchPlan, BenchResult, BenchRow, Errors, REFERENCE};
 use crate::case::{Case, case_hash};
 use crate::num::simd::Vectors;
 use crate::output;
+use crate::output::chart::{self, ChartAxis};
 use crate::run::Run;
 
-/// The whole file. `wall_seconds`: time since the command began [s].
+/// Everything measured. `wall_seconds`: time since the command began [s].
 pub fn json(measured: &[BenchResult], plan: BenchPlan<'_>, wall_seconds: f64) -> Value {
     json!({
         "version": env!("CARGO_PKG_VERSION"),
@@ -23,32 +24,32 @@ pub fn json(measured: &[BenchResult], plan: BenchPlan<'_>, wall_seconds: f64) ->
                      over the velocity the reference lost in that time; deflection and tension are compared over the same \
                      time, residual velocity and stop time at the end of each",
         "scatter_is": "the error of a second reference, with a time step a fifth longer: smaller errors rank nothing",
-        "cases": measured.iter().map(|m| of_case(m, plan.tolerance)).collect::<Vec<_>>(),
+        "cases": measured.iter().map(|m| case_json(m, plan.tolerance)).collect::<Vec<_>>(),
     })
 }
 
-fn of_case(measured: &BenchResult, tolerance: f64) -> Value {
-    let mut reference = of_run(&measured.case, &measured.reference);
+fn case_json(measured: &BenchResult, tolerance: f64) -> Value {
+    let mut reference = run_json(&measured.case, &measured.reference);
     reference["what"] = json!(REFERENCE);
     reference["loop_s"] = json!(measured.reference.loop_seconds);
-    reference["scatter_percent"] = json!(measured.scatter().map(|error| error * 100.0));
+    reference["scatter_percent"] = json!(measured.scatter.map(|error| error * 100.0));
     let mut front: Vec<&BenchRow> = measured.rows.iter().filter(|row| row.on_front).collect();
     front.sort_by(|a, b| a.time().total_cmp(&b.time()));
-    let skipped = measured.skipped.iter().map(|skipped| json!({ "name": skipped.name, "reason": skipped.reason }));
+    let skipped = measured.skipped.iter().map(|(name, reason)| json!({ "name": name, "reason": reason }));
     json!({
         "case": measured.case.name,
         "title": measured.case.title,
         "interrupted": measured.interrupted,
         "reference": reference,
-        "choices": measured.rows.iter().map(|row| of_row(row, tolerance)).collect::<Vec<_>>(),
+        "choices": measured.rows.iter().map(|row| row_json(row, tolerance)).collect::<Vec<_>>(),
         "skipped": skipped.collect::<Vec<_>>(),
-        "pareto": front.iter().map(|row| &row.choice.name).collect::<Vec<_>>(),
-        "cheapest_within_tolerance": measured.cheapest.map(|at| &measured.rows[at].choice.name),
+        "pareto": front.iter().map(|row| &row.configuration.name).collect::<Vec<_>>(),
+        "cheapest_within_tolerance": measured.cheapest.map(|at| &measured.rows[at].configuration.name),
     })
 }
 
-/// How a case was run and what came out.
-fn of_run(case: &Case, run: &Run) -> Value {
+/// Settings of a run and its results.
+fn run_json(case: &Case, run: &Run) -> Value {
     let peak = |read: fn(&crate::run::Sample) -> f64| run.history.iter().map(read).fold(0.0, f64::max);
     json!({
         "case_hash": case_hash(&case.as_run),
@@ -71,29 +72,89 @@ fn of_run(case: &Case, run: &Run) -> Value {
         "max_deflection_mm": peak(|row| row.deflection) * 1e3,
         "peak_yarn_tension_n": peak(|row| row.balance.max_tension),
         "energy_error": run.energy_error,
-        "unstable": run.divergence.as_ref().map(|trouble| trouble.quantity.clone()),
+        "unstable": run.divergence.as_ref().map(|divergence| divergence.quantity.clone()),
         "device_lost": run.lost,
     })
 }
 
-fn of_row(row: &BenchRow, tolerance: f64) -> Value {
-    let mut out = of_run(&row.case, &row.run);
+fn row_json(row: &BenchRow, tolerance: f64) -> Value {
+    let mut out = run_json(&row.case, &row.run);
     let errors = row.errors;
     let percent = |error: fn(&Errors) -> Option<f64>| errors.as_ref().and_then(error).map(|error| error * 100.0);
-    out["name"] = json!(row.choice.name);
-    out["sets"] = json!(row.choice.sets);
-    out["loop_s"] = json!(row.time());
-    out["loop_s_of_each_run"] = json!(row.loop_seconds);
-    out["element_steps_per_s"] = json!(row.rate());
-    out["compared_until_us"] = json!(errors.map(|errors| errors.span * 1e6));
-    out["velocity_error_percent"] = json!(percent(|errors| errors.velocity));
-    out["residual_velocity_error_m_s"] = json!(errors.map(|errors| errors.residual_velocity));
-    out["stop_time_error_us"] = json!(errors.and_then(|errors| errors.stop_time).map(|time| time * 1e6));
-    out["end_error_percent"] = json!(percent(|errors| errors.end));
-    out["deflection_error_percent"] = json!(percent(|errors| errors.deflection));
-    out["tension_error_percent"] = json!(percent(|errors| errors.tension));
-    out["same_outcome"] = json!(row.same_outcome);
-    out["on_front"] = json!(row.on_front);
-    out["within_tolerance"] = json!(row.is_within(tolerance));
+    let more = json!({
+        "name": row.configuration.name,
+        "sets": row.configuration.sets,
+        "loop_s": row.time(),
+        "loop_s_of_each_run": row.loop_seconds,
+        "element_steps_per_s": row.rate(),
+        "compared_until_us": errors.map(|errors| errors.span * 1e6),
+        "velocity_error_percent": percent(|errors| errors.velocity),
+        "residual_velocity_error_m_s": errors.map(|errors| errors.residual_velocity),
+        "stop_time_error_us": errors.and_then(|errors| errors.stop_time).map(|time| time * 1e6),
+        "end_error_percent": percent(|errors| errors.end),
+        "deflection_error_percent": percent(|errors| errors.deflection),
+        "tension_error_percent": percent(|errors| errors.tension),
+        "same_outcome": row.same_outcome,
+        "on_front": row.on_front,
+        "within_tolerance": row.is_within(tolerance),
+    });
+    for (key, value) in more.as_object().into_iter().flatten() {
+        out[key] = value.clone();
+    }
+    out
+}
+
+/// Size of a panel.
+const SIZE: [f64; 2] = [960.0, 520.0];
+/// Ends of the plot area across, and up from the bottom.
+const ACROSS: [f64; 2] = [90.0, 700.0];
+const UP: [f64; 2] = [458.0, 72.0];
+const STYLE: &str = ".limit { stroke: #444; stroke-dasharray: 5 4 } .scatter { fill-opacity: 0.07 } .best { fill: #0b62b0 } \
+                     .front { stroke: #0b62b0; stroke-width: 1.8 } .other { fill: #8a5a00 }";
+
+/// The drawing of everything measured. `tolerance`: error that is good enough [-].
+pub fn plot(measured: &[BenchResult], tolerance: f64) -> String {
+    let panels = measured.iter().enumerate().map(|(at, one)| {
+        format!("<g transform=\"translate(0 {})\">\n{}</g>\n", SIZE[1] * at as f64, panel(one, tolerance * 100.0))
+    });
+    let size = [SIZE[0], SIZE[1] * measured.len().max(1) as f64];
+    chart::svg(size, "", &format!("{}{STYLE}", chart::STYLE), &panels.collect::<String>())
+}
+
+/// Points are numbered, their names stand beside the plot. `limit`: error that is good enough [%].
+fn panel(measured: &BenchResult, limit: f64) -> String {
+    let mut rows: Vec<(&BenchRow, [f64; 2])> =
+        measured.rows.iter().filter_map(|row| Some((row, [row.time(), row.velocity_error()? * 100.0]))).collect();
+    rows.sort_by(|a, b| a.1[0].total_cmp(&b.1[0]));
+    let x = ChartAxis::logarithmic(&rows.iter().map(|row| row.1[0]).collect::<Vec<_>>(), ACROSS);
+    let y = ChartAxis::logarithmic(&rows.iter().map(|row| row.1[1]).chain([limit]).collect::<Vec<_>>(), UP);
+    let title = format!("{}: run time against error", measured.case.title);
+    let caption = match measured.cheapest.map(|at| &measured.rows[at]) {
+        Some(row) => format!("cheapest that is good enough: {}", row.configuration.name),
+        None => "no choice is good enough".to_owned(),
+    };
+    let mut out = chart::text(24.0, 28.0, "font-size=\"16\" font-weight=\"bold\"", &title);
+    out += &chart::text(24.0, 48.0, "", &format!("{caption}; line: what no other choice beats"));
+    out += &chart::axes(&x, &y, ["time in the loop [s]", "error of the velocity history [%]"]);
+    let ends = [x.range()[0], x.range()[1]];
+    out += &chart::line(&x, &y, ends.map(|end| [end, limit]).into_iter(), "class=\"limit\"");
+    let asked = format!("asked for: {} %", chart::label(limit));
+    out += &chart::text(ACROSS[1] - 4.0, y.at(limit) - 4.0, "text-anchor=\"end\"", &asked);
+    if let Some(top) = measured.scatter.map(|error| y.at(error * 100.0)).filter(|top| *top < UP[0]) {
+        out += &chart::area(ACROSS, [top, UP[0]], "class=\"scatter\"", "");
+        out += &chart::text(ACROSS[0] + 6.0, UP[0] - 6.0, "", "scatter of the reference");
+    }
+    let front = rows.iter().filter(|(row, _)| row.on_front).map(|(_, point)| *point);
+    out += &chart::line(&x, &y, front, "class=\"front\"");
+    for (number, (row, point)) in rows.iter().enumerate() {
+        let [across, up] = [x.at(point[0]), y.at(point[1])];
+        let class = if row.on_front { "best" } else { "other" };
+        out += &format!("<circle class=\"{class}\" cx=\"{across:.1}\" cy=\"{up:.1}\" r=\"4.5\"/>\n");
+        out += &chart::text(across + 7.0, up - 5.0, "", &format!("{}", number + 1));
+        let name = row.configuration.name.split(':').next().unwrap_or_default();
+        let outcome = if row.same_outcome { String::new() } else { format!(" ({})", row.run.outcome.word()) };
+        let words = format!("{} {name}{outcome}", number + 1);
+        out += &chart::text(ACROSS[1] + 24.0, UP[1] + 12.0 + 18.0 * number as f64, "", &words);
+    }
     out
 }
