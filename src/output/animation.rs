@@ -16,8 +16,8 @@ use crate::num::scalar::Scalar;
 use crate::physics::mirror_planes::MirrorPlanes;
 use crate::physics::rigid_body::RigidBody;
 use crate::run::frame::{Schedule, even};
-use crate::run::pieces;
-use crate::run::{Observer, View};
+
+use crate::run::{Observer, View, attached};
 use crate::solver::element_totals::field as element;
 use crate::solver::node_update::field as node;
 use crate::solver::state::State;
@@ -289,7 +289,7 @@ impl Animation {
             nodes.for_each(|(nodes, row)| ply.displacements(model, state, *row, nodes));
             let cells = tension.par_chunks_mut(ply.counts()[0].max(1)).zip(ply.own[1].par_windows(2));
             cells.for_each(|(cells, rows)| ply.tensions(model, state, rows, cells));
-            (pieces::hanging(model, state, ply.ply).deflection, displacement, tension)
+            (attached(model, state, ply.ply).deflection, displacement, tension)
         };
         let all: Vec<(f64, Vec<[f32; 3]>, Vec<[Option<f32>; 2]>)> = self.plies.par_iter().map(of_ply).collect();
         self.keyframes.push(Keyframe {
