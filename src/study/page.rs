@@ -104,7 +104,10 @@ fn table(table: &ReportTable) -> String {
     let rows: String = table.rows.iter().take(MAX_ROWS).map(row).collect();
     let left_out = table.rows.len().saturating_sub(MAX_ROWS);
     let more = if left_out > 0 { format!("<p class=\"note\">{left_out} more rows.</p>\n") } else { String::new() };
-    let title = if table.title.is_empty() { String::new() } else { format!("<h2>{}</h2>\n", escape(&table.title)) };
+    let mut letters = table.title.chars();
+    let title = letters
+        .next()
+        .map_or_else(String::new, |first| format!("<h2>{}{}</h2>\n", first.to_uppercase(), escape(letters.as_str())));
     format!(
         "{title}<div class=\"scroll\" tabindex=\"0\"><table>\n<thead><tr>{heads}</tr></thead>\n<tbody>\n{rows}</tbody>\n</table></div>\n\
          {more}{foot}"
