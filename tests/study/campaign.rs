@@ -42,17 +42,8 @@ fn of_its_accuracy(sets: &[&str]) -> Case {
 }
 
 fn options(threads: usize, resume: bool) -> BatchOptions<'static> {
-    let precision = Precision::F64;
-    BatchOptions {
-        seed: 3,
-        threads,
-        threads_per_shot: 1,
-        precision,
-        device: None,
-        interrupt: &QUIET,
-        resume,
-        progress: &|_| {},
-    }
+    let (precision, device, interrupt, progress) = (Precision::F64, None, &QUIET, &|_| {});
+    BatchOptions { seed: 3, threads, threads_per_shot: 1, precision, device, interrupt, resume, progress }
 }
 
 fn shots_request(count: u32) -> ShotsRequest {
