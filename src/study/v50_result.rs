@@ -290,7 +290,7 @@ impl V50Result {
     }
 }
 
-/// Ending of a word for so many.
+/// Ending of a word for a count.
 fn plural(count: usize) -> &'static str {
     if count == 1 { "" } else { "s" }
 }

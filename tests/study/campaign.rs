@@ -30,12 +30,12 @@ const VARIES: &str =
 const FIT: FitRequest = FitRequest { link: Link::Probit, level: 0.9 };
 static QUIET: AtomicBool = AtomicBool::new(false);
 
-/// That case with changes, and few elements: it is shot in tens of milliseconds.
+/// Small case with changes, and few elements: it is shot in tens of milliseconds.
 pub(super) fn small(sets: &[&str]) -> Case {
     of_its_accuracy(&[&["/pack/elements_per_crossover=2"], sets].concat())
 }
 
-/// The same on the mesh that its accuracy asks for.
+/// Small case on the mesh that its accuracy asks for.
 fn of_its_accuracy(sets: &[&str]) -> Case {
     let sets: Vec<String> = sets.iter().map(|set| (*set).to_owned()).collect();
     case::from_str("small", SMALL, &sets).unwrap()

@@ -40,7 +40,7 @@ fn langlie(shots: &[Shot]) -> f64 {
     0.5 * (last.velocity + if last.perforated { 420.0 } else { 580.0 })
 }
 
-/// What became of one range: whether there was an estimate, whether it needed Firth's penalty, which intervals held the truth.
+/// Result of one range: whether there was an estimate, whether it needed Firth's penalty, which intervals held the truth.
 #[derive(Clone, Copy, Default)]
 struct Range {
     estimate: bool,
