@@ -11,7 +11,7 @@ use ripstop::case::{Case, CaseError};
 use ripstop::num::link::Link;
 use ripstop::output::Folder;
 use ripstop::output::number::{bytes, duration, short};
-use ripstop::run::graphics::DeviceUse;
+use ripstop::run::batch::DeviceUse;
 use ripstop::study::StudyError;
 use ripstop::study::batch::{BatchError, BatchOptions, BatchProgress, order_case};
 use ripstop::study::fit::{self, Fit, FitRequest};

@@ -20,7 +20,7 @@ use super::shot_table::{ShotRow, ShotTable};
 use crate::case::{self, Case, CaseError, case_hash};
 use crate::gpu::{Device, DeviceError};
 use crate::output::{Folder, OutputError};
-use crate::run::graphics::DeviceUse;
+use crate::run::batch::DeviceUse;
 use crate::run::{self, Options, Precision};
 
 /// Name of the file that says what a batch is of.

@@ -22,7 +22,7 @@ use crate::case::Case;
 use crate::output::csv::{header, number, quoted, row};
 use crate::output::number::short;
 use crate::output::{Folder, OutputError};
-use crate::run::graphics::DeviceUse;
+use crate::run::batch::DeviceUse;
 
 /// Every file that is written; batches lie in `points`.
 pub const FILES: &[&str] = &["plan.json", "sweep.csv", "sweep.html", "sweep.json"];

@@ -16,7 +16,7 @@ use super::threshold::{FoundThreshold, Rungs, Start, middle, threshold};
 use super::v50_result::V50Result;
 use crate::case::{self, Case};
 use crate::output::Folder;
-use crate::run::graphics::DeviceUse;
+use crate::run::batch::DeviceUse;
 
 /// Names of the table, and of the table of shots on the converged mesh.
 const TABLES: [&str; 2] = ["v50.csv", "v50-refined.csv"];

@@ -13,7 +13,7 @@ use super::threshold::{FoundThreshold, Refinement, ThresholdSample, middle};
 use super::v50::V50Request;
 use crate::case::{Accuracy, Case, Numerics, case_hash};
 use crate::output::number::short;
-use crate::run::graphics::DeviceUse;
+use crate::run::batch::DeviceUse;
 
 /// Part of mesh and time step in a limit, over the limit \[-\]: twice what half as long elements do to the README's ply
 /// (0.25 %), and no less than this, for they move limits of cylinders, spheres and fragments on two fabrics by up to
