@@ -59,7 +59,6 @@ fn section(of: &ReportTable) -> Markup {
         let words = if cell.parse::<f64>().is_ok() { cell.replace('-', "−") } else { cell.clone() };
         html! { @if of.is_text(column) { span class="text" { (words) } } @else { (words) } }
     };
-<<<<<<< HEAD
     let row = |row: &Vec<String>| row.iter().enumerate().map(cell).collect();
     let heads: Vec<&str> = of.heads.iter().map(String::as_str).collect();
     let left_out = of.rows.len().saturating_sub(MAX_ROWS);
@@ -71,22 +70,6 @@ fn section(of: &ReportTable) -> Markup {
         }
         @for line in of.foot.lines() { p class="note" { (line) } }
     }
-=======
-    let head = |head: &String| format!("<th scope=\"col\">{}</th>", escape(head));
-    let heads: String = table.heads.iter().map(head).collect();
-    let row = |row: &Vec<String>| format!("<tr>{}</tr>\n", row.iter().enumerate().map(cell).collect::<String>());
-    let rows: String = table.rows.iter().take(MAX_ROWS).map(row).collect();
-    let left_out = table.rows.len().saturating_sub(MAX_ROWS);
-    let more = if left_out > 0 { format!("<p class=\"note\">{left_out} more rows.</p>\n") } else { String::new() };
-    let mut letters = table.title.chars();
-    let title = letters
-        .next()
-        .map_or_else(String::new, |first| format!("<h2>{}{}</h2>\n", first.to_uppercase(), escape(letters.as_str())));
-    format!(
-        "{title}<div class=\"scroll\" tabindex=\"0\"><table>\n<thead><tr>{heads}</tr></thead>\n<tbody>\n{rows}</tbody>\n</table></div>\n\
-         {more}{foot}"
-    )
->>>>>>> main
 }
 
 /// Adds a dot for shots of one kind; larger where they are many.
@@ -193,34 +176,19 @@ pub(super) fn residual_panel(limit: &Limit) -> Option<Figure> {
 }
 
 /// Response of a sweep over the first factor, a line for each combination of the others; nothing without a response.
-<<<<<<< HEAD
-pub(super) fn lines_panel(names: &[&str], points: &[SweepPoint<'_>], response: &str) -> Option<Figure> {
+pub(super) fn lines_panel(names: &[&str], points: &[SweepPoint], response: &str) -> Option<Figure> {
     let shown = points.iter().flat_map(|point| point.bounds.unwrap_or([point.response; 2]));
     let [x, y] = [ends(points.iter().map(|point| point.x)), ends(shown)].map(|range| roomy(range, 0.05, 1e-3));
     let mut plot = Plot::new(x, y, [names[0], response]);
-    let mut groups: Vec<&[String]> = points.iter().map(|point| point.others).collect();
-=======
-pub(super) fn lines_panel(names: &[&str], points: &[SweepPoint], response: &str) -> Option<Panel> {
-    let shown = points.iter().flat_map(|point| point.bounds.unwrap_or([point.response; 2]));
-    let ranges = [ends(points.iter().map(|point| point.x)), ends(shown)].map(|range| roomy(range, 0.05, 1e-3));
-    let mut panel = Panel::new(format!("{response} over {}", names[0]), 84.0, ranges, [names[0], response]);
     let mut groups: Vec<&str> = points.iter().map(|point| point.others.as_str()).collect();
->>>>>>> main
     groups.sort_unstable();
     groups.dedup();
     for (n, group) in groups.iter().enumerate() {
         let mut points: Vec<&SweepPoint> = points.iter().filter(|point| point.others == *group).collect();
         points.sort_by(|a, b| a.x.total_cmp(&b.x));
-<<<<<<< HEAD
         let class = format!("k{}", n % COLOURS);
         let line: Vec<[f64; 2]> = points.iter().map(|point| [point.x, point.response]).collect();
-        plot.line(&class, &group.join(", "), &line);
-=======
-        let colour = COLOURS[n % COLOURS.len()];
-        panel.line(points.iter().map(|point| [point.x, point.response]), colour, "none");
-        panel.drawing += &legend(at, colour, group);
-        at += step;
->>>>>>> main
+        plot.line(&class, group, &line);
         for point in points {
             if let Some(bounds) = point.bounds {
                 plot.line(&format!("{class} interval"), "", &bounds.map(|end| [point.x, end]));
