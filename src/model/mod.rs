@@ -166,9 +166,9 @@ impl<S: Scalar> Model<S> {
         })
     }
 
-    /// Terms of the model that the scene has.
+    /// Features of the scene.
     pub fn features(&self) -> Features {
-        Features::of_pack(self)
+        Features::of_all(self, &self.ply_types)
     }
 
     /// The ply type of a ply.

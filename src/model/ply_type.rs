@@ -135,21 +135,7 @@ impl<S: Scalar> PlyType<S> {
 
     /// Element constants in the precision of a kernel.
     pub fn constants<T: Scalar, L: LawKernel>(&self) -> ElementConstants<T> {
-        let e = &self.element;
-        ElementConstants {
-            cell: UnitCellParameters::cast::<L>(&self.cell),
-            shear: e.shear.cast(),
-            gradient: e.gradient.map(T::splat),
-            membrane: e.membrane.map(T::splat),
-            half_length: e.half_length.map(T::splat),
-            hourglass: e.hourglass.map(T::splat),
-            viscosity: e.viscosity.map(T::splat),
-            viscous_length: e.viscous_length.map(T::splat),
-            per_steep: T::splat(e.per_steep),
-            mode_share: T::splat(e.mode_share),
-            cells: T::splat(e.cells),
-            area: T::splat(e.area),
-        }
+        self.element.map(UnitCellParameters::cast::<L>(&self.cell), T::splat)
     }
 }
 
