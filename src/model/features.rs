@@ -34,15 +34,15 @@ pub struct Features {
     pub strength: bool,
     /// There is a projectile.
     pub projectile: bool,
-    /// It rubs.
+    /// Friction acts on the projectile.
     pub friction: bool,
     /// The rim of its face is sampled too.
     pub edges: bool,
-    /// It may turn.
+    /// Rotation of the projectile is free.
     pub rotation: bool,
     /// There are plies that may touch each other.
     pub plies: bool,
-    /// They rub.
+    /// Friction acts between plies.
     pub ply_friction: bool,
     /// Elements of a ply differ in size.
     pub graded: bool,

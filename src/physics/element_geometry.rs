@@ -26,7 +26,7 @@ pub struct ElementConstants<R> {
     /// 1 over the stretch that a front adds while it crosses an element, and from which the viscosity of the whole length acts, over the
     /// coefficient of the viscosity [-].
     pub per_steep: R,
-    /// What |q|² has in Λ² [-]: ⅓ where stretches are means over the element, 0 where they are those at its centre.
+    /// Share of |q|² in Λ² [-]: ⅓ where stretches are means over the element, 0 where they are those at its centre.
     pub mode_share: R,
     /// Crossovers per element, and element area [m²], for energies.
     pub cells: R,
@@ -98,7 +98,7 @@ impl<R: Real> ElementGeometry<R> {
         }
     }
 
-    /// The same for elements as long as `width` of the finest.
+    /// Elements as long as `width` of the finest, as high as these.
     #[inline(always)]
     pub(crate) fn of_columns(&self, width: R, per_width: R) -> Self {
         Self {

@@ -22,7 +22,7 @@ pub(crate) const ARC_SINE: [f64; 13] = [
     1.0,
 ];
 
-/// The same for single precision: error 3e-10.
+/// Coefficients for single precision: error 3e-10.
 pub const ARC_SINE_SINGLE: [f64; 7] = [
     0.037_677_139_309_900_15,
     0.014_295_255_316_288_355,
