@@ -13,7 +13,6 @@ mod exit_codes;
 mod expectations;
 mod faults;
 mod files;
-mod fit;
 mod logging;
 mod new;
 mod no_gpu;

@@ -35,7 +35,7 @@ fn killed_at_20_random_moments_a_run_ends_as_if_nothing_had_been() {
         let ended = child.wait().unwrap();
         assert!(!ended.success(), "over before kill {kill}: take a longer run");
         // Whatever was being written: what is there is whole, and further than the last time.
-        let head = Checkpoint::open(&path).unwrap_or_else(|e| panic!("{e}")).head().clone();
+        let head = Checkpoint::open(&path).unwrap_or_else(|e| panic!("{e}")).header().clone();
         assert!(head.time > last, "{} after {last}", head.time);
         last = head.time;
         file = wait_for_another(&path, None);
@@ -75,7 +75,7 @@ fn ctrl_c_leaves_a_checkpoint_of_that_very_step() {
     assert!(stderr(&output).contains("help: `ripstop resume out/shot` goes on"), "{}", stderr(&output));
     let summary = bench.json("out/shot/summary.json");
     assert_eq!(summary["interrupted"], true);
-    let kept = Checkpoint::open(&path).unwrap().head().time;
+    let kept = Checkpoint::open(&path).unwrap().header().time;
     assert_eq!(summary["time_us"].as_f64().unwrap(), kept * 1e6);
     assert_eq!(code(&bench.ripstop(&["resume", "out/shot", "--quiet"])), 0);
     same_files(&files(&bench.path("whole")), &files(&bench.path("out/shot")));
