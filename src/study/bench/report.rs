@@ -6,7 +6,7 @@ use super::{BenchPlan, BenchResult, BenchRow, Errors, REFERENCE};
 use crate::case::{Case, case_hash};
 use crate::num::simd::Vectors;
 use crate::output;
-use crate::output::chart::{self, ChartAxis};
+use crate::output::plot::{self, Axis};
 use crate::run::Run;
 
 /// Everything measured. `wall_seconds`: time since the command began [s].
@@ -118,7 +118,7 @@ pub fn plot(measured: &[BenchResult], tolerance: f64) -> String {
         format!("<g transform=\"translate(0 {})\">\n{}</g>\n", SIZE[1] * at as f64, panel(one, tolerance * 100.0))
     });
     let size = [SIZE[0], SIZE[1] * measured.len().max(1) as f64];
-    chart::svg(size, "", &format!("{}{STYLE}", chart::STYLE), &panels.collect::<String>())
+    plot::svg(size, &format!("{}{STYLE}", plot::STYLE), &panels.collect::<String>())
 }
 
 /// Points are numbered, their names stand beside the plot. `limit`: error that is good enough [%].
@@ -126,35 +126,35 @@ fn panel(measured: &BenchResult, limit: f64) -> String {
     let mut rows: Vec<(&BenchRow, [f64; 2])> =
         measured.rows.iter().filter_map(|row| Some((row, [row.time(), row.velocity_error()? * 100.0]))).collect();
     rows.sort_by(|a, b| a.1[0].total_cmp(&b.1[0]));
-    let x = ChartAxis::logarithmic(&rows.iter().map(|row| row.1[0]).collect::<Vec<_>>(), ACROSS);
-    let y = ChartAxis::logarithmic(&rows.iter().map(|row| row.1[1]).chain([limit]).collect::<Vec<_>>(), UP);
+    let x = Axis::logarithmic(&rows.iter().map(|row| row.1[0]).collect::<Vec<_>>(), ACROSS);
+    let y = Axis::logarithmic(&rows.iter().map(|row| row.1[1]).chain([limit]).collect::<Vec<_>>(), UP);
     let title = format!("{}: run time against error", measured.case.title);
     let caption = match measured.cheapest.map(|at| &measured.rows[at]) {
         Some(row) => format!("cheapest that is good enough: {}", row.configuration.name),
         None => "no choice is good enough".to_owned(),
     };
-    let mut out = chart::text(24.0, 28.0, "font-size=\"16\" font-weight=\"bold\"", &title);
-    out += &chart::text(24.0, 48.0, "", &format!("{caption}; line: what no other choice beats"));
-    out += &chart::axes(&x, &y, ["time in the loop [s]", "error of the velocity history [%]"]);
+    let mut out = plot::text(24.0, 28.0, "font-size=\"16\" font-weight=\"bold\"", &title);
+    out += &plot::text(24.0, 48.0, "", &format!("{caption}; line: what no other choice beats"));
+    out += &plot::axes(&x, &y, ["time in the loop [s]", "error of the velocity history [%]"]);
     let ends = [x.range()[0], x.range()[1]];
-    out += &chart::line(&x, &y, ends.map(|end| [end, limit]).into_iter(), "class=\"limit\"");
-    let asked = format!("asked for: {} %", chart::label(limit));
-    out += &chart::text(ACROSS[1] - 4.0, y.at(limit) - 4.0, "text-anchor=\"end\"", &asked);
+    out += &plot::line(&x, &y, ends.map(|end| [end, limit]).into_iter(), "class=\"limit\"");
+    let asked = format!("asked for: {} %", plot::label(limit));
+    out += &plot::text(ACROSS[1] - 4.0, y.at(limit) - 4.0, "text-anchor=\"end\"", &asked);
     if let Some(top) = measured.scatter.map(|error| y.at(error * 100.0)).filter(|top| *top < UP[0]) {
-        out += &chart::area(ACROSS, [top, UP[0]], "class=\"scatter\"", "");
-        out += &chart::text(ACROSS[0] + 6.0, UP[0] - 6.0, "", "scatter of the reference");
+        out += &plot::area(ACROSS, [top, UP[0]], "class=\"scatter\"", "");
+        out += &plot::text(ACROSS[0] + 6.0, UP[0] - 6.0, "", "scatter of the reference");
     }
     let front = rows.iter().filter(|(row, _)| row.on_front).map(|(_, point)| *point);
-    out += &chart::line(&x, &y, front, "class=\"front\"");
+    out += &plot::line(&x, &y, front, "class=\"front\"");
     for (number, (row, point)) in rows.iter().enumerate() {
         let [across, up] = [x.at(point[0]), y.at(point[1])];
         let class = if row.on_front { "best" } else { "other" };
         out += &format!("<circle class=\"{class}\" cx=\"{across:.1}\" cy=\"{up:.1}\" r=\"4.5\"/>\n");
-        out += &chart::text(across + 7.0, up - 5.0, "", &format!("{}", number + 1));
+        out += &plot::text(across + 7.0, up - 5.0, "", &format!("{}", number + 1));
         let name = row.configuration.name.split(':').next().unwrap_or_default();
         let outcome = if row.same_outcome { String::new() } else { format!(" ({})", row.run.outcome.word()) };
         let words = format!("{} {name}{outcome}", number + 1);
-        out += &chart::text(ACROSS[1] + 24.0, UP[1] + 12.0 + 18.0 * number as f64, "", &words);
+        out += &plot::text(ACROSS[1] + 24.0, UP[1] + 12.0 + 18.0 * number as f64, "", &words);
     }
     out
 }
