@@ -11,7 +11,9 @@ use std::time::Duration;
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use ripstop::case::{self, Case};
-use ripstop::kernels::crossover::{self, Published, UnitCellParameters};
+use ripstop::physics::crossover;
+use ripstop::physics::unit_cell_parameters::UnitCellParameters;
+use ripstop::physics::yarn_law::Published;
 use ripstop::run::RunScalar;
 use ripstop::run::{self, Options, Simulation};
 

@@ -1,5 +1,5 @@
 // arc_length: length of a sinusoidal yarn over its span, (13) in closed form, by the Gauss–Kummer series.
-// Twin: src/kernels/arc_length.rs
+// Twin: src/physics/arc_length.rs
 
 /// s − 1, ds/dk, d²s/dk² and cos α = 1/√(1 + k²) at end slope k.
 struct ArcLength {

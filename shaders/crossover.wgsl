@@ -1,5 +1,5 @@
 // crossover: equilibrium of warp and weft where they cross, (11)–(24): a bracketed Newton iteration where the joint one fails.
-// Twin: src/kernels/crossover.rs
+// Twin: src/physics/crossover.rs
 
 const MAX_ITERATIONS: u32 = 80u;
 const REFINEMENTS: u32 = 8u;

@@ -8,7 +8,7 @@
 //   out     events    array<Event>         yarn failures
 //   in/out  yarns     array<f32>  (8, E)   viscous forces of warp and weft [N]; strains of warp and weft in steps of even number, of odd
 //                                          number [-]; failure strains of warp and weft over the fabric's [-], where strength varies
-// Twin: src/kernels/element_force/mod.rs
+// Twin: src/solver/element_force.rs
 
 @group(1) @binding(0) var<storage, read> nodes: array<f32>;
 @group(1) @binding(1) var<storage, read_write> forces: array<f32>;

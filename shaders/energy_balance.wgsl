@@ -11,7 +11,7 @@
 //   in/out  bodies    array<Body>          their sums begin at 0 again
 //   in      status    array<u32>           counters
 //   out     samples   array<u32>  (slots, shots that run, groups·25 + 73)
-// Twin: src/solver/energy_balance.rs, and `covered` of src/run/outcome.rs
+// Twin: src/solver/energy_balance.rs
 
 @group(1) @binding(0) var<storage, read> nodes: array<f32>;
 @group(1) @binding(1) var<storage, read> forces: array<f32>;

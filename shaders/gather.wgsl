@@ -1,5 +1,5 @@
 // gather: internal force on a node from its up to four elements, in fixed order.
-// Twin: `gather` of src/kernels/node_update.rs
+// Twin: src/solver/gather.rs
 
 fn element_forces(field: u32, element: u32) -> vec3<f32> {
     let e = scene.elements;

@@ -1,5 +1,5 @@
 // kinematics: gradients, stretches and directions of an element. Needs `nodes`.
-// Twin: src/kernels/kinematics.rs
+// Twin: src/physics/kinematics.rs
 
 /// Keeps quotients finite where an element has shrunk to nothing: least stretch, its square or its change.
 const TINY: f32 = 1e-12;

@@ -1,5 +1,5 @@
 // law_energy: energy that the published unit-cell law makes or loses by itself.
-// Twin: src/kernels/law_energy.rs
+// Twin: src/model/law_energy.rs
 
 /// Places along each axis of the law's energy.
 const LAW_COUNT: u32 = 40u;

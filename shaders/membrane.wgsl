@@ -1,5 +1,5 @@
 // membrane: in-plane forces of an element: yarns, trellis shear that fades where a yarn is folded, shock viscosity.
-// Twin: src/kernels/membrane.rs
+// Twin: src/physics/membrane.rs
 
 /// Stretch of a yarn below which it counts as folded: its element's trellis energy fades with the stretch.
 const FOLDED_STRETCH: f32 = 0.5;

@@ -5,7 +5,7 @@
 //   in/out  status      array<u32>           counters
 //   in      bodies      array<Body>          the projectiles
 //   out     candidates  array<u32>           a bit per node, then a bit per word of these
-// Twin: src/kernels/node_update.rs
+// Twin: src/solver/node_update.rs
 
 @group(1) @binding(0) var<storage, read_write> nodes: array<f32>;
 @group(1) @binding(1) var<storage, read> forces: array<f32>;

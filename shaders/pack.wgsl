@@ -1,5 +1,5 @@
 // pack: the plies, where a node or an element lies, its mass, and what may have moved.
-// Twin: src/model/mesh.rs, src/model/ply_type.rs and src/solver/active_region.rs
+// Twin: src/model/mesh.rs, src/model/ply_type.rs
 
 /// A ply of the pack.
 struct Ply {
@@ -188,4 +188,18 @@ fn reference(ply: u32, place: vec2<u32>) -> vec3<f32> {
         y = line_at(ply, 1u, place.x).place;
     }
     return vec3<f32>(x, y, plies[ply].z);
+}
+
+/// First element above and to the right of a node, as if the ply went on.
+fn element_above(node: u32, place: vec2<u32>) -> u32 {
+    return element_at(node_ply(node), place);
+}
+
+/// Which of the elements above right, above left, below left and below right of a node there are.
+fn adjacent_elements(ply: u32, place: vec2<u32>) -> vec4<bool> {
+    let above = place.x < plies[ply].rows;
+    let below = place.x > 0u;
+    let right = place.y < plies[ply].columns;
+    let left = place.y > 0u;
+    return vec4<bool>(above && right, above && left, below && left, below && right);
 }

@@ -1,5 +1,5 @@
 // ply_contact: where a node stands over a cell of the neighbouring ply, and the impulse between them.
-// Twin: src/kernels/ply_contact.rs
+// Twin: src/physics/ply_contact.rs
 
 /// Most of a penetration that is driven out in a step.
 const POSITION_CORRECTION: f32 = 0.05;

@@ -1,5 +1,70 @@
-// projectile_motion: the equations of the body's motion with what it meets attached to it. Needs `body`.
-// Twin: src/kernels/projectile_contact.rs
+// projectile_motion: points where the projectile may touch, sums over the workgroup, and the equations of the body's motion with
+// these points attached. What `projectile_points` finds, `projectile_contact` lets meet. Needs `body`, `points` and `touches`.
+// Twin: src/solver/projectile_contact.rs
+
+/// A node near the body during one step.
+struct Point {
+    /// Inverse mass by direction, 0 where held [1/kg].
+    inverse: vec4<f32>,
+    /// Velocity relative to the body's material before contact [m/s], and the mass [kg].
+    relative: vec4<f32>,
+    /// In the body's frame, without the fabric in front of it [m], and the thickness of that [m].
+    pressed: vec4<f32>,
+    /// Impulse of the points of the rim on its edges [N·s], and the sum of their weights.
+    edge_impulse: vec4<f32>,
+    /// Relative velocity without normal impulses; in the end before the step [m/s].
+    free: vec4<f32>,
+    /// Relative velocity with all impulses found so far [m/s].
+    slip: vec4<f32>,
+    node: u32,
+    // Where the rim is sampled.
+    /// Points of the rim on the edges to the next node of the row, then of the column: the first, and how many of each.
+    first: u32,
+    to_right: u32,
+    to_above: u32,
+    /// The points before this one in its row, in its column, where a point of the rim lies between; or `NONE`.
+    left: u32,
+    below: u32,
+    /// Whether a point of the rim lies on an edge that ends here: 1 or 0.
+    constrained: u32,
+    /// The first of the points that it is tied to by points of the rim, over any number of edges.
+    block: u32,
+}
+
+/// Where the body may touch: a node, or a point of the rim on an edge. Those of the nodes come first; before them is one whose `ends` tell
+/// how many are of nodes, and how many there are.
+struct Touch {
+    /// Outward normal, and the gap [m].
+    normal: vec4<f32>,
+    /// From the centre of mass [m], and the mass that friction meets [kg].
+    arm: vec4<f32>,
+    /// Friction impulse and normal impulse [N·s].
+    friction_impulse: vec4<f32>,
+    /// L⁻¹ [G | n·v − target]: impulse, then turn and excess [m/s].
+    moved: vec4<f32>,
+    turned: vec4<f32>,
+    /// The nodes at the ends of the edge, by their points; a node's own is both.
+    ends: vec2<u32>,
+    /// What the second has of it [-]; the first has the rest.
+    weight: f32,
+    /// Coulomb coefficient.
+    friction: f32,
+    state: u32,
+    // Of those that push.
+    /// On the diagonal of K [1/kg], of L.
+    diagonal: f32,
+    root: f32,
+    /// On the way to the normal impulse.
+    normal_impulse: f32,
+    /// Its place among those that share nodes, or `NONE`; the first of its block; the first that its row has an entry for.
+    member: u32,
+    begin: u32,
+    entry: u32,
+    /// Where its row of the matrix begins.
+    row: u32,
+}
+
+const NONE: u32 = 0xffffffffu;
 
 // States of a point.
 const AWAY: u32 = 0u;
@@ -134,4 +199,70 @@ fn moved_body(start: Body, met: bool) -> Body {
         b.energy += vec4<f32>(result[6], result[7], result[8], 0.0);
     }
     return advance(b);
+}
+
+/// Invocations: as many as every device has. A card waits for memory most of the time, for all of them together.
+const WIDTH: u32 = 256u;
+/// Of them, those whose parts of sums lie side by side.
+const LANES: u32 = 64u;
+
+var<workgroup> sums: array<f32, 1755>; // 27 sums of 64 parts, in rows of 65
+var<workgroup> result: array<f32, 27>;
+var<workgroup> scan: array<u32, 256>;
+var<workgroup> ballot: atomic<u32>;
+var<workgroup> verdict: u32;
+
+/// Adds up `count` sums over the invocations, in fixed order, from what each has.
+fn reduce(part: ptr<function, array<f32, 27>>, count: u32, local: u32) {
+    workgroupBarrier();
+    let lane = local % LANES;
+    for (var turn = 0u; turn < WIDTH / LANES; turn++) {
+        if (local / LANES == turn) {
+            for (var i = 0u; i < count; i++) {
+                let before = select(sums[i * 65u + lane], 0.0, turn == 0u);
+                sums[i * 65u + lane] = before + (*part)[i];
+            }
+        }
+        workgroupBarrier();
+    }
+    if (local < count) {
+        var sum = 0.0;
+        for (var i = 0u; i < LANES; i++) {
+            sum += sums[local * 65u + i];
+        }
+        result[local] = sum;
+    }
+    workgroupBarrier();
+}
+
+/// The same answer for every invocation: whether it is yes for any.
+fn vote(yes: bool, local: u32) -> bool {
+    if (local == 0u) {
+        atomicStore(&ballot, 0u);
+    }
+    workgroupBarrier();
+    if (yes) {
+        atomicStore(&ballot, 1u);
+    }
+    workgroupBarrier();
+    if (local == 0u) {
+        verdict = atomicLoad(&ballot);
+    }
+    return workgroupUniformLoad(&verdict) != 0u;
+}
+
+/// The number of an invocation added to those of all before it; the last has the sum of all. `scan` must not be read by then.
+fn sum_up_to(number: u32, local: u32) -> u32 {
+    scan[local] = number;
+    workgroupBarrier();
+    for (var reach = 1u; reach < WIDTH; reach *= 2u) {
+        var sum = scan[local];
+        if (local >= reach) {
+            sum += scan[local - reach];
+        }
+        workgroupBarrier();
+        scan[local] = sum;
+        workgroupBarrier();
+    }
+    return scan[local];
 }

@@ -1,5 +1,5 @@
 // rigid_body: the projectile's state and its motion, six degrees of freedom.
-// Twin: src/kernels/rigid_body.rs
+// Twin: src/physics/rigid_body.rs
 //
 // A position is held in fixed point, `coarse`·2⁻¹⁰ m + `fine`·2⁻³⁴ m, and the velocity as its change since the impact,
 // so that neither a long flight nor a heavy body loses the small steps to rounding. Gaps are measured from the tip of the

@@ -1,5 +1,5 @@
 // shear: trellis shear with locking, (25).
-// Twin: src/kernels/shear.rs
+// Twin: src/physics/shear.rs
 
 /// asin(x)/x as a polynomial in x² on |x| ≤ ½, highest power first.
 const ARC_SINE_SINGLE = array<f32, 7>(

@@ -1,5 +1,5 @@
 // supports: what the held nodes on the rim of each ply take. Needs `supports`.
-// Twin: the `support` sums of src/kernels/node_update.rs
+// Twin: the `support` sums of src/solver/node_update.rs
 
 /// Number of a node of a ply's rim.
 fn rim_index(ply: u32, place: vec2<u32>) -> u32 {

@@ -1,5 +1,5 @@
 // yarn_law: tension and contact force of one yarn at a stretch and a height, (13)–(19), for every law.
-// Twin: src/kernels/yarn_law.rs
+// Twin: src/physics/yarn_law.rs
 
 const SHORTEST: f32 = 1e-9;
 const PI: f32 = 3.14159265358979;

@@ -56,9 +56,9 @@
 //! ```text
 //! num       numbers, several at once, sums in fixed order, random numbers, distributions
 //! case      JSON, checked, in SI: what the user asks
-//! kernels   the arithmetic of a step, each with its twin in shaders/
+//! physics   what a yarn, a crossover, an element and a point of contact do, without a mesh
 //! model     what stays constant: plies, mesh, unit-cell constants, masses, critical step
-//! solver    what varies, and one step of it on the processor: state, order of the kernels, energy balance
+//! solver    what varies, and one step of it on the processor: state, kernels and their order, energy balance
 //! gpu       the same step on a graphics processor
 //! run       the host loop of both, outcome, history, frames, checkpoints
 //! output    files: results, report, pictures, frames for ParaView, quality of a result
@@ -67,8 +67,8 @@
 //! ```
 //!
 //! - Only [`case`] knows keys and textile units.
-//! - `kernels` are generic over `num::scalar::Real`, one kernel or piece of point physics per file, by name and by binding order
-//!   like the shaders; tests hold the twins together.
+//! - `physics` and the kernels of `solver` are generic over `num::scalar::Real`. A shader has the name of its twin; tests hold both
+//!   together.
 //! - `solver` is the only place that knows the order of the kernels on the CPU, `gpu` on a graphics processor.
 //!   State lies in rows (ply, row, column), each ply in its own axes; `solver::active_region` is what may have moved.
 //! - [`run::run`] is the host loop. Whoever wants to follow a run implements [`run::Observer`] and gets progress and [`run::frame`]s.
@@ -77,10 +77,10 @@
 //!
 //! # What always holds
 //!
-//! - Kernels never touch files, threads or devices; the model never sees a backend; only `gpu` knows wgpu.
+//! - Physics and kernels never touch files, threads or devices; the model never sees a backend; only `gpu` knows wgpu.
 //! - Nothing allocates inside the step loop but records (failures, history rows).
 //! - Sums run in fixed order: same case, same bits, whatever the number of threads.
-//! - Of a scene that is its own mirror image a part is computed (`kernels::mirror_planes`); the run makes results whole again.
+//! - Of a scene that is its own mirror image a part is computed (`physics::mirror_planes`); the run makes results whole again.
 //! - What nothing has reached is exactly at rest, to the last bit, and is left out.
 //! - A number that is not finite, or energy that was never put in, stops the run with step, kernel and place.
 
@@ -106,7 +106,7 @@ pub use run::{Observer, Options, Outcome, Run, RunError, Sample};
 #[doc(hidden)]
 pub mod gpu;
 #[doc(hidden)]
-pub mod kernels;
+pub mod physics;
 // Tables of the documentation. The one file outside the rooms: every room may print such a table, and it uses none.
 #[doc(hidden)]
 pub mod markdown;

@@ -16,7 +16,7 @@ use std::path::Path;
 
 use proptest::prelude::*;
 use ripstop::case::{self, Bound, Case, CaseError, Edge, Fabric, Field, Layer, Origin, Shape};
-use ripstop::kernels::projectile_shape::Body;
+use ripstop::physics::projectile_body::Body;
 use serde_json::{Map, Value, json};
 
 /// A case that gives every key that a free cylinder and a pack of two kinds of plies can have.

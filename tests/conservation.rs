@@ -6,8 +6,8 @@
 //! a failure or contact loses energy unbooked, a sum depends on threads, rest is not rest.
 
 use ripstop::case;
-use ripstop::kernels::node_update::field;
 use ripstop::run::{Precision, Run, Sample, Simulation};
+use ripstop::solver::node_update::field;
 
 use crate::scene::{builtin, run, run_as};
 

@@ -7,13 +7,14 @@
 //! body differ from those on the nodes.
 
 use nalgebra::{UnitQuaternion, Vector3};
-use ripstop::kernels::projectile_contact::{self, ContactPoint, ContactTotals};
-use ripstop::kernels::projectile_rim::{EdgeConstraint, Rim, SHARED};
-use ripstop::kernels::projectile_shape::Body;
-use ripstop::kernels::rigid_body::RigidBody;
 use ripstop::output;
 use ripstop::output::checks::{Level, checks};
+use ripstop::physics::projectile_body::Body;
+use ripstop::physics::rigid_body::RigidBody;
 use ripstop::run::{Precision, Run};
+use ripstop::solver::edge_contact::{EdgeConstraint, Rim, SHARED};
+use ripstop::solver::projectile_contact;
+use ripstop::solver::projectile_contact::{ContactPoint, ContactTotals};
 
 use crate::scene::{builtin, run, run_as, shipped};
 

@@ -9,8 +9,9 @@
 mod failure;
 
 use ripstop::case::{Case, Law, StretchSampling};
-use ripstop::kernels::element_force::{FOLDED_STRETCH, LONGEST_LEVER, field as element};
 use ripstop::num::scalar::Scalar;
+use ripstop::physics::membrane::{FOLDED_STRETCH, LONGEST_LEVER};
+use ripstop::solver::element_totals::field as element;
 
 use crate::support::patch::{Patch, Sums, Vector, affine, bare, case, difference, dot, length, swapped};
 use crate::support::{Random, SOLVER_LAWS, Worst};

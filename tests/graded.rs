@@ -55,12 +55,12 @@ fn it_covers_the_same_cloth_with_fewer_elements_and_the_same_mass() {
         assert!(grown.elements() * 3 < even.elements() * 2, "{} of {}", grown.elements(), even.elements());
         assert_eq!(grown.dt.to_bits(), even.dt.to_bits(), "the finest elements set the step");
         for (even, grown) in even.ply_types.iter().zip(&grown.ply_types) {
-            let mass = |rows: usize, columns: usize, ply_type: &ripstop::model::PlyType<f64>| -> f64 {
+            let mass = |rows: usize, columns: usize, ply_type: &ripstop::model::ply_type::PlyType<f64>| -> f64 {
                 (0..=rows).map(|row| ply_type.row_mass(row).mass[..=columns].iter().sum::<f64>()).sum()
             };
             let [a, b] = [even, grown].map(|ply_type| mass(ply_type.mesh.rows, ply_type.mesh.columns, ply_type));
             assert!((a / b - 1.0).abs() < 1e-13, "{a} {b}");
-            let last = |ply_type: &ripstop::model::PlyType<f64>| {
+            let last = |ply_type: &ripstop::model::ply_type::PlyType<f64>| {
                 ply_type.mesh.reference(ply_type.mesh.rows, ply_type.mesh.columns)
             };
             assert_eq!(last(even), last(grown));

@@ -6,13 +6,13 @@
 //! stopped flies back with no more energy than the fabric had.
 
 use ripstop::case::Case;
-use ripstop::kernels::element_force::field as element;
-use ripstop::kernels::node_update::field as node;
-use ripstop::kernels::rigid_body::RigidBody;
 use ripstop::model::Model;
 use ripstop::output;
+use ripstop::physics::rigid_body::RigidBody;
 use ripstop::run::Simulation;
 use ripstop::run::outcome::{self, Outcome};
+use ripstop::solver::element_totals::field as element;
+use ripstop::solver::node_update::field as node;
 use ripstop::solver::state::State;
 
 use crate::scene::{builtin, run as run_case};

@@ -9,11 +9,12 @@
 use std::sync::atomic::AtomicBool;
 
 use ripstop::case::{self, Case};
-use ripstop::kernels::element_force::field as element;
-use ripstop::kernels::ply_contact;
-use ripstop::model::{Model, mesh::corners, over};
+use ripstop::model::mesh::corners;
+use ripstop::model::{Model, layup};
+use ripstop::physics::ply_contact;
 use ripstop::run::{Options, Precision, Run, Simulation, Skips};
-use ripstop::solver::node_position;
+use ripstop::solver::element_totals::field as element;
+use ripstop::solver::state::node_position;
 
 use crate::scene::{builtin, run, run_as};
 
@@ -143,7 +144,7 @@ fn a_ply_slides_over_many_cells_of_another_and_never_through_it() {
     let (model, columns) = (&simulation.model, simulation.model.ply_type(0).mesh.columns);
     // 4.8 mm and 1.8 mm are 3.8 and 1.4 cells.
     let behind = model.nodes_per_ply() + 2 * (model.grid.columns + 1) + 2;
-    let over = over::element(simulation.state.over[behind]);
+    let over = layup::element(simulation.state.over[behind]);
     assert_eq!([over / columns, over % columns], [3, 5]);
     let run = simulation.into_run(1.0);
     assert!(run.max_ply_penetration < 0.05 * 0.3e-3, "{}", run.max_ply_penetration);
@@ -319,13 +320,13 @@ fn inside(simulation: &Simulation<f64>) -> [usize; 2] {
     let mut count = [0; 2];
     for (at, part) in state.over.chunks(model.nodes_per_ply()).enumerate() {
         let (ply, side) = (at / 2, at % 2);
-        let Some(other) = over::neighbour(ply, side, grid.plies) else { continue };
+        let Some(other) = layup::neighbour(ply, side, grid.plies) else { continue };
         let (mesh, theirs) = (&model.ply_type(ply).mesh, &model.ply_type(other).mesh);
         for (row, column) in (0..=mesh.rows).flat_map(|row| (0..=mesh.columns).map(move |column| (row, column))) {
             let over = part[row * (grid.columns + 1) + column];
-            let cell = [over::element(over) / theirs.columns, over::element(over) % theirs.columns];
+            let cell = [layup::element(over) / theirs.columns, layup::element(over) % theirs.columns];
             let around = mesh.around(row, column).all(|c| whole(ply, c));
-            if over & over::PENETRATING == 0 || !whole(other, cell) || !around {
+            if over & layup::PENETRATING == 0 || !whole(other, cell) || !around {
                 continue;
             }
             let corner = corners(cell).map(|(r, c)| node_position(model, state, other, r, c));

@@ -7,7 +7,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// From the top down; each may use itself and those before it.
-const ROOMS: [&str; 10] = ["num", "case", "kernels", "model", "solver", "gpu", "run", "output", "study", "cli"];
+const ROOMS: [&str; 10] = ["num", "case", "physics", "model", "solver", "gpu", "run", "output", "study", "cli"];
 
 /// Files of `src/` itself, and why they stand there.
 const LOOSE: [&str; 3] = ["lib.rs", "main.rs", "markdown.rs"];

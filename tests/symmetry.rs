@@ -9,8 +9,9 @@
 use std::sync::atomic::AtomicBool;
 
 use ripstop::case::Case;
-use ripstop::model::{MirrorPlanes, Model};
+use ripstop::model::Model;
 use ripstop::output::{self, history};
+use ripstop::physics::mirror_planes::MirrorPlanes;
 use ripstop::run::{self, Options, Precision, Run, Skips};
 use serde_json::json;
 

@@ -10,9 +10,9 @@
 mod domain;
 
 use ripstop::case::Compression;
-use ripstop::kernels::crossover;
 use ripstop::model::unit_cell_curve::CurveLaw;
 use ripstop::num::scalar::Scalar;
+use ripstop::physics::crossover;
 use serde_json::Value;
 
 use crate::support::{

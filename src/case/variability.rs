@@ -2,7 +2,7 @@
 //!
 //! A case with `variability` and no `shot` is the nominal one: nothing varies, and nothing costs time. With a `shot` its values are drawn
 //! and put in the places of the nominal ones, as if somebody had written them there; only the strength of yarns, of which there is one for
-//! each element, is left to the model. Draws are a function of seed and shot, see [`counter_random`](crate::num::counter_random).
+//! each element, is left to the model. Draws are a function of seed and shot, see [`counter_random`](crate::num::random).
 
 use serde_json::{Map, Value, json};
 
@@ -10,8 +10,8 @@ use super::error::CaseError;
 use super::scope::ObjectReader;
 use super::value::short_number_text;
 use super::{Case, Fabric, Projectile, Shape};
-use crate::num::counter_random::DrawKey;
 use crate::num::link::Link;
+use crate::num::random::DrawKey;
 
 /// What varies from shot to shot.
 #[derive(Clone, Debug, PartialEq)]

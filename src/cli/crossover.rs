@@ -4,7 +4,8 @@ use std::path::PathBuf;
 
 use clap::Args;
 use ripstop::case::{self, Fabric};
-use ripstop::model::unit_cell_curve::{self, CurveLaw, CurvePoint};
+use ripstop::model::unit_cell_curve;
+use ripstop::model::unit_cell_curve::{CurveLaw, CurvePoint};
 use ripstop::output::number::short;
 use serde_json::{Map, Value, json};
 

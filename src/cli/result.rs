@@ -4,12 +4,12 @@
 use std::path::Path;
 
 use ripstop::case::Case;
-use ripstop::model::MirrorPlanes;
 use ripstop::output::checks::{self, Check, Level};
 use ripstop::output::expectation::{Judgement, expected, got, judgement, note, quantity};
 use ripstop::output::number::{fixed, grouped, us};
 use ripstop::output::warnings::Warning;
 use ripstop::output::{Breakage, Energies, symmetry, verdict};
+use ripstop::physics::mirror_planes::MirrorPlanes;
 use ripstop::run::Run;
 use serde_json::Value;
 

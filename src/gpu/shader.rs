@@ -2,7 +2,7 @@
 
 use super::buffers::BufferId;
 use crate::case::Law;
-use crate::model::Features;
+use crate::model::features::Features;
 
 /// Use of a buffer by a kernel.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -68,7 +68,7 @@ macro_rules! sources {
             include_str!("../../shaders/grid_lines.wgsl"),
             include_str!("../../shaders/shot.wgsl"),
             include_str!("../../shaders/scene.wgsl"),
-            include_str!("../../shaders/number.wgsl"),
+            include_str!("../../shaders/scalar.wgsl"),
         ]
     };
 }
@@ -86,7 +86,6 @@ const ELEMENT_FORCE: Kernel = Kernel {
         "law_energy",
         "crossover",
         "coupled_newton",
-        "predictor",
         "yarn_law",
         "arc_length",
         "shear",
@@ -108,16 +107,7 @@ const ELEMENT_FORCE: Kernel = Kernel {
 const NODE_UPDATE: Kernel = Kernel {
     name: "node_update",
     stage: Stage::Nodes,
-    sources: sources!(
-        "node_update",
-        "gather",
-        "adjacent_elements",
-        "supports",
-        "projectile_shape",
-        "projectile_chisel",
-        "rigid_body",
-        "active_region"
-    ),
+    sources: sources!("node_update", "gather", "supports", "projectile_shape", "rigid_body", "active_region"),
     bindings: &[
         (BufferId::Nodes, Write),
         (BufferId::Forces, Read),
@@ -134,14 +124,10 @@ const PROJECTILE_POINTS: Kernel = Kernel {
     stage: Stage::Projectile,
     sources: sources!(
         "projectile_points",
-        "contact_points",
         "projectile_motion",
-        "projectile_near",
-        "workgroup",
-        "adjacent_elements",
+        "contact_candidates",
         "intact",
         "projectile_shape",
-        "projectile_chisel",
         "rigid_body",
         "active_region"
     ),
@@ -163,12 +149,9 @@ const PROJECTILE_CONTACT: Kernel = Kernel {
     stage: Stage::Projectile,
     sources: sources!(
         "projectile_contact",
-        "rim_equations",
-        "contact_points",
+        "edge_contact",
         "projectile_motion",
-        "workgroup",
         "gather",
-        "adjacent_elements",
         "rigid_body",
         "active_region"
     ),
@@ -188,7 +171,7 @@ const PROJECTILE_CONTACT: Kernel = Kernel {
 const PLY_SEARCH: Kernel = Kernel {
     name: "ply_search",
     stage: Stage::Plies,
-    sources: sources!("ply_search", "ply_contact", "ply_views", "intact", "adjacent_elements", "active_region"),
+    sources: sources!("ply_search", "ply_contact", "ply_view", "intact", "active_region"),
     bindings: &[
         (BufferId::Nodes, Read),
         (BufferId::Flags, Read),
@@ -203,7 +186,7 @@ const PLY_SEARCH: Kernel = Kernel {
 const PLY_IMPULSE: Kernel = Kernel {
     name: "ply_impulse",
     stage: Stage::Plies,
-    sources: sources!("ply_impulse", "ply_contact", "ply_views"),
+    sources: sources!("ply_impulse", "ply_contact", "ply_view"),
     bindings: &[
         (BufferId::Nodes, Read),
         (BufferId::Over, Read),
@@ -219,15 +202,7 @@ const PLY_IMPULSE: Kernel = Kernel {
 const PLY_MOVE: Kernel = Kernel {
     name: "ply_move",
     stage: Stage::Plies,
-    sources: sources!(
-        "ply_move",
-        "ply_views",
-        "gather",
-        "adjacent_elements",
-        "element_geometry",
-        "supports",
-        "active_region"
-    ),
+    sources: sources!("ply_move", "ply_view", "gather", "element_geometry", "supports", "active_region"),
     bindings: &[
         (BufferId::Nodes, Write),
         (BufferId::Forces, Read),
@@ -244,14 +219,7 @@ const PLY_MOVE: Kernel = Kernel {
 const ENERGY_BALANCE: Kernel = Kernel {
     name: "energy_balance",
     stage: Stage::EnergyBalance,
-    sources: sources!(
-        "energy_balance",
-        "gather",
-        "adjacent_elements",
-        "projectile_shape",
-        "projectile_chisel",
-        "rigid_body"
-    ),
+    sources: sources!("energy_balance", "gather", "projectile_shape", "rigid_body"),
     bindings: &[
         (BufferId::Nodes, Read),
         (BufferId::Forces, Read),
@@ -293,7 +261,7 @@ impl Kernel {
 }
 
 /// Rounding of relative velocities in single precision, over the largest speed of the body [-]; in double precision
-/// [`projectile_contact::NOISE`](crate::kernels::projectile_contact::NOISE).
+/// [`projectile_contact::NOISE`](crate::solver::projectile_contact::NOISE).
 const NOISE: f64 = 1e-6;
 /// Part of a finest cell by which a yarn may run on too short [-]: what a sum of widths rounds to in single precision.
 const WITHIN: f64 = 1e-3;

@@ -8,10 +8,11 @@ use super::DeviceError;
 use super::buffers::BufferId;
 use super::layout::{self, REACH_WORDS, STATUS_WORDS, status};
 use super::stepper::DeviceStepper;
-use crate::kernels::element_force::field as element;
-use crate::kernels::node_update::field as node;
-use crate::model::{Model, over::SIDES};
+use crate::model::Model;
+use crate::model::layup::SIDES;
 use crate::solver::active_region::ActiveRegion;
+use crate::solver::element_totals::field as element;
+use crate::solver::node_update::field as node;
 use crate::solver::state::{Rows, State};
 
 /// Wait for the driver to report a finished mapping.

@@ -1,9 +1,10 @@
 //! Which terms of the model a scene has. A backend leaves the others out.
 
-use super::{Model, PlyType};
 use crate::case::Law;
-use crate::kernels::arc_length::MAX_TERMS;
-use crate::kernels::unit_cell_parameters::NEVER;
+use crate::model::Model;
+use crate::model::ply_type::PlyType;
+use crate::physics::arc_length::MAX_TERMS;
+use crate::physics::unit_cell_parameters::NEVER;
 
 /// Terms of the model that a scene has.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

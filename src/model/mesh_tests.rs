@@ -1,5 +1,4 @@
 use super::*;
-
 #[test]
 fn a_part_of_a_mesh_keeps_its_places_and_its_images_make_the_whole() {
     for angle in [0.0, 0.5, 1.0, -0.5].map(|quarters| quarters * std::f64::consts::PI) {

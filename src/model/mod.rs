@@ -2,38 +2,26 @@
 //!
 //! The model knows no backend. State arrays that go with it are laid out (shot, ply, row, column).
 
-mod columns;
-pub(crate) mod cover;
-pub mod failure_length;
+pub mod failure_criterion;
 pub mod features;
-pub mod grid;
-mod law_tables;
-mod layup;
-mod lines;
+pub mod grid_lines;
+pub mod law_energy;
+pub mod layup;
 pub mod mesh;
-pub mod over;
 pub mod ply_type;
-pub mod pretension;
-pub mod strength;
-mod symmetry;
 pub mod time_step;
 pub mod unit_cell_curve;
 
 use crate::case::{Case, ContactSampling, Symmetry};
-use crate::kernels::element_force::field;
-pub use crate::kernels::mirror_planes::MirrorPlanes;
-use crate::kernels::projectile_shape::Body;
-use crate::kernels::rigid_body::RigidBody;
 use crate::num::scalar::Scalar;
-pub use columns::Columns;
-pub use grid::Grid;
-pub use mesh::Mesh;
-pub use ply_type::{PlyType, RowMasses};
-pub use pretension::InitialStretch;
-
-pub use features::Features;
-pub use strength::Strength;
-pub use time_step::StepBound;
+use crate::physics::mirror_planes::MirrorPlanes;
+use crate::physics::projectile_body::Body;
+use crate::physics::rigid_body::RigidBody;
+use failure_criterion::Strength;
+use features::Features;
+use mesh::Grid;
+use ply_type::PlyType;
+use time_step::StepBound;
 
 /// Why a valid case cannot become a model.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -152,7 +140,7 @@ impl<S: Scalar> Model<S> {
             Some(p) => Some(RigidBody::new(p, Body::new(p).map_err(|_| ModelError::EdgeRadius)?, cell)),
             None => None,
         };
-        let mirror = symmetry::planes_of(case, projectile.as_ref());
+        let mirror = layup::planes_of(case, projectile.as_ref());
         let planes = if cut { mirror } else { MirrorPlanes::NONE };
         let ply_type = |layer| PlyType::new(case, layer, planes);
         let ply_types = layup.layers.iter().map(ply_type).collect::<Result<Vec<_>, _>>()?;
@@ -186,11 +174,6 @@ impl<S: Scalar> Model<S> {
     /// The ply type of a ply.
     pub fn ply_type(&self, ply: usize) -> &PlyType<S> {
         &self.ply_types[self.plies[ply].ply_type]
-    }
-
-    /// Fields of an element: see [`field`].
-    pub(crate) fn element_fields(&self) -> usize {
-        field::COUNT + if self.features().viscous { field::VISCOUS } else { 0 } + field::STRAIN
     }
 
     /// What rounding makes of the energy of a pack at rest [J].

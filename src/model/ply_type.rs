@@ -2,15 +2,19 @@
 
 use std::sync::Arc;
 
-use super::failure_length::{self, StencilRadius, Windows};
-use super::time_step::let_go;
-use super::{Columns, Grid, InitialStretch, Mesh, MirrorPlanes, ModelError, StepBound, law_tables, pretension};
 use crate::case::{Case, Edge, Edges, Fabric, Law, Layer, Solver, StretchSampling};
-use crate::kernels::crossover::{LawKernel, UnitCellParameters, compression_energy};
-use crate::kernels::element_force::ElementConstants;
-use crate::kernels::law_energy::LawEnergy;
-use crate::kernels::shear::ShearConstants;
+use crate::model::failure_criterion::{StencilRadius, Windows, breadth};
+use crate::model::law_energy::LawEnergy;
+use crate::model::mesh::{Grid, Mesh};
+use crate::model::time_step::{InitialStretch, StepBound, let_go, stretch_of_pretension};
+use crate::model::{ModelError, law_energy, layup};
 use crate::num::scalar::Scalar;
+use crate::physics::crossover::compression_energy;
+use crate::physics::element_geometry::ElementConstants;
+use crate::physics::mirror_planes::MirrorPlanes;
+use crate::physics::shear::ShearConstants;
+use crate::physics::unit_cell_parameters::UnitCellParameters;
+use crate::physics::yarn_law::LawKernel;
 
 /// Constants of alike plies in the number type of the state.
 #[derive(Clone, Debug)]
@@ -76,7 +80,7 @@ impl<S: Scalar> PlyType<S> {
         let cell = UnitCellParameters::new(fabric);
         let element = element_constants(fabric, length, &case.solver, &cell);
         let law = fabric.crossover.law;
-        let edges = super::symmetry::cut_edges(&mesh, layer.edges);
+        let edges = layup::cut_edges(&mesh, layer.edges);
         let bound = StepBound::new(length, fabric.areal_density, &element, case.solver.shock_viscosity);
         let viscous = case.solver.shock_viscosity > 0.0;
         let bound = match let_go(pack.pretension, pack.initial_deflection, layer.edges, mesh.whole_size()) {
@@ -85,16 +89,15 @@ impl<S: Scalar> PlyType<S> {
             None if viscous && pack.pretension.is_some() => bound.of_tension_in(mesh.whole_counts().iter().product()),
             None => bound,
         };
-        let failure_reach =
-            StencilRadius::new(&mesh, case.solver.failure_length, failure_length::breadth(&mesh, &cell));
+        let failure_reach = StencilRadius::new(&mesh, case.solver.failure_length, breadth(&mesh, &cell));
         Ok(Self {
             bound,
-            initial: crate::with_law!(law, L => pretension::solve::<L>(pack, &cell)?),
+            initial: crate::with_law!(law, L => stretch_of_pretension::<L>(pack, &cell)?),
             mass: row_kinds(&mesh)
                 .into_iter()
                 .map(|row| row_masses(&mesh, fabric.areal_density, &edges, row))
                 .collect(),
-            law_energy: law_tables::law_energy(law, &cell),
+            law_energy: law_energy::table_of(law, &cell),
             columns: Columns::new(&mesh),
             viscous,
             windows: failure_reach.windows(&mesh),
@@ -235,6 +238,39 @@ fn row_masses<S: Scalar>(mesh: &Mesh, areal_density: f64, edges: &Edges, row: us
         out.mass[column] = S::splat(mass);
     }
     out
+}
+
+/// Shapes (node stride,), beyond the last element as of the finest; all but the places are empty for an even mesh.
+#[derive(Clone, Debug)]
+pub struct Columns<S> {
+    /// Reference places of the nodes along X of the ply [m]; zero beyond the last. And rounded to the precision of the state.
+    pub place: Vec<f64>,
+    /// See `place`.
+    pub rounded: Vec<S>,
+    /// Lengths of elements along X over the finest [-].
+    pub width: Vec<S>,
+    /// 1 over that [-].
+    pub per_width: Vec<S>,
+}
+
+impl<S: Scalar> Columns<S> {
+    pub(super) fn new(mesh: &Mesh) -> Self {
+        let mut place: Vec<f64> = (0..=mesh.columns).map(|column| mesh.reference(0, column)[0]).collect();
+        place.resize(Grid::node_stride(mesh.columns), 0.0);
+        let rounded = place.iter().map(|x| S::splat(*x)).collect();
+        let sizes = if mesh.is_graded() { place.len() } else { 0 };
+        let ones = || vec![S::splat(1.0); sizes];
+        let mut out = Self { place, rounded, width: ones(), per_width: ones() };
+        if !mesh.is_graded() {
+            return out;
+        }
+        for column in 0..mesh.columns {
+            let [x, _] = mesh.widths(0, column);
+            out.width[column] = S::splat(x);
+            out.per_width[column] = S::splat(1.0 / x);
+        }
+        out
+    }
 }
 
 #[cfg(test)]

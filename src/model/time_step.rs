@@ -8,9 +8,13 @@
 //! Where stretches are means over an element, both yarns act on the hourglass mode, too. Then the largest term is exceeded by b1·b2 at most,
 //! with |b|² = |q|²/(3 Λ²): a twelfth where the edges differ from the centre by half of the stretch. A Courant number of 0.9 leaves a fifth.
 
-use crate::case::{Edge, Edges, InitialDeflection};
-use crate::kernels::element_force::{ElementConstants, LONGEST_LEVER};
-use crate::kernels::shear;
+use crate::case::{Edge, Edges, InitialDeflection, Pack};
+use crate::model::ModelError;
+use crate::physics::element_geometry::ElementConstants;
+use crate::physics::membrane::LONGEST_LEVER;
+use crate::physics::unit_cell_parameters::UnitCellParameters;
+use crate::physics::yarn_law::LawKernel;
+use crate::physics::{crossover, shear};
 
 /// The step bound of a fabric's mesh.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -98,6 +102,74 @@ pub fn let_go(
         return Some("initial tension at a free edge");
     }
     stretch.iter().any(|stretch| *stretch > STEEP).then_some("steep initial deflection")
+}
+
+/// Stretch range searched, Λ − 1.
+const RANGE: [f64; 2] = [-0.5, 0.5];
+
+/// Uniform stretch of the pack before the shot, and the yarn heights that go with it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct InitialStretch {
+    /// Λ − 1 along warp and weft [-].
+    pub stretch: [f64; 2],
+    /// Yarn heights [m].
+    pub height: [f64; 2],
+}
+
+/// Membrane forces per reference length N1, N2 [N/m], yarn strains and heights at a stretch.
+fn membrane<L: LawKernel>(cell: &UnitCellParameters<f64>, stretch: [f64; 2]) -> ([f64; 2], [f64; 2], [f64; 2]) {
+    let warm = [cell.yarn[0].height, cell.yarn[1].height];
+    // Where a yarn is absent the heights sum up to nothing, and the other one straightens freely.
+    let e = crossover::solve::<f64, L>(cell, stretch, warm, true);
+    let force = [e.in_plane[0] / (2.0 * cell.yarn[1].half_span), e.in_plane[1] / (2.0 * cell.yarn[0].half_span)];
+    (force, e.strain, e.height)
+}
+
+/// Finds the stretch that carries the pre-tension asked for; a direction without one keeps its length.
+///
+/// # Errors
+/// When no stretch does, or when it would break a yarn.
+pub fn stretch_of_pretension<L: LawKernel>(
+    pack: &Pack,
+    cell: &UnitCellParameters<f64>,
+) -> Result<InitialStretch, ModelError> {
+    let rest = InitialStretch { stretch: [0.0; 2], height: [cell.yarn[0].height, cell.yarn[1].height] };
+    let Some(asked) = pack.pretension else { return Ok(rest) };
+    let mut stretch = [0.0; 2];
+    // Both membrane forces grow with both stretches, so each direction is bisected, the warp inside the weft.
+    let warp = |weft: f64| match asked[0] {
+        Some(n) => bisect(|s| membrane::<L>(cell, [s, weft]).0[0] <= n),
+        None => 0.0,
+    };
+    if let Some(n) = asked[1] {
+        stretch[1] = bisect(|s| membrane::<L>(cell, [warp(s), s]).0[1] <= n);
+    }
+    stretch[0] = warp(stretch[1]);
+    let (force, strain, height) = membrane::<L>(cell, stretch);
+    for (i, yarn) in ["warp", "weft"].into_iter().enumerate() {
+        if let Some(n) = asked[i].filter(|n| (force[i] - n).abs() > 1e-6 * n.max(1.0)) {
+            return Err(ModelError::Pretension { yarn, asked: n });
+        }
+        let limit = cell.yarn[i].failure_strain;
+        if cell.yarn[i].stiffness > 0.0 && strain[i] >= limit {
+            return Err(ModelError::PretensionBreaks { yarn, strain: strain[i], limit });
+        }
+    }
+    Ok(InitialStretch { stretch, height })
+}
+
+/// The largest number in [`RANGE`] for which `below` holds, if it holds up to some point.
+fn bisect(below: impl Fn(f64) -> bool) -> f64 {
+    let [mut low, mut high] = RANGE;
+    for _ in 0..60 {
+        let middle = 0.5 * (low + high);
+        if below(middle) {
+            low = middle;
+        } else {
+            high = middle;
+        }
+    }
+    0.5 * (low + high)
 }
 
 #[cfg(test)]

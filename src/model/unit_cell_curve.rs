@@ -1,12 +1,13 @@
 //! The unit cell alone over a grid of stretches: the curves of the paper's Figure 4, with laws that no run uses beside the two that one may.
 
 use crate::case::{Fabric, Law};
-use crate::kernels::arc_length::arc_length;
-use crate::kernels::crossover::{
-    self, Equilibrium, LawKernel, Published, StretchResponse, UnitCellParameters, YarnConstants, YarnResponse,
-};
-use crate::kernels::yarn_law::SHORTEST;
 use crate::num::scalar::Real;
+use crate::physics::arc_length::arc_length;
+use crate::physics::crossover;
+use crate::physics::crossover::Equilibrium;
+use crate::physics::unit_cell_parameters::UnitCellParameters;
+use crate::physics::yarn_law::SHORTEST;
+use crate::physics::yarn_law::{LawKernel, Published, StretchResponse, YarnConstants, YarnResponse};
 
 /// Unit-cell law of a curve.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -1,6 +1,8 @@
 //! Numbers in memory so that vectors of them do not straddle lines of the cache, which takes the processor twice as long.
 
-use std::ops::{Deref, DerefMut};
+use std::ops::{Deref, DerefMut, Range};
+
+use prefetch_index::prefetch_index;
 
 /// Bytes that come into the cache at once; no register is longer.
 pub(crate) const CACHE_LINE: usize = 64;
@@ -64,6 +66,21 @@ impl<S: PartialEq> PartialEq for Aligned<S> {
     fn eq(&self, other: &Self) -> bool {
         **self == **other
     }
+}
+
+/// Asks for what lies `ahead` numbers after `at` in every field, which may be beyond its end.
+#[inline(always)]
+pub(crate) fn ask<'a, S: 'a>(fields: impl IntoIterator<Item = &'a [S]>, at: usize, ahead: usize) {
+    for field in fields {
+        prefetch_index(field, at + ahead);
+    }
+}
+
+/// Those of some columns with whose number a line of the cache begins.
+#[inline(always)]
+pub(crate) fn lines<S>(columns: Range<usize>) -> impl Iterator<Item = usize> {
+    let line = CACHE_LINE / size_of::<S>();
+    (columns.start.next_multiple_of(line)..columns.end).step_by(line)
 }
 
 #[cfg(test)]

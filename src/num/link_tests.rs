@@ -1,5 +1,4 @@
 use super::*;
-
 fn near(got: f64, expected: f64, relative: f64) {
     assert!((got - expected).abs() <= relative * expected.abs(), "{got:e} instead of {expected:e}");
 }

@@ -1,10 +1,8 @@
 //! Numbers: what the kernels are generic over, several at once, sums in fixed order; random numbers, distributions, solids.
 
 pub mod aligned;
-pub mod counter_random;
 pub mod link;
+pub mod random;
 pub mod scalar;
 pub mod simd;
 pub(crate) mod solid;
-pub(crate) mod sum;
-pub mod weibull;

@@ -8,11 +8,12 @@
 //! Vector registers may only be filled where the processor is known to have them, and only a vector at hand proves
 //! that: constants are made from a number of the same kind, `n.with(0.5)`, not from its type.
 
+use std::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Not, Range, Sub};
+
 use bytemuck::Pod;
 use fearless_simd::Simd;
 
 use crate::num::simd::{F32s, F64s, Pair};
-use std::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Not, Range, Sub};
 
 /// An array of an expression for every component: `each!(a in 3 => force[a])`.
 ///
@@ -292,6 +293,35 @@ pub(crate) const F32_THIRD: u32 = 0x5556;
 /// What is left of the bits of 1/∛x when a third of those of x is taken away.
 pub(crate) const F64_BIAS: u64 = 0x553e_f0ff_289d_d796;
 pub(crate) const F32_BIAS: u32 = 0x54a2_fa8c;
+
+/// Partial sums by column modulo 32, so that one number at a time and 32 lanes at once add up the same
+/// way, in double precision whatever the number type.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct OrderedSum([f64; Self::WIDTH]);
+
+impl OrderedSum {
+    const WIDTH: usize = 32;
+
+    /// Adds the lanes of `value`, the first of which belongs to `column`, a multiple of their number.
+    #[inline(always)]
+    pub(crate) fn add<R: Real>(&mut self, value: R, column: usize) {
+        value.add_to(&mut self.0, column % Self::WIDTH);
+    }
+
+    /// The sum, in fixed order: halves are added to each other, so that no addition waits for more than four others.
+    #[inline(always)]
+    pub(crate) fn total(&self) -> f64 {
+        let mut sums = self.0;
+        let mut half = Self::WIDTH / 2;
+        while half > 0 {
+            for i in 0..half {
+                sums[i] += sums[i + half];
+            }
+            half /= 2;
+        }
+        sums[0]
+    }
+}
 
 #[cfg(test)]
 #[path = "scalar_tests.rs"]

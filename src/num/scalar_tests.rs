@@ -1,5 +1,4 @@
 use super::*;
-
 #[test]
 fn the_inverse_cube_root_is_exact_to_rounding() {
     let mut x = 1e-12_f64;

@@ -1,5 +1,4 @@
 use super::*;
-
 fn close(got: Solid, expected: Solid, tolerance: f64) {
     let pair = |s: Solid| [s.volume, s.centre, s.squared[0], s.squared[1], s.squared[2]];
     for (a, b) in pair(got).into_iter().zip(pair(expected)) {

@@ -8,7 +8,7 @@ use super::summary::residual_velocity;
 use super::verdict::verdict;
 use super::warnings::{KINDS, Warning};
 use crate::case::{Case, ContactSampling, Field, Motion, Numerics, Shape};
-use crate::kernels::projectile_shape::Body;
+use crate::physics::projectile_body::Body;
 use crate::run::Run;
 use crate::run::outcome::Outcome;
 use crate::solver::energy_balance::Balance;

@@ -4,7 +4,8 @@ use std::f64::consts::{FRAC_PI_2, TAU};
 
 use serde::{Deserialize, Serialize};
 
-use crate::kernels::projectile_shape::{Body, Outline};
+use crate::physics::projectile_body::Body;
+use crate::physics::projectile_shape::Outline;
 
 /// Points around the axis.
 const AROUND: usize = 48;

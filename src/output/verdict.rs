@@ -4,7 +4,7 @@ use super::checks;
 use super::number::{short, us};
 use super::summary::{flies_freely, residual_velocity};
 use crate::case::Case;
-use crate::model::MirrorPlanes;
+use crate::physics::mirror_planes::MirrorPlanes;
 use crate::run::Run;
 use crate::run::outcome::Outcome;
 use crate::solver::Divergence;

@@ -10,8 +10,8 @@ use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 
 use super::surface::SurfaceMesh;
 use crate::case::Case;
-use crate::kernels::projectile_shape::Body;
-use crate::kernels::rigid_body::RigidBody;
+use crate::physics::projectile_body::Body;
+use crate::physics::rigid_body::RigidBody;
 use crate::run::frame::{Frame, Pose, Scene};
 
 const BYTE_ORDER: &str = if cfg!(target_endian = "big") { "BigEndian" } else { "LittleEndian" };

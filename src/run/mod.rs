@@ -32,7 +32,9 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use tracing::info_span;
 
 use crate::case::Case;
-pub use crate::model::{Features, MirrorPlanes, ModelError};
+pub use crate::model::ModelError;
+pub use crate::model::features::Features;
+pub use crate::physics::mirror_planes::MirrorPlanes;
 use crate::run::checkpoint::LoopClock;
 pub use crate::solver::energy_balance::{Balance, PlyMoment};
 pub use crate::solver::{Divergence, FailureEvent};

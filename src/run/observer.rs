@@ -5,7 +5,7 @@ use std::sync::Arc;
 use crate::model::Model;
 use crate::run::Progress;
 use crate::run::checkpoint::Checkpointable;
-use crate::solver::KernelScalar;
+use crate::solver::row_kernels::KernelScalar;
 use crate::solver::state::State;
 
 /// Follows a run. Called on the thread that drives it, so whatever takes long belongs on another.

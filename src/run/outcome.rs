@@ -27,17 +27,15 @@ use std::collections::VecDeque;
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
-use crate::kernels::projectile_shape::recess;
-use crate::kernels::rigid_body::RigidBody;
-use crate::model::{
-    Model,
-    cover::{shoulder, unbroken_cells},
-    mesh::corners,
-};
+use crate::model::Model;
+use crate::model::layup::{shoulder, unbroken_cells};
+use crate::model::mesh::corners;
 use crate::num::scalar::Scalar;
+use crate::physics::projectile_shape::recess;
+use crate::physics::rigid_body::RigidBody;
 use crate::run::pieces;
 use crate::solver::state::State;
-use crate::solver::{node_position, row_positions};
+use crate::solver::state::{node_position, row_positions};
 
 /// Time without noticeable force after which a perforation is over [s].
 const QUIET: f64 = 20e-6;

@@ -1,10 +1,11 @@
 //! Pieces that a torn ply is in, and what they hang on.
 
 use crate::case::{Edge, Edges};
-use crate::kernels::mirror_planes::Cut;
 use crate::model::mesh::corners;
+use crate::physics::mirror_planes::Cut;
 
-use crate::model::{Mesh, Model};
+use crate::model::Model;
+use crate::model::mesh::Mesh;
 use crate::num::scalar::Scalar;
 use crate::solver::state::State;
 

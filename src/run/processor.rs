@@ -9,9 +9,12 @@ use super::record::{Environment, RunRecord, SampleInput};
 use super::{Observer, Options, Progress, Run, RunError, RunScalar, Skips, View, outcome, pieces, profile};
 use crate::case::Case;
 use crate::model::{Model, ModelError};
+use crate::solver::divergence::{diagnose, excess, flying};
 use crate::solver::energy_balance::EnergyBalance;
 use crate::solver::state::State;
-use crate::solver::{Given, Phase, StepTotals, Stepper, diagnose, excess, flying, given, set_up};
+use crate::solver::state::{Given, given, set_up};
+use crate::solver::stopwatch::Phase;
+use crate::solver::{StepTotals, Stepper};
 
 /// A run in progress on the processor.
 pub struct Simulation<S: RunScalar> {

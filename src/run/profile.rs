@@ -3,12 +3,12 @@
 use serde::{Deserialize, Serialize};
 
 use crate::case::{Along, Case};
-use crate::kernels::element_force::field as element;
-use crate::kernels::mirror_planes::Cut;
 use crate::model::Model;
 use crate::num::scalar::Scalar;
-use crate::solver::node_position;
+use crate::physics::mirror_planes::Cut;
+use crate::solver::element_totals::field as element;
 use crate::solver::state::State;
+use crate::solver::state::node_position;
 
 /// One node of a profile.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]

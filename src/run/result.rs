@@ -5,7 +5,8 @@ use serde::{Deserialize, Serialize};
 use super::options::Skips;
 use super::outcome::Outcome;
 use super::profile::DeflectionProfile;
-use crate::model::{Features, MirrorPlanes};
+use crate::model::features::Features;
+use crate::physics::mirror_planes::MirrorPlanes;
 use crate::solver::energy_balance::{Balance, PlyMoment};
 use crate::solver::{Divergence, FailureEvent};
 

@@ -8,7 +8,7 @@ use std::ops::Range;
 
 use serde::{Deserialize, Serialize};
 
-use crate::model::Mesh;
+use crate::model::mesh::Mesh;
 
 /// Rows and columns of nodes of a ply that may have moved or move.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]

@@ -1,5 +1,4 @@
 use super::*;
-
 fn mesh(angle: f64) -> Mesh {
     Mesh::new(20, 10, [1e-3, 2e-3], angle)
 }

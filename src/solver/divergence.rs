@@ -2,13 +2,14 @@
 
 use nalgebra::Vector3;
 
-use super::Divergence;
-use crate::kernels::element_force::field as element;
-use crate::kernels::node_update::field as node;
-use crate::kernels::rigid_body::RigidBody;
-use crate::model::{Mesh, Model};
+use crate::model::Model;
+use crate::model::mesh::Mesh;
 use crate::num::scalar::Scalar;
+use crate::physics::rigid_body::RigidBody;
+use crate::solver::Divergence;
+use crate::solver::element_totals::field as element;
 use crate::solver::energy_balance::EnergyBalance;
+use crate::solver::node_update::field as node;
 use crate::solver::state::State;
 
 /// Ply, row and column of the fastest node, and its speed [m/s].

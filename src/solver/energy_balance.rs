@@ -8,12 +8,13 @@
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
-use crate::kernels::element_force::ElementTotals;
-use crate::kernels::node_update::NodeTotals;
-use crate::kernels::projectile_contact::ContactTotals;
-use crate::kernels::rigid_body::RigidBody;
-use crate::model::{Grid, MirrorPlanes};
-use crate::solver::Given;
+use crate::model::mesh::Grid;
+use crate::physics::mirror_planes::MirrorPlanes;
+use crate::physics::rigid_body::RigidBody;
+use crate::solver::element_totals::ElementTotals;
+use crate::solver::node_update::NodeTotals;
+use crate::solver::projectile_contact::ContactTotals;
+use crate::solver::state::Given;
 
 /// Running sums and the last sample.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]

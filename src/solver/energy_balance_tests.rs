@@ -1,5 +1,4 @@
 use super::*;
-
 #[test]
 fn errors_are_over_what_was_put_in_or_as_they_are_where_nothing_was() {
     let mut nothing = EnergyBalance::default();

@@ -4,10 +4,11 @@
 //! counts: the elastic energy of the piece over that of one that breaks. With the mean instead, one side of a yarn carries far more than breaks
 //! it, the more the finer the mesh, and results do not converge (benches/NOTES.md).
 
-use crate::kernels::element_force::{ElementTotals, MARKED_FOR_FAILURE, field};
 use crate::model::Model;
-use crate::model::failure_length::{Window, Windows};
+use crate::model::failure_criterion::{Window, Windows};
 use crate::num::scalar::Scalar;
+use crate::solver::element_force::MARKED_FOR_FAILURE;
+use crate::solver::element_totals::{ElementTotals, field};
 use crate::solver::state::State;
 
 /// Marks the yarns of which an element's strain and the strain of the piece around it reached the failure strain in the last step: that piece
@@ -71,8 +72,8 @@ impl<S: Scalar> YarnsOfPly<'_, S> {
     }
 
     fn strain(&self, row: usize, column: usize) -> f64 {
-        let strains = self.model.element_fields() - field::STRAIN;
-        self.state.elements.get(self.first + row, strains + self.yarn, column + 1).to_f64()
+        let elements = &self.state.elements;
+        elements.get(self.first + row, elements.fields - field::STRAIN + self.yarn, column + 1).to_f64()
     }
 
     fn failure_strain(&self, row: usize, column: usize) -> f64 {

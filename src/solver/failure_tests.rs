@@ -1,6 +1,6 @@
 use super::*;
 use crate::case;
-use crate::model::Strength;
+use crate::model::failure_criterion::Strength;
 
 /// A ply type of 9 × 9 elements with these strains of its warp (row, column) over the failure strain, judged: where its warp is marked, and
 /// the largest load. `sets` change the case; elements are as long as a crossover, 1.27 mm, unless they do.

@@ -11,44 +11,43 @@
 //! columns that nothing has reached are left out.
 
 pub mod active_region;
-mod awake;
-mod divergence;
+pub mod broad_phase;
+mod contact_candidates;
+pub mod divergence;
+pub mod edge_contact;
+pub mod element_force;
+pub mod element_totals;
 pub mod energy_balance;
-mod failure;
-mod kernels;
-mod memory;
-mod near;
-mod plies;
-mod projectile;
-mod start;
+pub mod failure;
+pub mod gather;
+pub mod node_update;
+mod ply_impulse;
+mod ply_move;
+pub mod ply_search;
+mod ply_view;
+pub mod projectile_contact;
+pub mod projectile_points;
+pub mod row_kernels;
 pub mod state;
-mod stopwatch;
+pub mod stopwatch;
 mod sweep;
 
 use serde::{Deserialize, Serialize};
 
-use crate::kernels::element_force::{ElementTotals, field as element};
-use crate::kernels::node_update::{Neighbours, NodeTotals};
 use crate::model::Model;
 use crate::num::scalar::Scalar;
 use crate::num::simd::Vectors;
 use crate::solver::active_region::ActiveRegion;
+use crate::solver::element_totals::{ElementTotals, field as element};
 use crate::solver::energy_balance::EnergyBalance;
-use crate::solver::state::{Rows, State, split};
-pub(crate) use divergence::{diagnose, excess, flying};
-pub use divergence::{elements, nodes};
-pub use failure::evaluate_failure;
-pub use kernels::{KernelScalar, RowKernels};
-pub(crate) use memory::StepperState;
-use plies::PlyContact;
-pub use plies::{BroadPhase, Near, PlySearch};
-use projectile::ProjectileContact;
-pub(crate) use projectile::row_positions;
-pub use projectile::{fabric_between, node_position, node_stands};
-pub use start::Given;
-pub(crate) use start::{given, set_up};
-pub use stopwatch::{Phase, Stopwatch};
-use sweep::{Passes, Sweep};
+use crate::solver::failure::evaluate_failure;
+use crate::solver::node_update::NodeTotals;
+use crate::solver::ply_impulse::PlyContact;
+use crate::solver::projectile_points::ProjectileContact;
+use crate::solver::row_kernels::{KernelScalar, RowKernels};
+use crate::solver::state::State;
+use crate::solver::stopwatch::{Phase, Stopwatch};
+use crate::solver::sweep::{Passes, Sweep};
 
 /// A yarn failure, with its place in the pack.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -272,7 +271,7 @@ impl<S: KernelScalar> Stepper<S> {
     /// The fourth part: contact with the projectile, and its motion.
     pub fn projectile(&mut self, context: &mut Context<'_, S>) {
         if let Some(mut body) = context.state.body.take() {
-            awake::beside_others(|| self.projectile.resolve(context, &mut body, &self.nothing));
+            sweep::beside_others(|| self.projectile.resolve(context, &mut body, &self.nothing));
             if context.sample {
                 context.balance.sample_body(&body);
             }
@@ -320,18 +319,4 @@ impl<S: KernelScalar> Stepper<S> {
 /// A vector of a row of nodes in the axes of the pack.
 fn to_pack<S: Scalar>(model: &Model<S>, row: usize, vector: [f64; 3]) -> [f64; 3] {
     model.ply_type(model.grid.node_row(row).0).mesh.to_pack(vector)
-}
-
-/// Element rows around a row of nodes; `nothing` where the ply ends.
-fn neighbours<'a, S: Scalar>(
-    model: &Model<S>,
-    elements: &'a Rows<S>,
-    nothing: &'a [S],
-    ply: usize,
-    row: usize,
-) -> Neighbours<'a, S> {
-    let index = model.grid.first_element_row(ply) + row;
-    let below = if row > 0 { elements.row(index - 1) } else { nothing };
-    let above = if row < model.ply_type(ply).mesh.rows { elements.row(index) } else { nothing };
-    Neighbours { below: split(below, elements.stride), above: split(above, elements.stride) }
 }

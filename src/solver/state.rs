@@ -1,13 +1,21 @@
 //! The state: everything that varies during a run.
 
+use nalgebra::Vector3;
+use serde::{Deserialize, Serialize};
+use tracing::info;
+
 use crate::case::Case;
-use crate::kernels::element_force::field as element;
-use crate::kernels::node_update::field as node;
-use crate::kernels::rigid_body::RigidBody;
-use crate::model::{Mesh, Model, PlyType, over};
+use crate::model::mesh::Mesh;
+use crate::model::ply_type::PlyType;
+use crate::model::{Model, ModelError, layup};
 use crate::num::aligned::Aligned;
 use crate::num::scalar::Scalar;
+use crate::physics::rigid_body::RigidBody;
+use crate::solver;
+use crate::solver::Stepper;
 use crate::solver::active_region::ActiveRegion;
+use crate::solver::element_totals::field as element;
+use crate::solver::node_update::field as node;
 
 /// Rows of numbers: all fields of a row lie together, so that a row is one mutable slice for one thread.
 ///
@@ -105,7 +113,8 @@ impl<S: Scalar> State<S> {
     pub fn new(case: &Case, model: &Model<S>) -> Self {
         let grid = &model.grid;
         let mut nodes = Rows::new(grid.node_rows(), node::COUNT, grid.node_stride, 0);
-        let fields = model.element_fields();
+        let viscous = if model.features().viscous { element::VISCOUS } else { 0 };
+        let fields = element::COUNT + viscous + element::STRAIN;
         let mut elements = Rows::new(grid.element_rows(), fields, grid.element_stride, 1);
         let mut reach = Vec::with_capacity(grid.plies);
         for ply in 0..grid.plies {
@@ -138,7 +147,7 @@ impl<S: Scalar> State<S> {
             }
             reach.push(if model.at_rest { ActiveRegion::nothing() } else { ActiveRegion::whole(mesh) });
         }
-        let over = over::over_at_rest(model);
+        let over = layup::over_at_rest(model);
         Self { nodes, elements, active: reach, over, body: model.projectile.clone(), step: 0 }
     }
 
@@ -182,4 +191,158 @@ fn initial_deflection(case: &Case, mesh: &Mesh, x: [f64; 2]) -> f64 {
         n => (f64::from(n) * std::f64::consts::PI * (at / length + 0.5)).sin(),
     };
     d.amplitude * wave(d.warp_half_waves, x[0], width) * wave(d.weft_half_waves, x[1], height)
+}
+
+/// Model and state of a case: of the whole, or of the part that its mirror planes leave.
+///
+/// # Errors
+/// When the case cannot become a model, or the projectile starts inside the fabric.
+pub(crate) fn set_up<S: Scalar>(case: &Case, symmetry: bool) -> Result<(Model<S>, State<S>), ModelError> {
+    let model = if symmetry { Model::<S>::part(case)? } else { Model::<S>::new(case)? };
+    let state = State::new(case, &model);
+    check_start(&model, &state)?;
+    info!(
+        plies = model.plies.len(),
+        elements = model.whole_elements(),
+        computed = model.elements(),
+        mirrored = ?model.planes.names(),
+        step_us = model.dt * 1e6,
+        set_by = model.bound.set_by,
+        numbers = state.nodes.data.len() + state.elements.data.len(),
+        precision = S::NAME,
+        "model built"
+    );
+    Ok((model, state))
+}
+
+/// Least energy that an error is measured against, over what rounding makes of the energy of a scene at rest [-].
+const MEASURABLE: f64 = 1e3;
+
+/// What a scene starts with, for the scale of errors.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Given {
+    /// Kinetic energy, at least what rounding can be measured against [J].
+    pub energy: f64,
+    /// Momentum [kg·m/s].
+    pub momentum: Vector3<f64>,
+    /// Mass of the fabric [kg].
+    pub fabric_mass: f64,
+}
+
+/// Energy, momentum and fabric that the scene starts with.
+pub(crate) fn given<S: Scalar>(model: &Model<S>, state: &State<S>) -> Given {
+    let mut energy = 0.0;
+    let mut momentum = Vector3::zeros();
+    if model.ply_types.iter().any(|ply_type| ply_type.initial_velocity != [0.0; 3]) {
+        for [ply, row, column] in solver::divergence::nodes(model) {
+            let ply_type = model.ply_type(ply);
+            let velocity = state.velocity(model.grid.first_node_row(ply) + row, column);
+            let v = Vector3::from(ply_type.mesh.to_pack(velocity));
+            let m = ply_type.row_mass(row).mass[column].to_f64();
+            energy += 0.5 * m * v.norm_squared();
+            momentum += v * m;
+        }
+    }
+    if let Some(body) = state.body.as_ref() {
+        energy += body.own_energy();
+        momentum += body.velocity * if body.prescribed { 0.0 } else { body.mass };
+    }
+    let energy = energy.max(MEASURABLE * rounding(model, state.body.as_ref()));
+    Given { energy, momentum, fabric_mass: model.fabric_mass() }
+}
+
+/// What rounding makes of the energy of a scene at rest [J].
+fn rounding<S: Scalar>(model: &Model<S>, body: Option<&RigidBody>) -> f64 {
+    let body = body.map_or(0.0, |body| {
+        let moves = if body.prescribed { 0.0 } else { body.translation() };
+        f64::EPSILON * moves + S::EPSILON * body.rotational_energy()
+    });
+    model.rounding() + body
+}
+
+/// Initial penetration is an input error, not something contact may repair.
+fn check_start<S: Scalar>(model: &Model<S>, state: &State<S>) -> Result<(), ModelError> {
+    let Some(body) = &state.body else { return Ok(()) };
+    let mut deepest: f64 = 0.0;
+    for [ply, row, column] in solver::divergence::nodes(model) {
+        let (gap, _) = body.gap(&node_position(model, state, ply, row, column));
+        deepest = deepest.max(-gap);
+    }
+    // Room for rounding of a touching start in the state's precision.
+    let rounding = 16.0 * S::EPSILON * (body.body.bounding_radius + body.position.norm());
+    if deepest > rounding {
+        return Err(ModelError::InitialPenetration { depth_mm: deepest * 1e3 });
+    }
+    Ok(())
+}
+
+/// Everything in a stepper that later steps depend on.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub(crate) struct StepperState {
+    /// How far any node may have gone so far [m].
+    travel: f64,
+    /// Ply, row, column of the nodes near the projectile.
+    near: Vec<[u32; 3]>,
+    /// How far they and the projectile may still approach each other before the list is stale [m].
+    reserve: f64,
+}
+
+impl StepperState {
+    /// Whether it names nodes of this model only.
+    pub(crate) fn fits<S: Scalar>(&self, model: &Model<S>) -> bool {
+        self.near.iter().map(|place| place.map(|at| at as usize)).all(|[ply, row, column]| {
+            ply < model.plies.len()
+                && row <= model.ply_type(ply).mesh.rows
+                && column <= model.ply_type(ply).mesh.columns
+        })
+    }
+}
+
+impl<S: Scalar> Stepper<S> {
+    /// What the next steps depend on.
+    pub(crate) fn memory(&self) -> StepperState {
+        let (near, reserve) = self.projectile.memory();
+        StepperState { travel: self.plies.travel, near: near.to_vec(), reserve }
+    }
+
+    /// Goes on with the memory of another stepper of the same model.
+    pub(crate) fn remember(&mut self, model: &Model<S>, memory: StepperState) {
+        self.plies.travel = memory.travel;
+        self.projectile.remember(model, memory.near, memory.reserve);
+    }
+}
+
+/// Whether any element around a node still carries load; debris no longer touches anything.
+pub fn node_stands<S: Scalar>(model: &Model<S>, state: &State<S>, ply: usize, row: usize, column: usize) -> bool {
+    let first = model.grid.first_element_row(ply);
+    model.ply_type(ply).mesh.around(row, column).any(|[r, c]| state.is_intact(first + r, c))
+}
+
+/// Position of a node in the axes of the pack [m].
+pub fn node_position<S: Scalar>(
+    model: &Model<S>,
+    state: &State<S>,
+    ply: usize,
+    row: usize,
+    column: usize,
+) -> Vector3<f64> {
+    let mesh = &model.ply_type(ply).mesh;
+    let u = state.displacement(model.grid.first_node_row(ply) + row, column);
+    Vector3::from(model.reference(ply, row, column)) + Vector3::from(mesh.to_pack(u))
+}
+
+/// Positions of a row's nodes in the axes of the ply [m]: faster than [`node_position`] of each.
+pub(crate) fn row_positions<S: Scalar>(
+    model: &Model<S>,
+    state: &State<S>,
+    ply: usize,
+    row: usize,
+) -> impl Iterator<Item = [f64; 3]> {
+    let mesh = &model.ply_type(ply).mesh;
+    let depth = model.plies[ply].z;
+    let [u, v, w]: [&[S]; 3] = split(state.nodes.row(model.grid.first_node_row(ply) + row), state.nodes.stride);
+    (0..=mesh.columns).map(move |column| {
+        let [x, y] = mesh.reference(row, column);
+        [x + u[column].to_f64(), y + v[column].to_f64(), depth + w[column].to_f64()]
+    })
 }

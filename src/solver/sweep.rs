@@ -5,15 +5,19 @@
 //! until then both read it.
 
 use std::ops::Range;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 use rayon::prelude::*;
 
-use super::{Context, RowKernels};
-use crate::kernels::element_force::{ElementRow, ElementTotals, field as element};
-use crate::kernels::node_update::{Neighbours, NodeRange, NodeTotals, RowMass};
 use crate::model::Model;
 use crate::num::scalar::Scalar;
+use crate::solver::Context;
 use crate::solver::active_region::ActiveRegion;
+use crate::solver::element_totals::field as element;
+use crate::solver::element_totals::{ElementRow, ElementTotals};
+use crate::solver::gather::Neighbours;
+use crate::solver::node_update::{NodeRange, NodeTotals, RowMass};
+use crate::solver::row_kernels::RowKernels;
 use crate::solver::state::{split, split_mut};
 
 /// Rows of elements of a block.
@@ -350,5 +354,34 @@ impl<S: Scalar> PlyPass<'_, S> {
         let [_, kick, drift] = self.times;
         let mut fields = split_mut(node, grid.node_stride);
         *totals = kernels.nodes(&around, &mass, &mut fields, &part, [kick, drift], self.sample);
+    }
+}
+
+/// Does the work on this thread, while others that are awake stay so: one for each further band of a ply.
+pub(super) fn beside_others<T: Send>(work: impl FnOnce() -> T + Send) -> T {
+    let others = (rayon::current_num_threads() - 1).min(BANDS - 1);
+    if others == 0 {
+        return work();
+    }
+    let done = AtomicBool::new(false);
+    rayon::scope(|scope| {
+        for _ in 0..others {
+            scope.spawn(|_| {
+                while !done.load(Ordering::Acquire) {
+                    std::thread::yield_now();
+                }
+            });
+        }
+        let _end = Raised(&done);
+        work()
+    })
+}
+
+/// Raises a flag at its end, whatever happens before.
+struct Raised<'a>(&'a AtomicBool);
+
+impl Drop for Raised<'_> {
+    fn drop(&mut self) {
+        self.0.store(true, Ordering::Release);
     }
 }

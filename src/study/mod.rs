@@ -3,7 +3,7 @@
 //! - [`outcomes`] counts what became of shots; [`link`](crate::num::link) is how the chance of a perforation grows with velocity.
 //! - [`binary_response`] fits V50 and scatter, [`interval`] says how sure they are, [`arithmetic_v50`] is what standards ask for.
 //! - [`residual_fit`] finds the limit from residual velocities.
-//! - [`weibull`](crate::num::weibull) is for what varies between shots.
+//! - [`weibull`](crate::num::random) is for what varies between shots.
 //! - [`batch`] computes many shots of a case; [`shots`] is `ripstop shots`, [`v50`] is `ripstop v50`, [`sweep`] runs either at many points.
 //! - [`fit`] is `ripstop fit`: a table of shots in, all of that out.
 //!

@@ -5,7 +5,7 @@ use serde_json::json;
 use super::batch::{self, BatchError, BatchOptions, BatchPlan, ShotLog, ShotOrder, ShotRow, fire, order_case};
 use super::fit::{self, Fit, FitRequest};
 use crate::case::{Case, RANGE_STREAM};
-use crate::num::counter_random::DrawKey;
+use crate::num::random::DrawKey;
 use crate::output::Folder;
 use crate::run::graphics::DeviceUse;
 

@@ -9,7 +9,8 @@ use std::sync::atomic::AtomicBool;
 use libtest_mimic::Trial;
 use ripstop::gpu::buffers::{BufferId, Sizes};
 use ripstop::gpu::{Device, DeviceError, adapters, device};
-use ripstop::model::{Grid, Model};
+use ripstop::model::Model;
+use ripstop::model::mesh::Grid;
 use ripstop::run::graphics::DeviceSimulation;
 use ripstop::run::{self, Options, RunError};
 

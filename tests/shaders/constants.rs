@@ -4,11 +4,12 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use naga::Module;
 use ripstop::gpu::{layout, shader};
-use ripstop::kernels::{
-    arc_length, coupled_newton, crossover, element_force, law_energy, ply_contact, predictor, projectile_chisel,
-    projectile_contact, projectile_rim, projectile_shape, shear, yarn_law,
+use ripstop::model::law_energy;
+use ripstop::model::{Model, layup};
+use ripstop::physics::{
+    arc_length, coupled_newton, crossover, kinematics, membrane, ply_contact, projectile_shape, shear, yarn_law,
 };
-use ripstop::model::{Model, over};
+use ripstop::solver::{edge_contact, element_force, projectile_contact};
 use wgpu::naga;
 
 use super::modules;
@@ -96,7 +97,7 @@ fn of_the_layout() -> Vec<Constant> {
 fn of_the_kernels() -> Vec<Constant> {
     vec![
         count("WALK", ply_contact::WALK),
-        count("PENETRATING", over::PENETRATING as usize),
+        count("PENETRATING", layup::PENETRATING as usize),
         number("POSITION_CORRECTION", ply_contact::POSITION_CORRECTION),
         number("RECOVERY_TIME", ply_contact::RECOVERY_TIME),
         number("DEEP_RECOVERY", ply_contact::DEEP_RECOVERY),
@@ -118,23 +119,23 @@ fn of_the_kernels() -> Vec<Constant> {
         count("NEWTON_ITERATIONS", coupled_newton::NEWTON_ITERATIONS as usize),
         count("SET_CHANGES", projectile_contact::SET_CHANGES),
         count("FRICTION_SWEEPS", projectile_contact::FRICTION_SWEEPS),
-        count("ELLIPSE_STEPS", projectile_chisel::ELLIPSE_STEPS),
+        count("ELLIPSE_STEPS", projectile_shape::ELLIPSE_STEPS),
         number("RESOLVED", projectile_shape::RESOLVED),
         count("LAW_COUNT", law_energy::COUNT),
         number("BROKEN", element_force::BROKEN),
-        number("FOLDED_STRETCH", element_force::FOLDED_STRETCH),
-        number("TINY", element_force::TINY),
+        number("FOLDED_STRETCH", membrane::FOLDED_STRETCH),
+        number("TINY", kinematics::TINY),
         number("STEEPEST", shear::STEEPEST),
         number("SHORTEST", yarn_law::SHORTEST),
-        number("LEAST_STRAIN", predictor::LEAST_STRAIN),
+        number("LEAST_STRAIN", coupled_newton::LEAST_STRAIN),
         number("EPSILON", f64::from(f32::EPSILON)),
         number("PI", std::f64::consts::PI),
         number("HALF_PI", std::f64::consts::FRAC_PI_2),
         list("SERIES", &arc_length::SERIES),
         list("ARC_SINE_SINGLE", &shear::ARC_SINE_SINGLE),
         number("HELD", projectile_contact::HELD),
-        number("SHARED", projectile_rim::SHARED),
-        number("FLOOR", projectile_rim::FLOOR),
+        number("SHARED", edge_contact::SHARED),
+        number("FLOOR", edge_contact::FLOOR),
     ]
 }
 

@@ -1,8 +1,8 @@
 //! How often intervals hold the truth: 6000 synthetic ranges, and the table that the book shows.
 
 use rayon::prelude::*;
-use ripstop::num::counter_random::DrawKey;
 use ripstop::num::link::Link;
+use ripstop::num::random::DrawKey;
 use ripstop::study::binary_response::fit;
 use ripstop::study::interval::{Interval, interval};
 use ripstop::study::outcomes::{Outcomes, Shot};

@@ -2,8 +2,8 @@
 
 use std::collections::HashSet;
 
-use ripstop::num::counter_random::{DrawKey, philox, uniform};
-use ripstop::num::weibull::Weibull;
+use ripstop::num::random::Weibull;
+use ripstop::num::random::{DrawKey, philox, uniform};
 
 use super::near;
 

@@ -1,7 +1,7 @@
 //! Curves through residual velocities.
 
-use ripstop::num::counter_random::DrawKey;
 use ripstop::num::link::Link;
+use ripstop::num::random::DrawKey;
 use ripstop::study::residual_fit::{Passed, ResidualModel, TooFew, residual_fit};
 
 use super::near;

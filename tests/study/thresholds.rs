@@ -1,8 +1,8 @@
 //! How often the intervals from thresholds hold the truth: 10 000 synthetic campaigns.
 
 use rayon::prelude::*;
-use ripstop::num::counter_random::DrawKey;
 use ripstop::num::link::Link;
+use ripstop::num::random::DrawKey;
 use ripstop::study::v50::sample::ThresholdSample;
 use ripstop::study::v50::threshold::{FurtherShots, Rungs, ThresholdSearch, Wanted, middle};
 

@@ -8,9 +8,11 @@ pub(crate) mod patch;
 pub(crate) mod torn;
 
 use ripstop::case::{Compression, Crossover, Fabric, Law, MembraneForce, Yarn};
-use ripstop::kernels::crossover::{self, Equilibrium, UnitCellParameters};
 use ripstop::model::unit_cell_curve::{CurveLaw, parameters};
 use ripstop::num::scalar::Scalar;
+use ripstop::physics::crossover;
+use ripstop::physics::crossover::Equilibrium;
+use ripstop::physics::unit_cell_parameters::UnitCellParameters;
 use ripstop::with_curve_law;
 
 /// Every law kernel there is.

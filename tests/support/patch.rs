@@ -1,11 +1,14 @@
 //! A patch of elements that a test moves by hand and asks for forces and energies.
 
 use ripstop::case::{self, Case};
-use ripstop::kernels::element_force::{ElementRow, ElementTotals, Extent, element_force, field as element};
-use ripstop::kernels::node_update::{Neighbours, field as node, gather};
 use ripstop::model::Model;
 use ripstop::num::scalar::Scalar;
 use ripstop::solver;
+use ripstop::solver::element_force::element_force;
+use ripstop::solver::element_totals::field as element;
+use ripstop::solver::element_totals::{ElementRow, ElementTotals, Extent};
+use ripstop::solver::gather::{Neighbours, gather};
+use ripstop::solver::node_update::field as node;
 use ripstop::solver::state::{State, split, split_mut};
 use ripstop::with_law;
 use serde_json::json;
@@ -115,7 +118,7 @@ impl<S: Scalar> Patch<S> {
     pub(crate) fn evaluate_rows(&mut self, dt: f64) -> Vec<ElementTotals> {
         let mut strained = self.state.clone();
         rows(&self.model, &mut strained, dt);
-        solver::evaluate_failure(&self.model, &mut strained, None);
+        solver::failure::evaluate_failure(&self.model, &mut strained, None);
         for (row, column, yarn) in self.yarns() {
             let field = element::ALIVE + yarn;
             self.state.elements.set(row, field, column + 1, strained.elements.get(row, field, column + 1));

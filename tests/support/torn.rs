@@ -1,10 +1,10 @@
 //! A patch of a ply that flies ahead of the projectile, torn out or held on one side.
 
 use ripstop::case::Case;
-use ripstop::kernels::element_force::field as element;
-use ripstop::kernels::node_update::field as node;
 use ripstop::model::Model;
 use ripstop::num::scalar::Scalar;
+use ripstop::solver::element_totals::field as element;
+use ripstop::solver::node_update::field as node;
 use ripstop::solver::state::State;
 
 use crate::scene::builtin;

@@ -2,7 +2,7 @@
 
 use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
-use ripstop::kernels::coupled_newton::COMPATIBILITY_TOLERANCE;
+use ripstop::physics::coupled_newton::COMPATIBILITY_TOLERANCE;
 
 use super::*;
 

@@ -7,7 +7,7 @@ mod uniforms;
 use bytemuck::{Pod, Zeroable};
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 
-use crate::kernels::rigid_body::RigidBody;
+use crate::physics::rigid_body::RigidBody;
 pub use uniforms::*;
 
 /// Field of a struct that the shaders have too.

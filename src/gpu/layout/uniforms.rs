@@ -6,13 +6,15 @@ use nalgebra::Vector3;
 use super::{Field, shared};
 use crate::case::{Edge, Edges};
 use crate::gpu::buffers::Sizes;
-use crate::kernels::element_force::ElementConstants;
-use crate::kernels::mirror_planes::Cut;
-use crate::kernels::ply_contact;
-use crate::kernels::projectile_shape::CORNERS;
-use crate::kernels::rigid_body::RigidBody;
-use crate::model::cover::{shoulder, unbroken_cells};
-use crate::model::{Mesh, Model, PlyType};
+use crate::model::Model;
+use crate::model::layup::{shoulder, unbroken_cells};
+use crate::model::mesh::Mesh;
+use crate::model::ply_type::PlyType;
+use crate::physics::element_geometry::ElementConstants;
+use crate::physics::mirror_planes::Cut;
+use crate::physics::ply_contact;
+use crate::physics::projectile_shape::CORNERS;
+use crate::physics::rigid_body::RigidBody;
 
 /// Bytes between the constants of two ply types.
 pub(crate) const SCENE_STRIDE: u64 = 512;

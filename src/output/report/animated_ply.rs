@@ -2,10 +2,10 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::kernels::element_force::field as element;
-use crate::kernels::node_update::field as node;
 use crate::model::Model;
 use crate::num::scalar::Scalar;
+use crate::solver::element_totals::field as element;
+use crate::solver::node_update::field as node;
 use crate::solver::state::State;
 
 /// Squared force of a yarn that is broken.

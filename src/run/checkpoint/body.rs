@@ -3,7 +3,7 @@
 use nalgebra::{Quaternion, UnitQuaternion};
 use serde::{Deserialize, Serialize};
 
-use crate::kernels::rigid_body::RigidBody;
+use crate::physics::rigid_body::RigidBody;
 
 /// The numbers of a [`RigidBody`] that vary; the rest follows from the case.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]

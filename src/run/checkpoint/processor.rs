@@ -5,12 +5,13 @@ use std::io::{self, Write};
 use super::body::BodyMotion;
 use super::{Checkpoint, CheckpointFault, Checkpointable, Header, Reader, Writer, write};
 use crate::case::Case;
-use crate::model::{Model, over, over::SIDES, over::neighbour};
+use crate::model::layup::{SIDES, neighbour};
+use crate::model::{Model, layup};
 use crate::num::scalar::Scalar;
 use crate::run::{RunError, RunScalar, Simulation};
-use crate::solver::StepperState;
 use crate::solver::active_region::ActiveRegion;
 use crate::solver::state::State;
+use crate::solver::state::StepperState;
 
 impl<S: RunScalar> Checkpointable for Simulation<S> {
     fn time(&self) -> f64 {
@@ -95,6 +96,6 @@ fn is_over_elements<S: Scalar>(model: &Model<S>, all: &[u32]) -> bool {
             let mesh = &model.ply_type(other).mesh;
             mesh.rows * mesh.columns
         });
-        part.iter().all(|over| over::element(*over) < count)
+        part.iter().all(|over| layup::element(*over) < count)
     })
 }

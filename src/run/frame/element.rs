@@ -1,11 +1,12 @@
 //! What an element shows in a frame: the unit cell solved at the positions of the frame, as the next step would.
 
-use crate::kernels::crossover::{self, LawKernel};
-use crate::kernels::element_force::ElementConstants;
-use crate::kernels::element_geometry::ElementGeometry;
-use crate::kernels::kinematics::{differences, kinematics};
-use crate::kernels::shear;
 use crate::num::scalar::{Scalar, each};
+use crate::physics::crossover;
+use crate::physics::element_geometry::ElementConstants;
+use crate::physics::element_geometry::ElementGeometry;
+use crate::physics::kinematics::{differences, kinematics};
+use crate::physics::shear;
+use crate::physics::yarn_law::LawKernel;
 
 /// One element, rounded to what files hold.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

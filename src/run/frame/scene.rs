@@ -1,9 +1,9 @@
 //! What stays the same from frame to frame.
 
 use crate::case::Case;
-use crate::kernels::projectile_shape::Body;
 use crate::model::{Model, ModelError};
 use crate::num::scalar::Scalar;
+use crate::physics::projectile_body::Body;
 
 /// What stays the same from frame to frame: the whole pack at rest, and the shape of the projectile.
 #[derive(Clone, Debug)]

@@ -6,14 +6,16 @@ use std::sync::Arc;
 use super::element::{self, Before, ElementReading};
 use super::schedule::Schedule;
 use super::{Frame, PlyMesh, Pose, Scene};
-use crate::kernels::crossover::LawKernel;
-use crate::kernels::element_force::{ElementConstants, field as element_field};
-use crate::kernels::mirror_planes::Cut;
-use crate::kernels::node_update::field as node_field;
-use crate::kernels::rigid_body::RigidBody;
-use crate::model::{Mesh, Model};
+use crate::model::Model;
+use crate::model::mesh::Mesh;
 use crate::num::scalar::Scalar;
+use crate::physics::element_geometry::ElementConstants;
+use crate::physics::mirror_planes::Cut;
+use crate::physics::rigid_body::RigidBody;
+use crate::physics::yarn_law::LawKernel;
 use crate::run::View;
+use crate::solver::element_totals::field as element_field;
+use crate::solver::node_update::field as node_field;
 use crate::solver::state::{Rows, State};
 
 /// The state when a frame is due: what has moved of the part that is computed.

@@ -60,7 +60,7 @@ impl<'a> DeviceSimulation<'a> {
     /// # Errors
     /// As [`DeviceSimulation::new`].
     pub fn with_skips(case: &Case, device: &'a Device, skips: Skips) -> Result<Self, RunError> {
-        let (model, mut state) = solver::set_up::<f32>(case, skips.symmetry)?;
+        let (model, mut state) = solver::state::set_up::<f32>(case, skips.symmetry)?;
         if !skips.wavefront {
             state.reach_everything(&model);
         }

@@ -12,10 +12,10 @@ use crate::gpu::submission::BatchResult;
 use crate::model::Model;
 use crate::run::record::{RunRecord, SampleInput};
 use crate::run::{Observer, View, outcome, pieces, profile};
-use crate::solver;
-use crate::solver::Given;
 use crate::solver::energy_balance::{EnergyBalance, PlyMoment};
+use crate::solver::state::Given;
 use crate::solver::state::State;
+use crate::solver::{divergence, state as solver_state};
 
 /// A shot in progress.
 pub(crate) struct DeviceShot {
@@ -36,7 +36,7 @@ impl DeviceShot {
         Self {
             balance: EnergyBalance::of_part(model.planes),
             record: RunRecord::new(&model, state.body.as_ref()),
-            given: solver::given(&model, state),
+            given: solver_state::given(&model, state),
             number,
             step: 0,
             ended: false,
@@ -128,7 +128,7 @@ impl DeviceShot {
 
     fn diagnose(&mut self, state: &State<f32>, excess: (&str, f64)) {
         let available = self.balance.accounted_energy();
-        self.record.divergence = Some(solver::diagnose(&self.model, state, excess, available));
+        self.record.divergence = Some(divergence::diagnose(&self.model, state, excess, available));
     }
 
     /// One row of the history from one sample.
@@ -172,8 +172,8 @@ impl DeviceShot {
         if in_doubt {
             self.look(stepper, state, case, info.index)?;
         }
-        let kinetic = sums.add(sum::KINETIC) + solver::flying(body.as_ref().map(|b| &b.body));
-        if let Some(excess) = solver::excess(&self.balance, kinetic, true) {
+        let kinetic = sums.add(sum::KINETIC) + divergence::flying(body.as_ref().map(|b| &b.body));
+        if let Some(excess) = divergence::excess(&self.balance, kinetic, true) {
             // The place is looked for in the state as it is now, at most two batches later.
             state.step = info.index + 1;
             if let Err(error) = stepper.download(self.number, &self.model, state) {

@@ -12,7 +12,9 @@ use crate::gpu::layout;
 use crate::gpu::shader::Kernel;
 use crate::gpu::stepper::DeviceStepper;
 use crate::gpu::{Device, DeviceError};
-use crate::model::{Features, Grid, Model, ModelError};
+use crate::model::features::Features;
+use crate::model::mesh::Grid;
+use crate::model::{Model, ModelError};
 use crate::run::{Run, Skips};
 use crate::solver;
 use crate::solver::state::State;
@@ -48,7 +50,7 @@ impl PreparedShot {
     /// # Errors
     /// When it cannot become a model.
     pub fn new(case: Case) -> Result<Self, ModelError> {
-        let (model, _) = solver::set_up::<f32>(&case, Skips::default().symmetry)?;
+        let (model, _) = solver::state::set_up::<f32>(&case, Skips::default().symmetry)?;
         let sizes = Sizes::new(&model);
         let mut uniforms: Vec<u8> = bytemuck::cast_slice(&layout::plies(&model)).to_vec();
         uniforms.extend_from_slice(bytemuck::cast_slice(&layout::lines(&model)));

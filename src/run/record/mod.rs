@@ -10,9 +10,10 @@ use serde::{Deserialize, Serialize};
 use tracing::info;
 
 use crate::case::Case;
-use crate::kernels::rigid_body::RigidBody;
-use crate::model::{MirrorPlanes, Model};
+use crate::model::Model;
 use crate::num::scalar::Scalar;
+use crate::physics::mirror_planes::MirrorPlanes;
+use crate::physics::rigid_body::RigidBody;
 use crate::run::deflection::Deflections;
 use crate::run::due::sample_due;
 use crate::run::outcome::Tracker;

@@ -3,8 +3,9 @@
 use tracing::info;
 
 use super::RunRecord;
-use crate::model::{MirrorPlanes, Model};
+use crate::model::Model;
 use crate::num::scalar::Scalar;
+use crate::physics::mirror_planes::MirrorPlanes;
 use crate::run::outcome::Outcome;
 use crate::run::{NewtonStatistics, Run};
 use crate::solver::FailureEvent;

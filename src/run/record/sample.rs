@@ -5,7 +5,7 @@ use tracing::info;
 
 use super::RunRecord;
 use crate::case::{Case, RunUntil};
-use crate::kernels::rigid_body::RigidBody;
+use crate::physics::rigid_body::RigidBody;
 use crate::run::due::look_due;
 use crate::run::outcome::Outcome;
 use crate::run::{PlySample, Sample};

@@ -8,15 +8,17 @@ use ripstop::gpu::buffers::BufferId;
 use ripstop::gpu::layout::{self, CONTACT_WORDS, StepInfo, status};
 use ripstop::gpu::shader::Kernel;
 use ripstop::gpu::stepper::{DeviceStepper, Stage};
-use ripstop::kernels::element_force::field as element;
-use ripstop::kernels::node_update::field as node;
 use ripstop::model::Model;
-use ripstop::model::over::{self, PENETRATING, SIDES, neighbour};
+use ripstop::model::layup;
+use ripstop::model::layup::{PENETRATING, SIDES, neighbour};
 use ripstop::num::simd::Vectors;
+use ripstop::solver;
 use ripstop::solver::active_region::ActiveRegion;
+use ripstop::solver::element_totals::field as element;
 use ripstop::solver::energy_balance::EnergyBalance;
+use ripstop::solver::node_update::field as node;
 use ripstop::solver::state::State;
-use ripstop::solver::{self, Context, FailureEvent, StepTotals};
+use ripstop::solver::{Context, FailureEvent, StepTotals};
 
 use super::Seen;
 use super::scenes::{Scene, node_places};
@@ -329,7 +331,7 @@ impl<'a> Pair<'a> {
             let (ply, side) = (at / model.nodes_per_ply() / SIDES, at / model.nodes_per_ply() % SIDES);
             let Some(other) = neighbour(ply, side, model.plies.len()) else { continue };
             let columns = model.ply_type(other).mesh.columns;
-            let cell = |over: u32| [over::element(over) / columns, over::element(over) % columns];
+            let cell = |over: u32| [layup::element(over) / columns, layup::element(over) % columns];
             let near = [0, 1].into_iter().all(|i| cell(*got)[i].abs_diff(cell(*expected)[i]) <= 1);
             if near && got & PENETRATING == expected & PENETRATING {
                 beside += usize::from(got != expected);

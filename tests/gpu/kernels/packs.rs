@@ -2,10 +2,10 @@
 
 use nalgebra::Vector3;
 use ripstop::case::{self, Case, Edge};
-use ripstop::kernels::node_update::field as node;
 use ripstop::model::Model;
-use ripstop::model::over::{PENETRATING, SIDES, neighbour};
+use ripstop::model::layup::{PENETRATING, SIDES, neighbour};
 use ripstop::solver::active_region::ActiveRegion;
+use ripstop::solver::node_update::field as node;
 use ripstop::solver::state::State;
 use serde_json::{Value, json};
 

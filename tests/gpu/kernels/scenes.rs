@@ -1,10 +1,11 @@
 //! States to compare kernels on: random and at the edges of what a run meets.
 
 use ripstop::case::{Case, Edge, Grading, HitPlace, LinesFrom, Variability, YarnStrength};
-use ripstop::kernels::element_force::{BROKEN, field as element};
-use ripstop::kernels::node_update::field as node;
 use ripstop::model::Model;
 use ripstop::solver::active_region::ActiveRegion;
+use ripstop::solver::element_force::BROKEN;
+use ripstop::solver::element_totals::field as element;
+use ripstop::solver::node_update::field as node;
 use ripstop::solver::state::State;
 
 use super::packs::{self, Group};

@@ -2,11 +2,11 @@
 
 use nalgebra::Vector3;
 use ripstop::case::{Along, Case, ContactSampling, Edge, Motion, Projectile, Rotation, Shape};
-use ripstop::kernels::node_update::field as node;
-use ripstop::kernels::rigid_body::RigidBody;
 use ripstop::model::Model;
+use ripstop::physics::rigid_body::RigidBody;
 use ripstop::solver::active_region::ActiveRegion;
-use ripstop::solver::fabric_between;
+use ripstop::solver::node_update::field as node;
+use ripstop::solver::projectile_points::fabric_between;
 use ripstop::solver::state::State;
 
 use super::packs::{self, Group};

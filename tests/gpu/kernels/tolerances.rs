@@ -1,8 +1,8 @@
 //! Allowed differences between the backends, in roundings, and the sizes whose roundings they are.
 
 use nalgebra::Vector3;
-use ripstop::kernels::projectile_contact::HELD;
-use ripstop::model::PlyType;
+use ripstop::model::ply_type::PlyType;
+use ripstop::solver::projectile_contact::HELD;
 use ripstop::solver::state::State;
 
 use super::scenes::{Scene, node_places};

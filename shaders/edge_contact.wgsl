@@ -1,0 +1,236 @@
+// edge_contact: the normal impulses of touches that share nodes: K = N M⁻¹ Nᵀ of those that push, its factor L and both substitutions.
+// K falls into blocks that share no node.
+// Needs `points`, `touches`, their `extent`, `members` and `matrix`.
+// Twin: src/solver/edge_contact.rs
+
+/// What is added to the diagonal of K, over itself in the whole scene: two points that ask the same of a node share its impulse.
+const SHARED: f32 = 1e-3;
+/// Least pivot, over the diagonal of K.
+const FLOOR: f32 = 1e-7;
+
+/// Members of each ply: the first, and one past the last.
+var<workgroup> begins: array<atomic<u32>, 64>;
+var<workgroup> stops: array<atomic<u32>, 64>;
+
+/// Lists the touches that share nodes, ply by ply and block by block, those of a block in storage order: a node's own, then those of the
+/// edges that begin there. Gives their number.
+fn list_members(local: u32) -> u32 {
+    if (local < 64u) {
+        atomicStore(&begins[local], NONE);
+        atomicStore(&stops[local], 0u);
+    }
+    let count = workgroupUniformLoad(&extent).x;
+    var total = 0u;
+    for (var base = 0u; base < count; base += WIDTH) {
+        let p = base + local;
+        var own = 0u;
+        if (p < count) {
+            own = points[point_number(p)].constrained + points[point_number(p)].to_right + points[point_number(p)].to_above;
+        }
+        var at = total + sum_up_to(own, local) - own;
+        if (own > 0u) {
+            let ply = node_ply(points[point_number(p)].node);
+            atomicMin(&begins[ply], at);
+            atomicMax(&stops[ply], at + own);
+            let itself = points[point_number(p)].constrained;
+            for (var i = 0u; i < own; i++) {
+                members[member_number(at + i)] = select(points[point_number(p)].first + i - itself, p, i < itself);
+                members[block_number(at + i)] = points[point_number(p)].block;
+            }
+        }
+        total += scan[WIDTH - 1u];
+        workgroupBarrier();
+    }
+    storageBarrier();
+    for (var m = local; m < total; m += WIDTH) {
+        let t = members[member_number(m)];
+        let block = members[block_number(m)];
+        let ply = node_ply(points[point_number(touches[touch_number(t)].ends.x)].node);
+        let first = atomicLoad(&begins[ply]);
+        let past = atomicLoad(&stops[ply]);
+        var before = 0u;
+        var own = 0u;
+        for (var i = first; i < past; i++) {
+            let other = members[block_number(i)];
+            before += u32(other < block);
+            own += u32(other == block && i < m);
+        }
+        touches[touch_number(t)].begin = first + before;
+        touches[touch_number(t)].member = first + before + own;
+        // Every ply has a triangle of its own, with room for as many as there may be.
+        let most = 3u * scene.constraints;
+        let row = before + own;
+        touches[touch_number(t)].row = ply_number(ply) * (most * (most + 1u) / 2u) + row * (row + 1u) / 2u + before;
+    }
+    storageBarrier();
+    for (var t = local; t < extent.y; t += WIDTH) {
+        let member = touches[touch_number(t)].member;
+        if (member != NONE) {
+            members[member_number(member)] = t;
+        }
+    }
+    storageBarrier();
+    return total;
+}
+
+/// An entry of K [1/kg].
+fn coupling(a: u32, b: u32) -> f32 {
+    let of_a = touches[touch_number(a)].ends;
+    let of_b = touches[touch_number(b)].ends;
+    let weights_a = vec2<f32>(1.0 - touches[touch_number(a)].weight, touches[touch_number(a)].weight);
+    let weights_b = vec2<f32>(1.0 - touches[touch_number(b)].weight, touches[touch_number(b)].weight);
+    let first = weights_a.x * (weights_b.x * f32(of_a.x == of_b.x) + weights_b.y * f32(of_a.x == of_b.y));
+    let second = weights_a.y * (weights_b.x * f32(of_a.y == of_b.x) + weights_b.y * f32(of_a.y == of_b.y));
+    if (first + second == 0.0) {
+        return 0.0;
+    }
+    let inverse = first * points[point_number(of_a.x)].inverse.xyz + second * points[point_number(of_a.y)].inverse.xyz;
+    return dot(touches[touch_number(a)].normal.xyz, inverse * touches[touch_number(b)].normal.xyz);
+}
+
+/// What is added to the entry of a touch on the diagonal of K [1/kg]. A node on a mirror plane adds as much as it would in the whole
+/// scene, where the images of the points on its edges push it too.
+fn compliance(t: u32) -> f32 {
+    let ends = touches[touch_number(t)].ends;
+    let normal = touches[touch_number(t)].normal.xyz;
+    let weights = vec2<f32>(1.0 - touches[touch_number(t)].weight, touches[touch_number(t)].weight);
+    let parts = vec2<f32>(part_at(ends.x), part_at(ends.y)) / part_of_touch(t);
+    let shares = weights * weights * parts;
+    let inverse = shares.x * points[point_number(ends.x)].inverse.xyz + shares.y * points[point_number(ends.y)].inverse.xyz;
+    return SHARED * dot(normal, inverse * normal);
+}
+
+/// What a touch that pushes adds to the equations: its row of K, and its direction. One that shares no node has a row to itself.
+fn fill(t: u32) {
+    let member = touches[touch_number(t)].member;
+    let alone = member == NONE;
+    if (!alone) {
+        let begin = touches[touch_number(t)].begin;
+        let row = touches[touch_number(t)].row;
+        var entry = member;
+        for (var m = begin; m < member; m++) {
+            let other = members[member_number(m)];
+            let pushes = touches[touch_number(other)].state == PUSHING;
+            let value = select(0.0, coupling(t, other), pushes);
+            matrix[row + m - begin] = value;
+            entry = select(entry, min(entry, m), value != 0.0);
+        }
+        touches[touch_number(t)].entry = entry;
+    }
+    let normal = touches[touch_number(t)].normal.xyz;
+    let arm = touches[touch_number(t)].arm;
+    let diagonal = 1.0 / inertia_along(coupling(t, t), arm.w) + select(compliance(t), 0.0, alone);
+    touches[touch_number(t)].diagonal = diagonal;
+    // Of one that shares no node: others have theirs from their row of L.
+    touches[touch_number(t)].root = sqrt(diagonal);
+    let g = direction_of(normal, arm.xyz);
+    touches[touch_number(t)].moved = vec4<f32>(g[0], g[1], g[2], 0.0);
+    touches[touch_number(t)].turned = vec4<f32>(g[3], g[4], g[5], 0.0);
+}
+
+/// What friction changes: how much faster than allowed a touch that pushes would enter.
+fn ask(t: u32) {
+    let normal = touches[touch_number(t)].normal;
+    let ends = touches[touch_number(t)].ends;
+    let free = mix(points[point_number(ends.x)].free.xyz, points[point_number(ends.y)].free.xyz, touches[touch_number(t)].weight);
+    touches[touch_number(t)].turned.w = dot(free, normal.xyz) - closing_limit(normal.w);
+}
+
+/// Whether a member is the first of its block. An invocation solves a block: most are short.
+fn leads(m: u32) -> bool {
+    return touches[touch_number(members[member_number(m)])].begin == m;
+}
+
+/// One past the last member of a block.
+fn end_of(begin: u32, count: u32) -> u32 {
+    var end = begin + 1u;
+    while (end < count && touches[touch_number(members[member_number(end)])].begin == begin) {
+        end++;
+    }
+    return end;
+}
+
+/// L of a block in the place of its K, row by row, and the substitution that goes with it; of the `same` members the latter for what is
+/// asked of them alone.
+fn eliminate(begin: u32, end: u32, same: bool) {
+    for (var m = begin; m < end; m++) {
+        let t = touch_number(members[member_number(m)]);
+        if (touches[t].state != PUSHING) {
+            continue;
+        }
+        let row = touches[t].row - begin;
+        let entry = touches[t].entry;
+        let diagonal = touches[t].diagonal;
+        var pivot = diagonal;
+        var moved = touches[t].moved;
+        var turned = touches[t].turned;
+        for (var k = entry; k < m; k++) {
+            let above = touch_number(members[member_number(k)]);
+            if (touches[above].state != PUSHING) {
+                continue;
+            }
+            let root = touches[above].root;
+            var value = matrix[row + k];
+            if (!same) {
+                let other = touches[above].row - begin;
+                for (var j = max(entry, touches[above].entry); j < k; j++) {
+                    value -= matrix[row + j] * matrix[other + j];
+                }
+                value /= root;
+                matrix[row + k] = value;
+                pivot -= value * value;
+                moved -= (value / root) * touches[above].moved;
+                turned -= vec4<f32>((value / root) * touches[above].turned.xyz, 0.0);
+            }
+            turned.w -= (value / root) * touches[above].turned.w;
+        }
+        if (!same) {
+            touches[t].root = sqrt(max(pivot, FLOOR * diagonal));
+            touches[t].moved = moved;
+        }
+        touches[t].turned = turned;
+    }
+}
+
+/// Normal impulses of a block for the motion found: the substitution back.
+fn substitute_back(begin: u32, end: u32) {
+    for (var left = end; left > begin; left--) {
+        let m = left - 1u;
+        let b = touch_number(members[member_number(m)]);
+        if (touches[b].state != PUSHING) {
+            continue;
+        }
+        let row = touches[b].row - begin;
+        let share = touches[b].normal_impulse / touches[b].root;
+        for (var k = touches[b].entry; k < m; k++) {
+            touches[touch_number(members[member_number(k)])].normal_impulse -= matrix[row + k] * share;
+        }
+    }
+}
+
+/// Normal impulses for the motion found.
+fn push_back(count: u32, local: u32) {
+    let linear = vec3<f32>(motion[0], motion[1], motion[2]);
+    let angular = vec3<f32>(motion[3], motion[4], motion[5]) * scene.body_bounding_radius;
+    for (var t = local; t < extent.y; t += WIDTH) {
+        if (touches[touch_number(t)].state == PUSHING) {
+            let turned = touches[touch_number(t)].turned;
+            let along = dot(touches[touch_number(t)].moved.xyz, linear) + dot(turned.xyz, angular);
+            touches[touch_number(t)].normal_impulse = (along - turned.w) / touches[touch_number(t)].root;
+        }
+    }
+    if (RIM) {
+        storageBarrier();
+        for (var m = local; m < count; m += WIDTH) {
+            if (leads(m)) {
+                substitute_back(m, end_of(m, count));
+            }
+        }
+        storageBarrier();
+    }
+    for (var t = local; t < extent.y; t += WIDTH) {
+        if (touches[touch_number(t)].state == PUSHING) {
+            touches[touch_number(t)].friction_impulse.w = touches[touch_number(t)].normal_impulse / touches[touch_number(t)].root;
+        }
+    }
+}

@@ -1,0 +1,189 @@
+//! Lines of nodes of a ply along one of its axes: evenly spaced, or graded.
+
+use std::ops::Range;
+
+/// Difference of places that rounding makes [-].
+pub(super) const SAME: f64 = 1e-9;
+
+/// Where lines of nodes cross an axis of a ply, counted in finest elements from the first line.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) enum Lines {
+    /// Line k is at k; so many elements.
+    Even(usize),
+    /// Line k is at the k-th place.
+    Graded(Vec<f64>),
+}
+
+impl Lines {
+    pub(super) fn even(elements: usize) -> Self {
+        Self::Even(elements)
+    }
+
+    /// Lines at these places, of which there are at least two.
+    pub(super) fn graded(places: Vec<f64>) -> Self {
+        Self::Graded(places)
+    }
+
+    pub(super) fn is_graded(&self) -> bool {
+        matches!(self, Self::Graded(_))
+    }
+
+    pub(super) fn elements(&self) -> usize {
+        match self {
+            Self::Even(elements) => *elements,
+            Self::Graded(places) => places.len() - 1,
+        }
+    }
+
+    /// Place of a line.
+    #[inline]
+    pub(super) fn at(&self, line: usize) -> f64 {
+        match self {
+            Self::Even(_) => line as f64,
+            Self::Graded(places) => places[line],
+        }
+    }
+
+    /// Length of the element after a line.
+    #[inline]
+    pub(super) fn width(&self, element: usize) -> f64 {
+        match self {
+            Self::Even(_) => 1.0,
+            Self::Graded(places) => places[element + 1] - places[element],
+        }
+    }
+
+    pub(super) fn widest(&self) -> f64 {
+        (0..self.elements()).map(|element| self.width(element)).fold(0.0, f64::max)
+    }
+
+    /// The line in the middle of the elements of the finest length, the later of two.
+    pub(super) fn middle_of_finest(&self) -> usize {
+        let mut finest = (0..self.elements()).filter(|element| self.width(*element) < 1.0 + SAME);
+        let first = finest.next().unwrap_or(0);
+        (first + finest.next_back().unwrap_or(first)).div_ceil(2)
+    }
+
+    /// Half of each element beside a line.
+    pub(super) fn share(&self, line: usize) -> f64 {
+        let before = if line > 0 { self.width(line - 1) } else { 0.0 };
+        let after = if line < self.elements() { self.width(line) } else { 0.0 };
+        0.5 * (before + after)
+    }
+
+    /// The element that a place lies in, or the nearest.
+    pub(super) fn element_at(&self, place: f64) -> usize {
+        let at = match self {
+            Self::Even(_) => place.max(0.0) as usize,
+            Self::Graded(places) => places.partition_point(|line| *line <= place).saturating_sub(1),
+        };
+        at.min(self.elements() - 1)
+    }
+
+    /// Lines between two places, and the next on either side.
+    pub(super) fn between(&self, from: f64, to: f64) -> Range<usize> {
+        match self {
+            Self::Even(elements) => {
+                let end = *elements as f64 + 1.0;
+                let first = from.clamp(-1.0, end).floor().max(0.0) as usize;
+                let last = (to.clamp(-1.0, end).ceil() + 1.0).max(0.0) as usize;
+                first.min(elements + 1)..last.min(elements + 1)
+            }
+            Self::Graded(places) => {
+                let first = places.partition_point(|line| *line <= from).saturating_sub(1);
+                first..(places.partition_point(|line| *line < to) + 1).min(places.len())
+            }
+        }
+    }
+
+    /// The line nearest to a place.
+    pub(super) fn nearest(&self, place: f64) -> usize {
+        match self {
+            Self::Even(elements) => (place.round().max(0.0) as usize).min(*elements),
+            Self::Graded(_) => {
+                let element = self.element_at(place);
+                element + usize::from(place - self.at(element) >= 0.5 * self.width(element))
+            }
+        }
+    }
+
+    /// Elements within `reach`, a whole number, of an element; the element too.
+    pub(super) fn within(&self, element: usize, reach: f64) -> Range<usize> {
+        match self {
+            Self::Even(elements) => {
+                let span = reach as usize;
+                element.saturating_sub(span)..(element + span + 1).min(*elements)
+            }
+            Self::Graded(places) => {
+                let (from, to) = (places[element] - reach, places[element + 1] + reach);
+                // A part of an element counts.
+                let first = places.partition_point(|line| *line <= from + SAME).saturating_sub(1);
+                first..places.partition_point(|line| *line < to - SAME).min(places.len() - 1)
+            }
+        }
+    }
+
+    /// Lengths of the elements that lie within `reach` of the middle of one, from the first of them on; past a mirror plane at the
+    /// first or last line their images count.
+    pub(super) fn overlaps(&self, element: usize, reach: f64, mirrored: [bool; 2]) -> (usize, Vec<f64>) {
+        let end = self.at(self.elements());
+        let middle = self.at(element) + 0.5 * self.width(element);
+        let (from, to) = (middle - reach, middle + reach);
+        let common = |a: f64, b: f64| (b.min(to) - a.max(from)).max(0.0);
+        let length = |k: usize| {
+            let (a, b) = (self.at(k), self.at(k) + self.width(k));
+            let before = if mirrored[0] { common(-b, -a) } else { 0.0 };
+            let behind = if mirrored[1] { common(2.0 * end - b, 2.0 * end - a) } else { 0.0 };
+            common(a, b) + before + behind
+        };
+        let first = (self.element_at(from)..=element).find(|k| length(*k) > SAME).unwrap_or(element);
+        let lengths = (first..self.elements()).map(length);
+        (first, lengths.take_while(|length| *length > SAME).collect())
+    }
+
+    /// Number of the yarn as wide as `breadth` that the middle of an element lies in, from the first on. `between`: a place between two yarns.
+    pub(super) fn yarn(&self, element: usize, between: f64, breadth: f64) -> u32 {
+        let number = |place: f64| ((place - between) / breadth + SAME).floor();
+        (number(self.at(element) + 0.5 * self.width(element)) - number(0.0)).max(0.0) as u32
+    }
+
+    /// Whether they are their own mirror image, with a line in the middle.
+    pub(super) fn is_mirrored(&self) -> bool {
+        let elements = self.elements();
+        let length = self.at(elements);
+        let pairs = (0..=elements).all(|line| (self.at(line) + self.at(elements - line) - length).abs() < SAME);
+        elements.is_multiple_of(2) && pairs
+    }
+
+    /// The half of mirrored lines behind the middle, or before it.
+    pub(super) fn half(&self, behind: bool) -> Self {
+        let middle = self.elements() / 2;
+        match self {
+            Self::Even(_) => Self::Even(middle),
+            Self::Graded(places) if behind => {
+                Self::Graded(places[middle..].iter().map(|place| place - places[middle]).collect())
+            }
+            Self::Graded(places) => Self::Graded(places[..=middle].to_vec()),
+        }
+    }
+
+    /// The lines of which these are the half behind the middle, or before it.
+    pub(super) fn doubled(&self, behind: bool) -> Self {
+        match self {
+            Self::Even(elements) => Self::Even(2 * elements),
+            Self::Graded(places) => {
+                let length = self.at(self.elements());
+                let mirrored =
+                    places.iter().rev().map(|place| if behind { length - place } else { 2.0 * length - place });
+                let own = places.iter().map(|place| if behind { length + place } else { *place });
+                let (first, second): (Vec<f64>, Vec<f64>) =
+                    if behind { (mirrored.collect(), own.collect()) } else { (own.collect(), mirrored.collect()) };
+                Self::Graded(first.into_iter().chain(second.into_iter().skip(1)).collect())
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+#[path = "grid_lines_tests.rs"]
+mod tests;

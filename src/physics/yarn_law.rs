@@ -1,0 +1,222 @@
+//! One yarn of the unit cell: tension and contact force for a given stretch and height, (13)–(19), for every law.
+//!
+//! A law is a type, so that the choice is made once, outside the loops; [`with_law!`](crate::with_law) makes it.
+
+use crate::num::scalar::Real;
+use crate::physics::arc_length::{ArcLength, arc_length};
+
+/// Span or leg over its rest length below which a collapsed cell is not followed: slack, but finite.
+pub const SHORTEST: f64 = 1e-9;
+
+/// Constants of one yarn in the cell.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct YarnConstants<R> {
+    /// Axial stiffness E·A [N]; zero when the yarn is absent.
+    pub stiffness: R,
+    /// Half-span w0 [m].
+    pub half_span: R,
+    /// Crimp as this number type sees it, S0/(2w0) − 1 [-].
+    pub crimp: R,
+    /// Height h0 of the centreline at rest [m].
+    pub height: R,
+    /// Failure strain [-].
+    pub failure_strain: R,
+    /// Slope of the continuation of the contact force to slack yarns, dF/dε [N]; see [`YarnResponse::force`].
+    pub slack_slope: R,
+    /// 1/(1 + crimp) [-].
+    pub per_rest: R,
+    /// Terms of the arc length series that matter while this yarn can be taut.
+    pub terms: usize,
+}
+
+/// Response of one yarn at a given height.
+#[derive(Clone, Copy, Debug)]
+pub struct YarnResponse<R> {
+    /// Axial strain S/S0 − 1 [-] (17).
+    pub strain: R,
+    /// Contact force F [N], odd in h (18); of a slack yarn, which presses with nothing, a negative continuation that
+    /// keeps growing with h. Newton steps over onsets of tension with it instead of bouncing between them.
+    pub force: R,
+    /// dF/dh of `force` [N/m].
+    pub stiffness: R,
+    /// dε/dh [1/m].
+    pub growth: R,
+}
+
+impl<R: Real> YarnConstants<R> {
+    /// Strain of the yarn without crimp, straightened, at stretch Λ = 1 + `stretch` [-].
+    #[inline(always)]
+    pub fn straight(&self, stretch: R) -> R {
+        (stretch - self.crimp) * self.per_rest
+    }
+
+    /// Tension at a strain [N] (17): a yarn carries no compression.
+    #[inline(always)]
+    pub fn tension(&self, strain: R) -> R {
+        self.stiffness * strain.max(strain.zero())
+    }
+}
+
+impl<R: Real> YarnResponse<R> {
+    /// `yes` where `mask` is true, `no` elsewhere.
+    #[inline(always)]
+    pub fn select(mask: R::Mask, yes: Self, no: Self) -> Self {
+        Self {
+            strain: R::select(mask, yes.strain, no.strain),
+            force: R::select(mask, yes.force, no.force),
+            stiffness: R::select(mask, yes.stiffness, no.stiffness),
+            growth: R::select(mask, yes.growth, no.growth),
+        }
+    }
+
+    /// The response of a taut yarn after a rise of its height too small to bend the curve.
+    #[inline(always)]
+    pub fn raised(&self, rise: R) -> Self {
+        let strain = self.growth.fused(rise, self.strain);
+        Self { strain, force: self.stiffness.fused(rise, self.force), ..*self }
+    }
+
+    /// The contact force without its continuation: 0 where the yarn is slack.
+    #[inline(always)]
+    pub(crate) fn real_force(&self) -> R {
+        let zero = self.strain.zero();
+        R::select(zero.lt(self.strain), self.force, zero)
+    }
+}
+
+/// What of a yarn's response depends on its stretch alone.
+#[derive(Clone, Copy, Debug)]
+pub struct StretchResponse<R> {
+    /// Λ − 1 [-].
+    pub(crate) stretch: R,
+    /// Strain of the yarn were it straight [-].
+    straight: R,
+    /// Strain per excess of the arc's length over its span, Λ/(1 + crimp) and a little where the cell has collapsed [-].
+    scale: R,
+    /// End slope over height, π/(2 w0 Λ) [1/m].
+    pub(crate) rise: R,
+}
+
+impl<R: Real> StretchResponse<R> {
+    /// Λ [-].
+    #[inline(always)]
+    pub(crate) fn length(&self) -> R {
+        self.stretch.one() + self.stretch
+    }
+}
+
+/// Which formulas a law uses; resolved at compile time.
+pub trait LawKernel: Copy + Send + Sync + 'static {
+    /// What depends on the stretch Λ = 1 + `stretch` alone.
+    #[inline(always)]
+    fn span<R: Real>(yarn: &YarnConstants<R>, stretch: R) -> StretchResponse<R> {
+        let length = (stretch.one() + stretch).max(stretch.splat_like(SHORTEST));
+        let rise = stretch.splat_like(std::f64::consts::FRAC_PI_2) / (yarn.half_span * length);
+        StretchResponse { stretch, straight: yarn.straight(stretch), scale: length * yarn.per_rest, rise }
+    }
+    /// Tension, contact force and their derivatives of one yarn at height `h`.
+    fn respond<R: Real>(yarn: &YarnConstants<R>, span: &StretchResponse<R>, h: R) -> YarnResponse<R>;
+    /// In-plane force over tension.
+    fn in_plane_factor<R: Real>(yarn: &YarnConstants<R>, span: &StretchResponse<R>, h: R) -> R;
+    /// The response at stretch Λ = 1 + `stretch` and height `h`.
+    #[inline(always)]
+    fn yarn<R: Real>(yarn: &YarnConstants<R>, stretch: R, h: R) -> YarnResponse<R> {
+        Self::respond(yarn, &Self::span(yarn, stretch), h)
+    }
+}
+
+/// The paper's law.
+#[derive(Clone, Copy, Debug)]
+pub struct Published;
+
+/// Forces conjugate to the arc length.
+#[derive(Clone, Copy, Debug)]
+pub struct Variational;
+
+/// State of the sinusoidal yarn shared by the published and variational laws.
+struct Sinusoid<R: Real> {
+    arc: ArcLength<R>,
+    k: R,
+    strain: R,
+    tension: R,
+    taut: R::Mask,
+    /// dε/dh [1/m].
+    dstrain: R,
+}
+
+#[inline(always)]
+fn sinusoid<R: Real>(yarn: &YarnConstants<R>, span: &StretchResponse<R>, h: R) -> Sinusoid<R> {
+    let k = h * span.rise;
+    let arc = arc_length(k, yarn.terms);
+    let strain = span.scale.fused(arc.excess, span.straight);
+    let taut = h.zero().lt(strain);
+    let tension = yarn.tension(strain);
+    let dstrain = span.scale * span.rise * arc.slope;
+    Sinusoid { arc, k, strain, tension, taut, dstrain }
+}
+
+impl<R: Real> Sinusoid<R> {
+    /// The response with the contact force of a taut yarn, continued to slack ones.
+    #[inline(always)]
+    fn response(&self, yarn: &YarnConstants<R>, force: R, stiffness: R) -> YarnResponse<R> {
+        YarnResponse {
+            strain: self.strain,
+            force: R::select(self.taut, force, yarn.slack_slope * self.strain),
+            stiffness: R::select(self.taut, stiffness, yarn.slack_slope * self.dstrain),
+            growth: self.dstrain,
+        }
+    }
+}
+
+impl LawKernel for Published {
+    #[inline(always)]
+    fn respond<R: Real>(yarn: &YarnConstants<R>, span: &StretchResponse<R>, h: R) -> YarnResponse<R> {
+        let s = sinusoid(yarn, span, h);
+        let cosine = s.arc.cosine;
+        let twice = h.splat_like(2.0) * cosine;
+        let sine = twice * s.k;
+        let force = s.tension * sine;
+        let turning = s.tension * (twice * cosine.squared() * span.rise);
+        let stiffness = (yarn.stiffness * s.dstrain).fused(sine, turning);
+        s.response(yarn, force, stiffness)
+    }
+    #[inline(always)]
+    fn in_plane_factor<R: Real>(_: &YarnConstants<R>, _: &StretchResponse<R>, h: R) -> R {
+        h.one()
+    }
+}
+
+impl LawKernel for Variational {
+    #[inline(always)]
+    fn respond<R: Real>(yarn: &YarnConstants<R>, span: &StretchResponse<R>, h: R) -> YarnResponse<R> {
+        let s = sinusoid(yarn, span, h);
+        let pi = h.splat_like(std::f64::consts::PI);
+        let force = pi * s.arc.slope * s.tension;
+        let growth = yarn.stiffness * s.dstrain;
+        let stiffness = pi * (s.arc.curvature * span.rise * s.tension + s.arc.slope * growth);
+        s.response(yarn, force, stiffness)
+    }
+    #[inline(always)]
+    fn in_plane_factor<R: Real>(yarn: &YarnConstants<R>, span: &StretchResponse<R>, h: R) -> R {
+        let s = sinusoid(yarn, span, h);
+        h.one() + s.arc.excess - s.k * s.arc.slope
+    }
+}
+
+/// Calls `$body` with `$law` bound to the kernel type of a [`Law`](crate::case::Law): the one place where the choice is made.
+#[doc(hidden)]
+#[macro_export]
+macro_rules! with_law {
+    ($which:expr, $law:ident => $body:expr) => {{
+        match $which {
+            $crate::case::Law::Published => {
+                type $law = $crate::physics::yarn_law::Published;
+                $body
+            }
+            $crate::case::Law::Variational => {
+                type $law = $crate::physics::yarn_law::Variational;
+                $body
+            }
+        }
+    }};
+}

@@ -1,0 +1,353 @@
+//! Points of contact between two nodes: where the rim of a flat face crosses the edges of elements.
+//!
+//! Sampled at nodes alone, a face is as wide in every row of elements as the nodes under it happen to lie, and the yarns
+//! of the row that lies best carry what is its neighbours' share. The rim crosses the straight edge between two nodes
+//! at a point that moves with the projectile without jumps: that point must not enter the face either.
+//!
+//! Such a point pushes both nodes by its place between them, so points that share a node are no longer independent: with
+//! K = N M⁻¹ Nᵀ of those that push, K p = G V′ + target − n·v takes the place of p = κ(…) in
+//! [`projectile_contact`](super::projectile_contact).
+//!
+//! K is small, the points of the rim and the nodes at their edges, and falls into blocks: where the rim crosses two opposite edges of an
+//! element one after the other, these share no node. Most blocks have two or three members, the longest lie where the rim runs
+//! along a diagonal of the elements.
+
+use std::ops::Range;
+
+use nalgebra::{Matrix6, Vector3, Vector6};
+
+use crate::solver::projectile_contact::{ContactPoint, inertia_along};
+
+/// What is added to the diagonal of K, over itself in the whole scene [-]: two points that ask the same of a node share its impulse.
+///
+/// A point close to a node has the small weight w at the far one. With this compliance s it gives the far node w/(w² + s) of
+/// its error, 1/(2√s) = 16 times at most, so that single precision rounds to what is allowed (`benches/NOTES.md`).
+pub const SHARED: f64 = 1e-3;
+/// Least pivot, over the diagonal of K [-]: below [`SHARED`], so that only rounding could reach it.
+pub const FLOOR: f64 = 1e-7;
+
+/// The nodes at the ends of the edge that a point of the rim lies on.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct EdgeConstraint {
+    /// Places among the points of contact.
+    pub nodes: [usize; 2],
+    /// What each has of the point [-], 1 together.
+    pub weights: [f64; 2],
+}
+
+impl EdgeConstraint {
+    /// The nodes with their weights.
+    pub fn ends(&self) -> impl Iterator<Item = (usize, f64)> {
+        self.nodes.into_iter().zip(self.weights)
+    }
+
+    /// What the nodes have at the point.
+    pub fn between(&self, of_node: impl Fn(usize) -> Vector3<f64>) -> Vector3<f64> {
+        self.ends().map(|(node, weight)| of_node(node) * weight).sum()
+    }
+}
+
+/// Points of contact that depend on each other, and room for their equations.
+#[derive(Clone, Debug, Default)]
+pub struct Rim {
+    /// Of the last points of contact, one each.
+    pub constraints: Vec<EdgeConstraint>,
+    /// By node: the sum of weights there [-].
+    weights: Vec<f64>,
+    /// By node: one that stands for its block, or leads there; itself at the end of the way.
+    blocks: Vec<usize>,
+    /// Those that push and share nodes, ply by ply.
+    members: Vec<usize>,
+    /// Those of which `factors` and `motions` are, in this step.
+    factored: Vec<usize>,
+    /// Places of `factored` block by block, and the ends of the blocks among these.
+    order: Vec<usize>,
+    ends: Vec<usize>,
+    /// Block by block K, then its Cholesky factor: lower triangle by rows [1/kg].
+    factors: Vec<f64>,
+    /// Of the nodes, without normal impulses [m/s].
+    free: Vec<Vector3<f64>>,
+    /// K⁻¹ G by rows, block by block.
+    motions: Vec<[f64; 6]>,
+    /// K⁻¹ (n·v − target), block by block.
+    excesses: Vec<[f64; 1]>,
+    /// Where a member lies among these, by its place in `factored`.
+    places: Vec<usize>,
+}
+
+impl Rim {
+    /// Forgets every point.
+    pub fn clear(&mut self) {
+        self.constraints.clear();
+    }
+
+    /// Begins a step: nothing is known of its equations yet.
+    pub(crate) fn begin(&mut self, points: &mut [ContactPoint], body_mass: f64) {
+        // What belongs to `factored` goes with it: where nothing pushes, nothing is factored that would take its place.
+        for list in [&mut self.factored, &mut self.order, &mut self.ends, &mut self.places] {
+            list.clear();
+        }
+        self.share_masses(points, body_mass);
+        self.propagate(points);
+    }
+
+    /// Nodes that a point moves, with weights.
+    fn parts(&self, points: usize, at: usize) -> [(usize, f64); 2] {
+        match (at + self.constraints.len()).checked_sub(points) {
+            Some(constraint) => {
+                [0, 1].map(|end| (self.constraints[constraint].nodes[end], self.constraints[constraint].weights[end]))
+            }
+            None => [(at, 1.0), (at, 0.0)],
+        }
+    }
+
+    /// Gives every point of the rim its share of the masses of its nodes, by its weight among the points there: what
+    /// friction meets.
+    pub(crate) fn share_masses(&mut self, points: &mut [ContactPoint], body_mass: f64) {
+        let (nodes, rim) = points.split_at_mut(points.len() - self.constraints.len());
+        self.weights.clear();
+        self.weights.resize(nodes.len(), 0.0);
+        for (p, constraint) in rim.iter().zip(&self.constraints) {
+            for (node, weight) in constraint.ends() {
+                // In the whole scene: a point has images at a node on a mirror plane.
+                self.weights[node] += weight * p.part;
+            }
+        }
+        for (p, constraint) in rim.iter_mut().zip(&self.constraints) {
+            let mut inverse = Vector3::zeros();
+            let mut unheld = 0.0;
+            for (node, weight) in constraint.ends() {
+                let share = weight * self.weights[node] / p.part;
+                inverse += nodes[node].inverse * share;
+                unheld += share / nodes[node].mass;
+            }
+            p.inverse = inverse;
+            // Between two held nodes it has a mass like they have, though nothing moves it.
+            p.mass = if inverse.amax() > 0.0 { inverse.amax() } else { unheld }.recip();
+            p.set_kappa(body_mass);
+        }
+    }
+
+    /// Tells nodes what the rim gives them, and the rim how its nodes move.
+    pub(crate) fn propagate(&self, points: &mut [ContactPoint]) {
+        let (nodes, rim) = points.split_at_mut(points.len() - self.constraints.len());
+        for constraint in &self.constraints {
+            for node in constraint.nodes {
+                nodes[node].edge_impulse = Vector3::zeros();
+            }
+        }
+        for (p, constraint) in rim.iter().zip(&self.constraints) {
+            for (node, weight) in constraint.ends() {
+                nodes[node].edge_impulse += p.impulse() * weight;
+            }
+        }
+        for (p, constraint) in rim.iter_mut().zip(&self.constraints) {
+            p.free = constraint.between(|node| nodes[node].velocity()) - p.inverse.component_mul(&p.impulse());
+        }
+    }
+
+    /// Adds GᵀK⁻¹G and GᵀK⁻¹(n·v − target) of the points that share nodes to the equations of the body's motion.
+    pub(crate) fn eliminate(
+        &mut self,
+        points: &[ContactPoint],
+        body_mass: f64,
+        direction: impl Fn(&ContactPoint) -> Vector6<f64>,
+        target: impl Fn(&ContactPoint) -> f64,
+        (matrix, right): (&mut Matrix6<f64>, &mut Vector6<f64>),
+    ) {
+        let count = points.len();
+        self.members.clear();
+        self.members.extend((0..count).filter(|at| points[*at].active && points[*at].shared));
+        // The order in which they add to the equations of the body.
+        self.members.sort_by_key(|at| points[*at].ply);
+        // Friction changes what is asked of them, not what they are.
+        if self.members != self.factored {
+            self.factor(points, body_mass, &direction);
+        }
+        self.free_of_pushes(points);
+        self.excesses.clear();
+        for &place in &self.order {
+            let at = self.members[place];
+            let free: Vector3<f64> =
+                self.parts(count, at).into_iter().map(|(node, weight)| self.free[node] * weight).sum();
+            self.excesses.push([free.dot(&points[at].normal) - target(&points[at])]);
+        }
+        let mut factors = &self.factors[..];
+        for of in ranges(&self.ends) {
+            let (factor, others) = factors.split_at(start(of.len()));
+            substitute(factor, &mut self.excesses[of]);
+            factors = others;
+        }
+        for (&at, &place) in self.members.iter().zip(&self.places) {
+            let g = direction(&points[at]);
+            *matrix += g * Vector6::from_row_slice(&self.motions[place]).transpose();
+            *right += g * self.excesses[place][0];
+        }
+    }
+
+    /// Fills `factors` and `motions` in.
+    fn factor(&mut self, points: &[ContactPoint], body_mass: f64, direction: impl Fn(&ContactPoint) -> Vector6<f64>) {
+        self.find_blocks(points.len() - self.constraints.len());
+        self.motions.clear();
+        self.motions.extend(self.order.iter().map(|place| <[f64; 6]>::from(direction(&points[self.members[*place]]))));
+        let mut factors = std::mem::take(&mut self.factors);
+        factors.clear();
+        for of in ranges(&self.ends) {
+            let first = factors.len();
+            self.fill(points, body_mass, &self.order[of.clone()], &mut factors);
+            factorize(&mut factors[first..], of.len());
+            substitute(&factors[first..], &mut self.motions[of]);
+        }
+        self.factors = factors;
+        self.factored.clone_from(&self.members);
+    }
+
+    /// Sorts the members by block; `nodes`: how many points are of nodes.
+    fn find_blocks(&mut self, nodes: usize) {
+        self.blocks.clear();
+        self.blocks.extend(0..nodes);
+        for &at in self.members.iter().filter(|at| **at >= nodes) {
+            let [one, other] = self.constraints[at - nodes].nodes.map(|node| root(&mut self.blocks, node));
+            self.blocks[one.max(other)] = one.min(other);
+        }
+        let mut block = |at: usize| {
+            let node = at.checked_sub(nodes).map_or(at, |constraint| self.constraints[constraint].nodes[0]);
+            root(&mut self.blocks, node)
+        };
+        self.order.clear();
+        self.order.extend(0..self.members.len());
+        self.order.sort_unstable_by_key(|place| (block(self.members[*place]), *place));
+        self.ends.clear();
+        let mut end = 0;
+        for of in self.order.chunk_by(|one, other| block(self.members[*one]) == block(self.members[*other])) {
+            end += of.len();
+            self.ends.push(end);
+        }
+        self.places.clear();
+        self.places.resize(self.order.len(), 0);
+        for (at, place) in self.order.iter().enumerate() {
+            self.places[*place] = at;
+        }
+    }
+
+    /// Normal impulses for a motion of the body, after [`Self::eliminate`].
+    pub fn push(&self, points: &mut [ContactPoint], motion: &Vector6<f64>) {
+        for ((&place, row), [excess]) in self.order.iter().zip(&self.motions).zip(&self.excesses) {
+            points[self.members[place]].normal_impulse = Vector6::from_row_slice(row).dot(motion) - excess;
+        }
+    }
+
+    /// Velocities of the nodes with friction alone: the normal impulses of the points beside one are unknown like its own.
+    fn free_of_pushes(&mut self, points: &[ContactPoint]) {
+        let (nodes, rim) = points.split_at(points.len() - self.constraints.len());
+        self.free.clear();
+        self.free.extend(nodes.iter().map(|p| p.free + p.inverse.component_mul(&p.friction_impulse)));
+        for (p, constraint) in rim.iter().zip(&self.constraints) {
+            for (node, weight) in constraint.ends() {
+                self.free[node] += nodes[node].inverse.component_mul(&p.friction_impulse) * weight;
+            }
+        }
+    }
+
+    /// What is added to the entry of a point on the diagonal of K [1/kg]. A node on a mirror plane adds as much as it would in the
+    /// whole scene, where the images of the points on its edges push it too.
+    fn compliance(&self, points: &[ContactPoint], at: usize) -> f64 {
+        let (normal, part) = (points[at].normal, points[at].part);
+        let of_node = |(node, weight): (usize, f64)| {
+            let along = normal.dot(&points[node].inverse.component_mul(&normal));
+            weight * weight * points[node].part / part * along
+        };
+        SHARED * self.parts(points.len(), at).into_iter().map(of_node).sum::<f64>()
+    }
+
+    /// Adds K of a block to `matrix`.
+    fn fill(&self, points: &[ContactPoint], body_mass: f64, block: &[usize], matrix: &mut Vec<f64>) {
+        let count = points.len();
+        let members = || block.iter().map(|place| self.members[*place]);
+        for (row, a) in members().enumerate() {
+            for b in members().take(row + 1) {
+                let mut sum = 0.0;
+                for (of_a, weight_a) in self.parts(count, a) {
+                    for (of_b, weight_b) in self.parts(count, b) {
+                        if of_a == of_b {
+                            let turned = points[of_a].inverse.component_mul(&points[b].normal);
+                            sum += weight_a * weight_b * turned.dot(&points[a].normal);
+                        }
+                    }
+                }
+                matrix.push(sum);
+            }
+            let compliance = self.compliance(points, a);
+            if let Some(last) = matrix.last_mut() {
+                *last = 1.0 / inertia_along(*last, points[a].mass, body_mass) + compliance;
+            }
+        }
+    }
+}
+
+/// The node that stands for the block of a node; shortens the way there.
+fn root(blocks: &mut [usize], node: usize) -> usize {
+    let mut at = node;
+    while blocks[at] != at {
+        blocks[at] = blocks[blocks[at]];
+        at = blocks[at];
+    }
+    at
+}
+
+/// From end to end.
+fn ranges(ends: &[usize]) -> impl Iterator<Item = Range<usize>> {
+    std::iter::once(&0).chain(ends).zip(ends).map(|(first, end)| *first..*end)
+}
+
+/// Where a row of a lower triangle begins.
+fn start(row: usize) -> usize {
+    row * (row + 1) / 2
+}
+
+/// Cholesky factor of K in its place.
+fn factorize(a: &mut [f64], count: usize) {
+    for i in 0..count {
+        for j in 0..=i {
+            let sum: f64 = (0..j).map(|k| a[start(i) + k] * a[start(j) + k]).sum();
+            let left = a[start(i) + j] - sum;
+            let floor = FLOOR * a[start(i) + i].abs();
+            a[start(i) + j] = if i == j { left.max(floor).sqrt() } else { left / a[start(j) + j] };
+        }
+    }
+}
+
+/// Both substitutions with a factor, on every column.
+fn substitute<const COLUMNS: usize>(a: &[f64], x: &mut [[f64; COLUMNS]]) {
+    let count = x.len();
+    for i in 0..count {
+        eliminate(x, i, 0..i, a[start(i) + i], |k| a[start(i) + k]);
+    }
+    for i in (0..count).rev() {
+        eliminate(x, i, i + 1..count, a[start(i) + i], |k| a[start(k) + i]);
+    }
+}
+
+/// A row of a substitution, of the rows that are known.
+#[inline(always)]
+fn eliminate<const COLUMNS: usize>(
+    x: &mut [[f64; COLUMNS]],
+    row: usize,
+    known: Range<usize>,
+    pivot: f64,
+    factor: impl Fn(usize) -> f64,
+) {
+    let mut sums = [0.0; COLUMNS];
+    for k in known {
+        for (sum, x) in sums.iter_mut().zip(&x[k]) {
+            *sum += factor(k) * x;
+        }
+    }
+    for (x, sum) in x[row].iter_mut().zip(sums) {
+        *x = (*x - sum) / pivot;
+    }
+}
+
+#[cfg(test)]
+#[path = "edge_contact_tests.rs"]
+mod tests;

@@ -1,0 +1,313 @@
+//! Element kernel: stretches, crossover equilibrium, shear, failure and corner forces of one row of elements.
+//!
+//! Forces are P1 = N1 e1 + (q/Λ1) n2 and P2 = N2 e2 + (q/Λ2) n1 with unit vectors n2 ⟂ e1 and n1 ⟂ e2 in the
+//! element's plane. On the difference of opposite edges x1 − x2 + x3 − x4 act the yarns, whose stretch is a mean over the element, and an
+//! hourglass stiffness in total form.
+//!
+//! An element whose two yarns have failed carries nothing; with one yarn left the trellis is gone, so shear is
+//! released with the first failure.
+
+use std::ops::Range;
+
+use crate::num::aligned;
+use crate::num::scalar::{Mask, Real, each};
+use crate::physics::coupled_newton::Predictor;
+use crate::physics::crossover;
+use crate::physics::crossover::Equilibrium;
+use crate::physics::element_geometry::{ElementConstants, ElementGeometry};
+use crate::physics::kinematics::{Growth, Kinematics, Vector, differences, kinematics};
+use crate::physics::membrane::{FadedShear, membrane, mode_force, trellis_shear, viscous};
+use crate::physics::yarn_law::LawKernel;
+use crate::solver::element_totals::{
+    ElementRow, ElementTotals, Extent, RowLanes, RowSums, corners, energies, field, release,
+};
+
+/// Life of a yarn that is to break in this step.
+pub const MARKED_FOR_FAILURE: f64 = 0.75;
+/// Stands for the strain of a piece of yarn that is broken or absent.
+pub const BROKEN: f64 = -1.0;
+
+/// Computes `range` of one row of elements, from the last multiple of `R::LANES` before it on: columns beyond it are at rest and stay
+/// so, or are padding.
+///
+/// `dt` is the time since the forces in the row were computed [s] (0 at the start, when there are none).
+#[inline(always)]
+pub fn element_force<R: Real, L: LawKernel>(
+    c: &ElementConstants<R>,
+    row: &mut ElementRow<'_, R::Scalar>,
+    range: Range<usize>,
+    dt: f64,
+    extent: Extent,
+    totals: &mut ElementTotals,
+) {
+    let Extent { shear, ledger } = extent;
+    let n = c.area;
+    let step = n.splat_like(dt);
+    let tall = ElementGeometry::of_row(c, if row.is_even() { 1.0 } else { row.height });
+    let mut sums = RowSums::default();
+    let mut lanes = RowLanes::new(n);
+    let mut column = range.start - range.start % R::LANES;
+    while column < range.end {
+        let at = column + 1;
+        ask_ahead::<R>(row, column);
+        let motion = Motion::read(n, row, &tall, column);
+        let life = each!(i in 2 => n.load(row.element[field::ALIVE + i], at));
+        let [warp, weft] = YarnsLeft::were_alive(life);
+        let both = warp & weft;
+        let cell = equilibrium::<R, L>(c, row, &motion, both, at, step);
+        let yarns = YarnsLeft::judge(c, &motion.k.extension, life);
+        let strain = yarns.keep_strains(&mut row.strain, &cell, at);
+        lanes.strain = each!(i in 2 => lanes.strain[i].max(strain[i]));
+        let elastic = yarns.elastic(&cell);
+        let mut viscous = [n.zero(); 2];
+        if let Some(fields) = &mut row.viscous {
+            let (force, energy) = drag(c, fields, &motion, &elastic, at, step);
+            sums.dissipated.add(energy, column);
+            viscous = force;
+        }
+        let pull = each!(i in 2 => elastic[i] + viscous[i]);
+        let any_failed = yarns.any_failed().any();
+        let trellis = shear.then(|| trellis_shear(&c.shear, &motion.k, ledger | any_failed));
+        let both_left = yarns.both_left();
+        let left = trellis.map(|trellis| trellis.only(both_left));
+        let (warp, weft) = membrane(&motion.size, &motion.k, &pull, left.as_ref());
+        let on_mode = mode_force(&motion.size, &motion.k, &elastic, left.as_ref());
+        let forces = Forces { drag: viscous, trellis, membrane: [warp, weft], on_mode };
+        let elements = Elements { column, motion, cell, yarns, forces };
+        // Work done on the element between the last positions and these, by the trapezoidal rule.
+        sums.work.add(n.splat_like(0.5 * dt) * elements.keep(row), column);
+
+        let counted = n.within(column, &range);
+        totals.unconverged += (both & !cell.converged).count();
+        totals.solved += f64::from((both & counted).count());
+        lanes.iterations = lanes.iterations + R::select(counted, cell.iterations, n.zero());
+        lanes.residual = lanes.residual.max(cell.residual);
+        if any_failed {
+            release(c, row, &elements, dt, &mut sums, totals);
+        }
+        if ledger {
+            energies(c, row, &elements, &mut sums, &mut lanes);
+        }
+        column += R::LANES;
+    }
+    sums.add_to(totals, ledger);
+    lanes.add_to(totals);
+}
+
+/// Asks for what the next rows have in these columns.
+#[inline(always)]
+fn ask_ahead<R: Real>(row: &ElementRow<'_, R::Scalar>, column: usize) {
+    let [elements, nodes] = row.prefetch;
+    for line in aligned::lines::<R::Scalar>(column..column + R::LANES) {
+        aligned::ask(row.element.iter().map(|field| &**field), line + 1, elements);
+        aligned::ask(row.above, line, nodes);
+    }
+}
+
+/// All that failures and energies ask for.
+pub(super) struct Elements<R: Real> {
+    /// Of the first.
+    pub(super) column: usize,
+    pub(super) motion: Motion<R>,
+    pub(super) cell: Equilibrium<R>,
+    pub(super) yarns: YarnsLeft<R>,
+    pub(super) forces: Forces<R>,
+}
+
+impl<R: Real> Elements<R> {
+    /// Hourglass stiffness of those with two yarns in `both`, on the difference of opposite edges [N/m]: the mode is ¼ of that.
+    #[inline(always)]
+    pub(super) fn hourglass(&self, both: R::Mask) -> R {
+        let [warp, weft] = self.motion.size.hourglass;
+        R::select(both, warp.splat_like(1.0 / 16.0) * (warp + weft), warp.zero())
+    }
+
+    /// Keeps forces and heights. Gives the power of the old and the new forces together [W].
+    #[inline(always)]
+    pub(super) fn keep(&self, row: &mut ElementRow<'_, R::Scalar>) -> R {
+        let (at, any, v) = (self.column + 1, self.yarns.any(), &self.motion.v);
+        let [warp, weft] = &self.forces.membrane;
+        let zero = warp[0].zero();
+        let mut power = zero;
+        for a in 0..3 {
+            let warp_new = R::select(any, warp[a], zero);
+            let weft_new = R::select(any, weft[a], zero);
+            let warp_sum = zero.load(row.element[field::WARP_FORCE + a], at) + warp_new;
+            let weft_sum = zero.load(row.element[field::WEFT_FORCE + a], at) + weft_new;
+            power = weft_sum.fused(v[a][1], warp_sum.fused(v[a][0], power));
+            warp_new.store(row.element[field::WARP_FORCE + a], at);
+            weft_new.store(row.element[field::WEFT_FORCE + a], at);
+        }
+        let stiffness = self.hourglass(self.yarns.both_left());
+        for a in 0..3 {
+            let force = R::select(any, stiffness.fused(self.motion.k.mode[a], self.forces.on_mode[a]), zero);
+            power = (zero.load(row.element[field::HOURGLASS + a], at) + force).fused(v[a][2], power);
+            force.store(row.element[field::HOURGLASS + a], at);
+        }
+        for i in 0..2 {
+            R::select(any, self.cell.height[i], zero).store(row.element[field::HEIGHT + i], at);
+        }
+        power
+    }
+}
+
+/// How they have moved.
+pub(super) struct Motion<R> {
+    pub(super) size: ElementGeometry<R>,
+    pub(super) k: Kinematics<R>,
+    /// Differences of velocities over an element, by component [m/s].
+    pub(super) v: [Vector<R>; 3],
+}
+
+impl<R: Real> Motion<R> {
+    /// `tall`: the constants of elements of the finest length in this row.
+    #[inline(always)]
+    pub(super) fn read(n: R, row: &ElementRow<'_, R::Scalar>, tall: &ElementGeometry<R>, column: usize) -> Self {
+        let [ux, uy, uz] = each!(f in 3 => differences(&corners(n, row, f, column)));
+        let v = each!(f in 3 => differences(&corners(n, row, 3 + f, column)));
+        let size = match row.is_even() {
+            true => *tall,
+            false => tall.of_columns(n.load(row.width, column), n.load(row.per_width, column)),
+        };
+        Self { size, k: kinematics(&size, [&ux, &uy, &uz]), v }
+    }
+}
+
+/// Equilibrium of the cells, from the heights predicted for them. Keeps what predicts the next ones.
+#[inline(always)]
+pub(super) fn equilibrium<R: Real, L: LawKernel>(
+    c: &ElementConstants<R>,
+    row: &mut ElementRow<'_, R::Scalar>,
+    motion: &Motion<R>,
+    both: R::Mask,
+    at: usize,
+    dt: R,
+) -> Equilibrium<R> {
+    let Motion { size, k, v } = motion;
+    let warm = each!(i in 2 => dt.load(row.element[field::HEIGHT + i], at));
+    let guide = Predictor {
+        dh_dstretch: each!(i in 2 => dt.load(row.element[field::PREDICTOR + i], at)),
+        force_share: each!(i in 2 => dt.load(row.element[field::PREDICTOR + 2 + i], at)),
+    };
+    let warm = guide.heights(warm, Growth::new(size, k, v, dt).stretching(k));
+    let cell = crossover::solve::<R, L>(&c.cell, k.extension, warm, both);
+    for i in 0..2 {
+        cell.guide.dh_dstretch[i].store(row.element[field::PREDICTOR + i], at);
+        cell.guide.force_share[i].store(row.element[field::PREDICTOR + 2 + i], at);
+    }
+    cell
+}
+
+/// Their yarns, and which of them fail.
+pub(super) struct YarnsLeft<R: Real> {
+    pub(super) was_alive: [R::Mask; 2],
+    pub(super) failed: [R::Mask; 2],
+    pub(super) alive: [R::Mask; 2],
+    /// Strains [-] and tensions [N] of yarns that none presses on.
+    pub(super) free_strain: [R; 2],
+    pub(super) free: [R; 2],
+}
+
+impl<R: Real> YarnsLeft<R> {
+    /// `life`: as stored.
+    #[inline(always)]
+    pub(super) fn judge(c: &ElementConstants<R>, extension: &[R; 2], life: [R; 2]) -> Self {
+        let n = c.area;
+        let was_alive = Self::were_alive(life);
+        let failed = each!(i in 2 => was_alive[i] & life[i].le(n.splat_like(MARKED_FOR_FAILURE)));
+        let straight = each!(i in 2 => c.cell.yarn[i].straight(extension[i]));
+        Self {
+            was_alive,
+            failed,
+            alive: [was_alive[0] & !failed[0], was_alive[1] & !failed[1]],
+            free_strain: each!(i in 2 => straight[i].max(n.zero())),
+            free: each!(i in 2 => c.cell.yarn[i].tension(straight[i])),
+        }
+    }
+
+    #[inline(always)]
+    pub(super) fn were_alive(life: [R; 2]) -> [R::Mask; 2] {
+        let half = life[0].splat_like(0.5);
+        each!(i in 2 => half.lt(life[i]))
+    }
+
+    /// Where both yarns were there before this step.
+    #[inline(always)]
+    pub(super) fn both(&self) -> R::Mask {
+        self.was_alive[0] & self.was_alive[1]
+    }
+
+    /// Where one was.
+    #[inline(always)]
+    pub(super) fn any(&self) -> R::Mask {
+        self.was_alive[0] | self.was_alive[1]
+    }
+
+    #[inline(always)]
+    pub(super) fn both_left(&self) -> R::Mask {
+        self.alive[0] & self.alive[1]
+    }
+
+    #[inline(always)]
+    pub(super) fn any_failed(&self) -> R::Mask {
+        self.failed[0] | self.failed[1]
+    }
+
+    /// Elastic in-plane forces of what is left [N].
+    #[inline(always)]
+    pub(super) fn elastic(&self, cell: &Equilibrium<R>) -> [R; 2] {
+        let both_left = self.both_left();
+        let elastic = each!(i in 2 => R::select(both_left, cell.in_plane[i], self.free[i]));
+        each!(i in 2 => R::select(self.alive[i], elastic[i], elastic[i].zero()))
+    }
+
+    /// Keeps the strains that failure is judged by, those of broken yarns as [`BROKEN`], and gives them.
+    #[inline(always)]
+    pub(super) fn keep_strains(
+        &self,
+        strains: &mut [&mut [R::Scalar]; field::STRAIN],
+        cell: &Equilibrium<R>,
+        at: usize,
+    ) -> [R; 2] {
+        each!(i in 2 => {
+            let zero = cell.strain[i].zero();
+            let strain = R::select(self.alive[i], cell.strain[i].max(zero), zero.splat_like(BROKEN));
+            strain.store(strains[i], at);
+            strain
+        })
+    }
+}
+
+/// Forces on them.
+pub(super) struct Forces<R> {
+    /// Viscous forces of the yarns [N].
+    pub(super) drag: [R; 2],
+    /// Trellis shear of elements with two yarns; `None`: the fabric resists none.
+    pub(super) trellis: Option<FadedShear<R>>,
+    /// P1·Ly/2 and P2·Lx/2 [N].
+    pub(super) membrane: [Vector<R>; 2],
+    /// Of the yarns on the difference of opposite edges [N].
+    pub(super) on_mode: Vector<R>,
+}
+
+/// Viscous forces of the yarns [N], which it keeps, and what they dissipated since the last step [J].
+#[inline(always)]
+pub(super) fn drag<R: Real>(
+    c: &ElementConstants<R>,
+    fields: &mut [&mut [R::Scalar]; field::VISCOUS],
+    motion: &Motion<R>,
+    elastic: &[R; 2],
+    at: usize,
+    dt: R,
+) -> ([R; 2], R) {
+    let Motion { size, k, v } = motion;
+    let before = each!(i in 2 => dt.load(fields[i], at));
+    let viscous = viscous(c, size, k, v, elastic, before, dt);
+    for i in 0..2 {
+        viscous.force[i].store(fields[i], at);
+    }
+    // N over the element's width times its length.
+    let half = dt.splat_like(0.5);
+    let energy = each!(i in 2 => viscous.work[i] * size.membrane[i] * (half / size.gradient[i]));
+    (viscous.force, energy[0] + energy[1])
+}

@@ -1,0 +1,298 @@
+//! A row of elements and the rows of nodes around it.
+
+use crate::model::law_energy::LawEnergy;
+use crate::num::scalar::{Mask, OrderedSum, Real, Scalar, each};
+use crate::physics::crossover;
+use crate::physics::element_geometry::ElementConstants;
+use crate::physics::kinematics::dot;
+use crate::physics::membrane::{membrane, mode_force};
+use crate::solver::element_force::{Elements, Motion};
+
+/// Fields of an element row, in storage order.
+pub mod field {
+    /// P1·Ly/2 [N], three components.
+    pub(crate) const WARP_FORCE: usize = 0;
+    /// P2·Lx/2 [N], three components.
+    pub(crate) const WEFT_FORCE: usize = 3;
+    /// Force on the difference of opposite edges, of yarns and hourglass stiffness, per corner [N], three components.
+    pub const HOURGLASS: usize = 6;
+    /// All forces.
+    pub const FORCES: std::ops::Range<usize> = 0..9;
+    /// What predicts the next heights: `dh_dstretch` [m] of warp and weft, `force_share` [-] of both; see [`Predictor`](crate::physics::coupled_newton::Predictor).
+    pub const PREDICTOR: usize = 9;
+    /// Yarn heights h1, h2 [m].
+    pub const HEIGHT: usize = 13;
+    /// 1 while the yarn carries load, [`MARKED_FOR_FAILURE`](super::super::MARKED_FOR_FAILURE) when it is about to fail, 0 once it failed or where it is absent;
+    /// warp, weft.
+    pub const ALIVE: usize = 15;
+    /// Number of fields.
+    pub const COUNT: usize = 17;
+    /// Further fields where yarns have shock viscosity: viscous forces of warp and weft [N].
+    pub const VISCOUS: usize = 2;
+    /// Further fields, the last ones: strains of warp and weft that failure is judged by [-], 0 where slack, broken ones [`BROKEN`](super::super::BROKEN).
+    pub const STRAIN: usize = 2;
+}
+
+/// Node rows below and above a row of elements, and the row's own storage.
+pub struct ElementRow<'a, S> {
+    /// Displacement x, y, z then velocity x, y, z of the row of nodes below.
+    pub below: [&'a [S]; 6],
+    /// The same above.
+    pub above: [&'a [S]; 6],
+    /// Element fields; column c is stored at c + 1 so that node c finds its left neighbour at c.
+    pub element: [&'a mut [S]; field::COUNT],
+    /// Viscous forces of warp and weft [N], stored as the fields are; `None`: the yarns have no shock viscosity.
+    pub viscous: Option<[&'a mut [S]; field::VISCOUS]>,
+    /// Strains of warp and weft that failure is judged by [-], stored as the fields are.
+    pub strain: [&'a mut [S]; field::STRAIN],
+    /// Height of the row, over that of a row of the finest elements [-].
+    pub height: f64,
+    /// Lengths of the elements along X over the finest, and 1 over that [-].
+    pub width: &'a [S],
+    /// See `width`.
+    pub per_width: &'a [S],
+    /// What the unit-cell law makes of energy by itself, for the ledger; `None`: nothing.
+    pub law_energy: Option<&'a LawEnergy>,
+    /// How many numbers further on the next row of elements has its fields, and the next row of nodes those of the one above.
+    pub prefetch: [usize; 2],
+}
+
+impl<S> ElementRow<'_, S> {
+    /// Whether all elements of the ply are alike.
+    #[inline(always)]
+    pub(super) fn is_even(&self) -> bool {
+        self.width.is_empty()
+    }
+}
+
+/// What of the kernel a step needs.
+#[derive(Clone, Copy, Debug)]
+pub struct Extent {
+    /// The fabric resists trellis shear.
+    pub shear: bool,
+    /// The energies of the state are asked for.
+    pub ledger: bool,
+}
+
+/// A field of the nodes at the corners of elements from `column` on, counter-clockwise.
+#[inline(always)]
+pub(super) fn corners<R: Real>(n: R, row: &ElementRow<'_, R::Scalar>, field: usize, column: usize) -> [R; 4] {
+    let (below, above) = (row.below[field], row.above[field]);
+    [n.load(below, column), n.load(below, column + 1), n.load(above, column + 1), n.load(above, column)]
+}
+
+/// A yarn that failed in this step.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct YarnFailure {
+    /// Element column.
+    pub column: u32,
+    /// 0 warp, 1 weft.
+    pub yarn: u8,
+    /// Axial strain that broke it [-].
+    pub strain: f64,
+}
+
+/// Sums of one row of elements over one step.
+#[derive(Clone, Debug, Default)]
+pub struct ElementTotals {
+    /// Work of all forces on the element since the last step, viscous forces included [J].
+    pub internal_work: f64,
+    /// The part of it that shock viscosity dissipated [J].
+    pub viscous_work: f64,
+    /// Energy released by failures in this step: membrane, hourglass [J].
+    pub released: [f64; 2],
+    /// Energy that the unit-cell law has made by itself in cells that failed in this step [J].
+    pub law_released: f64,
+    /// The same in whole cells now [J]; only in ledger steps.
+    pub law_energy: f64,
+    /// Elastic energy stored now (state function) [J]; only in ledger steps.
+    pub stored: f64,
+    /// Hourglass energy now [J]; only in ledger steps.
+    pub hourglass: f64,
+    /// Unit-cell solves that did not meet the residual.
+    pub unconverged: u32,
+    /// Residual evaluations, and cells that needed any.
+    pub iterations: f64,
+    /// Cells solved.
+    pub solved: f64,
+    /// Largest residual [N].
+    pub max_residual: f64,
+    /// Largest yarn tension now [N]; only in ledger steps.
+    pub max_tension: f64,
+    /// Largest yarn tension over the yarn's breaking load now [-], of those that carry less; only in ledger steps.
+    pub max_load: f64,
+    /// Largest |z displacement| of a corner of a standing element [m]; only in ledger steps.
+    pub max_deflection: f64,
+    /// Largest strain of warp and weft now [-].
+    pub largest_strain: [f64; 2],
+    /// Elements computed.
+    pub computed: usize,
+    /// Yarn failures in column order.
+    pub failures: Vec<YarnFailure>,
+}
+
+impl ElementTotals {
+    /// Ready for the next step; keeps the capacity of the failure list.
+    pub fn clear(&mut self) {
+        let mut failures = std::mem::take(&mut self.failures);
+        failures.clear();
+        *self = Self { failures, ..Self::default() };
+    }
+}
+
+/// Sums over a row, of the elements computed so far.
+#[derive(Default)]
+pub(super) struct RowSums {
+    pub(super) work: OrderedSum,
+    pub(super) dissipated: OrderedSum,
+    /// Released by failures: membrane, hourglass.
+    pub(super) released: [OrderedSum; 2],
+    pub(super) stored: OrderedSum,
+    pub(super) hourglass: OrderedSum,
+    /// Made by the unit-cell law, in whole cells and in those that failed.
+    pub(super) law: [OrderedSum; 2],
+}
+
+impl RowSums {
+    #[inline(always)]
+    pub(super) fn add_to(&self, totals: &mut ElementTotals, ledger: bool) {
+        totals.internal_work += self.work.total();
+        totals.viscous_work += self.dissipated.total();
+        totals.law_energy += self.law[0].total();
+        totals.law_released += self.law[1].total();
+        if !totals.failures.is_empty() {
+            totals.released = each!(i in 2 => self.released[i].total());
+        }
+        if ledger {
+            totals.stored += self.stored.total();
+            totals.hourglass += self.hourglass.total();
+        }
+    }
+}
+
+/// Largest values in a row, lane by lane, and evaluations. Apart from the sums, which lie in memory: these stay in registers.
+pub(super) struct RowLanes<R> {
+    pub(super) strain: [R; 2],
+    pub(super) residual: R,
+    pub(super) tension: R,
+    pub(super) load: R,
+    pub(super) deflection: R,
+    /// Whole numbers add up exactly in any order.
+    pub(super) iterations: R,
+}
+
+impl<R: Real> RowLanes<R> {
+    #[inline(always)]
+    pub(super) fn new(n: R) -> Self {
+        let zero = n.zero();
+        Self { strain: [zero; 2], residual: zero, tension: zero, load: zero, deflection: zero, iterations: zero }
+    }
+
+    #[inline(always)]
+    pub(super) fn add_to(&self, totals: &mut ElementTotals) {
+        for i in 0..2 {
+            totals.largest_strain[i] = totals.largest_strain[i].max(self.strain[i].reduce_max());
+        }
+        totals.max_residual = totals.max_residual.max(self.residual.reduce_max());
+        totals.max_tension = totals.max_tension.max(self.tension.reduce_max());
+        totals.max_load = totals.max_load.max(self.load.reduce_max());
+        totals.max_deflection = totals.max_deflection.max(self.deflection.reduce_max());
+        totals.iterations += (0..R::LANES).map(|lane| self.iterations.lane(lane).to_f64()).sum::<f64>();
+    }
+}
+
+/// Books what the yarns release that fail in this step, and takes them out.
+#[inline(always)]
+pub(super) fn release<R: Real>(
+    c: &ElementConstants<R>,
+    row: &mut ElementRow<'_, R::Scalar>,
+    elements: &Elements<R>,
+    dt: f64,
+    sums: &mut RowSums,
+    totals: &mut ElementTotals,
+) {
+    let Elements { column, motion, cell, yarns, forces } = elements;
+    let Motion { size, k, v } = motion;
+    let n = c.area;
+    let zero = n.zero();
+    let (both, any_failed) = (yarns.both(), yarns.any_failed());
+    let was = forces.trellis.map(|trellis| trellis.only(both));
+    let shear_before = was.map_or(zero, |was| was.energy);
+    let tension = each!(i in 2 => R::select(yarns.was_alive[i], cell.tension[i], zero));
+    let cells = size.cells * crossover::cell_energy(&c.cell, &tension, &cell.strain, cell.force);
+    let before = cells + size.area * shear_before;
+    let left = each!(i in 2 => R::select(yarns.alive[i], yarns.free[i], zero));
+    let after = size.cells * crossover::cell_energy(&c.cell, &left, &yarns.free_strain, zero);
+    // Forces that break in this step never act, so the last half step's work on them was not done either.
+    // Of what acts now only the elastic part changes what is stored.
+    let elastic = each!(i in 2 => R::select(yarns.was_alive[i], cell.in_plane[i], zero));
+    let intact = each!(i in 2 => elastic[i] + forces.drag[i]);
+    let (warp_intact, weft_intact) = membrane(size, k, &intact, was.as_ref());
+    let mode_intact = mode_force(size, k, &elastic, was.as_ref());
+    let [warp, weft] = &forces.membrane;
+    let mut undone = zero;
+    for a in 0..3 {
+        undone = undone + (warp_intact[a] - warp[a]) * v[a][0] + (weft_intact[a] - weft[a]) * v[a][1];
+        undone = undone + (mode_intact[a] - forces.on_mode[a]) * v[a][2];
+    }
+    let loss = before - after - n.splat_like(0.5 * dt) * undone;
+    sums.released[0].add(R::select(any_failed, loss, zero), *column);
+    // The part of the hourglass work that the state function ½k|q|² does not hold once k dropped.
+    let mode = &k.mode;
+    let last = each!(a in 3 => v[a][2] * n.splat_like(dt));
+    let product = mode[0] * (mode[0] - last[0]) + mode[1] * (mode[1] - last[1]) + mode[2] * (mode[2] - last[2]);
+    let drop = n.splat_like(0.5) * (elements.hourglass(both) - elements.hourglass(yarns.both_left())) * product;
+    sums.released[1].add(R::select(any_failed, drop, zero), *column);
+    if let Some(law) = row.law_energy {
+        sums.law[1].add(R::select(both & any_failed, law.shares(&k.extension) * cells, zero), *column);
+    }
+    for lane in 0..R::LANES {
+        for yarn in 0..2 {
+            if yarns.failed[yarn].lane(lane) {
+                row.element[field::ALIVE + yarn][column + 1 + lane] = R::Scalar::splat(0.0);
+                totals.failures.push(YarnFailure {
+                    column: (column + lane) as u32,
+                    yarn: yarn as u8,
+                    strain: cell.strain[yarn].lane(lane).to_f64(),
+                });
+            }
+        }
+    }
+}
+
+/// Adds those of a ledger step.
+#[inline(always)]
+pub(super) fn energies<R: Real>(
+    c: &ElementConstants<R>,
+    row: &ElementRow<'_, R::Scalar>,
+    elements: &Elements<R>,
+    sums: &mut RowSums,
+    lanes: &mut RowLanes<R>,
+) {
+    let Elements { column, motion, cell, yarns, forces } = elements;
+    let Motion { size, k, .. } = motion;
+    let n = c.area;
+    let zero = n.zero();
+    let (any, both_left) = (yarns.any(), yarns.both_left());
+    let tension =
+        each!(i in 2 => R::select(yarns.alive[i], R::select(both_left, cell.tension[i], yarns.free[i]), zero));
+    let strain = each!(i in 2 => R::select(both_left, cell.strain[i], yarns.free_strain[i]));
+    let force = R::select(both_left, cell.force, zero);
+    let shear_energy = forces.trellis.map_or(zero, |trellis| trellis.only(both_left).energy);
+    let cells = size.cells * crossover::cell_energy(&c.cell, &tension, &strain, force);
+    let energy = cells + size.area * shear_energy;
+    sums.stored.add(R::select(any, energy, zero), *column);
+    let hourglass = n.splat_like(0.5) * elements.hourglass(both_left) * dot(&k.mode, &k.mode);
+    sums.hourglass.add(R::select(any, hourglass, zero), *column);
+    if let Some(law) = row.law_energy {
+        sums.law[0].add(R::select(both_left, law.shares(&k.extension) * cells, zero), *column);
+    }
+    lanes.tension = lanes.tension.max(tension[0].max(tension[1]));
+    // Tension over breaking load is strain over failure strain.
+    let part = each!(i in 2 => R::select(yarns.alive[i], strain[i] / c.cell.yarn[i].failure_strain, zero));
+    // A mean over the failure length stands for what is beyond.
+    let part = part.map(|part| R::select(part.lt(n.one()), part, zero));
+    lanes.load = lanes.load.max(part[0].max(part[1]));
+    let [p, q, r, s] = corners(n, row, 2, *column);
+    lanes.deflection = lanes.deflection.max(R::select(any, p.abs().max(q.abs()).max(r.abs().max(s.abs())), zero));
+}

@@ -1,0 +1,129 @@
+//! Node kernel: gather of element forces, kick and drift of one row of nodes (leapfrog).
+//!
+//! Each node adds the forces of its up to four elements in a fixed order (gather, no scatter), so the sum does
+//! not depend on threads. Held degrees of freedom have zero inverse mass.
+
+use std::ops::Range;
+
+use crate::num::scalar::OrderedSum;
+use crate::num::scalar::{Real, each};
+use crate::solver::gather::{Neighbours, gather};
+
+/// Fields of a node row, in storage order.
+pub mod field {
+    /// Displacement [m], three components.
+    pub const DISPLACEMENT: usize = 0;
+    /// Velocity [m/s], three components.
+    pub const VELOCITY: usize = 3;
+    /// Number of fields.
+    pub const COUNT: usize = 6;
+}
+
+/// Masses of one row of nodes; three arrays by direction because rollers hold one direction only.
+pub struct RowMass<'a, S> {
+    /// 1/mass where free, 0 where held [1/kg]; X, Y, Z.
+    pub inverse: [&'a [S]; 3],
+    /// Lumped mass [kg].
+    pub mass: &'a [S],
+}
+
+/// The fields of a row of nodes.
+pub type NodeRow<'a, S> = [&'a mut [S]; field::COUNT];
+
+/// What of a row of nodes is to be advanced.
+#[derive(Clone, Debug)]
+pub struct NodeRange {
+    /// Columns.
+    pub range: Range<usize>,
+    /// Columns of the whole row.
+    pub columns: usize,
+    /// Whether the row is on the ply's edge.
+    pub edge_row: bool,
+}
+
+/// Sums of one row of nodes over one step.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct NodeTotals {
+    /// ½ m v² after the step [J].
+    pub kinetic: f64,
+    /// ½ m v⁺·(v⁺ − Δt f/m): kinetic energy at the time of the positions, consistent with trapezoidal work [J].
+    /// Only in ledger steps.
+    pub kinetic_now: f64,
+    /// Momentum after the step [kg·m/s]; only in ledger steps.
+    pub momentum: [f64; 3],
+    /// Impulse of the supports in this step [N·s].
+    pub support: [f64; 3],
+    /// Largest squared speed [m²/s²].
+    pub max_speed_squared: f64,
+}
+
+/// Advances a part of one row of nodes, as many like `n` at a time as that holds: v += kick·f/m, u += drift·v.
+/// `ledger`: the energies of the state are asked for.
+#[inline(always)]
+pub fn node_update<R: Real>(
+    n: R,
+    around: &Neighbours<'_, R::Scalar>,
+    mass: &RowMass<'_, R::Scalar>,
+    node: &mut NodeRow<'_, R::Scalar>,
+    part: &NodeRange,
+    [kick, drift]: [f64; 2],
+    ledger: bool,
+) -> NodeTotals {
+    let NodeRange { range, columns, edge_row } = part;
+    let columns = *columns;
+    let (kick_r, drift_r) = (n.splat_like(kick), n.splat_like(drift));
+    let (half, rest) = (n.splat_like(0.5), n.splat_like(R::REST));
+    let mut kinetic = OrderedSum::default();
+    let mut kinetic_now = OrderedSum::default();
+    let mut momentum = [OrderedSum::default(); 3];
+    let mut support = [OrderedSum::default(); 3];
+    let mut fastest = n.zero();
+    let mut held = false;
+    let mut column = range.start - range.start % R::LANES;
+    while column < range.end {
+        let force = gather(n, around, column);
+        let m = n.load(mass.mass, column);
+        let mut speed = n.zero();
+        let mut now = n.zero();
+        let held_here = *edge_row || column == 0 || column + R::LANES >= columns;
+        held |= held_here;
+        for a in 0..3 {
+            let inverse = n.load(mass.inverse[a], column);
+            let velocity = (kick_r * force[a]).fused(inverse, n.load(node[field::VELOCITY + a], column));
+            let velocity = R::select(velocity.abs().lt(rest), n.zero(), velocity);
+            let displacement = drift_r.fused(velocity, n.load(node[field::DISPLACEMENT + a], column));
+            velocity.store(node[field::VELOCITY + a], column);
+            displacement.store(node[field::DISPLACEMENT + a], column);
+            speed = velocity.fused(velocity, speed);
+            if ledger {
+                now = now + velocity * (velocity - drift_r * force[a] * inverse);
+                momentum[a].add(m * velocity, column);
+            }
+            if held_here {
+                let fixed = inverse.le(n.zero());
+                support[a].add(R::select(fixed, -(kick_r * force[a]), n.zero()), column);
+            }
+        }
+        kinetic.add(half * m * speed, column);
+        fastest = fastest.max(speed);
+        if ledger {
+            kinetic_now.add(half * m * now, column);
+        }
+        column += R::LANES;
+    }
+    // What is not asked for need not be added up.
+    let mut totals =
+        NodeTotals { kinetic: kinetic.total(), max_speed_squared: fastest.reduce_max(), ..NodeTotals::default() };
+    if ledger {
+        totals.kinetic_now = kinetic_now.total();
+        totals.momentum = each!(a in 3 => momentum[a].total());
+    }
+    if held {
+        totals.support = each!(a in 3 => support[a].total());
+    }
+    totals
+}
+
+#[cfg(test)]
+#[path = "node_update_tests.rs"]
+mod tests;

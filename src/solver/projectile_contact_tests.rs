@@ -1,0 +1,328 @@
+#![allow(clippy::unwrap_used, reason = "a failed unwrap is a failed test")]
+
+use super::*;
+use crate::case::{Motion, Rotation, Shape};
+use crate::physics::mirror_planes::MirrorPlanes;
+use crate::physics::projectile_body::Body;
+use crate::physics::projectile_shape::tests::{Numbers, projectile};
+use crate::solver::edge_contact::{EdgeConstraint, SHARED};
+
+fn point(normal: [f64; 3], inverse: [f64; 3]) -> ContactPoint {
+    let zero = Vector3::zeros();
+    ContactPoint {
+        ply: 0,
+        row: 0,
+        column: 0,
+        signed_distance: 0.0,
+        normal: normal.into(),
+        arm: zero,
+        before: zero,
+        free: zero,
+        inverse: inverse.into(),
+        mass: 1.0,
+        part: 1.0,
+        friction: 0.0,
+        effective_mass: 1.0,
+        normal_impulse: 0.0,
+        friction_impulse: zero,
+        edge_impulse: zero,
+        active: true,
+        shared: false,
+    }
+}
+
+#[test]
+fn a_node_is_free_where_it_can_move_along_the_normal() {
+    assert!(point([0.0, 0.0, 1.0], [0.0, 0.0, 2.0]).is_free());
+    assert!(point([0.0, 0.6, -0.8], [1.0, 1.0, 0.0]).is_free());
+    assert!(!point([0.0, 0.0, 1.0], [1.0, 1.0, 0.0]).is_free());
+    assert!(!point([0.6, 0.0, 0.8], [0.0; 3]).is_free());
+}
+
+/// Length of the step [s].
+const DT: f64 = 1e-7;
+
+/// A body, nodes near its nose, and points of its rim on edges between some of the nodes, all at random.
+struct Scene {
+    start: RigidBody,
+    body: RigidBody,
+    points: Vec<ContactPoint>,
+    rim: Rim,
+    totals: ContactTotals,
+}
+
+fn random_body(numbers: &mut Numbers, kind: usize) -> RigidBody {
+    let mut p = projectile(Shape::Cylinder { diameter: 6e-3, length: 9e-3 }, 0.0);
+    p.angular_velocity = [0, 1, 2].map(|_| 4e3 * numbers.unit());
+    (p.obliquity, p.azimuth, p.yaw) = (0.4 * numbers.unit(), numbers.unit(), 0.3 * numbers.unit());
+    match kind {
+        1 => p.rotation = Rotation::Locked,
+        2 => p.motion = Motion::Prescribed,
+        // On a mirror plane a body stands upright.
+        3 | 4 => (p.obliquity, p.yaw) = (0.0, 0.0),
+        _ => {}
+    }
+    let body = RigidBody::new(&p, Body::new(&p).unwrap(), 0.0);
+    match kind {
+        3 => body.part(MirrorPlanes([true, false])),
+        4 => body.part(MirrorPlanes([true, true])),
+        _ => body,
+    }
+}
+
+fn random_point(numbers: &mut Numbers, body: &RigidBody, friction: f64, may_be_held: bool) -> ContactPoint {
+    let normal = Vector3::new(0.3 * numbers.unit(), 0.3 * numbers.unit(), 1.0).normalize();
+    // Nodes of 1 to 7 µg; one in four is held, or can move along one or two axes alone.
+    let mass = (4.0 + 3.0 * numbers.unit()) * 1e-6;
+    let held = if may_be_held && numbers.unit() > 0.5 { [0, 1, 2].map(|_| numbers.unit() > -0.3) } else { [false; 3] };
+    let inverse = held.map(|held| if held { 0.0 } else { 1.0 / mass });
+    let free = Vector3::from([0, 1, 2].map(|a| if held[a] { 0.0 } else { 60.0 * numbers.unit() }));
+    let mut p = point([0.0; 3], inverse);
+    (p.normal, p.free, p.before, p.mass, p.friction, p.active) = (normal, free, free, mass, friction, false);
+    p.arm = Vector3::new(3e-3 * numbers.unit(), 3e-3 * numbers.unit(), 5e-3);
+    p.signed_distance = 1e-6 * numbers.unit();
+    p.free.z += if held[2] { 0.0 } else { body.velocity.z };
+    p.before = p.free;
+    p.set_kappa(body.mass);
+    p
+}
+
+impl Scene {
+    fn new(numbers: &mut Numbers, kind: usize, friction: f64, constraints: bool, held: bool) -> Self {
+        let body = random_body(numbers, kind);
+        let mut points: Vec<_> = (0..7).map(|_| random_point(numbers, &body, friction, held)).collect();
+        points[6].ply = 1;
+        let mut rim = Rim::default();
+        // The second and the third share a node, the last lies on another ply's edge.
+        for nodes in if constraints { vec![[0, 1], [1, 2], [3, 4]] } else { Vec::new() } {
+            let weight = 0.5 + 0.45 * numbers.unit();
+            rim.constraints.push(EdgeConstraint { nodes, weights: [weight, 1.0 - weight] });
+            let mut p = random_point(numbers, &body, friction, held);
+            p.ply = usize::from(nodes[0] == 3);
+            p.shared = true;
+            p.before = rim.constraints[rim.constraints.len() - 1].between(|node| points[node].free);
+            for node in nodes {
+                points[node].shared = true;
+                points[node].ply = p.ply;
+            }
+            points.push(p);
+        }
+        let mut out = Self { start: body.clone(), body, points, rim, totals: ContactTotals::default() };
+        out.totals = resolve(&mut out.body, &mut out.points, &mut out.rim, DT);
+        out
+    }
+
+    fn nodes(&self) -> &[ContactPoint] {
+        &self.points[..self.points.len() - self.rim.constraints.len()]
+    }
+
+    /// What a unit impulse along its normal moves a point along it by [1/kg], and that compliance which shared nodes add.
+    fn along(&self, at: usize) -> [f64; 2] {
+        let of_node = |node: usize| {
+            let p = &self.points[node];
+            p.inverse.component_mul(&self.points[at].normal).dot(&self.points[at].normal)
+        };
+        let parts = match at.checked_sub(self.nodes().len()) {
+            Some(constraint) => self.rim.constraints[constraint].ends().collect(),
+            None => vec![(at, 1.0)],
+        };
+        let along = parts.iter().map(|(node, weight)| weight * weight * of_node(*node)).sum();
+        [along, if self.points[at].shared { SHARED * along } else { 0.0 }]
+    }
+
+    /// Along the normal, of a point over the surface of the body [m/s].
+    fn approach(&self, at: usize) -> f64 {
+        let p = &self.points[at];
+        let velocity = match at.checked_sub(self.nodes().len()) {
+            Some(constraint) => self.rim.constraints[constraint].between(|node| self.points[node].velocity()),
+            None => p.velocity(),
+        };
+        (velocity - self.body.twist().at(&p.arm)).dot(&p.normal)
+    }
+
+    /// Kinetic energy of nodes and body [J]; `after` the step.
+    fn energy(&self, after: bool) -> f64 {
+        let of_node = |p: &ContactPoint| {
+            let velocity = if after { p.velocity() } else { p.free };
+            0.5 * p.mass * velocity.norm_squared()
+        };
+        let body = if after { &self.body } else { &self.start };
+        self.nodes().iter().map(of_node).sum::<f64>() + body.kinetic_energy()
+    }
+}
+
+/// The scenes: every kind of body, with and without friction and points of the rim.
+fn scenes(seed: u32, count: usize, mut see: impl FnMut(Scene, usize)) {
+    let mut numbers = Numbers(seed);
+    for at in 0..count {
+        let (kind, friction, constraints) = (at % 5, [0.0, 0.3][at / 5 % 2], at / 10 % 2 == 1);
+        see(Scene::new(&mut numbers, kind, friction, constraints, true), kind);
+    }
+}
+
+#[test]
+fn points_push_and_keep_up_with_the_body_or_are_left_alone() {
+    // These conditions have one solution: the equations are those of a least of a convex function.
+    let (mut pushing, mut left) = (0, 0);
+    scenes(21, 2000, |scene, kind| {
+        for (at, p) in scene.points.iter().enumerate() {
+            let limit = -p.signed_distance.max(0.0) / DT;
+            let [along, shared] = scene.along(at);
+            // What can hardly move has a mass of a thousand bodies, or of a thousand of its own.
+            let least = 1.0 / (1e3 * scene.start.mass.max(p.mass));
+            let give = along.max(least) - along + shared;
+            let off = scene.approach(at) + give * p.normal_impulse - limit;
+            if p.active {
+                pushing += 1;
+                assert!(p.normal_impulse >= 0.0, "{kind} {at}: {p:?}");
+                assert!(off.abs() < 1e-6, "{kind} {at}: {off} of {limit}: {p:?}");
+            } else {
+                left += 1;
+                assert!(p.normal_impulse == 0.0 && p.friction_impulse == Vector3::zeros(), "{p:?}");
+                assert!(off > -1e-6, "{kind} {at}: {off}: {p:?}");
+            }
+        }
+    });
+    assert!(pushing > 3000 && left > 3000, "{pushing} {left}");
+}
+
+#[test]
+fn what_nodes_and_body_lose_is_what_is_booked() {
+    scenes(22, 1000, |scene, kind| {
+        let totals = &scene.totals;
+        let lost = scene.energy(false) - scene.energy(true);
+        let booked = totals.dissipation + totals.friction - totals.external;
+        // The last change of friction that counts as none, a billionth of it, has reached neither the body nor the ends of edges.
+        let sum = |of: fn(&ContactPoint) -> f64| scene.points.iter().map(of).sum::<f64>();
+        let small = 1e-13 * sum(|p| p.impulse().norm()) + 1e-9 * sum(|p| p.friction_impulse.norm()) + 1e-16;
+        let fastest = 300.0;
+        assert!((lost - booked).abs() < fastest * small + 1e-12 * scene.energy(false), "{kind}: {lost} {booked}");
+        assert!(totals.dissipation > -1e-15 && totals.dissipation + totals.friction > -1e-15, "{totals:?}");
+        let pushing = scene.points.iter().filter(|p| p.normal_impulse > 0.0).count();
+        assert_eq!(totals.touching as usize, pushing);
+        if kind == 2 {
+            assert_eq!(
+                (scene.body.velocity, scene.body.angular_momentum),
+                (scene.start.velocity, scene.start.angular_momentum)
+            );
+            return;
+        }
+        assert_eq!(totals.external, 0.0);
+        let change = (scene.body.velocity - scene.start.velocity) * scene.start.mass;
+        let turn = scene.body.angular_momentum - scene.start.angular_momentum;
+        let [moves, turns] = scene.start.freedom;
+        let impulse = Vector3::from(totals.impulse);
+        assert!((change - impulse.component_mul(&moves)).norm() < small, "{kind}: {change} {impulse}");
+        let torque: Vector3<f64> = scene.points.iter().map(|p| -p.arm.cross(&p.impulse())).sum();
+        let expected = if scene.start.locked { Vector3::zeros() } else { torque.component_mul(&turns) };
+        assert!((turn - expected).norm() < 0.01 * small, "{kind}: {turn} {expected}");
+        // What the body gives and no node takes went into the supports.
+        let taken = |p: &ContactPoint| Vector3::from([0, 1, 2].map(|a| p.mass * (p.velocity() - p.free)[a]));
+        let left = impulse + scene.nodes().iter().map(taken).sum::<Vector3<f64>>();
+        assert!((left - Vector3::from(totals.support)).norm() < small, "{kind}: {left} {totals:?}");
+    });
+}
+
+#[test]
+fn friction_stops_a_node_or_drags_it_with_all_that_it_has() {
+    let (mut sticking, mut sliding) = (0, 0);
+    let mut numbers = Numbers(23);
+    for (at, kind) in (0..5).cycle().take(1000).enumerate() {
+        let friction = [0.3, 3.0][at % 2];
+        let scene = Scene::new(&mut numbers, kind, friction, false, false);
+        for p in scene.points.iter().filter(|p| p.active && p.normal_impulse > 1e-6) {
+            let slide = p.velocity() - scene.body.twist().at(&p.arm);
+            let slide = slide - p.normal * slide.dot(&p.normal);
+            let most = friction * p.normal_impulse;
+            let drag = p.friction_impulse;
+            assert!(drag.norm() <= most * (1.0 + 1e-6) && drag.dot(&p.normal).abs() <= 1e-12 * most, "{kind}: {p:?}");
+            if slide.norm() > 1e-2 {
+                sliding += 1;
+                let along = drag.dot(&slide) / (most * slide.norm());
+                assert!((along + 1.0).abs() < 1e-3, "{kind}: {along}: {p:?}");
+            } else {
+                sticking += 1;
+            }
+        }
+    }
+    assert!(sticking > 200 && sliding > 200, "{sticking} {sliding}");
+}
+
+#[test]
+fn friction_of_heavy_nodes_throws_no_light_body() {
+    let mut numbers = Numbers(29);
+    for at in 0..1000 {
+        let mut scene = Scene::new(&mut numbers, 0, 2.0, false, false);
+        // The body's lengths and speeds, and a thousandth of its mass or more.
+        let share = 10_f64.powi(at % 4 - 3);
+        let body = &mut scene.start;
+        body.mass *= share;
+        body.body.inertia = body.body.inertia.map(|moment| moment * share);
+        body.angular_momentum *= share;
+        for p in &mut scene.points {
+            p.release();
+            p.set_kappa(body.mass);
+        }
+        scene.body = scene.start.clone();
+        scene.totals = resolve(&mut scene.body, &mut scene.points, &mut scene.rim, DT);
+        let [before, after] = [false, true].map(|after| scene.energy(after));
+        assert!(after <= before * (1.0 + 1e-12), "{share}: {before} J became {after} J");
+        assert!(scene.totals.friction >= -1e-12 * before, "{share}: {:?} of {before} J", scene.totals);
+    }
+}
+
+#[test]
+fn points_that_ask_the_same_of_a_node_share_its_mass() {
+    let body = random_body(&mut Numbers(5), 0);
+    let mut points: Vec<_> = (0..3).map(|_| random_point(&mut Numbers(1), &body, 0.0, false)).collect();
+    for (p, mass) in points.iter_mut().zip([2.0, 4.0, 5.0]) {
+        (p.mass, p.inverse) = (mass, Vector3::repeat(1.0 / mass));
+    }
+    let mut rim = Rim::default();
+    rim.constraints.push(EdgeConstraint { nodes: [0, 1], weights: [0.75, 0.25] });
+    let mut alone = points.clone();
+    alone.push(point([0.0, 0.0, 1.0], [0.0; 3]));
+    rim.share_masses(&mut alone, body.mass);
+    // Σ w²/m.
+    assert!(
+        (alone[3].inverse.x - (0.5625 / 2.0 + 0.0625 / 4.0)).abs() < 1e-15 && alone[3].inverse.z == alone[3].inverse.x
+    );
+    assert!((alone[3].mass * alone[3].inverse.x - 1.0).abs() < 1e-15);
+    assert!((alone[3].effective_mass * alone[3].inverse.x - 1.0).abs() < 1e-15);
+    // A second point there has as much, and each half of it; of a third node it has none.
+    rim.constraints.push(rim.constraints[0]);
+    let mut two = points.clone();
+    two.extend([point([0.0, 0.0, 1.0], [0.0; 3]), point([0.0, 0.0, 1.0], [0.0; 3])]);
+    rim.share_masses(&mut two, body.mass);
+    for at in [3, 4] {
+        assert!((two[at].inverse.x - 2.0 * alone[3].inverse.x).abs() < 1e-15, "{:?}", two[at]);
+    }
+    // In half a scene a point that is whole has an image beside a node of which a half is there.
+    rim.constraints[1] = EdgeConstraint { nodes: [1, 2], weights: [0.5, 0.5] };
+    two[3].part = 0.5;
+    rim.share_masses(&mut two, body.mass);
+    let first = 0.75 * (0.75 * 0.5) / 0.5 / 2.0 + 0.25 * (0.25 * 0.5 + 0.5) / 0.5 / 4.0;
+    let second = 0.5 * (0.25 * 0.5 + 0.5) / 4.0 + 0.5 * 0.5 / 5.0;
+    assert!((two[3].inverse.y - first).abs() < 1e-15 && (two[4].inverse.y - second).abs() < 1e-15, "{two:?}");
+    // Between held nodes nothing moves it, and its mass is as if they were free.
+    for p in &mut two[..3] {
+        p.inverse = Vector3::zeros();
+    }
+    rim.share_masses(&mut two, body.mass);
+    assert!(two[3].inverse == Vector3::zeros() && (two[3].mass * first - 1.0).abs() < 1e-14, "{:?}", two[3]);
+    assert_eq!(two[4].effective_mass, 1e3 * two[4].mass.max(body.mass));
+}
+
+#[test]
+fn nothing_of_a_step_stays_for_the_next_in_which_nothing_pushes() {
+    let mut scene = Scene::new(&mut Numbers(7), 0, 0.0, true, false);
+    assert!(scene.points.iter().any(|p| p.active && p.shared), "nothing of the rim pushes");
+    for p in &mut scene.points {
+        p.release();
+        (p.signed_distance, p.edge_impulse) = (1.0, Vector3::zeros());
+    }
+    let before = scene.body.clone();
+    let totals = resolve(&mut scene.body, &mut scene.points, &mut scene.rim, DT);
+    assert!(totals.touching == 0 && scene.points.iter().all(|p| p.impulse() == Vector3::zeros()), "{totals:?}");
+    assert_eq!(scene.body.velocity, before.velocity);
+}

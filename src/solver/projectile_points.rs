@@ -1,0 +1,395 @@
+//! The nodes near the projectile, and its contact with them.
+//!
+//! Plies pressed between the projectile and a node carry its push: the gap of a node is measured after moving it towards
+//! the struck side by the thickness of the fabric that lies between, hole by hole. So the projectile meets a stack of plies
+//! in one solve, with the mass of all of them, and contact between plies has only their differences to deal with.
+
+use std::collections::BTreeMap;
+
+use nalgebra::Vector3;
+
+use crate::model::layup::SIDES;
+use crate::model::{Model, layup};
+use crate::num::scalar::Scalar;
+use crate::physics::rigid_body::{RigidBody, Twist};
+use crate::solver::Context;
+use crate::solver::contact_candidates::near_nodes;
+use crate::solver::edge_contact::{EdgeConstraint, Rim};
+use crate::solver::gather::gather;
+use crate::solver::gather::neighbours;
+use crate::solver::node_update::field as node;
+use crate::solver::projectile_contact;
+use crate::solver::projectile_contact::ContactPoint;
+use crate::solver::state::{State, node_position, node_stands};
+
+/// Steps a list of nearby nodes is meant to last.
+const NEAR_STEPS: f64 = 24.0;
+
+/// The nodes near the projectile.
+#[derive(Default)]
+pub(super) struct ProjectileContact {
+    /// Ply, row, column, in storage order.
+    near: Vec<[u32; 3]>,
+    /// How far nodes and body may still approach each other before `near` is stale [m].
+    reserve: f64,
+    /// Of `near`.
+    edges: NearEdges,
+    /// By place of `edges`, in this step.
+    seen: Vec<SeenNode>,
+    points: Vec<ContactPoint>,
+    /// Where the rim crosses edges of elements.
+    crossings: Vec<ContactPoint>,
+    rim: Rim,
+}
+
+/// Edges from near nodes along rows and columns.
+#[derive(Default)]
+struct NearEdges {
+    /// Ply, row and column of the near nodes, then of what else is at an end of an edge.
+    places: Vec<[usize; 3]>,
+    /// By near node: the next along its row, along its column; `None` at the edge of the ply.
+    next: Vec<[Option<usize>; 2]>,
+}
+
+impl NearEdges {
+    /// Of nodes in storage order; no edges where contact is not sampled on them.
+    fn of<S: Scalar>(model: &Model<S>, near: &[[u32; 3]]) -> Self {
+        let mut places: Vec<_> = near.iter().map(|place| place.map(|at| at as usize)).collect();
+        let edges = if model.edges { near.len() } else { 0 };
+        // Two edges may end at one node beyond: two of it would each be given a part of its impulse, and one be lost.
+        let mut beyond = BTreeMap::new();
+        let mut next = Vec::with_capacity(edges);
+        for at in 0..edges {
+            let [ply, row, column] = places[at];
+            let mesh = &model.ply_type(ply).mesh;
+            next.push([[ply, row, column + 1], [ply, row + 1, column]].map(|place| {
+                let found = places[..near.len()].binary_search(&place).ok();
+                let is_there = place[1] <= mesh.rows && place[2] <= mesh.columns;
+                found.or_else(|| {
+                    is_there.then(|| {
+                        *beyond.entry(place).or_insert_with(|| {
+                            places.push(place);
+                            places.len() - 1
+                        })
+                    })
+                })
+            }));
+        }
+        Self { places, next }
+    }
+}
+
+/// A node, or a point between two, as the body sees it.
+struct Seen {
+    gap: f64,
+    normal: Vector3<f64>,
+    /// At the start of the step [m].
+    position: Vector3<f64>,
+    /// [m/s]
+    free: Vector3<f64>,
+    /// Thickness of the fabric between it and the struck side [m].
+    between: f64,
+}
+
+/// A node in one step.
+struct SeenNode {
+    seen: Seen,
+    /// Without the fabric between, in the body's frame [m].
+    pressed: Vector3<f64>,
+    /// Place among the points of contact.
+    point: Option<usize>,
+}
+
+impl ProjectileContact {
+    /// The nodes near the body, and how far they may still approach each other before that is stale [m].
+    pub(super) fn memory(&self) -> (&[[u32; 3]], f64) {
+        (&self.near, self.reserve)
+    }
+
+    /// Takes what [`Self::memory`] gives.
+    pub(super) fn remember<S: Scalar>(&mut self, model: &Model<S>, near: Vec<[u32; 3]>, reserve: f64) {
+        self.edges = NearEdges::of(model, &near);
+        (self.near, self.reserve) = (near, reserve);
+    }
+
+    /// Finds and applies the impulses of a step.
+    pub(super) fn resolve<S: Scalar>(&mut self, context: &mut Context<'_, S>, body: &mut RigidBody, nothing: &[S]) {
+        let model = context.model;
+        let travel = model.dt * (context.totals.max_speed + body.speed_bound());
+        if !travel.is_finite() {
+            return; // the run stops on its own check of the numbers
+        }
+        self.reserve -= travel;
+        if self.reserve < 0.0 {
+            let reserve = NEAR_STEPS * travel;
+            let edge = if model.edges { body.rim_depth } else { 0.0 };
+            self.remember(model, near_nodes(model, context.state, body, reserve + travel + edge), reserve);
+        }
+        self.look_around(context, body);
+        self.gather_points(context, body, nothing);
+        if model.edges {
+            self.gather_rim(context, body, nothing);
+        }
+        if self.points.is_empty() {
+            return;
+        }
+        context.balance.add_contact(&projectile_contact::resolve(body, &mut self.points, &mut self.rim, model.dt));
+        let nodes = self.points.len() - self.rim.constraints.len();
+        let kick = context.kick();
+        for p in self.points[..nodes].iter().filter(|p| p.touched()) {
+            let velocity = p.velocity();
+            let mesh = &model.ply_type(p.ply).mesh;
+            let change = mesh.to_ply((velocity - p.free).into());
+            let own = mesh.to_ply(velocity.into());
+            let row = model.grid.first_node_row(p.ply) + p.row;
+            for a in 0..3 {
+                let u = context.state.nodes.get(row, node::DISPLACEMENT + a, p.column).to_f64();
+                context.state.nodes.set(row, node::DISPLACEMENT + a, p.column, S::splat(u + model.dt * change[a]));
+                context.state.nodes.set(row, node::VELOCITY + a, p.column, S::splat(own[a]));
+            }
+            context.state.active[p.ply].activate(p.row, p.column);
+            if context.sample {
+                context.balance.correct_node(
+                    p.ply,
+                    p.mass,
+                    &p.free,
+                    &velocity,
+                    &((p.free - p.before) * (model.dt / kick)),
+                );
+            }
+        }
+    }
+
+    /// Looks at the near nodes, and at the other ends of their edges.
+    fn look_around<S: Scalar>(&mut self, context: &Context<'_, S>, body: &RigidBody) {
+        let (model, state) = (context.model, &*context.state);
+        self.seen.clear();
+        self.seen.extend(self.edges.places.iter().map(|place| {
+            let seen = look(model, state, *place);
+            let pressed = seen.position - Vector3::new(0.0, 0.0, seen.between);
+            SeenNode { pressed: body.to_body(&pressed), seen, point: None }
+        }));
+    }
+
+    /// The nodes that may touch the body in this step.
+    fn gather_points<S: Scalar>(&mut self, context: &mut Context<'_, S>, body: &RigidBody, nothing: &[S]) {
+        let (model, state) = (context.model, &*context.state);
+        let approach = Approach::of(body, model.dt);
+        self.points.clear();
+        for (place, node) in self.edges.places[..self.near.len()].iter().zip(&mut self.seen) {
+            let [ply, row, column] = *place;
+            if !node_stands(model, state, ply, row, column) {
+                continue;
+            }
+            let (gap, normal) = body.contact_distance(&node.pressed);
+            context.totals.penetration = context.totals.penetration.max(-gap);
+            let seen = Seen { gap, normal, ..node.seen };
+            if approach.misses(&seen) {
+                continue;
+            }
+            let point = contact_point(context, body, nothing, *place, &seen);
+            if body.prescribed && !point.is_free() {
+                continue; // both are held, and no finite impulse would change that
+            }
+            node.point = Some(self.points.len());
+            self.points.push(point);
+        }
+    }
+
+    /// The points where the rim of a flat face crosses edges of elements and that may touch it in this step. The nodes at the
+    /// ends of the edges join the others, far away where they do not touch the body themselves.
+    fn gather_rim<S: Scalar>(&mut self, context: &Context<'_, S>, body: &RigidBody, nothing: &[S]) {
+        let (model, state) = (context.model, &*context.state);
+        let Self { edges, seen, points, crossings, rim, .. } = self;
+        crossings.clear();
+        rim.clear();
+        let (profile, axis) = (&body.body.profile, body.orientation.transform_vector(&Vector3::z()));
+        let approach = Approach::of(body, model.dt);
+        let all = edges.next.iter().enumerate();
+        for ends in all.flat_map(|(from, next)| next.iter().flatten().map(move |to| [from, *to])) {
+            let [from, to] = ends.map(|end| seen[end].pressed);
+            let places = ends.map(|end| edges.places[end]);
+            for at in profile.rim_crossings(from.into(), to.into()).into_iter().filter(|at| !at.is_nan()) {
+                if !edge_stands(model, state, places) {
+                    break;
+                }
+                let both = ends.map(|end| &seen[end].seen);
+                let mix = |read: fn(&Seen) -> Vector3<f64>| read(both[0]) * (1.0 - at) + read(both[1]) * at;
+                let crossing = Seen {
+                    gap: profile.height_over_face((from * (1.0 - at) + to * at).into()),
+                    normal: axis,
+                    position: mix(|end| end.position),
+                    free: mix(|end| end.free),
+                    between: both[0].between.max(both[1].between),
+                };
+                if crossing.gap < -body.rim_depth || approach.misses(&crossing) {
+                    continue;
+                }
+                let weights = [1.0 - at, at];
+                let as_met = |end: usize| contact_point(context, body, nothing, edges.places[end], &seen[end].seen);
+                let gives_way = |k: usize| {
+                    weights[k] > 0.0 && ContactPoint { normal: crossing.normal, ..as_met(ends[k]) }.is_free()
+                };
+                if body.prescribed && !gives_way(0) && !gives_way(1) {
+                    continue; // as above
+                }
+                let nodes = ends.map(|end| match seen[end].point {
+                    Some(point) => point,
+                    None => {
+                        let point = as_met(end);
+                        points.push(point);
+                        points.len() - 1
+                    }
+                });
+                for (end, node) in ends.into_iter().zip(nodes) {
+                    seen[end].point = Some(node);
+                    points[node].shared = true;
+                }
+                let constraint = EdgeConstraint { nodes, weights };
+                let point = ContactPoint {
+                    before: constraint.between(|node| points[node].before),
+                    part: nodes.map(|node| points[node].part).into_iter().fold(0.0, f64::max),
+                    ..at_place(points[nodes[0]].clone(), model, body, &crossing)
+                };
+                crossings.push(point);
+                rim.constraints.push(constraint);
+            }
+        }
+        points.append(crossings);
+    }
+}
+
+/// A node before contact; out of touch.
+fn look<S: Scalar>(model: &Model<S>, state: &State<S>, [ply, row, column]: [usize; 3]) -> Seen {
+    let at = model.grid.first_node_row(ply) + row;
+    let free = Vector3::from(model.ply_type(ply).mesh.to_pack(state.velocity(at, column)));
+    Seen {
+        gap: f64::INFINITY,
+        normal: Vector3::z(),
+        position: node_position(model, state, ply, row, column) - free * model.dt,
+        free,
+        between: fabric_between(model, state, ply, row, column),
+    }
+}
+
+/// How a body moves in a step.
+struct Approach {
+    position: Vector3<f64>,
+    twist: Twist,
+    /// What the body may gain at any place under impulses [m/s].
+    gain: f64,
+    dt: f64,
+}
+
+impl Approach {
+    fn of(body: &RigidBody, dt: f64) -> Self {
+        // A body that turns under impulses may reach a little further than its velocity now tells.
+        Self { position: body.position, twist: body.twist(), gain: 0.1 * body.speed_bound(), dt }
+    }
+
+    /// Whether it cannot touch a point within the step.
+    fn misses(&self, seen: &Seen) -> bool {
+        let approach = (seen.free - self.twist.at(&(seen.position - self.position))).dot(&seen.normal);
+        seen.gap + self.dt * (approach - self.gain) > 0.0
+    }
+}
+
+/// A node as contact sees it.
+fn contact_point<S: Scalar>(
+    context: &Context<'_, S>,
+    body: &RigidBody,
+    nothing: &[S],
+    [ply, row, column]: [usize; 3],
+    seen: &Seen,
+) -> ContactPoint {
+    let (model, state) = (context.model, &*context.state);
+    let ply_type = model.ply_type(ply);
+    let m = ply_type.row_mass(row);
+    let [x, y, z] = [0, 1, 2].map(|a| m.inverse[a][column].to_f64());
+    let inverse = Vector3::from(turned(ply_type.mesh.rotation, [x, y, z]));
+    let around = neighbours(model, &state.elements, nothing, ply, row);
+    let force = gather(S::splat(0.0), &around, column).map(Scalar::to_f64);
+    let force = Vector3::from(ply_type.mesh.to_pack(force));
+    let point = ContactPoint {
+        ply,
+        row,
+        column,
+        signed_distance: 0.0,
+        normal: Vector3::zeros(),
+        arm: Vector3::zeros(),
+        before: seen.free - inverse.component_mul(&force) * context.kick(),
+        free: Vector3::zeros(),
+        inverse,
+        mass: m.mass[column].to_f64(),
+        part: ply_type.mesh.part_of(row, column),
+        friction: 0.0,
+        effective_mass: 0.0,
+        normal_impulse: 0.0,
+        friction_impulse: Vector3::zeros(),
+        edge_impulse: Vector3::zeros(),
+        active: false,
+        shared: false,
+    };
+    at_place(point, model, body, seen)
+}
+
+/// A point with the masses of a node, at what is seen.
+fn at_place<S: Scalar>(node: ContactPoint, model: &Model<S>, body: &RigidBody, seen: &Seen) -> ContactPoint {
+    let mut point = ContactPoint {
+        signed_distance: seen.gap,
+        normal: seen.normal,
+        arm: seen.position - body.position,
+        free: seen.free,
+        // What the projectile rubs against is the fabric it touches; further plies rub against each other.
+        friction: if seen.between > 0.0 { model.friction.min(model.ply_friction) } else { model.friction },
+        ..node
+    };
+    point.set_kappa(body.mass);
+    point
+}
+
+/// Whether a yarn still runs along the edge between two nodes, the second on along a row or a column, in an element beside it: where
+/// only the yarns across are left, nothing is there between two of them.
+fn edge_stands<S: Scalar>(
+    model: &Model<S>,
+    state: &State<S>,
+    [[ply, row, column], [_, up, right]]: [[usize; 3]; 2],
+) -> bool {
+    let mesh = &model.ply_type(ply).mesh;
+    let first = model.grid.first_element_row(ply);
+    let yarn = usize::from(up > row);
+    mesh.around(row, column)
+        .filter(|&[r, c]| (r == row || up == row) && (c == column || right == column))
+        .any(|[r, c]| state.alive(first + r, c, yarn))
+}
+
+/// Inverse masses by direction of a ply in the axes of the pack. Rollers, which tell the directions apart, hold only
+/// plies laid along the pack's axes.
+fn turned([c, s]: [f64; 2], [x, y, z]: [f64; 3]) -> [f64; 3] {
+    if x == y { [x, y, z] } else { [c * c * x + s * s * y, s * s * x + c * c * y, z] }
+}
+
+/// Thickness of the fabric between a node and the struck side [m]: of each ply in front whose element there stands.
+pub fn fabric_between<S: Scalar>(model: &Model<S>, state: &State<S>, ply: usize, row: usize, column: usize) -> f64 {
+    let mut place = [row, column];
+    let mut thickness = 0.0;
+    for front in (0..ply).rev() {
+        let mesh = &model.ply_type(front).mesh;
+        let at = ((front + 1) * SIDES * (model.grid.rows + 1) + place[0]) * (model.grid.columns + 1) + place[1];
+        let element = layup::element(state.over[at]);
+        let [r, c] = [element / mesh.columns, element % mesh.columns];
+        if state.is_intact(model.grid.first_element_row(front) + r, c) {
+            thickness += model.plies[front].touching;
+        }
+        // On through the corner nearest to the node by its place in the ply behind.
+        let [x, y] = model.ply_type(front + 1).mesh.reference(place[0], place[1]);
+        let [x, y, _] = mesh.to_ply(model.ply_type(front + 1).mesh.to_pack([x, y, 0.0]));
+        let ([left, below], [length, height]) = (mesh.reference(r, c), mesh.size(r, c));
+        place = [r + usize::from(y - below > 0.5 * height), c + usize::from(x - left > 0.5 * length)];
+    }
+    thickness
+}
+
+#[cfg(test)]
+#[path = "projectile_points_tests.rs"]
+mod tests;
