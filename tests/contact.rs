@@ -1,8 +1,7 @@
 //! Projectile contact: the laws of a strike, whatever the mesh, step or shape.
 //!
 //! Promises: no node passes into the projectile (sideways behind a sharp rim, by less than is stated); the first drop
-//! is that of a perfectly inelastic impact; contact never pulls; friction stops sliding and never drives it; held nodes take the
-//! momentum; a spinning body keeps its angular momentum; the last bit of a place decides nothing unseen.
+//! is that of a perfectly inelastic impact; contact never pulls; a spinning body keeps its angular momentum; the last bit of a place decides nothing unseen.
 //! Red when: a sign of an impulse is wrong, the target of the common velocity misses the gap, friction exceeds μN, impulses on the
 //! body differ from those on the nodes.
 
@@ -129,32 +128,6 @@ fn a_gap_is_closed_exactly_and_one_that_stays_open_is_left_alone() {
 }
 
 #[test]
-fn friction_sticks_below_the_cone_and_slides_on_it() {
-    for (friction, sticks) in [(0.6, true), (0.2, false)] {
-        let mut body = cylinder(&["/projectile/rotation=locked"]);
-        let mut points = [middle([40.0, 0.0, 0.0], 1e-6, 0.0)];
-        resolve(&mut body, &mut points, friction, 1e-7);
-        let slide = points[0].velocity().x - body.velocity.x;
-        let cone = points[0].friction_impulse.norm() / points[0].normal_impulse;
-        assert!(
-            if sticks { slide.abs() < 0.04 } else { slide > 0.0 && (cone - friction).abs() < 1e-9 },
-            "{slide} {cone}"
-        );
-    }
-}
-
-#[test]
-fn held_nodes_stop_the_body_and_their_supports_take_the_momentum() {
-    let (mut body, mut p) = (cylinder(&[]), middle([0.0; 3], 4e-7, 0.0));
-    p.inverse = Vector3::zeros();
-    p.set_kappa(BODY);
-    let start = body.velocity * body.mass;
-    let totals = resolve(&mut body, &mut [p], 0.0, 1e-7);
-    assert!(body.velocity.z.abs() < 100.0 * 1e-3);
-    assert!((body.velocity * body.mass - start - Vector3::from(totals.support)).norm() < 1e-15);
-}
-
-#[test]
 fn a_point_on_an_edge_moves_both_nodes_and_conserves_both_momenta() {
     let mut body = cylinder(&[]);
     body.angular_momentum = Vector3::new(1e-5, -2e-5, 3e-6);
@@ -266,17 +239,6 @@ fn a_free_body_keeps_angular_momentum_and_energy_whatever_the_step() {
     (0..5000).for_each(|_| fine.advance(4e-9));
     assert!((coarse.kinetic_energy() / energy - 1.0).abs() < 1e-13);
     assert!(coarse.orientation.angle_to(&fine.orientation) < 1e-10);
-    // Spin about the middle of three axes is unstable: the body tumbles, and still no energy is made.
-    let mut body = cylinder(&[]);
-    body.body.inertia = [3e-7, 2e-7, 1e-7];
-    body.angular_momentum = body.inertia() * Vector3::new(20.0, 8e3, -10.0);
-    let (energy, start, mut turned) = (body.kinetic_energy(), nose(&body), 0.0_f64);
-    for _ in 0..40_000 {
-        body.advance(1e-7);
-        assert!((body.kinetic_energy() / energy - 1.0).abs() < 1e-5);
-        turned = turned.max(start.angle(&nose(&body)));
-    }
-    assert!(turned > 1.0, "it does tumble: {turned}");
 }
 
 #[test]

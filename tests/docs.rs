@@ -37,6 +37,15 @@ fn the_summary_lists_every_page_once() {
 }
 
 #[test]
+fn the_index_lists_every_decision_once() {
+    let index = Page::read(Path::new("docs/decisions/README.md"));
+    let listed: Vec<String> = index.links().into_iter().map(|(target, _)| target).collect();
+    let there = page::all().into_iter().filter(|page| page.path.starts_with("docs/decisions"));
+    let there: Vec<String> = there.map(|page| page.name()).filter(|name| name != "README.md").collect();
+    assert_eq!(listed, there);
+}
+
+#[test]
 fn links_lead_somewhere() {
     let mut count = 0;
     for page in page::all() {

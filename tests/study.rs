@@ -3,14 +3,9 @@
 //! Promises: estimates and intervals are those of published sets, digit by digit as far as they were printed; how often intervals
 //! hold the truth is measured on synthetic ranges and stands in the book; random numbers are the published generator's.
 
-mod arithmetic;
 mod campaign;
 mod coverage;
 mod estimation;
-mod intervals;
-mod random;
-mod residual;
-mod thresholds;
 mod variability;
 
 use ripstop::study::outcomes::{Outcomes, Shot};

@@ -1,13 +1,10 @@
-//! What is wrong with a case: where, what was expected, what was found, and help.
+//! Refusal of a case: where, what was expected, what was found, and help.
 
 use std::{fmt, iter};
 
-use serde_json::Value;
-
 use super::set;
-use super::value::number_text;
 
-/// What a case is refused with.
+/// Refusal of a case.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub struct CaseError {
@@ -15,17 +12,17 @@ pub struct CaseError {
     pub file: Box<str>,
     /// JSON pointer, `line L, column C`, or `--set /pointer`; empty where the file cannot be read at all.
     pub location: String,
-    /// What may stand there.
+    /// Values that may stand there.
     pub expected: String,
-    /// What stands there.
+    /// The value that stands there.
     pub found: String,
-    /// What to do about it, where that is known.
+    /// Remedy, where one is known.
     pub help: Option<String>,
-    /// What is wrong next.
+    /// The next error of the same case.
     pub next: Option<Box<Self>>,
 }
 
-/// Errors shown; of a file that is something else, more tell nothing.
+/// Errors shown; of a file that is something else, more say nothing.
 const SHOWN: usize = 12;
 
 impl fmt::Display for CaseError {
@@ -64,14 +61,8 @@ impl CaseError {
 
     /// An error at `location` of a file that the caller names with [`CaseError::in_file`].
     pub(super) fn at(location: impl Into<String>, expected: impl Into<String>, found: impl Into<String>) -> Self {
-        Self {
-            file: Box::default(),
-            location: location.into(),
-            expected: expected.into(),
-            found: found.into(),
-            help: None,
-            next: None,
-        }
+        let (location, expected, found) = (location.into(), expected.into(), found.into());
+        Self { file: Box::default(), location, expected, found, help: None, next: None }
     }
 
     /// This one and all that are wrong besides.
@@ -98,81 +89,3 @@ impl CaseError {
         self
     }
 }
-
-/// A JSON value in words, short enough for one line.
-pub(super) fn describe(value: &Value) -> String {
-    match value {
-        Value::Null => "null".to_owned(),
-        Value::Bool(flag) => flag.to_string(),
-        Value::Number(number) => number.as_f64().map_or_else(|| number.to_string(), number_text),
-        Value::String(text) => quote(text),
-        Value::Array(items) => format!("a list of {}", items.len()),
-        Value::Object(map) => match map.keys().next() {
-            Some(key) => format!("an object with {}", quote(key)),
-            None => "an empty object".to_owned(),
-        },
-    }
-}
-
-/// Text in quotes, control characters escaped, cut at 60 characters.
-pub(super) fn quote(text: &str) -> String {
-    let mut short: String = text.chars().take(60).collect();
-    if short.len() < text.len() {
-        short.push('…');
-    }
-    format!("{short:?}")
-}
-
-/// `"a", "b" or "c"`.
-pub(super) fn list<'a>(words: impl IntoIterator<Item = &'a str>) -> String {
-    let words: Vec<String> = words.into_iter().map(quote).collect();
-    match words.split_last() {
-        Some((last, rest)) if !rest.is_empty() => format!("{} or {last}", rest.join(", ")),
-        Some((last, _)) => last.clone(),
-        None => "nothing".to_owned(),
-    }
-}
-
-/// Keys and words of earlier versions, and what they are called now.
-const RENAMED: [(&str, &str); 3] = [("growth", "growth_ratio"), ("coarsest", "max_crossovers"), ("rim", "edges")];
-
-/// The candidate that `word` was called before, or the nearest to it: fewest edits, and among those the longest common beginning.
-pub(crate) fn nearest<'a>(word: &str, candidates: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
-    let candidates: Vec<&str> = candidates.into_iter().collect();
-    let renamed = RENAMED.iter().find(|(old, new)| *old == word && candidates.contains(new));
-    if let Some((_, new)) = renamed {
-        return candidates.into_iter().find(|candidate| candidate == new);
-    }
-    // Beyond this length nothing resembles a key, and the table of edits would only cost time.
-    let word: Vec<char> = word.chars().take(100).collect();
-    candidates.into_iter().min_by_key(|candidate| {
-        let candidate: Vec<char> = candidate.chars().collect();
-        let common = word.iter().zip(&candidate).take_while(|(a, b)| a == b).count();
-        // `mass` is meant as `mass_g`, however long the unit that was left out.
-        let beginning = common == word.len().min(candidate.len()) && common >= 3;
-        let edits = edits(&word, &candidate);
-        (if beginning { edits.min(2) } else { edits }, std::cmp::Reverse(common))
-    })
-}
-
-/// Insertions, deletions, replacements and swaps of neighbours that turn `a` into `b`.
-fn edits(a: &[char], b: &[char]) -> usize {
-    let mut rows: Vec<Vec<usize>> = vec![(0..=b.len()).collect()];
-    for i in 1..=a.len() {
-        let mut row = vec![i];
-        for j in 1..=b.len() {
-            let replace = rows[i - 1][j - 1] + usize::from(a[i - 1] != b[j - 1]);
-            let mut best = replace.min(rows[i - 1][j] + 1).min(row[j - 1] + 1);
-            if i > 1 && j > 1 && a[i - 1] == b[j - 2] && a[i - 2] == b[j - 1] {
-                best = best.min(rows[i - 2][j - 2] + 1);
-            }
-            row.push(best);
-        }
-        rows.push(row);
-    }
-    rows[a.len()][b.len()]
-}
-
-#[cfg(test)]
-#[path = "error_tests.rs"]
-mod tests;

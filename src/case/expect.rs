@@ -1,85 +1,167 @@
-//! The statements about the result that a case carries.
+//! Statements about the result that a case carries.
 
-use serde_json::Value;
+use schemars::JsonSchema;
+use serde::Deserialize;
 
-use super::error::{CaseError, describe, quote};
-use super::scope::ObjectReader;
-use super::value::{number_text, percent};
-use super::{Bound, Expect};
+use super::CaseError;
+use super::text::{number_text, percent, quote};
+use super::units::{Text, Us};
 
-/// Reads one item of `expect`.
-pub(super) fn read(scope: &ObjectReader<'_>) -> Result<Expect, CaseError> {
-    let quantity = scope.text("quantity")?;
-    let bound = bound(scope)?;
-    let at = scope.number_if_given("at_us")?;
-    let between: Option<[f64; 2]> = scope.given("between_us").map(|_| scope.vector("between_us")).transpose()?;
-    if let (Some([first, last]), Some(found)) = (between, scope.given("between_us"))
-        && first >= last
-    {
-        let expected = "two times, the earlier one first";
-        return Err(CaseError::at(scope.at("between_us"), expected, found.to_string()));
-    }
-    if at.is_some() && between.is_some() {
-        let expected = "either \"at_us\" or \"between_us\"";
-        return Err(CaseError::at(scope.at("between_us"), expected, "both"));
-    }
-    let source = scope.text("source")?;
-    let known_difference = scope.given("known_difference").map(|_| scope.text("known_difference")).transpose()?;
-    let known_difference = known_difference.unwrap_or_default();
-    scope.summarise(format!("{quantity} {}", in_words(&bound)), &source);
-    Ok(Expect { quantity, bound, at, between, source, known_difference })
+/// A statement about the result, checked after the run.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct Expect {
+    /// Name of the quantity: any number or word of `summary.json`, any column of `history.csv` (with `at_us`),
+    /// or a measured wave quantity.
+    pub quantity: String,
+    /// Expected word, value or range.
+    pub bound: Bound,
+    /// Time at which a history or profile quantity is read [s].
+    pub at: Option<f64>,
+    /// Interval over which a speed or frequency is measured [s].
+    pub between: Option<[f64; 2]>,
+    /// Where the statement comes from.
+    pub source: String,
+    /// Why it is known not to hold; empty: it must.
+    pub known_difference: String,
 }
 
-fn bound(scope: &ObjectReader<'_>) -> Result<Bound, CaseError> {
-    let (min, max) = (scope.number_if_given("min")?, scope.number_if_given("max")?);
-    let Some(value) = scope.raw("value")? else {
-        return range(scope, min, max);
-    };
-    if min.is_some() || max.is_some() {
-        let expected = "either \"value\" or \"min\" and \"max\"";
-        return Err(CaseError::at(scope.at("value"), expected, "both"));
+/// The expectation itself.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub enum Bound {
+    /// A word, e.g. an outcome.
+    Word(String),
+    /// |got − value| ≤ tolerance (already absolute, in the quantity's own unit).
+    Value {
+        /// Expected.
+        value: f64,
+        /// Allowed absolute difference.
+        tolerance: f64,
+    },
+    /// min ≤ got ≤ max.
+    Range {
+        /// −∞ when absent.
+        min: f64,
+        /// +∞ when absent.
+        max: f64,
+    },
+}
+
+#[derive(Debug, Deserialize, JsonSchema)]
+pub(super) struct ExpectKeys {
+    /// A name of summary.json, a column of history.csv, or a measured wave quantity.
+    quantity: Text,
+    /// The expected number or word.
+    value: Option<NumberOrWord>,
+    /// Least value; instead of value.
+    #[schemars(range(min = -1e15, max = 1e15))]
+    min: Option<f64>,
+    /// Largest value; instead of value.
+    #[schemars(range(min = -1e15, max = 1e15))]
+    max: Option<f64>,
+    /// Allowed difference from a number, absolute or "1%".
+    tolerance: Option<Tolerance>,
+    /// Time at which the quantity is read.
+    #[schemars(range(min = 0.0, max = 1e9))]
+    at_us: Option<Us>,
+    /// Interval of a measured speed or frequency.
+    #[schemars(inner(range(min = 0.0, max = 1e9)))]
+    between_us: Option<[Us; 2]>,
+    /// Where the statement comes from.
+    source: Text,
+    /// Why the statement is known not to hold: shown, and no failure.
+    known_difference: Option<Text>,
+}
+
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(untagged)]
+enum NumberOrWord {
+    Number(#[schemars(range(min = -1e15, max = 1e15))] f64),
+    Word(String),
+}
+
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(untagged)]
+enum Tolerance {
+    Absolute(#[schemars(range(min = 0.0, max = 1e15))] f64),
+    Percent(#[schemars(extend("pattern" = "%$"))] String),
+}
+
+impl ExpectKeys {
+    /// The statement at a pointer.
+    pub(super) fn expect(self, at: &str) -> Result<Expect, CaseError> {
+        let bound = self.bound(at)?;
+        if let Some([first, last]) = self.between_us
+            && (first.si() >= last.si() || self.at_us.is_some())
+        {
+            let (expected, found) = match first.si() >= last.si() {
+                true => {
+                    ("two times, the earlier one first", format!("[{},{}]", number_text(first.0), number_text(last.0)))
+                }
+                false => ("either \"at_us\" or \"between_us\"", "both".to_owned()),
+            };
+            return Err(CaseError::at(format!("{at}/between_us"), expected, found));
+        }
+        Ok(Expect {
+            quantity: self.quantity.0,
+            bound,
+            at: self.at_us.map(Us::si),
+            between: self.between_us.map(|between| between.map(Us::si)),
+            source: self.source.0,
+            known_difference: self.known_difference.map(|text| text.0).unwrap_or_default(),
+        })
     }
-    let tolerance = scope.raw("tolerance")?;
-    match (value, value.as_f64(), tolerance) {
-        (Value::String(word), _, None) => Ok(Bound::Word(word.clone())),
-        (_, Some(value), Some(tolerance)) => {
-            let relative = percent(tolerance).map(|fraction| fraction * value.abs());
-            let tolerance = relative.or(tolerance.as_f64()).unwrap_or_default();
-            Ok(Bound::Value { value, tolerance })
-        }
-        (_, Some(_), None) => {
-            let expected = "a tolerance with a number as value, absolute or like \"1%\"";
-            Err(CaseError::at(scope.at("tolerance"), expected, "nothing"))
-        }
-        (_, None, tolerance) => {
-            let found = tolerance.map(describe).unwrap_or_default();
-            Err(CaseError::at(scope.at("tolerance"), "no tolerance with a word as value", found))
+
+    fn bound(&self, at: &str) -> Result<Bound, CaseError> {
+        let refused =
+            |key: &str, expected: &str, found: String| Err(CaseError::at(format!("{at}{key}"), expected, found));
+        let in_words = |tolerance: &Tolerance| match tolerance {
+            Tolerance::Absolute(number) => number_text(*number),
+            Tolerance::Percent(text) => quote(text),
+        };
+        let ranged = self.min.is_some() || self.max.is_some();
+        match (&self.value, &self.tolerance) {
+            (Some(_), _) if ranged => refused("/value", "either \"value\" or \"min\" and \"max\"", "both".to_owned()),
+            (Some(NumberOrWord::Word(word)), None) => Ok(Bound::Word(word.clone())),
+            (Some(NumberOrWord::Word(_)), Some(tolerance)) => {
+                refused("/tolerance", "no tolerance with a word as value", in_words(tolerance))
+            }
+            (Some(NumberOrWord::Number(_)), None) => {
+                let expected = "a tolerance with a number as value, absolute or like \"1%\"";
+                refused("/tolerance", expected, "nothing".to_owned())
+            }
+            (Some(NumberOrWord::Number(value)), Some(tolerance)) => {
+                let tolerance = match tolerance {
+                    Tolerance::Absolute(number) => *number,
+                    Tolerance::Percent(text) => percent(text).unwrap_or_default() * value.abs(),
+                };
+                Ok(Bound::Value { value: *value, tolerance })
+            }
+            (None, Some(tolerance)) => refused("/tolerance", "no tolerance without \"value\"", in_words(tolerance)),
+            (None, None) if !ranged => refused("", "\"value\", \"min\" or \"max\"", "none of them".to_owned()),
+            (None, None) => {
+                let (min, max) = (self.min.unwrap_or(f64::NEG_INFINITY), self.max.unwrap_or(f64::INFINITY));
+                if min > max {
+                    let expected = format!("at most max, which is {}", number_text(max));
+                    return refused("/min", &expected, number_text(min));
+                }
+                Ok(Bound::Range { min, max })
+            }
         }
     }
 }
 
-fn range(scope: &ObjectReader<'_>, min: Option<f64>, max: Option<f64>) -> Result<Bound, CaseError> {
-    if let Some(found) = scope.given("tolerance") {
-        let expected = "no tolerance without \"value\"";
-        return Err(CaseError::at(scope.at("tolerance"), expected, describe(found)));
-    }
-    if min.is_none() && max.is_none() {
-        return Err(CaseError::at(&scope.pointer, "\"value\", \"min\" or \"max\"", "none of them"));
-    }
-    let (min, max) = (min.unwrap_or(f64::NEG_INFINITY), max.unwrap_or(f64::INFINITY));
-    if min > max {
-        let expected = format!("at most max, which is {}", number_text(max));
-        return Err(CaseError::at(scope.at("min"), expected, number_text(min)));
-    }
-    Ok(Bound::Range { min, max })
-}
-
-fn in_words(bound: &Bound) -> String {
-    match bound {
-        Bound::Word(word) => format!("= {}", quote(word)),
-        Bound::Value { value, tolerance } => format!("= {} ± {}", number_text(*value), number_text(*tolerance)),
-        Bound::Range { min, max } if *max == f64::INFINITY => format!("≥ {}", number_text(*min)),
-        Bound::Range { min, max } if *min == f64::NEG_INFINITY => format!("≤ {}", number_text(*max)),
-        Bound::Range { min, max } => format!("in [{}, {}]", number_text(*min), number_text(*max)),
+impl Expect {
+    /// The statement in words.
+    pub(super) fn in_words(&self) -> String {
+        let bound = match &self.bound {
+            Bound::Word(word) => format!("= {}", quote(word)),
+            Bound::Value { value, tolerance } => format!("= {} ± {}", number_text(*value), number_text(*tolerance)),
+            Bound::Range { min, max } if *max == f64::INFINITY => format!("≥ {}", number_text(*min)),
+            Bound::Range { min, max } if *min == f64::NEG_INFINITY => format!("≤ {}", number_text(*max)),
+            Bound::Range { min, max } => format!("in [{}, {}]", number_text(*min), number_text(*max)),
+        };
+        format!("{} {bound}", self.quantity)
     }
 }

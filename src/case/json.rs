@@ -2,24 +2,26 @@
 
 use std::fmt;
 
-use serde::de::{Deserialize, DeserializeSeed, Deserializer, Error, MapAccess, SeqAccess, Visitor};
+use serde::de::{DeserializeSeed, Deserializer, Error, MapAccess, SeqAccess, Visitor};
 use serde_json::{Map, Number, Value};
 
-use super::error::{CaseError, quote};
+use super::error::CaseError;
+use super::text::quote;
 
 const DUPLICATE: &str = "duplicate key ";
 
 /// Parses one JSON document; errors are located by line and column.
 pub(super) fn parse(text: &str) -> Result<Value, CaseError> {
-    let start = "line 1, column 1";
+    let refused = |found| CaseError::at("line 1, column 1", "a JSON document", found);
     if text.starts_with('\u{feff}') {
-        let error = CaseError::at(start, "a JSON document", "a byte order mark (BOM)");
-        return Err(error.help("save the file as UTF-8 without BOM"));
+        return Err(refused("a byte order mark (BOM)").help("save the file as UTF-8 without BOM"));
     }
     if text.trim().is_empty() {
-        return Err(CaseError::at(start, "a JSON document", "an empty file"));
+        return Err(refused("an empty file"));
     }
-    serde_json::from_str::<Unique>(text).map(|unique| unique.0).map_err(|error| explain(text, &error))
+    let mut reader = serde_json::Deserializer::from_str(text);
+    let value = Unique.deserialize(&mut reader).and_then(|value| reader.end().map(|()| value));
+    value.map_err(|error| explain(text, &error))
 }
 
 /// `line L, column C` of a byte offset, both from 1.
@@ -31,85 +33,80 @@ pub(super) fn line_column(bytes: &[u8], offset: usize) -> String {
 }
 
 fn explain(text: &str, error: &serde_json::Error) -> CaseError {
-    let location = format!("line {}, column {}", error.line(), error.column().max(1));
+    let at = |expected: &str, found: &str| {
+        CaseError::at(format!("line {}, column {}", error.line(), error.column().max(1)), expected, found)
+    };
     let message = error.to_string();
     let message = message.rsplit_once(" at line ").map_or(message.as_str(), |(what, _)| what);
     let token = token_at(text, error.line(), error.column());
     let found = if token.is_empty() { "the end of the line".to_owned() } else { quote(&token) };
-    if message.starts_with(DUPLICATE) {
-        return CaseError::at(location, "each key once in an object", message)
-            .help("remove one of the two, or rename it");
-    }
     if error.is_eof() {
-        return CaseError::at(location, "the rest of the document", format!("the end of the text ({message})"))
+        return at("the rest of the document", &format!("the end of the text ({message})"))
             .help("a closing brace, bracket or quote is missing; was the file cut off?");
     }
     match message {
-        "recursion limit exceeded" => {
-            CaseError::at(location, "objects and lists nested at most 127 deep", "deeper nesting")
+        _ if message.starts_with(DUPLICATE) => {
+            at("each key once in an object", message).help("remove one of the two, or rename it")
         }
-        "number out of range" => CaseError::at(location, "a number that fits in 64 bits (below 1.8e308)", found),
-        "trailing comma" => CaseError::at(location, "another item or the closing bracket", "a comma before it")
-            .help("JSON has no comma after the last item"),
-        "trailing characters" => CaseError::at(location, "the end of the text after the document", found),
-        "key must be a string" => CaseError::at(location, "a key in double quotes", found),
+        "recursion limit exceeded" => at("objects and lists nested at most 127 deep", "deeper nesting"),
+        "number out of range" => at("a number that fits in 64 bits (below 1.8e308)", &found),
+        "trailing comma" => {
+            at("another item or the closing bracket", "a comma before it").help("JSON has no comma after the last item")
+        }
+        "trailing characters" => at("the end of the text after the document", &found),
+        "key must be a string" => at("a key in double quotes", &found),
         _ => {
-            let expected = message.strip_prefix("expected ").unwrap_or("valid JSON").replace("ident", "a JSON value");
-            let found = if message.starts_with("expected ") { found } else { format!("{message}: {found}") };
-            with_help(CaseError::at(location, expected, found), &token)
+            let (expected, found) = match message.strip_prefix("expected ") {
+                Some(expected) => (expected.replace("ident", "a JSON value"), found),
+                None => ("valid JSON".to_owned(), format!("{message}: {found}")),
+            };
+            let error = at(&expected, &found);
+            match help(&token) {
+                Some(help) => error.help(help),
+                None => error,
+            }
         }
     }
 }
 
-fn with_help(error: CaseError, token: &str) -> CaseError {
+/// Help for something that people write and JSON does not have.
+fn help(token: &str) -> Option<&'static str> {
     let word = token.trim_start_matches(['-', '+']).to_lowercase();
+    let begins = |with: &[&str]| with.iter().any(|with| word.starts_with(with));
     if ["nan", "inf", "infinity"].contains(&word.as_str()) {
-        error.help("JSON has no NaN or Infinity; every number of a case is finite")
-    } else if word.starts_with("//") || word.starts_with("/*") || word.starts_with('#') {
-        error.help("JSON has no comments; put them under \"notes\"")
-    } else if word.starts_with('\'') {
-        error.help("JSON strings stand in double quotes")
-    } else if word.starts_with('.') || token.starts_with('+') {
-        error.help("JSON numbers begin with a digit or a minus")
+        Some("JSON has no NaN or Infinity; every number of a case is finite")
+    } else if begins(&["//", "/*", "#"]) {
+        Some("JSON has no comments; put them under \"notes\"")
+    } else if begins(&["'"]) {
+        Some("JSON strings stand in double quotes")
+    } else if begins(&["."]) || token.starts_with('+') {
+        Some("JSON numbers begin with a digit or a minus")
     } else {
-        error
+        None
     }
 }
 
 /// The word, number or sign at a position of the text, for people.
 fn token_at(text: &str, line: usize, column: usize) -> String {
-    let Some(line) = text.lines().nth(line.saturating_sub(1)) else {
-        return String::new();
-    };
+    let line = text.lines().nth(line.saturating_sub(1)).unwrap_or_default();
     let part = |c: char| c.is_alphanumeric() || "+-._".contains(c);
     let mut start = column.saturating_sub(1).min(line.len());
     while !line.is_char_boundary(start) {
         start -= 1;
     }
-    while let Some(before) = line[..start].chars().next_back().filter(|c| part(*c)) {
-        start -= before.len_utf8();
-    }
-    let rest = &line[start..];
+    let before = line[..start].chars().rev().take_while(|c| part(*c)).map(char::len_utf8).sum::<usize>();
+    let rest = &line[start - before..];
     match rest.chars().next() {
         Some(first) if part(first) => rest.chars().take_while(|c| part(*c)).take(40).collect(),
         Some('/') => rest.chars().take(2).collect(),
-        Some(first) => first.to_string(),
-        None => String::new(),
+        first => first.into_iter().collect(),
     }
 }
 
-/// A value whose objects had each key once.
-struct Unique(Value);
+/// Reader of a value whose objects have each key once.
+struct Unique;
 
-impl<'de> Deserialize<'de> for Unique {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        Read.deserialize(deserializer).map(Unique)
-    }
-}
-
-struct Read;
-
-impl<'de> DeserializeSeed<'de> for Read {
+impl<'de> DeserializeSeed<'de> for Unique {
     type Value = Value;
 
     fn deserialize<D: Deserializer<'de>>(self, deserializer: D) -> Result<Value, D::Error> {
@@ -117,7 +114,7 @@ impl<'de> DeserializeSeed<'de> for Read {
     }
 }
 
-impl<'de> Visitor<'de> for Read {
+impl<'de> Visitor<'de> for Unique {
     type Value = Value;
 
     fn expecting(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -150,7 +147,7 @@ impl<'de> Visitor<'de> for Read {
 
     fn visit_seq<A: SeqAccess<'de>>(self, mut items: A) -> Result<Value, A::Error> {
         let mut list = Vec::new();
-        while let Some(item) = items.next_element_seed(Read)? {
+        while let Some(item) = items.next_element_seed(Self)? {
             list.push(item);
         }
         Ok(Value::Array(list))
@@ -162,12 +159,8 @@ impl<'de> Visitor<'de> for Read {
             if map.contains_key(&key) {
                 return Err(A::Error::custom(format!("{DUPLICATE}{}", quote(&key))));
             }
-            map.insert(key, entries.next_value_seed(Read)?);
+            map.insert(key, entries.next_value_seed(Self)?);
         }
         Ok(Value::Object(map))
     }
 }
-
-#[cfg(test)]
-#[path = "json_tests.rs"]
-mod tests;

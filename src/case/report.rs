@@ -1,6 +1,6 @@
-//! What `ripstop check` prints: every field of a case with where its value came from.
+//! Report of `ripstop check`: every field of a case with where its value came from.
 
-use super::value::short_number_text;
+use super::text::short_number_text;
 use super::{Case, Layer, grading};
 
 /// Values longer than this do not widen their column.

@@ -1,20 +1,35 @@
-//! The arguments of commands that compute many shots.
+//! Arguments of the commands for many shots and the limit they give.
 
 use std::path::PathBuf;
 
 use clap::{Args, ValueEnum, builder::RangedU64ValueParser};
 use ripstop::num::link::Link;
 use ripstop::run::Precision;
-use ripstop::study::fit::FitRequest;
-use ripstop::study::interval::Interval;
 
 use super::arguments::{BackendArguments, BackendChoice};
-use super::choice::{INTERVALS, LINKS, PRECISIONS, one_of};
+use super::choice::{LINKS, PRECISIONS, one_of};
 use super::range::{Velocities, level, percent};
 
-/// What commands that compute many shots have in common.
+/// Confidence, and form of what is printed.
+#[derive(Args, Debug)]
+pub(crate) struct PrintArguments {
+    /// Two-sided confidence of the intervals, such as 0.9 or 95%
+    #[arg(long, value_name = "LEVEL", value_parser = level, default_value = "0.9", allow_hyphen_values = true)]
+    pub(crate) level: f64,
+    /// Print nothing but errors
+    #[arg(long, short)]
+    pub(crate) quiet: bool,
+    /// Print JSON
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+/// Arguments that all commands for many shots have.
 #[derive(Args, Debug)]
 pub(crate) struct BatchArguments {
+    /// Case file; - is standard input
+    #[arg(value_name = "CASE.json")]
+    pub(crate) case: PathBuf,
     /// Change of the case, checked like the file; may be given again
     #[arg(long = "set", value_name = "/POINTER=VALUE")]
     pub(crate) sets: Vec<String>,
@@ -24,7 +39,7 @@ pub(crate) struct BatchArguments {
     /// Shots at a time, a thread each [default: all cores]; results do not depend on it
     #[arg(long, value_name = "N", value_parser = RangedU64ValueParser::<usize>::new().range(1..=1024))]
     pub(crate) threads: Option<usize>,
-    /// What computes; a GPU computes many shots at a time
+    /// Backend; a GPU computes many shots at a time
     #[arg(long, value_enum, default_value = "cpu")]
     pub(crate) backend: BackendChoice,
     /// Graphics adapter, by part of its name or its number in `ripstop info` [default: the best]
@@ -33,30 +48,21 @@ pub(crate) struct BatchArguments {
     /// Number type [default: f64; f32 on a GPU, which has no other]
     #[arg(long, value_parser = one_of(PRECISIONS))]
     pub(crate) precision: Option<Precision>,
-    /// Two-sided confidence of the intervals, such as 0.9 or 95%
-    #[arg(long, value_name = "LEVEL", value_parser = level, default_value = "0.9", allow_hyphen_values = true)]
-    pub(crate) level: f64,
     /// Stop once half the interval of V50 is at most this part of V50
     #[arg(long, value_name = "PERCENT", value_parser = percent, allow_hyphen_values = true)]
     pub(crate) until_width: Option<f64>,
+    /// Folder for the results [default: out/<case name>-<command>]
+    #[arg(long, short, value_name = "DIR")]
+    pub(crate) out: Option<PathBuf>,
     /// Go on with what lies in the folder; the results are the same, byte for byte
     #[arg(long)]
     pub(crate) resume: bool,
-    /// Print nothing but errors
-    #[arg(long, short)]
-    pub(crate) quiet: bool,
-    /// Print JSON
-    #[arg(long)]
-    pub(crate) json: bool,
+    #[command(flatten)]
+    pub(crate) print: PrintArguments,
 }
 
 impl BatchArguments {
-    /// How a limit is fitted to shots.
-    pub(crate) fn fit(&self) -> FitRequest {
-        FitRequest { link: Link::Probit, level: self.level, interval: Interval::Likelihood }
-    }
-
-    /// What computes.
+    /// Backend with adapter and precision.
     pub(crate) fn backend(&self) -> BackendArguments {
         BackendArguments { backend: self.backend, adapter: self.adapter.clone(), precision: self.precision }
     }
@@ -76,9 +82,6 @@ case, seed and number: it does not depend on the others.
 DIR gets shots.csv (a row for each shot, appended as shots end; `ripstop fit` reads it), shots.json (the fit), shots.html and \
 plan.json.")]
 pub(crate) struct ShotsArguments {
-    /// Case file; - is standard input
-    #[arg(value_name = "CASE.json")]
-    pub(crate) case: PathBuf,
     /// Shots
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=10_000_000), required_unless_present = "only")]
     pub(crate) count: Option<u32>,
@@ -90,9 +93,17 @@ pub(crate) struct ShotsArguments {
     pub(crate) only: Option<u32>,
     #[command(flatten)]
     pub(crate) batch: BatchArguments,
-    /// Folder for the results [default: out/<case name>-shots]
-    #[arg(long, short, value_name = "DIR")]
-    pub(crate) out: Option<PathBuf>,
+}
+
+/// Number of realisations, and width of their brackets.
+#[derive(Args, Debug)]
+pub(crate) struct ThresholdArguments {
+    /// Realisations of a V50 at most [default: 64]; of a sweep of shots, shots at each point [default: 1]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
+    pub(crate) count: Option<u32>,
+    /// Width of the bracket of a threshold
+    #[arg(long, value_name = "PERCENT", value_parser = percent, default_value = "0.5%", allow_hyphen_values = true)]
+    pub(crate) bracket: f64,
 }
 
 /// `ripstop v50`
@@ -104,28 +115,19 @@ pub(crate) struct ShotsArguments {
   ripstop v50 shot.json --json | jq .v50_m_s
 
 Every realisation of the case (same fabric, same hit) is shot at other velocities until its own threshold is known. What varies \
-stands in /variability; in a case without it there is one threshold. The interval holds sampling, mesh and time step, and says what part each has.
+stands in /variability; in a case without it there is one threshold. The interval holds sampling, mesh and time step, and says \
+what part each has.
 
 DIR gets v50.json, v50.csv (a row for each shot), v50-refined.csv (those on the converged mesh), v50.html and plan.json.")]
 pub(crate) struct V50Arguments {
-    /// Case file; - is standard input
-    #[arg(value_name = "CASE.json")]
-    pub(crate) case: PathBuf,
-    /// Realisations at most [default: 64]
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
-    pub(crate) count: Option<u32>,
-    /// Width of the bracket of a threshold
-    #[arg(long, value_name = "PERCENT", value_parser = percent, default_value = "0.5%", allow_hyphen_values = true)]
-    pub(crate) bracket: f64,
+    #[command(flatten)]
+    pub(crate) thresholds: ThresholdArguments,
     /// Realisations whose threshold is also found on the converged mesh, which corrects V50; 0 leaves V50 to the case's own mesh
     /// [default: 1 where nothing varies, 4 otherwise]
     #[arg(long, value_name = "N")]
     pub(crate) refined: Option<u32>,
     #[command(flatten)]
     pub(crate) batch: BatchArguments,
-    /// Folder for the results [default: out/<case name>-v50]
-    #[arg(long, short, value_name = "DIR")]
-    pub(crate) out: Option<PathBuf>,
 }
 
 /// `ripstop sweep`
@@ -134,35 +136,24 @@ pub(crate) struct V50Arguments {
   ripstop sweep shot.json --over /pack/plies=1,2,4,8 --over /projectile/velocity_m_s=100..300:20
   ripstop sweep shot.json --over /pack/plies=1,2,4,8 --run v50 -o out/limits
 
-Values are a list or a range with a step (A..B:STEP). Every case is read and checked before \
-the first is computed.
+Values are a list or a range with a step (A..B:STEP). Every case is read and checked before the first is computed.
 
-DIR gets sweep.csv (a row for each point), sweep.html (lines, a heat map of two keys), sweep.json, plan.json, and in points/ what \
+DIR gets sweep.csv (a row for each point), sweep.html (lines over the first key), sweep.json, plan.json, and in points/ what \
 `ripstop shots` or `ripstop v50` writes.")]
 pub(crate) struct SweepArguments {
-    /// Case file
-    #[arg(value_name = "CASE.json")]
-    pub(crate) case: PathBuf,
     /// A key and its values; may be given again
     #[arg(long, value_name = "/POINTER=VALUES", required = true)]
     pub(crate) over: Vec<String>,
-    /// What is computed at each point
+    /// Study of each point
     #[arg(long, value_enum, default_value = "shots")]
     pub(crate) run: SweepKind,
-    /// Shots at each point, or realisations of a V50 at most [default: 1 shot, 64 realisations]
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
-    pub(crate) count: Option<u32>,
-    /// Width of the bracket of a threshold
-    #[arg(long, value_name = "PERCENT", value_parser = percent, default_value = "0.5%", allow_hyphen_values = true)]
-    pub(crate) bracket: f64,
+    #[command(flatten)]
+    pub(crate) thresholds: ThresholdArguments,
     #[command(flatten)]
     pub(crate) batch: BatchArguments,
-    /// Folder for the results [default: out/<case name>-sweep]
-    #[arg(long, short, value_name = "DIR")]
-    pub(crate) out: Option<PathBuf>,
 }
 
-/// What a sweep computes at each point.
+/// Study of each point of a sweep.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub(crate) enum SweepKind {
     /// Shots of the case
@@ -191,22 +182,12 @@ pub(crate) struct FitArguments {
     /// Distribution of the thresholds
     #[arg(long, value_parser = one_of(LINKS), default_value = "probit")]
     pub(crate) link: Link,
-    /// Two-sided confidence of the intervals, such as 0.9 or 95%
-    #[arg(long, value_name = "LEVEL", value_parser = level, default_value = "0.9", allow_hyphen_values = true)]
-    pub(crate) level: f64,
-    /// How intervals are made
-    #[arg(long, value_parser = one_of(INTERVALS), default_value = "likelihood")]
-    pub(crate) interval: Interval,
     /// v50.json of a `ripstop v50`, to lay over the shots
     #[arg(long, value_name = "V50.json")]
     pub(crate) computed: Option<PathBuf>,
     /// Folder for fit.json, fit.svg and fit.html [default: none is written]
     #[arg(long, short, value_name = "DIR")]
     pub(crate) out: Option<PathBuf>,
-    /// Print nothing but errors
-    #[arg(long, short)]
-    pub(crate) quiet: bool,
-    /// Print JSON
-    #[arg(long)]
-    pub(crate) json: bool,
+    #[command(flatten)]
+    pub(crate) print: PrintArguments,
 }

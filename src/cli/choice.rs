@@ -4,7 +4,6 @@ use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use ripstop::model::unit_cell_curve::CurveLaw;
 use ripstop::num::link::Link;
 use ripstop::run::Precision;
-use ripstop::study::interval::Interval;
 
 /// Word, help, meaning.
 pub(crate) type Choice<T> = (&'static str, &'static str, T);
@@ -23,12 +22,6 @@ pub(crate) const LAWS: &[Choice<CurveLaw>] = &[
 
 /// Distribution of the thresholds.
 pub(crate) const LINKS: &[Choice<Link>] = &[("probit", "Normal", Link::Probit), ("logit", "Logistic", Link::Logit)];
-
-/// How intervals are made.
-pub(crate) const INTERVALS: &[Choice<Interval>] = &[
-    ("likelihood", "Likelihood ratio", Interval::Likelihood),
-    ("wald", "Estimate and standard error: too short for few shots", Interval::Wald),
-];
 
 /// Reads one of these words.
 pub(crate) fn one_of<T: Copy + Send + Sync + 'static>(

@@ -2,7 +2,6 @@
 
 pub(crate) mod arguments;
 pub(crate) mod backend;
-pub(crate) mod batch;
 pub(crate) mod bench;
 pub(crate) mod campaign_arguments;
 pub(crate) mod check;
@@ -10,15 +9,12 @@ pub(crate) mod choice;
 pub(crate) mod crossover;
 pub(crate) mod explain;
 pub(crate) mod failure;
-pub(crate) mod fit;
 pub(crate) mod input;
 pub(crate) mod new;
 pub(crate) mod range;
 pub(crate) mod result;
 pub(crate) mod resume;
 pub(crate) mod run;
-pub(crate) mod shots;
-pub(crate) mod sweep;
+pub(crate) mod studies;
 pub(crate) mod terminal;
-pub(crate) mod v50;
 pub(crate) mod verify;

@@ -4,6 +4,8 @@
 //! overlap it has no maximum: β grows without bound. Firth's penalty, half the logarithm of the information's determinant in (α, β),
 //! gives a finite estimate there (Kosmidis & Firth 2021).
 
+use nalgebra::{Matrix2, Vector2};
+
 use super::outcomes::{Group, Outcomes};
 use crate::num::link::Link;
 
@@ -18,47 +20,18 @@ const DIFFERENCE: f64 = 1e-4;
 /// Share of a step that must lead upwards.
 const SHORTEST: f64 = 1e-9;
 
-/// How an estimate was made.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Method {
-    /// The maximum of the likelihood.
-    MaximumLikelihood,
-    /// The maximum of the likelihood with Firth's penalty: there is no overlap.
-    Firth,
-}
-
-impl Method {
-    /// The words in JSON.
-    pub fn words(self) -> &'static str {
-        match self {
-            Self::MaximumLikelihood => "maximum likelihood",
-            Self::Firth => "Firth's penalised likelihood",
-        }
-    }
-}
-
-/// Why shots give no estimate.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
-pub enum NoEstimate {
-    /// There is no shot.
-    #[error("there are no shots")]
-    NoShots,
-    /// One outcome is missing.
-    #[error("every shot perforated: the limit lies lower, by how much is unknown")]
-    AllPerforated,
-    /// One outcome is missing.
-    #[error("every shot was stopped: the limit lies higher, by how much is unknown")]
-    AllStopped,
-    /// Velocity was not varied.
-    #[error("all shots have one velocity: nothing tells how the chance grows with velocity")]
-    OneVelocity,
-    /// σ is infinite or negative.
-    #[error("perforations are no faster than stops on the mean: velocity does not explain the outcomes")]
-    Inverted,
-    /// The search did not end.
-    #[error("the fit did not converge")]
-    Unsettled,
-}
+/// Reasons why shots give no estimate.
+pub const NO_SHOTS: &str = "there are no shots";
+/// One outcome is missing.
+pub const ALL_PERFORATED: &str = "every shot perforated: the limit lies lower, by how much is unknown";
+/// One outcome is missing.
+pub const ALL_STOPPED: &str = "every shot was stopped: the limit lies higher, by how much is unknown";
+/// Velocity was not varied.
+pub const ONE_VELOCITY: &str = "all shots have one velocity: how the chance grows with velocity is unknown";
+/// Scatter is infinite or negative.
+pub const INVERTED: &str = "perforations are no faster than stops on the mean: velocity does not explain the outcomes";
+/// The search did not end.
+const UNSETTLED: &str = "the fit did not converge";
 
 /// Ballistic limit and scatter.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -73,8 +46,8 @@ pub struct Estimate {
     pub log_likelihood: f64,
     /// Covariance of (μ, σ): inverse of the expected information.
     pub covariance: [[f64; 2]; 2],
-    /// How it was made.
-    pub method: Method,
+    /// Whether it is the maximum with Firth's penalty, for there is no overlap, and not that of the likelihood.
+    pub firth: bool,
 }
 
 impl Estimate {
@@ -101,75 +74,59 @@ impl Estimate {
     }
 }
 
-/// Fits μ and σ.
+/// Fit of μ and σ.
 ///
 /// # Errors
 /// Where the shots do not determine them.
-pub fn fit(link: Link, outcomes: &Outcomes) -> Result<Estimate, NoEstimate> {
+pub fn fit(link: Link, outcomes: &Outcomes) -> Result<Estimate, &'static str> {
     refuse(outcomes)?;
     let problem = Problem::new(link, outcomes);
-    let method = if outcomes.overlap() { Method::MaximumLikelihood } else { Method::Firth };
-    let line = problem.maximise(method == Method::Firth)?;
-    if line.beta <= 0.0 {
-        return Err(NoEstimate::Inverted);
+    let firth = !outcomes.overlap();
+    let line = problem.maximise(firth)?;
+    if line.y <= 0.0 {
+        return Err(INVERTED);
     }
-    let (mu, sigma) = (problem.centre - line.alpha / line.beta * problem.scale, problem.scale / line.beta);
-    let covariance = inverse(information(link, outcomes, mu, sigma))
-        .ok_or(NoEstimate::Unsettled)?
-        .map(|row| row.map(|c| c * sigma * sigma));
-    Ok(Estimate { link, mu, sigma, log_likelihood: problem.log_likelihood(line), covariance, method })
+    let (mu, sigma) = (problem.centre - line.x / line.y * problem.scale, problem.scale / line.y);
+    let covariance =
+        inverse(information(link, outcomes, mu, sigma)).ok_or(UNSETTLED)?.map(|c| c * sigma * sigma).into();
+    Ok(Estimate { link, mu, sigma, log_likelihood: problem.log_likelihood(line), covariance, firth })
 }
 
-/// What no method can mend.
-fn refuse(outcomes: &Outcomes) -> Result<(), NoEstimate> {
+/// Refusal of shots that no method can mend.
+fn refuse(outcomes: &Outcomes) -> Result<(), &'static str> {
     let [perforations, stops] = outcomes.means();
     match (outcomes.counts(), outcomes.groups().len()) {
-        ([0, 0], _) => Err(NoEstimate::NoShots),
-        ([0, _], _) => Err(NoEstimate::AllStopped),
-        ([_, 0], _) => Err(NoEstimate::AllPerforated),
-        (_, 1) => Err(NoEstimate::OneVelocity),
+        ([0, 0], _) => Err(NO_SHOTS),
+        ([0, _], _) => Err(ALL_STOPPED),
+        ([_, 0], _) => Err(ALL_PERFORATED),
+        (_, 1) => Err(ONE_VELOCITY),
         // Owen & Roediger 2014: the sign of the slope is that of the difference of the means.
-        _ if perforations <= stops => Err(NoEstimate::Inverted),
+        _ if perforations <= stops => Err(INVERTED),
         _ => Ok(()),
     }
 }
 
 /// Expected information on (μ, σ) times σ²: Σ w \[1 z; z z²\].
-fn information(link: Link, outcomes: &Outcomes, mu: f64, sigma: f64) -> [[f64; 2]; 2] {
-    let mut sum = [[0.0; 2]; 2];
-    for group in outcomes.groups() {
+fn information(link: Link, outcomes: &Outcomes, mu: f64, sigma: f64) -> Matrix2<f64> {
+    let of = |group: &Group| {
         let z = (group.velocity - mu) / sigma;
-        let w = group.count() as f64 * link.information(z);
-        add(&mut sum, w, z);
-    }
-    sum
+        moments(group.count() as f64 * link.information(z), z)
+    };
+    outcomes.groups().iter().map(of).sum()
 }
 
-fn add(sum: &mut [[f64; 2]; 2], w: f64, z: f64) {
-    sum[0][0] += w;
-    sum[0][1] += w * z;
-    sum[1][0] += w * z;
-    sum[1][1] += w * z * z;
-}
-
-/// Determinant of a matrix.
-fn determinant(m: [[f64; 2]; 2]) -> f64 {
-    m[0][0] * m[1][1] - m[0][1] * m[1][0]
+/// w \[1 z; z z²\].
+fn moments(w: f64, z: f64) -> Matrix2<f64> {
+    Matrix2::new(w, w * z, w * z, w * z * z)
 }
 
 /// Inverse of a matrix; `None` where there is none.
-pub(super) fn inverse(m: [[f64; 2]; 2]) -> Option<[[f64; 2]; 2]> {
-    let d = determinant(m);
-    let found = [[m[1][1] / d, -m[0][1] / d], [-m[1][0] / d, m[0][0] / d]];
-    found.as_flattened().iter().all(|value| value.is_finite()).then_some(found)
+fn inverse(m: Matrix2<f64>) -> Option<Matrix2<f64>> {
+    m.try_inverse().filter(|inverse| inverse.iter().all(|value| value.is_finite()))
 }
 
-/// η = α + β u.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct LinearPredictor {
-    pub(super) alpha: f64,
-    pub(super) beta: f64,
-}
+/// Linear predictor η = α + β u as (α, β).
+pub(super) type LinearPredictor = Vector2<f64>;
 
 /// Shots of one standardised velocity u.
 #[derive(Clone, Copy, Debug)]
@@ -179,7 +136,7 @@ pub(super) struct StandardizedShots {
     pub(super) stopped: f64,
 }
 
-/// What is fitted, in velocities from their mean and over their spread.
+/// Shots to fit, in velocities from their mean and over their spread.
 #[derive(Clone, Debug)]
 pub(super) struct Problem {
     pub(super) link: Link,
@@ -208,7 +165,7 @@ impl Problem {
     /// Logarithm of the likelihood.
     pub(super) fn log_likelihood(&self, line: LinearPredictor) -> f64 {
         let term = |point: &StandardizedShots| {
-            let eta = line.alpha + line.beta * point.u;
+            let eta = line.x + line.y * point.u;
             let of = |count: f64, eta: f64| if count > 0.0 { count * self.link.ln_probability(eta) } else { 0.0 };
             of(point.perforated, eta) + of(point.stopped, -eta)
         };
@@ -217,107 +174,81 @@ impl Problem {
 
     /// The same with Firth's penalty.
     pub(super) fn penalised(&self, line: LinearPredictor) -> f64 {
-        self.log_likelihood(line) + 0.5 * determinant(self.information(line)).ln()
+        self.log_likelihood(line) + 0.5 * self.information(line).determinant().ln()
     }
 
     /// Expected information on (α, β).
-    fn information(&self, line: LinearPredictor) -> [[f64; 2]; 2] {
-        let mut sum = [[0.0; 2]; 2];
-        for point in &self.points {
-            let w = (point.perforated + point.stopped) * self.link.information(line.alpha + line.beta * point.u);
-            add(&mut sum, w, point.u);
-        }
-        sum
+    fn information(&self, line: LinearPredictor) -> Matrix2<f64> {
+        let of = |point: &StandardizedShots| {
+            let w = (point.perforated + point.stopped) * self.link.information(line.x + line.y * point.u);
+            moments(w, point.u)
+        };
+        self.points.iter().map(of).sum()
     }
 
     /// Derivatives of the logarithm of the likelihood, with the penalty's if wanted.
-    fn gradient(&self, line: LinearPredictor, penalty: bool) -> Option<[f64; 2]> {
-        let covariance = if penalty { inverse(self.information(line))? } else { [[0.0; 2]; 2] };
-        let [[aa, ab], [_, bb]] = covariance;
-        let mut sum = [0.0; 2];
-        for point in &self.points {
-            let eta = line.alpha + line.beta * point.u;
+    fn gradient(&self, line: LinearPredictor, penalty: bool) -> Option<Vector2<f64>> {
+        let covariance = if penalty { inverse(self.information(line))? } else { Matrix2::zeros() };
+        let of = |point: &StandardizedShots| {
+            let (eta, u) = (line.x + line.y * point.u, point.u);
             let mut slope = point.perforated * self.link.slope(eta) - point.stopped * self.link.slope(-eta);
             if penalty {
-                let count = point.perforated + point.stopped;
-                let leverage = count * self.link.information(eta) * (aa + point.u * (2.0 * ab + point.u * bb));
+                let variance = covariance.m11 + u * (2.0 * covariance.m12 + u * covariance.m22);
+                let leverage = (point.perforated + point.stopped) * self.link.information(eta) * variance;
                 slope += 0.5 * leverage * self.link.ln_information_slope(eta);
             }
-            sum[0] += slope;
-            sum[1] += slope * point.u;
-        }
-        Some(sum)
+            Vector2::new(slope, slope * u)
+        };
+        Some(self.points.iter().map(of).sum())
     }
 
     /// Second derivatives, their sign turned. Those of the penalty are differences of its gradient.
-    fn curvature(&self, line: LinearPredictor, penalty: bool) -> Option<[[f64; 2]; 2]> {
+    fn curvature(&self, line: LinearPredictor, penalty: bool) -> Option<Matrix2<f64>> {
         if penalty {
-            let column = |alpha: f64, beta: f64| {
-                let at = |sign: f64| {
-                    let moved = LinearPredictor { alpha: line.alpha + sign * alpha, beta: line.beta + sign * beta };
-                    self.gradient(moved, penalty)
-                };
-                let ([a0, b0], [a1, b1]) = (at(-1.0)?, at(1.0)?);
-                Some([(a0 - a1) / (2.0 * DIFFERENCE), (b0 - b1) / (2.0 * DIFFERENCE)])
+            let row = |move_by: Vector2<f64>| {
+                let at = |sign: f64| self.gradient(line + sign * move_by, penalty);
+                Some(((at(-1.0)? - at(1.0)?) / (2.0 * DIFFERENCE)).transpose())
             };
-            return Some([column(DIFFERENCE, 0.0)?, column(0.0, DIFFERENCE)?]);
+            return Some(Matrix2::from_rows(&[row(DIFFERENCE * Vector2::x())?, row(DIFFERENCE * Vector2::y())?]));
         }
-        let mut sum = [[0.0; 2]; 2];
-        for point in &self.points {
-            let eta = line.alpha + line.beta * point.u;
-            for (count, eta) in [(point.perforated, eta), (point.stopped, -eta)] {
-                if count > 0.0 {
-                    add(&mut sum, count * self.link.slope_and_curvature(eta)[1], point.u);
-                }
-            }
-        }
-        Some(sum)
+        let sides = |point: &StandardizedShots| {
+            let eta = line.x + line.y * point.u;
+            [(point.perforated, eta, point.u), (point.stopped, -eta, point.u)]
+        };
+        let shots = self.points.iter().flat_map(sides).filter(|(count, ..)| *count > 0.0);
+        Some(shots.map(|(count, eta, u)| moments(count * self.link.slope_and_curvature(eta)[1], u)).sum())
     }
 
     /// Newton's method, or Fisher scoring where the curvature is no bowl. Each step is halved until it leads upwards; close to the maximum,
     /// where heights no longer differ, it is taken as it is for as long as steps get shorter.
-    fn maximise(&self, penalty: bool) -> Result<LinearPredictor, NoEstimate> {
+    fn maximise(&self, penalty: bool) -> Result<LinearPredictor, &'static str> {
         let objective = |line: LinearPredictor| if penalty { self.penalised(line) } else { self.log_likelihood(line) };
-        let mut line = LinearPredictor { alpha: 0.0, beta: 1.0 };
+        let mut line = LinearPredictor::new(0.0, 1.0);
         let mut last = f64::INFINITY;
         for _ in 0..STEPS {
-            let step = self.step(line, penalty).ok_or(NoEstimate::Unsettled)?;
-            let close = step.decrement < CLOSE;
-            if step.decrement < NOTHING || (close && step.decrement >= last) {
+            let (step, decrement) = self.step(line, penalty).ok_or(UNSETTLED)?;
+            let close = decrement < CLOSE;
+            if decrement < NOTHING || (close && decrement >= last) {
                 return Ok(line);
             }
-            last = step.decrement;
+            last = decrement;
             let (mut share, height) = (1.0, objective(line));
-            while !close && objective(step.from(line, share)) < height {
+            while !close && objective(line + share * step) < height {
                 share *= 0.5;
                 if share < SHORTEST {
-                    return Err(NoEstimate::Unsettled);
+                    return Err(UNSETTLED);
                 }
             }
-            line = step.from(line, share);
+            line += share * step;
         }
-        Err(NoEstimate::Unsettled)
+        Err(UNSETTLED)
     }
 
-    fn step(&self, line: LinearPredictor, penalty: bool) -> Option<Step> {
+    /// Step of the search, and twice the rise that it promises.
+    fn step(&self, line: LinearPredictor, penalty: bool) -> Option<(Vector2<f64>, f64)> {
         let gradient = self.gradient(line, penalty)?;
-        let curvature = self.curvature(line, penalty).filter(|m| m[0][0] > 0.0 && determinant(*m) > 0.0);
-        let inverse = inverse(curvature.unwrap_or_else(|| self.information(line)))?;
-        let [alpha, beta] = inverse.map(|[a, b]| a * gradient[0] + b * gradient[1]);
-        Some(Step { alpha, beta, decrement: alpha * gradient[0] + beta * gradient[1] })
-    }
-}
-
-/// A step of the search, and twice the rise that it promises.
-#[derive(Clone, Copy, Debug)]
-struct Step {
-    alpha: f64,
-    beta: f64,
-    decrement: f64,
-}
-
-impl Step {
-    fn from(self, line: LinearPredictor, share: f64) -> LinearPredictor {
-        LinearPredictor { alpha: line.alpha + share * self.alpha, beta: line.beta + share * self.beta }
+        let curvature = self.curvature(line, penalty).filter(|m| m.m11 > 0.0 && m.determinant() > 0.0);
+        let step = inverse(curvature.unwrap_or_else(|| self.information(line)))? * gradient;
+        Some((step, step.dot(&gradient)))
     }
 }

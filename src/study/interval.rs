@@ -1,40 +1,22 @@
-//! Confidence intervals of the velocity at which the chance of a perforation is p.
+//! Confidence intervals of the velocity at which the chance of a perforation is p, by the likelihood ratio.
 //!
-//! - Likelihood ratio: all velocities t with max over σ of ℓ(t − z_p σ, σ) ≥ ℓ̂ − ½ χ²₁. Along η = z_p + β (v − t) the log-likelihood is
-//!   concave in β, and the set is an interval. It may have no end on a side: then a chance that does not depend on velocity explains the
-//!   shots well enough. Where the estimate is Firth's, the likelihood has the same penalty.
-//! - Wald: estimate ± z × standard error of the expected information. It is symmetric and too short for few shots.
+//! They hold all velocities t with max over σ of ℓ(t − z_p σ, σ) ≥ ℓ̂ − ½ χ²₁. Along η = z_p + β (v − t) the log-likelihood is concave in β,
+//! and the set is an interval. It may have no end on a side: then a chance that does not depend on velocity explains the shots well enough.
+//! Where the estimate is Firth's, the likelihood has the same penalty.
 
-use super::binary_response::{Estimate, LinearPredictor, Method, Problem};
+use std::f64::consts::{FRAC_2_PI, FRAC_PI_2};
+
+use super::binary_response::{Estimate, LinearPredictor, Problem, StandardizedShots};
 use super::outcomes::Outcomes;
-use super::search::{highest, outer_end, peak};
 use crate::num::link::Link;
 use crate::output::number::short;
 
-/// Newton steps at most.
+/// Newton steps, and halvings of a bracket, at most.
 const STEPS: usize = 200;
+/// Part of the larger side that golden sections keep.
+const GOLDEN: f64 = 0.618_033_988_749_894_9;
 /// Slope β beyond which a fit is a step: shots are then explained without a rest.
 const STEEPEST: f64 = 1e9;
-
-/// How an interval is made.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Interval {
-    /// Likelihood ratio.
-    #[default]
-    Likelihood,
-    /// Estimate and standard error.
-    Wald,
-}
-
-impl Interval {
-    /// The word in JSON.
-    pub fn word(self) -> &'static str {
-        match self {
-            Self::Likelihood => "likelihood",
-            Self::Wald => "wald",
-        }
-    }
-}
 
 /// Ends of an interval; `None` where it has no end on that side.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -65,24 +47,10 @@ impl Bounds {
 
 /// Interval of the velocity at chance `p` with two-sided confidence `level`. Without an estimate it ends on one side at most, where one
 /// outcome is missing.
-pub fn interval(
-    kind: Interval,
-    link: Link,
-    outcomes: &Outcomes,
-    estimate: Option<&Estimate>,
-    p: f64,
-    level: f64,
-) -> Bounds {
+pub fn interval(link: Link, outcomes: &Outcomes, estimate: Option<&Estimate>, p: f64, level: f64) -> Bounds {
     let z = Link::Probit.quantile(0.5 + 0.5 * level);
-    match (kind, estimate) {
-        (Interval::Wald, None) => Bounds::default(),
-        (Interval::Wald, Some(estimate)) => {
-            let (middle, half) = (estimate.velocity(p), z * estimate.standard_error(p));
-            Bounds { low: Some(middle - half), high: Some(middle + half) }
-        }
-        (Interval::Likelihood, _) => ProfileLikelihood::new(link, outcomes, estimate, p, 0.5 * z * z)
-            .map_or_else(Bounds::default, |profile| profile.bounds()),
-    }
+    ProfileLikelihood::new(link, outcomes, estimate, p, 0.5 * z * z)
+        .map_or_else(Bounds::default, |profile| profile.bounds())
 }
 
 /// Log-likelihood over the velocity t of one chance, σ chosen best at each. Velocities are those of the [`Problem`].
@@ -91,7 +59,7 @@ struct ProfileLikelihood {
     /// η at that chance.
     z: f64,
     penalty: bool,
-    /// What it may not fall below.
+    /// Least height inside.
     cut: f64,
     /// A velocity inside, and the step from there to look for the ends.
     inside: f64,
@@ -106,8 +74,8 @@ impl ProfileLikelihood {
         let profile = |problem: Problem, penalty, cut, inside, step| Self { problem, z, penalty, cut, inside, step };
         if let Some(estimate) = estimate {
             let (centre, scale) = (problem.centre, problem.scale);
-            let line = LinearPredictor { alpha: (centre - estimate.mu) / estimate.sigma, beta: scale / estimate.sigma };
-            let penalty = estimate.method == Method::Firth;
+            let line = LinearPredictor::new((centre - estimate.mu) / estimate.sigma, scale / estimate.sigma);
+            let penalty = estimate.firth;
             let height = if penalty { problem.penalised(line) } else { problem.log_likelihood(line) };
             let inside = (estimate.velocity(p) - centre) / scale;
             return Some(profile(problem, penalty, height - below, inside, estimate.standard_error(p) / scale));
@@ -134,13 +102,12 @@ impl ProfileLikelihood {
 
     /// Supremum far out on a side, where the chance no longer depends on velocity: it is then at most p above all shots, at least p below.
     fn flat(&self, side: f64) -> f64 {
-        let line = |alpha: f64| LinearPredictor { alpha, beta: 0.0 };
+        let line = |alpha: f64| LinearPredictor::new(alpha, 0.0);
         if self.penalty {
             let [low, high] = if side > 0.0 { [self.z - 20.0, self.z] } else { [self.z, self.z + 20.0] };
             return peak(|alpha| self.problem.penalised(line(alpha)), low, high, 1e-5).1;
         }
-        let sum =
-            |of: fn(&super::binary_response::StandardizedShots) -> f64| self.problem.points.iter().map(of).sum::<f64>();
+        let sum = |of: fn(&StandardizedShots) -> f64| self.problem.points.iter().map(of).sum::<f64>();
         let (perforated, stopped) = (sum(|point| point.perforated), sum(|point| point.stopped));
         let best = match perforated / (perforated + stopped) {
             0.0 => f64::NEG_INFINITY,
@@ -153,10 +120,10 @@ impl ProfileLikelihood {
 
     /// η = z + β (u − t).
     fn line(&self, t: f64, beta: f64) -> LinearPredictor {
-        LinearPredictor { alpha: self.z - beta * t, beta }
+        LinearPredictor::new(self.z - beta * t, beta)
     }
 
-    /// The largest log-likelihood at t.
+    /// Largest log-likelihood at t.
     fn height(&self, t: f64) -> f64 {
         if self.penalty {
             let at = |log: f64| self.problem.penalised(self.line(t, log.exp()));
@@ -166,7 +133,7 @@ impl ProfileLikelihood {
         self.problem.log_likelihood(self.line(t, self.steepness(t)))
     }
 
-    /// The best β ≥ 0 at t: Newton's method between bounds.
+    /// Best β ≥ 0 at t: Newton's method between bounds.
     fn steepness(&self, t: f64) -> f64 {
         let link = self.problem.link;
         let slopes = |beta: f64| {
@@ -213,5 +180,120 @@ impl ProfileLikelihood {
             beta = next;
         }
         beta
+    }
+}
+
+/// Root of a function between `a` and `b`, to within `tolerance`: regula falsi (Illinois), halved where that is slow.
+fn root(f: impl Fn(f64) -> f64, mut a: f64, mut b: f64, tolerance: f64) -> f64 {
+    let (mut fa, mut fb) = (f(a), f(b));
+    for step in 0..STEPS {
+        let middle = if step % 3 == 2 { 0.5 * (a + b) } else { (a * fb - b * fa) / (fb - fa) };
+        let x = if middle > a.min(b) && middle < a.max(b) { middle } else { 0.5 * (a + b) };
+        let fx = f(x);
+        if fx == 0.0 || (b - a).abs() <= tolerance {
+            return x;
+        }
+        if (fx > 0.0) == (fb > 0.0) {
+            fa *= 0.5;
+        } else {
+            (a, fa) = (b, fb);
+        }
+        (b, fb) = (x, fx);
+    }
+    b
+}
+
+/// End of an interval around `inside`: the place where a function, positive inside, becomes negative. The search takes steps that double,
+/// the first with the sign of the side, up to `last`; `None`: there is no end before it.
+pub(super) fn outer_end(f: impl Fn(f64) -> f64, inside: f64, step: f64, last: f64, tolerance: f64) -> Option<f64> {
+    let (mut inside, mut step) = (inside, step);
+    for _ in 0..STEPS {
+        let next = if step > 0.0 { (inside + step).min(last) } else { (inside + step).max(last) };
+        if f(next) < 0.0 {
+            return Some(root(f, inside, next, tolerance));
+        }
+        if next == last {
+            return None;
+        }
+        inside = next;
+        step *= 2.0;
+    }
+    None
+}
+
+/// Place, to within `tolerance`, and height of the maximum of a function with one, by golden sections.
+pub(super) fn peak(f: impl Fn(f64) -> f64, mut low: f64, mut high: f64, tolerance: f64) -> (f64, f64) {
+    let inner = |low: f64, high: f64| [high - GOLDEN * (high - low), low + GOLDEN * (high - low)];
+    let [mut a, mut b] = inner(low, high);
+    let (mut fa, mut fb) = (f(a), f(b));
+    for _ in 0..STEPS {
+        if high - low <= tolerance {
+            break;
+        }
+        if fa < fb {
+            (low, a, fa) = (a, b, fb);
+            b = inner(low, high)[1];
+            fb = f(b);
+        } else {
+            (high, b, fb) = (b, a, fa);
+            a = inner(low, high)[0];
+            fa = f(a);
+        }
+    }
+    if fa < fb { (b, fb) } else { (a, fa) }
+}
+
+/// Place and height of the largest of several maxima: first the best of evenly spaced places.
+pub(super) fn highest(f: impl Fn(f64) -> f64, low: f64, high: f64, count: usize, tolerance: f64) -> (f64, f64) {
+    let width = (high - low) / count as f64;
+    let at = |n: usize| low + width * n as f64;
+    let best = (0..=count)
+        .map(|n| (at(n), f(at(n))))
+        .fold((low, f64::NEG_INFINITY), |best, next| if next.1 > best.1 { next } else { best });
+    let found = peak(&f, (best.0 - width).max(low), (best.0 + width).min(high), tolerance);
+    if found.1 > best.1 { found } else { best }
+}
+
+/// Student's t with P(|T| ≤ t) = `level`.
+pub(super) fn student_t(level: f64, degrees: u64) -> f64 {
+    let root_of_degrees = (degrees as f64).sqrt();
+    root_of_degrees * root(|angle| within(angle, degrees) - level, 0.0, FRAC_PI_2, 1e-15).tan()
+}
+
+/// P(|T| ≤ √ν tan θ) as a finite sum (Abramowitz & Stegun 26.7.3, 26.7.4).
+fn within(angle: f64, degrees: u64) -> f64 {
+    let (sine, cosine) = angle.sin_cos();
+    let odd = degrees % 2;
+    let mut term = if odd == 1 { cosine } else { 1.0 };
+    let mut sum = 0.0;
+    let mut n = 2 + odd;
+    while n <= degrees {
+        sum += term;
+        term *= cosine * cosine * (n - 1) as f64 / n as f64;
+        n += 2;
+    }
+    if odd == 1 { FRAC_2_PI * (angle + sine * sum) } else { sine * sum }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::student_t;
+
+    /// Table of Abramowitz & Stegun, 26.10: P(|T| ≤ t).
+    #[test]
+    fn quantiles_of_students_t_are_the_printed_ones() {
+        for (level, degrees, expected) in [
+            (0.9, 1, 6.314),
+            (0.9, 2, 2.920),
+            (0.9, 3, 2.353),
+            (0.9, 10, 1.812),
+            (0.9, 30, 1.697),
+            (0.95, 5, 2.571),
+            (0.99, 7, 3.499),
+            (0.99, 120, 2.617),
+        ] {
+            let got = student_t(level, degrees);
+            assert!((got - expected).abs() < 6e-4, "{level} {degrees}: {got} instead of {expected}");
+        }
     }
 }

@@ -1,30 +1,57 @@
-//! Studies: a ballistic limit from many shots, fired at a range or computed.
+//! Studies: many runs of a case, and the ballistic limit that shots give, computed or fired at a range.
 //!
+//! ```text
+//! case ──► batch ──► shot_table ──► fit or threshold ──► limit ──► report
+//! ```
+//!
+//! - [`batch`] computes shots of a case, on the processor or on a device, and keeps their rows.
+//! - [`shots`] is `ripstop shots`, [`v50`] is `ripstop v50`, [`sweep`] runs either at many points, [`fit`] is `ripstop fit`.
 //! - [`outcomes`] counts what became of shots; [`link`](crate::num::link) is how the chance of a perforation grows with velocity.
-//! - [`binary_response`] fits V50 and scatter, [`interval`] says how sure they are, [`arithmetic_v50`] is what standards ask for.
-//! - [`residual_fit`] finds the limit from residual velocities.
-//! - [`weibull`](crate::num::random) is for what varies between shots.
-//! - [`batch`] computes many shots of a case; [`shots`] is `ripstop shots`, [`v50`] is `ripstop v50`, [`sweep`] runs either at many points.
-//! - [`fit`] is `ripstop fit`: a table of shots in, all of that out.
+//! - [`binary_response`] fits V50 and scatter, [`interval`] gives their confidence, [`residual_fit`] the limit from residual velocities.
+//! - [`report`] holds a result in words and tables, `page` makes HTML and SVG of it.
 //!
-//! Velocities have the unit of the shots, but in [`fit`] and [`arithmetic_v50::RULES`], which are in m/s.
+//! Velocities have the unit of the shots; [`outcomes::RULES`] are in m/s.
 
-pub mod arithmetic_v50;
 pub mod batch;
 pub mod bench;
 pub mod binary_response;
-mod error;
 pub mod fit;
 pub mod interval;
+pub mod limit;
+mod on_device;
 pub mod outcomes;
 mod page;
+pub mod report;
 pub mod residual_fit;
-mod search;
+pub mod shot_table;
 pub mod shots;
-mod student_t;
 pub mod sweep;
-mod threads;
+pub mod threshold;
 pub mod v50;
+pub mod v50_result;
 pub mod verify;
 
-pub use error::StudyError;
+/// Table, curve or option that a study cannot be made with.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("error: {place}\n  expected: {expected}\n  found: {found}\n  help: {help}")]
+pub struct StudyError {
+    /// File, with line and column where there are some; or option.
+    pub place: String,
+    /// Values that may stand there.
+    pub expected: String,
+    /// Value that stands there.
+    pub found: String,
+    /// Remedy.
+    pub help: String,
+}
+
+impl StudyError {
+    fn new(
+        place: impl Into<String>,
+        expected: impl Into<String>,
+        found: impl Into<String>,
+        help: impl Into<String>,
+    ) -> Self {
+        Self { place: place.into(), expected: expected.into(), found: found.into(), help: help.into() }
+    }
+}

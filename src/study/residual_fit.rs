@@ -4,9 +4,7 @@
 //! 0 < a ≤ 1, p ≥ 1. The curve rises from V₀ with an infinite slope, so intervals of V₀ are those of its profile: all V₀ at which the sum
 //! of squares is at most S (1 + t²/ν), the others chosen best.
 
-use super::interval::Bounds;
-use super::search::{highest, outer_end};
-use super::student_t;
+use super::interval::{Bounds, highest, outer_end, student_t};
 
 /// Exponents p that are tried.
 const EXPONENTS: [f64; 2] = [1.0, 10.0];
@@ -20,21 +18,21 @@ pub struct Passed {
     pub impact: f64,
     /// Residual velocity.
     pub residual: f64,
-    /// How many such shots.
+    /// Number of such shots.
     pub count: u64,
 }
 
-/// What is free.
+/// Model of the curve by its free parameters.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ResidualModel {
-    /// The limit.
+    /// Limit alone.
     RechtIpson,
-    /// The limit, the factor a and the exponent p.
+    /// Limit, factor a and exponent p.
     LambertJonas,
 }
 
 impl ResidualModel {
-    /// Names in JSON and in tables.
+    /// Name in JSON and in tables.
     pub fn words(self) -> &'static str {
         match self {
             Self::RechtIpson => "Recht-Ipson",
@@ -54,7 +52,7 @@ impl ResidualModel {
 /// A fitted curve.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ResidualFit {
-    /// What was free.
+    /// Model of the curve.
     pub curve: ResidualModel,
     /// Limit V₀, in the unit of the velocities.
     pub limit: f64,
@@ -68,15 +66,6 @@ pub struct ResidualFit {
     pub scatter: f64,
     /// Shots.
     pub count: u64,
-}
-
-/// Too few shots that passed, or velocities that do not differ.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct TooFew {
-    /// Different impact velocities that there are.
-    pub have: u64,
-    /// That there must be.
-    pub need: u64,
 }
 
 impl ResidualFit {
@@ -94,17 +83,17 @@ fn shape(impact: f64, limit: f64, exponent: f64) -> f64 {
     impact * (1.0 - (limit / impact).powf(exponent)).powf(1.0 / exponent)
 }
 
-/// Fits a curve to shots that passed; `level` of the interval. One more velocity than free parameters is needed.
+/// Curve fitted to shots that passed; `level` of the interval. One more velocity than free parameters is needed.
 ///
 /// # Errors
-/// Where there are fewer.
-pub fn residual_fit(curve: ResidualModel, shots: &[Passed], level: f64) -> Result<ResidualFit, TooFew> {
+/// Where there are fewer: the reason.
+pub fn residual_fit(curve: ResidualModel, shots: &[Passed], level: f64) -> Result<ResidualFit, String> {
     let mut velocities: Vec<f64> = shots.iter().filter(|shot| shot.count > 0).map(|shot| shot.impact).collect();
     velocities.sort_by(f64::total_cmp);
     velocities.dedup();
     let (have, need) = (velocities.len() as u64, curve.parameters() + 1);
     if have < need {
-        return Err(TooFew { have, need });
+        return Err(format!("needs {need} different velocities of shots that passed, there are {have}"));
     }
     let fastest = velocities.last().copied().unwrap_or(1.0);
     let unit = |shot: &Passed| Passed { impact: shot.impact / fastest, residual: shot.residual / fastest, ..*shot };
@@ -113,7 +102,7 @@ pub fn residual_fit(curve: ResidualModel, shots: &[Passed], level: f64) -> Resul
     let found = squares.least(limit);
     let count: u64 = shots.iter().map(|shot| shot.count).sum();
     let degrees = count - curve.parameters();
-    let t = student_t::quantile(level, degrees);
+    let t = student_t(level, degrees);
     let most = -least * (1.0 + t * t / degrees as f64);
     let bounds = squares.bounds(limit, most);
     let scale = |end: Option<f64>| end.map(|end| end * fastest);
@@ -136,7 +125,7 @@ struct Least {
     exponent: f64,
 }
 
-/// What is minimised; velocities over the fastest.
+/// Sum of squares to be minimised; velocities over the fastest.
 #[derive(Clone, Debug)]
 struct Squares {
     curve: ResidualModel,
@@ -144,7 +133,7 @@ struct Squares {
 }
 
 impl Squares {
-    /// The least sum of squares with this limit.
+    /// Least sum of squares with this limit.
     fn least(&self, limit: f64) -> Least {
         match self.curve {
             ResidualModel::RechtIpson => Least { sum: self.sum(limit, 1.0, 2.0), factor: 1.0, exponent: 2.0 },
@@ -157,7 +146,7 @@ impl Squares {
         }
     }
 
-    /// The same with this exponent too: the sum of squares is a parabola of the factor.
+    /// Least sum of squares with this limit and this exponent: the sum of squares is a parabola of the factor.
     fn with_exponent(&self, limit: f64, exponent: f64) -> Least {
         let (mut above, mut below) = (0.0, 0.0);
         for shot in &self.shots {

@@ -1,12 +1,18 @@
 //! `ripstop shots`: realisations of a case at velocities spread over a range.
 
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicU32, Ordering};
+
 use serde_json::json;
 
-use super::batch::{self, BatchError, BatchOptions, BatchPlan, ShotLog, ShotOrder, ShotRow, fire, order_case};
-use super::fit::{self, Fit, FitRequest};
-use crate::case::{Case, RANGE_STREAM};
+use super::batch::{self, Batch, BatchError, BatchOptions, BatchProgress, ShotOrder, locked};
+use super::fit::{Fit, FitRequest, FitRow, fit};
+use super::report::{Report, ReportTable};
+use super::shot_table::{ShotRow, ShotTable};
+use crate::case::{Case, RANGE_STREAM, Variability};
 use crate::num::random::DrawKey;
 use crate::output::Folder;
+use crate::output::number::short;
 use crate::run::graphics::DeviceUse;
 
 /// Name of the table.
@@ -15,49 +21,36 @@ const TABLE: &str = "shots.csv";
 pub const FILES: &[&str] = &["plan.json", TABLE, "shots.html", "shots.json"];
 /// Fraction by which the place in the range moves on from shot to shot: the golden ratio fills a range evenly, whatever the count.
 const GOLDEN: f64 = 0.618_033_988_749_894_9;
-/// Shots after each of which it is looked whether the interval is narrow enough.
-const BETWEEN_LOOKS: u32 = 10;
-/// Shots without an outcome of one setting from which on none is tried any more to learn the columns.
-const TRIES: u32 = 16;
+/// Shots between checks whether the interval is narrow enough.
+const BETWEEN_CHECKS: u32 = 10;
 
-/// What shots are wanted.
+/// Request of shots.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ShotsRequest {
-    /// How many at most.
+    /// Number of shots at most.
     pub count: u32,
     /// Range of the velocities [m/s]; `None`: that of the case.
     pub velocity: Option<[f64; 2]>,
     /// Half the width of the interval of V50 over V50 at which to stop early.
     pub until_width: Option<f64>,
-    /// How the limit is fitted.
+    /// Fit of the limit.
     pub fit: FitRequest,
 }
 
-/// What a batch is at.
-#[derive(Clone, Copy, Debug)]
-pub struct BatchProgress<'a> {
-    /// Shots that are there.
-    pub done: u32,
-    /// Shots wanted, at most.
-    pub of: u32,
-    /// The last estimate, where there is one.
-    pub fit: Option<&'a Fit>,
-}
-
-/// A finished batch.
+/// Result of a batch.
 #[derive(Clone, Debug)]
 pub struct ShotsResult {
     /// Rows by number.
     pub rows: Vec<ShotRow>,
-    /// What they tell of the limit.
+    /// Limit fitted to them.
     pub fit: Fit,
     /// Whether the interval was narrow enough before all were fired.
     pub early: bool,
-    /// What was taken of a device.
+    /// Use of the device.
     pub device: DeviceUse,
 }
 
-/// The order of a shot.
+/// Order of a shot.
 pub fn order(request: &ShotsRequest, seed: u32, shot: u32) -> ShotOrder {
     let velocity = request.velocity.map(|[low, high]| {
         let key = DrawKey { seed: u64::from(seed), shot: 0, ply: DrawKey::WHOLE, yarn: RANGE_STREAM, element: 0 };
@@ -67,38 +60,25 @@ pub fn order(request: &ShotsRequest, seed: u32, shot: u32) -> ShotOrder {
     ShotOrder { shot, velocity }
 }
 
-/// Columns of what a case draws.
-pub(super) fn drawn_columns(case: &Case, seed: u32, orders: impl Iterator<Item = ShotOrder>) -> Vec<String> {
-    let shots = orders.take(TRIES as usize).filter_map(|order| order_case(case, seed, order).ok());
-    let drawn = |shot: Case| shot.drawn.into_iter().map(|drawn| drawn.column).collect();
-    shots.map(drawn).next().unwrap_or_default()
-}
-
-/// The plan of a batch.
-pub fn plan(case: &Case, request: &ShotsRequest, options: &BatchOptions<'_>) -> BatchPlan {
-    // A longer batch may go on where a shorter one ended: the count is no part of what a row is.
-    BatchPlan::new("shots", case, options, json!({ "velocity_m_s": request.velocity }))
-}
-
 /// Begins a batch, or goes on with the one that is there.
 ///
 /// # Errors
 /// When the disk refuses, or another batch lies in the folder.
-pub(super) fn begin(
+pub(super) fn begin<'a>(
     case: &Case,
     request: &ShotsRequest,
-    options: &BatchOptions<'_>,
+    options: &BatchOptions<'a>,
     folder: &Folder,
-    resume: bool,
-) -> Result<ShotLog, BatchError> {
-    let drawn = drawn_columns(case, options.seed, (0..request.count).map(|shot| order(request, options.seed, shot)));
-    plan(case, request, options).begin(folder, FILES, resume)?;
-    ShotLog::open(folder, TABLE, drawn, resume)
+) -> Result<Batch<'a>, BatchError> {
+    // A longer batch may go on where a shorter one ended: the count is no part of the plan.
+    let parts = json!({ "velocity_m_s": request.velocity });
+    batch::begin("shots", case, options, parts, (folder, FILES))?;
+    Batch::open(case.clone(), options, folder, TABLE)
 }
 
-/// Which of the first shots have no row yet.
-pub(super) fn missing(log: &ShotLog, request: &ShotsRequest, seed: u32, count: u32) -> Vec<ShotOrder> {
-    (0..count).map(|shot| order(request, seed, shot)).filter(|order| log.find(*order).is_none()).collect()
+/// Orders of the first shots that have no row yet.
+pub(super) fn missing(table: &ShotTable, request: &ShotsRequest, seed: u32, count: u32) -> Vec<ShotOrder> {
+    (0..count).map(|shot| order(request, seed, shot)).filter(|order| table.find(*order).is_none()).collect()
 }
 
 /// Fires the shots that are not there yet and writes the table and the page.
@@ -110,83 +90,76 @@ pub fn run(
     request: &ShotsRequest,
     options: &BatchOptions<'_>,
     folder: &Folder,
-    resume: bool,
-    progress: &mut dyn FnMut(BatchProgress<'_>),
 ) -> Result<ShotsResult, BatchError> {
-    let mut log = begin(case, request, options, folder, resume)?;
-    let step = if request.until_width.is_some() { BETWEEN_LOOKS } else { request.count };
-    let mut wanted = 0;
-    let mut early = false;
-    let mut device = DeviceUse::default();
+    let batch = begin(case, request, options, folder)?;
+    let fitted = |table: &ShotTable, count: u32| {
+        let rows: Vec<FitRow> = table.rows(count).filter_map(ShotRow::fit_row).collect();
+        fit(&rows, request.fit)
+    };
+    let step = if request.until_width.is_some() { BETWEEN_CHECKS } else { request.count };
+    let (mut wanted, mut early) = (0, false);
     while wanted < request.count && !early {
         wanted = (wanted + step).min(request.count);
-        let missing = missing(&log, request, options.seed, wanted);
-        let mut done = wanted - missing.len() as u32;
-        let mut last = None;
-        let used = fire(case, &missing, options, &mut |row| {
-            log.add(row)?;
-            done += 1;
+        let missing = missing(&batch.table(), request, options.seed, wanted);
+        let (done, last) = (AtomicU32::new(wanted - missing.len() as u32), Mutex::new(None));
+        batch.fire(&missing, options.threads, &|table| {
+            let done = done.fetch_add(1, Ordering::Relaxed) + 1;
+            let mut last = locked(&last);
             // An estimate for every row of a thousand would be most of the work.
-            if done.is_multiple_of(BETWEEN_LOOKS) || done == wanted {
-                last = Some(estimate(&log, request));
+            if done.is_multiple_of(BETWEEN_CHECKS) || done == wanted {
+                *last = fitted(table, request.count).limit.v50();
             }
-            progress(BatchProgress { done, of: request.count, fit: last.as_ref() });
-            Ok(())
+            (options.progress)(BatchProgress { done, of: request.count, v50: *last });
         })?;
-        device = device.with(used);
-        early = wanted < request.count
-            && request.until_width.is_some_and(|width| is_narrow(&first(&log, wanted), request, width));
+        let is_narrow = |width: f64| {
+            let v50 = fitted(&batch.table(), wanted).limit.v50();
+            v50.is_some_and(|(v50, bounds)| bounds.is_narrow(Some(v50), width))
+        };
+        early = wanted < request.count && request.until_width.is_some_and(is_narrow);
     }
-    Ok(ShotsResult { early, device, ..finish(case, request, folder, log, wanted)? })
-}
-
-/// Rows of the first shots.
-fn first(log: &ShotLog, count: u32) -> Vec<&ShotRow> {
-    log.rows().filter(|row| row.order.shot < count).collect()
-}
-
-fn fitted(rows: &[&ShotRow], request: &ShotsRequest) -> Fit {
-    let rows: Vec<fit::FitRow> = rows.iter().filter_map(|row| row.as_fit_row()).collect();
-    fit::fit(&rows, request.fit)
-}
-
-fn estimate(log: &ShotLog, request: &ShotsRequest) -> Fit {
-    fitted(&first(log, request.count), request)
-}
-
-/// Whether the interval of V50 is narrow enough.
-fn is_narrow(rows: &[&ShotRow], request: &ShotsRequest, width: f64) -> bool {
-    fitted(rows, request).v50().is_some_and(|v50| v50.bounds.is_narrow(v50.value, width))
-}
-
-fn finish(
-    case: &Case,
-    request: &ShotsRequest,
-    folder: &Folder,
-    log: ShotLog,
-    count: u32,
-) -> Result<ShotsResult, BatchError> {
-    let table = log.table(|row| row.order.shot < count);
-    let rows: Vec<&ShotRow> = first(&log, count);
-    let fit = fitted(&rows, request);
-    let page = batch::html(&case.title, &rows, &fit, &notes(case));
-    let json = format!("{:#}\n", fit::json(&fit));
-    let rows = rows.into_iter().cloned().collect();
+    let table = batch.table().text(wanted);
+    let rows: Vec<ShotRow> = batch.table().rows(wanted).cloned().collect();
+    let fit = fitted(&batch.table(), wanted);
+    let result = ShotsResult { rows, fit, early, device: batch.device_use() };
+    let page = result.report(case, request).html(&format!("Shots: {}", case.title), "shots.csv");
+    let json = format!("{:#}\n", result.fit.json());
     // The table last: what is beside it is of it.
     folder.put(&[("shots.json", json), ("shots.html", page), (TABLE, table)], &[])?;
-    log.close()?;
-    Ok(ShotsResult { rows, fit, early: false, device: DeviceUse::default() })
+    batch.close()?;
+    Ok(result)
 }
 
-/// What a reader should know of a batch.
-pub fn notes(case: &Case) -> Vec<String> {
+impl ShotsResult {
+    /// Result in words, tables and drawings.
+    pub fn report(&self, case: &Case, request: &ShotsRequest) -> Report {
+        let mut report = Report { title: case.title.clone(), ..self.fit.report("shots") };
+        let count = self.rows.len();
+        let trusted = self.rows.iter().filter(|row| row.trust == "trust").count();
+        report.counts.push(format!("trust: {trusted} of {count} shots"));
+        if self.early {
+            let width = short(100.0 * request.until_width.unwrap_or_default(), 3);
+            let of = request.count;
+            report.counts.push(format!("stopped after {count} of {of} shots: the interval is within ± {width} %"));
+        }
+        let failed: Vec<&ShotRow> = self.rows.iter().filter(|row| row.perforated().is_none()).collect();
+        let reason = failed.first().map(|row| format!("shot {}: {}", row.order.shot, row.reason));
+        report.notes.extend(reason.map(|reason| format!("{} shots without an outcome; {reason}", failed.len())));
+        report.notes.extend(notes(case));
+        let row = |row: &&ShotRow| vec![row.order.shot.to_string(), short(row.velocity, 5), row.reason.clone()];
+        let heads = ["shot", "velocity m/s", ""];
+        report.page_tables.push(ReportTable::new("shots without an outcome", &heads, 0, failed.iter().map(row)));
+        report
+    }
+}
+
+/// Sentences on what varies from shot to shot, and what of it is assumed.
+pub(super) fn notes(case: &Case) -> Vec<String> {
     let mut notes = Vec::new();
-    let varies = case.variability.as_ref().is_some_and(crate::case::Variability::varies);
-    if !varies {
+    if !case.variability.as_ref().is_some_and(Variability::varies) {
         notes.push("nothing varies from shot to shot but the velocity: the case has no variability".to_owned());
     }
     let assumed = case.fields.iter().filter(|field| field.assumed && field.pointer.starts_with("/variability"));
-    // What varies, once each: not its distribution and its scatter apart.
+    // Once each: not its distribution and its scatter apart.
     let section = |pointer: &str| pointer.split('/').take(3).collect::<Vec<_>>().join("/");
     let mut assumed: Vec<String> =
         assumed.map(|field| section(&field.pointer)).filter(|pointer| pointer != "/variability/seed").collect();

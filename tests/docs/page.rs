@@ -22,16 +22,22 @@ pub(super) struct Block {
     pub(super) at: usize,
 }
 
-/// The README and every page of the book.
+/// The README, every page of the book and every decision.
 pub(super) fn all() -> Vec<Page> {
     let mut pages = vec![Page::read(Path::new("README.md"))];
     pages.extend(book());
+    pages.extend(folder("docs/decisions"));
     pages
 }
 
 /// Every page of the book, the summary too.
 pub(super) fn book() -> Vec<Page> {
-    let files = fs::read_dir("docs/src").unwrap().map(|entry| entry.unwrap().path());
+    folder("docs/src")
+}
+
+/// Pages of a folder, by name.
+fn folder(path: &str) -> Vec<Page> {
+    let files = fs::read_dir(path).unwrap().map(|entry| entry.unwrap().path());
     let mut files: Vec<PathBuf> =
         files.filter(|path| path.extension().is_some_and(|extension| extension == "md")).collect();
     files.sort();

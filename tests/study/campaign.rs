@@ -1,27 +1,25 @@
 //! Batches, thresholds and sweeps: what a shot gives does not depend on its company, and what was broken off ends as if it had not been.
 
-mod ballistic_limits;
-
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::Path;
-use std::sync::Mutex;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 
 use ripstop::case::{self, Case};
 use ripstop::num::link::Link;
 use ripstop::output::{Folder, residual_velocity};
 use ripstop::run::Precision;
-use ripstop::study::batch::{BatchError, BatchOptions, order_case};
+use ripstop::run::outcome::Outcome;
+use ripstop::study::batch::{BatchError, BatchOptions, BatchProgress, ShotOrder, order_case};
 use ripstop::study::fit::FitRequest;
-use ripstop::study::interval::Interval;
 use ripstop::study::shots::{self, ShotsRequest};
-use ripstop::study::sweep::factor::{Factor, grid};
-use ripstop::study::sweep::{self, SweepOf, SweepRequest};
+use ripstop::study::sweep::{self, Factor, SweepOf, SweepRequest, grid};
+use ripstop::study::threshold::middle;
+use ripstop::study::v50::{self, V50Request};
+use ripstop::study::v50_result::V50Result;
 use tempfile::TempDir;
 
 use crate::scene;
-use ballistic_limits::{limit, v50_request};
 
 /// A small ply.
 pub(super) const SMALL: &str = r#"{"title": "small ply", "fabric": {"file": "fabrics/s-720.json"},
@@ -29,7 +27,7 @@ pub(super) const SMALL: &str = r#"{"title": "small ply", "fabric": {"file": "fab
     "projectile": {"shape": "sphere", "diameter_mm": 5, "mass_g": 0.5, "velocity_m_s": 70}}"#;
 const VARIES: &str =
     r#"/variability={"hit": "unit_cell", "velocity": {"scatter_m_s": 3}, "modulus": {"scatter": 0.05}}"#;
-const FIT: FitRequest = FitRequest { link: Link::Probit, level: 0.9, interval: Interval::Likelihood };
+const FIT: FitRequest = FitRequest { link: Link::Probit, level: 0.9 };
 static QUIET: AtomicBool = AtomicBool::new(false);
 
 /// That case with changes, and few elements: it is shot in tens of milliseconds.
@@ -43,8 +41,18 @@ fn of_its_accuracy(sets: &[&str]) -> Case {
     case::from_str("small", SMALL, &sets).unwrap()
 }
 
-fn options(threads: usize) -> BatchOptions<'static> {
-    BatchOptions { seed: 3, threads, threads_per_shot: 1, precision: Precision::F64, device: None, interrupt: &QUIET }
+fn options(threads: usize, resume: bool) -> BatchOptions<'static> {
+    let precision = Precision::F64;
+    BatchOptions {
+        seed: 3,
+        threads,
+        threads_per_shot: 1,
+        precision,
+        device: None,
+        interrupt: &QUIET,
+        resume,
+        progress: &|_| {},
+    }
 }
 
 fn shots_request(count: u32) -> ShotsRequest {
@@ -66,7 +74,7 @@ fn files(path: &Path) -> BTreeMap<String, Vec<u8>> {
 }
 
 fn fire(case: &Case, count: u32, threads: usize, path: &Path, resume: bool) -> Result<shots::ShotsResult, BatchError> {
-    shots::run(case, &shots_request(count), &options(threads), &folder(path), resume, &mut |_| {})
+    shots::run(case, &shots_request(count), &options(threads, resume), &folder(path))
 }
 
 #[test]
@@ -118,14 +126,14 @@ fn an_interrupted_batch_keeps_its_rows_and_goes_on() {
     let [whole, broken] = [TempDir::new().unwrap(), TempDir::new().unwrap()];
     fire(&case, 6, 2, whole.path(), false).unwrap();
     let stop = AtomicBool::new(false);
-    let options = BatchOptions { interrupt: &stop, ..options(2) };
     let run = |resume: bool, after: u32| {
-        let mut progress = |at: shots::BatchProgress<'_>| {
+        let progress = |at: BatchProgress| {
             if at.done >= after {
                 stop.store(true, Ordering::Relaxed);
             }
         };
-        shots::run(&case, &shots_request(6), &options, &folder(broken.path()), resume, &mut progress)
+        let options = BatchOptions { interrupt: &stop, progress: &progress, ..options(2, resume) };
+        shots::run(&case, &shots_request(6), &options, &folder(broken.path()))
     };
     assert!(matches!(run(false, 2), Err(BatchError::Interrupted)));
     let kept = fs::read_to_string(broken.path().join("shots.csv.partial")).unwrap();
@@ -143,15 +151,14 @@ fn only_the_same_batch_goes_on() {
     let place = TempDir::new().unwrap();
     fire(&small(&[VARIES]), 2, 2, place.path(), false).unwrap();
     let error = |case: &Case, options: &BatchOptions<'_>, path: &Path| {
-        let error = shots::run(case, &shots_request(2), options, &folder(path), true, &mut |_| {}).unwrap_err();
-        error.to_string()
+        shots::run(case, &shots_request(2), options, &folder(path)).unwrap_err().to_string()
     };
     let heavier = small(&[VARIES, "/projectile/mass_g=0.6"]);
-    assert!(error(&heavier, &options(1), place.path()).contains("another case"));
-    let seed = BatchOptions { seed: 4, ..options(1) };
+    assert!(error(&heavier, &options(1, true), place.path()).contains("another case"));
+    let seed = BatchOptions { seed: 4, ..options(1, true) };
     assert!(error(&small(&[VARIES]), &seed, place.path()).contains("expected: seed 4"));
     let empty = TempDir::new().unwrap();
-    let error = error(&small(&[VARIES]), &options(1), empty.path());
+    let error = error(&small(&[VARIES]), &options(1, true), empty.path());
     assert!(error.contains("the plan of a batch that was begun here") && error.contains("help:"), "{error}");
     // The rows that are there stay.
     assert_eq!(fs::read_to_string(place.path().join("shots.csv")).unwrap().lines().count(), 3);
@@ -182,15 +189,9 @@ fn shots_without_any_outcome_end_in_rows_with_a_reason() {
     assert!(shots.rows.len() == 3 && shots.rows.iter().all(|row| row.reason.contains("undecided")), "{:?}", shots.rows);
     let found = limit(&case, &v50_request(2), 2, TempDir::new().unwrap().path(), false);
     assert!(found.v50.is_none() && found.failed > 0, "{found:?}");
-    let of = SweepOf::Shots(ShotsRequest { count: 1, velocity: None, until_width: None, fit: FIT });
-    let request = SweepRequest {
-        factors: vec![Factor::parse("/pack/plies=1,2").unwrap()],
-        level: 0.9,
-        points: vec![vec!["1".to_owned()], vec!["2".to_owned()]],
-        cases: vec![(case.clone(), of), (small(&["/solver/end_time_us=2", "/pack/plies=2"]), of)],
-    };
+    let request = sweep_request(&["/pack/plies=1,2"], &["/solver/end_time_us=2"]);
     let out = TempDir::new().unwrap();
-    let swept = sweep::run(&request, &options(2), &folder(out.path()), false, "small ply", &|_| {}).unwrap();
+    let swept = sweep::run(&request, &options(2, false), &folder(out.path()), "small ply").unwrap();
     assert!(swept.points.iter().all(|point| point.reason.contains("undecided")), "{swept:?}");
 }
 
@@ -204,36 +205,38 @@ fn velocities_fill_their_range_and_a_narrow_interval_ends_a_batch() {
     );
     let place = TempDir::new().unwrap();
     let request = ShotsRequest { until_width: Some(0.3), ..request };
-    let found =
-        shots::run(&small(&[VARIES]), &request, &options(2), &folder(place.path()), false, &mut |_| {}).unwrap();
+    let found = shots::run(&small(&[VARIES]), &request, &options(2, false), &folder(place.path())).unwrap();
     assert!(found.early && found.rows.len() < 40, "{}", found.rows.len());
-    let v50 = found.fit.v50().unwrap();
-    assert!(0.5 * (v50.bounds.high.unwrap() - v50.bounds.low.unwrap()) <= 0.3 * v50.value.unwrap());
+    let (v50, bounds) = found.fit.limit.v50().unwrap();
+    assert!(0.5 * (bounds.high.unwrap() - bounds.low.unwrap()) <= 0.3 * v50);
+}
+
+/// One shot at every point of a grid.
+fn sweep_request(over: &[&str], sets: &[&str]) -> SweepRequest {
+    let factors: Vec<Factor> = over.iter().map(|text| Factor::parse(text).unwrap()).collect();
+    let of = |values: Vec<String>| {
+        let over = factors.iter().zip(&values).map(|(factor, value)| format!("{}={value}", factor.pointer));
+        let all: Vec<String> = sets.iter().map(|set| (*set).to_owned()).chain(over).collect();
+        let case = small(&all.iter().map(String::as_str).collect::<Vec<_>>());
+        (values, case)
+    };
+    let points = grid(&factors).unwrap().into_iter().map(of).collect();
+    let of = SweepOf::Shots(ShotsRequest { count: 1, velocity: None, until_width: None, fit: FIT });
+    SweepRequest { factors, level: 0.9, of, points }
 }
 
 #[test]
 fn a_sweep_has_a_row_for_every_point_and_goes_on() {
-    let factors: Vec<Factor> = ["/pack/plies=1,2", "/projectile/velocity_m_s=30..230:100"]
-        .iter()
-        .map(|text| Factor::parse(text).unwrap())
-        .collect();
-    let points = grid(&factors).unwrap();
-    let of = |values: &Vec<String>| {
-        let sets: Vec<String> =
-            factors.iter().zip(values).map(|(factor, value)| format!("{}={value}", factor.pointer)).collect();
-        let case = small(&sets.iter().map(String::as_str).collect::<Vec<_>>());
-        (case, SweepOf::Shots(ShotsRequest { count: 1, velocity: None, until_width: None, fit: FIT }))
-    };
-    let cases = points.iter().map(of).collect();
-    let request = SweepRequest { factors: factors.clone(), level: 0.9, points, cases };
-    let seen = Mutex::new(0);
+    let request = sweep_request(&["/pack/plies=1,2", "/projectile/velocity_m_s=30..230:100"], &[]);
+    let seen = AtomicU32::new(0);
     let run = |path: &Path, resume: bool| {
-        let count = |done: usize| *seen.lock().unwrap() = done;
-        sweep::run(&request, &options(2), &folder(path), resume, "small ply", &count).unwrap()
+        let progress = |at: BatchProgress| seen.store(at.done, Ordering::Relaxed);
+        let options = BatchOptions { progress: &progress, ..options(2, resume) };
+        sweep::run(&request, &options, &folder(path), "small ply").unwrap()
     };
     let [whole, broken] = [TempDir::new().unwrap(), TempDir::new().unwrap()];
     let results = run(whole.path(), false);
-    assert_eq!((results.points.len(), *seen.lock().unwrap()), (6, 6));
+    assert_eq!((results.points.len(), seen.load(Ordering::Relaxed)), (6, 6));
     let residual: Vec<f64> = results.points.iter().map(|result| result.numbers[0].unwrap()).collect();
     assert!(residual[0] == 0.0 && residual[1] > residual[4] && residual[5] > 0.0, "{residual:?}");
     let table = fs::read_to_string(whole.path().join("sweep.csv")).unwrap();
@@ -248,4 +251,138 @@ fn a_sweep_has_a_row_for_every_point_and_goes_on() {
     }
     run(broken.path(), true);
     assert_eq!(files(broken.path()), files(whole.path()));
+}
+
+/// A smaller ply, that a finer mesh is asked of.
+fn smaller(sets: &[&str]) -> Case {
+    let smaller = ["/pack/width_mm=13", "/pack/height_mm=13", "/projectile/diameter_mm=3", "/projectile/mass_g=0.15"];
+    of_its_accuracy(&[&smaller[..], sets].concat())
+}
+
+fn v50_request(count: u32) -> V50Request {
+    V50Request { count, until_width: None, bracket: 0.01, refined: 0, level: 0.9 }
+}
+
+fn limit(case: &Case, request: &V50Request, threads: usize, path: &Path, resume: bool) -> V50Result {
+    v50::run(case, request, &options(threads, resume), &folder(path)).unwrap()
+}
+
+#[test]
+fn thresholds_are_where_the_outcome_of_their_realisation_turns() {
+    let case = small(&[VARIES]);
+    let [one, other] = [TempDir::new().unwrap(), TempDir::new().unwrap()];
+    let request = v50_request(5);
+    let found = limit(&case, &request, 2, one.path(), false);
+    let brackets: Vec<[f64; 2]> = found.thresholds.iter().map(|found| found.clone().unwrap()).collect();
+    assert_eq!(brackets.len(), 5);
+    // The scatter of the impact velocity moves shots, not the limit.
+    let still = small(&[VARIES, "/variability/velocity=null"]);
+    for (realisation, [low, high]) in brackets.iter().enumerate().take(2) {
+        let outcome = |velocity: &f64| {
+            let order = ShotOrder { shot: realisation as u32, velocity: Some(*velocity) };
+            scene::run(&order_case(&still, 3, order).unwrap()).outcome == Outcome::Perforated
+        };
+        assert_eq!([low, high].map(outcome), [false, true]);
+        assert!(high / low < 1.0101);
+    }
+    let middles: Vec<f64> = brackets.iter().copied().map(middle).collect();
+    assert!((found.v50.unwrap() - middles.iter().sum::<f64>() / 5.0).abs() < 1e-9);
+    let [low, high] = [found.bounds.low.unwrap(), found.bounds.high.unwrap()];
+    let parts = found.width;
+    let half = 0.5 * (high - low);
+    assert!(
+        (half - parts.sampling.unwrap().hypot(parts.numerical.hypot(parts.bracket))).abs() < 1e-6,
+        "{half} {parts:?}"
+    );
+    // What mesh and time step make of a limit is twice what half as long elements did to the README's ply, as errors of first order have
+    // it, but no less than what is kept for other projectiles and fabrics, which they moved by up to 1.75 % (docs/src/objectivity.md).
+    let largest = 0.25_f64;
+    let numerical = 100.0 * parts.numerical / found.v50.unwrap();
+    assert!((numerical - (2.0 * largest).max(1.75)).abs() < 0.01, "{numerical} {largest} %");
+    // Threads change nothing, nor does an end in between.
+    limit(&case, &request, 1, other.path(), false);
+    let expected = files(one.path());
+    assert_eq!(files(other.path()), expected);
+    let table = &expected["v50.csv"];
+    for end in [table.len() / 3, table.len() / 2, table.len() - 5] {
+        let broken = TempDir::new().unwrap();
+        fs::write(broken.path().join("plan.json"), &expected["plan.json"]).unwrap();
+        fs::write(broken.path().join("v50.csv.partial"), &table[..end]).unwrap();
+        limit(&case, &request, 2, broken.path(), true);
+        assert!(files(broken.path()) == expected, "cut at byte {end}");
+    }
+}
+
+#[test]
+fn a_finer_mesh_corrects_the_limit_by_what_it_moves_single_thresholds() {
+    let case = smaller(&[VARIES]);
+    let place = TempDir::new().unwrap();
+    let request = V50Request { refined: 2, ..v50_request(3) };
+    let found = limit(&case, &request, 2, place.path(), false);
+    let coarse: Vec<f64> = found.thresholds.iter().map(|found| middle(found.clone().unwrap())).collect();
+    // The thresholds on the finer mesh, from the outcomes of the shots that were fired on it.
+    let table = fs::read_to_string(place.path().join("v50-refined.csv")).unwrap();
+    let mut reader = csv::Reader::from_reader(table.as_bytes());
+    let shots: Vec<BTreeMap<String, String>> = reader.deserialize().map(Result::unwrap).collect();
+    assert_eq!(found.refined_shots, shots.len());
+    let velocity = |row: &BTreeMap<String, String>| row["asked_velocity_m_s"].parse::<f64>().unwrap();
+    let fine = |number: &str| {
+        let of = |perforated: &str| -> Vec<f64> {
+            shots.iter().filter(|row| row["shot"] == number && row["perforated"] == perforated).map(velocity).collect()
+        };
+        let low = of("0").into_iter().fold(0.0, f64::max);
+        middle([low, of("1").into_iter().fold(f64::INFINITY, f64::min)])
+    };
+    let ratios = [fine("0") / coarse[0], fine("1") / coarse[1]];
+    assert!(ratios.iter().all(|ratio| (0.9..1.1).contains(ratio)), "{ratios:?}");
+    assert!(shots.iter().all(|row| row["shot"] != "2"));
+    let refinement = found.refinement.unwrap();
+    assert!((refinement.ratio - 0.5 * (ratios[0] + ratios[1])).abs() < 1e-12);
+    let mean = coarse.iter().sum::<f64>() / 3.0;
+    let v50 = found.v50.unwrap();
+    assert!((v50 - mean * (1.5 * refinement.ratio - 0.5)).abs() < 1e-9);
+    // What is left besides is the largest spread over place and time step that was measured.
+    let rest = (found.width.numerical / v50).powi(2) - refinement.open().powi(2) - refinement.half_width(0.9).powi(2);
+    let largest = 0.5_f64;
+    assert!((100.0 * rest.sqrt() - largest).abs() < 0.01, "{} {largest} %", 100.0 * rest.sqrt());
+    // They are shots of the same realisation with the mesh of the other accuracy.
+    let finer = smaller(&[VARIES, "/variability/velocity=null", "/solver/accuracy=converged"]);
+    let order = ShotOrder { shot: 0, velocity: Some(velocity(&shots[0])) };
+    let run = scene::run(&order_case(&finer, 3, order).unwrap());
+    assert_eq!((run.outcome.word(), run.steps.to_string()), (shots[0]["outcome"].as_str(), shots[0]["steps"].clone()));
+    // Without them the shots on the mesh of the case are the same.
+    let other = TempDir::new().unwrap();
+    let plain = limit(&case, &v50_request(3), 2, other.path(), false);
+    assert_eq!(plain.thresholds, found.thresholds);
+    assert!(!other.path().join("v50-refined.csv").exists() && plain.refinement.is_none());
+    // An end among them changes nothing.
+    let expected = files(place.path());
+    let broken = TempDir::new().unwrap();
+    fs::write(broken.path().join("plan.json"), &expected["plan.json"]).unwrap();
+    fs::write(broken.path().join("v50.csv.partial"), &expected["v50.csv"]).unwrap();
+    fs::write(broken.path().join("v50-refined.csv.partial"), &table[..table.len() / 2]).unwrap();
+    limit(&case, &request, 1, broken.path(), true);
+    assert!(files(broken.path()) == expected);
+    // A case on that mesh has nothing to be corrected by.
+    let third = TempDir::new().unwrap();
+    let found = limit(&smaller(&["/solver/accuracy=converged"]), &request, 2, third.path(), false);
+    assert!(found.refinement.is_none() && (found.width.numerical / found.v50.unwrap() - 0.0125).abs() < 1e-12);
+}
+
+#[test]
+fn a_case_in_which_nothing_varies_has_one_threshold_and_says_so() {
+    let place = TempDir::new().unwrap();
+    let request = v50_request(30);
+    let case = small(&[]);
+    let found = limit(&case, &request, 2, place.path(), false);
+    assert_eq!((found.thresholds.len(), found.sigma, found.width.sampling), (1, None, Some(0.0)));
+    assert!(found.notes(&case)[0].starts_with("nothing varies from shot to shot"));
+    let json: serde_json::Value = serde_json::from_slice(&fs::read(place.path().join("v50.json")).unwrap()).unwrap();
+    for name in ["v50_m_s", "low_m_s", "high_m_s", "level", "sigma_m_s", "v10_m_s", "v90_m_s", "shots", "non_monotone"]
+    {
+        assert!(json.get(name).is_some(), "{name}");
+    }
+    assert!(
+        json["low_m_s"].as_f64() < json["v50_m_s"].as_f64() && json["v50_m_s"].as_f64() < json["high_m_s"].as_f64()
+    );
 }

@@ -1,8 +1,11 @@
-//! Maximum likelihood, Firth's penalty, refusals.
+//! Maximum likelihood, Firth's penalty, intervals, arithmetic V50, residual velocities, refusals.
 
 use ripstop::num::link::Link;
-use ripstop::study::binary_response::{Estimate, Method, NoEstimate, fit};
-use ripstop::study::outcomes::{Group, Outcomes};
+use ripstop::num::random::DrawKey;
+use ripstop::study::binary_response::{self as binary, Estimate, fit};
+use ripstop::study::interval::{Bounds, interval};
+use ripstop::study::outcomes::{Group, Outcomes, arithmetic_v50};
+use ripstop::study::residual_fit::{Passed, ResidualModel, residual_fit};
 
 use super::{GONOGO, NEYER, WU_TIAN, near, outcomes};
 
@@ -108,7 +111,7 @@ fn an_estimate_is_a_maximum_and_its_covariance_the_inverse_information() {
 #[test]
 fn without_overlap_firths_penalty_gives_the_estimate_and_says_so() {
     let found = fit(Link::Logit, &outcomes("400/0 500/1")).unwrap();
-    assert_eq!(found.method, Method::Firth);
+    assert!(found.firth);
     near(found.mu, 450.0, 1e-9);
     near(found.sigma, 50.0 / 3.0_f64.ln(), 1e-7);
     let outcomes = outcomes("400/0 430/0 445/0 460/1 500/1");
@@ -139,14 +142,14 @@ fn without_overlap_firths_penalty_gives_the_estimate_and_says_so() {
 #[test]
 fn shots_that_tell_nothing_are_refused_with_the_reason() {
     for (text, why) in [
-        ("", NoEstimate::NoShots),
-        ("400/0 450/0 500/0", NoEstimate::AllStopped),
-        ("400/1 450/1", NoEstimate::AllPerforated),
-        ("400/1 400/0 400/1", NoEstimate::OneVelocity),
-        ("400/1 450/0", NoEstimate::Inverted),
-        ("400/1 450/0 500/0 500/1", NoEstimate::Inverted),
+        ("", binary::NO_SHOTS),
+        ("400/0 450/0 500/0", binary::ALL_STOPPED),
+        ("400/1 450/1", binary::ALL_PERFORATED),
+        ("400/1 400/0 400/1", binary::ONE_VELOCITY),
+        ("400/1 450/0", binary::INVERTED),
+        ("400/1 450/0 500/0 500/1", binary::INVERTED),
         // Perforations and stops of the same mean velocity: σ is infinite.
-        ("400/1 450/0 500/1", NoEstimate::Inverted),
+        ("400/1 450/0 500/1", binary::INVERTED),
     ] {
         for link in [Link::Probit, Link::Logit] {
             assert_eq!(fit(link, &outcomes(text)), Err(why), "{text}");
@@ -168,4 +171,208 @@ fn units_and_counts_do_not_matter() {
     near(same.sigma, 100.0 * found.sigma, 1e-6);
     near(same.deviance(), 7.0 * found.deviance(), 1e-8);
     near(same.standard_error(0.9), 100.0 * found.standard_error(0.9) / 7.0_f64.sqrt(), 1e-6);
+}
+
+fn bounds(text: &str, p: f64, level: f64) -> Bounds {
+    let outcomes = outcomes(text);
+    let found = fit(Link::Probit, &outcomes).ok();
+    interval(Link::Probit, &outcomes, found.as_ref(), p, level)
+}
+
+#[track_caller]
+fn ends(got: Bounds, expected: [f64; 2], tolerance: f64) {
+    near(got.low.unwrap(), expected[0], tolerance);
+    near(got.high.unwrap(), expected[1], tolerance);
+}
+
+#[test]
+fn published_sets_give_the_published_intervals() {
+    let all = format!("{WU_TIAN} {GONOGO}");
+    // Estimate and standard error: 1.644854 is the normal quantile of 95 %.
+    let found = probit(&all);
+    let half = 1.644_854 * found.standard_error(0.5);
+    let bounds_by_error = Bounds { low: Some(found.mu - half), high: Some(found.mu + half) };
+    ends(bounds_by_error, [9.4078, 10.9329], 6e-5);
+    ends(bounds(&all, 0.5, 0.9), [9.1593, 10.7550], 6e-5);
+    // The published search stops at a log-likelihood within 1e-5: the fourth digit is not sure.
+    ends(bounds(&all, 0.9, 0.9), [10.7655, 12.2565], 2e-4);
+    ends(bounds(NEYER, 0.5, 0.95), [4.487, 6.530], 6e-4);
+}
+
+/// Many shots at two velocities: V50 lies where both counts are alike, and the interval is that of two binomials. At V50 = t the best β
+/// solves a line through (t, ½); here the symmetric pair makes both ends lie alike around the middle.
+#[test]
+fn a_symmetric_set_has_a_symmetric_interval() {
+    let text = ["400/0"; 9].join(" ") + " 400/1 500/0 " + &["500/1"; 9].join(" ");
+    let found = bounds(&text, 0.5, 0.9);
+    near(found.low.unwrap() + found.high.unwrap(), 900.0, 1e-5);
+    assert!(found.low.unwrap() > 400.0 && found.high.unwrap() < 500.0, "{found:?}");
+}
+
+/// Where a constant chance explains the shots within the confidence, no velocity can be left out.
+#[test]
+fn few_shots_give_an_interval_without_an_end() {
+    // 3 ln ½ − ln-likelihood of the fit is above −½ χ² at 99 %: both ends are open.
+    assert_eq!(bounds("400/0 450/1 440/0 420/1 500/1", 0.5, 0.99), Bounds::default());
+    // At 50 % it is not.
+    let found = bounds("400/0 450/1 440/0 420/1 500/1", 0.5, 0.5);
+    assert!(found.low.is_some() && found.high.is_some(), "{found:?}");
+}
+
+/// Three stops: at V50 = t below all, each had at most a chance of one half to be stopped; 2⁻³ is less than exp(−½ χ²).
+#[test]
+fn one_outcome_alone_bounds_the_limit_on_one_side() {
+    let found = bounds("400/0 400/0 400/0", 0.5, 0.9);
+    near(found.low.unwrap(), 400.0, 1e-6);
+    assert_eq!(found.high, None);
+    let found = bounds("400/1 400/1 400/1", 0.5, 0.9);
+    near(found.high.unwrap(), 400.0, 1e-6);
+    assert_eq!(found.low, None);
+    // One shot is not enough: ½ is more than exp(−½ χ²) = 0.26.
+    assert_eq!(bounds("400/0", 0.5, 0.9), Bounds::default());
+}
+
+/// The definition, at the ends of the interval of a quantile: the best likelihood there is less by half the quantile of χ².
+#[test]
+fn at_an_end_the_likelihood_has_fallen_by_half_of_chi_square() {
+    let all = outcomes(&format!("{WU_TIAN} {GONOGO}"));
+    for link in [Link::Probit, Link::Logit] {
+        let found = fit(link, &all).unwrap();
+        for p in [0.1, 0.5, 0.9] {
+            let bounds = interval(link, &all, Some(&found), p, 0.95);
+            for t in [bounds.low.unwrap(), bounds.high.unwrap()] {
+                let at = |sigma: f64| -> f64 {
+                    let mu = t - link.quantile(p) * sigma;
+                    let terms = all.groups().iter().map(|group| {
+                        let eta = (group.velocity - mu) / sigma;
+                        group.perforated as f64 * link.ln_probability(eta)
+                            + group.stopped as f64 * link.ln_probability(-eta)
+                    });
+                    terms.sum()
+                };
+                let best = (0..20_000).map(|n| at(0.1 * (3e-4 * f64::from(n)).exp())).fold(f64::NEG_INFINITY, f64::max);
+                // 1.959964² = 3.841459.
+                near(found.log_likelihood - best, 0.5 * 3.841459, 2e-6);
+            }
+        }
+    }
+}
+
+/// Lowest perforations and highest stops. A published set of 3 + 3 has the mean 1241.5 and the spread 478: its extremes are kept here.
+#[test]
+fn the_arithmetic_v50_takes_equally_many_close_perforations_and_stops() {
+    let by = |text: &str, rule: usize| arithmetic_v50(&outcomes(text))[rule].clone();
+    let text = "480/0 500/0 505/0 512/0 508/1 515/1 520/1 560/1";
+    let found = by(text, 1);
+    assert_eq!((found.rule.as_str(), found.standard), ("3 + 3 within 38 m/s", "MIL-STD-662F"));
+    near(found.value.unwrap(), (500.0 + 505.0 + 512.0 + 508.0 + 515.0 + 520.0) / 6.0, 1e-9);
+    near(found.spread.unwrap(), 20.0, 1e-9);
+    near(by(text, 0).value.unwrap(), (505.0 + 512.0 + 508.0 + 515.0) / 4.0, 1e-9);
+    let wide = by("1000/0 1200/0 1250/0 1240/1 1281/1 1478/1", 1);
+    assert_eq!((wide.value, wide.refused.as_deref()), (None, Some("spread 478 m/s, mean 1241.5 m/s")));
+    // A spread that is just met is met.
+    let within = |fastest: &str| by(&format!("400/0 410/0 420/0 425/1 430/1 {fastest}/1"), 1).value;
+    assert!(within("438").is_some() && within("438.1").is_none());
+    let few = by("400/0 410/0 430/1 432/1 434/1", 1);
+    assert_eq!((few.spread, few.refused.as_deref()), (None, Some("perforations: 3, stops: 2")));
+}
+
+fn exact(factor: f64, exponent: f64, limit: f64) -> Vec<Passed> {
+    let shot = |n: i32| {
+        let impact = limit + 25.0 * f64::from(n);
+        let residual = factor * (impact.powf(exponent) - limit.powf(exponent)).powf(1.0 / exponent);
+        Passed { impact, residual, count: 1 }
+    };
+    (1..=12).map(shot).collect()
+}
+
+#[test]
+fn a_curve_is_found_again_from_its_own_points() {
+    for (factor, exponent, limit) in [(1.0, 2.0, 300.0), (0.8, 2.5, 420.0), (0.95, 1.3, 150.0)] {
+        let found = residual_fit(ResidualModel::LambertJonas, &exact(factor, exponent, limit), 0.9).unwrap();
+        near(found.limit, limit, 1e-4);
+        near(found.factor, factor, 1e-6);
+        near(found.exponent, exponent, 1e-5);
+        near(
+            found.residual(limit + 100.0),
+            factor * ((limit + 100.0).powf(exponent) - limit.powf(exponent)).powf(1.0 / exponent),
+            1e-4,
+        );
+        assert_eq!(found.residual(limit - 1.0), 0.0);
+    }
+    let found = residual_fit(ResidualModel::RechtIpson, &exact(1.0, 2.0, 300.0), 0.9).unwrap();
+    near(found.limit, 300.0, 1e-5);
+    assert_eq!((found.factor, found.exponent), (1.0, 2.0));
+}
+
+/// Far above the limit Recht's and Ipson's curve is a line of V₀²: the interval is then the textbook's.
+#[test]
+fn far_from_the_limit_the_interval_is_that_of_a_line() {
+    let noise = [3.0, -2.0, 1.0, -4.0, 2.0];
+    let shots: Vec<Passed> = noise
+        .iter()
+        .enumerate()
+        .map(|(n, noise)| {
+            let impact = 2000.0 + 50.0 * n as f64;
+            Passed { impact, residual: (impact * impact - 300.0 * 300.0).sqrt() + noise, count: 1 }
+        })
+        .collect();
+    let found = residual_fit(ResidualModel::RechtIpson, &shots, 0.9).unwrap();
+    // dVr/dV₀ = −V₀/Vr; t of 4 degrees of freedom at 90 % is 2.1318.
+    let squares: f64 = shots.iter().map(|shot| (found.limit / found.residual(shot.impact)).powi(2)).sum();
+    let sum: f64 = shots.iter().map(|shot| (shot.residual - found.residual(shot.impact)).powi(2)).sum();
+    near(found.scatter, (sum / 4.0).sqrt(), 1e-6);
+    let half = 2.1318 * found.scatter / squares.sqrt();
+    near(found.bounds.high.unwrap() - found.bounds.low.unwrap(), 2.0 * half, 0.02 * half);
+}
+
+#[test]
+fn intervals_hold_the_limit_as_often_as_they_say() {
+    let mut held = [0; 2];
+    let ranges = 400;
+    for range in 0..ranges {
+        let noise = |n: u32| {
+            8.0 * Link::Probit.quantile(DrawKey { seed: 3, shot: range, element: n, ..DrawKey::default() }.uniform()[0])
+        };
+        let range = |factor: f64, exponent: f64| -> Vec<Passed> {
+            let shot = |n: u32| {
+                let impact = 300.0 + 15.0 * f64::from(n);
+                let residual = factor * (impact.powf(exponent) - 300_f64.powf(exponent)).powf(1.0 / exponent);
+                Passed { impact, residual: (residual + noise(n)).clamp(0.0, impact), count: 1 }
+            };
+            (1..=10).map(shot).collect()
+        };
+        for (held, (curve, shots)) in held
+            .iter_mut()
+            .zip([(ResidualModel::RechtIpson, range(1.0, 2.0)), (ResidualModel::LambertJonas, range(0.8, 2.2))])
+        {
+            *held += u32::from(residual_fit(curve, &shots, 0.9).unwrap().bounds.holds(300.0));
+        }
+    }
+    // Four standard errors of a share of 90 % among 400 are 6 %.
+    for held in held {
+        let share = f64::from(held) / f64::from(ranges);
+        assert!((share - 0.9).abs() < 0.06, "{share}");
+    }
+}
+
+#[test]
+fn counts_are_shots_and_too_few_are_refused() {
+    let mut shots = exact(0.9, 2.0, 300.0);
+    shots[3].residual += 10.0;
+    let twice: Vec<Passed> = shots.iter().chain(&shots).copied().collect();
+    let counted: Vec<Passed> = shots.iter().map(|shot| Passed { count: 2, ..*shot }).collect();
+    let [a, b] = [twice, counted].map(|shots| residual_fit(ResidualModel::LambertJonas, &shots, 0.9).unwrap());
+    near(a.limit, b.limit, 1e-6);
+    near(a.scatter, b.scatter, 1e-9);
+    assert_eq!((a.count, b.count), (24, 24));
+    assert_eq!(
+        residual_fit(ResidualModel::LambertJonas, &shots[..3], 0.9),
+        Err("needs 4 different velocities of shots that passed, there are 3".to_owned())
+    );
+    let same = [shots[0]; 5];
+    assert_eq!(
+        residual_fit(ResidualModel::RechtIpson, &same, 0.9),
+        Err("needs 2 different velocities of shots that passed, there are 1".to_owned())
+    );
 }

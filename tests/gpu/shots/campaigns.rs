@@ -11,11 +11,10 @@ use ripstop::num::link::Link;
 use ripstop::output::{Folder, residual_velocity};
 use ripstop::study::batch::{ShotOrder, order_case};
 use ripstop::study::fit::FitRequest;
-use ripstop::study::interval::Interval;
 use ripstop::study::shots::ShotsRequest;
-use ripstop::study::sweep::factor::{Factor, grid};
-use ripstop::study::sweep::{self, SweepOf, SweepRequest};
+use ripstop::study::sweep::{self, Factor, SweepOf, SweepRequest, grid};
 use ripstop::study::v50::{self, V50Request};
+use ripstop::study::v50_result::V50Result;
 use tempfile::TempDir;
 
 use super::together::options;
@@ -34,7 +33,7 @@ const TINY: &str = r#"{"title": "tiny ply", "fabric": {"file": "fabrics/s-720.js
     "projectile": {"shape": "sphere", "diameter_mm": 3, "mass_g": 0.05, "velocity_m_s": 120}}"#;
 const VARIES: &str = r#"/variability={"obliquity": {"scatter_deg": 1},
     "yarn_strength": {"shape": 11.5, "gauge_length_mm": 125, "yarn_shape": 20}}"#;
-const FIT: FitRequest = FitRequest { link: Link::Probit, level: 0.9, interval: Interval::Likelihood };
+const FIT: FitRequest = FitRequest { link: Link::Probit, level: 0.9 };
 
 fn tiny(sets: &[&str]) -> Case {
     let sets: Vec<String> = sets.iter().map(|set| (*set).to_owned()).collect();
@@ -46,9 +45,9 @@ fn folder(path: &Path) -> Folder {
 }
 
 /// The limit of a case on a device, and what lies in its folder.
-fn limit(device: &Device, case: &Case, request: &V50Request, path: &Path, resume: bool) -> v50::V50Result {
+fn limit(device: &Device, case: &Case, request: &V50Request, path: &Path, resume: bool) -> V50Result {
     let quiet = AtomicBool::new(false);
-    let found = v50::run(case, request, &options(device, &quiet), &folder(path), resume, &mut |_| {});
+    let found = v50::run(case, request, &options(device, &quiet, resume), &folder(path));
     found.unwrap_or_else(|e| panic!("{e}"))
 }
 
@@ -112,19 +111,22 @@ fn turns(device: &'static Device) -> Outcome {
 
 fn points(device: &'static Device) -> Outcome {
     let factors = vec![Factor::parse("/projectile/velocity_m_s=100,200,300").map_err(|e| e.to_string())?];
-    let points = grid(&factors).map_err(|e| e.to_string())?;
+    let at = |values: Vec<String>| {
+        let case = tiny(&[&format!("/projectile/velocity_m_s={}", values[0])]);
+        (values, case)
+    };
+    let points = grid(&factors).map_err(|e| e.to_string())?.into_iter().map(at).collect();
     let of = SweepOf::Shots(ShotsRequest { count: 1, velocity: None, until_width: None, fit: FIT });
-    let cases = points.iter().map(|at| (tiny(&[&format!("/projectile/velocity_m_s={}", at[0])]), of)).collect();
-    let request = SweepRequest { factors, level: 0.9, points, cases };
+    let request = SweepRequest { factors, level: 0.9, of, points };
     let quiet = AtomicBool::new(false);
     let run = |path: &Path, resume: bool| {
-        let swept = sweep::run(&request, &options(device, &quiet), &folder(path), resume, "tiny ply", &|_| {});
+        let swept = sweep::run(&request, &options(device, &quiet, resume), &folder(path), "tiny ply");
         swept.unwrap_or_else(|e| panic!("{e}"))
     };
     let [whole, broken] = [TempDir::new().unwrap(), TempDir::new().unwrap()];
     let swept = run(whole.path(), false);
     assert_eq!((swept.device.shots, swept.device.room), (3, 3), "one batch");
-    for (number, (point, (case, _))) in swept.points.iter().zip(&request.cases).enumerate() {
+    for (number, (point, (_, case))) in swept.points.iter().zip(&request.points).enumerate() {
         assert_eq!(point.numbers[0], residual_velocity(case, &run_on(device, case)), "point {number}");
         let table = whole.path().join(format!("points/{number:04}/shots.csv"));
         assert!(table.exists() && !table.with_extension("csv.partial").exists());

@@ -4,9 +4,12 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use ripstop::case::Case;
 use ripstop::gpu::Device;
+use ripstop::output::Folder;
 use ripstop::run::graphics::{DeviceBatch, PreparedShot};
 use ripstop::run::{Precision, Run};
-use ripstop::study::batch::{BatchError, BatchOptions, ShotOrder, ShotRow, fire};
+use ripstop::study::batch::{Batch, BatchError, BatchOptions, ShotOrder};
+use ripstop::study::shot_table::ShotRow;
+use tempfile::TempDir;
 
 use super::{Outcome, Tests, resume, run_on, run_until};
 use crate::kept::{pack, ply, quarter, result};
@@ -89,9 +92,25 @@ fn one_goes_bad(device: &'static Device) -> Outcome {
     Ok(())
 }
 
-pub(super) fn options<'a>(device: &'a Device, interrupt: &'a AtomicBool) -> BatchOptions<'a> {
-    let (seed, precision) = (3, Precision::F32);
-    BatchOptions { seed, threads: 1, threads_per_shot: 1, precision, device: Some(device), interrupt }
+pub(super) fn options<'a>(device: &'a Device, interrupt: &'a AtomicBool, resume: bool) -> BatchOptions<'a> {
+    let (seed, precision, progress) = (3, Precision::F32, &|_| {});
+    BatchOptions { seed, threads: 1, threads_per_shot: 1, precision, device: Some(device), interrupt, resume, progress }
+}
+
+/// Fires shots in an empty folder until `stop` is raised, which the first row does where `once` is set.
+fn fire(
+    device: &Device,
+    case: &Case,
+    orders: &[ShotOrder],
+    stop: &AtomicBool,
+    once: bool,
+) -> (Result<(), BatchError>, Vec<ShotRow>, u64) {
+    let place = TempDir::new().unwrap();
+    let folder = Folder::prepare_for(place.path(), &[], &[]).unwrap();
+    let batch = Batch::open(case.clone(), &options(device, stop, false), &folder, "shots.csv").unwrap();
+    let ended = batch.fire(orders, 1, &|_| stop.store(once, Ordering::Relaxed));
+    let rows = batch.table().rows(u32::MAX).cloned().collect();
+    (ended, rows, batch.device_use().room)
 }
 
 fn order(shot: u32, velocity: f64) -> ShotOrder {
@@ -100,13 +119,9 @@ fn order(shot: u32, velocity: f64) -> ShotOrder {
 
 /// Rows by shot, and how many the device computed at a time at most.
 fn fired(device: &Device, case: &Case, orders: &[ShotOrder]) -> (Vec<ShotRow>, u64) {
-    let (quiet, mut rows) = (AtomicBool::new(false), Vec::new());
-    let used = fire(case, orders, &options(device, &quiet), &mut |row| {
-        rows.push(row);
-        Ok(())
-    });
-    rows.sort_by_key(|row: &ShotRow| row.order.shot);
-    (rows, used.unwrap_or_else(|e| panic!("{e}")).room)
+    let (ended, rows, room) = fire(device, case, orders, &AtomicBool::new(false), false);
+    ended.unwrap_or_else(|e| panic!("{e}"));
+    (rows, room)
 }
 
 /// A small ply whose yarns differ in strength from shot to shot.
@@ -148,14 +163,10 @@ fn apart(device: &'static Device) -> Outcome {
 fn interrupted(device: &'static Device) -> Outcome {
     let stop = AtomicBool::new(false);
     let orders = [order(0, 900.0), order(1, 60.0)];
-    let mut rows = 0;
-    let fired = fire(&varied(&["/solver/end_time_us=200"]), &orders, &options(device, &stop), &mut |_| {
-        rows += 1;
-        stop.store(true, Ordering::Relaxed);
-        Ok(())
-    });
+    let case = varied(&["/solver/end_time_us=200"]);
+    let (fired, rows, _) = fire(device, &case, &orders, &stop, true);
     match fired {
-        Err(BatchError::Interrupted) if rows == 1 => Ok(()),
-        other => Err(format!("{rows} rows, {other:?}")),
+        Err(BatchError::Interrupted) if rows.len() == 1 => Ok(()),
+        other => Err(format!("{} rows, {other:?}", rows.len())),
     }
 }

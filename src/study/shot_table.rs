@@ -1,0 +1,280 @@
+//! Table of shots: what was drawn for each and what became of it; appended row by row, sorted at the end.
+
+use std::collections::{BTreeMap, HashMap};
+use std::fs::{self, File};
+use std::io::{self, Write as _};
+use std::path::{Path, PathBuf};
+
+use csv::StringRecord;
+
+use super::batch::{BatchError, ShotOrder};
+use super::fit::FitRow;
+use super::outcomes::Shot;
+use crate::case::{Case, Drawn};
+use crate::output::checks::{Level, advice, checks};
+use crate::output::csv::{number, quoted};
+use crate::output::{Folder, OutputError, absorbed_energy, residual_velocity};
+use crate::run::Run;
+use crate::run::outcome::Outcome;
+
+/// Columns before those of what was drawn.
+const FIRST: [&str; 3] = ["shot", "asked_velocity_m_s", "velocity_m_s"];
+/// Columns after them.
+const LAST: [&str; 14] = [
+    "outcome",
+    "perforated",
+    "count",
+    "residual_velocity_m_s",
+    "impact_energy_j",
+    "absorbed_energy_j",
+    "energy_gained",
+    "energy_error",
+    "max_deflection_mm",
+    "failed_warp",
+    "failed_weft",
+    "steps",
+    "trust",
+    "reason",
+];
+/// Numbers of a run among them, from `impact_energy_j` to `steps`.
+const NUMBERS: std::ops::Range<usize> = 4..12;
+
+/// One shot.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ShotRow {
+    /// Order of the shot.
+    pub order: ShotOrder,
+    /// Impact velocity [m/s]; that asked for where the shot could not be set up.
+    pub velocity: f64,
+    /// Values that were drawn.
+    pub drawn: Vec<Drawn>,
+    /// Outcome; `None`: the shot failed.
+    pub outcome: Option<Outcome>,
+    /// Residual velocity [m/s].
+    pub residual: Option<f64>,
+    /// Numbers of the run; empty without one.
+    numbers: Vec<f64>,
+    /// Trust in the result, in a word.
+    pub trust: String,
+    /// Reason why there is no outcome, else empty.
+    pub reason: String,
+}
+
+impl ShotRow {
+    /// Row of a shot that ran.
+    pub(super) fn of_run(order: ShotOrder, case: &Case, run: &Run) -> Self {
+        let last = run.history.last().copied().unwrap_or_default();
+        let reason = match (&run.divergence, &run.lost, run.outcome) {
+            (Some(found), ..) => format!("unstable: {} in {} at step {}", found.quantity, found.kernel, found.step),
+            (None, Some(lost), _) => one_line(lost),
+            (None, None, Outcome::Running) => "undecided at the end of the run".to_owned(),
+            _ => String::new(),
+        };
+        Self {
+            order,
+            velocity: velocity(case),
+            drawn: case.drawn.clone(),
+            outcome: (run.divergence.is_none() && run.lost.is_none()).then_some(run.outcome),
+            residual: residual_velocity(case, run).filter(|_| reason.is_empty()),
+            numbers: vec![
+                run.impact_energy,
+                absorbed_energy(run),
+                run.energy_gained,
+                run.energy_error,
+                run.deflection() * 1e3,
+                last.failed[0] as f64,
+                last.failed[1] as f64,
+                run.steps as f64,
+            ],
+            trust: advice(&checks(case, run)).0.advice().to_owned(),
+            reason,
+        }
+    }
+
+    /// Row of a shot that did not run, and why.
+    pub(super) fn of_failure(order: ShotOrder, case: &Case, reason: &str) -> Self {
+        Self {
+            order,
+            velocity: velocity(case),
+            drawn: case.drawn.clone(),
+            outcome: None,
+            residual: None,
+            numbers: Vec::new(),
+            trust: Level::Bad.advice().to_owned(),
+            reason: one_line(reason),
+        }
+    }
+
+    /// Whether the projectile passed; `None` without a decision.
+    pub fn perforated(&self) -> Option<bool> {
+        match self.outcome? {
+            Outcome::Perforated => Some(true),
+            Outcome::Stopped | Outcome::Rebounded => Some(false),
+            Outcome::Running => None,
+        }
+    }
+
+    /// Kinetic energy that the projectile has lost [J].
+    pub fn absorbed_energy(&self) -> Option<f64> {
+        self.numbers.get(1).copied()
+    }
+
+    /// Outcome by velocity, or why there is none.
+    pub(super) fn shot(&self) -> Result<Shot, String> {
+        let perforated = self.perforated().ok_or_else(|| self.reason.clone())?;
+        Ok(Shot { velocity: self.velocity, perforated })
+    }
+
+    /// Row as `ripstop fit` reads it.
+    pub(super) fn fit_row(&self) -> Option<FitRow> {
+        let perforated = self.perforated()?;
+        let passed = |residual: &f64| perforated && (0.0..=self.velocity).contains(residual);
+        Some(FitRow { velocity: self.velocity, perforated, count: 1, residual: self.residual.filter(passed) })
+    }
+
+    /// Line of the table with these drawn columns.
+    fn line(&self, drawn: &[String]) -> String {
+        let value = |name: &String| self.drawn.iter().find(|drawn| drawn.column == *name).map(|drawn| drawn.value);
+        let text = |value: Option<f64>| value.map(number).unwrap_or_default();
+        let passed = self.perforated() == Some(true);
+        let mut cells = vec![self.order.shot.to_string(), text(self.order.velocity), number(self.velocity)];
+        cells.extend(drawn.iter().map(|name| text(value(name))));
+        cells.push(self.outcome.map_or("failed", Outcome::word).to_owned());
+        cells.extend([passed, self.perforated().is_some()].map(|is| u8::from(is).to_string()));
+        // A shot that was stopped has no residual velocity in a table that `ripstop fit` reads.
+        cells.push(text(self.residual.filter(|_| passed)));
+        cells.extend((0..NUMBERS.len()).map(|n| text(self.numbers.get(n).copied())));
+        cells.extend([self.trust.clone(), quoted(&self.reason)]);
+        cells.join(",") + "\n"
+    }
+
+    /// Row of a record of the table; `None` where it is none.
+    fn parse(header: &StringRecord, record: &StringRecord) -> Option<Self> {
+        let cells: HashMap<&str, &str> = header.iter().zip(record).collect();
+        let value = |name: &str| cells.get(name).and_then(|cell| cell.parse::<f64>().ok());
+        let text = |name: &str| cells.get(name).map(|cell| (*cell).to_owned());
+        let drawn = header.iter().take_while(|name| *name != LAST[0]).skip(FIRST.len());
+        let drawn = drawn.filter_map(|name| Some(Drawn { column: name.to_owned(), value: value(name)? })).collect();
+        let outcomes = [Outcome::Perforated, Outcome::Stopped, Outcome::Rebounded, Outcome::Running];
+        let mut row = Self {
+            order: ShotOrder { shot: cells.get("shot")?.parse().ok()?, velocity: value("asked_velocity_m_s") },
+            velocity: value("velocity_m_s")?,
+            drawn,
+            outcome: outcomes.into_iter().find(|outcome| Some(&outcome.word()) == cells.get("outcome")),
+            residual: value("residual_velocity_m_s"),
+            numbers: LAST[NUMBERS].iter().map_while(|name| value(name)).collect(),
+            trust: text("trust")?,
+            reason: text("reason")?,
+        };
+        if row.perforated() == Some(false) {
+            row.residual = Some(0.0);
+        }
+        Some(row)
+    }
+}
+
+/// Impact velocity of a case [m/s].
+fn velocity(case: &Case) -> f64 {
+    case.projectile.as_ref().map_or(0.0, |projectile| projectile.velocity)
+}
+
+/// Text on one line.
+fn one_line(text: &str) -> String {
+    text.split_whitespace().collect::<Vec<_>>().join(" ")
+}
+
+/// Number of the shot and bits of its velocity, by which rows are sorted and found again.
+type ShotKey = (u32, u64);
+
+fn key(order: ShotOrder) -> ShotKey {
+    // Velocities are above zero: their bits are in their order.
+    (order.shot, order.velocity.unwrap_or(0.0).to_bits())
+}
+
+/// Rows of a batch, and the file that they are appended to.
+#[derive(Debug)]
+pub struct ShotTable {
+    drawn: Vec<String>,
+    path: PathBuf,
+    file: File,
+    rows: BTreeMap<ShotKey, ShotRow>,
+}
+
+impl ShotTable {
+    /// Table that begins, or goes on with the rows that are there; `drawn`: its columns of what is drawn.
+    ///
+    /// # Errors
+    /// When the disk refuses.
+    pub(super) fn open(folder: &Folder, name: &str, drawn: Vec<String>, resume: bool) -> Result<Self, BatchError> {
+        let path = folder.path().join(format!("{name}.partial"));
+        // A batch that had ended left its sorted table: a longer one begins there.
+        let whole = folder.path().join(name);
+        let earlier = if path.exists() { &path } else { &whole };
+        let earlier = if resume { complete_lines(earlier).unwrap_or_default() } else { String::new() };
+        let head = head(&drawn);
+        let kept = if earlier.starts_with(&head) { &earlier } else { &head };
+        let begin = || {
+            // Replaced as a whole: a kill here loses no row.
+            let copy = folder.path().join(format!(".{name}.tmp"));
+            let mut file = File::create(&copy)?;
+            file.write_all(kept.as_bytes()).and_then(|()| file.sync_data())?;
+            fs::rename(&copy, &path).map(|()| file)
+        };
+        let file = begin().map_err(|error| OutputError::unwritten(&path, &error))?;
+        Ok(Self { drawn, file, rows: read(kept), path })
+    }
+
+    /// Adds a row; it is on the disk when this returns.
+    ///
+    /// # Errors
+    /// When the disk refuses.
+    pub(super) fn add(&mut self, row: ShotRow) -> Result<(), BatchError> {
+        let line = row.line(&self.drawn);
+        let written = self.file.write_all(line.as_bytes()).and_then(|()| self.file.sync_data());
+        written.map_err(|error| OutputError::unwritten(&self.path, &error))?;
+        self.rows.insert(key(row.order), row);
+        Ok(())
+    }
+
+    /// Row of a shot, if it was fired.
+    pub fn find(&self, order: ShotOrder) -> Option<&ShotRow> {
+        self.rows.get(&key(order))
+    }
+
+    /// Rows of the shots below `count`, by shot and velocity.
+    pub fn rows(&self, count: u32) -> impl Iterator<Item = &ShotRow> {
+        self.rows.range(..(count, 0)).map(|(_, row)| row)
+    }
+
+    /// Sorted table of the shots below `count`.
+    pub(super) fn text(&self, count: u32) -> String {
+        self.rows(count).fold(head(&self.drawn), |text, row| text + &row.line(&self.drawn))
+    }
+
+    /// Removes the appended table.
+    pub(super) fn close(self) -> Result<(), BatchError> {
+        fs::remove_file(&self.path).map_err(|error| OutputError::unwritten(&self.path, &error))?;
+        Ok(())
+    }
+}
+
+/// First line of a table.
+fn head(drawn: &[String]) -> String {
+    let drawn = drawn.iter().map(String::as_str);
+    FIRST.into_iter().chain(drawn).chain(LAST).collect::<Vec<_>>().join(",") + "\n"
+}
+
+/// Lines of a file that were written to their end.
+fn complete_lines(path: &Path) -> io::Result<String> {
+    let bytes = fs::read(path)?;
+    let end = bytes.iter().rposition(|byte| *byte == b'\n').map_or(0, |at| at + 1);
+    Ok(String::from_utf8_lossy(&bytes[..end]).into_owned())
+}
+
+fn read(text: &str) -> BTreeMap<ShotKey, ShotRow> {
+    let mut reader = csv::ReaderBuilder::new().flexible(true).from_reader(text.as_bytes());
+    let Ok(header) = reader.headers().cloned() else { return BTreeMap::new() };
+    let records = reader.records().filter_map(Result::ok).filter(|record| record.len() == header.len());
+    let rows = records.filter_map(|record| ShotRow::parse(&header, &record));
+    rows.map(|row| (key(row.order), row)).collect()
+}
