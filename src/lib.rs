@@ -13,7 +13,7 @@
 //! let case = Case::builder("a small ply").fabric(BuiltInFabric::S720).size_mm(25.0, 25.0).edges(Edge::Clamped)
 //!     .sphere_mm(6.0).mass_g(1.0).velocity_m_s(50.0).end_time_us(5.0).build()?;
 //! let mut collector = FrameCollector::new(&case, 3);
-//! let run = Options::default().watch(&case, &mut collector)?;
+//! let run = Options::default().observe(&case, &mut collector)?;
 //! for row in &run.history {
 //!     println!("{:4.1} µs  {:6.2} m/s", row.time * 1e6, row.projectile_velocity);
 //! }

@@ -7,7 +7,6 @@
 mod campaigns;
 mod commands;
 mod exit_codes;
-mod fit;
 mod folders;
 mod results;
 mod terminal;

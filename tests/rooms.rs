@@ -72,18 +72,3 @@ fn every_file_stands_in_a_room() {
         assert!(known, "src/{name} is in no room");
     }
 }
-
-#[test]
-fn unit_tests_stand_in_a_file_of_their_own() {
-    for path in sources(Path::new("src")) {
-        let text = fs::read_to_string(&path).unwrap();
-        assert!(!text.contains("mod tests {"), "tests of {} belong beside it, in *_tests.rs", path.display());
-    }
-}
-
-#[test]
-fn the_reader_of_imports_sees_every_form() {
-    let text =
-        "use crate::run::Run;\nuse crate::{case, model::Model};\n// crate::gpu\nlet x = crate::output::short(1.0);";
-    assert_eq!(used(text).iter().filter_map(|room| rank(room)).collect::<Vec<_>>(), [6, 1, 3, 7]);
-}

@@ -89,7 +89,7 @@ fn read_back(sets: &[&str]) -> Vec<Frame> {
     let sets: Vec<String> = sets.iter().map(ToString::to_string).collect();
     let case = case::from_str("shot", &text, &sets).unwrap();
     let mut collector = FrameCollector::new(&case, 6);
-    Options::default().precision(precision).watch(&case, &mut collector).unwrap();
+    Options::default().precision(precision).observe(&case, &mut collector).unwrap();
     let (frames, scene) = (collector.frames(), collector.scene().unwrap());
 
     let read = Command::new(python()).args(["-c", READER]).arg(folder.path()).output().unwrap();

@@ -7,7 +7,7 @@ use crate::physics::arc_length::MAX_TERMS;
 use crate::physics::unit_cell_parameters::NEVER;
 
 /// Terms of the model that a scene has.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct Features {
     /// Unit-cell law.

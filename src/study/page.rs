@@ -104,7 +104,10 @@ fn table(table: &ReportTable) -> String {
     let rows: String = table.rows.iter().take(MAX_ROWS).map(row).collect();
     let left_out = table.rows.len().saturating_sub(MAX_ROWS);
     let more = if left_out > 0 { format!("<p class=\"note\">{left_out} more rows.</p>\n") } else { String::new() };
-    let title = if table.title.is_empty() { String::new() } else { format!("<h2>{}</h2>\n", escape(&table.title)) };
+    let mut letters = table.title.chars();
+    let title = letters
+        .next()
+        .map_or_else(String::new, |first| format!("<h2>{}{}</h2>\n", first.to_uppercase(), escape(letters.as_str())));
     format!(
         "{title}<div class=\"scroll\" tabindex=\"0\"><table>\n<thead><tr>{heads}</tr></thead>\n<tbody>\n{rows}</tbody>\n</table></div>\n\
          {more}{foot}"
@@ -260,11 +263,11 @@ pub(super) fn residual_panel(limit: &Limit) -> Option<Panel> {
 }
 
 /// Response of a sweep over the first factor, a line for each combination of the others; nothing without a response.
-pub(super) fn lines_panel(names: &[&str], points: &[SweepPoint<'_>], response: &str) -> Option<Panel> {
+pub(super) fn lines_panel(names: &[&str], points: &[SweepPoint], response: &str) -> Option<Panel> {
     let shown = points.iter().flat_map(|point| point.bounds.unwrap_or([point.response; 2]));
     let ranges = [ends(points.iter().map(|point| point.x)), ends(shown)].map(|range| roomy(range, 0.05, 1e-3));
     let mut panel = Panel::new(format!("{response} over {}", names[0]), 84.0, ranges, [names[0], response]);
-    let mut groups: Vec<&[String]> = points.iter().map(|point| point.others).collect();
+    let mut groups: Vec<&str> = points.iter().map(|point| point.others.as_str()).collect();
     groups.sort_unstable();
     groups.dedup();
     let others = names[1..].join(", ");
@@ -275,11 +278,11 @@ pub(super) fn lines_panel(names: &[&str], points: &[SweepPoint<'_>], response: &
     };
     panel.drawing += &legend(4.0, CURVE, &others);
     for (n, group) in groups.iter().enumerate() {
-        let mut points: Vec<&SweepPoint<'_>> = points.iter().filter(|point| point.others == *group).collect();
+        let mut points: Vec<&SweepPoint> = points.iter().filter(|point| point.others == *group).collect();
         points.sort_by(|a, b| a.x.total_cmp(&b.x));
         let colour = COLOURS[n % COLOURS.len()];
         panel.line(points.iter().map(|point| [point.x, point.response]), colour, "none");
-        panel.drawing += &legend(at, colour, &group.join(", "));
+        panel.drawing += &legend(at, colour, group);
         at += step;
         for point in points {
             if let Some(bounds) = point.bounds {

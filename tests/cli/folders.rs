@@ -176,7 +176,7 @@ fn killed_at_random_moments_a_run_ends_as_if_nothing_had_been() {
         thread::sleep(Duration::from_micros(random.between(0.0, 4e3) as u64));
         kill(child);
         // Whatever was being written: the checkpoint is whole, and further than the last time.
-        let head = Checkpoint::open(&path).unwrap_or_else(|e| panic!("{e}")).head().clone();
+        let head = Checkpoint::open(&path).unwrap_or_else(|e| panic!("{e}")).header().clone();
         assert!(head.time > last, "{} after {last}", head.time);
         last = head.time;
         file = wait_for_another(&path, None);
@@ -211,7 +211,7 @@ fn ctrl_c_leaves_complete_results_and_a_checkpoint_of_that_very_step() {
     assert_eq!(summary["interrupted"], true);
     let last = bench.text("out/shot/history.csv").lines().last().unwrap().split(',').next().unwrap().parse::<f64>();
     let time = summary["time_us"].as_f64().unwrap();
-    assert_eq!((last.unwrap(), Checkpoint::open(&bench.path(CHECKPOINT)).unwrap().head().time * 1e6), (time, time));
+    assert_eq!((last.unwrap(), Checkpoint::open(&bench.path(CHECKPOINT)).unwrap().header().time * 1e6), (time, time));
     assert_eq!(code(&bench.ripstop(&["resume", "out/shot", "--quiet"])), 0);
     same_files(&files(&bench.path("whole")), &files(&bench.path("out/shot")));
 }

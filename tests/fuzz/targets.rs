@@ -149,7 +149,7 @@ fn resume(case: &Case, checkpoint: &Checkpoint) {
     if let Err(error) = checkpoint.check_case(case) {
         return assert_worded(&error.to_string());
     }
-    let head = checkpoint.head();
+    let head = checkpoint.header();
     match checkpoint.observer_state() {
         Ok(bytes) => drop(Animation::resume(case, &bytes, head.step, head.time_step)),
         Err(error) => return assert_worded(&error.to_string()),

@@ -17,8 +17,7 @@ use crate::num::scalar::Scalar;
 use crate::physics::mirror_planes::MirrorPlanes;
 use crate::physics::rigid_body::RigidBody;
 use crate::run::frame::{Schedule, even};
-use crate::run::pieces;
-use crate::run::{Observer, View};
+use crate::run::{Observer, View, attached};
 use crate::solver::state::State;
 
 /// Pictures shown at most, the first and the last among them.
@@ -139,7 +138,7 @@ impl Animation {
         }
         let [nodes, cells] = [|strip: &AnimatedPly| strip.reference.len(), AnimatedPly::cells]
             .map(|count| self.strips.iter().map(count).sum());
-        let deflections = self.strips.par_iter().map(|strip| pieces::hanging(model, state, strip.ply).deflection);
+        let deflections = self.strips.par_iter().map(|strip| attached(model, state, strip.ply).deflection);
         let mut keyframe = Keyframe {
             step: state.step,
             time,

@@ -1,7 +1,7 @@
 //! Plies around touch: gaps and penetrations, rubbing, walking over each other's cells, with holes, at every angle.
 
 use nalgebra::Vector3;
-use ripstop::case::{self, Case, Edge};
+use ripstop::case::{self, Case};
 use ripstop::model::Model;
 use ripstop::model::layup::{PENETRATING, SIDES, neighbour};
 use ripstop::solver::active_region::ActiveRegion;
@@ -286,10 +286,4 @@ fn rest(model: &Model<f32>, state: &mut State<f32>, random: &mut Random, [top, b
         let [x, y, z] = random.vector(0.4 * SPEED);
         put(model, state, [0, row, column], &moved, [x, y, z + 0.4 * SPEED]);
     }
-}
-
-/// Whether every node of every ply is free.
-pub(super) fn is_free(scene: &Scene) -> bool {
-    let edges = scene.model.ply_types.iter().map(|ply_type| &ply_type.edges);
-    edges.flat_map(|e| [e.left, e.right, e.bottom, e.top]).all(|edge| edge == Edge::Free)
 }

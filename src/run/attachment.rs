@@ -1,18 +1,27 @@
-//! Pieces that a torn ply is in, and what they hang on.
+//! Attachment of torn fabric: the pieces that a ply is in, which of them are attached, and the largest deflection of those.
+//!
+//! A piece is attached where it reaches a held edge of its ply; of a ply without one, where it is at least half of the ply. Debris flies
+//! ahead of the fabric that it came from, and its deflection must not count. The pieces follow from the whole state, which is too much for
+//! every sample. Before anything is detached every sample counts; so the state is looked at from time to time, and pieces never grow
+//! together again. From the first detached piece on, deflections are measured at these looks alone.
 
-use crate::case::{Edge, Edges};
-use crate::model::mesh::corners;
-use crate::physics::mirror_planes::Cut;
+use serde::{Deserialize, Serialize};
 
+use crate::case::{Case, Edge, Edges};
 use crate::model::Model;
 use crate::model::mesh::Mesh;
+use crate::model::mesh::corners;
 use crate::num::scalar::Scalar;
+use crate::physics::mirror_planes::Cut;
+use crate::solver::energy_balance::PlyMoment;
 use crate::solver::state::State;
 
-/// Least share of a ply that nothing holds that is still the ply, and no debris of it [-].
+/// Least share of a ply without a held edge that is still the ply, and no debris of it [-].
 const SUBSTANTIAL: f64 = 0.5;
+/// Looks between the start and the end time.
+const LOOKS: f64 = 80.0;
 
-/// Nodes of a ply that are linked, as a forest: each points to another of its piece, the last to itself.
+/// Linked nodes of a ply, as a forest: each points to another of its piece, the last to itself.
 struct Pieces {
     parent: Vec<u32>,
     /// Nodes per row.
@@ -44,7 +53,7 @@ impl Pieces {
         self.parent[one.max(other)] = one.min(other) as u32;
     }
 
-    /// The node that stands for the piece. Shortens the way to it, else long yarns make long ways.
+    /// Root of the piece of a node. Shortens the way to it, else long yarns make long ways.
     fn root(&mut self, mut node: usize) -> usize {
         while self.parent[node] as usize != node {
             self.parent[node] = self.parent[self.parent[node] as usize];
@@ -53,15 +62,14 @@ impl Pieces {
         node
     }
 
-    /// By node: the one that stands for its piece.
+    /// Root of the piece of every node.
     fn roots(mut self) -> Vec<usize> {
         (0..self.parent.len()).map(|node| self.root(node)).collect()
     }
 }
 
-/// Of each node (row, column) of a ply, whether its piece of fabric can hold a projectile that flies at `speed` along the
-/// normal [m/s].
-pub(crate) fn that_hold<S: Scalar>(
+/// Whether the piece of fabric of a node (row, column) can hold a projectile that flies at `speed` along the normal [m/s].
+pub(crate) fn supporting<S: Scalar>(
     model: &Model<S>,
     state: &State<S>,
     ply: usize,
@@ -79,34 +87,34 @@ pub(crate) fn that_hold<S: Scalar>(
     move |row, column| hold[roots[row * stride + column]]
 }
 
-/// What of a torn ply hangs on something.
-pub(crate) struct Hanging {
+/// Attached fabric of a ply.
+pub(crate) struct Attached {
     /// Largest deflection of it [m].
     pub(crate) deflection: f64,
-    /// Some of the fabric does not.
-    pub(crate) loose: bool,
+    /// Some other fabric of the ply is detached.
+    pub(crate) debris: bool,
 }
 
-/// What of a ply hangs on an edge that is held; of one without such an edge, what is at least half of it.
-pub(crate) fn hanging<S: Scalar>(model: &Model<S>, state: &State<S>, ply: usize) -> Hanging {
+/// Attached fabric of a ply.
+pub(crate) fn attached<S: Scalar>(model: &Model<S>, state: &State<S>, ply: usize) -> Attached {
     let (mesh, grid) = (&model.ply_type(ply).mesh, &model.grid);
     let (nodes, elements) = (grid.first_node_row(ply), grid.first_element_row(ply));
     // Almost always the ply is one piece.
     if is_unbroken(model, state, ply) {
         let all = (0..=mesh.rows).flat_map(|row| (0..=mesh.columns).map(move |column| (row, column)));
         let deflections = all.map(|(row, column)| state.displacement(nodes + row, column)[2].abs());
-        return Hanging { deflection: deflections.fold(0.0, f64::max), loose: false };
+        return Attached { deflection: deflections.fold(0.0, f64::max), debris: false };
     }
-    let hangs = that_hold(model, state, ply, f64::INFINITY);
-    let mut found = Hanging { deflection: 0.0, loose: false };
+    let holds = supporting(model, state, ply, f64::INFINITY);
+    let mut found = Attached { deflection: 0.0, debris: false };
     for row in 0..mesh.rows {
         for column in (0..mesh.columns).filter(|column| state.is_intact(elements + row, *column)) {
             for (row, column) in corners([row, column]) {
-                if hangs(row, column) {
+                if holds(row, column) {
                     let deflection = state.displacement(nodes + row, column)[2].abs();
                     found.deflection = found.deflection.max(deflection);
                 } else {
-                    found.loose = true;
+                    found.debris = true;
                 }
             }
         }
@@ -121,7 +129,7 @@ fn is_unbroken<S: Scalar>(model: &Model<S>, state: &State<S>, ply: usize) -> boo
     (first..first + mesh.rows).all(|row| is_whole(row, 0) && is_whole(row, 1))
 }
 
-/// Left, right, bottom and top of a mesh: whether something holds the ply there, across it. A mirror plane does not, nor does the symmetry
+/// Whether the ply is held across its left, right, bottom and top side. A mirror plane does not, nor does the symmetry
 /// plane of a roller: behind it the image of a piece reaches the images of the edges that the piece itself reaches.
 fn held_sides(mesh: &Mesh, edges: Edges) -> [bool; 4] {
     let [x, y] = mesh.cut;
@@ -144,7 +152,7 @@ pub(crate) fn free_pack<S: Scalar>(model: &Model<S>) -> Option<[f64; 2]> {
     })
 }
 
-/// By the node that stands for a piece: whether the piece reaches a side that is held.
+/// Whether the piece of each root reaches a side that is held.
 fn reach_a_held_edge(mesh: &Mesh, edges: Edges, roots: &[usize]) -> Vec<bool> {
     let [left, right, bottom, top] = held_sides(mesh, edges);
     let mut reach = vec![false; roots.len()];
@@ -158,8 +166,8 @@ fn reach_a_held_edge(mesh: &Mesh, edges: Edges, roots: &[usize]) -> Vec<bool> {
     reach
 }
 
-/// By the node that stands for a piece of a ply that nothing holds: whether the piece with its mirror images has at least half of the ply's
-/// mass, and is not faster than `speed` along the normal [m/s].
+/// Whether the piece of each root of a ply without a held edge has with its mirror images at least half of the mass of the ply, and is not
+/// faster than `speed` along the normal [m/s].
 fn are_the_ply<S: Scalar>(model: &Model<S>, state: &State<S>, ply: usize, roots: &[usize], speed: f64) -> Vec<bool> {
     let ply_type = model.ply_type(ply);
     let mesh = &ply_type.mesh;
@@ -183,3 +191,78 @@ fn are_the_ply<S: Scalar>(model: &Model<S>, state: &State<S>, ply: usize, roots:
     };
     (0..roots.len()).map(holds).collect()
 }
+
+/// Largest deflection of each ply so far, of attached fabric.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub(crate) struct Deflections {
+    plies: Vec<Largest>,
+    /// Looks taken or missed so far.
+    looks: u64,
+}
+
+#[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
+struct Largest {
+    /// Up to the last look [m].
+    known: f64,
+    /// Largest of the samples since then [m].
+    since: f64,
+    /// A piece is detached.
+    debris: bool,
+}
+
+impl Deflections {
+    pub(crate) fn new(plies: usize) -> Self {
+        Self { plies: vec![Largest::default(); plies], looks: 0 }
+    }
+
+    /// Plies.
+    pub(crate) fn plies(&self) -> usize {
+        self.plies.len()
+    }
+
+    /// Whether a look is due before the step from `time` [s]. Time alone decides, so that every backend looks at the same states.
+    pub(crate) fn is_due(&self, case: &Case, time: f64, dt: f64) -> bool {
+        case.projectile.is_some() && time >= self.looks as f64 * (case.solver.end_time / LOOKS) - 0.5 * dt
+    }
+
+    /// Takes the deflections of a sample, debris included.
+    pub(crate) fn sample(&mut self, plies: &[PlyMoment]) {
+        for (own, ply) in self.plies.iter_mut().zip(plies).filter(|(own, _)| !own.debris) {
+            own.since = own.since.max(ply.deflection);
+        }
+    }
+
+    /// Looks at the attached fabric at `time` [s], of plies with failures alone.
+    pub(crate) fn look(
+        &mut self,
+        case: &Case,
+        time: f64,
+        dt: f64,
+        failed: &[[u64; 2]],
+        attached: impl Fn(usize) -> Attached,
+    ) {
+        while self.is_due(case, time, dt) {
+            self.looks += 1;
+        }
+        for (ply, own) in self.plies.iter_mut().enumerate() {
+            if failed[ply] != [0; 2] {
+                let found = attached(ply);
+                own.debris |= found.debris;
+                own.known = own.known.max(found.deflection);
+            }
+            if !own.debris {
+                own.known = own.known.max(own.since);
+            }
+            own.since = 0.0;
+        }
+    }
+
+    /// The largest of each ply [m].
+    pub(crate) fn largest(&self) -> Vec<f64> {
+        self.plies.iter().map(|ply| if ply.debris { ply.known } else { ply.known.max(ply.since) }).collect()
+    }
+}
+
+#[cfg(test)]
+#[path = "attachment_tests.rs"]
+mod tests;

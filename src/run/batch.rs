@@ -1,4 +1,4 @@
-//! Many shots at a time: those that share mesh, constants and time step are computed together, each as if it were alone.
+//! Batches of shots on a device: those that share mesh, constants and time step are computed together, each as if it were alone.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -6,6 +6,9 @@ use std::time::Instant;
 
 use tracing::debug;
 
+use super::device::DeviceLoop;
+use super::device_shot::DeviceShot;
+use super::{Run, Skips};
 use crate::case::Case;
 use crate::gpu::buffers::Sizes;
 use crate::gpu::layout;
@@ -15,20 +18,16 @@ use crate::gpu::{Device, DeviceError};
 use crate::model::features::Features;
 use crate::model::mesh::Grid;
 use crate::model::{Model, ModelError};
-use crate::run::{Run, Skips};
 use crate::solver;
 use crate::solver::state::State;
 
-use super::device_loop::DeviceLoop;
-use super::samples::DeviceShot;
-
-/// What shots of a batch have in common, as the shaders and the host loop see it.
+/// Constants that shots of a batch have in common.
 #[derive(Clone, Debug, PartialEq)]
 struct Common {
     grid: Grid,
     sizes: Sizes,
-    /// By ply type.
-    terms: Vec<Features>,
+    /// Features of each ply type.
+    features: Vec<Features>,
     /// Constants of the ply types, the plies, the grid lines and the energy that laws make.
     uniforms: Vec<u8>,
     /// Time step, end of the run and interval of the history [s].
@@ -38,7 +37,7 @@ struct Common {
 /// A shot that is ready to be computed.
 #[derive(Debug)]
 pub struct PreparedShot {
-    /// Its case.
+    /// Case of the shot.
     pub case: Case,
     model: Arc<Model<f32>>,
     common: Common,
@@ -61,7 +60,7 @@ impl PreparedShot {
         let common = Common {
             grid: model.grid,
             sizes,
-            terms: model.ply_types.iter().map(|ply_type| Features::new(&model, ply_type)).collect(),
+            features: model.ply_types.iter().map(|ply_type| Features::new(&model, ply_type)).collect(),
             uniforms,
             times: [model.dt, case.solver.end_time, case.output.history_interval],
         };
@@ -69,17 +68,17 @@ impl PreparedShot {
     }
 
     /// Whether it can be computed together with another.
-    pub(crate) fn goes_with(&self, other: &Self) -> bool {
+    pub(crate) fn fits(&self, other: &Self) -> bool {
         self.common == other.common
     }
 
-    /// The largest batch of such shots that a device holds in so many bytes.
+    /// Largest batch of such shots that a device holds in `memory` bytes.
     pub fn room(&self, device: &Device, memory: u64) -> u64 {
         self.common.sizes.most_shots(&device.limits(), memory)
     }
 }
 
-/// What shots took of a device.
+/// Use of a device by shots.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct DeviceUse {
     /// Shots computed.
@@ -93,7 +92,7 @@ pub struct DeviceUse {
 }
 
 impl DeviceUse {
-    /// With what other shots took.
+    /// Sum with the use by other shots.
     #[must_use]
     pub fn with(self, other: Self) -> Self {
         let larger = if other.room >= self.room { other } else { self };
@@ -101,7 +100,7 @@ impl DeviceUse {
     }
 }
 
-/// Pipelines and buffers for batches of shots that go together.
+/// Pipelines and buffers for batches of shots that are computed together.
 pub struct DeviceBatch<'a> {
     common: Common,
     device_loop: DeviceLoop<'a>,
@@ -109,7 +108,7 @@ pub struct DeviceBatch<'a> {
 }
 
 impl<'a> DeviceBatch<'a> {
-    /// For shots that go with this one, so many at a time.
+    /// For `room` shots at a time like this one.
     ///
     /// # Errors
     /// When the device cannot hold them.
@@ -121,23 +120,23 @@ impl<'a> DeviceBatch<'a> {
         Ok(Self { common: shot.common.clone(), device_loop, shots: 0 })
     }
 
-    /// Whether it has room for so many shots like this one.
+    /// Whether it has room for `count` shots like this one.
     pub fn takes(&self, shot: &PreparedShot, count: usize) -> bool {
         self.common == shot.common && count as u64 <= self.device_loop.stepper.sizes().shots
     }
 
-    /// What it has taken of the device so far.
+    /// Use of the device so far.
     pub fn device_use(&self) -> DeviceUse {
         let sizes = self.device_loop.stepper.sizes();
         let dispatches = self.device_loop.stepper.dispatches;
         DeviceUse { shots: self.shots, dispatches, room: sizes.shots, bytes: sizes.planned() }
     }
 
-    /// Computes shots that it takes, and tells the run of each by its place among them as soon as it has ended, until `ended` says false or
-    /// the user has asked for the end. True where all have ended.
+    /// Computes shots that it takes. `ended` gets the run of each, with its place among them, as soon as it has ended; false ends the others,
+    /// as does the user. True where all have ended.
     ///
     /// # Errors
-    /// When the device was lost; what is wrong with a single shot is in its run.
+    /// When the device was lost; a failure of a single shot is in its run.
     pub fn fire(
         &mut self,
         shots: &[PreparedShot],
@@ -147,17 +146,17 @@ impl<'a> DeviceBatch<'a> {
         self.begin(shots)?;
         let cases: Vec<&Case> = shots.iter().map(|shot| &shot.case).collect();
         let start = Instant::now();
-        let mut told = vec![false; shots.len()];
-        while told.contains(&false) {
+        let mut reported = vec![false; shots.len()];
+        while reported.contains(&false) {
             if interrupt.load(Ordering::Relaxed) {
                 return Ok(false);
             }
             self.device_loop.advance(&cases, &mut ())?;
-            for (number, told) in told.iter_mut().enumerate() {
-                if *told || !self.device_loop.shots[number].ended {
+            for (number, reported) in reported.iter_mut().enumerate() {
+                if *reported || !self.device_loop.shots[number].ended {
                     continue;
                 }
-                *told = true;
+                *reported = true;
                 self.shots += 1;
                 if !ended(number, &self.device_loop.run_of(number, start.elapsed().as_secs_f64())) {
                     return Ok(false);
@@ -177,7 +176,7 @@ impl<'a> DeviceBatch<'a> {
             stepper.upload_shot(number, &shot.model, &state);
             // What is on its way lies in memory twice: not that of all shots at once.
             stepper.flush()?;
-            begun.push(DeviceShot::new(number, Arc::clone(&shot.model), &state));
+            begun.push(DeviceShot::new(number, Arc::clone(&shot.model), &state, Skips::default()));
         }
         stepper.set_running((0..shots.len()).collect());
         self.device_loop.begin(begun);
