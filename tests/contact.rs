@@ -11,7 +11,7 @@ use ripstop::output::checks::{Level, checks};
 use ripstop::physics::projectile_body::Body;
 use ripstop::physics::rigid_body::RigidBody;
 use ripstop::run::{Precision, Run};
-use ripstop::solver::edge_contact::{EdgeConstraint, Rim, SHARED};
+use ripstop::solver::edge_contact::{EdgeConstraint, EdgeContact, SHARED};
 use ripstop::solver::projectile_contact;
 use ripstop::solver::projectile_contact::{ContactPoint, ContactTotals};
 
@@ -43,7 +43,7 @@ fn point([x, y]: [f64; 2], normal: [f64; 3], velocity: [f64; 3], mass: f64, gap:
         active: false,
         shared: false,
     };
-    p.set_kappa(BODY);
+    p.set_effective_mass(BODY);
     p
 }
 
@@ -55,7 +55,7 @@ fn middle(velocity: [f64; 3], mass: f64, gap: f64) -> ContactPoint {
 /// Resolves contact with the same friction everywhere.
 fn resolve(body: &mut RigidBody, points: &mut [ContactPoint], friction: f64, dt: f64) -> ContactTotals {
     points.iter_mut().for_each(|p| p.friction = friction);
-    projectile_contact::resolve(body, points, &mut Rim::default(), dt)
+    projectile_contact::resolve(body, points, &mut EdgeContact::default(), dt)
 }
 
 /// A 3 g cylinder flying along Z at 100 m/s.
@@ -134,7 +134,7 @@ fn a_point_on_an_edge_moves_both_nodes_and_conserves_both_momenta() {
     let at = |x: f64| point([x, 0.001], [0.0, 0.0, 1.0], [1.0, 2.0, 0.0], 4e-5, f64::INFINITY);
     let mut points = vec![at(0.002), at(0.003), point([0.00225, 0.001], [0.0, 0.0, 1.0], [0.0; 3], 1.0, 0.0)];
     points.iter_mut().for_each(|p| (p.shared, p.friction) = (true, 0.1));
-    let mut rim = Rim::default();
+    let mut rim = EdgeContact::default();
     rim.constraints.push(EdgeConstraint { nodes: [0, 1], weights: [0.75, 0.25] });
     let before = momentum(&body, &points[..2]);
     let totals = projectile_contact::resolve(&mut body, &mut points, &mut rim, 1e-7);

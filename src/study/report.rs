@@ -1,7 +1,7 @@
 //! Result of a study in words and tables, the same at the terminal and on the page.
 
-use super::page::Panel;
 use crate::output::number::short;
+use crate::output::plot::Figure;
 
 /// Result of a study.
 #[derive(Clone, Debug, Default)]
@@ -19,7 +19,7 @@ pub struct Report {
     /// Tables for the page alone.
     pub(super) page_tables: Vec<ReportTable>,
     /// Drawings for the page.
-    pub(super) panels: Vec<Panel>,
+    pub(super) panels: Vec<Figure>,
 }
 
 /// Table of a report.

@@ -1,7 +1,7 @@
 //! Text for people: the result, warnings and their explanations, colour and the bar at a terminal, the log.
 
 use ripstop::output::checks::{self, checks};
-use ripstop::output::warnings::{KINDS, Warning};
+use ripstop::output::warnings::{self, KINDS, Warning};
 
 use super::*;
 
@@ -183,7 +183,7 @@ fn a_run_is_warned_of_above_each_threshold_and_not_at_it() {
 #[test]
 fn warnings_of_a_case_are_shown_by_check_and_by_the_run() {
     let bench = Bench::new(&small_with("/solver/end_time_us", json!(2)));
-    let assumed = checks::assumed_fields(&run(&small()).0).count();
+    let assumed = warnings::assumed_fields(&run(&small()).0).count();
     for (set, expected) in [
         ("/projectile/diameter_mm=3.9", &["W1"][..]),
         ("/projectile/diameter_mm=3.7", &["W1", "W6"]), // three elements are 3.81 mm
