@@ -10,12 +10,13 @@ use ripstop::case::Case;
 use ripstop::model::Model;
 use ripstop::output;
 use ripstop::physics::rigid_body::RigidBody;
+use ripstop::run::Simulation;
 use ripstop::run::outcome::{self, Outcome};
 use ripstop::solver::element_totals::field as element;
 use ripstop::solver::node_update::field as node;
 use ripstop::solver::state::State;
 
-use crate::scene::{builtin, run as run_case};
+use crate::scene::{builtin, finish, run as run_case};
 use crate::support::torn;
 
 /// A ply struck in the middle, whose yarns a test cuts by hand.
@@ -196,6 +197,25 @@ fn a_free_ply_holds_as_long_as_it_is_the_ply_and_is_pushed() {
         ply.moves(29, 1.1 * speed);
         assert!(!ply.held(), "quarter {quarter}: what is left flies ahead, a rim stays behind");
     }
+}
+
+#[test]
+fn debris_ahead_does_not_keep_a_shot_undecided() {
+    let case = torn::case(&[]);
+    let shot = |loose: bool| {
+        let mut simulation = Simulation::<f64>::new(&case).unwrap();
+        torn::tear(&simulation.model, &mut simulation.state, loose);
+        let run = finish(simulation, &case);
+        let last = run.history.last().unwrap();
+        assert!(run.divergence.is_none() && last.contact_force == 0.0 && last.failed != [0; 2], "{last:?}");
+        (run.outcome, last.time, last.perforated_plies)
+    };
+    let (through, time, plies) = shot(true);
+    assert_eq!((through, plies), (Outcome::Perforated, 1));
+    assert!((20e-6..45e-6).contains(&time), "known {time} s after impact: quiet, and looked at every 10 µs");
+    let (running, time, plies) = shot(false);
+    assert_eq!((running, plies), (Outcome::Running, 0));
+    assert!(time >= 70e-6, "{time}");
 }
 
 #[test]

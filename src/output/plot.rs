@@ -19,11 +19,10 @@ const LETTER: f64 = 6.4;
 /// An axis over a length on the paper.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Axis {
-    /// Values at the ends; decimal logarithms of them on a logarithmic axis.
+    /// Values at the ends.
     range: [f64; 2],
     /// Their places on the paper.
     pub(crate) paper: [f64; 2],
-    logarithmic: bool,
 }
 
 impl Axis {
@@ -31,30 +30,16 @@ impl Axis {
     pub(crate) fn linear(range: [f64; 2], paper: [f64; 2]) -> Self {
         let [low, high] = if range[0].is_finite() { range } else { [0.0, range[1]] };
         let high = if high.is_finite() && high > low { high } else { low + 1.0 };
-        Self { range: [low, high], paper, logarithmic: false }
-    }
-
-    /// A logarithmic axis that holds all positive values with some room.
-    pub(crate) fn logarithmic(values: &[f64], paper: [f64; 2]) -> Self {
-        let logs = || values.iter().filter(|value| **value > 0.0).map(|value| value.log10());
-        let (low, high) = (logs().fold(f64::INFINITY, f64::min), logs().fold(f64::NEG_INFINITY, f64::max));
-        let range = if low <= high { [low, high] } else { [0.0, 1.0] };
-        let room = 0.08 * (range[1] - range[0]) + 0.08;
-        Self { range: [range[0] - room, range[1] + room], paper, logarithmic: true }
+        Self { range: [low, high], paper }
     }
 
     /// Values at the ends.
     pub(crate) fn range(&self) -> [f64; 2] {
-        if self.logarithmic { self.range.map(|log| 10.0_f64.powf(log)) } else { self.range }
+        self.range
     }
 
-    /// Place of a value; on a logarithmic axis zero and below on the lower end.
+    /// Place of a value.
     pub(crate) fn at(&self, value: f64) -> f64 {
-        let value = match self.logarithmic {
-            true if value > 0.0 => value.log10().clamp(self.range[0], self.range[1]),
-            true => self.range[0],
-            false => value,
-        };
         let share = (value - self.range[0]) / (self.range[1] - self.range[0]);
         self.paper[0] + share * (self.paper[1] - self.paper[0])
     }
@@ -62,15 +47,9 @@ impl Axis {
     /// Round numbers on the axis: about five, or one, two and five times the powers of ten (powers alone where it is long).
     pub(crate) fn ticks(&self) -> Vec<f64> {
         let [low, high] = self.range;
-        if !self.logarithmic {
-            let step = round_step((high - low) / 5.0);
-            let count = (low / step).ceil() as i64..=(high / step * (1.0 + 1e-12)).floor() as i64;
-            return count.map(|n| n as f64 * step).collect();
-        }
-        let digits: &[f64] = if high - low > 3.0 { &[1.0] } else { &[1.0, 2.0, 5.0] };
-        let powers = low.floor() as i32..=high.ceil() as i32;
-        let all = powers.flat_map(|power| digits.iter().map(move |digit| digit * 10.0_f64.powi(power)));
-        all.filter(|tick| (low..=high).contains(&tick.log10())).collect()
+        let step = round_step((high - low) / 5.0);
+        let count = (low / step).ceil() as i64..=(high / step * (1.0 + 1e-12)).floor() as i64;
+        count.map(|n| n as f64 * step).collect()
     }
 }
 
