@@ -63,7 +63,7 @@ fn unstable(device: &'static Device) -> Outcome {
     assert!(ply == 0 && row <= case.pack.rows && column <= case.pack.columns, "{trouble:?}");
     assert!(!trouble.quantity.is_empty());
     for row in &run.history {
-        let numbers = ripstop::output::history::COLUMNS.map(|column| (column.read)(row));
+        let numbers = ripstop::output::csv::COLUMNS.map(|column| (column.read)(row));
         assert!(numbers.iter().all(|x| x.is_finite()), "{row:?}");
     }
     Ok(())

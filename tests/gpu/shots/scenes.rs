@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use ripstop::case::Case;
 use ripstop::gpu::Device;
-use ripstop::output::history;
+use ripstop::output::csv;
 use ripstop::run::Run;
 
 use super::{Outcome, Tests, places, run_on};
@@ -60,7 +60,7 @@ const TEARING: Allowed = &[
 fn off(cpu: &Run, gpu: &Run, allowed: Allowed, part: f64) -> Vec<String> {
     assert_eq!(cpu.time_step, gpu.time_step);
     let difference = |(name, allowed): &(&str, f64)| {
-        let column = history::find(name).unwrap();
+        let column = csv::find(name).unwrap();
         let [c, g] = [cpu, gpu].map(|run| run.history.iter().map(column.read).collect::<Vec<f64>>());
         let scale = c.iter().fold(0.0_f64, |most, x| most.max(x.abs()));
         let mut worst = Worst::default();
