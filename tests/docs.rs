@@ -9,8 +9,6 @@ mod commands;
 mod generated;
 mod lists;
 mod page;
-#[cfg(unix)]
-mod terminal;
 
 use std::fs;
 use std::path::Path;

@@ -158,7 +158,7 @@ pub(crate) struct SweepArguments {
 pub(crate) enum SweepKind {
     /// Shots of the case
     Shots,
-    /// Its V50
+    /// V50 of the case
     V50,
 }
 

@@ -7,7 +7,7 @@ use std::time::Instant;
 use clap::{Args, ValueEnum, builder::RangedU64ValueParser};
 use ripstop::case::Case;
 use ripstop::output::checks::case_warnings;
-use ripstop::output::expectation::{Judgement, judgement};
+use ripstop::output::expect::{Judgement, judgement};
 use ripstop::output::frames::Recorder;
 use ripstop::output::report::{self, Animation};
 use ripstop::output::{self, CHECKPOINT, CheckpointWriter, Folder, StagedFrames};

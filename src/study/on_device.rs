@@ -103,7 +103,7 @@ impl<'a> DeviceRunner<'a> {
         Ok(())
     }
 
-    /// Batch that takes so many shots like this one, or as many of them as there is memory for.
+    /// Batch for `count` shots like this one, or for as many of them as there is memory for.
     fn batch_for(&mut self, shot: &PreparedShot, count: usize) -> Result<&mut DeviceBatch<'a>, DeviceError> {
         let batch = match self.batches.iter().position(|batch| batch.takes(shot, count)) {
             Some(at) => self.batches.remove(at),

@@ -16,8 +16,6 @@ use crate::cli::DRIVER_FILES;
 const OTHERS: [&str; 3] = ["cargo install --path .", "cargo test --release", "mdbook serve docs"];
 /// Lines that differ from run to run, up to here.
 const VARYING: [&str; 2] = ["  wall time  ", "  on  "];
-/// Comment before a dialogue: what a terminal shows and what is typed there.
-pub(super) const TYPED: &str = "typed at a terminal";
 /// Lines left out.
 const LEFT_OUT: &str = "…";
 /// The picture of the first shot: where it stands in the book, and where the README's first command leaves it.
@@ -76,7 +74,7 @@ impl Folder {
             return;
         }
         assert!(line.starts_with("ripstop "), "{place}: not a command of this program");
-        if comment.starts_with("parsed only: ") || comment == TYPED {
+        if comment.starts_with("parsed only: ") {
             return assert_eq!(parse(line), Ok(()), "{place}");
         }
         let code: i32 = comment.strip_prefix("exit code ").map_or(0, |code| code.parse().unwrap());

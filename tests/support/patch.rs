@@ -228,7 +228,7 @@ fn rows<S: Scalar>(model: &Model<S>, state: &mut State<S>, dt: f64) -> Vec<Eleme
         };
         with_law!(ply_type.law, L => {
             let c = ply_type.constants::<S, L>();
-            let extent = Extent { shear: ply_type.has_shear, ledger: true };
+            let extent = Extent { shear: ply_type.has_shear, sample: true };
             element_force::<S, L>(&c, &mut storage, 0..columns, dt, extent, totals);
         });
     }

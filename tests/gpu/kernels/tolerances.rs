@@ -42,7 +42,7 @@ const fn measured(kernel: &'static str, quantity: &'static str, roundings: f64, 
 }
 
 /// The table, in the order of a step.
-pub(crate) const TOLERANCES: [Tolerance; 47] = [
+pub(crate) const TOLERANCES: [Tolerance; 46] = [
     allow("element_force", "yarn alive", 0.0),
     allow("element_force", "failures", 0.0),
     // A stretch is the root of squares over the length at rest: one rounding of the root, one of the quotient.
@@ -81,7 +81,6 @@ pub(crate) const TOLERANCES: [Tolerance; 47] = [
     allow("projectile_contact", "penetration", 16.0),
     allow("step", "counters", 0.0),
     allow("step", "cleared", 0.0), // marks and sums that begin anew
-    allow("step", "untouched", 0.0),
     allow("ledger", "covered", 0.0),
     allow("ledger", "work", 12.0), // forces by displacements: 8 roundings, and 4 of the sum
     allow("ledger", "released energy", 8.0), // squares of strains

@@ -1,17 +1,15 @@
 use super::*;
-use crate::output::report::animated_ply::{BROKEN, DENSE, KeptLines, end_to_end};
 
 #[test]
 fn lines_are_dense_around_the_impact_and_end_at_the_edges() {
-    let axis = KeptLines { last: 160, hit: 80 };
-    assert_eq!(axis.lines(161).len(), 161);
-    let few = axis.lines(60);
+    assert_eq!(kept_lines(160, 80, 161).len(), 161);
+    let few = kept_lines(160, 80, 60);
     assert!(few.len() <= 60 && few.len() > 50, "{}", few.len());
     assert_eq!((few[0], few[few.len() - 1]), (0, 160));
     let dense = few.iter().filter(|line| line.abs_diff(80) <= DENSE).count();
     assert_eq!(dense, 2 * DENSE + 1);
     assert!(few.windows(2).all(|pair| pair[0] < pair[1]));
-    let half = KeptLines { last: 80, hit: 0 }.lines(30);
+    let half = kept_lines(80, 0, 30);
     assert_eq!((half[0], half[half.len() - 1]), (0, 80));
 }
 
@@ -33,7 +31,7 @@ fn keyframe(step: u64) -> Keyframe {
 }
 
 #[test]
-fn a_film_opens_at_the_largest_deflection_that_the_projectile_is_near() {
+fn an_animation_opens_at_the_largest_deflection_that_the_projectile_is_near() {
     let mut animation = Animation::new(&case());
     let of = |(step, [deflection, height]): (u64, [f64; 2])| {
         let pose = Some([0.0, 0.0, height, 1.0, 0.0, 0.0, 0.0]);
@@ -48,10 +46,10 @@ fn a_film_opens_at_the_largest_deflection_that_the_projectile_is_near() {
 }
 
 #[test]
-fn what_is_no_film_is_not_taken_for_one() {
+fn damaged_animations_are_refused() {
     let case = case();
     let mut animation = Animation::new(&case);
-    animation.strips = vec![AnimatedPly::for_tests(vec![[0.0; 3]; 4])];
+    animation.plies = vec![AnimatedPly::for_tests(vec![[0.0; 3]; 4])];
     animation.keyframes = vec![keyframe(0), keyframe(1)];
     let resume = |bytes: &[u8]| Animation::resume(&case, bytes, 2, 1e-7);
     let taken = |animation: &Animation| resume(&animation.to_bytes()).map(|animation| animation.keyframes);
@@ -64,7 +62,7 @@ fn what_is_no_film_is_not_taken_for_one() {
         |animation| animation.keyframes[1].time = 0.0,
         |animation| animation.keyframes[1].displacement.truncate(3),
         |animation| animation.keyframes[0].tension.push([None; 2]),
-        |animation| animation.strips[0].hit[1] = 1,
+        |animation| animation.plies[0].hit[1] = 1,
         |animation| animation.body = Some(SurfaceMesh::one_face_of_no_points()),
     ];
     for change in wrong {

@@ -2,6 +2,7 @@ use std::io::Read;
 
 use flate2::read::ZlibDecoder;
 
+use super::super::animation::Keyframe;
 use super::*;
 use crate::case;
 
@@ -15,12 +16,12 @@ fn case() -> Case {
     case.unwrap_or_else(|error| unreachable!("{error}"))
 }
 
-/// A animation of one strip whose numbers follow a rule.
+/// An animation of one ply whose numbers follow a rule.
 fn animation(keyframes: usize, nodes: usize) -> Animation {
     let mut animation = Animation::new(&case());
     // Like noise, so that it cannot be packed.
     let rough = |n: usize| ((n * n % 99_991 * 7919) % 100_003) as f32 * 1e-8;
-    animation.strips = vec![AnimatedPly::for_tests((0..nodes).map(|n| [rough(n), rough(n + 1), 0.0]).collect())];
+    animation.plies = vec![AnimatedPly::for_tests((0..nodes).map(|n| [rough(n), rough(n + 1), 0.0]).collect())];
     for at in 0..keyframes {
         animation.keyframes.push(Keyframe {
             step: at as u64,
@@ -38,7 +39,7 @@ fn animation(keyframes: usize, nodes: usize) -> Animation {
 fn numbers_come_back_to_half_a_step() {
     let animation = animation(4, 50);
     let packed = pack(&case(), &animation)
-        .map(|playback| BASE64_STANDARD.decode(playback.base64))
+        .map(|(_, numbers)| BASE64_STANDARD.decode(numbers))
         .and_then(Result::ok)
         .unwrap_or_default();
     let mut bytes = Vec::new();
@@ -79,16 +80,16 @@ fn numbers_come_back_to_half_a_step() {
 }
 
 #[test]
-fn a_film_that_is_too_large_loses_pictures() {
+fn an_animation_that_is_too_large_loses_keyframes() {
     let animation = animation(60, 16_000);
     let packed =
-        pack(&case(), &animation).map_or(0, |playback| playback.description["times"].as_array().map_or(0, Vec::len));
+        pack(&case(), &animation).map_or(0, |(description, _)| description["times"].as_array().map_or(0, Vec::len));
     assert!((2..60).contains(&packed), "{packed}");
-    let size = pack(&case(), &animation).map_or(0, |playback| playback.base64.len());
+    let size = pack(&case(), &animation).map_or(0, |(_, numbers)| numbers.len());
     assert!(0 < size && size <= BUDGET, "{size}");
 }
 
 #[test]
-fn a_single_picture_is_no_film() {
+fn a_single_keyframe_is_no_animation() {
     assert!(pack(&case(), &animation(1, 10)).is_none());
 }
