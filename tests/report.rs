@@ -9,7 +9,8 @@ use std::sync::atomic::AtomicBool;
 use ripstop::case::{self, Case};
 use ripstop::output;
 use ripstop::output::checks::{Level, checks};
-use ripstop::output::report::{Animation, Keyframe, report};
+use ripstop::output::report::report;
+use ripstop::output::{Animation, Keyframe};
 use ripstop::run::outcome::Outcome;
 use ripstop::run::{self, Options, Run};
 use ripstop::solver::Divergence;
@@ -126,10 +127,10 @@ fn without_a_projectile_and_without_pictures_the_rest_is_there() {
 fn the_verdict_of_each_outcome_comes_first() {
     let mut shot = Shot::new(&[]);
     let outcomes = [
-        (Outcome::Perforated, "perforated", "went through the ply and leaves at"),
-        (Outcome::Stopped, "stopped", "stopped the projectile, which struck at 600 m/s, 7 µs after impact"),
-        (Outcome::Rebounded, "rebounded", "turned the projectile 7 µs after impact"),
-        (Outcome::Running, "undecided", "Not decided"),
+        (Outcome::Perforated, "perforated", "Leaves at"),
+        (Outcome::Stopped, "stopped", "At 7.0 µs, struck at 600 m/s, deflected"),
+        (Outcome::Rebounded, "rebounded", "Turned at 7.0 µs, flies at"),
+        (Outcome::Running, "undecided", "raise /solver/end_time_us for a verdict"),
     ];
     for (outcome, word, story) in outcomes {
         shot.run.outcome = outcome;
@@ -173,7 +174,7 @@ fn a_run_that_broke_off_says_so_before_anything_else() {
         let page = shot.page();
         let header = between(&page, "<header>", "</header>");
         assert!(header.contains(&format!("verdict broken-off\">{word}</h1>")), "{header}");
-        assert!(header.contains("The run broke off") && header.contains("answer bad"), "{header}");
+        assert!(header.contains("answer bad"), "{header}");
         let drawings = between(&page, "id=\"plots\"", "id=\"trust\"");
         assert!(!drawings.contains("NaN,") && !drawings.contains(",NaN") && !drawings.contains("inf,"), "{word}");
         assert!(!page.contains("<away>"));

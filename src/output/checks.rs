@@ -1,6 +1,4 @@
 //! Checks of a run: each number, its limits, and what that means for the result. One table for the terminal, `summary.json` and the report.
-//!
-//! A check that is not fine may be a numbered warning; `explain` has more words on those.
 
 use super::breakage::Breakage;
 use super::number::{fraction, grouped, short};

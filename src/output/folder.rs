@@ -89,7 +89,7 @@ pub struct Folder {
     path: PathBuf,
     /// Folders made for it, outermost first.
     made: Vec<PathBuf>,
-    /// Lock against other runs; `None` of a folder that is shared.
+    /// Lock against other runs; `None` before it is taken and after it is given up.
     lock: Option<Lock>,
 }
 
@@ -119,41 +119,31 @@ impl Folder {
     /// # Errors
     /// As [`Folder::prepare`].
     pub fn prepare_for(path: &Path, files: &[&str], read: &[&Path]) -> Result<Self, OutputError> {
-        let mut folder = Self::share(path, files, read)?;
-        folder.lock = match Lock::take(path) {
-            Ok(Some(lock)) => Some(lock),
-            refused => {
-                folder.abandon();
-                let unwritable = |error| OutputError::new(path, WRITABLE, error);
-                return Err(refused.err().map_or_else(|| OutputError::taken(path), unwritable));
-            }
-        };
-        Ok(folder)
-    }
-
-    /// Folder that others may write to at the same time: for files that are made in a moment.
-    ///
-    /// # Errors
-    /// As [`Folder::prepare`], but that no other run can have it.
-    pub fn share(path: &Path, files: &[&str], read: &[&Path]) -> Result<Self, OutputError> {
-        let expected = "a folder for the results";
         if path.exists() && !path.is_dir() {
-            return Err(OutputError::new(path, expected, "a file"));
+            return Err(OutputError::new(path, "a folder for the results", "a file"));
         }
         let missing = |folder: &&Path| *folder != Path::new("") && !folder.exists();
         let mut made: Vec<PathBuf> = path.ancestors().take_while(missing).map(Path::to_owned).collect();
         made.reverse();
-        let folder = Self { path: path.to_owned(), made, lock: None };
-        let tried = fs::create_dir_all(path).and_then(|()| temporary(path)).map(drop);
-        let checked = tried.map_err(|error| OutputError::new(path, WRITABLE, error));
-        let checked = checked.and_then(|()| folder.keeps(files, read));
-        match checked {
+        let mut folder = Self { path: path.to_owned(), made, lock: None };
+        match folder.take(files, read) {
             Ok(()) => Ok(folder),
             Err(error) => {
                 folder.abandon();
                 Err(error)
             }
         }
+    }
+
+    /// Makes the folder, tries and locks it.
+    fn take(&mut self, files: &[&str], read: &[&Path]) -> Result<(), OutputError> {
+        let path = self.path.as_path();
+        let unwritable = |error| OutputError::new(path, WRITABLE, error);
+        fs::create_dir_all(path).and_then(|()| temporary(path)).map(drop).map_err(unwritable)?;
+        self.keeps(files, read)?;
+        let lock = Lock::take(path).map_err(unwritable)?.ok_or_else(|| OutputError::taken(path))?;
+        self.lock = Some(lock);
+        Ok(())
     }
 
     /// Refuses to write over what was read.
@@ -166,12 +156,8 @@ impl Folder {
                 return Err(OutputError::new(&path, "a file or nothing", "a folder"));
             }
             if path.canonicalize().is_ok_and(|path| read.contains(&path)) {
-                let found = format!("{name}, which was read");
-                return Err(OutputError::new(
-                    &self.path,
-                    "a folder where no result replaces a file that was read",
-                    found,
-                ));
+                let (expected, found) = ("a folder where no result replaces a file that was read", "which was read");
+                return Err(OutputError::new(&self.path, expected, format!("{name}, {found}")));
             }
         }
         Ok(())
@@ -319,10 +305,16 @@ impl Folder {
         files: &[(&'a str, T)],
     ) -> Result<Vec<(&'a str, NamedTempFile)>, OutputError> {
         self.check_identity()?;
-        let stage = |(name, content): &(&'a str, T)| {
-            self.stage(content.as_ref()).map(|file| (*name, file)).map_err(|error| self.refused(name, &error))
+        let stage = |content: &[u8]| {
+            let mut file = temporary(&self.path)?;
+            file.write_all(content)?;
+            file.as_file().sync_all()?;
+            Ok(file)
         };
-        files.iter().map(stage).collect()
+        let staged = files.iter().map(|(name, content)| {
+            stage(content.as_ref()).map(|file| (*name, file)).map_err(|error| self.refused(name, &error))
+        });
+        staged.collect()
     }
 
     /// Gives files their names, after `stale` ones of an earlier time are gone.
@@ -341,14 +333,6 @@ impl Folder {
 
     fn refused(&self, name: &str, error: &io::Error) -> OutputError {
         OutputError::new(&self.path.join(name), "a disk that takes the results", error)
-    }
-
-    /// A complete file under a temporary name.
-    fn stage(&self, content: &[u8]) -> io::Result<NamedTempFile> {
-        let mut file = temporary(&self.path)?;
-        file.write_all(content)?;
-        file.as_file().sync_all()?;
-        Ok(file)
     }
 
     /// Flushes the renames.

@@ -34,6 +34,7 @@ mod verdict;
 mod vtu;
 pub mod warnings;
 
+pub use animation::{AnimatedPly, Animation, Keyframe};
 pub use breakage::Breakage;
 pub use checkpoint::{CheckpointWriteError, CheckpointWriter};
 #[doc(hidden)]

@@ -60,7 +60,7 @@ fn round_step(least: f64) -> f64 {
 }
 
 /// Range widened at its upper end to where a tick lies.
-pub(crate) fn rounded_up([low, high]: [f64; 2]) -> [f64; 2] {
+fn rounded_up([low, high]: [f64; 2]) -> [f64; 2] {
     let span = high - low;
     if !(span > 0.0 && span.is_finite()) {
         return [low, high];
@@ -211,7 +211,7 @@ pub(crate) fn line(x: &Axis, y: &Axis, points: impl Iterator<Item = [f64; 2]>, a
 }
 
 /// Places on the paper, as SVG writes them.
-pub(crate) fn places(x: &Axis, y: &Axis, points: impl Iterator<Item = [f64; 2]>) -> String {
+fn places(x: &Axis, y: &Axis, points: impl Iterator<Item = [f64; 2]>) -> String {
     let mut path = String::new();
     for [px, py] in points.map(|p| [x.at(p[0]), y.at(p[1])]).filter(|p| p[0].is_finite() && p[1].is_finite()) {
         path += &format!("{px:.1},{py:.1} ");
@@ -220,7 +220,7 @@ pub(crate) fn places(x: &Axis, y: &Axis, points: impl Iterator<Item = [f64; 2]>)
 }
 
 /// Points of a line as dense as paper can show: of every few the lowest and the highest.
-pub(crate) fn thinned(points: &[[f64; 2]], most: usize) -> Vec<[f64; 2]> {
+fn thinned(points: &[[f64; 2]], most: usize) -> Vec<[f64; 2]> {
     if points.len() <= most {
         return points.to_vec();
     }
@@ -267,7 +267,7 @@ pub(crate) fn axes(x: &Axis, y: &Axis, [x_title, y_title]: [&str; 2]) -> String 
 }
 
 /// Words from bottom to top around a place.
-pub(crate) fn upright(x: f64, y: f64, class: &str, words: &str) -> String {
+fn upright(x: f64, y: f64, class: &str, words: &str) -> String {
     let turn = format!("class=\"{class}\" text-anchor=\"middle\" transform=\"rotate(-90 {x:.1} {y:.1})\"");
     text(x, y, &turn, words)
 }

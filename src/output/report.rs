@@ -4,7 +4,7 @@
 use maud::{Markup, html};
 use serde_json::Value;
 
-pub use super::animation::{Animation, Keyframe};
+use super::animation::Animation;
 use super::breakage::Breakage;
 use super::checks::{self, Check, Level, checks};
 use super::expect::{Judgement, expected, got, judgement, note, quantity};
