@@ -182,7 +182,7 @@ fn a_hit_sampled_at_the_rim_depends_less_on_where_in_a_cell_it_is() {
 }
 
 #[test]
-fn contact_at_the_rim_closes_the_ledger_and_meets_what_cannot_move() {
+fn contact_at_the_rim_closes_the_balance_and_meets_held_nodes() {
     const RIM: &str = "/solver/contact_sampling=edges";
     let closes = |run: &Run, error: f64| {
         assert!(run.energy_error < error && run.momentum_error < error, "{} {}", run.energy_error, run.momentum_error);

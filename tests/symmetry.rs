@@ -162,18 +162,6 @@ fn in_single_precision_the_part_is_the_whole_to_its_rounding() {
 }
 
 #[test]
-fn threads_change_no_bit_of_a_part() {
-    let pack = small(&["/pack/plies=2", "/pack/layup=[{},{\"orientation_deg\":90}]"]);
-    let viscous = small(&["/projectile/offset_mm=[1.27,0]", "/solver/shock_viscosity=0.3"]);
-    for case in [small(&["/projectile/offset_mm=[1.27,0]"]), viscous, pack] {
-        let [one, two] = [1, 2].map(|threads| run(&case, Skips::default(), Precision::F64, threads));
-        assert_eq!(one.history, two.history);
-        assert_eq!(one.events, two.events);
-        assert_eq!(one.profiles, two.profiles);
-    }
-}
-
-#[test]
 fn the_papers_shot_computes_at_most_a_quarter_at_unchanged_history() {
     let case = builtin(PAPER, &[]);
     let [part, _] = agree(&case, Precision::F64, 4, 1e-6);

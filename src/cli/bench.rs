@@ -14,6 +14,7 @@ use ripstop::study::bench::{self, BenchError, BenchPlan, BenchResult, BenchRow};
 use super::arguments::{BackendArguments, BackendChoice};
 use super::backend;
 use super::failure::CommandFailure;
+use super::input::tolerance;
 use super::run::Print;
 use super::terminal::{self, Align, Bar, TextTable};
 
@@ -42,8 +43,8 @@ pub(crate) struct BenchArguments {
     #[arg(value_name = "CASE.json")]
     cases: Vec<PathBuf>,
     /// Largest error of the velocity history, and of what is left or the stop time, that is good enough: 1% or 0.01
-    #[arg(long, value_name = "ERROR", default_value = "1%", allow_hyphen_values = true)]
-    tolerance: String,
+    #[arg(long, value_name = "ERROR", value_parser = tolerance, default_value = "1%", allow_hyphen_values = true)]
+    tolerance: f64,
     /// Change of every case, checked like the file; may be given again
     #[arg(long = "set", value_name = "/POINTER=VALUE")]
     sets: Vec<String>,
@@ -73,7 +74,7 @@ pub(crate) struct BenchArguments {
 /// Measures every case, writes `bench.json` and says which choice is the cheapest.
 pub(crate) fn bench(arguments: &BenchArguments) -> Result<(), CommandFailure> {
     let start = Instant::now();
-    let tolerance = tolerance(&arguments.tolerance)?;
+    let tolerance = arguments.tolerance;
     let interrupted = terminal::watch_interrupts()?;
     let paths: Vec<Option<&Path>> = match &arguments.cases[..] {
         [] => vec![None],
@@ -135,20 +136,6 @@ fn measurable(case: &case::Case) -> Result<(), CommandFailure> {
     let expected = "a projectile that flies freely, whose velocity can be compared";
     let found = if case.projectile.is_some() { "one that is driven" } else { "none" };
     Err(CommandFailure::expected(place, expected, found).help("take a case with \"motion\": \"free\""))
-}
-
-/// `1%` or `0.01`, as a fraction.
-fn tolerance(text: &str) -> Result<f64, CommandFailure> {
-    let (number, scale) = match text.trim().strip_suffix('%') {
-        Some(number) => (number.trim_end(), 100.0),
-        None => (text.trim(), 1.0),
-    };
-    let value = number.parse::<f64>().map(|number| number / scale);
-    value.ok().filter(|value| *value > 0.0 && *value <= 1.0).ok_or_else(|| {
-        let expected = "an error above 0 and at most 100%, as a percentage or a fraction";
-        let help = "for example --tolerance 1% or --tolerance 0.01";
-        CommandFailure::expected("--tolerance", expected, format!("{text:?}")).help(help)
-    })
 }
 
 fn percent(error: Option<f64>) -> String {

@@ -16,7 +16,7 @@ use serde_json::Value;
 
 use super::backend;
 use super::failure::CommandFailure;
-use super::range::interval;
+use super::input::interval;
 use super::run::{Print, RunObserver, conclude, file};
 use super::terminal::{self, Bar};
 

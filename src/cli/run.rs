@@ -18,9 +18,9 @@ use tracing::{info, warn};
 
 use super::arguments::{BackendArguments, BackendChoice};
 use super::failure::CommandFailure;
-use super::range::interval;
+use super::input::{self, interval};
 use super::terminal::{self, Bar};
-use super::{backend, input, result};
+use super::{backend, result};
 
 /// `ripstop run`
 #[derive(Args, Debug)]

@@ -169,7 +169,7 @@ const START: usize = 16;
 /// Bytes of the checksum.
 const SUM: usize = 8;
 
-/// What a checkpoint holds, unpacked.
+/// Contents of a checkpoint, unpacked.
 #[derive(Clone)]
 pub(crate) struct Plain {
     start: [u8; 12],

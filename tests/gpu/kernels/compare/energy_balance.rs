@@ -1,4 +1,4 @@
-//! The sums of the ledger after whole steps.
+//! The sums of the energy balance after whole steps.
 
 use nalgebra::Vector3;
 use ripstop::gpu::buffers::BufferId;
@@ -44,8 +44,8 @@ impl Pair<'_> {
         Some(layout::read_body(&rest[..BODY_WORDS], start, &layout::device_origin(&self.scene.model)))
     }
 
-    /// Everything that the second step leaves in its sample, and what a second ledger straight after it begins anew.
-    pub(super) fn ledger(&mut self) -> Outcome {
+    /// Everything that the second step leaves in its sample, and what a second balance straight after it begins anew.
+    pub(super) fn energy_balance(&mut self) -> Outcome {
         let (sums, rest) = self.sample(1)?;
         self.compare_energies(&sums);
         self.compare_motion(&sums);
@@ -53,12 +53,12 @@ impl Pair<'_> {
         let (kernel, quantity, scale) = match (&body, self.scene.pack) {
             (Some(_), _) => (CONTACT, "impulse", self.scales.impulse),
             (None, true) => ("ply_contact", "support", self.scales.node_momentum),
-            (None, false) => ("ledger", "support", self.scales.force * self.scene.model.dt),
+            (None, false) => ("energy_balance", "support", self.scales.force * self.scene.model.dt),
         };
         for a in 0..3 {
             let got = add(&sums, sum::SUPPORT + a) + body.as_ref().map_or(0.0, |body| body.support[a]);
             let expected = self.balance.support[a];
-            self.see(kernel, quantity, [got, expected, scale + expected.abs()], || format!("ledger {a}"));
+            self.see(kernel, quantity, [got, expected, scale + expected.abs()], || format!("balance {a}"));
         }
         if body.is_some() {
             let body = self.expected.body.clone().ok_or("no projectile")?;
@@ -67,7 +67,7 @@ impl Pair<'_> {
             for (ply, sums) in sums.chunks_exact(sums.len() / count).enumerate() {
                 let covered = outcome::covered(&self.scene.model, &self.expected, &body, ply);
                 let numbers = [(add(sums, sum::COVERED) > 0.5).into(), covered.into(), 1.0];
-                self.see("ledger", "covered", numbers, || format!("ply {ply}"));
+                self.see("energy_balance", "covered", numbers, || format!("ply {ply}"));
             }
         }
         let status = self.read(BufferId::Status)?;
@@ -92,37 +92,37 @@ impl Pair<'_> {
     fn compare_energies(&mut self, sums: &[u32]) {
         let most =
             |which: usize| sums.chunks_exact(SUMS).map(|s| f64::from(f32::from_bits(s[which]))).fold(0.0, f64::max);
-        let (ledger, balance) = (&self.balance, self.balance.balance());
-        let deflection = ledger.plies().iter().map(|ply| ply.deflection).fold(0.0, f64::max);
+        let (own, balance) = (&self.balance, self.balance.balance());
+        let deflection = own.plies().iter().map(|ply| ply.deflection).fold(0.0, f64::max);
         // The work that contact between plies adds to that of the membrane has its own sum on the device.
-        let work = if self.scene.elements { ledger.work } else { 0.0 };
+        let work = if self.scene.elements { own.work } else { 0.0 };
         let Scales { energy, force, length, node_momentum, speed, .. } = self.scales;
         let of_plies = node_momentum * speed;
         let lost = add(sums, sum::PLY_LOSS) - add(sums, sum::PLY_RUBBED);
         let all = [
-            ("ledger", "work", add(sums, sum::WORK), work, energy),
-            ("ledger", "released energy", add(sums, sum::RELEASED), ledger.released[0], energy),
-            ("ledger", "released energy", add(sums, sum::RELEASED_HOURGLASS), ledger.released[1], energy),
-            ("ledger", "stored energy", add(sums, sum::STORED), balance.stored, energy),
-            ("ledger", "stored energy", add(sums, sum::HOURGLASS_NOW), balance.hourglass, energy),
-            ("ledger", "work", add(sums, sum::VISCOUS), ledger.viscous, energy),
-            ("ledger", "law energy", add(sums, sum::LAW), balance.law, energy),
-            ("ledger", "tension", most(sum::TENSION), balance.max_tension, force),
-            ("ledger", "deflection", most(sum::DEFLECTION), deflection, length[0]),
-            ("ledger", "load", most(sum::LOAD), balance.max_load, 1.0),
-            ("ply_contact", "energy", lost, ledger.contact, of_plies),
-            ("ply_contact", "energy", add(sums, sum::PLY_SEPARATION_WORK), ledger.separation, of_plies),
-            ("ply_contact", "energy", add(sums, sum::PLY_RUBBED), ledger.friction, of_plies),
+            ("energy_balance", "work", add(sums, sum::WORK), work, energy),
+            ("energy_balance", "released energy", add(sums, sum::RELEASED), own.released[0], energy),
+            ("energy_balance", "released energy", add(sums, sum::RELEASED_HOURGLASS), own.released[1], energy),
+            ("energy_balance", "stored energy", add(sums, sum::STORED), balance.stored, energy),
+            ("energy_balance", "stored energy", add(sums, sum::HOURGLASS_NOW), balance.hourglass, energy),
+            ("energy_balance", "work", add(sums, sum::VISCOUS), own.viscous, energy),
+            ("energy_balance", "law energy", add(sums, sum::LAW), balance.law, energy),
+            ("energy_balance", "tension", most(sum::TENSION), balance.max_tension, force),
+            ("energy_balance", "deflection", most(sum::DEFLECTION), deflection, length[0]),
+            ("energy_balance", "load", most(sum::LOAD), balance.max_load, 1.0),
+            ("ply_contact", "energy", lost, own.contact, of_plies),
+            ("ply_contact", "energy", add(sums, sum::PLY_SEPARATION_WORK), own.separation, of_plies),
+            ("ply_contact", "energy", add(sums, sum::PLY_RUBBED), own.friction, of_plies),
         ];
         for (n, (kernel, quantity, got, expected, scale)) in all.into_iter().enumerate() {
             if self.scene.pack || kernel != "ply_contact" {
-                self.see(kernel, quantity, [got, expected, scale + expected.abs()], || format!("ledger {n}"));
+                self.see(kernel, quantity, [got, expected, scale + expected.abs()], || format!("balance {n}"));
             }
         }
     }
 
     /// Kinetic energies, momentum and largest speed from the processor's state after the step; evaluations; cells with both yarns left,
-    /// once for every step since the last ledger.
+    /// once for every step since the last balance.
     fn compare_motion(&mut self, sums: &[u32]) {
         let (model, state) = (&self.scene.model, &self.expected);
         let (mut kinetic, mut momentum, mut scale, mut square) = (0.0, Vector3::zeros(), 0.0, 0.0_f64);
@@ -142,15 +142,15 @@ impl Pair<'_> {
         let left = (0..model.grid.plies).map(whole).sum::<usize>();
         let fastest = sums.chunks_exact(SUMS).map(|s| f64::from(f32::from_bits(s[sum::FASTEST]))).fold(0.0, f64::max);
         let (now, energy) = (self.balance.balance().kinetic, kinetic + self.scales.kinetic);
-        self.see("ledger", "kinetic energy", [add(sums, sum::KINETIC), kinetic, energy], String::new);
-        self.see("ledger", "kinetic energy", [add(sums, sum::KINETIC_NOW), now, energy], || "now".into());
-        self.see("ledger", "largest square of speed", [fastest, square, square], String::new);
+        self.see("energy_balance", "kinetic energy", [add(sums, sum::KINETIC), kinetic, energy], String::new);
+        self.see("energy_balance", "kinetic energy", [add(sums, sum::KINETIC_NOW), now, energy], || "now".into());
+        self.see("energy_balance", "largest square of speed", [fastest, square, square], String::new);
         for a in 0..3 {
             let numbers = [add(sums, sum::MOMENTUM + a), momentum[a], scale];
-            self.see("ledger", "momentum", numbers, || format!("direction {a}"));
+            self.see("energy_balance", "momentum", numbers, || format!("direction {a}"));
         }
         let evaluations = [add(sums, sum::EVALUATIONS), self.counts[0], self.counts[0].max(1.0)];
-        self.see("element_force", "evaluations", evaluations, || "ledger".into());
+        self.see("element_force", "evaluations", evaluations, || "energy_balance".into());
         self.count("counters", add(sums, sum::SOLVED), (STEPS as usize * left) as f64, "solved");
     }
 }
