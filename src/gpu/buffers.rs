@@ -107,7 +107,7 @@ pub struct Sizes {
     /// Places for nodes.
     pub nodes: u64,
     /// Nodes on the edges of the plies.
-    pub rim: u64,
+    pub edge_nodes: u64,
     /// Room for nodes near the projectile, none without one.
     pub points: u64,
     /// Room for points of the projectile's edge on each ply, none where it is not sampled.
@@ -130,7 +130,7 @@ impl Sizes {
             elements,
             yarn_fields: VISCOUS_FIELDS + STRAIN_FIELDS + if model.strength.is_some() { STRENGTH_FIELDS } else { 0 },
             nodes,
-            rim: (grid.plies * 2 * (grid.columns + grid.rows + 2)) as u64,
+            edge_nodes: (grid.plies * 2 * (grid.columns + grid.rows + 2)) as u64,
             points: if model.projectile.is_some() { nodes.min(POINTS) } else { 0 },
             constraints: if model.edges { constraints(model) } else { 0 },
             groups: (grid.plies * per_ply.div_ceil(BALANCE_ELEMENTS).clamp(1, most)) as u64,
@@ -173,7 +173,7 @@ impl Sizes {
             BufferId::Accounts => [1, ACCOUNT_FIELDS * self.elements + PLY_ACCOUNT_FIELDS * meeting],
             BufferId::Status => [1, STATUS_WORDS as u64 + REACH_WORDS * self.plies],
             BufferId::Events => [1, 2 * EVENT_WORDS * self.elements],
-            BufferId::Supports => [1, 3 * self.rim],
+            BufferId::Supports => [1, 3 * self.edge_nodes],
             BufferId::Body => [1, BODY_WORDS as u64],
             BufferId::Candidates => [1, mask_words + mask_words.div_ceil(32)],
             BufferId::Points => [1, (POINT_WORDS * self.points).max(1)],
@@ -185,8 +185,7 @@ impl Sizes {
             BufferId::Touches => [1, TOUCH_WORDS * (self.points + self.plies * self.constraints + 1)],
             BufferId::Members => [1, (2 * self.plies * members).max(1)],
             BufferId::Matrix => [1, (self.plies * members * (members + 1) / 2).max(1)],
-            BufferId::Yarns if self.yarn_fields > 0 => [self.yarn_fields, self.elements],
-            BufferId::Yarns => [1, 1],
+            BufferId::Yarns => [self.yarn_fields, self.elements],
         }
     }
 
