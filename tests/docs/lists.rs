@@ -7,7 +7,7 @@ use std::sync::OnceLock;
 use ripstop::case::{self, Case};
 use ripstop::output;
 use ripstop::output::checks::{self, GAINED_LIMIT, HOURGLASS_LIMIT};
-use ripstop::output::history::COLUMNS;
+use ripstop::output::csv::COLUMNS;
 use ripstop::run::Run;
 
 use super::commands::program;

@@ -1,6 +1,6 @@
 //! Differences of a run to the reference.
 
-use crate::output::{history, velocity_left};
+use crate::output::{csv, velocity_left};
 use crate::run::outcome::Outcome;
 use crate::run::{Run, Sample};
 
@@ -21,7 +21,7 @@ pub struct Errors {
 
 /// Velocity along the line of flight at a time [s], where the history covers it [m/s].
 fn velocity_at(history: &[Sample], time: f64) -> Option<f64> {
-    history::between(history, time, |row| row.time, |row| row.projectile_velocity)
+    csv::between(history, time, |row| row.time, |row| row.projectile_velocity)
 }
 
 /// Differences of a run; `None` where the histories have no time in common.
