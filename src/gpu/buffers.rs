@@ -2,9 +2,9 @@
 
 use super::DeviceError;
 use super::layout::{
-    ACCOUNT_FIELDS, BODY_WORDS, CONTACT_WORDS, EVENT_WORDS, FORCE_FIELDS, HEIGHT_FIELDS, IMPULSE_FIELDS, NODE_FIELDS,
-    PLY_ACCOUNT_FIELDS, POINT_WORDS, REACH_WORDS, SHOTS, STATUS_WORDS, STRAIN_FIELDS, STRENGTH_FIELDS, SUMS,
-    TOUCH_WORDS, VISCOUS_FIELDS,
+    ACCUMULATOR_FIELDS, BODY_WORDS, CONTACT_WORDS, EVENT_WORDS, FORCE_FIELDS, HEIGHT_FIELDS, IMPULSE_FIELDS,
+    NODE_FIELDS, PLY_ACCUMULATOR_FIELDS, POINT_WORDS, REACH_WORDS, SHOTS, STATUS_WORDS, STRAIN_FIELDS, STRENGTH_FIELDS,
+    SUMS, TOUCH_WORDS, VISCOUS_FIELDS,
 };
 use crate::model::Model;
 
@@ -59,7 +59,7 @@ buffers! {
     /// Intact yarns and residual evaluations, shape (elements,).
     Flags = "flags",
     /// Energy accumulators of the elements, shape (10, elements), and of contact between plies, shape (3, nodes).
-    Accounts = "accounts",
+    Accumulators = "accumulators",
     /// Counters, shape (12,), and active regions, shape (plies, 4).
     Status = "status",
     /// Failures, shape (2·elements, 4): every yarn breaks once, so the list cannot overflow.
@@ -170,7 +170,7 @@ impl Sizes {
             BufferId::Forces => [FORCE_FIELDS, self.elements],
             BufferId::Heights => [HEIGHT_FIELDS, self.elements],
             BufferId::Flags => [1, self.elements],
-            BufferId::Accounts => [1, ACCOUNT_FIELDS * self.elements + PLY_ACCOUNT_FIELDS * meeting],
+            BufferId::Accumulators => [1, ACCUMULATOR_FIELDS * self.elements + PLY_ACCUMULATOR_FIELDS * meeting],
             BufferId::Status => [1, STATUS_WORDS as u64 + REACH_WORDS * self.plies],
             BufferId::Events => [1, 2 * EVENT_WORDS * self.elements],
             BufferId::Supports => [1, 3 * self.edge_nodes],

@@ -25,7 +25,7 @@ const CLEARED: [BufferId; 6] = [
     BufferId::Contacts,
     BufferId::Shares,
     BufferId::Impulses,
-    BufferId::Accounts,
+    BufferId::Accumulators,
 ];
 
 impl DeviceStepper<'_> {
