@@ -2,7 +2,7 @@
 //   in      nodes     array<f32>  (6, N)   displacement [m], velocity [m/s]
 //   in/out  forces    array<f32>  (9, E)   P1·Ly/2, P2·Lx/2, force on the difference of opposite edges [N]
 //   in/out  heights   array<f32>  (6, E)   `dh_dstretch` [m] and `force_share` [-] of warp and weft, which predict heights; h1, h2 [m], warm start
-//   in/out  flags     array<u32>  (E)      bit 0 warp alive, bit 1 weft alive; evaluations since the last ledger << 8
+//   in/out  flags     array<u32>  (E)      bit 0 warp alive, bit 1 weft alive; evaluations since the last sample << 8
 //   in/out  accounts  array<f32>  (10, E)   see `energy_balance`
 //   in/out  status    array<u32>           counters
 //   out     events    array<Event>         yarn failures
@@ -84,7 +84,7 @@ fn any_of(x: vec2<bool>) -> bool {
     return x.x || x.y;
 }
 
-/// How an element has moved.
+/// Motion of an element.
 struct Motion {
     size: ElementGeometry,
     k: Kinematics,
@@ -102,7 +102,7 @@ fn motion_of(element: u32, at: vec4<u32>) -> Motion {
     return Motion(size, k, v, growth(size, k, v));
 }
 
-/// Its yarns, and which of them fail.
+/// Yarns of an element, and which of them fail.
 struct YarnsLeft {
     was_alive: vec2<bool>,
     failed: vec2<bool>,
@@ -136,7 +136,7 @@ struct Forces {
     /// Trellis shear, had the element two yarns.
     trellis: Shear,
     membrane: Membrane,
-    /// Of the yarns on the difference of opposite edges [N].
+    /// Force of the yarns on the difference of opposite edges [N].
     on_mode: vec3<f32>,
     /// Hourglass stiffness on the difference of opposite edges [N/m].
     hourglass: f32,
@@ -227,7 +227,7 @@ fn release(element: u32, motion: Motion, cell: Equilibrium, yarns_left: YarnsLef
     if (!any_of(yarns_left.alive)) { atomicAdd(&status[counter(ERODED)], 1u); }
 }
 
-/// Energies of the state and largest values, for the ledger.
+/// Energies of the state and largest values, for the energy balance.
 fn keep_state(element: u32, at: vec4<u32>, motion: Motion, cell: Equilibrium, yarns_left: YarnsLeft, acting: Forces) {
     let e = scene.elements;
     let zero = vec2<f32>(0.0);
@@ -313,7 +313,7 @@ fn element_force(
     shot = shots[group.z];
     let number = invocation(group, groups, local);
     let element = first_element() + number;
-    // Also when an earlier step went wrong nobody leaves before the barriers.
+    // No invocation leaves before the barriers, also when an earlier step went wrong.
     if (number < scene.shot_elements && is_due(element) && step.index <= atomicLoad(&status[counter(BAD_STEP)])) {
         let residual = element_step(element);
         if (residual == 0xffffffffu) {

@@ -2,11 +2,11 @@
 //   in      nodes     array<f32>  (6, N)   displacement [m], velocity [m/s]
 //   in      forces    array<f32>  (9, E)   P1·Ly/2, P2·Lx/2, force on the difference of opposite edges [N]
 //   in/out  flags     array<u32>  (E)      evaluations are counted from 0 again
-//   in/out  accounts  array<f32>  (10, E)   since the last ledger: work, released by failures, hourglass released [J];
-//                                          now: stored, hourglass [J], largest tension [N], deflection [m]; since the last ledger:
+//   in/out  accounts  array<f32>  (10, E)   since the last sample: work, released by failures, hourglass released [J];
+//                                          now: stored, hourglass [J], largest tension [N], deflection [m]; since the last sample:
 //                                          dissipated by shock viscosity [J]; made by the unit-cell law since the start [J]; now:
 //                                          largest tension over breaking load [-];
-//                             then (4, N)  of contact between plies, since the last ledger, see PLY_LOSS
+//                             then (4, N)  of contact between plies, since the last sample, see PLY_LOSS
 //   in/out  supports  array<f32>  (S, 3)   impulse of the supports, from 0 again [N·s]
 //   in/out  bodies    array<Body>          their sums begin at 0 again
 //   in      status    array<u32>           counters
@@ -56,7 +56,7 @@ const LAW_MADE: u32 = 23u;
 /// Largest tension over breaking load.
 const LOAD: u32 = 24u;
 
-/// What an invocation adds up.
+/// Sums of an invocation.
 var<private> part: array<f32, 25>;
 var<workgroup> sums: array<f32, 1625>; // 25 sums of 64 parts, in rows of 65
 
@@ -94,7 +94,7 @@ fn within(ply: u32, axis: u32, along: u32) -> vec2<u32> {
 }
 
 /// Whether a yarn (1 warp, 2 weft) of an element is unbroken there and for `span` cells on either side, or to the edge of
-/// the ply. Only the yarns' bits of `flags` are read: the ledger leaves them as they are.
+/// the ply. Only the yarns' bits of `flags` are read: the energy balance leaves them as they are.
 fn runs_on(ply: u32, place: vec2<u32>, yarn: u32) -> bool {
     let warp = yarn == 1u;
     let along = select(place.x, place.y, warp);

@@ -4,7 +4,7 @@
 //   in/out  shares    array<u32>  (N)      contacts of a node, by weight; from 0 again
 //   in/out  impulses  array<i32>  (N, 6)   counted impulses; from 0 again
 //   in/out  accounts  array<f32>           see `energy_balance`
-//   in/out  supports  array<f32>  (S, 3)   impulse of the supports since the last ledger [N·s], nodes of the rim
+//   in/out  supports  array<f32>  (S, 3)   impulse of the supports since the last sample [N·s], nodes of the rim
 //   in/out  status    array<u32>           counters
 //   in      yarns     array<f32>           viscous forces of warp and weft [N], see `element_force`
 // Twin: src/solver/ply_move.rs
@@ -35,7 +35,7 @@ fn viscous_part(element: u32, yarn: u32, size: f32) -> vec3<f32> {
     return force * (yarns[yarn * scene.elements + element] * size / max(whole, 1e-30));
 }
 
-/// The same of one element, with the signs of the corner it has at this node; `there` is false beyond the edge.
+/// Shock viscosity's part of the force of one element [N], with the signs of the corner it has at this node; `there` is false beyond the edge.
 fn corner_viscous(element: u32, there: bool, warp: f32, weft: f32) -> vec3<f32> {
     if (!there) {
         return vec3<f32>(0.0);

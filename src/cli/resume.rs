@@ -6,17 +6,17 @@ use std::time::Instant;
 
 use clap::{Args, builder::RangedU64ValueParser};
 use ripstop::case::{self, Case};
+use ripstop::output::Animation;
 use ripstop::output::frames::Recorder;
 use ripstop::output::number::us;
-use ripstop::output::report::Animation;
 use ripstop::output::{CHECKPOINT, CheckpointWriter, Folder};
-use ripstop::run::checkpoint::{Checkpoint, Extras, Header};
+use ripstop::run::checkpoint::{Checkpoint, Header};
 use ripstop::run::{self, Options};
 use serde_json::Value;
 
 use super::backend;
 use super::failure::CommandFailure;
-use super::range::interval;
+use super::input::interval;
 use super::run::{Print, RunObserver, conclude, file};
 use super::terminal::{self, Bar};
 
@@ -60,7 +60,7 @@ pub(crate) fn resume(arguments: &ResumeArguments) -> Result<(), CommandFailure> 
     // First: until the folder is held, another run may write a later checkpoint, or end.
     let folder = Folder::reopen(&arguments.folder)?;
     let checkpoint = Checkpoint::open(&path)?;
-    let head = checkpoint.head();
+    let head = checkpoint.header();
     let mut case = case::read(&arguments.folder.join("case.json"), &[])?;
     case.name.clone_from(&head.case);
     checkpoint.check_case(&case)?;
@@ -73,10 +73,10 @@ pub(crate) fn resume(arguments: &ResumeArguments) -> Result<(), CommandFailure> 
     say(&format!("note: goes on from {}", us(head.time)));
     let bar = Bar::new(!arguments.quiet);
     let options = chosen.options(arguments.threads.or(head.threads)).skips(head.skips).resume(&checkpoint);
-    let extras = Extras { report: head.extras.report && !arguments.no_report };
-    let head = Header { every: arguments.checkpoint_every.unwrap_or(head.every), extras, ..head.clone() };
+    let report = head.report && !arguments.no_report;
+    let head = Header { every: arguments.checkpoint_every.unwrap_or(head.every), report, ..head.clone() };
     let recorder = recorder_again(&case, &folder, &options, &head, say);
-    let animation = if extras.report { Some(animation_again(&case, &checkpoint, say)?) } else { None };
+    let animation = if report { Some(animation_again(&case, &checkpoint, say)?) } else { None };
     let checkpoint_writer = Some(CheckpointWriter::new(&folder, &case, head, start));
     let mut observer = RunObserver { bar: &bar, animation, recorder, checkpoint_writer, complained: false };
     let run = run::run(&case, options, &interrupted, &mut observer);
@@ -119,7 +119,7 @@ fn recorder_again<'a>(
 
 /// The animation of a run that goes on; `say` hears of one that is lost.
 fn animation_again(case: &Case, checkpoint: &Checkpoint, say: impl Fn(&str)) -> Result<Animation, CommandFailure> {
-    let head = checkpoint.head();
+    let head = checkpoint.header();
     Ok(Animation::resume(case, &checkpoint.observer_state()?, head.step, head.time_step).unwrap_or_else(|| {
         let from = us(head.time);
         say(&format!("warning: the pictures before {from} are lost; the report's playback begins there"));

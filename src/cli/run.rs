@@ -7,20 +7,20 @@ use std::time::Instant;
 use clap::{Args, ValueEnum, builder::RangedU64ValueParser};
 use ripstop::case::Case;
 use ripstop::output::checks::case_warnings;
-use ripstop::output::expectation::{Judgement, judgement};
+use ripstop::output::expect::{Judgement, judgement};
 use ripstop::output::frames::Recorder;
-use ripstop::output::report::{self, Animation};
-use ripstop::output::{self, CHECKPOINT, CheckpointWriter, Folder, StagedFrames};
-use ripstop::run::checkpoint::{Checkpointable, Extras, Header};
+use ripstop::output::report;
+use ripstop::output::{self, Animation, CHECKPOINT, CheckpointWriter, Folder, StagedFrames};
+use ripstop::run::checkpoint::{Checkpointable, Header};
 use ripstop::run::{self, Observer, Options, Progress, Run, RunError, Skips, View};
 use serde_json::Value;
 use tracing::{info, warn};
 
 use super::arguments::{BackendArguments, BackendChoice};
 use super::failure::CommandFailure;
-use super::range::interval;
+use super::input::{self, interval};
 use super::terminal::{self, Bar};
-use super::{backend, input, result};
+use super::{backend, result};
 
 /// `ripstop run`
 #[derive(Args, Debug)]
@@ -156,10 +156,9 @@ pub(crate) fn shoot(
     let bar = Bar::new(!arguments.quiet);
     let options = chosen.options(arguments.threads).skips(arguments.skips());
     let attempt = |options: Options<'_>| {
-        let head = arguments.checkpoint_every.map(|every| Header {
-            extras: Extras { report: !arguments.no_report },
-            ..Header::new(case, &options, every)
-        });
+        let head = arguments
+            .checkpoint_every
+            .map(|every| Header { report: !arguments.no_report, ..Header::new(case, &options, every) });
         let recorder = (case.output.frames > 0).then(|| Recorder::new(&folder, case, &options, head.is_some()));
         let animation = (!arguments.no_report).then(|| Animation::new(case));
         let checkpoint_writer = head.map(|head| CheckpointWriter::new(&folder, case, head, start));

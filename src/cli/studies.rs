@@ -11,7 +11,7 @@ use ripstop::case::{Case, CaseError};
 use ripstop::num::link::Link;
 use ripstop::output::Folder;
 use ripstop::output::number::{bytes, duration, short};
-use ripstop::run::graphics::DeviceUse;
+use ripstop::run::batch::DeviceUse;
 use ripstop::study::StudyError;
 use ripstop::study::batch::{BatchError, BatchOptions, BatchProgress, order_case};
 use ripstop::study::fit::{self, Fit, FitRequest};
@@ -44,7 +44,7 @@ const FIT_FILES: [&str; 3] = ["fit.json", "fit.svg", "fit.html"];
 const MAX_ROWS: usize = 60;
 const MAX_LETTERS: usize = 40;
 
-/// Computes shots of a case, or one of them alone.
+/// `ripstop shots`: shots of a case, or one of them alone.
 pub(crate) fn shots(arguments: &ShotsArguments) -> Result<(), CommandFailure> {
     let study = Study::new(&arguments.batch, "shots", shots::FILES)?;
     let request = ShotsRequest {
@@ -72,7 +72,7 @@ pub(crate) fn shots(arguments: &ShotsArguments) -> Result<(), CommandFailure> {
     })
 }
 
-/// Finds the V50 of a case.
+/// `ripstop v50`: the V50 of a case.
 pub(crate) fn v50(arguments: &V50Arguments) -> Result<(), CommandFailure> {
     let study = Study::new(&arguments.batch, "v50", v50::FILES)?;
     let case = &study.case;
@@ -84,7 +84,7 @@ pub(crate) fn v50(arguments: &V50Arguments) -> Result<(), CommandFailure> {
     })
 }
 
-/// Computes shots or a V50 at every point of a grid.
+/// `ripstop sweep`: shots or a V50 at every point of a grid.
 pub(crate) fn sweep(arguments: &SweepArguments) -> Result<(), CommandFailure> {
     let study = Study::new(&arguments.batch, "sweep", sweep::FILES)?;
     let factors = arguments.over.iter().map(|text| Factor::parse(text)).collect::<Result<Vec<_>, StudyError>>()?;
@@ -113,7 +113,7 @@ pub(crate) fn sweep(arguments: &SweepArguments) -> Result<(), CommandFailure> {
     })
 }
 
-/// Fits a limit to a table of shots.
+/// `ripstop fit`: a limit from a table of shots.
 pub(crate) fn fit(arguments: &FitArguments) -> Result<(), CommandFailure> {
     let rows = fit::read(&arguments.data)?;
     let request = FitRequest { link: arguments.link, level: arguments.print.level };
@@ -226,7 +226,7 @@ impl<'a> Study<'a> {
         self.arguments.out.clone().unwrap_or_else(usual)
     }
 
-    /// Computes, shows progress in so many `units`, and prints JSON or report.
+    /// Computes, shows progress counted in `units`, and prints JSON or report.
     fn compute(
         &self,
         units: &str,

@@ -11,7 +11,7 @@ use ripstop::gpu::buffers::{BufferId, Sizes};
 use ripstop::gpu::{Device, DeviceError, adapters, device};
 use ripstop::model::Model;
 use ripstop::model::mesh::Grid;
-use ripstop::run::graphics::DeviceSimulation;
+use ripstop::run::device::DeviceSimulation;
 use ripstop::run::{self, Options, RunError};
 
 use super::harness::{Outcome, trial};

@@ -26,7 +26,7 @@ use std::sync::atomic::AtomicBool;
 use libtest_mimic::Trial;
 use ripstop::case::Case;
 use ripstop::gpu::Device;
-use ripstop::run::graphics::DeviceSimulation;
+use ripstop::run::device::DeviceSimulation;
 use ripstop::run::{self, Options, Run, Skips};
 
 use super::harness::{Outcome, trial};

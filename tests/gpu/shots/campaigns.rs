@@ -127,11 +127,11 @@ fn points(device: &'static Device) -> Outcome {
     let swept = run(whole.path(), false);
     assert_eq!((swept.device.shots, swept.device.room), (3, 3), "one batch");
     for (number, (point, (_, case))) in swept.points.iter().zip(&request.points).enumerate() {
-        assert_eq!(point.numbers[0], residual_velocity(case, &run_on(device, case)), "point {number}");
+        assert_eq!(point[1].as_f64(), residual_velocity(case, &run_on(device, case)), "point {number}");
         let table = whole.path().join(format!("points/{number:04}/shots.csv"));
         assert!(table.exists() && !table.with_extension("csv.partial").exists());
     }
-    assert!(swept.points[0].numbers[0] == Some(0.0) && swept.points[2].numbers[0] > Some(50.0), "{swept:?}");
+    assert!(swept.points[0][1] == 0.0 && swept.points[2][1].as_f64() > Some(50.0), "{swept:?}");
     // Of two points that are gone each is fired again.
     run(broken.path(), false);
     for point in ["0000", "0002"] {

@@ -4,7 +4,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use ripstop::case::Case;
 use ripstop::gpu::Device;
-use ripstop::run::graphics::DeviceSimulation;
+use ripstop::run::device::DeviceSimulation;
 use ripstop::run::outcome;
 use ripstop::run::{self, Options, Run, Skips};
 

@@ -58,7 +58,7 @@ fn killed(_: &'static Device) -> Outcome {
         thread::sleep(Duration::from_micros(random.between(0.0, 3e4) as u64));
         child.kill().unwrap(); // -9
         assert!(!child.wait().unwrap().success(), "over before kill {kill}: take a longer run");
-        let head = Checkpoint::open(&path).unwrap_or_else(|e| panic!("{e}")).head().clone();
+        let head = Checkpoint::open(&path).unwrap_or_else(|e| panic!("{e}")).header().clone();
         assert!(head.time > last, "{} after {last}", head.time);
         last = head.time;
         file = wait_for_another(&path, None);

@@ -5,8 +5,8 @@ use std::path::PathBuf;
 
 use ripstop::case::{Case, ContactSampling};
 use ripstop::gpu::Device;
-use ripstop::run::checkpoint::{Checkpoint, CheckpointError, CheckpointFault, Checkpointable, Header};
-use ripstop::run::graphics::DeviceSimulation;
+use ripstop::run::checkpoint::{Checkpoint, CheckpointError, CheckpointReason, Checkpointable, Header};
+use ripstop::run::device::DeviceSimulation;
 use ripstop::run::{self, Observer, Options, Run, RunError, Skips};
 use tempfile::TempDir;
 
@@ -90,7 +90,7 @@ fn resumes_equal(device: &'static Device, case: &Case, times: fn(&Case, &Run) ->
         let checkpoint = Checkpoint::open(path).unwrap_or_else(|e| panic!("{e}"));
         let resumed = result(case, &run(case, options(device).resume(&checkpoint), &mut ()));
         for (one, two) in whole.iter().zip(&resumed) {
-            assert_eq!(one, two, "from step {}", checkpoint.head().step);
+            assert_eq!(one, two, "from step {}", checkpoint.header().step);
         }
         assert_eq!(whole.len(), resumed.len());
     }
@@ -122,17 +122,17 @@ fn refused(device: &'static Device) -> Outcome {
     run(&case, options(device), &mut shelf);
     let checkpoint = Checkpoint::open(&shelf.kept[0]).map_err(|e| e.to_string())?;
     let fault = |result: Result<Run, RunError>| match result {
-        Err(RunError::Checkpoint(CheckpointError { fault, .. })) => fault,
+        Err(RunError::Checkpoint(CheckpointError { reason, .. })) => reason,
         other => panic!("{:?}", other.map(drop)),
     };
     let from = |case: &Case, options: Options<'_>| {
         let options = options.resume(&checkpoint);
         fault(run::run(case, options, &false.into(), &mut ()))
     };
-    assert!(matches!(from(&case, Options::default()), CheckpointFault::Backend(_)));
-    assert!(matches!(from(&pack(), options(device)), CheckpointFault::Case { .. }));
+    assert!(matches!(from(&case, Options::default()), CheckpointReason::Backend(_)));
+    assert!(matches!(from(&pack(), options(device)), CheckpointReason::Case { .. }));
     // Behind the fingerprint, sizes are looked at too.
     let unfit = DeviceSimulation::resume(&pack(), device, &checkpoint).map(drop);
-    assert!(matches!(unfit, Err(RunError::Checkpoint(CheckpointError { fault: CheckpointFault::Contents(_), .. }))));
+    assert!(matches!(unfit, Err(RunError::Checkpoint(CheckpointError { reason: CheckpointReason::Contents(_), .. }))));
     Ok(())
 }

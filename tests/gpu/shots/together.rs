@@ -5,7 +5,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use ripstop::case::Case;
 use ripstop::gpu::Device;
 use ripstop::output::Folder;
-use ripstop::run::graphics::{DeviceBatch, PreparedShot};
+use ripstop::run::batch::{DeviceBatch, PreparedShot};
 use ripstop::run::{Precision, Run};
 use ripstop::study::batch::{Batch, BatchError, BatchOptions, ShotOrder};
 use ripstop::study::shot_table::ShotRow;
