@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use ripstop::gpu::Device;
-use ripstop::output::history;
+use ripstop::output::csv;
 use ripstop::run::Run;
 use ripstop::run::profile::ProfilePoint;
 
@@ -87,7 +87,7 @@ const TEARING: Allowed = &[
 fn off(cpu: &Run, gpu: &Run, allowed: Allowed, part: f64) -> Vec<String> {
     assert_eq!(cpu.time_step, gpu.time_step);
     let difference = |(name, allowed): &(&str, f64)| {
-        let column = history::find(name).unwrap();
+        let column = csv::find(name).unwrap();
         let [c, g] = [cpu, gpu].map(|run| run.history.iter().map(column.read).collect::<Vec<f64>>());
         let scale = c.iter().fold(0.0_f64, |most, x| most.max(x.abs()));
         let within = |(c, g): (&f64, &f64)| (c - g).abs() <= allowed * scale;
