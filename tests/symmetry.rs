@@ -10,7 +10,7 @@ use std::sync::atomic::AtomicBool;
 
 use ripstop::case::Case;
 use ripstop::model::Model;
-use ripstop::output::{self, history};
+use ripstop::output::{self, csv};
 use ripstop::physics::mirror_planes::MirrorPlanes;
 use ripstop::run::{self, Options, Precision, Run, Skips};
 use serde_json::json;
@@ -90,7 +90,7 @@ fn agree(case: &Case, precision: Precision, parts: u64, allowed: f64) -> [Run; 2
     assert_eq!((part.elements, part.steps), (whole.elements, whole.steps));
     assert!(part.element_steps_computed * parts <= whole.element_steps_computed + 64 * whole.steps);
     assert_eq!(part.history.len(), whole.history.len());
-    for column in history::COLUMNS.iter().filter(|c| !c.name.ends_with("_error") && c.name != "energy_gained") {
+    for column in csv::COLUMNS.iter().filter(|c| !c.name.ends_with("_error") && c.name != "energy_gained") {
         let scale = whole.history.iter().map(|row| (column.read)(row).abs()).fold(0.0, f64::max);
         for (p, w) in part.history.iter().zip(&whole.history) {
             let off = ((column.read)(p) - (column.read)(w)).abs();
@@ -159,18 +159,6 @@ fn a_part_of_a_pack_gives_the_history_of_the_whole() {
 #[test]
 fn in_single_precision_the_part_is_the_whole_to_its_rounding() {
     agree(&small(&["/projectile/velocity_m_s=150", "/solver/end_time_us=10"]), Precision::F32, 4, 1e-3);
-}
-
-#[test]
-fn threads_change_no_bit_of_a_part() {
-    let pack = small(&["/pack/plies=2", "/pack/layup=[{},{\"orientation_deg\":90}]"]);
-    let viscous = small(&["/projectile/offset_mm=[1.27,0]", "/solver/shock_viscosity=0.3"]);
-    for case in [small(&["/projectile/offset_mm=[1.27,0]"]), viscous, pack] {
-        let [one, two] = [1, 2].map(|threads| run(&case, Skips::default(), Precision::F64, threads));
-        assert_eq!(one.history, two.history);
-        assert_eq!(one.events, two.events);
-        assert_eq!(one.profiles, two.profiles);
-    }
 }
 
 #[test]

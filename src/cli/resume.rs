@@ -17,7 +17,7 @@ use serde_json::Value;
 use super::backend;
 use super::failure::CommandFailure;
 use super::input::interval;
-use super::run::{Print, RunObserver, conclude, file};
+use super::run::{RunObserver, conclude, file};
 use super::terminal::{self, Bar};
 
 /// `ripstop resume`
@@ -83,8 +83,7 @@ pub(crate) fn resume(arguments: &ResumeArguments) -> Result<(), CommandFailure> 
     bar.clear();
     let run = run.map_err(|error| CommandFailure::start(&file(&case), &error))?;
     let wall = observer.checkpoint_writer.as_ref().map_or(0.0, |writer| writer.spent(run.loop_seconds).wall);
-    let print = Print::of(arguments.json, arguments.quiet);
-    conclude(&case, run, &folder, observer, wall, print)
+    conclude(&case, run, &folder, observer, wall, [arguments.json, arguments.quiet])
 }
 
 /// A run that has ended is no mistake; a folder without a run is.

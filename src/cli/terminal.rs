@@ -11,6 +11,7 @@ use console::{Alignment, Style, Term, colors_enabled_stderr, measure_text_width,
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use ripstop::output::number::duration;
 use ripstop::run::Progress;
+use serde_json::Value;
 use tracing_subscriber::filter::Targets;
 use tracing_subscriber::fmt::{layer, time};
 use tracing_subscriber::layer::SubscriberExt as _;
@@ -47,6 +48,20 @@ pub(crate) fn complain(message: &str) {
     aside(|| drop(writeln!(io::stderr().lock(), "{}", lines.join("\n"))));
 }
 
+/// Prints a result as JSON or as text for people, or with `quiet` alone not at all.
+pub(crate) fn show(
+    json: bool,
+    quiet: bool,
+    value: impl FnOnce() -> Value,
+    text: impl FnOnce() -> String,
+) -> Result<(), CommandFailure> {
+    match (json, quiet) {
+        (true, _) => print(&format!("{:#}\n", value())),
+        (false, false) => print(&text()),
+        (false, true) => Ok(()),
+    }
+}
+
 /// Writes while the bar, if there is one, is out of the way.
 fn aside<T>(write: impl FnOnce() -> T) -> T {
     let shown = SHOWN.lock().unwrap_or_else(PoisonError::into_inner).clone();
@@ -68,7 +83,7 @@ fn label(line: &str) -> String {
     line.to_owned()
 }
 
-/// Lines of a text, broken between words, that fit on the screen (20 columns at least) after so many blanks.
+/// Lines of a text, broken between words, that fit on the screen (20 columns at least) behind an indent [columns].
 pub(crate) fn wrapped(text: &str, indent: usize) -> Vec<String> {
     let screen = Term::stdout().size_checked().filter(|(_, columns)| *columns > 0);
     let width = screen.map_or(WIDEST, |(_, columns)| columns.into()).min(WIDEST).saturating_sub(indent).max(20);
@@ -138,6 +153,13 @@ impl TextTable {
     pub(crate) fn new(columns: &[(&str, Align)]) -> Self {
         let mut table = Self::plain(&columns.iter().map(|(_, align)| *align).collect::<Vec<_>>());
         table.row(columns.iter().map(|(name, _)| *name));
+        table
+    }
+
+    /// A table of names and values.
+    pub(crate) fn pairs<T: Into<String>>(pairs: impl IntoIterator<Item = (T, String)>) -> Self {
+        let mut table = Self::plain(&[Align::Left, Align::Left]);
+        pairs.into_iter().for_each(|(name, value)| table.row([name.into(), value]));
         table
     }
 
@@ -220,7 +242,7 @@ impl Bar {
     }
 }
 
-/// Progress of a run after so many seconds: time, velocity, failed yarns, rate, and how long it may still take.
+/// Progress of a run after a time [s]: simulated time, velocity, failed yarns, rate, and the time it may still take.
 fn message(at: &Progress, elapsed: f64, narrow: bool) -> String {
     let rate = at.steps as f64 * at.elements as f64 / elapsed.max(1e-9) / 1e6;
     let left = duration(elapsed * (at.end_time - at.time).max(0.0) / at.time.max(1e-12));

@@ -13,8 +13,8 @@ use crate::run::Run;
 const WIDTH: f64 = 300.0;
 const SIDES: [f64; 2] = [52.0, WIDTH - 10.0];
 const TOP: f64 = 8.0;
-/// Pixels along the longer side of an image.
-const PIXELS: f64 = 200.0;
+/// Pixels along the longer side of an image: few, and a browser blends them.
+const PIXELS: f64 = 80.0;
 
 /// Colour of a share of the largest value.
 pub(super) fn colour(share: f64) -> [u8; 3] {

@@ -64,19 +64,6 @@ fn a_second_run_in_a_folder_is_refused_and_the_first_loses_nothing() {
 }
 
 #[test]
-fn of_three_that_start_at_once_those_that_do_not_run_say_so() {
-    let bench = Bench::new(&small());
-    let start = || {
-        let mut command = bench.command(&["run", "shot.json", "--backend", "cpu", "--quiet"]);
-        command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap()
-    };
-    let ended = [start(), start(), start()].map(|child| child.wait_with_output().unwrap());
-    assert!(ended.iter().any(|output| code(output) == 0), "{ended:?}");
-    ended.iter().filter(|output| code(output) != 0).for_each(|output| refused(output, &["another run"]));
-    assert_eq!(bench.names("out/shot"), FILES);
-}
-
-#[test]
 fn a_folder_that_is_gone_at_the_end_is_not_made_again_and_another_is_left_alone() {
     for another in [false, true] {
         let bench = long();
@@ -100,7 +87,7 @@ fn a_folder_that_is_gone_at_the_end_is_not_made_again_and_another_is_left_alone(
     }
 }
 
-/// Runs a script where files are small: on a disk of so many KiB, or where this user may mount none, with files of 16 KiB at most.
+/// Runs a script where files are small: on a disk of `size` [KiB], or where this user may mount none, with files of 16 KiB at most.
 /// `$RIPSTOP` stands for the program; `full` before it for the small disk, where it is not one already.
 fn on_a_small_disk(bench: &Bench, size: u32, script: &str) -> (Output, &'static str) {
     let mount = format!("mount -t tmpfs -o size={size}k tmpfs out");

@@ -11,7 +11,7 @@ use tempfile::TempDir;
 use super::page::{self, Block, Page, is_update};
 use crate::cli::DRIVER_FILES;
 
-/// What else may stand in a block: not the program's.
+/// Other lines that a block may have.
 const OTHERS: [&str; 3] = ["cargo install --path .", "cargo test --release", "mdbook serve docs"];
 /// Lines that differ from run to run, up to here.
 const VARYING: [&str; 2] = ["  wall time  ", "  on  "];
