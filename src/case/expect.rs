@@ -4,8 +4,7 @@ use schemars::JsonSchema;
 use serde::Deserialize;
 
 use super::CaseError;
-use super::text::{number_text, percent, quote};
-use super::units::{Text, Us};
+use super::text::{number_text, percent, quote, short_number_text};
 
 /// A statement about the result, checked after the run.
 #[derive(Clone, Debug, PartialEq)]
@@ -51,7 +50,8 @@ pub enum Bound {
 #[derive(Debug, Deserialize, JsonSchema)]
 pub(super) struct ExpectKeys {
     /// A name of summary.json, a column of history.csv, or a measured wave quantity.
-    quantity: Text,
+    #[schemars(length(min = 1))]
+    quantity: String,
     /// The expected number or word.
     value: Option<NumberOrWord>,
     /// Least value; instead of value.
@@ -63,15 +63,17 @@ pub(super) struct ExpectKeys {
     /// Allowed difference from a number, absolute or "1%".
     tolerance: Option<Tolerance>,
     /// Time at which the quantity is read.
-    #[schemars(range(min = 0.0, max = 1e9))]
-    at_us: Option<Us>,
+    #[schemars(rename = "at_us", range(min = 0, max = 1e9))]
+    at: Option<f64>,
     /// Interval of a measured speed or frequency.
-    #[schemars(inner(range(min = 0.0, max = 1e9)))]
-    between_us: Option<[Us; 2]>,
+    #[schemars(rename = "between_us", inner(range(min = 0, max = 1e9)))]
+    between: Option<[f64; 2]>,
     /// Where the statement comes from.
-    source: Text,
+    #[schemars(length(min = 1))]
+    source: String,
     /// Why the statement is known not to hold: shown, and no failure.
-    known_difference: Option<Text>,
+    #[schemars(length(min = 1))]
+    known_difference: Option<String>,
 }
 
 #[derive(Debug, Deserialize, JsonSchema)]
@@ -84,7 +86,7 @@ enum NumberOrWord {
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(untagged)]
 enum Tolerance {
-    Absolute(#[schemars(range(min = 0.0, max = 1e15))] f64),
+    Absolute(#[schemars(range(min = 0, max = 1e15))] f64),
     Percent(#[schemars(extend("pattern" = "%$"))] String),
 }
 
@@ -92,25 +94,20 @@ impl ExpectKeys {
     /// The statement at a pointer.
     pub(super) fn expect(self, at: &str) -> Result<Expect, CaseError> {
         let bound = self.bound(at)?;
-        if let Some([first, last]) = self.between_us
-            && (first.si() >= last.si() || self.at_us.is_some())
-        {
-            let (expected, found) = match first.si() >= last.si() {
-                true => {
-                    ("two times, the earlier one first", format!("[{},{}]", number_text(first.0), number_text(last.0)))
-                }
-                false => ("either \"at_us\" or \"between_us\"", "both".to_owned()),
-            };
-            return Err(CaseError::at(format!("{at}/between_us"), expected, found));
+        if let Some([first, last]) = self.between {
+            let us = |time: f64| short_number_text(time * 1e6);
+            let refused =
+                |expected: &str, found: String| Err(CaseError::at(format!("{at}/between_us"), expected, found));
+            if first >= last {
+                return refused("two times, the earlier one first", format!("[{},{}]", us(first), us(last)));
+            }
+            if self.at.is_some() {
+                return refused("either \"at_us\" or \"between_us\"", "both".to_owned());
+            }
         }
-        Ok(Expect {
-            quantity: self.quantity.0,
-            bound,
-            at: self.at_us.map(Us::si),
-            between: self.between_us.map(|between| between.map(Us::si)),
-            source: self.source.0,
-            known_difference: self.known_difference.map(|text| text.0).unwrap_or_default(),
-        })
+        let Self { quantity, at, between, source, .. } = self;
+        let known_difference = self.known_difference.unwrap_or_default();
+        Ok(Expect { quantity, bound, at, between, source, known_difference })
     }
 
     fn bound(&self, at: &str) -> Result<Bound, CaseError> {

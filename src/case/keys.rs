@@ -1,12 +1,11 @@
 //! Every key of the case file: the schema of the types that hold them, and what stands in a document against it.
 //!
 //! A key is written once, as a field of such a type. Beside its type, its range and its doc comment the schema has, as the field says:
-//! - `unit`: that of its numbers;
 //! - `default` with `source`, or `derived`, or `without`: its value where it is left out, and where that comes from or what it means;
 //! - `where`: the value of another key with which the default holds; `or`: what may be given in its place, as a pointer from its object;
 //! - `only`: the values of another key beside which it belongs; `with`: a key that must be given beside it;
 //! - `group`: a name that it shares with others, of which exactly one is given;
-//! - `help`: what to say of a value out of range.
+//! - `help`: what to say of a value out of range; `none`: the word that stands for no object.
 
 use std::sync::LazyLock;
 
@@ -18,6 +17,7 @@ use super::error::CaseError;
 use super::text::{
     describe, escape, index, is_at_or_below, json_number, list, nearest, number_text, percent, quote, text_of, whole,
 };
+use super::units::split_unit;
 
 /// Keys that are gone, or those of a key's words that are, and what to do instead.
 const REMOVED: [(&str, &str, &str); 4] = [
@@ -58,12 +58,29 @@ fn tidy(node: &mut Value) {
                 words.retain(|word| !word.is_null());
             }
             if let Some(Value::String(text)) = map.get_mut("description") {
-                *text = text.replace('\n', " ");
+                *text = without_unit(text);
             }
             map.shift_remove("format");
+            if map.contains_key("derived") {
+                map.shift_remove("default");
+            }
+            for (name, key) in map.get_mut("properties").and_then(Value::as_object_mut).into_iter().flatten() {
+                let Some(unit) = split_unit(name).1 else { continue };
+                let items = key.get("items").is_some();
+                (if items { &mut key["items"] } else { key })["unit"] = Value::from(unit.name);
+            }
             map.values_mut().for_each(tidy);
         }
         _ => {}
+    }
+}
+
+/// A doc comment in one line, without the SI unit that it ends in.
+fn without_unit(text: &str) -> String {
+    let text = text.replace('\n', " ");
+    match text.strip_suffix("].").and_then(|text| text.rsplit_once(" [")) {
+        Some((text, _)) => format!("{text}."),
+        None => text,
     }
 }
 
@@ -242,7 +259,7 @@ fn fits<'a>(node: &Value, value: &'a Value) -> Option<&'a Vec<Value>> {
 }
 
 /// What may stand where a schema describes it, in words.
-fn expected(node: &'static Value) -> String {
+pub(super) fn expected(node: &'static Value) -> String {
     if let Some(choices) = node["anyOf"].as_array() {
         let or = if choices.iter().any(|choice| choice.get("pattern").is_some()) { ", or " } else { " or " };
         return choices.iter().map(expected).collect::<Vec<_>>().join(or);

@@ -146,24 +146,26 @@ impl Case {
 struct CaseKeys {
     /// The JSON Schema of case files, for editors; ripstop writes one with `ripstop schema`.
     #[serde(rename = "$schema")]
-    schema: Option<units::Text>,
+    #[schemars(length(min = 1))]
+    schema: Option<String>,
     /// What the case is, for people.
-    title: units::Text,
+    #[schemars(length(min = 1))]
+    title: String,
     /// The fabric of every ply that pack.layup gives no other; a file is named relative to the case's folder.
-    fabric: fabric::FabricKeys,
+    fabric: Fabric,
     /// Plies, size, edges and initial state.
-    pack: pack::PackKeys,
+    pack: Pack,
     /// What strikes the pack; null or absent: nothing does.
-    #[schemars(extend("without" = "nothing strikes the pack"))]
-    projectile: Option<projectile::ProjectileKeys>,
+    #[schemars(with = "Option<projectile::ProjectileKeys>", extend("without" = "nothing strikes the pack"))]
+    projectile: Option<Projectile>,
     /// What varies from shot to shot; nothing does in a case that names no shot.
-    variability: Option<variability::VariabilityKeys>,
+    variability: Option<Variability>,
     /// Time integration.
     #[schemars(extend("default" = {}))]
-    solver: solver::SolverKeys,
+    solver: Solver,
     /// What is written and how often.
     #[schemars(extend("default" = {}))]
-    output: solver::OutputKeys,
+    output: Output,
     /// Statements about the result that the run checks.
     #[schemars(length(min = 0, max = 1000))]
     expect: Option<Vec<expect::ExpectKeys>>,
@@ -172,22 +174,21 @@ struct CaseKeys {
     #[schemars(extend("propertyNames" = {"pattern": "^(/.*)?$"}))]
     sources: Option<BTreeMap<String, String>>,
     /// Remarks for people.
-    notes: Option<units::Text>,
+    #[schemars(length(min = 1))]
+    notes: Option<String>,
 }
 
 impl CaseKeys {
     /// The case; its name, path, notes, document and draws are the caller's.
     fn case(self, record: provenance::Provenance) -> Result<Case, CaseError> {
-        let fabric = self.fabric.fabric("/fabric", &record)?;
-        let projectile = self.projectile.map(|keys| keys.projectile(&record)).transpose()?;
-        let variability = self.variability.map(|keys| keys.variability(projectile.as_ref())).transpose()?;
-        let (mut solver, end_time) = self.solver.solver(projectile.as_ref(), &record);
-        let pack = self.pack.pack(&fabric, projectile.as_ref(), &solver, &record)?;
-        solver.end_time = match end_time {
-            Some(given) => given,
-            None => solver.latest_end(projectile.as_ref(), &pack, &record)?,
-        };
-        let output = self.output.output()?;
+        let Self { title, mut fabric, mut pack, mut projectile, variability, mut solver, output, .. } = self;
+        fabric.complete("/fabric", &record)?;
+        projectile.as_mut().map_or(Ok(()), |projectile| projectile.complete(&record))?;
+        variability.as_ref().map_or(Ok(()), |variability| variability.check(projectile.as_ref()))?;
+        solver.complete(projectile.as_ref(), &record);
+        pack.complete(&fabric, projectile.as_ref(), &solver, &record)?;
+        solver.complete_end(projectile.as_ref(), &pack, &record)?;
+        output.check(&record)?;
         let statement = |(index, keys): (usize, expect::ExpectKeys)| {
             let at = format!("/expect/{index}");
             let expect = keys.expect(&at)?;
@@ -195,7 +196,7 @@ impl CaseKeys {
             Ok(expect)
         };
         let expect = self.expect.into_iter().flatten().enumerate().map(statement).collect::<Result<_, _>>()?;
-        let (title, fields) = (self.title.0, record.into_fields());
+        let fields = record.into_fields();
         let (name, as_run, path, notes, drawn) = Default::default();
         Ok(Case {
             name,

@@ -8,7 +8,7 @@ use serde_json::{Value, json};
 use super::CaseError;
 use super::keys::{Key, keys, lookup, order};
 use super::text::{is_at_or_below, short_number_text, text_of, whole};
-use super::units::of_si;
+use super::units::{Word, split_unit};
 
 /// One field of the case and where its value came from.
 #[derive(Clone, Debug, PartialEq)]
@@ -134,6 +134,7 @@ impl Provenance {
         let mut object = json!({});
         if let Some(key) = lookup(pointer) {
             self.complete(pointer, key.node, &mut object);
+            in_si(key.node, &mut object);
         }
         typed(pointer, object)
     }
@@ -152,10 +153,25 @@ impl Provenance {
         self.push(pointer, value, "", Origin::Read, source, is_assumed(source));
     }
 
+    /// Puts a number [SI] computed into the place of one that was left out, and records it; `how` is empty where the key says it.
+    pub(super) fn fill(&self, pointer: &str, value: &mut f64, si: f64, how: &str, assumed: bool) {
+        if !self.has(pointer) {
+            *value = self.derive(pointer, si, how, assumed);
+        }
+    }
+
+    /// Puts a choice into the place of one that was left out, and records it as its key says.
+    pub(super) fn fill_choice<W: Word>(&self, pointer: &str, value: &mut W, otherwise: W) {
+        if !self.has(pointer) {
+            *value = otherwise;
+            self.derive_text(pointer, otherwise.word(), "", false);
+        }
+    }
+
     /// Records a number [SI] computed for a key that was left out; `how` is empty where the key says it.
     pub(super) fn derive(&self, pointer: &str, si: f64, how: &str, assumed: bool) -> f64 {
-        let unit = lookup(pointer).map_or("", |key| key.unit());
-        self.derive_text(pointer, short_number_text(of_si(unit, si)), how, assumed);
+        let value = split_unit(pointer).1.map_or(si, |unit| unit.of_si(si));
+        self.derive_text(pointer, short_number_text(value), how, assumed);
         si
     }
 
@@ -193,6 +209,12 @@ impl Provenance {
         self.field(pointer, |field| field.value.clone()).unwrap_or_default()
     }
 
+    /// A number recorded earlier [SI].
+    pub(super) fn si(&self, pointer: &str) -> f64 {
+        let number = self.number(pointer).parse().unwrap_or_default();
+        split_unit(pointer).1.map_or(number, |unit| unit.to_si(number))
+    }
+
     /// A field recorded earlier as the report shows it: value and unit.
     pub(super) fn value(&self, pointer: &str) -> String {
         self.field(pointer, Field::with_unit).unwrap_or_default()
@@ -217,6 +239,31 @@ impl Provenance {
         let covers = |above: &str| is_at_or_below(pointer, above);
         let nearest = self.sources.iter().filter(|(above, _)| covers(above)).max_by_key(|(above, _)| above.len());
         nearest.map_or("case file", |(_, text)| text)
+    }
+}
+
+/// Turns a completed document into SI units; its keys lose their units, and words for no object become null.
+pub(super) fn in_si(node: &'static Value, value: &mut Value) {
+    let is_none = |word: &String| node.get("none").is_some_and(|none| none == word);
+    match value {
+        Value::Object(map) if super::keys::object(node).is_some() => {
+            for key in keys(node) {
+                let Some(mut inside) = map.remove(key.name) else { continue };
+                match (split_unit(key.name), inside.as_f64()) {
+                    ((_, Some(unit)), Some(number)) => inside = json!(unit.to_si(number)),
+                    ((_, Some(unit)), None) => inside
+                        .as_array_mut()
+                        .into_iter()
+                        .flatten()
+                        .for_each(|item| *item = json!(unit.to_si(item.as_f64().unwrap_or_default()))),
+                    ((_, None), _) => in_si(key.node, &mut inside),
+                }
+                map.insert(split_unit(key.name).0.to_owned(), inside);
+            }
+        }
+        Value::Array(items) => items.iter_mut().for_each(|item| in_si(&node["items"], item)),
+        Value::String(word) if is_none(word) => *value = Value::Null,
+        _ => {}
     }
 }
 

@@ -9,10 +9,10 @@ use serde_json::{Value, json};
 use super::error::CaseError;
 use super::fabric_file::{self, FabricSource, Inlined};
 use super::keys::{self, CASE, without_aliases};
-use super::provenance::{Provenance, typed};
+use super::provenance::{Provenance, in_si, typed};
 use super::set::{self, Set};
 use super::text::{describe, is_at_or_below};
-use super::{Case, CaseKeys, json, limits, variability};
+use super::{Case, CaseKeys, json, limits, pack, variability};
 
 /// Largest size of a case file [bytes]; a larger file is something else.
 const MAX_BYTES: u64 = 1 << 20;
@@ -153,6 +153,8 @@ fn built(document: &Value) -> Result<Case, Vec<CaseError>> {
     }
     let mut document = document.clone();
     let record = Provenance::of(&mut document);
+    in_si(&CASE, &mut document);
+    pack::share_with_layup(&mut document);
     typed("", document).and_then(|keys: CaseKeys| keys.case(record)).map_err(|error| vec![error])
 }
 

@@ -1,69 +1,61 @@
-//! What values of the case file are made of: numbers with a unit, and words.
+//! Values of the case file: numbers with a unit, and words.
 
 use std::f64::consts::PI;
 
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-/// Number of the case file with its unit: SI = value · numerator / denominator, so that decimal factors round once.
-macro_rules! units {
-    ($($(#[$doc:meta])* $unit:ident $name:literal $numerator:literal $($factor:ident)? / $denominator:literal;)+) => {
-        $(
-            $(#[$doc])*
-            #[derive(Clone, Copy, Debug, Deserialize, JsonSchema)]
-            #[serde(transparent)]
-            #[schemars(extend("unit" = $name))]
-            pub(super) struct $unit(pub(super) f64);
-
-            impl $unit {
-                /// The number in SI units.
-                pub(super) fn si(self) -> f64 {
-                    self.0 * ($numerator $(* $factor)?) / $denominator
-                }
-            }
-        )+
-
-        /// Number of SI units in the unit of this name.
-        pub(super) fn of_si(unit: &str, si: f64) -> f64 {
-            match unit {
-                $($name => si * $denominator / ($numerator $(* $factor)?),)+
-                _ => si,
-            }
-        }
-    };
+/// Unit of a key: SI = value · numerator / denominator, so that decimal factors round once.
+pub(super) struct Unit {
+    /// End of the names of its keys.
+    end: &'static str,
+    /// Its sign.
+    pub(super) name: &'static str,
+    numerator: f64,
+    denominator: f64,
 }
 
-units! {
-    Rad "rad" 1.0 / 1.0;
-    Deg "deg" 1.0 PI / 180.0;
-    Mm "mm" 1.0 / 1e3;
-    MmN13 "mm·N^(1/3)" 1.0 / 1e3;
-    Us "µs" 1.0 / 1e6;
-    MS "m/s" 1.0 / 1.0;
-    RadS "rad/s" 1.0 / 1.0;
-    Gram "g" 1.0 / 1e3;
-    GMm2 "g·mm²" 1.0 / 1e9;
-    KgM3 "kg/m³" 1.0 / 1.0;
-    GM2 "g/m²" 1.0 / 1e3;
-    /// Grams per 9000 m.
-    Denier "denier" 1.0 / 9e6;
-    /// Grams per 1000 m.
-    Tex "tex" 1.0 / 1e6;
-    Dtex "dtex" 1.0 / 1e7;
-    PerInch "1/inch" 1e4 / 254.0;
-    PerCm "1/cm" 100.0 / 1.0;
-    Gpa "GPa" 1e9 / 1.0;
-    Mpa "MPa" 1e6 / 1.0;
-    NM "N/m" 1.0 / 1.0;
+/// Units by the ends of the names of their keys; of several that fit the first is meant.
+#[rustfmt::skip]
+const UNITS: [Unit; 18] = [
+    Unit { end: "_deg", name: "deg", numerator: PI, denominator: 180.0 },
+    Unit { end: "_mm", name: "mm", numerator: 1.0, denominator: 1e3 },
+    Unit { end: "_mm_n13", name: "mm·N^(1/3)", numerator: 1.0, denominator: 1e3 },
+    Unit { end: "_us", name: "µs", numerator: 1.0, denominator: 1e6 },
+    Unit { end: "_m_s", name: "m/s", numerator: 1.0, denominator: 1.0 },
+    Unit { end: "_rad_s", name: "rad/s", numerator: 1.0, denominator: 1.0 },
+    Unit { end: "_g", name: "g", numerator: 1.0, denominator: 1e3 },
+    Unit { end: "_g_mm2", name: "g·mm²", numerator: 1.0, denominator: 1e9 },
+    Unit { end: "_kg_m3", name: "kg/m³", numerator: 1.0, denominator: 1.0 },
+    Unit { end: "_g_m2", name: "g/m²", numerator: 1.0, denominator: 1e3 },
+    Unit { end: "_denier", name: "denier", numerator: 1.0, denominator: 9e6 },
+    Unit { end: "_tex", name: "tex", numerator: 1.0, denominator: 1e6 },
+    Unit { end: "_dtex", name: "dtex", numerator: 1.0, denominator: 1e7 },
+    Unit { end: "_per_inch", name: "1/inch", numerator: 1e4, denominator: 254.0 },
+    Unit { end: "_per_cm", name: "1/cm", numerator: 100.0, denominator: 1.0 },
+    Unit { end: "_gpa", name: "GPa", numerator: 1e9, denominator: 1.0 },
+    Unit { end: "_mpa", name: "MPa", numerator: 1e6, denominator: 1.0 },
+    Unit { end: "_n_per_m", name: "N/m", numerator: 1.0, denominator: 1.0 },
+];
+
+/// A key's name without its unit, and the unit.
+pub(super) fn split_unit(key: &str) -> (&str, Option<&'static Unit>) {
+    let found = UNITS.iter().find_map(|unit| Some((key.strip_suffix(unit.end)?, Some(unit))));
+    found.unwrap_or((key, None))
 }
 
-/// Text that is not empty.
-#[derive(Debug, Deserialize, JsonSchema)]
-#[serde(transparent)]
-pub(super) struct Text(#[schemars(length(min = 1))] pub(super) String);
+impl Unit {
+    pub(super) fn to_si(&self, value: f64) -> f64 {
+        value * self.numerator / self.denominator
+    }
+
+    pub(super) fn of_si(&self, si: f64) -> f64 {
+        si * self.denominator / self.numerator
+    }
+}
 
 /// A word, or the object that stands in its place.
-#[derive(Debug, Deserialize, JsonSchema)]
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize, JsonSchema)]
 #[serde(untagged)]
 pub(super) enum WordOr<W, K> {
     Word(W),
