@@ -4,8 +4,8 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Deserializer};
 
 use super::CaseError;
+use super::keys::{WordOr, choices};
 use super::provenance::Provenance;
-use super::units::{WordOr, choices};
 
 /// Source of a default that stands for a property of the fabric.
 const NOT_PUBLISHED: &str = "assumed: not published for this fabric";
@@ -170,10 +170,8 @@ struct ShearKeys {
 
 choices! {
     /// Unit-cell law.
-    #[derive(Default)]
     pub enum Law {
         /// The paper's (13)–(24): sinusoidal yarns, F = 2 T sin α.
-        #[default]
         Published = "published" or "shahkarami_vaziri",
         /// Sinusoidal yarns, forces conjugate to the arc length: conserves energy to round-off.
         Variational = "variational",
