@@ -7,7 +7,8 @@ use std::io::{self, IsTerminal, Write};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 
-use console::{Alignment, Style, Term, colors_enabled_stderr, measure_text_width, pad_str, style};
+pub(crate) use console::Alignment as Align;
+use console::{Style, Term, colors_enabled_stderr, measure_text_width, pad_str, style};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use ripstop::output::number::duration;
 use ripstop::run::Progress;
@@ -127,15 +128,6 @@ pub(crate) fn mark(pass: bool) -> String {
     if pass { good("pass") } else { bad("FAIL") }
 }
 
-/// Side to which a column's cells stand.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Align {
-    /// Words.
-    Left,
-    /// Numbers.
-    Right,
-}
-
 /// A table: columns padded to their widest cell, whatever its colour, two blanks between them.
 #[derive(Clone, Debug)]
 pub(crate) struct TextTable {
@@ -173,17 +165,10 @@ impl fmt::Display for TextTable {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let cells = |column: usize| self.rows.iter().filter_map(move |row| row.get(column));
         let width = |column: usize| cells(column).map(|cell| measure_text_width(cell)).max().unwrap_or(0);
-        let columns: Vec<(usize, Alignment)> = self
-            .align
-            .iter()
-            .enumerate()
-            .map(|(column, align)| match align {
-                Align::Left => (width(column), Alignment::Left),
-                Align::Right => (width(column), Alignment::Right),
-            })
-            .collect();
+        let widths: Vec<usize> = (0..self.align.len()).map(width).collect();
         for row in &self.rows {
-            let padded = row.iter().zip(&columns).map(|(cell, (width, align))| pad_str(cell, *width, *align, None));
+            let columns = row.iter().zip(&widths).zip(&self.align);
+            let padded = columns.map(|((cell, width), align)| pad_str(cell, *width, *align, None));
             writeln!(f, "{}", padded.collect::<Vec<_>>().join("  ").trim_end())?;
         }
         Ok(())

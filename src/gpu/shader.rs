@@ -96,7 +96,7 @@ const ELEMENT_FORCE: Kernel = Kernel {
         (BufferId::Forces, Write),
         (BufferId::Heights, Write),
         (BufferId::Flags, Write),
-        (BufferId::Accounts, Write),
+        (BufferId::Accumulators, Write),
         (BufferId::Status, Write),
         (BufferId::Events, Write),
         (BufferId::Yarns, Write),
@@ -193,7 +193,7 @@ const PLY_IMPULSE: Kernel = Kernel {
         (BufferId::Contacts, Read),
         (BufferId::Shares, Read),
         (BufferId::Impulses, Write),
-        (BufferId::Accounts, Write),
+        (BufferId::Accumulators, Write),
         (BufferId::Status, Write),
     ],
 };
@@ -208,7 +208,7 @@ const PLY_MOVE: Kernel = Kernel {
         (BufferId::Forces, Read),
         (BufferId::Shares, Write),
         (BufferId::Impulses, Write),
-        (BufferId::Accounts, Write),
+        (BufferId::Accumulators, Write),
         (BufferId::Supports, Write),
         (BufferId::Status, Write),
         (BufferId::Yarns, Read),
@@ -224,7 +224,7 @@ const ENERGY_BALANCE: Kernel = Kernel {
         (BufferId::Nodes, Read),
         (BufferId::Forces, Read),
         (BufferId::Flags, Write),
-        (BufferId::Accounts, Write),
+        (BufferId::Accumulators, Write),
         (BufferId::Supports, Write),
         (BufferId::Body, Write),
         (BufferId::Status, Write),
@@ -268,29 +268,29 @@ const WITHIN: f64 = 1e-3;
 /// Counts that make a whole share of a node's mass. The processor shares masses out in real numbers.
 const SHARE_UNIT: u32 = 1 << 20;
 
-/// Values of the pipeline-overridable constants, by name. `ledger`: the step fills in the energies of the state.
-pub fn constants(terms: &Features, ledger: bool) -> [(&'static str, f64); 20] {
+/// Values of the pipeline-overridable constants, by name. `sampled`: the step fills in the energies of the state.
+pub fn constants(features: &Features, sampled: bool) -> [(&'static str, f64); 20] {
     let flag = |yes: bool| f64::from(u8::from(yes));
     [
         ("ROUNDOFF_TOLERANCE", NOISE),
         ("WITHIN", WITHIN),
         ("SHARE_UNIT", f64::from(SHARE_UNIT)),
-        ("VARIATIONAL", flag(terms.law == Law::Variational)),
-        ("PIVOT", terms.pivot as f64),
-        ("TERMS", terms.series as f64),
-        ("COMPRESSION", flag(terms.compression)),
-        ("SHEAR", flag(terms.shear)),
-        ("HOURGLASS", flag(terms.hourglass || terms.mean_stretch)),
-        ("VISCOUS", flag(terms.viscous)),
-        ("STRENGTH", flag(terms.strength)),
-        ("LAW_ENERGY", flag(terms.law_energy)),
-        ("PROJECTILE", flag(terms.projectile)),
-        ("FRICTION", flag(terms.friction)),
-        ("RIM", flag(terms.edges)),
-        ("ROTATION", flag(terms.rotation)),
-        ("SAMPLED", flag(ledger)),
-        ("PLIES", flag(terms.plies)),
-        ("PLY_FRICTION", flag(terms.ply_friction)),
-        ("GRADED", flag(terms.graded)),
+        ("VARIATIONAL", flag(features.law == Law::Variational)),
+        ("PIVOT", features.pivot as f64),
+        ("TERMS", features.series as f64),
+        ("COMPRESSION", flag(features.compression)),
+        ("SHEAR", flag(features.shear)),
+        ("HOURGLASS", flag(features.hourglass || features.mean_stretch)),
+        ("VISCOUS", flag(features.viscous)),
+        ("STRENGTH", flag(features.strength)),
+        ("LAW_ENERGY", flag(features.law_energy)),
+        ("PROJECTILE", flag(features.projectile)),
+        ("FRICTION", flag(features.friction)),
+        ("RIM", flag(features.edges)),
+        ("ROTATION", flag(features.rotation)),
+        ("SAMPLED", flag(sampled)),
+        ("PLIES", flag(features.plies)),
+        ("PLY_FRICTION", flag(features.ply_friction)),
+        ("GRADED", flag(features.graded)),
     ]
 }

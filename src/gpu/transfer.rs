@@ -25,7 +25,7 @@ const CLEARED: [BufferId; 6] = [
     BufferId::Contacts,
     BufferId::Shares,
     BufferId::Impulses,
-    BufferId::Accounts,
+    BufferId::Accumulators,
 ];
 
 impl DeviceStepper<'_> {
@@ -45,7 +45,7 @@ impl DeviceStepper<'_> {
         }
     }
 
-    /// Where the fields of a shot begin in a buffer, and how long they are [bytes].
+    /// Offset and size of every field of a shot in a buffer [bytes].
     fn places(&self, name: BufferId, shot: usize) -> impl Iterator<Item = [u64; 2]> + use<> {
         let ([fields, count], shots) = (self.sizes.shape(name), self.sizes.shots);
         (0..fields).map(move |field| [4 * (field * shots + shot as u64) * count, 4 * count])
@@ -72,9 +72,7 @@ impl DeviceStepper<'_> {
         put(BufferId::Nodes, &planes(&state.nodes, 0..node::COUNT, 0, columns + 1));
         put(BufferId::Forces, &planes(&state.elements, element::FORCES, 1, columns));
         put(BufferId::Heights, &planes(&state.elements, element::PREDICTOR..element::ALIVE, 1, columns));
-        if self.sizes.yarn_fields > 0 {
-            put(BufferId::Yarns, &self.yarns(model, &state.elements));
-        }
+        put(BufferId::Yarns, &self.yarns(model, &state.elements));
         let alive = planes(&state.elements, element::ALIVE..element::COUNT, 1, columns);
         let (warp, weft) = alive.split_at(self.sizes.elements as usize);
         let flag = |(warp, weft): (&f32, &f32)| u32::from(*warp > 0.5) + 2 * u32::from(*weft > 0.5);
@@ -113,10 +111,10 @@ impl DeviceStepper<'_> {
         };
         (0..2).for_each(|_| yarns.extend(fields(strains, element::STRAIN)));
         if let Some(strength) = &model.strength {
-            for yarn in 0..2 {
-                let places = (0..self.grid.element_rows())
-                    .flat_map(|row| (0..self.grid.columns).map(move |column| [row, column]));
-                yarns.extend(places.map(|[row, column]| strength.factor(row, yarn, column) as f32));
+            for (yarn, row) in
+                [0, 1].into_iter().flat_map(|yarn| (0..self.grid.element_rows()).map(move |row| (yarn, row)))
+            {
+                yarns.extend((0..self.grid.columns).map(|column| strength.factor(row, yarn, column) as f32));
             }
         }
         yarns

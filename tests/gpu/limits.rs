@@ -77,9 +77,9 @@ fn too_large(device: &'static Device) -> Outcome {
         let Err(DeviceError::TooLarge { adapter, buffer, needed, limit, total }) = refused else {
             return Err(format!("{} plies are not refused: {refused:?}", most + 1));
         };
-        // The first that has no room: where a ply is much of it, accounts have none either.
+        // The first that has no room: where a ply is much of it, accumulators have none either.
         let without_room = BufferId::ALL.into_iter().find(|name| sizes.bytes(*name) > room).unwrap();
-        let named = if room == LEAST_BUFFER { "accounts" } else { without_room.variable() };
+        let named = if room == LEAST_BUFFER { "accumulators" } else { without_room.variable() };
         assert_eq!((adapter.as_str(), buffer, limit), (device.name(), named, room));
         assert_eq!(needed, sizes.bytes(without_room));
         assert_eq!(total, BufferId::ALL.iter().map(|name| sizes.bytes(*name)).sum::<u64>());
