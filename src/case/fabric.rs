@@ -170,8 +170,10 @@ struct ShearKeys {
 
 choices! {
     /// Unit-cell law.
+    #[derive(Default)]
     pub enum Law {
         /// The paper's (13)–(24): sinusoidal yarns, F = 2 T sin α.
+        #[default]
         Published = "published" or "shahkarami_vaziri",
         /// Sinusoidal yarns, forces conjugate to the arc length: conserves energy to round-off.
         Variational = "variational",
