@@ -10,7 +10,7 @@ use ripstop::output::checks::case_warnings;
 use ripstop::output::expect::{Judgement, judgement};
 use ripstop::output::frames::Recorder;
 use ripstop::output::report;
-use ripstop::output::{self, Animation, CHECKPOINT, CheckpointWriter, Folder, StagedFrames};
+use ripstop::output::{self, Animation, CHECKPOINT, CheckpointWriter, Folder};
 use ripstop::run::checkpoint::{Checkpointable, Header};
 use ripstop::run::{self, Observer, Options, Progress, Run, RunError, Skips, View};
 use serde_json::Value;
@@ -193,15 +193,12 @@ pub(crate) fn conclude(
     [json, quiet]: [bool; 2],
 ) -> Result<(), CommandFailure> {
     let RunObserver { animation, recorder, checkpoint_writer, .. } = observer;
-    let frames = recorder.map_or_else(|| Ok(StagedFrames::default()), Recorder::finish);
+    let frames = recorder.map(Recorder::finish).transpose();
     run.checkpoint_error = checkpoint_writer.as_ref().and_then(CheckpointWriter::failed).map(str::to_owned);
     let summary = output::summary(case, &run, wall_seconds);
     let page = animation.map(|animation| report::report(case, &run, &summary, &animation));
-    let (frames, refused) = match frames {
-        Ok(frames) => (frames, None),
-        Err(error) => (StagedFrames::default(), Some(error)),
-    };
-    let written = folder.write(case, &run, &summary, page, frames);
+    let (frames, refused) = frames.map_or_else(|error| (None, Some(error)), |frames| (frames, None));
+    let written = folder.write(case, &run, &summary, page, frames.unwrap_or_default());
     let files = written.as_ref().ok().map(|names| (folder.path(), names.as_slice()));
     terminal::show(json, quiet, || summary.clone(), || result::text(case, &run, &summary, files))?;
     info!(folder = %folder.path().display(), files = ?written.as_deref().unwrap_or_default(), "files written");
@@ -270,11 +267,11 @@ fn verdict(case: &Case, run: &Run, summary: &Value, folder: &Path, goes_on: bool
     )))
 }
 
-/// Shows progress, films, writes frames and keeps checkpoints.
+/// Observer of a run: progress bar, animation, frames, checkpoints.
 pub(crate) struct RunObserver<'a> {
-    /// On standard error.
+    /// Progress bar on standard error.
     pub(crate) bar: &'a Bar,
-    /// For the report.
+    /// Animation of the report, where there is one.
     pub(crate) animation: Option<Animation>,
     /// Writer of frames, where they are asked for.
     pub(crate) recorder: Option<Recorder<'a>>,
