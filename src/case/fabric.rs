@@ -4,8 +4,8 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Deserializer};
 
 use super::CaseError;
+use super::keys::{WordOr, choices};
 use super::provenance::Provenance;
-use super::units::{WordOr, choices};
 
 /// Source of a default that stands for a property of the fabric.
 const NOT_PUBLISHED: &str = "assumed: not published for this fabric";

@@ -3,9 +3,9 @@
 use schemars::JsonSchema;
 use serde::Deserialize;
 
+use super::error::millimetres;
+use super::keys::{WordOr, choices};
 use super::provenance::Provenance;
-use super::text::millimetres;
-use super::units::{WordOr, choices};
 use super::{CaseError, Layer, Projectile, Shape};
 
 /// Fine elements reach this far from the projectile's wall by default, over its radius [-].

@@ -4,8 +4,8 @@
 //! (`model`, `state`, `step`, …) sees the types below: SI numbers that are finite, in range and
 //! consistent with each other.
 //!
-//! A document becomes a case in five steps: [`json`] parses it, [`set`] changes it and [`fabric_file`] puts fabrics of files in their place,
-//! [`keys`] checks it against the types of its keys, [`provenance`] completes it with defaults and keeps where each value came from, and
+//! A document becomes a case in five steps: [`read`] parses it, [`set`] changes it and [`fabric_file`] puts fabrics of files in their place,
+//! [`check`] checks it against the types of its keys, [`provenance`] completes it with defaults and keeps where each value came from, and
 //! these types become those below.
 
 use std::borrow::Cow;
@@ -17,43 +17,41 @@ use serde::Deserialize;
 use serde_json::Value;
 
 mod builder;
+mod check;
 mod error;
-mod expect;
 mod fabric;
 mod fabric_file;
 mod grading;
-mod json;
 mod keys;
 mod limits;
 mod pack;
 mod projectile;
 mod provenance;
 mod read;
-mod report;
 mod schema;
 mod set;
+mod shape;
 mod solver;
-mod text;
-mod units;
 mod variability;
 
 pub use builder::CaseBuilder;
 pub use error::CaseError;
-pub use expect::{Bound, Expect};
 pub use fabric::{Compression, Crossover, Fabric, Law, MembraneForce, Shear, ShearModulus, Yarn};
 pub use fabric_file::{BuiltInFabric, builtin_fabric};
 pub use grading::{Grading, LinesFrom};
 pub use pack::{Edge, Edges, InitialDeflection, Layer, Pack};
-pub use projectile::{Along, Motion, Projectile, Rotation, Shape};
-pub use provenance::{Field, Origin};
+pub use projectile::{Along, Motion, Projectile, Rotation};
+pub(crate) use provenance::mesh;
+pub use provenance::{Field, Origin, report};
 pub(crate) use read::{converged, realisation};
 pub use read::{from_str, from_text, read};
-pub(crate) use report::mesh;
-pub use report::report;
 pub use schema::{reference, schema};
-pub use solver::{Accuracy, ContactSampling, Numerics, Output, RunUntil, Solver, StretchSampling, Symmetry};
+pub use shape::Shape;
+pub use solver::{
+    Accuracy, Bound, ContactSampling, Expect, Numerics, Output, RunUntil, Solver, StretchSampling, Symmetry,
+};
 
-pub(crate) use units::Word;
+pub(crate) use keys::Word;
 pub(crate) use variability::RANGE_STREAM;
 pub use variability::{Distribution, Drawn, HitPlace, Scattered, Variability, YarnStrength};
 
@@ -168,7 +166,7 @@ struct CaseKeys {
     output: Output,
     /// Statements about the result that the run checks.
     #[schemars(length(min = 0, max = 1000))]
-    expect: Option<Vec<expect::ExpectKeys>>,
+    expect: Option<Vec<solver::ExpectKeys>>,
     /// Where values come from: JSON pointer of a value or of an object around it, and text; a text that begins with "assumed" marks
     /// its values as assumed.
     #[schemars(extend("propertyNames" = {"pattern": "^(/.*)?$"}))]
@@ -189,7 +187,7 @@ impl CaseKeys {
         pack.complete(&fabric, projectile.as_ref(), &solver, &record)?;
         solver.complete_end(projectile.as_ref(), &pack, &record)?;
         output.check(&record)?;
-        let statement = |(index, keys): (usize, expect::ExpectKeys)| {
+        let statement = |(index, keys): (usize, solver::ExpectKeys)| {
             let at = format!("/expect/{index}");
             let expect = keys.expect(&at)?;
             record.summarise(&at, expect.in_words(), &expect.source);

@@ -6,10 +6,10 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Deserializer};
 use serde_json::Value;
 
+use super::error::short_number_text;
 use super::grading::{GradingKeys, GradingWord};
+use super::keys::{WordOr, choices};
 use super::provenance::Provenance;
-use super::text::short_number_text;
-use super::units::{WordOr, choices};
 use super::{Accuracy, CaseError, Fabric, Grading, Numerics, Projectile, Solver, limits};
 
 /// Plies of a pack at most.

@@ -4,8 +4,8 @@ use std::iter::once;
 
 use serde_json::{Map, Value, json};
 
+use super::error::text_of;
 use super::keys::{CASE, Key, expected, keys, object, words};
-use super::text::text_of;
 use crate::markdown;
 
 /// Properties of keys that JSON Schema does not know.

@@ -8,8 +8,8 @@ use schemars::JsonSchema;
 use serde::Deserialize;
 use serde_json::{Value, json};
 
-use super::text::short_number_text;
-use super::units::choices;
+use super::error::short_number_text;
+use super::keys::choices;
 use super::{Case, CaseError, Fabric, Projectile};
 use crate::num::link::Link;
 use crate::num::random::DrawKey;
